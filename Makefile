@@ -1,0 +1,98 @@
+# make demo | test | bench | format | lint | sanitize | stubs | clean. Everything made lies in .venv, build and out.
+SHELL := /bin/bash -o pipefail
+.DELETE_ON_ERROR:
+.DEFAULT_GOAL := help
+
+# The first Python that is new enough; with none, the check of the environment says so.
+PYTHON ?= $(shell for p in python3 python3.14 python3.13 python3.12 python3.11; do \
+  $$p -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null && echo $$p && exit; done; echo python3)
+JOBS ?= $(shell getconf _NPROCESSORS_ONLN 2>/dev/null || echo 2)
+# CMake variables for the build of the Python package: NAME=VALUE ...
+CONFIG ?=
+
+export PATH := $(CURDIR)/.venv/bin:$(PATH)
+export CMAKE_BUILD_PARALLEL_LEVEL := $(JOBS)
+export PIP_DISABLE_PIP_VERSION_CHECK := 1
+BIN := .venv/bin
+BUILD := build/python
+FORMATTED = $(shell find include src bindings tests/cpp benchmarks \( -name '*.hpp' -o -name '*.cpp' \))
+# Folders are prerequisites too: their time changes when a file is added or removed.
+NATIVE := $(shell find include src bindings cmake 2>/dev/null) CMakeLists.txt pyproject.toml
+say = @printf '\033[1m%s\033[0m\n'
+
+.PHONY: help demo test cpp_tests bench format lint sanitize stubs clean install
+help:
+	@echo 'make demo      solve the shipped problems with every method, draw the convergence figure in out/demo'
+	@echo 'make test      C++ and Python tests'
+	@echo 'make bench     benchmarks, written to benchmarks/results'
+	@echo 'make format    format the C++ and Python sources;  make lint  only check'
+	@echo 'make sanitize  C++ tests under the address, undefined-behaviour and thread sanitizers'
+	@echo 'make stubs     renew the committed stub of the compiled module;  make clean  remove what was built'
+
+demo: install
+	$(say) 'Comparing every method on examples/problems'
+	@$(BIN)/amontons compare examples/problems/*.hdf5 --output out/demo
+	@for f in $(CURDIR)/out/demo/*.png; do echo "Figure: $$f"; done
+
+test: install cpp_tests
+	$(say) 'Python tests'
+	@$(BIN)/python -m pytest
+
+cpp_tests: install
+	$(say) 'C++ tests'
+	@cmake --build $(BUILD) --target amontons_tests
+	@ctest --test-dir $(BUILD) --output-on-failure -j $(JOBS)
+
+bench: install
+	@cmake --build $(BUILD) --target amontons_benchmarks
+	@$(BIN)/python benchmarks/run_all.py
+
+format: .venv/.requirements
+	@$(BIN)/clang-format -i $(FORMATTED)
+	@$(BIN)/ruff check --fix && $(BIN)/ruff format
+
+lint: .venv/.requirements
+	@code=0; \
+	$(BIN)/clang-format --dry-run -Werror $(FORMATTED) || code=1; \
+	$(BIN)/ruff check || code=1; \
+	$(BIN)/ruff format --check || code=1; \
+	$(BIN)/python tools/check_layers.py || code=1; \
+	exit $$code
+
+sanitize: .venv/.requirements
+	@for preset in asan tsan; do tools/sanitize $$preset || exit 1; done
+
+stubs: install
+	@cmake --build $(BUILD) --target amontons_stub
+	@cp $(BUILD)/_core.pyi python/amontons/_core.pyi && echo 'python/amontons/_core.pyi'
+
+clean:
+	rm -rf .venv build out .pytest_cache .ruff_cache .hypothesis
+
+install: .venv/.amontons
+
+.venv/.checked: tools/check_environment.py
+	@command -v $(PYTHON) >/dev/null || { echo 'amontons: no python3 found: install Python 3.11 or newer' >&2; exit 1; }
+	@$(PYTHON) tools/check_environment.py
+	@mkdir -p .venv && touch $@
+
+.venv/.requirements: pyproject.toml tools/requirements.py | .venv/.checked
+	$(say) 'Installing the requirements into .venv'
+	@test -x $(BIN)/python || $(PYTHON) -m venv .venv
+	@$(BIN)/python tools/requirements.py > .venv/requirements.txt
+	@$(BIN)/python -m pip install --progress-bar off -r .venv/requirements.txt \
+	  $$($(BIN)/python tools/check_environment.py --build-tools) | sed -u -n 's/^Collecting \([^ (]*\).*/  \1/p'
+	@touch $@
+
+# Editable: Python sources are used in place. The build folder stays, so that only what changed is compiled.
+.venv/.amontons: $(NATIVE) | .venv/.requirements
+	$(say) 'Compiling amontons'
+	@mkdir -p build
+	@CXX="$$($(BIN)/python tools/check_environment.py --compiler)" \
+	  $(BIN)/python -m pip install -v --no-build-isolation --no-deps -e . \
+	  $(addprefix --config-settings ,build-dir=$(BUILD) $(addprefix cmake.define.,AMONTONS_TESTS=ON $(CONFIG))) \
+	  2>&1 | tee build/install.log \
+	  | { grep --line-buffered -oE '\[[0-9]+/[0-9]+\] .*' || true; } \
+	  || { sed -n '/FAILED:/,/build stopped/p' build/install.log | grep . || tail -n 30 build/install.log; \
+	       echo 'amontons: the build failed; all of its output is in build/install.log' >&2; exit 1; }
+	@touch $@

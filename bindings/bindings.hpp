@@ -1,0 +1,73 @@
+#pragma once
+#include <nanobind/nanobind.h>
+#include <nanobind/ndarray.h>
+#include <nanobind/stl/optional.h>
+#include <nanobind/stl/shared_ptr.h>
+#include <nanobind/stl/string.h>
+#include <nanobind/stl/string_view.h>
+#include <nanobind/stl/tuple.h>
+#include <nanobind/stl/vector.h>
+
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "amontons/base/error.hpp"
+#include "amontons/vi/operators.hpp"
+
+// The module amontons._core: a thin layer over the C++ types. The package in python/amontons converts what
+// users have in hand to the array types named here and carries the documentation.
+namespace amontons::python {
+
+namespace nb = nanobind;
+
+using Vector = nb::ndarray<const double, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
+using Matrix = nb::ndarray<const double, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
+using IndexVector = nb::ndarray<const Index, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
+using OutVector = nb::ndarray<nb::numpy, double, nb::ndim<1>>;
+
+inline std::span<const double> view(const Vector& a) { return {a.data(), a.shape(0)}; }
+inline std::span<const Index> view(const IndexVector& a) { return {a.data(), a.shape(0)}; }
+
+// A NumPy array over memory that `owner` keeps alive.
+template <class Owner>
+OutVector view_of(const std::vector<double>& values, const std::shared_ptr<Owner>& owner) {
+  auto* keep = new std::shared_ptr<Owner>(owner);
+  nb::capsule capsule(keep, [](void* p) noexcept { delete static_cast<std::shared_ptr<Owner>*>(p); });
+  return OutVector(const_cast<double*>(values.data()), {values.size()}, capsule);
+}
+
+// A NumPy array that takes over a vector.
+inline OutVector to_numpy(std::vector<double> values) {
+  auto owner = std::make_shared<std::vector<double>>(std::move(values));
+  return view_of(*owner, owner);
+}
+
+// An operator on its way into a Problem, which takes it over without copying its arrays.
+struct OperatorHandle {
+  Operator op;
+  bool taken = false;
+
+  const Operator& get() const {
+    require(!taken, "this operator was handed over to a problem; build another one");
+    return op;
+  }
+};
+
+// Set while a solve runs on this thread: a Ctrl-C that lands inside a Python product is kept here until the
+// solver polls, since a product cannot return "stop".
+struct SolveScope {
+  bool running = false, interrupted = false;
+};
+inline thread_local SolveScope solve_scope;
+
+// One function per bound type; module.cpp calls them in the order of their dependencies.
+void bind_cones(nb::module_& m);
+void bind_operators(nb::module_& m);
+void bind_problem(nb::module_& m);
+void bind_options(nb::module_& m);
+void bind_solution(nb::module_& m);
+void bind_solve(nb::module_& m);
+
+}  // namespace amontons::python

@@ -1,0 +1,41 @@
+#include "amontons/cones/product.hpp"
+#include "bindings.hpp"
+
+namespace amontons::python {
+
+void bind_cones(nb::module_& m) {
+  nb::class_<ConeProduct>(m, "ConeProduct", "A product of small sets, in the order in which they are added.")
+      .def(nb::init<>())
+      .def("add_free", &ConeProduct::add_free, nb::arg("count"))
+      .def("add_nonnegative", &ConeProduct::add_nonnegative, nb::arg("count"))
+      .def(
+          "add_interval", [](ConeProduct& K, Vector lo, Vector hi) { K.add_interval(view(lo), view(hi)); },
+          nb::arg("lo"), nb::arg("hi"))
+      .def(
+          "add_friction", [](ConeProduct& K, Vector mu) { K.add_friction(view(mu)); }, nb::arg("mu"))
+      .def_prop_ro("rows", &ConeProduct::rows)
+      .def_prop_ro("blocks", &ConeProduct::blocks)
+      .def_prop_ro("contacts", &ConeProduct::contacts)
+      .def(
+          "project",
+          [](const ConeProduct& K, Vector x) {
+            require(x.shape(0) == K.rows(), "project: x has " + std::to_string(x.shape(0)) +
+                                                " entries but the cones have " + std::to_string(K.rows()) +
+                                                " rows");
+            std::vector<double> out(K.rows());
+            project(K, view(x), out);
+            return to_numpy(std::move(out));
+          },
+          nb::arg("x"), "Euclidean projection on the product.")
+      .def(
+          "distance",
+          [](const ConeProduct& K, Vector x) {
+            require(x.shape(0) == K.rows(), "distance: x has " + std::to_string(x.shape(0)) +
+                                                " entries but the cones have " + std::to_string(K.rows()) +
+                                                " rows");
+            return distance(K, view(x));
+          },
+          nb::arg("x"), "Euclidean distance to the product.");
+}
+
+}  // namespace amontons::python

@@ -1,0 +1,13 @@
+#include "bindings.hpp"
+
+NB_MODULE(_core, m) {
+  using namespace amontons::python;
+  m.doc() = "The C++ core of amontons. Use the package `amontons`, which checks and documents its arguments.";
+  nanobind::exception<amontons::InputError>(m, "InputError", PyExc_ValueError);
+  bind_cones(m);
+  bind_operators(m);
+  bind_problem(m);
+  bind_options(m);
+  bind_solution(m);
+  bind_solve(m);
+}

@@ -1,0 +1,74 @@
+#include "amontons/solvers/options.hpp"
+#include "bindings.hpp"
+
+namespace amontons::python {
+
+namespace {
+
+const char* name_of(Status status) {
+  switch (status) {
+    case Status::converged:
+      return "converged";
+    case Status::iteration_limit:
+      return "iteration_limit";
+    case Status::deadline:
+      return "deadline";
+    case Status::stalled:
+      return "stalled";
+    case Status::interrupted:
+      return "interrupted";
+    case Status::infeasible:
+      return "infeasible";
+  }
+  return "stalled";
+}
+
+// The history as raw bytes of IterationRecord; the package views it as a structured array.
+nb::ndarray<nb::numpy, std::uint8_t, nb::ndim<1>> history_of(const std::shared_ptr<Solution>& s) {
+  static_assert(sizeof(IterationRecord) == 64 && sizeof(std::size_t) == 8,
+                "the dtype in python/amontons/solution.py mirrors IterationRecord");
+  auto* keep = new std::shared_ptr<Solution>(s);
+  nb::capsule owner(keep, [](void* p) noexcept { delete static_cast<std::shared_ptr<Solution>*>(p); });
+  return {reinterpret_cast<std::uint8_t*>(s->history.data()),
+          {s->history.size() * sizeof(IterationRecord)},
+          owner};
+}
+
+}  // namespace
+
+void bind_solution(nb::module_& m) {
+  nb::class_<IterationRecord>(m, "IterationRecord", "What a callback gets to see of an iteration.")
+      .def_ro("iteration", &IterationRecord::iteration)
+      .def_ro("products", &IterationRecord::products)
+      .def_ro("time", &IterationRecord::time)
+      .def_ro("residual", &IterationRecord::residual)
+      .def_ro("best_residual", &IterationRecord::best_residual)
+      .def_ro("objective", &IterationRecord::objective)
+      .def_ro("step", &IterationRecord::step)
+      .def_ro("backtracks", &IterationRecord::backtracks)
+      .def("__repr__", [](const IterationRecord& r) {
+        char text[160];
+        std::snprintf(text, sizeof text,
+                      "IterationRecord(iteration=%zu, products=%zu, residual=%.3e, best_residual=%.3e)",
+                      r.iteration, r.products, r.residual, r.best_residual);
+        return std::string(text);
+      });
+  using Handle = std::shared_ptr<Solution>;
+  nb::class_<Solution>(m, "Result", "A solution; the arrays view its memory.")
+      .def_prop_ro(
+          "x", [](const Handle& s) { return view_of(s->x, s); }, nb::rv_policy::automatic)
+      .def_prop_ro(
+          "u", [](const Handle& s) { return view_of(s->u, s); }, nb::rv_policy::automatic)
+      .def_prop_ro("status", [](const Solution& s) { return name_of(s.status); })
+      .def_ro("residual", &Solution::residual)
+      .def_ro("objective", &Solution::objective)
+      .def_ro("iterations", &Solution::iterations)
+      .def_ro("products", &Solution::products)
+      .def_ro("factorizations", &Solution::factorizations)
+      .def_ro("time", &Solution::time)
+      .def_ro("method", &Solution::method)
+      .def_ro("reason", &Solution::reason)
+      .def_prop_ro("history", &history_of, nb::rv_policy::automatic);
+}
+
+}  // namespace amontons::python

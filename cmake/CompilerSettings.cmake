@@ -1,0 +1,18 @@
+# What every C++ target of this project is compiled with. Nothing here reaches a consumer.
+function(amontons_settings target)
+  target_compile_features(${target} PUBLIC cxx_std_20)
+  set_target_properties(${target} PROPERTIES CXX_EXTENSIONS OFF POSITION_INDEPENDENT_CODE ON)
+  target_compile_options(${target} PRIVATE
+    -Wall -Wextra -Wpedantic -Wshadow
+    # Contraction into fused multiply-adds would round differently on processors that have them: results must
+    # not depend on the instruction set, nor on what the compiler chose to contract.
+    -ffp-contract=off)
+  if(AMONTONS_WARNINGS_AS_ERRORS)
+    target_compile_options(${target} PRIVATE -Werror)
+  endif()
+  if(AMONTONS_SANITIZE)
+    target_compile_options(${target} PRIVATE
+      -fsanitize=${AMONTONS_SANITIZE} -fno-sanitize-recover=all -fno-omit-frame-pointer)
+    target_link_options(${target} PUBLIC -fsanitize=${AMONTONS_SANITIZE})
+  endif()
+endfunction()

@@ -1,0 +1,11 @@
+#pragma once
+
+namespace amontons {
+
+// R: a bilateral row. Projection is the identity, the dual cone is {0}.
+struct Free {
+  static constexpr int dim = 1;
+  void project(const double* x, double* out) const { out[0] = x[0]; }
+};
+
+}  // namespace amontons

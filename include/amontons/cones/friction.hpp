@@ -1,0 +1,34 @@
+#pragma once
+#include <cmath>
+
+namespace amontons {
+
+// The Coulomb-Amontons cone { (n, t1, t2) : |t| <= mu n }, mu >= 0 and finite.
+//
+// Projection (Euclidean). With c = 1/sqrt(1 + mu^2), s = mu c, the boundary ray of the half-plane spanned by
+// the axis and t is (c, s t/|t|). Three regions:
+//   inside  |t| <= mu n          : x itself, bit for bit
+//   polar   mu |t| <= -n         : the apex 0
+//   else                         : (c n + s |t|) (c, s t/|t|), the foot on the boundary ray.
+// Using c and s instead of 1/(1 + mu^2) keeps mu = 0 (the half-line n >= 0) exact and mu up to 1e150 finite.
+struct Friction {
+  static constexpr int dim = 3;
+  double mu;
+  void project(const double* x, double* out) const {
+    const double n = x[0];
+    const double t = std::sqrt(x[1] * x[1] + x[2] * x[2]);
+    if (t <= mu * n) {
+      out[0] = n, out[1] = x[1], out[2] = x[2];
+    } else if (mu * t <= -n) {
+      out[0] = out[1] = out[2] = 0.0;
+    } else {
+      const double c = 1.0 / std::sqrt(1.0 + mu * mu), s = mu * c;
+      const double foot = c * n + s * t;
+      // t > 0 here: t = 0 is inside for n >= 0 and polar for n < 0.
+      const double scale = foot * s / t;
+      out[0] = foot * c, out[1] = scale * x[1], out[2] = scale * x[2];
+    }
+  }
+};
+
+}  // namespace amontons

@@ -1,0 +1,80 @@
+#pragma once
+#include <cstddef>
+#include <span>
+#include <vector>
+
+#include "amontons/cones/free.hpp"
+#include "amontons/cones/friction.hpp"
+#include "amontons/cones/interval.hpp"
+#include "amontons/cones/nonnegative.hpp"
+
+namespace amontons {
+
+enum class ConeKind : unsigned char { free, nonnegative, interval, friction };
+
+// Consecutive blocks of one kind: blocks [block, block + count) cover rows from `row`; `param` is the index of
+// the first block in the parameter arrays of that kind (mu, or lo and hi).
+struct ConeRun {
+  ConeKind kind;
+  std::size_t count, row, block, param;
+};
+
+// K = a product of small sets in the order in which they were added. A block is one set: one row of R, R+ or
+// [lo, hi], three rows (normal, tangent 1, tangent 2) of a friction cone.
+class ConeProduct {
+ public:
+  void add_free(std::size_t count);
+  void add_nonnegative(std::size_t count);
+  // lo[i] <= hi[i], not NaN, infinite allowed; throws InputError naming the first bad index.
+  void add_interval(std::span<const double> lo, std::span<const double> hi);
+  // mu[i] >= 0 and finite; throws InputError naming the first bad contact.
+  void add_friction(std::span<const double> mu);
+
+  std::size_t rows() const { return rows_; }
+  std::size_t blocks() const { return blocks_; }
+  std::size_t contacts() const { return mu_.size(); }
+  bool all_free() const;  // K = R^m: the VI is a linear system
+  const std::vector<ConeRun>& runs() const { return runs_; }
+  const std::vector<double>& mu() const { return mu_; }
+  const std::vector<double>& lo() const { return lo_; }
+  const std::vector<double>& hi() const { return hi_; }
+
+ private:
+  void append(ConeKind kind, std::size_t count, std::size_t param, std::size_t dim);
+  std::vector<ConeRun> runs_;
+  std::vector<double> mu_, lo_, hi_;
+  std::size_t rows_ = 0, blocks_ = 0;
+};
+
+// Calls f(cone, block, row) for every block in order, with the static type of the set, so that the loop over
+// a run is compiled for its kind.
+template <class F>
+inline void for_each_block(const ConeProduct& K, F&& f) {
+  for (const ConeRun& run : K.runs()) {
+    switch (run.kind) {
+      case ConeKind::free:
+        for (std::size_t i = 0; i < run.count; ++i) f(Free{}, run.block + i, run.row + i);
+        break;
+      case ConeKind::nonnegative:
+        for (std::size_t i = 0; i < run.count; ++i) f(NonNegative{}, run.block + i, run.row + i);
+        break;
+      case ConeKind::interval:
+        for (std::size_t i = 0; i < run.count; ++i)
+          f(Interval{K.lo()[run.param + i], K.hi()[run.param + i]}, run.block + i, run.row + i);
+        break;
+      case ConeKind::friction:
+        for (std::size_t i = 0; i < run.count; ++i)
+          f(Friction{K.mu()[run.param + i]}, run.block + i, run.row + 3 * i);
+        break;
+    }
+  }
+}
+
+// out = Pi_K(x). x and out may be the same memory; both of K.rows() entries.
+void project(const ConeProduct& K, std::span<const double> x, std::span<double> out);
+// |x - Pi_K(x)|_2, the Euclidean distance to K.
+double distance(const ConeProduct& K, std::span<const double> x);
+// out = x - Pi_K(x): by Moreau's decomposition the projection on the polar cone (for cones).
+void project_polar(const ConeProduct& K, std::span<const double> x, std::span<double> out);
+
+}  // namespace amontons

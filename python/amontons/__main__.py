@@ -1,0 +1,5 @@
+"""`python -m amontons` is the command `amontons`."""
+
+from .cli import main
+
+main()

@@ -1,0 +1,1 @@
+"""Tables and figures: what the command line shows, usable from Python too."""

@@ -1,0 +1,115 @@
+"""Every method on the same problems."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+
+from ..errors import InputError
+from ..options import methods
+from ..problem import Problem
+from ..solution import HISTORY, Solution
+
+UNLIMITED = 2_000_000_000  # iterations: only the deadline and the tolerance end a run
+REPEATED = 0.05
+"""Runs shorter than this (s) are repeated, and the faster one counts: the first pays for cold caches."""
+CSV_ROWS = 2000
+"""Records per method in a CSV; longer histories are thinned to geometrically spaced iterations."""
+
+
+@dataclass(frozen=True)
+class Run:
+    """One method on one problem: its solution, or why the method does not apply."""
+
+    problem: str
+    method: str
+    solution: Solution | None
+    reason: str = ""
+
+
+def comparable_methods() -> list[str]:
+    """All methods but "auto", which is one of the others."""
+    return [name for name in methods() if name != "auto"]
+
+
+def compare(
+    name: str,
+    problem: Problem,
+    chosen: Sequence[str],
+    *,
+    law: str = "associated",
+    tolerance: float = 1e-6,
+    deadline: float | None = 10.0,
+    threads: int = 1,
+    before: Callable[[str], None] = lambda method: None,
+) -> list[Run]:
+    """Solve the problem by each method with its history recorded.
+
+    A method that refuses the problem (CG with contacts, for example) gives a Run with the reason.
+    deadline: per method (s). before: called with the name of each method before it runs. A Ctrl-C ends the
+    comparison after the current method.
+    """
+    runs = []
+    for method in chosen:
+        before(method)
+        solve = partial(
+            problem.solve,
+            law=law,
+            method=method,
+            tolerance=tolerance,
+            max_iterations=UNLIMITED,
+            deadline=deadline,
+            history=True,
+            threads=threads,
+        )
+        try:
+            solution = solve()
+        except InputError as error:
+            runs.append(Run(name, method, None, str(error)))
+            continue
+        if solution.time < REPEATED and solution.status != "interrupted":
+            solution = min(solution, solve(), key=lambda s: s.time)
+        runs.append(Run(name, method, solution))
+        if solution.status == "interrupted":
+            break
+    return runs
+
+
+def interrupted(runs: Iterable[Run]) -> bool:
+    """True if a run was ended by Ctrl-C."""
+    return any(run.solution is not None and run.solution.status == "interrupted" for run in runs)
+
+
+def write_csv(runs: Sequence[Run], folder: Path) -> list[Path]:
+    """summary.csv with one line per run, and curves.csv with the histories; returns their paths."""
+    summary, curves = folder / "summary.csv", folder / "curves.csv"
+    fields = ("status", "residual", "objective", "iterations", "products", "factorizations", "time")
+    with summary.open("w", newline="") as file:
+        writer = csv.writer(file)
+        writer.writerow(["problem", "method", *fields, "reason"])
+        for run in runs:
+            values = [getattr(run.solution, field) if run.solution else "" for field in fields]
+            if run.solution is None:
+                values[0] = "not applicable"
+            writer.writerow([run.problem, run.method, *values, run.reason or (run.solution or run).reason])
+    with curves.open("w", newline="") as file:
+        writer = csv.writer(file)
+        writer.writerow(["problem", "method", *HISTORY.names])
+        for run in runs:
+            if run.solution is not None and run.solution.history is not None:
+                for record in thinned(run.solution.history):
+                    writer.writerow([run.problem, run.method, *record.tolist()])
+    return [summary, curves]
+
+
+def thinned(history: np.ndarray, rows: int = CSV_ROWS) -> np.ndarray:
+    """At most `rows` records at geometrically spaced iterations, with the first and the last."""
+    if len(history) <= rows:
+        return history
+    chosen = np.unique(np.geomspace(1, len(history), rows).astype(int) - 1)
+    return history[chosen]

@@ -1,0 +1,14 @@
+#pragma once
+#include "amontons/base/isa.hpp"
+
+namespace amontons {
+
+// Factors the first `columns` columns of the lower triangle of a dense symmetric front x front matrix
+// (column-major, leading dimension `stride`) and subtracts their outer product from the rest. `pack` is scratch
+// of front_pack_size(front) doubles. Returns the number of non-positive pivots that were replaced by a huge one.
+AMONTONS_FOR_EACH_ISA(int partial_cholesky(double* front_matrix, int front, int stride, int columns, double* pack);)
+
+constexpr int front_panel = 48;  // columns per panel: 48 x 16 rows of L stay in the L1 cache
+constexpr int front_pack_size(int front) { return front_panel * (front + 8); }
+
+}  // namespace amontons

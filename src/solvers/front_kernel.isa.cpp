@@ -1,0 +1,109 @@
+// The dense kernel of the multifrontal factorisation. Right-looking by panels: factor a panel of columns, then
+// subtract L L' from the columns right of it in register tiles of 16 x 4.
+#include "front_kernel.hpp"
+
+namespace amontons::AMONTONS_ISA {
+
+namespace {
+
+typedef double V8 __attribute__((vector_size(64), aligned(8), may_alias));
+
+inline double square_root(double x) { return __builtin_sqrt(x); }
+
+// y[0..n) -= a x[0..n)
+inline void subtract_scaled(double* __restrict y, const double* __restrict x, double a, int n) {
+  int i = 0;
+  for (; i + 8 <= n; i += 8) *(V8*)(y + i) -= a * *(const V8*)(x + i);
+  for (; i < n; ++i) y[i] -= a * x[i];
+}
+
+// Columns [p, end) of the rows [p, n), left-looking inside the panel.
+int factor_panel(double* A, int n, int stride, int p, int end) {
+  int replaced = 0;
+  for (int j = p; j < end; ++j) {
+    double* column = A + (long)j * stride;
+    for (int k = p; k < j; ++k)
+      subtract_scaled(column + j, A + (long)k * stride + j, A[(long)k * stride + j], n - j);
+    double pivot = column[j];
+    if (!(pivot > 0)) pivot = 1e100, ++replaced;
+    const double root = square_root(pivot), scale = 1 / root;
+    column[j] = root;
+    for (int i = j + 1; i < n; ++i) column[i] *= scale;
+  }
+  return replaced;
+}
+
+// C (16 rows x 4 columns) -= L (16 x depth, column-major) B (depth x 4, packed row by row)
+inline void tile_16x4(double* C, int stride, const double* L, const double* B, int depth) {
+  V8 c[4][2];
+  for (int j = 0; j < 4; ++j)
+    for (int i = 0; i < 2; ++i) c[j][i] = *(const V8*)(C + (long)j * stride + 8 * i);
+  for (int k = 0; k < depth; ++k, L += stride, B += 4) {
+    const V8 l0 = *(const V8*)L, l1 = *(const V8*)(L + 8);
+    for (int j = 0; j < 4; ++j) {
+      c[j][0] -= l0 * B[j];
+      c[j][1] -= l1 * B[j];
+    }
+  }
+  for (int j = 0; j < 4; ++j)
+    for (int i = 0; i < 2; ++i) *(V8*)(C + (long)j * stride + 8 * i) = c[j][i];
+}
+
+inline void tile_8x4(double* C, int stride, const double* L, const double* B, int depth) {
+  V8 c[4];
+  for (int j = 0; j < 4; ++j) c[j] = *(const V8*)(C + (long)j * stride);
+  for (int k = 0; k < depth; ++k, L += stride, B += 4) {
+    const V8 l = *(const V8*)L;
+    for (int j = 0; j < 4; ++j) c[j] -= l * B[j];
+  }
+  for (int j = 0; j < 4; ++j) *(V8*)(C + (long)j * stride) = c[j];
+}
+
+inline void tile_small(double* C, int stride, const double* L, const double* B, int depth, int rows, int columns) {
+  for (int j = 0; j < columns; ++j)
+    for (int i = 0; i < rows; ++i) {
+      double sum = C[(long)j * stride + i];
+      for (int k = 0; k < depth; ++k) sum -= L[(long)k * stride + i] * B[4 * k + j];
+      C[(long)j * stride + i] = sum;
+    }
+}
+
+}  // namespace
+
+int partial_cholesky(double* A, int front, int stride, int columns, double* pack) {
+  int replaced = 0;
+  for (int p = 0; p < columns; p += front_panel) {
+    const int end = p + front_panel < columns ? p + front_panel : columns, depth = end - p;
+    replaced += factor_panel(A, front, stride, p, end);
+    // B = rows [end, front) of the panel, transposed into strips of 4 columns.
+    for (int j = end; j < front; j += 4) {
+      double* strip = pack + (long)(j - end) * front_panel;
+      for (int k = 0; k < depth; ++k)
+        for (int q = 0; q < 4; ++q)
+          strip[4 * k + q] = j + q < front ? A[(long)(p + k) * stride + j + q] : 0.0;
+    }
+    const double* L = A + (long)p * stride;
+    // Strips of rows outside, so that 16 rows of L serve all columns from the L1 cache.
+    for (int i = end; i < front; i += 16) {
+      const int rows = front - i < 16 ? front - i : 16;
+      for (int j = end; j < front && j < i + rows; j += 4) {
+        const double* B = pack + (long)(j - end) * front_panel;
+        double* C = A + (long)j * stride + i;
+        const int width = front - j < 4 ? front - j : 4;
+        if (width < 4) {
+          tile_small(C, stride, L + i, B, depth, rows, width);
+        } else if (rows == 16) {
+          tile_16x4(C, stride, L + i, B, depth);
+        } else if (rows >= 8) {
+          tile_8x4(C, stride, L + i, B, depth);
+          tile_small(C + 8, stride, L + i + 8, B, depth, rows - 8, 4);
+        } else {
+          tile_small(C, stride, L + i, B, depth, rows, 4);
+        }
+      }
+    }
+  }
+  return replaced;
+}
+
+}  // namespace amontons::AMONTONS_ISA

@@ -1,0 +1,314 @@
+// The fused passes over contacts, eight lanes at a time: see contact_passes.hpp for the layout.
+//
+// Memory traffic of an iteration per contact, in bytes, counting each array once per pass that reads or writes
+// it: 104 for ContactBatch, 24 for each of x, u, d, s, and 64 for each access to one of the lines per contact:
+//   direction  batch 104 + x 24 + u 24 + (s 8) read, d 24 written, lines 64 read + 64 written
+//   mass       lines 64 read + 64 written, masses 64 read
+//   update     batch 104 + x 24 + u 24 + d 24 + (s 8) read, x_next 24 + u 24 + (s 8) written, lines 64 read
+// that is 400 per contact (424 under coulomb) and 384 per line.
+#include "contact_passes.hpp"
+
+#include "contact_lanes.hpp"
+
+namespace amontons::AMONTONS_ISA {
+
+namespace {
+
+// Batches are worked on in blocks, in two loops: what touches lines, and what does not. A loop that does both
+// has so long a chain of dependent operations that the processor cannot look ahead into the next batch.
+constexpr std::size_t block = 4;
+
+// Projection of z on { |t| <= mu n } along the unit vector n without a frame or a branch. In the third region
+//   Pi(z) = k t n + mu k z_t,  k = (z_n + mu t) / ((1 + mu^2) t),  t = |z_t|
+//         = mu k z + k (t - mu z_n) n,
+// the form that needs no z_t and is exact at z inside after the blend. Where t = 0 the value of k is infinite
+// or not a number and not used.
+AMONTONS_INLINE Vec3 project(const Vec3& z, const Vec3& n, Vec mu) {
+  const Vec zero = {}, one = zero + 1.0;
+  const Vec zn = dot(z, n);
+  const Vec3 zt = cross(n, z);
+  const Vec t = square_root(dot(zt, zt));
+  const Vec k = (zn + mu * t) / ((one + mu * mu) * t);
+  const Vec on_z = mu * k, on_n = k * (t - mu * zn);
+  const auto inside = t <= mu * zn;
+  const auto polar = mu * t <= -zn;
+  const Vec a = inside ? one : polar ? zero : on_z;
+  const Vec b = inside ? zero : polar ? zero : on_n;
+  return a * z + b * n;
+}
+
+AMONTONS_INLINE Vec tangential_speed(const Vec3& u, const Vec3& n) {
+  const Vec3 ut = cross(n, u);
+  return square_root(dot(ut, ut));
+}
+
+// lines += D'f for contact impulses f in world coordinates: (f, r x f) on A and the opposite on B.
+AMONTONS_INLINE void scatter_batch(const PassData& data, std::size_t i, const double* impulses) {
+  const ContactBatch& batch = data.batches[i];
+  for (int lane = 0; lane < 8; lane += width) {
+    const Vec3 f = load3(impulses + 24 * i + lane);
+    const Vec3 ma = cross(load3(batch.r_a, lane), f), mb = cross(f, load3(batch.r_b, lane));
+    scatter_add(data.lines, batch.line_a + lane, {f.x, f.y, f.z, ma.x, ma.y, ma.z});
+    scatter_add(data.lines, batch.line_b + lane, {-f.x, -f.y, -f.z, mb.x, mb.y, mb.z});
+  }
+}
+
+// D w: the velocity of A relative to B at the contact.
+AMONTONS_INLINE Vec3 relative_velocity(const double* lines, const ContactBatch& batch, int lane) {
+  const Vec6 a = gather(lines, batch.line_a + lane), b = gather(lines, batch.line_b + lane);
+  const Vec3 va{a.v[0], a.v[1], a.v[2]}, vb{b.v[0], b.v[1], b.v[2]};
+  const Vec3 wa{a.v[3], a.v[4], a.v[5]}, wb{b.v[3], b.v[4], b.v[5]};
+  return (va - vb) + (cross(wa, load3(batch.r_a, lane)) - cross(wb, load3(batch.r_b, lane)));
+}
+
+AMONTONS_INLINE std::size_t end_of_block(const Chunk& chunk, std::size_t first) {
+  return first + block < chunk.last_batch ? first + block : chunk.last_batch;
+}
+
+void clear_lines(const PassData& data, const Chunk& chunk) {
+  const Vec zero = {};
+  double* const end = data.lines + 8 * chunk.last_line;
+  for (double* p = data.lines + 8 * chunk.first_line; p < end; p += width) store(p, zero);
+}
+
+// Joint rows, one at a time.
+AMONTONS_INLINE void scatter_row(double* lines, const JointRow& row, double f) {
+  for (int k = 0; k < 6; ++k) lines[row.line_a + k] += row.a[k] * f;
+  for (int k = 0; k < 6; ++k) lines[row.line_b + k] += row.b[k] * f;
+}
+AMONTONS_INLINE double row_velocity(const double* lines, const JointRow& row) {
+  const double *a = lines + row.line_a, *b = lines + row.line_b;
+  double s[6];
+  for (int k = 0; k < 6; ++k) s[k] = row.a[k] * a[k] + row.b[k] * b[k];
+  return ((s[0] + s[1]) + (s[2] + s[3])) + (s[4] + s[5]);
+}
+AMONTONS_INLINE double clip(double z, const JointRow& row) {
+  return z < row.lo ? row.lo : (z > row.hi ? row.hi : z);
+}
+
+// Streams of several megabytes come too late without a hint: the hardware follows few of them at a time.
+AMONTONS_INLINE void prefetch_batch(const PassData& data, const Chunk& chunk, std::size_t i, double* written) {
+  constexpr std::size_t distance = 8;
+  if (!data.streaming || i + distance >= chunk.last_batch) return;
+  const char* batch = reinterpret_cast<const char*>(data.batches + i + distance);
+  for (std::size_t k = 0; k < sizeof(ContactBatch); k += 64) __builtin_prefetch(batch + k);
+  for (std::size_t k = 24 * (i + distance); k < 24 * (i + distance + 1); k += 8) {
+    __builtin_prefetch(data.x + k);
+    __builtin_prefetch(data.u + k);
+    __builtin_prefetch(data.d + k);
+    __builtin_prefetch(written + k, 1);
+  }
+}
+
+template <bool coulomb, bool compliant, bool preconditioned>
+AMONTONS_INLINE void direction_of_batch(const PassData& data, std::size_t i, double alpha, LaneSums<3>& sums) {
+  const ContactBatch& batch = data.batches[i];
+  for (int part = 0; part < 8 / width; ++part) {
+    const int lane = part * width;
+    const std::size_t at = 24 * i + lane;
+    const Vec3 n = load3(batch.normal, lane), x = load3(data.x + at), u = load3(data.u + at);
+    Vec3 g = u;
+    if constexpr (coulomb) g = u + load(data.saxce + 8 * i + lane) * n;
+    Vec step = Vec{} + alpha;
+    if constexpr (preconditioned) step = step * load(batch.p_inverse + lane);
+    const Vec3 d = project(x - step * g, n, load(batch.mu + lane)) - x;
+    const Vec dd = dot(d, d);
+    store3(data.d + at, d);
+    sums.v[0][part] += dot(d, g);
+    sums.v[1][part] += load(batch.p + lane) * dd;
+    if constexpr (compliant) sums.v[2][part] += load(data.compliance + 8 * i + lane) * dd;
+  }
+}
+
+template <bool coulomb, bool compliant, bool preconditioned>
+DirectionSums direction(const PassData& data, const Chunk& chunk, double alpha) {
+  clear_lines(data, chunk);
+  LaneSums<3> sums;
+  for (std::size_t first = chunk.first_batch; first < chunk.last_batch; first += block) {
+    const std::size_t last = end_of_block(chunk, first);
+    for (std::size_t i = first; i < last; ++i)
+      direction_of_batch<coulomb, compliant, preconditioned>(data, i, alpha, sums);
+    for (std::size_t i = first; i < last; ++i) {
+      prefetch_batch(data, chunk, i, data.d);
+      scatter_batch(data, i, data.d);
+    }
+  }
+  DirectionSums out{sums.total(0), sums.total(1), sums.total(2)};
+  const double *x = data.x + data.joint_offset, *u = data.u + data.joint_offset;
+  double* d = data.d + data.joint_offset;
+  for (std::size_t i = chunk.first_joint; i < chunk.last_joint; ++i) {
+    const JointRow& row = data.joints[i];
+    d[i] = clip(x[i] - (preconditioned ? alpha * row.p_inverse : alpha) * u[i], row) - x[i];
+    out.dg += d[i] * u[i];
+    out.dPd += row.p * (d[i] * d[i]);
+    out.dEd += row.compliance * (d[i] * d[i]);
+    scatter_row(data.lines, row, d[i]);
+  }
+  return out;
+}
+
+// p |x - Pi_K(x - g / p)|^2, as natural_map_squared() in vi/residual.hpp.
+AMONTONS_INLINE Vec natural_map(const ContactBatch& batch, int lane, const Vec3& x, const Vec3& g, const Vec3& n) {
+  const Vec3 e = x - project(x - load(batch.p_inverse + lane) * g, n, load(batch.mu + lane));
+  return load(batch.p + lane) * dot(e, e);
+}
+AMONTONS_INLINE double natural_map(const JointRow& row, double x, double u) {
+  const double e = x - clip(x - row.p_inverse * u, row);
+  return row.p * (e * e);
+}
+
+template <bool coulomb, bool compliant>
+AMONTONS_INLINE void update_batch(const PassData& data, std::size_t i, double lambda, const double* q_block,
+                                  LaneSums<3>& sums) {
+  const ContactBatch& batch = data.batches[i];
+  for (int part = 0; part < 8 / width; ++part) {
+    const int lane = part * width;
+    const std::size_t at = 24 * i + lane;
+    const Vec3 n = load3(batch.normal, lane), d = load3(data.d + at);
+    Vec3 q = load3(q_block + lane);
+    if constexpr (compliant) q = q + load(data.compliance + 8 * i + lane) * d;
+    const Vec step = Vec{} + lambda;
+    const Vec3 s = step * d, x = load3(data.x + at) + s;
+    Vec3 y = step * q;
+    const Vec3 u = load3(data.u + at) + y;
+    store3(data.x_next + at, x);
+    store3(data.u + at, u);
+    Vec3 g = u;
+    if constexpr (coulomb) {
+      const Vec saxce = load(batch.mu + lane) * tangential_speed(u, n);
+      double* const old = data.saxce + 8 * i + lane;
+      g = u + saxce * n;
+      y = y + (saxce - load(old)) * n;
+      store(old, saxce);
+    }
+    sums.v[0][part] += dot(s, y);
+    sums.v[1][part] += load(batch.p_inverse + lane) * dot(y, y);
+    sums.v[2][part] += natural_map(batch, lane, x, g, n);
+  }
+}
+
+template <bool coulomb, bool compliant>
+Update update(const PassData& data, const Chunk& chunk, double lambda) {
+  LaneSums<3> sums;
+  alignas(64) double q[block][24];
+  for (std::size_t first = chunk.first_batch; first < chunk.last_batch; first += block) {
+    const std::size_t last = end_of_block(chunk, first);
+    for (std::size_t i = first; i < last; ++i) {
+      prefetch_batch(data, chunk, i, data.x_next);
+      for (int lane = 0; lane < 8; lane += width)
+        store3(q[i - first] + lane, relative_velocity(data.lines, data.batches[i], lane));
+    }
+    for (std::size_t i = first; i < last; ++i)
+      update_batch<coulomb, compliant>(data, i, lambda, q[i - first], sums);
+  }
+  Update out{sums.total(0), sums.total(1), sums.total(2)};
+  const double *x = data.x + data.joint_offset, *d = data.d + data.joint_offset;
+  double *x_next = data.x_next + data.joint_offset, *u = data.u + data.joint_offset;
+  for (std::size_t i = chunk.first_joint; i < chunk.last_joint; ++i) {
+    const JointRow& row = data.joints[i];
+    const double s = lambda * d[i], y = lambda * (row_velocity(data.lines, row) + row.compliance * d[i]);
+    x_next[i] = x[i] + s;
+    u[i] += y;
+    out.sy += s * y;
+    out.yPy += row.p_inverse * (y * y);
+    out.residual_squared += natural_map(row, x_next[i], u[i]);
+  }
+  return out;
+}
+
+template <bool coulomb, bool compliant>
+double refresh(const PassData& data, const Chunk& chunk) {
+  LaneSums<1> sums;
+  for (std::size_t i = chunk.first_batch; i < chunk.last_batch; ++i) {
+    const ContactBatch& batch = data.batches[i];
+    for (int part = 0; part < 8 / width; ++part) {
+      const int lane = part * width;
+      const std::size_t at = 24 * i + lane;
+      const Vec3 n = load3(batch.normal, lane), x = load3(data.x + at);
+      Vec3 u = relative_velocity(data.lines, batch, lane);
+      if constexpr (compliant) u = u + load(data.compliance + 8 * i + lane) * x;
+      u = u + load3(data.b + at);
+      store3(data.u + at, u);
+      Vec3 g = u;
+      if constexpr (coulomb) {
+        const Vec saxce = load(batch.mu + lane) * tangential_speed(u, n);
+        store(data.saxce + 8 * i + lane, saxce);
+        g = u + saxce * n;
+      }
+      sums.v[0][part] += natural_map(batch, lane, x, g, n);
+    }
+  }
+  double out = sums.total(0);
+  const double *x = data.x + data.joint_offset, *b = data.b + data.joint_offset;
+  double* u = data.u + data.joint_offset;
+  for (std::size_t i = chunk.first_joint; i < chunk.last_joint; ++i) {
+    const JointRow& row = data.joints[i];
+    u[i] = row_velocity(data.lines, row) + row.compliance * x[i] + b[i];
+    out += natural_map(row, x[i], u[i]);
+  }
+  return out;
+}
+
+template <bool coulomb, bool compliant>
+DirectionSums direction(const PassData& data, const Chunk& chunk, double alpha, bool preconditioned) {
+  return preconditioned ? direction<coulomb, compliant, true>(data, chunk, alpha)
+                        : direction<coulomb, compliant, false>(data, chunk, alpha);
+}
+
+}  // namespace
+
+DirectionSums direction_pass(const PassData& data, const Chunk& chunk, double alpha, bool preconditioned) {
+  if (data.compliance)
+    return data.coulomb ? direction<true, true>(data, chunk, alpha, preconditioned)
+                        : direction<false, true>(data, chunk, alpha, preconditioned);
+  return data.coulomb ? direction<true, false>(data, chunk, alpha, preconditioned)
+                      : direction<false, false>(data, chunk, alpha, preconditioned);
+}
+
+void impulse_pass(const PassData& data, const Chunk& chunk) {
+  clear_lines(data, chunk);
+  for (std::size_t i = chunk.first_batch; i < chunk.last_batch; ++i) scatter_batch(data, i, data.x);
+  const double* x = data.x + data.joint_offset;
+  for (std::size_t i = chunk.first_joint; i < chunk.last_joint; ++i)
+    scatter_row(data.lines, data.joints[i], x[i]);
+}
+
+double mass_pass(const PassData& data, const Chunk& chunk) {
+  LaneSums<1> sums;
+  for (std::size_t line = chunk.first_line; line < chunk.last_line; line += lanes) {
+    const MassBatch& mass = data.masses[line / lanes];
+    for (int part = 0; part < 8 / width; ++part) {
+      const int lane = part * width;
+      std::uint32_t at[width];
+      for (int l = 0; l < width; ++l) at[l] = 8 * static_cast<std::uint32_t>(l);
+      double* const lines = data.lines + 8 * (line + static_cast<std::size_t>(lane));
+      const Vec6 f = gather(lines, at);
+      const Vec m = load(mass.translation + lane);
+      const Vec xx = load(mass.inertia[0] + lane), yy = load(mass.inertia[1] + lane);
+      const Vec zz = load(mass.inertia[2] + lane), xy = load(mass.inertia[3] + lane);
+      const Vec xz = load(mass.inertia[4] + lane), yz = load(mass.inertia[5] + lane);
+      const Vec3 force{f.v[0], f.v[1], f.v[2]}, moment{f.v[3], f.v[4], f.v[5]};
+      const Vec3 v = m * force;
+      const Vec3 w{xx * moment.x + xy * moment.y + xz * moment.z,
+                   xy * moment.x + yy * moment.y + yz * moment.z,
+                   xz * moment.x + yz * moment.y + zz * moment.z};
+      sums.v[0][part] += load(mass.weight + lane) * (dot(v, force) + dot(w, moment));
+      scatter(lines, at, {v.x, v.y, v.z, w.x, w.y, w.z});
+    }
+  }
+  return sums.total(0);
+}
+
+Update update_pass(const PassData& data, const Chunk& chunk, double lambda) {
+  if (data.compliance)
+    return data.coulomb ? update<true, true>(data, chunk, lambda) : update<false, true>(data, chunk, lambda);
+  return data.coulomb ? update<true, false>(data, chunk, lambda) : update<false, false>(data, chunk, lambda);
+}
+
+double refresh_pass(const PassData& data, const Chunk& chunk) {
+  if (data.compliance)
+    return data.coulomb ? refresh<true, true>(data, chunk) : refresh<false, true>(data, chunk);
+  return data.coulomb ? refresh<true, false>(data, chunk) : refresh<false, false>(data, chunk);
+}
+
+}  // namespace amontons::AMONTONS_ISA

@@ -1,0 +1,61 @@
+#include "check.hpp"
+
+#include <cstdio>
+
+namespace check {
+
+namespace {
+Test* first = nullptr;
+Test** last = &first;  // tests run in the order of their definition within a file
+bool failed = false;
+
+std::string title(const Test& test) {
+  const std::string_view path = test.file;
+  const std::size_t begin = path.find_last_of('/') + 1;
+  return std::string(path.substr(begin, path.find_last_of('.') - begin)) + ": " + test.name;
+}
+
+bool selected(const std::string& title, int argc, char** argv) {
+  for (int i = 1; i < argc; ++i)
+    if (title.find(argv[i]) != std::string::npos) return true;
+  return argc == 1;
+}
+}  // namespace
+
+Test::Test(const char* file_, const char* name_, void (*run_)())
+    : file(file_), name(name_), run(run_), next(nullptr) {
+  *last = this;
+  last = &next;
+}
+
+void fail(const char* file, int line, const std::string& message) {
+  failed = true;
+  std::fprintf(stderr, "%s:%d: %s\n", file, line, message.c_str());
+}
+
+std::string number(double value) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.17g", value);
+  return text;
+}
+
+}  // namespace check
+
+int main(int argc, char** argv) {
+  int passes = 0, failures = 0;
+  for (const check::Test* test = check::first; test; test = test->next) {
+    const std::string title = check::title(*test);
+    if (!check::selected(title, argc, argv)) continue;
+    check::failed = false;
+    try {
+      test->run();
+    } catch (const std::exception& error) {
+      check::fail(test->file, 0, std::string("unexpected exception: ") + error.what());
+    }
+    if (check::failed) std::fprintf(stderr, "FAILED %s\n", title.c_str());
+    ++(check::failed ? failures : passes);
+  }
+  std::printf("%d passed, %d failed\n", passes, failures);
+  // A name that selects nothing is a mistake, not a success.
+  return failures > 0 || passes == 0 ? 1 : 0;
+}

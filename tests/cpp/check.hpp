@@ -1,0 +1,65 @@
+#pragma once
+#include <cmath>
+#include <exception>
+#include <string>
+#include <string_view>
+
+// A small test harness.
+//   TEST(name) { ... }                       a test; it fails if a check fails or an exception escapes
+//   CHECK(condition)                         the test goes on after a failure
+//   CHECK_NEAR(a, b, tolerance)              |a - b| <= tolerance; NaN is never near
+//   CHECK_THROWS(expression, "substring")    throws a std::exception whose message contains the substring
+// The executable takes substrings of "test_file: name" and runs the tests that contain one of them, or all.
+namespace check {
+
+struct Test {
+  const char* file;
+  const char* name;
+  void (*run)();
+  Test* next;
+  Test(const char* file, const char* name, void (*run)());
+};
+
+// Prints file:line and the message and marks the running test as failed.
+void fail(const char* file, int line, const std::string& message);
+std::string number(double value);  // with all its digits
+
+inline void near(double a, double b, double tolerance, const char* text, const char* file, int line) {
+  // a == b covers equal infinities, whose difference is NaN.
+  if (!(a == b || std::abs(a - b) <= tolerance))
+    fail(file, line,
+         std::string(text) + ": " + number(a) + " and " + number(b) + " differ by " +
+             number(std::abs(a - b)) + " > " + number(tolerance));
+}
+
+template <class F>
+void throws(F&& f, std::string_view substring, const char* text, const char* file, int line) {
+  try {
+    f();
+  } catch (const std::exception& error) {
+    if (std::string_view(error.what()).find(substring) == std::string_view::npos)
+      fail(file, line,
+           std::string(text) + " throws \"" + error.what() + "\", which does not contain \"" +
+               std::string(substring) + "\"");
+    return;
+  }
+  fail(file, line, std::string(text) + " does not throw");
+}
+
+}  // namespace check
+
+#define TEST(name)                                                   \
+  static void test_##name();                                         \
+  static check::Test register_##name(__FILE__, #name, &test_##name); \
+  static void test_##name()
+
+#define CHECK(...)                                                                  \
+  do {                                                                              \
+    if (!(__VA_ARGS__)) check::fail(__FILE__, __LINE__, "CHECK(" #__VA_ARGS__ ")"); \
+  } while (false)
+
+#define CHECK_NEAR(a, b, tolerance) \
+  check::near((a), (b), (tolerance), "CHECK_NEAR(" #a ", " #b ")", __FILE__, __LINE__)
+
+#define CHECK_THROWS(expression, substring) \
+  check::throws([&] { (void)(expression); }, (substring), #expression, __FILE__, __LINE__)

@@ -1,0 +1,34 @@
+#include <cstdlib>
+#include <limits>
+#include <string>
+
+#include "amontons/base/error.hpp"
+#include "amontons/base/isa.hpp"
+#include "check.hpp"
+
+using namespace amontons;
+
+// Breaks when require() stops being the one way in which user errors become exceptions.
+TEST(require_throws_its_message) {
+  require(true, "not thrown");
+  CHECK_THROWS(require(false, "mu[3] is negative"), "mu[3]");
+}
+
+// Breaks when the choice of the instruction set changes during a run, or ignores AMONTONS_ISA.
+TEST(active_isa_is_constant_and_obeys_the_environment) {
+  const Isa isa = active_isa();
+  CHECK(active_isa() == isa);
+  const char* wish = std::getenv("AMONTONS_ISA");
+  if (wish && std::string(wish) == "baseline") CHECK(isa == Isa::baseline);
+  if (wish && std::string(wish) == "avx2") CHECK(isa != Isa::avx512);
+#if !defined(AMONTONS_X86)
+  CHECK(isa == Isa::baseline);
+#endif
+}
+
+// Breaks when a NaN passes as near, or equal infinities do not: every other test relies on CHECK_NEAR.
+TEST(near_handles_infinity) {
+  const double infinity = std::numeric_limits<double>::infinity();
+  CHECK_NEAR(infinity, infinity, 0.0);
+  CHECK_NEAR(1.0, 1.0 + 1e-12, 1e-11);
+}

@@ -1,0 +1,306 @@
+"""What solve returns, and how it can be watched and stopped."""
+
+import os
+import signal
+import threading
+import time
+
+import amontons
+import numpy as np
+import pytest
+import scipy.sparse.linalg
+from problems import EXAMPLES, one_contact, random_spd
+
+
+def wall():
+    return amontons.read_problem(EXAMPLES / "wall_impact.hdf5")
+
+
+FOREVER = {"tolerance": 0, "max_iterations": 10**9, "method": "p-spg-fb-literal"}
+
+
+# A = I, b = (-1, v, 0). Sticking for v <= mu: u = 0. Else associated: x is the projection of -b on the cone.
+@pytest.mark.parametrize("v", [0.3, 2.0])
+def test_one_contact_associated(v):
+    A, b, cones = one_contact(mu=0.5, tangential_velocity=v)
+    solution = amontons.solve(A, b, cones, tolerance=1e-12)
+    foot = (1 + 0.5 * v) / 1.25
+    expected = [1, -v, 0] if v <= 0.5 else [foot, -0.5 * foot, 0]
+    assert np.allclose(solution.x, expected, atol=1e-10)
+    assert np.allclose(solution.u, solution.x + b)
+
+
+# Coulomb: u_n = 0 while sliding, so x_n = 1 and x_t = -mu; no lift. Breaks when the De Saxce term is lost.
+def test_one_contact_coulomb_slides_without_lift():
+    A, b, cones = one_contact(mu=0.5, tangential_velocity=2.0)
+    solution = amontons.solve(A, b, cones, law="coulomb", tolerance=1e-10)
+    assert solution.converged
+    assert np.allclose(solution.x, [1, -0.5, 0], atol=1e-8)
+    assert amontons.residual(amontons.Problem(A, b, cones), solution.x, law="coulomb") < 1e-9
+    assert amontons.residual(amontons.Problem(A, b, cones), solution.x, law="associated") > 0.1
+
+
+# Breaks when a field is missing, has another type, or the history is not that of the solve.
+def test_solution_is_complete():
+    problem = wall()
+    solution = problem.solve(method="p-spg-fb", max_iterations=50, tolerance=1e-12, history=True)
+    assert isinstance(solution, amontons.Solution)
+    assert solution.x.shape == solution.u.shape == (problem.rows,)
+    assert np.allclose(solution.u, problem.A @ solution.x + problem.b, atol=1e-12)
+    assert solution.status == "iteration_limit"
+    assert not solution.converged
+    assert solution.iterations == 50
+    assert solution.method == "p-spg-fb"
+    assert solution.residual == pytest.approx(amontons.residual(problem, solution.x), rel=1e-12)
+    assert solution.objective == pytest.approx(0.5 * solution.x @ (solution.u + problem.b))
+    history = solution.history
+    assert history.dtype.names == (
+        "iteration", "products", "time", "residual", "best_residual", "objective", "step", "backtracks"
+    )  # fmt: skip
+    assert np.array_equal(history["iteration"], np.arange(len(history)))
+    assert np.all(np.diff(history["best_residual"]) <= 0)
+    assert np.all(np.diff(history["time"]) >= 0)
+    assert history["products"][-1] <= solution.products
+    assert solution.history is not None
+    assert problem.solve(max_iterations=2).history is None
+
+
+# Breaks when the printed form hides what a user looks for.
+def test_repr_tells_the_outcome():
+    solution = amontons.solve(np.eye(1), [1.0], "free")
+    text = repr(solution)
+    for word in ("converged", "method", "residual", "objective", "products", "1 impulses"):
+        assert word in text
+    problem = repr(wall())
+    for word in ("wall impact", "868", "Factored(43 bodies", "Friction(0.6, n=289)", "Free"):
+        assert word in problem
+
+
+# Breaks when the arrays of a solution die with it, or are copied.
+def test_arrays_outlive_the_solution():
+    solution = amontons.solve(np.eye(2), [1.0, 2.0], "free")
+    x = solution.x
+    assert np.shares_memory(x, solution.x)
+    del solution
+    assert x.tolist() == [-1.0, -2.0]
+
+
+# Breaks when auto does not say what it did.
+def test_auto_says_what_it_picked():
+    solution = wall().solve(tolerance=1e-3, deadline=5)
+    assert solution.method in amontons.methods()
+    assert solution.method != "auto"
+    assert solution.reason
+
+
+# Breaks when the callback sees something else than the history, or its result is ignored.
+def test_callback_watches_and_stops():
+    seen = []
+
+    def callback(record):
+        seen.append((record.iteration, record.residual, record.products))
+        return record.iteration >= 7
+
+    solution = wall().solve(method="p-spg-fb", callback=callback, history=True)
+    assert solution.status == "interrupted"
+    assert [s[0] for s in seen] == list(range(8))
+    assert [s[1] for s in seen] == solution.history["residual"].tolist()
+    assert "iteration=7" not in repr(solution)
+    assert np.isfinite(solution.x).all()
+
+
+# Breaks when an exception inside the solve is swallowed, replaced, or leaves the problem unusable.
+def test_exceptions_propagate():
+    problem = wall()
+
+    def callback(record):
+        if record.iteration == 3:
+            raise ZeroDivisionError("from the callback")
+
+    with pytest.raises(ZeroDivisionError, match="from the callback"):
+        problem.solve(method="p-spg-fb", callback=callback)
+
+    calls = []
+
+    def matvec(x):
+        calls.append(x)
+        if len(calls) == 5:
+            raise KeyError("from the product")
+        return problem.A @ x
+
+    A = scipy.sparse.linalg.LinearOperator(problem.A.shape, matvec=matvec, dtype=float)
+    with pytest.raises(KeyError, match="from the product"):
+        amontons.solve(A, problem.b, problem.cones, method="p-spg-fb")
+    assert problem.solve(max_iterations=2, method="p-spg-fb").iterations == 2
+
+
+# Breaks when the vector handed to a callable is reused afterwards: keeping it must be safe.
+def test_callable_may_keep_its_argument():
+    kept = []
+    dense = random_spd(6)
+
+    def matvec(x):
+        kept.append((x, x.copy()))
+        return dense @ x
+
+    A = scipy.sparse.linalg.LinearOperator((6, 6), matvec=matvec, dtype=float)
+    amontons.solve(A, np.ones(6), "nonnegative", method="p-spg-fb")
+    assert len(kept) > 1
+    assert all(np.array_equal(x, copy) for x, copy in kept)
+
+
+# Breaks when Ctrl-C is lost, raises, or waits for the end of the solve.
+def test_ctrl_c_returns_the_best_iterate():
+    problem = wall()
+    timer = threading.Timer(0.2, os.kill, (os.getpid(), signal.SIGINT))
+    timer.start()
+    start = time.monotonic()
+    solution = problem.solve(**FOREVER, deadline=30)
+    timer.join()
+    assert solution.status == "interrupted"
+    assert time.monotonic() - start < 10
+    assert solution.residual < 1
+    assert solution.residual == pytest.approx(problem.residual(solution.x), rel=1e-9)
+
+
+# Breaks when a KeyboardInterrupt that lands in Python code called by the solver escapes or corrupts x.
+@pytest.mark.parametrize("where", ["callback", "product"])
+def test_ctrl_c_inside_python_code(where):
+    problem = wall()
+    calls = []
+
+    def interrupt(*_):
+        calls.append(None)
+        if len(calls) == 9:
+            raise KeyboardInterrupt
+
+    def matvec(x):
+        interrupt()
+        return problem.A @ x
+
+    if where == "callback":
+        solution = problem.solve(**FOREVER, callback=interrupt)
+    else:
+        A = scipy.sparse.linalg.LinearOperator(problem.A.shape, matvec=matvec, dtype=float)
+        solution = amontons.solve(A, problem.b, problem.cones, **FOREVER)
+    assert solution.status == "interrupted"
+    assert np.isfinite(solution.x).all()
+
+
+# Breaks when the solve keeps the interpreter to itself.
+def test_other_threads_run_meanwhile():
+    count, stop = [0], threading.Event()
+
+    def work():
+        while not stop.wait(1e-3):
+            count[0] += 1
+
+    thread = threading.Thread(target=work)
+    thread.start()
+    before = count[0]
+    wall().solve(**FOREVER, deadline=0.3)
+    during = count[0] - before
+    stop.set()
+    thread.join()
+    assert during > 20
+
+
+# Breaks when one problem cannot be solved by several threads at a time.
+def test_one_problem_in_two_threads():
+    problem = wall()
+    alone = problem.solve(max_iterations=300, method="p-spg-fb", tolerance=0).x
+    found = [None, None]
+
+    def work(i):
+        found[i] = problem.solve(max_iterations=300, method="p-spg-fb", tolerance=0).x
+
+    threads = [threading.Thread(target=work, args=(i,)) for i in range(2)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert all(np.array_equal(x, alone) for x in found)
+
+
+# Breaks when a deadline is overrun by more than a few polls, or the result is not usable.
+def test_deadline_holds():
+    start = time.monotonic()
+    solution = wall().solve(**FOREVER, deadline=0.1)
+    assert solution.status == "deadline"
+    assert time.monotonic() - start < 1.0
+    assert solution.residual < 1
+
+
+# Breaks when a warm start is ignored, or a bad one makes things worse.
+def test_warm_start():
+    problem = wall()
+    first = problem.solve(tolerance=1e-4, method="p-spg-fb", deadline=20)
+    again = problem.solve(tolerance=1e-4, method="p-spg-fb", x0=first.x)
+    assert again.iterations == 0
+    cold = problem.solve(max_iterations=5, method="p-spg-fb")
+    nonsense = problem.solve(max_iterations=5, method="p-spg-fb", x0=np.full(problem.rows, 1e6))
+    assert np.array_equal(nonsense.x, cold.x)
+
+
+# Breaks when options of a method do not reach it.
+@pytest.mark.parametrize(
+    ("method", "option"),
+    [
+        ("p-spg-fb-literal", {"memory": 1}),
+        ("p-spg-fb-literal", {"alpha_max": 1.01, "alpha_min": 1e-3}),
+        ("p-spg-fb", {"gamma": 0.9}),
+        ("gauss-seidel", {"omega": 1.5}),
+        ("jacobi", {"omega": 0.01}),
+        ("admm", {"rho": 3.0}),
+    ],
+)
+def test_method_options_reach_the_method(method, option):
+    problem = wall()
+    limits = {"tolerance": 0, "max_iterations": 40, "method": method}
+    default = problem.solve(**limits)
+    changed = problem.solve(**limits, **option)
+    assert not np.array_equal(default.x, changed.x)
+
+
+# Breaks when a measure is zero away from a solution, or not at one.
+def test_residual_norms_and_violations():
+    A, b, cones = one_contact(mu=0.5, tangential_velocity=0.3)
+    problem = amontons.Problem(A, b, cones)
+    for norm in ("natural", "plain", "plain_inf", "siconos"):
+        assert amontons.residual(problem, [1, -0.3, 0], norm=norm) == pytest.approx(0, abs=1e-15)
+        assert amontons.residual(problem, [0.5, 0, 0], norm=norm) > 0.1
+    assert amontons.residual(problem, np.zeros(3)) == 1
+    v = amontons.violations(problem, [0.0, 0.2, 0.0])
+    assert v.penetration_velocity == pytest.approx(1)
+    assert v.cone > 0.1
+    assert amontons.violations(problem, [1, -0.3, 0]).complementarity == pytest.approx(0, abs=1e-15)
+
+
+# Breaks when there is nothing to solve and the code divides by it.
+@pytest.mark.parametrize("law", ["associated", "coulomb"])
+def test_empty_problems(law):
+    for A in (np.zeros((0, 0)), amontons.Factored([1.0], [[1.0, 1, 1]], [], [], [], [])):
+        for cones, mu in (([], None), ("friction", 0.3), ("free", None)):
+            solution = amontons.solve(A, [], cones, mu=mu, law=law, history=True)
+            assert solution.converged
+            assert len(solution.x) == 0
+            assert solution.residual == 0
+
+
+# One row of each kind, with the solution by hand: u = 2 x + b, x in [lo, hi] where u = 0 or at a bound.
+@pytest.mark.parametrize(
+    ("cone", "b", "x"),
+    [
+        (amontons.Free(1), 3.0, -1.5),
+        (amontons.NonNegative(1), 3.0, 0.0),
+        (amontons.NonNegative(1), -3.0, 1.5),
+        (amontons.Interval(-1, 1), -3.0, 1.0),
+        (amontons.Interval(-1, 1), 3.0, -1.0),
+        (amontons.Interval(-1, 1), 1.0, -0.5),
+        (amontons.Interval(2, np.inf), 1.0, 2.0),
+    ],
+)
+def test_one_row(cone, b, x):
+    solution = amontons.solve([[2.0]], [b], cone, tolerance=1e-12)
+    assert solution.converged
+    assert solution.x[0] == pytest.approx(x, abs=1e-10)

@@ -1,0 +1,58 @@
+"""The documents: links, public names, code blocks; and that the checker sees faults."""
+
+import check_docs
+import pytest
+from conftest import ROOT
+
+
+# Breaks when a link dies, a public name loses its documentation, or a named make target is gone.
+def test_documentation_holds(root):
+    assert check_docs.faults(root) == []
+
+
+# Breaks when an example of the README no longer runs. Blocks share one namespace, in order.
+def test_readme_blocks_run(root, tmp_path, monkeypatch):
+    monkeypatch.setenv("MPLBACKEND", "Agg")
+    # Examples name files relative to the repository and write beside them: run them in a copy of its outline.
+    for name in ("examples", "docs", "benchmarks"):
+        if (root / name).exists():
+            (tmp_path / name).symlink_to(root / name)
+    monkeypatch.chdir(tmp_path)
+    namespace = {"__name__": "readme"}
+    for line, source in check_docs.python_blocks(root / "README.md"):
+        # Blank lines in front give a failure the line numbers of the README.
+        exec(compile("\n" * (line - 1) + source, str(root / "README.md"), "exec"), namespace)
+
+
+@pytest.mark.skipif(not (ROOT / "README.md").exists(), reason="no README yet")
+def test_readme_has_python(root):
+    assert check_docs.python_blocks(root / "README.md")
+
+
+# Breaks when the checker of links misses one: then the first test proves nothing.
+@pytest.mark.parametrize(
+    ("text", "fault"),
+    [
+        ("[a](gone.md)", "dead link gone.md"),
+        ("![figure](docs/gone.png)", "dead link docs/gone.png"),
+        ("[a](#nowhere)\n# Here", "no heading for #nowhere"),
+        ("[a]: gone.md", "dead link gone.md"),
+        ("run `make nothing`", "make has no target nothing"),
+        ("```sh\nmake nothing\n```", "make has no target nothing"),
+    ],
+)
+def test_fault_is_found(tmp_path, text, fault):
+    (tmp_path / "Makefile").write_text("demo: install\n")
+    (tmp_path / "A.md").write_text(text)
+    found = [*check_docs.check_links(tmp_path), *check_docs.check_targets(tmp_path)]
+    assert any(fault in line for line in found), found
+
+
+# Breaks when the checker refuses good documents.
+def test_good_document_passes(tmp_path):
+    (tmp_path / "Makefile").write_text("demo: install\n")
+    (tmp_path / "A.md").write_text(
+        "# What it is, in short\n[a](#what-it-is-in-short) [b](https://example.org/x) [c](A.md) `[d](gone)`\n"
+        "```\n[e](gone)\nmake demo\n```\n"
+    )
+    assert [*check_docs.check_links(tmp_path), *check_docs.check_targets(tmp_path)] == []

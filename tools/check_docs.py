@@ -1,0 +1,105 @@
+"""Checks the documentation; prints every fault.
+
+- Every relative link of a Markdown file leads to a file, every #fragment to a heading of it.
+- Every name of amontons.__all__ has a docstring or a mention in backquotes in docs/, and every public method
+  and property of its classes has a docstring or is named in that of the class.
+- Every make target that a document names in code exists.
+"""
+
+import inspect
+import re
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parent.parent
+LINK = re.compile(r"!?\[[^\]]*\]\(\s*<?([^)\s>]+)>?[^)]*\)|^\[[^\]]+\]:\s*(\S+)", re.MULTILINE)
+FENCE = re.compile(r"^(```+|~~~+).*?^\1\s*$", re.MULTILINE | re.DOTALL)
+CODE = re.compile(r"`[^`\n]*`")
+BLOCK = re.compile(r"^```python[^\S\n]*\n(.*?)^```\s*$", re.MULTILINE | re.DOTALL)
+
+
+def documents(root: Path) -> list[Path]:
+    """The Markdown files of the repository: those that git does not ignore."""
+    command = ["git", "-C", str(root), "ls-files", "--cached", "--others", "--exclude-standard", "*.md"]
+    run = subprocess.run(command, capture_output=True, text=True)
+    if run.returncode == 0:
+        return sorted(root / name for name in set(run.stdout.splitlines()) if (root / name).is_file())
+    return sorted(
+        p for p in root.rglob("*.md") if not {".venv", "build", "out"} & set(p.relative_to(root).parts)
+    )
+
+
+def anchors(text: str) -> set[str]:
+    """The fragments of the headings, made the way code hosting sites make them."""
+    headings = re.findall(r"^#{1,6}\s+(.+?)\s*#*$", FENCE.sub("", text), re.MULTILINE)
+    return {re.sub(r"[^\w\- ]", "", heading.lower()).replace(" ", "-") for heading in headings}
+
+
+def check_links(root: Path) -> Iterator[str]:
+    for file in documents(root):
+        text = file.read_text()
+        for match in LINK.finditer(CODE.sub("", FENCE.sub("", text))):
+            link = match.group(1) or match.group(2)
+            if re.match(r"[a-z][a-z0-9+.-]*:", link):
+                continue
+            path, _, fragment = link.partition("#")
+            target = (file.parent / path) if path else file
+            if not target.exists():
+                yield f"{file.relative_to(root)}: dead link {link}"
+            elif fragment and target.suffix == ".md" and fragment not in anchors(target.read_text()):
+                yield f"{file.relative_to(root)}: no heading for {link}"
+
+
+def has_docstring(thing: object) -> bool:
+    # A dataclass or a bound function without a docstring is given its signature as one.
+    doc = (inspect.getdoc(thing) or "").strip()
+    return bool(doc) and not ("\n" not in doc and doc.startswith(f"{getattr(thing, '__name__', '')}("))
+
+
+def check_names(root: Path) -> Iterator[str]:
+    import amontons
+
+    mentioned = " ".join(" ".join(CODE.findall(p.read_text())) for p in sorted((root / "docs").rglob("*.md")))
+    for name in amontons.__all__:
+        thing = getattr(amontons, name)
+        if name.startswith("__"):
+            continue
+        documented = re.search(rf"\b{re.escape(name)}\b", mentioned)
+        if not documented and not (callable(thing) and has_docstring(thing)):
+            yield f"amontons.{name}: neither a docstring nor mentioned in docs/"
+        if not inspect.isclass(thing) or issubclass(thing, tuple):
+            continue
+        words = re.findall(r"\w+", thing.__doc__ or "")
+        for attribute, value in vars(thing).items():
+            public = not attribute.startswith("_") and (callable(value) or isinstance(value, property))
+            if public and not has_docstring(value) and attribute not in words:
+                yield f"amontons.{name}.{attribute}: no docstring"
+
+
+def check_targets(root: Path) -> Iterator[str]:
+    targets = set(re.findall(r"^([a-z_]+):", (root / "Makefile").read_text(), re.MULTILINE))
+    for file in documents(root):
+        text = file.read_text()
+        fences = [match.group() for match in FENCE.finditer(text)]
+        for code in CODE.findall(FENCE.sub("", text)) + fences:
+            for target in re.findall(r"^`?make ([a-z_]+)", code, re.MULTILINE):
+                if target not in targets:
+                    yield f"{file.relative_to(root)}: make has no target {target}"
+
+
+def python_blocks(file: Path) -> list[tuple[int, str]]:
+    """(line, source) of the fenced Python blocks of a Markdown file."""
+    text = file.read_text()
+    return [(text.count("\n", 0, m.start(1)) + 1, m.group(1)) for m in BLOCK.finditer(text)]
+
+
+def faults(root: Path) -> list[str]:
+    return [*check_links(root), *check_targets(root), *check_names(root)]
+
+
+if __name__ == "__main__":
+    found = faults(ROOT)
+    print("\n".join(found) if found else "documentation holds")
+    sys.exit(bool(found))

@@ -1,0 +1,21 @@
+"""Prints the requirements of pyproject.toml, one per line: to build, to run, to test and to develop."""
+
+import tomllib
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parent.parent
+
+
+def requirements(root: Path = ROOT) -> list[str]:
+    data = tomllib.loads((root / "pyproject.toml").read_text())
+    extras = data["project"]["optional-dependencies"]
+    return [
+        *data["build-system"]["requires"],
+        *data["project"]["dependencies"],
+        *extras["test"],
+        *extras["dev"],
+    ]
+
+
+if __name__ == "__main__":
+    print("\n".join(requirements()))
