@@ -49,7 +49,7 @@ bench: install
 
 format: .venv/.requirements
 	@$(BIN)/clang-format -i $(FORMATTED)
-	@$(BIN)/ruff check --fix && $(BIN)/ruff format
+	@$(BIN)/ruff check --fix --exit-zero --quiet && $(BIN)/ruff format && $(BIN)/ruff check
 
 lint: .venv/.requirements
 	@code=0; \

@@ -1,22 +1,27 @@
 // One production iteration (direction, curvature, update) of the fused contact passes on a three-dimensional
 // packing of spheres, and the STREAM triad on the same machine.
 //
-//   contact_kernel [--quick] [--csv FILE]
+//   contact_kernel [--quick] [--threads N] [--csv FILE]
 //
-// The packing: spheres at the sites of a cubic lattice with jitter, in contact with their six neighbours (three
-// contacts per body) and with a fixed floor, mu = 0.5. Bodies and contacts are numbered at random: to order
-// them in memory is the library's work. The bandwidth column divides the compulsory traffic, as counted at the
-// head of src/vi/contact_passes.isa.cpp (400 bytes per contact, 24 more under coulomb, and 384 per body; a body
-// that is held more than once counts once), by the time; the triad column counts two loads and one store of
-// eight bytes per element, as STREAM does, over arrays of 1 GiB each so that no cache holds a useful part.
-// Times are medians over repeats.
+// The packing: spheres at the sites of a cubic lattice with jitter, in contact with their six neighbours
+// (three contacts per body) and with the ground, mu = 0.5. Bodies and contacts are numbered at random: to
+// order them in memory is the library's work. A run starts at x = 0 and does as many iterations as a solver
+// that is on its way; its time per iteration and contact is one sample. Columns:
+//   ns       median over the runs, best  the fastest run, which neighbours on the machine disturb least
+//   GB/s     compulsory traffic, counted as at the head of src/vi/contact_passes.isa.cpp (400 bytes per
+//   contact,
+//            24 more under coulomb, and 384 per body; a second copy of a body is not counted), by the median
+//   triad    a = b + s c, two loads and one store of eight bytes per element as STREAM counts them, median
+//   over
+//            passes right before and right after the runs, with as many threads, on arrays of 768 MiB each,
+//            so that no cache holds a useful part
+// Small problems stay in the cache of a core; the comparison with the triad is meant for the largest.
 #include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
-#include <functional>
 #include <numeric>
 #include <random>
 #include <string>
@@ -78,7 +83,8 @@ Scene sphere_packing(std::size_t contacts) {
   const auto touch = [&](Index a, Index other) {
     ContactFrame c{a, other, {}, {}, {}};
     double length = 0;
-    for (int k = 0; k < 3; ++k) c.normal[k] = centre[a][k] - centre[other][k], length += c.normal[k] * c.normal[k];
+    for (int k = 0; k < 3; ++k)
+      c.normal[k] = centre[a][k] - centre[other][k], length += c.normal[k] * c.normal[k];
     for (int k = 0; k < 3; ++k) {
       c.normal[k] /= std::sqrt(length);
       c.r_a[k] = -0.5 * std::sqrt(length) * c.normal[k], c.r_b[k] = -c.r_a[k];
@@ -110,7 +116,7 @@ Scene sphere_packing(std::size_t contacts) {
   return scene;
 }
 
-// One iteration as in the solver, with the alternating Barzilai-Borwein steps and no line search.
+// One iteration as in the solver: alternating Barzilai-Borwein steps, a step that never overshoots along d.
 struct Iteration {
   ContactStages& stages;
   double alpha = 1;
@@ -128,66 +134,81 @@ struct Iteration {
 };
 
 struct Timing {
-  double iteration;  // s
-  double residual;   // at the end, to show that it did the work
+  double median, best;  // s per iteration
 };
 
-Timing time_iteration(const Scene& scene, Law law, unsigned threads, double budget) {
+Timing time_iteration(const Scene& scene, Law law, unsigned threads, bool quick) {
+  const std::size_t contacts = scene.A.contacts.size();
+  const int iterations = contacts > 500000 ? 10 : contacts > 50000 ? 25 : 50;
+  const auto work = static_cast<double>(contacts) * iterations;
+  const int runs = std::clamp(static_cast<int>((quick ? 1e7 : 1e8) / work), 9, 501);
   ContactStages stages(scene.A, scene.K, scene.b, scene.P, law, threads);
-  stages.start({});
-  Iteration iterate{stages};
-  auto begin = Clock::now();
-  for (int i = 0; i < 5; ++i) iterate();
-  const double guess = seconds_since(begin) / 5;
-  const int repeats = 15;
-  const int inner = std::max(1, static_cast<int>(budget / repeats / guess));
   std::vector<double> times;
-  for (int r = 0; r < repeats; ++r) {
-    begin = Clock::now();
-    for (int i = 0; i < inner; ++i) iterate();
-    times.push_back(seconds_since(begin) / inner);
-    if (r % 3 == 0) stages.keep_best();
-    stages.start({}), iterate.alpha = 1;
+  for (int run = 0; run < runs; ++run) {
+    stages.start({});
+    Iteration iterate{stages};
+    const auto begin = Clock::now();
+    for (int i = 0; i < iterations; ++i) {
+      iterate();
+      if (i % 3 == 0) stages.keep_best();  // the buffers rotate as in a solver
+    }
+    times.push_back(seconds_since(begin) / iterations);
   }
-  return {median(times), std::sqrt(stages.refresh())};
+  return {median(times), *std::min_element(times.begin(), times.end())};
 }
 
-// a = b + s c. Bytes per second, 24 per element.
-double triad(unsigned threads, std::size_t bytes) {
-  const std::size_t n = bytes / sizeof(double), huge = std::size_t{1} << 21;
-  double* arrays[3];
-  for (double*& p : arrays) {
-    p = static_cast<double*>(std::aligned_alloc(huge, bytes));
-    if (!p) std::abort();
+class Triad {
+ public:
+  Triad(unsigned threads, std::size_t bytes) : pool_(threads), n_(bytes / sizeof(double)) {
+    constexpr std::size_t huge_page = std::size_t{1} << 21;
+    for (double*& p : arrays_) {
+      p = static_cast<double*>(std::aligned_alloc(huge_page, bytes));
+      if (!p) std::abort();
 #if defined(__linux__)
-    madvise(p, bytes, MADV_HUGEPAGE);
+      madvise(p, bytes, MADV_HUGEPAGE);
 #endif
-  }
-  ThreadPool pool(threads);
-  double *a = arrays[0], *b = arrays[1], *c = arrays[2];
-  const std::size_t pieces = 64;
-  pool.run(pieces, [=](std::size_t k) {
-    for (std::size_t i = n * k / pieces; i < n * (k + 1) / pieces; ++i) a[i] = 0, b[i] = 1, c[i] = 2;
-  });
-  std::vector<double> times;
-  for (int r = 0; r < 9; ++r) {
-    const auto begin = Clock::now();
-    pool.run(pieces, [=](std::size_t k) {
-      const std::size_t last = n * (k + 1) / pieces;
-      double* __restrict to = a;
-      for (std::size_t i = n * k / pieces; i < last; ++i) to[i] = b[i] + 3.0 * c[i];
+    }
+    each_piece([this](std::size_t first, std::size_t last) {
+      for (std::size_t i = first; i < last; ++i) arrays_[0][i] = 0, arrays_[1][i] = 1, arrays_[2][i] = 2;
     });
-    times.push_back(seconds_since(begin));
   }
-  for (double* p : arrays) std::free(p);
-  return 24.0 * static_cast<double>(n) / median(times);
-}
+  Triad(const Triad&) = delete;
+  ~Triad() {
+    for (double* p : arrays_) std::free(p);
+  }
+
+  // Appends bytes per second of a few passes.
+  void sample(std::vector<double>& rates) {
+    for (int pass = 0; pass < 4; ++pass) {
+      const auto begin = Clock::now();
+      each_piece([this](std::size_t first, std::size_t last) {
+        double* __restrict a = arrays_[0];
+        const double* __restrict b = arrays_[1], * __restrict c = arrays_[2];
+        for (std::size_t i = first; i < last; ++i) a[i] = b[i] + 3.0 * c[i];
+      });
+      rates.push_back(24.0 * static_cast<double>(n_) / seconds_since(begin));
+    }
+  }
+
+ private:
+  template <class F>
+  void each_piece(F&& f) {
+    constexpr std::size_t pieces = 64;
+    pool_.run(pieces, [&](std::size_t k) { f(n_ * k / pieces, n_ * (k + 1) / pieces); });
+  }
+  ThreadPool pool_;
+  std::size_t n_;
+  double* arrays_[3];
+};
 
 const char* isa_name() {
   switch (active_isa()) {
-    case Isa::avx512: return "avx512";
-    case Isa::avx2: return "avx2";
-    default: return "baseline";
+    case Isa::avx512:
+      return "avx512";
+    case Isa::avx2:
+      return "avx2";
+    default:
+      return "baseline";
   }
 }
 
@@ -195,9 +216,11 @@ const char* isa_name() {
 
 int main(int argc, char** argv) {
   bool quick = false;
+  unsigned max_threads = 2;
   const char* csv_path = nullptr;
   for (int i = 1; i < argc; ++i) {
     if (!std::strcmp(argv[i], "--quick")) quick = true;
+    if (!std::strcmp(argv[i], "--threads") && i + 1 < argc) max_threads = std::atoi(argv[++i]);
     if (!std::strcmp(argv[i], "--csv") && i + 1 < argc) csv_path = argv[++i];
   }
   std::FILE* csv = csv_path ? std::fopen(csv_path, "w") : nullptr;
@@ -205,29 +228,33 @@ int main(int argc, char** argv) {
     std::fprintf(stderr, "contact_kernel: cannot write %s\n", csv_path);
     return 1;
   }
-  const char* header = "contacts,law,threads,isa,ns_per_contact,gb_per_s,triad_gb_per_s,ratio,residual";
-  if (csv) std::fprintf(csv, "%s\n", header);
-  std::printf("%9s %-10s %7s %-8s %13s %8s %8s %6s\n", "contacts", "law", "threads", "isa", "ns/contact", "GB/s",
-              "triad", "ratio");
-  const std::vector<std::size_t> sizes =
-      quick ? std::vector<std::size_t>{1000, 10000} : std::vector<std::size_t>{1000, 10000, 100000, 1000000};
-  for (unsigned threads : {1u, 2u}) {
-    const double stream = triad(threads, std::size_t{1} << (quick ? 26 : 30));
+  if (csv)
+    std::fprintf(csv, "contacts,law,threads,isa,ns_per_contact,best_ns,gb_per_s,triad_gb_per_s,ratio\n");
+  std::printf("%9s %-10s %7s %-8s %8s %8s %8s %8s %6s\n", "contacts", "law", "threads", "isa", "ns", "best",
+              "GB/s", "triad", "ratio");
+  std::vector<std::size_t> sizes{1000, 10000, 100000, 1000000};
+  if (quick) sizes.resize(2);
+  for (unsigned threads = 1; threads <= max_threads; threads *= 2) {
+    Triad triad(threads, std::size_t{quick ? 64u : 768u} << 20);
     for (std::size_t size : sizes) {
       const Scene scene = sphere_packing(size);
       for (Law law : {Law::associated, Law::coulomb}) {
-        const Timing t = time_iteration(scene, law, threads, quick ? 0.2 : 1.5);
+        std::vector<double> rates;
+        triad.sample(rates);
+        const Timing t = time_iteration(scene, law, threads, quick);
+        triad.sample(rates);
         const auto contacts = static_cast<double>(scene.A.contacts.size());
         const auto bodies = static_cast<double>(scene.A.joints.inverse_mass.bodies());
         const double bytes = (law == Law::coulomb ? 424 : 400) * contacts + 384 * bodies;
-        const double rate = bytes / t.iteration, ns = 1e9 * t.iteration / contacts;
+        const double rate = bytes / t.median, stream = median(rates);
+        const double ns = 1e9 * t.median / contacts, best = 1e9 * t.best / contacts;
         const char* name = law == Law::coulomb ? "coulomb" : "associated";
-        std::printf("%9zu %-10s %7u %-8s %13.2f %8.2f %8.2f %6.3f\n", scene.A.contacts.size(), name, threads,
-                    isa_name(), ns, rate / 1e9, stream / 1e9, rate / stream);
+        std::printf("%9zu %-10s %7u %-8s %8.2f %8.2f %8.2f %8.2f %6.3f\n", scene.A.contacts.size(), name,
+                    threads, isa_name(), ns, best, rate / 1e9, stream / 1e9, rate / stream);
         std::fflush(stdout);
         if (csv)
-          std::fprintf(csv, "%zu,%s,%u,%s,%.3f,%.3f,%.3f,%.4f,%.6g\n", scene.A.contacts.size(), name, threads,
-                       isa_name(), ns, rate / 1e9, stream / 1e9, rate / stream, t.residual);
+          std::fprintf(csv, "%zu,%s,%u,%s,%.3f,%.3f,%.3f,%.3f,%.4f\n", scene.A.contacts.size(), name, threads,
+                       isa_name(), ns, best, rate / 1e9, stream / 1e9, rate / stream);
       }
     }
   }

@@ -38,14 +38,14 @@ nb::ndarray<nb::numpy, std::uint8_t, nb::ndim<1>> history_of(const std::shared_p
 
 void bind_solution(nb::module_& m) {
   nb::class_<IterationRecord>(m, "IterationRecord", "What a callback gets to see of an iteration.")
-      .def_ro("iteration", &IterationRecord::iteration)
-      .def_ro("products", &IterationRecord::products)
-      .def_ro("time", &IterationRecord::time)
-      .def_ro("residual", &IterationRecord::residual)
-      .def_ro("best_residual", &IterationRecord::best_residual)
-      .def_ro("objective", &IterationRecord::objective)
-      .def_ro("step", &IterationRecord::step)
-      .def_ro("backtracks", &IterationRecord::backtracks)
+      .def_ro("iteration", &IterationRecord::iteration, "0 for the starting point")
+      .def_ro("products", &IterationRecord::products, "products with A so far")
+      .def_ro("time", &IterationRecord::time, "s since the start of the solve")
+      .def_ro("residual", &IterationRecord::residual, "natural residual of the current iterate")
+      .def_ro("best_residual", &IterationRecord::best_residual, "natural residual of the best iterate so far")
+      .def_ro("objective", &IterationRecord::objective, "1/2 x'Ax + b'x of the current iterate (J)")
+      .def_ro("step", &IterationRecord::step, "step size, penalty or step length of the method; 0 if none")
+      .def_ro("backtracks", &IterationRecord::backtracks, "backtracking steps of the line search")
       .def("__repr__", [](const IterationRecord& r) {
         char text[160];
         std::snprintf(text, sizeof text,

@@ -8,7 +8,7 @@ import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 from rich.console import Console
@@ -79,7 +79,7 @@ def solve(
 
     The exit code is 0 if all converged, 1 if some did not, 2 if some file or option could not be used.
     """
-    limits = {
+    limits: dict[str, Any] = {
         "law": law,
         "tolerance": tolerance,
         "deadline": deadline,
@@ -159,7 +159,7 @@ def compare(
                     tolerance=tolerance,
                     deadline=deadline,
                     threads=threads,
-                    before=lambda method, name=name: advance(f"{name}: {method}"),
+                    before=lambda problem, method: advance(f"{problem}: {method}"),
                 )
             runs += mine
             if interrupted(mine):

@@ -54,6 +54,7 @@ class Free:
 
     @property
     def rows(self) -> int:
+        """Number of rows of A that the cone covers."""
         return self.n
 
 
@@ -71,10 +72,11 @@ class NonNegative:
 
     @property
     def rows(self) -> int:
+        """Number of rows of A that the cone covers."""
         return self.n
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, init=False)
 class Interval:
     """[lo, hi] row by row: motors and joint friction of limited effort.
 
@@ -82,21 +84,24 @@ class Interval:
     Raises InputError for lo > hi or NaN, naming the row.
     """
 
-    lo: ArrayLike
-    hi: ArrayLike
+    lo: Array
+    hi: Array
 
-    def __post_init__(self) -> None:
-        lo, hi = vector("Interval: lo", self.lo), vector("Interval: hi", self.hi)
-        if len(lo) != len(hi) and 1 not in (len(lo), len(hi)):
-            raise InputError(f"Interval: lo has {len(lo)} entries and hi {len(hi)}; give one of each per row")
-        lo, hi = (np.ascontiguousarray(a) for a in np.broadcast_arrays(lo, hi))
-        _core.ConeProduct().add_interval(lo, hi)
-        object.__setattr__(self, "lo", _frozen(lo))
-        object.__setattr__(self, "hi", _frozen(hi))
+    def __init__(self, lo: ArrayLike, hi: ArrayLike) -> None:
+        lower, upper = vector("Interval: lo", lo), vector("Interval: hi", hi)
+        if len(lower) != len(upper) and 1 not in (len(lower), len(upper)):
+            raise InputError(
+                f"Interval: lo has {len(lower)} entries and hi {len(upper)}; give one of each per row"
+            )
+        lower, upper = (np.ascontiguousarray(a) for a in np.broadcast_arrays(lower, upper))
+        _core.ConeProduct().add_interval(lower, upper)
+        object.__setattr__(self, "lo", _frozen(lower))
+        object.__setattr__(self, "hi", _frozen(upper))
 
     @property
     def rows(self) -> int:
-        return len(self.lo)  # type: ignore[arg-type]
+        """Number of rows of A that the cone covers."""
+        return len(self.lo)
 
     def __repr__(self) -> str:
         return f"Interval({self.rows} rows)"
@@ -135,6 +140,7 @@ class Friction:
 
     @property
     def rows(self) -> int:
+        """Number of rows of A that the cone covers, three per contact."""
         return 3 * self.n
 
     def __repr__(self) -> str:
@@ -204,7 +210,8 @@ def _with_friction(cones: Sequence[Cone], mu: ArrayLike | None) -> tuple[Cone, .
             f"mu has {len(values)} entries but there are {contacts} contacts; give one per contact"
         )
     _core.ConeProduct().add_friction(values)
-    filled, used = [], 0
+    filled: list[Cone] = []
+    used = 0
     for cone in cones:
         if isinstance(cone, Friction):
             filled.append(Friction(values[used : used + cone.n]))
@@ -230,6 +237,6 @@ def to_core(cones: Iterable[Cone]) -> _core.ConeProduct:
                 product.add_nonnegative(n)
             case Interval(lo=lo, hi=hi):
                 product.add_interval(lo, hi)
-            case Friction(mu=mu):
+            case Friction(mu=mu) if mu is not None:
                 product.add_friction(mu)
     return product

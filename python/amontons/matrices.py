@@ -28,7 +28,8 @@ class LinearMap(Protocol):
     def matvec(self, x: Any, /) -> Any: ...
 
 
-Matrix = sp.csr_array | np.ndarray | Factored | Contacts | LinearMap
+Matrix = Any
+"""sp.csr_array | np.ndarray | Factored | Contacts | LinearMap; type checkers do not see SciPy's types."""
 
 
 def canonical(A: Any) -> Matrix:

@@ -112,6 +112,7 @@ class _BodyBased:
         self.inverse_inertia = _inverse_inertia(inverse_inertia, len(masses))
 
     def to_core(self) -> _core.Operator:
+        """A new operator of the compiled module with copies of the arrays."""
         raise NotImplementedError
 
     @property
@@ -199,10 +200,11 @@ class Factored(_BodyBased):
 
     @property
     def shape(self) -> tuple[int, int]:
-        """(m, m)"""
+        """Shape (m, m), m the number of rows."""
         return (len(self.body_a), len(self.body_a))
 
     def to_core(self) -> _core.Operator:
+        """A new operator of the compiled module with copies of the arrays."""
         return _core.body_operator(
             self.inverse_mass,
             self.inverse_inertia,
@@ -297,7 +299,7 @@ class Contacts(_BodyBased):
 
     @property
     def shape(self) -> tuple[int, int]:
-        """(m, m) with m = 3 contacts + joint rows"""
+        """Shape (m, m) with m = 3 contacts + joint rows."""
         m = 3 * len(self.body_a) + len(self.joint_body_a)
         return (m, m)
 
@@ -307,6 +309,7 @@ class Contacts(_BodyBased):
         return _core.contact_tangents(self.normal).reshape(-1, 2, 3)
 
     def to_core(self) -> _core.Operator:
+        """A new operator of the compiled module with copies of the arrays."""
         return _core.contact_operator(
             self.inverse_mass,
             self.inverse_inertia,

@@ -22,14 +22,17 @@ void ConeProduct::add_free(std::size_t count) { append(ConeKind::free, count, 0,
 void ConeProduct::add_nonnegative(std::size_t count) { append(ConeKind::nonnegative, count, 0, 1); }
 
 void ConeProduct::add_interval(std::span<const double> lo, std::span<const double> hi) {
-  require(lo.size() == hi.size(), "interval: lo has " + std::to_string(lo.size()) + " entries and hi " +
-                                      std::to_string(hi.size()) + "; give one of each per row");
+  AMONTONS_REQUIRE(lo.size() == hi.size(), "interval: lo has " + std::to_string(lo.size()) +
+                                               " entries and hi " + std::to_string(hi.size()) +
+                                               "; give one of each per row");
   for (std::size_t i = 0; i < lo.size(); ++i) {
     const std::string where = "interval " + std::to_string(i);
-    require(!std::isnan(lo[i]) && !std::isnan(hi[i]), where + ": a bound is NaN; use -inf or inf for no bound");
-    require(lo[i] <= hi[i], where + ": lo = " + std::to_string(lo[i]) + " is above hi = " +
-                                std::to_string(hi[i]) + "; swap them");
-    require(lo[i] < INFINITY && hi[i] > -INFINITY, where + " is empty: a bound is infinite on the wrong side");
+    AMONTONS_REQUIRE(!std::isnan(lo[i]) && !std::isnan(hi[i]),
+                     where + ": a bound is NaN; use -inf or inf for no bound");
+    AMONTONS_REQUIRE(lo[i] <= hi[i], where + ": lo = " + std::to_string(lo[i]) +
+                                         " is above hi = " + std::to_string(hi[i]) + "; swap them");
+    AMONTONS_REQUIRE(lo[i] < INFINITY && hi[i] > -INFINITY,
+                     where + " is empty: a bound is infinite on the wrong side");
   }
   append(ConeKind::interval, lo.size(), lo_.size(), 1);
   lo_.insert(lo_.end(), lo.begin(), lo.end());
@@ -38,9 +41,9 @@ void ConeProduct::add_interval(std::span<const double> lo, std::span<const doubl
 
 void ConeProduct::add_friction(std::span<const double> mu) {
   for (std::size_t i = 0; i < mu.size(); ++i)
-    require(mu[i] >= 0 && std::isfinite(mu[i]), "friction coefficient mu[" + std::to_string(i) + "] = " +
-                                                    std::to_string(mu[i]) +
-                                                    "; it must be finite and not negative");
+    AMONTONS_REQUIRE(mu[i] >= 0 && std::isfinite(mu[i]), "friction coefficient mu[" + std::to_string(i) +
+                                                             "] = " + std::to_string(mu[i]) +
+                                                             "; it must be finite and not negative");
   append(ConeKind::friction, mu.size(), mu_.size(), 3);
   mu_.insert(mu_.end(), mu.begin(), mu.end());
 }
@@ -52,7 +55,8 @@ bool ConeProduct::all_free() const {
 }
 
 void project(const ConeProduct& K, std::span<const double> x, std::span<double> out) {
-  for_each_block(K, [&](const auto& cone, std::size_t, std::size_t row) { cone.project(&x[row], &out[row]); });
+  for_each_block(K,
+                 [&](const auto& cone, std::size_t, std::size_t row) { cone.project(&x[row], &out[row]); });
 }
 
 double distance(const ConeProduct& K, std::span<const double> x) {

@@ -1,6 +1,6 @@
-// Accelerated projected gradient descent in the P metric with adaptive step and restart. Sources: Nesterov 1983;
-// Mazhar, Heyn, Tasora, Negrut, "Using Nesterov's method to accelerate multibody dynamics with friction and
-// contact", ACM TOG 2015; O'Donoghue, Candes 2015 (restart). A step d from y is accepted on the curvature
+// Accelerated projected gradient descent in the P metric with adaptive step and restart. Sources: Nesterov
+// 1983; Mazhar, Heyn, Tasora, Negrut, "Using Nesterov's method to accelerate multibody dynamics with friction
+// and contact", ACM TOG 2015; O'Donoghue, Candes 2015 (restart). A step d from y is accepted on the curvature
 // d'Ad <= L d'Pd, not on objective values, which stop being comparable near rounding.
 #include <algorithm>
 #include <cmath>
@@ -12,8 +12,8 @@
 namespace amontons {
 
 Solution apgd(const Problem& problem, const Options& options) {
-  constexpr double relaxation = 0.5;      // of L at every restart
-  constexpr std::size_t refresh = 100;    // iterations between two evaluations of u from scratch
+  constexpr double relaxation = 0.9;    // of L after every step
+  constexpr std::size_t refresh = 100;  // iterations between two evaluations of u from scratch
   const std::size_t m = problem.rows();
   Monitor monitor(options, 100000, 10000);
   const double scale = natural_map_at_zero(problem, options.law);
@@ -23,7 +23,11 @@ Solution apgd(const Problem& problem, const Options& options) {
   double L = 1, theta = 1;
   Status status;
   for (std::size_t j = 1;; ++j) {
-    if (j % refresh == 0 || r <= options.tolerance) r = evaluate(problem, options.law, x, ux, monitor) / scale;
+    if (j % refresh == 0 || r <= options.tolerance) {
+      // Both, or the momentum would amplify the difference of their rounding errors.
+      r = evaluate(problem, options.law, x, ux, monitor) / scale;
+      evaluate(problem, options.law, y, uy, monitor);
+    }
     const auto stop = monitor.observe(r, objective(problem, x, ux), 1 / L);
     if (monitor.improved()) best = x;
     if (stop) {
@@ -50,12 +54,13 @@ Solution apgd(const Problem& problem, const Options& options) {
     }
     double ascent = 0;  // <y - x+, x+ - x> > 0 in the P metric: the momentum points uphill
     for_each_block(problem.K, [&]<class Cone>(const Cone&, std::size_t block, std::size_t row) {
-      for (int k = 0; k < Cone::dim; ++k) ascent -= problem.P[block] * d[row + k] * (next[row + k] - x[row + k]);
+      for (int k = 0; k < Cone::dim; ++k)
+        ascent -= problem.P[block] * d[row + k] * (next[row + k] - x[row + k]);
     });
     const double theta_next = 0.5 * theta * (std::sqrt(theta * theta + 4) - theta);
     const double beta = ascent > 0 ? 0.0 : theta * (1 - theta) / (theta * theta + theta_next);
     theta = ascent > 0 ? 1.0 : theta_next;
-    if (ascent > 0) L *= relaxation;  // only here: the momentum of a run needs a step that does not grow
+    L *= relaxation;
     for (std::size_t i = 0; i < m; ++i) {
       u_next[i] = uy[i] + Ad[i];
       y[i] = next[i] + beta * (next[i] - x[i]);

@@ -1,5 +1,5 @@
-// method = "auto": picks by the structure of the problem and says so in Solution::reason. The thresholds come from
-// benchmarks/methods.py; see docs/methods.md.
+// method = "auto": picks by the structure of the problem and says so in Solution::reason. The thresholds come
+// from benchmarks/methods.py; see docs/methods.md.
 #include <string>
 
 #include "amontons/solvers/chain.hpp"
@@ -9,14 +9,16 @@ namespace amontons {
 
 namespace {
 
-constexpr std::size_t largest_factor = 5000;      // bodies, or rows of a matrix, that are factored without a thought
-constexpr double factored_cost = 1e-4;            // s per contact, what an interior-point solve takes, generously
-constexpr std::size_t warm_iterations = 200;      // of the first-order method, when there is a warm start
+constexpr std::size_t largest_factor =
+    5000;                               // bodies, or rows of a matrix, that are factored without a thought
+constexpr double factored_cost = 1e-4;  // s per contact, what an interior-point solve takes, generously
+constexpr std::size_t warm_iterations = 200;  // of the first-order method, when there is a warm start
 
 // The unknowns of a factorisation: bodies or blocks.
 std::size_t factor_nodes(const Problem& problem) {
   if (const auto* bodies = std::get_if<BodyOperator>(&problem.A)) return bodies->inverse_mass.bodies();
-  if (const auto* contacts = std::get_if<ContactOperator>(&problem.A)) return contacts->joints.inverse_mass.bodies();
+  if (const auto* contacts = std::get_if<ContactOperator>(&problem.A))
+    return contacts->joints.inverse_mass.bodies();
   return problem.rows();
 }
 
@@ -32,7 +34,8 @@ Solution automatic(const Problem& problem, const Options& options) {
     why = "A is a function, which cannot be factored";
   } else if (nodes > largest_factor) {
     phases = {{spg}};
-    why = std::to_string(nodes) + " unknowns are too many to factor (limit " + std::to_string(largest_factor) + ")";
+    why = std::to_string(nodes) + " unknowns are too many to factor (limit " +
+          std::to_string(largest_factor) + ")";
   } else if (problem.K.all_free()) {
     phases = {{cg, 2000}, {interior_point}};
     why = "all rows are bilateral: a linear system";

@@ -30,7 +30,8 @@ std::vector<int> minimum_degree(int n, const std::vector<std::vector<int>>& adja
 }
 
 // The elimination tree of the matrix whose columns are `sequence` (Liu 1986, with path compression).
-std::vector<int> elimination_tree(const std::vector<int>& sequence, const std::vector<std::vector<int>>& adjacency) {
+std::vector<int> elimination_tree(const std::vector<int>& sequence,
+                                  const std::vector<std::vector<int>>& adjacency) {
   const int n = static_cast<int>(sequence.size());
   std::vector<int> position(n), parent(n, -1), ancestor(n, -1);
   for (int k = 0; k < n; ++k) position[sequence[k]] = k;
@@ -82,10 +83,11 @@ BlockCholesky::BlockCholesky(std::span<const int> sizes, std::span<const std::pa
     stack += rest * rest;
     largest_stack = std::max(largest_stack, stack);
   }
-  panels_.resize(panel_entries);
+  panels_.resize(panel_entries + 2);  // kernels add zeros to up to two entries past a block
   front_.resize(largest_front * (largest_front + 8));
   stack_.resize(largest_stack);
-  work_.resize(std::max<std::size_t>(front_pack_size(static_cast<int>(largest_front)), rows_ + largest_front));
+  work_.resize(
+      std::max<std::size_t>(front_pack_size(static_cast<int>(largest_front)), rows_ + largest_front));
 }
 
 void BlockCholesky::order(std::span<const int> sizes, std::span<const std::pair<int, int>> edges) {
@@ -131,7 +133,8 @@ void BlockCholesky::order(std::span<const int> sizes, std::span<const std::pair<
   find_supernodes(structure, parent);
 }
 
-void BlockCholesky::find_supernodes(const std::vector<std::vector<int>>& structure, const std::vector<int>& parent) {
+void BlockCholesky::find_supernodes(const std::vector<std::vector<int>>& structure,
+                                    const std::vector<int>& parent) {
   const int n = static_cast<int>(structure.size());
   const auto scalar_rows = [&](int k) {
     int rows = 0;
@@ -220,9 +223,12 @@ int BlockCholesky::factor() {
     double* F = front_.data();
     double* panel = panels_.data() + s.panel;
     for (int j = 0; j < s.columns; ++j)
-      std::copy(panel + static_cast<std::size_t>(j) * s.front, panel + static_cast<std::size_t>(j + 1) * s.front,
-                F + static_cast<std::size_t>(j) * stride);
-    std::fill(F + static_cast<std::size_t>(s.columns) * stride, F + static_cast<std::size_t>(s.front) * stride, 0.0);
+      std::copy(panel + static_cast<std::size_t>(j) * s.front,
+                panel + static_cast<std::size_t>(j + 1) * s.front, F + static_cast<std::size_t>(j) * stride);
+    // Only lower triangles are kept: the kernel reads, and never uses, what lies above.
+    for (int j = s.columns; j < s.front; ++j)
+      std::fill(F + static_cast<std::size_t>(j) * stride + j,
+                F + static_cast<std::size_t>(j) * stride + s.front, 0.0);
     for (auto c = s.children.rbegin(); c != s.children.rend(); ++c) {
       const Supernode& child = supernodes_[*c];
       const int rest = child.front - child.columns;
@@ -236,7 +242,7 @@ int BlockCholesky::factor() {
     const int rest = s.front - s.columns;
     for (int j = 0; j < rest; ++j) {
       const double* column = F + static_cast<std::size_t>(s.columns + j) * stride + s.columns;
-      std::copy(column, column + rest, stack_.data() + top + static_cast<std::size_t>(j) * rest);
+      std::copy(column + j, column + rest, stack_.data() + top + static_cast<std::size_t>(j) * rest + j);
     }
     top += static_cast<std::size_t>(rest) * rest;
   }
@@ -254,29 +260,14 @@ void BlockCholesky::solve(std::span<double> rhs) {
       for (int q = 0; q < size_[node]; ++q) f(local++, start_[node] + q);
   };
   for (const Supernode& s : supernodes_) {  // L y = rhs
-    double* own = y + start_[s.first_node];
-    const int below = s.front - s.columns;
-    std::fill(rest, rest + below, 0.0);
-    for (int j = 0; j < s.columns; ++j) {
-      const double* L = panels_.data() + s.panel + static_cast<std::size_t>(j) * s.front;
-      const double v = own[j] /= L[j];
-      for (int i = j + 1; i < s.columns; ++i) own[i] -= L[i] * v;
-      for (int i = 0; i < below; ++i) rest[i] += L[s.columns + i] * v;
-    }
+    AMONTONS_DISPATCH(panel_forward, panels_.data() + s.panel, s.front, s.columns, y + start_[s.first_node],
+                      rest);
     for_each_row(s, [&](int local, int row) { y[row] -= rest[local]; });
   }
-  for (auto it = supernodes_.rbegin(); it != supernodes_.rend(); ++it) {  // L' x = y
-    const Supernode& s = *it;
-    double* own = y + start_[s.first_node];
-    const int below = s.front - s.columns;
-    for_each_row(s, [&](int local, int row) { rest[local] = y[row]; });
-    for (int j = s.columns - 1; j >= 0; --j) {
-      const double* L = panels_.data() + s.panel + static_cast<std::size_t>(j) * s.front;
-      double sum = own[j];
-      for (int i = j + 1; i < s.columns; ++i) sum -= L[i] * own[i];
-      for (int i = 0; i < below; ++i) sum -= L[s.columns + i] * rest[i];
-      own[j] = sum / L[j];
-    }
+  for (auto s = supernodes_.rbegin(); s != supernodes_.rend(); ++s) {  // L' x = y
+    for_each_row(*s, [&](int local, int row) { rest[local] = y[row]; });
+    AMONTONS_DISPATCH(panel_backward, panels_.data() + s->panel, s->front, s->columns,
+                      y + start_[s->first_node], rest);
   }
   for (std::size_t i = 0; i < place_.size(); ++i)
     std::copy(y + start_[place_[i]], y + start_[place_[i] + 1], &rhs[given_start_[i]]);

@@ -1,5 +1,5 @@
-// Preconditioned conjugate gradients for K = R^m, A x = -b (Hestenes, Stiefel 1952). For a singular but consistent
-// A it converges to a solution as it stands.
+// Preconditioned conjugate gradients for K = R^m, A x = -b (Hestenes, Stiefel 1952). For a singular but
+// consistent A it converges to a solution as it stands.
 #include <cmath>
 
 #include "amontons/base/error.hpp"
@@ -10,9 +10,11 @@
 namespace amontons {
 
 Solution cg(const Problem& problem, const Options& options) {
-  require(problem.K.all_free(),
-          "cg solves purely bilateral problems (every cone R) only; this one has inequalities or friction: use p-spg-fb");
+  AMONTONS_REQUIRE(problem.K.all_free(),
+                   "cg solves purely bilateral problems (every cone R) only; this one has inequalities or "
+                   "friction: use p-spg-fb");
   constexpr std::size_t refresh = 100;
+  constexpr double null_space = 1e-15;  // curvature relative to P below which a direction counts as one of A p = 0
   const std::size_t m = problem.rows();
   Monitor monitor(options, 100000, 10000);
   const double scale = natural_map_at_zero(problem, options.law);
@@ -29,15 +31,15 @@ Solution cg(const Problem& problem, const Options& options) {
       status = *stop;
       break;
     }
-    double next_rz = 0, pAp = 0;  // the residual of the linear system is -u
+    double next_rz = 0, pAp = 0, pPp = 0;  // the residual of the linear system is -u
     for (std::size_t i = 0; i < m; ++i) z[i] = u[i] / problem.P[i], next_rz += u[i] * z[i];
     const double beta = rz > 0 ? next_rz / rz : 0.0;
     rz = next_rz;
     for (std::size_t i = 0; i < m; ++i) p[i] = -z[i] + beta * p[i];
     product(problem.A, p, q);
     ++monitor.products;
-    for (std::size_t i = 0; i < m; ++i) pAp += p[i] * q[i];
-    if (!(pAp > 0)) {  // p in the null space of A: the rest of the residual cannot be reached
+    for (std::size_t i = 0; i < m; ++i) pAp += p[i] * q[i], pPp += problem.P[i] * p[i] * p[i];
+    if (!(pAp > null_space * pPp)) {  // p in the null space of A: the rest of the residual cannot be reached
       status = Status::stalled;
       break;
     }

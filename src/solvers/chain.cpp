@@ -46,14 +46,16 @@ Solution run_phases(const Problem& problem, const Options& options, const std::v
       total.method = part.method;
     }
     total.status = total.residual <= options.tolerance ? Status::converged : part.status;
-    if (total.status == Status::converged && total.residual > options.tolerance) total.status = Status::stalled;
+    if (total.status == Status::converged && total.residual > options.tolerance)
+      total.status = Status::stalled;
     total.iterations += part.iterations;
     total.products += part.products;
     total.factorizations += part.factorizations;
     total.time += part.time;
     const bool out = options.max_iterations && total.iterations >= options.max_iterations;
-    if (total.status == Status::converged || part.status == Status::interrupted || part.status == Status::deadline ||
-        part.status == Status::infeasible || out || total.time >= options.deadline)
+    if (total.status == Status::converged || part.status == Status::interrupted ||
+        part.status == Status::deadline || part.status == Status::infeasible || out ||
+        total.time >= options.deadline)
       break;
   }
   return total;

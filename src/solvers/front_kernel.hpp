@@ -4,9 +4,17 @@
 namespace amontons {
 
 // Factors the first `columns` columns of the lower triangle of a dense symmetric front x front matrix
-// (column-major, leading dimension `stride`) and subtracts their outer product from the rest. `pack` is scratch
-// of front_pack_size(front) doubles. Returns the number of non-positive pivots that were replaced by a huge one.
-AMONTONS_FOR_EACH_ISA(int partial_cholesky(double* front_matrix, int front, int stride, int columns, double* pack);)
+// (column-major, leading dimension `stride`) and subtracts their outer product from the rest. `pack` is
+// scratch of front_pack_size(front) doubles. Returns the number of non-positive pivots that were replaced by
+// a huge one.
+AMONTONS_FOR_EACH_ISA(int partial_cholesky(double* front_matrix, int front, int stride, int columns,
+                                           double* pack);)
+
+// The two triangular solves with one panel L (front x columns, column-major, no padding). Forward: own :=
+// L11^-1 own, below := L21 own. Backward: own := L11^-T (own - L21' below).
+AMONTONS_FOR_EACH_ISA(void panel_forward(const double* L, int front, int columns, double* own, double* below);
+                      void panel_backward(const double* L, int front, int columns, double* own,
+                                          const double* below);)
 
 constexpr int front_panel = 48;  // columns per panel: 48 x 16 rows of L stay in the L1 cache
 constexpr int front_pack_size(int front) { return front_panel * (front + 8); }

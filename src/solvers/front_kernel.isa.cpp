@@ -1,5 +1,5 @@
-// The dense kernel of the multifrontal factorisation. Right-looking by panels: factor a panel of columns, then
-// subtract L L' from the columns right of it in register tiles of 16 x 4.
+// The dense kernel of the multifrontal factorisation. Right-looking by panels: factor a panel of columns,
+// then subtract L L' from the columns right of it in register tiles of 16 x 4.
 #include "front_kernel.hpp"
 
 namespace amontons::AMONTONS_ISA {
@@ -59,7 +59,8 @@ inline void tile_8x4(double* C, int stride, const double* L, const double* B, in
   for (int j = 0; j < 4; ++j) *(V8*)(C + (long)j * stride) = c[j];
 }
 
-inline void tile_small(double* C, int stride, const double* L, const double* B, int depth, int rows, int columns) {
+inline void tile_small(double* C, int stride, const double* L, const double* B, int depth, int rows,
+                       int columns) {
   for (int j = 0; j < columns; ++j)
     for (int i = 0; i < rows; ++i) {
       double sum = C[(long)j * stride + i];
@@ -104,6 +105,31 @@ int partial_cholesky(double* A, int front, int stride, int columns, double* pack
     }
   }
   return replaced;
+}
+
+void panel_forward(const double* L, int front, int columns, double* own, double* below) {
+  const int rest = front - columns;
+  for (int i = 0; i < rest; ++i) below[i] = 0;
+  for (int j = 0; j < columns; ++j, L += front) {
+    own[j] /= L[j];
+    subtract_scaled(own + j + 1, L + j + 1, own[j], columns - j - 1);
+    subtract_scaled(below, L + columns, -own[j], rest);
+  }
+}
+
+void panel_backward(const double* L, int front, int columns, double* own, const double* below) {
+  const int rest = front - columns;
+  L += (long)(columns - 1) * front;
+  for (int j = columns - 1; j >= 0; --j, L -= front) {
+    V8 lanes = {};
+    int i = 0;
+    for (; i + 8 <= rest; i += 8) lanes += *(const V8*)(L + columns + i) * *(const V8*)(below + i);
+    double sum =
+        ((lanes[0] + lanes[1]) + (lanes[2] + lanes[3])) + ((lanes[4] + lanes[5]) + (lanes[6] + lanes[7]));
+    for (; i < rest; ++i) sum += L[columns + i] * below[i];
+    for (i = j + 1; i < columns; ++i) sum += L[i] * own[i];
+    own[j] = (own[j] - sum) / L[j];
+  }
 }
 
 }  // namespace amontons::AMONTONS_ISA

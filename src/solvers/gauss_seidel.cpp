@@ -1,6 +1,7 @@
-// Projected block Gauss-Seidel / SOR: per cone x_i := Pi_K(x_i - omega u_i / q_i) with the newest impulses, q_i a
-// bound of the largest eigenvalue of the diagonal block. Bodies: velocities are carried along (Jean 1999; Tasora,
-// Anitescu 2011); matrices: rows of A. The residual is looked at every few sweeps because it costs a product.
+// Projected block Gauss-Seidel / SOR: per cone x_i := Pi_K(x_i - omega u_i / q_i) with the newest impulses,
+// q_i a bound of the largest eigenvalue of the diagonal block. Bodies: velocities are carried along (Jean
+// 1999; Tasora, Anitescu 2011); matrices: rows of A. The residual is looked at every few sweeps because it
+// costs a product.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -48,10 +49,13 @@ struct BodySweep {
   std::vector<double> v;
   std::vector<std::array<double, 12>> MD;  // M^-1 times the rows of D'
 
-  BodySweep(BodyOperator op, const Problem& p) : A(std::move(op)), problem(p), v(6 * A.inverse_mass.bodies()), MD(A.rows()) {
+  BodySweep(BodyOperator op, const Problem& p)
+      : A(std::move(op)), problem(p), v(6 * A.inverse_mass.bodies()), MD(A.rows()) {
     for (std::size_t i = 0; i < A.rows(); ++i) {
-      if (A.jacobian[i].body_a >= 0) A.inverse_mass.apply(A.jacobian[i].body_a, A.jacobian[i].a.data(), MD[i].data());
-      if (A.jacobian[i].body_b >= 0) A.inverse_mass.apply(A.jacobian[i].body_b, A.jacobian[i].b.data(), MD[i].data() + 6);
+      if (A.jacobian[i].body_a >= 0)
+        A.inverse_mass.apply(A.jacobian[i].body_a, A.jacobian[i].a.data(), MD[i].data());
+      if (A.jacobian[i].body_b >= 0)
+        A.inverse_mass.apply(A.jacobian[i].body_b, A.jacobian[i].b.data(), MD[i].data() + 6);
     }
   }
   void start(const std::vector<double>& x) {
@@ -134,7 +138,8 @@ Solution gauss_seidel(const Problem& problem, const Options& options) {
   return std::visit(
       [&]<class Op>(const Op& A) -> Solution {
         if constexpr (std::is_same_v<Op, CallbackOperator>)
-          throw InputError("gauss-seidel needs the rows of A, which a function operator does not have; use p-spg-fb");
+          throw InputError(
+              "gauss-seidel needs the rows of A, which a function operator does not have; use p-spg-fb");
         else if constexpr (std::is_same_v<Op, BodyOperator>)
           return run(problem, options, BodySweep(A, problem));
         else if constexpr (std::is_same_v<Op, ContactOperator>)

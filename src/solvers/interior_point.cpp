@@ -3,9 +3,9 @@
 //     u = A x + b,  x in K,  u in K*,  x o u = 0,
 //
 // each Newton system reduced to (A + W^2) dx = r and solved by ShiftedSystem: in body space that is a sparse
-// Cholesky factorisation with six unknowns per body. Sources: Nesterov, Todd 1997; Mehrotra 1992; Vandenberghe
-// 2010 for the algebra. Friction cones become second-order cones by x^ = (mu x_n, x_t), u^ = (u_n / mu, u_t).
-// Bilateral rows have W^2 = delta, a proximal term, since u = 0 there.
+// Cholesky factorisation with six unknowns per body. Sources: Nesterov, Todd 1997; Mehrotra 1992;
+// Vandenberghe 2010 for the algebra. Friction cones become second-order cones by x^ = (mu x_n, x_t), u^ =
+// (u_n / mu, u_t). Bilateral rows have W^2 = delta, a proximal term, since u = 0 there.
 #include <algorithm>
 #include <cmath>
 
@@ -25,13 +25,14 @@ using Vector = std::vector<double>;
 
 constexpr double proximal = 1e-9;   // delta / P of bilateral rows
 constexpr double fraction = 0.995;  // of the way to the boundary
-// Under coulomb: the first iterations keep the correction of the starting point, because early velocities are those of
-// the centre, not of the solution; later the centring parameter is at least `settling` times the dual residual.
+// Under coulomb: the first iterations keep the correction of the starting point, because early velocities are
+// those of the centre, not of the solution; later the centring parameter is at least `settling` times the
+// dual residual.
 constexpr std::size_t frozen_iterations = 10;
 constexpr std::size_t correction_burst = 50;  // first-order iterations that find the first correction
 constexpr double settling = 1e-3;
 constexpr double lost_path = 1e4;  // growth over the best residual that ends the path
-constexpr double flat_mu = 1e-9;    // below, a friction cone is the half-line along its normal
+constexpr double flat_mu = 1e-9;   // below, a friction cone is the half-line along its normal
 
 enum class Role { free, ray, box, cone, dead };  // how a row, or the three rows of a contact, enters
 
@@ -65,18 +66,19 @@ class InteriorPoint {
   Monitor& monitor_;
   ShiftedSystem system_;
   double beta2_ = 1, degree_ = 0;
-  // Scaled: x^ = x / scale, u^ = u scale / beta2. z_lo, z_hi: multipliers of the bounds of a box, u^ = z_lo - z_hi.
-  Vector scale_, x_hat_, u_hat_, z_lo_, z_hi_, dx_hat_, du_hat_, dz_lo_, dz_hi_, second_lo_, second_hi_,
-      rho_, z_;
-  Vector correction_;  // per block
+  // Scaled: x^ = x / scale, u^ = u scale / beta2. z_lo, z_hi: multipliers of the bounds of a box, u^ = z_lo -
+  // z_hi.
+  Vector scale_, x_hat_, u_hat_, z_lo_, z_hi_, dx_hat_, du_hat_, dz_lo_, dz_hi_, second_lo_, second_hi_, rho_,
+      z_;
+  Vector correction_;            // per block
   Vector x_, u_, rhs_, dx_, R_;  // true units; R_ holds the factors of the shifted system
   std::vector<soc::Scaling> scaling_;
 };
 
 InteriorPoint::InteriorPoint(const Problem& problem, const Options& options, Monitor& monitor)
     : problem_(problem), options_(options), monitor_(monitor), system_(problem) {
-  for (Vector* v : {&scale_, &x_hat_, &u_hat_, &z_lo_, &z_hi_, &dx_hat_, &du_hat_, &dz_lo_, &dz_hi_, &second_lo_, &second_hi_, &rho_, &z_, &x_,
-                    &u_, &rhs_, &dx_})
+  for (Vector* v : {&scale_, &x_hat_, &u_hat_, &z_lo_, &z_hi_, &dx_hat_, &du_hat_, &dz_lo_, &dz_hi_,
+                    &second_lo_, &second_hi_, &rho_, &z_, &x_, &u_, &rhs_, &dx_})
     v->assign(problem.rows(), 0.0);
   R_.resize(system_.factor_size());
   correction_.assign(problem.K.blocks(), 0.0);
@@ -92,8 +94,10 @@ void InteriorPoint::each(F&& f) const {
       f(cone.mu > flat_mu ? Role::cone : Role::ray, block, row, 0.0, 0.0);
     } else if constexpr (std::is_same_v<Cone, Interval>) {
       const bool open = std::isinf(cone.lo) && std::isinf(cone.hi);
-      f(open ? Role::free : cone.lo == cone.hi ? Role::dead : Role::box, block, row, cone.lo / scale_[row],
-        cone.hi / scale_[row]);
+      f(open                 ? Role::free
+        : cone.lo == cone.hi ? Role::dead
+                             : Role::box,
+        block, row, cone.lo / scale_[row], cone.hi / scale_[row]);
     } else {
       f(std::is_same_v<Cone, Free> ? Role::free : Role::ray, block, row, 0.0, 0.0);
     }
@@ -102,7 +106,8 @@ void InteriorPoint::each(F&& f) const {
 
 // Rows in units of 1/sqrt(P), and all of them such that the natural map at zero is of order one.
 void InteriorPoint::choose_scales() {
-  double beta = natural_map_at_zero(problem_, options_.law) / std::sqrt(std::max<double>(1, problem_.K.blocks()));
+  double beta =
+      natural_map_at_zero(problem_, options_.law) / std::sqrt(std::max<double>(1, problem_.K.blocks()));
   if (beta < 1e-290) beta = 1;
   beta2_ = beta * beta;
   for_each_block(problem_.K, [&]<class Cone>(const Cone& cone, std::size_t block, std::size_t row) {
@@ -128,7 +133,9 @@ void InteriorPoint::start() {
       for (int k = 0; k < 3; ++k) R[4 * k] = scale_[row + k] / beta;
     if (role == Role::dead && std::isfinite(lo)) x_[row] = lo * scale_[row];
     if (role == Role::box) {
-      x_hat_[row] = std::isfinite(lo) && std::isfinite(hi) ? 0.5 * (lo + hi) : std::isfinite(lo) ? lo + 1 : hi - 1;
+      x_hat_[row] = std::isfinite(lo) && std::isfinite(hi) ? 0.5 * (lo + hi)
+                    : std::isfinite(lo)                    ? lo + 1
+                                                           : hi - 1;
       x_[row] = x_hat_[row] * scale_[row];
       z_lo_[row] = std::isfinite(lo), z_hi_[row] = std::isfinite(hi);
     }
@@ -195,10 +202,10 @@ void InteriorPoint::factor() {
   ++monitor_.factorizations;
 }
 
-// The direction for  lambda o (W dx^ + W^-1 du^) = c = sigma mu e - lambda o lambda - (the affine second-order
-// term), A dx - du = -(A x + b - u). With rho = lambda \\ c and z = W dx^ it is du^ = W (rho - z) and
-// (I + R'AR) beta z = R'(-(A x + b - u)) + beta rho. Solving for z keeps both steps accurate where W or its
-// inverse is huge; z_ holds z, rho_ rho.
+// The direction for  lambda o (W dx^ + W^-1 du^) = c = sigma mu e - lambda o lambda - (the affine
+// second-order term), A dx - du = -(A x + b - u). With rho = lambda \\ c and z = W dx^ it is du^ = W (rho -
+// z) and (I + R'AR) beta z = R'(-(A x + b - u)) + beta rho. Solving for z keeps both steps accurate where W
+// or its inverse is huge; z_ holds z, rho_ rho.
 void InteriorPoint::solve(double sigma_mu, bool corrector, int refinements) {
   each([&](Role role, std::size_t block, std::size_t row, double lo, double hi) {
     if (role == Role::ray) {
@@ -228,7 +235,8 @@ void InteriorPoint::solve(double sigma_mu, bool corrector, int refinements) {
   });
   const double beta = std::sqrt(beta2_);
   for_each_block(problem_.K, [&]<class Cone>(const Cone&, std::size_t block, std::size_t row) {
-    for (int k = 0; k < Cone::dim; ++k) z_[row + k] = beta2_ / scale_[row + k] * u_hat_[row + k] - u_[row + k];
+    for (int k = 0; k < Cone::dim; ++k)
+      z_[row + k] = beta2_ / scale_[row + k] * u_hat_[row + k] - u_[row + k];
     z_[row] -= correction_[block];
   });
   system_.times_transposed_factor(z_, z_);
@@ -305,8 +313,8 @@ void InteriorPoint::correct(const Vector& u) {
   });
 }
 
-// The root mean square over blocks of A x + b - u with the current correction, scaled; 0 under associated, where
-// every step reduces it.
+// The root mean square over blocks of A x + b - u with the current correction, scaled; 0 under associated,
+// where every step reduces it.
 double InteriorPoint::dual_residual() const {
   if (options_.law == Law::associated) return 0;
   double sum = 0;
@@ -349,7 +357,8 @@ Solution central_path(const Problem& problem, const Options& options) {
   Vector best(problem.rows(), 0.0), u(problem.rows());
   const double start = starting_point(problem, options, best, u, monitor);
   Status status = Status::stalled;
-  if (start <= options.tolerance) return finish(problem, options, "interior-point", std::move(best), status, monitor);
+  if (start <= options.tolerance)
+    return finish(problem, options, "interior-point", std::move(best), status, monitor);
   InteriorPoint method(problem, options, monitor);
   if (options.law == Law::coulomb) method.correct(u);
   for (;;) {
@@ -368,8 +377,8 @@ Solution central_path(const Problem& problem, const Options& options) {
 
 }  // namespace
 
-// Contacts between two faces (sliding and sticking, open and closed) hold the central path at sqrt(eps) of the solution.
-// From there the semismooth Newton method identifies the faces and goes on to the last digits.
+// Contacts between two faces (sliding and sticking, open and closed) hold the central path at sqrt(eps) of
+// the solution. From there the semismooth Newton method identifies the faces and goes on to the last digits.
 Solution interior_point(const Problem& problem, const Options& options) {
   std::vector<Phase> phases = {{central_path}, {newton}};
   if (options.law == Law::coulomb) phases.insert(phases.begin(), {spg, correction_burst});

@@ -1,5 +1,6 @@
-// Projected Jacobi in the P metric, x := Pi_K(x - omega P^-1 g): the projected gradient method with a fixed step,
-// which converges for 0 < omega < 2 / lambda_max(P^-1 A). Source: Tasora, Anitescu 2011 (fixed-point iteration).
+// Projected Jacobi in the P metric, x := Pi_K(x - omega P^-1 g): the projected gradient method with a fixed
+// step, which converges for 0 < omega < 2 / lambda_max(P^-1 A). Source: Tasora, Anitescu 2011 (fixed-point
+// iteration).
 #include <cmath>
 
 #include "amontons/solvers/monitor.hpp"
@@ -10,7 +11,8 @@ namespace amontons {
 
 namespace {
 
-// An upper estimate of lambda_max(P^-1 A) by power iterations from a fixed vector; 10 % on top for what they miss.
+// An upper estimate of lambda_max(P^-1 A) by power iterations from a fixed vector; 10 % on top for what they
+// miss.
 double largest_eigenvalue(const Problem& problem, Monitor& monitor) {
   const std::size_t m = problem.rows();
   std::vector<double> v(m), Av(m);
@@ -26,7 +28,8 @@ double largest_eigenvalue(const Problem& problem, Monitor& monitor) {
     ++monitor.products;
     lambda = 0;
     for_each_block(problem.K, [&]<class Cone>(const Cone&, std::size_t block, std::size_t row) {
-      for (int i = 0; i < Cone::dim; ++i) v[row + i] = Av[row + i] / problem.P[block], lambda += v[row + i] * v[row + i];
+      for (int i = 0; i < Cone::dim; ++i)
+        v[row + i] = Av[row + i] / problem.P[block], lambda += v[row + i] * v[row + i];
     });
     lambda = std::sqrt(lambda);
   }
@@ -42,7 +45,8 @@ Solution jacobi(const Problem& problem, const Options& options) {
   std::vector<double> x(m), u(m), best(m);
   double r = starting_point(problem, options, x, u, monitor);
   best = x;
-  const double omega = options.jacobi.omega > 0 ? options.jacobi.omega : 1 / largest_eigenvalue(problem, monitor);
+  const double omega =
+      options.jacobi.omega > 0 ? options.jacobi.omega : 1 / largest_eigenvalue(problem, monitor);
   Status status;
   for (;;) {
     const auto stop = monitor.observe(r, objective(problem, x, u), omega);

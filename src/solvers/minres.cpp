@@ -1,6 +1,7 @@
-// Preconditioned MINRES for K = R^m, A x = -b: Paige, Saunders, "Solution of sparse indefinite systems of linear
-// equations", SINUM 1975. The residual in the P^-1 norm, which is the natural map here, decreases monotonically,
-// also when A is singular.
+// Preconditioned MINRES for K = R^m, A x = -b: Paige, Saunders, "Solution of sparse indefinite systems of
+// linear equations", SINUM 1975. The residual in the P^-1 norm, which is the natural map here, decreases
+// monotonically, also when A is singular.
+#include <algorithm>
 #include <cmath>
 
 #include "amontons/base/error.hpp"
@@ -11,9 +12,10 @@
 namespace amontons {
 
 Solution minres(const Problem& problem, const Options& options) {
-  require(problem.K.all_free(),
-          "minres solves purely bilateral problems (every cone R) only; this one has inequalities or friction: use "
-          "p-spg-fb");
+  AMONTONS_REQUIRE(problem.K.all_free(),
+                   "minres solves purely bilateral problems (every cone R) only; this one has inequalities "
+                   "or friction: use "
+                   "p-spg-fb");
   const std::size_t m = problem.rows();
   Monitor monitor(options, 100000, 10000);
   const double scale = natural_map_at_zero(problem, options.law);
@@ -26,12 +28,13 @@ Solution minres(const Problem& problem, const Options& options) {
   double beta = 0;
   for (std::size_t i = 0; i < m; ++i) v[i] = -u[i], z[i] = v[i] / problem.P[i], beta += v[i] * z[i];
   beta = std::sqrt(beta);
-  double eta = beta, c = 1, c_old = 1, s = 0, s_old = 0;
+  double largest = 0, eta = beta, c = 1, c_old = 1, s = 0, s_old = 0;
   Status status;
   for (std::size_t j = 0;; ++j) {
     // The recurrence knows the residual norm |eta|; u is formed when it is needed and now and then.
     if (j > 0) r = std::abs(eta) / scale;
-    if (j > 0 && (r <= options.tolerance || j % 50 == 0)) r = evaluate(problem, options.law, x, u, monitor) / scale;
+    if (j > 0 && (r <= options.tolerance || j % 50 == 0))
+      r = evaluate(problem, options.law, x, u, monitor) / scale;
     const auto stop = monitor.observe(r, objective(problem, x, u));
     if (monitor.improved()) best = x;
     if (stop) {
@@ -55,7 +58,8 @@ Solution minres(const Problem& problem, const Options& options) {
     for (std::size_t i = 0; i < m; ++i) beta_next += v_next[i] * v_next[i] / problem.P[i];
     beta_next = std::sqrt(beta_next);
     const double rho1 = std::hypot(delta, beta_next);
-    if (!(rho1 > 1e-300)) {
+    largest = std::max(largest, rho1);
+    if (!(rho1 > 1e-13 * largest)) {  // a null direction: what is left of the residual cannot be reached
       status = Status::stalled;
       break;
     }

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "amontons/base/error.hpp"
+#include "amontons/vi/infeasibility.hpp"
 #include "amontons/vi/residual.hpp"
 
 namespace amontons {
@@ -28,7 +29,8 @@ double Monitor::elapsed() const {
 
 bool Monitor::out_of_time() { return elapsed() > options_.deadline; }
 
-std::optional<Status> Monitor::observe(double residual, double objective, double step, std::size_t backtracks) {
+std::optional<Status> Monitor::observe(double residual, double objective, double step,
+                                       std::size_t backtracks) {
   const double now = elapsed();
   improved_ = residual < best_;
   if (improved_) best_ = residual;
@@ -48,6 +50,24 @@ std::optional<Status> Monitor::observe(double residual, double objective, double
   return std::nullopt;
 }
 
+namespace {
+
+// Candidates for a certificate at the end of a solve that failed: the impulses themselves, which run off along it, and
+// the step of the natural map, which tends to the smallest displacement of the projected iteration (Banjac et al. 2019).
+bool infeasible(const Problem& problem, Law law, std::span<const double> x, std::span<const double> u) {
+  if (proves_infeasible(problem, law, x)) return true;
+  std::vector<double> step(x.size());
+  for_each_block(problem.K, [&]<class Cone>(const Cone& cone, std::size_t block, std::size_t row) {
+    double trial[Cone::dim];
+    for (int k = 0; k < Cone::dim; ++k) trial[k] = x[row + k] - u[row + k] / problem.P[block];
+    cone.project(trial, &step[row]);
+    for (int k = 0; k < Cone::dim; ++k) step[row + k] -= x[row + k];
+  });
+  return proves_infeasible(problem, law, step);
+}
+
+}  // namespace
+
 Solution finish(const Problem& problem, const Options& options, const char* method, std::vector<double> x,
                 Status status, Monitor& monitor) {
   Solution s;
@@ -62,6 +82,9 @@ Solution finish(const Problem& problem, const Options& options, const char* meth
   const bool reached = s.residual <= options.tolerance;
   // A method that believed to be done may be above the tolerance by the rounding of its own running sums.
   s.status = reached ? Status::converged : status == Status::converged ? Status::stalled : status;
+  if ((s.status == Status::stalled || s.status == Status::iteration_limit) &&
+      infeasible(problem, options.law, x, s.u))
+    s.status = Status::infeasible;
   s.x = std::move(x);
   s.iterations = monitor.iterations();
   s.products = monitor.products;
@@ -72,8 +95,8 @@ Solution finish(const Problem& problem, const Options& options, const char* meth
   return s;
 }
 
-double starting_point(const Problem& problem, const Options& options, std::span<double> x, std::span<double> u,
-                      Monitor& monitor) {
+double starting_point(const Problem& problem, const Options& options, std::span<double> x,
+                      std::span<double> u, Monitor& monitor) {
   const std::size_t m = problem.rows();
   const double scale = natural_map_at_zero(problem, options.law);
   std::fill(x.begin(), x.end(), 0.0);

@@ -1,15 +1,15 @@
 // Semismooth Newton on the natural map F(x) = x - Pi_K(x - P^-1 g), g = A x + b, globalised by P-SPG-FB.
 //
-// With Q = Pi_K'(x - P^-1 g), an element of the generalised Jacobian, symmetric with eigenvalues in [0, 1] (stick: 1, 1,
-// 1; slide: 1, f, 0; open: 0), the Newton equation is (I - Q + Q P^-1 A) dx = -F. Each cone contributes its face: 3
-// unknowns when sticking, 2 when sliding, none when open. Substituting dx = e - F, e = R zeta with R R' =
-// P^-1 Q (I - Q + sigma Q)^-1 gives the symmetric system of ShiftedSystem,
+// With Q = Pi_K'(x - P^-1 g), an element of the generalised Jacobian, symmetric with eigenvalues in [0, 1]
+// (stick: 1, 1, 1; slide: 1, f, 0; open: 0), the Newton equation is (I - Q + Q P^-1 A) dx = -F. Each cone
+// contributes its face: 3 unknowns when sticking, 2 when sliding, none when open. Substituting dx = e - F, e
+// = R zeta with R R' = P^-1 Q (I - Q + sigma Q)^-1 gives the symmetric system of ShiftedSystem,
 //
 //     (I + R'AR) zeta = R' (A F + sigma P F - P F),
 //
-// where the proximal weight sigma keeps it regular when A is not (hyperstatic contacts). Sources: Qi, Sun 1993
-// (semismooth Newton); Zhao, Sun, Toh 2010 (proximal semismooth Newton); Kanzow, Ferenczi, Fukushima 2009 (the
-// projection on second-order cones).
+// where the proximal weight sigma keeps it regular when A is not (hyperstatic contacts). Sources: Qi, Sun
+// 1993 (semismooth Newton); Zhao, Sun, Toh 2010 (proximal semismooth Newton); Kanzow, Ferenczi, Fukushima
+// 2009 (the projection on second-order cones).
 #include <algorithm>
 #include <cmath>
 
@@ -27,8 +27,8 @@ using Vector = std::vector<double>;
 
 constexpr std::size_t shortest_burst = 30;   // first-order iterations after a failed Newton step; doubled
 constexpr std::size_t longest_burst = 4000;  // with every failure in a row, up to this
-constexpr int halvings = 3;            // of a Newton step before the first-order method takes over
-constexpr double sufficient = 0.9;     // a step must bring the residual below this part of the current one
+constexpr int halvings = 3;                  // of a Newton step before the first-order method takes over
+constexpr double sufficient = 0.9;  // a step must bring the residual below this part of the current one
 
 // The factor R = P^-1/2 V sqrt(q / (1 - q + sigma q)) of one block at y, V the eigenvectors of Q.
 template <class Cone>
@@ -77,13 +77,19 @@ void derivative(const Cone& cone, const double* y, const double* d, double* out)
   }
 }
 
-// The linear algebra of one Newton step. Under coulomb the derivative of g is B A with B = 1 + e_n (mu u_t / |u_t|)'
-// per contact, and the equation (I - Q + Q P^-1 B A) dx = -F is unsymmetric: GMRES (Saad, Schultz 1986) solves it,
-// preconditioned with the symmetric system of B = 1.
+// The linear algebra of one Newton step. Under coulomb the derivative of g is B A with B = 1 + e_n (mu u_t /
+// |u_t|)' per contact, and the equation (I - Q + Q P^-1 B A) dx = -F is unsymmetric: GMRES (Saad, Schultz
+// 1986) solves it, preconditioned with the symmetric system of B = 1.
 class NewtonStep {
  public:
   NewtonStep(const Problem& problem, Law law)
-      : problem_(problem), law_(law), system_(problem), R_(system_.factor_size()), F_(problem.rows()), work_(F_), Av_(F_) {
+      : problem_(problem),
+        law_(law),
+        system_(problem),
+        R_(system_.factor_size()),
+        F_(problem.rows()),
+        work_(F_),
+        Av_(F_) {
     if (law == Law::coulomb) basis_.assign(krylov + 1, F_), image_.assign(krylov, F_);
   }
 

@@ -39,7 +39,8 @@ const std::vector<std::string_view>& method_names() {
 }
 
 Solution solve(const Problem& problem, std::string_view method, const Options& options) {
-  const auto found = std::find_if(methods.begin(), methods.end(), [&](const auto& m) { return m.first == method; });
+  const auto found =
+      std::find_if(methods.begin(), methods.end(), [&](const auto& m) { return m.first == method; });
   if (found == methods.end()) {
     std::string known;
     for (std::string_view name : method_names()) known += (known.empty() ? "" : ", ") + std::string(name);

@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 
 #include "amontons/base/error.hpp"
+#include "body_kernel.hpp"
 
 namespace amontons {
 
@@ -22,7 +22,8 @@ std::array<double, 6> semidefinite_root(const std::array<double, 6>& s) {
 }
 
 // j C for a row j of D: linear part times 1/sqrt(m), angular part times the root of the inverse inertia.
-void times_root(const std::array<double, 6>& j, double translation, const std::array<double, 6>& c, double* out) {
+void times_root(const std::array<double, 6>& j, double translation, const std::array<double, 6>& c,
+                double* out) {
   for (int k = 0; k < 3; ++k) out[k] = j[k] * translation;
   out[3] = j[3] * c[0] + j[4] * c[3] + j[5] * c[4];
   out[4] = j[4] * c[1] + j[5] * c[5];
@@ -61,7 +62,8 @@ ShiftedSystem::ShiftedSystem(const Problem& problem) : problem_(problem) {
       [&]<class Op>(const Op& A) {
         if constexpr (std::is_same_v<Op, CallbackOperator>)
           throw InputError(
-              "this method factors A, which a function operator does not allow; give a matrix or bodies, or use "
+              "this method factors A, which a function operator does not allow; give a matrix or bodies, or "
+              "use "
               "p-spg-fb, apgd or jacobi");
         else if constexpr (std::is_same_v<Op, BodyOperator>)
           analyse(problem, A);
@@ -79,7 +81,8 @@ ShiftedSystem::ShiftedSystem(const Problem& problem) : problem_(problem) {
           });
       },
       problem.A);
-  node_.resize(cholesky_.rows());
+  packed_.resize(cholesky_.rows());
+  nodes_.resize(cholesky_.rows() / 6 * 8 + 8);
 }
 
 void ShiftedSystem::analyse(const Problem&, const BodyOperator& A) {
@@ -96,6 +99,7 @@ void ShiftedSystem::analyse(const Problem&, const BodyOperator& A) {
   }
   if (bodies_.empty()) bodies_.push_back(-1);  // a problem against the world alone is in body space too
 
+  node_a_.resize(A.rows()), node_b_.resize(A.rows());
   D_.assign(A.rows(), {});
   G_.assign(A.rows(), {});
   compliance_ = A.compliance;
@@ -108,7 +112,7 @@ void ShiftedSystem::analyse(const Problem&, const BodyOperator& A) {
         times_root(j, std::sqrt(mass.translation[body]), semidefinite_root(mass.inertia[body]), out);
     };
     fill(row.body_a, row.a, D_[i].data());
-    fill(row.body_b, row.b, D_[i].data() + 6);
+    fill(row.body_b, row.b, D_[i].data() + 8);
   }
   std::vector<std::pair<int, int>> edges;
   for (Block& block : blocks_) {
@@ -116,6 +120,10 @@ void ShiftedSystem::analyse(const Problem&, const BodyOperator& A) {
     block.body_a = row.body_a >= 0 ? bodies_[row.body_a] : -1;
     block.body_b = row.body_b >= 0 ? bodies_[row.body_b] : -1;
     if (block.body_a >= 0 && block.body_b >= 0) edges.emplace_back(block.body_a, block.body_b);
+    for (int i = block.row; i < block.row + block.dim; ++i) {
+      node_a_[i] = block.body_a >= 0 ? block.body_a : nodes;
+      node_b_[i] = block.body_b >= 0 ? block.body_b : nodes;
+    }
   }
   cholesky_ = BlockCholesky(std::vector<int>(nodes, 6), edges);
   for (Block& block : blocks_) {
@@ -171,7 +179,7 @@ void ShiftedSystem::assemble_bodies() {
     const double* R = &R_[offset_[b]];
     if (!L_.empty()) L_[b] = compliance_root(R, block.dim, compliance_[block.row]);
     for (int i = 0; i < block.dim; ++i)
-      for (int k = 0; k < 12; ++k) {
+      for (int k = 0; k < 16; ++k) {
         double sum = 0;
         for (int j = 0; j < block.dim; ++j) sum += R[j * block.dim + i] * D_[block.row + j][k];
         if (!L_.empty()) {
@@ -180,17 +188,14 @@ void ShiftedSystem::assemble_bodies() {
         }
         G_[block.row + i][k] = sum;
       }
-    const std::array<double, 12>* G = &G_[block.row];
-    const auto add = [&](const BlockCholesky::Slot& slot, int left, int right) {
-      for (int c = 0; c < 6; ++c) {
-        double* column = &H[slot.offset + static_cast<std::size_t>(c) * slot.stride];
-        for (int i = 0; i < block.dim; ++i)
-          for (int r = 0; r < 6; ++r) column[r] += G[i][left + r] * G[i][right + c];
-      }
+    const double* G = G_[block.row].data();
+    const auto add = [&](const BlockCholesky::Slot& slot, const double* left, const double* right) {
+      AMONTONS_DISPATCH(add_outer_product, &H[slot.offset], slot.stride, left, right, block.dim);
     };
-    if (block.body_a >= 0) add(block.aa, 0, 0);
-    if (block.body_b >= 0) add(block.bb, 6, 6);
-    if (block.body_a >= 0 && block.body_b >= 0) block.ab.transposed ? add(block.ab, 6, 0) : add(block.ab, 0, 6);
+    if (block.body_a >= 0) add(block.aa, G, G);
+    if (block.body_b >= 0) add(block.bb, G + 8, G + 8);
+    if (block.body_a >= 0 && block.body_b >= 0)
+      block.ab.transposed ? add(block.ab, G + 8, G) : add(block.ab, G, G + 8);
     for (const auto& [node, slot] : {std::pair{block.body_a, block.aa}, std::pair{block.body_b, block.bb}})
       if (node >= 0 && !seen[node]) {
         seen[node] = 1;
@@ -220,29 +225,8 @@ void ShiftedSystem::assemble_pairs() {
       }
   }
   for (const Block& block : blocks_)
-    for (int k = 0; k < block.dim; ++k) H[block.aa.offset + static_cast<std::size_t>(k) * block.aa.stride + k] += 1;
-}
-
-void ShiftedSystem::scatter(std::span<const double> z) {
-  std::fill(node_.begin(), node_.end(), 0.0);
-  for (const Block& block : blocks_)
-    for (int i = block.row; i < block.row + block.dim; ++i)
-      for (int k = 0; k < 6; ++k) {
-        if (block.body_a >= 0) node_[6 * block.body_a + k] += G_[i][k] * z[i];
-        if (block.body_b >= 0) node_[6 * block.body_b + k] += G_[i][k + 6] * z[i];
-      }
-}
-
-void ShiftedSystem::gather(std::span<double> out) const {
-  for (const Block& block : blocks_)
-    for (int i = block.row; i < block.row + block.dim; ++i) {
-      double sum = 0;
-      for (int k = 0; k < 6; ++k) {
-        if (block.body_a >= 0) sum += G_[i][k] * node_[6 * block.body_a + k];
-        if (block.body_b >= 0) sum += G_[i][k + 6] * node_[6 * block.body_b + k];
-      }
-      out[i] = sum;
-    }
+    for (int k = 0; k < block.dim; ++k)
+      H[block.aa.offset + static_cast<std::size_t>(k) * block.aa.stride + k] += 1;
 }
 
 void ShiftedSystem::divide_by_L(std::span<double> q) const {
@@ -269,9 +253,14 @@ void ShiftedSystem::solve_once(std::span<const double> q, std::span<double> z) {
   std::copy(q.begin(), q.end(), z.begin());
   if (!in_body_space()) return cholesky_.solve(z);
   divide_by_L(z);
-  scatter(z);
-  cholesky_.solve(node_);
-  gather(work_);
+  const BodyRows rows{z.size(), node_a_.data(), node_b_.data(), G_.empty() ? nullptr : G_[0].data()};
+  std::fill(nodes_.begin(), nodes_.end(), 0.0);
+  AMONTONS_DISPATCH(scatter_rows, rows, z.data(), nodes_.data());
+  const std::size_t nodes = packed_.size() / 6;
+  for (std::size_t i = 0; i < nodes; ++i) std::copy(&nodes_[8 * i], &nodes_[8 * i] + 6, &packed_[6 * i]);
+  cholesky_.solve(packed_);
+  for (std::size_t i = 0; i < nodes; ++i) std::copy(&packed_[6 * i], &packed_[6 * i] + 6, &nodes_[8 * i]);
+  AMONTONS_DISPATCH(gather_rows, rows, nodes_.data(), work_.data());
   for (std::size_t i = 0; i < z.size(); ++i) z[i] -= work_[i];
   divide_by_L_transposed(z);
 }

@@ -3,8 +3,9 @@
 #include <cmath>
 #include <limits>
 
-// The second-order cone L3 = { (s0, s1) : |s1| <= s0 } as a symmetric cone: what an interior point needs of it.
-// Notation of Vandenberghe, "The CVXOPT linear and quadratic cone program solvers" (2010), sections 4 and 5.
+// The second-order cone L3 = { (s0, s1) : |s1| <= s0 } as a symmetric cone: what an interior point needs of
+// it. Notation of Vandenberghe, "The CVXOPT linear and quadratic cone program solvers" (2010), sections 4
+// and 5.
 namespace amontons::soc {
 
 using V3 = std::array<double, 3>;
@@ -25,7 +26,8 @@ inline V3 jordan_divide(const V3& a, const V3& c) {
   return {x0, (c[1] - x0 * a[1]) / a[0], (c[2] - x0 * a[2]) / a[0]};
 }
 
-// Nesterov-Todd scaling: symmetric W with W z = W^-1 s = lambda; W = scale (2 v v' - J), W^-1 = (2 Jv v'J - J) / scale.
+// Nesterov-Todd scaling: symmetric W with W z = W^-1 s = lambda; W = scale (2 v v' - J), W^-1 = (2 Jv v'J -
+// J) / scale.
 struct Scaling {
   double scale;
   V3 v, lambda;

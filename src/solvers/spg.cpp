@@ -1,7 +1,8 @@
 // P-SPG-FB, production variant (DESIGN of the literal one: spg_literal.cpp). Sources: Tasora 2013 (fallback,
 // preconditioner), Birgin, Martinez, Raydan 2000 (nonmonotone spectral projected gradient), Fletcher 2005
 // (alternating Barzilai-Borwein steps). It differs from the literal variant in what costs time or robustness:
-//  - one product per iteration: f is an exact quadratic along d, so the line search needs only <d,g> and d'Ad;
+//  - one product per iteration: f is an exact quadratic along d, so the line search needs only <d,g> and
+//  d'Ad;
 //  - objective differences are summed instead of comparing objective values, which stalls at rounding;
 //  - the fallback measure is the residual itself, free from the fused third pass;
 //  - u is recomputed from scratch now and then, and before convergence is declared.
@@ -78,7 +79,8 @@ Solution run(const Problem& problem, const Options& options, Stages stages) {
     }
     const Direction d = stages.direction(alpha);
     // d is a projection in the P metric, so <d,g> <= -<d,Pd> / alpha. The sum <d,g> itself drowns in rounding
-    // once |d|^2 falls below eps |x| |u|; the bound does not, and carries the iteration on to the last digits.
+    // once |d|^2 falls below eps |x| |u|; the bound does not, and carries the iteration on to the last
+    // digits.
     const double dg = std::min(d.dg, -d.dPd / alpha);
     if (!(dg < 0)) {  // d = 0: stationary to the last bit
       status = Status::stalled;

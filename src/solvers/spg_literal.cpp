@@ -1,7 +1,7 @@
 // P-SPG-FB as published: A. Tasora, "Efficient simulation of contacts, friction and constraints using a
-// modified spectral projected gradient method", WSCG 2013, with every parameter of the paper exposed. Values of
-// the objective are compared, each trial point costs a product, and the fallback keeps the iterate with the
-// smallest projected gradient at scale tau_g.
+// modified spectral projected gradient method", WSCG 2013, with every parameter of the paper exposed. Values
+// of the objective are compared, each trial point costs a product, and the fallback keeps the iterate with
+// the smallest projected gradient at scale tau_g.
 #include <algorithm>
 #include <cmath>
 

@@ -18,16 +18,12 @@ constexpr int width = 4;
 constexpr int width = 2;
 #endif
 
-using Vec2 = double __attribute__((vector_size(16), may_alias));
-using Vec4 = double __attribute__((vector_size(32), may_alias));
 using Vec = double __attribute__((vector_size(8 * width), may_alias));
 
 #define AMONTONS_INLINE inline __attribute__((always_inline))
 
 AMONTONS_INLINE Vec load(const double* p) { return *reinterpret_cast<const Vec*>(p); }
 AMONTONS_INLINE void store(double* p, Vec v) { *reinterpret_cast<Vec*>(p) = v; }
-AMONTONS_INLINE Vec2 load2(const double* p) { return *reinterpret_cast<const Vec2*>(p); }
-AMONTONS_INLINE void store2(double* p, Vec2 v) { *reinterpret_cast<Vec2*>(p) = v; }
 
 // Correctly rounded on every instruction set, hence the same bits.
 AMONTONS_INLINE Vec square_root(Vec v) {
@@ -53,7 +49,9 @@ AMONTONS_INLINE Vec3 load3(const double (&p)[3][8], int lane) {
   return {load(p[0] + lane), load(p[1] + lane), load(p[2] + lane)};
 }
 AMONTONS_INLINE Vec3 load3(const double* p) { return {load(p), load(p + 8), load(p + 16)}; }
-AMONTONS_INLINE void store3(double* p, const Vec3& a) { store(p, a.x), store(p + 8, a.y), store(p + 16, a.z); }
+AMONTONS_INLINE void store3(double* p, const Vec3& a) {
+  store(p, a.x), store(p + 8, a.y), store(p + 16, a.z);
+}
 
 AMONTONS_INLINE Vec3 operator+(const Vec3& a, const Vec3& b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
 AMONTONS_INLINE Vec3 operator-(const Vec3& a, const Vec3& b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
@@ -63,20 +61,22 @@ AMONTONS_INLINE Vec3 cross(const Vec3& a, const Vec3& b) {
   return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
 }
 
-// The six components of `width` lines, component by component: a transpose in registers, which costs far less
-// than gather instructions because a line is read in two loads. `Lines` is six rows of lanes seen as columns;
-// columns() and rows() convert between the two, load and store exchange rows with memory.
-//
-// A line is (0 1 2 3 | 4 5 - -): its first half goes through quad[], its second through pair[].
+// The exchange of six components, one vector each, with `width` lines (0 1 2 3 | 4 5 - -): a transpose in
+// registers, which costs far less than gather instructions because a line is read in two loads. The two spare
+// doubles of a line may hold anything.
+//   gather       component k of line at[l] to lane l of vector k
+//   scatter_add  lines += vectors; all loads come before all stores, so that lanes which share a dummy line
+//   do
+//                not wait for each other
+//   scatter      lines = vectors
 #if defined(__AVX512F__)
 
-struct Rows {
-  Vec quad[4];  // quad[i]: halves 0..3 of lines i and i + 4
-  Vec pair[2];  // pair[i]: components 4 5 of lines i, i + 2, i + 4, i + 6
-};
+AMONTONS_INLINE Vec even(Vec a, Vec b) { return __builtin_shufflevector(a, b, 0, 8, 2, 10, 4, 12, 6, 14); }
+AMONTONS_INLINE Vec odd(Vec a, Vec b) { return __builtin_shufflevector(a, b, 1, 9, 3, 11, 5, 13, 7, 15); }
+AMONTONS_INLINE Vec low(Vec a, Vec b) { return __builtin_shufflevector(a, b, 0, 1, 8, 9, 4, 5, 12, 13); }
+AMONTONS_INLINE Vec high(Vec a, Vec b) { return __builtin_shufflevector(a, b, 2, 3, 10, 11, 6, 7, 14, 15); }
 
-
-// A masked broadcast from memory leaves the shuffle port free, which the transposes keep busy.
+// Masked broadcasts from memory leave the shuffle port free, which the transposes keep busy.
 AMONTONS_INLINE Vec load_quads(const double* first, const double* second) {
   const __m512d a = _mm512_castpd256_pd512(_mm256_load_pd(first));
   return (Vec)_mm512_mask_broadcast_f64x4(a, 0xf0, _mm256_load_pd(second));
@@ -88,157 +88,119 @@ AMONTONS_INLINE Vec load_pairs(const double* p0, const double* p1, const double*
   return (Vec)_mm512_mask_broadcast_f64x2(a, 0xc0, _mm_load_pd(p3));
 }
 
-AMONTONS_INLINE Rows load_lines(const double* lines, const std::uint32_t* at) {
-  Rows r;
-  for (int i = 0; i < 4; ++i) r.quad[i] = load_quads(lines + at[i], lines + at[i + 4]);
+AMONTONS_INLINE Vec6 gather(const double* lines, const std::uint32_t* at) {
+  Vec quad[4], pair[2];  // lines i and i + 4; lines i, i + 2, i + 4 and i + 6
+  for (int i = 0; i < 4; ++i) quad[i] = load_quads(lines + at[i], lines + at[i + 4]);
   for (int i = 0; i < 2; ++i)
-    r.pair[i] = load_pairs(lines + at[i] + 4, lines + at[i + 2] + 4, lines + at[i + 4] + 4,
-                           lines + at[i + 6] + 4);
-  return r;
+    pair[i] =
+        load_pairs(lines + at[i] + 4, lines + at[i + 2] + 4, lines + at[i + 4] + 4, lines + at[i + 6] + 4);
+  const Vec e0 = even(quad[0], quad[1]), e2 = even(quad[2], quad[3]);
+  const Vec o0 = odd(quad[0], quad[1]), o2 = odd(quad[2], quad[3]);
+  return {low(e0, e2),          low(o0, o2), high(e0, e2), high(o0, o2), even(pair[0], pair[1]),
+          odd(pair[0], pair[1])};
 }
 
-// Stores of an upper part likewise.
-AMONTONS_INLINE void store_quads(double* first, double* second, Vec v) {
-  _mm256_store_pd(first, _mm512_castpd512_pd256((__m512d)v));
-  _mm256_store_pd(second, _mm512_maskz_extractf64x4_pd(0xf, (__m512d)v, 1));
-}
-AMONTONS_INLINE void store_pairs(double* p0, double* p1, double* p2, double* p3, Vec v) {
-  _mm_store_pd(p0, _mm512_castpd512_pd128((__m512d)v));
-  _mm_store_pd(p1, _mm512_maskz_extractf64x2_pd(0x3, (__m512d)v, 1));
-  _mm_store_pd(p2, _mm512_maskz_extractf64x2_pd(0x3, (__m512d)v, 2));
-  _mm_store_pd(p3, _mm512_maskz_extractf64x2_pd(0x3, (__m512d)v, 3));
-}
-
-AMONTONS_INLINE void store_lines(double* lines, const std::uint32_t* at, const Rows& r) {
-  for (int i = 0; i < 4; ++i) store_quads(lines + at[i], lines + at[i + 4], r.quad[i]);
-  for (int i = 0; i < 2; ++i)
-    store_pairs(lines + at[i] + 4, lines + at[i + 2] + 4, lines + at[i + 4] + 4, lines + at[i + 6] + 4,
-                r.pair[i]);
-}
-
-AMONTONS_INLINE Vec even(Vec a, Vec b) { return __builtin_shufflevector(a, b, 0, 8, 2, 10, 4, 12, 6, 14); }
-AMONTONS_INLINE Vec odd(Vec a, Vec b) { return __builtin_shufflevector(a, b, 1, 9, 3, 11, 5, 13, 7, 15); }
-AMONTONS_INLINE Vec low(Vec a, Vec b) { return __builtin_shufflevector(a, b, 0, 1, 8, 9, 4, 5, 12, 13); }
-AMONTONS_INLINE Vec high(Vec a, Vec b) { return __builtin_shufflevector(a, b, 2, 3, 10, 11, 6, 7, 14, 15); }
-
-AMONTONS_INLINE Vec6 columns(const Rows& r) {
-  const Vec e0 = even(r.quad[0], r.quad[1]), e2 = even(r.quad[2], r.quad[3]);
-  const Vec o0 = odd(r.quad[0], r.quad[1]), o2 = odd(r.quad[2], r.quad[3]);
-  return {low(e0, e2), low(o0, o2), high(e0, e2), high(o0, o2), even(r.pair[0], r.pair[1]),
-          odd(r.pair[0], r.pair[1])};
-}
-
+struct Rows {
+  Vec line[8];
+};
 AMONTONS_INLINE Rows rows(const Vec6& c) {
   const Vec e0 = low(c.v[0], c.v[2]), e2 = high(c.v[0], c.v[2]);
   const Vec o0 = low(c.v[1], c.v[3]), o2 = high(c.v[1], c.v[3]);
-  return {{even(e0, o0), odd(e0, o0), even(e2, o2), odd(e2, o2)},
-          {even(c.v[4], c.v[5]), odd(c.v[4], c.v[5])}};
+  const Vec q0 = even(e0, o0), q1 = odd(e0, o0), q2 = even(e2, o2), q3 = odd(e2, o2);
+  const Vec p0 = even(c.v[4], c.v[5]), p1 = odd(c.v[4], c.v[5]);
+  return {{__builtin_shufflevector(q0, p0, 0, 1, 2, 3, 8, 9, 10, 11),
+           __builtin_shufflevector(q1, p1, 0, 1, 2, 3, 8, 9, 10, 11),
+           __builtin_shufflevector(q2, p0, 0, 1, 2, 3, 10, 11, 12, 13),
+           __builtin_shufflevector(q3, p1, 0, 1, 2, 3, 10, 11, 12, 13),
+           __builtin_shufflevector(q0, p0, 4, 5, 6, 7, 12, 13, 14, 15),
+           __builtin_shufflevector(q1, p1, 4, 5, 6, 7, 12, 13, 14, 15),
+           __builtin_shufflevector(q2, p0, 4, 5, 6, 7, 14, 15, 12, 13),
+           __builtin_shufflevector(q3, p1, 4, 5, 6, 7, 14, 15, 12, 13)}};
+}
+AMONTONS_INLINE void add_lines(Rows& r, const double* lines, const std::uint32_t* at) {
+  for (int i = 0; i < 8; ++i) r.line[i] += load(lines + at[i]);
+}
+AMONTONS_INLINE void store_lines(double* lines, const std::uint32_t* at, const Rows& r) {
+  for (int i = 0; i < 8; ++i) store(lines + at[i], r.line[i]);
 }
 
 #elif defined(__AVX2__)
-
-struct Rows {
-  Vec quad[4];
-  Vec pair[2];  // pair[i]: components 4 5 of lines i and i + 2
-};
-
-AMONTONS_INLINE Vec join(Vec2 a, Vec2 b) {
-  return (Vec)_mm256_insertf128_pd(_mm256_castpd128_pd256((__m128d)a), (__m128d)b, 1);
-}
-
-AMONTONS_INLINE Rows load_lines(const double* lines, const std::uint32_t* at) {
-  Rows r;
-  for (int i = 0; i < 4; ++i) r.quad[i] = load(lines + at[i]);
-  for (int i = 0; i < 2; ++i) r.pair[i] = join(load2(lines + at[i] + 4), load2(lines + at[i + 2] + 4));
-  return r;
-}
-
-AMONTONS_INLINE void store_lines(double* lines, const std::uint32_t* at, const Rows& r) {
-  for (int i = 0; i < 4; ++i) store(lines + at[i], r.quad[i]);
-  for (int i = 0; i < 2; ++i) {
-    store2(lines + at[i] + 4, __builtin_shufflevector(r.pair[i], r.pair[i], 0, 1));
-    store2(lines + at[i + 2] + 4, __builtin_shufflevector(r.pair[i], r.pair[i], 2, 3));
-  }
-}
 
 AMONTONS_INLINE Vec even(Vec a, Vec b) { return __builtin_shufflevector(a, b, 0, 4, 2, 6); }
 AMONTONS_INLINE Vec odd(Vec a, Vec b) { return __builtin_shufflevector(a, b, 1, 5, 3, 7); }
 AMONTONS_INLINE Vec low(Vec a, Vec b) { return __builtin_shufflevector(a, b, 0, 1, 4, 5); }
 AMONTONS_INLINE Vec high(Vec a, Vec b) { return __builtin_shufflevector(a, b, 2, 3, 6, 7); }
 
-AMONTONS_INLINE Vec6 columns(const Rows& r) {
-  const Vec e0 = even(r.quad[0], r.quad[1]), e2 = even(r.quad[2], r.quad[3]);
-  const Vec o0 = odd(r.quad[0], r.quad[1]), o2 = odd(r.quad[2], r.quad[3]);
-  return {low(e0, e2), low(o0, o2), high(e0, e2), high(o0, o2), even(r.pair[0], r.pair[1]),
-          odd(r.pair[0], r.pair[1])};
+using Vec2 = double __attribute__((vector_size(16), may_alias));
+AMONTONS_INLINE Vec2 load2(const double* p) { return *reinterpret_cast<const Vec2*>(p); }
+AMONTONS_INLINE void store2(double* p, Vec2 v) { *reinterpret_cast<Vec2*>(p) = v; }
+AMONTONS_INLINE Vec join(Vec2 a, Vec2 b) {
+  return (Vec)_mm256_insertf128_pd(_mm256_castpd128_pd256((__m128d)a), (__m128d)b, 1);
 }
 
+AMONTONS_INLINE Vec6 gather(const double* lines, const std::uint32_t* at) {
+  Vec quad[4], pair[2];
+  for (int i = 0; i < 4; ++i) quad[i] = load(lines + at[i]);
+  for (int i = 0; i < 2; ++i) pair[i] = join(load2(lines + at[i] + 4), load2(lines + at[i + 2] + 4));
+  const Vec e0 = even(quad[0], quad[1]), e2 = even(quad[2], quad[3]);
+  const Vec o0 = odd(quad[0], quad[1]), o2 = odd(quad[2], quad[3]);
+  return {low(e0, e2),          low(o0, o2), high(e0, e2), high(o0, o2), even(pair[0], pair[1]),
+          odd(pair[0], pair[1])};
+}
+
+struct Rows {
+  Vec quad[4];
+  Vec2 pair[4];
+};
 AMONTONS_INLINE Rows rows(const Vec6& c) {
   const Vec e0 = low(c.v[0], c.v[2]), e2 = high(c.v[0], c.v[2]);
   const Vec o0 = low(c.v[1], c.v[3]), o2 = high(c.v[1], c.v[3]);
+  const Vec p0 = even(c.v[4], c.v[5]), p1 = odd(c.v[4], c.v[5]);
   return {{even(e0, o0), odd(e0, o0), even(e2, o2), odd(e2, o2)},
-          {even(c.v[4], c.v[5]), odd(c.v[4], c.v[5])}};
+          {__builtin_shufflevector(p0, p0, 0, 1), __builtin_shufflevector(p1, p1, 0, 1),
+           __builtin_shufflevector(p0, p0, 2, 3), __builtin_shufflevector(p1, p1, 2, 3)}};
+}
+AMONTONS_INLINE void add_lines(Rows& r, const double* lines, const std::uint32_t* at) {
+  for (int i = 0; i < 4; ++i) r.quad[i] += load(lines + at[i]), r.pair[i] += load2(lines + at[i] + 4);
+}
+AMONTONS_INLINE void store_lines(double* lines, const std::uint32_t* at, const Rows& r) {
+  for (int i = 0; i < 4; ++i) store(lines + at[i], r.quad[i]), store2(lines + at[i] + 4, r.pair[i]);
 }
 
 #else
-
-struct Rows {
-  Vec quad[4];  // quad[2 i + j]: components 2 j, 2 j + 1 of line i
-  Vec pair[2];
-};
-
-AMONTONS_INLINE Rows load_lines(const double* lines, const std::uint32_t* at) {
-  const double *a = lines + at[0], *b = lines + at[1];
-  return {{load2(a), load2(a + 2), load2(b), load2(b + 2)}, {load2(a + 4), load2(b + 4)}};
-}
-
-AMONTONS_INLINE void store_lines(double* lines, const std::uint32_t* at, const Rows& r) {
-  double *a = lines + at[0], *b = lines + at[1];
-  store2(a, r.quad[0]), store2(a + 2, r.quad[1]), store2(a + 4, r.pair[0]);
-  store2(b, r.quad[2]), store2(b + 2, r.quad[3]), store2(b + 4, r.pair[1]);
-}
 
 AMONTONS_INLINE Vec even(Vec a, Vec b) { return __builtin_shufflevector(a, b, 0, 2); }
 AMONTONS_INLINE Vec odd(Vec a, Vec b) { return __builtin_shufflevector(a, b, 1, 3); }
 
-AMONTONS_INLINE Vec6 columns(const Rows& r) {
-  return {even(r.quad[0], r.quad[2]), odd(r.quad[0], r.quad[2]), even(r.quad[1], r.quad[3]),
-          odd(r.quad[1], r.quad[3]),  even(r.pair[0], r.pair[1]), odd(r.pair[0], r.pair[1])};
-}
-
-AMONTONS_INLINE Rows rows(const Vec6& c) {
-  return {{even(c.v[0], c.v[1]), even(c.v[2], c.v[3]), odd(c.v[0], c.v[1]), odd(c.v[2], c.v[3])},
-          {even(c.v[4], c.v[5]), odd(c.v[4], c.v[5])}};
-}
-
-#endif
-
 AMONTONS_INLINE Vec6 gather(const double* lines, const std::uint32_t* at) {
-  return columns(load_lines(lines, at));
+  const double *a = lines + at[0], *b = lines + at[1];
+  return {even(load(a), load(b)),        odd(load(a), load(b)),          even(load(a + 2), load(b + 2)),
+          odd(load(a + 2), load(b + 2)), even(load(a + 4), load(b + 4)), odd(load(a + 4), load(b + 4))};
 }
 
-// lines[at] += c. All loads come before all stores, so that lanes which share a dummy line do not wait for
-// each other.
-AMONTONS_INLINE void scatter_add(double* lines, const std::uint32_t* at, const Vec6& c) {
-#if defined(__AVX512F__)
-  const Vec e0 = low(c.v[0], c.v[2]), e2 = high(c.v[0], c.v[2]);
-  const Vec o0 = low(c.v[1], c.v[3]), o2 = high(c.v[1], c.v[3]);
-  const Vec q0=even(e0, o0), q1=odd(e0, o0), q2=even(e2, o2), q3=odd(e2, o2);
-  const Vec p0=even(c.v[4], c.v[5]), p1=odd(c.v[4], c.v[5]);
-#define SH(a,b,...) __builtin_shufflevector(a,b,__VA_ARGS__)
-  Vec r[8]={SH(q0,p0,0,1,2,3,8,9,10,11), SH(q1,p1,0,1,2,3,8,9,10,11), SH(q2,p0,0,1,2,3,10,11,12,13),SH(q3,p1,0,1,2,3,10,11,12,13),
-   SH(q0,p0,4,5,6,7,12,13,14,15), SH(q1,p1,4,5,6,7,12,13,14,15), SH(q2,p0,4,5,6,7,14,15,12,13),SH(q3,p1,4,5,6,7,14,15,12,13)};
-  for (int i = 0; i < 8; ++i) r[i] += load(lines+at[i]);
-  for (int i = 0; i < 8; ++i) store(lines+at[i], r[i]);
-#else
-  const Rows add = rows(c);
-  Rows r = load_lines(lines, at);
-  for (int i = 0; i < 4; ++i) r.quad[i] += add.quad[i];
-  for (int i = 0; i < 2; ++i) r.pair[i] += add.pair[i];
-  store_lines(lines, at, r);
+struct Rows {
+  Vec line[2][3];
+};
+AMONTONS_INLINE Rows rows(const Vec6& c) {
+  return {{{even(c.v[0], c.v[1]), even(c.v[2], c.v[3]), even(c.v[4], c.v[5])},
+           {odd(c.v[0], c.v[1]), odd(c.v[2], c.v[3]), odd(c.v[4], c.v[5])}}};
+}
+AMONTONS_INLINE void add_lines(Rows& r, const double* lines, const std::uint32_t* at) {
+  for (int i = 0; i < 2; ++i)
+    for (int k = 0; k < 3; ++k) r.line[i][k] += load(lines + at[i] + 2 * k);
+}
+AMONTONS_INLINE void store_lines(double* lines, const std::uint32_t* at, const Rows& r) {
+  for (int i = 0; i < 2; ++i)
+    for (int k = 0; k < 3; ++k) store(lines + at[i] + 2 * k, r.line[i][k]);
+}
+
 #endif
-}
 
+AMONTONS_INLINE void scatter_add(double* lines, const std::uint32_t* at, const Vec6& c) {
+  Rows r = rows(c);
+  add_lines(r, lines, at);
+  store_lines(lines, at, r);
+}
 AMONTONS_INLINE void scatter(double* lines, const std::uint32_t* at, const Vec6& c) {
   store_lines(lines, at, rows(c));
 }

@@ -16,12 +16,12 @@ struct Link {
 
 // A sequence of bodies such that bodies which touch are near each other, and its inverse.
 struct BodyOrder {
-  std::vector<std::uint32_t> rank;   // per body; fixed bodies have the rank of no one, the number of bodies
+  std::vector<std::uint32_t> rank;    // per body; fixed bodies have the rank of no one, the number of bodies
   std::vector<std::uint32_t> moving;  // rank -> body
 };
 
-// links: contacts, then joint rows. Bodies with more than `hub_degree` contacts tie distant parts together and
-// are left out of the graph; they come last.
+// links: contacts, then joint rows. Bodies with more than `hub_degree` contacts tie distant parts together
+// and are left out of the graph; they come last.
 BodyOrder order_bodies(const ContactOperator& A, const std::vector<Link>& links,
                        const std::vector<bool>& is_hub);
 

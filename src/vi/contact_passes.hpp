@@ -21,9 +21,10 @@ struct alignas(64) ContactBatch {
   std::uint32_t line_a[lanes], line_b[lanes];
 };
 
-// One stored row of D with its interval; free and nonnegative rows have infinite bounds.
-struct JointRow {
-  double a[6], b[6];
+// One stored row of D, each side padded with two zeros, with its interval; free and nonnegative rows have
+// infinite bounds.
+struct alignas(64) JointRow {
+  double a[8], b[8];
   double compliance, p, p_inverse, lo, hi;
   std::uint32_t line_a, line_b;
 };
@@ -42,8 +43,8 @@ struct Chunk {
 };
 
 // x, x_next, u, d and b hold 24 doubles per batch (three components of eight lanes), then one per joint row;
-// saxce holds mu |u_t| for the current u, 8 per batch (coulomb only); compliance 8 per batch, null if all zero.
-// lines holds one 64-byte line per touched body: (linear, angular) and two unused doubles.
+// saxce holds mu |u_t| for the current u, 8 per batch (coulomb only); compliance 8 per batch, null if all
+// zero. lines holds one 64-byte line per touched body: (linear, angular) and two unused doubles.
 struct PassData {
   const ContactBatch* batches;
   const JointRow* joints;
@@ -52,7 +53,7 @@ struct PassData {
   const double *compliance, *x, *b;
   double *x_next, *u, *d, *saxce, *lines;
   std::size_t joint_offset;  // of the joint rows in x, u, d, b
-  bool coulomb, streaming;   // streaming: the arrays do not fit into the cache of a core
+  bool coulomb, streaming;   // streaming: the arrays are far larger than the cache of a core
 };
 
 struct DirectionSums {
@@ -65,12 +66,12 @@ struct DirectionSums {
 //   mass_pass        lines = M^-1 lines; returns <lines, M^-1 lines>
 //   update_pass      with lines = M^-1 D'd: x_next = x + lambda d, u += lambda (D lines + E d)
 //   refresh_pass     with lines = M^-1 D'x: u = D lines + E x + b; returns the squared natural map
-AMONTONS_FOR_EACH_ISA(
-    DirectionSums direction_pass(const PassData& data, const Chunk& chunk, double alpha, bool preconditioned);
-    void impulse_pass(const PassData& data, const Chunk& chunk);
-    double mass_pass(const PassData& data, const Chunk& chunk);
-    Update update_pass(const PassData& data, const Chunk& chunk, double lambda);
-    double refresh_pass(const PassData& data, const Chunk& chunk);)
+AMONTONS_FOR_EACH_ISA(DirectionSums direction_pass(const PassData& data, const Chunk& chunk, double alpha,
+                                                   bool preconditioned);
+                      void impulse_pass(const PassData& data, const Chunk& chunk);
+                      double mass_pass(const PassData& data, const Chunk& chunk);
+                      Update update_pass(const PassData& data, const Chunk& chunk, double lambda);
+                      double refresh_pass(const PassData& data, const Chunk& chunk);)
 
 // The same, chosen once: one entry per instruction set.
 struct Passes {

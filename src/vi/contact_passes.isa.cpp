@@ -1,11 +1,12 @@
 // The fused passes over contacts, eight lanes at a time: see contact_passes.hpp for the layout.
 //
-// Memory traffic of an iteration per contact, in bytes, counting each array once per pass that reads or writes
-// it: 104 for ContactBatch, 24 for each of x, u, d, s, and 64 for each access to one of the lines per contact:
+// Memory traffic of an iteration in bytes, counting each array once per pass that reads or writes it. Per
+// contact: 104 for ContactBatch, 24 for each of x, u, d and (coulomb only) 8 for s = mu |u_t|; per body: 64
+// for its line and 64 for its masses:
 //   direction  batch 104 + x 24 + u 24 + (s 8) read, d 24 written, lines 64 read + 64 written
 //   mass       lines 64 read + 64 written, masses 64 read
 //   update     batch 104 + x 24 + u 24 + d 24 + (s 8) read, x_next 24 + u 24 + (s 8) written, lines 64 read
-// that is 400 per contact (424 under coulomb) and 384 per line.
+// that is 400 per contact (424 under coulomb) and 384 per body.
 #include "contact_passes.hpp"
 
 #include "contact_lanes.hpp"
@@ -26,7 +27,7 @@ constexpr std::size_t block = 4;
 AMONTONS_INLINE Vec3 project(const Vec3& z, const Vec3& n, Vec mu) {
   const Vec zero = {}, one = zero + 1.0;
   const Vec zn = dot(z, n);
-  const Vec3 zt = cross(n, z);
+  const Vec3 zt = z - zn * n;
   const Vec t = square_root(dot(zt, zt));
   const Vec k = (zn + mu * t) / ((one + mu * mu) * t);
   const Vec on_z = mu * k, on_n = k * (t - mu * zn);
@@ -71,25 +72,73 @@ void clear_lines(const PassData& data, const Chunk& chunk) {
   for (double* p = data.lines + 8 * chunk.first_line; p < end; p += width) store(p, zero);
 }
 
-// Joint rows, one at a time.
-AMONTONS_INLINE void scatter_row(double* lines, const JointRow& row, double f) {
-  for (int k = 0; k < 6; ++k) lines[row.line_a + k] += row.a[k] * f;
-  for (int k = 0; k < 6; ++k) lines[row.line_b + k] += row.b[k] * f;
+// One line or one side of a joint row: eight doubles, of which the last two mean nothing.
+struct Line {
+  Vec v[8 / width];
+};
+AMONTONS_INLINE Line load_line(const double* p) {
+  Line line;
+  for (int k = 0; k < 8 / width; ++k) line.v[k] = load(p + k * width);
+  return line;
 }
-AMONTONS_INLINE double row_velocity(const double* lines, const JointRow& row) {
-  const double *a = lines + row.line_a, *b = lines + row.line_b;
-  double s[6];
-  for (int k = 0; k < 6; ++k) s[k] = row.a[k] * a[k] + row.b[k] * b[k];
-  return ((s[0] + s[1]) + (s[2] + s[3])) + (s[4] + s[5]);
+AMONTONS_INLINE void add_to_line(double* p, const Line& line) {
+  for (int k = 0; k < 8 / width; ++k) store(p + k * width, load(p + k * width) + line.v[k]);
 }
+
+// Consecutive rows of one joint share their bodies: they are worked on together, with the lines in registers.
+AMONTONS_INLINE std::size_t end_of_joint(const PassData& data, const Chunk& chunk, std::size_t first) {
+  const JointRow& row = data.joints[first];
+  std::size_t i = first + 1;
+  while (i < chunk.last_joint && data.joints[i].line_a == row.line_a && data.joints[i].line_b == row.line_b)
+    ++i;
+  return i;
+}
+
+// lines += D'f with f = impulse(row, index).
+template <class Impulse>
+AMONTONS_INLINE void scatter_joints(const PassData& data, const Chunk& chunk, Impulse impulse) {
+  for (std::size_t i = chunk.first_joint, last; i < chunk.last_joint; i = last) {
+    last = end_of_joint(data, chunk, i);
+    Line a = {}, b = {};
+    for (std::size_t j = i; j < last; ++j) {
+      const JointRow& row = data.joints[j];
+      const Vec f = Vec{} + impulse(row, j);
+      for (int k = 0; k < 8 / width; ++k) {
+        a.v[k] += f * load(row.a + k * width);
+        b.v[k] += f * load(row.b + k * width);
+      }
+    }
+    add_to_line(data.lines + data.joints[i].line_a, a);
+    add_to_line(data.lines + data.joints[i].line_b, b);
+  }
+}
+
+// Calls use(row, index, velocity) with velocity = D lines of the row.
+template <class Use>
+AMONTONS_INLINE void gather_joints(const PassData& data, const Chunk& chunk, Use use) {
+  for (std::size_t i = chunk.first_joint, last; i < chunk.last_joint; i = last) {
+    last = end_of_joint(data, chunk, i);
+    const Line a = load_line(data.lines + data.joints[i].line_a);
+    const Line b = load_line(data.lines + data.joints[i].line_b);
+    for (std::size_t j = i; j < last; ++j) {
+      const JointRow& row = data.joints[j];
+      alignas(64) double s[8];
+      for (int k = 0; k < 8 / width; ++k)
+        store(s + k * width, a.v[k] * load(row.a + k * width) + b.v[k] * load(row.b + k * width));
+      use(row, j, ((s[0] + s[1]) + (s[2] + s[3])) + (s[4] + s[5]));
+    }
+  }
+}
+
 AMONTONS_INLINE double clip(double z, const JointRow& row) {
   return z < row.lo ? row.lo : (z > row.hi ? row.hi : z);
 }
 
-// Streams of several megabytes come too late without a hint: the hardware follows few of them at a time.
-AMONTONS_INLINE void prefetch_batch(const PassData& data, const Chunk& chunk, std::size_t i, double* written) {
+// Hints for the streams of a batch to come: the hardware follows too few of them at a time.
+AMONTONS_INLINE void prefetch_batch(const PassData& data, const Chunk& chunk, std::size_t i,
+                                    double* written) {
   constexpr std::size_t distance = 8;
-  if (!data.streaming || i + distance >= chunk.last_batch) return;
+  if (i + distance >= chunk.last_batch) return;
   const char* batch = reinterpret_cast<const char*>(data.batches + i + distance);
   for (std::size_t k = 0; k < sizeof(ContactBatch); k += 64) __builtin_prefetch(batch + k);
   for (std::size_t k = 24 * (i + distance); k < 24 * (i + distance + 1); k += 8) {
@@ -101,7 +150,8 @@ AMONTONS_INLINE void prefetch_batch(const PassData& data, const Chunk& chunk, st
 }
 
 template <bool coulomb, bool compliant, bool preconditioned>
-AMONTONS_INLINE void direction_of_batch(const PassData& data, std::size_t i, double alpha, LaneSums<3>& sums) {
+AMONTONS_INLINE void direction_of_batch(const PassData& data, std::size_t i, double alpha,
+                                        LaneSums<3>& sums) {
   const ContactBatch& batch = data.batches[i];
   for (int part = 0; part < 8 / width; ++part) {
     const int lane = part * width;
@@ -136,19 +186,20 @@ DirectionSums direction(const PassData& data, const Chunk& chunk, double alpha) 
   DirectionSums out{sums.total(0), sums.total(1), sums.total(2)};
   const double *x = data.x + data.joint_offset, *u = data.u + data.joint_offset;
   double* d = data.d + data.joint_offset;
-  for (std::size_t i = chunk.first_joint; i < chunk.last_joint; ++i) {
-    const JointRow& row = data.joints[i];
-    d[i] = clip(x[i] - (preconditioned ? alpha * row.p_inverse : alpha) * u[i], row) - x[i];
-    out.dg += d[i] * u[i];
-    out.dPd += row.p * (d[i] * d[i]);
-    out.dEd += row.compliance * (d[i] * d[i]);
-    scatter_row(data.lines, row, d[i]);
-  }
+  scatter_joints(data, chunk, [&](const JointRow& row, std::size_t i) {
+    const double di = clip(x[i] - (preconditioned ? alpha * row.p_inverse : alpha) * u[i], row) - x[i];
+    d[i] = di;
+    out.dg += di * u[i];
+    out.dPd += row.p * (di * di);
+    out.dEd += row.compliance * (di * di);
+    return di;
+  });
   return out;
 }
 
 // p |x - Pi_K(x - g / p)|^2, as natural_map_squared() in vi/residual.hpp.
-AMONTONS_INLINE Vec natural_map(const ContactBatch& batch, int lane, const Vec3& x, const Vec3& g, const Vec3& n) {
+AMONTONS_INLINE Vec natural_map(const ContactBatch& batch, int lane, const Vec3& x, const Vec3& g,
+                                const Vec3& n) {
   const Vec3 e = x - project(x - load(batch.p_inverse + lane) * g, n, load(batch.mu + lane));
   return load(batch.p + lane) * dot(e, e);
 }
@@ -194,7 +245,7 @@ Update update(const PassData& data, const Chunk& chunk, double lambda) {
   for (std::size_t first = chunk.first_batch; first < chunk.last_batch; first += block) {
     const std::size_t last = end_of_block(chunk, first);
     for (std::size_t i = first; i < last; ++i) {
-      prefetch_batch(data, chunk, i, data.x_next);
+      if (data.streaming) prefetch_batch(data, chunk, i, data.x_next);
       for (int lane = 0; lane < 8; lane += width)
         store3(q[i - first] + lane, relative_velocity(data.lines, data.batches[i], lane));
     }
@@ -204,15 +255,14 @@ Update update(const PassData& data, const Chunk& chunk, double lambda) {
   Update out{sums.total(0), sums.total(1), sums.total(2)};
   const double *x = data.x + data.joint_offset, *d = data.d + data.joint_offset;
   double *x_next = data.x_next + data.joint_offset, *u = data.u + data.joint_offset;
-  for (std::size_t i = chunk.first_joint; i < chunk.last_joint; ++i) {
-    const JointRow& row = data.joints[i];
-    const double s = lambda * d[i], y = lambda * (row_velocity(data.lines, row) + row.compliance * d[i]);
+  gather_joints(data, chunk, [&](const JointRow& row, std::size_t i, double velocity) {
+    const double s = lambda * d[i], y = lambda * (velocity + row.compliance * d[i]);
     x_next[i] = x[i] + s;
     u[i] += y;
     out.sy += s * y;
     out.yPy += row.p_inverse * (y * y);
     out.residual_squared += natural_map(row, x_next[i], u[i]);
-  }
+  });
   return out;
 }
 
@@ -241,11 +291,10 @@ double refresh(const PassData& data, const Chunk& chunk) {
   double out = sums.total(0);
   const double *x = data.x + data.joint_offset, *b = data.b + data.joint_offset;
   double* u = data.u + data.joint_offset;
-  for (std::size_t i = chunk.first_joint; i < chunk.last_joint; ++i) {
-    const JointRow& row = data.joints[i];
-    u[i] = row_velocity(data.lines, row) + row.compliance * x[i] + b[i];
+  gather_joints(data, chunk, [&](const JointRow& row, std::size_t i, double velocity) {
+    u[i] = velocity + row.compliance * x[i] + b[i];
     out += natural_map(row, x[i], u[i]);
-  }
+  });
   return out;
 }
 
@@ -269,8 +318,7 @@ void impulse_pass(const PassData& data, const Chunk& chunk) {
   clear_lines(data, chunk);
   for (std::size_t i = chunk.first_batch; i < chunk.last_batch; ++i) scatter_batch(data, i, data.x);
   const double* x = data.x + data.joint_offset;
-  for (std::size_t i = chunk.first_joint; i < chunk.last_joint; ++i)
-    scatter_row(data.lines, data.joints[i], x[i]);
+  scatter_joints(data, chunk, [x](const JointRow&, std::size_t i) { return x[i]; });
 }
 
 double mass_pass(const PassData& data, const Chunk& chunk) {

@@ -69,18 +69,19 @@ void check(const ContactOperator& A, const ConeProduct& K, std::span<const doubl
            std::to_string(needs);
   };
   const std::size_t contacts = A.contacts.size();
-  require(K.contacts() == contacts, say("the cone product's friction part", K.contacts(), contacts));
-  require(contacts == 0 || K.runs().front().count == contacts,
-          "contact operator: the friction cones of the contacts must come first, without others between");
-  require(K.rows() == A.rows(), say("the cone product", K.rows(), A.rows()));
-  require(b.size() == A.rows(), say("b", b.size(), A.rows()));
-  require(P.size() == K.blocks(), say("P", P.size(), K.blocks()));
-  require(A.contact_compliance.size() == contacts,
-          say("contact_compliance", A.contact_compliance.size(), contacts));
+  AMONTONS_REQUIRE(K.contacts() == contacts, say("the cone product's friction part", K.contacts(), contacts));
+  AMONTONS_REQUIRE(
+      contacts == 0 || K.runs().front().count == contacts,
+      "contact operator: the friction cones of the contacts must come first, without others between");
+  AMONTONS_REQUIRE(K.rows() == A.rows(), say("the cone product", K.rows(), A.rows()));
+  AMONTONS_REQUIRE(b.size() == A.rows(), say("b", b.size(), A.rows()));
+  AMONTONS_REQUIRE(P.size() == K.blocks(), say("P", P.size(), K.blocks()));
+  AMONTONS_REQUIRE(A.contact_compliance.size() == contacts,
+                   say("contact_compliance", A.contact_compliance.size(), contacts));
 }
 
-// From about here (2 MB) a core's own cache no longer holds what an iteration touches.
-constexpr std::size_t streaming_batches = 1000;
+// From about here (8 MB) hints to the cache pay in the last pass too.
+constexpr std::size_t streaming_batches = 4000;
 
 // Beyond this the cone is a half-space in double precision, and its square would overflow.
 constexpr double largest_mu = 1e100;
@@ -222,9 +223,21 @@ void ContactStages::State::fill_masses(const InverseMass& mass) {
 }
 
 PassData ContactStages::State::data() const {
-  return {batches.data(), rows.data(), layout.chunks.data(), masses.data(), compliance.data(), x[now].data(),
-          b.data(), x[free_buffer()].data(), u.data(), d.data(), saxce.data(), lines.data(),
-          24 * layout.batches(), coulomb, layout.batches() >= streaming_batches};
+  return {batches.data(),
+          rows.data(),
+          layout.chunks.data(),
+          masses.data(),
+          compliance.data(),
+          x[now].data(),
+          b.data(),
+          x[free_buffer()].data(),
+          u.data(),
+          d.data(),
+          saxce.data(),
+          lines.data(),
+          24 * layout.batches(),
+          coulomb,
+          layout.batches() >= streaming_batches};
 }
 
 namespace {
@@ -307,8 +320,8 @@ ContactStages::~ContactStages() = default;
 double ContactStages::start(std::span<const double> x0) {
   State& s = *state_;
   const std::size_t m = 3 * s.contacts + s.joints;
-  require(x0.empty() || x0.size() == m, "x0 has " + std::to_string(x0.size()) + " entries, it needs " +
-                                            std::to_string(m));
+  AMONTONS_REQUIRE(x0.empty() || x0.size() == m,
+                   "x0 has " + std::to_string(x0.size()) + " entries, it needs " + std::to_string(m));
   s.best = s.now;
   std::vector<double> x(m);
   std::copy(x0.begin(), x0.end(), x.begin());

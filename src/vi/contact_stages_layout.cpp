@@ -15,7 +15,8 @@ std::vector<Link> moving_links(const ContactOperator& A) {
   const auto moving = [&](Index i) {
     if (i < 0) return Index{-1};
     const auto& I = mass.inertia[i];
-    const bool fixed = mass.translation[i] == 0 && std::all_of(I.begin(), I.end(), [](double v) { return v == 0; });
+    const bool fixed =
+        mass.translation[i] == 0 && std::all_of(I.begin(), I.end(), [](double v) { return v == 0; });
     return fixed ? Index{-1} : i;
   };
   std::vector<Link> links;
@@ -60,8 +61,7 @@ Sorted sort_by_rank(const std::vector<std::uint32_t>& rank, std::size_t first, s
   for (std::size_t r = 0; r < ranks; ++r) s.start[r + 1] += s.start[r];
   s.index.resize(last - first);
   std::vector<std::uint32_t> place(s.start.begin(), s.start.end() - 1);
-  for (std::size_t k = first; k < last; ++k)
-    s.index[place[rank[k]]++] = static_cast<std::uint32_t>(k);
+  for (std::size_t k = first; k < last; ++k) s.index[place[rank[k]]++] = static_cast<std::uint32_t>(k);
   return s;
 }
 
@@ -76,7 +76,8 @@ class Batcher {
     std::uint32_t usable = open_ & ~(present(links_[contact].a) | present(links_[contact].b));
     if (!usable) usable = open_batch();
     const int oldest = static_cast<int>(oldest_ % 32);
-    const auto place = static_cast<std::uint32_t>((oldest + std::countr_zero(std::rotr(usable, oldest))) % 32);
+    const auto place =
+        static_cast<std::uint32_t>((oldest + std::countr_zero(std::rotr(usable, oldest))) % 32);
     mark(links_[contact].a, place), mark(links_[contact].b, place);
     const std::size_t batch = oldest_ + ((place - oldest_) % 32);
     out_[batch * lanes + fill_[place]] = static_cast<Index>(contact);

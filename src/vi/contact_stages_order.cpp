@@ -1,8 +1,8 @@
-// The order of bodies in memory. Positions are not given, but the arms of a contact tie the positions p of its
-// bodies, p_a + r_a = p_b + r_b, so a walk over the contact graph finds them up to one translation per connected
-// part (and up to the gaps). Bodies are then sorted along a Morton curve, which keeps the working set of any
-// stretch of it small at every size of cache; where positions coincide the walk itself is the order, which is
-// that of Cuthill and McKee without the sorting by degree.
+// The order of bodies in memory. Positions are not given, but the arms of a contact tie the positions p of
+// its bodies, p_a + r_a = p_b + r_b, so a walk over the contact graph finds them up to one translation per
+// connected part (and up to the gaps). Bodies are then sorted along a Morton curve, which keeps the working
+// set of any stretch of it small at every size of cache; where positions coincide the walk itself is the
+// order, which is that of Cuthill and McKee without the sorting by degree.
 #include <algorithm>
 #include <array>
 #include <cmath>

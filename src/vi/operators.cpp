@@ -23,7 +23,8 @@ void SparseOperator::diagonal(std::span<double> d) const {
 }
 
 void DenseOperator::product(std::span<const double> x, std::span<double> y) const {
-  // Column sweeps: A is symmetric, so row j is column j, and y += x_j A_j vectorises without reordering a sum.
+  // Column sweeps: A is symmetric, so row j is column j, and y += x_j A_j vectorises without reordering a
+  // sum.
   std::fill(y.begin(), y.end(), 0.0);
   for (std::size_t j = 0; j < m; ++j) {
     const double* column = data.data() + j * m;
@@ -58,8 +59,8 @@ void axpy6(double x, const std::array<double, 6>& j, double* f) {
   for (int k = 0; k < 6; ++k) f[k] += x * j[k];
 }
 
-// The 6 n working velocities of a product: per thread, so that one operator serves concurrent solves, and kept
-// between calls, so that a product does not allocate.
+// The 6 n working velocities of a product: per thread, so that one operator serves concurrent solves, and
+// kept between calls, so that a product does not allocate.
 std::vector<double>& body_scratch(std::size_t bodies) {
   static thread_local std::vector<double> scratch;
   scratch.assign(6 * bodies, 0.0);
@@ -98,7 +99,9 @@ std::array<double, 3> cross(const std::array<double, 3>& a, const std::array<dou
 // A unit impulse along e at r: the wrench (e, r x e) on body A, its opposite on body B.
 JacobianRow contact_row(const ContactFrame& c, const std::array<double, 3>& e) {
   const auto ma = cross(c.r_a, e), mb = cross(c.r_b, e);
-  return {c.body_a, c.body_b, {e[0], e[1], e[2], ma[0], ma[1], ma[2]},
+  return {c.body_a,
+          c.body_b,
+          {e[0], e[1], e[2], ma[0], ma[1], ma[2]},
           {-e[0], -e[1], -e[2], -mb[0], -mb[1], -mb[2]}};
 }
 

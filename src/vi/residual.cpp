@@ -37,7 +37,8 @@ double natural_map_at_zero(const Problem& problem, Law law) {
   return std::max(natural_map(problem, law, zero, problem.b), 1e-300);
 }
 
-double residual(const Problem& problem, Law law, std::span<const double> x, std::span<const double> u, Norm norm) {
+double residual(const Problem& problem, Law law, std::span<const double> x, std::span<const double> u,
+                Norm norm) {
   if (norm == Norm::natural) return natural_map(problem, law, x, u) / natural_map_at_zero(problem, law);
   double sum = 0, largest = 0;
   for_each_block(problem.K, [&]<class Cone>(const Cone& cone, std::size_t, std::size_t row) {
@@ -73,7 +74,8 @@ Violations violations(const Problem& problem, Law law, std::span<const double> x
     cone.project(&x[row], foot);
     for (int k = 0; k < Cone::dim; ++k) outside += (x[row + k] - foot[k]) * (x[row + k] - foot[k]);
     v.cone = std::max(v.cone, std::sqrt(outside));
-    if constexpr (std::is_same_v<Cone, Free>) v.penetration_velocity = std::max(v.penetration_velocity, std::abs(u[row]));
+    if constexpr (std::is_same_v<Cone, Free>)
+      v.penetration_velocity = std::max(v.penetration_velocity, std::abs(u[row]));
     // An interval balances u against its bounds: only its natural map is meaningful.
     if constexpr (std::is_same_v<Cone, NonNegative> || std::is_same_v<Cone, Friction>) {
       v.penetration_velocity = std::max(v.penetration_velocity, -u[row]);

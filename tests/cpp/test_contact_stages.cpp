@@ -1,5 +1,3 @@
-#include "amontons/vi/contact_stages.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <cstring>
@@ -8,6 +6,7 @@
 
 #include "amontons/base/isa.hpp"
 #include "amontons/solvers/stages.hpp"
+#include "amontons/vi/contact_stages.hpp"
 #include "check.hpp"
 
 using namespace amontons;
@@ -179,9 +178,9 @@ constexpr Law laws[] = {Law::associated, Law::coulomb};
 
 // Breaks when a lane, a short batch, a dummy line, a ghost line of a hub or a joint row is handled wrongly.
 TEST(fused_stages_equal_plain_stages) {
-  const Size sizes[] = {{1, 0, 1},   {1, 1, 2},     {7, 0, 3},      {7, 3, 5},        {9, 4, 4},
-                        {0, 10, 6},  {100, 0, 40},  {100, 31, 40},  {1001, 0, 300},   {1001, 100, 300},
-                        {64, 0, 15}, {300, 30, 25}};
+  const Size sizes[] = {{1, 0, 1},      {1, 1, 2},        {7, 0, 3},    {7, 3, 5},
+                        {9, 4, 4},      {0, 10, 6},       {100, 0, 40}, {100, 31, 40},
+                        {1001, 0, 300}, {1001, 100, 300}, {64, 0, 15},  {300, 30, 25}};
   for (Size size : sizes)
     for (Law law : laws)
       for (bool compliant : {false, true}) compare_with_plain(random_problem(size, compliant), law, 1);

@@ -1,10 +1,9 @@
-#include "amontons/base/threads.hpp"
-
 #include <chrono>
 #include <numeric>
 #include <thread>
 #include <vector>
 
+#include "amontons/base/threads.hpp"
 #include "check.hpp"
 
 using namespace amontons;

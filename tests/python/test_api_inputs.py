@@ -58,9 +58,9 @@ def test_unusual_sparse_storage():
     A = sp.csr_array(DENSE)
     wide = A.copy()
     wide.indices, wide.indptr = A.indices.astype(np.int64), A.indptr.astype(np.int64)
-    reverse = sp.csr_array((A.data.reshape(N, N)[:, ::-1].ravel(), np.tile(np.arange(N)[::-1], N), A.indptr))
-    coo = sp.coo_array((np.r_[DENSE.ravel(), np.ones(N)], (np.r_[np.repeat(range(N), N), range(N)],
-                                                           np.r_[np.tile(range(N), N), range(N)])))  # fmt: skip
+    reverse = sp.csr_array((DENSE[:, ::-1].ravel(), np.tile(np.arange(N)[::-1], N), A.indptr))
+    rows, columns = np.r_[np.repeat(range(N), N), range(N)], np.r_[np.tile(range(N), N), range(N)]
+    coo = sp.coo_array((np.r_[DENSE.ravel(), np.ones(N)], (rows, columns)))
     for matrix, dense in ((wide, DENSE), (reverse, DENSE), (coo, DENSE + np.eye(N))):
         problem = amontons.Problem(matrix, B, "free")
         assert np.allclose(problem.A.toarray(), dense)

@@ -4,6 +4,7 @@ import csv
 import json
 import subprocess
 import sys
+from pathlib import Path
 
 import amontons
 import h5py
@@ -97,7 +98,7 @@ def test_one_line_errors(arguments, message, tmp_path, monkeypatch):
 # Breaks when the real command differs from the functions: started as a process, with a truncated file.
 def test_as_a_process(tmp_path):
     truncated = tmp_path / "truncated.hdf5"
-    truncated.write_bytes(open(WALL, "rb").read()[:20000])
+    truncated.write_bytes(Path(WALL).read_bytes()[:20000])
     command = [sys.executable, "-m", "amontons", "solve", truncated, BLOCK]
     result = subprocess.run(command, capture_output=True, text=True, check=False)
     assert result.returncode == 2

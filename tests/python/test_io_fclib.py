@@ -256,9 +256,9 @@ def test_solution_and_guesses_are_stored(tmp_path):
     problem.write(tmp_path / "p.hdf5", solution=solution)
     _, raw = read_raw(tmp_path / "p.hdf5")
     with h5py.File(tmp_path / "p.hdf5") as file:
-        r, l, u, v = (file["solution"][key][:] for key in ("r", "l", "u", "v"))
-    assert np.array_equal(np.concatenate([r, l]), solution.x)
-    assert np.allclose(raw["M"] @ v, raw["H"] @ r + raw["G"] @ l + raw["f"], atol=1e-12)
+        r, impulses, u, v = (file["solution"][key][:] for key in ("r", "l", "u", "v"))
+    assert np.array_equal(np.concatenate([r, impulses]), solution.x)
+    assert np.allclose(raw["M"] @ v, raw["H"] @ r + raw["G"] @ impulses + raw["f"], atol=1e-12)
     assert np.allclose(raw["H"].T @ v + raw["w"], u, atol=1e-10)
     again = amontons.read_problem(tmp_path / "p.hdf5")
     assert np.array_equal(again.guesses[-1], solution.x)

@@ -10,8 +10,11 @@ struct InputError : std::invalid_argument {
   using std::invalid_argument::invalid_argument;
 };
 
-inline void require(bool condition, const std::string& message) {
-  if (!condition) throw InputError(message);
-}
-
 }  // namespace amontons
+
+// Throws InputError unless the condition holds. A macro, so that the message is only put together when it is
+// needed: the checks run over every entry of a problem.
+#define AMONTONS_REQUIRE(condition, message)                 \
+  do {                                                       \
+    if (!(condition)) throw ::amontons::InputError(message); \
+  } while (false)

@@ -14,16 +14,24 @@ Isa active_isa();
 
 // Declares f in the namespace of each instruction set, and dispatch calls:  AMONTONS_DISPATCH(f, args...)
 #if defined(AMONTONS_X86)
-#define AMONTONS_DISPATCH(f, ...)                                      \
+#define AMONTONS_DISPATCH(f, ...)                                                           \
   (::amontons::active_isa() == ::amontons::Isa::avx512 ? ::amontons::avx512::f(__VA_ARGS__) \
    : ::amontons::active_isa() == ::amontons::Isa::avx2 ? ::amontons::avx2::f(__VA_ARGS__)   \
                                                        : ::amontons::baseline::f(__VA_ARGS__))
 #define AMONTONS_FOR_EACH_ISA(declaration) \
-  namespace baseline { declaration }       \
-  namespace avx2 { declaration }           \
-  namespace avx512 { declaration }
+  namespace baseline {                     \
+  declaration                              \
+  }                                        \
+  namespace avx2 {                         \
+  declaration                              \
+  }                                        \
+  namespace avx512 {                       \
+  declaration                              \
+  }
 #else
 #define AMONTONS_DISPATCH(f, ...) (::amontons::baseline::f(__VA_ARGS__))
 #define AMONTONS_FOR_EACH_ISA(declaration) \
-  namespace baseline { declaration }
+  namespace baseline {                     \
+  declaration                              \
+  }
 #endif

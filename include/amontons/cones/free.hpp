@@ -6,6 +6,7 @@ namespace amontons {
 struct Free {
   static constexpr int dim = 1;
   void project(const double* x, double* out) const { out[0] = x[0]; }
+  void natural_map(const double*, const double* step, double* out) const { out[0] = step[0]; }
 };
 
 }  // namespace amontons

@@ -29,6 +29,22 @@ struct Friction {
       out[0] = foot * c, out[1] = scale * x[1], out[2] = scale * x[2];
     }
   }
+  // On the boundary the foot is <trial, ray> ray, and x - foot = (x - <x, ray> ray) + <step, ray> ray.
+  void natural_map(const double* x, const double* step, double* out) const {
+    const double n = x[0] - step[0], t1 = x[1] - step[1], t2 = x[2] - step[2];
+    const double t = std::sqrt(t1 * t1 + t2 * t2);
+    if (t <= mu * n) {
+      out[0] = step[0], out[1] = step[1], out[2] = step[2];
+    } else if (mu * t <= -n) {
+      out[0] = x[0], out[1] = x[1], out[2] = x[2];
+    } else {
+      const double c = 1.0 / std::sqrt(1.0 + mu * mu), s = mu * c;
+      const double ray[3] = {c, s * t1 / t, s * t2 / t};
+      const double along_x = ray[0] * x[0] + ray[1] * x[1] + ray[2] * x[2];
+      const double along_step = ray[0] * step[0] + ray[1] * step[1] + ray[2] * step[2];
+      for (int k = 0; k < 3; ++k) out[k] = (x[k] - along_x * ray[k]) + along_step * ray[k];
+    }
+  }
 };
 
 }  // namespace amontons

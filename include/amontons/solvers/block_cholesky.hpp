@@ -6,11 +6,12 @@
 
 namespace amontons {
 
-// Multifrontal Cholesky factorisation L L' of a symmetric positive definite matrix given in blocks: bodies of 6
-// rows in body space, cones of 1 or 3 rows in impulse space, or one block for a dense matrix. The order is found
-// once per pattern (approximate minimum degree on the graph of blocks); factor() then runs on dense fronts only.
-// Source of the method: Duff, Reid 1983; Liu, "The multifrontal method for sparse matrix solution", SIAM Review
-// 1992. Our own code because no permissive library offers it: the reasons and the ratio are in ARCHITECTURE.md.
+// Multifrontal Cholesky factorisation L L' of a symmetric positive definite matrix given in blocks: bodies of
+// 6 rows in body space, cones of 1 or 3 rows in impulse space, or one block for a dense matrix. The order is
+// found once per pattern (approximate minimum degree on the graph of blocks); factor() then runs on dense
+// fronts only. Source of the method: Duff, Reid 1983; Liu, "The multifrontal method for sparse matrix
+// solution", SIAM Review 1992. Our own code because no permissive library offers it: the reasons and the
+// ratio are in ARCHITECTURE.md.
 class BlockCholesky {
  public:
   BlockCholesky() = default;
@@ -19,6 +20,7 @@ class BlockCholesky {
 
   // Where block (i, j) is assembled: column-major at panels()[offset] with leading dimension `stride`. When
   // `transposed`, the place holds block (j, i). Of a diagonal block only the lower triangle is read.
+  // Two doubles past the end of panels() may be written.
   struct Slot {
     std::size_t offset;
     int stride;
@@ -28,8 +30,8 @@ class BlockCholesky {
   std::span<double> panels() { return panels_; }
   void set_zero();
 
-  // Factors the assembled matrix in place. A pivot that rounding made non-positive is replaced by a huge one, so
-  // that its direction is left out of the solution; returns how many were.
+  // Factors the assembled matrix in place. A pivot that rounding made non-positive is replaced by a huge one,
+  // so that its direction is left out of the solution; returns how many were.
   int factor();
   // rhs := (L L')^-1 rhs, rows in the order of the blocks given.
   void solve(std::span<double> rhs);
@@ -43,14 +45,15 @@ class BlockCholesky {
     std::vector<int> row_nodes;   // nodes below the diagonal, in elimination order
     std::vector<int> child_rows;  // place of each of row_nodes in the parent's front (scalar row)
     std::vector<int> children;
-    int columns, front;           // scalar sizes; the panel is front x columns
+    int columns, front;  // scalar sizes; the panel is front x columns
     std::size_t panel;
   };
   void order(std::span<const int> sizes, std::span<const std::pair<int, int>> edges);
   void find_supernodes(const std::vector<std::vector<int>>& structure, const std::vector<int>& parent);
-  void extend_add(const Supernode& child, const double* update, int update_size, double* front, int stride) const;
+  void extend_add(const Supernode& child, const double* update, int update_size, double* front,
+                  int stride) const;
 
-  std::vector<int> place_;  // node of each given block
+  std::vector<int> place_;         // node of each given block
   std::vector<int> size_, start_;  // scalar size and first scalar row of each node, in elimination order
   std::vector<std::size_t> given_start_;  // first scalar row of each given block
   std::vector<int> supernode_of_;

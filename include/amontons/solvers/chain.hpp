@@ -8,17 +8,17 @@ namespace amontons {
 
 using Method = Solution (*)(const Problem&, const Options&);
 
-// One method of a sequence. iterations: its limit, 0 for its own default. until: the residual at which the next
-// one takes over although the tolerance is not reached.
+// One method of a sequence. iterations: its limit, 0 for its own default. until: the residual at which the
+// next one takes over although the tolerance is not reached.
 struct Phase {
   Method method;
   std::size_t iterations = 0;
   double until = 0;
 };
 
-// Runs the phases one after the other until one converges, each from the best x so far and within what is left of
-// the deadline and of max_iterations. The solution is the best of all; its counts, time and history are those of
-// the whole sequence, its method the one that produced x.
+// Runs the phases one after the other until one converges, each from the best x so far and within what is
+// left of the deadline and of max_iterations. The solution is the best of all; its counts, time and history
+// are those of the whole sequence, its method the one that produced x.
 Solution run_phases(const Problem& problem, const Options& options, const std::vector<Phase>& phases);
 
 }  // namespace amontons

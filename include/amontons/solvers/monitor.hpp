@@ -16,7 +16,8 @@ class Monitor {
   // without an improvement of the best residual by 1 % after which the method counts as stalled.
   Monitor(const Options& options, std::size_t default_iterations, std::size_t stall_window);
 
-  std::optional<Status> observe(double residual, double objective, double step = 0, std::size_t backtracks = 0);
+  std::optional<Status> observe(double residual, double objective, double step = 0,
+                                std::size_t backtracks = 0);
   // True if the residual of the last observe() was the best so far: the caller keeps that iterate.
   bool improved() const { return improved_; }
   double best() const { return best_; }
@@ -43,7 +44,7 @@ Solution finish(const Problem& problem, const Options& options, const char* meth
 
 // The start of every method: Pi_K(x0), or 0 when x0 is absent or its residual is not below that of 0 (a warm
 // start is never worse than a cold one). u = A x + b of the chosen start; returns its residual.
-double starting_point(const Problem& problem, const Options& options, std::span<double> x, std::span<double> u,
-                      Monitor& monitor);
+double starting_point(const Problem& problem, const Options& options, std::span<double> x,
+                      std::span<double> u, Monitor& monitor);
 
 }  // namespace amontons

@@ -31,7 +31,7 @@ struct IterationRecord {
 };
 
 // Every field: default, unit, sensible range. validate() throws InputError naming the field.
-struct SpgOptions {        // Birgin, Martinez, Raydan 2000; Tasora 2013
+struct SpgOptions {          // Birgin, Martinez, Raydan 2000; Tasora 2013
   double alpha_min = 1e-13;  // > 0, smallest spectral step
   double alpha_max = 1e13;   // > alpha_min
   double sigma_min = 0.1;    // in (0, 1): a backtrack multiplies lambda by at least sigma_min
@@ -53,14 +53,14 @@ struct AdmmOptions {
 // Options common to all methods.
 struct Options {
   Law law = Law::associated;
-  double tolerance = 1e-6;                                  // natural residual, >= 0; 0 runs to the limit
-  std::size_t max_iterations = 0;                           // 0: the method's own default
+  double tolerance = 1e-6;                                    // natural residual, >= 0; 0 runs to the limit
+  std::size_t max_iterations = 0;                             // 0: the method's own default
   double deadline = std::numeric_limits<double>::infinity();  // s of wall clock, > 0
-  std::span<const double> x0 = {};                          // warm start, empty or m entries
-  bool history = false;                                     // record every iteration
-  unsigned threads = 1;                                     // >= 1; results do not depend on it
-  std::function<bool(const IterationRecord&)> callback;     // return true to stop
-  std::function<bool()> interrupted;                        // polled every few milliseconds
+  std::span<const double> x0 = {};                            // warm start, empty or m entries
+  bool history = false;                                       // record every iteration
+  unsigned threads = 1;                                       // >= 1; results do not depend on it
+  std::function<bool(const IterationRecord&)> callback;       // return true to stop
+  std::function<bool()> interrupted;                          // polled every few milliseconds
   SpgOptions spg;
   SorOptions sor;
   JacobiOptions jacobi;
@@ -71,7 +71,7 @@ void validate(const Options& options, const Problem& problem);
 struct Solution {
   std::vector<double> x, u;  // impulses and A x + b (without the De Saxce term), m entries
   Status status = Status::stalled;
-  double residual = 0;  // natural, of x under the law asked for, from a fresh product
+  double residual = 0;   // natural, of x under the law asked for, from a fresh product
   double objective = 0;  // 1/2 x'Ax + b'x
   std::size_t iterations = 0, products = 0, factorizations = 0;
   double time = 0;     // s

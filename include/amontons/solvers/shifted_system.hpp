@@ -17,8 +17,8 @@ namespace amontons {
 //     (I + R' A R) z = R' r.
 //
 // Body space, A = D M^-1 D' + E: with M^-1 = C C', I + R'ER = L L' and G = L^-1 R' D C this is
-// L (I + G G') L' z = q, and by Woodbury (I + G G')^-1 = I - G (I + G' G)^-1 G': six unknowns per body whatever
-// the number of contacts. Impulse space (A given as a matrix): I + R'AR is factored directly.
+// L (I + G G') L' z = q, and by Woodbury (I + G G')^-1 = I - G (I + G' G)^-1 G': six unknowns per body
+// whatever the number of contacts. Impulse space (A given as a matrix): I + R'AR is factored directly.
 class ShiftedSystem {
  public:
   // Analyses the pattern. InputError for a callback operator, which cannot be factored.
@@ -26,7 +26,8 @@ class ShiftedSystem {
   ~ShiftedSystem();
   ShiftedSystem(ShiftedSystem&&) noexcept;
 
-  // Offset of the row-major factor of a block in the array given to factor(): 9 entries for three rows, 1 for one.
+  // Offset of the row-major factor of a block in the array given to factor(): 9 entries for three rows, 1 for
+  // one.
   std::size_t factor_offset(std::size_t block) const { return offset_[block]; }
   std::size_t factor_size() const { return factor_size_; }
 
@@ -57,8 +58,6 @@ class ShiftedSystem {
   void assemble_pairs();
   void solve_once(std::span<const double> q, std::span<double> z);
   void apply(std::span<const double> z, std::span<double> out);  // out = (I + R' A R) z
-  void gather(std::span<double> out) const;                      // out = G node_
-  void scatter(std::span<const double> z);                       // node_ = G' z
   void divide_by_L(std::span<double> q) const;                   // q := L^-1 q
   void divide_by_L_transposed(std::span<double> z) const;        // z := L^-T z
 
@@ -66,15 +65,17 @@ class ShiftedSystem {
   std::vector<std::size_t> offset_;
   std::size_t factor_size_ = 0;
   std::vector<Block> blocks_;
-  std::vector<int> bodies_;              // node of each body
-  std::vector<std::array<double, 12>> D_;  // rows of D C, (body a, body b)
-  std::vector<std::array<double, 12>> G_;  // rows of L^-1 R' D C
+  std::vector<int> bodies_;                // node of each body
+  std::vector<std::array<double, 16>> D_;  // rows of D C: body a at 0, body b at 8
+  std::vector<std::array<double, 16>> G_;  // rows of L^-1 R' D C
+  std::vector<int> node_a_, node_b_;       // of every row; the last node stands for none
   std::vector<double> compliance_, R_;
   std::vector<std::array<double, 9>> L_;  // per block, empty without compliance
   std::vector<Pair> pairs_;
   std::vector<double> pair_values_;
   BlockCholesky cholesky_;
-  std::vector<double> q_, z_, correction_, work_, node_;
+  std::vector<double> q_, z_, correction_, work_;
+  std::vector<double> nodes_, packed_;  // body vectors: eight per node, and six as the factorisation has them
 };
 
 }  // namespace amontons

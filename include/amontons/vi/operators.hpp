@@ -51,9 +51,9 @@ struct CallbackOperator {
   void diagonal(std::span<double> d) const;
 };
 
-// Block-diagonal inverse mass: per body 1/m (1/kg) and the inverse inertia tensor at the centre of mass in the
-// frame in which the angular velocity is expressed (1/(kg m^2)), stored xx, yy, zz, xy, xz, yz. Zeros make a
-// fixed or kinematic body.
+// Block-diagonal inverse mass: per body 1/m (1/kg) and the inverse inertia tensor at the centre of mass in
+// the frame in which the angular velocity is expressed (1/(kg m^2)), stored xx, yy, zz, xy, xz, yz. Zeros
+// make a fixed or kinematic body.
 struct InverseMass {
   std::vector<double> translation;             // n
   std::vector<std::array<double, 6>> inertia;  // n

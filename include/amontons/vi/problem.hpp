@@ -16,8 +16,8 @@ struct Problem {
   Operator A;
   std::vector<double> b;
   ConeProduct K;
-  // The diagonal preconditioner: per block the mean of diag(A) over the rows of the block, so that Pi_K in the
-  // P metric is the Euclidean projection. Always positive.
+  // The diagonal preconditioner: per block the mean of diag(A) over the rows of the block, so that Pi_K in
+  // the P metric is the Euclidean projection. Always positive.
   std::vector<double> P;
 
   std::size_t rows() const { return b.size(); }

@@ -18,11 +18,10 @@ enum class Norm : unsigned char { natural, plain, plain_inf, siconos };
 // the fused passes of the solvers. g: u with the De Saxce term.
 template <class Cone>
 inline double natural_map_squared(const Cone& cone, double p, const double* x, const double* g) {
-  double trial[Cone::dim], foot[Cone::dim];
-  for (int k = 0; k < Cone::dim; ++k) trial[k] = x[k] - g[k] / p;
-  cone.project(trial, foot);
-  double sum = 0;
-  for (int k = 0; k < Cone::dim; ++k) sum += (x[k] - foot[k]) * (x[k] - foot[k]);
+  double step[Cone::dim], r[Cone::dim], sum = 0;
+  for (int k = 0; k < Cone::dim; ++k) step[k] = g[k] / p;
+  cone.natural_map(x, step, r);
+  for (int k = 0; k < Cone::dim; ++k) sum += r[k] * r[k];
   return p * sum;
 }
 

@@ -46,17 +46,17 @@ def compare(
     tolerance: float = 1e-6,
     deadline: float | None = 10.0,
     threads: int = 1,
-    before: Callable[[str], None] = lambda method: None,
+    before: Callable[[str, str], None] = lambda name, method: None,
 ) -> list[Run]:
     """Solve the problem by each method with its history recorded.
 
     A method that refuses the problem (CG with contacts, for example) gives a Run with the reason.
-    deadline: per method (s). before: called with the name of each method before it runs. A Ctrl-C ends the
-    comparison after the current method.
+    deadline: per method (s). before: called with the names of the problem and of the method before each run.
+    A Ctrl-C ends the comparison after the current method.
     """
     runs = []
     for method in chosen:
-        before(method)
+        before(name, method)
         solve = partial(
             problem.solve,
             law=law,
@@ -99,7 +99,7 @@ def write_csv(runs: Sequence[Run], folder: Path) -> list[Path]:
             writer.writerow([run.problem, run.method, *values, run.reason or (run.solution or run).reason])
     with curves.open("w", newline="") as file:
         writer = csv.writer(file)
-        writer.writerow(["problem", "method", *HISTORY.names])
+        writer.writerow(["problem", "method", *(HISTORY.names or ())])
         for run in runs:
             if run.solution is not None and run.solution.history is not None:
                 for record in thinned(run.solution.history):

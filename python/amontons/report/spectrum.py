@@ -46,9 +46,9 @@ def spectrum(problem: Problem) -> Spectrum:
         # The nonzero eigenvalues of D M^-1 D' are those of the smaller M^-1/2 D' D M^-1/2.
         half = _square_root(A.inverse_mass_matrix())
         body_side = (half @ A.jacobian().T @ A.jacobian() @ half).toarray()
-        return _from_eigenvalues(np.linalg.eigvalsh(body_side), m)
+        return _from_eigenvalues(np.asarray(np.linalg.eigvalsh(body_side)), m)
     if m <= DENSE_LIMIT:
-        return _from_eigenvalues(np.linalg.eigvalsh(_dense(problem, A)), m)
+        return _from_eigenvalues(np.asarray(np.linalg.eigvalsh(_dense(problem, A))), m)
     return _lanczos(problem)
 
 

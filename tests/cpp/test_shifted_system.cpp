@@ -1,0 +1,206 @@
+#include "amontons/solvers/shifted_system.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "check.hpp"
+#include "problems.hpp"
+
+using namespace amontons;
+using small::Vector;
+
+namespace {
+
+// What R is made of in each block.
+enum class Kind { regular, singular, zero, scaled };
+
+Vector random_factor(const Problem& p, const ShiftedSystem& system, Kind kind, unsigned seed) {
+  small::Random random(seed);
+  Vector R(system.factor_size());
+  for_each_block(p.K, [&]<class Cone>(const Cone&, std::size_t block, std::size_t) {
+    double* r = &R[system.factor_offset(block)];
+    constexpr int n = Cone::dim;
+    if (kind == Kind::zero) return;
+    for (int i = 0; i < n * n; ++i) r[i] = random.normal();
+    if (kind == Kind::scaled)
+      for (int i = 0; i < n * n; ++i) r[i] *= std::pow(10.0, static_cast<double>(block % 7) - 3);
+    if (kind == Kind::singular && block % 3 == 0)
+      std::fill(r, r + n * n, 0.0);
+    else if (kind == Kind::singular && n == 3)
+      for (int i = 0; i < n; ++i) r[n * i + 2] = r[n * i] - r[n * i + 1];  // rank 2
+  });
+  return R;
+}
+
+// The block diagonal matrix R, row-major m x m.
+Vector full_factor(const Problem& p, const ShiftedSystem& system, const Vector& R) {
+  const std::size_t m = p.rows();
+  Vector full(m * m);
+  for_each_block(p.K, [&]<class Cone>(const Cone&, std::size_t block, std::size_t row) {
+    for (int i = 0; i < Cone::dim; ++i)
+      for (int j = 0; j < Cone::dim; ++j)
+        full[(row + i) * m + row + j] = R[system.factor_offset(block) + Cone::dim * i + j];
+  });
+  return full;
+}
+
+Vector times(const Vector& A, const Vector& x, bool transposed = false) {
+  const std::size_t m = x.size();
+  Vector y(m);
+  for (std::size_t i = 0; i < m; ++i)
+    for (std::size_t j = 0; j < m; ++j) y[i] += (transposed ? A[j * m + i] : A[i * m + j]) * x[j];
+  return y;
+}
+
+double norm(const Vector& x) {
+  double sum = 0;
+  for (double v : x) sum += v * v;
+  return std::sqrt(sum);
+}
+
+// (I + R'AR) z = q with the dense matrix A, and y = R z: the residual against the size of its terms.
+void check_solve(const Problem& p, ShiftedSystem& system, Kind kind, unsigned seed, int refinements) {
+  const Vector A = small::dense_matrix(p.A), R = random_factor(p, system, kind, seed);
+  const Vector full = full_factor(p, system, R), q = small::Random(seed + 9).vector(p.rows());
+  system.factor(R);
+  Vector z(p.rows()), y(p.rows()), expected_y(p.rows());
+  system.solve_reduced(q, z, refinements);
+  const Vector RARz = times(full, times(A, times(full, z)), true);
+  Vector error(p.rows());
+  for (std::size_t i = 0; i < error.size(); ++i) error[i] = z[i] + RARz[i] - q[i];
+  // Woodbury loses digits in proportion to |R'AR|; a refinement gets them back.
+  const double size = norm(q) + norm(RARz), loose = kind == Kind::scaled ? 1e-7 : 1e-11;
+  CHECK_NEAR(norm(error) / size, 0, refinements ? 1e-12 : loose);
+
+  // times_factor and times_transposed_factor are R and R', also in place.
+  Vector out = q;
+  system.times_factor(out, out);
+  expected_y = times(full, q);
+  for (std::size_t i = 0; i < out.size(); ++i) CHECK_NEAR(out[i], expected_y[i], 1e-13 * (1 + norm(expected_y)));
+  out = q;
+  system.times_transposed_factor(out, out);
+  const Vector expected_q = times(full, q, true);
+  for (std::size_t i = 0; i < out.size(); ++i) CHECK_NEAR(out[i], expected_q[i], 1e-13 * (1 + norm(expected_q)));
+
+  // solve() for r: y = R z with z for R' r; in range(R), and R'(A y - r) + z = 0.
+  const Vector& r = q;
+  system.solve(r, y, refinements);
+  Vector zr(p.rows());
+  system.solve_reduced(expected_q, zr, refinements);
+  expected_y = times(full, zr);
+  for (std::size_t i = 0; i < y.size(); ++i) CHECK_NEAR(y[i], expected_y[i], 1e-9 * (1 + norm(expected_y)));
+}
+
+std::vector<small::Case> cases() {
+  std::vector<small::Case> list = small::contact_cases();
+  for (small::Case& c : small::bilateral_cases()) list.push_back(std::move(c));
+  return list;
+}
+
+}  // namespace
+
+// Breaks when the body-space or impulse-space factorisation is not that of I + R'AR: every kind of operator, compliant
+// and rigid, fixed bodies, rows without bodies, R regular, singular, zero, and over six decades.
+TEST(solves_the_reduced_system) {
+  for (const small::Case& c : cases()) {
+    ShiftedSystem system(c.problem);
+    for (Kind kind : {Kind::regular, Kind::singular, Kind::zero, Kind::scaled})
+      for (int refinements : {0, 1, 2}) check_solve(c.problem, system, kind, 3, refinements);
+    check_solve(c.problem, system, Kind::regular, 4, 0);  // another R in the same system
+  }
+}
+
+// With a regular R: (A + Theta^-1) y = r itself, Theta = R R'. Here R is a multiple of the unit per block, as in ADMM.
+TEST(solves_the_shifted_system) {
+  for (const small::Case& c : cases()) {
+    const Problem& p = c.problem;
+    ShiftedSystem system(p);
+    Vector R(system.factor_size()), weights(p.rows());
+    for_each_block(p.K, [&]<class Cone>(const Cone&, std::size_t block, std::size_t row) {
+      const double rho = 0.1 * (1 + block % 3);
+      for (int k = 0; k < Cone::dim; ++k) {
+        weights[row + k] = rho;
+        R[system.factor_offset(block) + (Cone::dim + 1) * k] = 1 / std::sqrt(rho);
+      }
+    });
+    system.factor(R);
+    const Vector r = small::Random(5).vector(p.rows());
+    Vector y(p.rows()), Ay(p.rows());
+    system.solve(r, y, 1);
+    product(p.A, y, Ay);
+    for (std::size_t i = 0; i < y.size(); ++i) CHECK_NEAR(Ay[i] + weights[i] * y[i], r[i], 1e-11 * norm(Ay));
+  }
+}
+
+// Breaks when the two spaces give different solutions: the same A as bodies and as a matrix.
+TEST(body_space_equals_impulse_space) {
+  for (const small::Case& c : cases()) {
+    const Problem& p = c.problem;
+    if (!std::holds_alternative<ContactOperator>(p.A) && !std::holds_alternative<BodyOperator>(p.A)) continue;
+    const Vector A = small::dense_matrix(p.A);
+    const Problem dense = make_problem(small::dense_operator(A, p.rows()), p.b, p.K);
+    const Problem sparse = make_problem(small::sparse_operator(A, p.rows()), p.b, p.K);
+    ShiftedSystem bodies(p), full(dense), pairs(sparse);
+    CHECK(bodies.in_body_space() && !full.in_body_space() && !pairs.in_body_space());
+    const Vector R = random_factor(p, bodies, Kind::regular, 6), q = small::Random(7).vector(p.rows());
+    Vector z[3];
+    ShiftedSystem* systems[] = {&bodies, &full, &pairs};
+    for (int i = 0; i < 3; ++i) {
+      z[i].resize(p.rows());
+      systems[i]->factor(R);
+      systems[i]->solve_reduced(q, z[i], 1);
+    }
+    for (std::size_t i = 0; i < q.size(); ++i) {
+      CHECK_NEAR(z[0][i], z[1][i], 1e-10 * norm(z[0]));
+      CHECK_NEAR(z[2][i], z[1][i], 1e-10 * norm(z[0]));
+    }
+  }
+}
+
+// Breaks when q and z may not be the same memory, as the header says they may.
+TEST(solves_in_place) {
+  const Problem p = small::mechanism();
+  ShiftedSystem system(p);
+  system.factor(random_factor(p, system, Kind::regular, 1));
+  const Vector q = small::Random(2).vector(p.rows());
+  Vector apart(p.rows()), in_place = q;
+  for (int refinements : {0, 2}) {
+    system.solve_reduced(q, apart, refinements);
+    in_place = q;
+    system.solve_reduced(in_place, in_place, refinements);
+    CHECK(in_place == apart);
+    system.solve(q, apart, refinements);
+    in_place = q;
+    system.solve(in_place, in_place, refinements);
+    CHECK(in_place == apart);
+  }
+}
+
+// Breaks when a problem in which nothing moves, or with no rows at all, is not handled: then z = q.
+TEST(nothing_moves) {
+  ContactOperator A;
+  small::add_fixed_body(A.joints);
+  A.contacts.push_back({0, -1, {0, 0, 0}, {0, 0, 0}, {0, 0, 1}});
+  A.contact_compliance = {0};
+  ConeProduct K;
+  K.add_friction(Vector{0.5});
+  const Problem p = make_problem(A, {0.1, 0, 0}, K);
+  ShiftedSystem system(p);
+  CHECK(system.in_body_space());
+  const Vector q{1, 2, 3};
+  Vector z(3);
+  system.factor(random_factor(p, system, Kind::regular, 1));
+  system.solve_reduced(q, z, 1);
+  CHECK(z == q);
+
+  const Problem empty = make_problem(ContactOperator{}, {}, {});
+  ShiftedSystem none(empty);
+  none.factor({});
+  none.solve_reduced({}, {}, 1);
+}
+
+TEST(callback_cannot_be_factored) {
+  const Problem p = small::as_callback(small::stack(2));
+  CHECK_THROWS(ShiftedSystem(p), "factors A");
+}
