@@ -50,7 +50,7 @@ struct OperatorHandle {
   bool taken = false;
 
   const Operator& get() const {
-    require(!taken, "this operator was handed over to a problem; build another one");
+    AMONTONS_REQUIRE(!taken, "this operator was handed over to a problem; build another one");
     return op;
   }
 };

@@ -19,7 +19,7 @@ void bind_cones(nb::module_& m) {
       .def(
           "project",
           [](const ConeProduct& K, Vector x) {
-            require(x.shape(0) == K.rows(), "project: x has " + std::to_string(x.shape(0)) +
+            AMONTONS_REQUIRE(x.shape(0) == K.rows(), "project: x has " + std::to_string(x.shape(0)) +
                                                 " entries but the cones have " + std::to_string(K.rows()) +
                                                 " rows");
             std::vector<double> out(K.rows());
@@ -30,7 +30,7 @@ void bind_cones(nb::module_& m) {
       .def(
           "distance",
           [](const ConeProduct& K, Vector x) {
-            require(x.shape(0) == K.rows(), "distance: x has " + std::to_string(x.shape(0)) +
+            AMONTONS_REQUIRE(x.shape(0) == K.rows(), "distance: x has " + std::to_string(x.shape(0)) +
                                                 " entries but the cones have " + std::to_string(K.rows()) +
                                                 " rows");
             return distance(K, view(x));

@@ -20,7 +20,7 @@ OperatorHandle sparse(IndexVector indptr, IndexVector indices, Vector data) {
 }
 
 OperatorHandle dense(Matrix a) {
-  require(a.shape(0) == a.shape(1), "A: a dense matrix must be square");
+  AMONTONS_REQUIRE(a.shape(0) == a.shape(1), "A: a dense matrix must be square");
   return {DenseOperator{{a.data(), a.size()}, a.shape(0), keep_alive(a)}};
 }
 
@@ -37,7 +37,7 @@ struct PythonProduct {
                        std::to_string(x.size()) + " rows");
     for (std::size_t i = 0; i < y.size(); ++i) {
       y[i] = values.data()[i];
-      require(std::isfinite(y[i]), "A: entry " + std::to_string(i) + " of a product A x is not finite");
+      AMONTONS_REQUIRE(std::isfinite(y[i]), "A: entry " + std::to_string(i) + " of a product A x is not finite");
     }
   }
 
@@ -78,7 +78,7 @@ BodyOperator bodies_of(const Vector& inverse_mass, const Matrix& inverse_inertia
                        const IndexVector& body_b, const Matrix& jacobian_a, const Matrix& jacobian_b,
                        const Vector& compliance) {
   const std::size_t m = body_a.shape(0);
-  require(body_b.shape(0) == m && jacobian_a.shape(0) == m && jacobian_b.shape(0) == m &&
+  AMONTONS_REQUIRE(body_b.shape(0) == m && jacobian_a.shape(0) == m && jacobian_b.shape(0) == m &&
               compliance.shape(0) == m && jacobian_a.shape(1) == 6 && jacobian_b.shape(1) == 6 &&
               inverse_inertia.shape(1) == 6 && inverse_inertia.shape(0) == inverse_mass.shape(0),
           "rows: the arrays differ in length");
@@ -96,7 +96,7 @@ OperatorHandle contacts(Vector inverse_mass, Matrix inverse_inertia, IndexVector
                         IndexVector joint_body_b, Matrix joint_jacobian_a, Matrix joint_jacobian_b,
                         Vector joint_compliance) {
   const std::size_t n = body_a.shape(0);
-  require(body_b.shape(0) == n && r_a.shape(0) == n && r_b.shape(0) == n && normal.shape(0) == n &&
+  AMONTONS_REQUIRE(body_b.shape(0) == n && r_a.shape(0) == n && r_b.shape(0) == n && normal.shape(0) == n &&
               compliance.shape(0) == n && r_a.shape(1) == 3 && r_b.shape(1) == 3 && normal.shape(1) == 3,
           "contacts: the arrays differ in length");
   ContactOperator op;
@@ -113,7 +113,7 @@ OperatorHandle contacts(Vector inverse_mass, Matrix inverse_inertia, IndexVector
 // flattened.
 nb::tuple stored(const OperatorHandle& handle) {
   const auto* op = std::get_if<ContactOperator>(&handle.get());
-  require(op != nullptr, "stored: this operator has no contacts");
+  AMONTONS_REQUIRE(op != nullptr, "stored: this operator has no contacts");
   const BodyOperator rows = op->stored();
   std::vector<double> body_a, body_b, a, b;
   for (const JacobianRow& row : rows.jacobian) {
@@ -161,7 +161,7 @@ void bind_operators(nb::module_& m) {
           "product",
           [](const OperatorHandle& h, Vector x) {
             const std::size_t n = rows(h.get());
-            require(x.shape(0) == n, "A x: x has " + std::to_string(x.shape(0)) + " entries but A has " +
+            AMONTONS_REQUIRE(x.shape(0) == n, "A x: x has " + std::to_string(x.shape(0)) + " entries but A has " +
                                          std::to_string(n) + " rows");
             std::vector<double> y(n);
             {

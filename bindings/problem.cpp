@@ -8,13 +8,13 @@ namespace amontons::python {
 namespace {
 
 void require_rows(const Problem& problem, const Vector& x, const char* name) {
-  require(x.shape(0) == problem.rows(), std::string(name) + " has " + std::to_string(x.shape(0)) +
+  AMONTONS_REQUIRE(x.shape(0) == problem.rows(), std::string(name) + " has " + std::to_string(x.shape(0)) +
                                             " entries but the problem has " + std::to_string(problem.rows()) +
                                             " rows");
 }
 
 std::shared_ptr<Problem> make(OperatorHandle& A, Vector b, const ConeProduct& K) {
-  require(!A.taken, "this operator was handed over to a problem; build another one");
+  AMONTONS_REQUIRE(!A.taken, "this operator was handed over to a problem; build another one");
   std::vector<double> rhs(view(b).begin(), view(b).end());
   A.taken = true;
   return std::make_shared<Problem>(make_problem(std::move(A.op), std::move(rhs), K));

@@ -40,7 +40,7 @@ std::shared_ptr<Solution> run(const Problem& problem, const std::string& method,
   if (x0) {
     options.x0 = view(*x0);
     // The core takes an empty x0 for none; here none was given.
-    require(x0->shape(0) == problem.rows(), "x0 has " + std::to_string(x0->shape(0)) +
+    AMONTONS_REQUIRE(x0->shape(0) == problem.rows(), "x0 has " + std::to_string(x0->shape(0)) +
                                                 " entries but the problem has " +
                                                 std::to_string(problem.rows()) + " rows");
   }

@@ -45,7 +45,8 @@ Solution admm(const Problem& problem, const Options& options) {
   const double scale = natural_map_at_zero(problem, options.law);
   ShiftedSystem system(problem);
   std::vector<double> x(m), z(m), u(m), t(m), image(m), rhs(m), best(m), R(system.factor_size());
-  double r = starting_point(problem, options, z, u, monitor);
+  const double start = starting_point(problem, options, z, u, monitor);
+  double r = start;
   double rho = options.admm.rho > 0 ? options.admm.rho : first_rho;
   best = z;
   // t and image hold P^1/2 t. At a solution w = -g / (rho P).
@@ -69,7 +70,7 @@ Solution admm(const Problem& problem, const Options& options) {
     });
     r = evaluate(problem, options.law, z, u, monitor) / scale;
     const auto stop = monitor.observe(r, objective(problem, z, u), rho);
-    if (monitor.improved()) best = z;
+    if (monitor.improved() && r < start) best = z;
     if (stop) {
       status = *stop;
       break;

@@ -314,12 +314,13 @@ void InteriorPoint::correct(const Vector& u) {
 }
 
 // The root mean square over blocks of A x + b - u with the current correction, scaled; 0 under associated,
-// where every step reduces it.
+// where every step reduces it. Rows whose u is not a variable (dead ones, tangents of flat cones) do not count.
 double InteriorPoint::dual_residual() const {
   if (options_.law == Law::associated) return 0;
   double sum = 0;
-  for_each_block(problem_.K, [&]<class Cone>(const Cone&, std::size_t block, std::size_t row) {
-    for (int k = 0; k < Cone::dim; ++k) {
+  each([&](Role role, std::size_t block, std::size_t row, double, double) {
+    if (role == Role::dead) return;
+    for (int k = 0; k < (role == Role::cone ? 3 : 1); ++k) {
       const double u = u_[row + k] + (k == 0 ? correction_[block] : 0.0);
       const double d = scale_[row + k] / beta2_ * u - u_hat_[row + k];
       sum += d * d;

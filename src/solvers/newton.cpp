@@ -41,7 +41,7 @@ void face_factor(const Cone& cone, double p, double sigma, const double* y, doub
     R[0] = foot == y[0] ? weight(1) : 0.0;
   } else {
     const double t = std::sqrt(y[1] * y[1] + y[2] * y[2]);
-    if (t <= cone.mu * y[0]) {
+    if (y[0] >= 0 && t <= cone.mu * y[0]) {
       for (int k = 0; k < 3; ++k) R[4 * k] = weight(1);
     } else if (cone.mu * t > -y[0]) {
       // The ray (c, s tau) of the foot has q = 1, the direction along the rim q = f s / t, the normal q = 0.
@@ -63,7 +63,7 @@ void derivative(const Cone& cone, const double* y, const double* d, double* out)
     out[0] = foot == y[0] ? d[0] : 0.0;
   } else {
     const double t = std::sqrt(y[1] * y[1] + y[2] * y[2]);
-    if (t <= cone.mu * y[0]) {
+    if (y[0] >= 0 && t <= cone.mu * y[0]) {
       for (int k = 0; k < 3; ++k) out[k] = d[k];
     } else if (cone.mu * t > -y[0]) {
       const double c = 1 / std::sqrt(1 + cone.mu * cone.mu), s = cone.mu * c;

@@ -49,18 +49,17 @@ Solution spg_literal(const Problem& problem, const Options& options) {
       add_saxce_term(cone, options.law, &point_u[row], &point_g[row]);
     });
   };
-  // 1/2 x'Ax + x'b, the correction (g - u) counted as part of b
-  const auto objective = [&](const Vector& point, const Vector& point_u, const Vector& point_g) {
+  // 1/2 x'Ax + x'b, the correction (g - u) of the current iterate counted as part of b
+  const auto objective = [&](const Vector& point, const Vector& point_u) {
     double f = 0;
-    for (std::size_t i = 0; i < m; ++i)
-      f += point[i] * (0.5 * (point_u[i] + problem.b[i]) + point_g[i] - point_u[i]);
+    for (std::size_t i = 0; i < m; ++i) f += point[i] * (0.5 * (point_u[i] + problem.b[i]) + g[i] - u[i]);
     return f;
   };
 
   starting_point(problem, options, x, u, monitor);
   gradient(x, u, g);
   x_FB = x;
-  double alpha = 1, f = objective(x, u, g), w_best = 1e29;
+  double alpha = 1, f = objective(x, u), w_best = 1e29;
   Vector recent(o.memory, -INFINITY);  // the last N_GLL objective values
   recent[0] = f;
   std::size_t backtracks = 0;
@@ -80,11 +79,14 @@ Solution spg_literal(const Problem& problem, const Options& options) {
       dg = dot(d, g);
     }
     const double f_max = *std::max_element(recent.begin(), recent.end());
+    // Under coulomb, f is a sum of differences with the correction of each iterate: with the correction of the
+    // trial point -d need not be a direction of ascent. Under associated the shift is exactly zero.
+    const double shift = f - objective(x, u);
     double lambda = 1, f_next = 0;
     for (backtracks = 0;; ++backtracks) {
       for (std::size_t i = 0; i < m; ++i) x_next[i] = x[i] + lambda * d[i];
       gradient(x_next, u_next, g_next);
-      f_next = objective(x_next, u_next, g_next);
+      f_next = objective(x_next, u_next) + shift;
       if (f_next <= f_max + o.gamma * lambda * dg || backtracks == 60) break;
       const double minimum = -lambda * lambda * dg / (2 * (f_next - f - lambda * dg));
       lambda = std::clamp(std::isfinite(minimum) ? minimum : 0.0, o.sigma_min * lambda, o.sigma_max * lambda);

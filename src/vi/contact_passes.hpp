@@ -61,13 +61,12 @@ struct DirectionSums {
 };
 
 // The passes over one chunk. Each returns the sums of the chunk.
-//   direction_pass   d = Pi_K(x - alpha / p g) - x (alpha g if not preconditioned), lines = D'd
+//   direction_pass   d = Pi_K(x - alpha / p g) - x, lines = D'd
 //   impulse_pass     lines = D'x
 //   mass_pass        lines = M^-1 lines; returns <lines, M^-1 lines>
 //   update_pass      with lines = M^-1 D'd: x_next = x + lambda d, u += lambda (D lines + E d)
 //   refresh_pass     with lines = M^-1 D'x: u = D lines + E x + b; returns the squared natural map
-AMONTONS_FOR_EACH_ISA(DirectionSums direction_pass(const PassData& data, const Chunk& chunk, double alpha,
-                                                   bool preconditioned);
+AMONTONS_FOR_EACH_ISA(DirectionSums direction_pass(const PassData& data, const Chunk& chunk, double alpha);
                       void impulse_pass(const PassData& data, const Chunk& chunk);
                       double mass_pass(const PassData& data, const Chunk& chunk);
                       Update update_pass(const PassData& data, const Chunk& chunk, double lambda);
@@ -75,7 +74,7 @@ AMONTONS_FOR_EACH_ISA(DirectionSums direction_pass(const PassData& data, const C
 
 // The same, chosen once: one entry per instruction set.
 struct Passes {
-  DirectionSums (*direction)(const PassData&, const Chunk&, double alpha, bool preconditioned);
+  DirectionSums (*direction)(const PassData&, const Chunk&, double alpha);
   void (*impulse)(const PassData&, const Chunk&);
   double (*mass)(const PassData&, const Chunk&);
   Update (*update)(const PassData&, const Chunk&, double lambda);

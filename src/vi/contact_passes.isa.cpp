@@ -33,8 +33,8 @@ AMONTONS_INLINE Vec3 project(const Vec3& z, const Vec3& n, Vec mu) {
   const Vec on_z = mu * k, on_n = k * (t - mu * zn);
   const auto inside = t <= mu * zn;
   const auto polar = mu * t <= -zn;
-  const Vec a = inside ? one : polar ? zero : on_z;
-  const Vec b = inside ? zero : polar ? zero : on_n;
+  const Vec a = polar ? zero : inside ? one : on_z;  // polar first: with mu = 0 inside is 0 <= -0
+  const Vec b = polar ? zero : inside ? zero : on_n;
   return a * z + b * n;
 }
 
@@ -149,7 +149,7 @@ AMONTONS_INLINE void prefetch_batch(const PassData& data, const Chunk& chunk, st
   }
 }
 
-template <bool coulomb, bool compliant, bool preconditioned>
+template <bool coulomb, bool compliant>
 AMONTONS_INLINE void direction_of_batch(const PassData& data, std::size_t i, double alpha,
                                         LaneSums<3>& sums) {
   const ContactBatch& batch = data.batches[i];
@@ -159,8 +159,7 @@ AMONTONS_INLINE void direction_of_batch(const PassData& data, std::size_t i, dou
     const Vec3 n = load3(batch.normal, lane), x = load3(data.x + at), u = load3(data.u + at);
     Vec3 g = u;
     if constexpr (coulomb) g = u + load(data.saxce + 8 * i + lane) * n;
-    Vec step = Vec{} + alpha;
-    if constexpr (preconditioned) step = step * load(batch.p_inverse + lane);
+    const Vec step = alpha * load(batch.p_inverse + lane);
     const Vec3 d = project(x - step * g, n, load(batch.mu + lane)) - x;
     const Vec dd = dot(d, d);
     store3(data.d + at, d);
@@ -170,14 +169,14 @@ AMONTONS_INLINE void direction_of_batch(const PassData& data, std::size_t i, dou
   }
 }
 
-template <bool coulomb, bool compliant, bool preconditioned>
+template <bool coulomb, bool compliant>
 DirectionSums direction(const PassData& data, const Chunk& chunk, double alpha) {
   clear_lines(data, chunk);
   LaneSums<3> sums;
   for (std::size_t first = chunk.first_batch; first < chunk.last_batch; first += block) {
     const std::size_t last = end_of_block(chunk, first);
     for (std::size_t i = first; i < last; ++i)
-      direction_of_batch<coulomb, compliant, preconditioned>(data, i, alpha, sums);
+      direction_of_batch<coulomb, compliant>(data, i, alpha, sums);
     for (std::size_t i = first; i < last; ++i) {
       prefetch_batch(data, chunk, i, data.d);
       scatter_batch(data, i, data.d);
@@ -187,7 +186,7 @@ DirectionSums direction(const PassData& data, const Chunk& chunk, double alpha) 
   const double *x = data.x + data.joint_offset, *u = data.u + data.joint_offset;
   double* d = data.d + data.joint_offset;
   scatter_joints(data, chunk, [&](const JointRow& row, std::size_t i) {
-    const double di = clip(x[i] - (preconditioned ? alpha * row.p_inverse : alpha) * u[i], row) - x[i];
+    const double di = clip(x[i] - alpha * row.p_inverse * u[i], row) - x[i];
     d[i] = di;
     out.dg += di * u[i];
     out.dPd += row.p * (di * di);
@@ -298,20 +297,14 @@ double refresh(const PassData& data, const Chunk& chunk) {
   return out;
 }
 
-template <bool coulomb, bool compliant>
-DirectionSums direction(const PassData& data, const Chunk& chunk, double alpha, bool preconditioned) {
-  return preconditioned ? direction<coulomb, compliant, true>(data, chunk, alpha)
-                        : direction<coulomb, compliant, false>(data, chunk, alpha);
-}
-
 }  // namespace
 
-DirectionSums direction_pass(const PassData& data, const Chunk& chunk, double alpha, bool preconditioned) {
+DirectionSums direction_pass(const PassData& data, const Chunk& chunk, double alpha) {
   if (data.compliance)
-    return data.coulomb ? direction<true, true>(data, chunk, alpha, preconditioned)
-                        : direction<false, true>(data, chunk, alpha, preconditioned);
-  return data.coulomb ? direction<true, false>(data, chunk, alpha, preconditioned)
-                      : direction<false, false>(data, chunk, alpha, preconditioned);
+    return data.coulomb ? direction<true, true>(data, chunk, alpha)
+                        : direction<false, true>(data, chunk, alpha);
+  return data.coulomb ? direction<true, false>(data, chunk, alpha)
+                      : direction<false, false>(data, chunk, alpha);
 }
 
 void impulse_pass(const PassData& data, const Chunk& chunk) {

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <cstdlib>
 #include <cstring>
 #include <limits>
@@ -126,7 +125,7 @@ struct ContactStages::State {
 
   void add_copies();
   double apply_masses();
-  Direction direction(double alpha, bool preconditioned);
+  Direction direction(double alpha);
 };
 
 ContactStages::State::State(const ContactOperator& A, const ConeProduct& K, std::span<const double> b_user,
@@ -298,10 +297,10 @@ double ContactStages::State::apply_masses() {
   return sum;
 }
 
-Direction ContactStages::State::direction(double alpha, bool preconditioned) {
+Direction ContactStages::State::direction(double alpha) {
   const PassData pass = data();
   pool.run(chunks(), [&](std::size_t c) {
-    const DirectionSums s = passes.direction(pass, layout.chunks[c], alpha, preconditioned);
+    const DirectionSums s = passes.direction(pass, layout.chunks[c], alpha);
     sums[c] = {{s.dg, s.dPd, s.dEd}};
   });
   Direction total{0, 0};
@@ -346,9 +345,7 @@ double ContactStages::refresh() {
   return sum;
 }
 
-Direction ContactStages::direction(double alpha) { return state_->direction(alpha, true); }
-
-Direction ContactStages::direction_unpreconditioned(double alpha) { return state_->direction(alpha, false); }
+Direction ContactStages::direction(double alpha) { return state_->direction(alpha); }
 
 double ContactStages::curvature() { return state_->apply_masses() + state_->dEd; }
 

@@ -207,7 +207,7 @@ inline Problem world_contacts(int bodies) {
 // A stack whose boxes are also joined by a ball joint, a motor of limited effort, a cable (unilateral row) and a
 // bounded row with one open side: every kind of row next to contacts, some compliant.
 inline Problem mechanism() {
-  const Problem boxes = stack(4, 5, 0.2, 0.4, 1e-3);
+  const Problem boxes = stack(4, 2, 0.05, 0.4, 0.01);
   ContactOperator A = std::get<ContactOperator>(boxes.A);
   BodyOperator& joints = A.joints;
   add_ball_joint(joints, 1, 3, {0.5, 0, 0.1}, {0.5, 0, -0.9}, 1e-4);
@@ -273,11 +273,11 @@ inline Problem one_row(ConeProduct K, double a, double b) {
   return make_problem(dense_operator({a}, 1), {b}, std::move(K));
 }
 
-// The problems that every method for inequalities must solve.
+// Problems that every method for inequalities solves, also projected Jacobi.
 inline std::vector<Case> contact_cases() {
   std::vector<Case> cases;
   cases.push_back({"stack at rest", stack(5, 1, 0)});
-  cases.push_back({"sliding stack 1:10", stack(5, 10, 0.3)});
+  cases.push_back({"sliding stack", stack(3, 2, 0.05)});
   cases.push_back({"compliant stack", stack(4, 2, 0.05, 0.5, 0.01)});
   cases.push_back({"world contacts", world_contacts(4)});
   cases.push_back({"mechanism", mechanism()});
@@ -289,7 +289,17 @@ inline std::vector<Case> contact_cases() {
   return cases;
 }
 
-// And those that are linear systems.
+// Problems for the second-order methods: mass ratios, much sliding, no friction and much of it, redundancy.
+inline std::vector<Case> hard_cases() {
+  std::vector<Case> cases;
+  cases.push_back({"sliding stack 1:10", stack(5, 10, 0.3)});
+  cases.push_back({"stack 1:100", stack(8, 100, 0.001)});
+  cases.push_back({"slippery stack", stack(4, 3, 0.2, 0.0)});
+  cases.push_back({"rough stack", stack(4, 3, 0.2, 2.0)});
+  return cases;
+}
+
+// Problems that are linear systems.
 inline std::vector<Case> bilateral_cases() {
   std::vector<Case> cases;
   cases.push_back({"chain", chain(8)});

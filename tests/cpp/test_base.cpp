@@ -8,10 +8,15 @@
 
 using namespace amontons;
 
-// Breaks when require() stops being the one way in which user errors become exceptions.
+// Breaks when AMONTONS_REQUIRE stops being the one way in which user errors become exceptions, or forms its message
+// although nothing is wrong.
 TEST(require_throws_its_message) {
-  require(true, "not thrown");
-  CHECK_THROWS(require(false, "mu[3] is negative"), "mu[3]");
+  int formed = 0;
+  const auto message = [&] { return ++formed, std::string("mu[3] is negative"); };
+  const auto check = [&](bool condition) { AMONTONS_REQUIRE(condition, message()); };
+  check(true);
+  CHECK(formed == 0);
+  CHECK_THROWS(check(false), "mu[3]");
 }
 
 // Breaks when the choice of the instruction set changes during a run, or ignores AMONTONS_ISA.

@@ -152,7 +152,7 @@ std::vector<double> trace(const Problem& p, Law law, unsigned threads, Isa isa) 
   std::vector<double> out{stages.start(random_vector(p.rows()))};
   double alpha = 0.5;
   for (int i = 0; i < 8; ++i) {
-    const Direction d = i == 5 ? stages.direction_unpreconditioned(0.1) : stages.direction(alpha);
+    const Direction d = stages.direction(alpha);
     const double dAd = stages.curvature();
     const Update s = stages.update(std::min(1.0, -d.dg / dAd));
     alpha = s.sy > 0 ? s.sy / s.yPy : 1;
@@ -207,25 +207,6 @@ TEST(instruction_sets_do_not_change_a_bit) {
       for (Isa isa : {Isa::avx2, Isa::avx512})
         if (isa <= active_isa()) CHECK(same_bits(baseline, trace(p, law, 1, isa)));
     }
-}
-
-// The safeguard's direction is that of the same problem with P = 1.
-TEST(unpreconditioned_direction) {
-  Problem p = random_problem({100, 31, 40}, false);
-  ContactStages fast = stages_of(p, Law::coulomb);
-  fast.start(random_vector(p.rows()));
-  const Direction d = fast.direction_unpreconditioned(0.4);
-  double sum = fast.curvature();
-  fast.update(1);
-  std::vector<double> x(p.rows()), u(p.rows()), expected(p.rows());
-  fast.extract(x, u);
-  std::fill(p.P.begin(), p.P.end(), 1.0);
-  PlainStages<ContactOperator> plain(std::get<ContactOperator>(p.A), p, Law::coulomb);
-  plain.start(random_vector(p.rows()));
-  CHECK_NEAR(d.dg, plain.direction(0.4).dg, 1e-11 * std::abs(d.dg));
-  CHECK_NEAR(sum, plain.curvature(), 1e-11 * sum);
-  plain.update(1), plain.keep_best(), plain.extract_best(expected);
-  check_close(x, expected);
 }
 
 // Breaks when a pass writes into the buffer that holds the best iterate.

@@ -17,10 +17,10 @@ struct Friction {
   void project(const double* x, double* out) const {
     const double n = x[0];
     const double t = std::sqrt(x[1] * x[1] + x[2] * x[2]);
-    if (t <= mu * n) {
-      out[0] = n, out[1] = x[1], out[2] = x[2];
-    } else if (mu * t <= -n) {
+    if (mu * t <= -n) {  // first: with mu = 0 the other test is 0 <= -0 on the negative axis
       out[0] = out[1] = out[2] = 0.0;
+    } else if (t <= mu * n) {
+      out[0] = n, out[1] = x[1], out[2] = x[2];
     } else {
       const double c = 1.0 / std::sqrt(1.0 + mu * mu), s = mu * c;
       const double foot = c * n + s * t;
@@ -33,10 +33,10 @@ struct Friction {
   void natural_map(const double* x, const double* step, double* out) const {
     const double n = x[0] - step[0], t1 = x[1] - step[1], t2 = x[2] - step[2];
     const double t = std::sqrt(t1 * t1 + t2 * t2);
-    if (t <= mu * n) {
-      out[0] = step[0], out[1] = step[1], out[2] = step[2];
-    } else if (mu * t <= -n) {
+    if (mu * t <= -n) {
       out[0] = x[0], out[1] = x[1], out[2] = x[2];
+    } else if (t <= mu * n) {
+      out[0] = step[0], out[1] = step[1], out[2] = step[2];
     } else {
       const double c = 1.0 / std::sqrt(1.0 + mu * mu), s = mu * c;
       const double ray[3] = {c, s * t1 / t, s * t2 / t};

@@ -31,8 +31,6 @@ class ContactStages {
   double refresh();
   // d = Pi_K(x - alpha P^-1 g) - x with g = u + De Saxce term.
   Direction direction(double alpha);
-  // The safeguard d = Pi_K(x - alpha g) - x.
-  Direction direction_unpreconditioned(double alpha);
   // <d, A d>, the product of the iteration.
   double curvature();
   // x += lambda d, u += lambda A d; needs curvature() first.

@@ -1,0 +1,86 @@
+#include <atomic>
+#include <cstdlib>
+#include <new>
+#include <string>
+#include <vector>
+
+#include "amontons/solvers/solvers.hpp"
+#include "check.hpp"
+#include "problems.hpp"
+
+// Counts what the whole executable allocates.
+namespace {
+std::atomic<std::size_t> allocations{0};
+
+void* counted(std::size_t size, std::size_t alignment) {
+  ++allocations;
+  // aligned_alloc wants a multiple of the alignment.
+  void* memory = std::aligned_alloc(alignment, (size + alignment) / alignment * alignment);
+  if (!memory) throw std::bad_alloc();
+  return memory;
+}
+}  // namespace
+
+void* operator new(std::size_t size) { return counted(size, alignof(std::max_align_t)); }
+void* operator new[](std::size_t size) { return counted(size, alignof(std::max_align_t)); }
+void* operator new(std::size_t size, std::align_val_t a) { return counted(size, static_cast<std::size_t>(a)); }
+void* operator new[](std::size_t size, std::align_val_t a) { return counted(size, static_cast<std::size_t>(a)); }
+void operator delete(void* memory) noexcept { std::free(memory); }
+void operator delete[](void* memory) noexcept { std::free(memory); }
+void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
+void operator delete[](void* memory, std::size_t) noexcept { std::free(memory); }
+void operator delete(void* memory, std::align_val_t) noexcept { std::free(memory); }
+void operator delete[](void* memory, std::align_val_t) noexcept { std::free(memory); }
+void operator delete(void* memory, std::size_t, std::align_val_t) noexcept { std::free(memory); }
+void operator delete[](void* memory, std::size_t, std::align_val_t) noexcept { std::free(memory); }
+
+using namespace amontons;
+using small::Vector;
+
+namespace {
+
+std::size_t allocations_of(const Problem& p, std::string_view method, Law law, std::size_t iterations) {
+  Options options;
+  options.law = law;
+  options.tolerance = 0;
+  options.max_iterations = iterations;
+  options.admm.rho = 0.3;  // a fixed penalty: no new factorisation in between
+  solve(p, method, options);  // the scratch of products is kept from call to call
+  const std::size_t before = allocations;
+  const Solution s = solve(p, method, options);
+  const std::size_t count = allocations - before;
+  CHECK(s.iterations == iterations);
+  return count;
+}
+
+}  // namespace
+
+// Breaks when an iteration allocates: ten and two hundred iterations must allocate equally often.
+TEST(iterations_do_not_allocate) {
+  const Problem contacts = small::stack(12, 30, 0.3), bodies = small::chain(300, true);
+  const std::size_t m = contacts.rows();
+  const Vector A = small::dense_matrix(contacts.A);
+  const Problem dense = make_problem(small::dense_operator(A, m), contacts.b, contacts.K);
+  const Problem sparse = make_problem(small::sparse_operator(A, m), contacts.b, contacts.K);
+  const auto compare = [](const Problem& p, const char* kind, std::string_view method, Law law) {
+    const std::size_t few = allocations_of(p, method, law, 10), many = allocations_of(p, method, law, 200);
+    if (few != many)
+      check::fail(__FILE__, __LINE__,
+                  std::string(method) + " on " + kind + " allocates " + std::to_string(few) + " times in 10 and " +
+                      std::to_string(many) + " times in 200 iterations");
+  };
+  for (Law law : {Law::associated, Law::coulomb})
+    for (std::string_view method : {"p-spg-fb", "p-spg-fb-literal", "jacobi", "gauss-seidel", "apgd", "admm"}) {
+      compare(contacts, "contacts", method, law);
+      compare(dense, "a dense matrix", method, law);
+      compare(sparse, "a sparse matrix", method, law);
+    }
+  for (std::string_view method : {"cg", "minres"}) compare(bodies, "bodies", method, Law::associated);
+}
+
+// Breaks when the counter is not the allocator in use, which would make the test above empty.
+TEST(allocations_are_counted) {
+  const std::size_t before = allocations;
+  const std::vector<double> v(1000);
+  CHECK(allocations == before + 1 && v.size() == 1000);
+}

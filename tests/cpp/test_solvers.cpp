@@ -1,0 +1,448 @@
+#include "amontons/solvers/solvers.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <string>
+#include <vector>
+
+#include "amontons/vi/residual.hpp"
+#include "check.hpp"
+#include "kkt.hpp"
+#include "problems.hpp"
+
+using namespace amontons;
+using small::Case;
+using small::Vector;
+
+namespace {
+
+constexpr Law laws[] = {Law::associated, Law::coulomb};
+
+bool one_of(std::string_view name, std::initializer_list<std::string_view> names) {
+  return std::find(names.begin(), names.end(), name) != names.end();
+}
+
+bool is_linear_only(std::string_view method) { return one_of(method, {"cg", "minres"}); }
+bool is_factored(std::string_view method) {
+  return one_of(method, {"auto", "admm", "interior-point", "newton"});
+}
+double reachable(std::string_view method) { return is_factored(method) ? 1e-10 : 1e-6; }
+
+void report(const char* file, int line, const Case& c, std::string_view method, Law law,
+            const std::string& what) {
+  check::fail(file, line,
+              c.name + ", " + std::string(method) + ", " + (law == Law::coulomb ? "coulomb" : "associated") +
+                  ": " + what);
+}
+#define EXPECT(condition)                                                    \
+  do {                                                                       \
+    if (!(condition)) report(__FILE__, __LINE__, c, method, law, #condition); \
+  } while (false)
+
+// Everything that a converged solution promises, each checked by other means than the solver's own.
+void check_solution(const Case& c, std::string_view method, Law law, double tolerance, const Options& given = {}) {
+  const Problem& p = c.problem;
+  Options options = given;
+  options.law = law;
+  options.tolerance = tolerance;
+  const Solution s = solve(p, method, options);
+  EXPECT(s.status == Status::converged);
+  EXPECT(s.residual <= tolerance);
+  EXPECT(s.x.size() == p.rows() && s.u.size() == p.rows());
+  const std::string violation = kkt::violation(p, law, tolerance, s.x);
+  if (!violation.empty()) report(__FILE__, __LINE__, c, method, law, violation);
+  EXPECT(std::abs(s.residual - residual(p, law, s.x)) <= 1e-12 + 1e-9 * s.residual);
+  Vector u(p.rows());
+  product(p.A, s.x, u);
+  double objective = 0, size = 1e-300;
+  for (std::size_t i = 0; i < u.size(); ++i) {
+    objective += s.x[i] * (0.5 * u[i] + p.b[i]);
+    size += std::abs(s.x[i] * u[i]) + std::abs(s.x[i] * p.b[i]);
+    u[i] += p.b[i];
+  }
+  EXPECT(u == s.u);
+  EXPECT(std::abs(s.objective - objective) <= 1e-13 * size);
+  EXPECT(s.products >= 1 && s.time >= 0);
+  if (method != "auto") EXPECT(s.method == method);
+}
+
+bool same_bits(const Vector& a, const Vector& b) {
+  return a.size() == b.size() && (a.empty() || !std::memcmp(a.data(), b.data(), a.size() * sizeof(double)));
+}
+
+}  // namespace
+
+// Breaks when any method does not reach its tolerance under either law, or calls something a solution that is none:
+// the KKT conditions are checked by kkt.hpp, which does not know the residual.
+TEST(every_method_solves_contacts) {
+  for (const Case& c : small::contact_cases())
+    for (std::string_view method : method_names())
+      for (Law law : laws)
+        if (!is_linear_only(method)) check_solution(c, method, law, reachable(method));
+}
+
+// Breaks when mass ratios, much sliding or redundant contacts stop a second-order method short of 1e-10.
+TEST(second_order_methods_solve_hard_contacts) {
+  for (const Case& c : small::hard_cases())
+    for (Law law : laws) {
+      check_solution(c, "auto", law, 1e-10);
+      check_solution(c, "interior-point", law, 1e-10);
+    }
+}
+
+// Breaks when a linear system is not solved by everyone, singular and consistent ones included. The law does not matter.
+TEST(every_method_solves_bilateral_problems) {
+  for (const Case& c : small::bilateral_cases())
+    for (std::string_view method : method_names())
+      for (Law law : laws) check_solution(c, method, law, is_linear_only(method) ? 1e-10 : reachable(method));
+}
+
+// Breaks when a method needs a certain kind of operator although any product would do, or counts products that it did
+// not make: the callback counts for itself.
+TEST(products_are_counted) {
+  for (const Case& c : {Case{"sliding stack", small::stack(3, 2, 0.05)}, Case{"chain", small::chain(8)}})
+    for (std::string_view method : {"p-spg-fb", "p-spg-fb-literal", "apgd", "jacobi", "cg", "minres"})
+      for (Law law : laws) {
+        if (is_linear_only(method) && !c.problem.K.all_free()) continue;
+        std::size_t calls = 0;
+        CallbackOperator A;
+        A.diag.resize(c.problem.rows());
+        diagonal(c.problem.A, A.diag);
+        A.function = [&](std::span<const double> x, std::span<double> y) { ++calls, product(c.problem.A, x, y); };
+        const Problem p = make_problem(std::move(A), c.problem.b, c.problem.K);
+        calls = 0;
+        Options options;
+        options.law = law;
+        const Solution s = solve(p, method, options);
+        EXPECT(s.status == Status::converged);
+        EXPECT(s.products == calls);
+      }
+}
+
+// Breaks when the fused stages of contacts lead somewhere else than the plain ones on the same problem.
+TEST(solution_does_not_depend_on_the_kind_of_operator) {
+  for (const Case& c : {Case{"mechanism", small::mechanism()}, Case{"world contacts", small::world_contacts(3)}})
+    for (Law law : laws) {
+      const Problem& p = c.problem;
+      const Vector A = small::dense_matrix(p.A);
+      const Problem others[] = {make_problem(small::dense_operator(A, p.rows()), p.b, p.K),
+                                make_problem(small::sparse_operator(A, p.rows()), p.b, p.K),
+                                make_problem(std::get<ContactOperator>(p.A).stored(), p.b, p.K)};
+      Options options;
+      options.law = law;
+      options.tolerance = 1e-9;
+      for (std::string_view method : {"p-spg-fb", "auto"}) {
+        const Solution s = solve(p, method, options);
+        EXPECT(s.status == Status::converged);
+        for (const Problem& other : others) {
+          const Solution t = solve(other, method, options);
+          EXPECT(t.status == Status::converged);
+          // x is not unique where A is singular; u and the objective of the convex law are.
+          if (law == Law::associated) EXPECT(std::abs(s.objective - t.objective) <= 1e-8 * std::abs(s.objective));
+          const std::string violation = kkt::violation(p, law, 3e-9, t.x);
+          if (!violation.empty()) report(__FILE__, __LINE__, c, method, law, violation);
+        }
+      }
+    }
+}
+
+// Breaks when uninitialised memory or an unordered sum gets into a result.
+TEST(same_bits_twice) {
+  for (const Case& c : small::contact_cases())
+    for (std::string_view method : method_names())
+      for (Law law : laws) {
+        if (is_linear_only(method)) continue;
+        Options options;
+        options.law = law;
+        options.max_iterations = 200;
+        const Solution s = solve(c.problem, method, options), t = solve(c.problem, method, options);
+        EXPECT(same_bits(s.x, t.x) && same_bits(s.u, t.u));
+        EXPECT(s.iterations == t.iterations && s.products == t.products && s.residual == t.residual);
+      }
+}
+
+// Large enough to be split: 900 boxes are 3600 contacts in several chunks.
+TEST(same_bits_with_two_threads) {
+  const Case c{"tall stack", small::stack(900, 3, 0.01)};
+  const std::string_view method = "p-spg-fb";
+  for (Law law : laws) {
+    Options options;
+    options.law = law;
+    options.max_iterations = 60;
+    const Solution one = solve(c.problem, method, options);
+    for (unsigned threads : {2u, 3u}) {
+      options.threads = threads;
+      const Solution several = solve(c.problem, method, options);
+      EXPECT(same_bits(one.x, several.x) && same_bits(one.u, several.u) && one.residual == several.residual);
+    }
+  }
+}
+
+// Breaks when a solution is worked on again: it is within the tolerance before the first iteration.
+TEST(solution_as_start_converges_at_once) {
+  for (const Case& c : small::contact_cases())
+    for (std::string_view method : method_names())
+      for (Law law : laws) {
+        if (is_linear_only(method)) continue;
+        Options options;
+        options.law = law;
+        options.tolerance = reachable(method);
+        const Solution first = solve(c.problem, method, options);
+        options.x0 = first.x;
+        options.tolerance *= 1.01;  // the residual of x0 is formed with other roundings
+        const Solution again = solve(c.problem, method, options);
+        EXPECT(again.status == Status::converged);
+        EXPECT(again.iterations == 0);
+      }
+}
+
+// A warm start is never worse than a cold one: nonsense is put aside, a point near the solution is used, and whatever
+// x0 is, what comes back after few iterations is no worse than x = 0 (residual 1).
+TEST(warm_start_is_never_worse) {
+  for (const Case& c : small::contact_cases())
+    for (std::string_view method : method_names())
+      for (Law law : laws) {
+        if (is_linear_only(method) || c.name == "one open contact") continue;
+        Options options;
+        options.law = law;
+        options.max_iterations = 3;
+        // auto and interior-point put a first-order phase before the others when there is a start.
+        const bool phases = one_of(method, {"auto", "interior-point"});
+        const Solution cold = solve(c.problem, method, options);
+        const Vector nonsense(c.problem.rows(), 1e7);
+        options.x0 = nonsense;
+        const Solution warm = solve(c.problem, method, options);
+        if (!phases) EXPECT(same_bits(warm.x, cold.x));
+        EXPECT(warm.residual <= 1 + 1e-12);
+
+        options.x0 = {};
+        options.max_iterations = 0;
+        Vector near = solve(c.problem, "interior-point", options).x;
+        for (double& v : near) v *= 1.0001;
+        Vector start = near;
+        project(c.problem.K, start, start);
+        const double r0 = residual(c.problem, law, start);
+        options.x0 = near;
+        options.max_iterations = 3;
+        const Solution close = solve(c.problem, method, options);
+        EXPECT(close.residual <= r0 * (1 + 1e-9));
+      }
+}
+
+// The records of a solve are those of the solve: numbered, in order, with best_residual the running minimum.
+TEST(history_is_consistent) {
+  for (const Case& c : {Case{"mechanism", small::mechanism()}, Case{"chain", small::chain(8)}})
+    for (std::string_view method : method_names())
+      for (Law law : laws) {
+        if (is_linear_only(method) && !c.problem.K.all_free()) continue;
+        Options options;
+        options.law = law;
+        options.history = true;
+        options.tolerance = 1e-5;
+        std::vector<double> seen;
+        options.callback = [&](const IterationRecord& record) {
+          seen.push_back(record.residual);
+          return false;
+        };
+        const Solution s = solve(c.problem, method, options);
+        EXPECT(!s.history.empty());
+        if (s.history.empty()) continue;
+        double best = INFINITY;
+        for (std::size_t i = 0; i < s.history.size(); ++i) {
+          const IterationRecord& r = s.history[i];
+          best = std::min(best, r.residual);
+          EXPECT(r.best_residual == best);
+          EXPECT(r.products <= s.products && r.time <= s.time);
+          if (i == 0) continue;
+          const IterationRecord& before = s.history[i - 1];
+          EXPECT(r.products >= before.products && r.time >= before.time);
+          EXPECT(r.iteration == before.iteration + 1 || r.iteration == before.iteration);
+        }
+        EXPECT(s.history.front().iteration == 0);
+        EXPECT(s.history.back().iteration == s.iterations);
+        EXPECT(std::abs(s.history.back().best_residual - s.residual) <= 1e-3 * options.tolerance);
+        // The callback sees the same, but for a last record that ends the solve before it is asked.
+        EXPECT(seen.size() <= s.history.size());
+        for (std::size_t i = 0; i < std::min(seen.size(), s.history.size()); ++i)
+          if (!one_of(method, {"auto", "interior-point"})) EXPECT(seen[i] == s.history[i].residual);
+        if (!one_of(method, {"auto", "interior-point"})) EXPECT(s.history.size() == s.iterations + 1);
+      }
+}
+
+// Literal P-SPG-FB as in the paper: the objective is nonmonotone, its maximum over the last N_GLL values is what the
+// line search bounds, the fallback envelope is monotone, and each trial costs one product.
+TEST(literal_spg_behaves_as_published) {
+  bool nonmonotone = false;
+  for (const Case& c : {Case{"sliding stack 1:10", small::stack(5, 10, 0.3)}, Case{"mechanism", small::mechanism()}}) {
+    Options options;
+    options.history = true;
+    options.tolerance = 1e-4;
+    options.max_iterations = 2000;
+    const Solution s = spg_literal(c.problem, options);
+    double f_scale = 0;
+    for (const IterationRecord& r : s.history) f_scale = std::max(f_scale, std::abs(r.objective));
+    for (std::size_t j = 1; j < s.history.size(); ++j) {
+      const IterationRecord &r = s.history[j], &before = s.history[j - 1];
+      CHECK(r.best_residual <= before.best_residual);
+      CHECK(r.products == before.products + 1 + r.backtracks);
+      CHECK(r.step >= options.spg.alpha_min && r.step <= options.spg.alpha_max);
+      nonmonotone |= r.objective > before.objective + 1e-9 * f_scale;
+      double highest = -INFINITY;
+      for (std::size_t i = j > options.spg.memory ? j - options.spg.memory : 0; i < j; ++i)
+        highest = std::max(highest, s.history[i].objective);
+      CHECK(r.objective <= highest);
+    }
+  }
+  CHECK(nonmonotone);
+}
+
+// Breaks when memory = 1 does not make the line search monotone: f never rises.
+TEST(literal_spg_with_memory_one_is_monotone) {
+  Options options;
+  options.history = true;
+  options.spg.memory = 1;
+  options.max_iterations = 500;
+  const Solution s = spg_literal(small::stack(5, 10, 0.3), options);
+  for (std::size_t j = 1; j < s.history.size(); ++j) CHECK(s.history[j].objective <= s.history[j - 1].objective);
+}
+
+// On bilateral problems P-SPG-FB is near the Krylov methods at loose tolerances: within four times the products of CG.
+TEST(spg_is_near_krylov_on_bilateral_problems) {
+  const Problem p = small::chain(60, true);
+  Options options;
+  options.tolerance = 1e-3;
+  const Solution krylov = cg(p, options);
+  for (std::string_view method : {"p-spg-fb", "p-spg-fb-literal"}) {
+    const Solution s = solve(p, method, options);
+    CHECK(s.status == Status::converged);
+    CHECK(s.products <= 4 * krylov.products);
+  }
+}
+
+// Breaks when an answer known by hand comes out differently: one row 2 x + b in every kind of set.
+TEST(one_row_by_hand) {
+  struct {
+    double lo, hi, b, x;
+  } rows[] = {{-INFINITY, INFINITY, 3, -1.5}, {0, INFINITY, 3, 0}, {0, INFINITY, -3, 1.5}, {-1, 1, -3, 1},
+              {-1, 1, 3, -1},                 {-1, 1, 1, -0.5},    {2, INFINITY, 1, 2},    {-INFINITY, -2, 1, -2},
+              {0.5, 0.5, 7, 0.5}};
+  for (const auto& row : rows) {
+    ConeProduct K;
+    if (std::isinf(row.lo) && std::isinf(row.hi)) K.add_free(1);
+    else if (row.lo == 0) K.add_nonnegative(1);
+    else K.add_interval(Vector{row.lo}, Vector{row.hi});
+    const Case c{"one row", small::one_row(K, 2, row.b)};
+    for (std::string_view method : method_names()) {
+      if (is_linear_only(method) && !c.problem.K.all_free()) continue;
+      const Law law = Law::associated;
+      Options options;
+      options.tolerance = 1e-9;
+      const Solution s = solve(c.problem, method, options);
+      EXPECT(s.status == Status::converged);
+      EXPECT(std::abs(s.x[0] - row.x) <= 1e-8);
+    }
+  }
+}
+
+// One point mass, by hand: under coulomb it slides without lift, x = (1, -mu); under the associated law it lifts.
+TEST(one_contact_by_hand) {
+  const Case c{"one sliding contact", small::one_contact(0.5, -1, 2)};
+  for (std::string_view method : method_names()) {
+    if (is_linear_only(method)) continue;
+    for (Law law : laws) {
+      Options options;
+      options.law = law;
+      options.tolerance = 1e-9;
+      const Solution s = solve(c.problem, method, options);
+      const double n = law == Law::coulomb ? 1 : 1.6;
+      EXPECT(std::abs(s.x[0] - n) <= 1e-7 && std::abs(s.x[1] + 0.5 * n) <= 1e-7 && std::abs(s.x[2]) <= 1e-7);
+    }
+  }
+}
+
+// Breaks at sizes that nobody thinks of: no rows, with and without bodies; one body without contacts.
+TEST(zero_rows) {
+  ContactOperator lonely;
+  small::add_body(lonely.joints, 1, {1, 1, 1});
+  for (const Case& c : {Case{"dense", make_problem(small::dense_operator({}, 0), {}, {})},
+                        Case{"contacts", make_problem(ContactOperator{}, {}, {})},
+                        Case{"bodies", make_problem(BodyOperator{}, {}, {})},
+                        Case{"one body", make_problem(lonely, {}, {})}})
+    for (std::string_view method : method_names())
+      for (Law law : laws) {
+        Options options;
+        options.law = law;
+        const Solution s = solve(c.problem, method, options);
+        EXPECT(s.status == Status::converged && s.x.empty() && s.u.empty());
+        EXPECT(s.residual == 0 && s.objective == 0);
+      }
+}
+
+// Breaks when extreme units, friction or mass ratios overflow: the same problem in other units has the same solution.
+TEST(extreme_units) {
+  const Problem p = small::stack(3, 2, 0.05);
+  for (double unit : {1e-12, 1e12})
+    for (Law law : laws)
+      for (std::string_view method : {"auto", "interior-point", "newton", "p-spg-fb", "admm"}) {
+        Case c{"stack in other units", p};
+        auto& A = std::get<ContactOperator>(c.problem.A);
+        for (double& v : A.joints.inverse_mass.translation) v *= unit;
+        for (auto& I : A.joints.inverse_mass.inertia)
+          for (double& v : I) v *= unit;
+        c.problem = make_problem(A, p.b, p.K);
+        check_solution(c, method, law, 1e-6);
+      }
+}
+
+// Breaks when a method that needs the rows of A, or K = R^m, is silently replaced by another one.
+TEST(methods_refuse_what_they_cannot_do) {
+  const Problem contacts = small::stack(2), callback = small::as_callback(contacts);
+  Options options;
+  for (std::string_view method : {"cg", "minres"})
+    CHECK_THROWS(solve(contacts, method, options), "purely bilateral problems");
+  for (std::string_view method : {"admm", "interior-point", "newton"})
+    CHECK_THROWS(solve(callback, method, options), "which a function operator does not allow");
+  CHECK_THROWS(solve(callback, "gauss-seidel", options), "needs the rows of A");
+  CHECK_THROWS(solve(contacts, "simplex", options), "unknown method 'simplex'; the methods are auto, p-spg-fb");
+  CHECK(solve(callback, "auto", options).method == "p-spg-fb");
+  for (std::string_view method : method_names()) CHECK_THROWS(solve(contacts, std::string(method) + "x", options), method);
+}
+
+// auto says what it picked and why.
+TEST(auto_explains_itself) {
+  const Options options;
+  for (const Problem& p : {small::stack(2), small::chain(3), small::as_callback(small::stack(2))}) {
+    const Solution s = solve(p, "auto", options);
+    CHECK(s.status == Status::converged && s.method != "auto");
+    CHECK(s.reason.find("auto picked " + s.method) == 0);
+  }
+}
+
+// Breaks when a senseless option is accepted, or its message does not name it.
+TEST(bad_options_are_named) {
+  const Problem p = small::stack(1);
+  const auto with = [&](auto&& change) {
+    Options options;
+    change(options);
+    return solve(p, "p-spg-fb", options);
+  };
+  const Vector short_start(2), bad_start{0, 0, NAN, 0, 0, 0, 0, 0, 0, 0, 0, 0};
+  CHECK_THROWS(with([](Options& o) { o.tolerance = -1; }), "tolerance");
+  CHECK_THROWS(with([](Options& o) { o.tolerance = NAN; }), "tolerance");
+  CHECK_THROWS(with([](Options& o) { o.deadline = 0; }), "deadline");
+  CHECK_THROWS(with([](Options& o) { o.deadline = NAN; }), "deadline");
+  CHECK_THROWS(with([](Options& o) { o.threads = 0; }), "threads");
+  CHECK_THROWS(with([&](Options& o) { o.x0 = short_start; }), "x0 has 2 entries");
+  CHECK_THROWS(with([&](Options& o) { o.x0 = bad_start; }), "x0[2]");
+  CHECK_THROWS(with([](Options& o) { o.spg.alpha_min = 0; }), "alpha_min");
+  CHECK_THROWS(with([](Options& o) { o.spg.alpha_min = 2, o.spg.alpha_max = 1; }), "alpha_max");
+  CHECK_THROWS(with([](Options& o) { o.spg.sigma_min = 0.9, o.spg.sigma_max = 0.1; }), "sigma_min");
+  CHECK_THROWS(with([](Options& o) { o.spg.sigma_max = 1; }), "sigma_max");
+  CHECK_THROWS(with([](Options& o) { o.spg.memory = 0; }), "memory");
+  CHECK_THROWS(with([](Options& o) { o.spg.gamma = 1; }), "gamma");
+  CHECK_THROWS(with([](Options& o) { o.spg.tau_g = 0; }), "tau_g");
+  CHECK_THROWS(with([](Options& o) { o.sor.omega = 2; }), "omega");
+  CHECK_THROWS(with([](Options& o) { o.jacobi.omega = -1; }), "omega");
+  CHECK_THROWS(with([](Options& o) { o.admm.rho = INFINITY; }), "rho");
+}
