@@ -37,8 +37,8 @@ void factor(const Problem& problem, ShiftedSystem& system, double rho, std::vect
 
 }  // namespace
 
-// One ADMM iteration is the fixed-point map t := F(t) of t = x^ + w, the point before projection: z = Pi_K(t),
-// w = t - z. Anderson acceleration works on t, in the P metric (rows scaled by P^1/2).
+// One ADMM iteration is the fixed-point map t := F(t) of t = x^ + w, the point before projection: z =
+// Pi_K(t), w = t - z. Anderson acceleration works on t, in the P metric (rows scaled by P^1/2).
 Solution admm(const Problem& problem, const Options& options) {
   const std::size_t m = problem.rows();
   Monitor monitor(options, 20000, 2000);
@@ -49,6 +49,10 @@ Solution admm(const Problem& problem, const Options& options) {
   double r = start;
   double rho = options.admm.rho > 0 ? options.admm.rho : first_rho;
   best = z;
+  if (start <= options.tolerance) {  // the first iteration would leave a solution again
+    monitor.observe(start, objective(problem, z, u), rho);
+    return finish(problem, options, "admm", std::move(best), Status::converged, monitor);
+  }
   // t and image hold P^1/2 t. At a solution w = -g / (rho P).
   for_each_block(problem.K, [&]<class Cone>(const Cone& cone, std::size_t block, std::size_t row) {
     const double root = std::sqrt(problem.P[block]);
@@ -80,7 +84,8 @@ Solution admm(const Problem& problem, const Options& options) {
       double g[Cone::dim];
       add_saxce_term(cone, options.law, &u[row], g);
       for (int k = 0; k < Cone::dim; ++k)
-        rhs[row + k] = rho * p * (2 * z[row + k] - t[row + k] / root) - problem.b[row + k] - (g[k] - u[row + k]);
+        rhs[row + k] =
+            rho * p * (2 * z[row + k] - t[row + k] / root) - problem.b[row + k] - (g[k] - u[row + k]);
     });
     system.solve(rhs, x, 0);
     ++monitor.products;
@@ -100,8 +105,8 @@ Solution admm(const Problem& problem, const Options& options) {
     });
     anderson.advance(t, image);
     if (options.admm.rho > 0 || j < next_balance) continue;
-    // |x - z| against rho |z - z_old|: their ratio says by what factor rho is off. The waits double, so that the
-    // factorisations stay few and rho settles.
+    // |x - z| against rho |z - z_old|: their ratio says by what factor rho is off. The waits double, so that
+    // the factorisations stay few and rho settles.
     next_balance = 2 * j;
     const double ratio = std::sqrt(primal) / std::max(rho * std::sqrt(dual), 1e-300);
     if (ratio < balance_factor && ratio > 1 / balance_factor) continue;

@@ -5,14 +5,19 @@
 
 namespace amontons {
 
-// Anderson acceleration (type II) of a fixed-point iteration t := F(t) with a safeguard. With g = F(t) - t and the last
-// differences dG, dF, the next point is F(t) - dF gamma, gamma = argmin |g - dG gamma|. When the residual |g| grows beyond
-// `tolerated_growth` over the last one, the step is taken back and the memory cleared. Sources: Walker, Ni 2011; Zhang,
-// O'Donoghue, Boyd 2020 (safeguarded, for non-expansive maps).
+// Anderson acceleration (type II) of a fixed-point iteration t := F(t) with a safeguard. With g = F(t) - t
+// and the last differences dG, dF, the next point is F(t) - dF gamma, gamma = argmin |g - dG gamma|. When the
+// residual |g| grows beyond `tolerated_growth` over the last one, the step is taken back and the memory
+// cleared. Sources: Walker, Ni 2011; Zhang, O'Donoghue, Boyd 2020 (safeguarded, for non-expansive maps).
 class Anderson {
  public:
   Anderson(std::size_t size, int memory)
-      : memory_(memory), dG_(memory, std::vector<double>(size)), dF_(dG_), g_(size), F_(size), gram_(memory * memory) {}
+      : memory_(memory),
+        dG_(memory, std::vector<double>(size)),
+        dF_(dG_),
+        g_(size),
+        F_(size),
+        gram_(memory * memory) {}
 
   // t, F: the current point and its image. Overwrites t with the next point.
   void advance(std::vector<double>& t, const std::vector<double>& F) {
@@ -32,7 +37,8 @@ class Anderson {
         dF_[slot][i] = F[i] - F_[i];
       }
       const int k = std::min(count_, memory_);
-      for (int j = 0; j < k; ++j) gram_[slot * memory_ + j] = gram_[j * memory_ + slot] = dot(dG_[slot], dG_[j]);
+      for (int j = 0; j < k; ++j)
+        gram_[slot * memory_ + j] = gram_[j * memory_ + slot] = dot(dG_[slot], dG_[j]);
     }
     norm_ = norm;
     for (std::size_t i = 0; i < n; ++i) g_[i] = F[i] - t[i], F_[i] = F[i], t[i] = F[i];

@@ -18,6 +18,8 @@ struct BodyRows {
 AMONTONS_FOR_EACH_ISA(
     void scatter_rows(const BodyRows& rows, const double* z, double* nodes);   // nodes += G' z
     void gather_rows(const BodyRows& rows, const double* nodes, double* out);  // out = G nodes
+    // dim rows of G = R' D, R row-major dim x dim
+    void combine_rows(const double* R, int dim, const double* D, double* G);
     // 6 x 6 block at H (column-major) += sum over `dim` rows of left' right; left and right point
     // into G. Also adds zeros to two entries past each column.
     void add_outer_product(double* H, int stride, const double* left, const double* right, int dim);)

@@ -26,6 +26,18 @@ void gather_rows(const BodyRows& rows, const double* nodes, double* out) {
   }
 }
 
+void combine_rows(const double* R, int dim, const double* D, double* G) {
+  for (int i = 0; i < dim; ++i) {
+    V8 a = {}, b = {};
+    for (int j = 0; j < dim; ++j) {
+      a += R[j * dim + i] * *(const V8*)(D + 16 * j);
+      b += R[j * dim + i] * *(const V8*)(D + 16 * j + 8);
+    }
+    *(V8*)(G + 16 * i) = a;
+    *(V8*)(G + 16 * i + 8) = b;
+  }
+}
+
 void add_outer_product(double* H, int stride, const double* left, const double* right, int dim) {
   for (int c = 0; c < 6; ++c) {
     V8 column = *(const V8*)(H + (long)c * stride);

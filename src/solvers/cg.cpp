@@ -14,7 +14,8 @@ Solution cg(const Problem& problem, const Options& options) {
                    "cg solves purely bilateral problems (every cone R) only; this one has inequalities or "
                    "friction: use p-spg-fb");
   constexpr std::size_t refresh = 100;
-  constexpr double null_space = 1e-15;  // curvature relative to P below which a direction counts as one of A p = 0
+  constexpr double null_space =
+      1e-15;  // curvature relative to P below which a direction counts as one of A p = 0
   const std::size_t m = problem.rows();
   Monitor monitor(options, 100000, 10000);
   const double scale = natural_map_at_zero(problem, options.law);

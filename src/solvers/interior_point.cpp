@@ -314,7 +314,8 @@ void InteriorPoint::correct(const Vector& u) {
 }
 
 // The root mean square over blocks of A x + b - u with the current correction, scaled; 0 under associated,
-// where every step reduces it. Rows whose u is not a variable (dead ones, tangents of flat cones) do not count.
+// where every step reduces it. Rows whose u is not a variable (dead ones, tangents of flat cones) do not
+// count.
 double InteriorPoint::dual_residual() const {
   if (options_.law == Law::associated) return 0;
   double sum = 0;

@@ -52,8 +52,9 @@ std::optional<Status> Monitor::observe(double residual, double objective, double
 
 namespace {
 
-// Candidates for a certificate at the end of a solve that failed: the impulses themselves, which run off along it, and
-// the step of the natural map, which tends to the smallest displacement of the projected iteration (Banjac et al. 2019).
+// Candidates for a certificate at the end of a solve that failed: the impulses themselves, which run off
+// along it, and the step of the natural map, which tends to the smallest displacement of the projected
+// iteration (Banjac et al. 2019).
 bool infeasible(const Problem& problem, Law law, std::span<const double> x, std::span<const double> u) {
   if (proves_infeasible(problem, law, x)) return true;
   std::vector<double> step(x.size());

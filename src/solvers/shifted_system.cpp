@@ -177,18 +177,16 @@ void ShiftedSystem::assemble_bodies() {
   for (std::size_t b = 0; b < blocks_.size(); ++b) {
     const Block& block = blocks_[b];
     const double* R = &R_[offset_[b]];
-    if (!L_.empty()) L_[b] = compliance_root(R, block.dim, compliance_[block.row]);
-    for (int i = 0; i < block.dim; ++i)
-      for (int k = 0; k < 16; ++k) {
-        double sum = 0;
-        for (int j = 0; j < block.dim; ++j) sum += R[j * block.dim + i] * D_[block.row + j][k];
-        if (!L_.empty()) {
-          for (int j = 0; j < i; ++j) sum -= L_[b][block.dim * i + j] * G_[block.row + j][k];
-          sum /= L_[b][(block.dim + 1) * i];
+    double* G = G_[block.row].data();
+    AMONTONS_DISPATCH(combine_rows, R, block.dim, D_[block.row].data(), G);
+    if (!L_.empty()) {
+      L_[b] = compliance_root(R, block.dim, compliance_[block.row]);
+      for (int k = 0; k < 16; ++k)
+        for (int i = 0; i < block.dim; ++i) {
+          for (int j = 0; j < i; ++j) G[16 * i + k] -= L_[b][block.dim * i + j] * G[16 * j + k];
+          G[16 * i + k] /= L_[b][(block.dim + 1) * i];
         }
-        G_[block.row + i][k] = sum;
-      }
-    const double* G = G_[block.row].data();
+    }
     const auto add = [&](const BlockCholesky::Slot& slot, const double* left, const double* right) {
       AMONTONS_DISPATCH(add_outer_product, &H[slot.offset], slot.stride, left, right, block.dim);
     };

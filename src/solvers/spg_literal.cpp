@@ -56,19 +56,23 @@ Solution spg_literal(const Problem& problem, const Options& options) {
     return f;
   };
 
-  starting_point(problem, options, x, u, monitor);
+  const double r_start = starting_point(problem, options, x, u, monitor);
+  const Vector start = x;
   gradient(x, u, g);
   x_FB = x;
   double alpha = 1, f = objective(x, u), w_best = 1e29;
   Vector recent(o.memory, -INFINITY);  // the last N_GLL objective values
   recent[0] = f;
   std::size_t backtracks = 0;
+  double r_FB = r_start;  // the residual of the fallback
+  bool is_fallback = false;
   Status status;
   for (std::size_t j = 0;; ++j) {
-    if (const auto stop =
-            monitor.observe(natural_map(problem, options.law, x, u) / scale, f, alpha, backtracks)) {
+    const double r = natural_map(problem, options.law, x, u) / scale;
+    if (is_fallback) r_FB = r;
+    if (const auto stop = monitor.observe(r, f, alpha, backtracks)) {
       status = *stop;
-      if (status == Status::converged) x_FB = x;
+      if (status == Status::converged) x_FB = x, r_FB = r;
       break;
     }
     for (std::size_t i = 0; i < m; ++i) p[i] = g[i] / P[i];
@@ -79,8 +83,8 @@ Solution spg_literal(const Problem& problem, const Options& options) {
       dg = dot(d, g);
     }
     const double f_max = *std::max_element(recent.begin(), recent.end());
-    // Under coulomb, f is a sum of differences with the correction of each iterate: with the correction of the
-    // trial point -d need not be a direction of ascent. Under associated the shift is exactly zero.
+    // Under coulomb, f is a sum of differences with the correction of each iterate: with the correction of
+    // the trial point -d need not be a direction of ascent. Under associated the shift is exactly zero.
     const double shift = f - objective(x, u);
     double lambda = 1, f_next = 0;
     for (backtracks = 0;; ++backtracks) {
@@ -100,11 +104,14 @@ Solution spg_literal(const Problem& problem, const Options& options) {
     alpha = std::clamp(sy > 0 ? next : o.alpha_max, o.alpha_min, o.alpha_max);
     projected_step(problem.K, x_next, o.tau_g, g_next, trial);
     for (double v : trial) w += (v / o.tau_g) * (v / o.tau_g);
-    if (std::sqrt(w) <= w_best) w_best = std::sqrt(w), x_FB = x_next;
+    is_fallback = std::sqrt(w) <= w_best;
+    if (is_fallback) w_best = std::sqrt(w), x_FB = x_next;
     x.swap(x_next), u.swap(u_next), g.swap(g_next);
     f = f_next;
     recent[(j + 1) % o.memory] = f;
   }
+  // The fallback is chosen by another measure than the residual: it must not return less than it was given.
+  if (r_FB > r_start) x_FB = start;
   return finish(problem, options, "p-spg-fb-literal", std::move(x_FB), status, monitor);
 }
 

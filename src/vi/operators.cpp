@@ -145,23 +145,41 @@ void contact_tangents(const std::array<double, 3>& n, std::array<double, 3>& t1,
 
 void ContactOperator::product(std::span<const double> x, std::span<double> y) const {
   std::vector<double>& w = body_scratch(joints.inverse_mass.bodies());
+  using V3 = std::array<double, 3>;
+  V3 t1, t2;
   for (std::size_t c = 0; c < contacts.size(); ++c) {
-    const auto rows = contact_rows(contacts[c]);
-    for (int k = 0; k < 3; ++k) {
-      if (rows[k].body_a >= 0) axpy6(x[3 * c + k], rows[k].a, &w[6 * rows[k].body_a]);
-      if (rows[k].body_b >= 0) axpy6(x[3 * c + k], rows[k].b, &w[6 * rows[k].body_b]);
-    }
+    const ContactFrame& contact = contacts[c];
+    contact_tangents(contact.normal, t1, t2);
+    V3 force;
+    for (int k = 0; k < 3; ++k)
+      force[k] = contact.normal[k] * x[3 * c] + t1[k] * x[3 * c + 1] + t2[k] * x[3 * c + 2];
+    const auto add = [&](Index body, const V3& r, double sign) {
+      if (body < 0) return;
+      const V3 moment = cross(r, force);
+      for (int k = 0; k < 3; ++k) w[6 * body + k] += sign * force[k], w[6 * body + 3 + k] += sign * moment[k];
+    };
+    add(contact.body_a, contact.r_a, 1);
+    add(contact.body_b, contact.r_b, -1);
   }
   const std::size_t first_joint = 3 * contacts.size();
   scatter(joints.jacobian, x.subspan(first_joint), w);
   apply_in_place(joints.inverse_mass, w);
   for (std::size_t c = 0; c < contacts.size(); ++c) {
-    const auto rows = contact_rows(contacts[c]);
-    for (int k = 0; k < 3; ++k) {
-      double u = contact_compliance[c] * x[3 * c + k];
-      if (rows[k].body_a >= 0) u += dot6(rows[k].a, &w[6 * rows[k].body_a]);
-      if (rows[k].body_b >= 0) u += dot6(rows[k].b, &w[6 * rows[k].body_b]);
-      y[3 * c + k] = u;
+    const ContactFrame& contact = contacts[c];
+    contact_tangents(contact.normal, t1, t2);
+    V3 velocity{};  // of A relative to B at the contact point, v + omega x r
+    const auto add = [&](Index body, const V3& r, double sign) {
+      if (body < 0) return;
+      const V3 spin = cross({w[6 * body + 3], w[6 * body + 4], w[6 * body + 5]}, r);
+      for (int k = 0; k < 3; ++k) velocity[k] += sign * (w[6 * body + k] + spin[k]);
+    };
+    add(contact.body_a, contact.r_a, 1);
+    add(contact.body_b, contact.r_b, -1);
+    const V3* axes[] = {&contact.normal, &t1, &t2};
+    for (int i = 0; i < 3; ++i) {
+      double u = contact_compliance[c] * x[3 * c + i];
+      for (int k = 0; k < 3; ++k) u += (*axes[i])[k] * velocity[k];
+      y[3 * c + i] = u;
     }
   }
   gather(joints.jacobian, w, joints.compliance, x.subspan(first_joint), y.subspan(first_joint));
