@@ -49,6 +49,7 @@ Solution apgd(const Problem& problem, const Options& options) {
       product(problem.A, d, Ad);
       ++monitor.products;
       for (std::size_t i = 0; i < m; ++i) dAd += d[i] * Ad[i];
+      require_curvature(dAd, dPd);
       if (dAd <= L * dPd || !(dPd > 0)) break;
       L = std::max(2 * L, dAd / dPd);
     }

@@ -40,6 +40,7 @@ Solution cg(const Problem& problem, const Options& options) {
     product(problem.A, p, q);
     ++monitor.products;
     for (std::size_t i = 0; i < m; ++i) pAp += p[i] * q[i], pPp += problem.P[i] * p[i] * p[i];
+    require_curvature(pAp, pPp);
     if (!(pAp > null_space * pPp)) {  // p in the null space of A: the rest of the residual cannot be reached
       status = Status::stalled;
       break;

@@ -23,7 +23,6 @@ Solution run_phases(const Problem& problem, const Options& options, const std::v
   Solution total;
   for (std::size_t k = 0; k < phases.size(); ++k) {
     Options o = options;
-    const bool last = k + 1 == phases.size();
     if (k > 0) o.x0 = total.x;
     o.deadline = options.deadline - total.time;
     o.max_iterations = phases[k].iterations;
@@ -31,7 +30,6 @@ Solution run_phases(const Problem& problem, const Options& options, const std::v
       const std::size_t left = options.max_iterations - total.iterations;
       o.max_iterations = phases[k].iterations ? std::min(left, phases[k].iterations) : left;
     }
-    o.tolerance = last ? options.tolerance : std::max(options.tolerance, phases[k].until);
     if (options.callback)
       o.callback = [&](IterationRecord record) {
         record.iteration += total.iterations, record.products += total.products, record.time += total.time;

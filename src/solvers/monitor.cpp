@@ -50,6 +50,12 @@ std::optional<Status> Monitor::observe(double residual, double objective, double
   return std::nullopt;
 }
 
+void require_curvature(double dAd, double dPd) {
+  AMONTONS_REQUIRE(dAd >= -1e-5 * dPd, "A is not positive semidefinite: <d, A d> = " + std::to_string(dAd) +
+                                           " along a direction with <d, P d> = " + std::to_string(dPd) +
+                                           "; check the signs of its rows");
+}
+
 namespace {
 
 // Candidates for a certificate at the end of a solve that failed: the impulses themselves, which run off

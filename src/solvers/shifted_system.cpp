@@ -66,16 +66,16 @@ ShiftedSystem::ShiftedSystem(const Problem& problem) : problem_(problem) {
               "use "
               "p-spg-fb, apgd or jacobi");
         else if constexpr (std::is_same_v<Op, BodyOperator>)
-          analyse(problem, A);
+          analyse(A);
         else if constexpr (std::is_same_v<Op, ContactOperator>)
-          analyse(problem, A.stored());
+          analyse(A.stored());
         else if constexpr (std::is_same_v<Op, SparseOperator>)
-          analyse(problem, m, [&](auto&& f) {
+          analyse(m, [&](auto&& f) {
             for (std::size_t i = 0; i < m; ++i)
               for (Index k = A.indptr[i]; k < A.indptr[i + 1]; ++k) f(i, A.indices[k], A.data[k]);
           });
         else
-          analyse(problem, m, [&](auto&& f) {
+          analyse(m, [&](auto&& f) {
             for (std::size_t i = 0; i < m; ++i)
               for (std::size_t j = 0; j < m; ++j) f(i, j, A.data[i * m + j]);
           });
@@ -85,7 +85,7 @@ ShiftedSystem::ShiftedSystem(const Problem& problem) : problem_(problem) {
   nodes_.resize(cholesky_.rows() / 6 * 8 + 8);
 }
 
-void ShiftedSystem::analyse(const Problem&, const BodyOperator& A) {
+void ShiftedSystem::analyse(const BodyOperator& A) {
   const InverseMass& mass = A.inverse_mass;
   bodies_.assign(mass.bodies(), -1);
   int nodes = 0;
@@ -133,7 +133,7 @@ void ShiftedSystem::analyse(const Problem&, const BodyOperator& A) {
   }
 }
 
-void ShiftedSystem::analyse(const Problem& problem, std::size_t m, auto&& for_each_entry) {
+void ShiftedSystem::analyse(std::size_t m, auto&& for_each_entry) {
   std::vector<int> block_of(m), sizes;
   for (std::size_t b = 0; b < blocks_.size(); ++b) {
     for (int k = 0; k < blocks_[b].dim; ++k) block_of[blocks_[b].row + k] = static_cast<int>(b);
@@ -154,20 +154,33 @@ void ShiftedSystem::analyse(const Problem& problem, std::size_t m, auto&& for_ea
     }
     pair_values_[pairs_[pair_of[J]].values + (i - blocks_[I].row) * sizes[J] + (j - blocks_[J].row)] += value;
   });
-  (void)problem;
   cholesky_ = BlockCholesky(sizes, edges);
   for (Pair& pair : pairs_) pair.slot = cholesky_.slot(pair.i, pair.j);
   for (Block& block : blocks_) {
     const int b = static_cast<int>(&block - blocks_.data());
     block.aa = cholesky_.slot(b, b);
   }
+  require_semidefinite();
 }
 
-void ShiftedSystem::factor(std::span<const double> R) {
+int ShiftedSystem::factor(std::span<const double> R) {
   R_.assign(R.begin(), R.end());
   cholesky_.set_zero();
   in_body_space() ? assemble_bodies() : assemble_pairs();
-  cholesky_.factor();
+  return cholesky_.factor();
+}
+
+// I + R'AR with R R' = 1e5 P^-1 has a negative pivot if and only if P^-1/2 A P^-1/2 has an eigenvalue below
+// -1e-5. Real files have some at -1e-7, from rounding in the engine that wrote them.
+void ShiftedSystem::require_semidefinite() {
+  std::vector<double> R(factor_size_, 0.0);
+  for (std::size_t b = 0; b < blocks_.size(); ++b)
+    for (int k = 0; k < blocks_[b].dim; ++k)
+      R[offset_[b] + k * (blocks_[b].dim + 1)] = std::sqrt(1e5 / problem_.P[b]);
+  AMONTONS_REQUIRE(
+      factor(R) == 0,
+      "A is not positive semidefinite, so the problem is not one of contact mechanics and may have no "
+      "solution; check the signs of its rows");
 }
 
 // I + sum over blocks of G_block' G_block

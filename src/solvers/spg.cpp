@@ -87,6 +87,7 @@ Solution run(const Problem& problem, const Options& options, Stages stages) {
       break;
     }
     const double dAd = stages.curvature();
+    require_curvature(dAd, d.dPd);
     const double lambda = line_search(o, f, dg, dAd, backtracks);
     const Update s = stages.update(lambda);
     ++monitor.products;

@@ -13,7 +13,6 @@ using Method = Solution (*)(const Problem&, const Options&);
 struct Phase {
   Method method;
   std::size_t iterations = 0;
-  double until = 0;
 };
 
 // Runs the phases one after the other until one converges, each from the best x so far and within what is

@@ -37,6 +37,9 @@ class Monitor {
   bool improved_ = false;
 };
 
+// InputError if d'Ad is negative beyond rounding, relative to d'Pd: A is then not positive semidefinite.
+void require_curvature(double dAd, double dPd);
+
 // The common end of every method: u and the residual of x from a fresh product, and the status that follows
 // (a residual at or below the tolerance is `converged` whatever stopped the method).
 Solution finish(const Problem& problem, const Options& options, const char* method, std::vector<double> x,

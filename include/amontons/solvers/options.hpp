@@ -76,7 +76,7 @@ struct Solution {
   std::size_t iterations = 0, products = 0, factorizations = 0;
   double time = 0;     // s
   std::string method;  // the method that produced x
-  std::string reason;  // one sentence: why the method was picked (auto) or why it stopped
+  std::string reason;  // of "auto": what was picked and why, one sentence; empty for a method asked for
   std::vector<IterationRecord> history;
 };
 

@@ -21,7 +21,8 @@ namespace amontons {
 // whatever the number of contacts. Impulse space (A given as a matrix): I + R'AR is factored directly.
 class ShiftedSystem {
  public:
-  // Analyses the pattern. InputError for a callback operator, which cannot be factored.
+  // Analyses the pattern. InputError for a callback operator, which cannot be factored, and for an indefinite
+  // matrix.
   explicit ShiftedSystem(const Problem& problem);
   ~ShiftedSystem();
   ShiftedSystem(ShiftedSystem&&) noexcept;
@@ -31,7 +32,8 @@ class ShiftedSystem {
   std::size_t factor_offset(std::size_t block) const { return offset_[block]; }
   std::size_t factor_size() const { return factor_size_; }
 
-  void factor(std::span<const double> R);
+  // Returns the number of pivots that were not positive, through rounding when A is semidefinite.
+  int factor(std::span<const double> R);
   // z of (I + R' A R) z = q, with so many steps of iterative refinement. q and z may be the same memory.
   void solve_reduced(std::span<const double> q, std::span<double> z, int refinements);
   // y for r: q = R' r, y = R z.
@@ -52,8 +54,9 @@ class ShiftedSystem {
     std::size_t values;
     BlockCholesky::Slot slot;
   };
-  void analyse(const Problem& problem, const BodyOperator& A);
-  void analyse(const Problem& problem, std::size_t m, auto&& for_each_entry);
+  void analyse(const BodyOperator& A);
+  void analyse(std::size_t m, auto&& for_each_entry);
+  void require_semidefinite();
   void assemble_bodies();
   void assemble_pairs();
   void solve_once(std::span<const double> q, std::span<double> z);
