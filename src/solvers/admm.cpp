@@ -79,13 +79,15 @@ Solution admm(const Problem& problem, const Options& options) {
       status = *stop;
       break;
     }
+    // Under coulomb u_t in the De Saxce term is taken from the multiplier, -rho P w = u + s e_n: it lies in
+    // the dual cone at every iteration, while A z + b is rough until the end.
     for_each_block(problem.K, [&]<class Cone>(const Cone& cone, std::size_t block, std::size_t row) {
       const double p = problem.P[block], root = std::sqrt(p);
-      double g[Cone::dim];
-      add_saxce_term(cone, options.law, &u[row], g);
+      double v[Cone::dim], g[Cone::dim];
+      for (int k = 0; k < Cone::dim; ++k) v[k] = rho * p * (z[row + k] - t[row + k] / root);
+      add_saxce_term(cone, options.law, v, g);
       for (int k = 0; k < Cone::dim; ++k)
-        rhs[row + k] =
-            rho * p * (2 * z[row + k] - t[row + k] / root) - problem.b[row + k] - (g[k] - u[row + k]);
+        rhs[row + k] = rho * p * z[row + k] + v[k] - problem.b[row + k] - (g[k] - v[k]);
     });
     system.solve(rhs, x, 0);
     ++monitor.products;

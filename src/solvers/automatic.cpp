@@ -1,5 +1,5 @@
 // method = "auto": picks by the structure of the problem and says so in Solution::reason. The thresholds come
-// from benchmarks/methods.py; see docs/methods.md.
+// from benchmarks/steps.py; see docs/methods.md.
 #include <string>
 
 #include "amontons/solvers/chain.hpp"

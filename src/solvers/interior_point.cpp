@@ -25,14 +25,8 @@ using Vector = std::vector<double>;
 
 constexpr double proximal = 1e-9;   // delta / P of bilateral rows
 constexpr double fraction = 0.995;  // of the way to the boundary
-// Under coulomb: the first iterations keep the correction of the starting point, because early velocities are
-// those of the centre, not of the solution; later the centring parameter is at least `settling` times the
-// dual residual.
-constexpr std::size_t frozen_iterations = 10;
-constexpr std::size_t correction_burst = 50;  // first-order iterations that find the first correction
-constexpr double settling = 1e-3;
-constexpr double lost_path = 1e4;  // growth over the best residual that ends the path
-constexpr double flat_mu = 1e-9;   // below, a friction cone is the half-line along its normal
+constexpr double lost_path = 1e4;   // growth over the best residual that ends the path
+constexpr double flat_mu = 1e-9;    // below, a friction cone is the half-line along its normal
 
 enum class Role { free, ray, box, cone, dead };  // how a row, or the three rows of a contact, enters
 
@@ -43,7 +37,7 @@ class InteriorPoint {
   double evaluate();  // forms x and A x + b; returns the natural map
   double objective() const;
   const Vector& x() const { return x_; }
-  // The De Saxce term mu |u_t| of every contact, frozen until the next call.
+  // Sets the De Saxce term mu |u_t| of every contact, constant within a step.
   void correct(const Vector& u);
   bool advance();  // one predictor-corrector step; false when no progress is possible
 
@@ -58,7 +52,6 @@ class InteriorPoint {
   void recover_step(double sigma_mu);
   double longest_step() const;
   double gap(double t) const;
-  double dual_residual() const;
   V3 at(const Vector& v, std::size_t row) const { return {v[row], v[row + 1], v[row + 2]}; }
 
   const Problem& problem_;
@@ -313,33 +306,18 @@ void InteriorPoint::correct(const Vector& u) {
   });
 }
 
-// The root mean square over blocks of A x + b - u with the current correction, scaled; 0 under associated,
-// where every step reduces it. Rows whose u is not a variable (dead ones, tangents of flat cones) do not
-// count.
-double InteriorPoint::dual_residual() const {
-  if (options_.law == Law::associated) return 0;
-  double sum = 0;
-  each([&](Role role, std::size_t block, std::size_t row, double, double) {
-    if (role == Role::dead) return;
-    for (int k = 0; k < (role == Role::cone ? 3 : 1); ++k) {
-      const double u = u_[row + k] + (k == 0 ? correction_[block] : 0.0);
-      const double d = scale_[row + k] / beta2_ * u - u_hat_[row + k];
-      sum += d * d;
-    }
-  });
-  return std::sqrt(sum / static_cast<double>(problem_.K.blocks()));
-}
-
 bool InteriorPoint::advance() {
-  if (options_.law == Law::coulomb && monitor_.iterations() > frozen_iterations) correct(u_);
+  if (options_.law == Law::coulomb) {
+    // From the dual iterate u^, which moves smoothly along the central path; A x + b is rough until the end.
+    for (std::size_t i = 0; i < u_hat_.size(); ++i) rhs_[i] = beta2_ / scale_[i] * u_hat_[i];
+    correct(rhs_);
+  }
   factor();
   const double mu = gap(0);
   solve(0, false, 0);
   const double affine = std::min(1.0, longest_step());
   const double ratio = mu > 0 ? std::clamp(gap(affine) / mu, 0.0, 1.0) : 0.0;
-  // Under coulomb the correction moves the dual residual; the centre must not be left faster than it settles.
-  const double target = std::max(ratio * ratio * ratio * mu, std::min(mu, settling * dual_residual()));
-  solve(target, true, 1);
+  solve(ratio * ratio * ratio * mu, true, 1);
   const double t = std::min(1.0, fraction * longest_step());
   if (!(t > 1e-4)) return false;
   for (std::size_t i = 0; i < x_.size(); ++i) {
@@ -348,10 +326,6 @@ bool InteriorPoint::advance() {
   }
   return true;
 }
-
-}  // namespace
-
-namespace {
 
 Solution central_path(const Problem& problem, const Options& options) {
   Monitor monitor(options, 200, 30);
@@ -362,7 +336,6 @@ Solution central_path(const Problem& problem, const Options& options) {
   if (start <= options.tolerance)
     return finish(problem, options, "interior-point", std::move(best), status, monitor);
   InteriorPoint method(problem, options, monitor);
-  if (options.law == Law::coulomb) method.correct(u);
   for (;;) {
     const double r = method.evaluate() / scale;
     const auto stop = monitor.observe(r, method.objective());
@@ -382,9 +355,7 @@ Solution central_path(const Problem& problem, const Options& options) {
 // Contacts between two faces (sliding and sticking, open and closed) hold the central path at sqrt(eps) of
 // the solution. From there the semismooth Newton method identifies the faces and goes on to the last digits.
 Solution interior_point(const Problem& problem, const Options& options) {
-  std::vector<Phase> phases = {{central_path}, {newton}};
-  if (options.law == Law::coulomb) phases.insert(phases.begin(), {spg, correction_burst});
-  Solution s = run_phases(problem, options, phases);
+  Solution s = run_phases(problem, options, {{central_path}, {newton}});
   s.method = "interior-point";
   return s;
 }

@@ -1,0 +1,125 @@
+"""What the benchmarks share: where things are, one core, repeated runs, CSV files."""
+
+from __future__ import annotations
+
+import argparse
+import csv
+import os
+import platform
+import re
+import warnings
+from collections.abc import Iterable, Iterator, Sequence
+from pathlib import Path
+from typing import Any
+
+import amontons
+from PIL import Image
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+
+ROOT = Path(__file__).resolve().parents[1]
+DATA = ROOT.parent / "shared" / "data"
+EXAMPLES = ROOT / "examples" / "problems"
+RESULTS = ROOT / "benchmarks" / "results"
+FIGURES = ROOT / "docs" / "figures"
+SAMPLE = ROOT / "out" / "bench"
+"""Where quick runs, and runs without the data folder, leave their results."""
+
+
+def processor() -> str:
+    """The model name of the processor, as the system tells it."""
+    try:
+        text = Path("/proc/cpuinfo").read_text()
+    except OSError:
+        return platform.processor() or platform.machine()
+    names = re.findall(r"^model name\s*:\s*(.+)$", text, re.MULTILINE)
+    return names[0].strip() if names else platform.machine()
+
+
+def machine_slug() -> str:
+    """A folder name for the results of this kind of machine."""
+    plain = re.sub(r"\((R|TM)\)|@.*|\bCPU\b", " ", processor(), flags=re.IGNORECASE)
+    return re.sub(r"[^a-z0-9]+", "-", plain.lower()).strip("-") or "unknown"
+
+
+def arguments(description: str | None) -> argparse.ArgumentParser:
+    """The options that all benchmarks have."""
+    parser = argparse.ArgumentParser(description=(description or "").splitlines()[0])
+    parser.add_argument("--quick", action="store_true", help="a sample, to see that everything runs")
+    parser.add_argument("--data", type=Path, default=DATA, help="folder with fclib/ and chrono/")
+    parser.add_argument("--out", type=Path, help="folder for the CSV files (default: by processor)")
+    parser.add_argument("--figures", type=Path, help="folder for the figures (default: docs/figures)")
+    return parser
+
+
+def with_folders(options: argparse.Namespace) -> argparse.Namespace:
+    """Fills in the folders, and `complete`: whether the run renews the committed results and figures.
+
+    A sample, a run without the data or one with an --out of its own leaves those alone.
+    """
+    has_data = all((options.data / part).is_dir() for part in ("fclib", "chrono"))
+    options.complete = has_data and not options.quick and options.out is None
+    if options.figures is None:
+        options.figures = FIGURES if options.complete else options.out or SAMPLE
+    if options.out is None:
+        options.out = RESULTS / machine_slug() if options.complete else SAMPLE
+    options.out.mkdir(parents=True, exist_ok=True)
+    options.figures.mkdir(parents=True, exist_ok=True)
+    return options
+
+
+def use_one_core() -> bool:
+    """Keeps this process, with every thread it starts, on one core; False where the system cannot."""
+    if not hasattr(os, "sched_setaffinity"):
+        return False
+    os.sched_setaffinity(0, {max(os.sched_getaffinity(0))})
+    return True
+
+
+def read(path: Path) -> amontons.Problem:
+    """The problem of a file; that its matrix was symmetrised is noted in the problem, not on the screen."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", amontons.SymmetrisedWarning)
+        return amontons.read_problem(path)
+
+
+def progress() -> Progress:
+    return Progress(
+        TextColumn("{task.description:10s}"), BarColumn(24), MofNCompleteColumn(), TimeElapsedColumn(),
+        TextColumn("{task.fields[item]}"),
+    )  # fmt: skip
+
+
+def tracked(items: Sequence[Any], description: str) -> Iterator[Any]:
+    """Yields the items behind a progress bar that names the current one."""
+    with progress() as bar:
+        task = bar.add_task(description, total=len(items), item="")
+        for item in items:
+            bar.update(task, item=str(getattr(item, "name", item)))
+            yield item
+            bar.advance(task)
+        bar.update(task, item="")
+
+
+def shrink(figure: Path) -> None:
+    """Reduces a PNG file to 64 colours, a fifth of its size; lines and letters need no more."""
+    with Image.open(figure) as image:
+        reduced = image.convert("RGB").quantize(64, dither=Image.Dither.NONE)
+    reduced.save(figure, optimize=True)
+
+
+def write_csv(path: Path, rows: Iterable[dict[str, Any]]) -> None:
+    """The rows, which have the same keys, as a CSV file with a header; floats with the digits that matter."""
+    rows = list(rows)
+    with path.open("w", newline="") as file:
+        writer = csv.DictWriter(file, list(rows[0]) if rows else [], lineterminator="\n")
+        writer.writeheader()
+        for row in rows:
+            writer.writerow({key: f"{v:.8g}" if isinstance(v, float) else v for key, v in row.items()})
+
+
+def read_csv(path: Path) -> list[dict[str, str]]:
+    """The rows of a CSV file, or none where there is no file."""
+    if not path.exists():
+        return []
+    with path.open(newline="") as file:
+        return list(csv.DictReader(file))

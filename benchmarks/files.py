@@ -1,0 +1,139 @@
+"""The FCLIB files: accuracy of the default method under both laws, and its time beside that of Clarabel.
+
+    python benchmarks/files.py [--quick] [--data FOLDER] [--out FOLDER]
+
+Writes files.csv (residual, objective, time by law and tolerance) and clarabel.csv (time to a residual of
+1e-4). Both solvers run in this process, on one core, in turns. Clarabel gets the formulation and the
+loosest tolerances with which it is fastest and still reaches 1e-4 in the same measure, the natural residual
+of its impulses.
+"""
+
+from __future__ import annotations
+
+import gc
+import json
+from pathlib import Path
+from statistics import median
+from time import perf_counter
+from typing import Any
+
+import amontons
+import conic
+from common import arguments, read, tracked, use_one_core, with_folders, write_csv
+
+LEVEL = 1e-4
+RUNS = (("associated", 1e-4), ("associated", 1e-8), ("coulomb", 1e-4), ("coulomb", 1e-6))
+DEADLINE = 20.0  # s per solve
+LADDER = [10 ** (-k / 2) for k in range(6, 27)]  # 1e-3 to 1e-13, two steps per decade
+REPEATS = 9
+QUICK_STRIDE = 7
+
+
+def accuracy(path: Path, problem: amontons.Problem, reference: dict[str, Any]) -> list[dict[str, Any]]:
+    """One row per law and tolerance; the time of these single runs is cold."""
+    rows = []
+    for law, tolerance in RUNS:
+        s = problem.solve(law=law, tolerance=tolerance, deadline=DEADLINE)
+        row = {
+            "file": path.name, "contacts": problem.contacts, "law": law, "tolerance": tolerance,
+            "status": s.status, "method": s.method, "residual": s.residual, "iterations": s.iterations,
+            "products": s.products, "factorizations": s.factorizations, "time": s.time,
+        }  # fmt: skip
+        # The references are those of the associated law.
+        known = law == "associated" and "associated_objective" in reference
+        objective = reference["associated_objective"] if known else None
+        row["objective"] = s.objective
+        row["reference"] = "" if objective is None else float(objective)
+        row["reference_error"] = "" if objective is None else float(reference["associated_error"])
+        row["relative_difference"] = "" if not objective else (s.objective - objective) / abs(objective)
+        rows.append(row)
+    return rows
+
+
+def calibrated(problem: amontons.Problem) -> tuple[conic.Program, float, conic.Outcome] | None:
+    """The formulation and tolerance with which Clarabel reaches LEVEL soonest; None if with none."""
+    best: tuple[conic.Program, float, conic.Outcome] | None = None
+    # Where there is a velocity form it is usually the faster: tried first, it shortens the other's search.
+    for program in reversed(conic.programs(problem)):
+        for tolerance in LADDER:
+            settings = conic.settings(tolerance)
+            outcome = conic.run(program, settings)
+            if best is not None and outcome.time > 2 * best[2].time:
+                break  # tighter tolerances only take longer
+            if problem.residual(outcome.x) <= LEVEL:
+                outcome = min((conic.run(program, settings) for _ in range(3)), key=lambda o: o.time)
+                if best is None or outcome.time < best[2].time:
+                    best = (program, tolerance, outcome)
+                break
+    return best
+
+
+def duel(path: Path, problem: amontons.Problem, repeats: int) -> dict[str, Any] | None:
+    """Medians of alternating runs of both solvers, or None where Clarabel does not reach LEVEL."""
+    found = calibrated(problem)
+    if found is None:
+        return None
+    program, tolerance, outcome = found
+    settings = conic.settings(tolerance)
+    ours, walls, theirs, their_walls = [], [], [], []
+    gc.collect()
+    gc.disable()
+    for _ in range(repeats):
+        start = perf_counter()
+        s = problem.solve(tolerance=LEVEL)
+        walls.append(perf_counter() - start)
+        ours.append(s.time)
+        outcome = conic.run(program, settings)
+        theirs.append(outcome.time)
+        their_walls.append(outcome.wall)
+    gc.enable()
+    return {
+        "file": path.name, "contacts": problem.contacts, "method": s.method, "residual": s.residual,
+        "time": median(ours), "wall": median(walls), "clarabel_form": program.formulation,
+        "clarabel_tolerance": tolerance, "clarabel_residual": problem.residual(outcome.x),
+        "clarabel_iterations": outcome.iterations, "clarabel_time": median(theirs),
+        "clarabel_wall": median(their_walls), "ratio": median(walls) / median(theirs),
+    }  # fmt: skip
+
+
+def main() -> None:
+    options = with_folders(arguments(__doc__).parse_args())
+    folder = options.data / "fclib"
+    paths = sorted(folder.glob("*.hdf5"))
+    if not paths:
+        print(f"files: skipped, no *.hdf5 in {folder}; give the folder that holds fclib/ with --data")
+        return
+    references = json.loads((folder / "references.json").read_text())
+    if options.quick:
+        paths = paths[::QUICK_STRIDE]
+    if not use_one_core():
+        print("files: this system cannot bind a process to a core; times may include other cores")
+    accuracies, duels, unreached = [], [], []
+    for path in tracked(paths, "files"):
+        problem = read(path)
+        accuracies += accuracy(path, problem, references.get(path.name, {}))
+        result = duel(path, problem, 3 if options.quick else REPEATS)
+        if result is None:
+            unreached.append(path.name)
+        else:
+            duels.append(result)
+    write_csv(options.out / "files.csv", accuracies)
+    write_csv(options.out / "clarabel.csv", duels)
+    summarise(accuracies, duels, unreached)
+
+
+def summarise(accuracies: list[dict[str, Any]], duels: list[dict[str, Any]], unreached: list[str]) -> None:
+    for law, tolerance in RUNS:
+        rows = [r for r in accuracies if (r["law"], r["tolerance"]) == (law, tolerance)]
+        missed = [f"{r['file']} ({r['residual']:.1e})" for r in rows if r["residual"] > tolerance]
+        print(f"files: {law} to {tolerance:.0e}: {len(rows) - len(missed)} of {len(rows)}", *missed)
+    ours, theirs = sum(r["wall"] for r in duels), sum(r["clarabel_time"] for r in duels)
+    print(f"files: {ours:.4f} s, Clarabel {theirs:.4f} s, ratio {ours / theirs:.3f}, to {LEVEL:.0e}")
+    slower = [f"{r['file']} ({r['ratio']:.2f})" for r in duels if r["ratio"] >= 1]
+    print("files: slower than Clarabel:", *slower or ["none"])
+    if unreached:
+        print(f"files: Clarabel does not reach {LEVEL:.0e} with any setting on", *unreached)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,272 @@
+"""The Markdown page of a folder of results, and the tables of docs/benchmarks.md.
+
+    python benchmarks/report.py FOLDER [--docs]
+
+Reads the CSV files that the benchmarks wrote and writes README.md beside them; --docs also renews the part
+of docs/benchmarks.md between its two markers.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+from collections.abc import Iterable, Sequence
+from itertools import groupby
+from pathlib import Path
+
+from common import ROOT, read_csv
+
+DOCS = ROOT / "docs" / "benchmarks.md"
+BEGIN, END = "<!-- results: begin -->", "<!-- results: end -->"
+LARGE = 200  # contacts from which on every file is to be solved faster than by Clarabel
+Rows = list[dict[str, str]]
+
+
+def table(header: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    """A Markdown table; columns after the first are aligned to the right."""
+    lines = ["| " + " | ".join(header) + " |", "|---" + "|--:" * (len(header) - 1) + "|"]
+    return "\n".join(lines + ["| " + " | ".join(row) + " |" for row in rows])
+
+
+def milliseconds(seconds: str | float) -> str:
+    """Three digits, whole milliseconds from 100 on; nothing for a blank."""
+    if seconds == "":
+        return ""
+    value = 1e3 * float(seconds)
+    return f"{value:.3g}" if value < 100 else f"{value:.0f}"
+
+
+def scientific(value: str | float) -> str:
+    return f"{float(value):.1e}" if value != "" else ""
+
+
+class Results:
+    """The rows of every CSV file of a folder."""
+
+    def __init__(self, folder: Path) -> None:
+        self.environment = {row["key"]: row["value"] for row in read_csv(folder / "environment.csv")}
+        self.files, self.duels = read_csv(folder / "files.csv"), read_csv(folder / "clarabel.csv")
+        self.steps, self.methods = read_csv(folder / "steps.csv"), read_csv(folder / "methods.csv")
+        self.kernel = read_csv(folder / "kernel.csv")
+        self.literal = read_csv(folder / "literal_summary.csv")
+        self.bilateral = read_csv(folder / "literal_bilateral.csv")
+
+    def accuracy(self, law: str, tolerance: float) -> Rows:
+        return [r for r in self.files if r["law"] == law and float(r["tolerance"]) == tolerance]
+
+
+Line = tuple[str, str, str, bool]  # what, wanted, reached, whether met
+
+
+def file_targets(r: Results) -> Iterable[Line]:
+    if not r.files:
+        return
+    for law, tolerance, wanted in (
+        ("associated", 1e-4, None), ("associated", 1e-8, 50), ("coulomb", 1e-4, 54), ("coulomb", 1e-6, 45),
+    ):  # fmt: skip
+        rows = r.accuracy(law, tolerance)
+        solved = sum(float(row["residual"]) <= tolerance for row in rows)
+        wanted = wanted or len(rows)
+        # The counts that are wanted are out of the 56 files; of a sample, all.
+        enough = solved >= min(wanted, len(rows))
+        yield f"files solved to {tolerance:.0e}, {law}", f"{wanted}", f"{solved} of {len(rows)}", enough
+    trusted = [
+        row for row in r.accuracy("associated", 1e-8)
+        if row["relative_difference"] and float(row["reference_error"]) < 1e-8
+    ]  # fmt: skip
+    if trusted:
+        worst = max(abs(float(row["relative_difference"])) for row in trusted)
+        what = f"objective, relative difference on the {len(trusted)} files with a reference to 1e-08"
+        yield what, "1e-06", scientific(worst), worst <= 1e-6
+    if r.duels:
+        ours, theirs = (sum(float(row[key]) for row in r.duels) for key in ("wall", "clarabel_time"))
+        reached = f"{ours / theirs:.2f} ({1e3 * ours:.0f} ms, {1e3 * theirs:.0f} ms)"
+        yield "total time to 1e-04 over that of Clarabel", "1", reached, ours <= theirs
+        large = [float(row["ratio"]) for row in r.duels if int(row["contacts"]) >= LARGE]
+        if large:
+            what = f"the same, worst of the {len(large)} files with {LARGE} contacts or more"
+            yield what, "below 1", f"{max(large):.2f}", max(large) < 1
+
+
+def kernel_targets(r: Results) -> Iterable[Line]:
+    # The full iteration of the VI solver's default law, on one core.
+    single = [row for row in r.kernel if row["law"] == "associated" and row["threads"] == "1"]
+    for row in single:
+        contacts, time, ratio = int(row["contacts"]), float(row["ns_per_contact"]), float(row["ratio"])
+        if contacts < 20000:
+            yield f"iteration at {contacts} contacts, ns per contact", "14", f"{time:.1f}", time <= 14
+        elif contacts > 500000:
+            yield f"share of triad bandwidth at {contacts} contacts", "0.75", f"{ratio:.2f}", ratio >= 0.75
+
+
+def step_targets(r: Results) -> Iterable[Line]:
+    for row in r.steps:
+        by = "" if row["method"] == "auto" else f", {row['method']}"
+        what = f"{row['scene']}, {row['law']}, to {float(row['tolerance']):.0e}{by}"
+        met = float(row["wall"]) <= float(row["target"]) and float(row["residual"]) <= float(row["tolerance"])
+        yield what, f"{milliseconds(row['target'])} ms", f"{milliseconds(row['wall'])} ms", met
+
+
+def targets(r: Results) -> str:
+    """The table of what was wanted and what was reached, or nothing without results."""
+    lines = [*file_targets(r), *step_targets(r), *kernel_targets(r)]
+    rows = [(what, wanted, reached, "yes" if met else "**no**") for what, wanted, reached, met in lines]
+    return table(("", "wanted", "reached", "met"), rows) if rows else ""
+
+
+def remaining(r: Results) -> str:
+    rows = [
+        (row["file"], row["law"], scientific(row["tolerance"]), scientific(row["residual"]), row["status"],
+         milliseconds(row["time"]))
+        for row in r.files if float(row["residual"]) > float(row["tolerance"])
+    ]  # fmt: skip
+    header = ("file", "law", "tolerance", "residual", "status", "time (ms)")
+    return table(header, rows) if rows else "None."
+
+
+def duel_table(r: Results) -> str:
+    return table(
+        ("file", "contacts", "amontons (ms)", "residual", "Clarabel (ms)", "residual", "formulation",
+         "its tolerance", "ratio"),
+        [(d["file"], d["contacts"], milliseconds(d["wall"]), scientific(d["residual"]),
+          milliseconds(d["clarabel_time"]), scientific(d["clarabel_residual"]), d["clarabel_form"],
+          scientific(d["clarabel_tolerance"]), f"{float(d['ratio']):.2f}") for d in r.duels],
+    )  # fmt: skip
+
+
+def accuracy_table(r: Results) -> str:
+    def cell(row: dict[str, str]) -> str:
+        return f"{scientific(row['residual'])} in {milliseconds(row['time'])}"
+
+    rows = []
+    for file, group in groupby(r.files, key=lambda row: row["file"]):
+        runs = list(group)
+        difference = next((row["relative_difference"] for row in runs[1:2]), "")
+        rows.append((file, runs[0]["contacts"], *map(cell, runs), scientific(difference)))
+    header = [
+        f"{law} {float(t):.0e}" for law, t in dict.fromkeys((q["law"], q["tolerance"]) for q in r.files)
+    ]
+    return table(("file", "contacts", *header, "objective"), rows)
+
+
+def method_table(r: Results, law: str) -> str:
+    rows = [
+        (row["scene"], row["method"], row["status"], scientific(row["residual"]), row["products"],
+         milliseconds(row["time"]), row["products_1e-03"], milliseconds(row["time_1e-03"]),
+         row["products_1e-06"], milliseconds(row["time_1e-06"]))
+        for row in r.methods if row["law"] == law and row["status"] != "not applicable"
+    ]  # fmt: skip
+    header = (
+        "scene",
+        "method",
+        "status",
+        "residual",
+        "products",
+        "ms",
+        "products to 1e-3",
+        "ms",
+        "to 1e-6",
+        "ms",
+    )
+    return table(header, rows)
+
+
+def step_table(r: Results) -> str:
+    return table(
+        ("scene", "law", "tolerance", "method", "residual", "iterations", "products", "ms", "fastest",
+         "processor"),
+        [(row["scene"], row["law"], scientific(row["tolerance"]), row["used"], scientific(row["residual"]),
+          row["iterations"], row["products"], milliseconds(row["wall"]), milliseconds(row["fastest"]),
+          milliseconds(row["processor_time"])) for row in r.steps],
+    )  # fmt: skip
+
+
+def kernel_table(r: Results) -> str:
+    alone = {(k["contacts"], k["law"]): float(k["ns_per_contact"]) for k in r.kernel if k["threads"] == "1"}
+    return table(
+        ("contacts", "law", "threads", "ns per contact", "fastest", "GB/s", "triad GB/s", "share",
+         "speed-up"),
+        [(k["contacts"], k["law"], k["threads"], f"{float(k['ns_per_contact']):.1f}",
+          f"{float(k['best_ns']):.1f}", f"{float(k['gb_per_s']):.1f}", f"{float(k['triad_gb_per_s']):.1f}",
+          f"{float(k['ratio']):.2f}", f"{alone[k['contacts'], k['law']] / float(k['ns_per_contact']):.2f}")
+         for k in r.kernel],
+    )  # fmt: skip
+
+
+def literal_tables(r: Results) -> str:
+    behaviour = table(
+        ("problem", "iterations", "objective rises", "largest rise", "residual rises", "backtracks",
+         "fallback"),
+        [(row["problem"], row["iterations"], row["rises"], f"{100 * float(row['largest_rise']):.2g} %",
+          row["rises_of_residual"], row["backtracks"],
+          "monotone" if row["fallback_monotone"] == "True" else "**not monotone**") for row in r.literal],
+    )  # fmt: skip
+    krylov = table(
+        ("problem", "method", "products to 1e-3", "ms", "products to 1e-6", "ms"),
+        [(row["problem"], row["method"], row["products_1e-03"], milliseconds(row["time_1e-03"]),
+          row["products_1e-06"], milliseconds(row["time_1e-06"])) for row in r.bilateral],
+    )  # fmt: skip
+    return f"{behaviour}\n\n{krylov}"
+
+
+def environment_table(r: Results) -> str:
+    return table(("", ""), [(key, value) for key, value in r.environment.items()])
+
+
+def page(r: Results, method: str) -> str:
+    """All tables; `method` is the path to the page that explains them."""
+    sections = [
+        ("Machine and versions", environment_table(r), bool(r.environment)),
+        ("Targets", targets(r), bool(targets(r))),
+        ("Time steps, default method", step_table(r), bool(r.steps)),
+        ("Every method, associated", method_table(r, "associated"), bool(r.methods)),
+        ("Every method, coulomb", method_table(r, "coulomb"), bool(r.methods)),
+        ("Files beside Clarabel, to 1e-4", duel_table(r), bool(r.duels)),
+        ("Files, residual and time (ms) by law and tolerance", accuracy_table(r), bool(r.files)),
+        ("Files that were not solved", remaining(r), bool(r.files)),
+        ("P-SPG-FB as published", literal_tables(r), bool(r.literal)),
+        ("Contact kernel", kernel_table(r), bool(r.kernel)),
+    ]
+    head = f"# Results: {r.environment.get('processor', 'unknown processor')}\n\n"
+    head += f"Written by `benchmarks/run_all.py`; [what is measured and how to read it]({method}).\n\n"
+    return head + "\n".join(f"## {title}\n\n{body}\n" for title, body, present in sections if present)
+
+
+def summary(r: Results, folder: Path) -> str:
+    """What docs/benchmarks.md shows: the targets, the steps, the kernel, and a link to the rest."""
+    link = Path(os.path.relpath(folder / "README.md", DOCS.parent)).as_posix()
+    e = r.environment
+    lines = [
+        f"{e.get('processor', '')}, {e.get('compiler', '')}, {e.get('date', '')}; "
+        f"[all tables, versions and the command]({link}).",
+        targets(r),
+        "### Files that were not solved\n\n" + remaining(r),
+        "### Time steps\n\n" + step_table(r),
+        "### P-SPG-FB as published\n\n" + literal_tables(r),
+        "### Contact kernel\n\n" + kernel_table(r),
+    ]
+    return "\n\n".join(lines)
+
+
+def write(folder: Path, *, docs: bool) -> list[Path]:
+    """Writes the page of a folder of results and, if asked, the tables of the documentation."""
+    results = Results(folder)
+    inside = folder.resolve().is_relative_to(ROOT)
+    path = folder / "README.md"
+    path.write_text(page(results, Path(os.path.relpath(DOCS, folder)).as_posix() if inside else DOCS.name))
+    if not docs:
+        return [path]
+    text = DOCS.read_text()
+    before, rest = text.split(BEGIN, 1)
+    _, after = rest.split(END, 1)
+    DOCS.write_text(f"{before}{BEGIN}\n\n{summary(results, folder)}\n\n{END}{after}")
+    return [path, DOCS]
+
+
+if __name__ == "__main__":
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("folder", type=Path)
+    parser.add_argument("--docs", action="store_true", help="renew the tables of docs/benchmarks.md too")
+    options = parser.parse_args()
+    for written in write(options.folder.resolve(), docs=options.docs):
+        print(written)

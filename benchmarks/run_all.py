@@ -1,0 +1,100 @@
+"""Runs every benchmark in turn and writes its results as CSV files and one Markdown page.
+
+    python benchmarks/run_all.py [--quick] [--data FOLDER] [--out FOLDER] [--figures FOLDER] [--build FOLDER]
+
+The results go to benchmarks/results/<processor>, the figures to docs/figures, and docs/benchmarks.md gets
+the new tables. With --quick, which takes a sample of everything, or without the data, all of it goes to
+out/bench; with --out to that folder.
+"""
+
+from __future__ import annotations
+
+import platform
+import re
+import subprocess
+import sys
+from collections.abc import Iterator
+from datetime import date
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from time import perf_counter
+
+import report
+from common import ROOT, arguments, processor, with_folders, write_csv
+
+HERE = Path(__file__).resolve().parent
+PARTS = ("files", "steps", "literal")
+PACKAGES = ("amontons", "clarabel", "numpy", "scipy", "h5py")
+
+
+def compiler(build: Path) -> str:
+    """Name and version of the compiler that made the build folder."""
+    found = sorted(build.glob("CMakeFiles/*/CMakeCXXCompiler.cmake"))
+    text = found[-1].read_text() if found else ""
+    identity = re.search(r'CMAKE_CXX_COMPILER_ID "(\w+)"', text)
+    number = re.search(r'CMAKE_CXX_COMPILER_VERSION "([\d.]+)"', text)
+    return f"{identity[1]} {number[1]}" if identity and number else "unknown"
+
+
+def cpu_facts() -> Iterator[tuple[str, str]]:
+    """Cores and caches, as far as the system tells them."""
+    run = subprocess.run(["lscpu"], capture_output=True, text=True) if sys.platform == "linux" else None
+    wanted = {"CPU(s)": "cores", "L1d cache": "L1d", "L2 cache": "L2", "L3 cache": "L3"}
+    for line in run.stdout.splitlines() if run and run.returncode == 0 else []:
+        key, _, value = line.partition(":")
+        if key.strip() in wanted:
+            yield wanted[key.strip()], value.strip()
+
+
+def package_version(name: str) -> str:
+    try:
+        return version(name)
+    except PackageNotFoundError:
+        return "not installed"
+
+
+def environment(build: Path, command: str) -> list[dict[str, str]]:
+    facts = {"processor": processor(), **dict(cpu_facts())}
+    facts |= {"system": f"{platform.system()} {platform.machine()}", "compiler": compiler(build)}
+    facts |= {"Python": platform.python_version(), **{name: package_version(name) for name in PACKAGES}}
+    facts |= {"command": command, "date": date.today().isoformat()}
+    return [{"key": key, "value": value} for key, value in facts.items()]
+
+
+def contact_kernel(build: Path, out: Path, quick: bool) -> int:
+    program = build / "benchmarks" / "contact_kernel"
+    if not program.exists():
+        print(
+            f"kernel: skipped, {program} is not built; build the CMake target amontons_benchmarks "
+            "(make bench does) or name its build folder with --build"
+        )
+        return 0
+    command = [program, "--csv", out / "kernel.csv", *(["--quick"] if quick else [])]
+    return subprocess.run([str(word) for word in command]).returncode
+
+
+def main() -> int:
+    parser = arguments(__doc__)
+    parser.add_argument("--build", type=Path, default=ROOT / "build" / "python", help="CMake's build folder")
+    options = with_folders(parser.parse_args())
+    folders = ["--data", options.data, "--out", options.out, "--figures", options.figures]
+    passed = [str(word) for word in folders] + (["--quick"] if options.quick else [])
+    start, failed = perf_counter(), []
+    # Each part in a process of its own: it binds itself to one core, which the kernel's threads must not be.
+    for part in PARTS:
+        if subprocess.run([sys.executable, str(HERE / f"{part}.py"), *passed]).returncode:
+            failed.append(part)
+    if contact_kernel(options.build, options.out, options.quick):
+        failed.append("kernel")
+    command = (
+        "make bench" if options.complete else "python benchmarks/run_all.py" + " --quick" * options.quick
+    )
+    write_csv(options.out / "environment.csv", environment(options.build, command))
+    for path in report.write(options.out.resolve(), docs=options.complete and not failed):
+        print(path)
+    print(f"{perf_counter() - start:.0f} s in all" + (f"; FAILED: {', '.join(failed)}" if failed else ""))
+    return bool(failed)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

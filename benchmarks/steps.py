@@ -1,0 +1,143 @@
+"""Five full-size time steps: the default method against its targets, and every method at one deadline.
+
+    python benchmarks/steps.py [--quick] [--data FOLDER] [--out FOLDER] [--figures FOLDER]
+
+Writes steps.csv (median of 5 runs after one that warms up), methods.csv (what each method reaches by a
+deadline, and the products and time it takes to 1e-3 and 1e-6) and methods-<law>.png (the curves), all on
+one core.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from statistics import median
+from time import perf_counter, process_time
+from typing import Any
+
+import amontons
+import numpy as np
+from amontons.report.comparison import Run, comparable_methods, compare
+from amontons.report.figures import convergence_figures
+from common import arguments, read, shrink, tracked, use_one_core, with_folders, write_csv
+
+SCENES = ("B1_s30", "B3_s10", "B3T_s10", "B4_s60", "B4_impact+5")
+REPEATS = 5
+METHODS_TOLERANCE = 1e-8
+METHODS_DEADLINE, QUICK_DEADLINE = 2.0, 0.2  # s
+LEVELS = (1e-3, 1e-6)
+INTERIOR_DEADLINE = 20.0  # s; far above every target
+
+
+@dataclass(frozen=True)
+class Task:
+    """One row of steps.csv: a scene, how it is solved, and the time that is wanted (s)."""
+
+    scene: str
+    method: str
+    law: str
+    tolerance: float
+    target: float
+
+    @property
+    def name(self) -> str:
+        return f"{self.scene} {self.law}"
+
+
+# "Tens of milliseconds" and "milliseconds" are taken as below 0.1 s and below 0.01 s.
+TASKS = (
+    Task("B1_s30", "auto", "associated", 1e-8, 0.1),
+    Task("B3_s10", "auto", "associated", 1e-6, 0.01),
+    Task("B3T_s10", "auto", "associated", 1e-6, 0.01),
+    Task("B4_s60", "auto", "associated", 1e-6, 0.3),
+    Task("B4_impact+5", "auto", "associated", 1e-3, 0.5),
+    Task("B4_impact+5", "auto", "coulomb", 1e-3, 0.5),
+    Task("B4_impact+5", "interior-point", "associated", 1e-8, 1.0),
+)
+
+
+def timed(problem: amontons.Problem, task: Task, repeats: int) -> dict[str, Any]:
+    walls, times, processor = [], [], []
+    for run in range(repeats + 1):
+        start, busy = perf_counter(), process_time()
+        s = problem.solve(
+            law=task.law, method=task.method, tolerance=task.tolerance, deadline=INTERIOR_DEADLINE
+        )
+        if run:
+            walls.append(perf_counter() - start)
+            times.append(s.time)
+            processor.append(process_time() - busy)
+    return {
+        "scene": task.scene, "method": task.method, "law": task.law, "tolerance": task.tolerance,
+        "used": s.method, "status": s.status, "residual": s.residual, "iterations": s.iterations,
+        "products": s.products, "factorizations": s.factorizations, "objective": s.objective,
+        "time": median(times), "wall": median(walls), "processor_time": median(processor),
+        "fastest": min(walls), "target": task.target,
+    }  # fmt: skip
+
+
+def first_at(history: np.ndarray, level: float) -> tuple[Any, Any]:
+    """(products, time) of the first iterate with a residual at or below the level, or blanks."""
+    reached = np.flatnonzero(history["residual"] <= level)
+    if not reached.size:
+        return "", ""
+    record = history[reached[0]]
+    return int(record["products"]), float(record["time"])
+
+
+def method_row(run: Run, law: str) -> dict[str, Any]:
+    s = run.solution
+    row: dict[str, Any] = {"scene": run.problem, "law": law, "method": run.method}
+    fields = ("status", "residual", "objective", "iterations", "products", "time")
+    row |= {field: getattr(s, field) if s else "" for field in fields}
+    for level in LEVELS:
+        products, time = first_at(s.history, level) if s and s.history is not None else ("", "")
+        row |= {f"products_{level:.0e}": products, f"time_{level:.0e}": time}
+    if s is None:
+        row["status"] = "not applicable"
+    return row
+
+
+def main() -> None:
+    options = with_folders(arguments(__doc__).parse_args())
+    folder = options.data / "chrono"
+    if not (folder / f"{SCENES[0]}.hdf5").exists():
+        print(
+            f"steps: skipped, no {SCENES[0]}.hdf5 in {folder}; give the folder that holds chrono/ with --data"
+        )
+        return
+    if not use_one_core():
+        print("steps: this system cannot bind a process to a core; times may include other cores")
+    problems = {scene: read(folder / f"{scene}.hdf5") for scene in SCENES}
+    steps = []
+    for task in tracked(TASKS, "steps"):
+        steps.append(timed(problems[task.scene], task, 2 if options.quick else REPEATS))
+    write_csv(options.out / "steps.csv", steps)
+    for row in steps:
+        met = row["residual"] <= row["tolerance"] and row["wall"] <= row["target"]
+        print(
+            f"steps: {row['scene']} {row['law']} to {row['tolerance']:.0e} by {row['used']}: "
+            f"{1e3 * row['wall']:.1f} ms of {1e3 * row['target']:.0f} ms{'' if met else ', MISSED'}"
+        )
+    compare_methods(problems, options.quick, options.out, options.figures)
+
+
+def compare_methods(problems: dict[str, amontons.Problem], quick: bool, out: Path, figures: Path) -> None:
+    """methods.csv and a figure per law; under coulomb only what has contacts."""
+    deadline = QUICK_DEADLINE if quick else METHODS_DEADLINE
+    rows = []
+    for law in ("associated", "coulomb"):
+        scenes = [scene for scene, p in problems.items() if law == "associated" or p.contacts]
+        runs: list[Run] = []
+        for scene, method in tracked([(s, m) for s in scenes for m in comparable_methods()], law):
+            runs += compare(
+                scene, problems[scene], [method], law=law, tolerance=METHODS_TOLERANCE, deadline=deadline
+            )
+        rows += [method_row(run, law) for run in runs]
+        (drawn,) = convergence_figures(runs, figures, tolerance=METHODS_TOLERANCE, law=law)
+        shrink(drawn.replace(figures / f"methods-{law}.png"))
+    write_csv(out / "methods.csv", rows)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,62 @@
+"""Clarabel as the independent solver: the convex problem of the associated law, and projections, as conic programs."""
+
+from collections import Counter
+
+import amontons
+import clarabel
+import numpy as np
+import scipy.sparse as sp
+
+
+def conic_rows(cones):
+    """The conditions x in K as G x + s = h with s in a product of Clarabel's cones: (G, h, cones)."""
+    rows = {"zero": [], "nonnegative": [], "cone": []}
+    at = 0
+    for cone in cones:
+        if isinstance(cone, amontons.NonNegative):
+            rows["nonnegative"] += [([(at + i, -1.0)], 0.0) for i in range(cone.n)]
+        elif isinstance(cone, amontons.Interval):
+            for i, (lo, hi) in enumerate(zip(cone.lo, cone.hi, strict=True)):
+                if np.isfinite(lo):
+                    rows["nonnegative"].append(([(at + i, -1.0)], -lo))
+                if np.isfinite(hi):
+                    rows["nonnegative"].append(([(at + i, 1.0)], hi))
+        elif isinstance(cone, amontons.Friction):
+            for i, mu in enumerate(cone.mu):
+                n = at + 3 * i
+                if mu < 1e-9:  # |t| <= 0 alone would leave the sign of x_n open
+                    rows["nonnegative"].append(([(n, -1.0)], 0.0))
+                    rows["zero"] += [([(n + 1, 1.0)], 0.0), ([(n + 2, 1.0)], 0.0)]
+                else:
+                    rows["cone"] += [([(n, -mu)], 0.0), ([(n + 1, -1.0)], 0.0), ([(n + 2, -1.0)], 0.0)]
+        at += cone.rows
+    listed = rows["zero"] + rows["nonnegative"] + rows["cone"]
+    entries = [(i, j, v) for i, (row, _) in enumerate(listed) for j, v in row]
+    i, j, v = zip(*entries, strict=True) if entries else ((), (), ())
+    G = sp.csc_matrix((v, (i, j)), shape=(len(listed), at))
+    counts = Counter({name: len(part) for name, part in rows.items()})
+    sets = []
+    if counts["zero"]:
+        sets.append(clarabel.ZeroConeT(counts["zero"]))
+    if counts["nonnegative"]:
+        sets.append(clarabel.NonnegativeConeT(counts["nonnegative"]))
+    sets += [clarabel.SecondOrderConeT(3)] * (counts["cone"] // 3)
+    return G, np.array([h for _, h in listed]), sets
+
+
+def minimise(A, b, cones):
+    """x and the value of min 1/2 x'Ax + b'x over K, to 1e-10 or else to 1e-8. A: dense or sparse.
+
+    Raises ArithmeticError where Clarabel does not solve the problem.
+    """
+    G, h, sets = conic_rows(cones)
+    settings = clarabel.DefaultSettings()
+    settings.verbose = False
+    settings.presolve_enable = False
+    for tolerance in (1e-10, 1e-8):
+        settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = tolerance
+        triangle = sp.triu(sp.csc_matrix(A), format="csc")
+        result = clarabel.DefaultSolver(triangle, b, G, h, sets, settings).solve()
+        if str(result.status) == "Solved":
+            return np.array(result.x), result.obj_val
+    raise ArithmeticError(f"Clarabel: {result.status}")
