@@ -1,12 +1,15 @@
-// BlockCholesky against the sparse Cholesky factorisations of Eigen, on a symmetric positive definite matrix of
-// 6 x 6 blocks: what every Newton step of a factorising method does in body space.
+// BlockCholesky against the sparse Cholesky factorisations of Eigen, on a symmetric positive definite matrix
+// of 6 x 6 blocks: what every Newton step of a factorising method does in body space.
 //
 //   block_cholesky MATRIX.mtx [REPEATS]
 //
-// The matrix is read from Matrix Market (coordinate real symmetric, the lower triangle); block_cholesky.py makes it
-// from a problem file. Both sides order by approximate minimum degree, analyse once, and are then given the values
-// again and again: times are the fastest of the repeats, which neighbours on the machine disturb least. Ours contains
-// the copying of the values into the panels, theirs the permutation, which is the same work.
+// The matrix is read from Matrix Market (coordinate real symmetric, the lower triangle); block_cholesky.py
+// makes it from a problem file. Both sides order by approximate minimum degree, analyse once, and are then
+// given the values again and again: times are the fastest of the repeats, which neighbours on the machine
+// disturb least. Ours contains the copying of the values into the panels, theirs the permutation, which is
+// the same work.
+#include "amontons/solvers/block_cholesky.hpp"
+
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -18,7 +21,6 @@
 #include <vector>
 
 #include "amontons/base/isa.hpp"
-#include "amontons/solvers/block_cholesky.hpp"
 
 #if __has_include(<Eigen/SparseCholesky>)
 #include <Eigen/OrderingMethods>
@@ -94,7 +96,8 @@ Times run_ours(const Matrix& A, const std::vector<double>& b, int repeats) {
   L.set_zero();
   for (const Entry& e : A.lower) {
     const auto slot = L.slot(e.row / dim, e.column / dim);
-    const int i = slot.transposed ? e.column % dim : e.row % dim, j = slot.transposed ? e.row % dim : e.column % dim;
+    const int i = slot.transposed ? e.column % dim : e.row % dim,
+              j = slot.transposed ? e.row % dim : e.column % dim;
     L.panels()[slot.offset + static_cast<std::size_t>(j) * slot.stride + i] = e.value;
   }
   const std::vector<double> values(L.panels().begin(), L.panels().end());
@@ -144,15 +147,16 @@ int main(int argc, char** argv) {
   const char* isa[] = {"baseline", "avx2", "avx512"};
   std::printf("%d rows, %zu entries in the lower triangle, instruction set of BlockCholesky %s\n", A.rows,
               A.lower.size(), isa[static_cast<int>(amontons::active_isa())]);
-  std::printf("%-16s %9s %9s %9s %11s %8s %8s %10s\n", "", "analyse", "factor", "solve", "entries of", "factor",
-              "solve", "difference");
-  std::printf("%-16s %9s %9s %9s %11s %8s %8s %10s\n", "", "ms", "ms", "ms", "the factor", "ratio", "ratio", "of x");
+  std::printf("%-16s %9s %9s %9s %11s %8s %8s %10s\n", "", "analyse", "factor", "solve", "entries of",
+              "factor", "solve", "difference");
+  std::printf("%-16s %9s %9s %9s %11s %8s %8s %10s\n", "", "ms", "ms", "ms", "the factor", "ratio", "ratio",
+              "of x");
   const Times ours = run_ours(A, b, repeats);
   print("BlockCholesky", ours, ours);
 #ifdef WITH_EIGEN
   using Sparse = Eigen::SparseMatrix<double>;
-  print("SimplicialLLT", run_eigen<Eigen::SimplicialLLT<Sparse, Eigen::Lower, Eigen::AMDOrdering<int>>>(A, b, repeats),
-        ours);
+  print("SimplicialLLT",
+        run_eigen<Eigen::SimplicialLLT<Sparse, Eigen::Lower, Eigen::AMDOrdering<int>>>(A, b, repeats), ours);
   print("SimplicialLDLT",
         run_eigen<Eigen::SimplicialLDLT<Sparse, Eigen::Lower, Eigen::AMDOrdering<int>>>(A, b, repeats), ours);
 #else

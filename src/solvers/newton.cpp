@@ -26,7 +26,7 @@ namespace {
 using Vector = std::vector<double>;
 
 constexpr std::size_t shortest_burst = 30;   // first-order iterations after a failed Newton step; doubled
-constexpr std::size_t longest_burst = 1000;  // with every failure in a row, up to this
+constexpr std::size_t longest_burst = 2000;  // with every failure in a row, up to this
 constexpr int halvings = 3;                  // of a Newton step before the first-order method takes over
 constexpr double sufficient = 0.9;  // a step must bring the residual below this part of the current one
 
