@@ -31,7 +31,7 @@ help:
 
 demo: install
 	$(say) 'Comparing every method on examples/problems'
-	@$(BIN)/amontons compare examples/problems/*.hdf5 --output out/demo
+	@$(BIN)/amontons compare examples/problems/*.hdf5 --deadline 1 --output out/demo
 	@for f in $(CURDIR)/out/demo/*.png; do echo "Figure: $$f"; done
 
 test: install cpp_tests

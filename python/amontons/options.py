@@ -17,11 +17,11 @@ NORMS = {
     "siconos": _core.Norm.siconos,
 }
 
-_SPG = ("alpha_min", "alpha_max", "sigma_min", "sigma_max", "memory", "gamma", "tau_g")
+_SPG = ("alpha_min", "alpha_max", "sigma_min", "sigma_max", "memory", "gamma")
 # Option of a method -> field of _core.Options.
 METHOD_OPTIONS: dict[str, dict[str, str]] = {
     "p-spg-fb": {name: name for name in _SPG},
-    "p-spg-fb-literal": {name: name for name in _SPG},
+    "p-spg-fb-literal": {name: name for name in (*_SPG, "tau_g")},
     "jacobi": {"omega": "jacobi_omega"},
     "gauss-seidel": {"omega": "sor_omega"},
     "admm": {"rho": "admm_rho"},

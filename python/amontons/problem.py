@@ -205,7 +205,7 @@ def solve(
     history: record every iteration. callback: called with an IterationRecord per iteration; a true result
         stops the solve. Exceptions of the callback, or of A's product, propagate.
     threads: number of threads; the result does not depend on it.
-    method_options: alpha_min, alpha_max, sigma_min, sigma_max, memory, gamma, tau_g of "p-spg-fb" and
+    method_options: alpha_min, alpha_max, sigma_min, sigma_max, memory, gamma of "p-spg-fb" and
         "p-spg-fb-literal"; omega of "gauss-seidel" and "jacobi"; rho of "admm".
 
     Returns a Solution, also without convergence: its status says why, its x is the best iterate. Ctrl-C

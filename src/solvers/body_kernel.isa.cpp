@@ -4,46 +4,58 @@
 namespace amontons::AMONTONS_ISA {
 
 namespace {
-typedef double V8 __attribute__((vector_size(64), aligned(8), may_alias));
-}
+#if defined(__AVX512F__)
+constexpr int width = 8;
+#elif defined(__AVX2__)
+constexpr int width = 4;
+#else
+constexpr int width = 2;
+#endif
+// A register of the instruction set; GCC turns wider vectors into code through memory.
+typedef double Vec __attribute__((vector_size(8 * width), aligned(8), may_alias));
+}  // namespace
 
 void scatter_rows(const BodyRows& rows, const double* z, double* nodes) {
   for (std::size_t i = 0; i < rows.rows; ++i) {
     const double* g = rows.G + 16 * i;
-    V8* a = (V8*)(nodes + 8 * (std::size_t)rows.node_a[i]);
-    *a += z[i] * *(const V8*)g;
-    V8* b = (V8*)(nodes + 8 * (std::size_t)rows.node_b[i]);
-    *b += z[i] * *(const V8*)(g + 8);
+    double* a = nodes + 8 * (std::size_t)rows.node_a[i];
+    double* b = nodes + 8 * (std::size_t)rows.node_b[i];
+    for (int q = 0; q < 8; q += width) *(Vec*)(a + q) += z[i] * *(const Vec*)(g + q);
+    for (int q = 0; q < 8; q += width) *(Vec*)(b + q) += z[i] * *(const Vec*)(g + 8 + q);
   }
 }
 
 void gather_rows(const BodyRows& rows, const double* nodes, double* out) {
   for (std::size_t i = 0; i < rows.rows; ++i) {
     const double* g = rows.G + 16 * i;
-    const V8 p = *(const V8*)g * *(const V8*)(nodes + 8 * (std::size_t)rows.node_a[i]) +
-                 *(const V8*)(g + 8) * *(const V8*)(nodes + 8 * (std::size_t)rows.node_b[i]);
-    out[i] = ((p[0] + p[1]) + (p[2] + p[3])) + (p[4] + p[5]);
+    const double* a = nodes + 8 * (std::size_t)rows.node_a[i];
+    const double* b = nodes + 8 * (std::size_t)rows.node_b[i];
+    Vec p[8 / width];
+    for (int q = 0; q < 8 / width; ++q)
+      p[q] = *(const Vec*)(g + width * q) * *(const Vec*)(a + width * q) +
+             *(const Vec*)(g + 8 + width * q) * *(const Vec*)(b + width * q);
+    const auto lane = [&](int k) { return p[k / width][k % width]; };
+    out[i] = ((lane(0) + lane(1)) + (lane(2) + lane(3))) + (lane(4) + lane(5));
   }
 }
 
 void combine_rows(const double* R, int dim, const double* D, double* G) {
-  for (int i = 0; i < dim; ++i) {
-    V8 a = {}, b = {};
-    for (int j = 0; j < dim; ++j) {
-      a += R[j * dim + i] * *(const V8*)(D + 16 * j);
-      b += R[j * dim + i] * *(const V8*)(D + 16 * j + 8);
+  for (int i = 0; i < dim; ++i)
+    for (int q = 0; q < 16; q += width) {
+      Vec sum = {};
+      for (int j = 0; j < dim; ++j) sum += R[j * dim + i] * *(const Vec*)(D + 16 * j + q);
+      *(Vec*)(G + 16 * i + q) = sum;
     }
-    *(V8*)(G + 16 * i) = a;
-    *(V8*)(G + 16 * i + 8) = b;
-  }
 }
 
 void add_outer_product(double* H, int stride, const double* left, const double* right, int dim) {
-  for (int c = 0; c < 6; ++c) {
-    V8 column = *(const V8*)(H + (long)c * stride);
-    for (int i = 0; i < dim; ++i) column += *(const V8*)(left + 16 * i) * right[16 * i + c];
-    *(V8*)(H + (long)c * stride) = column;
-  }
+  for (int c = 0; c < 6; ++c)
+    for (int q = 0; q < 8; q += width) {
+      double* to = H + (long)c * stride + q;
+      Vec column = *(const Vec*)to;
+      for (int i = 0; i < dim; ++i) column += *(const Vec*)(left + 16 * i + q) * right[16 * i + c];
+      *(Vec*)to = column;
+    }
 }
 
 }  // namespace amontons::AMONTONS_ISA

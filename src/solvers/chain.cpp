@@ -23,7 +23,7 @@ Solution run_phases(const Problem& problem, const Options& options, const std::v
   Solution total;
   for (std::size_t k = 0; k < phases.size(); ++k) {
     Options o = options;
-    if (k > 0) o.x0 = total.x;
+    if (k > 0 && !phases[k].afresh) o.x0 = total.x;
     o.deadline = options.deadline - total.time;
     o.max_iterations = phases[k].iterations;
     if (options.max_iterations) {

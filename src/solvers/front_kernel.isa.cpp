@@ -6,14 +6,23 @@ namespace amontons::AMONTONS_ISA {
 
 namespace {
 
-typedef double V8 __attribute__((vector_size(64), aligned(8), may_alias));
+#if defined(__AVX512F__)
+constexpr int width = 8;
+#elif defined(__AVX2__)
+constexpr int width = 4;
+#else
+constexpr int width = 2;
+#endif
+// A register of the instruction set. GCC turns wider vectors into code through memory: eight-lane vectors
+// took three times as long with AVX2.
+typedef double Vec __attribute__((vector_size(8 * width), aligned(8), may_alias));
 
 inline double square_root(double x) { return __builtin_sqrt(x); }
 
 // y[0..n) -= a x[0..n)
 inline void subtract_scaled(double* __restrict y, const double* __restrict x, double a, int n) {
   int i = 0;
-  for (; i + 8 <= n; i += 8) *(V8*)(y + i) -= a * *(const V8*)(x + i);
+  for (; i + width <= n; i += width) *(Vec*)(y + i) -= a * *(const Vec*)(x + i);
   for (; i < n; ++i) y[i] -= a * x[i];
 }
 
@@ -33,30 +42,24 @@ int factor_panel(double* A, int n, int stride, int p, int end) {
   return replaced;
 }
 
-// C (16 rows x 4 columns) -= L (16 x depth, column-major) B (depth x 4, packed row by row)
-inline void tile_16x4(double* C, int stride, const double* L, const double* B, int depth) {
-  V8 c[4][2];
-  for (int j = 0; j < 4; ++j)
-    for (int i = 0; i < 2; ++i) c[j][i] = *(const V8*)(C + (long)j * stride + 8 * i);
-  for (int k = 0; k < depth; ++k, L += stride, B += 4) {
-    const V8 l0 = *(const V8*)L, l1 = *(const V8*)(L + 8);
-    for (int j = 0; j < 4; ++j) {
-      c[j][0] -= l0 * B[j];
-      c[j][1] -= l1 * B[j];
-    }
+// C (rows x 4 columns) -= L (rows x depth, column-major) B (depth x 4, packed row by row), in tiles of at
+// most two registers by four columns.
+template <int rows>
+inline void tile(double* C, int stride, const double* L, const double* B, int depth) {
+  constexpr int registers = rows > width ? 2 : 1, step = registers * width;
+  for (int r = 0; r < rows; r += step) {
+    Vec c[4][registers];
+    for (int j = 0; j < 4; ++j)
+      for (int i = 0; i < registers; ++i) c[j][i] = *(const Vec*)(C + (long)j * stride + r + i * width);
+    const double *l = L + r, *b = B;
+    for (int k = 0; k < depth; ++k, l += stride, b += 4)
+      for (int i = 0; i < registers; ++i) {
+        const Vec column = *(const Vec*)(l + i * width);
+        for (int j = 0; j < 4; ++j) c[j][i] -= column * b[j];
+      }
+    for (int j = 0; j < 4; ++j)
+      for (int i = 0; i < registers; ++i) *(Vec*)(C + (long)j * stride + r + i * width) = c[j][i];
   }
-  for (int j = 0; j < 4; ++j)
-    for (int i = 0; i < 2; ++i) *(V8*)(C + (long)j * stride + 8 * i) = c[j][i];
-}
-
-inline void tile_8x4(double* C, int stride, const double* L, const double* B, int depth) {
-  V8 c[4];
-  for (int j = 0; j < 4; ++j) c[j] = *(const V8*)(C + (long)j * stride);
-  for (int k = 0; k < depth; ++k, L += stride, B += 4) {
-    const V8 l = *(const V8*)L;
-    for (int j = 0; j < 4; ++j) c[j] -= l * B[j];
-  }
-  for (int j = 0; j < 4; ++j) *(V8*)(C + (long)j * stride) = c[j];
 }
 
 inline void tile_small(double* C, int stride, const double* L, const double* B, int depth, int rows,
@@ -94,9 +97,9 @@ int partial_cholesky(double* A, int front, int stride, int columns, double* pack
         if (width < 4) {
           tile_small(C, stride, L + i, B, depth, rows, width);
         } else if (rows == 16) {
-          tile_16x4(C, stride, L + i, B, depth);
+          tile<16>(C, stride, L + i, B, depth);
         } else if (rows >= 8) {
-          tile_8x4(C, stride, L + i, B, depth);
+          tile<8>(C, stride, L + i, B, depth);
           tile_small(C + 8, stride, L + i + 8, B, depth, rows - 8, 4);
         } else {
           tile_small(C, stride, L + i, B, depth, rows, 4);
@@ -121,9 +124,11 @@ void panel_backward(const double* L, int front, int columns, double* own, const 
   const int rest = front - columns;
   L += (long)(columns - 1) * front;
   for (int j = columns - 1; j >= 0; --j, L -= front) {
-    V8 lanes = {};
+    double lanes[8] = {};
     int i = 0;
-    for (; i + 8 <= rest; i += 8) lanes += *(const V8*)(L + columns + i) * *(const V8*)(below + i);
+    for (; i + 8 <= rest; i += 8)
+      for (int q = 0; q < 8; q += width)
+        *(Vec*)(lanes + q) += *(const Vec*)(L + columns + i + q) * *(const Vec*)(below + i + q);
     double sum =
         ((lanes[0] + lanes[1]) + (lanes[2] + lanes[3])) + ((lanes[4] + lanes[5]) + (lanes[6] + lanes[7]));
     for (; i < rest; ++i) sum += L[columns + i] * below[i];

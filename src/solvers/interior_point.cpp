@@ -25,8 +25,11 @@ using Vector = std::vector<double>;
 
 constexpr double proximal = 1e-9;   // delta / P of bilateral rows
 constexpr double fraction = 0.995;  // of the way to the boundary
-constexpr double lost_path = 1e4;   // growth over the best residual that ends the path
-constexpr double flat_mu = 1e-9;    // below, a friction cone is the half-line along its normal
+// Newton iterations of the crossover under coulomb: the path may end away from any solution, and then more
+// are in vain.
+constexpr std::size_t coulomb_crossover = 12;
+constexpr double lost_path = 1e4;  // growth over the best residual that ends the path
+constexpr double flat_mu = 1e-9;   // below, a friction cone is the half-line along its normal
 
 enum class Role { free, ray, box, cone, dead };  // how a row, or the three rows of a contact, enters
 
@@ -355,7 +358,8 @@ Solution central_path(const Problem& problem, const Options& options) {
 // Contacts between two faces (sliding and sticking, open and closed) hold the central path at sqrt(eps) of
 // the solution. From there the semismooth Newton method identifies the faces and goes on to the last digits.
 Solution interior_point(const Problem& problem, const Options& options) {
-  Solution s = run_phases(problem, options, {{central_path}, {newton}});
+  const std::size_t crossover = options.law == Law::coulomb ? coulomb_crossover : 0;
+  Solution s = run_phases(problem, options, {{central_path}, {newton, crossover}});
   s.method = "interior-point";
   return s;
 }

@@ -8,15 +8,17 @@
 
 // The optimality conditions of both laws, written out per kind of row and independent of residual().
 //
-// Tolerances. Let e = x - Pi_K(x - g / P) be the natural map of a block, y = x - e and h = g - P e. Then y in K and
-// -h in the normal cone of K at y exactly: x and g fulfil the conditions up to e and P e. A natural residual r
-// means sum P |e|^2 = (r * scale)^2, so |e| <= delta / sqrt(P) and P |e| <= delta sqrt(P) with delta = r * scale.
+// Tolerances. Let e = x - Pi_K(x - g / P) be the natural map of a block, y = x - e and h = g - P e. Then y in
+// K and -h in the normal cone of K at y exactly: x and g fulfil the conditions up to e and P e. A natural
+// residual r means sum P |e|^2 = (r * scale)^2, so |e| <= delta / sqrt(P) and P |e| <= delta sqrt(P) with
+// delta = r * scale.
 namespace kkt {
 
 using namespace amontons;
 using Vector = std::vector<double>;
 
-// An upper bound of the natural map at x = 0, the scale of the residual: |Pi_K(-g / P)| <= |g| / P + dist(0, K).
+// An upper bound of the natural map at x = 0, the scale of the residual: |Pi_K(-g / P)| <= |g| / P + dist(0,
+// K).
 inline double scale_bound(const Problem& p, Law law) {
   double sum = 0;
   for_each_block(p.K, [&]<class Cone>(const Cone& cone, std::size_t block, std::size_t row) {
@@ -72,8 +74,8 @@ inline std::string contact(double mu, Law law, const double* x, const double* u,
   return found.empty() ? "" : found.front();
 }
 
-// The first condition that (x, u = A x + b) violates by more than a natural residual of `tolerance` allows; empty
-// if there is none.
+// The first condition that (x, u = A x + b) violates by more than a natural residual of `tolerance` allows;
+// empty if there is none.
 inline std::string violation(const Problem& p, Law law, double tolerance, const Vector& x) {
   Vector u(x.size());
   product(p.A, x, u);

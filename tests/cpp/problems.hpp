@@ -133,9 +133,10 @@ inline void add_ball_joint(BodyOperator& A, Index a, Index b, std::array<double,
   }
 }
 
-// Boxes of 1 x 1 x 0.5 m on the ground, four contacts per interface: hyperstatic. Every other box has `ratio` times
-// the mass; box i moves sideways at i * push (m/s).
-inline Problem stack(int boxes, double ratio = 1, double push = 0.05, double mu = 0.5, double compliance = 0) {
+// Boxes of 1 x 1 x 0.5 m on the ground, four contacts per interface: hyperstatic. Every other box has `ratio`
+// times the mass; box i moves sideways at i * push (m/s).
+inline Problem stack(int boxes, double ratio = 1, double push = 0.05, double mu = 0.5,
+                     double compliance = 0) {
   ContactOperator A;
   Vector v;
   for (int i = 0; i < boxes; ++i) {
@@ -154,8 +155,8 @@ inline Problem stack(int boxes, double ratio = 1, double push = 0.05, double mu 
   return make_problem(std::move(A), std::move(b), std::move(K));
 }
 
-// Rods of 1 m joined end to end and to the world, all rows bilateral. `closed` joins the last end to the world too;
-// `repeated` writes the first joint twice, which makes A singular and the system consistent.
+// Rods of 1 m joined end to end and to the world, all rows bilateral. `closed` joins the last end to the
+// world too; `repeated` writes the first joint twice, which makes A singular and the system consistent.
 inline Problem chain(int rods, bool closed = false, bool repeated = false) {
   BodyOperator A;
   Random random(7);
@@ -172,8 +173,8 @@ inline Problem chain(int rods, bool closed = false, bool repeated = false) {
   return make_problem(std::move(A), std::move(b), std::move(K));
 }
 
-// Bodies that touch only the world or a fixed body, so that body space has no coupling; one contact joins nothing
-// that moves (zero rows of A) and separates.
+// Bodies that touch only the world or a fixed body, so that body space has no coupling; one contact joins
+// nothing that moves (zero rows of A) and separates.
 inline Problem world_contacts(int bodies) {
   ContactOperator A;
   Random random(3);
@@ -189,8 +190,11 @@ inline Problem world_contacts(int bodies) {
     for (int k = 0; k < 3; ++k) {
       const double angle = 2.1 * k + 0.3 * i;
       const double tilt = 0.3 * std::sin(1.0 + i + k), z = std::sqrt(1 - tilt * tilt);
-      A.contacts.push_back({i, i % 2 ? -1 : fixed, {0.4 * std::cos(angle), 0.4 * std::sin(angle), -0.3},
-                            {0.1, 0.2, 0.3}, {tilt, 0, z}});
+      A.contacts.push_back({i,
+                            i % 2 ? -1 : fixed,
+                            {0.4 * std::cos(angle), 0.4 * std::sin(angle), -0.3},
+                            {0.1, 0.2, 0.3},
+                            {tilt, 0, z}});
       const double values[] = {0.0, 0.2, 0.6, 1.5};
       mu.push_back(values[random.below(4)]);
     }
@@ -204,8 +208,8 @@ inline Problem world_contacts(int bodies) {
   return make_problem(std::move(A), std::move(b), std::move(K));
 }
 
-// A stack whose boxes are also joined by a ball joint, a motor of limited effort, a cable (unilateral row) and a
-// bounded row with one open side: every kind of row next to contacts, some compliant.
+// A stack whose boxes are also joined by a ball joint, a motor of limited effort, a cable (unilateral row)
+// and a bounded row with one open side: every kind of row next to contacts, some compliant.
 inline Problem mechanism() {
   const Problem boxes = stack(4, 2, 0.05, 0.4, 0.01);
   ContactOperator A = std::get<ContactOperator>(boxes.A);

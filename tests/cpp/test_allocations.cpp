@@ -23,8 +23,12 @@ void* counted(std::size_t size, std::size_t alignment) {
 
 void* operator new(std::size_t size) { return counted(size, alignof(std::max_align_t)); }
 void* operator new[](std::size_t size) { return counted(size, alignof(std::max_align_t)); }
-void* operator new(std::size_t size, std::align_val_t a) { return counted(size, static_cast<std::size_t>(a)); }
-void* operator new[](std::size_t size, std::align_val_t a) { return counted(size, static_cast<std::size_t>(a)); }
+void* operator new(std::size_t size, std::align_val_t a) {
+  return counted(size, static_cast<std::size_t>(a));
+}
+void* operator new[](std::size_t size, std::align_val_t a) {
+  return counted(size, static_cast<std::size_t>(a));
+}
 void operator delete(void* memory) noexcept { std::free(memory); }
 void operator delete[](void* memory) noexcept { std::free(memory); }
 void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
@@ -44,7 +48,7 @@ std::size_t allocations_of(const Problem& p, std::string_view method, Law law, s
   options.law = law;
   options.tolerance = 0;
   options.max_iterations = iterations;
-  options.admm.rho = 0.3;  // a fixed penalty: no new factorisation in between
+  options.admm.rho = 0.3;     // a fixed penalty: no new factorisation in between
   solve(p, method, options);  // the scratch of products is kept from call to call
   const std::size_t before = allocations;
   const Solution s = solve(p, method, options);
@@ -68,11 +72,12 @@ TEST(iterations_do_not_allocate) {
     // The search for a certificate after the last iteration allocates, depending on where the solve ended.
     if (many > few + 4)
       check::fail(__FILE__, __LINE__,
-                  std::string(method) + " on " + kind + " allocates " + std::to_string(few) + " times in 50 and " +
-                      std::to_string(many) + " times in 200 iterations");
+                  std::string(method) + " on " + kind + " allocates " + std::to_string(few) +
+                      " times in 50 and " + std::to_string(many) + " times in 200 iterations");
   };
   for (Law law : {Law::associated, Law::coulomb})
-    for (std::string_view method : {"p-spg-fb", "p-spg-fb-literal", "jacobi", "gauss-seidel", "apgd", "admm"}) {
+    for (std::string_view method :
+         {"p-spg-fb", "p-spg-fb-literal", "jacobi", "gauss-seidel", "apgd", "admm"}) {
       compare(contacts, "contacts", method, law);
       compare(dense, "a dense matrix", method, law);
       compare(sparse, "a sparse matrix", method, law);

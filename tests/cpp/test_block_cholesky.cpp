@@ -1,11 +1,10 @@
-#include "amontons/solvers/block_cholesky.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <utility>
 #include <vector>
 
 #include "amontons/base/isa.hpp"
+#include "amontons/solvers/block_cholesky.hpp"
 #include "check.hpp"
 #include "problems.hpp"
 #include "solvers/body_kernel.hpp"
@@ -51,7 +50,8 @@ struct BlockMatrix {
       const BlockCholesky::Slot slot = factor.slot(I, J);
       for (int i = 0; i < sizes[I]; ++i)
         for (int j = 0; j < sizes[J]; ++j) {
-          const std::size_t at = slot.transposed ? std::size_t(i) * slot.stride + j : std::size_t(j) * slot.stride + i;
+          const std::size_t at =
+              slot.transposed ? std::size_t(i) * slot.stride + j : std::size_t(j) * slot.stride + i;
           factor.panels()[slot.offset + at] = A[(start[I] + i) * m + start[J] + j];
         }
     };
@@ -112,10 +112,10 @@ std::vector<Isa> isas() {
 
 // Calls the function of the given instruction set.
 #if defined(AMONTONS_X86)
-#define CALL(isa, f, ...)                             \
-  ((isa) == Isa::avx512  ? avx512::f(__VA_ARGS__)     \
-   : (isa) == Isa::avx2 ? avx2::f(__VA_ARGS__)        \
-                         : baseline::f(__VA_ARGS__))
+#define CALL(isa, f, ...)                        \
+  ((isa) == Isa::avx512 ? avx512::f(__VA_ARGS__) \
+   : (isa) == Isa::avx2 ? avx2::f(__VA_ARGS__)   \
+                        : baseline::f(__VA_ARGS__))
 #else
 #define CALL(isa, f, ...) (baseline::f(__VA_ARGS__))
 #endif
@@ -133,8 +133,8 @@ Vector front_matrix(int front, int stride, unsigned seed) {
 
 }  // namespace
 
-// Breaks when a front of an odd size, a merged supernode or a tile at an edge is handled wrongly: one dense block of
-// every size up to beyond two panels of columns.
+// Breaks when a front of an odd size, a merged supernode or a tile at an edge is handled wrongly: one dense
+// block of every size up to beyond two panels of columns.
 TEST(one_dense_block) {
   for (int size : {1, 2, 3, 4, 5, 7, 8, 9, 15, 16, 17, 23, 31, 33, 47, 48, 49, 63, 65, 97, 130})
     compare({size}, {}, size);
@@ -163,7 +163,8 @@ TEST(trees_chains_and_cycles) {
     cycle = chain;
     cycle.emplace_back(0, n - 1);
     reversed_star.pop_back();
-    for (const Edges& edges : {chain, cycle, star, reversed_star, tree, complete}) compare(sizes, edges, size);
+    for (const Edges& edges : {chain, cycle, star, reversed_star, tree, complete})
+      compare(sizes, edges, size);
   }
 }
 
@@ -205,8 +206,8 @@ TEST(one_pattern_many_values) {
   for (const BlockMatrix* matrix : {&first, &second, &first}) compare(*matrix, factor, 3);
 }
 
-// Breaks when slot() gives one place twice, or a wrong orientation: the places of all blocks are disjoint, and (i, j)
-// is (j, i) transposed.
+// Breaks when slot() gives one place twice, or a wrong orientation: the places of all blocks are disjoint,
+// and (i, j) is (j, i) transposed.
 TEST(slots_are_disjoint) {
   const std::vector<int> sizes{2, 3, 1, 6, 4};
   const Edges edges{{0, 1}, {3, 1}, {2, 3}, {4, 0}, {4, 3}};
@@ -214,7 +215,8 @@ TEST(slots_are_disjoint) {
   std::vector<int> used(factor.factor_entries());
   const auto mark = [&](int I, int J) {
     const auto slot = factor.slot(I, J), back = factor.slot(J, I);
-    CHECK(slot.offset == back.offset && slot.stride == back.stride && (I == J || slot.transposed != back.transposed));
+    CHECK(slot.offset == back.offset && slot.stride == back.stride &&
+          (I == J || slot.transposed != back.transposed));
     const int rows = slot.transposed ? sizes[J] : sizes[I], columns = slot.transposed ? sizes[I] : sizes[J];
     for (int j = 0; j < columns; ++j)
       for (int i = I == J ? j : 0; i < rows; ++i) ++used[slot.offset + std::size_t(j) * slot.stride + i];
@@ -224,8 +226,8 @@ TEST(slots_are_disjoint) {
   CHECK(*std::max_element(used.begin(), used.end()) == 1);
 }
 
-// Breaks when a singular matrix gives infinite numbers: the pivot is replaced, its direction left out, and the
-// solution of the rest is right. [[4, 2, 0], [2, 1, 0], [0, 0, 9]] x = (0, 0, 18), and (4, 2, 18).
+// Breaks when a singular matrix gives infinite numbers: the pivot is replaced, its direction left out, and
+// the solution of the rest is right. [[4, 2, 0], [2, 1, 0], [0, 0, 9]] x = (0, 0, 18), and (4, 2, 18).
 TEST(singular_pivot_is_left_out) {
   BlockCholesky factor(std::vector<int>{3}, Edges{});
   const double A[3][3] = {{4, 2, 0}, {2, 1, 0}, {0, 0, 9}};
@@ -284,7 +286,8 @@ TEST(panel_solves_have_the_same_bits_in_every_instruction_set) {
     for (int columns : {1, 2, 6, 7, front / 2, front}) {
       if (columns < 1 || columns > front) continue;
       const Vector L = front_matrix(front, front, front + columns);
-      const Vector own = small::Random(1).vector(columns), below = small::Random(2).vector(front - columns + 1);
+      const Vector own = small::Random(1).vector(columns),
+                   below = small::Random(2).vector(front - columns + 1);
       Vector forward, backward;
       for (Isa isa : isas()) {
         Vector y = own, rest(below.size(), 0.0), z = own;
@@ -303,7 +306,8 @@ TEST(panel_solves_have_the_same_bits_in_every_instruction_set) {
       }
       for (int k = 0; k < columns; ++k) {
         double sum = 0;
-        for (int i = k; i < front; ++i) sum += L[k * front + i] * (i < columns ? backward[i] : below[i - columns]);
+        for (int i = k; i < front; ++i)
+          sum += L[k * front + i] * (i < columns ? backward[i] : below[i - columns]);
         CHECK_NEAR(sum, own[k], 1e-12 * front);
       }
     }
@@ -317,7 +321,8 @@ TEST(body_rows_have_the_same_bits_in_every_instruction_set) {
   for (int i = 0; i < rows; ++i) {
     a[i] = static_cast<int>(random.below(nodes));
     b[i] = i % 3 ? (a[i] + 1) % nodes : nodes;  // every third has one body only
-    for (int k = 0; k < 6; ++k) G[16 * i + k] = random.normal(), G[16 * i + 8 + k] = i % 3 ? random.normal() : 0.0;
+    for (int k = 0; k < 6; ++k)
+      G[16 * i + k] = random.normal(), G[16 * i + 8 + k] = i % 3 ? random.normal() : 0.0;
   }
   const BodyRows body_rows{static_cast<std::size_t>(rows), a.data(), b.data(), G.data()};
   const Vector z = random.vector(rows);

@@ -32,8 +32,8 @@ double tangential(V3 x) { return std::sqrt(x.t1 * x.t1 + x.t2 * x.t2); }
 V3 minus(V3 a, V3 b) { return {a.n - b.n, a.t1 - b.t1, a.t2 - b.t2}; }
 bool same(V3 a, V3 b) { return a.n == b.n && a.t1 == b.t1 && a.t2 == b.t2; }
 
-// The distance of x to the half-planes that bound the cone, as far as it lies outside: |t| <= mu n in a form that
-// neither mu = 0 nor a huge mu spoils, c |t| <= s n with c = cos and s = sin of the half-angle.
+// The distance of x to the half-planes that bound the cone, as far as it lies outside: |t| <= mu n in a form
+// that neither mu = 0 nor a huge mu spoils, c |t| <= s n with c = cos and s = sin of the half-angle.
 double outside(double mu, V3 x) {
   const double c = 1 / std::hypot(1.0, mu), s = mu > 1 ? 1 / std::hypot(1.0, 1 / mu) : mu * c;
   return std::max({0.0, c * tangential(x) - s * x.n, -x.n});
@@ -49,10 +49,10 @@ double outside_polar(double mu, V3 x) {
 template <class F>
 void for_each_point(double mu, F&& f) {
   const double c = 1 / std::hypot(1.0, mu), s = mu > 1 ? 1 / std::hypot(1.0, 1 / mu) : mu * c;
-  const V3 directions[] = {{1, 0, 0},      {-1, 0, 0},    {0, 1, 0},         {0, -0.6, 0.8},
-                           {c, s, 0},      {c, 0, -s},    {-s, c, 0},        {-s, 0.6 * c, -0.8 * c},
+  const V3 directions[] = {{1, 0, 0},       {-1, 0, 0},       {0, 1, 0},        {0, -0.6, 0.8},
+                           {c, s, 0},       {c, 0, -s},       {-s, c, 0},       {-s, 0.6 * c, -0.8 * c},
                            {c, 0.5 * s, 0}, {-s, 0.5 * c, 0}, {0.3, 0.4, -0.9}, {-0.3, 0.4, 0.9},
-                           {0.7, 1e-9, 0}, {-0.7, 0, 1e-9}, {1e-9, 1, 0},     {-1e-9, 0, -1}};
+                           {0.7, 1e-9, 0},  {-0.7, 0, 1e-9},  {1e-9, 1, 0},     {-1e-9, 0, -1}};
   for (double size : {1e-140, 1e-30, 1.0, 1e30, 1e140})
     for (V3 d : directions) f(V3{size * d.n, size * d.t1, size * d.t2});
 }
@@ -69,7 +69,8 @@ TEST(friction_apex_axis_and_polar_are_exact) {
       // The polar cone, strictly inside: mu |t| < -n.
       const double t = mu > 0 ? 0.5 * n / mu : 3 * n;
       CHECK(same(project_friction(mu, {-n, 0.6 * t, 0.8 * t}), {0, 0, 0}));
-      // Strictly inside the cone. mu n overflows for the largest of both, as it does in the comparison itself.
+      // Strictly inside the cone. mu n overflows for the largest of both, as it does in the comparison
+      // itself.
       const double inner = 0.5 * std::min(mu, 1e10) * n;
       CHECK(same(project_friction(mu, {n, -0.6 * inner, 0.8 * inner}), {n, -0.6 * inner, 0.8 * inner}));
     }
@@ -95,8 +96,8 @@ TEST(friction_foot_by_hand) {
   CHECK_NEAR(c.t2, 5, 8 * eps);
 }
 
-// Moreau: p = Pi_K(x) is the projection if and only if p in K, x - p in the polar cone, <p, x - p> = 0. Breaks for a
-// wrong region, a wrong foot, or cancellation at a boundary.
+// Moreau: p = Pi_K(x) is the projection if and only if p in K, x - p in the polar cone, <p, x - p> = 0.
+// Breaks for a wrong region, a wrong foot, or cancellation at a boundary.
 TEST(friction_moreau) {
   for (double mu : coefficients)
     for_each_point(mu, [&](V3 x) {

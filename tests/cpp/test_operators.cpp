@@ -70,7 +70,8 @@ Vector delassus(const BodyOperator& A) {
   return result;
 }
 
-// Contacts and joints between random bodies with full inertia tensors, one of them fixed, some sides the world.
+// Contacts and joints between random bodies with full inertia tensors, one of them fixed, some sides the
+// world.
 ContactOperator random_contacts(unsigned seed, int contacts, int joints, int bodies) {
   small::Random random(seed);
   ContactOperator A;
@@ -111,8 +112,8 @@ ContactOperator random_contacts(unsigned seed, int contacts, int joints, int bod
 
 }  // namespace
 
-// Breaks when any of the five operators is not the matrix it stands for: they all share one matrix here, computed
-// from the definition D M^-1 D' + E.
+// Breaks when any of the five operators is not the matrix it stands for: they all share one matrix here,
+// computed from the definition D M^-1 D' + E.
 TEST(all_operators_are_the_dense_matrix) {
   for (unsigned seed = 1; seed < 6; ++seed) {
     const ContactOperator contacts = random_contacts(seed, 9, 5, 6);
@@ -142,9 +143,9 @@ TEST(all_operators_are_the_dense_matrix) {
   }
 }
 
-// Breaks when a sign, a moment arm or the order (normal, t1, t2) of a contact is wrong. One unit mass at (0, 0, 0)
-// with inverse inertia diag(1, 2, 3), touched at r = (0.5, 0, -1) by the ground, n = z. By hand: n gives force z and
-// torque r x z = (0, -0.5, 0), so A_nn = 1 + 2 * 0.25.
+// Breaks when a sign, a moment arm or the order (normal, t1, t2) of a contact is wrong. One unit mass at (0,
+// 0, 0) with inverse inertia diag(1, 2, 3), touched at r = (0.5, 0, -1) by the ground, n = z. By hand: n
+// gives force z and torque r x z = (0, -0.5, 0), so A_nn = 1 + 2 * 0.25.
 TEST(contact_by_hand) {
   ContactOperator A;
   small::add_body(A.joints, 1, {1, 0.5, 1.0 / 3});
@@ -152,7 +153,8 @@ TEST(contact_by_hand) {
   A.contact_compliance = {0.25};
   const Vector matrix = small::dense_matrix(A);
   CHECK_NEAR(matrix[0], 1 + 2 * 0.25 + 0.25, 1e-15);
-  // The trace over the tangents does not depend on their angle: forces x and y have torques (0, -1, 0) and (1, 0, 0.5).
+  // The trace over the tangents does not depend on their angle: forces x and y have torques (0, -1, 0) and
+  // (1, 0, 0.5).
   CHECK_NEAR(matrix[4] + matrix[8], (1 + 2 * 1.0) + (1 + 1.0 + 3 * 0.25) + 2 * 0.25, 1e-14);
   // The same seen from body B: r_b and the sides exchanged, normal reversed.
   ContactOperator B = A;
@@ -162,7 +164,7 @@ TEST(contact_by_hand) {
 
 // Breaks when the tangents are not a right-handed orthonormal frame, above all near n_z = -1 and n_z = 0.
 TEST(tangents_complete_the_normal) {
-  std::vector<std::array<double, 3>> normals{{0, 0, 1}, {0, 0, -1}, {1, 0, 0},  {-1, 0, 0}, {0, 1, 0},
+  std::vector<std::array<double, 3>> normals{{0, 0, 1},  {0, 0, -1},   {1, 0, 0},    {-1, 0, 0},   {0, 1, 0},
                                              {0, -1, 0}, {0, 1, -0.0}, {1, 0, -0.0}, {1e-9, 0, -1}};
   small::Random random(2);
   for (int i = 0; i < 500; ++i) {

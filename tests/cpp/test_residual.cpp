@@ -1,8 +1,7 @@
-#include "amontons/vi/residual.hpp"
-
 #include <cmath>
 #include <vector>
 
+#include "amontons/vi/residual.hpp"
 #include "check.hpp"
 #include "kkt.hpp"
 #include "problems.hpp"
@@ -15,8 +14,8 @@ namespace {
 constexpr Law laws[] = {Law::associated, Law::coulomb};
 constexpr Norm norms[] = {Norm::natural, Norm::plain, Norm::plain_inf, Norm::siconos};
 
-// A problem with a known solution of the law: any y gives x = Pi_K(y) and g = P (x - y), for which -g is in the normal
-// cone of K at x; the De Saxce term is taken out of g, and b = u - A x.
+// A problem with a known solution of the law: any y gives x = Pi_K(y) and g = P (x - y), for which -g is in
+// the normal cone of K at x; the De Saxce term is taken out of g, and b = u - A x.
 Problem with_known_solution(const Problem& given, Law law, unsigned seed, Vector& x) {
   Problem p = given;
   const Vector y = small::Random(seed).vector(p.rows());
@@ -44,12 +43,12 @@ TEST(zero_at_solutions_by_hand) {
     Law law;
     Vector x;
   } cases[] = {
-      {1, 0.5, Law::associated, {0, 0, 0}},              // opens: u_n >= mu |u_t|
-      {0.25, 8, Law::coulomb, {0, 0, 0}},                // opens with any slip
-      {-1, 0.25, Law::associated, {1, -0.25, 0}},        // sticks, the same under both laws
+      {1, 0.5, Law::associated, {0, 0, 0}},        // opens: u_n >= mu |u_t|
+      {0.25, 8, Law::coulomb, {0, 0, 0}},          // opens with any slip
+      {-1, 0.25, Law::associated, {1, -0.25, 0}},  // sticks, the same under both laws
       {-1, 0.25, Law::coulomb, {1, -0.25, 0}},
-      {-1, 2, Law::coulomb, {1, -0.5, 0}},               // slides: u = (0, 1.5, 0)
-      {-1, 2, Law::associated, {1.6, -0.8, 0}},          // slides and lifts: u = (0.6, 1.2, 0)
+      {-1, 2, Law::coulomb, {1, -0.5, 0}},       // slides: u = (0, 1.5, 0)
+      {-1, 2, Law::associated, {1.6, -0.8, 0}},  // slides and lifts: u = (0.6, 1.2, 0)
   };
   for (const auto& c : cases) {
     const Problem p = small::one_contact(0.5, c.b_n, c.b_t);
@@ -71,7 +70,8 @@ TEST(zero_at_constructed_solutions) {
   for (Law law : laws)
     for (const small::Case& c : small::contact_cases())
       for (unsigned seed = 1; seed < 6; ++seed) {
-        // Blocks without any moving body have P near zero, so that no u of order one belongs to a normal cone.
+        // Blocks without any moving body have P near zero, so that no u of order one belongs to a normal
+        // cone.
         if (c.name == "world contacts") continue;
         Vector x;
         const Problem p = with_known_solution(c.problem, law, seed, x);
@@ -139,7 +139,8 @@ TEST(zero_solution_has_zero_residual) {
   for (Norm norm : norms) CHECK(residual(empty, Law::coulomb, Vector{}, norm) == 0);
 }
 
-// Breaks when a physical measure has the wrong sign or looks at the wrong rows. A = I, b = (-1, 2, 0 | 3 | -4 | 5).
+// Breaks when a physical measure has the wrong sign or looks at the wrong rows. A = I, b = (-1, 2, 0 | 3 | -4
+// | 5).
 TEST(violations_by_hand) {
   ConeProduct K;
   K.add_friction(Vector{0.5});

@@ -1,9 +1,8 @@
-#include "amontons/solvers/shifted_system.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <vector>
 
+#include "amontons/solvers/shifted_system.hpp"
 #include "check.hpp"
 #include "problems.hpp"
 
@@ -69,7 +68,8 @@ void check_solve(const Problem& p, ShiftedSystem& system, Kind kind, unsigned se
   const Vector RARz = times(full, times(A, times(full, z)), true);
   Vector error(p.rows());
   for (std::size_t i = 0; i < error.size(); ++i) error[i] = z[i] + RARz[i] - q[i];
-  // Woodbury loses digits in proportion to |R'AR|, some 1e8 times for the scaled factors; refinements get them back.
+  // Woodbury loses digits in proportion to |R'AR|, some 1e8 times for the scaled factors; refinements get
+  // them back.
   const double lost = kind == Kind::scaled ? 1e-5 : 1e-11, refined = kind == Kind::scaled ? 1e-9 : 1e-12;
   CHECK_NEAR(norm(error) / (norm(q) + norm(RARz)), 0, refinements ? refined : lost);
 
@@ -77,11 +77,13 @@ void check_solve(const Problem& p, ShiftedSystem& system, Kind kind, unsigned se
   Vector out = q;
   system.times_factor(out, out);
   expected_y = times(full, q);
-  for (std::size_t i = 0; i < out.size(); ++i) CHECK_NEAR(out[i], expected_y[i], 1e-13 * (1 + norm(expected_y)));
+  for (std::size_t i = 0; i < out.size(); ++i)
+    CHECK_NEAR(out[i], expected_y[i], 1e-13 * (1 + norm(expected_y)));
   out = q;
   system.times_transposed_factor(out, out);
   const Vector expected_q = times(full, q, true);
-  for (std::size_t i = 0; i < out.size(); ++i) CHECK_NEAR(out[i], expected_q[i], 1e-13 * (1 + norm(expected_q)));
+  for (std::size_t i = 0; i < out.size(); ++i)
+    CHECK_NEAR(out[i], expected_q[i], 1e-13 * (1 + norm(expected_q)));
 
   // solve() for r: y = R z with z for R' r; in range(R), and R'(A y - r) + z = 0.
   const Vector& r = q;
@@ -100,8 +102,8 @@ std::vector<small::Case> cases() {
 
 }  // namespace
 
-// Breaks when the body-space or impulse-space factorisation is not that of I + R'AR: every kind of operator, compliant
-// and rigid, fixed bodies, rows without bodies, R regular, singular, zero, and over six decades.
+// Breaks when the body-space or impulse-space factorisation is not that of I + R'AR: every kind of operator,
+// compliant and rigid, fixed bodies, rows without bodies, R regular, singular, zero, and over six decades.
 TEST(solves_the_reduced_system) {
   for (const small::Case& c : cases()) {
     ShiftedSystem system(c.problem);
@@ -111,7 +113,8 @@ TEST(solves_the_reduced_system) {
   }
 }
 
-// With a regular R: (A + Theta^-1) y = r itself, Theta = R R'. Here R is a multiple of the unit per block, as in ADMM.
+// With a regular R: (A + Theta^-1) y = r itself, Theta = R R'. Here R is a multiple of the unit per block, as
+// in ADMM.
 TEST(solves_the_shifted_system) {
   for (const small::Case& c : cases()) {
     const Problem& p = c.problem;

@@ -1,11 +1,10 @@
-#include "amontons/solvers/solvers.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <string>
 #include <vector>
 
+#include "amontons/solvers/solvers.hpp"
 #include "amontons/vi/residual.hpp"
 #include "check.hpp"
 #include "kkt.hpp"
@@ -35,13 +34,14 @@ void report(const char* file, int line, const Case& c, std::string_view method, 
               c.name + ", " + std::string(method) + ", " + (law == Law::coulomb ? "coulomb" : "associated") +
                   ": " + what);
 }
-#define EXPECT(condition)                                                    \
-  do {                                                                       \
+#define EXPECT(condition)                                                     \
+  do {                                                                        \
     if (!(condition)) report(__FILE__, __LINE__, c, method, law, #condition); \
   } while (false)
 
 // Everything that a converged solution promises, each checked by other means than the solver's own.
-void check_solution(const Case& c, std::string_view method, Law law, double tolerance, const Options& given = {}) {
+void check_solution(const Case& c, std::string_view method, Law law, double tolerance,
+                    const Options& given = {}) {
   const Problem& p = c.problem;
   Options options = given;
   options.law = law;
@@ -73,8 +73,8 @@ bool same_bits(const Vector& a, const Vector& b) {
 
 }  // namespace
 
-// Breaks when any method does not reach its tolerance under either law, or calls something a solution that is none:
-// the KKT conditions are checked by kkt.hpp, which does not know the residual.
+// Breaks when any method does not reach its tolerance under either law, or calls something a solution that is
+// none: the KKT conditions are checked by kkt.hpp, which does not know the residual.
 TEST(every_method_solves_contacts) {
   for (const Case& c : small::contact_cases())
     for (std::string_view method : method_names())
@@ -91,15 +91,16 @@ TEST(second_order_methods_solve_hard_contacts) {
     }
 }
 
-// Breaks when a linear system is not solved by everyone, singular and consistent ones included. The law does not matter.
+// Breaks when a linear system is not solved by everyone, singular and consistent ones included. The law does
+// not matter.
 TEST(every_method_solves_bilateral_problems) {
   for (const Case& c : small::bilateral_cases())
     for (std::string_view method : method_names())
       for (Law law : laws) check_solution(c, method, law, is_linear_only(method) ? 1e-10 : reachable(method));
 }
 
-// Breaks when a method needs a certain kind of operator although any product would do, or counts products that it did
-// not make: the callback counts for itself.
+// Breaks when a method needs a certain kind of operator although any product would do, or counts products
+// that it did not make: the callback counts for itself.
 TEST(products_are_counted) {
   for (const Case& c : {Case{"sliding stack", small::stack(3, 2, 0.05)}, Case{"chain", small::chain(8)}})
     for (std::string_view method : {"p-spg-fb", "p-spg-fb-literal", "apgd", "jacobi", "cg", "minres"})
@@ -109,7 +110,9 @@ TEST(products_are_counted) {
         CallbackOperator A;
         A.diag.resize(c.problem.rows());
         diagonal(c.problem.A, A.diag);
-        A.function = [&](std::span<const double> x, std::span<double> y) { ++calls, product(c.problem.A, x, y); };
+        A.function = [&](std::span<const double> x, std::span<double> y) {
+          ++calls, product(c.problem.A, x, y);
+        };
         const Problem p = make_problem(std::move(A), c.problem.b, c.problem.K);
         calls = 0;
         Options options;
@@ -122,7 +125,8 @@ TEST(products_are_counted) {
 
 // Breaks when the fused stages of contacts lead somewhere else than the plain ones on the same problem.
 TEST(solution_does_not_depend_on_the_kind_of_operator) {
-  for (const Case& c : {Case{"mechanism", small::mechanism()}, Case{"world contacts", small::world_contacts(3)}})
+  for (const Case& c :
+       {Case{"mechanism", small::mechanism()}, Case{"world contacts", small::world_contacts(3)}})
     for (Law law : laws) {
       const Problem& p = c.problem;
       const Vector A = small::dense_matrix(p.A);
@@ -139,7 +143,8 @@ TEST(solution_does_not_depend_on_the_kind_of_operator) {
           const Solution t = solve(other, method, options);
           EXPECT(t.status == Status::converged);
           // x is not unique where A is singular; u and the objective of the convex law are.
-          if (law == Law::associated) EXPECT(std::abs(s.objective - t.objective) <= 1e-8 * std::abs(s.objective));
+          if (law == Law::associated)
+            EXPECT(std::abs(s.objective - t.objective) <= 1e-8 * std::abs(s.objective));
           const std::string violation = kkt::violation(p, law, 3e-9, t.x);
           if (!violation.empty()) report(__FILE__, __LINE__, c, method, law, violation);
         }
@@ -197,8 +202,8 @@ TEST(solution_as_start_converges_at_once) {
       }
 }
 
-// A warm start is never worse than a cold one: nonsense is put aside, a point near the solution is used, and whatever
-// x0 is, what comes back after few iterations is no worse than the cold start Pi_K(0).
+// A warm start is never worse than a cold one: nonsense is put aside, a point near the solution is used, and
+// whatever x0 is, what comes back after few iterations is no worse than the cold start Pi_K(0).
 TEST(warm_start_is_never_worse) {
   for (const Case& c : small::contact_cases())
     for (std::string_view method : method_names())
@@ -272,11 +277,12 @@ TEST(history_is_consistent) {
       }
 }
 
-// Literal P-SPG-FB as in the paper: the objective is nonmonotone, its maximum over the last N_GLL values is what the
-// line search bounds, the fallback envelope is monotone, and each trial costs one product.
+// Literal P-SPG-FB as in the paper: the objective is nonmonotone, its maximum over the last N_GLL values is
+// what the line search bounds, the fallback envelope is monotone, and each trial costs one product.
 TEST(literal_spg_behaves_as_published) {
   bool nonmonotone = false;
-  for (const Case& c : {Case{"sliding stack 1:10", small::stack(5, 10, 0.3)}, Case{"mechanism", small::mechanism()}}) {
+  for (const Case& c :
+       {Case{"sliding stack 1:10", small::stack(5, 10, 0.3)}, Case{"mechanism", small::mechanism()}}) {
     Options options;
     options.history = true;
     options.tolerance = 1e-4;
@@ -306,10 +312,12 @@ TEST(literal_spg_with_memory_one_is_monotone) {
   options.spg.memory = 1;
   options.max_iterations = 500;
   const Solution s = spg_literal(small::stack(5, 10, 0.3), options);
-  for (std::size_t j = 1; j < s.history.size(); ++j) CHECK(s.history[j].objective <= s.history[j - 1].objective);
+  for (std::size_t j = 1; j < s.history.size(); ++j)
+    CHECK(s.history[j].objective <= s.history[j - 1].objective);
 }
 
-// On bilateral problems P-SPG-FB is near the Krylov methods at loose tolerances: within four times the products of CG.
+// On bilateral problems P-SPG-FB is near the Krylov methods at loose tolerances: within four times the
+// products of CG.
 TEST(spg_is_near_krylov_on_bilateral_problems) {
   const Problem p = small::chain(60, true);
   Options options;
@@ -326,14 +334,23 @@ TEST(spg_is_near_krylov_on_bilateral_problems) {
 TEST(one_row_by_hand) {
   struct {
     double lo, hi, b, x;
-  } rows[] = {{-INFINITY, INFINITY, 3, -1.5}, {0, INFINITY, 3, 0}, {0, INFINITY, -3, 1.5}, {-1, 1, -3, 1},
-              {-1, 1, 3, -1},                 {-1, 1, 1, -0.5},    {2, INFINITY, 1, 2},    {-INFINITY, -2, 1, -2},
+  } rows[] = {{-INFINITY, INFINITY, 3, -1.5},
+              {0, INFINITY, 3, 0},
+              {0, INFINITY, -3, 1.5},
+              {-1, 1, -3, 1},
+              {-1, 1, 3, -1},
+              {-1, 1, 1, -0.5},
+              {2, INFINITY, 1, 2},
+              {-INFINITY, -2, 1, -2},
               {0.5, 0.5, 7, 0.5}};
   for (const auto& row : rows) {
     ConeProduct K;
-    if (std::isinf(row.lo) && std::isinf(row.hi)) K.add_free(1);
-    else if (row.lo == 0) K.add_nonnegative(1);
-    else K.add_interval(Vector{row.lo}, Vector{row.hi});
+    if (std::isinf(row.lo) && std::isinf(row.hi))
+      K.add_free(1);
+    else if (row.lo == 0)
+      K.add_nonnegative(1);
+    else
+      K.add_interval(Vector{row.lo}, Vector{row.hi});
     const Case c{"one row", small::one_row(K, 2, row.b)};
     for (std::string_view method : method_names()) {
       if (is_linear_only(method) && !c.problem.K.all_free()) continue;
@@ -347,7 +364,8 @@ TEST(one_row_by_hand) {
   }
 }
 
-// One point mass, by hand: under coulomb it slides without lift, x = (1, -mu); under the associated law it lifts.
+// One point mass, by hand: under coulomb it slides without lift, x = (1, -mu); under the associated law it
+// lifts.
 TEST(one_contact_by_hand) {
   const Case c{"one sliding contact", small::one_contact(0.5, -1, 2)};
   for (std::string_view method : method_names()) {
@@ -367,10 +385,10 @@ TEST(one_contact_by_hand) {
 TEST(zero_rows) {
   ContactOperator lonely;
   small::add_body(lonely.joints, 1, {1, 1, 1});
-  for (const Case& c : {Case{"dense", make_problem(small::dense_operator({}, 0), {}, {})},
-                        Case{"contacts", make_problem(ContactOperator{}, {}, {})},
-                        Case{"bodies", make_problem(BodyOperator{}, {}, {})},
-                        Case{"one body", make_problem(lonely, {}, {})}})
+  for (const Case& c :
+       {Case{"dense", make_problem(small::dense_operator({}, 0), {}, {})},
+        Case{"contacts", make_problem(ContactOperator{}, {}, {})},
+        Case{"bodies", make_problem(BodyOperator{}, {}, {})}, Case{"one body", make_problem(lonely, {}, {})}})
     for (std::string_view method : method_names())
       for (Law law : laws) {
         Options options;
@@ -381,7 +399,8 @@ TEST(zero_rows) {
       }
 }
 
-// Breaks when extreme units, friction or mass ratios overflow: the same problem in other units has the same solution.
+// Breaks when extreme units, friction or mass ratios overflow: the same problem in other units has the same
+// solution.
 TEST(extreme_units) {
   const Problem p = small::stack(3, 2, 0.05);
   for (double unit : {1e-12, 1e12})
@@ -406,9 +425,11 @@ TEST(methods_refuse_what_they_cannot_do) {
   for (std::string_view method : {"admm", "interior-point", "newton"})
     CHECK_THROWS(solve(callback, method, options), "which a function operator does not allow");
   CHECK_THROWS(solve(callback, "gauss-seidel", options), "needs the rows of A");
-  CHECK_THROWS(solve(contacts, "simplex", options), "unknown method 'simplex'; the methods are auto, p-spg-fb");
+  CHECK_THROWS(solve(contacts, "simplex", options),
+               "unknown method 'simplex'; the methods are auto, p-spg-fb");
   CHECK(solve(callback, "auto", options).method == "p-spg-fb");
-  for (std::string_view method : method_names()) CHECK_THROWS(solve(contacts, std::string(method) + "x", options), method);
+  for (std::string_view method : method_names())
+    CHECK_THROWS(solve(contacts, std::string(method) + "x", options), method);
 }
 
 // auto says what it picked and why.

@@ -41,14 +41,14 @@ void check_valid(const Problem& p, Law law, const Solution& s, std::string_view 
   if (!finite || distance(p.K, s.x) > 1e-12 * size || !(r <= cold * (1 + 1e-9)) ||
       std::abs(r - s.residual) > 1e-9 * r)
     check::fail(__FILE__, __LINE__,
-                std::string(method) + ": residual " + check::number(s.residual) + " reported, " + check::number(r) +
-                    " found, " + check::number(cold) + " at the start, outside K by " +
+                std::string(method) + ": residual " + check::number(s.residual) + " reported, " +
+                    check::number(r) + " found, " + check::number(cold) + " at the start, outside K by " +
                     check::number(distance(p.K, s.x)));
 }
 
 void expect(Status found, Status expected, std::string_view method, const char* file, int line) {
-  static const char* names[] = {"converged",   "iteration_limit", "deadline",
-                                "stalled",     "interrupted",     "infeasible"};
+  static const char* names[] = {"converged", "iteration_limit", "deadline",
+                                "stalled",   "interrupted",     "infeasible"};
   if (found != expected)
     check::fail(file, line,
                 std::string(method) + " ends with " + names[static_cast<int>(found)] + ", not with " +
@@ -84,8 +84,8 @@ TEST(iteration_limit) {
       }
 }
 
-// Breaks when a method looks at the clock too rarely, or returns a half-finished iterate. The deadlines end in the
-// set-up, in the first iterations and later.
+// Breaks when a method looks at the clock too rarely, or returns a half-finished iterate. The deadlines end
+// in the set-up, in the first iterations and later.
 TEST(deadline) {
   for (std::string_view method : method_names())
     for (Law law : laws)
@@ -167,8 +167,8 @@ TEST(interrupted_by_the_poll) {
     }
 }
 
-// No velocity satisfies the constraints: impulses would grow without bound. Each with its certificate d in K, A d = 0,
-// b'd < 0.
+// No velocity satisfies the constraints: impulses would grow without bound. Each with its certificate d in K,
+// A d = 0, b'd < 0.
 TEST(infeasible) {
   // A contact that joins nothing that moves and yet approaches: d = e_n.
   ContactOperator fixed;
@@ -188,8 +188,8 @@ TEST(infeasible) {
   bilateral.add_free(2);
   const Problem contradiction = make_problem(small::dense_operator({1, 1, 1, 1}, 2), {1, 2}, bilateral);
 
-  for (const auto& [name, p] : {std::pair{"approach", &approach}, {"squeezed", &squeezed},
-                                {"contradiction", &contradiction}})
+  for (const auto& [name, p] :
+       {std::pair{"approach", &approach}, {"squeezed", &squeezed}, {"contradiction", &contradiction}})
     for (std::string_view method : method_names()) {
       if (is_linear_only(method) && !p->K.all_free()) continue;
       Options options;

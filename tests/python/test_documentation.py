@@ -9,23 +9,22 @@ def test_documentation_holds(root):
     assert check_docs.faults(root) == []
 
 
-# Breaks when an example of the README no longer runs. Blocks share one namespace, in order.
-def test_readme_blocks_run(root, tmp_path, monkeypatch):
+# Breaks when an example of a document no longer runs, or a document loses its examples. Blocks of one document share
+# one namespace, in order.
+@pytest.mark.parametrize("document", ["README.md", "docs/python.md", "docs/files.md", "docs/methods.md"])
+def test_blocks_run(root, tmp_path, monkeypatch, document):
     monkeypatch.setenv("MPLBACKEND", "Agg")
     # Examples name files relative to the repository and write beside them: run them in a copy of its outline.
     for name in ("examples", "docs", "benchmarks"):
         if (root / name).exists():
             (tmp_path / name).symlink_to(root / name)
     monkeypatch.chdir(tmp_path)
-    namespace = {"__name__": "readme"}
-    for line, source in check_docs.python_blocks(root / "README.md"):
-        # Blank lines in front give a failure the line numbers of the README.
-        exec(compile("\n" * (line - 1) + source, str(root / "README.md"), "exec"), namespace)
-
-
-# Breaks when the README loses its example in Python, which would leave the test above empty.
-def test_readme_has_python(root):
-    assert check_docs.python_blocks(root / "README.md")
+    namespace = {"__name__": "document"}
+    blocks = check_docs.python_blocks(root / document)
+    assert blocks
+    for line, source in blocks:
+        # Blank lines in front give a failure the line numbers of the document.
+        exec(compile("\n" * (line - 1) + source, str(root / document), "exec"), namespace)
 
 
 # Breaks when the checker of links misses one: then the first test proves nothing.

@@ -41,7 +41,9 @@ def products(draw):
             bounds[draw(st.integers(0, len(bounds) - 1)), 1] = np.inf
             cones.append(amontons.Interval(bounds[:, 0], bounds[:, 1]))
         else:
-            cones.append({"free": amontons.Free, "nonnegative": amontons.NonNegative}[kind](draw(st.integers(1, 3))))
+            cones.append(
+                {"free": amontons.Free, "nonnegative": amontons.NonNegative}[kind](draw(st.integers(1, 3)))
+            )
     rows = sum(cone.rows for cone in cones)
     return cones, np.array(draw(st.lists(components, min_size=rows, max_size=rows)))
 
@@ -73,7 +75,9 @@ def test_friction_in_the_frame_of_its_boundary(mu, ray, normal, angle):
         return
     x = np.array([ray * c - abs(normal) * s, *(t * direction)])
     p = project([amontons.Friction([mu])], x)
-    assert np.allclose(p, max(ray, 0) * np.array([c, *(s * direction)]), rtol=0, atol=1e-14 * (1 + np.abs(x).sum()))
+    assert np.allclose(
+        p, max(ray, 0) * np.array([c, *(s * direction)]), rtol=0, atol=1e-14 * (1 + np.abs(x).sum())
+    )
 
 
 def test_thousands_of_random_projections_at_once():

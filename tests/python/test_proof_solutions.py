@@ -43,12 +43,20 @@ def random_problem(rng, bodies, mu, kinds, compliance, speculative):
     roots = rng.normal(size=(bodies, 3, 3))
     inertia = inverse_mass[:, None, None] * (roots @ roots.transpose(0, 2, 1) / 3 + 0.1 * np.eye(3))
     A = amontons.Factored(
-        inverse_mass, inertia, body_a, body_b, jacobian_a, jacobian_b, compliance=np.full(len(body_a), compliance)
+        inverse_mass,
+        inertia,
+        body_a,
+        body_b,
+        jacobian_a,
+        jacobian_b,
+        compliance=np.full(len(body_a), compliance),
     )
     b = A.jacobian() @ rng.normal(size=6 * bodies)
     b[: 3 * len(mu) : 3] += speculative * rng.integers(0, 2, len(mu))
     cones = [amontons.Friction(mu)] if len(mu) else []
-    cones += [[amontons.Free(1), amontons.NonNegative(1), amontons.Interval(-0.3, 0.2)][kind] for kind in kinds]
+    cones += [
+        [amontons.Free(1), amontons.NonNegative(1), amontons.Interval(-0.3, 0.2)][kind] for kind in kinds
+    ]
     return amontons.Problem(A, b, cones)
 
 
@@ -71,8 +79,12 @@ def reference(problem, b):
     A = problem.A.to_sparse()
     diagonal = np.maximum(A.diagonal(), 1e-12)
     try:
-        _, value = minimise(A, b, problem.cones)
+        x, value = minimise(A, b, problem.cones)
     except ArithmeticError:
+        return None, None
+    if (
+        np.abs(x).max() > 1e5
+    ):  # it ran off along a direction with A d = 0, whose b'd = 0 it takes for negative
         return None, None
     return value, max(abs(value), 1e-3 * np.sum(b**2 / diagonal), 1e-3)  # Clarabel stops at a gap of 1e-10
 
@@ -80,7 +92,7 @@ def reference(problem, b):
 # The methods that must solve everything: any rank, any friction, any cones. Breaks for a wrong solution as well as for one
 # that is not reached. Where bodies are over-constrained a tiny mu still matters, as x_n may grow like 1 / mu: Clarabel is
 # no reference below 1e-3.
-@settings(max_examples=800)
+@settings(max_examples=800, derandomize=True)
 @given(problems(st.one_of(st.sampled_from(MU), st.floats(1e-3, 10))))
 def test_second_order_methods_find_the_minimum(problem):
     value, size = reference(problem, problem.b)
@@ -94,7 +106,7 @@ def test_second_order_methods_find_the_minimum(problem):
 
 # Under coulomb a solution x solves the convex problem whose b holds the De Saxce term of x: Clarabel must not find less.
 # No method is sure to converge there; the worst that over-constrained bodies with much friction may leave is bounded.
-@settings(max_examples=500)
+@settings(max_examples=500, derandomize=True)
 @given(problems(st.one_of(st.sampled_from([0.0, 0.3, 1.0]), st.floats(1e-3, 1))))
 def test_coulomb_solutions_solve_their_own_convex_problem(problem):
     s = problem.solve(law="coulomb", tolerance=1e-9)
@@ -109,7 +121,12 @@ def test_coulomb_converges_nearly_always():
     for _ in range(200):
         mu = rng.choice([0, 0.3, 0.6, 1], rng.integers(1, 11))
         problem = random_problem(
-            rng, int(rng.integers(1, 7)), mu, rng.integers(0, 3, rng.integers(0, 5)), rng.choice([0, 0, 1e-3]), 0.5
+            rng,
+            int(rng.integers(1, 7)),
+            mu,
+            rng.integers(0, 3, rng.integers(0, 5)),
+            rng.choice([0, 0, 1e-3]),
+            0.5,
         )
         s = problem.solve(law="coulomb", tolerance=1e-9)
         failures += not s.converged
@@ -161,7 +178,7 @@ def test_other_methods_find_the_minimum(method, tolerance, failures):
 
 
 # A random dense matrix of low rank without bodies: impulse space. b in the range of A keeps it bounded.
-@settings(max_examples=300)
+@settings(max_examples=300, derandomize=True)
 @given(st.integers(0, 10**6), st.integers(1, 8), st.integers(1, 24))
 def test_dense_matrices_of_low_rank(seed, contacts, rank):
     rng = np.random.default_rng(seed)

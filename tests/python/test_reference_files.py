@@ -8,7 +8,9 @@ import pytest
 from problems import DATA, read_quietly, real_file, references
 
 FILES = sorted(path.name for path in DATA.glob("fclib/*.hdf5"))
-MISSING = f"no real problem files in {DATA / 'fclib'}; set AMONTONS_DATA to the folder that holds fclib and chrono"
+MISSING = (
+    f"no real problem files in {DATA / 'fclib'}; set AMONTONS_DATA to the folder that holds fclib and chrono"
+)
 needs_files = pytest.mark.skipif(not FILES, reason=MISSING)
 
 # Nothing here measures time; the deadline keeps a file that stalls from holding up the tests.
@@ -28,13 +30,17 @@ def solved(law, tolerance):
 
 def unsolved(law, tolerance):
     return {
-        name: f"{s.status}, {s.residual:.1e}" for name, s in solved(law, tolerance).items() if s.residual > tolerance
+        name: f"{s.status}, {s.residual:.1e}"
+        for name, s in solved(law, tolerance).items()
+        if s.residual > tolerance
     }
 
 
 # Breaks when a residual is reported that the residual function does not confirm.
 @needs_files
-@pytest.mark.parametrize(("law", "tolerance"), [("associated", 1e-4), ("associated", 1e-8), ("coulomb", 1e-6)])
+@pytest.mark.parametrize(
+    ("law", "tolerance"), [("associated", 1e-4), ("associated", 1e-8), ("coulomb", 1e-6)]
+)
 def test_reported_residuals_are_true(law, tolerance):
     for name, s in solved(law, tolerance).items():
         assert s.residual == pytest.approx(problem_of(name).residual(s.x, law=law), rel=1e-6, abs=1e-15), name
@@ -85,7 +91,9 @@ def coulomb_errors(problem, s):
     x, u, mu = s.x[:contacts].reshape(-1, 3), s.u[:contacts].reshape(-1, 3), problem.mu
     x_t, u_t = np.hypot(x[:, 1], x[:, 2]), np.hypot(u[:, 1], u[:, 2])
     impulse, velocity = np.abs(x).max(), np.abs(problem.b).max()
-    work = mu * x[:, 0] * u_t + x[:, 1] * u[:, 1] + x[:, 2] * u[:, 2]  # zero when friction opposes the slip with mu x_n
+    work = (
+        mu * x[:, 0] * u_t + x[:, 1] * u[:, 1] + x[:, 2] * u[:, 2]
+    )  # zero when friction opposes the slip with mu x_n
     return {
         "cone": np.max(x_t - mu * x[:, 0], initial=0) / impulse,
         "penetration": np.max(-u[:, 0], initial=0) / velocity,

@@ -89,7 +89,8 @@ def _curves(products: Axes, time: Axes, run: Run) -> Any:
     colour, line = STYLES.get(run.method, ("#444444", "-."))
     best = np.maximum(history["best_residual"], FLOOR)
     current = np.maximum(history["residual"], FLOOR)
-    for axes, x in ((products, history["products"]), (time, 1e3 * history["time"])):
+    # The start has no product yet: it is drawn at a half, which a logarithmic axis can show.
+    for axes, x in ((products, np.maximum(history["products"], 0.5)), (time, 1e3 * history["time"])):
         axes.plot(x, current, color=colour, linestyle=line, linewidth=0.6, alpha=0.35)
         (handle,) = axes.plot(x, best, color=colour, linestyle=line, linewidth=1.6)
         axes.plot(x[-1:], best[-1:], color=colour, marker="o", markersize=3)
