@@ -47,10 +47,9 @@ Solution automatic(const Problem& problem, const Options& options) {
     if (!options.x0.empty()) phases.push_back({spg, warm_iterations});
     phases.push_back({interior_point});
     if (options.law == Law::coulomb) phases.push_back({newton, 0, true});
-    phases.push_back({spg});
     why = std::string("A is small enough to factor; the order is ") +
-          (options.x0.empty() ? "" : "p-spg-fb from the warm start, ") + "interior-point, " +
-          (options.law == Law::coulomb ? "newton, " : "") + "p-spg-fb";
+          (options.x0.empty() ? "" : "p-spg-fb from the warm start, ") + "interior-point" +
+          (options.law == Law::coulomb ? ", newton" : "");
   }
   Solution s = run_phases(problem, options, phases);
   s.reason = "auto picked " + s.method + ": " + why;

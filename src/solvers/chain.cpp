@@ -1,6 +1,7 @@
 #include "amontons/solvers/chain.hpp"
 
 #include <algorithm>
+#include <limits>
 
 namespace amontons {
 
@@ -25,11 +26,10 @@ Solution run_phases(const Problem& problem, const Options& options, const std::v
     Options o = options;
     if (k > 0 && !phases[k].afresh) o.x0 = total.x;
     o.deadline = options.deadline - total.time;
+    const std::size_t left = options.max_iterations ? options.max_iterations - total.iterations
+                                                    : std::numeric_limits<std::size_t>::max();
     o.max_iterations = phases[k].iterations;
-    if (options.max_iterations) {
-      const std::size_t left = options.max_iterations - total.iterations;
-      o.max_iterations = phases[k].iterations ? std::min(left, phases[k].iterations) : left;
-    }
+    if (options.max_iterations) o.max_iterations = o.max_iterations ? std::min(left, o.max_iterations) : left;
     if (options.callback)
       o.callback = [&](IterationRecord record) {
         record.iteration += total.iterations, record.products += total.products, record.time += total.time;
@@ -46,6 +46,8 @@ Solution run_phases(const Problem& problem, const Options& options, const std::v
     total.status = total.residual <= options.tolerance ? Status::converged : part.status;
     if (total.status == Status::converged && total.residual > options.tolerance)
       total.status = Status::stalled;
+    // The limit of a phase is none of the caller's: after the last phase it means that nothing more helps.
+    if (total.status == Status::iteration_limit && part.iterations < left) total.status = Status::stalled;
     total.iterations += part.iterations;
     total.products += part.products;
     total.factorizations += part.factorizations;
@@ -56,6 +58,9 @@ Solution run_phases(const Problem& problem, const Options& options, const std::v
         total.time >= options.deadline)
       break;
   }
+  // The limit of the last phase is not the caller's: there is nothing left to try.
+  if (total.status == Status::iteration_limit && total.iterations < options.max_iterations)
+    total.status = Status::stalled;
   return total;
 }
 

@@ -25,9 +25,9 @@ using Vector = std::vector<double>;
 
 constexpr double proximal = 1e-9;   // delta / P of bilateral rows
 constexpr double fraction = 0.995;  // of the way to the boundary
-// Newton iterations of the crossover under coulomb: the path may end away from any solution, and then more
-// are in vain.
-constexpr std::size_t coulomb_crossover = 12;
+// Iterations of the crossover. Under coulomb fewer of Newton's: the path may end away from any solution, and
+// then more are in vain.
+constexpr std::size_t newton_iterations = 30, coulomb_newton_iterations = 12, first_order_iterations = 20000;
 constexpr double lost_path = 1e4;  // growth over the best residual that ends the path
 constexpr double flat_mu = 1e-9;   // below, a friction cone is the half-line along its normal
 
@@ -356,10 +356,14 @@ Solution central_path(const Problem& problem, const Options& options) {
 }  // namespace
 
 // Contacts between two faces (sliding and sticking, open and closed) hold the central path at sqrt(eps) of
-// the solution. From there the semismooth Newton method identifies the faces and goes on to the last digits.
+// the solution. From there the semismooth Newton method identifies the faces and goes on to the last digits;
+// where it cannot, P-SPG-FB does.
 Solution interior_point(const Problem& problem, const Options& options) {
-  const std::size_t crossover = options.law == Law::coulomb ? coulomb_crossover : 0;
-  Solution s = run_phases(problem, options, {{central_path}, {newton, crossover}});
+  const bool coulomb = options.law == Law::coulomb;
+  Solution s = run_phases(problem, options,
+                          {{central_path},
+                           {newton, coulomb ? coulomb_newton_iterations : newton_iterations},
+                           {spg, first_order_iterations}});
   s.method = "interior-point";
   return s;
 }

@@ -1,4 +1,4 @@
-"""Clarabel as the independent solver: the convex problem of the associated law, and projections, as conic programs."""
+"""Clarabel as the independent solver: the associated law, and projections, as conic programs."""
 
 from collections import Counter
 

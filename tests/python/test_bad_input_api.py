@@ -98,7 +98,7 @@ def test_matrix_vector_and_cones(arguments, message):
         ({"method": "cg"}, "cg.*bilateral"),
         ({"method": "minres"}, "minres.*bilateral"),
         ({"method": "apgd", "omega": 1.0}, "unknown option 'omega' of method 'apgd'; its options are: none"),
-        ({"method": "p-spg-fb", "rho": 1.0}, "its options are: alpha_min, alpha_max, .*tau_g"),
+        ({"method": "p-spg-fb", "rho": 1.0}, "its options are: alpha_min, alpha_max, .*gamma"),
         ({"relaxation": 1.0}, "unknown option 'relaxation' of method 'auto'"),
         ({"method": "gauss-seidel", "omega": 2.5}, "omega = 2.5.*0 < omega < 2"),
         ({"method": "gauss-seidel", "omega": "x"}, "omega = 'x'; it must be a number"),

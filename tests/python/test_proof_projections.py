@@ -58,7 +58,8 @@ def test_projection_is_the_nearest_point(case):
         reject()
 
 
-# Points on the borders between the regions, where a wrong comparison shows: the boundary ray, its normal, the axis.
+# Points on the borders between the regions, where a wrong comparison shows: the boundary ray, its normal,
+# the axis.
 @settings(max_examples=300)
 @given(
     mu=st.one_of(st.floats(0, 10), st.sampled_from([0.0, 1e-12, 1e8])),

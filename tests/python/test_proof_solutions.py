@@ -1,4 +1,4 @@
-"""Solutions of random problems against Clarabel: bodies with more constraints than they have freedoms, all cones."""
+"""Solutions of random problems against Clarabel: all cones, more constraints than there are freedoms."""
 
 from collections import Counter
 
@@ -15,8 +15,8 @@ MU = [0.0, 0.1, 0.3, 0.6, 1.0, 3.0, 10.0]
 def random_problem(rng, bodies, mu, kinds, compliance, speculative):
     """Rows between random bodies or a body and the world, all touching in random directions.
 
-    mu: one contact each. kinds: one joint row each, 0 free, 1 unilateral, 2 bounded. b = D v + c with c_n >= 0, so that
-    A d = 0 implies b'd >= 0 for every d in K: the problem is bounded, whatever the rank of A.
+    mu: one contact each. kinds: one joint row each, 0 free, 1 unilateral, 2 bounded. b = D v + c, c_n >= 0,
+    so that A d = 0 implies b'd >= 0 for every d in K: the problem is bounded, whatever the rank of A.
     """
     body_a, body_b, jacobian_a, jacobian_b = [], [], [], []
 
@@ -89,9 +89,9 @@ def reference(problem, b):
     return value, max(abs(value), 1e-3 * np.sum(b**2 / diagonal), 1e-3)  # Clarabel stops at a gap of 1e-10
 
 
-# The methods that must solve everything: any rank, any friction, any cones. Breaks for a wrong solution as well as for one
-# that is not reached. Where bodies are over-constrained a tiny mu still matters, as x_n may grow like 1 / mu: Clarabel is
-# no reference below 1e-3.
+# The methods that must solve everything: any rank, any friction, any cones. Breaks for a wrong solution as
+# well as for one that is not reached. Where bodies are over-constrained a tiny mu still matters, as x_n may
+# grow like 1 / mu: Clarabel is no reference below 1e-3.
 @settings(max_examples=800, derandomize=True)
 @given(problems(st.one_of(st.sampled_from(MU), st.floats(1e-3, 10))))
 def test_second_order_methods_find_the_minimum(problem):
@@ -104,8 +104,9 @@ def test_second_order_methods_find_the_minimum(problem):
         assert abs(s.objective - value) <= 1e-6 * size
 
 
-# Under coulomb a solution x solves the convex problem whose b holds the De Saxce term of x: Clarabel must not find less.
-# No method is sure to converge there; the worst that over-constrained bodies with much friction may leave is bounded.
+# Under coulomb a solution x solves the convex problem whose b holds the De Saxce term of x: Clarabel must
+# not find less. No method is sure to converge there; the worst that over-constrained bodies with much
+# friction may leave is bounded.
 @settings(max_examples=500, derandomize=True)
 @given(problems(st.one_of(st.sampled_from([0.0, 0.3, 1.0]), st.floats(1e-3, 1))))
 def test_coulomb_solutions_solve_their_own_convex_problem(problem):
@@ -146,8 +147,8 @@ def check_coulomb(problem, s):
     assert abs(objective - value) <= 1e-6 * size
 
 
-# First-order methods, ADMM and the bare Newton method may give up on a hard problem, but rarely, and never with a claim
-# that is wrong: what they call converged has the residual and the objective of a solution.
+# First-order methods, ADMM and the bare Newton method may give up on a hard problem, but rarely, and never
+# with a claim that is wrong: what they call converged has the residual and the objective of a solution.
 @pytest.mark.parametrize(
     ("method", "tolerance", "failures"),
     [("p-spg-fb", 1e-6, 0.03), ("admm", 1e-8, 0.03), ("newton", 1e-8, 0.03), ("apgd", 1e-6, 0.05)],

@@ -1,4 +1,4 @@
-"""The real problem files: what auto must reach on them, against references found by an independent interior point."""
+"""The real problem files: what auto must reach on them, against references of an independent solver."""
 
 from functools import cache
 
@@ -58,8 +58,8 @@ def test_associated_to_1e_8_on_at_least_50():
     assert len(unsolved("associated", 1e-8)) <= 6, unsolved("associated", 1e-8)
 
 
-# The objective within 1e-6 relative of the reference, where the reference itself is known to 1e-8; never above it by
-# more, below it where the reference was not converged.
+# The objective within 1e-6 relative of the reference, where the reference itself is known to 1e-8; never
+# above it by more, below it where the reference was not converged.
 @needs_files
 def test_objectives_agree_with_the_references():
     known = references("fclib")
@@ -102,7 +102,7 @@ def coulomb_errors(problem, s):
     }
 
 
-# Coulomb's law itself, written without the natural map: no penetration, complementarity, greatest dissipation.
+# Coulomb's law itself, without the natural map: no penetration, complementarity, greatest dissipation.
 @needs_files
 def test_coulomb_conditions_hold():
     for name, s in solved("coulomb", 1e-6).items():
@@ -137,7 +137,8 @@ def test_full_size_steps(name, law, tolerance):
     assert problem.residual(s.x, law=law) <= tolerance * (1 + 1e-9)
 
 
-# The interior point reaches 1e-8 on every one; where its objective is lower than the best known, it is a better answer.
+# The interior point reaches 1e-8 on every one; where its objective is lower than the best known, it is a
+# better answer.
 @pytest.mark.parametrize("name", ["B1_s30", "B3_s10", "B3T_s10", "B4_s60", "B4_impact+5"])
 def test_interior_point_on_full_size_steps(name):
     problem = step(name)
