@@ -2,27 +2,18 @@
 // then subtract L L' from the columns right of it in register tiles of 16 x 4.
 #include "front_kernel.hpp"
 
+#include "../base/native_vector.hpp"
+
 namespace amontons::AMONTONS_ISA {
 
 namespace {
-
-#if defined(__AVX512F__)
-constexpr int width = 8;
-#elif defined(__AVX2__)
-constexpr int width = 4;
-#else
-constexpr int width = 2;
-#endif
-// A register of the instruction set. GCC turns wider vectors into code through memory: eight-lane vectors
-// took three times as long with AVX2.
-typedef double Vec __attribute__((vector_size(8 * width), aligned(8), may_alias));
 
 inline double square_root(double x) { return __builtin_sqrt(x); }
 
 // y[0..n) -= a x[0..n)
 inline void subtract_scaled(double* __restrict y, const double* __restrict x, double a, int n) {
   int i = 0;
-  for (; i + width <= n; i += width) *(Vec*)(y + i) -= a * *(const Vec*)(x + i);
+  for (; i + width <= n; i += width) *(LooseVec*)(y + i) -= a * *(const LooseVec*)(x + i);
   for (; i < n; ++i) y[i] -= a * x[i];
 }
 
@@ -48,17 +39,17 @@ template <int rows>
 inline void tile(double* C, int stride, const double* L, const double* B, int depth) {
   constexpr int registers = rows > width ? 2 : 1, step = registers * width;
   for (int r = 0; r < rows; r += step) {
-    Vec c[4][registers];
+    LooseVec c[4][registers];
     for (int j = 0; j < 4; ++j)
-      for (int i = 0; i < registers; ++i) c[j][i] = *(const Vec*)(C + (long)j * stride + r + i * width);
+      for (int i = 0; i < registers; ++i) c[j][i] = *(const LooseVec*)(C + (long)j * stride + r + i * width);
     const double *l = L + r, *b = B;
     for (int k = 0; k < depth; ++k, l += stride, b += 4)
       for (int i = 0; i < registers; ++i) {
-        const Vec column = *(const Vec*)(l + i * width);
+        const LooseVec column = *(const LooseVec*)(l + i * width);
         for (int j = 0; j < 4; ++j) c[j][i] -= column * b[j];
       }
     for (int j = 0; j < 4; ++j)
-      for (int i = 0; i < registers; ++i) *(Vec*)(C + (long)j * stride + r + i * width) = c[j][i];
+      for (int i = 0; i < registers; ++i) *(LooseVec*)(C + (long)j * stride + r + i * width) = c[j][i];
   }
 }
 
@@ -128,7 +119,8 @@ void panel_backward(const double* L, int front, int columns, double* own, const 
     int i = 0;
     for (; i + 8 <= rest; i += 8)
       for (int q = 0; q < 8; q += width)
-        *(Vec*)(lanes + q) += *(const Vec*)(L + columns + i + q) * *(const Vec*)(below + i + q);
+        *(LooseVec*)(lanes + q) +=
+            *(const LooseVec*)(L + columns + i + q) * *(const LooseVec*)(below + i + q);
     double sum =
         ((lanes[0] + lanes[1]) + (lanes[2] + lanes[3])) + ((lanes[4] + lanes[5]) + (lanes[6] + lanes[7]));
     for (; i < rest; ++i) sum += L[columns + i] * below[i];

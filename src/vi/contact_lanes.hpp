@@ -3,22 +3,14 @@
 #pragma once
 #include <cstdint>
 
+#include "../base/native_vector.hpp"
+
 #if defined(__SSE2__)
 #include <immintrin.h>
 #endif
 
 namespace amontons::AMONTONS_ISA {
 namespace {
-
-#if defined(__AVX512F__)
-constexpr int width = 8;
-#elif defined(__AVX2__)
-constexpr int width = 4;
-#else
-constexpr int width = 2;
-#endif
-
-using Vec = double __attribute__((vector_size(8 * width), may_alias));
 
 #define AMONTONS_INLINE inline __attribute__((always_inline))
 

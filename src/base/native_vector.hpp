@@ -1,0 +1,21 @@
+// Private to *.isa.cpp: a register of doubles of the instruction set that the file is compiled for. GCC 12
+// turns wider vectors into code through memory (eight lanes took three times as long with AVX2). Everything
+// lives in the namespace of the instruction set, so that no two variants share a symbol.
+#pragma once
+
+namespace amontons::AMONTONS_ISA {
+namespace {
+
+#if defined(__AVX512F__)
+constexpr int width = 8;
+#elif defined(__AVX2__)
+constexpr int width = 4;
+#else
+constexpr int width = 2;
+#endif
+
+using Vec = double __attribute__((vector_size(8 * width), may_alias));                   // in aligned memory
+using LooseVec = double __attribute__((vector_size(8 * width), aligned(8), may_alias));  // anywhere
+
+}  // namespace
+}  // namespace amontons::AMONTONS_ISA
