@@ -5,7 +5,7 @@
 literal_summary.csv: how often and how far the objective rises, whether the residual of the vector that would
 be returned falls. literal_fallback.csv: that vector, x_FB, after so many iterations. literal_curves.csv:
 objective and residual of the iterates on two walls, thinned. literal_bilateral.csv: products and time to 1e-3
-and 1e-6 of both variants, CG and MINRES on a network of joints. literal.png draws all of it. Where the data
+and 1e-6 of both variants, CG and MINRES on a network of joints. paper.png draws all of it. Where the data
 folder is absent, the problems that ship with the repository stand in.
 """
 
@@ -157,7 +157,7 @@ def main() -> None:
     write_csv(options.out / "literal_fallback.csv", [row for t in traces for row in t.returned])
     write_csv(options.out / "literal_summary.csv", summaries)
     write_csv(options.out / "literal_bilateral.csv", rows)
-    draw(options.figures / "literal.png", walls, network, histories)
+    draw(options.figures / "paper.png", walls, network, histories)
     for row in summaries:
         print(
             f"literal: {row['problem']}: the objective rises in {row['rises']} of {row['iterations']} "

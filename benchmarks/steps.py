@@ -9,6 +9,8 @@ one core.
 
 from __future__ import annotations
 
+import shutil
+import tempfile
 from dataclasses import dataclass
 from pathlib import Path
 from statistics import median
@@ -134,8 +136,11 @@ def compare_methods(problems: dict[str, amontons.Problem], quick: bool, out: Pat
                 scene, problems[scene], [method], law=law, tolerance=METHODS_TOLERANCE, deadline=deadline
             )
         rows += [method_row(run, law) for run in runs]
-        (drawn,) = convergence_figures(runs, figures, tolerance=METHODS_TOLERANCE, law=law)
-        shrink(drawn.replace(figures / f"methods-{law}.png"))
+        with (
+            tempfile.TemporaryDirectory() as folder
+        ):  # it has a name of its own, which figures/ may hold already
+            (drawn,) = convergence_figures(runs, Path(folder), tolerance=METHODS_TOLERANCE, law=law)
+            shrink(Path(shutil.copy(drawn, figures / f"methods-{law}.png")))
     write_csv(out / "methods.csv", rows)
 
 

@@ -109,7 +109,7 @@ TEST(deadline) {
 
 // Breaks when a solve that cannot improve runs for ever: tolerances below rounding.
 TEST(stalled) {
-  const Problem contacts = small::stack(2, 2, 0.05), joints = small::chain(5);
+  const Problem contacts = small::world_contacts(2), joints = small::chain(2);
   for (std::string_view method : method_names())
     for (Law law : laws) {
       // Projected Jacobi and Gauss-Seidel creep on for ever on a stack.
@@ -209,7 +209,7 @@ TEST(feasible_problems_are_never_called_infeasible) {
   for (const small::Case& c : cases)
     for (std::string_view method : method_names())
       for (Law law : laws)
-        for (std::size_t limit : {1, 5, 50}) {
+        for (std::size_t limit : {1, 20}) {
           if (is_linear_only(method)) continue;
           Options options;
           options.law = law;
