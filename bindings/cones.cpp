@@ -20,8 +20,8 @@ void bind_cones(nb::module_& m) {
           "project",
           [](const ConeProduct& K, Vector x) {
             AMONTONS_REQUIRE(x.shape(0) == K.rows(), "project: x has " + std::to_string(x.shape(0)) +
-                                                " entries but the cones have " + std::to_string(K.rows()) +
-                                                " rows");
+                                                         " entries but the cones have " +
+                                                         std::to_string(K.rows()) + " rows");
             std::vector<double> out(K.rows());
             project(K, view(x), out);
             return to_numpy(std::move(out));
@@ -31,8 +31,8 @@ void bind_cones(nb::module_& m) {
           "distance",
           [](const ConeProduct& K, Vector x) {
             AMONTONS_REQUIRE(x.shape(0) == K.rows(), "distance: x has " + std::to_string(x.shape(0)) +
-                                                " entries but the cones have " + std::to_string(K.rows()) +
-                                                " rows");
+                                                         " entries but the cones have " +
+                                                         std::to_string(K.rows()) + " rows");
             return distance(K, view(x));
           },
           nb::arg("x"), "Euclidean distance to the product.");

@@ -37,7 +37,8 @@ struct PythonProduct {
                        std::to_string(x.size()) + " rows");
     for (std::size_t i = 0; i < y.size(); ++i) {
       y[i] = values.data()[i];
-      AMONTONS_REQUIRE(std::isfinite(y[i]), "A: entry " + std::to_string(i) + " of a product A x is not finite");
+      AMONTONS_REQUIRE(std::isfinite(y[i]),
+                       "A: entry " + std::to_string(i) + " of a product A x is not finite");
     }
   }
 
@@ -79,9 +80,9 @@ BodyOperator bodies_of(const Vector& inverse_mass, const Matrix& inverse_inertia
                        const Vector& compliance) {
   const std::size_t m = body_a.shape(0);
   AMONTONS_REQUIRE(body_b.shape(0) == m && jacobian_a.shape(0) == m && jacobian_b.shape(0) == m &&
-              compliance.shape(0) == m && jacobian_a.shape(1) == 6 && jacobian_b.shape(1) == 6 &&
-              inverse_inertia.shape(1) == 6 && inverse_inertia.shape(0) == inverse_mass.shape(0),
-          "rows: the arrays differ in length");
+                       compliance.shape(0) == m && jacobian_a.shape(1) == 6 && jacobian_b.shape(1) == 6 &&
+                       inverse_inertia.shape(1) == 6 && inverse_inertia.shape(0) == inverse_mass.shape(0),
+                   "rows: the arrays differ in length");
   BodyOperator op;
   op.inverse_mass = inverse_mass_of(inverse_mass, inverse_inertia);
   op.jacobian.reserve(m);
@@ -97,8 +98,9 @@ OperatorHandle contacts(Vector inverse_mass, Matrix inverse_inertia, IndexVector
                         Vector joint_compliance) {
   const std::size_t n = body_a.shape(0);
   AMONTONS_REQUIRE(body_b.shape(0) == n && r_a.shape(0) == n && r_b.shape(0) == n && normal.shape(0) == n &&
-              compliance.shape(0) == n && r_a.shape(1) == 3 && r_b.shape(1) == 3 && normal.shape(1) == 3,
-          "contacts: the arrays differ in length");
+                       compliance.shape(0) == n && r_a.shape(1) == 3 && r_b.shape(1) == 3 &&
+                       normal.shape(1) == 3,
+                   "contacts: the arrays differ in length");
   ContactOperator op;
   op.contacts.reserve(n);
   for (std::size_t c = 0; c < n; ++c)
@@ -161,8 +163,8 @@ void bind_operators(nb::module_& m) {
           "product",
           [](const OperatorHandle& h, Vector x) {
             const std::size_t n = rows(h.get());
-            AMONTONS_REQUIRE(x.shape(0) == n, "A x: x has " + std::to_string(x.shape(0)) + " entries but A has " +
-                                         std::to_string(n) + " rows");
+            AMONTONS_REQUIRE(x.shape(0) == n, "A x: x has " + std::to_string(x.shape(0)) +
+                                                  " entries but A has " + std::to_string(n) + " rows");
             std::vector<double> y(n);
             {
               nb::gil_scoped_release release;

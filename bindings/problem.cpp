@@ -9,8 +9,8 @@ namespace {
 
 void require_rows(const Problem& problem, const Vector& x, const char* name) {
   AMONTONS_REQUIRE(x.shape(0) == problem.rows(), std::string(name) + " has " + std::to_string(x.shape(0)) +
-                                            " entries but the problem has " + std::to_string(problem.rows()) +
-                                            " rows");
+                                                     " entries but the problem has " +
+                                                     std::to_string(problem.rows()) + " rows");
 }
 
 std::shared_ptr<Problem> make(OperatorHandle& A, Vector b, const ConeProduct& K) {

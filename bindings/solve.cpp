@@ -41,8 +41,8 @@ std::shared_ptr<Solution> run(const Problem& problem, const std::string& method,
     options.x0 = view(*x0);
     // The core takes an empty x0 for none; here none was given.
     AMONTONS_REQUIRE(x0->shape(0) == problem.rows(), "x0 has " + std::to_string(x0->shape(0)) +
-                                                " entries but the problem has " +
-                                                std::to_string(problem.rows()) + " rows");
+                                                         " entries but the problem has " +
+                                                         std::to_string(problem.rows()) + " rows");
   }
   if (!callback.is_none())
     options.callback = [&callback](const IterationRecord& record) { return call_back(callback, record); };

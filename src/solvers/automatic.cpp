@@ -15,6 +15,8 @@ constexpr std::size_t largest_factor = 5000;
 constexpr double factored_cost = 5e-5;
 // First-order iterations from a warm start, before anything is factored.
 constexpr std::size_t warm_iterations = 200;
+// Sweeps of Gauss-Seidel at the end under coulomb: slow, but it settles contacts with large mu one by one.
+constexpr std::size_t last_sweeps = 5000;
 
 // The unknowns of a factorisation: bodies or blocks.
 std::size_t factor_nodes(const Problem& problem) {
@@ -46,10 +48,13 @@ Solution automatic(const Problem& problem, const Options& options) {
   } else {
     if (!options.x0.empty()) phases.push_back({spg, warm_iterations});
     phases.push_back({interior_point});
-    if (options.law == Law::coulomb) phases.push_back({newton, 0, true});
+    if (options.law == Law::coulomb) {
+      phases.push_back({newton, 0, true});
+      phases.push_back({gauss_seidel, last_sweeps, true});
+    }
     why = std::string("A is small enough to factor; the order is ") +
           (options.x0.empty() ? "" : "p-spg-fb from the warm start, ") + "interior-point" +
-          (options.law == Law::coulomb ? ", newton" : "");
+          (options.law == Law::coulomb ? ", newton, gauss-seidel" : "");
   }
   Solution s = run_phases(problem, options, phases);
   s.reason = "auto picked " + s.method + ": " + why;

@@ -213,11 +213,12 @@ Solution newton(const Problem& problem, const Options& options) {
   best = x;
   Status status;
   std::size_t burst = shortest_burst;
+  bool interrupted = false;
   for (;;) {
     const auto stop = monitor.observe(r, objective(problem, x, u));
     if (monitor.improved()) best = x;
-    if (stop) {
-      status = *stop;
+    if (stop || interrupted) {
+      status = stop ? *stop : Status::interrupted;
       break;
     }
     const double sigma = std::clamp(1e-3 * r, 1e-12, 1e-6);
@@ -234,7 +235,8 @@ Solution newton(const Problem& problem, const Options& options) {
     if (accepted) {
       burst = shortest_burst;
     } else {
-      first_order_phase(problem, options, burst, x, monitor);
+      const Status phase = first_order_phase(problem, options, burst, x, monitor);
+      interrupted = phase == Status::interrupted;
       burst = std::min(2 * burst, longest_burst);
       r = evaluate(problem, options.law, x, u, monitor) / scale;
     }

@@ -24,9 +24,9 @@ inline double objective(const Problem& problem, const std::vector<double>& x, co
   return f;
 }
 
-// At most so many iterations of P-SPG-FB from x, which becomes the best iterate found.
-inline void first_order_phase(const Problem& problem, const Options& options, std::size_t iterations,
-                              std::vector<double>& x, Monitor& monitor) {
+// At most so many iterations of P-SPG-FB from x, which becomes the best iterate found; why they ended.
+inline Status first_order_phase(const Problem& problem, const Options& options, std::size_t iterations,
+                                std::vector<double>& x, Monitor& monitor) {
   Options o = options;
   o.x0 = x;
   o.max_iterations = iterations;
@@ -36,6 +36,7 @@ inline void first_order_phase(const Problem& problem, const Options& options, st
   Solution s = spg(problem, o);
   monitor.products += s.products;
   x = std::move(s.x);
+  return s.status;
 }
 
 }  // namespace amontons

@@ -175,8 +175,7 @@ DirectionSums direction(const PassData& data, const Chunk& chunk, double alpha) 
   LaneSums<3> sums;
   for (std::size_t first = chunk.first_batch; first < chunk.last_batch; first += block) {
     const std::size_t last = end_of_block(chunk, first);
-    for (std::size_t i = first; i < last; ++i)
-      direction_of_batch<coulomb, compliant>(data, i, alpha, sums);
+    for (std::size_t i = first; i < last; ++i) direction_of_batch<coulomb, compliant>(data, i, alpha, sums);
     for (std::size_t i = first; i < last; ++i) {
       prefetch_batch(data, chunk, i, data.d);
       scatter_batch(data, i, data.d);

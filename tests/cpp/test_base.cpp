@@ -8,8 +8,8 @@
 
 using namespace amontons;
 
-// Breaks when AMONTONS_REQUIRE stops being the one way in which user errors become exceptions, or forms its message
-// although nothing is wrong.
+// Breaks when AMONTONS_REQUIRE stops being the one way in which user errors become exceptions, or forms its
+// message although nothing is wrong.
 TEST(require_throws_its_message) {
   int formed = 0;
   const auto message = [&] { return ++formed, std::string("mu[3] is negative"); };

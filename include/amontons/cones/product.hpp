@@ -12,9 +12,10 @@ namespace amontons {
 
 // Every set offers
 //   project(x, out)            out = Pi(x)
-//   natural_map(x, step, out)  out = x - Pi(x - step), formed without cancellation: where the trial point is inside, that
-//                              is `step` itself, however large x is. A method that lets impulses run off to 1e16 would
-//                              otherwise look converged because x - step rounds to x.
+//   natural_map(x, step, out)  out = x - Pi(x - step), formed without cancellation: where the trial point is
+//   inside, that
+//                              is `step` itself, however large x is. A method that lets impulses run off to
+//                              1e16 would otherwise look converged because x - step rounds to x.
 enum class ConeKind : unsigned char { free, nonnegative, interval, friction };
 
 // Consecutive blocks of one kind: blocks [block, block + count) cover rows from `row`; `param` is the index
