@@ -9,8 +9,8 @@ def test_documentation_holds(root):
     assert check_docs.faults(root) == []
 
 
-# Breaks when an example of a document no longer runs, or a document loses its examples. Blocks of one document
-# share one namespace, in order.
+# Breaks when an example of a document no longer runs, or a document loses its examples. Its blocks share one
+# namespace, in order.
 @pytest.mark.parametrize("document", ["README.md", "docs/python.md", "docs/files.md", "docs/methods.md"])
 def test_blocks_run(root, tmp_path, monkeypatch, document):
     monkeypatch.setenv("MPLBACKEND", "Agg")
