@@ -1,5 +1,5 @@
 // Private to *.isa.cpp: a register of doubles of the instruction set that the file is compiled for. GCC 12
-// turns wider vectors into code through memory (eight lanes took three times as long with AVX2). Everything
+// turns wider vectors into code through memory. Everything
 // lives in the namespace of the instruction set, so that no two variants share a symbol.
 #pragma once
 

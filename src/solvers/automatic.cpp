@@ -11,7 +11,7 @@ namespace {
 
 // Bodies, or rows of a matrix, that are factored without a thought.
 constexpr std::size_t largest_factor = 5000;
-// Seconds per block that an interior-point solve takes, with room: a wall of 8684 contacts takes 0.25 s.
+// Seconds per block that an interior-point solve takes, with room: a wall of 8684 contacts takes 0.3 s.
 constexpr double factored_cost = 5e-5;
 // First-order iterations from a warm start, before anything is factored.
 constexpr std::size_t warm_iterations = 200;
