@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "amontons/base/error.hpp"
+#include "amontons/solvers/options.hpp"
 #include "amontons/vi/operators.hpp"
 
 // The module amontons._core: a thin layer over the C++ types. The package in python/amontons converts what
@@ -26,6 +27,7 @@ using Vector = nb::ndarray<const double, nb::ndim<1>, nb::c_contig, nb::device::
 using Matrix = nb::ndarray<const double, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
 using IndexVector = nb::ndarray<const Index, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
 using OutVector = nb::ndarray<nb::numpy, double, nb::ndim<1>>;
+using OutMatrix = nb::ndarray<nb::numpy, double, nb::ndim<2>>;
 
 inline std::span<const double> view(const Vector& a) { return {a.data(), a.shape(0)}; }
 inline std::span<const Index> view(const IndexVector& a) { return {a.data(), a.shape(0)}; }
@@ -38,10 +40,26 @@ OutVector view_of(const std::vector<double>& values, const std::shared_ptr<Owner
   return OutVector(const_cast<double*>(values.data()), {values.size()}, capsule);
 }
 
-// A NumPy array that takes over a vector.
-inline OutVector to_numpy(std::vector<double> values) {
-  auto owner = std::make_shared<std::vector<double>>(std::move(values));
-  return view_of(*owner, owner);
+// A writable (rows, columns) array over memory that `owner` keeps alive.
+template <class T, class Owner>
+nb::ndarray<nb::numpy, T, nb::ndim<2>> matrix_view(T* data, std::size_t rows, std::size_t columns,
+                                                   const std::shared_ptr<Owner>& owner) {
+  auto* keep = new std::shared_ptr<Owner>(owner);
+  nb::capsule capsule(keep, [](void* p) noexcept { delete static_cast<std::shared_ptr<Owner>*>(p); });
+  return nb::ndarray<nb::numpy, T, nb::ndim<2>>(data, {rows, columns}, capsule);
+}
+
+// A NumPy array that takes over a vector, as (n,) or as rows of (n / columns, columns).
+template <class T>
+nb::ndarray<nb::numpy, T, nb::ndim<1>> to_numpy(std::vector<T> values) {
+  auto* owner = new std::vector<T>(std::move(values));
+  nb::capsule capsule(owner, [](void* p) noexcept { delete static_cast<std::vector<T>*>(p); });
+  return nb::ndarray<nb::numpy, T, nb::ndim<1>>(owner->data(), {owner->size()}, capsule);
+}
+template <class T>
+nb::ndarray<nb::numpy, T, nb::ndim<2>> to_numpy(std::vector<T> values, std::size_t columns) {
+  auto owner = std::make_shared<std::vector<T>>(std::move(values));
+  return matrix_view(owner->data(), owner->size() / columns, columns, owner);
 }
 
 // An operator on its way into a Problem, which takes it over without copying its arrays.
@@ -54,6 +72,8 @@ struct OperatorHandle {
     return op;
   }
 };
+
+const char* name_of(Status status);
 
 // Set while a solve runs on this thread: a Ctrl-C that lands inside a Python product is kept here until the
 // solver polls, since a product cannot return "stop".
@@ -69,5 +89,9 @@ void bind_problem(nb::module_& m);
 void bind_options(nb::module_& m);
 void bind_solution(nb::module_& m);
 void bind_solve(nb::module_& m);
+void bind_shapes(nb::module_& m);
+void bind_model(nb::module_& m);
+void bind_state(nb::module_& m);
+void bind_simulation(nb::module_& m);
 
 }  // namespace amontons::python

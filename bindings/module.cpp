@@ -10,4 +10,8 @@ NB_MODULE(_core, m) {
   bind_options(m);
   bind_solution(m);
   bind_solve(m);
+  bind_shapes(m);
+  bind_model(m);
+  bind_state(m);
+  bind_simulation(m);
 }

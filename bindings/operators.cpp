@@ -44,7 +44,7 @@ struct PythonProduct {
 
  private:
   nb::object call(std::span<const double> x) const {
-    const nb::object argument = nb::cast(to_numpy({x.begin(), x.end()}));
+    const nb::object argument = nb::cast(to_numpy(std::vector<double>(x.begin(), x.end())));
     try {
       return function(argument);
     } catch (nb::python_error& error) {

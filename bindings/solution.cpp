@@ -3,8 +3,6 @@
 
 namespace amontons::python {
 
-namespace {
-
 const char* name_of(Status status) {
   switch (status) {
     case Status::converged:
@@ -22,6 +20,8 @@ const char* name_of(Status status) {
   }
   return "stalled";
 }
+
+namespace {
 
 // The history as raw bytes of IterationRecord; the package views it as a structured array.
 nb::ndarray<nb::numpy, std::uint8_t, nb::ndim<1>> history_of(const std::shared_ptr<Solution>& s) {

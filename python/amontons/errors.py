@@ -4,8 +4,20 @@ from ._core import InputError as InputError
 
 
 class FileError(InputError):
-    """A file that cannot be read or written as a problem; the message starts with its name."""
+    """A file that cannot be read or written; the message starts with its name."""
 
 
 class SymmetrisedWarning(UserWarning):
     """A matrix in a file was unsymmetric and was replaced by its symmetric part."""
+
+
+class StepWarning(UserWarning):
+    """The solve of a time step ended above its tolerance; the simulation went on with the best it found."""
+
+
+class SimulationError(RuntimeError):
+    """A time step failed; the state of the simulation is that before the step."""
+
+
+class UnsupportedWarning(UserWarning):
+    """A model file asked for things that are not supported; they were left out, as strict=False allows."""

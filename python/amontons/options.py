@@ -45,7 +45,7 @@ def require_method(method: object) -> str:
     return method
 
 
-def _integer(name: str, value: object, at_least: int) -> int:
+def integer(name: str, value: object, at_least: int) -> int:
     if isinstance(value, bool) or not isinstance(value, numbers.Integral) or value < at_least:
         raise InputError(f"{name} = {value!r}; it must be an integer, at least {at_least}")
     return int(value)
@@ -57,6 +57,10 @@ def _number(name: str, value: object, *, positive: bool = False) -> float:
     if value < 0 or (positive and value == 0):
         raise InputError(f"{name} = {value!r}; it must be {'positive' if positive else 'zero or positive'}")
     return float(value)
+
+
+def positive_number(name: str, value: object) -> float:
+    return _number(name, value, positive=True)
 
 
 def core_options(
@@ -74,16 +78,16 @@ def core_options(
     options.law = chosen("law", law, LAWS)
     options.tolerance = _number("tolerance", tolerance)
     if max_iterations is not None:
-        options.max_iterations = _integer("max_iterations", max_iterations, 1)
+        options.max_iterations = integer("max_iterations", max_iterations, 1)
     if deadline is not None:
         options.deadline = _number("deadline", deadline, positive=True)
     options.history = bool(history)
-    options.threads = _integer("threads", threads, 1)
+    options.threads = integer("threads", threads, 1)
     valid = METHOD_OPTIONS.get(method, {})
     for name, value in method_options.items():
         if name not in valid:
             listed = ", ".join(valid) if valid else "none"
             raise InputError(f"unknown option {name!r} of method {method!r}; its options are: {listed}")
-        value = _integer(name, value, 1) if name == "memory" else _number(name, value)
+        value = integer(name, value, 1) if name == "memory" else _number(name, value)
         setattr(options, valid[name], value)
     return options

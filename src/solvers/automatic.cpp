@@ -1,9 +1,13 @@
-// method = "auto": picks by the structure of the problem and says so in Solution::reason. The thresholds come
-// from benchmarks/steps.py; see docs/methods.md.
+// method = "auto": picks by the structure of the problem and says so in Solution::reason. Every phase has a
+// limit, so that the work is bounded also where the tolerance cannot be reached. The thresholds come from
+// benchmarks/steps.py and benchmarks/sequences.py; see docs/methods.md.
+#include <algorithm>
 #include <string>
 
 #include "amontons/solvers/chain.hpp"
 #include "amontons/solvers/solvers.hpp"
+#include "amontons/vi/residual.hpp"
+#include "phases.hpp"
 
 namespace amontons {
 
@@ -15,8 +19,24 @@ constexpr std::size_t largest_factor = 5000;
 constexpr double factored_cost = 5e-5;
 // First-order iterations from a warm start, before anything is factored.
 constexpr std::size_t warm_iterations = 200;
-// Sweeps of Gauss-Seidel at the end under coulomb: slow, but it settles contacts with large mu one by one.
-constexpr std::size_t last_sweeps = 5000;
+// Below so many blocks a Newton step is cheap beside the first-order iterations that it replaces.
+constexpr std::size_t few_blocks = 1000;
+// Iterations of the interior point: it takes ten to forty where it converges.
+constexpr std::size_t path_iterations = 60;
+// Iterations times blocks of the last first-order phase: about half a second of fused passes.
+constexpr std::size_t last_work = 50'000'000;
+constexpr std::size_t direct_iterations = 200;  // of the factored conjugate gradients
+
+bool few(const Problem& problem, const Options&, const Solution&) { return problem.K.blocks() <= few_blocks; }
+
+// Under coulomb the central path follows the De Saxce term one step behind. It converges fast where hardly
+// anything slides, which the best x so far shows: it satisfies both laws nearly as well. Where much slides
+// it needs hundreds of factorisations; those are cheap for few blocks only.
+bool path_pays(const Problem& problem, const Options& options, const Solution& best) {
+  constexpr double similar = 3;
+  return few(problem, options, best) ||
+         residual(problem, Law::associated, best.x, best.u) < similar * best.residual;
+}
 
 // The unknowns of a factorisation: bodies or blocks.
 std::size_t factor_nodes(const Problem& problem) {
@@ -26,6 +46,31 @@ std::size_t factor_nodes(const Problem& problem) {
   return problem.rows();
 }
 
+std::size_t last_iterations(const Problem& problem) {
+  return std::clamp<std::size_t>(last_work / std::max<std::size_t>(1, problem.K.blocks()), 2000, 20000);
+}
+
+std::vector<Phase> coulomb_phases(const Problem& problem) {
+  const std::size_t first = std::clamp<std::size_t>(problem.K.blocks() / 2, 50, 1000);
+  return {{apgd, first},
+          {central_path, path_iterations, false, path_pays},
+          {apgd, 2000, false, few},
+          {newton, 8, false, few},
+          {apgd, last_iterations(problem)},
+          {newton, 10, true, few},
+          {gauss_seidel, 2000, true, few}};
+}
+
+std::vector<Phase> associated_phases(const Problem& problem, bool warm) {
+  std::vector<Phase> phases;
+  if (warm) phases.push_back({spg, warm_iterations});
+  const bool cheap = problem.K.blocks() <= few_blocks;
+  phases.push_back({central_path, 2 * path_iterations});
+  phases.push_back({newton, cheap ? std::size_t{30} : std::size_t{8}});
+  phases.push_back({spg, last_iterations(problem)});
+  return phases;
+}
+
 }  // namespace
 
 Solution automatic(const Problem& problem, const Options& options) {
@@ -33,28 +78,30 @@ Solution automatic(const Problem& problem, const Options& options) {
   const bool function = std::holds_alternative<CallbackOperator>(problem.A);
   const bool too_many = nodes > largest_factor;
   const bool hurried = options.deadline < factored_cost * static_cast<double>(problem.K.blocks());
+  const bool coulomb = options.law == Law::coulomb && problem.K.contacts() > 0;
   std::vector<Phase> phases;
   std::string why;
   if (problem.K.all_free()) {
-    phases = {{cg}};
-    if (!function && !too_many) phases = {{cg, 2000}, {interior_point}};
+    // Contradictory rows end in the last phase, which runs off along the contradiction and so proves it.
+    phases = {{cg, last_iterations(problem)}, {spg, warm_iterations}};
+    if (!function && !too_many) phases.insert(phases.begin(), {factored_cg, direct_iterations});
     why = "all rows are bilateral, a linear system";
   } else if (function || too_many || hurried) {
-    phases = {{spg}};
+    // The accelerated method is the steadier one on hyperstatic contacts, the spectral one on joints.
+    if (coulomb)
+      phases = {{apgd, 2 * last_iterations(problem)}, {spg, last_iterations(problem)}};
+    else
+      phases = {{spg}};
     why = function   ? "A is a function, which cannot be factored"
           : too_many ? std::to_string(nodes) + " unknowns are too many to factor (limit " +
                            std::to_string(largest_factor) + ")"
                      : "the deadline is too short to factor";
   } else {
-    if (!options.x0.empty()) phases.push_back({spg, warm_iterations});
-    phases.push_back({interior_point});
-    if (options.law == Law::coulomb) {
-      phases.push_back({newton, 0, true});
-      phases.push_back({gauss_seidel, last_sweeps, true});
-    }
-    why = std::string("A is small enough to factor; the order is ") +
-          (options.x0.empty() ? "" : "p-spg-fb from the warm start, ") + "interior-point" +
-          (options.law == Law::coulomb ? ", newton, gauss-seidel" : "");
+    phases = coulomb ? coulomb_phases(problem) : associated_phases(problem, !options.x0.empty());
+    why = "A is small enough to factor; the order is ";
+    why += coulomb ? "apgd, interior-point where little slides, apgd"
+                   : std::string(options.x0.empty() ? "" : "p-spg-fb from the warm start, ") +
+                         "interior-point, newton, p-spg-fb";
   }
   Solution s = run_phases(problem, options, phases);
   s.reason = "auto picked " + s.method + ": " + why;

@@ -23,6 +23,7 @@ void append_history(Solution& total, const Solution& part) {
 Solution run_phases(const Problem& problem, const Options& options, const std::vector<Phase>& phases) {
   Solution total;
   for (std::size_t k = 0; k < phases.size(); ++k) {
+    if (k > 0 && phases[k].when && !phases[k].when(problem, options, total)) continue;
     Options o = options;
     if (k > 0 && !phases[k].afresh) o.x0 = total.x;
     o.deadline = options.deadline - total.time;

@@ -14,6 +14,7 @@
 #include "amontons/solvers/shifted_system.hpp"
 #include "amontons/solvers/solvers.hpp"
 #include "amontons/vi/residual.hpp"
+#include "phases.hpp"
 #include "soc.hpp"
 
 namespace amontons {
@@ -330,6 +331,8 @@ bool InteriorPoint::advance() {
   return true;
 }
 
+}  // namespace
+
 Solution central_path(const Problem& problem, const Options& options) {
   Monitor monitor(options, 200, 30);
   const double scale = natural_map_at_zero(problem, options.law);
@@ -352,8 +355,6 @@ Solution central_path(const Problem& problem, const Options& options) {
   }
   return finish(problem, options, "interior-point", std::move(best), status, monitor);
 }
-
-}  // namespace
 
 // Contacts between two faces (sliding and sticking, open and closed) hold the central path at sqrt(eps) of
 // the solution. From there the semismooth Newton method identifies the faces and goes on to the last digits;

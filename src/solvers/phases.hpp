@@ -24,6 +24,12 @@ inline double objective(const Problem& problem, const std::vector<double>& x, co
   return f;
 }
 
+// The interior point without the methods that finish what it leaves over.
+Solution central_path(const Problem& problem, const Options& options);
+
+// Conjugate gradients preconditioned by one factorisation; bilateral rows only, as cg.
+Solution factored_cg(const Problem& problem, const Options& options);
+
 // At most so many iterations of P-SPG-FB from x, which becomes the best iterate found; why they ended.
 inline Status first_order_phase(const Problem& problem, const Options& options, std::size_t iterations,
                                 std::vector<double>& x, Monitor& monitor) {

@@ -42,9 +42,10 @@ struct Chunk {
   std::size_t first_batch, last_batch, first_joint, last_joint, first_line, last_line;
 };
 
-// x, x_next, u, d and b hold 24 doubles per batch (three components of eight lanes), then one per joint row;
-// saxce holds mu |u_t| for the current u, 8 per batch (coulomb only); compliance 8 per batch, null if all
-// zero. lines holds one 64-byte line per touched body: (linear, angular) and two unused doubles.
+// x, x_next, y, u, u_y, d and b hold 24 doubles per batch (three components of eight lanes), then one per
+// joint row; saxce holds mu |u_t| for the u of the next direction, 8 per batch (coulomb only); compliance 8
+// per batch, null if all zero. lines holds one 64-byte line per touched body: (linear, angular) and two
+// unused doubles. y and u_y = A y + b are the extrapolated point of accelerated methods, null for the others.
 struct PassData {
   const ContactBatch* batches;
   const JointRow* joints;
@@ -52,12 +53,13 @@ struct PassData {
   const MassBatch* masses;
   const double *compliance, *x, *b;
   double *x_next, *u, *d, *saxce, *lines;
+  double *y, *u_y;
   std::size_t joint_offset;  // of the joint rows in x, u, d, b
   bool coulomb, streaming;   // streaming: the arrays are far larger than the cache of a core
 };
 
 struct DirectionSums {
-  double dg, dPd, dEd;
+  double dg, dPd, dEd, dPm;  // dPm: <d, P (y - x)>, of momentum_direction_pass only
 };
 
 // The passes over one chunk. Each returns the sums of the chunk.
@@ -65,11 +67,18 @@ struct DirectionSums {
 //   impulse_pass     lines = D'x
 //   mass_pass        lines = M^-1 lines; returns <lines, M^-1 lines>
 //   update_pass      with lines = M^-1 D'd: x_next = x + lambda d, u += lambda (D lines + E d)
+//   momentum_direction_pass   d = Pi_K(y - alpha / p g(u_y)) - y, lines = D'd
+//   accelerate_pass  with lines = M^-1 D'd: x_next = y + d, u its A x + b, y = x_next + beta (x_next - x),
+//   u_y
+//                    likewise; returns the squared natural map at x_next
 //   refresh_pass     with lines = M^-1 D'x: u = D lines + E x + b; returns the squared natural map
 AMONTONS_FOR_EACH_ISA(DirectionSums direction_pass(const PassData& data, const Chunk& chunk, double alpha);
                       void impulse_pass(const PassData& data, const Chunk& chunk);
                       double mass_pass(const PassData& data, const Chunk& chunk);
                       Update update_pass(const PassData& data, const Chunk& chunk, double lambda);
+                      DirectionSums momentum_direction_pass(const PassData& data, const Chunk& chunk,
+                                                            double alpha);
+                      double accelerate_pass(const PassData& data, const Chunk& chunk, double beta);
                       double refresh_pass(const PassData& data, const Chunk& chunk);)
 
 // The same, chosen once: one entry per instruction set.
@@ -79,6 +88,8 @@ struct Passes {
   double (*mass)(const PassData&, const Chunk&);
   Update (*update)(const PassData&, const Chunk&, double lambda);
   double (*refresh)(const PassData&, const Chunk&);
+  DirectionSums (*momentum_direction)(const PassData&, const Chunk&, double alpha);
+  double (*accelerate)(const PassData&, const Chunk&, double beta);
 };
 Passes passes_of(Isa isa);
 

@@ -149,14 +149,16 @@ AMONTONS_INLINE void prefetch_batch(const PassData& data, const Chunk& chunk, st
   }
 }
 
-template <bool coulomb, bool compliant>
+// From x, or with momentum from y, where the sum <d, P (y - x)> tells uphill from downhill.
+template <bool coulomb, bool compliant, bool momentum>
 AMONTONS_INLINE void direction_of_batch(const PassData& data, std::size_t i, double alpha,
-                                        LaneSums<3>& sums) {
+                                        LaneSums<4>& sums) {
   const ContactBatch& batch = data.batches[i];
   for (int part = 0; part < 8 / width; ++part) {
     const int lane = part * width;
     const std::size_t at = 24 * i + lane;
-    const Vec3 n = load3(batch.normal, lane), x = load3(data.x + at), u = load3(data.u + at);
+    const Vec3 n = load3(batch.normal, lane), x = load3((momentum ? data.y : data.x) + at);
+    const Vec3 u = load3((momentum ? data.u_y : data.u) + at);
     Vec3 g = u;
     if constexpr (coulomb) g = u + load(data.saxce + 8 * i + lane) * n;
     const Vec step = alpha * load(batch.p_inverse + lane);
@@ -166,23 +168,27 @@ AMONTONS_INLINE void direction_of_batch(const PassData& data, std::size_t i, dou
     sums.v[0][part] += dot(d, g);
     sums.v[1][part] += load(batch.p + lane) * dd;
     if constexpr (compliant) sums.v[2][part] += load(data.compliance + 8 * i + lane) * dd;
+    if constexpr (momentum) sums.v[3][part] += load(batch.p + lane) * dot(d, x - load3(data.x + at));
   }
 }
 
-template <bool coulomb, bool compliant>
+template <bool coulomb, bool compliant, bool momentum>
 DirectionSums direction(const PassData& data, const Chunk& chunk, double alpha) {
   clear_lines(data, chunk);
-  LaneSums<3> sums;
+  LaneSums<4> sums;
   for (std::size_t first = chunk.first_batch; first < chunk.last_batch; first += block) {
     const std::size_t last = end_of_block(chunk, first);
-    for (std::size_t i = first; i < last; ++i) direction_of_batch<coulomb, compliant>(data, i, alpha, sums);
+    for (std::size_t i = first; i < last; ++i)
+      direction_of_batch<coulomb, compliant, momentum>(data, i, alpha, sums);
     for (std::size_t i = first; i < last; ++i) {
       prefetch_batch(data, chunk, i, data.d);
       scatter_batch(data, i, data.d);
     }
   }
-  DirectionSums out{sums.total(0), sums.total(1), sums.total(2)};
-  const double *x = data.x + data.joint_offset, *u = data.u + data.joint_offset;
+  DirectionSums out{sums.total(0), sums.total(1), sums.total(2), sums.total(3)};
+  const double* x = (momentum ? data.y : data.x) + data.joint_offset;
+  const double* u = (momentum ? data.u_y : data.u) + data.joint_offset;
+  const double* anchor = data.x + data.joint_offset;
   double* d = data.d + data.joint_offset;
   scatter_joints(data, chunk, [&](const JointRow& row, std::size_t i) {
     const double di = clip(x[i] - alpha * row.p_inverse * u[i], row) - x[i];
@@ -190,6 +196,7 @@ DirectionSums direction(const PassData& data, const Chunk& chunk, double alpha) 
     out.dg += di * u[i];
     out.dPd += row.p * (di * di);
     out.dEd += row.compliance * (di * di);
+    if constexpr (momentum) out.dPm += row.p * (di * (x[i] - anchor[i]));
     return di;
   });
   return out;
@@ -265,6 +272,61 @@ Update update(const PassData& data, const Chunk& chunk, double lambda) {
 }
 
 template <bool coulomb, bool compliant>
+AMONTONS_INLINE void accelerate_batch(const PassData& data, std::size_t i, double beta, const double* q_block,
+                                      LaneSums<1>& sums) {
+  const ContactBatch& batch = data.batches[i];
+  for (int part = 0; part < 8 / width; ++part) {
+    const int lane = part * width;
+    const std::size_t at = 24 * i + lane;
+    const Vec3 n = load3(batch.normal, lane), d = load3(data.d + at);
+    Vec3 q = load3(q_block + lane);
+    if constexpr (compliant) q = q + load(data.compliance + 8 * i + lane) * d;
+    const Vec momentum = Vec{} + beta;
+    const Vec3 x = load3(data.y + at) + d, u = load3(data.u_y + at) + q;
+    const Vec3 u_y = u + momentum * (u - load3(data.u + at));
+    store3(data.y + at, x + momentum * (x - load3(data.x + at)));
+    store3(data.u_y + at, u_y);
+    store3(data.x_next + at, x);
+    store3(data.u + at, u);
+    Vec3 g = u;
+    if constexpr (coulomb) {
+      const Vec mu = load(batch.mu + lane);
+      g = u + (mu * tangential_speed(u, n)) * n;
+      store(data.saxce + 8 * i + lane, mu * tangential_speed(u_y, n));
+    }
+    sums.v[0][part] += natural_map(batch, lane, x, g, n);
+  }
+}
+
+template <bool coulomb, bool compliant>
+double accelerate(const PassData& data, const Chunk& chunk, double beta) {
+  LaneSums<1> sums;
+  alignas(64) double q[block][24];
+  for (std::size_t first = chunk.first_batch; first < chunk.last_batch; first += block) {
+    const std::size_t last = end_of_block(chunk, first);
+    for (std::size_t i = first; i < last; ++i) {
+      if (data.streaming) prefetch_batch(data, chunk, i, data.x_next);
+      for (int lane = 0; lane < 8; lane += width)
+        store3(q[i - first] + lane, relative_velocity(data.lines, data.batches[i], lane));
+    }
+    for (std::size_t i = first; i < last; ++i)
+      accelerate_batch<coulomb, compliant>(data, i, beta, q[i - first], sums);
+  }
+  double out = sums.total(0);
+  const double *x = data.x + data.joint_offset, *d = data.d + data.joint_offset;
+  double *x_next = data.x_next + data.joint_offset, *u = data.u + data.joint_offset;
+  double *y = data.y + data.joint_offset, *u_y = data.u_y + data.joint_offset;
+  gather_joints(data, chunk, [&](const JointRow& row, std::size_t i, double velocity) {
+    const double next = y[i] + d[i], u_next = u_y[i] + (velocity + row.compliance * d[i]);
+    y[i] = next + beta * (next - x[i]);
+    u_y[i] = u_next + beta * (u_next - u[i]);
+    x_next[i] = next, u[i] = u_next;
+    out += natural_map(row, next, u_next);
+  });
+  return out;
+}
+
+template <bool coulomb, bool compliant>
 double refresh(const PassData& data, const Chunk& chunk) {
   LaneSums<1> sums;
   for (std::size_t i = chunk.first_batch; i < chunk.last_batch; ++i) {
@@ -300,10 +362,26 @@ double refresh(const PassData& data, const Chunk& chunk) {
 
 DirectionSums direction_pass(const PassData& data, const Chunk& chunk, double alpha) {
   if (data.compliance)
-    return data.coulomb ? direction<true, true>(data, chunk, alpha)
-                        : direction<false, true>(data, chunk, alpha);
-  return data.coulomb ? direction<true, false>(data, chunk, alpha)
-                      : direction<false, false>(data, chunk, alpha);
+    return data.coulomb ? direction<true, true, false>(data, chunk, alpha)
+                        : direction<false, true, false>(data, chunk, alpha);
+  return data.coulomb ? direction<true, false, false>(data, chunk, alpha)
+                      : direction<false, false, false>(data, chunk, alpha);
+}
+
+DirectionSums momentum_direction_pass(const PassData& data, const Chunk& chunk, double alpha) {
+  if (data.compliance)
+    return data.coulomb ? direction<true, true, true>(data, chunk, alpha)
+                        : direction<false, true, true>(data, chunk, alpha);
+  return data.coulomb ? direction<true, false, true>(data, chunk, alpha)
+                      : direction<false, false, true>(data, chunk, alpha);
+}
+
+double accelerate_pass(const PassData& data, const Chunk& chunk, double beta) {
+  if (data.compliance)
+    return data.coulomb ? accelerate<true, true>(data, chunk, beta)
+                        : accelerate<false, true>(data, chunk, beta);
+  return data.coulomb ? accelerate<true, false>(data, chunk, beta)
+                      : accelerate<false, false>(data, chunk, beta);
 }
 
 void impulse_pass(const PassData& data, const Chunk& chunk) {

@@ -21,14 +21,18 @@ namespace amontons {
 Passes passes_of(Isa isa) {
 #if defined(AMONTONS_X86)
   if (isa == Isa::avx512)
-    return {avx512::direction_pass, avx512::impulse_pass, avx512::mass_pass, avx512::update_pass,
-            avx512::refresh_pass};
+    return {avx512::direction_pass, avx512::impulse_pass, avx512::mass_pass,
+            avx512::update_pass,    avx512::refresh_pass, avx512::momentum_direction_pass,
+            avx512::accelerate_pass};
   if (isa == Isa::avx2)
-    return {avx2::direction_pass, avx2::impulse_pass, avx2::mass_pass, avx2::update_pass, avx2::refresh_pass};
+    return {avx2::direction_pass, avx2::impulse_pass, avx2::mass_pass,
+            avx2::update_pass,    avx2::refresh_pass, avx2::momentum_direction_pass,
+            avx2::accelerate_pass};
 #endif
   static_cast<void>(isa);
-  return {baseline::direction_pass, baseline::impulse_pass, baseline::mass_pass, baseline::update_pass,
-          baseline::refresh_pass};
+  return {baseline::direction_pass, baseline::impulse_pass, baseline::mass_pass,
+          baseline::update_pass,    baseline::refresh_pass, baseline::momentum_direction_pass,
+          baseline::accelerate_pass};
 }
 
 namespace {
@@ -102,7 +106,7 @@ struct ContactStages::State {
   LineArray<ContactBatch> batches;
   LineArray<JointRow> rows;
   LineArray<MassBatch> masses;
-  LineArray<double> compliance, lines, b, u, d, saxce;
+  LineArray<double> compliance, lines, b, u, d, saxce, y, u_y;
   std::array<LineArray<double>, 3> x;
   struct alignas(64) ChunkSums {
     double v[8];
@@ -116,6 +120,7 @@ struct ContactStages::State {
   // The buffer that may be written: neither the current nor the best.
   int free_buffer() const { return best == now ? (now + 1) % 3 : 3 - now - best; }
   PassData data() const;
+  double refresh(const PassData& pass);
 
   void fill_contacts(const ContactOperator& A, const ConeProduct& K, std::span<const double> P);
   void fill_joints(const ContactOperator& A, const ConeProduct& K, std::span<const double> P);
@@ -234,6 +239,8 @@ PassData ContactStages::State::data() const {
           d.data(),
           saxce.data(),
           lines.data(),
+          y.data(),
+          u_y.data(),
           24 * layout.batches(),
           coulomb,
           layout.batches() >= streaming_batches};
@@ -334,15 +341,57 @@ double ContactStages::start(std::span<const double> x0) {
   return refresh();
 }
 
-double ContactStages::refresh() {
+double ContactStages::State::refresh(const PassData& pass) {
+  pool.run(chunks(), [&](std::size_t c) { passes.impulse(pass, layout.chunks[c]); });
+  apply_masses();
+  pool.run(chunks(), [&](std::size_t c) { sums[c].v[0] = passes.refresh(pass, layout.chunks[c]); });
+  double sum = 0;
+  for (std::size_t c = 0; c < chunks(); ++c) sum += sums[c].v[0];
+  return sum;
+}
+
+double ContactStages::refresh() { return state_->refresh(state_->data()); }
+
+void ContactStages::start_momentum() {
+  State& s = *state_;
+  if (!s.y.data()) s.y = LineArray<double>(s.size), s.u_y = LineArray<double>(s.size);
+  std::copy_n(s.x[s.now].data(), s.size, s.y.data());
+  std::copy_n(s.u.data(), s.size, s.u_y.data());
+}
+
+MomentumDirection ContactStages::momentum_direction(double alpha) {
   State& s = *state_;
   const PassData pass = s.data();
-  s.pool.run(s.chunks(), [&](std::size_t c) { s.passes.impulse(pass, s.layout.chunks[c]); });
-  s.apply_masses();
-  s.pool.run(s.chunks(), [&](std::size_t c) { s.sums[c].v[0] = s.passes.refresh(pass, s.layout.chunks[c]); });
+  s.pool.run(s.chunks(), [&](std::size_t c) {
+    const DirectionSums sums = s.passes.momentum_direction(pass, s.layout.chunks[c], alpha);
+    s.sums[c] = {{sums.dPd, sums.dPm, sums.dEd}};
+  });
+  MomentumDirection total{0, 0};
+  s.dEd = 0;
+  for (std::size_t c = 0; c < s.chunks(); ++c)
+    total.dPd += s.sums[c].v[0], total.dPm += s.sums[c].v[1], s.dEd += s.sums[c].v[2];
+  return total;
+}
+
+double ContactStages::accelerate(double beta) {
+  State& s = *state_;
+  const PassData pass = s.data();
+  s.pool.run(s.chunks(),
+             [&](std::size_t c) { s.sums[c].v[0] = s.passes.accelerate(pass, s.layout.chunks[c], beta); });
+  s.now = s.free_buffer();
   double sum = 0;
   for (std::size_t c = 0; c < s.chunks(); ++c) sum += s.sums[c].v[0];
   return sum;
+}
+
+double ContactStages::refresh_momentum() {
+  State& s = *state_;
+  const double residual_squared = refresh();
+  // Last, because it leaves the De Saxce term of y, from which the next direction starts.
+  PassData at_y = s.data();
+  at_y.x = s.y.data(), at_y.u = s.u_y.data();
+  s.refresh(at_y);
+  return residual_squared;
 }
 
 Direction ContactStages::direction(double alpha) { return state_->direction(alpha); }

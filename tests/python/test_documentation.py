@@ -11,7 +11,9 @@ def test_documentation_holds(root):
 
 # Breaks when an example of a document no longer runs, or a document loses its examples. Its blocks share one
 # namespace, in order.
-@pytest.mark.parametrize("document", ["README.md", "docs/python.md", "docs/files.md", "docs/methods.md"])
+@pytest.mark.parametrize(
+    "document", ["README.md", "docs/python.md", "docs/simulation.md", "docs/files.md", "docs/methods.md"]
+)
 def test_blocks_run(root, tmp_path, monkeypatch, document):
     monkeypatch.setenv("MPLBACKEND", "Agg")
     # Examples name files relative to the repository and write beside them: run them in a copy of its outline.

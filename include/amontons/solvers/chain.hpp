@@ -9,12 +9,13 @@ namespace amontons {
 using Method = Solution (*)(const Problem&, const Options&);
 
 // One method of a sequence. iterations: its limit, 0 for its own default. afresh: from the start of the
-// sequence instead of the best x so far, which may lie where Coulomb's law has no solution nearby. until: the
-// residual at which the next one takes over although the tolerance is not reached.
+// sequence instead of the best x so far, which may lie where Coulomb's law has no solution nearby. when:
+// asked with the best solution so far; the phase is skipped where the answer is false.
 struct Phase {
   Method method;
   std::size_t iterations = 0;
   bool afresh = false;
+  bool (*when)(const Problem&, const Options&, const Solution& best) = nullptr;
 };
 
 // Runs the phases one after the other until one converges, each from the best x so far and within what is

@@ -32,14 +32,8 @@ class PlainStages {
   // u = A x + b from scratch, without the rounding that updates accumulate.
   double refresh() {
     A_.product(x_[now_], u_);
-    double sum = 0;
     for (std::size_t i = 0; i < u_.size(); ++i) u_[i] += problem_.b[i];
-    for_each_block(problem_.K, [&]<class Cone>(const Cone& cone, std::size_t block, std::size_t row) {
-      double g[Cone::dim];
-      add_saxce_term(cone, law_, &u_[row], g);
-      sum += natural_map_squared(cone, problem_.P[block], &x_[now_][row], g);
-    });
-    return sum;
+    return natural_map_now();
   }
 
   // d = Pi_K(x - alpha P^-1 g) - x.
@@ -92,6 +86,47 @@ class PlainStages {
     return sums;
   }
 
+  void start_momentum() { y_ = x_[now_], u_y_ = u_; }
+
+  // d = Pi_K(y - alpha P^-1 g(y)) - y
+  MomentumDirection momentum_direction(double alpha) {
+    MomentumDirection sums{0, 0};
+    for_each_block(problem_.K, [&]<class Cone>(const Cone& cone, std::size_t block, std::size_t row) {
+      double g[Cone::dim], dd = 0, dm = 0;
+      const double *y = &y_[row], *x = &x_[now_][row], p = problem_.P[block];
+      double* d = &d_[row];
+      add_saxce_term(cone, law_, &u_y_[row], g);
+      for (int k = 0; k < Cone::dim; ++k) g[k] = y[k] - alpha * g[k] / p;
+      cone.project(g, d);
+      for (int k = 0; k < Cone::dim; ++k) d[k] -= y[k], dd += d[k] * d[k], dm += d[k] * (y[k] - x[k]);
+      sums.dPd += p * dd;
+      sums.dPm += p * dm;
+    });
+    return sums;
+  }
+
+  // x+ = y + d, y = x+ + beta (x+ - x), after curvature().
+  double accelerate(double beta) {
+    const int target = 3 - now_ - best_other();
+    const std::vector<double>& x = x_[now_];
+    std::vector<double>& next = x_[target];
+    for (std::size_t i = 0; i < d_.size(); ++i) {
+      const double u_next = u_y_[i] + q_[i];
+      next[i] = y_[i] + d_[i];
+      y_[i] = next[i] + beta * (next[i] - x[i]);
+      u_y_[i] = u_next + beta * (u_next - u_[i]);
+      u_[i] = u_next;
+    }
+    now_ = target;
+    return natural_map_now();
+  }
+
+  double refresh_momentum() {
+    A_.product(y_, u_y_);
+    for (std::size_t i = 0; i < u_y_.size(); ++i) u_y_[i] += problem_.b[i];
+    return refresh();
+  }
+
   void keep_best() { best_ = now_; }
   void extract_best(std::span<double> x) const { std::copy(x_[best_].begin(), x_[best_].end(), x.begin()); }
   double objective() const {
@@ -101,13 +136,22 @@ class PlainStages {
   }
 
  private:
+  double natural_map_now() const {
+    double sum = 0;
+    for_each_block(problem_.K, [&]<class Cone>(const Cone& cone, std::size_t block, std::size_t row) {
+      double g[Cone::dim];
+      add_saxce_term(cone, law_, &u_[row], g);
+      sum += natural_map_squared(cone, problem_.P[block], &x_[now_][row], g);
+    });
+    return sum;
+  }
   // A buffer other than the current one that must not be written: the best, or any when they coincide.
   int best_other() const { return best_ != now_ ? best_ : (now_ + 1) % 3; }
 
   const Op& A_;
   const Problem& problem_;
   Law law_;
-  std::vector<double> u_, d_, q_;
+  std::vector<double> u_, d_, q_, y_, u_y_;
   std::array<std::vector<double>, 3> x_;
   int now_ = 0, best_ = 0;
 };

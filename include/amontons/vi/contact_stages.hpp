@@ -35,6 +35,15 @@ class ContactStages {
   double curvature();
   // x += lambda d, u += lambda A d; needs curvature() first.
   Update update(double lambda);
+
+  // The accelerated iteration: x+ = y + d from an extrapolated point y = x + beta (x - x_old).
+  void start_momentum();  // y = x
+  // d = Pi_K(y - alpha P^-1 g(y)) - y; may be called again with another alpha.
+  MomentumDirection momentum_direction(double alpha);
+  // x+ = y + d, y = x+ + beta (x+ - x); needs curvature() first. Returns the squared natural map at x+.
+  double accelerate(double beta);
+  double refresh_momentum();  // refresh() for x and for y
+
   // The current x becomes the best one. It costs nothing: x rotates through three buffers.
   void keep_best();
   void extract_best(std::span<double> x) const;

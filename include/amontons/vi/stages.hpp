@@ -11,4 +11,9 @@ struct Update {
   double residual_squared;  // of the natural map at x+
 };
 
+// Sums of the direction of an accelerated iteration, which starts from the extrapolated point y.
+struct MomentumDirection {
+  double dPd, dPm;  // <d, P d>, <d, P (y - x)>
+};
+
 }  // namespace amontons

@@ -1,4 +1,4 @@
-"""Problem files: FCLIB HDF5, and Matrix Market or NumPy archives."""
+"""Files: problems (FCLIB HDF5, Matrix Market, NumPy archives), recordings, saved simulations, models."""
 
 from __future__ import annotations
 
@@ -12,7 +12,10 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
     from ..problem import Problem
+    from ..simulation import Simulation
     from ..solution import Solution
+    from .recording import Recorder
+    from .recording_reader import Recording
 
 HDF5 = (".hdf5", ".h5", ".hdf")
 SUFFIXES = (*HDF5, ".mtx", ".npz")
@@ -72,3 +75,42 @@ def write_problem(
         write_archive(problem, path)
     else:
         raise FileError(f"{path}: unknown kind of file; known suffixes are {', '.join(SUFFIXES)}")
+
+
+def record(
+    path: str | PathLike[str],
+    simulation: Simulation,
+    *,
+    every: int = 1,
+    contacts: bool = True,
+    source: str = "",
+) -> Recorder:
+    """Begin a recording of a simulation; `read_recording` reads it.
+
+    with amontons.record("run.h5", sim) as recorder:
+        while sim.time < 2:
+            recorder.add(sim.step())
+
+    path: appears when the block ends, whole; until then the frames go to a hidden file beside it, which only a
+        killed process leaves behind. An exception ends the recording with what came before it, marked as not
+        complete.
+    every: states and contacts are recorded every so many steps, beginning with the state that the simulation
+        is in now; reports of every step.
+    contacts: whether contact tables are recorded, which take by far the most room.
+    source: free text, where the model came from.
+
+    Raises InputError, FileError if the file cannot be written.
+    """
+    from .recording import Recorder
+
+    return Recorder(path, simulation, every=every, contacts=contacts, source=source)
+
+
+def read_recording(path: str | PathLike[str]) -> Recording:
+    """Open a recording; its arrays are read as they are indexed.
+
+    Raises FileNotFoundError, or FileError naming the file and what is missing or damaged.
+    """
+    from .recording_reader import open_recording
+
+    return open_recording(path)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -15,15 +15,25 @@ def replacing(*paths: Path) -> Iterator[list[Path]]:
     temporary: list[Path] = []
     try:
         for path in paths:
-            handle, name = tempfile.mkstemp(prefix=f".{path.stem}-", suffix=path.suffix, dir=path.parent)
-            os.close(handle)
-            temporary.append(Path(name))
+            temporary.append(reserve(path))
         yield temporary
-        umask = os.umask(0)
-        os.umask(umask)
-        for new, path in zip(temporary, paths, strict=True):
-            new.chmod(0o666 & ~umask)  # mkstemp gives 0600
-            os.replace(new, path)
+        settle(temporary, paths)
     finally:
         for new in temporary:
             new.unlink(missing_ok=True)
+
+
+def reserve(path: Path) -> Path:
+    """A new empty hidden file beside `path`, on the same file system."""
+    handle, name = tempfile.mkstemp(prefix=f".{path.stem}-", suffix=path.suffix, dir=path.parent)
+    os.close(handle)
+    return Path(name)
+
+
+def settle(temporary: Sequence[Path], paths: Sequence[Path]) -> None:
+    """Give reserved files the names that they stand for."""
+    umask = os.umask(0)
+    os.umask(umask)
+    for new, path in zip(temporary, paths, strict=True):
+        new.chmod(0o666 & ~umask)  # mkstemp gives 0600
+        os.replace(new, path)

@@ -1,0 +1,146 @@
+#include "amontons/multibody/model.hpp"
+
+#include "bindings.hpp"
+#include "math_casters.hpp"
+
+namespace amontons::python {
+
+namespace {
+
+void bind_names(nb::module_& m) {
+  nb::enum_<Motion>(m, "Motion")
+      .value("dynamic", Motion::dynamic)
+      .value("kinematic", Motion::kinematic)
+      .value("fixed", Motion::fixed);
+  nb::enum_<FrictionRule>(m, "FrictionRule")
+      .value("geometric_mean", FrictionRule::geometric_mean)
+      .value("maximum", FrictionRule::maximum)
+      .value("minimum", FrictionRule::minimum)
+      .value("mean", FrictionRule::mean);
+  nb::enum_<MotorKind>(m, "MotorKind")
+      .value("none", MotorKind::none)
+      .value("effort", MotorKind::effort)
+      .value("speed", MotorKind::speed)
+      .value("position", MotorKind::position);
+  nb::enum_<Dof::Kind>(m, "DofKind").value("hinge", Dof::Kind::hinge).value("slide", Dof::Kind::slide);
+  nb::enum_<JointKind>(m, "JointKind")
+      .value("chain", JointKind::chain)
+      .value("distance", JointKind::distance);
+}
+
+void bind_bodies(nb::module_& m) {
+  nb::class_<Material>(m, "Material")
+      .def(nb::init<>())
+      .def_rw("friction", &Material::friction)
+      .def_rw("restitution", &Material::restitution)
+      .def_rw("compliance", &Material::compliance);
+  nb::class_<Body>(m, "Body")
+      .def(nb::init<>())
+      .def_rw("name", &Body::name)
+      .def_rw("motion", &Body::motion)
+      .def_rw("mass", &Body::mass)
+      .def_rw("centre_of_mass", &Body::centre_of_mass)
+      .def_rw("inertia", &Body::inertia)
+      .def_rw("pose", &Body::pose)
+      .def_rw("linear_velocity", &Body::linear_velocity)
+      .def_rw("angular_velocity", &Body::angular_velocity);
+  nb::class_<Geom>(m, "Geom")
+      .def(nb::init<>())
+      .def_rw("name", &Geom::name)
+      .def_rw("body", &Geom::body)
+      .def_rw("frame", &Geom::frame)
+      .def_rw("shape", &Geom::shape)
+      .def_rw("material", &Geom::material)
+      .def_rw("surface_velocity", &Geom::surface_velocity)
+      .def_rw("category", &Geom::category)
+      .def_rw("mask", &Geom::mask);
+  nb::class_<PairMaterial>(m, "PairMaterial")
+      .def(nb::init<>())
+      .def_rw("geom_a", &PairMaterial::geom_a)
+      .def_rw("geom_b", &PairMaterial::geom_b)
+      .def_rw("material", &PairMaterial::material);
+}
+
+void bind_joints(nb::module_& m) {
+  nb::class_<Motor>(m, "Motor")
+      .def(nb::init<>())
+      .def_rw("kind", &Motor::kind)
+      .def_rw("target", &Motor::target)
+      .def_rw("max_effort", &Motor::max_effort)
+      .def_rw("gain", &Motor::gain)
+      .def_rw("damping_gain", &Motor::damping_gain);
+  nb::class_<Dof>(m, "Dof")
+      .def(nb::init<>())
+      .def_rw("kind", &Dof::kind)
+      .def_rw("axis", &Dof::axis)
+      .def_rw("anchor", &Dof::anchor)
+      .def_rw("lower", &Dof::lower)
+      .def_rw("upper", &Dof::upper)
+      .def_rw("stiffness", &Dof::stiffness)
+      .def_rw("rest", &Dof::rest)
+      .def_rw("damping", &Dof::damping)
+      .def_rw("friction", &Dof::friction)
+      .def_rw("armature", &Dof::armature)
+      .def_rw("motor", &Dof::motor);
+  nb::class_<Joint>(m, "Joint")
+      .def(nb::init<>())
+      .def_rw("name", &Joint::name)
+      .def_rw("kind", &Joint::kind)
+      .def_rw("body_a", &Joint::body_a)
+      .def_rw("body_b", &Joint::body_b)
+      .def_rw("frame_a", &Joint::frame_a)
+      .def_rw("frame_b", &Joint::frame_b)
+      .def_rw("dofs", &Joint::dofs)
+      .def_rw("spherical", &Joint::spherical)
+      .def_rw("ball_stiffness", &Joint::ball_stiffness)
+      .def_rw("ball_damping", &Joint::ball_damping)
+      .def_rw("ball_friction", &Joint::ball_friction)
+      .def_rw("ball_limit", &Joint::ball_limit)
+      .def_rw("lower_distance", &Joint::lower_distance)
+      .def_rw("upper_distance", &Joint::upper_distance)
+      .def_rw("compliance", &Joint::compliance)
+      .def_rw("collide", &Joint::collide);
+  nb::class_<Coupling>(m, "Coupling")
+      .def(nb::init<>())
+      .def_rw("name", &Coupling::name)
+      .def_rw("joint_a", &Coupling::joint_a)
+      .def_rw("dof_a", &Coupling::dof_a)
+      .def_rw("joint_b", &Coupling::joint_b)
+      .def_rw("dof_b", &Coupling::dof_b)
+      .def_rw("coefficients", &Coupling::coefficients)
+      .def_rw("compliance", &Coupling::compliance);
+}
+
+}  // namespace
+
+void bind_model(nb::module_& m) {
+  bind_names(m);
+  bind_bodies(m);
+  bind_joints(m);
+  using D = ModelDescription;
+  nb::class_<D>(m, "ModelDescription")
+      .def(nb::init<>())
+      .def_rw("gravity", &D::gravity)
+      .def_rw("bodies", &D::bodies)
+      .def_rw("geoms", &D::geoms)
+      .def_rw("joints", &D::joints)
+      .def_rw("couplings", &D::couplings)
+      .def_rw("pair_materials", &D::pair_materials)
+      .def_rw("excluded_bodies", &D::excluded_bodies)
+      .def_rw("friction_rule", &D::friction_rule);
+  nb::class_<Model>(m, "Model", "A checked description, which never changes.")
+      .def(nb::new_([](const D& description) { return std::make_shared<Model>(description); }),
+           nb::arg("description"))
+      .def_prop_ro("dofs", &Model::dofs)
+      .def_prop_ro("length", &Model::length)
+      .def_prop_ro("total_mass", &Model::total_mass)
+      .def(
+          "first_dof",
+          [](const Model& model, std::size_t joint) {
+            AMONTONS_REQUIRE(joint < model.joints(), "first_dof: there is no such joint");
+            return model.first_dof(joint);
+          },
+          nb::arg("joint"));
+}
+
+}  // namespace amontons::python

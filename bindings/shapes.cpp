@@ -1,0 +1,108 @@
+#include "amontons/collision/shapes.hpp"
+
+#include "amontons/collision/broad_phase.hpp"
+#include "amontons/collision/collide.hpp"
+#include "bindings.hpp"
+#include "math_casters.hpp"
+
+namespace amontons::python {
+
+namespace {
+
+using Triangles = nb::ndarray<const std::int32_t, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
+using Flags = nb::ndarray<const bool, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
+
+static_assert(sizeof(Vec3) == 3 * sizeof(double), "points and Vec3 share their layout");
+
+std::span<const Vec3> points_of(const Matrix& a) {
+  AMONTONS_REQUIRE(a.shape(1) == 3, "points must have three coordinates");
+  return {reinterpret_cast<const Vec3*>(a.data()), a.shape(0)};
+}
+
+std::span<const std::array<std::int32_t, 3>> triangles_of(const Triangles& a) {
+  AMONTONS_REQUIRE(a.shape(1) == 3, "triangles must have three corners");
+  return {reinterpret_cast<const std::array<std::int32_t, 3>*>(a.data()), a.shape(0)};
+}
+
+Shape checked(Shape shape) {
+  validate(shape);
+  return shape;
+}
+
+OutMatrix contact_points(const Shape& a, const Vec3& position_a, const Quat& orientation_a, const Shape& b,
+                         const Vec3& position_b, const Quat& orientation_b, double margin) {
+  std::vector<ContactPoint> points;
+  collide(a, {position_a, orientation_a}, b, {position_b, orientation_b}, margin, points);
+  std::vector<double> out;
+  for (const ContactPoint& p : points)
+    out.insert(out.end(), {p.point.x, p.point.y, p.point.z, p.normal.x, p.normal.y, p.normal.z, p.gap});
+  return to_numpy(std::move(out), 7);
+}
+
+nb::ndarray<nb::numpy, std::int32_t, nb::ndim<2>> pairs_of_boxes(const Matrix& lower, const Matrix& upper,
+                                                                 const Flags& fixed) {
+  const auto lo = points_of(lower), hi = points_of(upper);
+  AMONTONS_REQUIRE(lo.size() == hi.size() && lo.size() == fixed.shape(0),
+                   "broad_phase: the arrays differ in length");
+  std::vector<Aabb> boxes;
+  for (std::size_t i = 0; i < lo.size(); ++i) boxes.push_back({lo[i], hi[i]});
+  std::vector<IndexPair> pairs;
+  const std::vector<unsigned char> still(fixed.data(), fixed.data() + fixed.shape(0));
+  BroadPhase().find_pairs(boxes, still, pairs);
+  std::vector<std::int32_t> out;
+  for (const auto& [i, j] : pairs) out.insert(out.end(), {i, j});
+  return to_numpy(std::move(out), 2);
+}
+
+}  // namespace
+
+void bind_shapes(nb::module_& m) {
+  nb::class_<Shape>(m, "Shape", "A collision shape; checked when it is made.")
+      .def_static(
+          "sphere", [](double radius) { return checked(Sphere{radius}); }, nb::arg("radius"))
+      .def_static(
+          "box", [](const Vec3& half) { return checked(Box{half}); }, nb::arg("half"))
+      .def_static(
+          "capsule", [](double radius, double length) { return checked(Capsule{radius, length}); },
+          nb::arg("radius"), nb::arg("half_length"))
+      .def_static(
+          "cylinder", [](double radius, double length) { return checked(Cylinder{radius, length}); },
+          nb::arg("radius"), nb::arg("half_length"))
+      .def_static(
+          "ellipsoid", [](const Vec3& radii) { return checked(Ellipsoid{radii}); }, nb::arg("radii"))
+      .def_static("plane", [] { return Shape(Plane{}); })
+      .def_static(
+          "hull",
+          [](Matrix vertices, Triangles triangles) {
+            return Shape(make_hull(points_of(vertices), triangles_of(triangles)));
+          },
+          nb::arg("vertices"), nb::arg("triangles"))
+      .def_static(
+          "mesh",
+          [](Matrix vertices, Triangles triangles) {
+            return Shape(make_mesh(points_of(vertices), triangles_of(triangles)));
+          },
+          nb::arg("vertices"), nb::arg("triangles"))
+      .def_static(
+          "height_field",
+          [](Matrix heights, double size_x, double size_y) {
+            return Shape(make_height_field({heights.data(), heights.size()}, heights.shape(0),
+                                           heights.shape(1), size_x, size_y));
+          },
+          nb::arg("heights"), nb::arg("size_x"), nb::arg("size_y"))
+      .def_prop_ro("bounding_radius", &bounding_radius)
+      .def(
+          "bounds",
+          [](const Shape& shape, const Vec3& position, const Quat& orientation) {
+            const Aabb box = bounds(shape, {position, orientation});
+            return std::make_pair(box.lower, box.upper);
+          },
+          nb::arg("position"), nb::arg("orientation"), "Corners of the box around it, world axes.");
+  m.def("collide", &contact_points, nb::arg("shape_a"), nb::arg("position_a"), nb::arg("orientation_a"),
+        nb::arg("shape_b"), nb::arg("position_b"), nb::arg("orientation_b"), nb::arg("margin"),
+        nb::rv_policy::automatic, "(n, 7): point, normal from B to A, gap.");
+  m.def("broad_phase", &pairs_of_boxes, nb::arg("lower"), nb::arg("upper"), nb::arg("fixed"),
+        nb::rv_policy::automatic, "(k, 2): the pairs of boxes that overlap.");
+}
+
+}  // namespace amontons::python

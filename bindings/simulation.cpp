@@ -1,0 +1,238 @@
+#include "amontons/multibody/simulation.hpp"
+
+#include <cstddef>
+#include <cstring>
+
+#include "bindings.hpp"
+#include "math_casters.hpp"
+
+namespace amontons::python {
+
+namespace {
+
+using Handle = std::shared_ptr<Simulation>;
+
+// A writable array over a vector of the state: the simulation never changes its length, so the memory stays.
+template <auto Field>
+void def_view(nb::class_<Simulation>& cls, const char* name) {
+  cls.def_prop_ro(
+      name,
+      [](const Handle& s) {
+        auto& values = s->state().*Field;
+        using Entry = typename std::remove_reference_t<decltype(values)>::value_type;
+        return matrix_view(reinterpret_cast<double*>(values.data()), values.size(),
+                           sizeof(Entry) / sizeof(double), s);
+      },
+      nb::rv_policy::automatic);
+}
+
+template <auto Field>
+void def_vector_view(nb::class_<Simulation>& cls, const char* name) {
+  cls.def_prop_ro(
+      name, [](const Handle& s) { return view_of(s->state().*Field, s); }, nb::rv_policy::automatic);
+}
+
+// Copies into the vectors of the state, whose memory arrays of the package view.
+void restore(Simulation& simulation, const State& saved) {
+  State& state = simulation.state();
+  const auto copy = [](auto& to, const auto& from) {
+    AMONTONS_REQUIRE(to.size() == from.size(), "restore: the state is that of another model");
+    std::copy(from.begin(), from.end(), to.begin());
+  };
+  copy(state.positions, saved.positions);
+  copy(state.orientations, saved.orientations);
+  copy(state.linear_velocities, saved.linear_velocities);
+  copy(state.angular_velocities, saved.angular_velocities);
+  copy(state.forces, saved.forces);
+  copy(state.torques, saved.torques);
+  copy(state.coordinates, saved.coordinates);
+  copy(state.targets, saved.targets);
+  copy(state.joint_wrenches, saved.joint_wrenches);
+  copy(state.dof_impulses, saved.dof_impulses);
+  copy(state.ball_impulses, saved.ball_impulses);
+  copy(state.coupling_impulses, saved.coupling_impulses);
+  state.contacts = saved.contacts;
+  state.time = saved.time;
+  state.steps = saved.steps;
+  state.impulse_step = saved.impulse_step;
+}
+
+// The contact table as raw bytes, which the package views as a structured array.
+nb::ndarray<nb::numpy, std::uint8_t, nb::ndim<1>> contacts_of(const Simulation& s) {
+  static_assert(sizeof(Contact) == 144 && offsetof(Contact, point) == 16 && offsetof(Contact, gap) == 64 &&
+                    offsetof(Contact, impulse) == 80 && offsetof(Contact, slip) == 104 &&
+                    offsetof(Contact, normal_velocity) == 128 && offsetof(Contact, state) == 136,
+                "the dtype in python/amontons/contact_table.py mirrors Contact");
+  std::vector<std::uint8_t> bytes(s.contacts().size() * sizeof(Contact));
+  if (!bytes.empty()) std::memcpy(bytes.data(), s.contacts().data(), bytes.size());
+  return to_numpy(std::move(bytes));
+}
+
+nb::list cone_list(const ConeProduct& K) {
+  nb::list cones;
+  const auto part = [](const std::vector<double>& all, const ConeRun& run) {
+    return to_numpy(std::vector<double>(all.begin() + static_cast<std::ptrdiff_t>(run.param),
+                                        all.begin() + static_cast<std::ptrdiff_t>(run.param + run.count)));
+  };
+  for (const ConeRun& run : K.runs()) switch (run.kind) {
+      case ConeKind::free:
+        cones.append(nb::make_tuple("free", run.count));
+        break;
+      case ConeKind::nonnegative:
+        cones.append(nb::make_tuple("nonnegative", run.count));
+        break;
+      case ConeKind::interval:
+        cones.append(nb::make_tuple("interval", part(K.lo(), run), part(K.hi(), run)));
+        break;
+      case ConeKind::friction:
+        cones.append(nb::make_tuple("friction", part(K.mu(), run)));
+        break;
+    }
+  return cones;
+}
+
+const ContactOperator& operator_of(const Simulation& s) {
+  AMONTONS_REQUIRE(s.problem() != nullptr, "there is no problem before the first step; call step() first");
+  return std::get<ContactOperator>(s.problem()->A);
+}
+
+// Arms of the contacts of the last step from both centres of mass, (n, 3) each.
+nb::tuple contact_arms(const Simulation& s) {
+  std::vector<double> a, b;
+  if (s.problem())
+    for (const ContactFrame& c : operator_of(s).contacts) {
+      a.insert(a.end(), c.r_a.begin(), c.r_a.end());
+      b.insert(b.end(), c.r_b.begin(), c.r_b.end());
+    }
+  return nb::make_tuple(to_numpy(std::move(a), 3), to_numpy(std::move(b), 3));
+}
+
+// The arrays of the VI of the last step, by the names of the arguments of amontons.Contacts.
+nb::dict problem_arrays(const Simulation& s) {
+  const ContactOperator& op = operator_of(s);
+  std::vector<Index> body_a, body_b, joint_a, joint_b;
+  std::vector<double> normal, jacobian_a, jacobian_b, inertia;
+  for (const ContactFrame& c : op.contacts) {
+    body_a.push_back(c.body_a), body_b.push_back(c.body_b);
+    normal.insert(normal.end(), c.normal.begin(), c.normal.end());
+  }
+  for (const JacobianRow& row : op.joints.jacobian) {
+    joint_a.push_back(row.body_a), joint_b.push_back(row.body_b);
+    jacobian_a.insert(jacobian_a.end(), row.a.begin(), row.a.end());
+    jacobian_b.insert(jacobian_b.end(), row.b.begin(), row.b.end());
+  }
+  for (const auto& [xx, yy, zz, xy, xz, yz] : op.joints.inverse_mass.inertia)
+    inertia.insert(inertia.end(), {xx, xy, xz, xy, yy, yz, xz, yz, zz});
+  const nb::tuple arms = contact_arms(s);
+  nb::dict d;
+  d["inverse_mass"] = to_numpy(op.joints.inverse_mass.translation);
+  d["inverse_inertia"] = to_numpy(std::move(inertia), 9);
+  d["body_a"] = to_numpy(std::move(body_a));
+  d["body_b"] = to_numpy(std::move(body_b));
+  d["r_a"] = arms[0];
+  d["r_b"] = arms[1];
+  d["normal"] = to_numpy(std::move(normal), 3);
+  d["compliance"] = to_numpy(op.contact_compliance);
+  d["joint_body_a"] = to_numpy(std::move(joint_a));
+  d["joint_body_b"] = to_numpy(std::move(joint_b));
+  d["joint_jacobian_a"] = to_numpy(std::move(jacobian_a), 6);
+  d["joint_jacobian_b"] = to_numpy(std::move(jacobian_b), 6);
+  d["joint_compliance"] = to_numpy(op.joints.compliance);
+  return d;
+}
+
+void bind_options_and_report(nb::module_& m) {
+  using O = SimulationOptions;
+  nb::class_<O>(m, "SimulationOptions", "Fields of zero that may be automatic follow from the model.")
+      .def(nb::init<>())
+      .def_rw("dt", &O::dt)
+      .def_rw("law", &O::law)
+      .def_rw("method", &O::method)
+      .def_rw("tolerance", &O::tolerance)
+      .def_rw("max_iterations", &O::max_iterations)
+      .def_rw("budget", &O::budget)
+      .def_rw("threads", &O::threads)
+      .def_rw("margin", &O::margin)
+      .def_rw("recovery_speed", &O::recovery_speed)
+      .def_rw("restitution_speed", &O::restitution_speed)
+      .def_rw("warm_start", &O::warm_start)
+      .def_rw("max_substeps", &O::max_substeps);
+  nb::class_<Timings>(m, "Timings")
+      .def_ro("collision", &Timings::collision)
+      .def_ro("assembly", &Timings::assembly)
+      .def_ro("solve", &Timings::solve)
+      .def_ro("integration", &Timings::integration)
+      .def_ro("total", &Timings::total);
+  nb::class_<Report>(m, "Report")
+      .def_ro("time", &Report::time)
+      .def_ro("advanced", &Report::advanced)
+      .def_prop_ro("status", [](const Report& r) { return name_of(r.status); })
+      .def_ro("residual", &Report::residual)
+      .def_ro("iterations", &Report::iterations)
+      .def_ro("products", &Report::products)
+      .def_ro("factorizations", &Report::factorizations)
+      .def_ro("contacts", &Report::contacts)
+      .def_ro("joint_rows", &Report::joint_rows)
+      .def_ro("substeps", &Report::substeps)
+      .def_ro("penetration", &Report::penetration)
+      .def_ro("joint_error", &Report::joint_error)
+      .def_ro("joint_angle_error", &Report::joint_angle_error)
+      .def_ro("kinetic_energy", &Report::kinetic_energy)
+      .def_ro("potential_energy", &Report::potential_energy)
+      .def_ro("spring_energy", &Report::spring_energy)
+      .def_ro("timings", &Report::timings)
+      .def_ro("method", &Report::method);
+}
+
+}  // namespace
+
+void bind_simulation(nb::module_& m) {
+  bind_options_and_report(m);
+  nb::class_<Simulation> cls(m, "Simulation", "A model and its state; the arrays view the state's memory.");
+  cls.def(nb::new_([](std::shared_ptr<Model> model, const SimulationOptions& options) {
+            return std::make_shared<Simulation>(std::move(model), options);
+          }),
+          nb::arg("model"), nb::arg("options"))
+      .def("step", &Simulation::step, nb::call_guard<nb::gil_scoped_release>())
+      .def("snapshot", [](const Simulation& s) { return s.state(); })
+      .def("restore", &restore, nb::arg("state"))
+      .def_prop_ro("time", [](const Simulation& s) { return s.state().time; })
+      .def_prop_ro("steps", [](const Simulation& s) { return s.state().steps; })
+      .def_prop_ro("impulse_step", [](const Simulation& s) { return s.state().impulse_step; })
+      .def_prop_ro("margin", &Simulation::margin)
+      .def_prop_ro("recovery_speed", &Simulation::recovery_speed)
+      .def_prop_ro("restitution_speed", &Simulation::restitution_speed)
+      .def_prop_ro("contacts", &contacts_of, nb::rv_policy::automatic)
+      .def_prop_ro(
+          "impulses", [](const Simulation& s) { return to_numpy(s.impulses()); }, nb::rv_policy::automatic)
+      .def("contact_arms", &contact_arms)
+      .def("problem_arrays", &problem_arrays)
+      .def("problem_b",
+           [](const Simulation& s) {
+             operator_of(s);
+             return to_numpy(s.problem()->b);
+           })
+      .def("problem_cones",
+           [](const Simulation& s) {
+             operator_of(s);
+             return cone_list(s.problem()->K);
+           })
+      .def("momentum", [](const Simulation& s) {
+        const Momentum p = momentum(s.model(), s.state());
+        return std::make_pair(p.linear, p.angular);
+      });
+  def_view<&State::positions>(cls, "positions");
+  def_view<&State::orientations>(cls, "orientations");
+  def_view<&State::linear_velocities>(cls, "linear_velocities");
+  def_view<&State::angular_velocities>(cls, "angular_velocities");
+  def_view<&State::forces>(cls, "forces");
+  def_view<&State::torques>(cls, "torques");
+  def_vector_view<&State::coordinates>(cls, "joint_coordinates");
+  def_vector_view<&State::targets>(cls, "targets");
+  def_view<&State::joint_wrenches>(cls, "joint_wrenches");
+  def_view<&State::dof_impulses>(cls, "dof_impulses");
+  def_view<&State::ball_impulses>(cls, "ball_impulses");
+  def_vector_view<&State::coupling_impulses>(cls, "coupling_impulses");
+}
+
+}  // namespace amontons::python

@@ -1,0 +1,136 @@
+#include "amontons/multibody/state.hpp"
+
+#include <algorithm>
+#include <cstddef>
+
+#include "bindings.hpp"
+
+namespace amontons::python {
+
+namespace {
+
+// Entries of a State are plain structs of doubles, or start with two indices: as rows of numbers they go into
+// files and come back.
+static_assert(sizeof(Vec3) == 24 && sizeof(Quat) == 32 && sizeof(JointWrench) == 48 &&
+                  sizeof(DofImpulse) == 32,
+              "the arrays of a state take these structs as rows of doubles");
+static_assert(sizeof(CachedContact) == 56 && offsetof(CachedContact, local) == 8,
+              "contact_rows() and set_contacts() take a cached contact as two indices and six numbers");
+
+template <class T>
+OutMatrix rows_of(const std::vector<T>& values) {
+  const auto* first = reinterpret_cast<const double*>(values.data());
+  constexpr std::size_t width = sizeof(T) / sizeof(double);
+  return to_numpy(std::vector<double>(first, first + width * values.size()), width);
+}
+
+template <class T>
+void set_rows(std::vector<T>& values, const Matrix& rows, const char* name) {
+  constexpr std::size_t width = sizeof(T) / sizeof(double);
+  AMONTONS_REQUIRE(rows.shape(0) == values.size() && rows.shape(1) == width,
+                   std::string(name) + " has shape (" + std::to_string(rows.shape(0)) + ", " +
+                       std::to_string(rows.shape(1)) + "); the model asks for (" +
+                       std::to_string(values.size()) + ", " + std::to_string(width) + ")");
+  std::copy_n(rows.data(), width * values.size(), reinterpret_cast<double*>(values.data()));
+}
+
+void set_entries(std::vector<double>& values, const Vector& given, const char* name) {
+  AMONTONS_REQUIRE(given.shape(0) == values.size(),
+                   std::string(name) + " has " + std::to_string(given.shape(0)) +
+                       " entries; the model asks for " + std::to_string(values.size()));
+  std::copy_n(given.data(), values.size(), values.data());
+}
+
+OutMatrix contact_rows(const State& state) {
+  std::vector<double> out;
+  for (const CachedContact& c : state.contacts)
+    out.insert(out.end(), {static_cast<double>(c.geom_a), static_cast<double>(c.geom_b), c.local.x, c.local.y,
+                           c.local.z, c.impulse.x, c.impulse.y, c.impulse.z});
+  return to_numpy(std::move(out), 8);
+}
+
+void set_contacts(State& state, const Model& model, const Matrix& rows) {
+  AMONTONS_REQUIRE(rows.shape(1) == 8, "contacts must have eight columns");
+  const auto geoms = static_cast<double>(model.description().geoms.size());
+  std::vector<CachedContact> contacts;
+  for (std::size_t i = 0; i < rows.shape(0); ++i) {
+    for (int k = 0; k < 2; ++k)
+      AMONTONS_REQUIRE(rows(i, k) >= 0 && rows(i, k) < geoms,
+                       "contacts[" + std::to_string(i) + "] names a geom that the model does not have");
+    contacts.push_back({static_cast<Index>(rows(i, 0)),
+                        static_cast<Index>(rows(i, 1)),
+                        {rows(i, 2), rows(i, 3), rows(i, 4)},
+                        {rows(i, 5), rows(i, 6), rows(i, 7)}});
+  }
+  state.contacts = std::move(contacts);
+}
+
+nb::dict arrays_of(const State& s) {
+  nb::dict d;
+  d["time"] = s.time;
+  d["steps"] = s.steps;
+  d["impulse_step"] = s.impulse_step;
+  d["positions"] = rows_of(s.positions);
+  d["orientations"] = rows_of(s.orientations);
+  d["linear_velocities"] = rows_of(s.linear_velocities);
+  d["angular_velocities"] = rows_of(s.angular_velocities);
+  d["forces"] = rows_of(s.forces);
+  d["torques"] = rows_of(s.torques);
+  d["joint_coordinates"] = to_numpy(s.coordinates);
+  d["targets"] = to_numpy(s.targets);
+  d["contacts"] = contact_rows(s);
+  d["joint_wrenches"] = rows_of(s.joint_wrenches);
+  d["dof_impulses"] = rows_of(s.dof_impulses);
+  d["ball_impulses"] = rows_of(s.ball_impulses);
+  d["coupling_impulses"] = to_numpy(s.coupling_impulses);
+  return d;
+}
+
+Matrix matrix_of(const nb::dict& d, const char* name) {
+  Matrix a;
+  AMONTONS_REQUIRE(d.contains(name) && nb::try_cast(d[name], a),
+                   std::string(name) + " is missing or no matrix of numbers");
+  return a;
+}
+
+Vector vector_of(const nb::dict& d, const char* name) {
+  Vector a;
+  AMONTONS_REQUIRE(d.contains(name) && nb::try_cast(d[name], a),
+                   std::string(name) + " is missing or no vector of numbers");
+  return a;
+}
+
+State state_of(const Model& model, double time, std::uint64_t steps, double impulse_step, const nb::dict& d) {
+  State s = initial_state(model);
+  s.time = time;
+  s.steps = steps;
+  s.impulse_step = impulse_step;
+  set_rows(s.positions, matrix_of(d, "positions"), "positions");
+  set_rows(s.orientations, matrix_of(d, "orientations"), "orientations");
+  set_rows(s.linear_velocities, matrix_of(d, "linear_velocities"), "linear_velocities");
+  set_rows(s.angular_velocities, matrix_of(d, "angular_velocities"), "angular_velocities");
+  set_rows(s.forces, matrix_of(d, "forces"), "forces");
+  set_rows(s.torques, matrix_of(d, "torques"), "torques");
+  set_entries(s.coordinates, vector_of(d, "joint_coordinates"), "joint_coordinates");
+  set_entries(s.targets, vector_of(d, "targets"), "targets");
+  set_contacts(s, model, matrix_of(d, "contacts"));
+  set_rows(s.joint_wrenches, matrix_of(d, "joint_wrenches"), "joint_wrenches");
+  set_rows(s.dof_impulses, matrix_of(d, "dof_impulses"), "dof_impulses");
+  set_rows(s.ball_impulses, matrix_of(d, "ball_impulses"), "ball_impulses");
+  set_entries(s.coupling_impulses, vector_of(d, "coupling_impulses"), "coupling_impulses");
+  validate(model, s);
+  return s;
+}
+
+}  // namespace
+
+void bind_state(nb::module_& m) {
+  nb::class_<State>(m, "State", "A copy of all that a simulation changes.")
+      .def(nb::new_(&state_of), nb::arg("model"), nb::arg("time"), nb::arg("steps"), nb::arg("impulse_step"),
+           nb::arg("arrays"))
+      .def_ro("time", &State::time)
+      .def_ro("steps", &State::steps)
+      .def_prop_ro("arrays", &arrays_of, nb::rv_policy::automatic, "Every array by name, as copies.");
+}
+
+}  // namespace amontons::python

@@ -1,0 +1,54 @@
+"""The command `amontons`: simulations, and problem files."""
+
+from __future__ import annotations
+
+import sys
+from typing import Annotated
+
+import typer
+
+from .. import __version__
+from .bench import bench
+from .common import NOT_CONVERGED, out
+from .compare import compare
+from .export import export
+from .info import info
+from .run import run
+from .scenes import scenes
+from .solve import solve
+
+app = typer.Typer(
+    help="Rigid bodies with joints and frictional contacts, and the variational inequalities of their steps.",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+)
+for command in (run, scenes, export):
+    app.command(rich_help_panel="Simulations")(command)
+for command in (solve, compare, info):
+    app.command(rich_help_panel="Problem files")(command)
+app.add_typer(bench, name="bench", rich_help_panel="Benchmarks")
+
+
+def main() -> None:
+    """Entry point of the command."""
+    try:
+        app()
+    except BrokenPipeError:  # the reader of our output has seen enough
+        sys.stderr.close()
+        sys.exit(NOT_CONVERGED)
+
+
+def _version(wanted: bool) -> None:
+    if wanted:
+        out.print(f"amontons {__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def _common(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_version, is_eager=True, help="Show the version.")
+    ] = False,
+) -> None:
+    pass

@@ -1,0 +1,102 @@
+"""What the commands share: exit codes, options, output, errors in one line, progress."""
+
+from __future__ import annotations
+
+import sys
+import warnings
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+
+from ..errors import InputError, SimulationError
+from ..io import read_problem
+from ..problem import Problem
+
+CONVERGED, NOT_CONVERGED, BAD_INPUT = 0, 1, 2
+"""Exit codes: all converged, some did not, some input could not be used (which includes usage errors)."""
+
+out = Console(width=None if sys.stdout.isatty() else 140)  # a pipe or a log has no width: nothing is folded
+err = Console(stderr=True)
+
+Files = Annotated[list[Path], typer.Argument(help="Problem files: FCLIB .hdf5, .mtx with .npz, or .npz.")]
+Law = Annotated[str, typer.Option(help="associated (convex relaxation) or coulomb (true Coulomb friction).")]
+Tolerance = Annotated[float, typer.Option(help="Natural residual to reach, relative to that of x = 0.")]
+Threads = Annotated[int, typer.Option(help="Threads; results do not depend on them.")]
+
+
+def make_folder(folder: Path) -> None:
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(f"cannot be made: {error.strerror}") from None
+
+
+def read(path: Path) -> Problem | None:
+    """The problem, or None after one line on stderr; warnings of the reader become notes."""
+    try:
+        with notes():
+            return read_problem(path)
+    except (InputError, OSError) as error:
+        message = str(error)
+        complain(message if message.startswith(str(path)) else f"{path}: {message}")
+        return None
+
+
+@contextmanager
+def notes() -> Iterator[None]:
+    """Warnings inside the block become notes on stderr after it, unless it fails."""
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        yield
+    for warning in caught:
+        err.print(f"note: {warning.message}", style="yellow", soft_wrap=True, highlight=False, markup=False)
+
+
+def complain(message: str) -> None:
+    err.print(
+        "error: " + " ".join(message.split()), style="red", soft_wrap=True, highlight=False, markup=False
+    )
+
+
+def say(line: object, style: str = "") -> None:
+    """A line on stdout, as it is."""
+    out.print(str(line), style=style, soft_wrap=True, highlight=False, markup=False)
+
+
+@contextmanager
+def one_line_errors(where: object = None) -> Iterator[None]:
+    """Errors of the input end the command with one line; `where` names what they are about."""
+    try:
+        yield
+    except (InputError, OSError) as error:
+        message = str(error)
+        if isinstance(error, OSError) and error.strerror:  # from the system: its text has an errno in front
+            message = f"{error.filename}: {error.strerror}" if error.filename else error.strerror
+        if where is not None and not message.startswith(str(where)):
+            message = f"{where}: {message}"
+        complain(message)
+        raise typer.Exit(BAD_INPUT) from None
+    except SimulationError as error:
+        complain(str(error))
+        raise typer.Exit(NOT_CONVERGED) from None
+
+
+@contextmanager
+def progress(total: int) -> Iterator[Callable[[str], None]]:
+    """A bar on stderr; the function that it gives names the step that begins."""
+    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
+    with Progress(*columns, console=err, transient=True, disable=not err.is_terminal) as bar:
+        task = bar.add_task("", total=total)
+        started = False
+
+        def advance(description: str) -> None:
+            nonlocal started
+            bar.update(task, description=description, advance=1 if started else 0)
+            started = True
+
+        yield advance

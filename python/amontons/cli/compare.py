@@ -1,0 +1,90 @@
+"""amontons compare: every method on the same problems."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from .. import options
+from ..report import tables
+from .common import (
+    BAD_INPUT,
+    NOT_CONVERGED,
+    Files,
+    Law,
+    Threads,
+    Tolerance,
+    make_folder,
+    one_line_errors,
+    out,
+    progress,
+    read,
+    say,
+)
+
+
+def compare(
+    files: Files,
+    output: Annotated[
+        Path, typer.Option("--out", "--output", help="Folder of the figures and CSV files.")
+    ] = Path("comparison"),
+    methods: Annotated[str, typer.Option(help="Comma-separated methods; all by default.")] = "all",
+    law: Law = "associated",
+    tolerance: Tolerance = 1e-6,
+    deadline: Annotated[float, typer.Option(help="Wall clock per method and file (s).")] = 2.0,
+    threads: Threads = 1,
+) -> None:
+    """Run every method on the same problems: a table, convergence figures (PNG) and CSV files.
+
+    The exit code is 0 if some method solved each problem, 1 if not, 2 if some input could not be used.
+    """
+    from ..report.comparison import Run, comparable_methods, interrupted, write_csv
+    from ..report.comparison import compare as run_methods
+    from ..report.figures import convergence_figures
+
+    with one_line_errors():
+        chosen = comparable_methods() if methods == "all" else [name.strip() for name in methods.split(",")]
+        for name in chosen:
+            options.require_method(name)
+        options.chosen("law", law, options.LAWS)
+    runs: list[Run] = []
+    bad = 0
+    with progress(len(files) * len(chosen)) as advance:
+        for path in files:
+            problem = read(path)
+            if problem is None:
+                bad += 1
+                continue
+            name = path.stem
+            with one_line_errors(path):
+                mine = run_methods(
+                    name,
+                    problem,
+                    chosen,
+                    law=law,
+                    tolerance=tolerance,
+                    deadline=deadline,
+                    threads=threads,
+                    before=lambda problem, method: advance(f"{problem}: {method}"),
+                )
+            runs += mine
+            if interrupted(mine):
+                break
+    if runs:
+        out.print(tables.compared(runs, law))
+        for line in tables.refusals(runs):
+            out.print(line, style="dim", soft_wrap=True, highlight=False, markup=False)
+        with one_line_errors(output):
+            make_folder(output)
+        for path in (
+            *convergence_figures(runs, output, tolerance=tolerance, law=law),
+            *write_csv(runs, output),
+        ):
+            out.print(str(path), soft_wrap=True, highlight=False)
+    if bad:
+        raise typer.Exit(BAD_INPUT)
+    converged = {run.problem for run in runs if run.solution is not None and run.solution.converged}
+    if len(converged) < len({run.problem for run in runs}):
+        raise typer.Exit(NOT_CONVERGED)

@@ -1,0 +1,101 @@
+"""amontons export: the variational inequality of a time step as a problem file."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from ..errors import FileError, InputError
+from ..io import HDF5, SUFFIXES
+from ..simulation import Report, Simulation
+from .common import NOT_CONVERGED, Threads, notes, one_line_errors, progress, say
+from .subject import Budget, Law, Method, Name, Parameters, Step, Tolerance, open_subject
+
+
+def export(
+    subject: Name,
+    output: Annotated[
+        Path, typer.Option("--out", "--output", "-o", help="FCLIB .hdf5, or .npz, which holds any step.")
+    ],
+    step: Annotated[int | None, typer.Option(help="The step to write: 1 is the first.")] = None,
+    at: Annotated[float | None, typer.Option("--time", help="In place of --step: the step that ends then (s).")] = None,
+    every: Annotated[
+        int | None, typer.Option(help="Write every so many steps up to that one, as NAME-000123.hdf5.")
+    ] = None,
+    dt: Step = None,
+    law: Law = None,
+    method: Method = None,
+    tolerance: Tolerance = None,
+    threads: Threads = 1,
+    budget: Budget = None,
+    settings: Parameters = None,
+) -> None:
+    """Simulate up to a step and write its problem, with the solution found, for `compare` and other solvers.
+
+    Steps count from where the simulation begins: a saved one at the step that it was saved after.
+
+    The exit code is 0 if the steps written converged, 1 if some did not, 2 for input that could not be used.
+    """
+    given = {"dt": dt, "law": law, "method": method, "tolerance": tolerance, "budget": budget, "threads": threads}
+    with one_line_errors():
+        _require_output(output)
+        with notes():
+            chosen = open_subject(subject, settings or [], given)
+        sim = chosen.simulation
+        last = _last_step(sim, step, at)
+        if every is not None and not 1 <= every <= last:
+            raise InputError(f"every = {every}; it must be from 1 to {last}, the last step")
+        wanted = set(range(every, last + 1, every)) if every is not None else {last}
+        digits = max(6, len(str(last)))
+        converged = True
+        with progress(last) as advance:
+            for k in range(1, last + 1):
+                advance(f"{chosen.name} t = {sim.time:.3g} s")
+                report = sim.step()
+                if k in wanted:
+                    path = output.with_stem(f"{output.stem}-{k:0{digits}d}") if every is not None else output
+                    _write(sim, chosen.source, path)
+                    say(_line(path, report))
+                    converged &= report.converged
+    if not converged:
+        raise typer.Exit(NOT_CONVERGED)
+
+
+def _require_output(output: Path) -> None:
+    """Before minutes of work."""
+    if output.suffix.lower() not in SUFFIXES:
+        raise FileError(f"{output}: unknown kind of file; known suffixes are {', '.join(SUFFIXES)}")
+    if not output.parent.is_dir():
+        raise FileError(f"{output}: the folder {output.parent} does not exist; make it first")
+    if output.is_dir():
+        raise FileError(f"{output}: is a directory; give the name of a file")
+
+
+def _last_step(sim: Simulation, step: int | None, at: float | None) -> int:
+    if (step is None) == (at is None):
+        raise InputError("give either --step or --time")
+    if at is not None:
+        if not sim.time < at < float("inf"):
+            raise InputError(f"time = {at:g}; it must be after the start, {sim.time:g} s")
+        # The step whose end is the first at or after that time, rounding aside.
+        return max(1, math.ceil((at - sim.time) / sim.dt * (1 - 1e-9)))
+    assert step is not None
+    if step < 1:
+        raise InputError(f"step = {step}; the first is 1")
+    return step
+
+
+def _write(sim: Simulation, source: str, path: Path) -> None:
+    problem = sim.problem()
+    problem.name = f"{source}, {problem.name}"
+    problem.write(path, solution=sim.impulses if path.suffix.lower() in HDF5 else None)
+
+
+def _line(path: Path, report: Report) -> str:
+    return (
+        f"{path}  t = {report.time:g} s, {report.contacts} contacts, {report.joint_rows} joint rows, "
+        f"{report.status}, residual {report.residual:.1e}"
+    )

@@ -1,0 +1,216 @@
+"""amontons run: simulate, record, report."""
+
+from __future__ import annotations
+
+import signal
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager, nullcontext
+from dataclasses import dataclass, field
+from pathlib import Path
+from types import FrameType
+from typing import Annotated, Any
+
+import typer
+from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+
+from ..errors import FileError, InputError, SimulationError
+from ..io.recording import Recorder
+from ..report_table import report_table
+from ..simulation import Report
+from .common import NOT_CONVERGED, Threads, complain, err, make_folder, notes, one_line_errors, out, say
+from .subject import Budget, Law, Method, Name, Parameters, Step, Subject, Tolerance, open_subject
+
+
+@dataclass
+class Outcome:
+    """What came of a run."""
+
+    reports: list[Report] = field(default_factory=list)
+    frames: list[Any] = field(default_factory=list)
+    """snapshots"""
+    wall: float = 0.0
+    """s"""
+    ended: str = ""
+    """why it ended early, or nothing"""
+
+
+def run(
+    subject: Name,
+    duration: Annotated[float | None, typer.Option(help="Simulated time (s); that of the scene, else 5.")] = None,
+    dt: Step = None,
+    law: Law = None,
+    method: Method = None,
+    tolerance: Tolerance = None,
+    threads: Threads = 1,
+    budget: Budget = None,
+    settings: Parameters = None,
+    record: Annotated[Path | None, typer.Option(help="Record states, contacts and reports (HDF5).")] = None,
+    record_every: Annotated[int, typer.Option(help="Steps between recorded states.")] = 1,
+    record_contacts: Annotated[bool, typer.Option(help="Record contact tables.")] = True,
+    report: Annotated[
+        Path | None, typer.Option(help="Folder for figures and a CSV file of all steps.")
+    ] = None,
+    snapshots: Annotated[int, typer.Option(help="Pictures in the report, evenly spaced; 0 for none.")] = 4,
+    azimuth: Annotated[float, typer.Option(help="Of the pictures: where the eye is, degrees from x.")] = -60.0,
+    elevation: Annotated[float, typer.Option(help="Of the pictures, degrees above the horizon.")] = 20.0,
+    save: Annotated[Path | None, typer.Option(help="Save the last state, to run or export from (HDF5).")] = None,
+) -> None:
+    """Simulate a scene, a model or a saved simulation; record it, report on it.
+
+    Ctrl-C ends a run after the step at hand, and what was recorded so far is kept.
+
+    The exit code is 0 if all steps converged, 1 if some did not or the run ended early, 2 for input that
+    could not be used.
+    """
+    given = {"dt": dt, "law": law, "method": method, "tolerance": tolerance, "budget": budget, "threads": threads}
+    with one_line_errors():
+        with notes():
+            chosen = open_subject(subject, settings or [], given)
+        steps = _steps(chosen, duration)
+        if snapshots < 0:
+            raise InputError(f"snapshots = {snapshots}; it must be zero or positive")
+        if save is not None and (save.is_dir() or not save.parent.is_dir()):
+            raise FileError(f"{save}: must be a file in a folder that exists")
+    if report is not None:
+        with one_line_errors(report):
+            make_folder(report)
+    with one_line_errors(record):
+        recorder = (
+            Recorder(record, chosen.simulation, every=record_every, contacts=record_contacts, source=chosen.source)
+            if record is not None
+            else nullcontext()
+        )
+        with recorder as open_recorder:
+            outcome = _simulate(chosen, steps, open_recorder, snapshots if report is not None else 0)
+            if open_recorder is not None:
+                open_recorder.close(complete=not outcome.ended)
+    if outcome.ended:
+        complain(outcome.ended)
+    with one_line_errors():
+        if save is not None:
+            chosen.simulation.save(save)
+    with one_line_errors(report):
+        _tell(chosen, outcome, report, (azimuth, elevation))
+    for path in (record, save):
+        if path is not None:
+            say(path)
+    if outcome.ended or not all(step.converged for step in outcome.reports):
+        raise typer.Exit(NOT_CONVERGED)
+
+
+def _steps(subject: Subject, duration: float | None) -> int:
+    wanted = subject.duration if duration is None else duration
+    if not 0 < wanted < float("inf"):
+        raise InputError(f"duration = {wanted:g}; it must be positive and finite")
+    return max(1, round(wanted / subject.simulation.dt))
+
+
+def _simulate(subject: Subject, steps: int, recorder: Recorder | None, snapshots: int) -> Outcome:
+    from ..report.snapshots import Frame
+
+    sim = subject.simulation
+    pictured = {round(k * steps / max(1, snapshots - 1)) for k in range(snapshots)}
+    outcome = Outcome()
+
+    def picture() -> None:
+        state = sim.state
+        outcome.frames.append(Frame(sim.time, state.positions.copy(), state.orientations.copy()))
+
+    start = time.perf_counter()
+    with _interrupts() as interrupted, _bar(subject, steps) as show:
+        if 0 in pictured:
+            picture()
+        for k in range(1, steps + 1):
+            try:
+                outcome.reports.append(sim.step())
+            except (SimulationError, InputError) as error:  # such as velocities that are not finite
+                outcome.ended = str(error)
+                break
+            if recorder is not None:
+                recorder.add(outcome.reports[-1])
+            if k in pictured:
+                picture()
+            show(k, outcome.reports[-1], time.perf_counter() - start)
+            if interrupted:
+                outcome.ended = f"interrupted at t = {sim.time:g} s, after {k} of {steps} steps"
+                break
+    outcome.wall = time.perf_counter() - start
+    if outcome.ended and snapshots and (not outcome.frames or outcome.frames[-1].time != sim.time):
+        picture()
+    return outcome
+
+
+@contextmanager
+def _interrupts() -> Iterator[list[int]]:
+    """Collects Ctrl-C in a list, so that a step ends before the run does; a second one interrupts at once."""
+    caught: list[int] = []
+
+    def handler(number: int, frame: FrameType | None) -> None:
+        if caught:
+            raise KeyboardInterrupt
+        caught.append(number)
+
+    previous = signal.signal(signal.SIGINT, handler)
+    try:
+        yield caught
+    finally:
+        signal.signal(signal.SIGINT, previous)
+
+
+@contextmanager
+def _bar(subject: Subject, steps: int) -> Iterator[Any]:
+    """A bar on stderr with simulated time, real-time factor, contacts and residual."""
+    columns = (
+        TextColumn("{task.description}"),
+        BarColumn(),
+        TextColumn("{task.fields[status]}"),
+        TimeElapsedColumn(),
+        TimeRemainingColumn(),
+    )
+    first, dt = subject.simulation.time, subject.simulation.dt
+    last = 0.0
+    with Progress(*columns, console=err, transient=True, disable=not err.is_terminal) as progress:
+        task = progress.add_task(subject.name, total=steps, status="")
+
+        def show(step: int, report: Report, wall: float) -> None:
+            nonlocal last
+            if wall - last < 0.05 and step < steps:
+                return
+            last = wall
+            status = (
+                f"t {report.time:.2f} of {first + steps * dt:g} s  x{step * dt / wall:.2f} real time  "
+                f"{report.contacts} contacts  residual {report.residual:.0e}"
+            )
+            progress.update(task, completed=step, status=status)
+
+        yield show
+
+
+def _tell(subject: Subject, outcome: Outcome, folder: Path | None, view: tuple[float, float]) -> None:
+    """The summary on stdout and, with a folder, the files of the report."""
+    from rich.table import Table
+
+    from ..report.run_report import facts, run_figure, write_reports
+    from ..report.snapshots import View, snapshots_figure
+
+    sim = subject.simulation
+    reports = report_table(outcome.reports)
+    tolerance = float(sim.options["tolerance"])
+    table = Table(show_header=False, box=None, pad_edge=False, title=subject.source, title_justify="left")
+    table.add_column(style="bold", no_wrap=True)
+    table.add_column(overflow="fold")
+    for key, value in facts(reports, dt=sim.dt, wall=outcome.wall, tolerance=tolerance):
+        table.add_row(key, value)
+    out.print(table, highlight=False, markup=False)
+    if folder is None or not len(reports):
+        return
+    title = f"{subject.source}: law {sim.options['law']}, method {sim.options['method']}, dt {sim.dt:g} s"
+    run_figure(reports, folder / "report.png", title=title, tolerance=tolerance)
+    write_reports(reports, folder / "steps.csv")
+    made = [folder / "report.png", folder / "steps.csv"]
+    if outcome.frames and sim.model.geoms:
+        made.append(folder / "snapshots.png")
+        snapshots_figure(sim.model, outcome.frames, made[-1], view=View(*view))
+    for path in made:
+        say(path)

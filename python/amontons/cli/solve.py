@@ -1,0 +1,79 @@
+"""amontons solve: problem files, one table."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from .. import options
+from ..errors import InputError
+from ..problem import Problem
+from ..report import tables
+from ..solution import Solution
+from .common import (
+    BAD_INPUT,
+    NOT_CONVERGED,
+    Files,
+    Law,
+    Threads,
+    Tolerance,
+    complain,
+    one_line_errors,
+    out,
+    progress,
+    read,
+)
+
+
+def solve(
+    files: Files,
+    method: Annotated[str, typer.Option(help="auto, or one of the methods that 'compare' runs.")] = "auto",
+    law: Law = "associated",
+    tolerance: Tolerance = 1e-6,
+    deadline: Annotated[float | None, typer.Option(help="Wall clock per file (s).")] = None,
+    max_iterations: Annotated[int | None, typer.Option(help="Iterations per file.")] = None,
+    threads: Threads = 1,
+    as_json: Annotated[bool, typer.Option("--json", help="Print JSON in place of the table.")] = False,
+) -> None:
+    """Solve problem files and tabulate the outcome.
+
+    The exit code is 0 if all converged, 1 if some did not, 2 if some file or option could not be used.
+    """
+    limits: dict[str, Any] = {
+        "law": law,
+        "tolerance": tolerance,
+        "deadline": deadline,
+        "max_iterations": max_iterations,
+        "threads": threads,
+    }
+    with one_line_errors():
+        options.core_options(options.require_method(method), history=False, method_options={}, **limits)
+    solved: list[tuple[Path, Problem, Solution]] = []
+    bad = 0
+    with progress(len(files)) as advance:
+        for path in files:
+            advance(path.name)
+            problem = read(path)
+            if problem is None:
+                bad += 1
+                continue
+            try:
+                solution = problem.solve(method=method, **limits)
+            except InputError as error:  # the method does not apply to this problem
+                complain(f"{path}: {error}")
+                bad += 1
+                continue
+            solved.append((path, problem, solution))
+            if solution.status == "interrupted":
+                break
+    if as_json:
+        print(json.dumps([tables.as_dict(*entry) for entry in solved], indent=1))
+    elif solved:
+        out.print(tables.solved(solved, law, wide=out.width >= tables.WIDE))
+    if bad:
+        raise typer.Exit(BAD_INPUT)
+    if not all(solution.converged for _, _, solution in solved):
+        raise typer.Exit(NOT_CONVERGED)

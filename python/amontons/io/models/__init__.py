@@ -1,0 +1,80 @@
+"""Models from MJCF and URDF files, by way of MuJoCo's compiler."""
+
+from __future__ import annotations
+
+from os import PathLike
+from pathlib import Path
+
+from ...errors import FileError, InputError
+from ...model import Model
+from .actuators import read_actuators
+from .bodies import read_bodies
+from .compiled import Compiled, compile_file, import_mujoco
+from .contacts import read_contacts
+from .equalities import read_equalities
+from .geoms import read_geoms
+from .issues import Issues
+from .joints import read_joints
+from .keyframes import read_keyframes
+from .scan import scan
+from .xml_lines import expand_includes, read_xml
+
+SUFFIXES = (".xml", ".mjcf", ".urdf")
+
+
+def load_model(path: str | PathLike[str], *, strict: bool = True, floating_base: bool | None = None) -> Model:
+    """Read a MuJoCo (MJCF .xml) or URDF (.urdf, or <robot> in .xml) model file.
+
+    strict: raise InputError with the list of everything that is not supported; if False, leave it out and
+        warn once with that list (UnsupportedWarning).
+    floating_base: of URDF: whether the root link moves freely. By default it does if it has an <inertial>
+        with mass and is not called "world".
+
+    docs/models.md tells what is supported. Needs MuJoCo: pip install amontons[models].
+    Raises FileNotFoundError, or FileError naming file, line and element of what is missing or wrong.
+    """
+    path = Path(path)
+    if path.is_dir():
+        raise FileError(f"{path}: is a directory; give a model file")
+    if not path.exists():
+        raise FileNotFoundError(f"{path}: no such file")
+    if path.suffix.lower() not in SUFFIXES:
+        raise FileError(f"{path}: unknown kind of file; known suffixes are {', '.join(SUFFIXES)}")
+    import_mujoco()
+    root = read_xml(path)
+    if root.tag not in ("mujoco", "robot"):
+        raise FileError(f"{root.place}: the root is {root}; it must be <mujoco> (MJCF) or <robot> (URDF)")
+    if floating_base is not None and root.tag != "robot":
+        raise InputError(f"{path}: floating_base is for URDF; give the body a <freejoint> instead")
+    issues = Issues(path)
+    expand_includes(root, path.parent)
+    scan(root, issues, path.parent)
+    compiled = compile_file(path, root, issues, floating_base)
+    return _model(compiled, strict=strict)
+
+
+def _model(compiled: Compiled, *, strict: bool) -> Model:
+    bodies = read_bodies(compiled)
+    geoms = read_geoms(compiled, bodies)
+    joints = read_joints(compiled, bodies)
+    actuators = read_actuators(compiled, joints)
+    couplings = read_equalities(compiled, bodies, joints)
+    pair_materials, excluded = read_contacts(compiled, bodies, geoms)
+    keyframes = read_keyframes(compiled, bodies, joints, actuators)
+    compiled.issues.report(strict=strict)
+    gravity = compiled.model.opt.gravity.tolist() if compiled.enabled("gravity") else (0.0, 0.0, 0.0)
+    try:
+        return Model(
+            gravity=tuple(gravity),
+            friction_rule="maximum",
+            bodies=tuple(bodies.bodies),
+            geoms=tuple(geoms.geoms),
+            joints=tuple(joints.joints),
+            couplings=tuple(couplings),
+            pair_materials=tuple(pair_materials),
+            excluded_bodies=tuple(excluded),
+            keyframes=keyframes,
+            actuators=actuators,
+        )
+    except InputError as error:
+        raise FileError(f"{compiled.path}: {error}") from None

@@ -1,0 +1,128 @@
+"""Bodies: which of MuJoCo's become ours, and with which mass."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...mass import MassProperties, principal
+from ...model import WORLD, Body
+from ...transforms import Transform
+from .compiled import Compiled, transform
+
+THIN = 1e-15
+"""Inertia below this fraction of the largest counts as none."""
+
+
+@dataclass
+class Bodies:
+    """Ours, and where each of MuJoCo's went."""
+
+    bodies: list[Body]
+    owner: list[int]
+    """By MuJoCo body: the MuJoCo body that carries its geoms, joints and mass; 0 is the world."""
+    index: dict[int, int]
+    """Our index by MuJoCo body, of those that are bodies of ours; the world is WORLD."""
+    frame: list[Transform]
+    """By MuJoCo body: its frame in that of its owner."""
+
+    def at(self, mujoco_body: int) -> int:
+        """Our body that carries what MuJoCo attaches to `mujoco_body`."""
+        return self.index[self.owner[mujoco_body]]
+
+    def is_static(self, mujoco_body: int) -> bool:
+        index = self.at(mujoco_body)
+        return index == WORLD or self.bodies[index].motion == "fixed"
+
+
+def read_bodies(compiled: Compiled) -> Bodies:
+    m, d = compiled.model, compiled.data
+    owner = _owners(compiled)
+    frame = [Transform()] * m.nbody
+    mass = {}
+    for i in range(m.nbody):
+        mass[i] = _mass_properties(compiled, i)
+        if owner[i] != i:
+            parent = m.body_parentid[i]
+            # On the way to the owner all bodies are merged into it, so that the parent's frame is in it too.
+            frame[i] = frame[parent] @ compiled.body_frame(i)
+            mass[owner[i]] = mass[owner[i]] + mass[i].moved(frame[i])
+    names = unique_names(compiled, "body", m.nbody)
+    bodies, index = [], {0: WORLD}
+    for i in range(1, m.nbody):
+        if owner[i] != i:
+            continue
+        index[i] = len(bodies)
+        bodies.append(
+            Body(
+                name=names[i],
+                motion=_motion(compiled, i),
+                mass=mass[i].mass,
+                centre_of_mass=mass[i].centre_of_mass,
+                inertia=mass[i].inertia,
+                pose=transform(d.xpos[i], d.xquat[i]),
+            )
+        )
+    return Bodies(bodies, owner, index, frame)
+
+
+def unique_names(compiled: Compiled, kind: str, count: int) -> list[str]:
+    """MuJoCo's names, and body_3 and so on for what has none."""
+    names = [compiled.name(kind, i) for i in range(count)]
+    taken = set(names)
+    word = {"jnt": "joint"}.get(kind, kind)
+    for i, name in enumerate(names):
+        if not name:
+            names[i] = f"{word}_{i}"
+            while names[i] in taken:
+                names[i] += "_"
+            taken.add(names[i])
+    return names
+
+
+def _motion(compiled: Compiled, body: int) -> str:
+    m = compiled.model
+    if m.body_mocapid[body] >= 0:
+        return "kinematic"
+    return "fixed" if m.body_weldid[body] == 0 else "dynamic"
+
+
+def _mass_properties(compiled: Compiled, body: int) -> MassProperties:
+    m = compiled.model
+    frame = transform(m.body_ipos[body], m.body_iquat[body])
+    return principal(float(m.body_mass[body]), *m.body_inertia[body].tolist()).moved(frame)
+
+
+def _owners(compiled: Compiled) -> list[int]:
+    """A body without joints on a moving one is a body of its own if it can be one, else part of its parent;
+    if the moving one itself has no mass, all that is fixed to it makes one body with it."""
+    m = compiled.model
+    inertia = m.body_inertia
+    solid = (m.body_mass > 0) & (inertia.min(axis=1) > THIN * inertia.max(axis=1))
+    owner = list(range(m.nbody))
+    for i in range(1, m.nbody):
+        root = int(m.body_weldid[i])
+        if root in (0, i) or (m.body_jntnum[i] > 0 and root == i):
+            continue
+        moves_by_itself = m.body_mocapid[root] >= 0 or solid[root]
+        if not moves_by_itself:
+            owner[i] = root
+        elif not solid[i]:
+            owner[i] = owner[m.body_parentid[i]]
+    return owner
+
+
+def fixed_groups(compiled: Compiled, bodies: Bodies) -> dict[int, list[int]]:
+    """Our bodies by the MuJoCo body they are fixed to; 0 is what is fixed to the world."""
+    groups: dict[int, list[int]] = {}
+    for mujoco_body, ours in bodies.index.items():
+        if ours != WORLD:
+            groups.setdefault(int(compiled.model.body_weldid[mujoco_body]), []).append(ours)
+    return groups
+
+
+def world_poses(compiled: Compiled, bodies: Bodies) -> tuple[np.ndarray, np.ndarray]:
+    """Positions (n, 3) and orientations (n, 4) of our bodies in the present state of compiled.data."""
+    kept = [i for i in bodies.index if i > 0]
+    return compiled.data.xpos[kept].copy(), compiled.data.xquat[kept].copy()

@@ -1,0 +1,196 @@
+"""A model file read and compiled by MuJoCo: all defaults, includes, frames and units resolved."""
+
+from __future__ import annotations
+
+import re
+import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+
+from ...errors import FileError, InputError
+from ...transforms import Transform
+from .issues import Issues
+from .urdf import prepare
+from .xml_lines import Element
+
+ADVICE = {
+    "mass and inertia of moving bodies": (
+        "a body that moves needs mass and inertia: give it an <inertial> or a geom with mass"
+    ),
+    "inertia must satisfy A + B >= C": (
+        "no solid has these moments of inertia (each is at most the sum of the other two)"
+    ),
+    "mesh volume is too small": 'no volume to take the mass from; give the mesh inertia="shell" or a mass',
+}
+
+
+@dataclass
+class Compiled:
+    """MuJoCo's model at its initial configuration, with the elements it came from."""
+
+    path: Path
+    root: Element
+    mujoco: ModuleType
+    spec: Any
+    model: Any
+    data: Any
+    issues: Issues
+
+    def name(self, kind: str, index: int) -> str:
+        """MuJoCo's name of a body, geom, jnt, ..., empty if it has none."""
+        address = getattr(self.model, f"name_{kind}adr")[index]
+        names = self.model.names
+        return names[address : names.index(b"\0", address)].decode()
+
+    def element(self, kind: str, index: int) -> Element | None:
+        """The element of the file that a body, geom, ... came from, as far as it can be found."""
+        if (listed := self._listed(kind)) is not None:
+            return listed[index]
+        item = next((item for item in getattr(self.spec, SPECS[kind]) if item.id == index), None)
+        if item is None:
+            return None
+        line = re.search(r"line (\d+)", item.info)
+        return find(self.root, TAGS[kind], item.name, int(line[1]) if line else None)
+
+    def _listed(self, kind: str) -> list[Element] | None:
+        """The elements of a kind that is not nested, in MuJoCo's order; None if some are made otherwise."""
+        if kind not in LISTS:
+            return None
+        section, tag, count = LISTS[kind]
+        found = [e for s in self.root.children if s.tag == section for e in s.children if tag in ("", e.tag)]
+        return found if len(found) == getattr(self.model, count) else None
+
+    def refuse(self, kind: str, index: int, what: str) -> None:
+        """Lists what is known only after compiling, unless the scan of the file has listed its cause."""
+        element = self.element(kind, index)
+        if element is None or not self.issues.lists(element):
+            name = "" if element else f'{TAGS[kind][0]} "{self.name(kind, index)}": '
+            self.issues.add(element, name + what)
+
+    def enabled(self, flag: str) -> bool:
+        """Whether <option><flag> leaves a part of the dynamics switched on."""
+        bits = self.mujoco.mjtDisableBit
+        disabled = int(self.model.opt.disableflags)
+        if flag in ("equality", "frictionloss", "limit", "contact") and disabled & bits.mjDSBL_CONSTRAINT:
+            return False
+        return not disabled & getattr(bits, f"mjDSBL_{flag.upper()}")
+
+    def body_frame(self, body: int) -> Transform:
+        """In the parent, at the initial configuration."""
+        return transform(self.model.body_pos[body], self.model.body_quat[body])
+
+
+LISTS = {
+    "actuator": ("actuator", "", "nactuator"), "eq": ("equality", "", "neq"),
+    "pair": ("contact", "pair", "npair"), "exclude": ("contact", "exclude", "nexclude"),
+}  # fmt: skip
+SPECS = {
+    "body": "bodies", "geom": "geoms", "jnt": "joints", "actuator": "actuators", "eq": "equalities",
+    "pair": "pairs", "exclude": "excludes",
+}  # fmt: skip
+TAGS = {
+    "body": ("body", "link"), "geom": ("geom", "collision"), "jnt": ("joint", "freejoint"),
+    "actuator": ("general", "motor", "position", "velocity"), "eq": ("connect", "weld", "joint", "mimic"),
+    "pair": ("pair",), "exclude": ("exclude",),
+}  # fmt: skip
+
+
+def transform(position: Any, quaternion: Any) -> Transform:
+    q = np.asarray(quaternion, dtype=np.float64)
+    return Transform(tuple(np.asarray(position).tolist()), tuple((q / np.linalg.norm(q)).tolist()))
+
+
+def find(root: Element, tags: tuple[str, ...], name: str, line: int | None) -> Element | None:
+    """The element of one of the tags on the line; with the name, if there are several or no line is known."""
+    fitting = [e for e in root.walk() if e.tag in tags and line in (None, e.line)]
+    # The content of <default> has the same tags, but makes nothing.
+    fitting = [e for e in fitting if all(a.tag != "default" for a in e.ancestors())]
+    named = [e for e in fitting if e.name == name]
+    if named and (name or line is not None):
+        return named[0]
+    return fitting[0] if fitting and line is not None else None
+
+
+def import_mujoco() -> ModuleType:
+    try:
+        import mujoco
+    except ImportError as error:
+        raise InputError(
+            "MJCF and URDF files are read by MuJoCo, which is not installed "
+            f"({error}): pip install amontons[models]"
+        ) from None
+    return mujoco
+
+
+def compile_file(path: Path, root: Element, issues: Issues, floating_base: bool | None) -> Compiled:
+    """Raises FileError naming file, line and element if MuJoCo refuses the file."""
+    mujoco = import_mujoco()
+    said: list[str] = []
+    with _warnings_to(mujoco, said):
+        try:
+            spec = mujoco.MjSpec.from_file(str(path))
+            if root.tag == "robot":
+                prepare(spec, root, path, floating_base)
+            model = spec.compile()
+        except FileError:
+            raise
+        except (ValueError, mujoco.FatalError) as error:
+            raise FileError(_translated(str(error), path, root)) from None
+        data = mujoco.MjData(model)
+        mujoco.mj_kinematics(model, data)
+    for text in said:  # of what it left out, such as a <mimic> of nothing, or takes for a mistake
+        element = _mentioned(text, root)
+        if "deprecated" not in text and not (element and issues.lists(element)):
+            issues.add(element, f"MuJoCo warns: {' '.join(text.split())}")
+    return Compiled(path, root, mujoco, spec, model, data, issues)
+
+
+@contextmanager
+def _warnings_to(mujoco: ModuleType, said: list[str]) -> Iterator[None]:
+    before = mujoco.get_mju_user_warning()
+    mujoco.set_mju_user_warning(lambda text: said.append(str(text)))
+    try:
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always")
+            yield
+        said += [str(w.message) for w in caught]
+    finally:
+        mujoco.set_mju_user_warning(before)
+
+
+def _mentioned(text: str, root: Element) -> Element | None:
+    """The first element of which the text quotes the name or a file."""
+    quoted = {Path(q).name for q in re.findall(r"'([^']+)'", text)}
+    for element in root.walk():
+        files = (element.attributes.get(key) for key in ("file", "filename", "link"))
+        if quoted & {element.name, *(Path(f).name for f in files if f)} - {""}:
+            return element
+    return None
+
+
+def _translated(message: str, path: Path, root: Element) -> str:
+    """MuJoCo's message with file and line in front: `Error: what\\nElement name 'x', id 0, line 5`."""
+    text = re.sub(r"^(XML )?Error: (Error: )?", "", message.strip())
+    what, _, where = text.partition("\nElement ")
+    line = re.search(r"line (\d+)", where)
+    quoted = re.search(r"^(name )?'([^']*)'", where)
+    element = None
+    if line:
+        at = [e for e in root.walk() if e.line == int(line[1])]
+        by_name = [e for e in at if quoted and quoted[2] and quoted[2] in (e.tag, e.name)]
+        # Of a line with several elements, the one that holds what the message quotes, or the innermost.
+        words = set(re.findall(r"'([^']+)'", what))
+        by_value = [e for e in at if words & set(e.attributes.values())]
+        element = (by_name or by_value or at[::-1] or [None])[0]
+    elif quoted and quoted[2]:
+        element = next((e for e in root.walk() if e.name == quoted[2]), None)
+    element = element or _mentioned(what, root)
+    advice = next((text for key, text in ADVICE.items() if key in what), "")
+    place = f"{element.place}: {element}" if element else f"{path}"
+    return f"{place}: {' '.join(what.split())}" + (f"; {advice}" if advice else "")

@@ -1,0 +1,105 @@
+"""Equalities: connect and weld close loops, joint couples two coordinates."""
+
+from __future__ import annotations
+
+import math
+
+from numpy.polynomial import Polynomial
+
+from ...model import Coupling, Joint
+from ...transforms import IDENTITY, Transform, conjugate, multiply
+from .bodies import Bodies
+from .compiled import Compiled, transform
+from .joints import Joints
+
+
+def read_equalities(compiled: Compiled, bodies: Bodies, joints: Joints) -> list[Coupling]:
+    """Adds the joints of connect and weld; returns the couplings."""
+    m, kinds = compiled.model, compiled.mujoco.mjtEq
+    couplings: list[Coupling] = []
+    names = {joint.name for joint in joints.joints}
+    if not compiled.enabled("equality"):
+        return couplings
+    for e in range(m.neq):
+        if not m.eq_active0[e]:
+            continue  # listed already
+        kind = int(m.eq_type[e])  # enums compare with int, not with NumPy's integers
+        name = compiled.name("eq", e) or f"equality_{e}"
+        if kind in (kinds.mjEQ_CONNECT, kinds.mjEQ_WELD):
+            while name in names:
+                name += "_"
+            names.add(name)
+            joint = _loop(compiled, bodies, e, name, ball=kind == kinds.mjEQ_CONNECT)
+            if joint is not None:
+                joints.joints.append(joint)
+        elif kind == kinds.mjEQ_JOINT:
+            couplings += _coupling(compiled, joints, e, name)
+    return couplings
+
+
+def _loop(compiled: Compiled, bodies: Bodies, e: int, name: str, *, ball: bool) -> Joint | None:
+    """A joint between the frames that the equality brings together; None between two static bodies."""
+    m = compiled.model
+    ends = _site_frames(compiled, e) if _has_sites(compiled, e) else _anchors(compiled, e, ball=ball)
+    ball = ball or m.eq_data[e, 10] == 0  # torquescale 0: the weld leaves the rotation free
+    (body_a, frame_a), (body_b, frame_b) = ((body, bodies.frame[body] @ frame) for body, frame in ends)
+    if bodies.at(body_a) == bodies.at(body_b) or (bodies.is_static(body_a) and bodies.is_static(body_b)):
+        return None
+    if bodies.is_static(body_a):
+        body_a, frame_a, body_b, frame_b = body_b, frame_b, body_a, frame_a
+    if ball:  # the rotation is free; begin it at zero
+        at = [
+            bodies.bodies[i].pose.rotation if i >= 0 else IDENTITY for i in map(bodies.at, (body_a, body_b))
+        ]
+        relative = multiply(conjugate(at[1]), multiply(at[0], frame_a.rotation))
+        frame_b = transform(frame_b.position, relative)
+    return Joint(
+        name=name,
+        body_a=bodies.at(body_a),
+        body_b=bodies.at(body_b),
+        frame_a=frame_a,
+        frame_b=frame_b,
+        spherical=ball,
+        collide=True,
+    )
+
+
+def _has_sites(compiled: Compiled, e: int) -> bool:
+    return compiled.model.eq_objtype[e] == compiled.mujoco.mjtObj.mjOBJ_SITE
+
+
+def _site_frames(compiled: Compiled, e: int) -> list[tuple[int, Transform]]:
+    m = compiled.model
+    sites = int(m.eq_obj1id[e]), int(m.eq_obj2id[e])
+    return [(int(m.site_bodyid[s]), transform(m.site_pos[s], m.site_quat[s])) for s in sites]
+
+
+def _anchors(compiled: Compiled, e: int, *, ball: bool) -> list[tuple[int, Transform]]:
+    """eq_data of connect: the anchor in body 1, in body 2; of weld: the anchor in body 2, the one in body 1,
+    and the orientation of body 2 in body 1 (MuJoCo, API reference, mjEQ_CONNECT and mjEQ_WELD)."""
+    m = compiled.model
+    data = m.eq_data[e]
+    first, second = int(m.eq_obj1id[e]), int(m.eq_obj2id[e])
+    if ball:
+        return [(first, transform(data[:3], IDENTITY)), (second, transform(data[3:6], IDENTITY))]
+    return [(first, transform(data[3:6], data[6:10])), (second, transform(data[:3], IDENTITY))]
+
+
+def _coupling(compiled: Compiled, joints: Joints, e: int, name: str) -> list[Coupling]:
+    """q_a - ref_a = p(q_b - ref_b), with p of degree four, as a polynomial in q_b."""
+    m = compiled.model
+    first, second = int(m.eq_obj1id[e]), int(m.eq_obj2id[e])
+    polynomial = Polynomial(m.eq_data[e, :5])
+    if first not in joints.dof or (second >= 0 and second not in joints.dof):
+        compiled.refuse("eq", e, "an equality of joints that are not supported")
+        return []
+    joint_a, dof_a = joints.dof[first]
+    joint_b, dof_b = joints.dof[second] if second >= 0 else (-1, 0)
+    shift = float(m.qpos0[m.jnt_qposadr[second]]) if second >= 0 else 0.0
+    polynomial = polynomial(Polynomial([-shift, 1.0])) if second >= 0 else Polynomial(m.eq_data[e, :1])
+    polynomial = (polynomial + float(m.qpos0[m.jnt_qposadr[first]])).trim()
+    coefficients = tuple(map(float, polynomial.coef))
+    if not all(map(math.isfinite, coefficients)):
+        compiled.refuse("eq", e, "coefficients that are not finite")
+        return []
+    return [Coupling(name, joint_a, dof_a, joint_b, dof_b, coefficients)]

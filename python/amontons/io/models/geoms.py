@@ -1,0 +1,126 @@
+"""Geoms: shapes and materials."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from ... import shapes
+from ...errors import FileError, InputError
+from ...model import Geom, Material
+from ...shapes import Shape
+from ...transforms import rotate
+from .bodies import Bodies, unique_names
+from .compiled import Compiled, transform
+
+BITS = 0xFFFFFFFF
+
+
+@dataclass
+class Geoms:
+    """Ours, and which of MuJoCo's they are."""
+
+    geoms: list[Geom]
+    index: dict[int, int]
+    """Our index by MuJoCo geom; those that were left out are missing."""
+
+
+def read_geoms(compiled: Compiled, bodies: Bodies) -> Geoms:
+    m = compiled.model
+    names = unique_names(compiled, "geom", m.ngeom)
+    known: dict[int, Shape] = {}  # meshes and height fields are shared by the geoms that use them
+    geoms = Geoms([], {})
+    for g in range(m.ngeom):
+        shape = _shape(compiled, g, known, bodies.is_static(m.geom_bodyid[g]))
+        if shape is None:
+            continue
+        body = int(m.geom_bodyid[g])
+        frame = bodies.frame[body] @ transform(m.geom_pos[g], m.geom_quat[g])
+        surface = rotate(frame.rotation, tuple(m.geom_surfacevel[g, :3].tolist()))
+        contact = compiled.enabled("contact")
+        geoms.index[g] = len(geoms.geoms)
+        geoms.geoms.append(
+            Geom(
+                names[g],
+                bodies.at(body),
+                frame,
+                shape=shape,
+                material=Material(friction=float(m.geom_friction[g, 0])),
+                surface_velocity=surface,
+                category=int(m.geom_contype[g]) & BITS if contact else 0,
+                mask=int(m.geom_conaffinity[g]) & BITS if contact else 0,
+            )
+        )
+    return geoms
+
+
+def touches_nothing(model: Any, geom: int) -> bool:
+    """Whether the geom is there to be seen only."""
+    paired = geom in model.pair_geom1 or geom in model.pair_geom2
+    return not (model.geom_contype[geom] or model.geom_conaffinity[geom] or paired)
+
+
+def _shape(compiled: Compiled, g: int, known: dict[int, Shape], static: bool) -> Shape | None:
+    """The shape of a geom; None for what is only seen, or not supported and listed."""
+    m, kind = compiled.model, compiled.mujoco.mjtGeom
+    size = tuple(m.geom_size[g].tolist())
+    match m.geom_type[g]:
+        case kind.mjGEOM_PLANE:
+            return shapes.Plane()
+        case kind.mjGEOM_SPHERE:
+            return shapes.Sphere(size[0])
+        case kind.mjGEOM_CAPSULE:
+            return shapes.Capsule(size[0], size[1])
+        case kind.mjGEOM_ELLIPSOID:
+            return shapes.Ellipsoid(size)
+        case kind.mjGEOM_CYLINDER:
+            return shapes.Cylinder(size[0], size[1])
+        case kind.mjGEOM_BOX:
+            return shapes.Box(size)
+        case kind.mjGEOM_HFIELD if static:
+            data = int(m.geom_dataid[g])
+            return known.setdefault(-1 - data, _height_field(m, data))
+        case kind.mjGEOM_HFIELD:
+            compiled.refuse("geom", g, "a height field on a body that moves; use meshes or primitives")
+        case kind.mjGEOM_MESH if not touches_nothing(m, g):
+            data = int(m.geom_dataid[g])
+            if data not in known:
+                known[data] = _hull(compiled, g, data)
+            return known[data]
+        case kind.mjGEOM_SDF:
+            compiled.refuse("geom", g, "a signed distance field; use a mesh")
+    return None
+
+
+def _height_field(model: Any, field: int) -> Shape:
+    """MuJoCo stores heights from 0 to 1, rows along y and columns along x, both ascending."""
+    rows, columns, start = model.hfield_nrow[field], model.hfield_ncol[field], model.hfield_adr[field]
+    half_x, half_y, elevation, _ = model.hfield_size[field]
+    data = model.hfield_data[start : start + rows * columns].astype(np.float64)
+    return shapes.HeightField(elevation * data.reshape(rows, columns), 2 * float(half_x), 2 * float(half_y))
+
+
+def _hull(compiled: Compiled, geom: int, mesh: int) -> Shape:
+    """The convex hull of a mesh: that of MuJoCo, which <mesh maxhullvert> may have simplified.
+
+    mesh_graph holds the number of corners and of faces, then per corner where its edges are and its vertex.
+    """
+    m = compiled.model
+    start = m.mesh_vertadr[mesh]
+    vertices = m.mesh_vert[start : start + m.mesh_vertnum[mesh]].astype(np.float64)
+    if (graph := m.mesh_graphadr[mesh]) >= 0:
+        corners = m.mesh_graph[graph]
+        vertices = vertices[m.mesh_graph[graph + 2 + corners : graph + 2 + 2 * corners]]
+    try:
+        return shapes.Hull(vertices)
+    except InputError as error:
+        element = compiled.element("geom", geom)
+        place = f"{element.place}: {element}" if element else str(compiled.path)
+        name = compiled.name("mesh", mesh)
+        raise FileError(f'{place}: the convex hull of the mesh "{name}": {error}') from None
+
+
+def with_friction(geom: Geom, friction: float) -> Geom:
+    return replace(geom, material=replace(geom.material, friction=friction))

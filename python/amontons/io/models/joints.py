@@ -1,0 +1,155 @@
+"""Joints of the kinematic tree: all joints of a MuJoCo body become one chain of degrees of freedom."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+from ...model import Dof, Joint, Motor
+from ...transforms import Transform, Vector3, axis_angle, rotate, subtract
+from .bodies import Bodies
+from .compiled import Compiled
+from .urdf import fixed_joint_names
+
+
+@dataclass
+class Joints:
+    """Ours, and where each of MuJoCo's went."""
+
+    joints: list[Joint]
+    dof: dict[int, tuple[int, int]]
+    """(joint, dof) of ours by MuJoCo joint, hinges and slides only."""
+
+
+def read_joints(compiled: Compiled, bodies: Bodies) -> Joints:
+    m = compiled.model
+    joints = Joints([], {})
+    fixed = fixed_joint_names(compiled.root)
+    taken = {compiled.name("jnt", j) for j in range(m.njnt)}
+    for body, ours in bodies.index.items():
+        if body == 0 or bodies.bodies[ours].motion != "dynamic":
+            continue
+        own = range(m.body_jntadr[body], m.body_jntadr[body] + m.body_jntnum[body])
+        if any(m.jnt_type[j] == compiled.mujoco.mjtJoint.mjJNT_FREE for j in own):
+            _check_free(compiled, own[0])
+            continue
+        joint = _chain(compiled, bodies, body, list(own), joints)
+        name = "+".join(filter(None, (compiled.name("jnt", j) for j in own)))
+        if not name or len(own) > 1:  # not a name of MuJoCo's, which are unique
+            own_body = compiled.name("body", body)
+            kind = "joint" if own else "fixed"
+            name = name or fixed.get(own_body) or f"{bodies.bodies[ours].name}_{kind}"
+            while name in taken:
+                name += "_"
+        taken.add(name)
+        joints.joints.append(replace(joint, name=name))
+    return joints
+
+
+def _check_free(compiled: Compiled, joint: int) -> None:
+    m = compiled.model
+    dofs = slice(m.jnt_dofadr[joint], m.jnt_dofadr[joint] + 6)
+    values = {
+        "stiffness": m.jnt_stiffness[joint], "damping": m.dof_damping[dofs].any(),
+        "frictionloss": m.dof_frictionloss[dofs].any(), "armature": m.dof_armature[dofs].any(),
+    }  # fmt: skip
+    for name in (name for name, value in values.items() if value):
+        compiled.refuse("jnt", joint, f"{name} of a free joint; use <freejoint>")
+
+
+def _chain(compiled: Compiled, bodies: Bodies, body: int, own: list[int], joints: Joints) -> Joint:
+    """The joint that moves `body` against its parent.
+
+    With d_i = q_i - ref_i and E_i(d) the motion of joint i by d in the frame of the body, MuJoCo's kinematics
+    are X_body = X_parent T E_1(d_1) ... E_n(d_n), where T is the body's frame in the parent (MuJoCo,
+    Computation, Kinematics). So that coordinates are MuJoCo's q, E_i(q_i - ref_i) = E_i(q_i) E_i(-ref_i) and
+    the constant parts move to the right: with C_i = E_1(-ref_1) ... E_i(-ref_i),
+    X_body = X_parent T [C_0 E_1(q_1) C_0^-1] ... [C_n-1 E_n(q_n) C_n-1^-1] C_n.
+    """
+    m, kinds = compiled.model, compiled.mujoco.mjtJoint
+    parent = int(m.body_parentid[body])
+    in_parent = bodies.frame[parent] @ compiled.body_frame(body)
+    # The origin of frame_a is a point of the last axis: joint forces are small and errors felt there.
+    origin = Transform(_vector(m.jnt_pos[own[-1]]) if own else (0.0, 0.0, 0.0))
+    shift = Transform()  # C_i
+    axes: list[tuple[int, Vector3, Vector3]] = []  # joint, axis and anchor in T
+    ball = None
+    for j in own:
+        if m.jnt_type[j] == kinds.mjJNT_BALL:
+            ball = j
+            continue
+        axis, anchor = _vector(m.jnt_axis[j]), _vector(m.jnt_pos[j])
+        if ball is not None:
+            compiled.refuse("jnt", ball, "a ball joint before other joints of the body; put it last")
+            continue
+        axes.append((j, rotate(shift.rotation, axis), shift(anchor)))
+        shift = shift @ _exponential(
+            m.jnt_type[j] == kinds.mjJNT_SLIDE, axis, anchor, -_reference(compiled, j)
+        )
+    frame = shift @ origin  # of frame_b in T
+    back = frame.inverse()
+    dofs = tuple(_dof(compiled, j, rotate(back.rotation, axis), back(anchor)) for j, axis, anchor in axes)
+    for k, (j, _, _) in enumerate(axes):
+        joints.dof[j] = (len(joints.joints), k)
+    joint = Joint(
+        body_a=bodies.index[body],
+        body_b=bodies.at(parent),
+        frame_a=origin,
+        frame_b=in_parent @ frame,
+        dofs=dofs,
+        collide=True,  # exclusions say who does not touch
+    )
+    return joint if ball is None else _with_ball(compiled, joint, ball)
+
+
+def _vector(values) -> Vector3:  # noqa: ANN001
+    return tuple(values.tolist())
+
+
+def _reference(compiled: Compiled, joint: int) -> float:
+    return float(compiled.model.qpos0[compiled.model.jnt_qposadr[joint]])
+
+
+def _exponential(slides: bool, axis: Vector3, anchor: Vector3, by: float) -> Transform:
+    if slides:
+        return Transform((by * axis[0], by * axis[1], by * axis[2]))
+    rotation = axis_angle(axis, by)
+    return Transform(subtract(anchor, rotate(rotation, anchor)), rotation)
+
+
+def _dof(compiled: Compiled, j: int, axis: Vector3, anchor: Vector3) -> Dof:
+    m = compiled.model
+    v, q = m.jnt_dofadr[j], m.jnt_qposadr[j]
+    slides = m.jnt_type[j] == compiled.mujoco.mjtJoint.mjJNT_SLIDE
+    if not slides and abs(m.qpos0[q]) > math.pi:
+        compiled.refuse("jnt", j, f"ref of {m.qpos0[q]:g} rad, more than half a turn; take turns off it")
+    limited = m.jnt_limited[j] and compiled.enabled("limit")
+    return Dof(
+        kind="slide" if slides else "hinge",
+        axis=axis,
+        anchor=anchor,
+        lower=float(m.jnt_range[j, 0]) if limited else -math.inf,
+        upper=float(m.jnt_range[j, 1]) if limited else math.inf,
+        stiffness=float(m.jnt_stiffness[j]) if compiled.enabled("spring") else 0.0,
+        rest=float(m.qpos_spring[q]),
+        damping=float(m.dof_damping[v]) if compiled.enabled("damper") else 0.0,
+        friction=float(m.dof_frictionloss[v]) if compiled.enabled("frictionloss") else 0.0,
+        armature=float(m.dof_armature[v]),
+        motor=Motor(),
+    )
+
+
+def _with_ball(compiled: Compiled, joint: Joint, j: int) -> Joint:
+    m = compiled.model
+    v = m.jnt_dofadr[j]
+    if m.dof_armature[v]:
+        compiled.refuse("jnt", j, "armature of a ball joint; add it to the inertia")
+    limited = m.jnt_limited[j] and compiled.enabled("limit")
+    return replace(
+        joint,
+        spherical=True,
+        ball_stiffness=float(m.jnt_stiffness[j]) if compiled.enabled("spring") else 0.0,
+        ball_damping=float(m.dof_damping[v]) if compiled.enabled("damper") else 0.0,
+        ball_friction=float(m.dof_frictionloss[v]) if compiled.enabled("frictionloss") else 0.0,
+        ball_limit=float(m.jnt_range[j, 1]) if limited else math.inf,
+    )

@@ -1,0 +1,60 @@
+"""Keyframes: states of MuJoCo's coordinates as states of ours."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ...presets import Actuator, Keyframe
+from .bodies import Bodies
+from .compiled import Compiled
+from .joints import Joints
+
+
+def read_keyframes(
+    compiled: Compiled, bodies: Bodies, joints: Joints, actuators: dict[str, Actuator]
+) -> dict[str, Keyframe]:
+    """By name, key_0 and so on for those without one."""
+    m, mujoco = compiled.model, compiled.mujoco
+    found: dict[str, Keyframe] = {}
+    data = mujoco.MjData(m)
+    for k in range(m.nkey):
+        mujoco.mj_resetDataKeyframe(m, data, k)
+        mujoco.mj_kinematics(m, data)
+        mujoco.mj_comPos(m, data)
+        mujoco.mj_comVel(m, data)
+        name = compiled.name("key", k) or f"key_{k}"
+        found[name] = _keyframe(compiled, data, bodies, joints, actuators)
+    return found
+
+
+def _keyframe(
+    compiled: Compiled, data: object, bodies: Bodies, joints: Joints, actuators: dict[str, Actuator]
+) -> Keyframe:
+    m, mujoco = compiled.model, compiled.mujoco
+    kept = [i for i in bodies.index if i > 0]
+    velocity = np.zeros((len(kept), 6))  # angular, linear
+    for row, body in zip(velocity, kept, strict=True):
+        mujoco.mj_objectVelocity(m, data, mujoco.mjtObj.mjOBJ_XBODY, body, row, 0)
+    first = np.cumsum([0, *(len(joint.dofs) for joint in joints.joints)])
+    coordinates, targets = np.zeros(first[-1]), np.zeros(first[-1])
+    for j, (joint, dof) in joints.dof.items():
+        coordinates[first[joint] + dof] = data.qpos[m.jnt_qposadr[j]]
+        targets[first[joint] + dof] = joints.joints[joint].dofs[dof].motor.target
+    ids = {compiled.name("actuator", i) or f"actuator_{i}": i for i in range(m.nactuator)}
+    for name, actuator in actuators.items():
+        control = float(data.ctrl[m.actuator_ctrladr[ids[name]]])
+        targets[first[actuator.joint] + actuator.dof] = actuator.target(control)
+    orientations = data.xquat[kept] / np.linalg.norm(data.xquat[kept], axis=1, keepdims=True)
+    return Keyframe(
+        float(data.time),
+        _rows(data.xpos[kept]),
+        _rows(orientations),
+        _rows(velocity[:, 3:]),
+        _rows(velocity[:, :3]),
+        tuple(coordinates.tolist()),
+        tuple(targets.tolist()),
+    )
+
+
+def _rows(array: np.ndarray) -> tuple:
+    return tuple(map(tuple, array.tolist()))

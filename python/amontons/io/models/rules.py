@@ -1,0 +1,271 @@
+"""What of MJCF and URDF is read, what is ignored because it does not change the motion, and what is refused.
+
+An element or attribute in none of these tables is refused: a file never loses anything unsaid. The names are
+those of MuJoCo's XML reference and of the URDF specification.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+from .xml_lines import Element
+
+Check = Callable[[Element, str], bool]
+"""Whether the value of an attribute is supported."""
+
+
+@dataclass(frozen=True)
+class Rule:
+    """How to treat an element: attributes read, attributes ignored, attributes read if a check holds."""
+
+    read: frozenset[str] = frozenset()
+    ignored: frozenset[str] = frozenset()
+    checked: dict[str, tuple[Check, str]] = field(default_factory=dict)
+    subtree: bool = False  # all that is below is ignored
+    refused: str = ""  # why the whole element is not supported
+
+
+def words(text: str) -> frozenset[str]:
+    return frozenset(text.split())
+
+
+def zero_from(first: int) -> Check:
+    """Values from the index `first` on are zero."""
+
+    def check(element: Element, attribute: str) -> bool:
+        values = element.numbers(attribute)
+        return values is not None and not any(values[first:])
+
+    return check
+
+
+def one_of(*allowed: str) -> Check:
+    return lambda element, attribute: element.attributes[attribute].strip() in allowed
+
+
+def none_of(*refused: str) -> Check:
+    return lambda element, attribute: element.attributes[attribute].strip() not in refused
+
+
+def isotropic(element: Element, attribute: str) -> bool:
+    values = element.numbers(attribute) or []
+    return len(values) < 2 or values[0] == values[1]
+
+
+zero = zero_from(0)
+IGNORED = Rule(subtree=True)
+GROUP = Rule()
+FRAME = words("pos quat axisangle xyaxes zaxis euler")
+SOFTNESS = words("solref solimp solreflimit solimplimit solreffriction solimpfriction solmix gap")
+
+TORSION = "torsional and rolling friction (condim 4 and 6); use condim 3"
+MARGIN = "margin (surfaces and limits are hard, without an offset); enlarge the geom or narrow the range"
+ADHESION = "adhesion"
+DELAY = "delay of an actuator"
+
+BODY = Rule(
+    words("name childclass mocap") | FRAME,
+    words("user simple sleep fuse"),
+    {"gravcomp": (zero, "gravity compensation; apply the force in a callback")},
+)
+JOINT = Rule(
+    words(
+        "name class type group pos axis springdamper limited range ref springref armature frictionloss "
+        "actuatorfrclimited actuatorfrcrange"
+    ),
+    words("user actuatorgravcomp") | SOFTNESS,
+    {
+        "margin": (zero, MARGIN),
+        "springyield": (zero, "a spring that yields"),
+        "stiffness": (zero_from(1), "a nonlinear spring; its linear part is the first number"),
+        "damping": (zero_from(1), "a nonlinear damper; its linear part is the first number"),
+    },
+)
+GEOM = Rule(
+    words(
+        "name class contype conaffinity priority friction mass density shellinertia size fromto mesh hfield "
+        "fitscale"
+    )
+    | FRAME,
+    words("group user material rgba castshadow fluidshape fluidcoef") | SOFTNESS,
+    {
+        "type": (none_of("sdf"), "a signed distance field; use a mesh or primitives"),
+        "condim": (one_of("1", "3"), TORSION),
+        "margin": (zero, MARGIN),
+        "adhesion": (zero, ADHESION),
+        "surfacevel": (zero_from(3), "a surface velocity that rotates"),
+    },
+)
+PAIR = Rule(
+    words("name class geom1 geom2"),
+    SOFTNESS,
+    {
+        "condim": (one_of("1", "3"), TORSION),
+        "friction": (isotropic, "anisotropic friction"),
+        "margin": (zero, MARGIN),
+        "adhesion": (zero, ADHESION),
+    },
+)
+ACTIVE = (one_of("true"), "an equality that is not active from the start")
+EQUALITY = Rule(
+    words("name class body1 body2 anchor relpose site1 site2 joint1 joint2 polycoef"),
+    SOFTNESS | words("torquescale"),
+    {"active": ACTIVE},
+)
+ACTUATOR = Rule(
+    words(
+        "name class joint jointinparent ctrllimited ctrlrange forcelimited forcerange gear kp kv dampratio "
+        "inheritrange armature gaintype gainprm biastype biasprm input site tendon body cranksite slidersite "
+        "refsite cranklength"
+    ),
+    words("group user lengthrange dynprm actlimited actrange actearly interp ffrange velrange"),
+    {
+        "timeconst": (zero, "a filtered actuator"),
+        "dyntype": (one_of("none"), "an actuator with an internal state"),
+        "actdim": (one_of("-1", "0"), "an actuator with an internal state"),
+        "delay": (zero, DELAY),
+        "nsample": (zero, DELAY),
+        "damping": (zero_from(1), "a nonlinear damper; its linear part is the first number"),
+    },
+)
+OPTION = Rule(
+    words("gravity actuatorgroupdisable"),
+    words(
+        "ccd_iterations ccd_tolerance cone impratio integrator iterations jacobian ls_iterations "
+        "ls_tolerance magnetic noslip_iterations noslip_tolerance o_friction o_margin o_solimp o_solref "
+        "sdf_initpoints sdf_iterations sleep_tolerance solver timestep tolerance wind"
+    ),
+    {
+        "density": (zero, "forces of a surrounding fluid; apply them in a callback"),
+        "viscosity": (zero, "forces of a surrounding fluid; apply them in a callback"),
+    },
+)
+FLAG = Rule(
+    words(
+        "actuation clampctrl constraint contact damper equality filterparent frictionloss gravity limit "
+        "spring"
+    ),
+    words(
+        "autoreset diagexact energy eulerdamp fwdinv invdiscrete ipc island midphase multiccd nativeccd "
+        "refsafe sensor sleep speculative warmstart"
+    ),
+    {"override": (one_of("disable"), "the override of contact parameters; set those of the geoms")},
+)
+COMPILER = Rule(
+    words(
+        "alignfree angle assetdir autolimits balanceinertia boundinertia boundmass conflict coordinate "
+        "discardvisual eulerseq fitaabb fusestatic inertiafromgeom inertiagrouprange meshdir passthrough "
+        "savecanonical savecompiled saveinertial settotalmass strippath texturedir usethread"
+    )
+)
+PLUGIN = Rule(refused="a plugin")
+DRIVE = "this kind of actuator; motor, position, velocity and their general forms are supported"
+TENDON = Rule(refused="a tendon; couple joints by an equality")
+FLEX = Rule(refused="a deformable body")
+
+# By "parent tag/tag"; a parent that only groups its children ("*") stands for any.
+MJCF: dict[str, Rule] = {
+    "*/mujoco": Rule(words("model")),
+    "mujoco/compiler": COMPILER,
+    "compiler/lengthrange": IGNORED,
+    "mujoco/option": OPTION,
+    "option/flag": FLAG,
+    "mujoco/size": IGNORED,
+    "mujoco/statistic": IGNORED,
+    "mujoco/visual": IGNORED,
+    "mujoco/sensor": IGNORED,
+    "mujoco/custom": IGNORED,
+    "mujoco/extension": IGNORED,
+    "mujoco/default": Rule(words("class")),
+    "default/default": Rule(words("class")),
+    "default/tendon": IGNORED,
+    "default/equality": Rule(frozenset(), SOFTNESS, {"active": ACTIVE}),
+    "mujoco/asset": GROUP,
+    "asset/model": Rule(words("name file content_type")),
+    "*/mesh": Rule(
+        words(
+            "name class file vertex face refpos refquat scale inertia maxhullvert builtin params content_type"
+        ),
+        words("normal texcoord smoothnormal material"),
+    ),
+    "mesh/plugin": PLUGIN,
+    "asset/hfield": Rule(words("name file nrow ncol size elevation content_type")),
+    "mujoco/worldbody": Rule(words("name")),
+    "*/body": BODY,
+    "*/frame": Rule(words("name childclass") | FRAME),
+    "*/replicate": Rule(words("childclass count sep offset euler")),
+    "*/attach": Rule(words("model body frame prefix")),
+    "*/inertial": Rule(words("mass diaginertia fullinertia") | FRAME),
+    "*/joint": JOINT,
+    "*/freejoint": Rule(words("name group align")),
+    "*/geom": GEOM,
+    "geom/plugin": PLUGIN,
+    "body/plugin": PLUGIN,
+    "*/flexcomp": FLEX,
+    "deformable/flex": FLEX,
+    "mujoco/deformable": GROUP,
+    "mujoco/contact": GROUP,
+    "*/pair": PAIR,
+    "contact/exclude": Rule(words("name body1 body2")),
+    "mujoco/tendon": GROUP,
+    "tendon/spatial": TENDON,
+    "tendon/fixed": TENDON,
+    "mujoco/equality": GROUP,
+    "equality/connect": EQUALITY,
+    "equality/weld": EQUALITY,
+    "equality/joint": EQUALITY,
+    "equality/tendon": Rule(refused="an equality of tendons; couple joints by an equality"),
+    "equality/flex": FLEX,
+    "equality/flexstrain": FLEX,
+    "mujoco/actuator": GROUP,
+    "mujoco/keyframe": GROUP,
+    "keyframe/key": Rule(words("name time qpos qvel ctrl mpos mquat"), words("act plastic")),
+    **{f"*/{tag}": IGNORED for tag in words("site camera light texture material skin")},
+    **{f"*/{tag}": ACTUATOR for tag in words("general motor position velocity")},
+    **{
+        f"{parent}/{tag}": Rule(refused=DRIVE) if parent == "actuator" else IGNORED
+        for parent in ("actuator", "default")
+        for tag in words("intvelocity orientation pid damper cylinder muscle adhesion dcmotor plugin")
+    },
+}
+
+URDF: dict[str, Rule] = {
+    "*/robot": Rule(words("name"), words("version")),
+    "robot/link": Rule(words("name"), words("type")),
+    "link/visual": IGNORED,
+    "link/inertial": GROUP,
+    "link/collision": Rule(words("name")),
+    "link/sensor": IGNORED,
+    "*/origin": Rule(words("xyz rpy quat_xyzw")),
+    "inertial/mass": Rule(words("value")),
+    "inertial/inertia": Rule(words("ixx ixy ixz iyy iyz izz")),
+    "collision/geometry": Rule(words("name")),
+    "collision/material": IGNORED,
+    "collision/verbose": IGNORED,
+    "geometry/box": Rule(words("size")),
+    "geometry/sphere": Rule(words("radius")),
+    "geometry/cylinder": Rule(words("radius length")),
+    "geometry/capsule": Rule(words("radius length")),
+    "geometry/mesh": Rule(words("filename scale")),
+    "robot/joint": Rule(words("name type")),
+    "joint/parent": Rule(words("link")),
+    "joint/child": Rule(words("link")),
+    "joint/axis": Rule(words("xyz")),
+    "joint/limit": Rule(words("lower upper effort"), words("velocity acceleration jerk")),
+    "joint/dynamics": Rule(words("damping friction")),
+    "joint/mimic": Rule(words("joint multiplier offset")),
+    "joint/calibration": IGNORED,
+    "joint/safety_controller": IGNORED,
+    "joint/hardwareInterface": IGNORED,
+    "robot/material": IGNORED,
+    "robot/gazebo": IGNORED,
+    "robot/transmission": IGNORED,
+    "robot/ros2_control": IGNORED,
+    "robot/sensor": IGNORED,
+    "robot/mujoco": GROUP,
+    "mujoco/compiler": COMPILER,
+    "mujoco/option": OPTION,
+    "option/flag": FLAG,
+    "mujoco/size": IGNORED,
+}

@@ -1,0 +1,121 @@
+"""Holds every element of a file against the rules, before MuJoCo sees it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from ...errors import FileError
+from .issues import Issues
+from .rules import MJCF, URDF, Rule, words
+from .xml_lines import Element, expand_includes, not_finite, read_xml
+
+NAMES = words(
+    "name class childclass model body frame prefix file mesh hfield material joint jointinparent tendon site "
+    "body1 body2 geom1 geom2 joint1 joint2 site1 site2 link filename content_type type user"
+)
+
+
+def rule_of(element: Element, rules: dict[str, Rule]) -> Rule | None:
+    parent = element.parent.tag if element.parent is not None else ""
+    # Frames and copies group bodies and what is in them; their content follows the rules of a body.
+    parent = "body" if parent in ("frame", "replicate", "worldbody") else parent
+    return rules.get(f"{parent}/{element.tag}", rules.get(f"*/{element.tag}"))
+
+
+def scan(root: Element, issues: Issues, folder: Path) -> None:
+    """Adds what is not supported to the issues; raises FileError for values that cannot be right.
+
+    folder: that of the main file, from which attached models are found.
+    """
+    rules = URDF if root.tag == "robot" else MJCF
+    wrong: list[str] = []
+
+    def visit(element: Element) -> None:
+        rule = rule_of(element, rules)
+        if rule is None:
+            prefixed = ":" in element.tag
+            issues.add(element, "a macro; run xacro first" if prefixed else "this element is not known")
+            return
+        if rule.refused:
+            issues.add(element, rule.refused)
+            return
+        if rule.subtree:
+            return
+        for attribute in element.attributes:
+            _check(element, attribute, rule, issues)
+        wrong.extend(f"{element.place}: {element}: {fault}" for fault in faults(element))
+        if element.tag == "joint" and element.attributes.get("type") in ("revolute", "prismatic"):
+            _check_limits(element, issues)
+        if element.tag == "model":
+            attached(element)
+        for child in element.children:
+            visit(child)
+
+    def attached(element: Element) -> None:
+        file = folder / element.attributes.get("file", "")
+        if not file.is_file():
+            wrong.append(f"{element.place}: {element}: the file {file} does not exist")
+            return
+        other = read_xml(file)
+        expand_includes(other, file.parent)
+        scan(other, issues, file.parent)
+
+    visit(root)
+    if wrong:
+        raise FileError("\n".join(wrong))
+
+
+def _check(element: Element, attribute: str, rule: Rule, issues: Issues) -> None:
+    if attribute in rule.checked:
+        check, reason = rule.checked[attribute]
+        if not check(element, attribute):
+            issues.add(element, f'{attribute}="{element.attributes[attribute]}": {reason}')
+    elif attribute not in rule.read | rule.ignored and not attribute.startswith("xmlns"):
+        issues.add(element, f'{attribute}="{element.attributes[attribute]}": this attribute is not known')
+
+
+def _check_limits(joint: Element, issues: Issues) -> None:
+    """The URDF specification asks for limits of these joints, 0 by default; MuJoCo takes 0 and 0 for none."""
+    limit = joint.child("limit")
+    if limit is None or limit.numbers("lower") == limit.numbers("upper"):
+        issues.add(joint, "no range of motion; give lower < upper, or the type continuous or fixed")
+
+
+def faults(element: Element) -> list[str]:
+    """Values that no model can mean, which MuJoCo lets pass or reports without a line."""
+    found = [
+        f'{name}="{element.attributes[name]}" is not finite'
+        for name in element.attributes
+        if name not in NAMES and not name.endswith("range") and not_finite(element, name)
+    ]
+    for name in ("mass", "density", "stiffness", "damping", "armature", "frictionloss", "kp", "kv"):
+        if element.tag != "option" and any(x < 0 for x in (element.numbers(name) or [])[:1]):
+            found.append(f'{name}="{element.attributes[name]}" is negative; it must be >= 0')
+    if element.tag == "mass" and any(x < 0 for x in element.numbers("value") or []):
+        found.append(f'value="{element.attributes["value"]}" is negative; a mass must be >= 0')
+    if element.tag == "geom" and any(x < 0 for x in element.numbers("friction") or []):
+        found.append(f'friction="{element.attributes["friction"]}" is negative; it must be >= 0')
+    found += _limit_faults(element)
+    return found
+
+
+def _limit_faults(element: Element) -> list[str]:
+    limits = [name for name in element.attributes if name.endswith("range")]
+    found = []
+    for name in limits:
+        values = element.numbers(name) or []
+        # Of a switched-off limit, and of "0 0", MuJoCo's way to say none, the order does not matter.
+        off = element.attributes.get(name[:-5] + "limited" if name != "range" else "limited") == "false"
+        if element.tag in ("joint", "general", "motor", "position", "velocity") and len(values) == 2:
+            if values[0] != values[0] or values[1] != values[1]:
+                found.append(f'{name}="{element.attributes[name]}" is not a number')
+            elif not off and values[0] >= values[1] and any(values):
+                found.append(
+                    f'{name}="{element.attributes[name]}": the lower limit must be below the upper one'
+                )
+    if element.tag == "limit":
+        lower, upper = ((element.numbers(name) or [0.0])[0] for name in ("lower", "upper"))
+        kind = element.parent.attributes.get("type") if element.parent else None
+        if kind in ("revolute", "prismatic") and lower > upper:
+            found.append(f"lower {lower:g} is above upper {upper:g}; swap them")
+    return found

@@ -1,0 +1,90 @@
+"""What URDF leaves to its reader: where meshes are, which links stay links, and whether the root is free."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from ...errors import FileError
+from .xml_lines import Element
+
+FORMATS = (".stl", ".obj", ".msh")
+
+
+def prepare(spec: Any, root: Element, path: Path, floating_base: bool | None) -> None:
+    """Edits the parsed, not yet compiled model: no visuals, meshes found, links kept, base free or not."""
+    for geom in list(spec.geoms):
+        if not geom.contype and not geom.conaffinity:  # MuJoCo's form of <visual>
+            spec.delete(geom)
+    used = {geom.meshname for geom in spec.geoms}
+    for mesh in list(spec.meshes):
+        if mesh.name not in used:
+            spec.delete(mesh)
+        else:
+            mesh.file = str(_find_mesh(mesh.file, spec.meshdir, root, path))
+    spec.compiler.meshdir = ""
+    spec.compiler.fusestatic = False
+    for body in spec.worldbody.bodies:
+        floats = _has_mass(body.name, root) if floating_base is None else floating_base
+        # A link of a floating joint to the root called world is free already.
+        if floats and not list(body.joints) and _is_root(body.name, root):
+            body.add_freejoint()
+
+
+def fixed_joint_names(root: Element) -> dict[str, str]:
+    """The fixed joints of a URDF by their child link; MuJoCo forgets them."""
+    joints = [e for e in root.children if root.tag == "robot" and e.attributes.get("type") == "fixed"]
+    ends = ((e.child("child"), e) for e in joints if e.tag == "joint")
+    return {child.attributes.get("link", ""): e.name for child, e in ends if child is not None}
+
+
+def _link(name: str, root: Element) -> Element | None:
+    return next((e for e in root.children if e.tag == "link" and e.name == name), None)
+
+
+def _has_mass(name: str, root: Element) -> bool:
+    link = _link(name, root)
+    inertial = link.child("inertial") if link else None
+    mass = inertial.child("mass") if inertial else None
+    return bool(mass and (mass.numbers("value") or [0.0])[0] > 0)
+
+
+def _is_root(name: str, root: Element) -> bool:
+    children = (e.child("child") for e in root.children if e.tag == "joint")
+    return name not in {c.attributes.get("link") for c in children if c is not None}
+
+
+def _find_mesh(name: str, meshdir: str, root: Element, path: Path) -> Path:
+    candidates = list(_candidates(name, meshdir, path.parent))
+    found = next((c for c in candidates if c.is_file()), None)
+    element = next(
+        (e for e in root.walk() if e.tag == "mesh" and e.attributes.get("filename", "").endswith(name)), root
+    )
+    if found is None:
+        looked = ", ".join(map(str, candidates))
+        raise FileError(
+            f'{element.place}: {element}: the file "{name}" does not exist; looked for {looked}. For '
+            "package:// set ROS_PACKAGE_PATH to the folders that hold the packages"
+        )
+    if found.suffix.lower() not in FORMATS:
+        raise FileError(f"{element.place}: {element}: {found} is no {', '.join(FORMATS)} file; convert it")
+    return found.resolve()
+
+
+def _candidates(name: str, meshdir: str, folder: Path) -> Iterator[Path]:
+    """Where a mesh may be: as given, then as MuJoCo looks for it, in meshdir and without the folders."""
+    plain = name.removeprefix("file://")
+    if name.startswith(("package:", "model:")):
+        package, _, rest = name.partition(":")[2].strip("/").partition("/")
+        plain = rest
+        paths = [p for p in os.environ.get("ROS_PACKAGE_PATH", "").split(os.pathsep) if p]
+        parents = (folder.absolute(), *folder.absolute().parents)
+        yield from (p / rest for p in parents if p.name == package)
+        yield from (p / package / rest for p in (*map(Path, paths), *parents))
+    yield folder / plain
+    if meshdir:
+        yield folder / meshdir / plain
+        yield folder / meshdir / Path(plain).name
+    yield folder / Path(plain).name

@@ -1,0 +1,95 @@
+"""Small helpers of the scenes: quaternions (w, x, y, z), rotations of points, checks of parameters."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..builder import ModelBuilder
+from ..errors import InputError
+from ..model import Material
+from ..shapes import Shape
+
+Vector = tuple[float, float, float]
+Quaternion = tuple[float, float, float, float]
+
+X: Vector = (1.0, 0.0, 0.0)
+Y: Vector = (0.0, 1.0, 0.0)
+Z: Vector = (0.0, 0.0, 1.0)
+STEEL = 7800.0
+"""Density, kg/m^3."""
+
+
+def about(axis: Vector, angle: float) -> Quaternion:
+    """The rotation by an angle (rad) about a unit axis."""
+    s = math.sin(angle / 2)
+    return (math.cos(angle / 2), s * axis[0], s * axis[1], s * axis[2])
+
+
+def from_z(direction: ArrayLike) -> Quaternion:
+    """A rotation that takes the z axis to a direction: for capsules and cylinders, whose axis is z."""
+    d = np.asarray(direction, dtype=float)
+    d = d / np.linalg.norm(d)
+    if d[2] < -1 + 1e-12:  # half a turn: the axis is free
+        return (0.0, 1.0, 0.0, 0.0)
+    q = np.array([1 + d[2], -d[1], d[0], 0.0])
+    q /= np.linalg.norm(q)
+    return (float(q[0]), float(q[1]), float(q[2]), float(q[3]))
+
+
+def rotate(q: Quaternion, v: ArrayLike) -> NDArray[np.float64]:
+    """A vector rotated by a unit quaternion."""
+    u = np.array(q[1:])
+    v = np.asarray(v, dtype=float)
+    t = 2 * np.cross(u, v)
+    return v + q[0] * t + np.cross(u, t)
+
+
+def point(v: ArrayLike) -> Vector:
+    """A vector as three plain numbers."""
+    x, y, z = np.asarray(v, dtype=float)
+    return (float(x), float(y), float(z))
+
+
+def require(condition: bool, scene: str, message: str) -> None:
+    """InputError that names the scene if a parameter is not usable."""
+    if not condition:
+        raise InputError(f"scene {scene!r}: {message}")
+
+
+def add_part(
+    b: ModelBuilder,
+    name: str,
+    shape: Shape,
+    *,
+    density: float,
+    position: ArrayLike,
+    orientation: Quaternion = (1.0, 0.0, 0.0, 0.0),
+    shape_orientation: Quaternion = (1.0, 0.0, 0.0, 0.0),
+    linear_velocity: ArrayLike = (0, 0, 0),
+    angular_velocity: ArrayLike = (0, 0, 0),
+    material: Material | None = None,
+    category: int = 1,
+    mask: int = 1,
+) -> int:
+    """A body of one solid shape, turned in the body frame, with collision categories of its own."""
+    body = b.add_body(
+        name,
+        position=point(position),
+        orientation=orientation,
+        linear_velocity=point(linear_velocity),
+        angular_velocity=point(angular_velocity),
+    )
+    b.add_geom(
+        body,
+        shape,
+        orientation=shape_orientation,
+        material=material,
+        category=category,
+        mask=mask,
+        name=name,
+        density=density,
+    )
+    return body

@@ -1,0 +1,42 @@
+"""B3: a stack of plates with alternating masses."""
+
+from __future__ import annotations
+
+from ..builder import ModelBuilder
+from ..model import Material, Model
+from ..shapes import Box, Plane
+from .geometry import STEEL, require
+from .registry import scene
+
+
+@scene(dt=1e-2, duration=10.0)
+def plates(
+    *,
+    count: int = 20,
+    ratio: float = 100.0,
+    heavy_first: bool = False,
+    mu: float = 0.3,
+    width: float = 1.0,
+    thickness: float = 0.1,
+) -> Model:
+    """B3: a vertical stack of 20 steel plates whose masses alternate 1:ratio, a heavy one on every light one.
+
+    Plates of 1 x 1 x 0.1 m; the heavy ones are steel (780 kg), the light ones weigh `ratio` times less.
+    First-order methods slow down with the ratio; the weights that the contacts must carry are known.
+    `heavy_first` puts a heavy plate at the bottom.
+    """
+    require(count >= 1, "plates", "count must be at least 1")
+    require(ratio > 0, "plates", "ratio must be positive")
+    material = Material(friction=mu)
+    b = ModelBuilder()
+    b.add_geom(None, Plane(), material=material, name="floor")
+    for i in range(count):
+        heavy = (i % 2 == 0) == heavy_first
+        b.add_body(
+            f"plate {i}",
+            position=(0, 0, (i + 0.5) * thickness),
+            shape=Box((width / 2, width / 2, thickness / 2)),
+            density=STEEL if heavy else STEEL / ratio,
+            material=material,
+        )
+    return b.build()

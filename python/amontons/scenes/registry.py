@@ -1,0 +1,73 @@
+"""The list of scenes: name, function, and the step and duration that show what it is for."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any
+
+from ..errors import InputError
+from ..model import Model
+
+Maker = Callable[..., Model]
+
+
+@dataclass(frozen=True)
+class Scene:
+    """A scene of the library: a function that returns a built model, and how to run it."""
+
+    name: str
+    make: Maker
+    dt: float
+    """Time step, s."""
+    duration: float
+    """Simulated time that shows what the scene is for, s."""
+    options: dict[str, Any] = field(default_factory=dict)
+    """Options of `Simulation` that differ from the defaults."""
+
+    @property
+    def summary(self) -> str:
+        """The first line of the function's documentation."""
+        return (inspect.getdoc(self.make) or "").partition("\n")[0]
+
+    @property
+    def parameters(self) -> dict[str, Any]:
+        """Names and defaults of the parameters."""
+        return {name: p.default for name, p in inspect.signature(self.make).parameters.items()}
+
+
+_scenes: dict[str, Scene] = {}
+
+
+def scene(*, dt: float, duration: float, **options: Any) -> Callable[[Maker], Maker]:
+    """Enters the decorated function in the list, under its own name."""
+
+    def enter(make: Maker) -> Maker:
+        name = make.__name__
+        _scenes[name] = Scene(name=name, make=make, dt=dt, duration=duration, options=options)
+        return make
+
+    return enter
+
+
+def names() -> list[str]:
+    """The names of all scenes, in alphabetical order."""
+    return sorted(_scenes)
+
+
+def get(name: str) -> Scene:
+    """The entry of a scene; an unknown name is an InputError that lists those there are."""
+    if name not in _scenes:
+        raise InputError(f"there is no scene {name!r}: use one of {', '.join(names())}")
+    return _scenes[name]
+
+
+def make(name: str, **parameters: Any) -> Model:
+    """The built model of a scene; an unknown parameter is an InputError that lists those there are."""
+    entry = get(name)
+    unknown = sorted(set(parameters) - set(entry.parameters))
+    if unknown:
+        known = ", ".join(entry.parameters)
+        raise InputError(f"scene {name!r} has no parameter {unknown[0]!r}: use one of {known}")
+    return entry.make(**parameters)

@@ -1,0 +1,319 @@
+#include "amontons/collision/broad_phase.hpp"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstring>
+#include <limits>
+
+#if defined(__SSE2__)
+#include <emmintrin.h>
+#endif
+
+// A tree with eight children per node over the boxes, stored without pointers: leaf k lies in node k / 8 of
+// level 0, in node k / 64 of level 1, and so on. The order of the leaves makes it a k-d tree: ranges are split
+// at the median of the centres, along the axis that shrinks the halves most, at multiples of powers of eight.
+// Boxes of very different size are kept apart before that (a floor among the bricks on it would make every node
+// above it as large as the floor): the leaves come in classes of size, small ones first.
+//
+// Each group of eight leaves then looks for later groups that it overlaps. The result is a set that does not
+// depend on the order of the leaves, so the order of the last call is used again as long as it serves.
+namespace amontons {
+namespace {
+
+constexpr float inf = std::numeric_limits<float>::infinity();
+
+bool is_overlap(const Aabb& a, const Aabb& b) {
+  return a.lower.x <= b.upper.x && b.lower.x <= a.upper.x && a.lower.y <= b.upper.y &&
+         b.lower.y <= a.upper.y && a.lower.z <= b.upper.z && b.lower.z <= a.upper.z;
+}
+
+double extent(const Aabb& box) {
+  const Vec3 d = box.upper - box.lower;
+  return std::max({d.x, d.y, d.z});
+}
+
+Vec3 centre(const Aabb& box) { return 0.5 * box.lower + 0.5 * box.upper; }
+
+// A class holds sizes within a factor of four; class 0 holds boxes without extent.
+constexpr std::size_t classes = 1 + 2200 / 2;
+std::size_t size_class(double size) {
+  return size > 0 ? 1 + static_cast<std::size_t>(std::ilogb(size) + 1075) / 2 : 0;
+}
+
+// Subtraction and conversion to float round monotonically: a <= b implies narrow(a) <= narrow(b). Two boxes
+// that overlap thus still do when narrowed; whether the others do is decided in double. Any origin will do; one
+// amid the boxes keeps the rounding small. Infinity is left to empty places in nodes.
+float narrow(double x, double origin) {
+  constexpr double largest = std::numeric_limits<float>::max();
+  return static_cast<float>(std::clamp(x - origin, -largest, largest));
+}
+
+// Bit k: child k of the node overlaps the box {lower, upper}.
+template <class Node>
+unsigned overlap_mask(const Node& node, const float* box) {
+#if defined(__SSE2__)
+  unsigned mask = 0;
+  for (int half = 0; half < 2; ++half) {
+    const auto lower = [&](int axis) { return _mm_load_ps(node.bound[axis] + 4 * half); };
+    const auto upper = [&](int axis) { return _mm_load_ps(node.bound[axis + 3] + 4 * half); };
+    __m128 m = _mm_and_ps(_mm_cmple_ps(lower(0), _mm_set1_ps(box[3])), _mm_cmpge_ps(upper(0), _mm_set1_ps(box[0])));
+    m = _mm_and_ps(m, _mm_and_ps(_mm_cmple_ps(lower(1), _mm_set1_ps(box[4])), _mm_cmpge_ps(upper(1), _mm_set1_ps(box[1]))));
+    m = _mm_and_ps(m, _mm_and_ps(_mm_cmple_ps(lower(2), _mm_set1_ps(box[5])), _mm_cmpge_ps(upper(2), _mm_set1_ps(box[2]))));
+    mask |= static_cast<unsigned>(_mm_movemask_ps(m)) << (4 * half);
+  }
+  return mask;
+#else
+  unsigned mask = 0;
+  for (unsigned k = 0; k < 8; ++k) {
+    bool in = true;
+    for (int axis = 0; axis < 3; ++axis)
+      in = in & (node.bound[axis][k] <= box[axis + 3]) & (node.bound[axis + 3][k] >= box[axis]);
+    mask |= unsigned{in} << k;
+  }
+  return mask;
+#endif
+}
+
+// The box around all children: lower, then upper corner.
+template <class Node>
+void enclose(const Node& node, float* box) {
+  for (int axis = 0; axis < 3; ++axis) {
+    box[axis] = *std::min_element(node.bound[axis], node.bound[axis] + 8);
+    box[axis + 3] = *std::max_element(node.bound[axis + 3], node.bound[axis + 3] + 8);
+  }
+}
+
+template <class Node>
+void clear(Node& node) {
+  for (int axis = 0; axis < 3; ++axis)
+    for (int k = 0; k < 8; ++k) node.bound[axis][k] = inf, node.bound[axis + 3][k] = -inf;
+}
+
+}  // namespace
+
+void BroadPhase::find_pairs(std::span<const Aabb> boxes, std::span<const unsigned char> fixed,
+                            std::vector<IndexPair>& pairs) {
+  found_.clear();
+  set_aside_infinite(boxes);
+  // The order of an earlier call is given up as soon as it costs half as much again as when it was new.
+  bool done = false;
+  if (built_for_ == boxes.size() && infinite_ == last_infinite_) {
+    fit(boxes);
+    done = search(fixed, built_visits_ + built_visits_ / 2);
+  }
+  if (!done) {
+    found_.clear();
+    build(boxes);
+    fit(boxes);
+    search(fixed, std::numeric_limits<std::size_t>::max());
+    built_for_ = boxes.size(), last_infinite_ = infinite_, built_visits_ = visits_;
+  }
+  add_pairs_of_infinite(boxes, fixed);
+  sort(boxes.size(), pairs);
+}
+
+// Boxes with a bound that is not a finite number have no centre: they stay outside the tree.
+void BroadPhase::set_aside_infinite(std::span<const Aabb> boxes) {
+  infinite_.clear();
+  for (std::size_t i = 0; i < boxes.size(); ++i)
+    if (!is_finite(boxes[i].lower) || !is_finite(boxes[i].upper) || !std::isfinite(extent(boxes[i])))
+      infinite_.push_back(static_cast<std::int32_t>(i));
+}
+
+void BroadPhase::build(std::span<const Aabb> boxes) {
+  finite_.clear();
+  for (std::size_t i = 0, k = 0; i < boxes.size(); ++i)
+    if (k < infinite_.size() && static_cast<std::size_t>(infinite_[k]) == i)
+      ++k;
+    else
+      finite_.push_back(static_cast<std::int32_t>(i));
+
+  // The median of a few centres lies amid most boxes, wherever a few others have flown to.
+  constexpr std::size_t sample = 31;
+  const std::size_t stride = finite_.size() / sample + 1;
+  for (int axis = 0; axis < 3; ++axis) {
+    double at[sample];
+    int n = 0;
+    for (std::size_t i = 0; i < finite_.size(); i += stride) at[n++] = centre(boxes[finite_[i]])[axis];
+    std::nth_element(at, at + n / 2, at + n);
+    origin_[axis] = n ? at[n / 2] : 0;
+  }
+
+  // Counting sort by class; each class starts a new group of leaves.
+  count_.assign(classes + 1, 0);
+  for (std::int32_t i : finite_) ++count_[size_class(extent(boxes[i])) + 1];
+  std::size_t leaves = 0;
+  start_.clear();
+  for (std::size_t c = 0; c < classes; ++c) {
+    const std::size_t size = count_[c + 1];
+    count_[c] = leaves;
+    if (size) start_.push_back(leaves), start_.push_back(leaves + size);
+    leaves += (size + width - 1) / width * width;
+  }
+  items_.assign(leaves, {{}, {}, -1});
+  for (std::int32_t i : finite_) {
+    const Aabb& box = boxes[i];
+    Item& item = items_[count_[size_class(extent(box))]++];
+    const Vec3 c = centre(box), e = box.upper - box.lower;
+    for (int axis = 0; axis < 3; ++axis)
+      item.centre[axis] = narrow(c[axis], origin_[axis]), item.extent[axis] = static_cast<float>(e[axis]);
+    item.box = i;
+  }
+  for (std::size_t k = 0; k < start_.size(); k += 2) split(start_[k], start_[k + 1]);
+  order_.resize(leaves);
+  for (std::size_t k = 0; k < leaves; ++k) order_[k] = items_[k].box;
+}
+
+void BroadPhase::split(std::size_t first, std::size_t last) {
+  if (last - first <= width) return;
+  std::size_t block = width;
+  while ((first / (block * width) + 1) * block * width < last) block *= width;
+  std::size_t middle = ((first + last) / 2 + block / 2) / block * block;
+  if (middle >= last) middle -= block;
+  if (middle <= first) middle += block;
+
+  // With centres spread over s and boxes as long as e on average, the halves are about s / 2 + e long: along
+  // which axis is that the smallest part of s + e?
+  float lower[3], upper[3], sum[3] = {0, 0, 0};
+  for (int axis = 0; axis < 3; ++axis) lower[axis] = upper[axis] = items_[first].centre[axis];
+  for (std::size_t k = first; k < last; ++k)
+    for (int axis = 0; axis < 3; ++axis) {
+      lower[axis] = std::min(lower[axis], items_[k].centre[axis]);
+      upper[axis] = std::max(upper[axis], items_[k].centre[axis]);
+      sum[axis] += items_[k].extent[axis];
+    }
+  int best = 0;
+  float best_gain = -1, best_spread = -1;
+  for (int axis = 0; axis < 3; ++axis) {
+    const float spread = upper[axis] - lower[axis], length = sum[axis] / static_cast<float>(last - first);
+    const float gain = spread > 0 ? spread / (spread + length) : 0;
+    if (gain > best_gain || (gain == best_gain && spread > best_spread))
+      best = axis, best_gain = gain, best_spread = spread;
+  }
+  const auto at = [&](std::size_t k) { return items_.begin() + static_cast<std::ptrdiff_t>(k); };
+  std::nth_element(at(first), at(middle), at(last),
+                   [&](const Item& a, const Item& b) { return a.centre[best] < b.centre[best]; });
+  split(first, middle);
+  split(middle, last);
+}
+
+// Puts the boxes into the tree, in the present order.
+void BroadPhase::fit(std::span<const Aabb> boxes) {
+  boxes_.resize(order_.size());
+  std::size_t nodes = std::max<std::size_t>(order_.size() / width, 1), depth = 0;
+  for (std::size_t children = order_.size();; children = nodes, nodes = (nodes + width - 1) / width) {
+    if (levels_.size() <= depth) levels_.emplace_back();
+    levels_[depth].resize(nodes);
+    clear(levels_[depth].back());
+    for (std::size_t k = 0; k < children; ++k) {
+      float box[6] = {inf, inf, inf, -inf, -inf, -inf};
+      if (depth > 0) {
+        enclose(levels_[depth - 1][k], box);
+      } else if (order_[k] >= 0) {
+        const Aabb& b = boxes_[k] = boxes[order_[k]];
+        for (int axis = 0; axis < 3; ++axis) {
+          box[axis] = narrow(b.lower[axis], origin_[axis]);
+          box[axis + 3] = narrow(b.upper[axis], origin_[axis]);
+        }
+      }
+      Node& node = levels_[depth][k / width];
+      for (int row = 0; row < 6; ++row) node.bound[row][k % width] = box[row];
+    }
+    ++depth;
+    if (nodes == 1) break;
+  }
+  levels_.resize(depth);
+}
+
+// Every pair of overlapping boxes in the tree. Gives up, returning false, after more visits than the limit.
+bool BroadPhase::search(std::span<const unsigned char> fixed, std::size_t limit) {
+  visits_ = 0;
+  const std::size_t groups = order_.size() / width, top = levels_.size() - 1;
+  for (std::size_t g = 0; g < groups; ++g) {
+    float box[6];
+    enclose(levels_[0][g], box);
+    cross_self(fixed, g);
+    // A node on the stack is { level, index }; each level leaves at most seven behind.
+    struct {
+      std::size_t level, index;
+    } stack[8 * 24];
+    int size = 0;
+    if (top > 0) stack[size++] = {top, 0};
+    while (size > 0) {
+      const auto [level, index] = stack[--size];
+      ++visits_;
+      const unsigned shift = 3 * static_cast<unsigned>(level - 1);
+      unsigned mask = overlap_mask(levels_[level][index], box);
+      for (; mask; mask &= mask - 1) {
+        const std::size_t child = index * width + static_cast<std::size_t>(std::countr_zero(mask));
+        if (((child + 1) << shift) - 1 <= g) continue;  // all its groups come before g or are g
+        if (level > 1)
+          stack[size++] = {level - 1, child};
+        else
+          ++visits_, cross(fixed, g, child, levels_[1][index], child % width);
+      }
+    }
+    if (visits_ > limit) return false;
+  }
+  return true;
+}
+
+void BroadPhase::cross_self(std::span<const unsigned char> fixed, std::size_t g) {
+  for (int i = 0; i + 1 < width; ++i) cross_leaf(fixed, g, i, g, ~1u << i);
+}
+
+// The pairs between the leaves of group g and those of a later group h, whose box is that of a child of `parent`.
+void BroadPhase::cross(std::span<const unsigned char> fixed, std::size_t g, std::size_t h, const Node& parent,
+                       std::size_t child) {
+  float box[6];
+  for (int row = 0; row < 6; ++row) box[row] = parent.bound[row][child];
+  for (unsigned mask = overlap_mask(levels_[0][g], box); mask; mask &= mask - 1)
+    cross_leaf(fixed, g, std::countr_zero(mask), h, ~0u);
+}
+
+// The pairs of leaf i of group g with those leaves of group h whose bit is set.
+void BroadPhase::cross_leaf(std::span<const unsigned char> fixed, std::size_t g, int i, std::size_t h,
+                            unsigned which) {
+  float box[6];
+  for (int row = 0; row < 6; ++row) box[row] = levels_[0][g].bound[row][i];
+  for (unsigned mask = which & overlap_mask(levels_[0][h], box); mask; mask &= mask - 1) {
+    const std::size_t leaf_a = g * width + static_cast<std::size_t>(i);
+    const std::size_t leaf_b = h * width + static_cast<std::size_t>(std::countr_zero(mask));
+    add(order_[leaf_a], order_[leaf_b], boxes_[leaf_a], boxes_[leaf_b], fixed);
+  }
+}
+
+void BroadPhase::add_pairs_of_infinite(std::span<const Aabb> boxes, std::span<const unsigned char> fixed) {
+  for (std::size_t k = 0; k < infinite_.size(); ++k) {
+    const std::int32_t a = infinite_[k];
+    std::size_t met = 0;  // infinite boxes up to b: pairs of two of them are found from the first one
+    for (std::int32_t b = 0; b < static_cast<std::int32_t>(boxes.size()); ++b) {
+      const bool is_infinite = met < infinite_.size() && infinite_[met] == b;
+      met += is_infinite;
+      if (!is_infinite || b > a) add(a, b, boxes[a], boxes[b], fixed);
+    }
+  }
+}
+
+void BroadPhase::add(std::int32_t a, std::int32_t b, const Aabb& box_a, const Aabb& box_b,
+                     std::span<const unsigned char> fixed) {
+  if ((fixed[a] && fixed[b]) || !is_overlap(box_a, box_b)) return;
+  found_.emplace_back(std::min(a, b), std::max(a, b));
+}
+
+// Counting sorts by the second and then by the first box: linear however many partners one box has.
+void BroadPhase::sort(std::size_t boxes, std::vector<IndexPair>& pairs) {
+  pairs.resize(found_.size());
+  const auto pass = [&](auto key, const std::vector<IndexPair>& from, std::vector<IndexPair>& to) {
+    start_.assign(boxes + 1, 0);
+    for (const IndexPair& pair : from) ++start_[key(pair) + 1];
+    for (std::size_t i = 0; i < boxes; ++i) start_[i + 1] += start_[i];
+    for (const IndexPair& pair : from) to[start_[key(pair)]++] = pair;
+  };
+  pass([](const IndexPair& pair) { return pair.second; }, found_, pairs);
+  pass([](const IndexPair& pair) { return pair.first; }, pairs, found_);
+  pairs.swap(found_);
+}
+
+}  // namespace amontons

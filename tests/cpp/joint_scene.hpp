@@ -1,0 +1,232 @@
+#pragma once
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <random>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "amontons/multibody/joints.hpp"
+#include "multibody/step.hpp"
+
+// Small mechanisms for the tests of joints, stepped with dense matrices that are put together here from the
+// rows.
+namespace joint_scene {
+
+using namespace amontons;
+
+struct Random {
+  std::mt19937 engine{20240517};
+  double operator()(double lo = -1, double hi = 1) {
+    return lo + (hi - lo) * (static_cast<double>(engine()) / 4294967296.0);
+  }
+  Vec3 vector(double size = 1) {
+    const double x = (*this)(), y = (*this)(), z = (*this)();
+    return size * Vec3{x, y, z};
+  }
+  Vec3 unit() { return normalised(vector() + Vec3{0, 0, 1e-3}); }
+  Transform transform(double size = 1) {
+    const Vec3 position = vector(size);
+    return {position, exponential(vector(2))};
+  }
+};
+
+// A dynamic body whose centre of mass and inertia have no symmetry.
+inline Body odd_body(Random& random, const Transform& pose) {
+  Body body;
+  body.mass = random(0.5, 2);
+  body.centre_of_mass = random.vector(0.3);
+  const Mat3 turn = to_matrix(exponential(random.vector(2)));
+  body.inertia = turn * Mat3::diagonal(0.2, 0.25, 0.3) * transposed(turn);
+  body.pose = pose;
+  body.linear_velocity = random.vector();
+  body.angular_velocity = random.vector();
+  return body;
+}
+
+// Mass and inertia of 1, centre of mass at the origin: closed forms stay short.
+inline Body unit_body(const Transform& pose = {}, Motion motion = Motion::dynamic) {
+  Body body;
+  body.motion = motion;
+  body.mass = 1;
+  body.inertia = Mat3::identity();
+  body.pose = pose;
+  return body;
+}
+
+inline Dof hinge(const Vec3& axis, const Vec3& anchor = {}) {
+  Dof dof;
+  dof.axis = normalised(axis), dof.anchor = anchor;
+  return dof;
+}
+inline Dof slide(const Vec3& axis) {
+  Dof dof = hinge(axis);
+  dof.kind = Dof::Kind::slide;
+  return dof;
+}
+inline Joint joint_of(Index a, Index b, std::vector<Dof> dofs, bool spherical = false) {
+  Joint joint;
+  joint.body_a = a, joint.body_b = b;
+  joint.dofs = std::move(dofs), joint.spherical = spherical;
+  return joint;
+}
+
+// T(q) written down once more, from the definition, as the oracle of the library's.
+inline Transform product_of_exponentials(const Joint& joint, const std::vector<double>& q) {
+  Transform t;
+  for (std::size_t i = 0; i < joint.dofs.size(); ++i) {
+    const Dof& dof = joint.dofs[i];
+    if (dof.kind == Dof::Kind::slide) {
+      t = t * Transform{q[i] * dof.axis, {}};
+    } else {
+      const Quat turn = exponential(q[i] * dof.axis);
+      t = t * Transform{dof.anchor, {}} * Transform{{}, turn} * Transform{-dof.anchor, {}};
+    }
+  }
+  return t;
+}
+
+struct Scene {
+  ModelDescription description;
+  std::unique_ptr<Model> model;
+  State state;
+  std::vector<BodyFrame> bodies;
+  std::vector<GyroscopicSpin> spins;
+  JointRows rows;
+  JointOptions options{0.01, 1e300, 1};
+  bool gravity = false;
+
+  void build() {
+    if (!gravity) description.gravity = {};
+    model = std::make_unique<Model>(description);
+    options.length = model->length();
+    state = initial_state(*model);
+    refresh();
+  }
+  // Frames, coordinates and rows of the present state.
+  void refresh() {
+    make_body_frames(*model, state, bodies);
+    update_coordinates(*model, bodies, state);
+    std::vector<Vec3> force(model->bodies()), torque(model->bodies());
+    add_motor_loads(*model, bodies, state, options.h, force, torque);
+    make_free_velocities(*model, state, options.h, force, torque, bodies, spins);
+    rows.clear();
+    append_joint_rows(*model, bodies, state, options, rows);
+  }
+  std::size_t count(RowKind kind) const {
+    return static_cast<std::size_t>(
+        std::count_if(rows.tags.begin(), rows.tags.end(), [&](const RowTag& t) { return t.kind == kind; }));
+  }
+  std::size_t find(RowKind kind) const {
+    std::size_t i = 0;
+    while (i < rows.tags.size() && rows.tags[i].kind != kind) ++i;
+    return i;
+  }
+  double inverse_mass(Index body, const std::array<double, 6>& i, const std::array<double, 6>& j) const {
+    double sum = 0;
+    if (body >= static_cast<Index>(bodies.size())) {
+      for (std::size_t k = 0; k < 6; ++k) sum += i[k] * j[k];
+      return sum * rows.auxiliary_inverse_mass[body - bodies.size()];
+    }
+    const BodyFrame& frame = bodies[body];
+    const Vec3 spun = frame.inverse_inertia * Vec3{j[3], j[4], j[5]};
+    return frame.inverse_mass * (i[0] * j[0] + i[1] * j[1] + i[2] * j[2]) + i[3] * spun.x + i[4] * spun.y +
+           i[5] * spun.z;
+  }
+  double row_velocity(std::size_t i, const std::vector<BodyVelocity>& v) const {
+    const JacobianRow& r = rows.jacobian[i];
+    double u = 0;
+    const auto add = [&](Index body, const std::array<double, 6>& j) {
+      if (body < 0 || body >= static_cast<Index>(v.size())) return;
+      for (int k = 0; k < 3; ++k) u += j[k] * v[body].linear[k] + j[3 + k] * v[body].angular[k];
+    };
+    add(r.body_a, r.a), add(r.body_b, r.b);
+    return u;
+  }
+  std::vector<BodyVelocity> free_velocities() const {
+    std::vector<BodyVelocity> v;
+    for (const BodyFrame& body : bodies) v.push_back({body.free_velocity, body.free_omega});
+    return v;
+  }
+  std::vector<double> dense() const {
+    const std::size_t m = rows.jacobian.size();
+    std::vector<double> A(m * m);
+    for (std::size_t i = 0; i < m; ++i)
+      for (std::size_t j = 0; j < m; ++j) {
+        const JacobianRow &p = rows.jacobian[i], &q = rows.jacobian[j];
+        double sum = i == j ? rows.compliance[i] : 0;
+        for (const auto& [body, jp] : {std::pair{p.body_a, p.a}, std::pair{p.body_b, p.b}})
+          for (const auto& [other, jq] : {std::pair{q.body_a, q.a}, std::pair{q.body_b, q.b}})
+            if (body >= 0 && body == other) sum += inverse_mass(body, jp, jq);
+        A[i * m + j] = sum;
+      }
+    return A;
+  }
+  // The impulses of the VI: Cholesky's factorisation where all rows are free, else projected Gauss-Seidel.
+  std::vector<double> solve() const {
+    const std::size_t m = rows.jacobian.size();
+    std::vector<double> A = dense(), x(m);
+    const std::vector<BodyVelocity> v = free_velocities();
+    std::vector<double> b(m);
+    for (std::size_t i = 0; i < m; ++i) b[i] = row_velocity(i, v) + rows.c[i];
+    if (rows.cones.all_free()) {
+      for (std::size_t j = 0; j < m; ++j) {
+        for (std::size_t k = 0; k < j; ++k) A[j * m + j] -= A[j * m + k] * A[j * m + k];
+        A[j * m + j] = std::sqrt(A[j * m + j]);
+        for (std::size_t i = j + 1; i < m; ++i) {
+          for (std::size_t k = 0; k < j; ++k) A[i * m + j] -= A[i * m + k] * A[j * m + k];
+          A[i * m + j] /= A[j * m + j];
+        }
+      }
+      for (std::size_t i = 0; i < m; ++i) {
+        x[i] = -b[i];
+        for (std::size_t k = 0; k < i; ++k) x[i] -= A[i * m + k] * x[k];
+        x[i] /= A[i * m + i];
+      }
+      for (std::size_t i = m; i-- > 0;) {
+        for (std::size_t k = i + 1; k < m; ++k) x[i] -= A[k * m + i] * x[k];
+        x[i] /= A[i * m + i];
+      }
+      return x;
+    }
+    for (int sweep = 0; sweep < 100000; ++sweep) {
+      double change = 0, size = 0;
+      for_each_block(rows.cones, [&](const auto& cone, std::size_t, std::size_t i) {
+        double u = b[i];
+        for (std::size_t k = 0; k < m; ++k) u += A[i * m + k] * x[k];
+        const double trial[3] = {x[i] - u / A[i * m + i]};
+        double out[3] = {};
+        cone.project(trial, out);
+        change = std::max(change, std::abs(out[0] - x[i]));
+        size = std::max(size, std::abs(out[0]));
+        x[i] = out[0];
+      });
+      if (change <= 1e-15 * size) break;
+    }
+    return x;
+  }
+  std::vector<BodyVelocity> velocities_after(const std::vector<double>& x) const {
+    std::vector<BodyVelocity> v = free_velocities();
+    for (std::size_t i = 0; i < x.size(); ++i) {
+      const JacobianRow& r = rows.jacobian[i];
+      const auto add = [&](Index body, const std::array<double, 6>& j) {
+        if (body < 0 || body >= static_cast<Index>(v.size())) return;
+        v[body].linear += x[i] * bodies[body].inverse_mass * Vec3{j[0], j[1], j[2]};
+        v[body].angular += x[i] * (bodies[body].inverse_inertia * Vec3{j[3], j[4], j[5]});
+      };
+      add(r.body_a, r.a), add(r.body_b, r.b);
+    }
+    return v;
+  }
+  void step() {
+    refresh();
+    const std::vector<double> x = solve();
+    store_joint_impulses(rows, x, state);
+    integrate(*model, bodies, spins, velocities_after(x), options.h, state);
+    make_body_frames(*model, state, bodies);
+    update_coordinates(*model, bodies, state);
+  }
+};
+
+}  // namespace joint_scene

@@ -1,0 +1,210 @@
+// The step as a whole on small scenes with closed forms. Larger scenes are in tests/physics.
+#include <cstring>
+#include <memory>
+
+#include "amontons/multibody/simulation.hpp"
+#include "check.hpp"
+
+using namespace amontons;
+
+namespace {
+
+constexpr double g = 10;
+
+Body sphere_body(const Vec3& position, double mass, double radius, const Vec3& velocity = {}) {
+  Body body;
+  body.mass = mass;
+  const double i = 0.4 * mass * radius * radius;
+  body.inertia = Mat3::diagonal(i, i, i);
+  body.pose.position = position;
+  body.linear_velocity = velocity;
+  return body;
+}
+
+Body box_body(const Vec3& position, double mass, const Vec3& half, const Vec3& velocity = {}) {
+  Body body;
+  body.mass = mass;
+  const Vec3 s{half.x * half.x, half.y * half.y, half.z * half.z};
+  body.inertia = Mat3::diagonal(mass / 3 * (s.y + s.z), mass / 3 * (s.x + s.z), mass / 3 * (s.x + s.y));
+  body.pose.position = position;
+  body.linear_velocity = velocity;
+  return body;
+}
+
+void add_geom(ModelDescription& d, Index body, Shape shape, Material material = {}) {
+  Geom geom;
+  geom.body = body;
+  geom.shape = std::move(shape);
+  geom.material = material;
+  d.geoms.push_back(geom);
+}
+
+ModelDescription floor_and_box(const Vec3& velocity, double friction) {
+  ModelDescription d;
+  d.gravity = {0, 0, -g};
+  add_geom(d, world, Plane{}, {friction, 0, 0});
+  d.bodies.push_back(box_body({0, 0, 0.5}, 3, {0.5, 0.5, 0.5}, velocity));
+  add_geom(d, 0, Box{{0.5, 0.5, 0.5}}, {friction, 0, 0});
+  return d;
+}
+
+Simulation simulate(const ModelDescription& d, double dt = 5e-3, double tolerance = 1e-10) {
+  SimulationOptions options;
+  options.dt = dt;
+  options.tolerance = tolerance;
+  return Simulation(std::make_shared<Model>(d), options);
+}
+
+bool same_bits(const State& a, const State& b) {
+  const auto same = [](const auto& u, const auto& v) {
+    return u.size() == v.size() && (u.empty() || !std::memcmp(u.data(), v.data(), u.size() * sizeof(u[0])));
+  };
+  return same(a.positions, b.positions) && same(a.orientations, b.orientations) &&
+         same(a.linear_velocities, b.linear_velocities) && same(a.angular_velocities, b.angular_velocities);
+}
+
+}  // namespace
+
+// The contact forces of a resting box are its weight. Breaks with a wrong sign, a lost contact or an impulse
+// that is not carried into the table.
+TEST(contact_forces_balance_the_weight) {
+  Simulation sim = simulate(floor_and_box({}, 0.5));
+  Report report;
+  for (int k = 0; k < 50; ++k) report = sim.step();
+  CHECK(report.status == Status::converged);
+  CHECK(report.contacts == 4);
+  Vec3 sum;
+  for (const Contact& c : sim.contacts()) {
+    sum += c.impulse;
+    CHECK(c.body_a == 0 && c.body_b == world);
+    CHECK(c.state == ContactState::stick);
+    CHECK_NEAR(c.normal.z, 1, 1e-12);
+  }
+  CHECK_NEAR(sum.z / 5e-3, 3 * g, 1e-8 * 3 * g);
+  CHECK_NEAR(sum.x, 0, 1e-9);
+  CHECK_NEAR(norm(sim.state().positions[0] - Vec3{0, 0, 0.5}), 0, 1e-9);
+}
+
+// Coulomb sliding: v_n = v_0 - n mu g h until it stops, with u_n = 0. The distance of symplectic Euler is
+// v^2 / (2 mu g) - v h / 2 + O(h^2). Breaks with the relaxed law (lift), or friction of a wrong size.
+TEST(sliding_box_stops_where_coulomb_says) {
+  Simulation sim = simulate(floor_and_box({2, 0, 0}, 0.5));
+  double lift = 0;
+  for (int k = 0; k < 100; ++k) {
+    sim.step();
+    lift = std::max(lift, std::abs(sim.state().positions[0].z - 0.5));
+  }
+  CHECK_NEAR(sim.state().positions[0].x, 2.0 * 2 / (2 * 0.5 * g) - 2 * 5e-3 / 2, 1e-6);
+  CHECK_NEAR(lift, 0, 1e-9);
+  CHECK_NEAR(norm(sim.state().linear_velocities[0]), 0, 1e-8);
+}
+
+// A restored state goes on to the same bits: everything that a step depends on is in State. Breaks if scratch or
+// warm start outside of it leaks in.
+TEST(restart_continues_bit_for_bit) {
+  ModelDescription d = floor_and_box({1, 0.3, 0}, 0.4);
+  d.bodies[0].angular_velocity = {0.3, 1, 2};
+  d.bodies[0].pose.position.z = 0.8;
+  Simulation sim = simulate(d), other = simulate(d);
+  for (int k = 0; k < 60; ++k) sim.step();
+  other.state() = sim.state();
+  for (int k = 0; k < 60; ++k) sim.step(), other.step();
+  CHECK(same_bits(sim.state(), other.state()));
+  CHECK(sim.state().time == other.state().time);
+}
+
+// A collision with restitution e keeps momentum and leaves e times the approach speed; gravity is off. Breaks if
+// the impact is applied twice or the step stops the rebound.
+TEST(restitution_of_two_spheres) {
+  ModelDescription d;
+  d.gravity = {};
+  const Material material{0, 0.6, 0};
+  d.bodies = {sphere_body({0, 0, 0}, 1, 0.1, {2, 0, 0}), sphere_body({0.5, 0, 0}, 3, 0.1)};
+  for (Index i : {0, 1}) add_geom(d, i, Sphere{0.1}, material);
+  Simulation sim = simulate(d);
+  const Momentum before = momentum(sim.model(), sim.state());
+  for (int k = 0; k < 60; ++k) sim.step();
+  const double v0 = sim.state().linear_velocities[0].x, v1 = sim.state().linear_velocities[1].x;
+  CHECK_NEAR(v1 - v0, 0.6 * 2, 1e-8);
+  CHECK_NEAR(norm(momentum(sim.model(), sim.state()).linear - before.linear), 0, 1e-12);
+}
+
+// Three balls in touch: the momentum of the first passes through to the last. Breaks when all contacts of the row
+// are solved as one impact, which sends the first ball back.
+TEST(momentum_travels_through_a_row) {
+  ModelDescription d;
+  d.gravity = {};
+  for (int i = 0; i < 4; ++i) {
+    d.bodies.push_back(sphere_body({i == 0 ? -0.55 : 0.2 * i, 0, 0}, 1, 0.1, {i == 0 ? 1.0 : 0.0, 0, 0}));
+    add_geom(d, i, Sphere{0.1}, {0, 1, 0});
+  }
+  Simulation sim = simulate(d);
+  for (int k = 0; k < 200; ++k) sim.step();
+  for (int i = 0; i < 4; ++i) CHECK_NEAR(sim.state().linear_velocities[i].x, i == 3 ? 1.0 : 0.0, 1e-8);
+}
+
+// A box on a conveyor is accelerated by mu g up to the speed of the belt, then sticks to it; on a kinematic
+// platform likewise. Breaks with the sign of the surface velocity, or one that is not in the VI.
+TEST(conveyor_and_platform_carry_a_box) {
+  ModelDescription belt = floor_and_box({}, 0.5);
+  belt.geoms[0].surface_velocity = {1, 0, 0};
+  ModelDescription platform = floor_and_box({}, 0.5);
+  Body moving;
+  moving.motion = Motion::kinematic;
+  moving.linear_velocity = {1, 0, 0};
+  platform.bodies.push_back(moving);
+  platform.geoms[0].body = 1;
+  for (const ModelDescription& d : {belt, platform}) {
+    Simulation sim = simulate(d);
+    for (int k = 0; k < 20; ++k) sim.step();
+    CHECK_NEAR(sim.state().linear_velocities[0].x, 0.5 * g * 0.1, 1e-7);
+    for (int k = 0; k < 40; ++k) sim.step();
+    CHECK_NEAR(sim.state().linear_velocities[0].x, 1, 1e-7);
+    CHECK(sim.contacts()[0].state == ContactState::stick);
+  }
+}
+
+// Bad states are refused by name before anything changes.
+TEST(bad_states_are_named) {
+  ModelDescription d = floor_and_box({}, 0.5);
+  d.bodies[0].name = "crate";
+  Simulation sim = simulate(d);
+  sim.step();
+  const State before = sim.state();
+  sim.state().linear_velocities[0].y = std::numeric_limits<double>::quiet_NaN();
+  CHECK_THROWS(sim.step(), "crate");
+  sim.state() = before;
+  sim.state().orientations[0] = {2, 0, 0, 0};
+  CHECK_THROWS(sim.step(), "unit quaternion");
+  sim.state() = before;
+  sim.state().forces[0].x = infinity;
+  CHECK_THROWS(sim.step(), "external force");
+}
+
+// Each mistake in a model is named. Breaks if a check is dropped.
+TEST(bad_models_are_named) {
+  const auto model = [](auto&& spoil) {
+    ModelDescription d = floor_and_box({}, 0.5);
+    d.bodies[0].name = "crate";
+    d.bodies.push_back(sphere_body({3, 0, 0}, 1, 1));
+    Joint joint;
+    joint.name = "pin";
+    joint.body_a = 0, joint.body_b = 1;
+    joint.dofs.emplace_back();
+    d.joints.push_back(joint);
+    spoil(d);
+    return Model(d);
+  };
+  model([](auto&) {});
+  CHECK_THROWS(model([](auto& d) { d.bodies[0].mass = -1; }), "crate");
+  CHECK_THROWS(model([](auto& d) { d.bodies[0].inertia = Mat3::diagonal(1, 1, 3); }), "exceeds the sum");
+  CHECK_THROWS(model([](auto& d) { d.bodies[0].inertia = Mat3::diagonal(1, 1, 0); }), "positive definite");
+  CHECK_THROWS(model([](auto& d) { d.bodies[1].name = "crate"; }), "twice");
+  CHECK_THROWS(model([](auto& d) { d.bodies[0].pose.position.x = infinity; }), "crate");
+  CHECK_THROWS(model([](auto& d) { d.joints[0].body_b = 0; }), "pin");
+  CHECK_THROWS(model([](auto& d) { d.joints[0].body_b = 7; }), "does not exist");
+  CHECK_THROWS(model([](auto& d) { d.joints[0].dofs[0].lower = 1, d.joints[0].dofs[0].upper = 0; }), "limit");
+  CHECK_THROWS(model([](auto& d) { d.geoms[1].shape = Plane{}; }), "do not move");
+  CHECK_THROWS(model([](auto& d) { d.geoms[1].material.friction = -0.1; }), "friction");
+  CHECK_THROWS(model([](auto& d) { d.geoms[1].body = 9; }), "does not exist");
+}

@@ -1,0 +1,108 @@
+"""Every scene builds, has the size that it promises, and steps."""
+
+import inspect
+
+import amontons
+import amontons.scenes
+import numpy as np
+import pytest
+from amontons import InputError, scenes
+from measures import run, simulate
+
+
+@pytest.mark.parametrize("name", scenes.names())
+def test_scene_steps(name):
+    # Default parameters, default settings, three steps: a scene that does not build, starts in deep
+    # penetration or does not converge is caught here.
+    sim = simulate(name)
+    reports = run(sim, 3 * sim.dt)
+    assert np.isfinite(sim.state.positions).all()
+    assert reports[0].penetration < 1e-3 * sim.model.length
+    assert reports[0].joint_error < 1e-6 * sim.model.length
+    assert max(r.residual for r in reports) < 1e-2
+
+
+@pytest.mark.parametrize("name", scenes.names())
+def test_scene_is_documented(name):
+    scene = scenes.get(name)
+    assert scene.summary.endswith((".", ":")) or len(scene.summary) > 40
+    assert scene.dt > 0
+    assert scene.duration > 0
+    assert all(p.kind is p.KEYWORD_ONLY for p in inspect.signature(scene.make).parameters.values())
+    assert getattr(scenes, name) is scene.make
+
+
+def test_unknown_scene_and_parameter_are_named():
+    with pytest.raises(InputError, match="there is no scene 'wal'.*wall"):
+        scenes.make("wal")
+    with pytest.raises(InputError, match="'wall' has no parameter 'bricks'.*columns"):
+        scenes.make("wall", bricks=3)
+    with pytest.raises(InputError, match="chain.*links"):
+        scenes.make("chain", links=0)
+
+
+def test_network_has_its_3500_constraints():
+    # B1: 1000 ball joints of three rows and 500 rods of one.
+    sim = simulate("network")
+    report = sim.step()
+    assert len(sim.model.bodies) == 1000
+    assert report.joint_rows == 3500
+    assert report.contacts == 0
+
+
+def test_wall_has_its_contacts():
+    # B4: 37 bricks on the ground, 10 x 36 and 10 x 37 head joints, 19 x 74 bed joints, four points each
+    # (the paper's wall of other proportions has 8684).
+    sim = simulate("wall_at_rest")
+    report = sim.step()
+    assert len(sim.model.bodies) == 750
+    assert report.contacts == 4 * (37 + 730 + 1406)
+
+
+def test_wall_is_square():
+    # Half bricks close the steps at both ends of every second course; without them the top corner would tip.
+    model = scenes.wall(columns=4, rows=2, ball=False)
+    x = np.array([b.pose.position[0] for b in model.bodies])
+    half = np.array([g.shape.half[0] for g in model.geoms if isinstance(g.shape, amontons.shapes.Box)])
+    first, second = slice(0, 4), slice(4, 9)
+    assert (x[first] + half[first]).max() == pytest.approx((x[second] + half[second]).max())
+    assert (x[first] - half[first]).min() == pytest.approx((x[second] - half[second]).min())
+
+
+def test_smooth_spheres_settle():
+    # B2: after two seconds the spheres lie still and about 3.5 contacts a sphere are left: at least the
+    # three that a rigid frictionless packing needs (isostatic), without those that merely lie in the margin
+    # above 4.
+    sim = simulate("spheres_in_box")
+    reports = run(sim, 2.0)
+    assert reports[-1].kinetic_energy < 1e-3 * abs(reports[-1].potential_energy)
+    closed = int((sim.contacts["state"] != "open").sum())
+    assert 2500 < closed < 4000
+    assert 3000 < reports[-1].contacts < 4500
+
+
+def test_dominoes_fall_one_after_the_other():
+    # A run of thirty: all end lying (height of the centre below half of standing), and the last one starts
+    # after the middle one.
+    sim = simulate("domino_run")
+    standing = sim.state.positions[-1, 2]
+    fallen = {}
+
+    def look(s, _):
+        for i in (15, 29):
+            if i not in fallen and s.state.positions[i, 2] < 0.9 * standing:
+                fallen[i] = s.time
+
+    run(sim, 2.0, look)
+    assert sim.state.positions[:, 2].max() < 0.9 * standing
+    assert fallen[15] < fallen[29]
+
+
+def test_hopper_empties():
+    # An opening of four diameters does not jam smooth enough spheres: most lie below the outlet in the end,
+    # none has left through a wall.
+    sim = simulate("hopper", {"count": 150, "mu": 0.1})
+    run(sim, 3.0)
+    below = sim.state.positions[:, 2] < 8 * 0.05
+    assert below.mean() > 0.8
+    assert sim.state.positions[:, 2].min() > 0.04

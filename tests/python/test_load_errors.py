@@ -1,0 +1,182 @@
+"""What is not supported in an MJCF file is listed, what is wrong is named, with its line and element."""
+
+import sys
+
+import pytest
+from amontons import FileError, InputError
+from amontons.errors import UnsupportedWarning
+from amontons.io.models import load_model
+
+pytest.importorskip("mujoco")
+
+
+def load(tmp_path, body, *, tail=""):
+    path = tmp_path / "model.xml"
+    path.write_text(f"<mujoco>\n\n<worldbody>\n{body}\n</worldbody>\n{tail}\n</mujoco>\n")
+    return load_model(path)
+
+
+UNSUPPORTED = [
+    ("geom", '<geom name="x" size="1" condim="6"/>', 'condim="6": torsional and rolling'),
+    ("geom", '<geom name="x" size="1" margin="0.01"/>', "margin"),
+    ("geom", '<geom name="x" size="1" adhesion="1"/>', "adhesion"),
+    ("geom", '<geom name="x" size="1" surfacevel="0 0 0 0 0 1"/>', "surface velocity that rotates"),
+    ("body", '<body name="x" gravcomp="1"><geom size="1"/></body>', "gravity compensation"),
+    ("joint", '<body><joint name="x" springyield="1"/><geom size="1"/></body>', "yields"),
+    ("joint", '<body><joint name="x" stiffness="1 2"/><geom size="1"/></body>', "nonlinear spring"),
+    ("joint", '<body><joint name="x" damping="1 0 2"/><geom size="1"/></body>', "nonlinear damper"),
+    ("joint", '<body><joint name="x" margin="0.1" range="0 1"/><geom size="1"/></body>', "margin"),
+    ("joint", '<body><joint name="x" type="free" damping="1"/><geom size="1"/></body>', "damping of a free"),
+    (
+        "joint",
+        '<body><joint name="x" type="ball" armature="1"/><geom size="1"/></body>',
+        "armature of a ball",
+    ),
+    (
+        "joint",
+        '<body><joint name="x" type="ball"/><joint type="slide"/><geom size="1"/></body>',
+        "put it last",
+    ),
+    ("joint", '<body><joint name="x" ref="200"/><geom size="1"/></body>', "more than half a turn"),
+    (
+        "flexcomp",
+        '<flexcomp name="x" type="grid" count="2 2 1" spacing="1 1 1" mass="1" dim="2"/>',
+        "deformable",
+    ),
+]
+UNSUPPORTED_AFTER = [
+    ("fixed", '<tendon><fixed name="x"><joint joint="j" coef="1"/></fixed></tendon>', "a tendon"),
+    ("muscle", '<actuator><muscle name="x" joint="j" lengthrange="0 1"/></actuator>', "this kind of"),
+    ("general", '<actuator><general name="x" joint="j" dyntype="integrator"/></actuator>', "internal state"),
+    ("position", '<actuator><position name="x" joint="j" timeconst="1"/></actuator>', "filtered"),
+    ("motor", '<actuator><motor name="x" site="s"/></actuator>', "acts on no joint"),
+    ("motor", '<actuator><motor name="x" joint="free"/></actuator>', "ball or free joint"),
+    ("motor", '<actuator><motor joint="j"/>\n<motor name="x" joint="j"/></actuator>', "second actuator"),
+    ("position", '<actuator><position name="x" joint="j" forcerange="-1 2"/></actuator>', "not symmetric"),
+    ("general", '<actuator><general name="x" joint="j" biastype="affine" biasprm="0 1"/></actuator>', "grow"),
+    ("weld", '<equality><weld name="x" body1="b" active="false"/></equality>', "not active"),
+    ("pair", '<contact><pair name="x" geom1="g" geom2="f" friction="1 0.5"/></contact>', "anisotropic"),
+    ("pair", '<contact><pair name="x" geom1="g" geom2="g2"/></contact>', "the same body"),
+    ("option", '<option density="1.2"/>', "fluid"),
+    ("flag", '<option><flag override="enable"/></option>', "override"),
+]  # fmt: skip
+SCENE = """<body name="b"><joint name="j"/><geom name="g" size="1"/><geom name="g2" size="1"/>
+<site name="s"/></body>
+<body name="c"><freejoint name="free"/><geom name="f" size="1"/></body>"""
+
+
+# Breaks when something unsupported is taken silently, or listed without its element and line.
+@pytest.mark.parametrize(("tag", "text", "reason"), UNSUPPORTED)
+def test_unsupported_in_bodies(tmp_path, tag, text, reason):
+    with pytest.raises(InputError) as error:
+        load(tmp_path, text)
+    assert f'model.xml:4: <{tag} name="x">: ' in str(error.value)
+    assert reason in str(error.value)
+    assert "1 thing is not supported" in str(error.value)
+    assert "strict=False" in str(error.value)
+
+
+# Breaks when something unsupported outside the bodies is taken silently, or without its element and line.
+@pytest.mark.parametrize(("tag", "text", "reason"), UNSUPPORTED_AFTER)
+def test_unsupported_elsewhere(tmp_path, tag, text, reason):
+    with pytest.raises(InputError) as error:
+        load(tmp_path, SCENE, tail=text)
+    line = 8 + text.split('name="x"')[0].count("\n")
+    name = ' name="x"' if 'name="x"' in text else ""
+    assert f"model.xml:{line}: <{tag}{name}>: " in str(error.value)
+    assert reason in str(error.value)
+    assert "1 thing is not supported" in str(error.value)
+
+
+# Breaks when the list is not complete, or when what is left out takes something else with it.
+def test_all_is_listed_once_and_the_rest_loads(tmp_path):
+    (tmp_path / "part.xml").write_text('<mujoco>\n<body gravcomp="1">\n<geom size="1"/></body></mujoco>')
+    path = tmp_path / "model.xml"
+    path.write_text(
+        '<mujoco>\n<default><geom condim="4"/></default>\n<worldbody>\n<replicate count="3" offset="3 0 0">'
+        '\n<body><freejoint/><geom size="1" adhesion="1"/></body></replicate>\n<include file="part.xml"/>\n'
+        "</worldbody></mujoco>"
+    )
+    with pytest.raises(InputError) as error:
+        load_model(path)
+    lines = str(error.value).splitlines()
+    assert "3 things are not supported" in lines[0]
+    assert [line.strip().split(": ")[0] for line in lines[1:4]] == [
+        f"{path}:2",
+        f"{path}:5",
+        f"{tmp_path / 'part.xml'}:2",
+    ]
+    with pytest.warns(UnsupportedWarning, match="3 things are not supported and left out") as caught:
+        model = load_model(path, strict=False)
+    assert len(caught) == 1
+    assert caught[0].filename == __file__
+    assert len(model.bodies) == 4
+
+
+WRONG = [
+    ('<body>\n<geom size="-1"/></body>', r"model\.xml:5: <geom>: size 0 must be positive"),
+    ('<body name="x">\n<inertial mass="-1" pos="0 0 0"/></body>', r':5: <inertial>: mass="-1" is negative'),
+    ('<body>\n<joint/>\n</body>', r"model\.xml:4: <body>: mass and inertia of moving.*give it an"),
+    ('<body><joint name="x" range="2 1"/><geom size="1"/></body>', r'"x">: range="2 1": the lower limit'),
+    ('<body pos="nan 0 0"><geom size="1"/></body>', r':4: <body>: pos="nan 0 0" is not finite'),
+    ('<body><geom size="1" friction="-1"/></body>', r':4: <geom>: friction="-1" is negative'),
+    ('<body><geom siz="1"/></body>', r":4: <geom>: .*siz"),
+    ('<body><geom size="1"/>', r"xml:5: malformed XML: mismatched tag; the element open there is <body>"),
+    ('<include file="none.xml"/>', r":4: <include>: the file .*none\.xml does not exist"),
+    ('<geom type="mesh" mesh="none"/>', r":4: <geom>: .*none"),
+    ('<body name="x"/><body name="x"/>', r":4: <body name=\"x\">: repeated name 'x'"),
+    ('<body><joint/><inertial pos="0 0 0" mass="1" diaginertia="1 1 3"/></body>', "no solid has these"),
+]  # fmt: skip
+
+
+# Breaks when a wrong file is read, or its error does not name file, line and element.
+@pytest.mark.parametrize(("text", "message"), WRONG)
+def test_wrong_files(tmp_path, text, message):
+    with pytest.raises(FileError, match=message):
+        load(tmp_path, text)
+
+
+# Breaks when a reference to something that does not exist does not name the line.
+@pytest.mark.parametrize(
+    ("tail", "message"),
+    [
+        ('<contact><exclude body1="b" body2="none"/></contact>', ":8: <exclude>: .*none"),
+        ('<actuator><motor name="x" joint="none"/></actuator>', ':8: <motor name="x">: .*none'),
+        ('<asset><mesh name="m" file="none.stl"/></asset>', ':8: <mesh name="m">: .*none.stl'),
+        (
+            '<asset><model name="m" file="none.xml"/></asset>',
+            ':8: <model name="m">: .*none.xml does not exist',
+        ),
+        ('<keyframe><key name="x" qpos="1 2 3 4 5 6 7 8 9"/></keyframe>', ':8: <key name="x">: .*qpos'),
+    ],
+)
+def test_missing_parts(tmp_path, tail, message):
+    with pytest.raises(FileError, match=message):
+        load(tmp_path, SCENE, tail=tail)
+
+
+# Breaks when a file that is no model is not told apart, or a flat mesh gives an obscure error.
+def test_other_files(tmp_path, monkeypatch):
+    with pytest.raises(FileNotFoundError, match="no such file"):
+        load_model(tmp_path / "none.xml")
+    with pytest.raises(FileError, match="is a directory"):
+        load_model(tmp_path)
+    (tmp_path / "a.txt").write_text("")
+    with pytest.raises(FileError, match="known suffixes are .xml, .mjcf, .urdf"):
+        load_model(tmp_path / "a.txt")
+    other = tmp_path / "a.xml"
+    other.write_text("<svg/>")
+    with pytest.raises(FileError, match=r"a\.xml:1: the root is <svg>; it must be <mujoco>"):
+        load_model(other)
+    other.write_text("")
+    with pytest.raises(FileError, match=r"a\.xml:1: malformed XML: no element found"):
+        load_model(other)
+    other.write_text('<mujoco><worldbody><include file="a.xml"/></worldbody></mujoco>')
+    with pytest.raises(FileError, match="includes itself"):
+        load_model(other)
+    other.write_text("<mujoco/>")
+    with pytest.raises(InputError, match="floating_base is for URDF"):
+        load_model(other, floating_base=True)
+    monkeypatch.setitem(sys.modules, "mujoco", None)
+    with pytest.raises(InputError, match=r"pip install amontons\[models\]"):
+        load_model(other)

@@ -1,0 +1,238 @@
+"""URDF files: links stay links, the base floats, meshes are found, mistakes are named with their line."""
+
+import math
+import shutil
+
+import amontons
+import numpy as np
+import pytest
+from amontons import FileError, InputError, shapes
+from amontons.io.models import load_model
+from amontons.transforms import axis_angle, multiply, rotate, rotation_matrix
+
+mujoco = pytest.importorskip("mujoco")
+
+
+@pytest.fixture(scope="module")
+def rover(root):
+    return root / "tests" / "python" / "models" / "rover.urdf"
+
+
+INERTIAL = '<inertial><mass value="2"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>'
+
+
+def write(tmp_path, *lines, name="model.urdf"):
+    path = tmp_path / name
+    path.write_text("\n".join(['<robot name="r">', *lines, "</robot>"]))
+    return path
+
+
+def link(name, inertial=INERTIAL, more=""):
+    return f'<link name="{name}">{inertial}{more}</link>'
+
+
+def joint(name, kind, parent, child, more=""):
+    return (
+        f'<joint name="{name}" type="{kind}"><parent link="{parent}"/><child link="{child}"/>{more}</joint>'
+    )
+
+
+# Breaks when a fixed link is fused away, the base is welded to the world, or a mass or centre is moved.
+def test_links_stay_links(rover):
+    model = load_model(rover)
+    assert model.body_names == (
+        "chassis",
+        "wheel_left",
+        "wheel_right",
+        "mast",
+        "lift",
+    )  # camera_frame: massless
+    assert model.joint_names == ("left", "right", "mast_joint", "lift_joint")
+    assert all(body.motion == "dynamic" for body in model.bodies)
+    assert [body.mass for body in model.bodies] == [12, 1, 1, 0.5, 0.7]
+    chassis = model.bodies[0]
+    assert chassis.centre_of_mass == pytest.approx((0.02, 0, 0.01))
+    turn = np.array(rotation_matrix(axis_angle((0, 0, 1), 0.3)))
+    inertia = np.array([[0.4, 0.01, 0.02], [0.01, 0.6, 0], [0.02, 0, 0.8]])
+    np.testing.assert_allclose(chassis.inertia, turn @ inertia @ turn.T, rtol=1e-12)
+
+
+# Breaks when the origin of a joint or of a collision is not applied, or in another order.
+def test_frames_follow_the_origins(rover):
+    model = load_model(rover)
+    poses = dict(zip(model.body_names, (b.pose for b in model.bodies), strict=True))
+    tilt = axis_angle((1, 0, 0), 0.1)
+    mast = np.array([-0.2, 0, 0.2])
+    np.testing.assert_allclose(poses["wheel_left"].position, (0, 0.3, -0.05), atol=1e-15)
+    np.testing.assert_allclose(poses["wheel_right"].rotation, axis_angle((0, 0, 1), 0.1), atol=1e-15)
+    np.testing.assert_allclose(poses["mast"].rotation, tilt, atol=1e-15)
+    np.testing.assert_allclose(poses["lift"].position, mast + rotate(tilt, (0, 0, 0.15)), atol=1e-15)
+    left = model.joints[model.joint_index("left")]
+    assert (left.dofs[0].axis, left.dofs[0].damping, left.dofs[0].friction) == ((0, 1, 0), 0.2, 0.1)
+    assert (left.dofs[0].lower, left.dofs[0].upper) == (-math.inf, math.inf)
+    lift = model.joints[model.joint_index("lift_joint")]
+    assert (lift.dofs[0].kind, lift.dofs[0].lower, lift.dofs[0].upper) == ("slide", -0.1, 0.2)
+    assert lift.dofs[0].motor.max_effort == 30
+    assert model.bodies[lift.body_b].name == "mast"  # to which the camera frame belongs
+    wheel = next(g for g in model.geoms if model.bodies[g.body].name == "wheel_left")
+    assert wheel.shape == shapes.Cylinder(0.1, 0.02)
+    np.testing.assert_allclose(rotate(wheel.frame.rotation, (0, 0, 1)), (0, -1, 0), atol=1e-15)
+    (coupling,) = model.couplings
+    assert coupling.coefficients == (0.5, 2.0)
+    assert model.joints[coupling.joint_a].name == "right"
+
+
+# Breaks when the loaded base does not fall freely: v = g t, exactly in each step.
+def test_base_falls(rover):
+    sim = amontons.Simulation(load_model(rover), dt=1e-3)
+    sim.run(0.1)
+    linear, _ = sim.momentum()
+    assert linear == pytest.approx((0, 0, -9.81 * 0.1 * sim.model.total_mass), abs=1e-9)
+
+
+# Breaks when the rule of the base changes: free with an inertia, fixed if called world or without mass.
+def test_floating_base(tmp_path):
+    arm = [link("arm"), joint("j", "continuous", "base", "arm")]
+    free = load_model(write(tmp_path, link("base"), *arm))
+    assert free.joint_names == ("j",)
+    assert free.bodies[0].motion == "dynamic"
+    held = load_model(write(tmp_path, link("base"), *arm), floating_base=False)
+    assert held.bodies[0].motion == "fixed"
+    massless = write(tmp_path, link("base", ""), link("trunk"), joint("f", "fixed", "base", "trunk"))
+    assert [b.motion for b in load_model(massless).bodies] == ["fixed", "fixed"]
+    floating = load_model(massless, floating_base=True)
+    assert [(b.name, b.motion, b.mass) for b in floating.bodies] == [("base", "dynamic", 2.0)]
+    world = [link("world", ""), link("base"), joint("f", "fixed", "world", "base", '<origin xyz="0 0 1"/>')]
+    model = load_model(write(tmp_path, *world, link("arm"), joint("j", "continuous", "base", "arm")))
+    assert [b.motion for b in model.bodies] == ["fixed", "dynamic"]
+    assert model.bodies[0].pose.position == (0, 0, 1)
+    drone = write(tmp_path, link("world", ""), link("drone"), joint("f", "floating", "world", "drone"))
+    assert load_model(drone).bodies[0].motion == "dynamic"
+
+
+# Breaks when a joint type of URDF gets other freedoms: planar moves in the plane across its axis.
+def test_planar_joint(tmp_path):
+    model = load_model(
+        write(
+            tmp_path, link("world", ""), link("p"), joint("j", "planar", "world", "p", '<axis xyz="0 0 1"/>')
+        )
+    )
+    dofs = model.joints[0].dofs
+    assert [d.kind for d in dofs].count("slide") == 2
+    for dof in dofs:
+        along = abs(np.dot(dof.axis, (0, 0, 1)))
+        assert along == pytest.approx(1.0 if dof.kind == "hinge" else 0.0, abs=1e-12)
+
+
+# Breaks when a robot in an .xml file is taken for MJCF.
+def test_robot_in_xml(tmp_path):
+    assert load_model(write(tmp_path, link("base"), name="robot.xml")).body_names == ("base",)
+
+
+MESH = '<collision><geometry><mesh filename="{}" scale="0.1 0.1 0.2"/></geometry></collision>'
+
+
+# Breaks when a mesh is not found where URDF files keep it.
+@pytest.mark.parametrize(
+    "filename",
+    [
+        "package://robot_description/meshes/visual/wedge.obj",
+        "model://robot_description/meshes/visual/wedge.obj",
+        "package://elsewhere/wedge.obj",
+        "../meshes/visual/wedge.obj",
+        "file://{folder}/robot_description/meshes/visual/wedge.obj",
+        "{folder}/robot_description/meshes/visual/wedge.obj",
+        "wedge.obj",
+    ],
+)
+def test_meshes_are_found(tmp_path, root, filename, monkeypatch):
+    package = tmp_path / "robot_description"
+    for folder in (package / "meshes" / "visual", tmp_path / "ros" / "elsewhere", package / "urdf"):
+        folder.mkdir(parents=True)
+        if filename == "wedge.obj" or folder.name != "urdf":
+            shutil.copy(root / "tests/python/models/meshes/wedge.obj", folder)
+    monkeypatch.setenv("ROS_PACKAGE_PATH", str(tmp_path / "ros"))
+    path = write(
+        package / "urdf", link("base", more=MESH.format(filename.format(folder=tmp_path))), name="r.urdf"
+    )
+    (geom,) = load_model(path).geoms
+    corners = np.array([geom.frame(v) for v in geom.shape.vertices])
+    assert corners.max(axis=0) == pytest.approx((0.1, 0.1, 0.1), abs=1e-6)  # meshes are float32
+    assert corners.min(axis=0) == pytest.approx((-0.1, -0.1, -0.1), abs=1e-6)
+
+
+# Breaks when <compiler meshdir> of the MuJoCo extension is not obeyed.
+def test_meshdir(tmp_path, root):
+    (tmp_path / "stl").mkdir()
+    shutil.copy(root / "tests/python/models/meshes/wedge.obj", tmp_path / "stl")
+    head = '<mujoco><compiler meshdir="stl" discardvisual="false"/></mujoco>'
+    path = write(tmp_path, head, link("base", more=MESH.format("package://gone/wedge.obj")))
+    assert len(load_model(path).geoms) == 1
+
+
+WRONG = [
+    (
+        [link("base", more=MESH.format("package://p/none.stl"))],
+        r':2: <mesh>: the file ".*none.stl" does not exist',
+    ),
+    ([link("base", '<inertial><mass value="-2"/></inertial>')], r':2: <mass>: value="-2" is negative'),
+    ([link("base"), joint("j", "revolute", "base", "none")], r':3: <joint name="j">: .*missing'),
+    ([link("base"), link("a"), joint("j", "bogus", "base", "a")], r':4: <joint name="j">: .*type'),
+    ([link("base"), link("a", ""), joint("j", "continuous", "base", "a")], r':3: <link name="a">: .*mass'),
+    (
+        [link("base"), link("a"), joint("j", "revolute", "base", "a", '<limit lower="1" upper="-1"/>')],
+        r":4: <limit>: lower 1 is above upper -1",
+    ),
+    ([link("base"), joint("j", "fixed", "base", "base")], "model.urdf"),
+    (["<link>"], r":3: malformed XML: mismatched tag; the element open there is <link>"),
+]
+
+
+# Breaks when a wrong file is read, or its error does not name file, line and element.
+@pytest.mark.parametrize(("lines", "message"), WRONG)
+def test_wrong_files(tmp_path, lines, message):
+    with pytest.raises(FileError, match=message):
+        load_model(write(tmp_path, *lines))
+
+
+# Breaks when a mesh of a kind that cannot be read gives an obscure error.
+def test_collada(tmp_path):
+    (tmp_path / "a.dae").write_text("")
+    with pytest.raises(FileError, match=r":2: <mesh>: .*a\.dae is no \.stl, \.obj, \.msh file; convert it"):
+        load_model(write(tmp_path, link("base", more=MESH.format("a.dae"))))
+
+
+UNSUPPORTED = [
+    ('<xacro:macro name="m"/>', r":3: <xacro:macro name=\"m\">: a macro; run xacro first"),
+    ("<wing/>", ":3: <wing>: this element is not known"),
+    (
+        link("a") + joint("j", "continuous", "base", "a", '<dynamics dampin="2"/>'),
+        ':3: <dynamics>: dampin="2": this attribute is not known',
+    ),
+    (link("a") + joint("j", "revolute", "base", "a"), ':3: <joint name="j">: no range of motion'),
+    (
+        link("a") + joint("j", "continuous", "base", "a", '<mimic joint="none"/>'),
+        "MuJoCo warns: .*mimic",
+    ),
+]
+
+
+# Breaks when something of a URDF is dropped silently: MuJoCo itself does not check names.
+@pytest.mark.parametrize(("line", "message"), UNSUPPORTED)
+def test_unsupported(tmp_path, line, message):
+    with pytest.raises(InputError, match=message):
+        load_model(write(tmp_path, link("base"), line))
+
+
+# Breaks when the pose of a chain of fixed links is composed in another order.
+def test_fixed_links_compose(tmp_path):
+    origin = '<origin xyz="1 0 0" rpy="0 0 0.5"/>'
+    path = write(
+        tmp_path, link("base"), link("a", ""), link("b"),
+        joint("f", "fixed", "base", "a", origin), joint("g", "fixed", "a", "b", origin),
+    )  # fmt: skip
+    model = load_model(path)
+    turn = axis_angle((0, 0, 1), 0.5)
+    assert model.bodies[1].pose.position == pytest.approx((1 + math.cos(0.5), math.sin(0.5), 0))
+    assert model.bodies[1].pose.rotation == pytest.approx(multiply(turn, turn))
+    np.testing.assert_allclose(model.joints[0].frame_b.position, model.bodies[1].pose.position, atol=1e-15)
