@@ -10,6 +10,8 @@
 // Columns: first_ns  per body, without an order from an earlier call (the first step of a simulation)
 //          next_ns   per body, when the bodies have moved by a hundredth of their size since the last call
 // Both are medians over the calls. Bodies are numbered at random: to find an order is the library's work.
+#include "amontons/collision/broad_phase.hpp"
+
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -18,8 +20,6 @@
 #include <limits>
 #include <random>
 #include <vector>
-
-#include "amontons/collision/broad_phase.hpp"
 
 namespace {
 

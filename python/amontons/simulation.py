@@ -6,13 +6,12 @@ import math
 import sys
 import warnings
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, fields
+from dataclasses import fields
 from os import PathLike
 from types import MappingProxyType
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from . import _core
 from .cones import Array, Cone, Free, Friction, Interval, NonNegative
@@ -22,110 +21,11 @@ from .model import Model
 from .operators import Contacts
 from .options import LAWS, chosen, integer, positive_number, require_method
 from .problem import Problem
+from .state import State
+from .step_report import Report, from_core
 from .transforms import Vector3, number
 
 ON_FAILURE = {"warn": None, "raise": None, "ignore": None}
-
-
-@dataclass(frozen=True)
-class Timings:
-    """Wall clock of the phases of a step (s)."""
-
-    collision: float
-    assembly: float
-    solve: float
-    integration: float
-    total: float
-
-
-@dataclass(frozen=True)
-class Report:
-    """What a step did."""
-
-    time: float
-    """at the end of the step (s)"""
-    advanced: bool
-    """False if velocities came out not finite: the state is that before the step"""
-    status: str
-    """of the solve: converged | iteration_limit | deadline | stalled | interrupted | infeasible"""
-    residual: float
-    """natural residual of the law asked for, the worst of the substeps"""
-    iterations: int
-    products: int
-    factorizations: int
-    contacts: int
-    joint_rows: int
-    substeps: int
-    penetration: float
-    """deepest at the start of the step, >= 0 (m)"""
-    joint_error: float
-    """largest violation of a joint at the start of the step (m)"""
-    joint_angle_error: float
-    """rad"""
-    kinetic_energy: float
-    """at the end of the step (J)"""
-    potential_energy: float
-    """of gravity (J)"""
-    spring_energy: float
-    """of joint springs (J)"""
-    timings: Timings
-    method: str
-    """of the solve"""
-
-    @property
-    def converged(self) -> bool:
-        """Whether the solve reached its tolerance."""
-        return self.status == "converged"
-
-    @property
-    def energy(self) -> float:
-        """Kinetic, potential and spring energy (J)."""
-        return self.kinetic_energy + self.potential_energy + self.spring_energy
-
-
-class State:
-    """What a simulation changes, as writable views of its memory: what is written holds for the next step.
-
-    positions (n, 3) and linear_velocities (n, 3) of the origins of the body frames, orientations (n, 4)
-    (unit quaternions w, x, y, z), angular_velocities (n, 3), forces and torques (n, 3) at the centres of
-    mass, held until changed; all in world axes, SI units. joint_coordinates and targets (of motors) of every
-    degree of freedom (`Model.dof_index`). Assigning to an attribute copies into the view.
-    """
-
-    positions: Array
-    orientations: Array
-    linear_velocities: Array
-    angular_velocities: Array
-    forces: Array
-    torques: Array
-    joint_coordinates: Array
-    targets: Array
-    __slots__ = (
-        "angular_velocities",
-        "forces",
-        "joint_coordinates",
-        "linear_velocities",
-        "orientations",
-        "positions",
-        "targets",
-        "torques",
-    )
-
-    def __init__(self, core: _core.Simulation) -> None:
-        for name in self.__slots__:
-            object.__setattr__(self, name, getattr(core, name))
-
-    def __setattr__(self, name: str, value: ArrayLike) -> None:
-        if name not in self.__slots__:
-            raise AttributeError(f"the state has no {name}; it has {', '.join(self.__slots__)}")
-        view = getattr(self, name)
-        try:
-            view[...] = value
-        except (TypeError, ValueError) as error:
-            raise InputError(f"state.{name} has the shape {view.shape}: {error}") from None
-
-    def __repr__(self) -> str:
-        return f"amontons.State({len(self.positions)} bodies, {len(self.joint_coordinates)} coordinates)"
 
 
 class Simulation:
@@ -246,7 +146,7 @@ class Simulation:
         on_failure = self._options["on_failure"]
         before = self._core.snapshot() if on_failure == "raise" else None
         self._contacts = None
-        report = _report(self._core.step())
+        report = from_core(self._core.step())
         if not report.advanced:
             raise SimulationError(
                 f"the velocities at t = {self.time:g} s came out not finite ({report.status}); the state is "
@@ -411,12 +311,6 @@ def _core_options(given: dict[str, Any]) -> _core.SimulationOptions:
                 raise InputError(f"{name} = {value:g}; it must not be negative")
             setattr(o, name, max(value, sys.float_info.min))  # no automatic value for a zero that was given
     return o
-
-
-def _report(core: _core.Report) -> Report:
-    values = {f.name: getattr(core, f.name) for f in fields(Report)}
-    values["timings"] = Timings(*(getattr(core.timings, f.name) for f in fields(Timings)))
-    return Report(**values)
 
 
 def _cone(kind: str, *parameters: Any) -> Cone:

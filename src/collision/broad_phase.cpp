@@ -11,10 +11,10 @@
 #endif
 
 // A tree with eight children per node over the boxes, stored without pointers: leaf k lies in node k / 8 of
-// level 0, in node k / 64 of level 1, and so on. The order of the leaves makes it a k-d tree: ranges are split
-// at the median of the centres, along the axis that shrinks the halves most, at multiples of powers of eight.
-// Boxes of very different size are kept apart before that (a floor among the bricks on it would make every node
-// above it as large as the floor): the leaves come in classes of size, small ones first.
+// level 0, in node k / 64 of level 1, and so on. The order of the leaves makes it a k-d tree: ranges are
+// split at the median of the centres, along the axis that shrinks the halves most, at multiples of powers of
+// eight. Boxes of very different size are kept apart before that (a floor among the bricks on it would make
+// every node above it as large as the floor): the leaves come in classes of size, small ones first.
 //
 // Each group of eight leaves then looks for later groups that it overlaps. The result is a set that does not
 // depend on the order of the leaves, so the order of the last call is used again as long as it serves.
@@ -42,8 +42,8 @@ std::size_t size_class(double size) {
 }
 
 // Subtraction and conversion to float round monotonically: a <= b implies narrow(a) <= narrow(b). Two boxes
-// that overlap thus still do when narrowed; whether the others do is decided in double. Any origin will do; one
-// amid the boxes keeps the rounding small. Infinity is left to empty places in nodes.
+// that overlap thus still do when narrowed; whether the others do is decided in double. Any origin will do;
+// one amid the boxes keeps the rounding small. Infinity is left to empty places in nodes.
 float narrow(double x, double origin) {
   constexpr double largest = std::numeric_limits<float>::max();
   return static_cast<float>(std::clamp(x - origin, -largest, largest));
@@ -57,9 +57,12 @@ unsigned overlap_mask(const Node& node, const float* box) {
   for (int half = 0; half < 2; ++half) {
     const auto lower = [&](int axis) { return _mm_load_ps(node.bound[axis] + 4 * half); };
     const auto upper = [&](int axis) { return _mm_load_ps(node.bound[axis + 3] + 4 * half); };
-    __m128 m = _mm_and_ps(_mm_cmple_ps(lower(0), _mm_set1_ps(box[3])), _mm_cmpge_ps(upper(0), _mm_set1_ps(box[0])));
-    m = _mm_and_ps(m, _mm_and_ps(_mm_cmple_ps(lower(1), _mm_set1_ps(box[4])), _mm_cmpge_ps(upper(1), _mm_set1_ps(box[1]))));
-    m = _mm_and_ps(m, _mm_and_ps(_mm_cmple_ps(lower(2), _mm_set1_ps(box[5])), _mm_cmpge_ps(upper(2), _mm_set1_ps(box[2]))));
+    __m128 m =
+        _mm_and_ps(_mm_cmple_ps(lower(0), _mm_set1_ps(box[3])), _mm_cmpge_ps(upper(0), _mm_set1_ps(box[0])));
+    m = _mm_and_ps(m, _mm_and_ps(_mm_cmple_ps(lower(1), _mm_set1_ps(box[4])),
+                                 _mm_cmpge_ps(upper(1), _mm_set1_ps(box[1]))));
+    m = _mm_and_ps(m, _mm_and_ps(_mm_cmple_ps(lower(2), _mm_set1_ps(box[5])),
+                                 _mm_cmpge_ps(upper(2), _mm_set1_ps(box[2]))));
     mask |= static_cast<unsigned>(_mm_movemask_ps(m)) << (4 * half);
   }
   return mask;
@@ -263,7 +266,8 @@ void BroadPhase::cross_self(std::span<const unsigned char> fixed, std::size_t g)
   for (int i = 0; i + 1 < width; ++i) cross_leaf(fixed, g, i, g, ~1u << i);
 }
 
-// The pairs between the leaves of group g and those of a later group h, whose box is that of a child of `parent`.
+// The pairs between the leaves of group g and those of a later group h, whose box is that of a child of
+// `parent`.
 void BroadPhase::cross(std::span<const unsigned char> fixed, std::size_t g, std::size_t h, const Node& parent,
                        std::size_t child) {
   float box[6];

@@ -4,10 +4,8 @@
 #include <cstddef>
 
 #include "gjk.hpp"
-#if __has_include("mesh.hpp") && __has_include("height_field.hpp")
 #include "height_field.hpp"
 #include "mesh.hpp"
-#endif
 #include "pairs.hpp"
 
 namespace amontons {
@@ -50,12 +48,10 @@ bool comes_after(const Transform& a, const Transform& b) {
 void collide_in_order(const Shape& a, const Transform& frame_a, const Shape& b, const Transform& frame_b,
                       double margin, std::vector<ContactPoint>& points) {
   if (std::holds_alternative<Plane>(b)) return collide_plane(a, frame_a, frame_b, margin, points);
-#if __has_include("mesh.hpp") && __has_include("height_field.hpp")
   if (const auto* mesh = std::get_if<Mesh>(&b))
     return collide_mesh(*mesh->data, frame_b, a, frame_a, margin, points);
   if (const auto* field = std::get_if<HeightField>(&b))
     return collide_height_field(*field->data, frame_b, a, frame_a, margin, points);
-#endif
   if (const auto* sphere = std::get_if<Sphere>(&a); sphere && !std::holds_alternative<Hull>(b))
     return collide_sphere(*sphere, frame_a, b, frame_b, margin, points);
   if (const auto *p = std::get_if<Capsule>(&a), *q = std::get_if<Capsule>(&b); p && q)

@@ -26,7 +26,7 @@ struct Convex {
 };
 
 // The shape with the origin of the common coordinates moved to `origin` (choose it near the contact: rounding
-// grows with the distance from it). Not for planes, meshes and height fields.
+// grows with the distance from it). Not for planes, meshes and height fields. A hull's data must outlive it.
 Convex make_convex(const Shape& shape, const Transform& frame, const Vec3& origin);
 Convex make_triangle(const Vec3& a, const Vec3& b, const Vec3& c);
 

@@ -264,19 +264,19 @@ void penetration(const Convex& a, const Convex& b, const Simplex& simplex, Separ
     const Vec3 direction = hull.face[nearest].normal;
     const DifferencePoint p = difference_support(a, b, direction);
     const double depth = dot(direction, p.w);
-    const bool done = std::min(depth, least) - bound <= converged;
     if (depth < least) {
       least = depth;
       result.normal = -direction;
       result.distance = -depth;
       result.on_a = p.a, result.on_b = p.b;
     }
-    if (done || !hull.expand(nearest, p)) {
-      if (!done) return set_foot(hull, -result.normal, least, 1e-6 * scale.size, result);
+    if (depth - bound <= converged) {
       result.normal = -direction;
       result.distance = -depth;
       return set_foot(hull, direction, bound, 4 * converged, result);
     }
+    if (least - bound <= converged || !hull.expand(nearest, p))
+      return set_foot(hull, -result.normal, least, 1e-6 * scale.size + 4 * (least - bound), result);
   }
 }
 

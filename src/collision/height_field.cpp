@@ -35,7 +35,8 @@ struct GridSurface {
                  r1 = row_at(box.upper.y);
     const Vec3 size = box.upper - box.lower;
     const double top = box.upper.z + std::max({size.x, size.y, size.z});
-    const auto last_column = static_cast<double>(grid.columns - 2), last_row = static_cast<double>(grid.rows - 2);
+    const auto last_column = static_cast<double>(grid.columns - 2),
+               last_row = static_cast<double>(grid.rows - 2);
     if (!(c1 >= 0 && c0 <= last_column + 1 && r1 >= 0 && r0 <= last_row + 1)) return;
     if (grid.highest < box.lower.z || grid.lowest > top) return;
     const auto cell = [](double at, double last) {
@@ -61,7 +62,8 @@ struct GridSurface {
     };
     const Site origin{r, c}, diagonal{r + 1, c + 1};
     const Site corners[2][3] = {{origin, {r, c + 1}, diagonal}, {origin, diagonal, {r + 1, c}}};
-    const Site opposite[2][3] = {{{r - 1, c}, {r + 1, c + 2}, {r + 1, c}}, {{r, c + 1}, {r + 2, c + 1}, {r, c - 1}}};
+    const Site opposite[2][3] = {{{r - 1, c}, {r + 1, c + 2}, {r + 1, c}},
+                                 {{r, c + 1}, {r + 2, c + 1}, {r, c - 1}}};
     Facet f;
     for (int k = 0; k < 3; ++k) {
       const Site at = corners[t % 2][k];
@@ -79,7 +81,9 @@ struct GridSurface {
     return f;
   }
 
-  static Vec3 normal_of(const Vec3& a, const Vec3& b, const Vec3& c) { return normalised(cross(b - a, c - a)); }
+  static Vec3 normal_of(const Vec3& a, const Vec3& b, const Vec3& c) {
+    return normalised(cross(b - a, c - a));
+  }
 
   // The six around (r, c), counter-clockwise.
   static constexpr int around[6][2] = {{0, 1}, {1, 1}, {1, 0}, {0, -1}, {-1, -1}, {-1, 0}};
@@ -91,7 +95,9 @@ struct GridSurface {
       if (has(r + dr, c + dc)) visit(point(r + dr, c + dc));
   }
 
-  bool is_active(std::int64_t vertex) const {
+  bool is_active(std::int64_t vertex) const { return grid.is_active[static_cast<std::size_t>(vertex)]; }
+
+  bool has_active_edge(std::int64_t vertex) const {
     const std::int64_t r = vertex / grid.columns, c = vertex % grid.columns;
     if (r == 0 || c == 0 || r == grid.rows - 1 || c == grid.columns - 1) return true;
     const Vec3 at = point(r, c);
@@ -115,7 +121,8 @@ struct GridSurface {
     const double u = column - static_cast<double>(c), v = row - static_cast<double>(r);
     const double a = height(r, c), d = height(r + 1, c + 1);
     const double b = u > v ? height(r, c + 1) : height(r + 1, c);
-    // Linear over the triangle: (a, b, d) along the two legs, of lengths |u - v| apart and min(u, v) together.
+    // Linear over the triangle: (a, b, d) along the two legs, of lengths |u - v| apart and min(u, v)
+    // together.
     const double surface = a + std::min(u, v) * (d - a) + std::abs(u - v) * (b - a);
     return p.z > surface;
   }
@@ -135,27 +142,31 @@ Aabb local_bounds(const HeightGrid& grid) {
 
 }  // namespace collision
 
-HeightField make_height_field(std::span<const double> heights, std::size_t rows, std::size_t columns, double size_x,
-                              double size_y) {
-  AMONTONS_REQUIRE(rows >= 2 && columns >= 2, "height field: it needs at least two rows and two columns, not " +
-                                                  std::to_string(rows) + " and " + std::to_string(columns));
+HeightField make_height_field(std::span<const double> heights, std::size_t rows, std::size_t columns,
+                              double size_x, double size_y) {
+  AMONTONS_REQUIRE(rows >= 2 && columns >= 2,
+                   "height field: it needs at least two rows and two columns, not " + std::to_string(rows) +
+                       " and " + std::to_string(columns));
   AMONTONS_REQUIRE(heights.size() / rows == columns && heights.size() % rows == 0,
                    "height field: " + std::to_string(rows) + " rows of " + std::to_string(columns) +
                        " heights are needed, but there are " + std::to_string(heights.size()) + " heights");
   AMONTONS_REQUIRE(size_x > 0 && size_y > 0 && std::isfinite(size_x) && std::isfinite(size_y),
-                   "height field: size_x and size_y must be positive and finite, not " + std::to_string(size_x) +
-                       " and " + std::to_string(size_y));
+                   "height field: size_x and size_y must be positive and finite, not " +
+                       std::to_string(size_x) + " and " + std::to_string(size_y));
   for (std::size_t i = 0; i < heights.size(); ++i)
-    AMONTONS_REQUIRE(std::isfinite(heights[i]), "height field: the height in row " + std::to_string(i / columns) +
-                                                    ", column " + std::to_string(i % columns) + " is not finite");
+    AMONTONS_REQUIRE(std::isfinite(heights[i]), "height field: the height in row " +
+                                                    std::to_string(i / columns) + ", column " +
+                                                    std::to_string(i % columns) + " is not finite");
   const auto [lowest, highest] = std::minmax_element(heights.begin(), heights.end());
-  return {std::make_shared<HeightGrid>(HeightGrid{{heights.begin(), heights.end()},
-                                                  static_cast<std::int64_t>(rows),
-                                                  static_cast<std::int64_t>(columns),
-                                                  size_x,
-                                                  size_y,
-                                                  *lowest,
-                                                  *highest})};
+  auto grid = std::make_shared<HeightGrid>();
+  grid->heights.assign(heights.begin(), heights.end());
+  grid->rows = static_cast<std::int64_t>(rows), grid->columns = static_cast<std::int64_t>(columns);
+  grid->size_x = size_x, grid->size_y = size_y;
+  grid->lowest = *lowest, grid->highest = *highest;
+  const collision::GridSurface surface{*grid};
+  for (std::int64_t v = 0; v < grid->rows * grid->columns; ++v)
+    grid->is_active.push_back(surface.has_active_edge(v));
+  return {std::move(grid)};
 }
 
 }  // namespace amontons

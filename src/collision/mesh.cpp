@@ -49,7 +49,8 @@ struct MeshSurface {
       if (const std::int32_t other = mesh.neighbours[t][k]; other >= 0)
         for (int m = 0; m < 3; ++m) {
           const std::int32_t v = mesh.triangles[other][m];
-          if (v != mesh.triangles[t][k] && v != mesh.triangles[t][(k + 1) % 3]) f.opposite[k] = mesh.vertices[v];
+          if (v != mesh.triangles[t][k] && v != mesh.triangles[t][(k + 1) % 3])
+            f.opposite[k] = mesh.vertices[v];
         }
     }
     return f;
@@ -63,9 +64,9 @@ struct MeshSurface {
 
   bool is_active(std::int64_t vertex) const { return mesh.is_active[vertex]; }
 
-  // By the normal at the closest point: of the face, the sum of two at an edge, weighted by angles at a corner
-  // (J. A. Baerentzen and H. Aanaes, "Signed distance computation using the angle weighted pseudonormal", 2005).
-  // Beside the border of an open mesh nothing is behind it.
+  // By the normal at the closest point: of the face, the sum of two at an edge, weighted by angles at a
+  // corner (J. A. Baerentzen and H. Aanaes, "Signed distance computation using the angle weighted
+  // pseudonormal", 2005). Beside the border of an open mesh nothing is behind it.
   bool is_outside(const Vec3& p, std::int32_t t, const Vec3& closest, unsigned feature) const {
     const Vec3 to = p - closest;
     if (feature == 7) return dot(mesh.normals[t], to) > 0;

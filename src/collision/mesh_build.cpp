@@ -32,7 +32,8 @@ void weld(std::span<const Vec3> vertices, std::span<const Triangle> triangles, T
   std::vector<std::int32_t> by_place(vertices.size()), first(vertices.size());
   std::iota(by_place.begin(), by_place.end(), 0);
   const auto key = [&](std::int32_t i) { return std::tuple(vertices[i].x, vertices[i].y, vertices[i].z, i); };
-  std::sort(by_place.begin(), by_place.end(), [&](std::int32_t i, std::int32_t j) { return key(i) < key(j); });
+  std::sort(by_place.begin(), by_place.end(),
+            [&](std::int32_t i, std::int32_t j) { return key(i) < key(j); });
   for (std::size_t k = 0; k < by_place.size(); ++k) {
     const std::int32_t i = by_place[k];
     first[i] = k > 0 && vertices[by_place[k - 1]] == vertices[i] ? first[by_place[k - 1]] : i;
@@ -49,7 +50,8 @@ void find_normals(TriangleMesh& mesh) {
     const double length = std::sqrt(std::max({dot(ab, ab), dot(ac, ac), norm_squared(ac - ab)}));
     const Vec3 normal = length > 0 ? cross(ab / length, ac / length) : Vec3{};
     // A height of 1e-12 of the longest edge is rounding: such a triangle has no normal.
-    AMONTONS_REQUIRE(norm(normal) > 1e-12, name_of(t) + " is degenerate (its corners lie on a line); leave it out");
+    AMONTONS_REQUIRE(norm(normal) > 1e-12,
+                     name_of(t) + " is degenerate (its corners lie on a line); leave it out");
     mesh.normals.push_back(normalised(normal));
   }
 }
@@ -79,18 +81,20 @@ void find_neighbours(TriangleMesh& mesh) {
       const std::int32_t a = mesh.triangles[t][k], b = mesh.triangles[t][(k + 1) % 3];
       edges.push_back({std::min(a, b), std::max(a, b), static_cast<std::int32_t>(t), k, a < b});
     }
-  std::sort(edges.begin(), edges.end(), [](const HalfEdge& a, const HalfEdge& b) { return a.key() < b.key(); });
+  std::sort(edges.begin(), edges.end(),
+            [](const HalfEdge& a, const HalfEdge& b) { return a.key() < b.key(); });
   mesh.neighbours.assign(mesh.triangles.size(), {-1, -1, -1});
   mesh.edges.assign(mesh.triangles.size(), {});
   for (std::size_t first = 0, last; first < edges.size(); first = last) {
-    for (last = first; last < edges.size() && edges[last].low == edges[first].low &&
-                       edges[last].high == edges[first].high;)
+    for (last = first;
+         last < edges.size() && edges[last].low == edges[first].low && edges[last].high == edges[first].high;)
       ++last;
-    AMONTONS_REQUIRE(last - first != 2 || edges[first].up != edges[first + 1].up,
-                     name_of(static_cast<std::size_t>(edges[first].triangle)) + " and triangle " +
-                         std::to_string(edges[first + 1].triangle) +
-                         " run along their common edge in the same direction; list the corners of all triangles "
-                         "counter-clockwise seen from outside");
+    AMONTONS_REQUIRE(
+        last - first != 2 || edges[first].up != edges[first + 1].up,
+        name_of(static_cast<std::size_t>(edges[first].triangle)) + " and triangle " +
+            std::to_string(edges[first + 1].triangle) +
+            " run along their common edge in the same direction; list the corners of all triangles "
+            "counter-clockwise seen from outside");
     for (std::size_t i = first; i < last; ++i) {
       const HalfEdge& e = edges[i];
       const HalfEdge* best = nullptr;

@@ -6,15 +6,8 @@
 #include <string>
 
 #include "amontons/base/error.hpp"
-#if __has_include("mesh.hpp") && __has_include("height_field.hpp")
 #include "height_field.hpp"
 #include "mesh.hpp"
-#else
-namespace amontons::collision {
-static Aabb local_bounds(const TriangleMesh&) { return {}; }
-static Aabb local_bounds(const HeightGrid&) { return {}; }
-}  // namespace amontons::collision
-#endif
 
 namespace amontons {
 

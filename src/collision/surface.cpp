@@ -3,7 +3,8 @@
 namespace amontons::collision {
 namespace {
 
-// Points closer than this part of the body's size are one: triangles that share an edge or a corner both find it.
+// Points closer than this part of the body's size are one: triangles that share an edge or a corner both find
+// it.
 constexpr double same_point = 1e-5;
 // Of more points than this with about the same normal some are left out.
 constexpr std::size_t many = 16;
@@ -27,8 +28,8 @@ void remove_doubles(std::vector<ContactPoint>& points, std::size_t first, double
   points.resize(end);
 }
 
-// Moves the points to keep of [first, last) to its front: the deepest and those farthest out in sixteen directions
-// across the normal. Returns the end of them.
+// Moves the points to keep of [first, last) to its front: the deepest and those farthest out in sixteen
+// directions across the normal. Returns the end of them.
 std::size_t select(std::vector<ContactPoint>& points, std::size_t first, std::size_t last) {
   const auto at = [&](std::size_t i) { return points.begin() + static_cast<std::ptrdiff_t>(i); };
   std::iter_swap(at(first), std::min_element(at(first), at(last), is_deeper));
@@ -55,7 +56,8 @@ void reduce_points(std::vector<ContactPoint>& points, std::size_t first, double 
   for (std::size_t group = first; group < points.size();) {
     const Vec3 normal = points[group].normal;
     const auto begin = points.begin() + static_cast<std::ptrdiff_t>(group);
-    const auto end = std::partition(begin, points.end(), [&](const ContactPoint& p) { return dot(p.normal, normal) > same_normal; });
+    const auto end = std::partition(
+        begin, points.end(), [&](const ContactPoint& p) { return dot(p.normal, normal) > same_normal; });
     const auto next = static_cast<std::size_t>(end - points.begin());
     const std::size_t kept = next - group > many ? select(points, group, next) : next;
     for (std::size_t i = group; i < kept; ++i) points[out++] = points[i];

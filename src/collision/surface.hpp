@@ -1,17 +1,18 @@
-// Private to mesh.cpp and height_field.cpp: contact of a convex body with a static surface of triangles, seen from
-// the outside only. The two kinds of surface differ in how they find triangles and neighbours, so the algorithm is
-// a template over that.
+// Private to mesh.cpp and height_field.cpp: contact of a convex body with a static surface of triangles, seen
+// from the outside only. The two kinds of surface differ in how they find triangles and neighbours, so the
+// algorithm is a template over that.
 //
-// Contact normals. A triangle alone would push a body that slides across it off its edges, although the surface
-// goes on behind them. A normal is therefore only allowed if the surface, not the triangle, has it: the normal of
-// the face, or one whose supporting point on the triangle supports the surface around it as well (the Voronoi
-// region of an edge or corner: D. Eberly, "Game Physics", 2nd ed., section 8.4, for the regions; the rule for
-// internal edges is that of C. Ericson, "Real-Time Collision Detection", section 5.1.6, turned into a test).
-// Any other normal is replaced by that of the face.
+// Contact normals. A triangle alone would push a body that slides across it off its edges, although the
+// surface goes on behind them. A normal is therefore only allowed if the surface, not the triangle, has it:
+// the normal of the face, or one whose supporting point on the triangle supports the surface around it as
+// well (the Voronoi region of an edge or corner: D. Eberly, "Game Physics", 2nd ed., section 8.4, for the
+// regions; the rule for internal edges is that of C. Ericson, "Real-Time Collision Detection", section 5.1.6,
+// turned into a test). Any other normal is replaced by that of the face.
 //
-// Contact points on a face: the supporting feature of the body along the face normal, clipped by the three planes
-// that stand on the edges. Points made by clipping are kept only where the surface really has an edge: triangles
-// of one flat face together give the corners of the body and the corners of the common area, nothing in between.
+// Contact points on a face: the supporting feature of the body along the face normal, clipped by the three
+// planes that stand on the edges. Points made by clipping are kept only where the surface really has an edge:
+// triangles of one flat face together give the corners of the body and the corners of the common area,
+// nothing in between.
 #pragma once
 #include <algorithm>
 #include <array>
@@ -36,12 +37,12 @@ struct Facet {
   Vec3 corner[3];
   Vec3 normal;
   EdgeKind edge[3];
-  Vec3 opposite[3];         // the far corner of the triangle across edge k, unless it is a border
-  std::int64_t vertex[3];   // names of the corners
+  Vec3 opposite[3];        // the far corner of the triangle across edge k, unless it is a border
+  std::int64_t vertex[3];  // names of the corners
 };
 
-// The kind of an edge from a to b of a triangle with unit normal n, whose neighbour has the normal m and a third
-// corner c.
+// The kind of an edge from a to b of a triangle with unit normal n, whose neighbour has the normal m and a
+// third corner c.
 inline EdgeKind edge_kind(const Vec3& a, const Vec3& b, const Vec3& n, const Vec3& m, const Vec3& c) {
   const Vec3 across = cross(n, b - a), to = c - a;
   // Height of c above the plane over its distance from the edge: the sine of the dihedral angle.
@@ -76,8 +77,8 @@ inline Vec3 closest_point(const Vec3* corner, const Vec3& p, unsigned& feature) 
   return feature = 7, corner[0] + (vb * s) * ab + (vc * s) * ac;
 }
 
-// Removes points that lie together and, of many with about the same normal, all but the deepest and the outermost
-// ones. The points from index `first` on.
+// Removes points that lie together and, of many with about the same normal, all but the deepest and the
+// outermost ones. The points from index `first` on.
 void reduce_points(std::vector<ContactPoint>& points, std::size_t first, double length);
 
 // A point of the body's feature while it is clipped by the planes that stand on the edges of a triangle.
@@ -92,20 +93,29 @@ struct ClipPoint {
 //   Facet facet(triangle) const
 //   template <class F> void for_each_neighbour(vertex, F) const   F(position) for all joined to it by an edge
 //   bool is_active(vertex) const             whether an edge ends there that is not flat
-//   bool is_outside(p, triangle, closest, feature) const          p, whose closest point on the surface is given
+//   bool is_outside(p, triangle, closest, feature) const          p, whose closest point on the surface is
+//   given
 template <class Surface>
 class SurfaceContact {
  public:
-  SurfaceContact(const Surface& surface, const Convex& body, const Vec3& inside, const Vec3& origin, double margin,
-                 std::vector<ContactPoint>& points)
-      : surface_(surface), body_(body), inside_(inside), origin_(origin), margin_(margin), points_(points) {}
+  // `local`: the box around the body along its own axes.
+  SurfaceContact(const Surface& surface, const Convex& body, const Aabb& local, const Vec3& inside,
+                 const Vec3& origin, double margin, std::vector<ContactPoint>& points)
+      : surface_(surface),
+        body_(body),
+        local_(local),
+        inside_(inside),
+        origin_(origin),
+        margin_(margin),
+        points_(points) {}
 
   // `box`: that of the body and its margin, in the coordinates of the surface.
   void find(const Aabb& box) {
     const std::size_t first = points_.size();
     const bool any_behind = touch_all(box);
-    // Where the body overlaps an edge or a corner, the shortest way out of one triangle may lead into the next.
-    // Then directions are taken from the body moved out a little, where they are those of shortest distances.
+    // Where the body overlaps an edge or a corner, the shortest way out of one triangle may lead into the
+    // next. Then directions are taken from the body moved out a little, where they are those of shortest
+    // distances.
     for (int attempt = 0; attempt < 4 && blocked_ && norm_squared(outwards_) > 0; ++attempt) {
       points_.resize(first);
       lift_ = (2 * overlap_) * normalised(outwards_);
@@ -116,6 +126,11 @@ class SurfaceContact {
   }
 
  private:
+  static constexpr double infinite = std::numeric_limits<double>::infinity();
+  // Round caps count as polygons. The lowest point of their rim is added where it lies deeper than the
+  // polygon by this part of the body's size; within a milliradian of flat it wanders without meaning.
+  static constexpr double thinned_out = 3e-5;
+
   Facet shifted(auto triangle) const {
     Facet facet = surface_.facet(triangle);
     for (int k = 0; k < 3; ++k) facet.corner[k] -= origin_, facet.opposite[k] -= origin_;
@@ -136,11 +151,26 @@ class SurfaceContact {
     return any_behind;
   }
 
+  // Most triangles near a slanting body are out of its reach: a cheap test before the others.
+  bool is_in_reach(const Facet& facet) const {
+    const double reach = margin_ + norm(lift_);
+    bool yes = true;
+    for (int k = 0; k < 3; ++k) {
+      const double a = dot(body_.axis[k], facet.corner[0]), b = dot(body_.axis[k], facet.corner[1]),
+                   c = dot(body_.axis[k], facet.corner[2]);
+      yes = yes && std::min({a, b, c}) <= local_.upper[k] + reach &&
+            std::max({a, b, c}) >= local_.lower[k] - reach;
+    }
+    return yes;
+  }
+
   void touch(const Facet& facet) {
+    if (!is_in_reach(facet)) return;
     const Vec3 n = facet.normal, lowest = support(body_, -n) - body_.radius * n;
     if (dot(n, lowest - facet.corner[0]) > margin_) return;
     bool rounded = false;  // whether a normal other than the face's is possible
-    for (EdgeKind kind : facet.edge) rounded = rounded || kind == EdgeKind::convex || kind == EdgeKind::border;
+    for (EdgeKind kind : facet.edge)
+      rounded = rounded || kind == EdgeKind::convex || kind == EdgeKind::border;
     if (!rounded) {
       touch_face(facet, lowest, false);
       return;
@@ -154,14 +184,19 @@ class SurfaceContact {
       blocked_ = blocked_ || !allowed;
       overlap_ = std::max(overlap_, -s.distance), outwards_ += n;
     }
-    // Flat bodies prefer the face's normal to one that is almost the same: the manifold does not change then when
-    // the body rocks.
+    // Flat bodies prefer the face's normal to one that is almost the same: the manifold does not change then
+    // when the body rocks.
     const bool is_round = body_.radius > 0 || body_.kind == Convex::Kind::ellipsoid;
     const double cosine = is_round ? 1 - 1e-14 : 1 - 2e-4;
-    if (!allowed)
+    if (!allowed) {
       touch_face(facet, lowest, false);
-    else if (!(dot(s.normal, n) > cosine && touch_face(facet, lowest, true)))
+      return;
+    }
+    const double least = dot(s.normal, n) > cosine ? touch_face(facet, lowest, true) : infinite;
+    if (least == infinite)
       touch_edge(facet, triangle, s);
+    else if (lift_ == Vec3{} && least > s.distance + thinned_out * body_.extent)
+      points_.push_back({0.5 * (s.on_a + s.on_b), s.normal, s.distance});
   }
 
   // Contact along a normal that an edge or a corner of the surface has.
@@ -178,8 +213,8 @@ class SurfaceContact {
     if (depth <= margin_) points_.push_back({on_surface + (0.5 * depth) * d, d, depth});
   }
 
-  // Whether the surface has the normal d where the triangle has: no corner around the supporting corner or edge
-  // lies farther along d.
+  // Whether the surface has the normal d where the triangle has: no corner around the supporting corner or
+  // edge lies farther along d.
   bool is_allowed(const Facet& facet, const Vec3& d) const {
     double along[3], length = 0;
     for (int k = 0; k < 3; ++k) {
@@ -211,36 +246,46 @@ class SurfaceContact {
     return yes;
   }
 
-  // Contact along the normal of the face; whether the body's feature has a part over the triangle. `sure`: that
-  // this is the way out is known.
-  bool touch_face(const Facet& facet, const Vec3& lowest, bool sure) {
+  // Contact along the normal of the face. Returns the least gap of the part of the body's feature that is
+  // over the triangle. `sure`: that this is the way out is known.
+  double touch_face(const Facet& facet, const Vec3& lowest, bool sure) {
     const Vec3 n = facet.normal;
-    Feature feature;
-    supporting_feature(body_, -n, &lowest, nullptr, feature);
+    const Feature& feature = feature_along(n, lowest);
     int count = feature.count;
-    double least = std::numeric_limits<double>::infinity();
+    double raised = infinite;
     for (int i = 0; i < count; ++i) {
       clip_[i] = {feature.points[i], true, -1};
-      least = std::min(least, dot(n, feature.points[i] - lowest));
+      raised = std::min(raised, dot(n, feature.points[i] - lowest));
     }
     for (int k = 0; k < 3 && count > 0; ++k) count = clip(facet, k, count);
-    // A round cap has been thinned out to a polygon, which may have lost the lowest point of its rim. Within about
-    // a milliradian of flat that point wanders without meaning.
-    if (least > 3e-5 * body_.extent && is_over(facet, lowest)) clip_[count++] = {lowest, true, -1};
-    if (count == 0) return false;
+    // The polygon of a round cap may have lost the lowest point of its rim.
+    if (raised > thinned_out * body_.extent && is_over(facet, lowest)) clip_[count++] = {lowest, true, -1};
+    if (count == 0) return infinite;
     Vec3 middle;
     for (int i = 0; i < count; ++i) middle += clip_[i].at / count;
-    if (!sure && is_behind_another(facet, middle)) return true;
-    for (int i = 0; i < count; ++i)
-      if (clip_[i].keep) add(n, clip_[i].at, dot(n, clip_[i].at - facet.corner[0]));
-    return true;
+    if (!sure && is_behind_another(facet, middle)) return infinite;
+    double least = infinite;
+    for (int i = 0; i < count; ++i) {
+      const double gap = dot(n, clip_[i].at - facet.corner[0]);
+      least = std::min(least, gap);
+      if (clip_[i].keep) add(n, clip_[i].at, gap);
+    }
+    return least;
+  }
+
+  // What the body turns to a face. Kept for the next face: on flat ground all have the same normal.
+  const Feature& feature_along(const Vec3& n, const Vec3& lowest) {
+    if (!(n == feature_normal_)) supporting_feature(body_, -n, &lowest, nullptr, feature_);
+    feature_normal_ = n;
+    return feature_;
   }
 
   void add(const Vec3& n, const Vec3& at, double gap) {
     if (gap <= margin_) points_.push_back({at - (0.5 * gap) * n, n, gap});
   }
 
-  // How far a point lies inside the plane on edge k. Points as near as the tolerance belong to both triangles.
+  // How far a point lies inside the plane on edge k. Points as near as the tolerance belong to both
+  // triangles.
   static Vec3 inward_of(const Facet& facet, int k) {
     return normalised(cross(facet.normal, facet.corner[(k + 1) % 3] - facet.corner[k]));
   }
@@ -257,7 +302,8 @@ class SurfaceContact {
     const Vec3 from = facet.corner[k], inward = inward_of(facet, k);
     const double close = tolerance();
     const auto side = [&](const ClipPoint& p) { return dot(inward, p.at - from); };
-    const auto crossing = [&](const ClipPoint& p, const ClipPoint& q, double side_p, double side_q, int edge) {
+    const auto crossing = [&](const ClipPoint& p, const ClipPoint& q, double side_p, double side_q,
+                              int edge) {
       bool keep = facet.edge[k] != EdgeKind::flat;
       if (p.edge >= 0) {  // along an edge of the triangle: this is a corner of it
         const int corner = p.edge == (k + 2) % 3 ? k : (k + 1) % 3;
@@ -299,7 +345,7 @@ class SurfaceContact {
 
   // A body whose centre has got behind the surface: out along the normal of the closest face.
   void push_out(const Aabb& box, std::size_t first) {
-    double best = std::numeric_limits<double>::infinity();
+    double best = infinite;
     Facet face{};
     Vec3 closest;
     unsigned feature = 0;
@@ -320,21 +366,23 @@ class SurfaceContact {
     if (outside) return;
     points_.resize(first);
     const Vec3 n = face.normal, lowest = support(body_, -n) - body_.radius * n;
-    Feature side;
-    supporting_feature(body_, -n, &lowest, nullptr, side);
+    const Feature& side = feature_along(n, lowest);
     for (int i = 0; i < side.count; ++i) add(n, side.points[i], dot(n, side.points[i] - face.corner[0]));
   }
 
   const Surface& surface_;
   const Convex& body_;
+  const Aabb local_;
   const Vec3 inside_;  // a point inside the body
   const Vec3 origin_;  // of the coordinates of the body in those of the surface
   const double margin_;
   std::vector<ContactPoint>& points_;
-  bool blocked_ = false;   // whether an overlap has no allowed way out
-  double overlap_ = 0;     // the deepest
-  Vec3 outwards_;          // sum of the normals of triangles that overlap
-  Vec3 lift_;              // how far the body is moved to find directions
+  bool blocked_ = false;  // whether an overlap has no allowed way out
+  double overlap_ = 0;    // the deepest
+  Vec3 outwards_;         // sum of the normals of triangles that overlap
+  Vec3 lift_;             // how far the body is moved to find directions
+  Feature feature_;
+  Vec3 feature_normal_;  // that feature_ belongs to
   ClipPoint clip_[Feature::capacity + 8], clipped_[Feature::capacity + 8];
 };
 
@@ -356,7 +404,7 @@ void collide_surface(const Surface& surface, const Transform& frame_surface, con
   const Vec3 reach{margin, margin, margin};
   box.lower -= reach, box.upper += reach;
   const std::size_t first = points.size();
-  SurfaceContact<Surface>(surface, body, inside, origin, margin, points).find(box);
+  SurfaceContact<Surface>(surface, body, bounds(shape, {}), inside, origin, margin, points).find(box);
   for (std::size_t i = first; i < points.size(); ++i) {
     points[i].point = frame_surface(points[i].point + origin);
     points[i].normal = rotate(frame_surface.rotation, points[i].normal);

@@ -24,10 +24,9 @@ InverseMass inverse_mass_of(const std::vector<BodyFrame>& bodies, const std::vec
   return mass;
 }
 
-// The stabilisation of a contact: a gap may close within the step, a penetration is taken back at no more than
-// recovery_speed. A compliant contact is a spring, x_n = -(gap + h u_n) / (h compliance / h^2), of which nothing
-// may be cut off.
-// An impact closes no gap: u_n^+ = -e u_n^-.
+// The stabilisation of a contact: a gap may close within the step, a penetration is taken back at no more
+// than recovery_speed. A compliant contact is a spring, x_n = -(gap + h u_n) / (h compliance / h^2), of which
+// nothing may be cut off. An impact closes no gap: u_n^+ = -e u_n^-.
 double contact_bias(const ContactSite& site, double approach, const Assembly& options) {
   if (options.impact) return site.material.restitution * std::min(approach, 0.0);
   const double rate = site.gap / options.h;
@@ -94,8 +93,7 @@ void apply_impulses(const Problem& problem, std::span<const double> x, std::vect
   std::vector<std::array<double, 6>> wrench(A.joints.inverse_mass.bodies(), std::array<double, 6>{});
   const auto add = [&](Index body, const Vec3& force, const Vec3& torque, double sign) {
     if (body < 0) return;
-    for (int k = 0; k < 3; ++k)
-      wrench[body][k] += sign * force[k], wrench[body][3 + k] += sign * torque[k];
+    for (int k = 0; k < 3; ++k) wrench[body][k] += sign * force[k], wrench[body][3 + k] += sign * torque[k];
   };
   for (std::size_t i = 0; i < A.contacts.size(); ++i) {
     const ContactFrame& contact = A.contacts[i];

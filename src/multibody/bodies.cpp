@@ -19,7 +19,8 @@ void make_body_frames(const Model& model, const State& state, std::vector<BodyFr
     frame.omega = state.angular_velocities[i];
     frame.velocity = state.linear_velocities[i] + cross(frame.omega, arm);
     frame.free_velocity = frame.velocity, frame.free_omega = frame.omega;
-    if (body.motion == Motion::fixed) frame.velocity = frame.omega = frame.free_velocity = frame.free_omega = {};
+    if (body.motion == Motion::fixed)
+      frame.velocity = frame.omega = frame.free_velocity = frame.free_omega = {};
     if (body.motion != Motion::dynamic) {
       frame.inverse_mass = 0, frame.inertia = frame.inverse_inertia = Mat3{};
       continue;
@@ -33,10 +34,10 @@ void make_body_frames(const Model& model, const State& state, std::vector<BodyFr
 
 namespace {
 
-// One implicit midpoint step of Euler's equations, I (W1 - W0) = s (I Wm) x Wm with Wm = (W0 + W1) / 2. For any
-// s it keeps |I W| and <W, I W>, and the Cayley transform of s Wm, a rotation by 2 atan(s |Wm| / 2), keeps the
-// momentum in space (Simo and Wong, IJNME 1991; Krysl and Endres, IJNME 2005). s = 2 tan(h |Wm| / 2) / |Wm|
-// makes that rotation exp(h Wm), which is exact when W is constant.
+// One implicit midpoint step of Euler's equations, I (W1 - W0) = s (I Wm) x Wm with Wm = (W0 + W1) / 2. For
+// any s it keeps |I W| and <W, I W>, and the Cayley transform of s Wm, a rotation by 2 atan(s |Wm| / 2),
+// keeps the momentum in space (Simo and Wong, IJNME 1991; Krysl and Endres, IJNME 2005). s = 2 tan(h |Wm| /
+// 2) / |Wm| makes that rotation exp(h Wm), which is exact when W is constant.
 Vec3 midpoint(const Mat3& I, const Vec3& W0, double h) {
   Vec3 W = W0;
   const double size = norm(W0);
@@ -100,8 +101,8 @@ void make_free_velocities(const Model& model, const State& state, double h,
       const Vec3 mean = rotate(frame.pose.rotation, mean_spin);
       spins[i] = {mean, frame.omega - mean};
     }
-    frame.free_velocity += h * model.description().gravity +
-                           frame.inverse_mass * (h * state.forces[i] + impulse_force[i]);
+    frame.free_velocity +=
+        h * model.description().gravity + frame.inverse_mass * (h * state.forces[i] + impulse_force[i]);
     frame.free_omega = spins[i].mean + frame.inverse_inertia * (h * state.torques[i] + impulse_torque[i]);
     // A stiffened body: (I + h^2 K) w = I w_mean + torque.
     if (frame.stiffened)
@@ -124,8 +125,10 @@ void integrate(const Model& model, const std::vector<BodyFrame>& frames,
       const Quat to_body = conjugate(after);
       const Vec3 spun = rotate(after, inverse(body.inertia) * rotate(to_body, momentum));
       // Where the inertia does not turn with the body (spheres, rest) keep the bits.
-      if (!(after == before) && norm(cross(momentum, omega)) > 1e-15 * norm(momentum) * norm(omega)) omega = spun;
-      else omega += spins[i].lag;
+      if (!(after == before) && norm(cross(momentum, omega)) > 1e-15 * norm(momentum) * norm(omega))
+        omega = spun;
+      else
+        omega += spins[i].lag;
     }
     const Vec3 centre = frames[i].centre + h * v[i].linear;
     const Vec3 arm = rotate(after, body.centre_of_mass);

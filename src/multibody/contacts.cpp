@@ -7,28 +7,71 @@ namespace amontons {
 
 namespace {
 
-// A bound of the speed of the points of a geom.
-double speed_of(const BodyFrame& body, const Transform& frame, double radius) {
-  const double spin = norm(body.free_omega);
-  return norm(body.free_velocity) + (spin > 0 ? spin * (norm(frame.position - body.centre) + radius) : 0);
+// A bound of the speed of the points of a geom that moves with its body.
+double speed_bound(const BodyVelocity& v, const Vec3& arm, double radius) {
+  const double spin = norm(v.angular);
+  return norm(v.linear) + (spin > 0 ? spin * (norm(arm) + radius) : 0);
 }
 
-Vec3 point_velocity(const std::vector<BodyFrame>& bodies, Index body, const Vec3& point) {
+Vec3 point_velocity(const std::vector<BodyFrame>& bodies, const std::vector<BodyVelocity>& v, Index body,
+                    const Vec3& point) {
   if (body < 0) return {};
-  const BodyFrame& b = bodies[body];
-  return b.free_velocity + cross(b.free_omega, point - b.centre);
+  return v[body].linear + cross(v[body].angular, point - bodies[body].centre);
 }
 
 // The velocity of the geom's surface over its body, in the world.
 Vec3 surface_velocity(const Geom& geom, const std::vector<BodyFrame>& bodies) {
   if (geom.surface_velocity == Vec3{}) return {};
-  return geom.body < 0 ? geom.surface_velocity : rotate(bodies[geom.body].pose.rotation, geom.surface_velocity);
+  return geom.body < 0 ? geom.surface_velocity
+                       : rotate(bodies[geom.body].pose.rotation, geom.surface_velocity);
 }
 
 }  // namespace
 
-void ContactFinder::find(const Model& model, const std::vector<BodyFrame>& bodies, double h, double margin,
+void ContactFinder::find(const Model& model, const std::vector<BodyFrame>& bodies,
+                         const std::vector<BodyVelocity>& v, double h, double margin,
                          std::vector<ContactSite>& sites) {
+  sites.clear();
+  visit(model, bodies, v, h, margin, [&](const ContactSite& site, double closing) {
+    if (site.gap <= margin || closing <= margin) sites.push_back(site);
+  });
+}
+
+std::size_t ContactFinder::find_missed(const Model& model, const std::vector<BodyFrame>& bodies,
+                                       const std::vector<BodyVelocity>& v, double h, double margin,
+                                       double allowance, std::vector<ContactSite>& sites) {
+  // No point moves otherwise than foreseen by more than the change of the velocities.
+  const auto& geoms = model.description().geoms;
+  double change = 0;
+  for (std::size_t g = 0; g < geoms.size(); ++g) {
+    const Index body = geoms[g].body;
+    if (!model.is_dynamic(body)) continue;
+    const BodyVelocity difference{v[body].linear - bodies[body].free_velocity,
+                                  v[body].angular - bodies[body].free_omega};
+    change = std::max(change, speed_bound(difference, frames[g].position - bodies[body].centre,
+                                          bounding_radius(geoms[g].shape)));
+  }
+  if (2 * h * change <= margin + allowance) return 0;
+  const std::size_t known = sites.size();
+  by_pair.resize(known);
+  for (std::size_t i = 0; i < known; ++i) by_pair[i] = i;
+  const auto key = [&](std::size_t i) { return std::pair(sites[i].geom_a, sites[i].geom_b); };
+  std::stable_sort(by_pair.begin(), by_pair.end(), [&](auto i, auto j) { return key(i) < key(j); });
+  visit(model, bodies, v, h, margin, [&](const ContactSite& site, double closing) {
+    if (closing >= -allowance) return;
+    const std::pair pair(site.geom_a, site.geom_b);
+    const double same = 1e-6 * margin * margin;
+    auto i = std::partition_point(by_pair.begin(), by_pair.end(), [&](auto k) { return key(k) < pair; });
+    for (; i != by_pair.end() && key(*i) == pair; ++i)
+      if (norm_squared(sites[*i].point - site.point) <= same) return;
+    sites.push_back(site);
+  });
+  return sites.size() - known;
+}
+
+template <class F>
+void ContactFinder::visit(const Model& model, const std::vector<BodyFrame>& bodies,
+                          const std::vector<BodyVelocity>& v, double h, double margin, F&& f) {
   const auto& geoms = model.description().geoms;
   frames.resize(geoms.size()), boxes.resize(geoms.size());
   fixed.resize(geoms.size()), speeds.resize(geoms.size());
@@ -39,31 +82,31 @@ void ContactFinder::find(const Model& model, const std::vector<BodyFrame>& bodie
     fixed[g] = !model.is_dynamic(geom.body);
     speeds[g] = geom.body < 0 || model.body(geom.body).motion == Motion::fixed
                     ? 0
-                    : speed_of(bodies[geom.body], frames[g], bounding_radius(geom.shape));
+                    : speed_bound(v[geom.body], frames[g].position - bodies[geom.body].centre,
+                                  bounding_radius(geom.shape));
     const double grow = 0.5 * margin + h * speeds[g];
     boxes[g].lower -= {grow, grow, grow};
     boxes[g].upper += {grow, grow, grow};
   }
   broad_phase.find_pairs(boxes, fixed, pairs);
-  sites.clear();
   for (auto [a, b] : pairs) {
     if (!model.may_touch(a, b)) continue;
     // A is the one that moves, so that normals point to a body that feels them.
     if (fixed[a] && !fixed[b]) std::swap(a, b);
     points.clear();
-    collide(geoms[a].shape, frames[a], geoms[b].shape, frames[b], margin + h * (speeds[a] + speeds[b]), points);
+    collide(geoms[a].shape, frames[a], geoms[b].shape, frames[b], margin + h * (speeds[a] + speeds[b]),
+            points);
     if (points.empty()) continue;
     const Material material = model.material(a, b);
     const Vec3 surface = surface_velocity(geoms[a], bodies) - surface_velocity(geoms[b], bodies);
     const Index body_a = geoms[a].body, body_b = geoms[b].body;
     for (const ContactPoint& p : points) {
-      const Vec3 u = point_velocity(bodies, body_a, p.point) - point_velocity(bodies, body_b, p.point);
-      if (p.gap > margin && p.gap + h * dot(p.normal, u) > margin) continue;
+      const Vec3 u = point_velocity(bodies, v, body_a, p.point) - point_velocity(bodies, v, body_b, p.point);
       ContactSite site{body_a, body_b, a, b, p.point, p.normal, {}, {}, p.gap, material, {}};
       site.r_a = p.point - bodies[body_a].centre;
       if (body_b >= 0) site.r_b = p.point - bodies[body_b].centre;
       site.surface = surface - dot(p.normal, surface) * p.normal;
-      sites.push_back(site);
+      f(site, p.gap + h * dot(p.normal, u));
     }
   }
 }
@@ -86,8 +129,8 @@ void warm_start_contacts(const Model& model, const std::vector<CachedContact>& c
                                             [&](const CachedContact& c) { return key(c) < key(sites[i]); });
     const auto last = std::partition_point(first, cache.end(),
                                            [&](const CachedContact& c) { return key(c) == key(sites[i]); });
-    // A point is the same one if it moved by less than a quarter of the smaller shape; a single point of a pair
-    // (a rolling ball) is the same one wherever it went.
+    // A point is the same one if it moved by less than a quarter of the smaller shape; a single point of a
+    // pair (a rolling ball) is the same one wherever it went.
     const double reach = 0.25 * std::min(bounding_radius(model.geom(sites[i].geom_a).shape),
                                          bounding_radius(model.geom(sites[i].geom_b).shape));
     const bool single = end - i == 1 && last - first == 1;

@@ -1,7 +1,7 @@
-// Restitution by generalised reflections (Smith, Kaufman, Vouga, Tamstorf, Grinspun, SIGGRAPH 2012): all contacts
-// that approach are reflected together, then those that approach now, until none does. Contacts that do not
-// approach take no part, so that momentum travels through a row of balls instead of stopping in it. Energy does
-// not grow in any reflection with e <= 1.
+// Restitution by generalised reflections (Smith, Kaufman, Vouga, Tamstorf, Grinspun, SIGGRAPH 2012): all
+// contacts that approach are reflected together, then those that approach now, until none does. Contacts that
+// do not approach take no part, so that momentum travels through a row of balls instead of stopping in it.
+// Energy does not grow in any reflection with e <= 1.
 #include <algorithm>
 
 #include "amontons/solvers/solvers.hpp"
@@ -37,19 +37,23 @@ JointRows locked_rows(const JointRows& rows) {
 
 }  // namespace
 
-void add_solution(const Solution& solution, Report& report) {
+void add_cost(const Solution& solution, Report& report) {
   report.iterations += solution.iterations;
   report.products += solution.products;
   report.factorizations += solution.factorizations;
+}
+
+void add_solution(const Solution& solution, Report& report) {
+  add_cost(solution, report);
   if (report.method.empty() || !(solution.residual <= report.residual)) {
     report.residual = solution.residual, report.status = solution.status, report.method = solution.method;
   }
 }
 
 bool resolve_impacts(const Model& model, const std::vector<ContactSite>& sites,
-                     const std::function<const JointRows&()>& joint_rows, const Assembly& assembly, double threshold, const std::string& method,
-                     const Options& options, std::vector<BodyFrame>& bodies, std::vector<Vec3>& impact,
-                     Report& report) {
+                     const std::function<const JointRows&()>& joint_rows, const Assembly& assembly,
+                     double threshold, const std::string& method, const Options& options,
+                     std::vector<BodyFrame>& bodies, std::vector<Vec3>& impact, Report& report) {
   impact.assign(sites.size(), Vec3{});
   std::vector<BodyVelocity> v = start_velocities(bodies);
   JointRows locked;

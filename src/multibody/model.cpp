@@ -11,7 +11,8 @@ namespace amontons {
 namespace {
 
 std::string label(const char* kind, const std::string& name, std::size_t index) {
-  return name.empty() ? std::string(kind) + " " + std::to_string(index) : std::string(kind) + " \"" + name + "\"";
+  return name.empty() ? std::string(kind) + " " + std::to_string(index)
+                      : std::string(kind) + " \"" + name + "\"";
 }
 
 bool is_finite(const Transform& t) {
@@ -26,8 +27,8 @@ void check_frame(const Transform& frame, const std::string& who, const char* wha
 }
 
 // Principal moments must be positive and obey a + b >= c, else no distribution of mass has them. Both follow
-// from trace(I)/2 1 - I, the second moment of mass, being positive semidefinite; checked by its leading minors in
-// every order, with room for rounding.
+// from trace(I)/2 1 - I, the second moment of mass, being positive semidefinite; checked by its leading
+// minors in every order, with room for rounding.
 void check_inertia(const Mat3& I, const std::string& who) {
   double scale = 0;
   for (int i = 0; i < 3; ++i)
@@ -52,10 +53,10 @@ void check_inertia(const Mat3& I, const std::string& who) {
   const Mat3 second = Mat3::diagonal(half, half, half) + -1.0 * I;
   minors(second, two, three);
   const double room = 1e-6;
-  AMONTONS_REQUIRE(second(0, 0) >= -room * scale && second(1, 1) >= -room * scale &&
-                       second(2, 2) >= -room * scale && two >= -room * scale * scale &&
-                       three >= -room * scale * scale * scale,
-                   who + ": one principal moment of inertia exceeds the sum of the others, which no body has");
+  AMONTONS_REQUIRE(
+      second(0, 0) >= -room * scale && second(1, 1) >= -room * scale && second(2, 2) >= -room * scale &&
+          two >= -room * scale * scale && three >= -room * scale * scale * scale,
+      who + ": one principal moment of inertia exceeds the sum of the others, which no body has");
 }
 
 void check_body(const Body& body, const std::string& who) {
@@ -84,7 +85,8 @@ void check_material(const Material& m, const std::string& who) {
 }
 
 void check_not_negative(double value, const std::string& who, const char* what) {
-  AMONTONS_REQUIRE(value >= 0 && std::isfinite(value), who + ": " + what + " must be finite and not negative");
+  AMONTONS_REQUIRE(value >= 0 && std::isfinite(value),
+                   who + ": " + what + " must be finite and not negative");
 }
 
 void check_dof(const Dof& dof, const std::string& who) {
@@ -212,7 +214,8 @@ Model::Model(ModelDescription description) : d_(std::move(description)) {
     pairs_.push_back({ordered(p.geom_a, p.geom_b), p.material});
   }
   // Of two materials for one pair the later one holds.
-  std::stable_sort(pairs_.begin(), pairs_.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
+  std::stable_sort(pairs_.begin(), pairs_.end(),
+                   [](const auto& a, const auto& b) { return a.first < b.first; });
 }
 
 bool Model::may_touch(Index geom_a, Index geom_b) const {
@@ -230,10 +233,18 @@ Material Model::material(Index geom_a, Index geom_b) const {
   const Material &a = d_.geoms[geom_a].material, &b = d_.geoms[geom_b].material;
   Material m;
   switch (d_.friction_rule) {
-    case FrictionRule::geometric_mean: m.friction = std::sqrt(a.friction * b.friction); break;
-    case FrictionRule::maximum: m.friction = std::max(a.friction, b.friction); break;
-    case FrictionRule::minimum: m.friction = std::min(a.friction, b.friction); break;
-    case FrictionRule::mean: m.friction = 0.5 * (a.friction + b.friction); break;
+    case FrictionRule::geometric_mean:
+      m.friction = std::sqrt(a.friction * b.friction);
+      break;
+    case FrictionRule::maximum:
+      m.friction = std::max(a.friction, b.friction);
+      break;
+    case FrictionRule::minimum:
+      m.friction = std::min(a.friction, b.friction);
+      break;
+    case FrictionRule::mean:
+      m.friction = 0.5 * (a.friction + b.friction);
+      break;
   }
   m.restitution = std::max(a.restitution, b.restitution);
   m.compliance = a.compliance + b.compliance;

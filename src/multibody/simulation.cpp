@@ -12,6 +12,9 @@ namespace amontons {
 
 namespace {
 
+// How often a step looks again for contacts that an impact brings into reach.
+constexpr int most_detections = 2;
+
 using Clock = std::chrono::steady_clock;
 
 double seconds_since(Clock::time_point start) {
@@ -20,7 +23,8 @@ double seconds_since(Clock::time_point start) {
 
 void check(const SimulationOptions& o) {
   AMONTONS_REQUIRE(o.dt > 0 && std::isfinite(o.dt), "dt must be positive and finite (s)");
-  AMONTONS_REQUIRE(o.tolerance >= 0 && std::isfinite(o.tolerance), "tolerance must be finite and not negative");
+  AMONTONS_REQUIRE(o.tolerance >= 0 && std::isfinite(o.tolerance),
+                   "tolerance must be finite and not negative");
   AMONTONS_REQUIRE(o.budget > 0, "budget must be positive (s)");
   AMONTONS_REQUIRE(o.threads >= 1, "threads must be at least 1");
   AMONTONS_REQUIRE(o.margin >= 0 && std::isfinite(o.margin), "margin must be finite and not negative (m)");
@@ -35,8 +39,8 @@ void check(const SimulationOptions& o) {
                    "unknown method \"" + o.method + "\"");
 }
 
-// Where x lies in its cone decides what the contact does: outside the polar cone's shadow it carries an impulse,
-// strictly inside the cone it sticks.
+// Where x lies in its cone decides what the contact does: outside the polar cone's shadow it carries an
+// impulse, strictly inside the cone it sticks.
 ContactState state_of(double mu, double p, const double* x, const double* u, Law law) {
   double g[3], trial[3];
   add_saxce_term(Friction{mu}, law, u, g);
@@ -61,6 +65,10 @@ struct Simulation::Scratch {
   std::vector<Mat3> stiffness;
   std::vector<double> x0;
 
+  void start_from_free_velocities() {
+    v.clear();
+    for (const BodyFrame& body : bodies) v.push_back({body.free_velocity, body.free_omega});
+  }
   void free_velocities(const Model& model, const State& state, double h) {
     impulse_force.assign(model.bodies(), Vec3{});
     impulse_torque.assign(model.bodies(), Vec3{});
@@ -133,7 +141,8 @@ void Simulation::advance(double h, double elapsed, Report& report) {
   s.free_velocities(model, state_, h);
   lap(report.timings.assembly);
 
-  s.finder.find(model, s.bodies, h, margin(), s.sites);
+  s.start_from_free_velocities();
+  s.finder.find(model, s.bodies, s.v, h, margin(), s.sites);
   lap(report.timings.collision);
 
   const auto joint_rows = [&]() -> const JointRows& {
@@ -151,7 +160,6 @@ void Simulation::advance(double h, double elapsed, Report& report) {
   const bool stiffened = stiffen_rotations(model, state_, h, s.stiffness, s.bodies);
   if (bounced || stiffened) s.free_velocities(model, state_, h);
   joint_rows();
-  auto problem = std::make_shared<Problem>(assemble(model, s.bodies, s.sites, s.rows, assembly));
   s.x0.assign(3 * s.sites.size(), 0.0);
   if (options_.warm_start && state_.impulse_step > 0) {
     const double scale = h / state_.impulse_step;
@@ -159,16 +167,32 @@ void Simulation::advance(double h, double elapsed, Report& report) {
     for (double x : s.rows.x0) s.x0.push_back(scale * x);
     options.x0 = s.x0;
   }
+  auto problem = std::make_shared<Problem>(assemble(model, s.bodies, s.sites, s.rows, assembly));
   lap(report.timings.assembly);
 
-  if (options_.budget < infinity) options.deadline = deadline();
-  Solution solution = solve(*problem, options_.method, options);
+  Solution solution;
+  for (int pass = 0;; ++pass) {
+    if (options_.budget < infinity) options.deadline = deadline();
+    solution = solve(*problem, options_.method, options);
+    s.start_from_free_velocities();
+    apply_impulses(*problem, solution.x, s.v);
+    lap(report.timings.solve);
+    const std::size_t known = s.sites.size();
+    const std::size_t missed = pass < most_detections ? s.finder.find_missed(model, s.bodies, s.v, h,
+                                                                             margin(), margin() / 10, s.sites)
+                                                      : 0;
+    lap(report.timings.collision);
+    if (missed == 0) break;
+    add_cost(solution, report);
+    s.x0.assign(solution.x.begin(), solution.x.begin() + static_cast<std::ptrdiff_t>(3 * known));
+    s.x0.resize(3 * s.sites.size(), 0.0);
+    s.x0.insert(s.x0.end(), solution.x.begin() + static_cast<std::ptrdiff_t>(3 * known), solution.x.end());
+    s.impact.resize(s.sites.size());
+    options.x0 = s.x0;
+    problem = std::make_shared<Problem>(assemble(model, s.bodies, s.sites, s.rows, assembly));
+    lap(report.timings.assembly);
+  }
   add_solution(solution, report);
-  lap(report.timings.solve);
-
-  s.v.clear();
-  for (const BodyFrame& body : s.bodies) s.v.push_back({body.free_velocity, body.free_omega});
-  apply_impulses(*problem, solution.x, s.v);
   report.contacts = s.sites.size();
   report.joint_rows = s.rows.jacobian.size();
   for (const ContactSite& site : s.sites) report.penetration = std::max(report.penetration, -site.gap);
@@ -203,8 +227,8 @@ void Simulation::fill_contacts(const Problem& problem, const Solution& solution)
     const Vec3 slip = u - un * site.normal;
     const ContactState state =
         state_of(site.material.friction, problem.P[i], &x[3 * i], &solution.u[3 * i], options_.law);
-    contacts_.push_back({site.body_a, site.body_b, site.geom_a, site.geom_b, site.point, site.normal, site.gap,
-                         site.material.friction, impulse + s.impact[i], slip, un, state});
+    contacts_.push_back({site.body_a, site.body_b, site.geom_a, site.geom_b, site.point, site.normal,
+                         site.gap, site.material.friction, impulse + s.impact[i], slip, un, state});
     if (x[3 * i] > 0)
       state_.contacts.push_back(
           {site.geom_a, site.geom_b, inverse(s.bodies[site.body_a].pose)(site.point), impulse});

@@ -12,8 +12,8 @@ namespace amontons {
 
 // A body of the step: what rows need, and the gyroscopic part of its rotation.
 struct GyroscopicSpin {
-  Vec3 mean;    // the angular velocity whose exponential is the torque-free rotation over the step, world
-  Vec3 lag;     // omega - mean: gives back the true angular velocity after the step
+  Vec3 mean;  // the angular velocity whose exponential is the torque-free rotation over the step, world
+  Vec3 lag;   // omega - mean: gives back the true angular velocity after the step
 };
 
 // Poses, inertias and velocities at the start of the step; without loads.
@@ -22,8 +22,9 @@ void make_body_frames(const Model& model, const State& state, std::vector<BodyFr
 void make_free_velocities(const Model& model, const State& state, double h,
                           const std::vector<Vec3>& impulse_force, const std::vector<Vec3>& impulse_torque,
                           std::vector<BodyFrame>& frames, std::vector<GyroscopicSpin>& spins);
-// Adds the geometric stiffness of the joints' forces to the inertia that impulses feel (inverse_inertia; `inertia`
-// stays), where the step is too long to resolve it. Returns whether any body changed; `sums` is scratch.
+// Adds the geometric stiffness of the joints' forces to the inertia that impulses feel (inverse_inertia;
+// `inertia` stays), where the step is too long to resolve it. Returns whether any body changed; `sums` is
+// scratch.
 bool stiffen_rotations(const Model& model, const State& state, double h, std::vector<Mat3>& sums,
                        std::vector<BodyFrame>& bodies);
 // The mean angular velocity of a torque-free rotation over h, body axes.
@@ -38,6 +39,10 @@ struct ContactSite {
   Vec3 surface;  // velocity of A's surface over its body less that of B's, tangential, world
 };
 
+struct BodyVelocity {
+  Vec3 linear, angular;  // of the centre of mass, world
+};
+
 struct ContactFinder {
   BroadPhase broad_phase;
   std::vector<Transform> frames;
@@ -46,20 +51,29 @@ struct ContactFinder {
   std::vector<double> speeds;
   std::vector<IndexPair> pairs;
   std::vector<ContactPoint> points;
+  std::vector<std::size_t> by_pair;
 
-  // All contact points within `margin`, or that the free velocities could close within h.
-  void find(const Model& model, const std::vector<BodyFrame>& bodies, double h, double margin,
-            std::vector<ContactSite>& sites);
+  // All contact points within `margin`, or that the velocities v bring there within h.
+  void find(const Model& model, const std::vector<BodyFrame>& bodies, const std::vector<BodyVelocity>& v,
+            double h, double margin, std::vector<ContactSite>& sites);
+  // Appends the points that the velocities v after a solve bring deeper than `allowance` and that are not
+  // among the sites: an impact gives bodies velocities that nobody could foresee. Returns their number.
+  std::size_t find_missed(const Model& model, const std::vector<BodyFrame>& bodies,
+                          const std::vector<BodyVelocity>& v, double h, double margin, double allowance,
+                          std::vector<ContactSite>& sites);
+
+ private:
+  // f(site, gap at the end of the step) for every point in reach of the velocities v.
+  template <class F>
+  void visit(const Model& model, const std::vector<BodyFrame>& bodies, const std::vector<BodyVelocity>& v,
+             double h, double margin, F&& f);
 };
 
 // u = v_A + w_A x r_A - v_B - w_B x r_B + surface, of the given velocities.
-struct BodyVelocity {
-  Vec3 linear, angular;
-};
 Vec3 relative_velocity(const ContactSite& site, const std::vector<BodyVelocity>& v);
 
-// Impulses of the last step on the contact points of this one: same geoms, nearest point. x0 has three entries
-// per site (normal, tangent 1, tangent 2).
+// Impulses of the last step on the contact points of this one: same geoms, nearest point. x0 has three
+// entries per site (normal, tangent 1, tangent 2).
 void warm_start_contacts(const Model& model, const std::vector<CachedContact>& cache, double scale,
                          const std::vector<BodyFrame>& bodies, const std::vector<ContactSite>& sites,
                          std::vector<double>& x0);
@@ -76,17 +90,19 @@ Problem assemble(const Model& model, const std::vector<BodyFrame>& bodies,
 void apply_impulses(const Problem& problem, std::span<const double> x, std::vector<BodyVelocity>& v);
 
 // Impacts with restitution at the start of a step: changes the start velocities of `bodies`, and adds the
-// impulses (world, on A) per site to `impact`. The joint rows are called for when something bounces. Adds the cost of its solves to the report, and their residual if it
-// is worse. Returns whether anything bounced.
+// impulses (world, on A) per site to `impact`. The joint rows are called for when something bounces. Adds the
+// cost of its solves to the report, and their residual if it is worse. Returns whether anything bounced.
 bool resolve_impacts(const Model& model, const std::vector<ContactSite>& sites,
-                     const std::function<const JointRows&()>& joint_rows, const Assembly& assembly, double threshold, const std::string& method,
-                     const Options& options, std::vector<BodyFrame>& bodies, std::vector<Vec3>& impact,
-                     Report& report);
-// Adds the cost of a solve to the report; the worst residual and its status stay.
+                     const std::function<const JointRows&()>& joint_rows, const Assembly& assembly,
+                     double threshold, const std::string& method, const Options& options,
+                     std::vector<BodyFrame>& bodies, std::vector<Vec3>& impact, Report& report);
+// Adds the cost of a solve to the report, and its residual, status and method if that is the worst so far.
+void add_cost(const Solution& solution, Report& report);
 void add_solution(const Solution& solution, Report& report);
 
 // Moves the bodies by the velocities v over h.
-void integrate(const Model& model, const std::vector<BodyFrame>& bodies, const std::vector<GyroscopicSpin>& spins,
-               const std::vector<BodyVelocity>& v, double h, State& state);
+void integrate(const Model& model, const std::vector<BodyFrame>& bodies,
+               const std::vector<GyroscopicSpin>& spins, const std::vector<BodyVelocity>& v, double h,
+               State& state);
 
 }  // namespace amontons

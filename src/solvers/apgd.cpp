@@ -14,7 +14,7 @@ namespace amontons {
 
 namespace {
 
-constexpr double relaxation = 0.9;           // of L after every step
+constexpr double relaxation = 0.95;          // of L after every step
 constexpr std::size_t refresh_period = 100;  // iterations between two evaluations of u from scratch
 
 template <class Stages>

@@ -2,11 +2,12 @@
 // limit, so that the work is bounded also where the tolerance cannot be reached. The thresholds come from
 // benchmarks/steps.py and benchmarks/sequences.py; see docs/methods.md.
 #include <algorithm>
+#include <cmath>
+#include <cstdlib>
 #include <string>
 
 #include "amontons/solvers/chain.hpp"
 #include "amontons/solvers/solvers.hpp"
-#include "amontons/vi/residual.hpp"
 #include "phases.hpp"
 
 namespace amontons {
@@ -21,21 +22,18 @@ constexpr double factored_cost = 5e-5;
 constexpr std::size_t warm_iterations = 200;
 // Below so many blocks a Newton step is cheap beside the first-order iterations that it replaces.
 constexpr std::size_t few_blocks = 1000;
-// Iterations of the interior point: it takes ten to forty where it converges.
-constexpr std::size_t path_iterations = 60;
-// Iterations times blocks of the last first-order phase: about half a second of fused passes.
-constexpr std::size_t last_work = 50'000'000;
+// Iterations of the interior point: it takes ten to thirty where it converges as it should. Where blocks are
+// few, more are worth while.
+constexpr std::size_t path_iterations = 30;
+// Iterations times blocks of the last first-order phase: about 0.2 s of fused passes. A step that is still
+// above its tolerance then gains little from more.
+constexpr std::size_t last_work = 13'000'000;
 constexpr std::size_t direct_iterations = 200;  // of the factored conjugate gradients
 
-bool few(const Problem& problem, const Options&, const Solution&) { return problem.K.blocks() <= few_blocks; }
-
-// Under coulomb the central path follows the De Saxce term one step behind. It converges fast where hardly
-// anything slides, which the best x so far shows: it satisfies both laws nearly as well. Where much slides
-// it needs hundreds of factorisations; those are cheap for few blocks only.
-bool path_pays(const Problem& problem, const Options& options, const Solution& best) {
-  constexpr double similar = 3;
-  return few(problem, options, best) ||
-         residual(problem, Law::associated, best.x, best.u) < similar * best.residual;
+// A frozen path gains one or two digits: it is worth its factorisations where that brings the tolerance into reach.
+bool within_reach(const Problem&, const Options& options, const Solution& best) {
+  constexpr double reach = 300;
+  return best.residual < reach * options.tolerance;
 }
 
 // The unknowns of a factorisation: bodies or blocks.
@@ -47,26 +45,29 @@ std::size_t factor_nodes(const Problem& problem) {
 }
 
 std::size_t last_iterations(const Problem& problem) {
-  return std::clamp<std::size_t>(last_work / std::max<std::size_t>(1, problem.K.blocks()), 2000, 20000);
+  return std::clamp<std::size_t>(last_work / std::max<std::size_t>(1, problem.K.blocks()), 500, 20000);
 }
 
 std::vector<Phase> coulomb_phases(const Problem& problem) {
-  const std::size_t first = std::clamp<std::size_t>(problem.K.blocks() / 2, 50, 1000);
-  return {{apgd, first},
-          {central_path, path_iterations, false, path_pays},
-          {apgd, 2000, false, few},
-          {newton, 8, false, few},
-          {apgd, last_iterations(problem)},
-          {newton, 10, true, few},
-          {gauss_seidel, 2000, true, few}};
+  const std::size_t blocks = problem.K.blocks();
+  const std::size_t first = std::clamp<std::size_t>(blocks / 2, 50, 1000);
+  if (blocks > few_blocks)
+    return {{apgd, first},
+            {frozen_path, path_iterations, false, within_reach},
+            {apgd, last_iterations(problem)},
+            {frozen_path, path_iterations, false, within_reach}};
+  if (getenv("AM_F")) return {{apgd, first}, {frozen_path, 60}, {frozen_path, 60, false, within_reach}, {apgd, 2000}, {newton, 8}, {apgd, last_iterations(problem)}, {newton, 10, true}, {gauss_seidel, 2000, true}};
+  return {{apgd, first}, {central_path, 2 * path_iterations},     {apgd, 2000},
+          {newton, 8},   {apgd, last_iterations(problem)},        {newton, 10, true},
+          {gauss_seidel, 2000, true}};
 }
 
 std::vector<Phase> associated_phases(const Problem& problem, bool warm) {
   std::vector<Phase> phases;
   if (warm) phases.push_back({spg, warm_iterations});
-  const bool cheap = problem.K.blocks() <= few_blocks;
-  phases.push_back({central_path, 2 * path_iterations});
-  phases.push_back({newton, cheap ? std::size_t{30} : std::size_t{8}});
+  const bool is_few = problem.K.blocks() <= few_blocks;
+  phases.push_back({central_path, 4 * path_iterations});
+  phases.push_back({newton, is_few ? std::size_t{30} : std::size_t{8}});
   phases.push_back({spg, last_iterations(problem)});
   return phases;
 }
@@ -99,9 +100,14 @@ Solution automatic(const Problem& problem, const Options& options) {
   } else {
     phases = coulomb ? coulomb_phases(problem) : associated_phases(problem, !options.x0.empty());
     why = "A is small enough to factor; the order is ";
-    why += coulomb ? "apgd, interior-point where little slides, apgd"
+    why += coulomb ? "apgd, interior-point, apgd"
                    : std::string(options.x0.empty() ? "" : "p-spg-fb from the warm start, ") +
                          "interior-point, newton, p-spg-fb";
+  }
+  // A caller with limits of his own gets what they allow.
+  if (options.max_iterations > 0 || std::isfinite(options.deadline)) {
+    if (coulomb && !function && !too_many && !hurried) phases.push_back({frozen_path, 2 * path_iterations});
+    phases.push_back({coulomb ? apgd : spg});
   }
   Solution s = run_phases(problem, options, phases);
   s.reason = "auto picked " + s.method + ": " + why;

@@ -24,8 +24,9 @@ std::shared_ptr<const Model> one_body(const Mat3& inertia, const Vec3& omega, co
 
 }  // namespace
 
-// Breaks with any drift of the spin: the midpoint rule keeps energy and momentum exactly, so that only rounding
-// is left, some 1e-16 per step. Spinning about the intermediate axis, the body tumbles (Dzhanibekov).
+// Breaks with any drift of the spin: the midpoint rule keeps energy and momentum exactly, so that only
+// rounding is left, some 1e-16 per step. Spinning about the intermediate axis, the body tumbles
+// (Dzhanibekov).
 TEST(torque_free_top_keeps_momentum_and_energy) {
   const auto model = one_body(Mat3::diagonal(1, 2, 2.5), {0.01, 6.283, 0.02});
   SimulationOptions options;
@@ -37,8 +38,8 @@ TEST(torque_free_top_keeps_momentum_and_energy) {
   for (int k = 0; k < 4000; ++k) {  // 20 revolutions
     sim.step();
     const State& state = sim.state();
-    turned = std::min(turned,
-                      rotate(conjugate(state.orientations[0]), state.angular_velocities[0]).y / 6.283);
+    turned =
+        std::min(turned, rotate(conjugate(state.orientations[0]), state.angular_velocities[0]).y / 6.283);
   }
   CHECK(turned < -0.9);  // it did tumble
   CHECK_NEAR(norm(momentum(*model, sim.state()).angular - before.angular), 0, 1e-11 * norm(before.angular));

@@ -70,7 +70,8 @@ TEST(random_mixes_as_brute_force) {
     }
 }
 
-// Far from the origin floats resolve nothing: a pair is lost if rounding were not monotone or the shift missing.
+// Far from the origin floats resolve nothing: a pair is lost if rounding were not monotone or the shift
+// missing.
 TEST(far_from_the_origin) {
   for (double offset : {1e3, 1e6, 1e9, 1e12}) {
     BroadPhase phase;
@@ -97,8 +98,8 @@ TEST(touching_counts) {
   CHECK(pairs.empty());
 }
 
-// Planes in whole and in part infinite, a floor under everything, points, plates without thickness, boxes that
-// coincide, and a box that is not a number, which overlaps nothing.
+// Planes in whole and in part infinite, a floor under everything, points, plates without thickness, boxes
+// that coincide, and a box that is not a number, which overlaps nothing.
 TEST(extreme_boxes) {
   Boxes s = random_mix(300, 2, 11);
   s.box.push_back({{-infinite, -infinite, -infinite}, {infinite, infinite, infinite}});
@@ -140,8 +141,8 @@ TEST(earlier_calls_leave_no_trace) {
   }
 }
 
-// The same scene in other units: the same pairs, by the same work (a length with a dimension inside would show in
-// the time first; the pairs are the part that can be checked).
+// The same scene in other units: the same pairs, by the same work (a length with a dimension inside would
+// show in the time first; the pairs are the part that can be checked).
 TEST(units_do_not_matter) {
   const Boxes metres = random_mix(500, 2, 31);
   BroadPhase phase;

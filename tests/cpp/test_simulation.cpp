@@ -99,8 +99,8 @@ TEST(sliding_box_stops_where_coulomb_says) {
   CHECK_NEAR(norm(sim.state().linear_velocities[0]), 0, 1e-8);
 }
 
-// A restored state goes on to the same bits: everything that a step depends on is in State. Breaks if scratch or
-// warm start outside of it leaks in.
+// A restored state goes on to the same bits: everything that a step depends on is in State. Breaks if scratch
+// or warm start outside of it leaks in.
 TEST(restart_continues_bit_for_bit) {
   ModelDescription d = floor_and_box({1, 0.3, 0}, 0.4);
   d.bodies[0].angular_velocity = {0.3, 1, 2};
@@ -113,8 +113,8 @@ TEST(restart_continues_bit_for_bit) {
   CHECK(sim.state().time == other.state().time);
 }
 
-// A collision with restitution e keeps momentum and leaves e times the approach speed; gravity is off. Breaks if
-// the impact is applied twice or the step stops the rebound.
+// A collision with restitution e keeps momentum and leaves e times the approach speed; gravity is off. Breaks
+// if the impact is applied twice or the step stops the rebound.
 TEST(restitution_of_two_spheres) {
   ModelDescription d;
   d.gravity = {};
@@ -129,8 +129,8 @@ TEST(restitution_of_two_spheres) {
   CHECK_NEAR(norm(momentum(sim.model(), sim.state()).linear - before.linear), 0, 1e-12);
 }
 
-// Three balls in touch: the momentum of the first passes through to the last. Breaks when all contacts of the row
-// are solved as one impact, which sends the first ball back.
+// Three balls in touch: the momentum of the first passes through to the last. Breaks when all contacts of the
+// row are solved as one impact, which sends the first ball back.
 TEST(momentum_travels_through_a_row) {
   ModelDescription d;
   d.gravity = {};

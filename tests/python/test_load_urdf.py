@@ -6,7 +6,7 @@ import shutil
 import amontons
 import numpy as np
 import pytest
-from amontons import FileError, InputError, shapes
+from amontons import FileError, InputError, UnsupportedWarning, shapes
 from amontons.io.models import load_model
 from amontons.transforms import axis_angle, multiply, rotate, rotation_matrix
 
@@ -198,8 +198,30 @@ def test_wrong_files(tmp_path, lines, message):
 # Breaks when a mesh of a kind that cannot be read gives an obscure error.
 def test_collada(tmp_path):
     (tmp_path / "a.dae").write_text("")
-    with pytest.raises(FileError, match=r":2: <mesh>: .*a\.dae is no \.stl, \.obj, \.msh file; convert it"):
-        load_model(write(tmp_path, link("base", more=MESH.format("a.dae"))))
+    path = write(tmp_path, link("base", more=MESH.format("a.dae")))
+    with pytest.raises(InputError, match=r":2: <mesh>: a\.dae is no \.stl, \.obj, \.msh file; convert it"):
+        load_model(path)
+    with pytest.warns(UnsupportedWarning, match="convert it"):
+        assert load_model(path, strict=False).geom_names == ()
+
+
+# Breaks when inertias of no solid are taken, or stop at the first. Their mean keeps the trace.
+def test_impossible_inertias(tmp_path):
+    thin = INERTIAL.replace('izz="1"', 'izz="2.5"')
+    frame = '<inertial><mass value="0"/><inertia ixx="0" iyy="0" izz="0" ixy="0" ixz="0" iyz="0"/></inertial>'
+    path = write(
+        tmp_path, link("base"), link("a", thin), link("b", INERTIAL.replace('ixx="1"', 'ixx="0"')),
+        link("frame", frame), joint("j", "continuous", "base", "a"), joint("k", "continuous", "base", "b"),
+        joint("f", "fixed", "a", "frame"),
+    )  # fmt: skip
+    with pytest.raises(
+        InputError, match='2 things.*\n.*:3: <link name="a">.*1, 1, 2.5.*\n.*:4: <link name="b">'
+    ):
+        load_model(path)
+    with pytest.warns(UnsupportedWarning, match="strict=False takes their mean"):
+        model = load_model(path, strict=False)
+    assert model.bodies[1].inertia[0][0] == pytest.approx(1.5)
+    assert model.body_names == ("base", "a", "b")
 
 
 UNSUPPORTED = [

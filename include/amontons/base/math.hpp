@@ -2,8 +2,8 @@
 #include <array>
 #include <cmath>
 
-// Small vectors, matrices, rotations and rigid transforms: plain data, row-major, SI units. Rotations are unit
-// quaternions (w, x, y, z) that turn body coordinates into world coordinates.
+// Small vectors, matrices, rotations and rigid transforms: plain data, row-major, SI units. Rotations are
+// unit quaternions (w, x, y, z) that turn body coordinates into world coordinates.
 namespace amontons {
 
 struct Vec3 {
@@ -31,7 +31,9 @@ constexpr Vec3 cross(const Vec3& a, const Vec3& b) {
 inline double norm(const Vec3& a) { return std::sqrt(dot(a, a)); }
 constexpr double norm_squared(const Vec3& a) { return dot(a, a); }
 inline Vec3 normalised(const Vec3& a) { return a / norm(a); }
-inline bool is_finite(const Vec3& a) { return std::isfinite(a.x) && std::isfinite(a.y) && std::isfinite(a.z); }
+inline bool is_finite(const Vec3& a) {
+  return std::isfinite(a.x) && std::isfinite(a.y) && std::isfinite(a.z);
+}
 constexpr Vec3 to_vec3(const std::array<double, 3>& a) { return {a[0], a[1], a[2]}; }
 
 struct Mat3 {

@@ -11,9 +11,9 @@ namespace amontons {
 using IndexPair = std::pair<std::int32_t, std::int32_t>;  // first < second
 
 // All pairs of boxes that overlap (touching counts), sorted, each once; boxes may be infinite (planes).
-// `fixed[i]`: two fixed boxes are no pair. Near-linear time for boxes of any mix of sizes. The object keeps its
-// scratch memory, and the order in space that it found last, between calls: that saves time when boxes have
-// moved little, but pairs never depend on earlier calls.
+// `fixed[i]`: two fixed boxes are no pair. Near-linear time for boxes of any mix of sizes. The object keeps
+// its scratch memory, and the order in space that it found last, between calls: that saves time when boxes
+// have moved little, but pairs never depend on earlier calls.
 class BroadPhase {
  public:
   void find_pairs(std::span<const Aabb> boxes, std::span<const unsigned char> fixed,
@@ -44,15 +44,17 @@ class BroadPhase {
            std::span<const unsigned char> fixed);
   void sort(std::size_t boxes, std::vector<IndexPair>& pairs);
 
-  std::vector<std::int32_t> infinite_, last_infinite_;  // boxes outside the tree, of this call and of the order
-  std::vector<std::int32_t> finite_;                    // the others
-  std::vector<std::int32_t> order_;                     // leaf -> box, -1 in gaps
+  std::vector<std::int32_t> infinite_,
+      last_infinite_;                      // boxes outside the tree, of this call and of the order
+  std::vector<std::int32_t> finite_;       // the others
+  std::vector<std::int32_t> order_;        // leaf -> box, -1 in gaps
   std::vector<std::vector<Node>> levels_;  // levels_[0]: the groups of eight leaves; the last level: one node
   std::vector<Aabb> boxes_;                // in the order of the leaves
   Vec3 origin_;                            // subtracted before coordinates are rounded to float
   std::size_t built_for_ = 0;              // the number of boxes that the order is for
-  std::size_t visits_ = 0, built_visits_ = 0;  // nodes looked at by this search, by the one after the last build
-  std::vector<IndexPair> found_;               // not sorted
+  std::size_t visits_ = 0,
+              built_visits_ = 0;  // nodes looked at by this search, by the one after the last build
+  std::vector<IndexPair> found_;  // not sorted
   std::vector<Item> items_;
   std::vector<std::size_t> count_, start_;
 };

@@ -13,7 +13,7 @@ struct BodyFrame {
   Transform pose;                 // body frame in the world
   Mat3 inertia, inverse_inertia;  // about the centre of mass, world axes (zero inverse if not dynamic)
   double inverse_mass = 0;
-  bool stiffened = false;  // inverse_inertia includes the geometric stiffness of joint forces
+  bool stiffened = false;          // inverse_inertia includes the geometric stiffness of joint forces
   Vec3 velocity, omega;            // of the centre of mass, at the start of the step
   Vec3 free_velocity, free_omega;  // with external loads and gravity, without impulses
 };

@@ -24,17 +24,17 @@ enum class Motion : unsigned char {
 struct Body {
   std::string name;
   Motion motion = Motion::dynamic;
-  double mass = 0;                                 // kg, > 0 if dynamic
-  Vec3 centre_of_mass;                             // in the body frame, m
-  Mat3 inertia;                                    // about the centre of mass, body axes, kg m^2
-  Transform pose;                                  // initial, body frame in the world
-  Vec3 linear_velocity, angular_velocity;          // initial, of the frame's origin, world axes, m/s, rad/s
+  double mass = 0;                         // kg, > 0 if dynamic
+  Vec3 centre_of_mass;                     // in the body frame, m
+  Mat3 inertia;                            // about the centre of mass, body axes, kg m^2
+  Transform pose;                          // initial, body frame in the world
+  Vec3 linear_velocity, angular_velocity;  // initial, of the frame's origin, world axes, m/s, rad/s
 };
 
 struct Material {
-  double friction = 0.5;     // Coulomb's mu, >= 0
-  double restitution = 0;    // e in [0, 1]: u_n^+ = -e u_n^-
-  double compliance = 0;     // of one contact point, m/N, >= 0; 0 is rigid
+  double friction = 0.5;   // Coulomb's mu, >= 0
+  double restitution = 0;  // e in [0, 1]: u_n^+ = -e u_n^-
+  double compliance = 0;   // of one contact point, m/N, >= 0; 0 is rigid
 };
 
 // How the materials of two geoms give those of their contact. Restitution is always the larger one,
@@ -63,18 +63,18 @@ enum class MotorKind : unsigned char {
 
 struct Motor {
   MotorKind kind = MotorKind::none;
-  double target = 0;              // initial; the state holds the present one
-  double max_effort = infinity;   // N or N m, > 0
-  double gain = 0;                // of a speed motor N s/m or N m s/rad, of a position motor N/m or N m/rad
-  double damping_gain = 0;        // of a position motor, N s/m or N m s/rad
+  double target = 0;             // initial; the state holds the present one
+  double max_effort = infinity;  // N or N m, > 0
+  double gain = 0;               // of a speed motor N s/m or N m s/rad, of a position motor N/m or N m/rad
+  double damping_gain = 0;       // of a position motor, N s/m or N m s/rad
 };
 
 // One degree of freedom of a joint: a hinge about, or a slide along, an axis given in frame_b at zero
 // coordinates. The coordinate is the displacement (m) or angle (rad, counting full turns) of A relative to B.
 struct Dof {
   enum class Kind : unsigned char { hinge, slide } kind = Kind::hinge;
-  Vec3 axis{0, 0, 1};  // unit
-  Vec3 anchor;         // a point of the axis of a hinge, frame_b, m
+  Vec3 axis{0, 0, 1};                          // unit
+  Vec3 anchor;                                 // a point of the axis of a hinge, frame_b, m
   double lower = -infinity, upper = infinity;  // limits, m or rad
   double stiffness = 0, rest = 0;              // spring, N/m or N m/rad, coordinate at zero force
   double damping = 0;                          // N s/m or N m s/rad
@@ -84,9 +84,9 @@ struct Dof {
 };
 
 enum class JointKind : unsigned char {
-  chain,      // A = B moved by the dofs one after the other (product of exponentials); no dof: fixed;
-              // `spherical`: then a free rotation about the origin of frame_a (ball joint)
-  distance,   // the distance of the two frame origins stays within [lower_distance, upper_distance]
+  chain,     // A = B moved by the dofs one after the other (product of exponentials); no dof: fixed;
+             // `spherical`: then a free rotation about the origin of frame_a (ball joint)
+  distance,  // the distance of the two frame origins stays within [lower_distance, upper_distance]
 };
 
 // frame_a, in body A, and frame_b, in body B, coincide at zero coordinates. Positive coordinates move A
@@ -98,8 +98,8 @@ struct Joint {
   Transform frame_a, frame_b;
   std::vector<Dof> dofs;  // up to six
   bool spherical = false;
-  // Of a spherical joint: stiffness and damping (N m/rad, N m s/rad) towards zero rotation, dry friction (N m),
-  // the largest rotation angle (rad).
+  // Of a spherical joint: stiffness and damping (N m/rad, N m s/rad) towards zero rotation, dry friction (N
+  // m), the largest rotation angle (rad).
   double ball_stiffness = 0, ball_damping = 0, ball_friction = 0, ball_limit = infinity;
   double lower_distance = 0, upper_distance = 0;  // m
   double compliance = 0;                          // of the locked directions, m/N; 0 is rigid
@@ -136,8 +136,8 @@ struct ModelDescription {
 class Model {
  public:
   // Throws InputError naming the body, geom or joint and the remedy: mass or inertia not positive (or against
-  // the triangle inequality), poses that are not finite, names used twice, bodies that do not exist, a joint of
-  // a body with itself, limits in the wrong order, static-only shapes on moving bodies, and so on.
+  // the triangle inequality), poses that are not finite, names used twice, bodies that do not exist, a joint
+  // of a body with itself, limits in the wrong order, static-only shapes on moving bodies, and so on.
   explicit Model(ModelDescription description);
 
   const ModelDescription& description() const { return d_; }
@@ -161,7 +161,7 @@ class Model {
  private:
   ModelDescription d_;
   std::vector<std::size_t> first_dof_;
-  std::vector<std::pair<Index, Index>> excluded_;               // sorted body pairs, first < second
+  std::vector<std::pair<Index, Index>> excluded_;                    // sorted body pairs, first < second
   std::vector<std::pair<std::pair<Index, Index>, Material>> pairs_;  // sorted geom pairs
   double length_ = 1, total_mass_ = 0;
 };

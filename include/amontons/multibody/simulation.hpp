@@ -18,27 +18,28 @@ struct SimulationOptions {
   double dt = 5e-3;  // s, > 0
   Law law = Law::coulomb;
   std::string method = "auto";
-  double tolerance = 1e-6;             // natural residual, relative to that of zero impulses
-  std::size_t max_iterations = 0;      // per solve; 0: the method's own limit
-  double budget = infinity;            // s of wall clock per step; results then depend on the machine
+  double tolerance = 1e-6;         // natural residual, relative to that of zero impulses
+  std::size_t max_iterations = 0;  // per solve; 0: the method's own limit
+  double budget = infinity;        // s of wall clock per step; results then depend on the machine
   unsigned threads = 1;
-  double margin = 0;                   // m, contacts are found up to this gap; 0: a fiftieth of Model::length()
-  double recovery_speed = 0;           // m/s, of the correction of penetration and joint errors; 0: Model::length() per second
-  double restitution_speed = 0;        // m/s, slower impacts do not bounce; 0: 4 |g| dt
+  double margin = 0;  // m, contacts are found up to this gap; 0: a fiftieth of Model::length()
+  double recovery_speed =
+      0;  // m/s, of the correction of penetration and joint errors; 0: Model::length() per second
+  double restitution_speed = 0;  // m/s, slower impacts do not bounce; 0: 4 |g| dt
   bool warm_start = true;
-  unsigned max_substeps = 1;           // power of two: a step whose residual stays above the tolerance is
-                                       // redone in 2, 4, ... parts
+  unsigned max_substeps = 1;  // power of two: a step whose residual stays above the tolerance is
+                              // redone in 2, 4, ... parts
 };
 
 // One row of the contact table: a contact point of the last step. Open ones carry no impulse.
 enum class ContactState : unsigned char { open, stick, slip };
 struct Contact {
   Index body_a, body_b, geom_a, geom_b;
-  Vec3 point, normal;    // world; the normal points from B to A
-  double gap;            // m, at the start of the step
-  double friction;       // mu
-  Vec3 impulse;          // on A, world, N s
-  Vec3 slip;             // tangential velocity of A's surface relative to B's after the step, m/s
+  Vec3 point, normal;      // world; the normal points from B to A
+  double gap;              // m, at the start of the step
+  double friction;         // mu
+  Vec3 impulse;            // on A, world, N s
+  Vec3 slip;               // tangential velocity of A's surface relative to B's after the step, m/s
   double normal_velocity;  // u_n = n . (v_A - v_B) after the step, m/s
   ContactState state;
 };
@@ -51,15 +52,15 @@ struct Report {
   double time = 0;       // s, at the end of the step
   bool advanced = true;  // false: velocities came out not finite, and the state is that before the step
   Status status = Status::converged;
-  double residual = 0;      // of the law asked for, the worst of the substeps
+  double residual = 0;  // of the law asked for, the worst of the substeps
   std::size_t iterations = 0, products = 0, factorizations = 0;
   std::size_t contacts = 0, joint_rows = 0;
   unsigned substeps = 1;
-  double penetration = 0;   // m, the largest -gap at the start of the step, >= 0
+  double penetration = 0;                         // m, the largest -gap at the start of the step, >= 0
   double joint_error = 0, joint_angle_error = 0;  // m, rad, at the start of the step
-  // J. The potential energy is that of half a step before the end: symplectic Euler moves with the velocity at the
-  // end, so that T(v+) + V(q+) is off by h/2 v . grad V, while with V(q+ - h v+ / 2) the sum is exact for
-  // projectiles and second order elsewhere.
+  // J. The potential energy is that of half a step before the end: symplectic Euler moves with the velocity
+  // at the end, so that T(v+) + V(q+) is off by h/2 v . grad V, while with V(q+ - h v+ / 2) the sum is exact
+  // for projectiles and second order elsewhere.
   double kinetic_energy = 0, potential_energy = 0, spring_energy = 0;
   Timings timings;
   std::string method;

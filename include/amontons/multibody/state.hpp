@@ -19,19 +19,19 @@ struct JointWrench {
 };
 // The impulses of one degree of freedom along its coordinate, N s or N m s.
 struct DofImpulse {
-  double drive = 0;     // spring, damper and armature
+  double drive = 0;  // spring, damper and armature
   double motor = 0;
   double friction = 0;
-  double limit = 0;     // > 0 pushes away from the lower limit
+  double limit = 0;  // > 0 pushes away from the lower limit
 };
 
 // What a simulation changes, and all that it needs to go on bit for bit.
 struct State {
   double time = 0;  // s
   std::uint64_t steps = 0;
-  double impulse_step = 0;         // s, the time step that the impulses below belong to; 0: none yet
-  std::vector<Vec3> positions;     // of the origin of each body frame, world, m
-  std::vector<Quat> orientations;  // body axes into world axes
+  double impulse_step = 0;               // s, the time step that the impulses below belong to; 0: none yet
+  std::vector<Vec3> positions;           // of the origin of each body frame, world, m
+  std::vector<Quat> orientations;        // body axes into world axes
   std::vector<Vec3> linear_velocities;   // of the origin of each body frame, world, m/s
   std::vector<Vec3> angular_velocities;  // world, rad/s
   std::vector<Vec3> forces, torques;     // held external loads at each centre of mass, world, N, N m
@@ -40,15 +40,15 @@ struct State {
   std::vector<CachedContact> contacts;   // sorted by (geom_a, geom_b)
   std::vector<JointWrench> joint_wrenches;
   std::vector<DofImpulse> dof_impulses;
-  std::vector<Vec3> ball_impulses;       // per joint: spring, damper, friction of spherical joints, N m s
+  std::vector<Vec3> ball_impulses;  // per joint: spring, damper, friction of spherical joints, N m s
   std::vector<double> coupling_impulses;
 };
 
 // Bodies at their initial poses and velocities, coordinates found from the poses, no loads.
 State initial_state(const Model& model);
 
-// Throws InputError naming the body whose position, orientation or velocity is not finite, or whose orientation
-// is not a unit quaternion within 1e-6.
+// Throws InputError naming the body whose position, orientation or velocity is not finite, or whose
+// orientation is not a unit quaternion within 1e-6.
 void validate(const Model& model, const State& state);
 
 }  // namespace amontons

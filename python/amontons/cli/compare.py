@@ -21,7 +21,6 @@ from .common import (
     out,
     progress,
     read,
-    say,
 )
 
 

@@ -10,6 +10,7 @@ import typer
 
 from ..errors import FileError, InputError
 from ..io import HDF5, SUFFIXES
+from ..io.atomic import reserve
 from ..simulation import Report, Simulation
 from .common import NOT_CONVERGED, Threads, notes, one_line_errors, progress, say
 from .subject import Budget, Law, Method, Name, Parameters, Step, Tolerance, open_subject
@@ -21,7 +22,9 @@ def export(
         Path, typer.Option("--out", "--output", "-o", help="FCLIB .hdf5, or .npz, which holds any step.")
     ],
     step: Annotated[int | None, typer.Option(help="The step to write: 1 is the first.")] = None,
-    at: Annotated[float | None, typer.Option("--time", help="In place of --step: the step that ends then (s).")] = None,
+    at: Annotated[
+        float | None, typer.Option("--time", help="In place of --step: the step that ends then (s).")
+    ] = None,
     every: Annotated[
         int | None, typer.Option(help="Write every so many steps up to that one, as NAME-000123.hdf5.")
     ] = None,
@@ -39,7 +42,14 @@ def export(
 
     The exit code is 0 if the steps written converged, 1 if some did not, 2 for input that could not be used.
     """
-    given = {"dt": dt, "law": law, "method": method, "tolerance": tolerance, "budget": budget, "threads": threads}
+    given = {
+        "dt": dt,
+        "law": law,
+        "method": method,
+        "tolerance": tolerance,
+        "budget": budget,
+        "threads": threads,
+    }
     with one_line_errors():
         _require_output(output)
         with notes():
@@ -72,6 +82,7 @@ def _require_output(output: Path) -> None:
         raise FileError(f"{output}: the folder {output.parent} does not exist; make it first")
     if output.is_dir():
         raise FileError(f"{output}: is a directory; give the name of a file")
+    reserve(output).unlink()
 
 
 def _last_step(sim: Simulation, step: int | None, at: float | None) -> int:

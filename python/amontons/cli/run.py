@@ -15,6 +15,7 @@ import typer
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
 from ..errors import FileError, InputError, SimulationError
+from ..io.atomic import reserve
 from ..io.recording import Recorder
 from ..report_table import report_table
 from ..simulation import Report
@@ -37,7 +38,9 @@ class Outcome:
 
 def run(
     subject: Name,
-    duration: Annotated[float | None, typer.Option(help="Simulated time (s); that of the scene, else 5.")] = None,
+    duration: Annotated[
+        float | None, typer.Option(help="Simulated time (s); that of the scene, else 5.")
+    ] = None,
     dt: Step = None,
     law: Law = None,
     method: Method = None,
@@ -52,9 +55,13 @@ def run(
         Path | None, typer.Option(help="Folder for figures and a CSV file of all steps.")
     ] = None,
     snapshots: Annotated[int, typer.Option(help="Pictures in the report, evenly spaced; 0 for none.")] = 4,
-    azimuth: Annotated[float, typer.Option(help="Of the pictures: where the eye is, degrees from x.")] = -60.0,
+    azimuth: Annotated[
+        float, typer.Option(help="Of the pictures: where the eye is, degrees from x.")
+    ] = -60.0,
     elevation: Annotated[float, typer.Option(help="Of the pictures, degrees above the horizon.")] = 20.0,
-    save: Annotated[Path | None, typer.Option(help="Save the last state, to run or export from (HDF5).")] = None,
+    save: Annotated[
+        Path | None, typer.Option(help="Save the last state, to run or export from (HDF5).")
+    ] = None,
 ) -> None:
     """Simulate a scene, a model or a saved simulation; record it, report on it.
 
@@ -63,7 +70,14 @@ def run(
     The exit code is 0 if all steps converged, 1 if some did not or the run ended early, 2 for input that
     could not be used.
     """
-    given = {"dt": dt, "law": law, "method": method, "tolerance": tolerance, "budget": budget, "threads": threads}
+    given = {
+        "dt": dt,
+        "law": law,
+        "method": method,
+        "tolerance": tolerance,
+        "budget": budget,
+        "threads": threads,
+    }
     with one_line_errors():
         with notes():
             chosen = open_subject(subject, settings or [], given)
@@ -72,12 +86,16 @@ def run(
             raise InputError(f"snapshots = {snapshots}; it must be zero or positive")
         if save is not None and (save.is_dir() or not save.parent.is_dir()):
             raise FileError(f"{save}: must be a file in a folder that exists")
+        if save is not None:
+            reserve(save).unlink()  # before minutes of work
     if report is not None:
         with one_line_errors(report):
             make_folder(report)
     with one_line_errors(record):
         recorder = (
-            Recorder(record, chosen.simulation, every=record_every, contacts=record_contacts, source=chosen.source)
+            Recorder(
+                record, chosen.simulation, every=record_every, contacts=record_contacts, source=chosen.source
+            )
             if record is not None
             else nullcontext()
         )

@@ -2,20 +2,25 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+import inspect
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 from rich.box import SIMPLE_HEAD
 from rich.table import Table
 
-from .. import scenes as library
 from .common import one_line_errors, out, say
+
+if TYPE_CHECKING:
+    from ..scenes import Scene
 
 
 def scenes(
     name: Annotated[str | None, typer.Argument(help="A scene, to see its parameters.")] = None,
 ) -> None:
     """List the scenes, or the parameters of one, which `run` and `export` take by --set."""
+    from .. import scenes as library
+
     if name is not None:
         with one_line_errors():
             _one(library.get(name))
@@ -28,9 +33,7 @@ def scenes(
     out.print(table, highlight=False)
 
 
-def _one(scene: library.Scene) -> None:
-    import inspect
-
+def _one(scene: Scene) -> None:
     say(inspect.getdoc(scene.make))
     say("")
     table = Table(box=SIMPLE_HEAD, pad_edge=False)

@@ -6,13 +6,15 @@ import ast
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from .. import scenes
 from ..errors import InputError
 from ..simulation import Simulation
+
+if TYPE_CHECKING:
+    from ..scenes import Scene
 
 MODELS = (".xml", ".mjcf", ".urdf")
 SAVED = (".h5", ".hdf5", ".hdf")
@@ -23,7 +25,7 @@ Name = Annotated[
     str,
     typer.Argument(
         metavar="MODEL_OR_SCENE",
-        help="A scene (`amontons scenes` lists them), a model (MJCF .xml, .urdf) or a saved simulation (.h5).",
+        help="A scene (see `amontons scenes`), a model (MJCF .xml, .urdf) or a saved simulation (.h5).",
         show_default=False,
     ),
 ]
@@ -32,7 +34,9 @@ Parameters = Annotated[
 ]
 Step = Annotated[float | None, typer.Option(help="Time step (s); that of the scene, else 5e-3.")]
 Law = Annotated[str | None, typer.Option(help="coulomb (default) or associated (convex relaxation).")]
-Method = Annotated[str | None, typer.Option(help="auto (default), or one of the methods that 'compare' runs.")]
+Method = Annotated[
+    str | None, typer.Option(help="auto (default), or one of the methods that 'compare' runs.")
+]
 Tolerance = Annotated[float | None, typer.Option(help="Natural residual of each step; 1e-6 by default.")]
 Budget = Annotated[float | None, typer.Option(help="Wall clock of each step (s).")]
 
@@ -55,6 +59,8 @@ def open_subject(name: str, settings: Sequence[str], given: dict[str, Any]) -> S
 
     Raises InputError or FileNotFoundError.
     """
+    from .. import scenes  # takes long, and the commands on problem files do without
+
     options = {key: value for key, value in given.items() if value is not None}
     if name in scenes.names():
         return _scene(name, settings, options)
@@ -79,6 +85,8 @@ def open_subject(name: str, settings: Sequence[str], given: dict[str, Any]) -> S
 
 
 def _scene(name: str, settings: Sequence[str], options: dict[str, Any]) -> Subject:
+    from .. import scenes
+
     entry = scenes.get(name)
     parameters = scene_parameters(entry, settings)
     try:
@@ -91,7 +99,7 @@ def _scene(name: str, settings: Sequence[str], options: dict[str, Any]) -> Subje
     return Subject(name, " ".join([name, *settings]), simulation, entry.duration)
 
 
-def scene_parameters(entry: scenes.Scene, settings: Sequence[str]) -> dict[str, Any]:
+def scene_parameters(entry: Scene, settings: Sequence[str]) -> dict[str, Any]:
     """The values of KEY=VALUE, of the kinds that the defaults of the parameters have."""
     parameters: dict[str, Any] = {}
     for setting in settings:

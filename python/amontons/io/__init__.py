@@ -91,9 +91,9 @@ def record(
         while sim.time < 2:
             recorder.add(sim.step())
 
-    path: appears when the block ends, whole; until then the frames go to a hidden file beside it, which only a
-        killed process leaves behind. An exception ends the recording with what came before it, marked as not
-        complete.
+    path: appears when the block ends, whole; until then the frames go to a hidden file beside it, which only
+        a killed process leaves behind. An exception ends the recording with what came before it, marked as
+        not complete.
     every: states and contacts are recorded every so many steps, beginning with the state that the simulation
         is in now; reports of every step.
     contacts: whether contact tables are recorded, which take by far the most room.

@@ -8,6 +8,8 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
+from ..errors import FileError
+
 
 @contextmanager
 def replacing(*paths: Path) -> Iterator[list[Path]]:
@@ -24,8 +26,11 @@ def replacing(*paths: Path) -> Iterator[list[Path]]:
 
 
 def reserve(path: Path) -> Path:
-    """A new empty hidden file beside `path`, on the same file system."""
-    handle, name = tempfile.mkstemp(prefix=f".{path.stem}-", suffix=path.suffix, dir=path.parent)
+    """A new empty hidden file beside `path`, on the same file system; FileError where none can be."""
+    try:
+        handle, name = tempfile.mkstemp(prefix=f".{path.stem}-", suffix=path.suffix, dir=path.parent)
+    except OSError as error:
+        raise FileError(f"{path}: cannot be written here ({error.strerror})") from None
     os.close(handle)
     return Path(name)
 

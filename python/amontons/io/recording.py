@@ -1,7 +1,7 @@
 """Recordings: what a simulation did, in HDF5 files that other programs read without amontons.
 
-/format "amontons-recording", /version; /model and /options: JSON; /source: where the model came from. One frame
-per recorded step: /frames/step, time, positions, orientations, linear_velocities, angular_velocities,
+/format "amontons-recording", /version; /model and /options: JSON; /source: where the model came from. One
+frame per recorded step: /frames/step, time, positions, orientations, linear_velocities, angular_velocities,
 joint_coordinates. /contacts/rows: the contact tables of all frames one after the other, that of frame k in
 rows offsets[k] to offsets[k + 1]. /reports: one row per step, of frames or not. /complete: 0 if an exception
 ended the recording.
@@ -62,10 +62,7 @@ class Recorder:
         self._contacts: list[np.ndarray[Any, Any]] = []
         self._reports: list[Report] = []
         self._buffered, self._written_rows = 0, 0
-        try:
-            self._temporary = reserve(self.path)
-        except OSError as error:
-            raise FileError(f"{self.path}: cannot be written ({error.strerror})") from None
+        self._temporary = reserve(self.path)
         self._file: h5py.File | None = h5py.File(self._temporary, "w", libver=("earliest", "v110"))
         try:
             self._create(self._file, source)
@@ -164,9 +161,7 @@ def storable(dtype: np.dtype[Any]) -> np.dtype[Any]:
     return np.dtype([(n, f"S{dtype[n].itemsize // 4}" if dtype[n].kind == "U" else dtype[n]) for n in names])
 
 
-def _extensible(
-    group: h5py.Group, name: str, dtype: np.dtype[Any], shape: tuple[int, ...]
-) -> h5py.Dataset:
+def _extensible(group: h5py.Group, name: str, dtype: np.dtype[Any], shape: tuple[int, ...]) -> h5py.Dataset:
     """A dataset that grows along its first axis, in compressed chunks of about 256 kB."""
     row = max(1, dtype.itemsize * int(np.prod(shape)))
     return group.create_dataset(
@@ -186,4 +181,3 @@ def _append(dataset: h5py.Dataset, values: np.ndarray[Any, Any]) -> None:
         first = len(dataset)
         dataset.resize(first + len(values), axis=0)
         dataset[first:] = values
-

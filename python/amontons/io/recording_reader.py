@@ -45,7 +45,9 @@ class Recording:
         if r.text("format") != FORMAT:
             raise r.fail("is no recording; give a file that `amontons run --record` or Recorder wrote")
         if (version := r.integer("version")) > VERSION:
-            raise r.fail(f"has version {version} of the format; this amontons reads up to {VERSION}: update it")
+            raise r.fail(
+                f"has version {version} of the format; this amontons reads up to {VERSION}: update it"
+            )
         frames = r.sub("frames")
         self.times: Table = frames.array("time")
         self.steps: Table = frames.array("step")

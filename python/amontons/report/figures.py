@@ -18,6 +18,8 @@ from matplotlib.axes import Axes
 from .comparison import Run, thinned
 
 ROWS_PER_FIGURE = 6
+AXES = {"iterations": "iterations", "products": "products with A", "time": "time (ms)"}
+FIELDS = {"iterations": "iteration", "products": "products"}
 FLOOR = 1e-17  # where a residual of exactly zero is drawn
 # One colour per method in every figure, distinguishable for most kinds of colour vision (Okabe, Ito 2008, and
 # neutral companions); first-order methods are solid, Krylov dotted, factorising methods dashed.
@@ -35,8 +37,17 @@ STYLES: dict[str, tuple[str, str]] = {
 }
 
 
-def convergence_figures(runs: Sequence[Run], folder: Path, *, tolerance: float, law: str) -> list[Path]:
+def convergence_figures(
+    runs: Sequence[Run],
+    folder: Path,
+    *,
+    tolerance: float,
+    law: str,
+    against: Sequence[str] = ("products", "time"),
+) -> list[Path]:
     """Residual against products and against time, one row per problem; returns the PNG files in `folder`.
+
+    against: the columns, of those of AXES.
 
     Thick lines are the best residual so far, which is that of the vector a method returns; thin lines the
     residual of the current iterate.
@@ -46,28 +57,35 @@ def convergence_figures(runs: Sequence[Run], folder: Path, *, tolerance: float, 
     for start in range(0, len(grouped), ROWS_PER_FIGURE):
         page = start // ROWS_PER_FIGURE
         path = folder / ("convergence.png" if page == 0 else f"convergence-{page + 1}.png")
-        _figure(grouped[start : start + ROWS_PER_FIGURE], path, tolerance, law)
+        _figure(grouped[start : start + ROWS_PER_FIGURE], path, tolerance, law, against)
         paths.append(path)
     return paths
 
 
-def _figure(grouped: list[tuple[str, list[Run]]], path: Path, tolerance: float, law: str) -> None:
+def _figure(
+    grouped: list[tuple[str, list[Run]]], path: Path, tolerance: float, law: str, against: Sequence[str]
+) -> None:
     rows = len(grouped)
     figure, axes = plt.subplots(
-        rows, 2, figsize=(11, 1.2 + 2.9 * rows), sharey="row", squeeze=False, layout="constrained"
+        rows,
+        len(against),
+        figsize=(5.5 * len(against), 1.2 + 2.9 * rows),
+        sharey="row",
+        squeeze=False,
+        layout="constrained",
     )
     handles: dict[str, Any] = {}
-    for (name, runs), (products, time) in zip(grouped, axes, strict=True):
+    for (name, runs), row in zip(grouped, axes, strict=True):
         lowest = 1.0
         for run in runs:
             if run.solution is not None and run.solution.history is not None and len(run.solution.history):
-                handles[run.method] = _curves(products, time, run)
+                handles[run.method] = _curves(row, run, against)
                 lowest = min(lowest, float(run.solution.history["best_residual"][-1]))
-        products.set_ylim(max(lowest, FLOOR) / 5, 10)
-        _decorate(products, name, "residual", tolerance)
-        _decorate(time, "", "", tolerance)
-    axes[-1, 0].set_xlabel("products with A")
-    axes[-1, 1].set_xlabel("time (ms)")
+        row[0].set_ylim(max(lowest, FLOOR) / 5, 10)
+        for column, panel in enumerate(row):
+            _decorate(panel, "" if column else name, "" if column else "residual", tolerance)
+    for panel, what in zip(axes[-1], against, strict=True):
+        panel.set_xlabel(AXES[what])
     order = [method for method in STYLES if method in handles]
     order += [method for method in handles if method not in order]
     figure.legend(
@@ -82,15 +100,17 @@ def _figure(grouped: list[tuple[str, list[Run]]], path: Path, tolerance: float, 
     plt.close(figure)
 
 
-def _curves(products: Axes, time: Axes, run: Run) -> Any:
+def _curves(row: Sequence[Axes], run: Run, against: Sequence[str]) -> Any:
     assert run.solution is not None
     assert run.solution.history is not None
     history = thinned(run.solution.history)
     colour, line = STYLES.get(run.method, ("#444444", "-."))
     best = np.maximum(history["best_residual"], FLOOR)
     current = np.maximum(history["residual"], FLOOR)
-    # The start has no product yet: it is drawn at a half, which a logarithmic axis can show.
-    for axes, x in ((products, np.maximum(history["products"], 0.5)), (time, 1e3 * history["time"])):
+    handle = None
+    for axes, what in zip(row, against, strict=True):
+        # The start has no product yet: it is drawn at a half, which a logarithmic axis can show.
+        x = 1e3 * history["time"] if what == "time" else np.maximum(history[FIELDS[what]], 0.5)
         axes.plot(x, current, color=colour, linestyle=line, linewidth=0.6, alpha=0.35)
         (handle,) = axes.plot(x, best, color=colour, linestyle=line, linewidth=1.6)
         axes.plot(x[-1:], best[-1:], color=colour, marker="o", markersize=3)

@@ -24,7 +24,7 @@ class Camera:
     height: int
 
     def seen(self, points: Array) -> Array:
-        """(n, 3) world to column, row (of pixels, from the lower left corner) and depth (m, towards the eye)."""
+        """(n, 3) world to column, row (pixels from the lower left corner) and depth (m, towards the eye)."""
         x, y = (points @ self.right - self.left) / self.pixel, (points @ self.up - self.bottom) / self.pixel
         return np.column_stack((x, y, points @ self.eye))
 

@@ -32,17 +32,24 @@ def facts(reports: Table, *, dt: float, wall: float, tolerance: float) -> Iterat
     yield "wall clock", f"{wall:.3g} s, real-time factor {simulated / wall:.3g}"
     yield "converged", _converged(reports)
     at = int(np.argmax(reports["residual"]))
-    yield "residual", f"worst {reports['residual'][at]:.1e} at t = {reports['time'][at]:g} s, tolerance {tolerance:g}"
+    yield (
+        "residual",
+        f"worst {reports['residual'][at]:.1e} at t = {reports['time'][at]:g} s, tolerance {tolerance:g}",
+    )
     for name in ("contacts", "iterations"):
         yield name, f"{reports[name].mean():.4g} a step, at most {reports[name].max()}"
     yield "penetration", _largest(reports, "penetration", "m")
     if reports["joint_rows"].any():
-        yield "joint error", f"{_largest(reports, 'joint_error', 'm')}, {reports['joint_angle_error'].max():.2e} rad"
+        yield (
+            "joint error",
+            f"{_largest(reports, 'joint_error', 'm')}, {reports['joint_angle_error'].max():.2e} rad",
+        )
     total = energy(reports)
     rise = float(np.max(np.diff(total), initial=0.0))
     yield "energy", f"{total[0]:.6g} J to {total[-1]:.6g} J, largest rise in a step {rise:.2e} J"
     if np.any(reports["substeps"] > 1):
-        yield "substeps", f"{np.count_nonzero(reports['substeps'] > 1)} steps in parts, at most {reports['substeps'].max()}"
+        divided = np.count_nonzero(reports["substeps"] > 1)
+        yield "substeps", f"{divided} steps in parts, {reports['substeps'].max()} at most"
     spent = reports["total"].sum()
     phases = ", ".join(f"{name} {_share(reports[name].sum(), spent)}" for name in PHASES)
     yield "time", f"{spent:.3g} s in steps: {phases}"
@@ -77,7 +84,7 @@ def write_reports(reports: Table, path: Path) -> None:
 
 
 def run_figure(reports: Table, path: Path, *, title: str, tolerance: float) -> None:
-    """Energy, residual, penetration and joint error, contacts, wall clock and iterations against time (PNG)."""
+    """Energy, residual, penetration, joint error, contacts, wall clock and iterations over time (PNG)."""
     figure, panels = plt.subplots(3, 2, figsize=(11, 8.5), sharex=True, layout="constrained")
     figure.suptitle(title, x=0.01, ha="left", fontsize="medium")
     _energy(panels[0, 0], reports)
@@ -116,7 +123,9 @@ def _residual(axes: Axes, r: Table, tolerance: float) -> None:
     axes.semilogy(r["time"], np.maximum(r["residual"], 1e-17), color="#d55e00", linewidth=0.8)
     failed = r[~r["converged"]]
     if len(failed):
-        axes.semilogy(failed["time"], failed["residual"], "x", color="black", markersize=4, label="not converged")
+        axes.semilogy(
+            failed["time"], failed["residual"], "x", color="black", markersize=4, label="not converged"
+        )
     if tolerance > 0:
         axes.axhline(tolerance, color="black", linewidth=0.6, linestyle=(0, (1, 2)))
     _label(axes, "residual of each step")
@@ -128,7 +137,9 @@ def _errors(axes: Axes, r: Table) -> None:
         ("joint_error", "#cc79a7", "joint error"),
     ):
         if r[name].any():
-            axes.semilogy(r["time"], np.where(r[name] > 0, r[name], np.nan), color=colour, linewidth=1, label=label)
+            axes.semilogy(
+                r["time"], np.where(r[name] > 0, r[name], np.nan), color=colour, linewidth=1, label=label
+            )
     _label(axes, "largest penetration and joint error (m)")
 
 
@@ -147,6 +158,10 @@ def _phases(axes: Axes, r: Table) -> None:
 
 
 def _iterations(axes: Axes, r: Table) -> None:
-    axes.semilogy(r["time"], np.maximum(r["products"], 1), color="#009e73", linewidth=0.8, label="products with A")
-    axes.semilogy(r["time"], np.maximum(r["iterations"], 1), color="#e69f00", linewidth=0.8, label="iterations")
+    axes.semilogy(
+        r["time"], np.maximum(r["products"], 1), color="#009e73", linewidth=0.8, label="products with A"
+    )
+    axes.semilogy(
+        r["time"], np.maximum(r["iterations"], 1), color="#e69f00", linewidth=0.8, label="iterations"
+    )
     _label(axes, "iterations of each step")

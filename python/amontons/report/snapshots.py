@@ -19,7 +19,7 @@ from ..shapes import Plane
 from .raster import Camera, Raster, shadowed
 from .solids import Solid, rotation_matrix, solid_of
 
-LIGHT = (-0.5, 0.45, 0.75)
+LIGHT = (0.25, 0.7, 0.75)
 """Where it comes from: along the view to the right, towards the eye, up."""
 AMBIENT = 0.42
 FLOOR = np.array([0.92, 0.91, 0.885])
@@ -77,7 +77,11 @@ def snapshots_figure(
     panel = width // columns
     height = int(np.clip(panel * (top - bottom) / (right - left), 0.3 * panel, 1.5 * panel))
     figure, panels = plt.subplots(
-        rows, columns, figsize=(width / 100, rows * (height / 100 + 0.25)), squeeze=False, layout="constrained"
+        rows,
+        columns,
+        figsize=(width / 100, rows * (height / 100 + 0.25)),
+        squeeze=False,
+        layout="constrained",
     )
     for axes in panels.flat:
         axes.set_axis_off()
@@ -125,9 +129,7 @@ class Picture:
         margin = 0.04 * max(right - left, top - bottom)
         return left - margin, right + margin, bottom - margin, top + margin
 
-    def draw(
-        self, frame: Frame, bounds: tuple[float, float, float, float], width: int, height: int
-    ) -> Array:
+    def draw(self, frame: Frame, bounds: tuple[float, float, float, float], width: int, height: int) -> Array:
         """(height, width, 3) colours from 0 to 1, the lowest row first."""
         left, right, bottom, top = bounds
         pixel = max((right - left) / width, (top - bottom) / height) / SAMPLES
@@ -141,7 +143,9 @@ class Picture:
         if self.floor is not None:
             picture.floor(self.floor)
         shadow = self._shadow(picture, solids, frame)
-        colours = np.array([*(solid.colour for solid in solids), FLOOR, (1.0, 1.0, 1.0)])  # -2 and -1 at the end
+        colours = np.array(
+            [*(solid.colour for solid in solids), FLOOR, (1.0, 1.0, 1.0)]
+        )  # -2 and -1 at the end
         direct = np.maximum(picture.normal @ self.light, 0) * (1 - 0.75 * shadow)
         brightness = AMBIENT + (1.06 - AMBIENT) * direct
         brightness[picture.label == -1] = 1.0

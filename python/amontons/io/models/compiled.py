@@ -136,7 +136,7 @@ def compile_file(path: Path, root: Element, issues: Issues, floating_base: bool 
         try:
             spec = mujoco.MjSpec.from_file(str(path))
             if root.tag == "robot":
-                prepare(spec, root, path, floating_base)
+                prepare(spec, root, issues, floating_base)
             model = spec.compile()
         except FileError:
             raise
@@ -166,7 +166,7 @@ def _warnings_to(mujoco: ModuleType, said: list[str]) -> Iterator[None]:
 
 def _mentioned(text: str, root: Element) -> Element | None:
     """The first element of which the text quotes the name or a file."""
-    quoted = {Path(q).name for q in re.findall(r"'([^']+)'", text)}
+    quoted = {Path(q).name for q in re.findall(r"'([^']+)'|: (\S+) \.", text) for q in q if q}
     for element in root.walk():
         files = (element.attributes.get(key) for key in ("file", "filename", "link"))
         if quoted & {element.name, *(Path(f).name for f in files if f)} - {""}:

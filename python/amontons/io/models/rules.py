@@ -248,7 +248,10 @@ URDF: dict[str, Rule] = {
     "geometry/cylinder": Rule(words("radius length")),
     "geometry/capsule": Rule(words("radius length")),
     "geometry/mesh": Rule(words("filename scale")),
-    "robot/joint": Rule(words("name type")),
+    "robot/joint": Rule(words("name type"), words("dont_collapse disableFixedJointLumping")),
+    "link/contact": Rule(
+        refused="Bullet's contact parameters; set the friction of the model's geoms in code"
+    ),
     "joint/parent": Rule(words("link")),
     "joint/child": Rule(words("link")),
     "joint/axis": Rule(words("xyz")),

@@ -7,30 +7,65 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from ...errors import FileError
+from .issues import Issues
 from .xml_lines import Element
 
 FORMATS = (".stl", ".obj", ".msh")
 
 
-def prepare(spec: Any, root: Element, path: Path, floating_base: bool | None) -> None:
+def prepare(spec: Any, root: Element, issues: Issues, floating_base: bool | None) -> None:
     """Edits the parsed, not yet compiled model: no visuals, meshes found, links kept, base free or not."""
-    for geom in list(spec.geoms):
-        if not geom.contype and not geom.conaffinity:  # MuJoCo's form of <visual>
-            spec.delete(geom)
-    used = {geom.meshname for geom in spec.geoms}
-    for mesh in list(spec.meshes):
-        if mesh.name not in used:
-            spec.delete(mesh)
-        else:
-            mesh.file = str(_find_mesh(mesh.file, spec.meshdir, root, path))
-    spec.compiler.meshdir = ""
+    _find_meshes(spec, root, issues)
     spec.compiler.fusestatic = False
+    for body in spec.bodies[1:]:
+        if body.explicitinertial:
+            _check_inertia(body, root, issues)
     for body in spec.worldbody.bodies:
         floats = _has_mass(body.name, root) if floating_base is None else floating_base
         # A link of a floating joint to the root called world is free already.
         if floats and not list(body.joints) and _is_root(body.name, root):
             body.add_freejoint()
+
+
+def _find_meshes(spec: Any, root: Element, issues: Issues) -> None:
+    for geom in list(spec.geoms):
+        if not geom.contype and not geom.conaffinity:  # MuJoCo's form of <visual>
+            spec.delete(geom)
+    used = {geom.meshname for geom in spec.geoms}
+    for mesh in list(spec.meshes):
+        file = _find_mesh(mesh.file, spec.meshdir, root, issues) if mesh.name in used else None
+        if file is None:
+            for geom in [geom for geom in spec.geoms if geom.meshname == mesh.name]:
+                spec.delete(geom)
+            spec.delete(mesh)
+        else:
+            mesh.file = str(file)
+            # Masses are those of <inertial>; MuJoCo's default refuses meshes that are not closed.
+            mesh.inertia = type(mesh.inertia).mjMESH_INERTIA_CONVEX
+    spec.compiler.meshdir = ""
+
+
+def _check_inertia(body: Any, root: Element, issues: Issues) -> None:
+    """Lists moments of inertia of no solid, and takes their mean instead, as MuJoCo's balanceinertia does."""
+    xx, yy, zz, xy, xz, yz = body.fullinertia
+    moments = np.linalg.eigvalsh([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+    if np.isnan(moments).any():
+        return
+    if body.mass == 0 and not moments.any():  # a frame
+        body.fullinertia = [np.nan] * 6
+        body.inertia = [0.0] * 3
+    elif moments[0] <= 0 or moments[0] + moments[1] < moments[2]:
+        link = _link(body.name, root)
+        shown = ", ".join(f"{x:.4g}" for x in moments)
+        issues.add(
+            link,
+            f"its principal moments of inertia are {shown}: of a solid they are positive and the largest is at "
+            "most the sum of the others. Correct them; strict=False takes their mean",
+        )
+        body.fullinertia = [moments.mean() or 1.0] * 3 + [0.0] * 3
 
 
 def fixed_joint_names(root: Element) -> dict[str, str]:
@@ -56,8 +91,9 @@ def _is_root(name: str, root: Element) -> bool:
     return name not in {c.attributes.get("link") for c in children if c is not None}
 
 
-def _find_mesh(name: str, meshdir: str, root: Element, path: Path) -> Path:
-    candidates = list(_candidates(name, meshdir, path.parent))
+def _find_mesh(name: str, meshdir: str, root: Element, issues: Issues) -> Path | None:
+    """None, and listed, if it is of a kind that cannot be read."""
+    candidates = list(_candidates(name, meshdir, issues.path.parent))
     found = next((c for c in candidates if c.is_file()), None)
     element = next(
         (e for e in root.walk() if e.tag == "mesh" and e.attributes.get("filename", "").endswith(name)), root
@@ -69,7 +105,8 @@ def _find_mesh(name: str, meshdir: str, root: Element, path: Path) -> Path:
             "package:// set ROS_PACKAGE_PATH to the folders that hold the packages"
         )
     if found.suffix.lower() not in FORMATS:
-        raise FileError(f"{element.place}: {element}: {found} is no {', '.join(FORMATS)} file; convert it")
+        issues.add(element, f"{found.name} is no {', '.join(FORMATS)} file; convert it")
+        return None
     return found.resolve()
 
 

@@ -1,0 +1,163 @@
+"""Recordings: what comes back, what a crash leaves, what is refused."""
+
+import os
+import subprocess
+import sys
+
+import amontons
+import h5py
+import numpy as np
+import pytest
+from amontons import scenes
+
+STATE = ("positions", "orientations", "linear_velocities", "angular_velocities", "joint_coordinates")
+
+
+def simulation(scene="stack", **parameters):
+    return amontons.Simulation(scenes.make(scene, **parameters), dt=5e-3, on_failure="ignore")
+
+
+def hidden(folder):
+    return [p.name for p in folder.iterdir() if p.name.startswith(".")]
+
+
+# Breaks when a frame differs from the state it was made of by a bit, frames are lost or counted wrongly, or the
+# contacts of one frame are handed out for another. With joints (pendulum) and with contacts (stack).
+@pytest.mark.parametrize(("scene", "parameters"), [("stack", {"boxes": 3}), ("pendulum", {})])
+def test_comes_back(tmp_path, scene, parameters):
+    sim = simulation(scene, **parameters)
+    states, contacts, reports = [], [], []
+
+    def remember():
+        states.append({name: getattr(sim.state, name).copy() for name in STATE})
+        contacts.append(sim.contacts.copy())
+
+    remember()
+    with amontons.record(tmp_path / "a.h5", sim, every=3, source="here") as recorder:
+        for step in range(1, 12):
+            reports.append(sim.step())
+            recorder.add(reports[-1])
+            if step % 3 == 0:
+                remember()
+    with amontons.read_recording(tmp_path / "a.h5") as recording:
+        assert len(recording) == len(states) == 4
+        assert recording.steps.tolist() == [0, 3, 6, 9]
+        assert recording.times == pytest.approx(np.array([0, 3, 6, 9]) * 5e-3, abs=1e-12)
+        assert recording.complete
+        assert recording.source == "here"
+        assert recording.options["dt"] == 5e-3
+        assert recording.model == sim.model
+        for k, state in enumerate(states):
+            for name in STATE:
+                np.testing.assert_array_equal(getattr(recording, name)[k], state[name])
+            np.testing.assert_array_equal(recording.contacts(k), contacts[k])
+        np.testing.assert_array_equal(recording.contacts(-1), contacts[-1])
+        assert recording.contacts(1).dtype == sim.contacts.dtype
+        assert recording.reports["time"].tolist() == [r.time for r in reports]
+        assert recording.reports["status"].tolist() == [r.status for r in reports]
+        assert recording.reports["solve"].tolist() == [r.timings.solve for r in reports]
+        assert recording.frame_at(0.031) == 2
+        with pytest.raises(amontons.InputError, match="there is no frame 4; the recording has 4"):
+            recording.contacts(4)
+
+
+# Breaks when frames that did not fit the buffer are lost or written twice.
+def test_many_flushes(tmp_path, monkeypatch):
+    monkeypatch.setattr("amontons.io.recording.BUFFER", 1000)
+    sim = simulation(boxes=2)
+    heights = [sim.state.positions[1, 2]]
+    with amontons.record(tmp_path / "a.h5", sim) as recorder:
+        for _ in range(20):
+            recorder.add(sim.step())
+            heights.append(sim.state.positions[1, 2])
+    recording = amontons.read_recording(tmp_path / "a.h5")
+    assert recording.positions[:, 1, 2].tolist() == heights
+    assert [len(recording.contacts(k)) for k in (1, 20)] == [8, 8]
+    recording.close()
+
+
+# Breaks when contact tables are stored against the wish of the caller.
+def test_without_contacts(tmp_path):
+    sim = simulation(boxes=2)
+    with amontons.record(tmp_path / "a.h5", sim, contacts=False) as recorder:
+        recorder.add(sim.step())
+    with amontons.read_recording(tmp_path / "a.h5") as recording:
+        assert len(recording.contacts(1)) == 0
+        assert recording.reports["contacts"].tolist() == [8]
+
+
+# Breaks when a recording appears before it is whole, or one that failed passes for complete.
+def test_exception_keeps_what_was_recorded(tmp_path):
+    sim = simulation(boxes=2)
+    path = tmp_path / "a.h5"
+
+    def fail():
+        with amontons.record(path, sim) as recorder:
+            recorder.add(sim.step())
+            assert not path.exists()
+            raise RuntimeError("power cut")
+
+    with pytest.raises(RuntimeError, match="power cut"):
+        fail()
+    assert hidden(tmp_path) == []
+    with amontons.read_recording(path) as recording:
+        assert len(recording) == 2
+        assert not recording.complete
+
+
+# Breaks when a killed process leaves half a file under the name of the recording.
+def test_crash_leaves_no_half_file(tmp_path):
+    program = (
+        "import os, amontons\nfrom amontons import scenes\n"
+        "sim = amontons.Simulation(scenes.make('stack', boxes=2))\n"
+        "recorder = amontons.record('a.h5', sim)\nrecorder.add(sim.step())\nos._exit(9)\n"
+    )
+    run = subprocess.run([sys.executable, "-c", program], cwd=tmp_path, check=False)
+    assert run.returncode == 9
+    assert not (tmp_path / "a.h5").exists()
+
+
+# Breaks when a bad path or option is noticed late, or leaves a file behind.
+def test_bad_input_of_the_writer(tmp_path):
+    sim = simulation(boxes=1)
+    with pytest.raises(amontons.FileError, match="does not exist"):
+        amontons.record(tmp_path / "gone" / "a.h5", sim)
+    with pytest.raises(amontons.FileError, match="is a directory"):
+        amontons.record(tmp_path, sim)
+    for every in (0, -1, 1.5, True):
+        with pytest.raises(amontons.InputError, match="every = "):
+            amontons.record(tmp_path / "a.h5", sim, every=every)
+    assert os.listdir(tmp_path) == []
+    recorder = amontons.record(tmp_path / "a.h5", sim)
+    recorder.close()
+    recorder.close()
+    with pytest.raises(amontons.InputError, match="is closed"):
+        recorder.add(sim.step())
+
+
+# Breaks when files that are no recordings, or damaged ones, give anything but one sentence with their name.
+def test_bad_files(tmp_path):
+    sim = simulation(boxes=1)
+    good, text, saved, damaged, newer = (tmp_path / f"{n}.h5" for n in ("good", "text", "saved", "bad", "new"))
+    with amontons.record(good, sim) as recorder:
+        recorder.add(sim.step())
+    text.write_text("no HDF5")
+    sim.save(saved)
+    for path in (damaged, newer):
+        path.write_bytes(good.read_bytes())
+    with h5py.File(damaged, "a") as file:
+        del file["frames/positions"]
+    with h5py.File(newer, "a") as file:
+        file["version"][...] = 99
+    for path, message in (
+        (text, "is no HDF5 file"),
+        (saved, "is no recording"),
+        (damaged, "/frames/positions is missing"),
+        (newer, "version 99"),
+        (tmp_path, "is a directory"),
+    ):
+        with pytest.raises(amontons.FileError, match=message) as caught:
+            amontons.read_recording(path)
+        assert str(caught.value).startswith(str(path))
+    with pytest.raises(FileNotFoundError, match="gone.h5: no such file"):
+        amontons.read_recording(tmp_path / "gone.h5")
