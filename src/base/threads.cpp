@@ -1,8 +1,13 @@
 #include "amontons/base/threads.hpp"
 
 #include <atomic>
+#include <mutex>
 #include <thread>
 #include <vector>
+
+#if defined(__unix__) || defined(__APPLE__)
+#include <unistd.h>
+#endif
 
 namespace amontons {
 
@@ -93,6 +98,61 @@ void ThreadPool::run_ranges(std::size_t tasks, Range range, const void* body) {
   w.work(0);
   unsigned left;
   while ((left = w.running.load(std::memory_order_acquire)) != 0) changed(w.running, left);
+}
+
+namespace {
+
+long process() {
+#if defined(__unix__) || defined(__APPLE__)
+  return static_cast<long>(getpid());
+#else
+  return 0;
+#endif
+}
+
+// Idle pools. Threads do not survive a fork: the child forgets the pools of its parent without joining them.
+struct IdlePools {
+  std::mutex mutex;
+  std::vector<std::unique_ptr<ThreadPool>> pools;
+  long owner = process();
+
+  ~IdlePools() { forget_after_fork(); }
+  void forget_after_fork() {
+    if (owner == process()) return;
+    for (auto& pool : pools) static_cast<void>(pool.release());
+    pools.clear();
+    owner = process();
+  }
+};
+
+IdlePools& idle_pools() {
+  static IdlePools pools;
+  return pools;
+}
+
+}  // namespace
+
+PoolLease::PoolLease(unsigned threads) {
+  if (threads > 1) {
+    IdlePools& idle = idle_pools();
+    const std::lock_guard lock(idle.mutex);
+    idle.forget_after_fork();
+    for (auto& pool : idle.pools)
+      if (pool->threads() == threads) {
+        pool_ = std::move(pool);
+        pool = std::move(idle.pools.back());
+        idle.pools.pop_back();
+        return;
+      }
+  }
+  pool_ = std::make_unique<ThreadPool>(threads);
+}
+
+PoolLease::~PoolLease() {
+  if (pool_->threads() <= 1) return;
+  IdlePools& idle = idle_pools();
+  const std::lock_guard lock(idle.mutex);
+  idle.pools.push_back(std::move(pool_));
 }
 
 }  // namespace amontons

@@ -247,8 +247,10 @@ void penetration(const Convex& a, const Convex& b, const Simplex& simplex, Separ
   thread_local Polytope hull;
   const PairScale scale = pair_scale(a, b);
   const double rounding = 1e-14 * scale.reach;
-  // Round surfaces are approached, flat ones met; triangles much finer than this are rounding.
-  const double converged = (is_round(a) || is_round(b) ? 1e-8 : 1e-10) * scale.size + rounding;
+  // Flat surfaces are met, round ones approached: triangles much finer than this are rounding. Between two smooth
+  // bodies sharpen() does the rest.
+  const bool smooth = a.kind == Convex::Kind::ellipsoid && b.kind == Convex::Kind::ellipsoid;
+  const double converged = (smooth ? 1e-5 : is_round(a) || is_round(b) ? 1e-8 : 1e-10) * scale.size + rounding;
 
   const int points = grow_to_tetrahedron(a, b, simplex, 100 * rounding, hull);
   if (points < 4) return part_flat(a, b, hull, points, result);

@@ -162,6 +162,7 @@ Separation separation(const Convex& a, const Convex& b, double limit) {
   result.distance -= radii;
   result.on_a -= a.radius * result.normal;
   result.on_b += b.radius * result.normal;
+  if (overlap) sharpen(a, b, result);
   result.within = result.distance <= limit;
   return result;
 }

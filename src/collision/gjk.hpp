@@ -39,4 +39,7 @@ PairScale pair_scale(const Convex& a, const Convex& b);
 // the one in which GJK found the origin; the radii are not in `result` yet.
 void penetration(const Convex& a, const Convex& b, const Simplex& simplex, Separation& result);
 
+// Sharpens the normal of bodies with round surfaces; radii are in `s`.
+void sharpen(const Convex& a, const Convex& b, Separation& s);
+
 }  // namespace amontons::collision

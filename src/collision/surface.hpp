@@ -93,8 +93,7 @@ struct ClipPoint {
 //   Facet facet(triangle) const
 //   template <class F> void for_each_neighbour(vertex, F) const   F(position) for all joined to it by an edge
 //   bool is_active(vertex) const             whether an edge ends there that is not flat
-//   bool is_outside(p, triangle, closest, feature) const          p, whose closest point on the surface is
-//   given
+//   bool is_outside(p, triangle, closest, feature) const   p, whose closest point on the surface is given
 template <class Surface>
 class SurfaceContact {
  public:
@@ -181,8 +180,9 @@ class SurfaceContact {
     if (!s.within) return;
     const bool allowed = is_allowed(facet, s.normal);
     if (s.distance <= -body_.radius) {  // the cores overlap
-      blocked_ = blocked_ || !allowed;
-      overlap_ = std::max(overlap_, -s.distance), outwards_ += n;
+      blocked_ = blocked_ || !allowed, outwards_ += n;
+      // Never less than what tells two bodies apart.
+      overlap_ = std::max({overlap_, -s.distance - body_.radius, 1e-7 * (body_.extent + body_.radius)});
     }
     // Flat bodies prefer the face's normal to one that is almost the same: the manifold does not change then
     // when the body rocks.

@@ -26,7 +26,23 @@ Vec3 surface_velocity(const Geom& geom, const std::vector<BodyFrame>& bodies) {
                        : rotate(bodies[geom.body].pose.rotation, geom.surface_velocity);
 }
 
+// Where the velocities v take a body over h.
+Transform moved(const BodyFrame& body, const BodyVelocity& v, double h) {
+  const Quat turn = exponential(h * v.angular);
+  const Vec3 centre = body.centre + h * v.linear;
+  return {centre + rotate(turn, body.pose.position - body.centre), turn * body.pose.rotation};
+}
+
+std::pair<Index, Index> pair_of(const ContactSite& site) { return {site.geom_a, site.geom_b}; }
+
 }  // namespace
+
+void ContactFinder::sort_by_pair(const std::vector<ContactSite>& sites) {
+  by_pair.resize(sites.size());
+  for (std::size_t i = 0; i < sites.size(); ++i) by_pair[i] = i;
+  std::stable_sort(by_pair.begin(), by_pair.end(),
+                   [&](auto i, auto j) { return pair_of(sites[i]) < pair_of(sites[j]); });
+}
 
 void ContactFinder::find(const Model& model, const std::vector<BodyFrame>& bodies,
                          const std::vector<BodyVelocity>& v, double h, double margin,
@@ -53,10 +69,8 @@ std::size_t ContactFinder::find_missed(const Model& model, const std::vector<Bod
   }
   if (2 * h * change <= margin + allowance) return 0;
   const std::size_t known = sites.size();
-  by_pair.resize(known);
-  for (std::size_t i = 0; i < known; ++i) by_pair[i] = i;
-  const auto key = [&](std::size_t i) { return std::pair(sites[i].geom_a, sites[i].geom_b); };
-  std::stable_sort(by_pair.begin(), by_pair.end(), [&](auto i, auto j) { return key(i) < key(j); });
+  sort_by_pair(sites);
+  const auto key = [&](std::size_t i) { return pair_of(sites[i]); };
   visit(model, bodies, v, h, margin, [&](const ContactSite& site, double closing) {
     if (closing >= -allowance) return;
     const std::pair pair(site.geom_a, site.geom_b);
@@ -67,6 +81,40 @@ std::size_t ContactFinder::find_missed(const Model& model, const std::vector<Bod
     sites.push_back(site);
   });
   return sites.size() - known;
+}
+
+std::size_t ContactFinder::bend_gaps(const Model& model, const std::vector<BodyFrame>& bodies,
+                                     const std::vector<BodyVelocity>& v, double h, double allowance,
+                                     std::vector<ContactSite>& sites) {
+  ends.resize(bodies.size());
+  for (std::size_t i = 0; i < bodies.size(); ++i) ends[i] = moved(bodies[i], v[i], h);
+  const auto end_frame = [&](const Geom& geom) { return geom.body < 0 ? geom.frame : ends[geom.body] * geom.frame; };
+  sort_by_pair(sites);
+  std::size_t bent = 0;
+  for (std::size_t i = 0, end; i < by_pair.size(); i = end) {
+    const auto pair = pair_of(sites[by_pair[i]]);
+    double foreseen = infinity, bend = 0;
+    for (end = i; end < by_pair.size() && pair_of(sites[by_pair[end]]) == pair; ++end) {
+      const ContactSite& site = sites[by_pair[end]];
+      foreseen = std::min(foreseen, site.gap + h * dot(site.normal, relative_velocity(site, v)));
+      bend = std::min(bend, site.bend);
+    }
+    // Without a turn nothing bends.
+    const double turn = h * std::max(norm(v[sites[by_pair[i]].body_a].angular),
+                                     pair.second < 0 || sites[by_pair[i]].body_b < 0
+                                         ? 0.0
+                                         : norm(v[sites[by_pair[i]].body_b].angular));
+    if (foreseen > allowance || turn < 1e-3) continue;
+    const Geom &a = model.geom(pair.first), &b = model.geom(pair.second);
+    points.clear();
+    collide(a.shape, end_frame(a), b.shape, end_frame(b), 0, points);
+    double deepest = 0;
+    for (const ContactPoint& p : points) deepest = std::min(deepest, p.gap);
+    if (deepest >= -allowance || deepest >= foreseen - 0.5 * allowance) continue;
+    ++bent;
+    for (std::size_t k = i; k < end; ++k) sites[by_pair[k]].bend = deepest - foreseen;
+  }
+  return bent;
 }
 
 template <class F>

@@ -12,7 +12,7 @@ namespace amontons {
 
 namespace {
 
-// How often a step looks again for contacts that an impact brings into reach.
+// How often a step looks again at where its velocities lead, and solves again if bodies would overlap there.
 constexpr int most_detections = 2;
 
 using Clock = std::chrono::steady_clock;
@@ -178,9 +178,12 @@ void Simulation::advance(double h, double elapsed, Report& report) {
     apply_impulses(*problem, solution.x, s.v);
     lap(report.timings.solve);
     const std::size_t known = s.sites.size();
-    const std::size_t missed = pass < most_detections ? s.finder.find_missed(model, s.bodies, s.v, h,
-                                                                             margin(), margin() / 10, s.sites)
-                                                      : 0;
+    std::size_t missed = 0;
+    if (pass < most_detections) {
+      const double allowance = margin() / 10;
+      missed = s.finder.find_missed(model, s.bodies, s.v, h, margin(), allowance, s.sites) +
+               s.finder.bend_gaps(model, s.bodies, s.v, h, allowance, s.sites);
+    }
     lap(report.timings.collision);
     if (missed == 0) break;
     add_cost(solution, report);

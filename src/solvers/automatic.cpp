@@ -3,7 +3,6 @@
 // benchmarks/steps.py and benchmarks/sequences.py; see docs/methods.md.
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
 #include <string>
 
 #include "amontons/solvers/chain.hpp"
@@ -30,7 +29,8 @@ constexpr std::size_t path_iterations = 30;
 constexpr std::size_t last_work = 13'000'000;
 constexpr std::size_t direct_iterations = 200;  // of the factored conjugate gradients
 
-// A frozen path gains one or two digits: it is worth its factorisations where that brings the tolerance into reach.
+// A frozen path gains one or two digits: it is worth its factorisations where that brings the tolerance into
+// reach.
 bool within_reach(const Problem&, const Options& options, const Solution& best) {
   constexpr double reach = 300;
   return best.residual < reach * options.tolerance;
@@ -50,15 +50,18 @@ std::size_t last_iterations(const Problem& problem) {
 
 std::vector<Phase> coulomb_phases(const Problem& problem) {
   const std::size_t blocks = problem.K.blocks();
-  const std::size_t first = std::clamp<std::size_t>(blocks / 2, 50, 1000);
+  const std::size_t first = std::clamp<std::size_t>(blocks / 6, 50, 1000);
   if (blocks > few_blocks)
     return {{apgd, first},
             {frozen_path, path_iterations, false, within_reach},
-            {apgd, last_iterations(problem)},
-            {frozen_path, path_iterations, false, within_reach}};
-  if (getenv("AM_F")) return {{apgd, first}, {frozen_path, 60}, {frozen_path, 60, false, within_reach}, {apgd, 2000}, {newton, 8}, {apgd, last_iterations(problem)}, {newton, 10, true}, {gauss_seidel, 2000, true}};
-  return {{apgd, first}, {central_path, 2 * path_iterations},     {apgd, 2000},
-          {newton, 8},   {apgd, last_iterations(problem)},        {newton, 10, true},
+            {frozen_path, path_iterations, false, within_reach},
+            {apgd, last_iterations(problem)}};
+  return {{apgd, first},
+          {central_path, 2 * path_iterations},
+          {apgd, 4000},
+          {newton, 8},
+          {apgd, last_iterations(problem)},
+          {newton, 10, true},
           {gauss_seidel, 2000, true}};
 }
 

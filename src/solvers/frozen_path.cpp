@@ -1,8 +1,8 @@
-// One outer step of the fixed point on the De Saxce term (Cadoux 2009; Acary, Cadoux, Lemarechal, Malick 2011):
-// the term mu |u_t| of the start is frozen, which leaves a convex problem; the interior point solves that; and a
-// burst of APGD, which renews the term in every iteration, takes the rest of the change. The first-order iterates
-// know what slides long before they know the stresses of a hyperstatic stack, which the interior point finds at
-// once: together they do in one step what either needs ten times the work for.
+// One outer step of the fixed point on the De Saxce term (Cadoux 2009; Acary, Cadoux, Lemarechal, Malick
+// 2011): the term mu |u_t| of the start is frozen, which leaves a convex problem; the interior point solves
+// that; and a burst of APGD, which renews the term in every iteration, takes the rest of the change. The
+// first-order iterates know what slides long before they know the stresses of a hyperstatic stack, which the
+// interior point finds at once: together they do in one step what either needs ten times the work for.
 #include <algorithm>
 #include <cmath>
 

@@ -27,8 +27,8 @@ inline double objective(const Problem& problem, const std::vector<double>& x, co
 // The interior point without the methods that finish what it leaves over.
 Solution central_path(const Problem& problem, const Options& options);
 
-// Under coulomb: the central path of the convex problem with the De Saxce term of the start, then a burst of apgd.
-// The limit of iterations is that of the path.
+// Under coulomb: the central path of the convex problem with the De Saxce term of the start, then a burst of
+// apgd. The limit of iterations is that of the path.
 Solution frozen_path(const Problem& problem, const Options& options);
 
 // Conjugate gradients preconditioned by one factorisation; bilateral rows only, as cg.

@@ -96,7 +96,7 @@ struct ContactStages::State {
         Law law, unsigned threads, Isa isa);
 
   ContactLayout layout;
-  ThreadPool pool;
+  PoolLease pool;
   Passes passes;
   std::size_t contacts, joints, size;  // size: of x, u, d in the layout of the passes
   bool coulomb;
@@ -164,7 +164,7 @@ ContactStages::State::State(const ContactOperator& A, const ConeProduct& K, std:
 
 void ContactStages::State::fill_contacts(const ContactOperator& A, const ConeProduct& K,
                                          std::span<const double> P) {
-  pool.run(chunks(), [&](std::size_t c) {
+  pool->run(chunks(), [&](std::size_t c) {
     for (std::size_t i = layout.chunks[c].first_batch; i < layout.chunks[c].last_batch; ++i) {
       ContactBatch& batch = batches[i];
       for (std::size_t l = 0; l < lanes; ++l) {
@@ -283,7 +283,7 @@ void ContactStages::State::to_user(const LineArray<double>& world, std::span<dou
 void ContactStages::State::add_copies() {
   const std::size_t shared = layout.first_copy.size() - 1;
   if (shared == 0) return;
-  pool.run(chunks(), [&](std::size_t c) {
+  pool->run(chunks(), [&](std::size_t c) {
     for (std::size_t i = shared * c / chunks(); i < shared * (c + 1) / chunks(); ++i) {
       const std::uint32_t first = layout.first_copy[i], last = layout.first_copy[i + 1];
       double sum[6] = {};
@@ -298,7 +298,7 @@ void ContactStages::State::add_copies() {
 double ContactStages::State::apply_masses() {
   add_copies();
   const PassData pass = data();
-  pool.run(chunks(), [&](std::size_t c) { sums[c].v[0] = passes.mass(pass, layout.chunks[c]); });
+  pool->run(chunks(), [&](std::size_t c) { sums[c].v[0] = passes.mass(pass, layout.chunks[c]); });
   double sum = 0;
   for (std::size_t c = 0; c < chunks(); ++c) sum += sums[c].v[0];
   return sum;
@@ -306,7 +306,7 @@ double ContactStages::State::apply_masses() {
 
 Direction ContactStages::State::direction(double alpha) {
   const PassData pass = data();
-  pool.run(chunks(), [&](std::size_t c) {
+  pool->run(chunks(), [&](std::size_t c) {
     const DirectionSums s = passes.direction(pass, layout.chunks[c], alpha);
     sums[c] = {{s.dg, s.dPd, s.dEd}};
   });
@@ -342,9 +342,9 @@ double ContactStages::start(std::span<const double> x0) {
 }
 
 double ContactStages::State::refresh(const PassData& pass) {
-  pool.run(chunks(), [&](std::size_t c) { passes.impulse(pass, layout.chunks[c]); });
+  pool->run(chunks(), [&](std::size_t c) { passes.impulse(pass, layout.chunks[c]); });
   apply_masses();
-  pool.run(chunks(), [&](std::size_t c) { sums[c].v[0] = passes.refresh(pass, layout.chunks[c]); });
+  pool->run(chunks(), [&](std::size_t c) { sums[c].v[0] = passes.refresh(pass, layout.chunks[c]); });
   double sum = 0;
   for (std::size_t c = 0; c < chunks(); ++c) sum += sums[c].v[0];
   return sum;
@@ -362,7 +362,7 @@ void ContactStages::start_momentum() {
 MomentumDirection ContactStages::momentum_direction(double alpha) {
   State& s = *state_;
   const PassData pass = s.data();
-  s.pool.run(s.chunks(), [&](std::size_t c) {
+  s.pool->run(s.chunks(), [&](std::size_t c) {
     const DirectionSums sums = s.passes.momentum_direction(pass, s.layout.chunks[c], alpha);
     s.sums[c] = {{sums.dPd, sums.dPm, sums.dEd}};
   });
@@ -376,8 +376,8 @@ MomentumDirection ContactStages::momentum_direction(double alpha) {
 double ContactStages::accelerate(double beta) {
   State& s = *state_;
   const PassData pass = s.data();
-  s.pool.run(s.chunks(),
-             [&](std::size_t c) { s.sums[c].v[0] = s.passes.accelerate(pass, s.layout.chunks[c], beta); });
+  s.pool->run(s.chunks(),
+              [&](std::size_t c) { s.sums[c].v[0] = s.passes.accelerate(pass, s.layout.chunks[c], beta); });
   s.now = s.free_buffer();
   double sum = 0;
   for (std::size_t c = 0; c < s.chunks(); ++c) sum += s.sums[c].v[0];
@@ -401,7 +401,7 @@ double ContactStages::curvature() { return state_->apply_masses() + state_->dEd;
 Update ContactStages::update(double lambda) {
   State& s = *state_;
   const PassData pass = s.data();
-  s.pool.run(s.chunks(), [&](std::size_t c) {
+  s.pool->run(s.chunks(), [&](std::size_t c) {
     const Update u = s.passes.update(pass, s.layout.chunks[c], lambda);
     s.sums[c] = {{u.sy, u.yPy, u.residual_squared}};
   });

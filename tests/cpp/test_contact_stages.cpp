@@ -146,6 +146,38 @@ void compare_with_plain(const Problem& p, Law law, unsigned threads) {
   check_close(x, expected);
 }
 
+// The same for the accelerated iteration.
+void compare_momentum_with_plain(const Problem& p, Law law, unsigned threads) {
+  ContactStages fast = stages_of(p, law, threads);
+  PlainStages<ContactOperator> plain(std::get<ContactOperator>(p.A), p, law);
+  const std::size_t m = p.rows();
+  const std::vector<double> x0 = random_vector(m);
+  std::vector<double> x(m), u(m), expected(m), Ax(m);
+  fast.start(x0), plain.start(x0);
+  fast.start_momentum(), plain.start_momentum();
+  const double alphas[] = {0.3, 0.7, 0.2, 1.1, 0.4, 0.15}, betas[] = {0, 0.5, 0.9, 0, 0.3, 0.6};
+  for (int i = 0; i < 6; ++i) {
+    fast.momentum_direction(2 * alphas[i]);  // a rejected step leaves nothing behind
+    const MomentumDirection a = fast.momentum_direction(alphas[i]), b = plain.momentum_direction(alphas[i]);
+    check_sum(a.dPd, b.dPd);
+    CHECK_NEAR(a.dPm, b.dPm, 1e-10 * (1 + std::abs(b.dPd)));
+    check_sum(fast.curvature(), plain.curvature());
+    const double r2 = fast.accelerate(betas[i]);
+    check_sum(r2, plain.accelerate(betas[i]));
+    if (i == 2) fast.keep_best(), plain.keep_best();
+    fast.extract(x, u);
+    product(p.A, x, Ax);
+    for (std::size_t k = 0; k < m; ++k) Ax[k] += p.b[k];
+    check_close(u, Ax);
+    const double nat = natural_map(p, law, x, u);
+    check_sum(r2, nat * nat);
+    if (i == 3) check_sum(fast.refresh_momentum(), plain.refresh_momentum());
+  }
+  plain.extract_best(expected);
+  fast.extract_best(x);
+  check_close(x, expected);
+}
+
 // A run as the solver does it; every number that comes out of it.
 std::vector<double> trace(const Problem& p, Law law, unsigned threads, Isa isa) {
   ContactStages stages = stages_of(p, law, threads, isa);
@@ -158,6 +190,12 @@ std::vector<double> trace(const Problem& p, Law law, unsigned threads, Isa isa) 
     alpha = s.sy > 0 ? s.sy / s.yPy : 1;
     out.insert(out.end(), {d.dg, d.dPd, dAd, s.sy, s.yPy, s.residual_squared, stages.objective()});
     if (i == 3) stages.keep_best();
+  }
+  stages.start_momentum();
+  for (int i = 0; i < 8; ++i) {
+    const MomentumDirection d = stages.momentum_direction(0.4);
+    out.insert(out.end(), {d.dPd, d.dPm, stages.curvature(), stages.accelerate(0.1 * i)});
+    if (i == 5) out.push_back(stages.refresh_momentum());
   }
   std::vector<double> x(p.rows()), u(p.rows());
   stages.extract(x, u);
@@ -183,12 +221,18 @@ TEST(fused_stages_equal_plain_stages) {
                         {1001, 0, 300}, {1001, 100, 300}, {64, 0, 15},  {300, 30, 25}};
   for (Size size : sizes)
     for (Law law : laws)
-      for (bool compliant : {false, true}) compare_with_plain(random_problem(size, compliant), law, 1);
+      for (bool compliant : {false, true}) {
+        compare_with_plain(random_problem(size, compliant), law, 1);
+        compare_momentum_with_plain(random_problem(size, compliant), law, 1);
+      }
 }
 
 // Breaks when bodies shared between chunks lose or double an impulse.
 TEST(fused_stages_equal_plain_stages_in_many_chunks) {
-  for (Law law : laws) compare_with_plain(random_problem({20001, 3000, 7001}, false), law, 2);
+  for (Law law : laws) {
+    compare_with_plain(random_problem({20001, 3000, 7001}, false), law, 2);
+    compare_momentum_with_plain(random_problem({20001, 3000, 7001}, false), law, 2);
+  }
 }
 
 TEST(threads_do_not_change_a_bit) {

@@ -65,8 +65,10 @@ TEST(bodies_that_are_no_hulls_are_refused_with_the_reason) {
   CHECK_THROWS(hull({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {{0, 1, 2}}), "four corners, not 3");
   CHECK_THROWS(hull(tetrahedron, {{0, 2, 1}}), "four triangles");
   auto open = its_faces;
-  open[3] = {0, 1, 2};
-  CHECK_THROWS(hull(tetrahedron, open), "open at the edge");
+  open[3] = {1, 2, 4};
+  auto five = tetrahedron;
+  five.push_back({1, 1, 1});
+  CHECK_THROWS(hull(five, open), "open at the edge");
   auto twice = its_faces;
   twice[3] = its_faces[0];
   CHECK_THROWS(hull(tetrahedron, twice), "same direction");

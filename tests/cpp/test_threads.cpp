@@ -38,3 +38,19 @@ TEST(tasks_have_the_same_thread_every_time) {
   pool.run(again.size(), [&](std::size_t task) { again[task] = std::this_thread::get_id(); });
   CHECK(first == again);
 }
+
+// Breaks when a lease starts new threads although a pool of that size is idle, or when two leases share one.
+TEST(leases_reuse_idle_pools) {
+  std::vector<std::thread::id> first(4), again(4), other(4);
+  const auto run = [](const PoolLease& pool, std::vector<std::thread::id>& ids) {
+    pool->run(ids.size(), [&](std::size_t task) { ids[task] = std::this_thread::get_id(); });
+  };
+  {
+    const PoolLease pool(2);
+    run(pool, first);
+  }
+  const PoolLease pool(2), second(2);
+  run(pool, again), run(second, other);
+  CHECK(first == again);
+  CHECK(other.front() == again.front() && other.back() != again.back());
+}

@@ -47,17 +47,6 @@ def run(
     return reports
 
 
-def energy(sim: amontons.Simulation, report: Any) -> float:
-    """Energy with the potential at mid step, V(q - h v / 2): what a symplectic step conserves to second
-    order (J).
-
-    T(v) + V(q) at the end of a step swings by h/2 v . grad V, up when things rise.
-    """
-    mass = np.array([body.mass for body in sim.model.bodies])
-    moving = mass * (sim.state.linear_velocities @ np.array(sim.model.gravity))
-    return report.energy + 0.5 * sim.dt * float(moving.sum())
-
-
 @dataclass
 class Standing:
     """What a stack did that should have stood still."""
@@ -123,7 +112,7 @@ def impact(sim: amontons.Simulation, duration: float) -> Impact:
         chain = np.asarray(sim.joint_reactions["force"][anchor]) * sim.dt
         error = np.array(sim.momentum()[0]) - before - outside - chain - gravity * sim.dt
         momentum_error = max(momentum_error, float(np.linalg.norm(error)) / scale)
-        now = energy(sim, report)
+        now = report.energy
         if last is not None:
             growth = max(growth, (now - last) / energy_scale)
         last = now

@@ -31,13 +31,12 @@ def test_projectile(h):
     np.testing.assert_allclose(sim.state.linear_velocities[0], v0 + g * t, rtol=0, atol=1e-12 / h)
 
 
-def test_free_fall_loses_the_energy_that_the_step_says():
-    # Per step E changes by -m g^2 h^2 / 2 (see test_projectile), never by a positive amount.
-    h, g = 5e-3, 9.81
-    sim = amontons.Simulation(thrown((0, 0, 2.0)), dt=h)
-    m = sim.model.total_mass
-    energies = [r.energy for r in run(sim, 1.0)]
-    np.testing.assert_allclose(np.diff(energies), -m * g**2 * h**2 / 2, rtol=1e-6)
+def test_free_fall_keeps_its_energy():
+    # Reports evaluate gravity's potential at mid step, V(q - h v / 2): for the discrete parabola that sum
+    # with the kinetic energy is constant to rounding. At the end of the step it would swing by h/2 m g v.
+    sim = amontons.Simulation(thrown((0, 0, 2.0)), dt=5e-3)
+    energies = np.array([r.energy for r in run(sim, 1.0)])
+    assert np.ptp(energies) < 1e-12 * np.abs(energies).max() * len(energies)
 
 
 def test_torque_free_top():

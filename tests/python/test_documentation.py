@@ -12,7 +12,15 @@ def test_documentation_holds(root):
 # Breaks when an example of a document no longer runs, or a document loses its examples. Its blocks share one
 # namespace, in order.
 @pytest.mark.parametrize(
-    "document", ["README.md", "docs/python.md", "docs/simulation.md", "docs/files.md", "docs/methods.md"]
+    "document",
+    [
+        "README.md",
+        "docs/python.md",
+        "docs/simulation.md",
+        "docs/files.md",
+        "docs/methods.md",
+        "docs/models.md",
+    ],
 )
 def test_blocks_run(root, tmp_path, monkeypatch, document):
     monkeypatch.setenv("MPLBACKEND", "Agg")

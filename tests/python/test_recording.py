@@ -21,8 +21,8 @@ def hidden(folder):
     return [p.name for p in folder.iterdir() if p.name.startswith(".")]
 
 
-# Breaks when a frame differs from the state it was made of by a bit, frames are lost or counted wrongly, or the
-# contacts of one frame are handed out for another. With joints (pendulum) and with contacts (stack).
+# Breaks when a frame differs from the state it was made of by a bit, frames are lost or counted wrongly, or
+# the contacts of one frame are handed out for another. With joints (pendulum) and with contacts (stack).
 @pytest.mark.parametrize(("scene", "parameters"), [("stack", {"boxes": 3}), ("pendulum", {})])
 def test_comes_back(tmp_path, scene, parameters):
     sim = simulation(scene, **parameters)
@@ -138,7 +138,9 @@ def test_bad_input_of_the_writer(tmp_path):
 # Breaks when files that are no recordings, or damaged ones, give anything but one sentence with their name.
 def test_bad_files(tmp_path):
     sim = simulation(boxes=1)
-    good, text, saved, damaged, newer = (tmp_path / f"{n}.h5" for n in ("good", "text", "saved", "bad", "new"))
+    good, text, saved, damaged, newer = (
+        tmp_path / f"{n}.h5" for n in ("good", "text", "saved", "bad", "new")
+    )
     with amontons.record(good, sim) as recorder:
         recorder.add(sim.step())
     text.write_text("no HDF5")

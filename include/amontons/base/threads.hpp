@@ -43,4 +43,19 @@ class ThreadPool {
   std::unique_ptr<Workers> workers_;  // empty for one thread
 };
 
+// A pool borrowed from the process for as long as the lease lives, so that solves of a few microseconds do
+// not start threads. Leases of several threads at a time get pools of their own.
+class PoolLease {
+ public:
+  explicit PoolLease(unsigned threads);
+  ~PoolLease();
+  PoolLease(const PoolLease&) = delete;
+  PoolLease& operator=(const PoolLease&) = delete;
+
+  ThreadPool* operator->() const { return pool_.get(); }
+
+ private:
+  std::unique_ptr<ThreadPool> pool_;
+};
+
 }  // namespace amontons

@@ -91,16 +91,21 @@ def run(
     if report is not None:
         with one_line_errors(report):
             make_folder(report)
-    with one_line_errors(record):
+    pictures = snapshots if report is not None else 0
+    with one_line_errors(record), _interrupts() as interrupted:
         recorder = (
             Recorder(
-                record, chosen.simulation, every=record_every, contacts=record_contacts, source=chosen.source
+                record,
+                chosen.simulation,
+                every=record_every,
+                contacts=record_contacts,
+                source=chosen.source,
             )
             if record is not None
             else nullcontext()
         )
         with recorder as open_recorder:
-            outcome = _simulate(chosen, steps, open_recorder, snapshots if report is not None else 0)
+            outcome = _simulate(chosen, steps, open_recorder, pictures, interrupted)
             if open_recorder is not None:
                 open_recorder.close(complete=not outcome.ended)
     if outcome.ended:
@@ -124,19 +129,21 @@ def _steps(subject: Subject, duration: float | None) -> int:
     return max(1, round(wanted / subject.simulation.dt))
 
 
-def _simulate(subject: Subject, steps: int, recorder: Recorder | None, snapshots: int) -> Outcome:
-    from ..report.snapshots import Frame
-
+def _simulate(
+    subject: Subject, steps: int, recorder: Recorder | None, snapshots: int, interrupted: list[int]
+) -> Outcome:
     sim = subject.simulation
     pictured = {round(k * steps / max(1, snapshots - 1)) for k in range(snapshots)}
     outcome = Outcome()
 
     def picture() -> None:
+        from ..report.snapshots import Frame  # with matplotlib, which a run without pictures does without
+
         state = sim.state
         outcome.frames.append(Frame(sim.time, state.positions.copy(), state.orientations.copy()))
 
     start = time.perf_counter()
-    with _interrupts() as interrupted, _bar(subject, steps) as show:
+    with _bar(subject, steps) as show:
         if 0 in pictured:
             picture()
         for k in range(1, steps + 1):

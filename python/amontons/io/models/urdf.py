@@ -13,6 +13,7 @@ from ...errors import FileError
 from .issues import Issues
 from .xml_lines import Element
 
+NONE = 1e-15  # kg m^2: what MuJoCo takes for no inertia
 FORMATS = (".stl", ".obj", ".msh")
 
 
@@ -54,18 +55,18 @@ def _check_inertia(body: Any, root: Element, issues: Issues) -> None:
     moments = np.linalg.eigvalsh([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
     if np.isnan(moments).any():
         return
-    if body.mass == 0 and not moments.any():  # a frame
+    if np.abs(moments).max() <= NONE:  # a frame or a point, which only a joint cannot move
         body.fullinertia = [np.nan] * 6
         body.inertia = [0.0] * 3
-    elif moments[0] <= 0 or moments[0] + moments[1] < moments[2]:
+    elif moments[0] <= NONE or moments[0] + moments[1] < moments[2]:
         link = _link(body.name, root)
         shown = ", ".join(f"{x:.4g}" for x in moments)
         issues.add(
             link,
-            f"its principal moments of inertia are {shown}: of a solid they are positive and the largest is at "
-            "most the sum of the others. Correct them; strict=False takes their mean",
+            f"its principal moments of inertia are {shown}: of a solid they are positive and the largest is "
+            "at most the sum of the others. Correct them; strict=False takes their mean",
         )
-        body.fullinertia = [moments.mean() or 1.0] * 3 + [0.0] * 3
+        body.fullinertia = [max(moments.mean(), 2 * NONE)] * 3 + [0.0] * 3
 
 
 def fixed_joint_names(root: Element) -> dict[str, str]:

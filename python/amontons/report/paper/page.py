@@ -127,9 +127,9 @@ def _page(
     yield "# The benchmarks of the P-SPG-FB paper\n"
     yield f"Made by `{command}`, amontons {__version__}, {_machine()}."
     yield (
-        f"Law `{law}`, one thread, {plan.deadline:g} s per method and problem; every problem is one time "
-        "step of a scene, solved from zero impulses. Residuals are natural residuals, relative to that of zero "
-        "impulses.\n"
+        f"Law `{law}`, one thread, {plan.deadline:g} s per method and problem; each is one time "
+        "step of a scene, solved from zero impulses. Residuals are natural residuals, relative to that of "
+        "zero impulses.\n"
     )
     yield "| | Step | Bodies | Rows | Contacts |\n|---|---|---|---|---|"
     for case in found:

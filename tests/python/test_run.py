@@ -1,0 +1,220 @@
+"""amontons run, scenes and export: files, tables, exit codes, bad input, Ctrl-C."""
+
+import csv
+import signal
+import subprocess
+import sys
+import time
+
+import amontons
+import numpy as np
+import pytest
+from amontons import cli, scenes
+from amontons.report_table import REPORTS
+from typer.testing import CliRunner
+
+
+def run(*arguments):
+    return CliRunner().invoke(cli.app, [str(a) for a in arguments])
+
+
+# Breaks when a run leaves out a file that was asked for, steps too few or too often, or does other steps than
+# the library would: the recording must hold the states of a Simulation with the same options, bit for bit.
+def test_run_writes_everything(tmp_path):
+    report, record, saved = tmp_path / "report", tmp_path / "a.h5", tmp_path / "end.h5"
+    result = run(
+        "run", "stack", "--set", "boxes=3", "--set", "mu=0.4", "--duration", "0.1", "--dt", "0.004",
+        "--record", record, "--record-every", "5", "--report", report, "--snapshots", "2", "--save", saved,
+    )  # fmt: skip
+    assert result.exit_code == 0, result.output
+    for word in ("stack boxes=3 mu=0.4", "in 25 steps of 0.004 s", "all 25 steps", "penetration", "solve"):
+        assert word in result.stdout
+    sim = amontons.Simulation(scenes.make("stack", boxes=3, mu=0.4), dt=0.004)
+    sim.run(0.1)
+    with amontons.read_recording(record) as recording:
+        assert recording.steps.tolist() == [0, 5, 10, 15, 20, 25]
+        assert recording.complete
+        np.testing.assert_array_equal(recording.positions[-1], sim.state.positions)
+        np.testing.assert_array_equal(recording.contacts(-1), sim.contacts)
+    with open(report / "steps.csv") as file:
+        rows = list(csv.DictReader(file))
+    assert len(rows) == 25
+    assert set(rows[0]) == set(REPORTS.names)
+    assert float(rows[-1]["time"]) == pytest.approx(0.1)
+    for name in ("report.png", "snapshots.png"):
+        assert (report / name).read_bytes().startswith(b"\x89PNG")
+        assert str(report / name) in result.stdout
+    again = amontons.Simulation.load(saved)
+    np.testing.assert_array_equal(again.state.positions, sim.state.positions)
+
+
+# Breaks when a saved simulation does not go on from where it was, with the options it had and the new ones.
+def test_run_from_a_saved_state(tmp_path):
+    run("run", "pendulum", "--duration", "0.05", "--save", tmp_path / "half.h5")
+    result = run("run", tmp_path / "half.h5", "--duration", "0.05", "--record", tmp_path / "a.h5")
+    assert result.exit_code == 0, result.output
+    sim = amontons.Simulation(scenes.make("pendulum"), dt=scenes.get("pendulum").dt)
+    sim.run(0.1)
+    with amontons.read_recording(tmp_path / "a.h5") as recording:
+        assert recording.times[0] == pytest.approx(0.05)
+        np.testing.assert_array_equal(recording.orientations[-1], sim.state.orientations)
+
+
+# Breaks when steps that did not converge go unsaid, or count as success.
+def test_steps_that_do_not_converge(tmp_path):
+    result = run("run", "stack", "--duration", "0.05", "--method", "jacobi", "--tolerance", "1e-14",
+                 "--budget", "1e-5")  # fmt: skip
+    assert result.exit_code == 1
+    assert "did not (10 deadline), the first at t = 0.005 s" in result.stdout
+
+
+# Breaks when an error is more than one line, has a traceback, names nothing, or comes after the run.
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["run", "castle"], "there is no scene or file 'castle'; scenes are arch, "),
+        (["run", "gone.xml"], "gone.xml: no such file"),
+        (["run", "gone.h5"], "gone.h5: no such file"),
+        (["run", "text.h5"], "text.h5: is no HDF5 file"),
+        (["run", "text.txt"], "text.txt: unknown kind of file; known suffixes are .xml"),
+        (["run", "text.h5", "--set", "a=1"], "text.h5: only scenes have parameters"),
+        (["run", "stack", "--set", "boxes"], "--set boxes: write KEY=VALUE"),
+        (["run", "stack", "--set", "bricks=3"], "--set bricks=3: scene 'stack' has the parameters boxes, "),
+        (["run", "stack", "--set", "boxes=many"], "--set boxes=many: the value must be like the default, 10"),
+        (["run", "stack", "--set", "boxes=2.5"], "--set boxes=2.5: the value must be like the default, 10"),
+        (["run", "stack", "--set", "boxes=-1"], "scene 'stack'"),
+        (["run", "stack", "--duration", "-1"], "duration = -1; it must be positive and finite"),
+        (["run", "stack", "--duration", "nan"], "duration = nan; it must be positive and finite"),
+        (["run", "stack", "--dt", "0"], "dt = 0.0; it must be positive"),
+        (["run", "stack", "--law", "hooke"], "unknown law 'hooke'; known are associated, coulomb"),
+        (["run", "stack", "--method", "simplex"], "unknown method 'simplex'; known are auto"),
+        (["run", "stack", "--budget", "-1"], "budget = -1.0; it must be positive"),
+        (["run", "stack", "--record", "gone/a.h5"], "gone/a.h5: the folder gone does not exist"),
+        (["run", "stack", "--record", "."], ".: is a directory"),
+        (["run", "stack", "--record", "a.h5", "--record-every", "0"], "every = 0; it must be an integer"),
+        (["run", "stack", "--report", "text.h5"], "text.h5: cannot be made"),
+        (["run", "stack", "--report", "r", "--snapshots", "-2"], "snapshots = -2; it must be zero"),
+        (["run", "stack", "--save", "gone/a.h5"], "gone/a.h5: must be a file in a folder that exists"),
+        (["scenes", "castle"], "there is no scene 'castle'"),
+        (["export", "castle", "--step", "1", "-o", "a.hdf5"], "there is no scene or file 'castle'"),
+        (["export", "stack", "-o", "a.hdf5"], "give either --step or --time"),
+        (["export", "stack", "--step", "1", "--time", "1", "-o", "a.hdf5"], "give either --step or --time"),
+        (["export", "stack", "--step", "0", "-o", "a.hdf5"], "step = 0; the first is 1"),
+        (["export", "stack", "--time", "-1", "-o", "a.hdf5"], "time = -1; it must be after the start"),
+        (["export", "stack", "--step", "2", "--every", "3", "-o", "a.hdf5"], "every = 3; it must be from 1"),
+        (["export", "stack", "--step", "1", "-o", "a.txt"], "a.txt: unknown kind of file"),
+        (["export", "stack", "--step", "1", "-o", "gone/a.hdf5"], "gone/a.hdf5: the folder gone does not"),
+    ],
+)  # fmt: skip
+def test_one_line_errors(arguments, message, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "text.h5").write_text("no HDF5")
+    (tmp_path / "text.txt").write_text("")
+    result = run(*arguments)
+    assert result.exit_code == 2, result.output
+    assert message in result.stderr
+    assert len(result.stderr.strip().splitlines()) == 1
+    assert "Traceback" not in result.output
+    assert sorted(p.name for p in tmp_path.iterdir() if p.is_file()) == ["text.h5", "text.txt"]
+
+
+# Breaks when velocities that are not finite end in a traceback, or lose the recording of the steps before.
+def test_step_that_fails(tmp_path, monkeypatch):
+    record = tmp_path / "a.h5"
+    step = amontons.Simulation.step
+
+    def fails_later(self):
+        if self.steps == 3:
+            raise amontons.SimulationError("the velocities at t = 0.015 s came out not finite")
+        return step(self)
+
+    monkeypatch.setattr(amontons.Simulation, "step", fails_later)
+    result = run("run", "stack", "--duration", "0.1", "--record", record)
+    assert result.exit_code == 1
+    assert "error: the velocities at t = 0.015 s" in result.stderr
+    assert "all 3 steps" in result.stdout
+    with amontons.read_recording(record) as recording:
+        assert len(recording) == 4
+        assert not recording.complete
+
+
+# Breaks when Ctrl-C loses the recording, leaves a hidden file, prints a traceback or counts as success.
+def test_interrupt(tmp_path):
+    record = tmp_path / "a.h5"
+    command = [sys.executable, "-m", "amontons", "run", "stack", "--duration", "1e5", "--record", record]
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    deadline = time.monotonic() + 30
+    while not list(tmp_path.iterdir()) and time.monotonic() < deadline:
+        time.sleep(0.05)
+    time.sleep(0.5)  # a few steps
+    process.send_signal(signal.SIGINT)
+    output, error = process.communicate(timeout=30)
+    assert process.returncode == 1, error
+    assert "error: interrupted at t = " in error
+    assert "Traceback" not in error
+    assert "converged" in output
+    assert [p.name for p in tmp_path.iterdir()] == ["a.h5"]
+    with amontons.read_recording(record) as recording:
+        assert len(recording) == 1 + len(recording.reports)
+        assert not recording.complete
+
+
+# Breaks when a scene is missing in the list, or its parameters are not shown.
+def test_scenes():
+    result = run("scenes")
+    assert result.exit_code == 0
+    assert all(f" {name} " in result.stdout for name in scenes.names())
+    one = run("scenes", "wall").stdout
+    assert all(name in one for name in scenes.get("wall").parameters)
+
+
+# Breaks when the file holds another step than asked for, loses the solution, or `compare` cannot use it. Both
+# ways to name a step must agree; the stored solution must solve the problem that was stored.
+def test_export_one_step(tmp_path):
+    by_step, by_time = tmp_path / "step.hdf5", tmp_path / "time.hdf5"
+    scene = ("stack", "--set", "boxes=2", "--dt", "0.004")
+    assert run("export", *scene, "--step", "5", "-o", by_step).exit_code == 0
+    assert run("export", *scene, "--time", "0.02", "-o", by_time).exit_code == 0
+    sim = amontons.Simulation(scenes.make("stack", boxes=2), dt=0.004)
+    sim.run(0.02)
+    for path in (by_step, by_time):
+        problem = amontons.read_problem(path)
+        assert "step 5" in problem.name
+        assert problem.contacts == len(sim.contacts) == 8
+        np.testing.assert_allclose(problem.b, sim.problem().b, atol=1e-14)
+        assert problem.residual(problem.guesses[0], law="coulomb") <= 1.1e-6
+    result = run("compare", by_step, "--methods", "p-spg-fb,newton", "--out", tmp_path / "out")
+    assert result.exit_code == 0, result.output
+
+
+# Breaks when --every misses the last step, or names do not sort as the steps do.
+def test_export_several_steps(tmp_path):
+    result = run(
+        "export", "stack", "--set", "boxes=1", "--step", "6", "--every", "2", "-o", tmp_path / "a.hdf5"
+    )
+    assert result.exit_code == 0, result.output
+    names = sorted(p.name for p in tmp_path.iterdir())
+    assert names == ["a-000002.hdf5", "a-000004.hdf5", "a-000006.hdf5"]
+
+
+# Breaks when the step after a saved state is not the one that the simulation would have made next.
+def test_export_from_a_saved_state(tmp_path):
+    saved, direct, later = (tmp_path / name for name in ("s.h5", "direct.hdf5", "later.hdf5"))
+    run("run", "stack", "--set", "boxes=2", "--duration", "0.02", "--save", saved)
+    assert run("export", saved, "--step", "1", "-o", later).exit_code == 0
+    assert run("export", "stack", "--set", "boxes=2", "--step", "5", "-o", direct).exit_code == 0
+    np.testing.assert_array_equal(amontons.read_problem(later).b, amontons.read_problem(direct).b)
+
+
+# Breaks when a step that FCLIB cannot hold (limits of a joint) ends in a traceback, or .npz cannot hold it.
+def test_export_of_joint_limits(tmp_path):
+    builder = amontons.ModelBuilder()
+    body = builder.add_body("bar", mass=1, inertia=(1, 1, 1), position=(0, 0, -1))
+    builder.add_revolute_joint(body, None, point=(0, 0, 0), axis=(0, 1, 0), limits=(-0.1, 0.0))
+    sim = amontons.Simulation(builder.build(), dt=0.01)
+    sim.save(tmp_path / "s.h5")
+    result = run("export", tmp_path / "s.h5", "--step", "1", "-o", tmp_path / "a.hdf5")
+    assert result.exit_code == 2
+    assert "write the problem as .npz" in result.stderr
+    assert run("export", tmp_path / "s.h5", "--step", "1", "-o", tmp_path / "a.npz").exit_code == 0
+    assert amontons.read_problem(tmp_path / "a.npz").rows > 5
