@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from .simulation import Report
+from .step_report import Report
 
 Table = np.ndarray[Any, Any]
 TIMINGS = ("collision", "assembly", "solve", "integration", "total")

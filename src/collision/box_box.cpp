@@ -4,22 +4,22 @@
 #include "gjk.hpp"
 #include "pairs.hpp"
 
-// Two boxes by the separating axis theorem (Gottschalk, Lin, Manocha, OBBTree, 1996): of the six face normals and
-// nine products of edges the one with the largest separation is the way out of an overlap, and bounds the distance
-// from below. The manifold is the face of one box clipped by that of the other.
+// Two boxes by the separating axis theorem (Gottschalk, Lin, Manocha, OBBTree, 1996): of the six face normals
+// and nine products of edges the one with the largest separation is the way out of an overlap, and bounds the
+// distance from below. The manifold is the face of one box clipped by that of the other.
 namespace amontons::collision {
 
 namespace {
 
 struct BoxPair {
-  Vec3 a, b;         // half edges
-  Mat3 axes_a;       // rows: the axes of a in the world
+  Vec3 a, b;    // half edges
+  Mat3 axes_a;  // rows: the axes of a in the world
   Mat3 axes_b;
-  Mat3 turn;         // turn(i, j) = <axis i of a, axis j of b>
-  Vec3 from_a;       // centre of b from that of a, along a's axes
-  Vec3 from_b;       // the same along b's axes
+  Mat3 turn;    // turn(i, j) = <axis i of a, axis j of b>
+  Vec3 from_a;  // centre of b from that of a, along a's axes
+  Vec3 from_b;  // the same along b's axes
   Vec3 centre_a, centre_b;
-  double size;       // of the smaller box
+  double size;  // of the smaller box
 };
 
 struct Axis {
@@ -67,7 +67,7 @@ struct Corner {
 };
 
 // Keeps what lies at sign * coordinate <= limit, up to rounding. Returns the number of corners.
-template <double Corner::*coordinate>
+template <double Corner::* coordinate>
 int cut(const Corner* in, int n, double sign, double limit, double rounding, Corner* out) {
   int m = 0;
   for (int k = 0; k < n; ++k) {
@@ -84,8 +84,8 @@ int cut(const Corner* in, int n, double sign, double limit, double rounding, Cor
   return m;
 }
 
-// Clips the face of the other box that is turned most against face `index` of a reference box, and appends the
-// points within the margin. Returns the smallest gap.
+// Clips the face of the other box that is turned most against face `index` of a reference box, and appends
+// the points within the margin. Returns the smallest gap.
 double clip_box_faces(const BoxPair& p, int reference, int index, double margin,
                       std::vector<ContactPoint>& points) {
   const bool first = reference == 0;
@@ -136,8 +136,8 @@ double clip_box_faces(const BoxPair& p, int reference, int index, double margin,
       repeated |= std::abs(c.u - clipped[m].u) <= merge && std::abs(c.v - clipped[m].v) <= merge;
     if (repeated) continue;
     clipped[kept++] = c;
-    points.push_back({origin + c.u * axes.row[iu] + c.v * axes.row[iv] + (0.5 * c.height) * outwards, normal,
-                      c.height});
+    points.push_back(
+        {origin + c.u * axes.row[iu] + c.v * axes.row[iv] + (0.5 * c.height) * outwards, normal, c.height});
   }
   return least;
 }
@@ -170,8 +170,8 @@ Separation edge_contact(const BoxPair& p, const Axis& axis) {
 
 }  // namespace
 
-void collide_boxes(const Box& a, const Transform& frame_a, const Box& b, const Transform& frame_b, double margin,
-                   std::vector<ContactPoint>& points) {
+void collide_boxes(const Box& a, const Transform& frame_a, const Box& b, const Transform& frame_b,
+                   double margin, std::vector<ContactPoint>& points) {
   BoxPair p;
   p.a = a.half, p.b = b.half;
   p.axes_a = transposed(to_matrix(frame_a.rotation));
@@ -194,8 +194,8 @@ void collide_boxes(const Box& a, const Transform& frame_a, const Box& b, const T
 
   const std::size_t before = points.size();
   const double tolerance = 1e-5 * p.size + 0.02 * std::abs(best.separation);
-  // The normal of a face in place of one within 0.1 rad that two nearly parallel edges define, if it sees the same
-  // gap.
+  // The normal of a face in place of one within 0.1 rad that two nearly parallel edges define, if it sees the
+  // same gap.
   bool flat = best.box != 2;
   if (!flat) {
     const Vec3 product = normalised(cross(p.axes_a.row[best.index], p.axes_b.row[best.other]));

@@ -4,8 +4,8 @@
 
 #include "gjk.hpp"
 
-// Contact manifolds: the supporting features of two bodies, projected along the normal onto the tangent plane and
-// clipped there (Sutherland and Hodgman, 1974).
+// Contact manifolds: the supporting features of two bodies, projected along the normal onto the tangent plane
+// and clipped there (Sutherland and Hodgman, 1974).
 namespace amontons::collision {
 
 namespace {
@@ -45,8 +45,8 @@ struct Clipper {
   double gap[capacity];
 };
 
-// The part of the polygon (or segment, for two points) on the inner side of the directed edge p -> q, which lies
-// to its left; points within the tolerance outside count as inside.
+// The part of the polygon (or segment, for two points) on the inner side of the directed edge p -> q, which
+// lies to its left; points within the tolerance outside count as inside.
 void clip_by_edge(Clipper& c, const Lifted& p, const Lifted& q, bool closed, double tolerance) {
   double nu = p.v - q.v, nv = q.u - p.u;
   const double length = std::sqrt(nu * nu + nv * nv);
@@ -107,12 +107,14 @@ double emit(Clipper& c, const TangentFrame& frame, double merge, double margin, 
 }
 
 // Clips a feature by a face. `above`: the clipped feature belongs to body a, which the normal points to.
-double clip_by_face(Clipper& c, const Feature& clipped, const Feature& face, bool above, const TangentFrame& frame,
-                    double size, double margin, std::vector<ContactPoint>& points) {
+double clip_by_face(Clipper& c, const Feature& clipped, const Feature& face, bool above,
+                    const TangentFrame& frame, double size, double margin,
+                    std::vector<ContactPoint>& points) {
   c.count = clipped.count;
   for (int i = 0; i < clipped.count; ++i) c.clipped[i] = frame.lift(clipped.points[i]);
   for (int i = 0; i < face.count; ++i) c.corner[i] = frame.lift(face.points[i]);
-  // A face of body b is seen from outside along -normal, where it runs counter-clockwise; one of a the other way.
+  // A face of body b is seen from outside along -normal, where it runs counter-clockwise; one of a the other
+  // way.
   for (int i = 0; i < face.count && c.count > 0; ++i) {
     const Lifted &p = c.corner[i], &q = c.corner[i + 1 < face.count ? i + 1 : 0];
     above ? clip_by_edge(c, p, q, c.count > 2, 1e-9 * size) : clip_by_edge(c, q, p, c.count > 2, 1e-9 * size);
@@ -164,7 +166,8 @@ double clip_features(const Convex& a, const Convex& b, const Vec3& normal, const
   thread_local Clipper c;
   const bool both_round = a.kind == Convex::Kind::cylinder && b.kind == Convex::Kind::cylinder;
   supporting_feature(a, -normal, deepest ? &deepest->on_a : nullptr, nullptr, c.feature_a);
-  // Two caps as polygons of one orientation: coaxial ones then share their corners, not crossings between them.
+  // Two caps as polygons of one orientation: coaxial ones then share their corners, not crossings between
+  // them.
   supporting_feature(b, normal, deepest ? &deepest->on_b : nullptr, both_round ? &a.axis[0] : nullptr,
                      c.feature_b);
   const TangentFrame frame(c.feature_a.points[0], normal);
@@ -178,8 +181,8 @@ double clip_features(const Convex& a, const Convex& b, const Vec3& normal, const
 
 void manifold(const Convex& a, const Convex& b, const Separation& deepest, double margin,
               std::vector<ContactPoint>& points) {
-  // A face within 0.1 rad of the normal of least separation gives the normal in its place, provided that it sees
-  // the same gap: between nearly flat faces the least separation is rounding, their own normals are not.
+  // A face within 0.1 rad of the normal of least separation gives the normal in its place, provided that it
+  // sees the same gap: between nearly flat faces the least separation is rounding, their own normals are not.
   constexpr double aligned = 0.995;
   thread_local Feature face;
   const double size = pair_scale(a, b).size;

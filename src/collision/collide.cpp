@@ -25,8 +25,8 @@ void collide_convex(const Shape& a, const Transform& frame_a, const Shape& b, co
 
 namespace {
 
-// Every pair is treated in one order, so that swapping the shapes cannot change the result. By shape first: the
-// one whose surface decides comes second.
+// Every pair is treated in one order, so that swapping the shapes cannot change the result. By shape first:
+// the one whose surface decides comes second.
 int rank(const Shape& shape) {
   // Sphere, Box, Capsule, Cylinder, Ellipsoid, Plane, Hull, Mesh, HeightField
   constexpr std::array<int, 9> order{0, 2, 1, 3, 4, 6, 5, 7, 8};
@@ -65,8 +65,8 @@ void collide_in_order(const Shape& a, const Transform& frame_a, const Shape& b, 
 
 }  // namespace collision
 
-void collide(const Shape& a, const Transform& frame_a, const Shape& b, const Transform& frame_b, double margin,
-             std::vector<ContactPoint>& points) {
+void collide(const Shape& a, const Transform& frame_a, const Shape& b, const Transform& frame_b,
+             double margin, std::vector<ContactPoint>& points) {
   const int rank_a = collision::rank(a), rank_b = collision::rank(b);
   const int first_static = collision::rank(Plane{});
   if (rank_a >= first_static && rank_b >= first_static) return;

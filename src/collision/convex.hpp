@@ -33,17 +33,17 @@ Convex make_triangle(const Vec3& a, const Vec3& b, const Vec3& c);
 // A point of the core that is extreme along `direction` (of any length but zero).
 Vec3 support(const Convex& body, const Vec3& direction);
 
-// The feature of a body (radius included) that supports it along a unit direction: a face whose normal is close
-// to the direction, an edge that is nearly perpendicular to it, or the extreme point.
+// The feature of a body (radius included) that supports it along a unit direction: a face whose normal is
+// close to the direction, an edge that is nearly perpendicular to it, or the extreme point.
 struct Feature {
   static constexpr int capacity = 64;  // faces with more corners are thinned out
   int count = 0;                       // 1: a point, 2: an edge, 3 and more: a flat face
   Vec3 normal;                         // of a face, unit, outwards
   Vec3 points[capacity];               // faces: counter-clockwise seen from outside
 };
-// `through` (a point on the body's surface, or null): of several faces choose one that holds this point, so that
-// the contact's deepest point is never missed. `phase`: the direction of the first corner of a round cap (null:
-// fixed in the body).
+// `through` (a point on the body's surface, or null): of several faces choose one that holds this point, so
+// that the contact's deepest point is never missed. `phase`: the direction of the first corner of a round cap
+// (null: fixed in the body).
 void supporting_feature(const Convex& body, const Vec3& direction, const Vec3* through, const Vec3* phase,
                         Feature& feature);
 
@@ -57,13 +57,14 @@ struct Separation {
 // By GJK between the cores, by EPA where those touch or overlap.
 Separation separation(const Convex& a, const Convex& b, double limit);
 
-// Appends the contact points with gap <= margin of the supporting features along a given unit normal from b to a;
-// `deepest` (or null) only helps to choose the faces. Returns the smallest gap, infinity if no point was found.
+// Appends the contact points with gap <= margin of the supporting features along a given unit normal from b
+// to a; `deepest` (or null) only helps to choose the faces. Returns the smallest gap, infinity if no point
+// was found.
 double clip_features(const Convex& a, const Convex& b, const Vec3& normal, const Separation* deepest,
                      double margin, std::vector<ContactPoint>& points);
 
-// Appends the manifold of two bodies whose separation is known: clips the features along the normal of the best
-// aligned face, or else along the separation's own; the deepest point is always there.
+// Appends the manifold of two bodies whose separation is known: clips the features along the normal of the
+// best aligned face, or else along the separation's own; the deepest point is always there.
 void manifold(const Convex& a, const Convex& b, const Separation& deepest, double margin,
               std::vector<ContactPoint>& points);
 

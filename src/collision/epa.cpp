@@ -4,9 +4,9 @@
 
 #include "gjk.hpp"
 
-// The expanding polytope algorithm (van den Bergen, Collision Detection in Interactive 3D Environments, section
-// 4.3.8): a polytope inside the difference of the cores grows at its face nearest to the origin until that face
-// lies on the difference's surface.
+// The expanding polytope algorithm (van den Bergen, Collision Detection in Interactive 3D Environments,
+// section 4.3.8): a polytope inside the difference of the cores grows at its face nearest to the origin until
+// that face lies on the difference's surface.
 namespace amontons::collision {
 
 namespace {
@@ -14,8 +14,8 @@ namespace {
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
 struct PolytopeFace {
-  int corner[3];    // counter-clockwise seen from outside
-  int across[3];    // the face beyond the edge from corner k to corner k + 1
+  int corner[3];  // counter-clockwise seen from outside
+  int across[3];  // the face beyond the edge from corner k to corner k + 1
   Vec3 normal;
   double distance;  // of its plane from the origin; infinite for needles, which are never the nearest
   double error;     // of the normal by rounding, infinite where there is none
@@ -26,8 +26,8 @@ struct Polytope {
   static constexpr int most_points = 132, most_faces = 2 * most_points;
   DifferencePoint point[most_points];
   PolytopeFace face[most_faces];
-  int unused[most_faces];                      // faces removed earlier
-  int rim[most_faces][2];                      // of the hole: a face that stays, and its edge
+  int unused[most_faces];  // faces removed earlier
+  int rim[most_faces][2];  // of the hole: a face that stays, and its edge
   int points, faces, free_faces, rim_edges;
   double rounding;  // of the coordinates
 
@@ -92,9 +92,7 @@ bool Polytope::expand(int seed, const DifferencePoint& p) {
     remove_seen(next, back, p.w);
   }
   if (rim_edges < 3) return false;
-  const auto corner = [&](int r, int end) {
-    return face[rim[r][0]].corner[(rim[r][1] + end) % 3];
-  };
+  const auto corner = [&](int r, int end) { return face[rim[r][0]].corner[(rim[r][1] + end) % 3]; };
   for (int r = 0; r < rim_edges; ++r)
     if (corner(r, 0) != corner((r + 1) % rim_edges, 1)) return false;
   point[points++] = p;
@@ -149,9 +147,10 @@ bool is_round(const Convex& body) {
   return body.kind == Convex::Kind::cylinder || body.kind == Convex::Kind::ellipsoid;
 }
 
-// Grows a simplex that holds the origin to a tetrahedron by extreme points. Returns how many points it got: fewer
-// than four when the whole difference is flat.
-int grow_to_tetrahedron(const Convex& a, const Convex& b, const Simplex& s, double tolerance, Polytope& hull) {
+// Grows a simplex that holds the origin to a tetrahedron by extreme points. Returns how many points it got:
+// fewer than four when the whole difference is flat.
+int grow_to_tetrahedron(const Convex& a, const Convex& b, const Simplex& s, double tolerance,
+                        Polytope& hull) {
   for (int i = 0; i < s.count; ++i) hull.point[i] = s.point[i];
   int n = s.count;
   if (n == 4) {
@@ -214,7 +213,8 @@ void part_flat(const Convex& a, const Convex& b, const Polytope& hull, int point
   result.on_a = result.on_b = middle;
 }
 
-// The foot of the origin on the plane { <normal, w> = depth }, in the one of the faces in this plane that holds it.
+// The foot of the origin on the plane { <normal, w> = depth }, in the one of the faces in this plane that
+// holds it.
 void set_foot(const Polytope& hull, const Vec3& normal, double depth, double tolerance, Separation& result) {
   double nearest = infinity;
   for (int number = 0; number < hull.faces; ++number) {
@@ -247,18 +247,23 @@ void penetration(const Convex& a, const Convex& b, const Simplex& simplex, Separ
   thread_local Polytope hull;
   const PairScale scale = pair_scale(a, b);
   const double rounding = 1e-14 * scale.reach;
-  // Flat surfaces are met, round ones approached: triangles much finer than this are rounding. Between two smooth
-  // bodies sharpen() does the rest.
+  // Flat surfaces are met, round ones approached: triangles much finer than this are rounding. Between two
+  // smooth bodies sharpen() does the rest.
   const bool smooth = a.kind == Convex::Kind::ellipsoid && b.kind == Convex::Kind::ellipsoid;
-  const double converged = (smooth ? 1e-5 : is_round(a) || is_round(b) ? 1e-8 : 1e-10) * scale.size + rounding;
+  const double converged = (smooth                       ? 1e-5
+                            : is_round(a) || is_round(b) ? 1e-8
+                                                         : 1e-10) *
+                               scale.size +
+                           rounding;
 
   const int points = grow_to_tetrahedron(a, b, simplex, 100 * rounding, hull);
   if (points < 4) return part_flat(a, b, hull, points, result);
   const Vec3 o = hull.point[0].w;
   hull.rounding = rounding;
   hull.start(dot(cross(hull.point[1].w - o, hull.point[2].w - o), hull.point[3].w - o) < 0);
-  // Every direction tried is a way out, and the nearest face bounds the shortest one from below. The last face holds
-  // the foot of the origin; should rounding have spoilt it, the best direction met has at least the depth right.
+  // Every direction tried is a way out, and the nearest face bounds the shortest one from below. The last
+  // face holds the foot of the origin; should rounding have spoilt it, the best direction met has at least
+  // the depth right.
   double least = infinity;
   for (;;) {
     const int nearest = hull.nearest_face();

@@ -4,9 +4,9 @@
 #include <cmath>
 
 // The distance of two convex sets by the algorithm of Gilbert, Johnson and Keerthi (1988): the point of their
-// difference nearest to the origin, approached by simplices of its extreme points. The nearest point of a simplex
-// is found by the regions of Ericson, Real-Time Collision Detection, section 5.1, with the areas as triple
-// products, which lose fewer digits.
+// difference nearest to the origin, approached by simplices of its extreme points. The nearest point of a
+// simplex is found by the regions of Ericson, Real-Time Collision Detection, section 5.1, with the areas as
+// triple products, which lose fewer digits.
 namespace amontons::collision {
 
 namespace {
@@ -42,7 +42,8 @@ Nearest nearest_on_triangle(const Simplex& s, int i, int j, int k) {
     const Vec3 p = (dot(n, a) / area) * n;
     return {{i, j, k}, {u / sum, v / sum, w / sum}, 3, p, norm_squared(p)};
   }
-  return nearer(nearer(nearest_on_segment(s, i, j), nearest_on_segment(s, j, k)), nearest_on_segment(s, i, k));
+  return nearer(nearer(nearest_on_segment(s, i, j), nearest_on_segment(s, j, k)),
+                nearest_on_segment(s, i, k));
 }
 
 namespace {
@@ -94,7 +95,8 @@ Vec3 sharpened_normal(const Simplex& s, const Vec3& v) {
   if (s.count == 3) {
     const Vec3 ab = s.point[1].w - s.point[0].w, ac = s.point[2].w - s.point[0].w, n = cross(ab, ac);
     const double area = norm_squared(n);
-    if (area > 1e-16 * norm_squared(ab) * norm_squared(ac)) return (dot(n, v) < 0 ? -1 : 1) / std::sqrt(area) * n;
+    if (area > 1e-16 * norm_squared(ab) * norm_squared(ac))
+      return (dot(n, v) < 0 ? -1 : 1) / std::sqrt(area) * n;
   } else if (s.count == 2) {
     const Vec3 e = s.point[1].w - s.point[0].w;
     const Vec3 p = v - (dot(v, e) / norm_squared(e)) * e;

@@ -28,15 +28,15 @@ struct Nearest {
 };
 Nearest nearest_on_triangle(const Simplex& s, int i, int j, int k);
 
-// How the sizes of two bodies enter tolerances: `size` is the smaller body's, `reach` bounds the coordinates and
-// with them rounding.
+// How the sizes of two bodies enter tolerances: `size` is the smaller body's, `reach` bounds the coordinates
+// and with them rounding.
 struct PairScale {
   double size, reach;
 };
 PairScale pair_scale(const Convex& a, const Convex& b);
 
-// The shortest way to part two cores that overlap or touch, by the expanding polytope algorithm. The simplex is
-// the one in which GJK found the origin; the radii are not in `result` yet.
+// The shortest way to part two cores that overlap or touch, by the expanding polytope algorithm. The simplex
+// is the one in which GJK found the origin; the radii are not in `result` yet.
 void penetration(const Convex& a, const Convex& b, const Simplex& simplex, Separation& result);
 
 // Sharpens the normal of bodies with round surfaces; radii are in `s`.

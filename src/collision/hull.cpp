@@ -26,14 +26,15 @@ std::string name_of(const Triangle& t) {
 const Vec3& at(std::span<const Vec3> vertices, Index i) { return vertices[static_cast<std::size_t>(i)]; }
 
 void check_input(std::span<const Vec3> vertices, std::span<const Triangle> triangles) {
-  AMONTONS_REQUIRE(vertices.size() >= 4, "convex hull: it needs at least four corners, not " +
-                                             std::to_string(vertices.size()));
+  AMONTONS_REQUIRE(vertices.size() >= 4,
+                   "convex hull: it needs at least four corners, not " + std::to_string(vertices.size()));
   for (std::size_t i = 0; i < vertices.size(); ++i)
     AMONTONS_REQUIRE(is_finite(vertices[i]), "convex hull: vertex " + std::to_string(i) + " is not finite");
   for (const Triangle& t : triangles) {
     for (Index i : t)
       AMONTONS_REQUIRE(i >= 0 && static_cast<std::size_t>(i) < vertices.size(),
-                       "convex hull: triangle " + name_of(t) + " names a vertex that does not exist; there are " +
+                       "convex hull: triangle " + name_of(t) +
+                           " names a vertex that does not exist; there are " +
                            std::to_string(vertices.size()));
     AMONTONS_REQUIRE(t[0] != t[1] && t[1] != t[2] && t[0] != t[2],
                      "convex hull: triangle " + name_of(t) + " names a vertex twice; leave it out");
@@ -85,15 +86,16 @@ std::vector<Index> group_coplanar(std::span<const Vec3> vertices, std::span<cons
     order[t] = static_cast<Index>(t);
   }
   std::stable_sort(order.begin(), order.end(), [&](Index s, Index t) {
-    return norm_squared(areas[static_cast<std::size_t>(s)]) > norm_squared(areas[static_cast<std::size_t>(t)]);
+    return norm_squared(areas[static_cast<std::size_t>(s)]) >
+           norm_squared(areas[static_cast<std::size_t>(t)]);
   });
   groups = 0;
   for (Index seed : order) {
     if (group[static_cast<std::size_t>(seed)] >= 0) continue;
     const Vec3 area = areas[static_cast<std::size_t>(seed)];
-    AMONTONS_REQUIRE(norm_squared(area) > 0,
-                     "convex hull: triangle " + name_of(triangles[static_cast<std::size_t>(seed)]) +
-                         " is degenerate; leave it out");
+    AMONTONS_REQUIRE(norm_squared(area) > 0, "convex hull: triangle " +
+                                                 name_of(triangles[static_cast<std::size_t>(seed)]) +
+                                                 " is degenerate; leave it out");
     const Vec3 normal = normalised(area);
     const double offset = dot(normal, at(vertices, triangles[static_cast<std::size_t>(seed)][0]));
     const auto coplanar = [&](Index t) {
@@ -120,7 +122,8 @@ std::vector<Index> group_coplanar(std::span<const Vec3> vertices, std::span<cons
 }
 
 // The rim of every group, as one loop of corners each.
-std::vector<std::vector<Index>> trace_rims(std::span<const Triangle> triangles, const std::vector<HalfEdge>& edges,
+std::vector<std::vector<Index>> trace_rims(std::span<const Triangle> triangles,
+                                           const std::vector<HalfEdge>& edges,
                                            const std::vector<Index>& group, Index groups) {
   std::vector<std::vector<HalfEdge>> rims(static_cast<std::size_t>(groups));
   for (const HalfEdge& e : edges) {
@@ -140,9 +143,10 @@ std::vector<std::vector<Index>> trace_rims(std::span<const Triangle> triangles, 
       loop.push_back(i);
       i = e->to;
     }
-    AMONTONS_REQUIRE(loop.size() == rim.size(), "convex hull: the face of triangle " +
-                                                    name_of(triangles[static_cast<std::size_t>(rim[0].triangle)]) +
-                                                    " has a hole; use the convex hull of the body");
+    AMONTONS_REQUIRE(loop.size() == rim.size(),
+                     "convex hull: the face of triangle " +
+                         name_of(triangles[static_cast<std::size_t>(rim[0].triangle)]) +
+                         " has a hole; use the convex hull of the body");
     faces.push_back(std::move(loop));
   }
   return faces;
@@ -205,16 +209,16 @@ void check_convex(const ConvexHull& hull, double tolerance) {
     for (const Vec3& p : hull.vertices)
       AMONTONS_REQUIRE(dot(hull.normals[f], p) <= hull.offsets[f] + tolerance,
                        "convex hull: the body is not convex at the face with normal (" +
-                           std::to_string(hull.normals[f].x) + ", " + std::to_string(hull.normals[f].y) + ", " +
-                           std::to_string(hull.normals[f].z) + "); use its convex hull, or split it");
+                           std::to_string(hull.normals[f].x) + ", " + std::to_string(hull.normals[f].y) +
+                           ", " + std::to_string(hull.normals[f].z) + "); use its convex hull, or split it");
 }
 
 }  // namespace
 
 Hull make_hull(std::span<const Vec3> vertices, std::span<const Triangle> triangles) {
   check_input(vertices, triangles);
-  AMONTONS_REQUIRE(triangles.size() >= 4, "convex hull: it needs at least four triangles, not " +
-                                              std::to_string(triangles.size()));
+  AMONTONS_REQUIRE(triangles.size() >= 4,
+                   "convex hull: it needs at least four triangles, not " + std::to_string(triangles.size()));
   const std::vector<HalfEdge> edges = sorted_edges(triangles);
   check_closed(edges);
 

@@ -19,8 +19,8 @@ void collide_sphere(const Sphere& a, const Transform& frame_a, const Shape& b, c
                     double margin, std::vector<ContactPoint>& points);
 void collide_capsules(const Capsule& a, const Transform& frame_a, const Capsule& b, const Transform& frame_b,
                       double margin, std::vector<ContactPoint>& points);
-void collide_boxes(const Box& a, const Transform& frame_a, const Box& b, const Transform& frame_b, double margin,
-                   std::vector<ContactPoint>& points);
+void collide_boxes(const Box& a, const Transform& frame_a, const Box& b, const Transform& frame_b,
+                   double margin, std::vector<ContactPoint>& points);
 // Any convex shape on a plane: every corner of the side turned to the plane.
 void collide_plane(const Shape& a, const Transform& frame_a, const Transform& plane, double margin,
                    std::vector<ContactPoint>& points);

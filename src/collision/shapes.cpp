@@ -53,22 +53,22 @@ Aabb turned(const Aabb& box, const Transform& frame, const Mat3& r) {
 }  // namespace
 
 void validate(const Shape& shape) {
-  std::visit(Overloaded{[](const Sphere& s) { require_size(s.radius, "sphere: the radius"); },
-                        [](const Box& s) { require_sizes(s.half, "box: every half edge"); },
-                        [](const Capsule& s) {
-                          require_size(s.radius, "capsule: the radius");
-                          require_size(s.half_length, "capsule: the half length");
-                        },
-                        [](const Cylinder& s) {
-                          require_size(s.radius, "cylinder: the radius");
-                          require_size(s.half_length, "cylinder: the half length");
-                        },
-                        [](const Ellipsoid& s) { require_sizes(s.radii, "ellipsoid: every semi-axis"); },
-                        [](const Plane&) {},
-                        [](const Hull& s) { require_data(s.data, "convex hull", "make_hull"); },
-                        [](const Mesh& s) { require_data(s.data, "triangle mesh", "make_mesh"); },
-                        [](const HeightField& s) { require_data(s.data, "height field", "make_height_field"); }},
-             shape);
+  std::visit(
+      Overloaded{[](const Sphere& s) { require_size(s.radius, "sphere: the radius"); },
+                 [](const Box& s) { require_sizes(s.half, "box: every half edge"); },
+                 [](const Capsule& s) {
+                   require_size(s.radius, "capsule: the radius");
+                   require_size(s.half_length, "capsule: the half length");
+                 },
+                 [](const Cylinder& s) {
+                   require_size(s.radius, "cylinder: the radius");
+                   require_size(s.half_length, "cylinder: the half length");
+                 },
+                 [](const Ellipsoid& s) { require_sizes(s.radii, "ellipsoid: every semi-axis"); },
+                 [](const Plane&) {}, [](const Hull& s) { require_data(s.data, "convex hull", "make_hull"); },
+                 [](const Mesh& s) { require_data(s.data, "triangle mesh", "make_mesh"); },
+                 [](const HeightField& s) { require_data(s.data, "height field", "make_height_field"); }},
+      shape);
 }
 
 bool is_static_only(const Shape& shape) {
@@ -78,20 +78,19 @@ bool is_static_only(const Shape& shape) {
 
 double bounding_radius(const Shape& shape) {
   return std::visit(
-      Overloaded{[](const Sphere& s) { return s.radius; }, [](const Box& s) { return norm(s.half); },
-                 [](const Capsule& s) { return s.half_length + s.radius; },
-                 [](const Cylinder& s) {
-                   return std::sqrt(s.radius * s.radius + s.half_length * s.half_length);
-                 },
-                 [](const Ellipsoid& s) { return std::max({s.radii.x, s.radii.y, s.radii.z}); },
-                 [](const Plane&) { return infinity; },
-                 [](const Hull& s) {
-                   double squared = 0;
-                   for (const Vec3& p : s.data->vertices) squared = std::max(squared, norm_squared(p));
-                   return std::sqrt(squared);
-                 },
-                 [](const Mesh& s) { return radius_of(collision::local_bounds(*s.data)); },
-                 [](const HeightField& s) { return radius_of(collision::local_bounds(*s.data)); }},
+      Overloaded{
+          [](const Sphere& s) { return s.radius; }, [](const Box& s) { return norm(s.half); },
+          [](const Capsule& s) { return s.half_length + s.radius; },
+          [](const Cylinder& s) { return std::sqrt(s.radius * s.radius + s.half_length * s.half_length); },
+          [](const Ellipsoid& s) { return std::max({s.radii.x, s.radii.y, s.radii.z}); },
+          [](const Plane&) { return infinity; },
+          [](const Hull& s) {
+            double squared = 0;
+            for (const Vec3& p : s.data->vertices) squared = std::max(squared, norm_squared(p));
+            return std::sqrt(squared);
+          },
+          [](const Mesh& s) { return radius_of(collision::local_bounds(*s.data)); },
+          [](const HeightField& s) { return radius_of(collision::local_bounds(*s.data)); }},
       shape);
 }
 

@@ -2,8 +2,8 @@
 
 #include "gjk.hpp"
 
-// EPA approaches round surfaces by triangles, which leaves a depth good to 1e-8 of the size with a normal good to its
-// root only. Where the surface is known better than that, this sharpens the normal.
+// EPA approaches round surfaces by triangles, which leaves a depth good to 1e-8 of the size with a normal
+// good to its root only. Where the surface is known better than that, this sharpens the normal.
 namespace amontons::collision {
 
 namespace {
@@ -31,14 +31,15 @@ void sharpen_sides(const Convex& a, const Convex& b, Separation& s) {
   const Separation t = separation(p, q, 0.01 * size);
   // The capsule bulges at its ends: it must see what the cylinder does, and no less than was known.
   if (!t.within || norm_squared(t.normal - s.normal) > 1e-4) return;
-  if (t.distance < s.distance - 1e-12 * size || std::abs(separated_by(a, b, t.normal) - t.distance) > 1e-9 * size)
+  if (t.distance < s.distance - 1e-12 * size ||
+      std::abs(separated_by(a, b, t.normal) - t.distance) > 1e-9 * size)
     return;
   s = t;
 }
 
-// The best normal n of two smooth bodies is parallel to the difference w of its support points, since that is the
-// gradient of the separation <n, w(n)>. Newton's method for the part of w across n, with differences for its
-// derivative.
+// The best normal n of two smooth bodies is parallel to the difference w of its support points, since that is
+// the gradient of the separation <n, w(n)>. Newton's method for the part of w across n, with differences for
+// its derivative.
 void sharpen_smooth(const Convex& a, const Convex& b, Separation& s) {
   constexpr double step = 1e-5;
   constexpr int most_steps = 4;

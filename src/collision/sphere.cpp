@@ -37,10 +37,10 @@ SurfaceDistance distance_to_cylinder(const Cylinder& s, const Vec3& p) {
   return out > up ? SurfaceDistance{out, radial} : SurfaceDistance{up, {0, 0, side}};
 }
 
-// The nearest point x of an ellipsoid solves x_i = r_i^2 p_i / (t + r_i^2) with the largest t for which x lies on
-// it (Eberly, Distance from a point to an ellipse, an ellipsoid, or a hyperellipsoid). In units of the smallest
-// axis, with s = t / r_min^2 + 1 > 0, the condition F(s) = sum (e_i y_i / (s + e_i^2 - 1))^2 - 1 = 0 falls and is
-// convex, so Newton's method from the left never oversteps the root.
+// The nearest point x of an ellipsoid solves x_i = r_i^2 p_i / (t + r_i^2) with the largest t for which x
+// lies on it (Eberly, Distance from a point to an ellipse, an ellipsoid, or a hyperellipsoid). In units of
+// the smallest axis, with s = t / r_min^2 + 1 > 0, the condition F(s) = sum (e_i y_i / (s + e_i^2 - 1))^2 - 1
+// = 0 falls and is convex, so Newton's method from the left never oversteps the root.
 SurfaceDistance distance_to_ellipsoid(const Vec3& radii, const Vec3& p) {
   int least = 0;
   for (int i = 1; i < 3; ++i)
@@ -50,7 +50,8 @@ SurfaceDistance distance_to_ellipsoid(const Vec3& radii, const Vec3& p) {
     e[i] = radii[i] / radii[least], y[i] = std::abs(p[i]) / radii[least];
     excess[i] = (e[i] - 1) * (e[i] + 1);
   }
-  // On the symmetry plane of the smallest axis, within the evolute, s vanishes with y: the limit is the answer.
+  // On the symmetry plane of the smallest axis, within the evolute, s vanishes with y: the limit is the
+  // answer.
   y[least] = std::max(y[least], 1e-30);
   double s = y[least];
   for (int i = 0; i < 3; ++i) s = std::max(s, e[i] * y[i] - excess[i]);  // one term alone reaches 1 here
@@ -99,8 +100,8 @@ void collide_sphere(const Sphere& a, const Transform& frame_a, const Shape& b, c
 
 namespace {
 
-// The parameters in [-1, 1] of the nearest points of the segments +-u and t +- w (Ericson, Real-Time Collision
-// Detection, section 5.1.9, for segments given by their middles).
+// The parameters in [-1, 1] of the nearest points of the segments +-u and t +- w (Ericson, Real-Time
+// Collision Detection, section 5.1.9, for segments given by their middles).
 std::pair<double, double> nearest_parameters(const Vec3& u, const Vec3& w, const Vec3& t) {
   const double uu = dot(u, u), ww = dot(w, w), uw = dot(u, w), ut = dot(u, t), wt = dot(w, t);
   const double det = uu * ww - uw * uw;
@@ -137,13 +138,14 @@ void collide_capsules(const Capsule& a, const Transform& frame_a, const Capsule&
     if (gap <= margin)
       points.push_back({frame_a.position + on_axis_a - (a.radius + 0.5 * gap) * normal, normal, gap});
   };
-  // Side by side they touch along a line: at both its ends, each with its own gap, and at the nearest point too
-  // where the axes are so far from parallel that this lies clearly deeper.
+  // Side by side they touch along a line: at both its ends, each with its own gap, and at the nearest point
+  // too where the axes are so far from parallel that this lies clearly deeper.
   constexpr double parallel = 0.1;
   if (sine < parallel && distance > 0.5 * radii) {
     const Vec3 along = u / a.half_length;
     const double middle = dot(along, t), half = std::abs(dot(along, w));
-    const double begin = std::max(-a.half_length, middle - half), end = std::min(a.half_length, middle + half);
+    const double begin = std::max(-a.half_length, middle - half),
+                 end = std::min(a.half_length, middle + half);
     if (end - begin > 1e-3 * std::min(a.half_length, b.half_length)) {
       double least = 2 * reach;
       for (double z : {begin, end}) {

@@ -7,9 +7,9 @@ namespace amontons::collision {
 
 namespace {
 
-// A face supports a direction within acos(0.95), 18 degrees, of its normal, and an edge or a generator one within
-// 17 degrees of the perpendicular: what is further tilted than that has left the margin before it matters, and
-// a clipped sliver of a steep face is no contact area.
+// A face supports a direction within acos(0.95), 18 degrees, of its normal, and an edge or a generator one
+// within 17 degrees of the perpendicular: what is further tilted than that has left the margin before it
+// matters, and a clipped sliver of a steep face is no contact area.
 constexpr double face_cosine = 0.95, edge_sine = 0.3;
 // A capsule keeps both its end points up to here: its flat view is never thin, so nothing is lost by more.
 constexpr double segment_sine = 0.5;
@@ -25,8 +25,8 @@ Vec3 corner_of(const Convex& body, std::int32_t i) {
   return body.centre + to_common(body, body.hull->vertices[static_cast<std::size_t>(i)]);
 }
 
-// The corner of the hull that is extreme along a direction in its own frame: over all of them, or for large ones
-// uphill along the edges, where a local maximum of a linear function on a convex body is the maximum.
+// The corner of the hull that is extreme along a direction in its own frame: over all of them, or for large
+// ones uphill along the edges, where a local maximum of a linear function on a convex body is the maximum.
 std::int32_t extreme_corner(const ConvexHull& hull, const Vec3& direction) {
   constexpr std::size_t few = 48;
   std::int32_t best = 0;
@@ -277,7 +277,8 @@ void supporting_feature(const Convex& body, const Vec3& direction, const Vec3* t
       const double c = dot(body.axis[2], direction);
       const Vec3 p = body.centre + body.radius * direction;
       const Vec3 half = (c < 0 ? -body.size.z : body.size.z) * body.axis[2];
-      return std::abs(c) > segment_sine ? set_point(feature, p + half) : set_edge(feature, p + half, p - half);
+      return std::abs(c) > segment_sine ? set_point(feature, p + half)
+                                        : set_edge(feature, p + half, p - half);
     }
     case Convex::Kind::triangle:
       return triangle_feature(body, direction, feature);

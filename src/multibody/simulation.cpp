@@ -173,7 +173,7 @@ void Simulation::advance(double h, double elapsed, Report& report) {
   Solution solution;
   for (int pass = 0;; ++pass) {
     if (options_.budget < infinity) options.deadline = deadline();
-    solution = solve(*problem, options_.method, options);
+    solution = solve_step(*problem, options_.method, options);
     s.start_from_free_velocities();
     apply_impulses(*problem, solution.x, s.v);
     lap(report.timings.solve);

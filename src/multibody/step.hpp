@@ -95,6 +95,9 @@ struct Assembly {
 Problem assemble(const Model& model, const std::vector<BodyFrame>& bodies,
                  const std::vector<ContactSite>& sites, const JointRows& rows, const Assembly& options);
 
+// Solves the VI of a step from the impulses of the last one, options.x0.
+Solution solve_step(const Problem& problem, const std::string& method, const Options& options);
+
 // v += M^-1 D' x
 void apply_impulses(const Problem& problem, std::span<const double> x, std::vector<BodyVelocity>& v);
 

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "amontons/solvers/chain.hpp"
+#include "amontons/solvers/islands.hpp"
 #include "amontons/solvers/solvers.hpp"
 #include "phases.hpp"
 
@@ -30,10 +31,11 @@ constexpr std::size_t last_work = 13'000'000;
 constexpr std::size_t direct_iterations = 200;  // of the factored conjugate gradients
 
 // A frozen path gains one or two digits: it is worth its factorisations where that brings the tolerance into
-// reach.
-bool within_reach(const Problem&, const Options& options, const Solution& best) {
-  constexpr double reach = 300;
-  return best.residual < reach * options.tolerance;
+// reach, and where the first-order iterations got nowhere.
+template <int factor>
+bool path_pays(const Problem&, const Options& options, const Solution& best) {
+  constexpr double poor = 1e-2;
+  return best.residual < factor * options.tolerance || best.residual > poor;
 }
 
 // The unknowns of a factorisation: bodies or blocks.
@@ -51,11 +53,15 @@ std::size_t last_iterations(const Problem& problem) {
 std::vector<Phase> coulomb_phases(const Problem& problem) {
   const std::size_t blocks = problem.K.blocks();
   const std::size_t first = std::clamp<std::size_t>(blocks / 6, 50, 1000);
-  if (blocks > few_blocks)
+  if (blocks > few_blocks) {
+    // First-order methods are slow on chains of joints: where those abound the path comes in any case.
+    const bool jointed = blocks - problem.K.contacts() > problem.K.contacts() / 2;
     return {{apgd, first},
-            {frozen_path, path_iterations, false, within_reach},
-            {frozen_path, path_iterations, false, within_reach},
-            {apgd, last_iterations(problem)}};
+            {frozen_path, path_iterations, false, jointed ? nullptr : path_pays<100>},
+            {frozen_path, path_iterations, false, jointed ? path_pays<100> : path_pays<20>},
+            {apgd, last_iterations(problem)},
+            {central_path, 2 * path_iterations, true, path_pays<0>}};
+  }
   return {{apgd, first},
           {central_path, 2 * path_iterations},
           {apgd, 4000},
@@ -65,19 +71,7 @@ std::vector<Phase> coulomb_phases(const Problem& problem) {
           {gauss_seidel, 2000, true}};
 }
 
-std::vector<Phase> associated_phases(const Problem& problem, bool warm) {
-  std::vector<Phase> phases;
-  if (warm) phases.push_back({spg, warm_iterations});
-  const bool is_few = problem.K.blocks() <= few_blocks;
-  phases.push_back({central_path, 4 * path_iterations});
-  phases.push_back({newton, is_few ? std::size_t{30} : std::size_t{8}});
-  phases.push_back({spg, last_iterations(problem)});
-  return phases;
-}
-
-}  // namespace
-
-Solution automatic(const Problem& problem, const Options& options) {
+Solution solve_one(const Problem& problem, const Options& options) {
   const std::size_t nodes = factor_nodes(problem);
   const bool function = std::holds_alternative<CallbackOperator>(problem.A);
   const bool too_many = nodes > largest_factor;
@@ -101,11 +95,16 @@ Solution automatic(const Problem& problem, const Options& options) {
                            std::to_string(largest_factor) + ")"
                      : "the deadline is too short to factor";
   } else {
-    phases = coulomb ? coulomb_phases(problem) : associated_phases(problem, !options.x0.empty());
+    if (coulomb) {
+      phases = coulomb_phases(problem);
+    } else {
+      if (!options.x0.empty()) phases.push_back({spg, warm_iterations});
+      phases.push_back({interior_point});
+    }
     why = "A is small enough to factor; the order is ";
-    why += coulomb ? "apgd, interior-point, apgd"
-                   : std::string(options.x0.empty() ? "" : "p-spg-fb from the warm start, ") +
-                         "interior-point, newton, p-spg-fb";
+    why += coulomb              ? "apgd, interior-point, apgd"
+           : options.x0.empty() ? "interior-point"
+                                : "p-spg-fb from the warm start, interior-point";
   }
   // A caller with limits of his own gets what they allow.
   if (options.max_iterations > 0 || std::isfinite(options.deadline)) {
@@ -115,6 +114,12 @@ Solution automatic(const Problem& problem, const Options& options) {
   Solution s = run_phases(problem, options, phases);
   s.reason = "auto picked " + s.method + ": " + why;
   return s;
+}
+
+}  // namespace
+
+Solution automatic(const Problem& problem, const Options& options) {
+  return solve_by_islands(problem, options, solve_one);
 }
 
 }  // namespace amontons

@@ -29,6 +29,8 @@ constexpr double fraction = 0.995;  // of the way to the boundary
 // Iterations of the crossover. Under coulomb fewer of Newton's: the path may end away from any solution, and
 // then more are in vain.
 constexpr std::size_t newton_iterations = 30, coulomb_newton_iterations = 12, first_order_iterations = 20000;
+// Where blocks are many the crossover is cut short, or it would take seconds for the last digits.
+constexpr std::size_t few_blocks = 1000, many_newton_iterations = 8, many_first_order_work = 50'000'000;
 constexpr double lost_path = 1e4;  // growth over the best residual that ends the path
 constexpr double flat_mu = 1e-9;   // below, a friction cone is the half-line along its normal
 
@@ -360,11 +362,14 @@ Solution central_path(const Problem& problem, const Options& options) {
 // the solution. From there the semismooth Newton method identifies the faces and goes on to the last digits;
 // where it cannot, P-SPG-FB does.
 Solution interior_point(const Problem& problem, const Options& options) {
-  const bool coulomb = options.law == Law::coulomb;
+  const std::size_t blocks = problem.K.blocks();
+  const std::size_t newtons = blocks > few_blocks           ? many_newton_iterations
+                              : options.law == Law::coulomb ? coulomb_newton_iterations
+                                                            : newton_iterations;
+  const std::size_t first_order =
+      std::min(first_order_iterations, many_first_order_work / std::max<std::size_t>(blocks, 1));
   Solution s = run_phases(problem, options,
-                          {{central_path},
-                           {newton, coulomb ? coulomb_newton_iterations : newton_iterations},
-                           {spg, first_order_iterations}});
+                          {{central_path}, {newton, newtons}, {spg, std::max<std::size_t>(first_order, 1)}});
   s.method = "interior-point";
   return s;
 }

@@ -49,7 +49,8 @@ inline Hull prism(int sides, double radius, double half_length) {
   for (int level = 0; level < 2; ++level)
     for (int k = 0; k < sides; ++k) {
       const double angle = 6.283185307179586 * k / sides;
-      vertices.push_back({radius * std::cos(angle), radius * std::sin(angle), level ? half_length : -half_length});
+      vertices.push_back(
+          {radius * std::cos(angle), radius * std::sin(angle), level ? half_length : -half_length});
     }
   for (int k = 0; k < sides; ++k) {
     const int next = (k + 1) % sides;

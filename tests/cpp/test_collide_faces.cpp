@@ -3,9 +3,10 @@
 #include "check.hpp"
 #include "collision_scenes.hpp"
 
-// Faces that rest on each other, jittered as in a simulation: the manifold must neither lose a contact, nor tilt its
-// normal, nor shrink, at any gap from clear to overlapping. Fails if the normal comes from rounding (crossing edges
-// of nearly parallel faces), if a corner is dropped, or if a gap is measured elsewhere than at its point.
+// Faces that rest on each other, jittered as in a simulation: the manifold must neither lose a contact, nor
+// tilt its normal, nor shrink, at any gap from clear to overlapping. Fails if the normal comes from rounding
+// (crossing edges of nearly parallel faces), if a corner is dropped, or if a gap is measured elsewhere than
+// at its point.
 using namespace scenes;
 
 namespace {
@@ -13,7 +14,8 @@ namespace {
 constexpr double margin = 0.03;
 constexpr int poses = 20000;
 
-// The upper body's lower face and the lower body's upper face in their own frames, counter-clockwise from above.
+// The upper body's lower face and the lower body's upper face in their own frames, counter-clockwise from
+// above.
 struct FacePair {
   const char* name;
   Shape upper, lower;
@@ -22,7 +24,9 @@ struct FacePair {
   double inscribed = 1;                      // area that a round cap's polygon keeps
 };
 
-std::vector<Vec3> rectangle(double x, double y, double z) { return {{x, y, z}, {-x, y, z}, {-x, -y, z}, {x, -y, z}}; }
+std::vector<Vec3> rectangle(double x, double y, double z) {
+  return {{x, y, z}, {-x, y, z}, {-x, -y, z}, {x, -y, z}};
+}
 std::vector<Vec3> circle(int n, double r, double z, double phase = 0) {
   std::vector<Vec3> p;
   for (int k = 0; k < n; ++k) {
@@ -40,7 +44,8 @@ std::vector<FacePair> face_pairs() {
   const auto rim = circle(72, 0.4, -0.3);
   // A regular 12-gon covers 12 sin(30 deg) / (2 pi) = 0.955 of its circle.
   const double twelve = 3 / 3.141592653589793;
-  const Quat straight, diagonal = turn({0, 0, 1}, 0.7853981633974483), lying = turn({1, 0, 0}, 1.5707963267948966);
+  const Quat straight, diagonal = turn({0, 0, 1}, 0.7853981633974483),
+                       lying = turn({1, 0, 0}, 1.5707963267948966);
   return {
       {"box on box, flush", box, box, box_low, box_top, {{0, 0, 0.4}, straight}},
       {"box on box, turned by 45 degrees", box, box, box_low, box_top, {{0, 0, 0.4}, diagonal}},
@@ -48,30 +53,69 @@ std::vector<FacePair> face_pairs() {
       {"box on box, both aside", box, box, box_low, box_top, {{0.31, -0.17, 0.4}, turn({0, 0, 1}, 0.2)}},
       {"box on slab", box, slab, box_low, slab_top, {{0.3, 0.2, 0.4}, straight}},
       {"box on hull", box, hexagon, box_low, circle(6, 0.4, 0.3), {{0, 0, 0.5}, straight}},
-      {"box on the same box as hull", box, box_hull({0.5, 0.3, 0.2}), box_low, box_top, {{0, 0, 0.4}, straight}},
+      {"box on the same box as hull",
+       box,
+       box_hull({0.5, 0.3, 0.2}),
+       box_low,
+       box_top,
+       {{0, 0, 0.4}, straight}},
       {"cap on slab", cylinder, slab, rim, slab_top, {{0.1, 0.2, 0.5}, straight}, twelve},
       {"cap on box", cylinder, box, rim, box_top, {{0.1, 0, 0.5}, straight}, twelve},
       {"cap on cap", cylinder, cylinder, rim, circle(72, 0.4, 0.3), {{0, 0, 0.6}, straight}, twelve},
-      {"cap on cap, aside", cylinder, cylinder, rim, circle(72, 0.4, 0.3), {{0.2, 0, 0.6}, diagonal}, 0.99 * twelve},
+      {"cap on cap, aside",
+       cylinder,
+       cylinder,
+       rim,
+       circle(72, 0.4, 0.3),
+       {{0.2, 0, 0.6}, diagonal},
+       0.99 * twelve},
       {"cap on hull", cylinder, hexagon, rim, circle(6, 0.4, 0.3), {{0, 0, 0.6}, straight}, twelve},
       {"hull on hull", hexagon, hexagon, circle(6, 0.4, -0.3), circle(6, 0.4, 0.3), {{0, 0, 0.6}, straight}},
-      {"hull on hull, turned", hexagon, hexagon, circle(6, 0.4, -0.3), circle(6, 0.4, 0.3),
+      {"hull on hull, turned",
+       hexagon,
+       hexagon,
+       circle(6, 0.4, -0.3),
+       circle(6, 0.4, 0.3),
        {{0.1, 0, 0.6}, turn({0, 0, 1}, 0.4)}},
       {"hull on slab", hexagon, slab, circle(6, 0.4, -0.3), slab_top, {{0, 0, 0.5}, straight}},
       {"box on plane", box, Plane{}, box_low, ground, {{0, 0, 0.2}, diagonal}},
       {"cap on plane", cylinder, Plane{}, rim, ground, {{0, 0, 0.3}, diagonal}, twelve},
       {"hull on plane", hexagon, Plane{}, circle(6, 0.4, -0.3), ground, {{0, 0, 0.3}, diagonal}},
-      {"capsule on box", Capsule{0.1, 0.4}, box, {{0, -0.1, 0.4}, {0, -0.1, -0.4}}, box_top,
+      {"capsule on box",
+       Capsule{0.1, 0.4},
+       box,
+       {{0, -0.1, 0.4}, {0, -0.1, -0.4}},
+       box_top,
        {{0.1, 0, 0.3}, turn({0, 0, 1}, 0.3) * lying}},
-      {"capsule beyond a box", Capsule{0.1, 0.4}, box, {{0, -0.1, 0.4}, {0, -0.1, -0.4}}, box_top,
+      {"capsule beyond a box",
+       Capsule{0.1, 0.4},
+       box,
+       {{0, -0.1, 0.4}, {0, -0.1, -0.4}},
+       box_top,
        {{0.2, 0.1, 0.3}, turn({0, 0, 1}, 0.3) * lying}},
-      {"capsule on hull", Capsule{0.1, 0.4}, hexagon, {{0, -0.1, 0.4}, {0, -0.1, -0.4}}, circle(6, 0.4, 0.3),
+      {"capsule on hull",
+       Capsule{0.1, 0.4},
+       hexagon,
+       {{0, -0.1, 0.4}, {0, -0.1, -0.4}},
+       circle(6, 0.4, 0.3),
        {{0, 0, 0.4}, lying}},
-      {"capsule on plane", Capsule{0.1, 0.4}, Plane{}, {{0, -0.1, 0.4}, {0, -0.1, -0.4}}, ground,
+      {"capsule on plane",
+       Capsule{0.1, 0.4},
+       Plane{},
+       {{0, -0.1, 0.4}, {0, -0.1, -0.4}},
+       ground,
        {{0, 0, 0.1}, lying}},
-      {"cylinder's side on box", Cylinder{0.1, 0.4}, box, {{0, -0.1, 0.4}, {0, -0.1, -0.4}}, box_top,
+      {"cylinder's side on box",
+       Cylinder{0.1, 0.4},
+       box,
+       {{0, -0.1, 0.4}, {0, -0.1, -0.4}},
+       box_top,
        {{0.1, 0, 0.3}, turn({0, 0, 1}, 0.3) * lying}},
-      {"cylinder's side on plane", Cylinder{0.1, 0.4}, Plane{}, {{0, -0.1, 0.4}, {0, -0.1, -0.4}}, ground,
+      {"cylinder's side on plane",
+       Cylinder{0.1, 0.4},
+       Plane{},
+       {{0, -0.1, 0.4}, {0, -0.1, -0.4}},
+       ground,
        {{0, 0, 0.1}, lying}},
   };
 }
@@ -131,11 +175,13 @@ void check_pose(const FacePair& pair, const Transform& upper, const Transform& l
       return fail("point is not half-way by", p.point.z - middle);
   }
   Polygon common = intersection(shadow(pair.upper_face, upper), shadow(pair.lower_face, lower));
-  // Points closer than 1e-3 of an edge are merged, and a normal tilted by j moves a shadow by j times the gap.
+  // Points closer than 1e-3 of an edge are merged, and a normal tilted by j moves a shadow by j times the
+  // gap.
   const double allowed = 4e-3 + 4 * jitter;
   if (line) {
     const double expected = longest(common), found = longest(footprint);
-    if (!(std::abs(found - expected) <= allowed * expected + 4 * jitter * 0.011)) fail("length is off by", found - expected);
+    if (!(std::abs(found - expected) <= allowed * expected + 4 * jitter * 0.011))
+      fail("length is off by", found - expected);
     return;
   }
   const double expected = area(common), found = area(hull_of(footprint));
@@ -158,7 +204,8 @@ TEST(resting_faces_keep_their_whole_manifold_under_jitter) {
           upper.position += jitter * random.vector();
           lower.position += jitter * random.vector();
           upper.rotation = exponential(0.5 * jitter * random.vector()) * upper.rotation;
-          if (!std::holds_alternative<Plane>(pair.lower)) lower.rotation = exponential(0.5 * jitter * random.vector());
+          if (!std::holds_alternative<Plane>(pair.lower))
+            lower.rotation = exponential(0.5 * jitter * random.vector());
           check_pose(pair, upper, lower, jitter, points);
           if (jitter == 0 && k > 0) break;
         }

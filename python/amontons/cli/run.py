@@ -18,7 +18,7 @@ from ..errors import FileError, InputError, SimulationError
 from ..io.atomic import reserve
 from ..io.recording import Recorder
 from ..report_table import report_table
-from ..simulation import Report
+from ..step_report import Report
 from .common import NOT_CONVERGED, Threads, complain, err, make_folder, notes, one_line_errors, out, say
 from .subject import Budget, Law, Method, Name, Parameters, Step, Subject, Tolerance, open_subject
 
@@ -136,9 +136,10 @@ def _simulate(
     pictured = {round(k * steps / max(1, snapshots - 1)) for k in range(snapshots)}
     outcome = Outcome()
 
-    def picture() -> None:
-        from ..report.snapshots import Frame  # with matplotlib, which a run without pictures does without
+    if snapshots:  # takes long, before the clock starts; a run without pictures does without
+        from ..report.snapshots import Frame
 
+    def picture() -> None:
         state = sim.state
         outcome.frames.append(Frame(sim.time, state.positions.copy(), state.orientations.copy()))
 

@@ -21,7 +21,8 @@ import numpy as np
 from ..contact_table import CONTACTS
 from ..errors import FileError, InputError
 from ..report_table import REPORTS, report_table
-from ..simulation import Report, Simulation
+from ..simulation import Simulation
+from ..step_report import Report
 from .atomic import reserve, settle
 from .hdf5 import write_integer, write_text
 from .model_json import model_to_json

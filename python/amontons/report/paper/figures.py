@@ -19,24 +19,23 @@ from .measure import LEVEL, PRODUCTS, Trace
 
 
 def objective_figure(found: Trace, path: Path, title: str) -> None:
-    """Objective of the iterates, which rises and falls, and that of the fallback."""
-    figure, axes = plt.subplots(figsize=(9, 4.5), layout="constrained")
+    """Objective and residual of the iterates, which rise and fall, and those of the fallback."""
+    figure, panels = plt.subplots(1, 2, figsize=(12, 4.5), layout="constrained")
     history = found.history[1:]
-    scale = abs(found.optimum) or 1.0
-    floor = 1e-16 * scale
+    floor = 1e-16 * (abs(found.optimum) or 1.0)
     orange, _ = STYLES["p-spg-fb-literal"]
-    above = np.maximum(history["objective"] - found.optimum, floor)
-    axes.plot(history["iteration"], above, color=orange, linewidth=0.8, label="iterates")
-    fallback = np.maximum(found.objectives - found.optimum, floor)
-    axes.plot(found.stops, fallback, "k.-", linewidth=1, markersize=4, label="fallback, if stopped here")
-    axes.set(xlabel="iteration", ylabel="objective above its minimum (J)", yscale="log", xscale="log")
-    axes.set_title(
-        f"{title}: the objective rises in {found.rises} of {len(history)} iterations",
-        loc="left",
-        fontsize="medium",
+    iterates = (np.maximum(history["objective"] - found.optimum, floor), history["residual"])
+    fallback = (np.maximum(found.objectives - found.optimum, floor), found.residuals)
+    labels = ("objective above its minimum (J)", "natural residual")
+    for axes, mine, kept, label in zip(panels, iterates, fallback, labels, strict=True):
+        axes.plot(history["iteration"], mine, color=orange, linewidth=0.8, label="iterates")
+        axes.plot(found.stops, kept, "k.-", linewidth=1, markersize=4, label="fallback, if stopped here")
+        axes.set(xlabel="iteration", ylabel=label, yscale="log", xscale="log")
+        axes.grid(True, linewidth=0.4, alpha=0.5)
+        axes.legend(frameon=False)
+    figure.suptitle(
+        f"{title}: the objective rises in {found.rises} of {len(history)} iterations", x=0.01, ha="left"
     )
-    axes.grid(True, linewidth=0.4, alpha=0.5)
-    axes.legend(frameon=False)
     _save(figure, path)
 
 

@@ -34,6 +34,8 @@ class Trace:
     stops: np.ndarray[Any, Any]
     objectives: np.ndarray[Any, Any]
     """of the fallback after so many iterations (J)"""
+    residuals: np.ndarray[Any, Any]
+    """natural, of the fallback"""
 
     @property
     def rises(self) -> int:
@@ -48,9 +50,12 @@ def trace(problem: Problem, iterations: int, deadline: float) -> Trace:
     assert history is not None
     optimum = problem.solve(tolerance=1e-10, deadline=deadline).objective
     stops = np.unique(np.geomspace(1, max(2, len(history) - 1), STOPS).round().astype(int))
-    objectives = [problem.solve(**literal, max_iterations=int(stop)).objective for stop in stops]
-    optimum = min(optimum, float(history["objective"].min()), *objectives)
-    return Trace(history, optimum, stops, np.array(objectives))
+    stopped = [problem.solve(**literal, max_iterations=int(stop)) for stop in stops]
+    objectives, residuals = (
+        np.array([getattr(s, name) for s in stopped]) for name in ("objective", "residual")
+    )
+    optimum = min(optimum, float(history["objective"].min()), float(objectives.min()))
+    return Trace(history, optimum, stops, objectives, residuals)
 
 
 def sweep(

@@ -100,14 +100,16 @@ def steps(plan: Plan) -> int:
 
 
 def _objective_rows(found: Trace) -> Iterable[dict[str, Any]]:
-    fallback = dict(zip(found.stops.tolist(), found.objectives.tolist(), strict=True))
+    kept = zip(found.objectives.tolist(), found.residuals.tolist(), strict=True)
+    fallback = dict(zip(found.stops.tolist(), kept, strict=True))
     for record in found.history:
         k = int(record["iteration"])
         yield {
             "iteration": k,
             "objective": float(record["objective"]),
             "residual": float(record["residual"]),
-            "fallback_objective": fallback.get(k, ""),
+            "fallback_objective": fallback.get(k, ("", ""))[0],
+            "fallback_residual": fallback.get(k, ("", ""))[1],
         }
 
 
@@ -137,7 +139,7 @@ def _page(
         yield f"| {case.name} | {case.title} | {' | '.join(map(str, sizes))} |"
     yield "\n## Objective\n"
     yield (
-        f"P-SPG-FB as published on the impact of B4: the line search is nonmonotone, the objective rises in "
+        f"P-SPG-FB as published on B4 under impact: the line search is nonmonotone, the objective rises in "
         f"{traced.rises} of {len(traced.history) - 1} iterations. The fallback is the iterate that would be "
         "returned.\n"
     )
