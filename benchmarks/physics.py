@@ -187,6 +187,7 @@ def vehicle(scale: float) -> Figures:
     yield Figure(claim, "distance", result.distance, -20.0 if scale == 1 else math.inf, "m")
     yield Figure(claim, "lost shoes", result.lost_shoes, 0)
     yield Figure(claim, "real-time factor on one core", result.real_time_factor, -1.0)
+    yield Figure(claim, "simulated time over processor time", result.processor_factor, -1.0)
     yield Figure(claim, "joint error", result.joint_error, 5e-3, "m")
     yield Figure(claim, "deepest penetration", result.penetration, math.inf, "m")
     yield Figure(claim, "largest residual", result.worst_residual, 1e-2)

@@ -54,6 +54,7 @@ TASKS = (
     Task("B4_s60", "auto", "associated", 1e-6, 0.3),
     Task("B4_impact+5", "auto", "associated", 1e-3, 0.5),
     Task("B4_impact+5", "auto", "coulomb", 1e-3, 0.5),
+    Task("B4_s60", "auto", "coulomb", 1e-3, 1.5),
     Task("B4_impact+5", "interior-point", "associated", 1e-8, 1.0),
 )
 

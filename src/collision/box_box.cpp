@@ -84,6 +84,30 @@ int cut(const Corner* in, int n, double sign, double limit, double rounding, Cor
   return m;
 }
 
+// Corners of the two faces that nearly fall together come twice, and edges that nearly fall together cross in
+// a point that is no corner: such points say nothing, and come and go with the last bits of the poses.
+int keep_corners(const Corner* in, int n, double merge, Corner* out) {
+  int m = 0;
+  for (int k = 0; k < n; ++k) {
+    bool repeated = false;
+    for (int i = 0; i < m; ++i)
+      repeated |= std::abs(in[k].u - out[i].u) <= merge && std::abs(in[k].v - out[i].v) <= merge;
+    if (!repeated) out[m++] = in[k];
+  }
+  for (int k = 0; k < m && m > 2;) {
+    const Corner &p = out[k], &a = out[k > 0 ? k - 1 : m - 1], &b = out[k + 1 < m ? k + 1 : 0];
+    const double du = b.u - a.u, dv = b.v - a.v, area = std::abs(du * (p.v - a.v) - dv * (p.u - a.u));
+    const bool between = du * (p.u - a.u) + dv * (p.v - a.v) > 0 && du * (b.u - p.u) + dv * (b.v - p.v) > 0;
+    if (!between || area > merge * std::sqrt(du * du + dv * dv)) {
+      ++k;
+      continue;
+    }
+    std::copy(out + k + 1, out + m, out + k);
+    --m;
+  }
+  return m;
+}
+
 // Clips the face of the other box that is turned most against face `index` of a reference box, and appends
 // the points within the margin. Returns the smallest gap.
 double clip_box_faces(const BoxPair& p, int reference, int index, double margin,
@@ -121,21 +145,15 @@ double clip_box_faces(const BoxPair& p, int reference, int index, double margin,
   n = cut<&Corner::v>(corner, n, 1, half[iv], rounding, clipped);
   n = cut<&Corner::v>(clipped, n, -1, half[iv], rounding, corner);
 
-  // Corners of the two faces that nearly fall together come twice: one of them is kept.
   const double merge = 2e-3 * std::min(std::min(half[iu], half[iv]), std::min(other[j1], other[j2]));
   const Vec3 outwards = side * axes.row[index], normal = first ? -outwards : outwards;
   const Vec3 origin = (first ? p.centre_a : p.centre_b) + half[index] * outwards;
   double least = 1e300;
-  int kept = 0;
+  for (int k = 0; k < n; ++k) least = std::min(least, corner[k].height);
+  n = keep_corners(corner, n, merge, clipped);
   for (int k = 0; k < n; ++k) {
-    const Corner c = corner[k];
-    least = std::min(least, c.height);
+    const Corner c = clipped[k];
     if (c.height > margin) continue;
-    bool repeated = false;
-    for (int m = 0; m < kept; ++m)
-      repeated |= std::abs(c.u - clipped[m].u) <= merge && std::abs(c.v - clipped[m].v) <= merge;
-    if (repeated) continue;
-    clipped[kept++] = c;
     points.push_back(
         {origin + c.u * axes.row[iu] + c.v * axes.row[iv] + (0.5 * c.height) * outwards, normal, c.height});
   }

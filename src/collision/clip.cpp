@@ -83,6 +83,24 @@ double shortest_edge(const Feature& f) {
   return std::sqrt(least);
 }
 
+// Edges of the two faces that nearly fall together cross in a point that is no corner of what they share, and
+// that comes and goes with the last bits of the poses: points within `merge` of the line through their
+// neighbours are dropped.
+void drop_between(Clipper& c, double merge) {
+  for (int k = 0; k < c.count && c.count > 2;) {
+    const int before = k > 0 ? k - 1 : c.count - 1, after = k + 1 < c.count ? k + 1 : 0;
+    const Lifted &p = c.clipped[k], &a = c.clipped[before], &b = c.clipped[after];
+    const double du = b.u - a.u, dv = b.v - a.v, area = std::abs(du * (p.v - a.v) - dv * (p.u - a.u));
+    const bool between = du * (p.u - a.u) + dv * (p.v - a.v) > 0 && du * (b.u - p.u) + dv * (b.v - p.v) > 0;
+    if (!between || area > merge * std::sqrt(du * du + dv * dv)) {
+      ++k;
+      continue;
+    }
+    for (int i = k; i + 1 < c.count; ++i) c.clipped[i] = c.clipped[i + 1], c.gap[i] = c.gap[i + 1];
+    --c.count;
+  }
+}
+
 // Emits the points of c.clipped with their gaps. Of points closer together than a thousandth of the shortest
 // edge only one stays: nearly aligned corners would come twice, and say the same.
 double emit(Clipper& c, const TangentFrame& frame, double merge, double margin, bool clipped_above,
@@ -129,6 +147,7 @@ double clip_by_face(Clipper& c, const Feature& clipped, const Feature& face, boo
   }
   double merge = 1e-3 * shortest_edge(face);
   if (clipped.count > 1) merge = std::min(merge, 1e-3 * shortest_edge(clipped));
+  drop_between(c, merge);
   return emit(c, frame, merge, margin, above, points);
 }
 

@@ -34,7 +34,7 @@ constexpr std::size_t direct_iterations = 200;  // of the factored conjugate gra
 // reach, and where the first-order iterations got nowhere.
 template <int factor>
 bool path_pays(const Problem&, const Options& options, const Solution& best) {
-  constexpr double poor = 1e-2;
+  constexpr double poor = 4e-3;
   return best.residual < factor * options.tolerance || best.residual > poor;
 }
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from time import process_time
 from typing import Any
 
 import amontons
@@ -140,6 +141,9 @@ class Drive:
     lost_shoes: int
     """whose pins opened by more than a centimetre, or that lie off their track"""
     real_time_factor: float
+    """simulated time over wall clock"""
+    processor_factor: float
+    """simulated time over processor time, which other processes do not change"""
     joint_error: float
     worst_residual: float
     penetration: float
@@ -150,7 +154,9 @@ def drive(sim: amontons.Simulation, duration: float) -> Drive:
     names = sim.model.body_names
     hull = names.index("hull")
     start = np.array(sim.state.positions[hull])
+    began = process_time()
     reports = run(sim, duration)
+    spent = process_time() - began
     shoes = [i for i, name in enumerate(names) if " shoe " in name]
     relative = sim.state.positions[shoes] - sim.state.positions[hull]
     # Wheels and guides hold a shoe sideways within its clearance; a thrown track lies outside.
@@ -162,6 +168,7 @@ def drive(sim: amontons.Simulation, duration: float) -> Drive:
         distance=float(sim.state.positions[hull][0] - start[0]),
         lost_shoes=lost,
         real_time_factor=duration / wall,
+        processor_factor=duration / spent,
         joint_error=max(r.joint_error for r in reports),
         worst_residual=max(r.residual for r in reports),
         penetration=max(r.penetration for r in reports),

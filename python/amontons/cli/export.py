@@ -15,7 +15,18 @@ from ..report.touch import touched
 from ..simulation import Simulation
 from ..step_report import Report
 from .common import NOT_CONVERGED, Threads, notes, one_line_errors, progress, say
-from .subject import Budget, Law, Method, Name, Parameters, Step, Subject, Tolerance, open_subject
+from .subject import (
+    Budget,
+    Law,
+    MaxIterations,
+    Method,
+    Name,
+    Parameters,
+    Step,
+    Subject,
+    Tolerance,
+    open_subject,
+)
 
 
 def export(
@@ -38,6 +49,7 @@ def export(
     law: Law = None,
     method: Method = None,
     tolerance: Tolerance = None,
+    max_iterations: MaxIterations = None,
     threads: Threads = 1,
     budget: Budget = None,
     settings: Parameters = None,
@@ -53,6 +65,7 @@ def export(
         "law": law,
         "method": method,
         "tolerance": tolerance,
+        "max_iterations": max_iterations,
         "budget": budget,
         "threads": threads,
     }

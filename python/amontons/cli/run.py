@@ -20,7 +20,18 @@ from ..io.recording import Recorder
 from ..report_table import report_table
 from ..step_report import Report
 from .common import NOT_CONVERGED, Threads, complain, err, make_folder, notes, one_line_errors, out, say
-from .subject import Budget, Law, Method, Name, Parameters, Step, Subject, Tolerance, open_subject
+from .subject import (
+    Budget,
+    Law,
+    MaxIterations,
+    Method,
+    Name,
+    Parameters,
+    Step,
+    Subject,
+    Tolerance,
+    open_subject,
+)
 
 
 @dataclass
@@ -45,6 +56,7 @@ def run(
     law: Law = None,
     method: Method = None,
     tolerance: Tolerance = None,
+    max_iterations: MaxIterations = None,
     threads: Threads = 1,
     budget: Budget = None,
     settings: Parameters = None,
@@ -75,6 +87,7 @@ def run(
         "law": law,
         "method": method,
         "tolerance": tolerance,
+        "max_iterations": max_iterations,
         "budget": budget,
         "threads": threads,
     }

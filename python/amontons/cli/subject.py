@@ -38,6 +38,7 @@ Method = Annotated[
     str | None, typer.Option(help="auto (default), or one of the methods that 'compare' runs.")
 ]
 Tolerance = Annotated[float | None, typer.Option(help="Natural residual of each step; 1e-6 by default.")]
+MaxIterations = Annotated[int | None, typer.Option(help="Of the solve of each step.")]
 Budget = Annotated[float | None, typer.Option(help="Wall clock of each step (s).")]
 
 

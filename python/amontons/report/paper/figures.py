@@ -13,6 +13,7 @@ matplotlib.use("Agg")
 import numpy as np
 from matplotlib import pyplot as plt
 from matplotlib.axes import Axes
+from matplotlib.ticker import NullFormatter
 
 from ..figures import STYLES
 from .measure import LEVEL, PRODUCTS, Trace
@@ -54,6 +55,7 @@ def cost_figure(groups: dict[str, list[dict[str, Any]]], path: Path, label: str)
         for each, what in zip(axes, whats, strict=True):
             each.set(xscale="log", yscale="log")
             each.set_title(f"{title}: {what}", loc="left", fontsize="medium")
+            each.xaxis.set_minor_formatter(NullFormatter())
             each.grid(True, which="major", linewidth=0.4, alpha=0.5)
     for each in panels[-1]:
         each.set_xlabel(label)
