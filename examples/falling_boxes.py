@@ -27,8 +27,8 @@ print(" time   contacts   energy (J)   penetration (mm)   residual")
 
 def show(sim: Simulation, report: amontons.Report) -> None:
     if sim.steps % 100 == 0:
-        deep = 1e3 * report.penetration
-        print(f"{sim.time:5.1f} {report.contacts:10d} {report.energy:12.3f} {deep:18.5f} {report.residual:10.1e}")
+        row = (sim.time, report.contacts, report.energy, 1e3 * report.penetration, report.residual)
+        print("{:5.1f} {:10d} {:12.3f} {:18.5f} {:10.1e}".format(*row))
 
 
 simulation.run(3.0, show)

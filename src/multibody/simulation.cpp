@@ -13,7 +13,7 @@ namespace amontons {
 namespace {
 
 // How often a step looks again at where its velocities lead, and solves again if bodies would overlap there.
-constexpr int most_detections = 2;
+constexpr int most_detections = 4;
 
 using Clock = std::chrono::steady_clock;
 
@@ -143,6 +143,7 @@ void Simulation::advance(double h, double elapsed, Report& report) {
 
   s.start_from_free_velocities();
   s.finder.find(model, s.bodies, s.v, h, margin(), s.sites);
+  for (const ContactSite& site : s.sites) report.penetration = std::max(report.penetration, -site.gap);
   lap(report.timings.collision);
 
   const auto joint_rows = [&]() -> const JointRows& {
@@ -198,7 +199,6 @@ void Simulation::advance(double h, double elapsed, Report& report) {
   add_solution(solution, report);
   report.contacts = s.sites.size();
   report.joint_rows = s.rows.jacobian.size();
-  for (const ContactSite& site : s.sites) report.penetration = std::max(report.penetration, -site.gap);
   const JointError error = joint_error(model, s.bodies, state_);
   report.joint_error = std::max(report.joint_error, error.distance);
   report.joint_angle_error = std::max(report.joint_angle_error, error.angle);

@@ -1,7 +1,12 @@
-"""The documents: links, public names, code blocks; and that the checker sees faults."""
+"""The documents: links, public names, code blocks; the examples; and that the checker sees faults."""
+
+import runpy
+from pathlib import Path
 
 import check_docs
 import pytest
+
+EXAMPLES = sorted((Path(__file__).resolve().parents[2] / "examples").glob("*.py"))
 
 
 # Breaks when a link dies, a public name loses its documentation, or a named make target is gone.
@@ -20,6 +25,8 @@ def test_documentation_holds(root):
         "docs/files.md",
         "docs/methods.md",
         "docs/models.md",
+        "docs/physics.md",
+        "docs/scenes.md",
     ],
 )
 def test_blocks_run(root, tmp_path, monkeypatch, document):
@@ -35,6 +42,18 @@ def test_blocks_run(root, tmp_path, monkeypatch, document):
     for line, source in blocks:
         # Blank lines in front give a failure the line numbers of the document.
         exec(compile("\n" * (line - 1) + source, str(root / document), "exec"), namespace)
+
+
+# Breaks when an example no longer runs, or grows beyond what one reads at a glance.
+@pytest.mark.parametrize("example", EXAMPLES, ids=lambda path: path.stem)
+@pytest.mark.filterwarnings("error::amontons.StepWarning")
+def test_example_runs(tmp_path, monkeypatch, capsys, example):
+    if "load_model" in example.read_text():
+        pytest.importorskip("mujoco")
+    monkeypatch.chdir(tmp_path)
+    runpy.run_path(str(example), run_name="__main__")
+    assert capsys.readouterr().out
+    assert len(example.read_text().splitlines()) < 60
 
 
 # Breaks when the checker of links misses one: then the first test proves nothing.

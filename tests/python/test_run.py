@@ -60,6 +60,26 @@ def test_run_from_a_saved_state(tmp_path):
         np.testing.assert_array_equal(recording.orientations[-1], sim.state.orientations)
 
 
+# Breaks when a model file does not run, or an error in one loses its line. The box falls 0.4 m.
+def test_run_a_model_file(tmp_path):
+    pytest.importorskip("mujoco")
+    good, bad = tmp_path / "box.xml", tmp_path / "bad.xml"
+    good.write_text(
+        '<mujoco><worldbody><geom type="plane" size="5 5 .1"/><body name="b" pos="0 0 .5"><freejoint/>'
+        '<geom type="box" size=".1 .1 .1"/></body></worldbody></mujoco>'
+    )
+    result = run("run", good, "--duration", "1", "--record", tmp_path / "a.h5")
+    assert result.exit_code == 0, result.output
+    with amontons.read_recording(tmp_path / "a.h5") as recording:
+        assert recording.model.body_names == ("b",)
+        assert recording.positions[-1, 0, 2] == pytest.approx(0.1, abs=1e-3)
+    bad.write_text("<mujoco>\n<bad/></mujoco>")
+    result = run("run", bad)
+    assert result.exit_code == 2
+    assert result.stderr.startswith(f"error: {bad}:2: <bad>")
+    assert len(result.stderr.strip().splitlines()) == 1
+
+
 # Breaks when steps that did not converge go unsaid, or count as success.
 def test_steps_that_do_not_converge(tmp_path):
     result = run("run", "stack", "--duration", "0.05", "--method", "jacobi", "--tolerance", "1e-14",

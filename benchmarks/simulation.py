@@ -1,0 +1,106 @@
+"""Simulated scenes: how fast they run, where the time goes, and how well each step is solved.
+
+    python benchmarks/simulation.py [--quick] [--out FOLDER]
+
+Writes simulation.csv, a row per scene, all on one core: real-time factor, wall clock per step by phase, sizes,
+residuals, errors of position. A scene ends when its simulated time has passed or after 40 s of wall clock.
+"""
+
+from __future__ import annotations
+
+import warnings
+from dataclasses import dataclass, field
+from statistics import median
+from time import perf_counter
+from typing import Any
+
+import amontons
+import amontons.scenes
+from amontons import Report
+from common import arguments, tracked, use_one_core, with_folders, write_csv
+
+MOST_WALL_CLOCK, QUICK_WALL_CLOCK = 40.0, 4.0  # s, of one scene
+
+
+@dataclass(frozen=True)
+class Task:
+    """One row: a scene with its own time step and settings but for those given."""
+
+    name: str
+    scene: str
+    duration: float
+    """simulated time (s)"""
+    parameters: dict[str, Any] = field(default_factory=dict)
+    options: dict[str, Any] = field(default_factory=dict)
+
+
+# The walls and the large heap run at the tolerance that their pictures need; B1 to B3 at the default.
+TASKS = (
+    Task("B1 network", "network", 3.0),
+    Task("B2 spheres in a box", "spheres_in_box", 2.0),
+    Task("B3 plates 1:100", "plates", 10.0),
+    Task("B4 wall at rest", "wall_at_rest", 1.0),
+    Task("B4 wall under impact", "wall", 1.0, options={"tolerance": 1e-3}),
+    Task("tracked vehicle", "tracked_vehicle", 4.0),
+    Task("hopper", "hopper", 4.0, options={"tolerance": 1e-3}),
+    Task("10000 spheres", "spheres_in_box", 0.5, {"count": 10000, "mu": 0.3}, {"tolerance": 1e-3}),
+)
+
+
+def simulate(task: Task, most: float) -> tuple[amontons.Simulation, list[Report], float]:
+    """The simulation at its end, the reports of all steps, and the wall clock of stepping (s)."""
+    scene = amontons.scenes.get(task.scene)
+    settings = {"dt": scene.dt, "on_failure": "ignore", **scene.options, **task.options}
+    simulation = amontons.Simulation(scene.make(**task.parameters), **settings)
+    reports: list[Report] = []
+    start = perf_counter()
+    simulation.run(task.duration, lambda _, report: reports.append(report) or perf_counter() - start > most)
+    return simulation, reports, perf_counter() - start
+
+
+def row(task: Task, most: float) -> dict[str, Any]:
+    simulation, reports, wall = simulate(task, most)
+    steps = len(reports)
+
+    def mean(name: str) -> float:
+        return sum(getattr(r, name) for r in reports) / steps
+
+    def phase(name: str) -> float:
+        return sum(getattr(r.timings, name) for r in reports) / steps
+
+    def worst(name: str) -> float:
+        return max(getattr(r, name) for r in reports)
+
+    return {
+        "name": task.name, "scene": task.scene, "law": simulation.options["law"],
+        "tolerance": simulation.options["tolerance"], "dt": simulation.dt,
+        "bodies": len(simulation.model.bodies), "steps": steps, "simulated": simulation.time, "wall": wall,
+        "real_time_factor": simulation.time / wall, "step": phase("total"),
+        "step_median": median(r.timings.total for r in reports), "step_longest": max(r.timings.total for r in reports),
+        "collision": phase("collision"), "assembly": phase("assembly"), "solve": phase("solve"),
+        "integration": phase("integration"), "contacts": mean("contacts"), "most_contacts": worst("contacts"),
+        "joint_rows": mean("joint_rows"), "iterations": mean("iterations"),
+        "converged": sum(r.converged for r in reports), "residual_median": median(r.residual for r in reports),
+        "residual_worst": worst("residual"), "penetration": worst("penetration"), "joint_error": worst("joint_error"),
+    }  # fmt: skip
+
+
+def main() -> None:
+    options = with_folders(arguments(__doc__).parse_args())
+    if not use_one_core():
+        print("simulation: this system cannot bind a process to a core; times may include other cores")
+    warnings.simplefilter("ignore", amontons.StepWarning)  # the residuals are in the table
+    rows: list[dict[str, Any]] = []
+    for task in tracked(TASKS, "scenes"):
+        rows.append(row(task, QUICK_WALL_CLOCK if options.quick else MOST_WALL_CLOCK))
+        write_csv(options.out / "simulation.csv", rows)
+    for r in rows:
+        print(
+            f"simulation: {r['name']}: {r['real_time_factor']:.3g} of real time, {1e3 * r['step']:.3g} ms a step, "
+            f"{r['contacts']:.0f} contacts, {r['converged']} of {r['steps']} steps converged, "
+            f"worst residual {r['residual_worst']:.1e}"
+        )
+
+
+if __name__ == "__main__":
+    main()
