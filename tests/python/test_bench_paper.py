@@ -33,7 +33,15 @@ def test_page_and_figures(folder):
         assert f"({name}.png)" in page
     for link in re.findall(r"\]\(([^)]+)\)", page):
         assert (folder / link).exists()
-    for word in ("`amontons bench paper --quick`", "B1", "B2", "B3", "B4", "p-spg-fb-literal", "nonmonotone"):
+    for word in (
+        "`amontons bench paper --quick --deadline 0.03`",
+        "B1",
+        "B2",
+        "B3",
+        "B4",
+        "p-spg-fb-literal",
+        "nonmonotone",
+    ):
         assert word in page
 
 

@@ -36,7 +36,7 @@ def paper(
     """Reproduce the figures of the P-SPG-FB paper: PNG, CSV and a Markdown page in one folder.
 
     Objective of P-SPG-FB as published, residual of every method on B1 to B4, cost against size and mass
-    ratio, pictures of the wall. At full size this takes about twenty minutes.
+    ratio, pictures of the wall. At full size this takes several minutes.
     """
     from ..report.paper.cases import FULL, QUICK
     from ..report.paper.page import reproduce, steps
@@ -55,6 +55,7 @@ def paper(
             "amontons bench paper"
             + (" --quick" if quick else "")
             + ("" if law == "associated" else f" --law {law}")
+            + ("" if deadline is None else f" --deadline {deadline:g}")
         )
         with progress(steps(plan)) as advance:
             made = reproduce(plan, output, law=law, command=command, before=advance)
