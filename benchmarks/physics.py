@@ -64,14 +64,12 @@ def sliding_cube(scale: float) -> Figures:
 
 
 def ramp(scale: float) -> Figures:
-    for tolerance, limit in ((1e-6, math.inf), (1e-9, 1e-12)):
-        sim = simulate("incline", {"angle": 10.0, "mu": 0.5}, dt=1e-2, tolerance=tolerance)
-        run(sim, 0.1)
-        start, duration = np.array(sim.state.positions[0]), 10.0
-        run(sim, duration)
-        creep = float(np.linalg.norm(sim.state.positions[0] - start)) / duration
-        claim = f"block on a 10 degree ramp, mu 0.5, h 10 ms, 10 s, tolerance {tolerance:g}"
-        yield Figure(claim, "creep", creep, limit, "m/s")
+    sim = simulate("incline", {"angle": 10.0, "mu": 0.5}, dt=1e-2)
+    run(sim, 0.1)
+    start, duration = np.array(sim.state.positions[0]), 10.0
+    run(sim, duration)
+    creep = float(np.linalg.norm(sim.state.positions[0] - start)) / duration
+    yield Figure("block on a 10 degree ramp, mu 0.5, h 10 ms, 10 s", "creep", creep, 1e-12, "m/s")
     mu, h = 0.5, 5e-3
     angle = math.atan(mu) + math.radians(0.5)
     sim = simulate("incline", {"angle": math.degrees(angle), "mu": mu}, dt=h)

@@ -2,13 +2,14 @@
 
     python benchmarks/report.py FOLDER [--docs]
 
-Reads the CSV files that the benchmarks wrote and writes README.md beside them; --docs also renews the part
-of docs/benchmarks.md between its two markers.
+Reads the CSV files that the benchmarks wrote and writes README.md beside them; --docs also renews the parts
+of docs/benchmarks.md and of the README of the repository between their markers.
 """
 
 from __future__ import annotations
 
 import argparse
+import math
 import os
 from collections.abc import Iterable, Sequence
 from itertools import groupby
@@ -17,7 +18,8 @@ from pathlib import Path
 from common import ROOT, read_csv
 
 DOCS = ROOT / "docs" / "benchmarks.md"
-BEGIN, END = "<!-- results: begin -->", "<!-- results: end -->"
+README = ROOT / "README.md"
+MARKS = {DOCS: "results", README: "measured"}
 LARGE = 200  # contacts from which on every file is to be solved faster than by Clarabel
 Rows = list[dict[str, str]]
 
@@ -50,6 +52,8 @@ class Results:
         self.kernel = read_csv(folder / "kernel.csv")
         self.literal = read_csv(folder / "literal_summary.csv")
         self.bilateral = read_csv(folder / "literal_bilateral.csv")
+        self.simulation, self.physics = read_csv(folder / "simulation.csv"), read_csv(folder / "physics.csv")
+        self.broad_phase = read_csv(folder / "broad_phase.csv")
 
     def accuracy(self, law: str, tolerance: float) -> Rows:
         return [r for r in self.files if r["law"] == law and float(r["tolerance"]) == tolerance]
@@ -209,6 +213,58 @@ def literal_tables(r: Results) -> str:
     return f"{behaviour}\n\n{krylov}"
 
 
+def share(part: str, whole: str) -> str:
+    return f"{100 * float(part) / float(whole):.0f} %"
+
+
+def scene_table(r: Results) -> str:
+    """The simulated scenes, for everyone."""
+    return table(
+        ("scene", "bodies", "contacts", "joint rows", "h (ms)", "tolerance", "ms a step", "of real time",
+         "worst residual"),
+        [(s["name"], s["bodies"], f"{float(s['contacts']):.0f}", f"{float(s['joint_rows']):.0f}",
+          milliseconds(s["dt"]), f"{float(s['tolerance']):.0e}", milliseconds(s["step"]),
+          f"{float(s['real_time_factor']):.2g}", scientific(s["residual_worst"])) for s in r.simulation],
+    )  # fmt: skip
+
+
+def phase_table(r: Results) -> str:
+    """Where the time of a step goes, and how well it is solved."""
+    return table(
+        ("scene", "simulated (s)", "collision", "assembly", "solve", "median step (ms)", "longest (ms)",
+         "iterations", "converged", "median residual", "penetration (m)", "joint error (m)"),
+        [(s["name"], f"{float(s['simulated']):.3g}", share(s["collision"], s["step"]),
+          share(s["assembly"], s["step"]), share(s["solve"], s["step"]), milliseconds(s["step_median"]),
+          milliseconds(s["step_longest"]), f"{float(s['iterations']):.0f}",
+          f"{s['converged']} of {s['steps']}", scientific(s["residual_median"]),
+          scientific(s["penetration"]), scientific(s["joint_error"]))
+         for s in r.simulation],
+    )  # fmt: skip
+
+
+def physics_table(r: Results) -> str:
+    def limit(row: dict[str, str]) -> str:
+        value = float(row["limit"])
+        if not math.isfinite(value):
+            return ""
+        return f"below {value:.2g}" if value >= 0 else f"above {-value:.2g}"
+
+    rows = [
+        (row["claim"], row["figure"], f"{float(row['value']):.2g} {row['unit']}".strip(), limit(row),
+         "" if not limit(row) else "yes" if row["met"] == "yes" else "**no**")
+        for row in r.physics
+    ]  # fmt: skip
+    return table(("claim", "figure", "measured", "wanted", "met"), rows)
+
+
+def broad_phase_table(r: Results) -> str:
+    return table(
+        ("scene", "bodies", "pairs", "first call (ns per body)", "next (ns per body)"),
+        [(row["scene"], row["bodies"], row["pairs"], row["first_ns_per_body"], row["next_ns_per_body"])
+         for row in r.broad_phase],
+    )  # fmt: skip
+
+
 def environment_table(r: Results) -> str:
     return table(("", ""), [(key, value) for key, value in r.environment.items()])
 
@@ -218,6 +274,8 @@ def page(r: Results, method: str) -> str:
     sections = [
         ("Machine and versions", environment_table(r), bool(r.environment)),
         ("Targets", targets(r), bool(targets(r))),
+        ("Simulated scenes", f"{scene_table(r)}\n\n{phase_table(r)}", bool(r.simulation)),
+        ("Physics", physics_table(r), bool(r.physics)),
         ("Time steps, default method", step_table(r), bool(r.steps)),
         ("Every method, associated", method_table(r, "associated"), bool(r.methods)),
         ("Every method, coulomb", method_table(r, "coulomb"), bool(r.methods)),
@@ -226,26 +284,65 @@ def page(r: Results, method: str) -> str:
         ("Files that were not solved", remaining(r), bool(r.files)),
         ("P-SPG-FB as published", literal_tables(r), bool(r.literal)),
         ("Contact kernel", kernel_table(r), bool(r.kernel)),
+        ("Broad phase", broad_phase_table(r), bool(r.broad_phase)),
     ]
     head = f"# Results: {r.environment.get('processor', 'unknown processor')}\n\n"
     head += f"Written by `benchmarks/run_all.py`; [what is measured and how to read it]({method}).\n\n"
     return head + "\n".join(f"## {title}\n\n{body}\n" for title, body, present in sections if present)
 
 
-def summary(r: Results, folder: Path) -> str:
-    """What docs/benchmarks.md shows: the targets, the steps, the kernel, and a link to the rest."""
-    link = Path(os.path.relpath(folder / "README.md", DOCS.parent)).as_posix()
+def summary(r: Results, link: str) -> str:
+    """What docs/benchmarks.md shows, with a link to the rest."""
     e = r.environment
     lines = [
         f"{e.get('processor', '')}, {e.get('compiler', '')}, {e.get('date', '')}; "
         f"[all tables, versions and the command]({link}).",
         targets(r),
+    ]
+    if r.simulation:
+        lines += ["### Simulated scenes\n\n" + scene_table(r), phase_table(r)]
+    if r.physics:
+        lines += ["### Physics\n\n" + physics_table(r)]
+    lines += [
         "### Files that were not solved\n\n" + remaining(r),
         "### Time steps\n\n" + step_table(r),
         "### P-SPG-FB as published\n\n" + literal_tables(r),
         "### Contact kernel\n\n" + kernel_table(r),
     ]
     return "\n\n".join(lines)
+
+
+def measured(r: Results, link: str) -> str:
+    """What the README shows: the scenes, and the solver in a few lines."""
+    e = r.environment
+    machine = f"One core of an {e.get('processor', '')}, {e.get('compiler', '')}"
+    lines = [f"{machine}; `make bench`, see [all results]({link})."]
+    if r.simulation:
+        lines.append(scene_table(r))
+    facts = [
+        f"- {what[0].upper() + what[1:]}: {reached}."
+        for what, _, reached, _ in file_targets(r)
+        if what.startswith(("files solved", "total time"))
+    ]
+    single = [row for row in r.kernel if row["law"] == "associated" and row["threads"] == "1"]
+    inside = [float(row["ns_per_contact"]) for row in single if int(row["contacts"]) < 20000]
+    if inside:
+        facts.append(
+            "- One iteration of P-SPG-FB, contact graph in cache: "
+            f"{min(inside):.0f} to {max(inside):.0f} ns per contact."
+        )
+    if facts:
+        lines.append("The solver alone; the files are contact problems of other engines in the FCLIB format:")
+        lines.append("\n".join(facts))
+    return "\n\n".join(lines)
+
+
+def renew(document: Path, body: str) -> None:
+    """Replaces what stands between the markers of a document."""
+    begin, end = (f"<!-- {MARKS[document]}: {edge} -->" for edge in ("begin", "end"))
+    before, rest = document.read_text().split(begin, 1)
+    _, after = rest.split(end, 1)
+    document.write_text(f"{before}{begin}\n\n{body}\n\n{end}{after}")
 
 
 def write(folder: Path, *, docs: bool) -> list[Path]:
@@ -256,17 +353,15 @@ def write(folder: Path, *, docs: bool) -> list[Path]:
     path.write_text(page(results, Path(os.path.relpath(DOCS, folder)).as_posix() if inside else DOCS.name))
     if not docs:
         return [path]
-    text = DOCS.read_text()
-    before, rest = text.split(BEGIN, 1)
-    _, after = rest.split(END, 1)
-    DOCS.write_text(f"{before}{BEGIN}\n\n{summary(results, folder)}\n\n{END}{after}")
-    return [path, DOCS]
+    for document, make in ((DOCS, summary), (README, measured)):
+        renew(document, make(results, Path(os.path.relpath(path, document.parent)).as_posix()))
+    return [path, DOCS, README]
 
 
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("folder", type=Path)
-    parser.add_argument("--docs", action="store_true", help="renew the tables of docs/benchmarks.md too")
+    parser.add_argument("--docs", action="store_true", help="renew the tables of the documents too")
     options = parser.parse_args()
     for written in write(options.folder.resolve(), docs=options.docs):
         print(written)

@@ -2,9 +2,9 @@
 
     python benchmarks/run_all.py [--quick] [--data FOLDER] [--out FOLDER] [--figures FOLDER] [--build FOLDER]
 
-The results go to benchmarks/results/<processor>, the figures to docs/figures, and docs/benchmarks.md gets
-the new tables. With --quick, which takes a sample of everything, or without the data, all of it goes to
-out/bench; with --out to that folder.
+The results go to benchmarks/results/<processor>, the figures to docs/figures, and docs/benchmarks.md and
+README.md get the new tables. With --quick, which takes a sample of everything, or without the data, all of it
+goes to out/bench; with --out to that folder.
 """
 
 from __future__ import annotations
@@ -23,7 +23,8 @@ import report
 from common import ROOT, arguments, processor, with_folders, write_csv
 
 HERE = Path(__file__).resolve().parent
-PARTS = ("files", "steps", "literal")
+PARTS = ("files", "steps", "literal", "simulation", "physics")
+PROGRAMS = {"contact_kernel": "kernel.csv", "broad_phase": "broad_phase.csv"}
 PACKAGES = ("amontons", "clarabel", "numpy", "scipy", "h5py")
 
 
@@ -61,15 +62,16 @@ def environment(build: Path, command: str) -> list[dict[str, str]]:
     return [{"key": key, "value": value} for key, value in facts.items()]
 
 
-def contact_kernel(build: Path, out: Path, quick: bool) -> int:
-    program = build / "benchmarks" / "contact_kernel"
+def run_program(name: str, build: Path, out: Path, quick: bool) -> int:
+    """Runs a C++ benchmark, if it is built; its exit code."""
+    program = build / "benchmarks" / name
     if not program.exists():
         print(
-            f"kernel: skipped, {program} is not built; build the CMake target amontons_benchmarks "
+            f"{name}: skipped, {program} is not built; build the CMake target amontons_benchmarks "
             "(make bench does) or name its build folder with --build"
         )
         return 0
-    command = [program, "--csv", out / "kernel.csv", *(["--quick"] if quick else [])]
+    command = [program, "--csv", out / PROGRAMS[name], *(["--quick"] if quick else [])]
     return subprocess.run([str(word) for word in command]).returncode
 
 
@@ -84,8 +86,9 @@ def main() -> int:
     for part in PARTS:
         if subprocess.run([sys.executable, str(HERE / f"{part}.py"), *passed]).returncode:
             failed.append(part)
-    if contact_kernel(options.build, options.out, options.quick):
-        failed.append("kernel")
+    for name in PROGRAMS:
+        if run_program(name, options.build, options.out, options.quick):
+            failed.append(name)
     command = (
         "make bench" if options.complete else "python benchmarks/run_all.py" + " --quick" * options.quick
     )

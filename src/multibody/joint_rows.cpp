@@ -60,9 +60,22 @@ void append_drive(const JointContext& joint, const DofRow& d, const std::vector<
   append_row(rows, d.row, 1 / stiff, c, d.last.drive / s, tag_of(joint, d, RowKind::drive));
 }
 
+// The speed of a position motor at the distance `way` of its target: the way within the step, but no faster
+// than half of its largest acceleration a can brake, way = v h + v^2 / a. (The other half is for loads.) A
+// motor that asked for way / h alone would overshoot by as much as it came from, for ever.
+double approach_speed(double way, double a, double h) {
+  return 2 * way / h / (1 + std::sqrt(1 + 4 * std::abs(way) / (a * h * h)));
+}
+
+// Two rigid demands that contradict each other have no solution: of motor and limit, the limit wins.
+double within_limits(const DofRow& d, double c, const JointOptions& options) {
+  const auto fastest = [&](double gap) { return std::max(gap / options.h, -options.recovery_speed); };
+  return std::clamp(c, -fastest(d.scale * (d.dof->upper - d.q)), fastest(d.scale * (d.q - d.dof->lower)));
+}
+
 // Returns the speed of the row that the motor asks for.
-double append_motor(const JointContext& joint, const DofRow& d, const JointOptions& options,
-                    JointRows& rows) {
+double append_motor(const JointContext& joint, const DofRow& d, const std::vector<BodyFrame>& bodies,
+                    const JointOptions& options, JointRows& rows) {
   const Motor& motor = d.dof->motor;
   const double h = options.h, s = d.scale;
   if (motor.kind == MotorKind::none) return 0;
@@ -79,8 +92,10 @@ double append_motor(const JointContext& joint, const DofRow& d, const JointOptio
     c = compliance * h * motor.gain * (d.q - d.target) / s;
   } else {
     const double largest = (d.dof->kind == Dof::Kind::hinge ? 0.5 * std::numbers::pi : 1) * options.length;
-    c = std::clamp(s * (d.q - d.target), -largest, largest) / h;
+    const double strongest = motor.max_effort / s * inverse_effective_mass(bodies, d.row);
+    c = approach_speed(std::clamp(s * (d.q - d.target), -largest, largest), strongest, h);
   }
+  if (motor.gain == 0 && motor.max_effort == infinity) c = within_limits(d, c, options);
   const double bound = h * motor.max_effort / s;
   add_interval(rows, bound);
   append_row(rows, d.row, compliance, c, std::clamp(d.last.motor / s, -bound, bound),
@@ -174,7 +189,7 @@ void append_dof_rows(const Model& model, const JointContext& joint, const std::v
                    state.dof_impulses[first + i],
                    joint_row(joint, s * joint.duals[i])};
     append_drive(joint, d, bodies, options, rows);
-    const double motor_speed = append_motor(joint, d, options, rows);
+    const double motor_speed = append_motor(joint, d, bodies, options, rows);
     append_friction(joint, d, options, rows);
     append_limits(joint, d, motor_speed, bodies, options, rows);
   }

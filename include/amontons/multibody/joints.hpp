@@ -72,7 +72,8 @@ void add_motor_loads(const Model& model, const std::vector<BodyFrame>& bodies, c
 // - Limits have rows only within reach: twice the way of the start or free velocity, or a tenth of length (or
 //   0.1 rad).
 // - A position motor without gain reaches its target within the step, but moves no more than `length` or a
-//   quarter turn, so that turns can be counted and a target that jumps does not fling the bodies.
+//   quarter turn, so that turns can be counted and a target that jumps does not fling the bodies; nor is it
+//   faster than half of its max_effort can brake. A rigid motor without max_effort stops at the limits.
 // - The friction of a ball joint bounds each component of the torque in frame_b: along a diagonal it holds up
 //   to sqrt(3) as much.
 void append_joint_rows(const Model& model, const std::vector<BodyFrame>& bodies, const State& state,

@@ -58,7 +58,7 @@ enum class MotorKind : unsigned char {
   effort,    // target is the force or torque itself (N, N m), clipped to max_effort
   speed,     // target is the speed (m/s, rad/s); with gain d > 0 effort = d (target - speed), else exact
   position,  // target is the coordinate (m, rad); with gain k > 0 effort = k (target - q) - damping_gain q',
-             // else exact within one step at max_effort
+             // else exact within one step, as far as max_effort can accelerate and brake
 };
 
 struct Motor {
