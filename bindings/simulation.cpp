@@ -107,6 +107,15 @@ nb::tuple contact_arms(const Simulation& s) {
   return nb::make_tuple(to_numpy(std::move(a), 3), to_numpy(std::move(b), 3));
 }
 
+// Point, impulse and angular impulse of each joint in the last step, (n, 9); zeros before the first.
+nb::ndarray<nb::numpy, double, nb::ndim<2>> joint_reactions(const Simulation& s) {
+  std::vector<double> rows;
+  for (const JointReaction& r : s.joint_reactions())
+    for (const Vec3& v : {r.point, r.impulse, r.angular}) rows.insert(rows.end(), {v.x, v.y, v.z});
+  rows.resize(9 * s.model().joints());
+  return to_numpy(std::move(rows), 9);
+}
+
 // The arrays of the VI of the last step, by the names of the arguments of amontons.Contacts.
 nb::dict problem_arrays(const Simulation& s) {
   const ContactOperator& op = operator_of(s);
@@ -206,6 +215,7 @@ void bind_simulation(nb::module_& m) {
       .def_prop_ro(
           "impulses", [](const Simulation& s) { return to_numpy(s.impulses()); }, nb::rv_policy::automatic)
       .def("contact_arms", &contact_arms)
+      .def("joint_reactions", &joint_reactions)
       .def("problem_arrays", &problem_arrays)
       .def("problem_b",
            [](const Simulation& s) {

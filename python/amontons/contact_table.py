@@ -9,7 +9,6 @@ import numpy as np
 from . import _core
 from .cones import Array
 from .model import WORLD, Model
-from .transforms import multiply, rotate
 
 Table = np.ndarray[Any, Any]
 
@@ -95,15 +94,12 @@ def contact_sums(core: _core.Simulation, table: Table, bodies: int) -> tuple[Arr
 def reaction_table(core: _core.Simulation, model: Model) -> Table:
     table = np.zeros(len(model.joints), REACTIONS)
     step = core.impulse_step or 1.0  # no impulses before the first step
-    positions, orientations = core.positions, core.orientations
-    for j, (joint, wrench) in enumerate(zip(model.joints, core.joint_wrenches, strict=True)):
-        rotation = joint.frame_b.rotation
-        if joint.body_b != WORLD:
-            rotation = multiply(tuple(orientations[joint.body_b].tolist()), rotation)
-        turn = tuple(orientations[joint.body_a].tolist())
-        force, torque = (rotate(rotation, tuple((part / step).tolist())) for part in (wrench[:3], wrench[3:]))
-        point = positions[joint.body_a] + rotate(turn, joint.frame_a.position)
-        table[j] = (j, joint.body_a, joint.body_b, point, force, torque)
+    reactions = core.joint_reactions()
+    table["joint"] = np.arange(len(model.joints))
+    table["body_a"] = [joint.body_a for joint in model.joints]
+    table["body_b"] = [joint.body_b for joint in model.joints]
+    table["point"] = reactions[:, :3]
+    table["force"], table["torque"] = reactions[:, 3:6] / step, reactions[:, 6:] / step
     return table
 
 

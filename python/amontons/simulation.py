@@ -189,8 +189,9 @@ class Simulation:
     def joint_reactions(self) -> Table:
         """Force (N) and torque (N m) of each joint's locked directions on its body A, world axes.
 
-        Fields: joint, body_a, body_b, point (m, where A holds the joint; the torque is about it), force,
-        torque. What acts along the free directions is in `joint_efforts`.
+        Fields: joint, body_a, body_b, point (m, where A held the joint at the start of the step; the torque
+        is about it), force, torque. Impacts are in them; what acts along the free directions is in
+        `joint_efforts`.
         """
         return reaction_table(self._core, self._model)
 

@@ -30,6 +30,7 @@ JointRows locked_rows(const JointRows& rows) {
     if (rows.tags[i].kind != RowKind::locked && rows.tags[i].kind != RowKind::coupling) continue;
     locked.jacobian.push_back(rows.jacobian[i]);
     locked.compliance.push_back(rows.compliance[i]);
+    locked.tags.push_back(rows.tags[i]);
   }
   locked.c.assign(locked.jacobian.size(), 0.0);
   locked.cones.add_free(locked.jacobian.size());
@@ -94,9 +95,12 @@ void add_solution(const Solution& solution, Report& report) {
 bool resolve_impacts(const Model& model, const std::vector<ContactSite>& sites,
                      const std::function<const JointRows&()>& joint_rows, const Assembly& assembly,
                      double threshold, const std::string& method, const Options& options,
-                     std::vector<BodyFrame>& bodies, std::vector<Vec3>& impact, Report& report) {
-  impact.assign(sites.size(), Vec3{});
+                     std::vector<BodyFrame>& bodies, Impact& impact, Report& report) {
+  impact.contacts.assign(sites.size(), Vec3{});
+  impact.joints.assign(model.joints(), JointWrench{});
   std::vector<BodyVelocity> v = start_velocities(bodies);
+  Options timed = options;
+  const auto begin = Clock::now();
   JointRows locked;
   std::vector<ContactSite> active;
   std::vector<std::size_t> index;
@@ -114,15 +118,22 @@ bool resolve_impacts(const Model& model, const std::vector<ContactSite>& sites,
     for (std::size_t i = 0; i < bodies.size(); ++i)
       bodies[i].free_velocity = v[i].linear, bodies[i].free_omega = v[i].angular;
     const Problem problem = assemble(model, bodies, active, locked, {assembly.h, 0, true});
-    Solution s = solve(problem, method, options);
+    if (options.deadline < infinity) timed.deadline = std::max(1e-6, options.deadline - seconds_since(begin));
+    Solution s = solve(problem, method, timed);
     add_solution(s, report);
-    limit_energy(problem, active, method, options, s, report);
+    limit_energy(problem, active, method, timed, s, report);
     apply_impulses(problem, s.x, v);
     for (std::size_t k = 0; k < active.size(); ++k) {
       std::array<double, 3> t1, t2;
       contact_tangents(active[k].normal.array(), t1, t2);
-      impact[index[k]] +=
+      impact.contacts[index[k]] +=
           s.x[3 * k] * active[k].normal + s.x[3 * k + 1] * to_vec3(t1) + s.x[3 * k + 2] * to_vec3(t2);
+    }
+    for (std::size_t i = 0; i < locked.tags.size(); ++i) {
+      const RowTag& tag = locked.tags[i];
+      if (tag.kind != RowKind::locked) continue;
+      const double x = s.x[3 * active.size() + i];
+      impact.joints[tag.joint].force += x * tag.force, impact.joints[tag.joint].torque += x * tag.torque;
     }
     for (std::size_t i = 0; i < bodies.size(); ++i)
       bodies[i].velocity = v[i].linear, bodies[i].omega = v[i].angular;

@@ -93,7 +93,7 @@ double append_motor(const JointContext& joint, const DofRow& d, const std::vecto
   } else {
     const double largest = (d.dof->kind == Dof::Kind::hinge ? 0.5 * std::numbers::pi : 1) * options.length;
     const double strongest = motor.max_effort / s * inverse_effective_mass(bodies, d.row);
-    c = approach_speed(std::clamp(s * (d.q - d.target), -largest, largest), strongest, h);
+    c = std::clamp(approach_speed(s * (d.q - d.target), strongest, h), -largest / h, largest / h);
   }
   if (motor.gain == 0 && motor.max_effort == infinity) c = within_limits(d, c, options);
   const double bound = h * motor.max_effort / s;

@@ -1,7 +1,6 @@
 #include "amontons/multibody/simulation.hpp"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 
 #include "amontons/base/error.hpp"
@@ -14,12 +13,6 @@ namespace {
 
 // How often a step looks again at where its velocities lead, and solves again if bodies would overlap there.
 constexpr int most_detections = 4;
-
-using Clock = std::chrono::steady_clock;
-
-double seconds_since(Clock::time_point start) {
-  return std::chrono::duration<double>(Clock::now() - start).count();
-}
 
 void check(const SimulationOptions& o) {
   AMONTONS_REQUIRE(o.dt > 0 && std::isfinite(o.dt), "dt must be positive and finite (s)");
@@ -58,7 +51,8 @@ struct Simulation::Scratch {
   std::vector<BodyFrame> bodies;
   std::vector<GyroscopicSpin> spins;
   std::vector<BodyVelocity> v;
-  std::vector<Vec3> impulse_force, impulse_torque, impact;
+  std::vector<Vec3> impulse_force, impulse_torque;
+  Impact impact;
   ContactFinder finder;
   std::vector<ContactSite> sites;
   JointRows rows;
@@ -125,7 +119,8 @@ Report Simulation::step() {
 void Simulation::advance(double h, double elapsed, Report& report) {
   Scratch& s = *scratch_;
   const Model& model = *model_;
-  auto clock = Clock::now();
+  const auto begin = Clock::now();
+  auto clock = begin;
   const auto lap = [&](double& phase) {
     phase += seconds_since(clock);
     clock = Clock::now();
@@ -152,9 +147,7 @@ void Simulation::advance(double h, double elapsed, Report& report) {
     return s.rows;
   };
   const Assembly assembly{h, recovery_speed()};
-  const auto deadline = [&] {
-    return std::max(1e-6, options_.budget - elapsed - report.timings.collision - report.timings.assembly);
-  };
+  const auto deadline = [&] { return std::max(1e-6, options_.budget - elapsed - seconds_since(begin)); };
   options.deadline = options_.budget < infinity ? deadline() : infinity;
   const bool bounced = resolve_impacts(model, s.sites, joint_rows, assembly, restitution_speed(),
                                        options_.method, options, s.bodies, s.impact, report);
@@ -191,7 +184,7 @@ void Simulation::advance(double h, double elapsed, Report& report) {
     s.x0.assign(solution.x.begin(), solution.x.begin() + static_cast<std::ptrdiff_t>(3 * known));
     s.x0.resize(3 * s.sites.size(), 0.0);
     s.x0.insert(s.x0.end(), solution.x.begin() + static_cast<std::ptrdiff_t>(3 * known), solution.x.end());
-    s.impact.resize(s.sites.size());
+    s.impact.contacts.resize(s.sites.size());
     options.x0 = s.x0;
     problem = std::make_shared<Problem>(assemble(model, s.bodies, s.sites, s.rows, assembly));
     lap(report.timings.assembly);
@@ -208,6 +201,7 @@ void Simulation::advance(double h, double elapsed, Report& report) {
 
   fill_contacts(*problem, solution);
   store_joint_impulses(s.rows, std::span(solution.x).subspan(3 * s.sites.size()), state_);
+  fill_reactions();
   state_.impulse_step = h;
   problem_ = std::move(problem);
   x_ = std::move(solution.x);
@@ -231,7 +225,7 @@ void Simulation::fill_contacts(const Problem& problem, const Solution& solution)
     const ContactState state =
         state_of(site.material.friction, problem.P[i], &x[3 * i], &solution.u[3 * i], options_.law);
     contacts_.push_back({site.body_a, site.body_b, site.geom_a, site.geom_b, site.point, site.normal,
-                         site.gap, site.material.friction, impulse + s.impact[i], slip, un, state});
+                         site.gap, site.material.friction, impulse + s.impact.contacts[i], slip, un, state});
     if (x[3 * i] > 0)
       state_.contacts.push_back(
           {site.geom_a, site.geom_b, inverse(s.bodies[site.body_a].pose)(site.point), impulse});
@@ -239,6 +233,19 @@ void Simulation::fill_contacts(const Problem& problem, const Solution& solution)
   std::stable_sort(state_.contacts.begin(), state_.contacts.end(), [](const auto& a, const auto& b) {
     return std::pair(a.geom_a, a.geom_b) < std::pair(b.geom_a, b.geom_b);
   });
+}
+
+void Simulation::fill_reactions() {
+  const Scratch& s = *scratch_;
+  reactions_.resize(model_->joints());
+  for (std::size_t j = 0; j < reactions_.size(); ++j) {
+    const Joint& joint = model_->description().joints[j];
+    const Transform frame_b = joint.body_b < 0 ? joint.frame_b : s.bodies[joint.body_b].pose * joint.frame_b;
+    const JointWrench &step = state_.joint_wrenches[j], &impact = s.impact.joints[j];
+    reactions_[j] = {(s.bodies[joint.body_a].pose * joint.frame_a).position,
+                     rotate(frame_b.rotation, step.force + impact.force),
+                     rotate(frame_b.rotation, step.torque + impact.torque)};
+  }
 }
 
 }  // namespace amontons

@@ -1,5 +1,6 @@
 // Private pieces of Simulation::step(), in the order in which a step uses them.
 #pragma once
+#include <chrono>
 #include <functional>
 #include <vector>
 
@@ -9,6 +10,11 @@
 #include "amontons/multibody/simulation.hpp"
 
 namespace amontons {
+
+using Clock = std::chrono::steady_clock;
+inline double seconds_since(Clock::time_point start) {
+  return std::chrono::duration<double>(Clock::now() - start).count();
+}
 
 // A body of the step: what rows need, and the gyroscopic part of its rotation.
 struct GyroscopicSpin {
@@ -103,13 +109,19 @@ Solution solve_step(const Problem& problem, const std::string& method, const Opt
 // v += M^-1 D' x
 void apply_impulses(const Problem& problem, std::span<const double> x, std::vector<BodyVelocity>& v);
 
-// Impacts with restitution at the start of a step: changes the start velocities of `bodies`, and adds the
-// impulses (world, on A) per site to `impact`. The joint rows are called for when something bounces. Adds the
+// The impulses of impacts: per site (world, on A), and of the locked directions of each joint, as in State.
+struct Impact {
+  std::vector<Vec3> contacts;
+  std::vector<JointWrench> joints;
+};
+
+// Impacts with restitution at the start of a step: changes the start velocities of `bodies`, and stores the
+// impulses in `impact`. The joint rows are called for when something bounces. Adds the
 // cost of its solves to the report, and their residual if it is worse. Returns whether anything bounced.
 bool resolve_impacts(const Model& model, const std::vector<ContactSite>& sites,
                      const std::function<const JointRows&()>& joint_rows, const Assembly& assembly,
                      double threshold, const std::string& method, const Options& options,
-                     std::vector<BodyFrame>& bodies, std::vector<Vec3>& impact, Report& report);
+                     std::vector<BodyFrame>& bodies, Impact& impact, Report& report);
 // Adds the cost of a solve to the report, and its residual, status and method if that is the worst so far.
 void add_cost(const Solution& solution, Report& report);
 void add_solution(const Solution& solution, Report& report);

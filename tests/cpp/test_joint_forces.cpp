@@ -77,7 +77,10 @@ TEST(motors_keep_their_word) {
     CHECK_NEAR(after(dof, {MotorKind::speed, 4, 30, 0, 0}), w + h * 30, 1e-12);
     CHECK_NEAR(after(dof, {MotorKind::speed, 4, infinity, 50, 0}), (w + h * 50 * 4) / (1 + h * 50), 1e-12);
     CHECK_NEAR(after(dof, {MotorKind::position, 0.5, infinity, 0, 0}), (0.5 - q) / h, 1e-11);
-    CHECK_NEAR(after(dof, {MotorKind::position, 0.5, 30, 0, 0}), w + h * 30, 1e-12);
+    // No faster than half the effort can stop in the way of 0.1 that is left: v h + v^2 / 30 = 0.1.
+    CHECK_NEAR(after(dof, {MotorKind::position, 0.5, 30, 0, 0}), 15 * (std::sqrt(h * h + 0.4 / 30) - h),
+               1e-12);
+    CHECK_NEAR(after(dof, {MotorKind::position, 5, 30, 0, 0}), w + h * 30, 1e-12);
     const double stiff = h * h * 200 + h * 3;
     CHECK_NEAR(after(dof, {MotorKind::position, 0.5, infinity, 200, 3}),
                (w + h * 200 * (0.5 - q)) / (1 + stiff), 1e-12);

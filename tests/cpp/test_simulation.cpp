@@ -209,9 +209,9 @@ TEST(bad_models_are_named) {
   CHECK_THROWS(model([](auto& d) { d.geoms[1].body = 9; }), "does not exist");
 }
 
-// A ball at 8 m/s strikes a box that hovers 20 mm above the floor, four times the margin: nobody could foresee
-// that the box needs the floor within this step, 40 mm of travel. Breaks if the step does not look again at where
-// its velocities lead: the box would end 20 mm inside the floor.
+// A ball at 8 m/s strikes a box that hovers 20 mm above the floor, four times the margin: nobody could
+// foresee that the box needs the floor within this step, 40 mm of travel. Breaks if the step does not look
+// again at where its velocities lead: the box would end 20 mm inside the floor.
 TEST(an_impact_finds_the_contacts_behind) {
   ModelDescription d = floor_and_box({}, 0.3);
   d.gravity = {};
@@ -224,9 +224,9 @@ TEST(an_impact_finds_the_contacts_behind) {
   CHECK(deepest < 0.1 * sim.margin() + 1e-6);
 }
 
-// A heavy ball at 8 m/s strikes a brick off its centre, and slides on over the turning face: normals of the start
-// of a step miss (h w)(h v) ~ 2 mm per step, more than the recovery takes back. Breaks if the gaps do not follow the
-// turning body.
+// A heavy ball at 8 m/s strikes a brick off its centre, and slides on over the turning face: normals of the
+// start of a step miss (h w)(h v) ~ 2 mm per step, more than the recovery takes back. Breaks if the gaps do
+// not follow the turning body.
 TEST(gaps_follow_turning_bodies) {
   ModelDescription d;
   d.gravity = {};

@@ -44,6 +44,12 @@ struct Contact {
   ContactState state;
 };
 
+// What the locked directions of a joint did in the last step, with what impacts at its start added.
+struct JointReaction {
+  Vec3 point;             // where A holds the joint (origin of frame_a), world, at the start of the step, m
+  Vec3 impulse, angular;  // on A, world axes, the second about the point, N s and N m s
+};
+
 struct Timings {  // s of wall clock
   double collision = 0, assembly = 0, solve = 0, integration = 0, total = 0;
 };
@@ -80,6 +86,8 @@ class Simulation {
   State& state() { return state_; }
   const State& state() const { return state_; }
   const std::vector<Contact>& contacts() const { return contacts_; }
+  // One per joint; empty before the first step.
+  const std::vector<JointReaction>& joint_reactions() const { return reactions_; }
   // The VI of the last step (the last substep), and its solution; empty before the first step.
   const std::shared_ptr<const Problem>& problem() const { return problem_; }
   const std::vector<double>& impulses() const { return x_; }
@@ -91,11 +99,13 @@ class Simulation {
   struct Scratch;
   void advance(double h, double elapsed, Report& report);
   void fill_contacts(const Problem& problem, const Solution& solution);
+  void fill_reactions();
 
   std::shared_ptr<const Model> model_;
   SimulationOptions options_;
   State state_;
   std::vector<Contact> contacts_;
+  std::vector<JointReaction> reactions_;
   std::shared_ptr<const Problem> problem_;
   std::vector<double> x_;
   std::unique_ptr<Scratch> scratch_;
