@@ -50,9 +50,13 @@ std::size_t last_iterations(const Problem& problem) {
   return std::clamp<std::size_t>(last_work / std::max<std::size_t>(1, problem.K.blocks()), 500, 20000);
 }
 
+// First-order iterations before anything is factored.
+std::size_t first_iterations(const Problem& problem) {
+  return std::clamp<std::size_t>(problem.K.blocks() / 6, 50, 1000);
+}
+
 std::vector<Phase> coulomb_phases(const Problem& problem) {
-  const std::size_t blocks = problem.K.blocks();
-  const std::size_t first = std::clamp<std::size_t>(blocks / 6, 50, 1000);
+  const std::size_t blocks = problem.K.blocks(), first = first_iterations(problem);
   if (blocks > few_blocks) {
     // First-order methods are slow on chains of joints: where those abound the path comes in any case.
     const bool jointed = blocks - problem.K.contacts() > problem.K.contacts() / 2;
@@ -76,7 +80,10 @@ Solution solve_one(const Problem& problem, const Options& options) {
   const bool function = std::holds_alternative<CallbackOperator>(problem.A);
   const bool too_many = nodes > largest_factor;
   const bool hurried = options.deadline < factored_cost * static_cast<double>(problem.K.blocks());
-  const bool coulomb = options.law == Law::coulomb && problem.K.contacts() > 0;
+  // Without friction the laws are one.
+  const auto& mu = problem.K.mu();
+  const bool coulomb =
+      options.law == Law::coulomb && std::any_of(mu.begin(), mu.end(), [](double m) { return m > 0; });
   std::vector<Phase> phases;
   std::string why;
   if (problem.K.all_free()) {
@@ -98,13 +105,16 @@ Solution solve_one(const Problem& problem, const Options& options) {
     if (coulomb) {
       phases = coulomb_phases(problem);
     } else {
-      if (!options.x0.empty()) phases.push_back({spg, warm_iterations});
+      // On many contacts the accelerated method gets further from a warm start, on joints the spectral one.
+      const bool piled = problem.K.contacts() > few_blocks;
+      if (!options.x0.empty())
+        phases.push_back(piled ? Phase{apgd, 2 * first_iterations(problem)} : Phase{spg, warm_iterations});
       phases.push_back({interior_point});
     }
     why = "A is small enough to factor; the order is ";
     why += coulomb              ? "apgd, interior-point, apgd"
            : options.x0.empty() ? "interior-point"
-                                : "p-spg-fb from the warm start, interior-point";
+                                : "a first-order method from the warm start, interior-point";
   }
   // A caller with limits of his own gets what they allow.
   if (options.max_iterations > 0 || std::isfinite(options.deadline)) {

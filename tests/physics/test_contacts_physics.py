@@ -1,0 +1,325 @@
+"""Contacts: restitution, belts, compliance, rolling, deep overlap, bullets, against closed forms."""
+
+import math
+
+import amontons
+import numpy as np
+import pytest
+from amontons import Material, shapes
+
+G = 9.81
+
+
+def about(axis, angle):
+    """The unit quaternion of a rotation."""
+    axis = np.asarray(axis, float) / np.linalg.norm(axis)
+    return (math.cos(angle / 2), *(math.sin(angle / 2) * axis))
+
+
+@pytest.mark.parametrize("e", [0.0, 0.5, 1.0])
+def test_bounce_height(e):
+    # Dropped by 1 m it rises by e^2 m. Detection at the start of a step shifts the impact by h at most: v h =
+    # 4.4 mm of height; e = 0 stays down.
+    b = amontons.ModelBuilder()
+    b.add_geom(None, shapes.Plane(), material=Material(restitution=e))
+    b.add_body(position=(0, 0, 1.1), shape=shapes.Sphere(0.1), mass=2.0)
+    sim = amontons.Simulation(b.build(), dt=1e-3)
+    heights = []
+    sim.run(1.3, lambda s, _: heights.append(s.state.positions[0, 2] - 0.1))
+    low = int(np.argmin(heights[:700]))
+    assert max(heights[low:]) == pytest.approx(e * e, abs=5e-3)
+
+
+@pytest.mark.parametrize("e", [0.5, 1.0])
+@pytest.mark.parametrize("mu", [0.0, 0.2, 1.0])
+def test_askew_impacts_create_no_energy(e, mu):
+    # Newton's e with friction creates energy where friction turns the slip round (Kane and Levinson 1985): up
+    # to 45 % in these falls. Tolerance: that of the solver, of the energy of the blow.
+    worst = 0.0
+    for shape in (shapes.Capsule(0.02, 0.3), shapes.Box((0.3, 0.05, 0.05)), shapes.Cylinder(0.1, 0.2)):
+        for angle in (0.3, 0.5, 0.7, 0.9):
+            for speed in (-1.0, 5.0):
+                b = amontons.ModelBuilder()
+                material = Material(friction=mu, restitution=e)
+                b.add_geom(None, shapes.Plane(), material=material)
+                b.add_body(
+                    position=(0, 0, 0.4),
+                    orientation=about((0.1, 1, 0.05), angle),
+                    shape=shape,
+                    mass=1.0,
+                    linear_velocity=(speed, 0.3, -3),
+                    angular_velocity=(0, 3, 0),
+                    material=material,
+                )
+                sim = amontons.Simulation(b.build(), dt=2e-3)
+                energies = []
+                sim.run(0.2, lambda _, r, energies=energies: energies.append(r.energy))
+                worst = max(worst, float(np.diff(energies).max()) / energies[0])
+    assert worst < 1e-5
+
+
+def test_forces_balance_in_a_tumbling_heap():
+    # m (v+ - v-) / h - m g = sum of contact forces for every body in every step, to rounding, impacts with
+    # restitution included; momentum on the ground is that of the total. Friction stays within its cone.
+    rng = np.random.default_rng(3)
+    b = amontons.ModelBuilder()
+    b.add_geom(None, shapes.Plane(), material=Material(restitution=0.4))
+    kinds = [
+        shapes.Sphere(0.1),
+        shapes.Box((0.1, 0.08, 0.12)),
+        shapes.Capsule(0.06, 0.1),
+        shapes.Cylinder(0.1, 0.1),
+    ]
+    for i in range(8):
+        b.add_body(
+            position=(*rng.uniform(-0.15, 0.15, 2), 0.3 + 0.28 * i),
+            shape=kinds[i % 4],
+            density=500.0,
+            linear_velocity=rng.normal(size=3),
+            angular_velocity=5 * rng.normal(size=3),
+        )
+    sim = amontons.Simulation(b.build())
+    mass = np.array([body.mass for body in sim.model.bodies])[:, None]
+    for _ in range(200):
+        before = np.array(sim.state.linear_velocities)
+        sim.step()
+        rate = (sim.state.linear_velocities - before) / sim.dt - np.array([0, 0, -G])
+        np.testing.assert_allclose(
+            sim.contact_forces()[0], mass * rate, atol=1e-10 * (G + np.abs(rate).max())
+        )
+        c = sim.contacts
+        normal = np.einsum("ij,ij->i", c["force"], c["normal"])
+        friction = np.linalg.norm(c["force"] - normal[:, None] * c["normal"], axis=1)
+        assert (friction <= c["friction"] * normal + 1e-9 * np.abs(normal).max(initial=1)).all()
+
+
+@pytest.mark.parametrize("direction", [(1, 0), (-1, 0), (0, 1), (0.6, -0.8)])
+def test_belt_carries_a_box(direction):
+    # mu g t while it slips, then the speed of the belt, whichever way the belt runs.
+    b = amontons.ModelBuilder()
+    b.add_geom(None, shapes.Plane(), surface_velocity=(*direction, 0))
+    b.add_body(position=(0, 0, 0.1), shape=shapes.Box((0.2, 0.1, 0.1)), mass=2.0)
+    sim = amontons.Simulation(b.build())
+    sim.run(0.1)
+    np.testing.assert_allclose(sim.state.linear_velocities[0, :2], 0.05 * G * np.array(direction), atol=1e-5)
+    sim.run(0.5)
+    np.testing.assert_allclose(sim.state.linear_velocities[0, :2], direction, atol=1e-5)
+
+
+def test_belts_of_moving_bodies():
+    # On a turned, moving platform the belt's velocity is in the platform's axes and adds to its motion; a
+    # body drives itself backwards by its own belt; between a free conveyor and its load momentum stays zero.
+    b = amontons.ModelBuilder()
+    b.add_geom(None, shapes.Plane(), material=Material(friction=0.0), category=2, mask=2)
+    platform = b.add_body(
+        motion="kinematic",
+        position=(0, 0, -0.1),
+        orientation=about((0, 0, 1), math.pi / 2),
+        linear_velocity=(0, 0.3, 0),
+    )
+    b.add_geom(platform, shapes.Box((5, 5, 0.1)), surface_velocity=(1, 0, 0))
+    box = shapes.Box((0.1, 0.1, 0.1))
+    load = b.add_body(position=(0, 0, 0.1), shape=box, mass=2.0)
+    crawler = b.add_body(position=(1, 0, 0.1), mass=2.0, inertia=(0.1,) * 3)
+    b.add_geom(crawler, box, surface_velocity=(0.5, 0, 0))
+    conveyor = b.add_body(position=(20, 0, 0.1), mass=2.0, inertia=(1.0,) * 3)
+    b.add_geom(conveyor, shapes.Box((2, 2, 0.1)), surface_velocity=(1, 0, 0), category=3, mask=3)
+    cargo = b.add_body(position=(20, 0, 0.3), shape=box, mass=1.0)
+    sim = amontons.Simulation(b.build())
+    sim.run(1.0)
+    v = sim.state.linear_velocities
+    np.testing.assert_allclose(v[load], (0, 1.3, 0), atol=1e-5)
+    # Its belt runs along x of the body, the platform's along y.
+    np.testing.assert_allclose(v[crawler], (-0.5, 1.3, 0), atol=1e-5)
+    assert v[cargo, 0] - v[conveyor, 0] == pytest.approx(1.0, abs=1e-5)
+    assert v[cargo, 0] + 2 * v[conveyor, 0] == pytest.approx(0.0, abs=1e-5)
+
+
+def test_compliance_of_surfaces_adds():
+    # Four points carry a quarter of the weight each, on springs in series: depth = m g / 4 (c1 + c2). Damping
+    # of implicit Euler, h w^2 / 2 with w^2 = 4 / (m c) = 2000 / s^2: 5 / s, e^-25 is left after 5 s.
+    b = amontons.ModelBuilder()
+    b.add_geom(None, shapes.Plane(), material=Material(compliance=3e-4))
+    b.add_body(
+        position=(0, 0, 0.1), shape=shapes.Box((0.2, 0.1, 0.1)), mass=2.0, material=Material(compliance=7e-4)
+    )
+    sim = amontons.Simulation(b.build())
+    sim.run(5.0)
+    assert 0.1 - sim.state.positions[0, 2] == pytest.approx(2 * G / 4 * 1e-3, rel=1e-5)
+
+
+@pytest.mark.parametrize("share", [0.98, 1.02])
+def test_push_below_and_above_friction(share):
+    # A force at the centre of mass, askew to the box's axes: rest below mu m g, (F - mu m g) / m above it.
+    b = amontons.ModelBuilder()
+    b.add_geom(None, shapes.Plane())
+    b.add_body(position=(0, 0, 0.05), shape=shapes.Box((0.3, 0.2, 0.05)), mass=3.0)
+    sim = amontons.Simulation(b.build())
+    sim.run(0.1)
+    force = share * 0.5 * 3 * G
+    sim.state.forces[0] = (0.6 * force, 0.8 * force, 0)
+    sim.run(1.0)
+    expected = max(0.0, share - 1) * 0.5 * G
+    np.testing.assert_allclose(
+        sim.state.linear_velocities[0], (0.6 * expected, 0.8 * expected, 0), atol=1e-5 * G
+    )
+    assert set(sim.contacts["state"]) == ({"stick"} if share < 1 else {"slip"})
+
+
+def floors(slope):
+    """Grounds of 40 m by 4 m with their top through the origin, tilted about y."""
+    n = np.array([math.sin(slope), 0, math.cos(slope)])
+    x, y = np.meshgrid(np.linspace(-20, 20, 81), np.linspace(-2, 2, 9), indexing="ij")
+    vertices = np.stack([x.ravel(), y.ravel(), 0 * x.ravel()], 1)
+    a = (9 * np.arange(80)[:, None] + np.arange(8)).ravel()
+    triangles = np.concatenate([np.stack([a, a + 9, a + 10], 1), np.stack([a, a + 10, a + 1], 1)])
+    return n, {
+        "plane": (shapes.Plane(), (0, 0, 0)),
+        "box": (shapes.Box((20, 2, 0.5)), tuple(-0.5 * n)),
+        "mesh": (shapes.Mesh(vertices, triangles), (0, 0, 0)),
+        "height field": (shapes.HeightField(np.zeros((9, 81)), 40.0, 4.0), (0, 0, 0)),
+    }
+
+
+@pytest.mark.parametrize("ground", ["plane", "box", "mesh", "height field"])
+@pytest.mark.parametrize("shape", ["sphere", "cylinder", "capsule"])
+def test_rolling_down_any_ground(ground, shape):
+    # v = g sin t / (1 + I / (m r^2)), no step away from the surface and none sideways: an edge of a triangle
+    # that is felt as a bump shows in all three.
+    slope = 0.2
+    n, grounds = floors(slope)
+    body = {
+        "sphere": shapes.Sphere(0.1),
+        "cylinder": shapes.Cylinder(0.1, 0.2),
+        "capsule": shapes.Capsule(0.1, 0.2),
+    }[shape]
+    b = amontons.ModelBuilder()
+    floor, position = grounds[ground]
+    b.add_geom(None, floor, position=position, orientation=about((0, 1, 0), slope))
+    b.add_body(
+        position=tuple(0.1 * n + np.array([0, 0.0137, 0])),
+        orientation=about((1, 0, 0), math.pi / 2),
+        shape=body,
+        mass=1.0,
+    )
+    sim = amontons.Simulation(b.build())
+    inertia = np.asarray(sim.model.bodies[0].inertia).reshape(3, 3)[2, 2]
+    away = []
+    sim.run(1.5, lambda s, _: away.append(abs(float(s.state.positions[0] @ n) - 0.1)))
+    v = sim.state.linear_velocities[0]
+    # The solver's tolerance is relative to g h.
+    assert np.linalg.norm(v) == pytest.approx(G * math.sin(slope) * 1.5 / (1 + inertia / 0.01), rel=1e-4)
+    assert abs(v[1]) < 1e-5
+    assert max(away) < 1e-6
+
+
+@pytest.mark.parametrize("ground", ["mesh", "height field"])
+def test_sliding_over_triangles_feels_no_edges(ground):
+    # Without friction nothing may change the velocity, and nothing may lift or turn the body.
+    _, grounds = floors(0.0)
+    floor, _ = grounds[ground]
+    smooth = Material(friction=0.0)
+    for shape, z in (
+        (shapes.Sphere(0.1), 0.1),
+        (shapes.Box((0.1, 0.1, 0.1)), 0.1),
+        (shapes.Cylinder(0.1, 0.1), 0.1),
+        (shapes.Capsule(0.1, 0.2), 0.3),
+    ):
+        b = amontons.ModelBuilder()
+        b.add_geom(None, floor, material=smooth)
+        b.add_body(
+            position=(0.01, 0.03, z), shape=shape, mass=1.0, linear_velocity=(3, 0.2, 0), material=smooth
+        )
+        sim = amontons.Simulation(b.build())
+        sim.run(2.0)
+        np.testing.assert_allclose(sim.state.linear_velocities[0], (3, 0.2, 0), atol=1e-6)
+        assert sim.state.positions[0, 2] == pytest.approx(z, abs=1e-6)
+        assert np.abs(sim.state.angular_velocities[0]).max() < 1e-6
+
+
+@pytest.mark.parametrize("shape", [shapes.Box((0.1, 0.1, 0.1)), shapes.Cylinder(0.1, 0.1)])
+def test_deep_overlap_is_undone_slowly(shape):
+    # Half sunk into the ground and into each other: each overlap is undone at recovery_speed, so the upper
+    # body rises at twice that at most (give or take g h of a step), and both rest where they belong.
+    b = amontons.ModelBuilder()
+    b.add_geom(None, shapes.Box((1, 1, 0.5)), position=(0, 0, -0.5))
+    b.add_body(position=(0, 0, 0.02), shape=shape, mass=1.0)
+    b.add_body(position=(0.01, 0, 0.14), shape=shape, mass=1.0)
+    sim = amontons.Simulation(b.build())
+    rise = []
+    sim.run(2.0, lambda s, _: rise.append(s.state.linear_velocities[:, 2].max()))
+    assert max(rise) < 2 * sim.recovery_speed + G * sim.dt
+    np.testing.assert_allclose(sim.state.positions[:, 2], (0.1, 0.3), atol=1e-5)
+
+
+@pytest.mark.parametrize("plate", ["fixed", "dynamic", "mesh"])
+@pytest.mark.parametrize("speed", [100.0, 1000.0])
+def test_bullets_do_not_tunnel(plate, speed):
+    # 0.5 m and 5 m per step through a plate of 1 cm, with spin, with and without restitution.
+    for shape in (shapes.Sphere(0.005), shapes.Box((0.01, 0.005, 0.005)), shapes.Capsule(0.003, 0.01)):
+        for e in (0.0, 0.8):
+            material = Material(restitution=e)
+            b = amontons.ModelBuilder(gravity=(0, 0, 0))
+            if plate == "fixed":
+                b.add_geom(None, shapes.Box((0.005, 0.5, 0.5)), position=(0.4, 0, 0), material=material)
+            elif plate == "dynamic":
+                b.add_body(
+                    position=(0.4, 0, 0), shape=shapes.Box((0.005, 0.5, 0.5)), mass=10.0, material=material
+                )
+            else:
+                square = np.array([[0.4, -1, -1], [0.4, -1, 1], [0.4, 1, 1], [0.4, 1, -1.0]])
+                b.add_geom(None, shapes.Mesh(square, np.array([[0, 1, 2], [0, 2, 3]])), material=material)
+            bullet = b.add_body(
+                position=(-0.0137, 0.002, 0.013),
+                shape=shape,
+                mass=0.01,
+                linear_velocity=(speed, 1, 0),
+                angular_velocity=(0, 500, 0),
+                material=material,
+            )
+            sim = amontons.Simulation(b.build())
+            momentum = sim.momentum()[0]
+            sim.run(0.1)
+            wall = sim.state.positions[0, 0] if plate == "dynamic" else 0.4
+            assert sim.state.positions[bullet, 0] < wall
+            if plate == "dynamic":
+                np.testing.assert_allclose(sim.momentum()[0], momentum, atol=1e-12 * speed)
+
+
+def test_lift_and_paddle():
+    # On a lift that accelerates at 2 m/s^2 a box weighs m (g + 2); a paddle pushes another at its own speed.
+    b = amontons.ModelBuilder()
+    b.add_geom(None, shapes.Plane(), position=(0, 0, -1))
+    lift = b.add_body(motion="kinematic", position=(0, 0, -0.1), shape=shapes.Box((1, 1, 0.1)))
+    box = shapes.Box((0.1, 0.1, 0.1))
+    rider = b.add_body(position=(0, 0, 0.1), shape=box, mass=2.0)
+    b.add_body(motion="kinematic", position=(-5.5, 0, -0.8), shape=box, linear_velocity=(0.5, 0, 0))
+    pushed = b.add_body(position=(-5.0, 0, -0.9), shape=box, mass=2.0)
+    sim = amontons.Simulation(b.build())
+
+    def accelerate(s):
+        s.state.linear_velocities[lift, 2] += 2 * s.dt
+
+    sim.force_callbacks.append(accelerate)
+    sim.run(1.0)
+    assert sim.contact_forces()[0][rider, 2] == pytest.approx(2 * (G + 2), rel=1e-4)
+    assert sim.state.linear_velocities[pushed, 0] == pytest.approx(0.5, abs=1e-5)
+
+
+def test_a_long_rest_stays():
+    # 15 boxes, each turned on the one below, for 20 s: no drift beyond the first second, no penetration.
+    b = amontons.ModelBuilder()
+    b.add_geom(None, shapes.Plane())
+    for i in range(15):
+        b.add_body(
+            position=(0, 0, 0.1 + 0.2 * i),
+            orientation=about((0, 0, 1), 0.3 * i),
+            shape=shapes.Box((0.1, 0.1, 0.1)),
+            mass=1.0,
+        )
+    sim = amontons.Simulation(b.build())
+    sim.run(1.0)
+    start = np.array(sim.state.positions)
+    report = sim.run(19.0)
+    assert np.abs(sim.state.positions - start).max() < 1e-6
+    assert report.penetration < 1e-6
