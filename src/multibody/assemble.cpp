@@ -30,7 +30,7 @@ InverseMass inverse_mass_of(const std::vector<BodyFrame>& bodies, const std::vec
 double contact_bias(const ContactSite& site, double approach, const Assembly& options) {
   if (options.impact) return site.material.restitution * std::min(approach, 0.0);
   const double rate = site.gap / options.h;
-  return site.bend / options.h + (site.material.compliance > 0 ? rate : std::max(rate, -options.recovery_speed));
+  return site.material.compliance > 0 ? rate : std::max(rate, -options.recovery_speed);
 }
 
 double row_velocity(const std::array<double, 6>& j, const Vec3& v, const Vec3& w) {

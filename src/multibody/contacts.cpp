@@ -33,14 +33,8 @@ Transform moved(const BodyFrame& body, const BodyVelocity& v, double h) {
   return {centre + rotate(turn, body.pose.position - body.centre), turn * body.pose.rotation};
 }
 
-// Turns of less in a step (rad) bend no gap that matters.
+// Turns of less in a step (rad) change no gap that matters.
 constexpr double least_turn = 1e-3;
-
-// Two points of a pair are the same one if they lie closer together than this in the frame of body A.
-double same_point(const Model& model, Index geom_a, Index geom_b) {
-  return 0.25 *
-         std::min(bounding_radius(model.geom(geom_a).shape), bounding_radius(model.geom(geom_b).shape));
-}
 
 std::pair<Index, Index> pair_of(const ContactSite& site) { return {site.geom_a, site.geom_b}; }
 
@@ -92,9 +86,9 @@ std::size_t ContactFinder::find_missed(const Model& model, const std::vector<Bod
   return sites.size() - known;
 }
 
-std::size_t ContactFinder::bend_gaps(const Model& model, const std::vector<BodyFrame>& bodies,
-                                     const std::vector<BodyVelocity>& v, double h, double allowance,
-                                     std::vector<ContactSite>& sites) {
+std::size_t ContactFinder::find_overlaps(const Model& model, const std::vector<BodyFrame>& bodies,
+                                         const std::vector<BodyVelocity>& v, double h, double allowance,
+                                         std::vector<ContactSite>& sites) {
   ends.resize(bodies.size());
   for (std::size_t i = 0; i < bodies.size(); ++i) ends[i] = moved(bodies[i], v[i], h);
   const auto end_frame = [&](const Geom& geom) {
@@ -102,46 +96,26 @@ std::size_t ContactFinder::bend_gaps(const Model& model, const std::vector<BodyF
   };
   const auto turn = [&](Index body) { return body < 0 ? 0.0 : h * norm(v[body].angular); };
   sort_by_pair(sites);
-  std::size_t changed = 0;
-  for (std::size_t i = 0, end; i < by_pair.size(); i = end) {
+  const std::size_t known = sites.size();
+  for (std::size_t i = 0; i < known; ++i) {
     const ContactSite first = sites[by_pair[i]];
-    for (end = i; end < by_pair.size() && pair_of(sites[by_pair[end]]) == pair_of(first);) ++end;
+    if (i > 0 && pair_of(sites[by_pair[i - 1]]) == pair_of(first)) continue;
     if (turn(first.body_a) + turn(first.body_b) < least_turn) continue;
     const Geom &a = model.geom(first.geom_a), &b = model.geom(first.geom_b);
     points.clear();
     collide(a.shape, end_frame(a), b.shape, end_frame(b), 0, points);
-    const double reach = same_point(model, first.geom_a, first.geom_b);
-    const bool single = end - i == 1 && points.size() == 1;
-    const Transform start_a = inverse(bodies[first.body_a].pose), end_a = inverse(ends[first.body_a]);
     for (const ContactPoint& p : points) {
       if (p.gap >= -allowance) continue;
-      double best = single ? infinity : reach * reach;
-      ContactSite* nearest = nullptr;
-      for (std::size_t k = i; k < end; ++k) {
-        ContactSite& site = sites[by_pair[k]];
-        const double distance = norm_squared(start_a(site.point) - end_a(p.point));
-        if (distance < best) best = distance, nearest = &site;
-      }
-      if (nearest) {
-        const double foreseen = nearest->gap + h * dot(nearest->normal, relative_velocity(*nearest, v));
-        const double bend = p.gap - foreseen;
-        if (bend > -0.5 * allowance || bend > nearest->bend - 0.1 * allowance) continue;
-        nearest->bend = bend;
-      } else {
-        // A point that the start of the step does not show: arms, normal and gap are those at its end.
-        ContactSite site = first;
-        site.point = p.point, site.normal = p.normal, site.bend = 0;
-        site.r_a = p.point - (bodies[first.body_a].centre + h * v[first.body_a].linear);
-        if (first.body_b >= 0)
-          site.r_b = p.point - (bodies[first.body_b].centre + h * v[first.body_b].linear);
-        site.surface -= dot(p.normal, site.surface) * p.normal;
-        site.gap = p.gap - h * dot(p.normal, relative_velocity(site, v));
-        sites.push_back(site);
-      }
-      ++changed;
+      ContactSite site = first;
+      site.point = p.point, site.normal = p.normal;
+      site.r_a = p.point - (bodies[first.body_a].centre + h * v[first.body_a].linear);
+      if (first.body_b >= 0) site.r_b = p.point - (bodies[first.body_b].centre + h * v[first.body_b].linear);
+      site.surface -= dot(p.normal, site.surface) * p.normal;
+      site.gap = p.gap - h * dot(p.normal, relative_velocity(site, v));
+      sites.push_back(site);
     }
   }
-  return changed;
+  return sites.size() - known;
 }
 
 template <class F>

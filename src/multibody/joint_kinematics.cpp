@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "multibody/step.hpp"
+
 namespace amontons {
 namespace {
 
@@ -248,6 +250,33 @@ bool is_active(const Model& model, const Joint& joint) {
   return model.is_dynamic(joint.body_a) || model.is_dynamic(joint.body_b);
 }
 
+namespace {
+
+// Everything of a context that follows from the pose of the joint and its coordinates.
+void place(JointContext& ctx, const JointPose& pose, const Vec3& centre_a, const Vec3& centre_b,
+           std::span<const double> q) {
+  ctx.pose = pose;
+  ctx.axes = to_matrix(pose.b.rotation);
+  Vec3 point = pose.a.position;
+  if (is_chain(*ctx.joint)) {
+    ctx.chain = chain_kinematics(*ctx.joint, pose.relative, q);
+    ctx.duals = dual_wrenches(ctx.chain, ctx.length);
+    ctx.arm = (ctx.chain.reference + ctx.chain.error.linear) - pose.relative.position;
+    if (!(ctx.chain.spherical))
+      point += ctx.axes * ctx.arm;
+    else
+      ctx.arm = {};
+  }
+  if (ctx.body_a >= 0) ctx.r_a = point - centre_a;
+  if (ctx.body_b >= 0) ctx.r_b = point - centre_b;
+}
+
+Vec3 centre_of(const std::vector<BodyFrame>& bodies, Index body) {
+  return body >= 0 ? bodies[body].centre : Vec3{};
+}
+
+}  // namespace
+
 JointContext joint_context(const Model& model, const std::vector<BodyFrame>& bodies, const State& state,
                            std::size_t j) {
   const auto moving = [&](Index body) {
@@ -259,22 +288,9 @@ JointContext joint_context(const Model& model, const std::vector<BodyFrame>& bod
   ctx.body_a = moving(ctx.joint->body_a);
   ctx.body_b = moving(ctx.joint->body_b);
   ctx.length = model.length();
-  ctx.pose = joint_pose(*ctx.joint, bodies);
-  ctx.axes = to_matrix(ctx.pose.b.rotation);
-  Vec3 point = ctx.pose.a.position;
-  if (is_chain(*ctx.joint)) {
-    const std::span<const double> q(state.coordinates);
-    ctx.chain = chain_kinematics(*ctx.joint, ctx.pose.relative,
-                                 q.subspan(model.first_dof(j), ctx.joint->dofs.size()));
-    ctx.duals = dual_wrenches(ctx.chain, ctx.length);
-    ctx.arm = (ctx.chain.reference + ctx.chain.error.linear) - ctx.pose.relative.position;
-    if (!(ctx.chain.spherical))
-      point += ctx.axes * ctx.arm;
-    else
-      ctx.arm = {};
-  }
-  if (ctx.body_a >= 0) ctx.r_a = point - bodies[ctx.body_a].centre;
-  if (ctx.body_b >= 0) ctx.r_b = point - bodies[ctx.body_b].centre;
+  const std::span<const double> q(state.coordinates);
+  place(ctx, joint_pose(*ctx.joint, bodies), centre_of(bodies, ctx.body_a), centre_of(bodies, ctx.body_b),
+        q.subspan(model.first_dof(j), ctx.joint->dofs.size()));
   return ctx;
 }
 
@@ -332,6 +348,40 @@ double free_velocity(const std::vector<BodyFrame>& bodies, const JacobianRow& ro
   if (row.body_b >= 0)
     u += side_velocity(row.b, bodies[row.body_b].free_velocity, bodies[row.body_b].free_omega);
   return u;
+}
+
+std::array<double, 6> rates_before(const JointContext& now, const std::vector<BodyFrame>& bodies,
+                                   std::span<const double> q, double h) {
+  struct Past {
+    Transform pose;
+    Vec3 centre, spin;
+  };
+  const auto past = [&](Index body) -> Past {
+    if (body < 0) return {};
+    const BodyFrame& frame = bodies[body];
+    // The solve of a step knows the mean of the gyroscopic rotation; backwards in time it is this one.
+    const Vec3 spin = -torque_free_mean(frame.inertia, -frame.omega, h);
+    const Quat turn = exponential(-h * spin);
+    const Vec3 centre = frame.centre - h * frame.velocity;
+    return {{centre + rotate(turn, frame.pose.position - frame.centre), turn * frame.pose.rotation},
+            centre,
+            spin};
+  };
+  const Past a = past(now.joint->body_a), b = past(now.joint->body_b);
+  std::array<double, 6> before{};
+  for (std::size_t i = 0; i < now.chain.dofs; ++i)
+    before[i] = q[i] - h * start_velocity(bodies, joint_row(now, now.duals[i]));
+  JointContext ctx = now;
+  JointPose pose{a.pose * now.joint->frame_a, b.pose * now.joint->frame_b, {}};
+  pose.relative = inverse(pose.b) * pose.a;
+  place(ctx, pose, a.centre, b.centre, std::span(before).first(now.chain.dofs));
+  std::array<double, 6> rates{};
+  for (std::size_t i = 0; i < now.chain.dofs; ++i) {
+    const JacobianRow row = joint_row(ctx, ctx.duals[i]);
+    if (row.body_a >= 0) rates[i] += side_velocity(row.a, bodies[row.body_a].velocity, a.spin);
+    if (row.body_b >= 0) rates[i] += side_velocity(row.b, bodies[row.body_b].velocity, b.spin);
+  }
+  return rates;
 }
 
 }  // namespace amontons

@@ -80,6 +80,11 @@ JacobianRow operator*(double s, const JacobianRow& row);
 double inverse_effective_mass(const std::vector<BodyFrame>& bodies, const JacobianRow& row);
 double start_velocity(const std::vector<BodyFrame>& bodies, const JacobianRow& row);
 double free_velocity(const std::vector<BodyFrame>& bodies, const JacobianRow& row);
+// The rates that the last step ended with, for the inertia of drives: those of the start velocities on the
+// Jacobian of that step. On the present one they differ by h J' v, which over many steps is not small (q'' =
+// J v' + J' v) where the axes of one joint turn with its other degrees of freedom.
+std::array<double, 6> rates_before(const JointContext& joint, const std::vector<BodyFrame>& bodies,
+                                   std::span<const double> q, double h);
 
 // Locked rows that repeat each other (the two hinges of a door, planar loops) make A singular, and nothing
 // then decides how they share the load. This compliance, relative to D M^-1 D' of the row, makes them share

@@ -42,20 +42,19 @@ struct DofRow {
   double q, target;
   DofImpulse last;
   JacobianRow row;  // scale * rate of the coordinate
+  double before;    // scale * rate that the last step ended with
 };
 
 RowTag tag_of(const JointContext& joint, const DofRow& d, RowKind kind, double sign = 1) {
   return {kind, joint.index, d.index, sign, {}, {}, d.scale};
 }
 
-void append_drive(const JointContext& joint, const DofRow& d, const std::vector<BodyFrame>& bodies,
-                  const JointOptions& options, JointRows& rows) {
+void append_drive(const JointContext& joint, const DofRow& d, const JointOptions& options, JointRows& rows) {
   const double h = options.h, s = d.scale;
   const double k = d.dof->stiffness / (s * s), a = d.dof->armature / (s * s);
   const double stiff = h * h * k + h * d.dof->damping / (s * s) + a;
   if (stiff == 0) return;
-  const double before = a > 0 ? start_velocity(bodies, d.row) : 0;
-  const double c = (h * k * s * (d.q - d.dof->rest) - a * before) / stiff;
+  const double c = (h * k * s * (d.q - d.dof->rest) - a * d.before) / stiff;
   rows.cones.add_free(1);
   append_row(rows, d.row, 1 / stiff, c, d.last.drive / s, tag_of(joint, d, RowKind::drive));
 }
@@ -177,6 +176,10 @@ void append_locked_rows(const JointContext& joint, const std::vector<BodyFrame>&
 void append_dof_rows(const Model& model, const JointContext& joint, const std::vector<BodyFrame>& bodies,
                      const State& state, const JointOptions& options, JointRows& rows) {
   const std::size_t first = model.first_dof(joint.index);
+  const auto& dofs = joint.joint->dofs;
+  std::array<double, 6> rates{};
+  if (std::any_of(dofs.begin(), dofs.end(), [](const Dof& dof) { return dof.armature > 0; }))
+    rates = rates_before(joint, bodies, std::span(state.coordinates).subspan(first), options.h);
   for (std::size_t i = 0; i < joint.chain.dofs; ++i) {
     const Dof& dof = joint.joint->dofs[i];
     if (!has_rows(dof)) continue;
@@ -187,8 +190,9 @@ void append_dof_rows(const Model& model, const JointContext& joint, const std::v
                    state.coordinates[first + i],
                    dof.motor.kind == MotorKind::none ? 0 : state.targets[first + i],
                    state.dof_impulses[first + i],
-                   joint_row(joint, s * joint.duals[i])};
-    append_drive(joint, d, bodies, options, rows);
+                   joint_row(joint, s * joint.duals[i]),
+                   dof.armature > 0 ? s * rates[i] : 0};
+    append_drive(joint, d, options, rows);
     const double motor_speed = append_motor(joint, d, bodies, options, rows);
     append_friction(joint, d, options, rows);
     append_limits(joint, d, motor_speed, bodies, options, rows);

@@ -176,7 +176,7 @@ void Simulation::advance(double h, double elapsed, Report& report) {
     if (pass < most_detections) {
       const double allowance = margin() / 10;
       missed = s.finder.find_missed(model, s.bodies, s.v, h, margin(), allowance, s.sites) +
-               s.finder.bend_gaps(model, s.bodies, s.v, h, allowance, s.sites);
+               s.finder.find_overlaps(model, s.bodies, s.v, h, allowance, s.sites);
     }
     lap(report.timings.collision);
     if (missed == 0) break;

@@ -42,8 +42,7 @@ struct ContactSite {
   Vec3 point, normal, r_a, r_b;
   double gap;
   Material material;
-  Vec3 surface;     // velocity of A's surface over its body less that of B's, tangential, world
-  double bend = 0;  // what turning bodies add to gap + h u_n by the end of the step, m, <= 0
+  Vec3 surface;  // velocity of A's surface over its body less that of B's, tangential, world
 };
 
 struct BodyVelocity {
@@ -71,13 +70,13 @@ struct ContactFinder {
   std::size_t find_missed(const Model& model, const std::vector<BodyFrame>& bodies,
                           const std::vector<BodyVelocity>& v, double h, double margin, double allowance,
                           std::vector<ContactSite>& sites);
-  // Compares the gaps at the end of the step, where v takes the bodies, with gap + h u_n: a face that turns
-  // while something slides along it is where its old normal does not tell. Where they overlap by more than
-  // `allowance`, the difference is stored in the site, or a point that no site stands for is appended.
-  // Returns how many points changed.
-  std::size_t bend_gaps(const Model& model, const std::vector<BodyFrame>& bodies,
-                        const std::vector<BodyVelocity>& v, double h, double allowance,
-                        std::vector<ContactSite>& sites);
+  // Appends the points of known pairs that overlap by more than `allowance` where v takes the bodies: a face
+  // that turns while something slides along it is where its old normal does not tell. Arms, normal and gap of
+  // these points are those of the end of the step, so that they ask for nothing that the motion does not.
+  // Returns their number.
+  std::size_t find_overlaps(const Model& model, const std::vector<BodyFrame>& bodies,
+                            const std::vector<BodyVelocity>& v, double h, double allowance,
+                            std::vector<ContactSite>& sites);
 
  private:
   // f(site, gap at the end of the step) for every point in reach of the velocities v.

@@ -24,10 +24,9 @@ def newtons_cradle(
     length: float = 0.5,
     gap: float = 0.0,
 ) -> Model:
-    """Five steel balls in a row, each on a V of two strings; the first `raised` ones are let go at `angle`
-    degrees.
+    """Steel balls in a row, each on a V of two strings; the first ones are let go.
 
-    With `restitution` 1 as many balls leave at the far end. Balls of `radius` m hang `length` m below the
+    `raised` balls start at `angle` degrees. With `restitution` 1 as many balls leave at the far end. Balls of `radius` m hang `length` m below the
     supports, `gap` m apart at rest.
     """
     require(0 <= raised <= balls and balls >= 1, "newtons_cradle", "raised must be in [0, balls]")

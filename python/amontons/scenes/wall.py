@@ -35,7 +35,7 @@ def wall(
     every second course is shifted by half a brick and ends in half bricks. Head joints are `joint` m wide,
     and 8692 contacts carry the wall at rest. It lies along x and faces y. A steel ball hangs from a chain of
     `links` capsules joined by ball joints, sized by the wall's height (3.6 t, radius 0.48 m); it starts
-    `angle` degrees before the plumb line and strikes at half height with about `speed` m/s after 0.5 s.
+    `angle` degrees before the plumb line and strikes at half height with about `speed` m/s after 0.4 s.
     """
     require(columns >= 1 and rows >= 1, "wall", "columns and rows must be at least 1")
     b = ModelBuilder()
