@@ -276,3 +276,42 @@ def test_errors_of_position_are_taken_back_at_the_bounded_speed():
     sim.run(3.0, lambda s, _: speeds.append(abs(speed(s))))
     assert max(speeds) == pytest.approx(0.5, rel=1e-5)
     assert abs(position(sim)) < 1e-6
+
+
+CHAIN = """<mujoco><option timestep="0.0005" integrator="RK4"/><worldbody>
+<body name="a" pos="0 0 2"><joint type="hinge" axis="0 1 0" damping=".02" stiffness="2"/>
+<geom type="capsule" fromto="0 0 0 .5 0 0" size=".03" mass="1" contype="0" conaffinity="0"/>
+<body name="b" pos=".5 0 0"><joint type="hinge" axis="0 0 1" armature=".01"/>
+<joint type="hinge" axis="0 1 0" damping=".01"/>
+<geom type="box" pos=".2 0 0" size=".2 .05 .03" mass=".7" contype="0" conaffinity="0"/>
+<body name="c" pos=".4 0 0"><joint type="ball" stiffness=".5" damping=".02"/>
+<geom type="ellipsoid" pos=".1 0 0" size=".1 .05 .03" mass=".3" contype="0" conaffinity="0"/>
+</body></body></body></worldbody></mujoco>"""
+
+
+def test_spatial_chain_converges_to_mujoco(tmp_path):
+    # Hinges, two of them in one joint with the inertia of a drive, springs, dampers and a ball, in generalised
+    # coordinates with RK4 (error far below 1e-6 m here) and as our constraints: the difference is of first
+    # order in h, 2 m/s times h at most, and falls with it. The inertia of a drive that takes its last rate
+    # from the present Jacobian stays wrong by 3 mm at any h.
+    mujoco = pytest.importorskip("mujoco")
+    path = tmp_path / "chain.xml"
+    path.write_text(CHAIN)
+    model = amontons.load_model(path)
+    reference = mujoco.MjModel.from_xml_string(CHAIN)
+    worst = {}
+    for h in (1e-3, 2.5e-4):
+        data = mujoco.MjData(reference)
+        data.qvel[:2] = 1, 2
+        mujoco.mj_forward(reference, data)
+        ids = [reference.body(name).id for name in model.body_names]
+        sim = amontons.Simulation(model, dt=h, tolerance=1e-9)
+        for k, i in enumerate(ids):
+            twist = np.zeros(6)
+            mujoco.mj_objectVelocity(reference, data, mujoco.mjtObj.mjOBJ_XBODY, i, twist, 0)
+            sim.state.angular_velocities[k], sim.state.linear_velocities[k] = twist[:3], twist[3:]
+        mujoco.mj_step(reference, data, 2000)
+        sim.run(1.0)
+        worst[h] = np.abs(sim.state.positions - data.xpos[ids]).max()
+    assert worst[1e-3] < 2e-3
+    assert worst[2.5e-4] < 0.3 * worst[1e-3]

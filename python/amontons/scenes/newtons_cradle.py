@@ -26,8 +26,8 @@ def newtons_cradle(
 ) -> Model:
     """Steel balls in a row, each on a V of two strings; the first ones are let go.
 
-    `raised` balls start at `angle` degrees. With `restitution` 1 as many balls leave at the far end. Balls of `radius` m hang `length` m below the
-    supports, `gap` m apart at rest.
+    `raised` balls start at `angle` degrees. With `restitution` 1 as many balls leave at the far end. Balls of
+    `radius` m hang `length` m below the supports, `gap` m apart at rest.
     """
     require(0 <= raised <= balls and balls >= 1, "newtons_cradle", "raised must be in [0, balls]")
     b = ModelBuilder()
