@@ -92,9 +92,9 @@ class JointBuilder:
         name: str | None = None,
     ) -> int:
         """A hinge: A turns about the axis through `point`; the coordinate is the angle (rad)."""
-        dofs = _dofs(["hinge"], limits, motor, (stiffness, rest, damping, friction, armature))
+        dofs = _dofs(name, ["hinge"], limits, motor, (stiffness, rest, damping, friction, armature))
         joint = Joint(dofs=dofs, compliance=compliance, collide=collide)
-        return self._add_framed(joint, a, b, name, point, _to_axis("axis", axis))
+        return self._add_framed(joint, a, b, name, point, _to_axis(_who(name, "axis"), axis))
 
     def add_prismatic_joint(
         self,
@@ -118,9 +118,9 @@ class JointBuilder:
 
         point: where reactions are reported, by default the origin of A.
         """
-        dofs = _dofs(["slide"], limits, motor, (stiffness, rest, damping, friction, armature))
+        dofs = _dofs(name, ["slide"], limits, motor, (stiffness, rest, damping, friction, armature))
         joint = Joint(dofs=dofs, compliance=compliance, collide=collide)
-        return self._add_framed(joint, a, b, name, point, _to_axis("axis", axis))
+        return self._add_framed(joint, a, b, name, point, _to_axis(_who(name, "axis"), axis))
 
     def add_cylindrical_joint(
         self,
@@ -141,9 +141,9 @@ class JointBuilder:
         name: str | None = None,
     ) -> int:
         """A moves along the axis (degree of freedom 0, m) and turns about it (1, rad)."""
-        dofs = _dofs(["slide", "hinge"], limits, motor, (stiffness, rest, damping, friction, armature))
+        dofs = _dofs(name, ["slide", "hinge"], limits, motor, (stiffness, rest, damping, friction, armature))
         joint = Joint(dofs=dofs, compliance=compliance, collide=collide)
-        return self._add_framed(joint, a, b, name, point, _to_axis("axis", axis))
+        return self._add_framed(joint, a, b, name, point, _to_axis(_who(name, "axis"), axis))
 
     def add_universal_joint(
         self,
@@ -168,11 +168,15 @@ class JointBuilder:
 
         The axes need not be perpendicular, but they must not be parallel.
         """
-        first, second = unit_vector("axis_1", axis_1), unit_vector("axis_2", axis_2)
+        first, second = (
+            unit_vector(_who(name, what), axis) for what, axis in (("axis_1", axis_1), ("axis_2", axis_2))
+        )
         if dot(*[cross(first, second)] * 2) < 1e-6:
-            raise InputError("universal joint: axis_1 and axis_2 are parallel; give two directions")
+            raise InputError(
+                f"{_who(name, 'universal joint')}: axis_1 and axis_2 are parallel; give two directions"
+            )
         rotation = rotation_to_z(first)
-        dofs = _dofs(["hinge", "hinge"], limits, motor, (stiffness, rest, damping, friction, armature))
+        dofs = _dofs(name, ["hinge", "hinge"], limits, motor, (stiffness, rest, damping, friction, armature))
         dofs = (dofs[0], replace(dofs[1], axis=rotate(conjugate(rotation), second)))
         joint = Joint(dofs=dofs, compliance=compliance, collide=collide)
         return self._add_framed(joint, a, b, name, point, rotation)
@@ -200,11 +204,11 @@ class JointBuilder:
         point: of A, by default the origin of A. The slides complete the normal to a right-handed frame.
         """
         dofs = _dofs(
-            ["slide", "slide", "hinge"], limits, motor, (stiffness, rest, damping, friction, armature)
+            name, ["slide", "slide", "hinge"], limits, motor, (stiffness, rest, damping, friction, armature)
         )
         dofs = (replace(dofs[0], axis=(1.0, 0.0, 0.0)), replace(dofs[1], axis=(0.0, 1.0, 0.0)), dofs[2])
         joint = Joint(dofs=dofs, compliance=compliance, collide=collide)
-        return self._add_framed(joint, a, b, name, point, _to_axis("normal", normal))
+        return self._add_framed(joint, a, b, name, point, _to_axis(_who(name, "normal"), normal))
 
     def add_fixed_joint(
         self,
@@ -238,9 +242,9 @@ class JointBuilder:
         name: str | None = None,
     ) -> int:
         """A point of A stays on a line of B through its initial place; A turns freely about the point."""
-        dofs = _dofs(["slide"], limits, motor, (stiffness, rest, damping, friction, armature))
+        dofs = _dofs(name, ["slide"], limits, motor, (stiffness, rest, damping, friction, armature))
         joint = Joint(dofs=dofs, spherical=True, compliance=compliance, collide=collide)
-        return self._add_framed(joint, a, b, name, point, _to_axis("axis", axis))
+        return self._add_framed(joint, a, b, name, point, _to_axis(_who(name, "axis"), axis))
 
     def add_distance_joint(
         self,
@@ -365,11 +369,18 @@ class JointBuilder:
         raise NotImplementedError
 
 
+def _who(name: str | None, what: str) -> str:
+    """What an error is about; joints without a name have none yet."""
+    return what if name is None else f'joint "{name}": {what}'
+
+
 def _to_axis(what: str, axis: Sequence[float]) -> Quaternion:
     return rotation_to_z(unit_vector(what, axis))
 
 
-def _dofs(kinds: Sequence[str], limits: Limits, motor: Any, values: Sequence[PerDof]) -> tuple[Dof, ...]:
+def _dofs(
+    name: str | None, kinds: Sequence[str], limits: Limits, motor: Any, values: Sequence[PerDof]
+) -> tuple[Dof, ...]:
     """Degrees of freedom along the third axis with the options of the add_*_joint functions."""
     count = len(kinds)
     columns = [_spread(what, value, count) for what, value in zip(_FIELDS, values, strict=True)]
@@ -377,7 +388,11 @@ def _dofs(kinds: Sequence[str], limits: Limits, motor: Any, values: Sequence[Per
     motors = _spread("motor", motor, count)
     made = []
     for k, kind in enumerate(kinds):
-        lower, upper = (-math.inf, math.inf) if bounds[k] is None else _bounds("joint", bounds[k])
+        lower, upper = (
+            (-math.inf, math.inf)
+            if bounds[k] is None
+            else _bounds("joint" if name is None else f'joint "{name}"', bounds[k])
+        )
         if motors[k] is not None and not isinstance(motors[k], Motor):
             raise InputError(f"motor is {motors[k]!r}; give a Motor")
         options = {name: column[k] for name, column in zip(_FIELDS, columns, strict=True)}

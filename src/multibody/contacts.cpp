@@ -1,6 +1,7 @@
 // Contact points of a step, and the impulses that the last step found for them.
 #include <algorithm>
 
+#include "collision/convex.hpp"
 #include "multibody/step.hpp"
 
 namespace amontons {
@@ -36,6 +37,20 @@ Transform moved(const BodyFrame& body, const BodyVelocity& v, double h) {
 // Turns of less in a step (rad) change no gap that matters.
 constexpr double least_turn = 1e-3;
 
+// Faces whose heights differ by less are level.
+double level_of(double margin) { return 0.01 * margin; }
+
+bool is_solid(const Shape& shape) { return !is_static_only(shape) && !std::holds_alternative<Sphere>(shape); }
+
+// Whether a contact that is still open would close within the step, between two solids of which B does not
+// move: the only ones that a body may pass instead.
+bool is_aside(const Model& model, const ContactSite& site, double h, const std::vector<BodyVelocity>& v,
+              double margin) {
+  return site.gap >= -level_of(margin) && !model.is_dynamic(site.body_b) &&
+         site.gap + h * dot(site.normal, relative_velocity(site, v)) < 0 &&
+         is_solid(model.geom(site.geom_a).shape) && is_solid(model.geom(site.geom_b).shape);
+}
+
 std::pair<Index, Index> pair_of(const ContactSite& site) { return {site.geom_a, site.geom_b}; }
 
 }  // namespace
@@ -54,6 +69,45 @@ void ContactFinder::find(const Model& model, const std::vector<BodyFrame>& bodie
   visit(model, bodies, v, h, margin, [&](const ContactSite& site, double closing) {
     if (site.gap <= margin || closing <= margin) sites.push_back(site);
   });
+  // What a body rests on is known only now.
+  by_body.clear();
+  passed.assign(sites.size(), 0);
+  for (std::size_t i = 0; i < sites.size(); ++i)
+    passed[i] = is_aside(model, sites[i], h, v, margin) && is_passed(model, sites[i], margin, sites);
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < sites.size(); ++i)
+    if (!passed[i]) sites[kept++] = sites[i];
+  sites.resize(kept);
+  by_body.clear();
+}
+
+// A box that slides over the joint between two slabs must not strike the side of the second one: as long as
+// it rests on the first it stays above both. Ahead of the joint, though, the nearest way to the second slab
+// is sideways, and a contact that acts before it touches would stop the box there.
+bool ContactFinder::is_passed(const Model& model, const ContactSite& site, double margin,
+                              const std::vector<ContactSite>& sites) {
+  const auto less = [&](std::size_t i, std::size_t j) { return sites[i].body_a < sites[j].body_a; };
+  if (by_body.empty()) {  // sorted for the first candidate only: most steps have none
+    by_body.resize(sites.size());
+    for (std::size_t i = 0; i < sites.size(); ++i) by_body[i] = i;
+    std::stable_sort(by_body.begin(), by_body.end(), less);
+  }
+  const Shape &a = model.geom(site.geom_a).shape, &b = model.geom(site.geom_b).shape;
+  const double level = level_of(margin);
+  auto k = std::partition_point(by_body.begin(), by_body.end(),
+                                [&](std::size_t i) { return sites[i].body_a < site.body_a; });
+  for (; k != by_body.end() && sites[*k].body_a == site.body_a; ++k) {
+    const ContactSite& rest = sites[*k];
+    if (rest.body_b != site.body_b || rest.geom_b == site.geom_b) continue;
+    if (std::abs(rest.gap) > level || dot(rest.normal, site.normal) > 0.5) continue;
+    const Vec3& up = rest.normal;
+    const collision::Convex body_a = collision::make_convex(a, frames[site.geom_a], site.point),
+                            body_b = collision::make_convex(b, frames[site.geom_b], site.point);
+    const double lowest = dot(up, collision::support(body_a, -up)) - body_a.radius,
+                 highest = dot(up, collision::support(body_b, up)) + body_b.radius;
+    if (lowest - highest >= -level) return true;
+  }
+  return false;
 }
 
 std::size_t ContactFinder::find_missed(const Model& model, const std::vector<BodyFrame>& bodies,
@@ -76,6 +130,7 @@ std::size_t ContactFinder::find_missed(const Model& model, const std::vector<Bod
   const auto key = [&](std::size_t i) { return pair_of(sites[i]); };
   visit(model, bodies, v, h, margin, [&](const ContactSite& site, double closing) {
     if (closing >= -allowance) return;
+    if (is_aside(model, site, h, v, margin) && is_passed(model, site, margin, sites)) return;
     const std::pair pair(site.geom_a, site.geom_b);
     const double same = 1e-6 * margin * margin;
     auto i = std::partition_point(by_pair.begin(), by_pair.end(), [&](auto k) { return key(k) < pair; });

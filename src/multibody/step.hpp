@@ -59,6 +59,8 @@ struct ContactFinder {
   std::vector<ContactPoint> points;
   std::vector<std::size_t> by_pair;
   std::vector<Transform> ends;
+  std::vector<std::size_t> by_body;
+  std::vector<unsigned char> passed;
 
   void sort_by_pair(const std::vector<ContactSite>& sites);
 
@@ -79,6 +81,9 @@ struct ContactFinder {
                             std::vector<ContactSite>& sites);
 
  private:
+  // Whether the side of geom B, on which A does not rest yet, is level with the face on which A does.
+  bool is_passed(const Model& model, const ContactSite& site, double margin,
+                 const std::vector<ContactSite>& sites);
   // f(site, gap at the end of the step) for every point in reach of the velocities v.
   template <class F>
   void visit(const Model& model, const std::vector<BodyFrame>& bodies, const std::vector<BodyVelocity>& v,

@@ -323,3 +323,56 @@ def test_a_long_rest_stays():
     report = sim.run(19.0)
     assert np.abs(sim.state.positions - start).max() < 1e-6
     assert report.penetration < 1e-6
+
+
+@pytest.mark.parametrize("mu", [0.0, 0.5])
+@pytest.mark.parametrize("h", [1e-2, 1e-3])
+def test_sliding_over_slabs_feels_no_joints(h, mu):
+    # Boxes side by side, level: the way is 3 t, or that of v_k = v - k mu g h, v^2 / (2 mu g) - v h / 2 up to
+    # h^2. A contact with the side of the next slab, found before the body is above it, stops it at the joint.
+    # (Balls still hop: the next edge is below them, not beside them.)
+    cube = np.array([[x, y, z] for x in (-0.1, 0.1) for y in (-0.1, 0.1) for z in (-0.1, 0.1)])
+    for shape in (shapes.Box((0.1, 0.1, 0.1)), shapes.Cylinder(0.1, 0.1), shapes.Hull(cube)):
+        for yaw in (0.0, 0.2):
+            b = amontons.ModelBuilder()
+            for i in range(5):
+                b.add_geom(
+                    None,
+                    shapes.Box((0.5, 2, 0.2)),
+                    position=(i, 0, -0.2),
+                    material=Material(friction=mu),
+                )
+            b.add_body(
+                position=(0.01, 0.03, 0.1),
+                orientation=about((0, 0, 1), yaw),
+                shape=shape,
+                mass=1.0,
+                linear_velocity=(3, 0, 0),
+                material=Material(friction=mu),
+            )
+            sim = amontons.Simulation(b.build(), dt=h)
+            sim.run(1.0)
+            way = 3.0 if mu == 0 else 9 / (2 * mu * G) - 1.5 * h
+            assert sim.state.positions[0, 0] - 0.01 == pytest.approx(way, abs=h * h * G)
+            assert sim.state.positions[0, 2] == pytest.approx(0.1, abs=1e-6)
+
+
+def test_a_step_up_still_stops():
+    # The next slab stands 2 cm higher: its side is in the way, and the box must not climb through it.
+    b = amontons.ModelBuilder()
+    smooth = Material(friction=0.0)
+    b.add_geom(None, shapes.Box((0.5, 2, 0.2)), position=(0, 0, -0.2), material=smooth)
+    b.add_geom(None, shapes.Box((0.5, 2, 0.2)), position=(1, 0, -0.18), material=smooth)
+    b.add_body(position=(0, 0, 0.1), shape=shapes.Box((0.1, 0.1, 0.1)), mass=1.0, linear_velocity=(0.5, 0, 0))
+    sim = amontons.Simulation(b.build())
+    deepest, furthest = [], []
+
+    def watch(s, report):
+        deepest.append(report.penetration)
+        furthest.append(s.state.positions[0, 0])
+
+    sim.run(1.5, watch)
+    # The blow, below the centre of mass, tips it a little: the edge that it struck is the pivot.
+    assert 0.399 < max(furthest) < 0.41
+    assert furthest[-1] < 0.4
+    assert max(deepest) < 1e-4

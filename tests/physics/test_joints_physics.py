@@ -290,7 +290,7 @@ CHAIN = """<mujoco><option timestep="0.0005" integrator="RK4"/><worldbody>
 
 
 def test_spatial_chain_converges_to_mujoco(tmp_path):
-    # Hinges, two of them in one joint with the inertia of a drive, springs, dampers and a ball, in generalised
+    # Hinges, two of them in one joint with the inertia of a drive, springs and a ball, in generalised
     # coordinates with RK4 (error far below 1e-6 m here) and as our constraints: the difference is of first
     # order in h, 2 m/s times h at most, and falls with it. The inertia of a drive that takes its last rate
     # from the present Jacobian stays wrong by 3 mm at any h.

@@ -372,3 +372,20 @@ def test_wrong_part(make, message):
     with pytest.raises(amontons.InputError) as error:
         make()
     assert message in str(error.value)
+
+
+# Breaks when an error of a named joint does not say which joint it is.
+@pytest.mark.parametrize(
+    "add",
+    [
+        lambda b: b.add_revolute_joint(0, point=(0, 0, 0), axis=(0, 0, 0), name="elbow"),
+        lambda b: b.add_planar_joint(0, normal=(0, 0, 0), name="elbow"),
+        lambda b: b.add_prismatic_joint(0, axis=(0, 0, 1), limits=(float("nan"), 1), name="elbow"),
+        lambda b: b.add_universal_joint(0, point=(0, 0, 0), axis_1=(0, 0, 1), axis_2=(0, 0, 2), name="elbow"),
+    ],
+)
+def test_errors_name_the_joint(add):
+    b = ModelBuilder()
+    b.add_body(mass=1, inertia=(1, 1, 1))
+    with pytest.raises(amontons.InputError, match='^joint "elbow": '):
+        add(b)
