@@ -34,10 +34,10 @@ class JointBuilder:
 
     Every joint moves body A relative to body B; b=None is the world. Coordinates are zero at the initial
     poses. Options of all joints: compliance of the locked directions (m/N, 0 is rigid), collide (whether the
-    two bodies may touch), name. Options of each degree of freedom: limits (lower, upper), None for no bound;
-    stiffness, rest, damping of a spring and damper; friction (the largest force or torque of dry friction),
-    armature (inertia of the drive), motor. A joint of several degrees of freedom takes one value for all of
-    them, or a sequence with one per degree of freedom.
+    two bodies may touch; the shapes of the world may in any case), name. Options of each degree of freedom:
+    limits (lower, upper), None for no bound; stiffness, rest, damping of a spring and damper; friction (the
+    largest force or torque of dry friction), armature (inertia of the drive), motor. A joint of several
+    degrees of freedom takes one value for all of them, or a sequence with one per degree of freedom.
     """
 
     _bodies: list[Body]
