@@ -54,7 +54,7 @@ FULL = Plan(
     network=10,
     spheres=1000,
     plates=20,
-    wall=(30, 25),
+    wall=(37, 20),
     settle=2.0,
     after=1.2,
     pixels=1300,
@@ -64,7 +64,7 @@ FULL = Plan(
     network_sizes=(3, 5, 7, 10),
     sphere_sizes=(60, 250, 1000),
     plate_sizes=(5, 10, 20, 40, 80),
-    wall_sizes=((6, 5), (12, 10), (20, 16), (30, 25)),
+    wall_sizes=((6, 5), (12, 10), (24, 14), (37, 20)),
     ratios=(1, 10, 1e2, 1e3, 1e4, 1e5, 1e6),
 )
 QUICK = Plan(
