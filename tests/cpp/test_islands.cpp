@@ -1,0 +1,90 @@
+// Islands: solving what is not connected apart must not change the answer.
+#include <cmath>
+#include <memory>
+
+#include "amontons/multibody/simulation.hpp"
+#include "amontons/solvers/islands.hpp"
+#include "amontons/solvers/solvers.hpp"
+#include "amontons/vi/residual.hpp"
+#include "check.hpp"
+
+using namespace amontons;
+
+namespace {
+
+// `stacks` stacks of three sliding boxes on one floor, the last of them joined to the world by a hinge: the
+// floor does not move, so that it connects nothing.
+Problem stacks_on_a_floor(int stacks) {
+  ModelDescription d;
+  Geom floor;
+  floor.shape = Plane{};
+  d.geoms.push_back(floor);
+  for (int s = 0; s < stacks; ++s)
+    for (int level = 0; level < 3; ++level) {
+      Body body;
+      body.mass = 1 + level + 0.1 * s;
+      body.inertia = Mat3::diagonal(body.mass / 6, body.mass / 6, body.mass / 6);
+      body.pose.position = {3.0 * s + 0.1 * level, 0, 0.5 + level};
+      body.linear_velocity = {0.3 * s, 0.2 * level, 0};
+      Geom geom;
+      geom.body = static_cast<Index>(d.bodies.size());
+      geom.shape = Box{{0.5, 0.5, 0.5}};
+      d.bodies.push_back(body);
+      d.geoms.push_back(geom);
+    }
+  Joint hinge;
+  hinge.body_a = static_cast<Index>(d.bodies.size()) - 1;
+  hinge.frame_b = d.bodies.back().pose;
+  hinge.dofs.emplace_back();
+  d.joints.push_back(hinge);
+  Simulation sim(std::make_shared<Model>(d), {});
+  sim.step();
+  return *sim.problem();
+}
+
+}  // namespace
+
+// Fails if a contact or row gets lost, bodies are numbered wrongly or an island keeps a body of another: the
+// velocities of the two answers, which are unique, would differ by more than both tolerances allow.
+TEST(islands_agree_with_the_whole) {
+  for (int stacks : {1, 2, 40}) {
+    const Problem problem = stacks_on_a_floor(stacks);
+    CHECK(problem.K.blocks() == static_cast<std::size_t>(12 * stacks + 5));
+    Options options;
+    options.tolerance = 1e-10;
+    const Solution whole = interior_point(problem, options),
+                   parts = solve_by_islands(problem, options, interior_point);
+    CHECK(whole.status == Status::converged && parts.status == Status::converged);
+    CHECK(residual(problem, Law::associated, parts.x) <= 1e-10);
+    double largest = 0;
+    for (std::size_t i = 0; i < whole.u.size(); ++i)
+      largest = std::max(largest, std::abs(whole.u[i] - parts.u[i]));
+    CHECK_NEAR(largest, 0, 1e-7);
+    CHECK((parts.reason.find("islands") != std::string::npos) == (stacks > 1));
+  }
+}
+
+// Fails if a converged island is not one of the law asked for.
+TEST(islands_keep_the_law) {
+  const Problem problem = stacks_on_a_floor(40);
+  Options options;
+  options.law = Law::coulomb;
+  options.tolerance = 1e-8;
+  const Solution s = automatic(problem, options);
+  CHECK(s.status == Status::converged);
+  CHECK(residual(problem, Law::coulomb, s.x) <= 1e-8);
+  CHECK(residual(problem, Law::associated, s.x) > 1e-3);  // they slide: the laws differ
+}
+
+// Fails if a warm start is not handed to the islands row by row: from the solution there is nothing to
+// iterate.
+TEST(islands_start_warm) {
+  const Problem problem = stacks_on_a_floor(40);
+  Options options;
+  options.tolerance = 1e-8;
+  const Solution first = solve_by_islands(problem, options, apgd);
+  options.x0 = first.x;
+  const Solution again = solve_by_islands(problem, options, apgd);
+  CHECK(first.iterations > 0 && again.iterations == 0);
+  CHECK(again.status == Status::converged);
+}
