@@ -16,9 +16,13 @@ namespace {
 // floor does not move, so that it connects nothing.
 Problem stacks_on_a_floor(int stacks) {
   ModelDescription d;
-  Geom floor;
-  floor.shape = Plane{};
-  d.geoms.push_back(floor);
+  const auto add_geom = [&](Index body, Shape shape) {
+    Geom geom;
+    geom.body = body;
+    geom.shape = std::move(shape);
+    d.geoms.push_back(geom);
+  };
+  add_geom(world, Plane{});
   for (int s = 0; s < stacks; ++s)
     for (int level = 0; level < 3; ++level) {
       Body body;
@@ -26,11 +30,8 @@ Problem stacks_on_a_floor(int stacks) {
       body.inertia = Mat3::diagonal(body.mass / 6, body.mass / 6, body.mass / 6);
       body.pose.position = {3.0 * s + 0.1 * level, 0, 0.5 + level};
       body.linear_velocity = {0.3 * s, 0.2 * level, 0};
-      Geom geom;
-      geom.body = static_cast<Index>(d.bodies.size());
-      geom.shape = Box{{0.5, 0.5, 0.5}};
+      add_geom(static_cast<Index>(d.bodies.size()), Box{{0.5, 0.5, 0.5}});
       d.bodies.push_back(body);
-      d.geoms.push_back(geom);
     }
   Joint hinge;
   hinge.body_a = static_cast<Index>(d.bodies.size()) - 1;
