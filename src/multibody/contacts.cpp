@@ -44,8 +44,8 @@ bool is_solid(const Shape& shape) { return !is_static_only(shape) && !std::holds
 
 // Whether a contact that is still open would close within the step, between two solids of which B does not
 // move: the only ones that a body may pass instead.
-bool is_aside(const Model& model, const ContactSite& site, double h, const std::vector<BodyVelocity>& v,
-              double margin) {
+bool may_be_seam(const Model& model, const ContactSite& site, double h, const std::vector<BodyVelocity>& v,
+                 double margin) {
   return site.gap >= -level_of(margin) && !model.is_dynamic(site.body_b) &&
          site.gap + h * dot(site.normal, relative_velocity(site, v)) < 0 &&
          is_solid(model.geom(site.geom_a).shape) && is_solid(model.geom(site.geom_b).shape);
@@ -73,7 +73,7 @@ void ContactFinder::find(const Model& model, const std::vector<BodyFrame>& bodie
   by_body.clear();
   passed.assign(sites.size(), 0);
   for (std::size_t i = 0; i < sites.size(); ++i)
-    passed[i] = is_aside(model, sites[i], h, v, margin) && is_passed(model, sites[i], margin, sites);
+    passed[i] = may_be_seam(model, sites[i], h, v, margin) && is_seam(model, sites[i], margin, sites);
   std::size_t kept = 0;
   for (std::size_t i = 0; i < sites.size(); ++i)
     if (!passed[i]) sites[kept++] = sites[i];
@@ -84,8 +84,8 @@ void ContactFinder::find(const Model& model, const std::vector<BodyFrame>& bodie
 // A box that slides over the joint between two slabs must not strike the side of the second one: as long as
 // it rests on the first it stays above both. Ahead of the joint, though, the nearest way to the second slab
 // is sideways, and a contact that acts before it touches would stop the box there.
-bool ContactFinder::is_passed(const Model& model, const ContactSite& site, double margin,
-                              const std::vector<ContactSite>& sites) {
+bool ContactFinder::is_seam(const Model& model, const ContactSite& site, double margin,
+                            const std::vector<ContactSite>& sites) {
   const auto less = [&](std::size_t i, std::size_t j) { return sites[i].body_a < sites[j].body_a; };
   if (by_body.empty()) {  // sorted for the first candidate only: most steps have none
     by_body.resize(sites.size());
@@ -130,7 +130,7 @@ std::size_t ContactFinder::find_missed(const Model& model, const std::vector<Bod
   const auto key = [&](std::size_t i) { return pair_of(sites[i]); };
   visit(model, bodies, v, h, margin, [&](const ContactSite& site, double closing) {
     if (closing >= -allowance) return;
-    if (is_aside(model, site, h, v, margin) && is_passed(model, site, margin, sites)) return;
+    if (may_be_seam(model, site, h, v, margin) && is_seam(model, site, margin, sites)) return;
     const std::pair pair(site.geom_a, site.geom_b);
     const double same = 1e-6 * margin * margin;
     auto i = std::partition_point(by_pair.begin(), by_pair.end(), [&](auto k) { return key(k) < pair; });

@@ -33,7 +33,8 @@ void polish(const Problem& problem, const std::string& method, const Options& op
   Options o = options;
   o.x0 = s.x;
   o.tolerance = aim_of_few * options.tolerance;
-  o.max_iterations = polish_iterations;
+  o.max_iterations =
+      options.max_iterations ? std::min(options.max_iterations, polish_iterations) : polish_iterations;
   o.deadline = options.deadline - s.time;
   if (!(o.deadline > 0)) return;
   const bool accelerated = options.law == Law::coulomb && problem.K.contacts() > 0;

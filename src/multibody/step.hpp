@@ -82,8 +82,8 @@ struct ContactFinder {
 
  private:
   // Whether the side of geom B, on which A does not rest yet, is level with the face on which A does.
-  bool is_passed(const Model& model, const ContactSite& site, double margin,
-                 const std::vector<ContactSite>& sites);
+  bool is_seam(const Model& model, const ContactSite& site, double margin,
+               const std::vector<ContactSite>& sites);
   // f(site, gap at the end of the step) for every point in reach of the velocities v.
   template <class F>
   void visit(const Model& model, const std::vector<BodyFrame>& bodies, const std::vector<BodyVelocity>& v,
