@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
@@ -29,7 +30,7 @@ PerDof = float | Sequence[float]
 _FIELDS = ("stiffness", "rest", "damping", "friction", "armature")
 
 
-class JointBuilder:
+class JointBuilder(ABC):
     """The add_*_joint functions: points and axes in world coordinates at the initial poses of the bodies.
 
     Every joint moves body A relative to body B; b=None is the world. Coordinates are zero at the initial
@@ -358,15 +359,17 @@ class JointBuilder:
             )
         return ends[0], ends[1]
 
-    # What ModelBuilder has.
+    @abstractmethod
     def _body(self, body: int | str | None) -> int:
-        raise NotImplementedError
+        """The index of a body given by index or name."""
 
+    @abstractmethod
     def _new_name(self, kind: str, name: str | None) -> str:
-        raise NotImplementedError
+        """The name, or one made up, that no other thing of its kind has."""
 
+    @abstractmethod
     def _append(self, kind: str, things: list[Any], thing: Any) -> int:
-        raise NotImplementedError
+        """Adds a thing; returns its index."""
 
 
 def _who(name: str | None, what: str) -> str:

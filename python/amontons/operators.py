@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
+
 import numpy as np
 import scipy.sparse as sp
 from numpy.typing import ArrayLike, NDArray
@@ -97,7 +99,7 @@ def _inverse_inertia(values: ArrayLike, bodies: int) -> Array:
     return np.ascontiguousarray(array[:, rows, columns])
 
 
-class _BodyBased:
+class _BodyBased(ABC):
     """What Factored and Contacts share: the bodies, and the behaviour of a linear operator."""
 
     inverse_mass: Array
@@ -111,9 +113,9 @@ class _BodyBased:
         self.inverse_mass = _nonnegative("inverse_mass", masses, len(masses))
         self.inverse_inertia = _inverse_inertia(inverse_inertia, len(masses))
 
+    @abstractmethod
     def to_core(self) -> _core.Operator:
         """A new operator of the compiled module with copies of the arrays."""
-        raise NotImplementedError
 
     @property
     def bodies(self) -> int:
@@ -121,8 +123,9 @@ class _BodyBased:
         return len(self.inverse_mass)
 
     @property
+    @abstractmethod
     def shape(self) -> tuple[int, int]:
-        raise NotImplementedError
+        """(m, m), m the number of rows."""
 
     @property
     def dtype(self) -> np.dtype[np.float64]:
