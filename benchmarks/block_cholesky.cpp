@@ -8,7 +8,7 @@
 // given the values again and again: times are the fastest of the repeats, which neighbours on the machine
 // disturb least. Ours contains the copying of the values into the panels, theirs the permutation, which is
 // the same work.
-#include "amontons/solvers/block_cholesky.hpp"
+#include "amontons/solvers/linear/block_cholesky.hpp"
 
 #include <algorithm>
 #include <chrono>

@@ -32,7 +32,7 @@
 
 #include "amontons/base/isa.hpp"
 #include "amontons/base/threads.hpp"
-#include "amontons/vi/contact_stages.hpp"
+#include "amontons/solvers/first_order/contact_iterate.hpp"
 
 namespace {
 
@@ -50,7 +50,7 @@ double median(std::vector<double> v) {
 
 struct Scene {
   ContactOperator A;
-  ConeProduct K;
+  SetProduct K;
   std::vector<double> b, P;
 };
 
@@ -117,14 +117,14 @@ Scene sphere_packing(std::size_t contacts) {
 
 // One iteration as in the solver: alternating Barzilai-Borwein steps, a step that never overshoots along d.
 struct Iteration {
-  ContactStages& stages;
+  ContactIterate& iterate;
   double alpha = 1;
   int count = 0;
   void operator()() {
-    const Direction d = stages.direction(alpha);
-    const double dAd = stages.curvature();
+    const Direction d = iterate.direction(alpha);
+    const double dAd = iterate.curvature();
     const double lambda = std::min(1.0, -d.dg / dAd);
-    const Update u = stages.update(lambda);
+    const Update u = iterate.update(lambda);
     const double sPs = lambda * lambda * d.dPd;
     alpha = count++ % 2 ? sPs / u.sy : u.sy / u.yPy;
     if (!(u.sy > 0)) alpha = 1;
@@ -141,15 +141,15 @@ Timing time_iteration(const Scene& scene, Law law, unsigned threads, bool quick)
   const int iterations = contacts > 500000 ? 10 : contacts > 50000 ? 25 : 50;
   const auto work = static_cast<double>(contacts) * iterations;
   const int runs = std::clamp(static_cast<int>((quick ? 1e7 : 1e8) / work), 9, 501);
-  ContactStages stages(scene.A, scene.K, scene.b, scene.P, law, threads);
+  ContactIterate iterate(scene.A, scene.K, scene.b, scene.P, law, threads);
   std::vector<double> times;
   for (int run = 0; run < runs; ++run) {
-    stages.start({});
-    Iteration iterate{stages};
+    iterate.start({});
+    Iteration iterate{iterate};
     const auto begin = Clock::now();
     for (int i = 0; i < iterations; ++i) {
       iterate();
-      if (i % 3 == 0) stages.keep_best();  // the buffers rotate as in a solver
+      if (i % 3 == 0) iterate.keep_best();  // the buffers rotate as in a solver
     }
     times.push_back(seconds_since(begin) / iterations);
   }

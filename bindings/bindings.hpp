@@ -14,8 +14,8 @@
 #include <vector>
 
 #include "amontons/base/error.hpp"
-#include "amontons/solvers/options.hpp"
-#include "amontons/vi/operators.hpp"
+#include "amontons/problem/operators.hpp"
+#include "amontons/solvers/driver/options.hpp"
 
 // The module amontons._core: a thin layer over the C++ types. The package in python/amontons converts what
 // users have in hand to the array types named here and carries the documentation.

@@ -1,24 +1,24 @@
-#include "amontons/cones/product.hpp"
+#include "amontons/sets/product.hpp"
 #include "bindings.hpp"
 
 namespace amontons::python {
 
 void bind_cones(nb::module_& m) {
-  nb::class_<ConeProduct>(m, "ConeProduct", "A product of small sets, in the order in which they are added.")
+  nb::class_<SetProduct>(m, "SetProduct", "A product of small sets, in the order in which they are added.")
       .def(nb::init<>())
-      .def("add_free", &ConeProduct::add_free, nb::arg("count"))
-      .def("add_nonnegative", &ConeProduct::add_nonnegative, nb::arg("count"))
+      .def("add_free", &SetProduct::add_free, nb::arg("count"))
+      .def("add_nonnegative", &SetProduct::add_nonnegative, nb::arg("count"))
       .def(
-          "add_interval", [](ConeProduct& K, Vector lo, Vector hi) { K.add_interval(view(lo), view(hi)); },
+          "add_interval", [](SetProduct& K, Vector lo, Vector hi) { K.add_interval(view(lo), view(hi)); },
           nb::arg("lo"), nb::arg("hi"))
       .def(
-          "add_friction", [](ConeProduct& K, Vector mu) { K.add_friction(view(mu)); }, nb::arg("mu"))
-      .def_prop_ro("rows", &ConeProduct::rows)
-      .def_prop_ro("blocks", &ConeProduct::blocks)
-      .def_prop_ro("contacts", &ConeProduct::contacts)
+          "add_friction", [](SetProduct& K, Vector mu) { K.add_friction(view(mu)); }, nb::arg("mu"))
+      .def_prop_ro("rows", &SetProduct::rows)
+      .def_prop_ro("blocks", &SetProduct::blocks)
+      .def_prop_ro("contacts", &SetProduct::contacts)
       .def(
           "project",
-          [](const ConeProduct& K, Vector x) {
+          [](const SetProduct& K, Vector x) {
             AMONTONS_REQUIRE(x.shape(0) == K.rows(), "project: x has " + std::to_string(x.shape(0)) +
                                                          " entries but the cones have " +
                                                          std::to_string(K.rows()) + " rows");
@@ -29,7 +29,7 @@ void bind_cones(nb::module_& m) {
           nb::arg("x"), "Euclidean projection on the product.")
       .def(
           "distance",
-          [](const ConeProduct& K, Vector x) {
+          [](const SetProduct& K, Vector x) {
             AMONTONS_REQUIRE(x.shape(0) == K.rows(), "distance: x has " + std::to_string(x.shape(0)) +
                                                          " entries but the cones have " +
                                                          std::to_string(K.rows()) + " rows");

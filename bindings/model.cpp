@@ -1,4 +1,4 @@
-#include "amontons/multibody/model.hpp"
+#include "amontons/multibody/model/model.hpp"
 
 #include "bindings.hpp"
 #include "math_casters.hpp"

@@ -1,6 +1,6 @@
-#include "amontons/vi/problem.hpp"
+#include "amontons/problem/problem.hpp"
 
-#include "amontons/vi/residual.hpp"
+#include "amontons/problem/residual.hpp"
 #include "bindings.hpp"
 
 namespace amontons::python {
@@ -13,7 +13,7 @@ void require_rows(const Problem& problem, const Vector& x, const char* name) {
                                                      std::to_string(problem.rows()) + " rows");
 }
 
-std::shared_ptr<Problem> make(OperatorHandle& A, Vector b, const ConeProduct& K) {
+std::shared_ptr<Problem> make(OperatorHandle& A, Vector b, const SetProduct& K) {
   AMONTONS_REQUIRE(!A.taken, "this operator was handed over to a problem; build another one");
   std::vector<double> rhs(view(b).begin(), view(b).end());
   A.taken = true;

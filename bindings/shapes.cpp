@@ -1,7 +1,7 @@
-#include "amontons/collision/shapes.hpp"
+#include "amontons/collision/shapes/shapes.hpp"
 
 #include "amontons/collision/broad_phase.hpp"
-#include "amontons/collision/collide.hpp"
+#include "amontons/collision/pairs/collide.hpp"
 #include "bindings.hpp"
 #include "math_casters.hpp"
 

@@ -1,4 +1,4 @@
-#include "amontons/multibody/simulation.hpp"
+#include "amontons/multibody/step/simulation.hpp"
 
 #include <cstddef>
 #include <cstring>
@@ -68,23 +68,23 @@ nb::ndarray<nb::numpy, std::uint8_t, nb::ndim<1>> contacts_of(const Simulation& 
   return to_numpy(std::move(bytes));
 }
 
-nb::list cone_list(const ConeProduct& K) {
+nb::list cone_list(const SetProduct& K) {
   nb::list cones;
-  const auto part = [](const std::vector<double>& all, const ConeRun& run) {
+  const auto part = [](const std::vector<double>& all, const SetRun& run) {
     return to_numpy(std::vector<double>(all.begin() + static_cast<std::ptrdiff_t>(run.param),
                                         all.begin() + static_cast<std::ptrdiff_t>(run.param + run.count)));
   };
-  for (const ConeRun& run : K.runs()) switch (run.kind) {
-      case ConeKind::free:
+  for (const SetRun& run : K.runs()) switch (run.kind) {
+      case SetKind::free:
         cones.append(nb::make_tuple("free", run.count));
         break;
-      case ConeKind::nonnegative:
+      case SetKind::nonnegative:
         cones.append(nb::make_tuple("nonnegative", run.count));
         break;
-      case ConeKind::interval:
+      case SetKind::interval:
         cones.append(nb::make_tuple("interval", part(K.lo(), run), part(K.hi(), run)));
         break;
-      case ConeKind::friction:
+      case SetKind::friction:
         cones.append(nb::make_tuple("friction", part(K.mu(), run)));
         break;
     }

@@ -1,4 +1,4 @@
-#include "amontons/solvers/options.hpp"
+#include "amontons/solvers/driver/options.hpp"
 #include "bindings.hpp"
 
 namespace amontons::python {

@@ -1,4 +1,4 @@
-#include "amontons/multibody/state.hpp"
+#include "amontons/multibody/model/state.hpp"
 
 #include <algorithm>
 #include <cstddef>

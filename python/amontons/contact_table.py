@@ -58,7 +58,7 @@ EFFORTS = np.dtype(
 """The fields of Simulation.joint_efforts."""
 
 _STATES = np.array(["open", "stick", "slip"], dtype="U5")
-# struct Contact of include/amontons/multibody/simulation.hpp; bindings/simulation.cpp asserts its layout.
+# struct Contact of include/amontons/multibody/step/simulation.hpp; bindings/simulation.cpp asserts its layout.
 _CORE_CONTACT = np.dtype(
     {
         "names": [name for name in CONTACTS.names or () if name != "force"],

@@ -22,7 +22,7 @@ HISTORY = np.dtype(
         ("backtracks", np.uint64),
     ]
 )
-"""The fields of Solution.history, those of IterationRecord in include/amontons/solvers/options.hpp."""
+"""The fields of Solution.history, those of IterationRecord in include/amontons/solvers/driver/options.hpp."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)

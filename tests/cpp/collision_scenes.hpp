@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "amontons/collision/collide.hpp"
+#include "amontons/collision/pairs/collide.hpp"
 
 // Shapes, poses and measures for the tests of the narrow phase.
 namespace scenes {

@@ -7,8 +7,8 @@
 #include <utility>
 #include <vector>
 
-#include "amontons/multibody/joints.hpp"
-#include "multibody/step.hpp"
+#include "amontons/multibody/joints/joints.hpp"
+#include "multibody/step/step.hpp"
 
 // Small mechanisms for the tests of joints, stepped with dense matrices that are put together here from the
 // rows.
@@ -192,12 +192,12 @@ struct Scene {
     }
     for (int sweep = 0; sweep < 100000; ++sweep) {
       double change = 0, size = 0;
-      for_each_block(rows.cones, [&](const auto& cone, std::size_t, std::size_t i) {
+      for_each_block(rows.cones, [&](const auto& set, std::size_t, std::size_t i) {
         double u = b[i];
         for (std::size_t k = 0; k < m; ++k) u += A[i * m + k] * x[k];
         const double trial[3] = {x[i] - u / A[i * m + i]};
         double out[3] = {};
-        cone.project(trial, out);
+        set.project(trial, out);
         change = std::max(change, std::abs(out[0] - x[i]));
         size = std::max(size, std::abs(out[0]));
         x[i] = out[0];

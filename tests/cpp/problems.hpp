@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "amontons/vi/problem.hpp"
+#include "amontons/problem/problem.hpp"
 
 // Small problems for the tests, each with what makes it hard.
 namespace small {
@@ -150,7 +150,7 @@ inline Problem stack(int boxes, double ratio = 1, double push = 0.05, double mu 
       }
   }
   Vector b = row_velocities(A.stored(), v);
-  ConeProduct K;
+  SetProduct K;
   K.add_friction(Vector(A.contacts.size(), mu));
   return make_problem(std::move(A), std::move(b), std::move(K));
 }
@@ -168,7 +168,7 @@ inline Problem chain(int rods, bool closed = false, bool repeated = false) {
   if (closed) add_ball_joint(A, rods - 1, -1, {0.5, 0, 0}, {0, 0, 0});
   if (repeated) add_ball_joint(A, 0, -1, {-0.5, 0, 0.02}, {0.5, 0.1, 0});
   Vector b = row_velocities(A, random.vector(6 * rods));
-  ConeProduct K;
+  SetProduct K;
   K.add_free(A.rows());
   return make_problem(std::move(A), std::move(b), std::move(K));
 }
@@ -203,7 +203,7 @@ inline Problem world_contacts(int bodies) {
   A.contact_compliance.assign(A.contacts.size(), 0);
   Vector b = row_velocities(A.stored(), v);
   b[b.size() - 3] = 0.1, b[b.size() - 2] = 0.01;
-  ConeProduct K;
+  SetProduct K;
   K.add_friction(mu);
   return make_problem(std::move(A), std::move(b), std::move(K));
 }
@@ -223,7 +223,7 @@ inline Problem mechanism() {
   row(3, -1, {0.6, 0, -0.8, 0, 0.2, 0}, {});
   row(0, -1, {0, 1, 0, 0, 0, 0.3}, {});
   row(2, 1, {1, 0, 0, 0, 0.25, 0}, {-1, 0, 0, 0, 0.25, 0});
-  ConeProduct K;
+  SetProduct K;
   K.add_friction(boxes.K.mu());
   K.add_free(3);
   K.add_interval(Vector{-0.02, -INFINITY, 0.01}, Vector{0.02, 0.0, 0.01});
@@ -234,8 +234,8 @@ inline Problem mechanism() {
 }
 
 // A random positive definite matrix and all kinds of cones in mixed order.
-inline ConeProduct mixed_cones() {
-  ConeProduct K;
+inline SetProduct mixed_cones() {
+  SetProduct K;
   K.add_free(2);
   K.add_friction(Vector{0.0, 0.3, 1.0});
   K.add_nonnegative(3);
@@ -247,7 +247,7 @@ inline ConeProduct mixed_cones() {
 
 inline Problem random_mixed(unsigned seed, bool sparse) {
   Random random(seed);
-  ConeProduct K = mixed_cones();
+  SetProduct K = mixed_cones();
   const std::size_t m = K.rows();
   Vector A = gram_matrix(random, m, 2 * m);
   for (std::size_t i = 0; i < m; ++i) A[(m + 1) * i] += 0.1;
@@ -268,12 +268,12 @@ inline Problem random_mixed(unsigned seed, bool sparse) {
 
 // One point mass on a plane, A = I: b_n < 0 approaches, b_t slides.
 inline Problem one_contact(double mu, double b_n, double b_t) {
-  ConeProduct K;
+  SetProduct K;
   K.add_friction(Vector{mu});
   return make_problem(dense_operator({1, 0, 0, 0, 1, 0, 0, 0, 1}, 3), {b_n, b_t, 0}, std::move(K));
 }
 
-inline Problem one_row(ConeProduct K, double a, double b) {
+inline Problem one_row(SetProduct K, double a, double b) {
   return make_problem(dense_operator({a}, 1), {b}, std::move(K));
 }
 

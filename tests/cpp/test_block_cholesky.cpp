@@ -4,11 +4,11 @@
 #include <vector>
 
 #include "amontons/base/isa.hpp"
-#include "amontons/solvers/block_cholesky.hpp"
+#include "amontons/solvers/linear/block_cholesky.hpp"
 #include "check.hpp"
 #include "problems.hpp"
-#include "solvers/body_kernel.hpp"
-#include "solvers/front_kernel.hpp"
+#include "solvers/linear/body_kernel.hpp"
+#include "solvers/linear/front_kernel.hpp"
 
 using namespace amontons;
 using small::Vector;

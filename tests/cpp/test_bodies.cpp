@@ -1,9 +1,9 @@
 // Free motion: what the integrator must keep without any constraint.
 #include <memory>
 
-#include "amontons/multibody/simulation.hpp"
+#include "amontons/multibody/step/simulation.hpp"
 #include "check.hpp"
-#include "multibody/step.hpp"
+#include "multibody/step/step.hpp"
 
 using namespace amontons;
 

@@ -2,7 +2,7 @@
 #include <limits>
 #include <vector>
 
-#include "amontons/cones/product.hpp"
+#include "amontons/sets/product.hpp"
 #include "check.hpp"
 #include "problems.hpp"
 
@@ -151,9 +151,9 @@ TEST(friction_rotates_with_its_argument) {
 
 // Breaks at the ends of the real line, for -0, or when lo = hi.
 TEST(rows_are_exact) {
-  const auto of = [](const auto& cone, double x) {
+  const auto of = [](const auto& set, double x) {
     double out;
-    cone.project(&x, &out);
+    set.project(&x, &out);
     return out;
   };
   for (double x : {-1e300, -1.0, -1e-300, 0.0, 1e-300, 1.0, 1e300}) {
@@ -170,7 +170,7 @@ TEST(rows_are_exact) {
 
 // Breaks when runs, rows or parameters of a product are counted wrongly: it must be the blocks side by side.
 TEST(product_is_its_blocks) {
-  ConeProduct K = small::mixed_cones();
+  SetProduct K = small::mixed_cones();
   K.add_nonnegative(0);
   K.add_friction(Vector{});
   K.add_free(2);  // merges with the run before: empty runs leave no trace
@@ -183,10 +183,10 @@ TEST(product_is_its_blocks) {
   Vector out(K.rows()), polar(K.rows()), expected, in_place = x;
   project(K, x, out);
   project_polar(K, x, polar);
-  const auto add_rows = [&](const auto& cone, int count) {
+  const auto add_rows = [&](const auto& set, int count) {
     for (int i = 0; i < count; ++i) {
       double foot;
-      cone.project(&x[expected.size()], &foot);
+      set.project(&x[expected.size()], &foot);
       expected.push_back(foot);
     }
   };
@@ -216,7 +216,7 @@ TEST(product_is_its_blocks) {
 }
 
 TEST(empty_product) {
-  const ConeProduct K;
+  const SetProduct K;
   CHECK(K.rows() == 0 && K.blocks() == 0 && K.contacts() == 0 && K.all_free());
   project(K, {}, {});
   CHECK(distance(K, {}) == 0);
@@ -224,7 +224,7 @@ TEST(empty_product) {
 
 // Breaks when a bad parameter gets in, or its message does not say which one.
 TEST(bad_parameters_are_named) {
-  ConeProduct K;
+  SetProduct K;
   CHECK_THROWS(K.add_friction(Vector{0.1, -0.2}), "mu[1]");
   CHECK_THROWS(K.add_friction(Vector{0.1, 0.2, NAN}), "mu[2]");
   CHECK_THROWS(K.add_friction(Vector{infinity}), "mu[0]");

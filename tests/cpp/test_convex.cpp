@@ -1,5 +1,5 @@
 #include "check.hpp"
-#include "collision/convex.hpp"
+#include "collision/narrow/convex.hpp"
 #include "collision_scenes.hpp"
 
 // Distance and penetration of convex bodies, certified without an oracle: a normal n separates the bodies by

@@ -2,10 +2,10 @@
 #include <cmath>
 #include <memory>
 
-#include "amontons/multibody/simulation.hpp"
-#include "amontons/solvers/islands.hpp"
+#include "amontons/multibody/step/simulation.hpp"
+#include "amontons/problem/residual.hpp"
+#include "amontons/solvers/choice/islands.hpp"
 #include "amontons/solvers/solvers.hpp"
-#include "amontons/vi/residual.hpp"
 #include "check.hpp"
 
 using namespace amontons;

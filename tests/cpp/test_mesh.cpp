@@ -4,10 +4,10 @@
 #include <limits>
 #include <vector>
 
-#include "amontons/collision/collide.hpp"
+#include "amontons/collision/pairs/collide.hpp"
 #include "check.hpp"
-#include "collision/convex.hpp"
-#include "collision/surface.hpp"
+#include "collision/narrow/convex.hpp"
+#include "collision/narrow/surface.hpp"
 #include "problems.hpp"
 
 using namespace amontons;

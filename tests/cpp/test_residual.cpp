@@ -1,7 +1,7 @@
 #include <cmath>
 #include <vector>
 
-#include "amontons/vi/residual.hpp"
+#include "amontons/problem/residual.hpp"
 #include "check.hpp"
 #include "kkt.hpp"
 #include "problems.hpp"
@@ -23,13 +23,13 @@ Problem with_known_solution(const Problem& given, Law law, unsigned seed, Vector
   project(p.K, y, x);
   Vector Ax(p.rows());
   product(p.A, x, Ax);
-  for_each_block(p.K, [&]<class Cone>(const Cone& cone, std::size_t block, std::size_t row) {
+  for_each_block(p.K, [&]<class Set>(const Set& set, std::size_t block, std::size_t row) {
     double u[3];
-    for (int k = 0; k < Cone::dim; ++k) u[k] = p.P[block] * (x[row + k] - y[row + k]);
-    if constexpr (Cone::dim == 3) {
-      if (law == Law::coulomb) u[0] -= cone.mu * std::hypot(u[1], u[2]);
+    for (int k = 0; k < Set::dim; ++k) u[k] = p.P[block] * (x[row + k] - y[row + k]);
+    if constexpr (Set::dim == 3) {
+      if (law == Law::coulomb) u[0] -= set.mu * std::hypot(u[1], u[2]);
     }
-    for (int k = 0; k < Cone::dim; ++k) p.b[row + k] = u[k] - Ax[row + k];
+    for (int k = 0; k < Set::dim; ++k) p.b[row + k] = u[k] - Ax[row + k];
   });
   return p;
 }
@@ -96,7 +96,7 @@ TEST(natural_residual_has_no_unit) {
   for (double& v : scaled_x) v *= t;
   for (double& v : lo) v *= t;
   for (double& v : hi) v *= t;
-  ConeProduct K;
+  SetProduct K;
   K.add_free(2);
   K.add_friction(Vector{0.0, 0.3, 1.0});
   K.add_nonnegative(3);
@@ -142,7 +142,7 @@ TEST(zero_solution_has_zero_residual) {
 // Breaks when a physical measure has the wrong sign or looks at the wrong rows. A = I, b = (-1, 2, 0 | 3 | -4
 // | 5).
 TEST(violations_by_hand) {
-  ConeProduct K;
+  SetProduct K;
   K.add_friction(Vector{0.5});
   K.add_nonnegative(1);
   K.add_free(1);

@@ -2,7 +2,7 @@
 #include <cstring>
 #include <memory>
 
-#include "amontons/multibody/simulation.hpp"
+#include "amontons/multibody/step/simulation.hpp"
 #include "check.hpp"
 
 using namespace amontons;

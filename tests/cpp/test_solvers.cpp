@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
+#include "amontons/problem/residual.hpp"
 #include "amontons/solvers/solvers.hpp"
-#include "amontons/vi/residual.hpp"
 #include "check.hpp"
 #include "kkt.hpp"
 #include "problems.hpp"
@@ -344,7 +344,7 @@ TEST(one_row_by_hand) {
               {-INFINITY, -2, 1, -2},
               {0.5, 0.5, 7, 0.5}};
   for (const auto& row : rows) {
-    ConeProduct K;
+    SetProduct K;
     if (std::isinf(row.lo) && std::isinf(row.hi))
       K.add_free(1);
     else if (row.lo == 0)
@@ -457,7 +457,7 @@ TEST(auto_solves_redundant_joint_chains_at_once) {
       v.insert(v.end(), {0, 0, -0.05, 0, 0, 0});
     }
     Vector b = small::row_velocities(A, v);
-    ConeProduct K;
+    SetProduct K;
     K.add_free(A.rows());
     const Problem p = make_problem(std::move(A), std::move(b), std::move(K));
     Options options;
@@ -496,7 +496,7 @@ TEST(auto_solves_coulomb_steps) {
         small::add_ball_joint(A.joints, 0, boxes, {0.5, 0, 0}, {0, 0, 0}, 1e-9);
       A.joints.jacobian.push_back({0, boxes, {0.1, 0, 0, 0, 0, 1}, {}});
       A.joints.compliance.push_back(0);
-      ConeProduct K;
+      SetProduct K;
       K.add_friction(boxes_only.K.mu());
       K.add_free(6);
       K.add_interval(Vector{-1e-3}, Vector{1e-3});

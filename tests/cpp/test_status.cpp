@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
+#include "amontons/problem/residual.hpp"
 #include "amontons/solvers/solvers.hpp"
-#include "amontons/vi/residual.hpp"
 #include "check.hpp"
 #include "problems.hpp"
 
@@ -176,15 +176,15 @@ TEST(infeasible) {
   small::add_fixed_body(fixed.joints);
   fixed.contacts = {{0, -1, {0, 0, -0.5}, {0, 0, 0}, {0, 0, 1}}, {1, -1, {0, 0, 0}, {0, 0, 0}, {0, 0, 1}}};
   fixed.contact_compliance = {0, 0};
-  ConeProduct two_cones;
+  SetProduct two_cones;
   two_cones.add_friction(Vector{0.5, 0.5});
   const Problem approach = make_problem(fixed, {-1, 0.2, 0, -1, 0, 0}, two_cones);
   // A body pressed between two walls that close in: d = (1, 1).
-  ConeProduct two_rows;
+  SetProduct two_rows;
   two_rows.add_nonnegative(2);
   const Problem squeezed = make_problem(small::dense_operator({1, -1, -1, 1}, 2), {-1, -0.5}, two_rows);
   // Two bilateral rows that say different things: d = (1, -1).
-  ConeProduct bilateral;
+  SetProduct bilateral;
   bilateral.add_free(2);
   const Problem contradiction = make_problem(small::dense_operator({1, 1, 1, 1}, 2), {1, 2}, bilateral);
 

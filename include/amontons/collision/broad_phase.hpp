@@ -4,7 +4,7 @@
 #include <utility>
 #include <vector>
 
-#include "amontons/collision/shapes.hpp"
+#include "amontons/collision/shapes/shapes.hpp"
 
 namespace amontons {
 

@@ -2,7 +2,7 @@
 #include <string_view>
 #include <vector>
 
-#include "amontons/solvers/options.hpp"
+#include "amontons/solvers/driver/options.hpp"
 
 namespace amontons {
 

@@ -5,14 +5,14 @@
 #include <vector>
 
 #include "amontons/base/error.hpp"
-#include "amontons/cones/product.hpp"
-#include "amontons/multibody/simulation.hpp"
+#include "amontons/multibody/step/simulation.hpp"
+#include "amontons/sets/product.hpp"
 
 // Uses inline functions, compiled ones and exceptions of the installed library.
 namespace {
 
 bool projects() {
-  amontons::ConeProduct K;
+  amontons::SetProduct K;
   K.add_friction(std::vector<double>{0.5});
   const std::array<double, 3> x = {1.0, 3.0, 0.0};
   std::array<double, 3> foot{};

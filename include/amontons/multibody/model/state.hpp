@@ -1,0 +1,54 @@
+#pragma once
+#include <vector>
+
+#include "amontons/multibody/model/model.hpp"
+
+namespace amontons {
+
+// The impulse of one contact point of the last step, kept for the next one's warm start.
+struct CachedContact {
+  Index geom_a, geom_b;
+  Vec3 local;    // the point in the frame of body A (world coordinates if A is the world)
+  Vec3 impulse;  // on body A, world axes, N s
+};
+
+// The impulses of one joint in the last step: the wrench on A of its locked directions about the origin of
+// frame_a, in the axes of frame_b.
+struct JointWrench {
+  Vec3 force, torque;  // N s, N m s
+};
+// The impulses of one degree of freedom along its coordinate, N s or N m s.
+struct DofImpulse {
+  double drive = 0;  // spring, damper and armature
+  double motor = 0;
+  double friction = 0;
+  double limit = 0;  // > 0 pushes away from the lower limit
+};
+
+// What a simulation changes, and all that it needs to go on bit for bit.
+struct State {
+  double time = 0;  // s
+  std::uint64_t steps = 0;
+  double impulse_step = 0;               // s, the time step that the impulses below belong to; 0: none yet
+  std::vector<Vec3> positions;           // of the origin of each body frame, world, m
+  std::vector<Quat> orientations;        // body axes into world axes
+  std::vector<Vec3> linear_velocities;   // of the origin of each body frame, world, m/s
+  std::vector<Vec3> angular_velocities;  // world, rad/s
+  std::vector<Vec3> forces, torques;     // held external loads at each centre of mass, world, N, N m
+  std::vector<double> coordinates;       // of every dof, m or rad, turns counted
+  std::vector<double> targets;           // of every dof's motor
+  std::vector<CachedContact> contacts;   // sorted by (geom_a, geom_b)
+  std::vector<JointWrench> joint_wrenches;
+  std::vector<DofImpulse> dof_impulses;
+  std::vector<Vec3> ball_impulses;  // per joint: spring, damper, friction of spherical joints, N m s
+  std::vector<double> coupling_impulses;
+};
+
+// Bodies at their initial poses and velocities, coordinates found from the poses, no loads.
+State initial_state(const Model& model);
+
+// Throws InputError naming the body whose position, orientation or velocity is not finite, or whose
+// orientation is not a unit quaternion within 1e-6.
+void validate(const Model& model, const State& state);
+
+}  // namespace amontons

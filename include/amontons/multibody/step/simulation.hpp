@@ -1,0 +1,123 @@
+#pragma once
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "amontons/collision/broad_phase.hpp"
+#include "amontons/collision/pairs/collide.hpp"
+#include "amontons/multibody/joints/joints.hpp"
+#include "amontons/multibody/model/state.hpp"
+#include "amontons/solvers/driver/options.hpp"
+
+namespace amontons {
+
+// Every field: default, unit, range. Fields of 0 that say "automatic" follow from the model, so that results
+// do not depend on the units.
+struct SimulationOptions {
+  double dt = 5e-3;  // s, > 0
+  Law law = Law::coulomb;
+  std::string method = "auto";
+  double tolerance = 1e-6;         // natural residual, relative to that of zero impulses
+  std::size_t max_iterations = 0;  // per solve; 0: the method's own limit
+  double budget = infinity;        // s of wall clock per step; results then depend on the machine
+  unsigned threads = 1;
+  double margin = 0;  // m, contacts are found up to this gap; 0: a fiftieth of Model::length()
+  double recovery_speed =
+      0;  // m/s, of the correction of penetration and joint errors; 0: Model::length() per second
+  double restitution_speed = 0;  // m/s, slower impacts do not bounce; 0: 4 |g| dt
+  bool warm_start = true;
+  unsigned max_substeps = 1;  // power of two: a step whose residual stays above the tolerance is
+                              // redone in 2, 4, ... parts
+};
+
+// One row of the contact table: a contact point of the last step. Open ones carry no impulse.
+enum class ContactState : unsigned char { open, stick, slip };
+struct Contact {
+  Index body_a, body_b, geom_a, geom_b;
+  Vec3 point, normal;      // world; the normal points from B to A
+  double gap;              // m, at the start of the step
+  double friction;         // mu
+  Vec3 impulse;            // on A, world, N s
+  Vec3 slip;               // tangential velocity of A's surface relative to B's after the step, m/s
+  double normal_velocity;  // u_n = n . (v_A - v_B) after the step, m/s
+  ContactState state;
+};
+
+// What the locked directions of a joint did in the last step, with what impacts at its start added.
+struct JointReaction {
+  Vec3 point;             // where A holds the joint (origin of frame_a), world, at the start of the step, m
+  Vec3 impulse, angular;  // on A, world axes, the second about the point, N s and N m s
+};
+
+struct Timings {  // s of wall clock
+  double collision = 0, assembly = 0, solve = 0, integration = 0, total = 0;
+};
+
+struct Report {
+  double time = 0;       // s, at the end of the step
+  bool advanced = true;  // false: velocities came out not finite, and the state is that before the step
+  Status status = Status::converged;
+  double residual = 0;  // of the law asked for, the worst of the substeps
+  std::size_t iterations = 0, products = 0, factorizations = 0;
+  std::size_t contacts = 0, joint_rows = 0;
+  unsigned substeps = 1;
+  double penetration = 0;                         // m, the largest -gap at the start of the step, >= 0
+  double joint_error = 0, joint_angle_error = 0;  // m, rad, at the start of the step
+  // J. The potential energy is that of half a step before the end: symplectic Euler moves with the velocity
+  // at the end, so that T(v+) + V(q+) is off by h/2 v . grad V, while with V(q+ - h v+ / 2) the sum is exact
+  // for projectiles and second order elsewhere.
+  double kinetic_energy = 0, potential_energy = 0, spring_energy = 0;
+  Timings timings;
+  std::string method;
+};
+
+class Simulation {
+ public:
+  Simulation(std::shared_ptr<const Model> model, SimulationOptions options);
+  ~Simulation();
+
+  // Advances the state by dt. Throws InputError if the state, forces or targets are not usable (then nothing
+  // has changed). When velocities come out not finite, the state is put back and the status says so.
+  Report step();
+
+  const Model& model() const { return *model_; }
+  const SimulationOptions& options() const { return options_; }
+  State& state() { return state_; }
+  const State& state() const { return state_; }
+  const std::vector<Contact>& contacts() const { return contacts_; }
+  // One per joint; empty before the first step.
+  const std::vector<JointReaction>& joint_reactions() const { return reactions_; }
+  // The VI of the last step (the last substep), and its solution; empty before the first step.
+  const std::shared_ptr<const Problem>& problem() const { return problem_; }
+  const std::vector<double>& impulses() const { return x_; }
+  double margin() const;
+  double recovery_speed() const;
+  double restitution_speed() const;
+
+ private:
+  struct Scratch;
+  void advance(double h, double elapsed, Report& report);
+  void fill_contacts(const Problem& problem, const Solution& solution);
+  void fill_reactions();
+
+  std::shared_ptr<const Model> model_;
+  SimulationOptions options_;
+  State state_;
+  std::vector<Contact> contacts_;
+  std::vector<JointReaction> reactions_;
+  std::shared_ptr<const Problem> problem_;
+  std::vector<double> x_;
+  std::unique_ptr<Scratch> scratch_;
+};
+
+// Linear and angular momentum about the world's origin (N s, N m s), kinetic energy (J), of dynamic bodies.
+struct Momentum {
+  Vec3 linear, angular;
+};
+Momentum momentum(const Model& model, const State& state);
+double kinetic_energy(const Model& model, const State& state);
+// -m g . x of the centres of mass, `before` seconds ago along their present velocities.
+double gravity_energy(const Model& model, const State& state, double before = 0);
+
+}  // namespace amontons

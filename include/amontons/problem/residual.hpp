@@ -1,0 +1,46 @@
+#pragma once
+#include <span>
+
+#include "amontons/problem/problem.hpp"
+
+namespace amontons {
+
+// The measures of the error of x. All are zero exactly at a solution of the law asked for.
+//   natural    | P^1/2 (x - Pi_K(x - P^-1 u)) |_2 / max(same at x = 0, tiny): the residual that every method,
+//              tolerance and report means
+//   plain      | x - Pi_K(x - u) |_2
+//   plain_inf  the same in the maximum norm
+//   siconos    | x - Pi_K(x - u) |_2 / max(|b|_2, |x|_2, |u|_2)
+// with u = A x + b (+ the De Saxce term under coulomb).
+enum class Norm : unsigned char { natural, plain, plain_inf, siconos };
+
+// p |x - Pi_K(x - u / p)|^2 of one block: the one definition of the natural map, shared by residual() and by
+// the fused passes of the solvers. g: u with the De Saxce term.
+template <class Set>
+inline double natural_map_squared(const Set& set, double p, const double* x, const double* g) {
+  double step[Set::dim], r[Set::dim], sum = 0;
+  for (int k = 0; k < Set::dim; ++k) step[k] = g[k] / p;
+  set.natural_map(x, step, r);
+  for (int k = 0; k < Set::dim; ++k) sum += r[k] * r[k];
+  return p * sum;
+}
+
+// The residual of x given u = A x + b.
+double residual(const Problem& problem, Law law, std::span<const double> x, std::span<const double> u,
+                Norm norm = Norm::natural);
+// The numerator of the natural residual, and its denominator (the same at x = 0, at least tiny).
+double natural_map(const Problem& problem, Law law, std::span<const double> x, std::span<const double> u);
+double natural_map_at_zero(const Problem& problem, Law law);
+// Forms u = A x + b first; one product.
+double residual(const Problem& problem, Law law, std::span<const double> x, Norm norm = Norm::natural);
+
+// What the residual means in physical terms.
+struct Violations {
+  double penetration_velocity;  // max over contacts and unilateral rows of -u_n (m/s), bilateral rows |u|
+  double cone;                  // max distance of x to its cone (N s)
+  double complementarity;       // max |<x, u>| over blocks, u with the De Saxce term (J)
+  double energy;                // 1/2 e'Ae of the natural map's step e = x - Pi_K(x - P^-1 u) (J)
+};
+Violations violations(const Problem& problem, Law law, std::span<const double> x);
+
+}  // namespace amontons

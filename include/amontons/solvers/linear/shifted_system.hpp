@@ -1,0 +1,84 @@
+#pragma once
+#include <array>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "amontons/problem/problem.hpp"
+#include "amontons/solvers/linear/block_cholesky.hpp"
+
+namespace amontons {
+
+// Solves (A + Theta^-1) y = r, the linear system inside ADMM (Theta constant), the interior point (Theta from
+// the Nesterov-Todd scaling) and the semismooth Newton method (Theta from the derivative of the projection).
+// Theta = R R' is block diagonal with one dim x dim factor R per cone block; singular R is allowed, where the
+// system means y in range(R). In terms of z, y = R z:
+//
+//     (I + R' A R) z = R' r.
+//
+// Body space, A = D M^-1 D' + E: with M^-1 = C C', I + R'ER = L L' and G = L^-1 R' D C this is
+// L (I + G G') L' z = q, and by Woodbury (I + G G')^-1 = I - G (I + G' G)^-1 G': six unknowns per body
+// whatever the number of contacts. Impulse space (A given as a matrix): I + R'AR is factored directly.
+class ShiftedSystem {
+ public:
+  // Analyses the pattern. InputError for a callback operator, which cannot be factored, and for an indefinite
+  // matrix.
+  explicit ShiftedSystem(const Problem& problem);
+  ~ShiftedSystem();
+  ShiftedSystem(ShiftedSystem&&) noexcept;
+
+  // Offset of the row-major factor of a block in the array given to factor(): 9 entries for three rows, 1 for
+  // one.
+  std::size_t factor_offset(std::size_t block) const { return offset_[block]; }
+  std::size_t factor_size() const { return factor_size_; }
+
+  // Returns the number of pivots that were not positive, through rounding when A is semidefinite.
+  int factor(std::span<const double> R);
+  // z of (I + R' A R) z = q, with so many steps of iterative refinement. q and z may be the same memory.
+  void solve_reduced(std::span<const double> q, std::span<double> z, int refinements);
+  // y for r: q = R' r, y = R z.
+  void solve(std::span<const double> r, std::span<double> y, int refinements);
+  void times_transposed_factor(std::span<const double> r, std::span<double> q) const;  // q = R' r
+  void times_factor(std::span<const double> z, std::span<double> y) const;             // y = R z
+
+  bool in_body_space() const { return !bodies_.empty(); }
+  std::size_t factor_entries() const { return cholesky_.factor_entries(); }
+
+ private:
+  struct Block {
+    int row, dim, body_a, body_b;  // bodies as nodes of the factorisation, -1 if none
+    BlockCholesky::Slot aa, bb, ab;
+  };
+  struct Pair {  // a coupled pair of blocks of a matrix, i >= j, with the values of A row-major
+    int i, j;
+    std::size_t values;
+    BlockCholesky::Slot slot;
+  };
+  void analyse(const BodyOperator& A);
+  void analyse(std::size_t m, auto&& for_each_entry);
+  void require_semidefinite();
+  void assemble_bodies();
+  void assemble_pairs();
+  void solve_once(std::span<const double> q, std::span<double> z);
+  void apply(std::span<const double> z, std::span<double> out);  // out = (I + R' A R) z
+  void divide_by_L(std::span<double> q) const;                   // q := L^-1 q
+  void divide_by_L_transposed(std::span<double> z) const;        // z := L^-T z
+
+  const Problem& problem_;
+  std::vector<std::size_t> offset_;
+  std::size_t factor_size_ = 0;
+  std::vector<Block> blocks_;
+  std::vector<int> bodies_;                // node of each body
+  std::vector<std::array<double, 16>> D_;  // rows of D C: body a at 0, body b at 8
+  std::vector<std::array<double, 16>> G_;  // rows of L^-1 R' D C
+  std::vector<int> node_a_, node_b_;       // of every row; the last node stands for none
+  std::vector<double> compliance_, R_;
+  std::vector<std::array<double, 9>> L_;  // per block, empty without compliance
+  std::vector<Pair> pairs_;
+  std::vector<double> pair_values_;
+  BlockCholesky cholesky_;
+  std::vector<double> q_, z_, correction_, work_;
+  std::vector<double> nodes_, packed_;  // body vectors: eight per node, and six as the factorisation has them
+};
+
+}  // namespace amontons

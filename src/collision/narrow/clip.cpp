@@ -1,0 +1,228 @@
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "collision/narrow/gjk.hpp"
+
+// Contact manifolds: the supporting features of two bodies, projected along the normal onto the tangent plane
+// and clipped there (Sutherland and Hodgman, 1974).
+namespace amontons::collision {
+
+namespace {
+
+constexpr double infinity = std::numeric_limits<double>::infinity();
+
+// A point over the tangent plane: its coordinates there and its height along the normal.
+struct Lifted {
+  double u, v, height;
+};
+Lifted lerp(const Lifted& p, const Lifted& q, double t) {
+  return {p.u + t * (q.u - p.u), p.v + t * (q.v - p.v), p.height + t * (q.height - p.height)};
+}
+
+struct TangentFrame {
+  Vec3 origin, u, v, normal;
+
+  TangentFrame(const Vec3& at, const Vec3& n) : origin(at), normal(n) {
+    const Quat q = rotation_to_z(n);
+    u = rotate(q, {1, 0, 0});
+    v = rotate(q, {0, 1, 0});
+  }
+  Lifted lift(const Vec3& p) const {
+    const Vec3 d = p - origin;
+    return {dot(u, d), dot(v, d), dot(normal, d)};
+  }
+  Vec3 point(double a, double b, double height) const { return origin + a * u + b * v + height * normal; }
+};
+
+// The scratch of one manifold; a face of `capacity` corners gains at most one per clipping edge.
+struct Clipper {
+  static constexpr int capacity = 2 * Feature::capacity;
+  Feature feature_a, feature_b;
+  Lifted corner[Feature::capacity];  // of the feature that clips
+  Lifted clipped[capacity], scratch[capacity];
+  int count;
+  double gap[capacity];
+};
+
+// The part of the polygon (or segment, for two points) on the inner side of the directed edge p -> q, which
+// lies to its left; points within the tolerance outside count as inside.
+void clip_by_edge(Clipper& c, const Lifted& p, const Lifted& q, bool closed, double tolerance) {
+  double nu = p.v - q.v, nv = q.u - p.u;
+  const double length = std::sqrt(nu * nu + nv * nv);
+  if (length == 0) return;
+  nu /= length, nv /= length;
+  const auto inner = [&](const Lifted& r) { return nu * (r.u - p.u) + nv * (r.v - p.v); };
+  std::copy(c.clipped, c.clipped + c.count, c.scratch);
+  const int n = c.count;
+  c.count = 0;
+  const auto keep = [&](const Lifted& r) {
+    if (c.count < Clipper::capacity) c.clipped[c.count++] = r;
+  };
+  const auto cross_edge = [&](const Lifted& from, double d_from, const Lifted& to, double d_to) {
+    keep(lerp(from, to, std::max(0.0, d_from) / (std::max(0.0, d_from) - d_to)));
+  };
+  for (int i = 0; i < n; ++i) {
+    const Lifted& r = c.scratch[i];
+    const double d = inner(r);
+    const bool inside = d >= -tolerance;
+    if (inside) keep(r);
+    if (i + 1 == n && !closed) break;
+    const Lifted& next = c.scratch[i + 1 < n ? i + 1 : 0];
+    const double d_next = inner(next);
+    const bool next_inside = d_next >= -tolerance;
+    if (inside && !next_inside) cross_edge(r, d, next, d_next);
+    if (!inside && next_inside) cross_edge(next, d_next, r, d);
+  }
+}
+
+double shortest_edge(const Feature& f) {
+  double least = infinity;
+  for (int i = 0; i < f.count; ++i)
+    least = std::min(least, norm_squared(f.points[i] - f.points[i + 1 < f.count ? i + 1 : 0]));
+  return std::sqrt(least);
+}
+
+// Edges of the two faces that nearly fall together cross in a point that is no corner of what they share, and
+// that comes and goes with the last bits of the poses: points within `merge` of the line through their
+// neighbours are dropped.
+void drop_between(Clipper& c, double merge) {
+  for (int k = 0; k < c.count && c.count > 2;) {
+    const int before = k > 0 ? k - 1 : c.count - 1, after = k + 1 < c.count ? k + 1 : 0;
+    const Lifted &p = c.clipped[k], &a = c.clipped[before], &b = c.clipped[after];
+    const double du = b.u - a.u, dv = b.v - a.v, area = std::abs(du * (p.v - a.v) - dv * (p.u - a.u));
+    const bool between = du * (p.u - a.u) + dv * (p.v - a.v) > 0 && du * (b.u - p.u) + dv * (b.v - p.v) > 0;
+    if (!between || area > merge * std::sqrt(du * du + dv * dv)) {
+      ++k;
+      continue;
+    }
+    for (int i = k; i + 1 < c.count; ++i) c.clipped[i] = c.clipped[i + 1], c.gap[i] = c.gap[i + 1];
+    --c.count;
+  }
+}
+
+// Emits the points of c.clipped with their gaps. Of points closer together than a thousandth of the shortest
+// edge only one stays: nearly aligned corners would come twice, and say the same.
+double emit(Clipper& c, const TangentFrame& frame, double merge, double margin, bool clipped_above,
+            std::vector<ContactPoint>& points) {
+  double least = infinity;
+  for (int i = 0; i < c.count; ++i) {
+    const Lifted& p = c.clipped[i];
+    bool repeated = false;
+    for (int k = 0; k < i && !repeated; ++k)
+      repeated = std::abs(p.u - c.clipped[k].u) <= merge && std::abs(p.v - c.clipped[k].v) <= merge &&
+                 c.gap[k] <= margin;
+    least = std::min(least, c.gap[i]);
+    if (repeated) {
+      c.gap[i] = infinity;  // so that no chain of neighbours hides behind it
+      continue;
+    }
+    if (c.gap[i] > margin) continue;
+    const double middle = clipped_above ? p.height - 0.5 * c.gap[i] : p.height + 0.5 * c.gap[i];
+    points.push_back({frame.point(p.u, p.v, middle), frame.normal, c.gap[i]});
+  }
+  return least;
+}
+
+// Clips a feature by a face. `above`: the clipped feature belongs to body a, which the normal points to.
+double clip_by_face(Clipper& c, const Feature& clipped, const Feature& face, bool above,
+                    const TangentFrame& frame, double size, double margin,
+                    std::vector<ContactPoint>& points) {
+  c.count = clipped.count;
+  for (int i = 0; i < clipped.count; ++i) c.clipped[i] = frame.lift(clipped.points[i]);
+  for (int i = 0; i < face.count; ++i) c.corner[i] = frame.lift(face.points[i]);
+  // A face of body b is seen from outside along -normal, where it runs counter-clockwise; one of a the other
+  // way.
+  for (int i = 0; i < face.count && c.count > 0; ++i) {
+    const Lifted &p = c.corner[i], &q = c.corner[i + 1 < face.count ? i + 1 : 0];
+    above ? clip_by_edge(c, p, q, c.count > 2, 1e-9 * size) : clip_by_edge(c, q, p, c.count > 2, 1e-9 * size);
+  }
+  const double slope = dot(face.normal, frame.normal);
+  const double su = dot(face.normal, frame.u) / slope, sv = dot(face.normal, frame.v) / slope;
+  const Lifted& on = c.corner[0];
+  for (int i = 0; i < c.count; ++i) {
+    const Lifted& p = c.clipped[i];
+    const double plane = on.height - su * (p.u - on.u) - sv * (p.v - on.v);
+    c.gap[i] = above ? p.height - plane : plane - p.height;
+  }
+  double merge = 1e-3 * shortest_edge(face);
+  if (clipped.count > 1) merge = std::min(merge, 1e-3 * shortest_edge(clipped));
+  drop_between(c, merge);
+  return emit(c, frame, merge, margin, above, points);
+}
+
+// Two edges side by side touch along what they share; crossing ones in a point, which is not for here.
+double clip_edges(Clipper& c, const TangentFrame& frame, double margin, std::vector<ContactPoint>& points) {
+  constexpr double parallel = 0.02;
+  const Lifted a0 = frame.lift(c.feature_a.points[0]), a1 = frame.lift(c.feature_a.points[1]);
+  Lifted b[2] = {frame.lift(c.feature_b.points[0]), frame.lift(c.feature_b.points[1])};
+  const double du = a1.u - a0.u, dv = a1.v - a0.v, length = std::sqrt(du * du + dv * dv);
+  const double eu = b[1].u - b[0].u, ev = b[1].v - b[0].v, other = std::sqrt(eu * eu + ev * ev);
+  if (length == 0 || other == 0 || std::abs(du * ev - dv * eu) > parallel * length * other) return infinity;
+  const auto along = [&](const Lifted& p) { return ((p.u - a0.u) * du + (p.v - a0.v) * dv) / length; };
+  double from = along(b[0]), to = along(b[1]);
+  if (from > to) std::swap(from, to), std::swap(b[0], b[1]);
+  const double begin = std::max(0.0, from), end = std::min(length, to);
+  if (end <= begin) return infinity;
+  c.count = 0;
+  for (double s : {begin, end}) {
+    const Lifted p = lerp(a0, a1, s / length), q = lerp(b[0], b[1], (s - from) / (to - from));
+    c.clipped[c.count] = {0.5 * (p.u + q.u), 0.5 * (p.v + q.v), p.height};
+    c.gap[c.count++] = p.height - q.height;
+  }
+  return emit(c, frame, 1e-3 * std::min(length, other), margin, true, points);
+}
+
+void push_deepest(const Separation& deepest, double margin, std::vector<ContactPoint>& points) {
+  if (deepest.distance <= margin)
+    points.push_back({0.5 * (deepest.on_a + deepest.on_b), deepest.normal, deepest.distance});
+}
+
+}  // namespace
+
+double clip_features(const Convex& a, const Convex& b, const Vec3& normal, const Separation* deepest,
+                     double margin, std::vector<ContactPoint>& points) {
+  thread_local Clipper c;
+  const bool both_round = a.kind == Convex::Kind::cylinder && b.kind == Convex::Kind::cylinder;
+  supporting_feature(a, -normal, deepest ? &deepest->on_a : nullptr, nullptr, c.feature_a);
+  // Two caps as polygons of one orientation: coaxial ones then share their corners, not crossings between
+  // them.
+  supporting_feature(b, normal, deepest ? &deepest->on_b : nullptr, both_round ? &a.axis[0] : nullptr,
+                     c.feature_b);
+  const TangentFrame frame(c.feature_a.points[0], normal);
+  const double size = pair_scale(a, b).size;
+  const Feature &fa = c.feature_a, &fb = c.feature_b;
+  if (fb.count > 2) return clip_by_face(c, fa, fb, true, frame, size, margin, points);
+  if (fa.count > 2) return clip_by_face(c, fb, fa, false, frame, size, margin, points);
+  if (fa.count == 2 && fb.count == 2) return clip_edges(c, frame, margin, points);
+  return infinity;
+}
+
+void manifold(const Convex& a, const Convex& b, const Separation& deepest, double margin,
+              std::vector<ContactPoint>& points) {
+  // A face within 0.1 rad of the normal of least separation gives the normal in its place, provided that it
+  // sees the same gap: between nearly flat faces the least separation is rounding, their own normals are not.
+  constexpr double aligned = 0.995;
+  thread_local Feature face;
+  const double size = pair_scale(a, b).size;
+  const double tolerance = 1e-5 * size + 0.02 * std::abs(deepest.distance);
+  const std::size_t before = points.size();
+
+  Vec3 candidate[2];
+  double cosine[2] = {0, 0};
+  supporting_feature(b, deepest.normal, &deepest.on_b, nullptr, face);
+  if (face.count > 2) candidate[0] = face.normal, cosine[0] = dot(face.normal, deepest.normal);
+  supporting_feature(a, -deepest.normal, &deepest.on_a, nullptr, face);
+  if (face.count > 2) candidate[1] = -face.normal, cosine[1] = -dot(face.normal, deepest.normal);
+  const int first = cosine[1] > cosine[0] + 1e-4 ? 1 : 0;
+  for (int k : {first, 1 - first}) {
+    if (cosine[k] < aligned) continue;
+    const double least = clip_features(a, b, candidate[k], &deepest, margin, points);
+    if (std::abs(least - deepest.distance) <= tolerance) return;
+    points.resize(before);
+  }
+  const double least = clip_features(a, b, deepest.normal, &deepest, margin, points);
+  if (least > deepest.distance + tolerance) push_deepest(deepest, margin, points);
+}
+
+}  // namespace amontons::collision

@@ -1,0 +1,91 @@
+#include "collision/pairs/mesh.hpp"
+
+namespace amontons::collision {
+namespace {
+
+bool is_overlap(const Aabb& a, const Aabb& b) {
+  return a.lower.x <= b.upper.x && b.lower.x <= a.upper.x && a.lower.y <= b.upper.y &&
+         b.lower.y <= a.upper.y && a.lower.z <= b.upper.z && b.lower.z <= a.upper.z;
+}
+
+// See SurfaceContact.
+struct MeshSurface {
+  const TriangleMesh& mesh;
+
+  template <class F>
+  void for_each_near(const Aabb& box, F&& visit) const {
+    // The halves of a split differ by one triangle at most: 64 levels are more than memory has room for.
+    std::int32_t stack[64];
+    int size = 0;
+    stack[size++] = 0;
+    while (size > 0) {
+      const std::int32_t k = stack[--size];
+      const TriangleMesh::Node& node = mesh.nodes[k];
+      if (!is_overlap(node.box, box)) continue;
+      if (node.count == 0) {
+        stack[size++] = node.first, stack[size++] = k + 1;
+        continue;
+      }
+      for (std::int32_t i = node.first; i < node.first + node.count; ++i)
+        if (is_overlap(bounds_of(mesh.order[i]), box)) visit(mesh.order[i]);
+    }
+  }
+
+  Aabb bounds_of(std::int32_t t) const {
+    const auto [i, j, k] = mesh.triangles[t];
+    const Vec3 &a = mesh.vertices[i], &b = mesh.vertices[j], &c = mesh.vertices[k];
+    return {{std::min({a.x, b.x, c.x}), std::min({a.y, b.y, c.y}), std::min({a.z, b.z, c.z})},
+            {std::max({a.x, b.x, c.x}), std::max({a.y, b.y, c.y}), std::max({a.z, b.z, c.z})}};
+  }
+
+  Facet facet(std::int32_t t) const {
+    Facet f;
+    f.normal = mesh.normals[t];
+    for (int k = 0; k < 3; ++k) {
+      f.vertex[k] = mesh.triangles[t][k];
+      f.corner[k] = mesh.vertices[mesh.triangles[t][k]];
+      f.edge[k] = mesh.edges[t][k];
+      f.opposite[k] = f.corner[k];
+      if (const std::int32_t other = mesh.neighbours[t][k]; other >= 0)
+        for (int m = 0; m < 3; ++m) {
+          const std::int32_t v = mesh.triangles[other][m];
+          if (v != mesh.triangles[t][k] && v != mesh.triangles[t][(k + 1) % 3])
+            f.opposite[k] = mesh.vertices[v];
+        }
+    }
+    return f;
+  }
+
+  template <class F>
+  void for_each_neighbour(std::int64_t vertex, F&& visit) const {
+    for (std::int32_t i = mesh.around_start[vertex]; i < mesh.around_start[vertex + 1]; ++i)
+      visit(mesh.vertices[mesh.around[i]]);
+  }
+
+  bool is_active(std::int64_t vertex) const { return mesh.is_active[vertex]; }
+
+  // By the normal at the closest point: of the face, the sum of two at an edge, weighted by angles at a
+  // corner (J. A. Baerentzen and H. Aanaes, "Signed distance computation using the angle weighted
+  // pseudonormal", 2005). Beside the border of an open mesh nothing is behind it.
+  bool is_outside(const Vec3& p, std::int32_t t, const Vec3& closest, unsigned feature) const {
+    const Vec3 to = p - closest;
+    if (feature == 7) return dot(mesh.normals[t], to) > 0;
+    if (feature == 1 || feature == 2 || feature == 4) {
+      const std::int32_t v = mesh.triangles[t][feature == 1 ? 0 : feature == 2 ? 1 : 2];
+      return mesh.is_border[v] || dot(mesh.vertex_normals[v], to) > 0;
+    }
+    const std::int32_t other = mesh.neighbours[t][feature == 3 ? 0 : feature == 6 ? 1 : 2];
+    return other < 0 || dot(mesh.normals[t] + mesh.normals[other], to) > 0;
+  }
+};
+
+}  // namespace
+
+void collide_mesh(const TriangleMesh& mesh, const Transform& frame_mesh, const Shape& convex,
+                  const Transform& frame_convex, double margin, std::vector<ContactPoint>& points) {
+  collide_surface(MeshSurface{mesh}, frame_mesh, convex, frame_convex, margin, points);
+}
+
+Aabb local_bounds(const TriangleMesh& mesh) { return mesh.nodes[0].box; }
+
+}  // namespace amontons::collision

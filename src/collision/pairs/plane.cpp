@@ -1,0 +1,94 @@
+#include <cmath>
+
+#include "collision/narrow/gjk.hpp"
+#include "collision/pairs/pairs.hpp"
+
+// Shapes on a half space. Each point of a shape is a valid constraint of its own, so every corner within the
+// margin is taken whose faces look down at all: none can be lost to a choice between faces.
+namespace amontons::collision {
+
+namespace {
+
+constexpr double looks_down = -0.1;  // cosine; the walls of an upright box do not count
+
+struct PlaneContact {
+  Vec3 at, normal;
+  double margin;
+  std::vector<ContactPoint>& points;
+
+  double height(const Vec3& p) const { return dot(normal, p - at); }
+  void add(const Vec3& p) const {
+    const double gap = height(p);
+    if (gap <= margin) points.push_back({p - (0.5 * gap) * normal, normal, gap});
+  }
+};
+
+void box_on_plane(const Box& box, const Transform& frame, const PlaneContact& plane) {
+  const Mat3 r = to_matrix(frame.rotation);
+  const Vec3 up{dot(r.column(0), plane.normal), dot(r.column(1), plane.normal),
+                dot(r.column(2), plane.normal)};
+  for (int k = 0; k < 8; ++k) {
+    // In turns around the z faces: neighbours follow each other.
+    const Vec3 side{(k & 1) != (k >> 1 & 1) ? 1.0 : -1.0, k & 2 ? 1.0 : -1.0, k & 4 ? 1.0 : -1.0};
+    if (side.x * up.x >= looks_down && side.y * up.y >= looks_down && side.z * up.z >= looks_down) continue;
+    plane.add(frame.position + r * Vec3{side.x * box.half.x, side.y * box.half.y, side.z * box.half.z});
+  }
+}
+
+void capsule_on_plane(const Capsule& capsule, const Transform& frame, const PlaneContact& plane) {
+  const Vec3 half = rotate(frame.rotation, {0, 0, capsule.half_length});
+  const Vec3 down = frame.position - capsule.radius * plane.normal;
+  plane.add(down - half);
+  plane.add(down + half);
+}
+
+void cylinder_on_plane(const Cylinder& cylinder, const Transform& frame, const PlaneContact& plane) {
+  const Mat3 r = to_matrix(frame.rotation);
+  const Vec3 axis = r.column(2);
+  const double c = dot(axis, plane.normal);
+  const Vec3 flat = c * axis - plane.normal;  // down, in the plane of the caps
+  const double tilt = norm(flat);
+  for (double side : {-1.0, 1.0}) {
+    const Vec3 cap = frame.position + (side * cylinder.half_length) * axis;
+    // The rim's lowest point, unless the cap lies within 1 mrad of flat, where it wanders without meaning.
+    if (tilt > 1e-3) plane.add(cap + (cylinder.radius / tilt) * flat);
+    if (side * c >= looks_down) continue;
+    constexpr int corners = 12;
+    for (int k = 0; k < corners; ++k) {
+      const double angle = 6.283185307179586 * k / corners;
+      plane.add(cap + cylinder.radius * (std::cos(angle) * r.column(0) + std::sin(angle) * r.column(1)));
+    }
+  }
+}
+
+void hull_on_plane(const ConvexHull& hull, const Transform& frame, const PlaneContact& plane) {
+  const Vec3 up = rotate(conjugate(frame.rotation), plane.normal);
+  const double lift = plane.height(frame.position);
+  for (std::size_t i = 0; i < hull.vertices.size(); ++i) {
+    if (dot(up, hull.vertices[i]) + lift > plane.margin) continue;
+    // A corner of the upper side: an edge falls from it and none rises, the level ones apart.
+    bool rises = false, falls = false;
+    for (std::int32_t j : hull.neighbours[i]) {
+      const Vec3 edge = hull.vertices[static_cast<std::size_t>(j)] - hull.vertices[i];
+      const double slope = dot(up, edge), level = -looks_down * norm(edge);
+      rises |= slope > level;
+      falls |= slope < -level;
+    }
+    if (rises || !falls) plane.add(frame(hull.vertices[i]));
+  }
+}
+
+}  // namespace
+
+void collide_plane(const Shape& a, const Transform& frame_a, const Transform& plane, double margin,
+                   std::vector<ContactPoint>& points) {
+  const PlaneContact contact{plane.position, rotate(plane.rotation, {0, 0, 1}), margin, points};
+  if (const auto* box = std::get_if<Box>(&a)) return box_on_plane(*box, frame_a, contact);
+  if (const auto* capsule = std::get_if<Capsule>(&a)) return capsule_on_plane(*capsule, frame_a, contact);
+  if (const auto* cylinder = std::get_if<Cylinder>(&a)) return cylinder_on_plane(*cylinder, frame_a, contact);
+  if (const auto* hull = std::get_if<Hull>(&a)) return hull_on_plane(*hull->data, frame_a, contact);
+  const Convex body = make_convex(a, frame_a, plane.position);
+  contact.add(plane.position + support(body, -contact.normal) - body.radius * contact.normal);
+}
+
+}  // namespace amontons::collision

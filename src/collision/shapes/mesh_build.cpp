@@ -1,0 +1,192 @@
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <numeric>
+#include <string>
+#include <tuple>
+
+#include "amontons/base/error.hpp"
+#include "collision/pairs/mesh.hpp"
+
+// What make_mesh() checks and works out once.
+namespace amontons {
+namespace {
+
+using Triangle = TriangleMesh::Triangle;
+
+std::string name_of(std::size_t t) { return "triangle mesh: triangle " + std::to_string(t); }
+
+void check(std::span<const Vec3> vertices, std::span<const Triangle> triangles) {
+  AMONTONS_REQUIRE(!triangles.empty(), "triangle mesh: it has no triangle");
+  for (std::size_t i = 0; i < vertices.size(); ++i)
+    AMONTONS_REQUIRE(is_finite(vertices[i]), "triangle mesh: vertex " + std::to_string(i) + " is not finite");
+  for (std::size_t t = 0; t < triangles.size(); ++t)
+    for (std::int32_t i : triangles[t])
+      AMONTONS_REQUIRE(i >= 0 && static_cast<std::size_t>(i) < vertices.size(),
+                       name_of(t) + " names vertex " + std::to_string(i) + ", but there are " +
+                           std::to_string(vertices.size()));
+}
+
+// Vertices at the same place become the first of them.
+void weld(std::span<const Vec3> vertices, std::span<const Triangle> triangles, TriangleMesh& mesh) {
+  std::vector<std::int32_t> by_place(vertices.size()), first(vertices.size());
+  std::iota(by_place.begin(), by_place.end(), 0);
+  const auto key = [&](std::int32_t i) { return std::tuple(vertices[i].x, vertices[i].y, vertices[i].z, i); };
+  std::sort(by_place.begin(), by_place.end(),
+            [&](std::int32_t i, std::int32_t j) { return key(i) < key(j); });
+  for (std::size_t k = 0; k < by_place.size(); ++k) {
+    const std::int32_t i = by_place[k];
+    first[i] = k > 0 && vertices[by_place[k - 1]] == vertices[i] ? first[by_place[k - 1]] : i;
+  }
+  mesh.vertices.assign(vertices.begin(), vertices.end());
+  for (const Triangle& t : triangles) mesh.triangles.push_back({first[t[0]], first[t[1]], first[t[2]]});
+}
+
+void find_normals(TriangleMesh& mesh) {
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    const auto [i, j, k] = mesh.triangles[t];
+    const Vec3 ab = mesh.vertices[j] - mesh.vertices[i], ac = mesh.vertices[k] - mesh.vertices[i];
+    // Scaled before the product, so that it does not underflow in any unit.
+    const double length = std::sqrt(std::max({dot(ab, ab), dot(ac, ac), norm_squared(ac - ab)}));
+    const Vec3 normal = length > 0 ? cross(ab / length, ac / length) : Vec3{};
+    // A height of 1e-12 of the longest edge is rounding: such a triangle has no normal.
+    AMONTONS_REQUIRE(norm(normal) > 1e-12,
+                     name_of(t) + " is degenerate (its corners lie on a line); leave it out");
+    mesh.normals.push_back(normalised(normal));
+  }
+}
+
+struct HalfEdge {
+  std::int32_t low, high, triangle, k;
+  bool up;  // from low to high
+  auto key() const { return std::tuple(low, high, triangle, k); }
+};
+
+// The angle through the outside from triangle e to triangle other about their common edge, in (0, 2 pi].
+double outer_angle(const TriangleMesh& mesh, const HalfEdge& e, const HalfEdge& other) {
+  const Triangle &t = mesh.triangles[e.triangle], &u = mesh.triangles[other.triangle];
+  const Vec3 &a = mesh.vertices[t[e.k]], &b = mesh.vertices[t[(e.k + 1) % 3]];
+  const Vec3 n = mesh.normals[e.triangle], inward = cross(n, normalised(b - a));
+  const Vec3 to = mesh.vertices[u[(other.k + 2) % 3]] - a;
+  const double angle = std::atan2(dot(n, to), dot(inward, to));
+  // The back of a sheet lies on its front: all the way round, not at no angle at all.
+  return angle > 1e-9 ? angle : angle + 2 * std::numbers::pi;
+}
+
+// Where more than two triangles meet at an edge, neighbours are those that bound the same outside.
+void find_neighbours(TriangleMesh& mesh) {
+  std::vector<HalfEdge> edges;
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
+    for (int k = 0; k < 3; ++k) {
+      const std::int32_t a = mesh.triangles[t][k], b = mesh.triangles[t][(k + 1) % 3];
+      edges.push_back({std::min(a, b), std::max(a, b), static_cast<std::int32_t>(t), k, a < b});
+    }
+  std::sort(edges.begin(), edges.end(),
+            [](const HalfEdge& a, const HalfEdge& b) { return a.key() < b.key(); });
+  mesh.neighbours.assign(mesh.triangles.size(), {-1, -1, -1});
+  mesh.edges.assign(mesh.triangles.size(), {});
+  for (std::size_t first = 0, last; first < edges.size(); first = last) {
+    for (last = first;
+         last < edges.size() && edges[last].low == edges[first].low && edges[last].high == edges[first].high;)
+      ++last;
+    AMONTONS_REQUIRE(
+        last - first != 2 || edges[first].up != edges[first + 1].up,
+        name_of(static_cast<std::size_t>(edges[first].triangle)) + " and triangle " +
+            std::to_string(edges[first + 1].triangle) +
+            " run along their common edge in the same direction; list the corners of all triangles "
+            "counter-clockwise seen from outside");
+    for (std::size_t i = first; i < last; ++i) {
+      const HalfEdge& e = edges[i];
+      const HalfEdge* best = nullptr;
+      double best_angle = 0;
+      for (std::size_t j = first; j < last; ++j) {
+        if (edges[j].up == e.up) continue;
+        const double angle = outer_angle(mesh, e, edges[j]);
+        if (!best || angle < best_angle) best = &edges[j], best_angle = angle;
+      }
+      mesh.edges[e.triangle][e.k] = collision::EdgeKind::border;
+      if (!best) continue;
+      const Triangle &t = mesh.triangles[e.triangle], &u = mesh.triangles[best->triangle];
+      mesh.neighbours[e.triangle][e.k] = best->triangle;
+      mesh.edges[e.triangle][e.k] = collision::edge_kind(
+          mesh.vertices[t[e.k]], mesh.vertices[t[(e.k + 1) % 3]], mesh.normals[e.triangle],
+          mesh.normals[best->triangle], mesh.vertices[u[(best->k + 2) % 3]]);
+    }
+  }
+}
+
+void describe_vertices(TriangleMesh& mesh) {
+  const std::size_t n = mesh.vertices.size();
+  mesh.vertex_normals.assign(n, {});
+  mesh.is_active.assign(n, 0), mesh.is_border.assign(n, 0);
+  std::vector<std::pair<std::int32_t, std::int32_t>> joined;
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
+    for (int k = 0; k < 3; ++k) {
+      const std::int32_t v = mesh.triangles[t][k], next = mesh.triangles[t][(k + 1) % 3],
+                         last = mesh.triangles[t][(k + 2) % 3];
+      joined.emplace_back(v, next), joined.emplace_back(next, v);
+      const Vec3 a = normalised(mesh.vertices[next] - mesh.vertices[v]);
+      const Vec3 b = normalised(mesh.vertices[last] - mesh.vertices[v]);
+      mesh.vertex_normals[v] += std::atan2(norm(cross(a, b)), dot(a, b)) * mesh.normals[t];
+      const collision::EdgeKind kind = mesh.edges[t][k];
+      for (std::int32_t end : {v, next}) {
+        mesh.is_active[end] |= kind != collision::EdgeKind::flat;
+        mesh.is_border[end] |= kind == collision::EdgeKind::border;
+      }
+    }
+  std::sort(joined.begin(), joined.end());
+  joined.erase(std::unique(joined.begin(), joined.end()), joined.end());
+  mesh.around_start.assign(n + 1, 0);
+  for (const auto& [v, other] : joined) ++mesh.around_start[v + 1], mesh.around.push_back(other);
+  for (std::size_t v = 0; v < n; ++v) mesh.around_start[v + 1] += mesh.around_start[v];
+}
+
+// Splits order[first, last) at the median of the centres along their longest extent.
+void build_tree(TriangleMesh& mesh, const std::vector<Vec3>& centres, std::int32_t first, std::int32_t last) {
+  constexpr double inf = std::numeric_limits<double>::infinity();
+  Aabb box{{inf, inf, inf}, {-inf, -inf, -inf}}, middle = box;
+  const auto include = [](Aabb& b, const Vec3& p) {
+    for (int axis = 0; axis < 3; ++axis)
+      b.lower[axis] = std::min(b.lower[axis], p[axis]), b.upper[axis] = std::max(b.upper[axis], p[axis]);
+  };
+  for (std::int32_t i = first; i < last; ++i) {
+    for (std::int32_t v : mesh.triangles[mesh.order[i]]) include(box, mesh.vertices[v]);
+    include(middle, centres[mesh.order[i]]);
+  }
+  const std::size_t node = mesh.nodes.size();
+  mesh.nodes.push_back({box, first, last - first});
+  if (last - first <= 4) return;
+  const Vec3 d = middle.upper - middle.lower;
+  const int axis = d.x >= d.y && d.x >= d.z ? 0 : d.y >= d.z ? 1 : 2;
+  const std::int32_t half = first + (last - first) / 2;
+  // Ties by number: the tree, and with it the order of the contact points, depends on the mesh only.
+  std::nth_element(mesh.order.begin() + first, mesh.order.begin() + half, mesh.order.begin() + last,
+                   [&](std::int32_t a, std::int32_t b) {
+                     return std::pair(centres[a][axis], a) < std::pair(centres[b][axis], b);
+                   });
+  std::sort(mesh.order.begin() + first, mesh.order.begin() + half);
+  std::sort(mesh.order.begin() + half, mesh.order.begin() + last);
+  build_tree(mesh, centres, first, half);
+  mesh.nodes[node].first = static_cast<std::int32_t>(mesh.nodes.size()), mesh.nodes[node].count = 0;
+  build_tree(mesh, centres, half, last);
+}
+
+}  // namespace
+
+Mesh make_mesh(std::span<const Vec3> vertices, std::span<const std::array<std::int32_t, 3>> triangles) {
+  check(vertices, triangles);
+  auto mesh = std::make_shared<TriangleMesh>();
+  weld(vertices, triangles, *mesh);
+  find_normals(*mesh);
+  find_neighbours(*mesh);
+  describe_vertices(*mesh);
+  std::vector<Vec3> centres;
+  for (const Triangle& t : mesh->triangles)
+    centres.push_back((mesh->vertices[t[0]] + mesh->vertices[t[1]] + mesh->vertices[t[2]]) / 3);
+  mesh->order.resize(triangles.size());
+  std::iota(mesh->order.begin(), mesh->order.end(), 0);
+  build_tree(*mesh, centres, 0, static_cast<std::int32_t>(triangles.size()));
+  return {std::move(mesh)};
+}
+
+}  // namespace amontons

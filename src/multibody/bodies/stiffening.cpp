@@ -1,0 +1,89 @@
+// Geometric stiffness of joint forces, implicitly.
+//
+// A force F that a joint puts on a body at the arm r from its centre of mass has the torque r x F. When the
+// body turns by a small angle d, r turns with it and the torque changes by (d x r) x F = -K d, K = (r.F) 1 -
+// r F' (Tournier, Nesme, Gilles, Faure, "Stable constrained dynamics", SIGGRAPH 2015). A light link under the
+// tension of a heavy load is such a rotational spring: its frequency sqrt(K / I) may be far above 1 / h, and
+// a step that takes the arms from its start is then unstable although every constraint is met.
+//
+// Implicit Euler for that torque, with F from the last step, is (I + h^2 K) w+ = I w + h torque + ...: only
+// the inertia that impulses feel changes. Of the symmetric part of h^2 K only what exceeds I is added
+// (eigenvalues of the pencil above 1; symplectic Euler is stable up to 4), so that mechanisms that the step
+// resolves keep their inertia exactly.
+#include <Eigen/Dense>
+
+#include "multibody/step/step.hpp"
+
+namespace amontons {
+
+namespace {
+
+// K of one force, symmetrised.
+Mat3 stiffness(const Vec3& r, const Vec3& F) {
+  const double rF = dot(r, F);
+  Mat3 K = Mat3::diagonal(rF, rF, rF);
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j) K(i, j) -= 0.5 * (r[i] * F[j] + F[i] * r[j]);
+  return K;
+}
+
+Eigen::Matrix3d to_eigen(const Mat3& m) {
+  Eigen::Matrix3d e;
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j) e(i, j) = m(i, j);
+  return e;
+}
+
+double frobenius_squared(const Mat3& m) {
+  return norm_squared(m.row[0]) + norm_squared(m.row[1]) + norm_squared(m.row[2]);
+}
+
+// The inverse of max(I, S) in the sense of the pencil (S, I): with I = L L' and L^-1 S L^-T = Q diag(s) Q'
+// that is max(I, S) = L Q diag(max(1, s)) Q' L'. False, and nothing changes, if no s exceeds 1.
+bool stiffen(const Mat3& inertia, const Mat3& S, Mat3& inverse_inertia) {
+  const Eigen::Matrix3d L = to_eigen(inertia).llt().matrixL();
+  const Eigen::Matrix3d inner =
+      L.triangularView<Eigen::Lower>().solve(L.triangularView<Eigen::Lower>().solve(to_eigen(S)).transpose());
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> pencil(0.5 * (inner + inner.transpose()));
+  if (!(pencil.eigenvalues().maxCoeff() > 1)) return false;
+  const Eigen::Matrix3d B = L.transpose().triangularView<Eigen::Upper>().solve(pencil.eigenvectors());
+  const Eigen::Vector3d weights = pencil.eigenvalues().cwiseMax(1.0).cwiseInverse();
+  const Eigen::Matrix3d sum = B * weights.asDiagonal() * B.transpose();
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j) inverse_inertia(i, j) = 0.5 * (sum(i, j) + sum(j, i));
+  return true;
+}
+
+}  // namespace
+
+bool stiffen_rotations(const Model& model, const State& state, double h, std::vector<Mat3>& sums,
+                       std::vector<BodyFrame>& bodies) {
+  if (state.impulse_step <= 0 || model.joints() == 0) return false;
+  bool any = false;
+  sums.assign(bodies.size(), Mat3{});
+  for (std::size_t j = 0; j < model.joints(); ++j) {
+    const Joint& joint = model.description().joints[j];
+    const Transform frame_b = joint.body_b < 0 ? joint.frame_b : bodies[joint.body_b].pose * joint.frame_b;
+    const Vec3 point = (bodies[joint.body_a].pose * joint.frame_a).position;
+    const Vec3 F = rotate(frame_b.rotation, state.joint_wrenches[j].force) / state.impulse_step;
+    if (model.is_dynamic(joint.body_a)) {
+      Mat3& sum = sums[joint.body_a];
+      sum = sum + stiffness(point - bodies[joint.body_a].centre, F);
+    }
+    if (model.is_dynamic(joint.body_b)) {
+      Mat3& sum = sums[joint.body_b];
+      sum = sum + stiffness(point - bodies[joint.body_b].centre, -F);
+    }
+  }
+  for (std::size_t i = 0; i < bodies.size(); ++i) {
+    BodyFrame& body = bodies[i];
+    const Mat3 S = h * h * sums[i];
+    // No eigenvalue exceeds |S| |I^-1| in Frobenius' norm: bodies without such joints cost nothing.
+    if (!(frobenius_squared(S) * frobenius_squared(body.inverse_inertia) > 1)) continue;
+    body.stiffened = stiffen(body.inertia, S, body.inverse_inertia);
+    any = any || body.stiffened;
+  }
+  return any;
+}
+
+}  // namespace amontons

@@ -1,0 +1,116 @@
+// Couplings of coordinates, q_a - p(q_b) = 0: the row is rate_a - p'(q_b) rate_b, over up to four bodies.
+#include <algorithm>
+#include <cmath>
+
+#include "multibody/joints/joint_kinematics.hpp"
+
+namespace amontons {
+namespace {
+
+using Vec6 = std::array<double, 6>;
+
+// A row over all bodies that it touches, in order of appearance.
+struct WideRow {
+  std::size_t n = 0;
+  std::array<Index, 4> body;
+  std::array<Vec6, 4> j;
+
+  void add(Index which, const Vec6& part, double sign) {
+    if (which < 0) return;
+    std::size_t i = 0;
+    while (i < n && body[i] != which) ++i;
+    if (i == n) body[n] = which, j[n] = Vec6{}, ++n;
+    for (int k = 0; k < 6; ++k) j[i][k] += sign * part[k];
+  }
+  void add(const JacobianRow& row, double sign) {
+    add(row.body_a, row.a, sign);
+    add(row.body_b, row.b, sign);
+  }
+  JacobianRow part(std::size_t i) const { return {body[i], world, j[i], {}}; }
+};
+
+// A row of the problem holds two bodies. A wider one, sum_i J_i v_i = 0 with n > 2 bodies, becomes n rows
+// over an auxiliary body whose velocity components z_i follow the parts:
+//   J_i v_i - z_i = 0 (i < n),   J_n v_n + z_1 + ... + z_(n-1) = 0.
+// Each then carries nearly the impulse of the coupling: the inertia of z_i, that of the lightest part times
+// `lightness`, is added to the mechanism. z starts the step at J_i v_i, else its inertia would brake.
+constexpr double lightness = 1e-4;
+
+void append_wide_row(const WideRow& wide, const std::vector<BodyFrame>& bodies, double compliance, double c,
+                     double x0, const RowTag& tag, JointRows& rows) {
+  const std::size_t links = wide.n - 1;
+  const Index auxiliary = static_cast<Index>(bodies.size() + rows.auxiliary_inverse_mass.size());
+  double heaviest = 0;
+  for (std::size_t i = 0; i < wide.n; ++i)
+    heaviest = std::max(heaviest, inverse_effective_mass(bodies, wide.part(i)));
+  rows.auxiliary_inverse_mass.push_back(heaviest / lightness);
+  RowTag helper = tag;
+  helper.dof = -1;
+  JacobianRow last = wide.part(links);
+  last.body_b = auxiliary;
+  rows.cones.add_free(wide.n);
+  for (std::size_t i = 0; i < links; ++i) {
+    JacobianRow link = wide.part(i);
+    const double before = start_velocity(bodies, link);
+    link.body_b = auxiliary;
+    link.b[i] = -1;
+    last.b[i] = 1;
+    c += before;
+    append_row(rows, link, 0, -before, x0, helper);
+  }
+  append_row(rows, last, compliance, c, x0, tag);
+}
+
+}  // namespace
+
+CouplingValue coupling_value(const Model& model, const Coupling& coupling, const State& state) {
+  const auto coordinate = [&](Index joint, Index dof) {
+    return state.coordinates[model.first_dof(joint) + dof];
+  };
+  const double q = coupling.joint_b >= 0 ? coordinate(coupling.joint_b, coupling.dof_b) : 0;
+  double value = 0, slope = 0;  // Horner's rule, with the derivative
+  for (std::size_t i = coupling.coefficients.size(); i-- > 0;) {
+    slope = slope * q + value;
+    value = value * q + coupling.coefficients[i];
+  }
+  if (coupling.joint_b < 0) slope = 0;
+  return {coordinate(coupling.joint_a, coupling.dof_a) - value, slope};
+}
+
+void append_coupling_rows(const Model& model, const std::vector<BodyFrame>& bodies, const State& state,
+                          const JointOptions& options, JointRows& rows) {
+  const auto& couplings = model.description().couplings;
+  for (std::size_t k = 0; k < couplings.size(); ++k) {
+    const Coupling& coupling = couplings[k];
+    const CouplingValue value = coupling_value(model, coupling, state);
+    const JointContext a = joint_context(model, bodies, state, coupling.joint_a);
+    const double s = a.scale(coupling.dof_a);
+    WideRow wide;
+    wide.add(joint_row(a, s * a.duals[coupling.dof_a]), 1);
+    if (coupling.joint_b >= 0 && value.slope != 0) {
+      const JointContext b = joint_context(model, bodies, state, coupling.joint_b);
+      wide.add(joint_row(b, s * b.duals[coupling.dof_b]), -value.slope);
+    }
+    double inverse_mass = 0;
+    for (std::size_t i = 0; i < wide.n; ++i) inverse_mass += inverse_effective_mass(bodies, wide.part(i));
+    if (inverse_mass == 0) continue;  // nothing that moves
+    const bool soft = coupling.compliance > 0;
+    const double h = options.h, rate = s * value.violation / h;
+    const double compliance =
+        soft ? s * s * coupling.compliance / (h * h) : locked_regularisation * inverse_mass;
+    const double c = soft ? rate : std::clamp(rate, -options.recovery_speed, options.recovery_speed);
+    const double x0 = state.coupling_impulses[k] / s;
+    RowTag tag{RowKind::coupling, static_cast<Index>(k), 0};
+    tag.scale = s;
+    if (wide.n > 2) {
+      append_wide_row(wide, bodies, compliance, c, x0, tag, rows);
+      continue;
+    }
+    JacobianRow row = wide.part(0);
+    if (wide.n == 2) row.body_b = wide.body[1], row.b = wide.j[1];
+    rows.cones.add_free(1);
+    append_row(rows, row, compliance, c, x0, tag);
+  }
+}
+
+}  // namespace amontons

@@ -1,0 +1,47 @@
+#include "amontons/problem/infeasibility.hpp"
+
+#include <cmath>
+
+namespace amontons {
+
+namespace {
+
+// The projection on the recession cone of one set: the directions in which it is unbounded.
+template <class Set>
+void project_recession(const Set& set, const double* d, double* out) {
+  if constexpr (std::is_same_v<Set, Interval>)
+    out[0] = (d[0] > 0 && std::isinf(set.hi)) || (d[0] < 0 && std::isinf(set.lo)) ? d[0] : 0.0;
+  else
+    set.project(d, out);
+}
+
+}  // namespace
+
+bool proves_infeasible(const Problem& problem, Law law, std::span<const double> d, double tolerance) {
+  if (law == Law::coulomb && problem.K.contacts() > 0) return false;
+  const std::size_t m = problem.rows();
+  double d2 = 0, b2 = 0, outside = 0, bd = 0;
+  for_each_block(problem.K, [&]<class Set>(const Set& set, std::size_t block, std::size_t row) {
+    double foot[Set::dim];
+    project_recession(set, &d[row], foot);
+    for (int k = 0; k < Set::dim; ++k) {
+      const double v = d[row + k], b = problem.b[row + k], p = problem.P[block];
+      d2 += p * v * v, b2 += b * b / p, bd += b * v;
+      outside += p * (v - foot[k]) * (v - foot[k]);
+    }
+  });
+  const double norm = std::sqrt(d2);
+  if (!(norm > 0) || !std::isfinite(norm) || bd > -1e-3 * norm * std::sqrt(b2) ||
+      std::sqrt(outside) > tolerance * norm)
+    return false;
+  std::vector<double> unit(m), image(m);
+  for (std::size_t i = 0; i < m; ++i) unit[i] = d[i] / norm;
+  product(problem.A, unit, image);
+  double image2 = 0;
+  for_each_block(problem.K, [&]<class Set>(const Set&, std::size_t block, std::size_t row) {
+    for (int k = 0; k < Set::dim; ++k) image2 += image[row + k] * image[row + k] / problem.P[block];
+  });
+  return std::sqrt(image2) <= tolerance;
+}
+
+}  // namespace amontons

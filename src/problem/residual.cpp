@@ -1,0 +1,90 @@
+#include "amontons/problem/residual.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace amontons {
+
+namespace {
+
+double norm2(std::span<const double> x) {
+  double sum = 0;
+  for (double v : x) sum += v * v;
+  return std::sqrt(sum);
+}
+
+std::vector<double> apply(const Problem& problem, std::span<const double> x) {
+  std::vector<double> u(problem.rows());
+  product(problem.A, x, u);
+  for (std::size_t i = 0; i < u.size(); ++i) u[i] += problem.b[i];
+  return u;
+}
+
+}  // namespace
+
+double natural_map(const Problem& problem, Law law, std::span<const double> x, std::span<const double> u) {
+  double sum = 0;
+  for_each_block(problem.K, [&]<class Set>(const Set& set, std::size_t block, std::size_t row) {
+    double g[Set::dim];
+    add_saxce_term(set, law, &u[row], g);
+    sum += natural_map_squared(set, problem.P[block], &x[row], g);
+  });
+  return std::sqrt(sum);
+}
+
+double natural_map_at_zero(const Problem& problem, Law law) {
+  const std::vector<double> zero(problem.rows(), 0.0);
+  return std::max(natural_map(problem, law, zero, problem.b), 1e-300);
+}
+
+double residual(const Problem& problem, Law law, std::span<const double> x, std::span<const double> u,
+                Norm norm) {
+  if (norm == Norm::natural) return natural_map(problem, law, x, u) / natural_map_at_zero(problem, law);
+  double sum = 0, largest = 0;
+  for_each_block(problem.K, [&]<class Set>(const Set& set, std::size_t, std::size_t row) {
+    double g[Set::dim], trial[Set::dim], foot[Set::dim];
+    add_saxce_term(set, law, &u[row], g);
+    for (int k = 0; k < Set::dim; ++k) trial[k] = x[row + k] - g[k];
+    set.project(trial, foot);
+    for (int k = 0; k < Set::dim; ++k) {
+      const double r = x[row + k] - foot[k];
+      sum += r * r;
+      largest = std::max(largest, std::abs(r));
+    }
+  });
+  if (norm == Norm::plain) return std::sqrt(sum);
+  if (norm == Norm::plain_inf) return largest;
+  return std::sqrt(sum) / std::max({norm2(problem.b), norm2(x), norm2(u), 1e-300});
+}
+
+double residual(const Problem& problem, Law law, std::span<const double> x, Norm norm) {
+  return residual(problem, law, x, apply(problem, x), norm);
+}
+
+Violations violations(const Problem& problem, Law law, std::span<const double> x) {
+  const std::vector<double> u = apply(problem, x);
+  std::vector<double> e(problem.rows()), Ae(problem.rows());
+  Violations v{};
+  for_each_block(problem.K, [&]<class Set>(const Set& set, std::size_t block, std::size_t row) {
+    double g[Set::dim], trial[Set::dim], foot[Set::dim], work = 0, outside = 0;
+    add_saxce_term(set, law, &u[row], g);
+    for (int k = 0; k < Set::dim; ++k) trial[k] = x[row + k] - g[k] / problem.P[block];
+    set.project(trial, foot);
+    for (int k = 0; k < Set::dim; ++k) e[row + k] = x[row + k] - foot[k], work += x[row + k] * g[k];
+    set.project(&x[row], foot);
+    for (int k = 0; k < Set::dim; ++k) outside += (x[row + k] - foot[k]) * (x[row + k] - foot[k]);
+    v.cone = std::max(v.cone, std::sqrt(outside));
+    if constexpr (std::is_same_v<Set, Free>)
+      v.penetration_velocity = std::max(v.penetration_velocity, std::abs(u[row]));
+    // An interval balances u against its bounds: only its natural map is meaningful.
+    if constexpr (std::is_same_v<Set, NonNegative> || std::is_same_v<Set, Friction>) {
+      v.penetration_velocity = std::max(v.penetration_velocity, -u[row]);
+      v.complementarity = std::max(v.complementarity, std::abs(work));
+    }
+  });
+  product(problem.A, e, Ae);
+  for (std::size_t i = 0; i < e.size(); ++i) v.energy += 0.5 * e[i] * Ae[i];
+  return v;
+}
+
+}  // namespace amontons

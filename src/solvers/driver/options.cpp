@@ -1,0 +1,39 @@
+#include "amontons/solvers/driver/options.hpp"
+
+#include <cmath>
+#include <string>
+
+#include "amontons/base/error.hpp"
+
+namespace amontons {
+
+void validate(const Options& o, const Problem& problem) {
+  const auto text = [](double v) { return std::to_string(v); };
+  AMONTONS_REQUIRE(o.tolerance >= 0, "tolerance = " + text(o.tolerance) + "; it must be zero or positive");
+  AMONTONS_REQUIRE(o.deadline > 0, "deadline = " + text(o.deadline) + " s; it must be positive");
+  AMONTONS_REQUIRE(o.threads >= 1, "threads = 0; it must be at least 1");
+  AMONTONS_REQUIRE(o.x0.empty() || o.x0.size() == problem.rows(),
+                   "x0 has " + std::to_string(o.x0.size()) + " entries but the problem has " +
+                       std::to_string(problem.rows()) + " rows");
+  for (std::size_t i = 0; i < o.x0.size(); ++i)
+    AMONTONS_REQUIRE(std::isfinite(o.x0[i]), "x0[" + std::to_string(i) + "] is not finite");
+  const SpgOptions& s = o.spg;
+  AMONTONS_REQUIRE(s.alpha_min > 0 && std::isfinite(s.alpha_max) && s.alpha_max > s.alpha_min,
+                   "alpha_min = " + text(s.alpha_min) + ", alpha_max = " + text(s.alpha_max) +
+                       "; they must satisfy 0 < alpha_min < alpha_max < inf");
+  AMONTONS_REQUIRE(s.sigma_min > 0 && s.sigma_max >= s.sigma_min && s.sigma_max < 1,
+                   "sigma_min = " + text(s.sigma_min) + ", sigma_max = " + text(s.sigma_max) +
+                       "; they must satisfy 0 < sigma_min <= sigma_max < 1");
+  AMONTONS_REQUIRE(s.memory >= 1, "memory (N_GLL) = 0; it must be at least 1");
+  AMONTONS_REQUIRE(s.gamma > 0 && s.gamma < 1, "gamma = " + text(s.gamma) + "; it must be between 0 and 1");
+  AMONTONS_REQUIRE(s.tau_g > 0 && std::isfinite(s.tau_g),
+                   "tau_g = " + text(s.tau_g) + "; it must be positive");
+  AMONTONS_REQUIRE(o.sor.omega > 0 && o.sor.omega < 2,
+                   "omega = " + text(o.sor.omega) + "; Gauss-Seidel converges for 0 < omega < 2");
+  AMONTONS_REQUIRE(o.jacobi.omega >= 0 && std::isfinite(o.jacobi.omega),
+                   "omega = " + text(o.jacobi.omega) + "; Jacobi needs a positive factor, or 0 to choose it");
+  AMONTONS_REQUIRE(o.admm.rho >= 0 && std::isfinite(o.admm.rho),
+                   "rho = " + text(o.admm.rho) + "; ADMM needs a positive penalty, or 0 to choose it");
+}
+
+}  // namespace amontons

@@ -1,0 +1,153 @@
+// The order of bodies in memory. Positions are not given, but the arms of a contact tie the positions p of
+// its bodies, p_a + r_a = p_b + r_b, so a walk over the contact graph finds them up to one translation per
+// connected part (and up to the gaps). Bodies are then sorted along a Morton curve, which keeps the working
+// set of any stretch of it small at every size of cache; where positions coincide the walk itself is the
+// order, which is that of Cuthill and McKee without the sorting by degree.
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "solvers/first_order/contact_layout.hpp"
+
+namespace amontons {
+
+namespace {
+
+struct Edge {
+  std::uint32_t body, link;
+};
+
+// Neighbours of body i: edges[first[i]] .. edges[first[i + 1] - 1].
+struct Graph {
+  std::vector<std::uint32_t> first;
+  std::vector<Edge> edges;
+};
+
+Graph contact_graph(std::size_t bodies, const std::vector<Link>& links, const std::vector<bool>& is_hub) {
+  const auto is_edge = [&](const Link& l) {
+    return l.a >= 0 && l.b >= 0 && l.a != l.b && !is_hub[l.a] && !is_hub[l.b];
+  };
+  Graph g;
+  g.first.assign(bodies + 2, 0);
+  for (const Link& l : links)
+    if (is_edge(l)) ++g.first[l.a + 2], ++g.first[l.b + 2];
+  for (std::size_t i = 2; i < g.first.size(); ++i) g.first[i] += g.first[i - 1];
+  g.edges.resize(g.first.back());
+  for (std::size_t k = 0; k < links.size(); ++k) {
+    const Link& l = links[k];
+    if (!is_edge(l)) continue;
+    const auto link = static_cast<std::uint32_t>(k);
+    g.edges[g.first[l.a + 1]++] = {static_cast<std::uint32_t>(l.b), link};
+    g.edges[g.first[l.b + 1]++] = {static_cast<std::uint32_t>(l.a), link};
+  }
+  return g;
+}
+
+using Point = std::array<double, 3>;
+
+// Breadth-first walk: bodies in the order of the walk, their connected part and their position in it.
+struct Walk {
+  std::vector<std::uint32_t> body, part;
+  std::vector<Point> position;
+};
+
+Walk walk(const ContactOperator& A, const std::vector<Link>& links, const std::vector<bool>& include) {
+  const std::size_t n = include.size();
+  std::vector<bool> is_hub(n);
+  for (std::size_t i = 0; i < n; ++i) is_hub[i] = !include[i];
+  const Graph g = contact_graph(n, links, is_hub);
+  Walk w;
+  w.body.reserve(n), w.part.reserve(n), w.position.reserve(n);
+  std::vector<bool> seen = is_hub;
+  std::uint32_t part = 0;
+  for (std::size_t root = 0; root < n; ++root) {
+    if (seen[root]) continue;
+    const auto visit = [&](std::uint32_t body, const Point& position) {
+      seen[body] = true;
+      w.body.push_back(body), w.part.push_back(part), w.position.push_back(position);
+    };
+    std::size_t next = w.body.size();
+    visit(static_cast<std::uint32_t>(root), {0, 0, 0});
+    for (; next < w.body.size(); ++next) {
+      const std::uint32_t i = w.body[next];
+      for (std::uint32_t e = g.first[i]; e < g.first[i + 1]; ++e) {
+        const auto [j, link] = g.edges[e];
+        if (seen[j]) continue;
+        Point position = w.position[next];
+        if (link < A.contacts.size()) {
+          const ContactFrame& c = A.contacts[link];
+          const double sign = links[link].a == static_cast<Index>(i) ? 1 : -1;
+          for (int k = 0; k < 3; ++k) position[k] += sign * (c.r_a[k] - c.r_b[k]);
+        }
+        visit(j, position);
+      }
+    }
+    ++part;
+  }
+  return w;
+}
+
+constexpr int cell_bits = 14;
+constexpr double last_cell = (1 << cell_bits) - 1;
+
+// Two zero bits between the bits of a cell number.
+std::uint64_t spread(std::uint64_t v) {
+  v = (v | v << 32) & 0x001f00000000ffff;
+  v = (v | v << 16) & 0x001f0000ff0000ff;
+  v = (v | v << 8) & 0x100f00f00f00f00f;
+  v = (v | v << 4) & 0x10c30c30c30c30c3;
+  return (v | v << 2) & 0x1249249249249249;
+}
+
+struct Key {
+  std::uint64_t cell;
+  std::uint32_t step;
+  bool operator<(const Key& other) const {
+    return cell != other.cell ? cell < other.cell : step < other.step;
+  }
+};
+
+// Connected part first, then the Morton code of the cell.
+std::vector<Key> morton_keys(const Walk& w) {
+  Point low{}, high{};
+  for (const Point& p : w.position)
+    for (int k = 0; k < 3; ++k) low[k] = std::min(low[k], p[k]), high[k] = std::max(high[k], p[k]);
+  const double extent = std::max({high[0] - low[0], high[1] - low[1], high[2] - low[2]});
+  const double scale = extent > 0 && std::isfinite(extent) ? last_cell / extent : 0;
+  std::vector<Key> keys(w.body.size());
+  for (std::size_t s = 0; s < keys.size(); ++s) {
+    std::uint64_t cell = std::uint64_t{std::min(w.part[s], (1u << 21) - 1)} << 3 * cell_bits;
+    for (int k = 0; k < 3; ++k) {
+      const double c = scale * (w.position[s][k] - low[k]);
+      cell |= spread(c > 0 ? static_cast<std::uint64_t>(std::min(c, last_cell)) : 0) << k;
+    }
+    keys[s] = {cell, static_cast<std::uint32_t>(s)};
+  }
+  return keys;
+}
+
+}  // namespace
+
+BodyOrder order_bodies(const ContactOperator& A, const std::vector<Link>& links,
+                       const std::vector<bool>& is_hub) {
+  const std::size_t n = is_hub.size();
+  std::vector<bool> linked(n), include(n);
+  for (const Link& l : links) {
+    if (l.a >= 0) linked[l.a] = true;
+    if (l.b >= 0) linked[l.b] = true;
+  }
+  for (std::size_t i = 0; i < n; ++i) include[i] = linked[i] && !is_hub[i];
+  const Walk w = walk(A, links, include);
+  std::vector<Key> keys = morton_keys(w);
+  std::sort(keys.begin(), keys.end());
+  BodyOrder order;
+  order.rank.assign(n, static_cast<std::uint32_t>(n));
+  for (const Key& key : keys) order.moving.push_back(w.body[key.step]);
+  for (std::size_t i = 0; i < n; ++i)
+    if (is_hub[i]) order.moving.push_back(static_cast<std::uint32_t>(i));
+  for (std::size_t r = 0; r < order.moving.size(); ++r)
+    order.rank[order.moving[r]] = static_cast<std::uint32_t>(r);
+  return order;
+}
+
+}  // namespace amontons

@@ -1,0 +1,435 @@
+#include "amontons/solvers/first_order/contact_iterate.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cstdlib>
+#include <cstring>
+#include <limits>
+#include <new>
+#include <string>
+
+#if defined(__linux__)
+#include <sys/mman.h>
+#endif
+
+#include "amontons/base/error.hpp"
+#include "amontons/base/threads.hpp"
+#include "solvers/first_order/contact_layout.hpp"
+
+namespace amontons {
+
+Passes passes_of(Isa isa) {
+#if defined(AMONTONS_X86)
+  if (isa == Isa::avx512)
+    return {avx512::direction_pass, avx512::impulse_pass, avx512::mass_pass,
+            avx512::update_pass,    avx512::refresh_pass, avx512::momentum_direction_pass,
+            avx512::accelerate_pass};
+  if (isa == Isa::avx2)
+    return {avx2::direction_pass, avx2::impulse_pass, avx2::mass_pass,
+            avx2::update_pass,    avx2::refresh_pass, avx2::momentum_direction_pass,
+            avx2::accelerate_pass};
+#endif
+  static_cast<void>(isa);
+  return {baseline::direction_pass, baseline::impulse_pass, baseline::mass_pass,
+          baseline::update_pass,    baseline::refresh_pass, baseline::momentum_direction_pass,
+          baseline::accelerate_pass};
+}
+
+namespace {
+
+// Zeroed memory on cache lines; large arrays on huge pages, without which a pass over many megabytes spends a
+// good part of its time in address translation.
+template <class T>
+class LineArray {
+ public:
+  LineArray() = default;
+  explicit LineArray(std::size_t count) {
+    constexpr std::size_t huge_page = std::size_t{1} << 21;
+    const std::size_t bytes = count * sizeof(T), page = bytes >= 2 * huge_page ? huge_page : 64;
+    const std::size_t size = std::max<std::size_t>((bytes + page - 1) / page * page, page);
+    void* memory = std::aligned_alloc(page, size);
+    if (!memory) throw std::bad_alloc();
+    data_.reset(static_cast<T*>(memory));
+#if defined(__linux__)
+    if (page == huge_page) madvise(memory, size, MADV_HUGEPAGE);
+#endif
+    std::memset(memory, 0, size);
+  }
+  T* data() const { return data_.get(); }
+  T& operator[](std::size_t i) const { return data_.get()[i]; }
+
+ private:
+  struct Free {
+    void operator()(void* p) const { std::free(p); }
+  };
+  std::unique_ptr<T, Free> data_;
+};
+
+void check(const ContactOperator& A, const SetProduct& K, std::span<const double> b,
+           std::span<const double> P) {
+  const auto say = [](const char* name, std::size_t has, std::size_t needs) {
+    return std::string("contact operator: ") + name + " has " + std::to_string(has) + " entries, it needs " +
+           std::to_string(needs);
+  };
+  const std::size_t contacts = A.contacts.size();
+  AMONTONS_REQUIRE(K.contacts() == contacts, say("the cone product's friction part", K.contacts(), contacts));
+  AMONTONS_REQUIRE(
+      contacts == 0 || K.runs().front().count == contacts,
+      "contact operator: the friction cones of the contacts must come first, without others between");
+  AMONTONS_REQUIRE(K.rows() == A.rows(), say("the cone product", K.rows(), A.rows()));
+  AMONTONS_REQUIRE(b.size() == A.rows(), say("b", b.size(), A.rows()));
+  AMONTONS_REQUIRE(P.size() == K.blocks(), say("P", P.size(), K.blocks()));
+  AMONTONS_REQUIRE(A.contact_compliance.size() == contacts,
+                   say("contact_compliance", A.contact_compliance.size(), contacts));
+}
+
+// From about here (8 MB) hints to the cache pay in the last pass too.
+constexpr std::size_t streaming_batches = 4000;
+
+// Beyond this the cone is a half-space in double precision, and its square would overflow.
+constexpr double largest_mu = 1e100;
+
+}  // namespace
+
+struct ContactIterate::State {
+  State(const ContactOperator& A, const SetProduct& K, std::span<const double> b, std::span<const double> P,
+        Law law, unsigned threads, Isa isa);
+
+  ContactLayout layout;
+  PoolLease pool;
+  Passes passes;
+  std::size_t contacts, joints, size;  // size: of x, u, d in the layout of the passes
+  bool coulomb;
+  double dEd = 0;  // of the last direction
+  int now = 0, best = 0;
+  std::vector<std::uint32_t> lane_of;  // contact -> lane
+  LineArray<ContactBatch> batches;
+  LineArray<JointRow> rows;
+  LineArray<MassBatch> masses;
+  LineArray<double> compliance, lines, b, u, d, saxce, y, u_y;
+  std::array<LineArray<double>, 3> x;
+  struct alignas(64) ChunkSums {
+    double v[8];
+  };
+  LineArray<ChunkSums> sums;
+
+  std::size_t chunks() const { return layout.chunks.size(); }
+  double* component(const LineArray<double>& vector, std::size_t contact) const {
+    return vector.data() + 24 * (lane_of[contact] / lanes) + lane_of[contact] % lanes;
+  }
+  // The buffer that may be written: neither the current nor the best.
+  int free_buffer() const { return best == now ? (now + 1) % 3 : 3 - now - best; }
+  PassData data() const;
+  double refresh(const PassData& pass);
+
+  void fill_contacts(const ContactOperator& A, const SetProduct& K, std::span<const double> P);
+  void fill_joints(const ContactOperator& A, const SetProduct& K, std::span<const double> P);
+  void fill_masses(const InverseMass& mass);
+  void to_world(std::span<const double> user, const LineArray<double>& world) const;
+  void to_user(const LineArray<double>& world, std::span<double> user) const;
+
+  void add_copies();
+  double apply_masses();
+  Direction direction(double alpha);
+};
+
+ContactIterate::State::State(const ContactOperator& A, const SetProduct& K, std::span<const double> b_user,
+                             std::span<const double> P, Law law, unsigned threads, Isa isa)
+    : layout((check(A, K, b_user, P), lay_out(A))),
+      pool(static_cast<unsigned>(std::min<std::size_t>(threads, layout.chunks.size()))),
+      passes(passes_of(isa)),
+      contacts(A.contacts.size()),
+      joints(A.joints.rows()),
+      size(24 * layout.batches() + joints),
+      coulomb(law == Law::coulomb),
+      lane_of(contacts),
+      batches(layout.batches()),
+      rows(joints),
+      masses(layout.body.size() / lanes),
+      lines(8 * layout.body.size()),
+      b(size),
+      u(size),
+      d(size),
+      sums(layout.chunks.size()) {
+  for (LineArray<double>& buffer : x) buffer = LineArray<double>(size);
+  if (coulomb) saxce = LineArray<double>(8 * layout.batches());
+  const auto& E = A.contact_compliance;
+  if (std::any_of(E.begin(), E.end(), [](double e) { return e != 0; }))
+    compliance = LineArray<double>(8 * layout.batches());
+  fill_contacts(A, K, P);
+  fill_joints(A, K, P);
+  fill_masses(A.joints.inverse_mass);
+  to_world(b_user, b);
+}
+
+void ContactIterate::State::fill_contacts(const ContactOperator& A, const SetProduct& K,
+                                          std::span<const double> P) {
+  pool->run(chunks(), [&](std::size_t c) {
+    for (std::size_t i = layout.chunks[c].first_batch; i < layout.chunks[c].last_batch; ++i) {
+      ContactBatch& batch = batches[i];
+      for (std::size_t l = 0; l < lanes; ++l) {
+        batch.line_a[l] = 8 * layout.line_a[lanes * i + l];
+        batch.line_b[l] = 8 * layout.line_b[lanes * i + l];
+        const Index contact = layout.contact[lanes * i + l];
+        if (contact < 0) continue;
+        const ContactFrame& frame = A.contacts[contact];
+        for (int k = 0; k < 3; ++k) {
+          batch.r_a[k][l] = frame.r_a[k];
+          batch.r_b[k][l] = frame.r_b[k];
+          batch.normal[k][l] = frame.normal[k];
+        }
+        batch.mu[l] = std::min(K.mu()[contact], largest_mu);
+        batch.p[l] = P[contact];
+        batch.p_inverse[l] = 1 / P[contact];
+        if (compliance.data()) compliance[lanes * i + l] = A.contact_compliance[contact];
+        lane_of[contact] = static_cast<std::uint32_t>(lanes * i + l);
+      }
+    }
+  });
+}
+
+void ContactIterate::State::fill_joints(const ContactOperator& A, const SetProduct& K,
+                                        std::span<const double> P) {
+  std::vector<double> lo(joints), hi(joints);
+  constexpr double inf = std::numeric_limits<double>::infinity();
+  for_each_block(K, [&]<class Set>(const Set& set, std::size_t, std::size_t row) {
+    if constexpr (std::is_same_v<Set, Interval>)
+      lo[row - 3 * contacts] = set.lo, hi[row - 3 * contacts] = set.hi;
+    else if constexpr (Set::dim == 1)
+      lo[row - 3 * contacts] = std::is_same_v<Set, amontons::Free> ? -inf : 0, hi[row - 3 * contacts] = inf;
+  });
+  for (std::size_t i = 0; i < joints; ++i) {
+    const std::size_t k = layout.joint_row[i];
+    const JacobianRow& from = A.joints.jacobian[k];
+    JointRow& row = rows[i];
+    std::copy(from.a.begin(), from.a.end(), row.a);
+    std::copy(from.b.begin(), from.b.end(), row.b);
+    row.compliance = A.joints.compliance[k];
+    row.p = P[contacts + k], row.p_inverse = 1 / P[contacts + k];
+    row.lo = lo[k], row.hi = hi[k];
+    row.line_a = 8 * layout.joint_line_a[i], row.line_b = 8 * layout.joint_line_b[i];
+  }
+}
+
+void ContactIterate::State::fill_masses(const InverseMass& mass) {
+  for (std::size_t line = 0; line < layout.body.size(); ++line) {
+    const Index body = layout.body[line];
+    if (body < 0) continue;
+    MassBatch& batch = masses[line / lanes];
+    const std::size_t l = line % lanes;
+    batch.translation[l] = mass.translation[body];
+    for (int k = 0; k < 6; ++k) batch.inertia[k][l] = mass.inertia[body][k];
+    batch.weight[l] = 1;
+  }
+  for (std::size_t i = 0; i + 1 < layout.first_copy.size(); ++i)
+    for (std::uint32_t k = layout.first_copy[i] + 1; k < layout.first_copy[i + 1]; ++k)
+      masses[layout.copies[k] / lanes].weight[layout.copies[k] % lanes] = 0;
+}
+
+PassData ContactIterate::State::data() const {
+  return {batches.data(),
+          rows.data(),
+          layout.chunks.data(),
+          masses.data(),
+          compliance.data(),
+          x[now].data(),
+          b.data(),
+          x[free_buffer()].data(),
+          u.data(),
+          d.data(),
+          saxce.data(),
+          lines.data(),
+          y.data(),
+          u_y.data(),
+          24 * layout.batches(),
+          coulomb,
+          layout.batches() >= streaming_batches};
+}
+
+namespace {
+
+// The frame of a contact as held in its batch: columns n, t1, t2.
+std::array<std::array<double, 3>, 3> frame(const ContactBatch& batch, std::size_t lane) {
+  std::array<std::array<double, 3>, 3> f;
+  for (int k = 0; k < 3; ++k) f[0][k] = batch.normal[k][lane];
+  contact_tangents(f[0], f[1], f[2]);
+  return f;
+}
+
+}  // namespace
+
+void ContactIterate::State::to_world(std::span<const double> user, const LineArray<double>& world) const {
+  for (std::size_t i = 0; i < contacts; ++i) {
+    const auto f = frame(batches[lane_of[i] / lanes], lane_of[i] % lanes);
+    double* out = component(world, i);
+    for (int k = 0; k < 3; ++k)
+      out[8 * k] = user[3 * i] * f[0][k] + user[3 * i + 1] * f[1][k] + user[3 * i + 2] * f[2][k];
+  }
+  double* out = world.data() + 24 * layout.batches();
+  for (std::size_t i = 0; i < joints; ++i) out[i] = user[3 * contacts + layout.joint_row[i]];
+}
+
+void ContactIterate::State::to_user(const LineArray<double>& world, std::span<double> user) const {
+  for (std::size_t i = 0; i < contacts; ++i) {
+    const auto f = frame(batches[lane_of[i] / lanes], lane_of[i] % lanes);
+    const double* in = component(world, i);
+    for (int k = 0; k < 3; ++k) user[3 * i + k] = in[0] * f[k][0] + in[8] * f[k][1] + in[16] * f[k][2];
+  }
+  const double* in = world.data() + 24 * layout.batches();
+  for (std::size_t i = 0; i < joints; ++i) user[3 * contacts + layout.joint_row[i]] = in[i];
+}
+
+// Every line of a body that has several gets their sum.
+void ContactIterate::State::add_copies() {
+  const std::size_t shared = layout.first_copy.size() - 1;
+  if (shared == 0) return;
+  pool->run(chunks(), [&](std::size_t c) {
+    for (std::size_t i = shared * c / chunks(); i < shared * (c + 1) / chunks(); ++i) {
+      const std::uint32_t first = layout.first_copy[i], last = layout.first_copy[i + 1];
+      double sum[6] = {};
+      for (std::uint32_t k = first; k < last; ++k)
+        for (int j = 0; j < 6; ++j) sum[j] += lines[8 * std::size_t{layout.copies[k]} + j];
+      for (std::uint32_t k = first; k < last; ++k)
+        for (int j = 0; j < 6; ++j) lines[8 * std::size_t{layout.copies[k]} + j] = sum[j];
+    }
+  });
+}
+
+double ContactIterate::State::apply_masses() {
+  add_copies();
+  const PassData pass = data();
+  pool->run(chunks(), [&](std::size_t c) { sums[c].v[0] = passes.mass(pass, layout.chunks[c]); });
+  double sum = 0;
+  for (std::size_t c = 0; c < chunks(); ++c) sum += sums[c].v[0];
+  return sum;
+}
+
+Direction ContactIterate::State::direction(double alpha) {
+  const PassData pass = data();
+  pool->run(chunks(), [&](std::size_t c) {
+    const DirectionSums s = passes.direction(pass, layout.chunks[c], alpha);
+    sums[c] = {{s.dg, s.dPd, s.dEd}};
+  });
+  Direction total{0, 0};
+  dEd = 0;
+  for (std::size_t c = 0; c < chunks(); ++c)
+    total.dg += sums[c].v[0], total.dPd += sums[c].v[1], dEd += sums[c].v[2];
+  return total;
+}
+
+ContactIterate::ContactIterate(const ContactOperator& A, const SetProduct& K, std::span<const double> b,
+                               std::span<const double> P, Law law, unsigned threads, Isa isa)
+    : state_(std::make_unique<State>(A, K, b, P, law, threads, isa)) {}
+ContactIterate::ContactIterate(ContactIterate&&) noexcept = default;
+ContactIterate::~ContactIterate() = default;
+
+double ContactIterate::start(std::span<const double> x0) {
+  State& s = *state_;
+  const std::size_t m = 3 * s.contacts + s.joints;
+  AMONTONS_REQUIRE(x0.empty() || x0.size() == m,
+                   "x0 has " + std::to_string(x0.size()) + " entries, it needs " + std::to_string(m));
+  s.best = s.now;
+  std::vector<double> x(m);
+  std::copy(x0.begin(), x0.end(), x.begin());
+  for (std::size_t i = 0; i < s.contacts; ++i)
+    Friction{s.batches[s.lane_of[i] / lanes].mu[s.lane_of[i] % lanes]}.project(&x[3 * i], &x[3 * i]);
+  for (std::size_t i = 0; i < s.joints; ++i) {
+    double* row = &x[3 * s.contacts + s.layout.joint_row[i]];
+    Interval{s.rows[i].lo, s.rows[i].hi}.project(row, row);
+  }
+  s.to_world(x, s.x[s.now]);
+  return refresh();
+}
+
+double ContactIterate::State::refresh(const PassData& pass) {
+  pool->run(chunks(), [&](std::size_t c) { passes.impulse(pass, layout.chunks[c]); });
+  apply_masses();
+  pool->run(chunks(), [&](std::size_t c) { sums[c].v[0] = passes.refresh(pass, layout.chunks[c]); });
+  double sum = 0;
+  for (std::size_t c = 0; c < chunks(); ++c) sum += sums[c].v[0];
+  return sum;
+}
+
+double ContactIterate::refresh() { return state_->refresh(state_->data()); }
+
+void ContactIterate::start_momentum() {
+  State& s = *state_;
+  if (!s.y.data()) s.y = LineArray<double>(s.size), s.u_y = LineArray<double>(s.size);
+  std::copy_n(s.x[s.now].data(), s.size, s.y.data());
+  std::copy_n(s.u.data(), s.size, s.u_y.data());
+}
+
+MomentumDirection ContactIterate::momentum_direction(double alpha) {
+  State& s = *state_;
+  const PassData pass = s.data();
+  s.pool->run(s.chunks(), [&](std::size_t c) {
+    const DirectionSums sums = s.passes.momentum_direction(pass, s.layout.chunks[c], alpha);
+    s.sums[c] = {{sums.dPd, sums.dPm, sums.dEd}};
+  });
+  MomentumDirection total{0, 0};
+  s.dEd = 0;
+  for (std::size_t c = 0; c < s.chunks(); ++c)
+    total.dPd += s.sums[c].v[0], total.dPm += s.sums[c].v[1], s.dEd += s.sums[c].v[2];
+  return total;
+}
+
+double ContactIterate::accelerate(double beta) {
+  State& s = *state_;
+  const PassData pass = s.data();
+  s.pool->run(s.chunks(),
+              [&](std::size_t c) { s.sums[c].v[0] = s.passes.accelerate(pass, s.layout.chunks[c], beta); });
+  s.now = s.free_buffer();
+  double sum = 0;
+  for (std::size_t c = 0; c < s.chunks(); ++c) sum += s.sums[c].v[0];
+  return sum;
+}
+
+double ContactIterate::refresh_momentum() {
+  State& s = *state_;
+  const double residual_squared = refresh();
+  // Last, because it leaves the De Saxce term of y, from which the next direction starts.
+  PassData at_y = s.data();
+  at_y.x = s.y.data(), at_y.u = s.u_y.data();
+  s.refresh(at_y);
+  return residual_squared;
+}
+
+Direction ContactIterate::direction(double alpha) { return state_->direction(alpha); }
+
+double ContactIterate::curvature() { return state_->apply_masses() + state_->dEd; }
+
+Update ContactIterate::update(double lambda) {
+  State& s = *state_;
+  const PassData pass = s.data();
+  s.pool->run(s.chunks(), [&](std::size_t c) {
+    const Update u = s.passes.update(pass, s.layout.chunks[c], lambda);
+    s.sums[c] = {{u.sy, u.yPy, u.residual_squared}};
+  });
+  s.now = s.free_buffer();
+  Update total{0, 0, 0};
+  for (std::size_t c = 0; c < s.chunks(); ++c) {
+    total.sy += s.sums[c].v[0];
+    total.yPy += s.sums[c].v[1];
+    total.residual_squared += s.sums[c].v[2];
+  }
+  return total;
+}
+
+void ContactIterate::keep_best() { state_->best = state_->now; }
+
+void ContactIterate::extract_best(std::span<double> x) const { state_->to_user(state_->x[state_->best], x); }
+
+void ContactIterate::extract(std::span<double> x, std::span<double> u) const {
+  state_->to_user(state_->x[state_->now], x);
+  state_->to_user(state_->u, u);
+}
+
+double ContactIterate::objective() const {
+  const State& s = *state_;
+  const double *x = s.x[s.now].data(), *u = s.u.data(), *b = s.b.data();
+  double sum[8] = {};
+  for (std::size_t i = 0; i < s.size; ++i) sum[i % 8] += x[i] * (u[i] + b[i]);
+  return 0.5 * (((sum[0] + sum[1]) + (sum[2] + sum[3])) + ((sum[4] + sum[5]) + (sum[6] + sum[7])));
+}
+
+}  // namespace amontons

@@ -1,0 +1,214 @@
+// Private to *.isa.cpp: native vectors of `width` lanes of a batch, and the exchange of body lines with them.
+// Everything lives in the namespace of the instruction set, so that no two variants share a symbol.
+#pragma once
+#include <cstdint>
+
+#include "amontons/base/native_vector.hpp"
+
+#if defined(__SSE2__)
+#include <immintrin.h>
+#endif
+
+namespace amontons::AMONTONS_ISA {
+namespace {
+
+#define AMONTONS_INLINE inline __attribute__((always_inline))
+
+AMONTONS_INLINE Vec load(const double* p) { return *reinterpret_cast<const Vec*>(p); }
+AMONTONS_INLINE void store(double* p, Vec v) { *reinterpret_cast<Vec*>(p) = v; }
+
+// Correctly rounded on every instruction set, hence the same bits.
+AMONTONS_INLINE Vec square_root(Vec v) {
+#if defined(__AVX512F__)
+  return (Vec)_mm512_maskz_sqrt_pd(0xff, (__m512d)v);  // the plain form warns in GCC 12
+#elif defined(__AVX2__)
+  return (Vec)_mm256_sqrt_pd((__m256d)v);
+#elif defined(__SSE2__)
+  return (Vec)_mm_sqrt_pd((__m128d)v);
+#else
+  return Vec{__builtin_sqrt(v[0]), __builtin_sqrt(v[1])};
+#endif
+}
+
+struct Vec3 {
+  Vec x, y, z;
+};
+struct Vec6 {
+  Vec v[6];
+};
+
+AMONTONS_INLINE Vec3 load3(const double (&p)[3][8], int lane) {
+  return {load(p[0] + lane), load(p[1] + lane), load(p[2] + lane)};
+}
+AMONTONS_INLINE Vec3 load3(const double* p) { return {load(p), load(p + 8), load(p + 16)}; }
+AMONTONS_INLINE void store3(double* p, const Vec3& a) {
+  store(p, a.x), store(p + 8, a.y), store(p + 16, a.z);
+}
+
+AMONTONS_INLINE Vec3 operator+(const Vec3& a, const Vec3& b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
+AMONTONS_INLINE Vec3 operator-(const Vec3& a, const Vec3& b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
+AMONTONS_INLINE Vec3 operator*(Vec s, const Vec3& a) { return {s * a.x, s * a.y, s * a.z}; }
+AMONTONS_INLINE Vec dot(const Vec3& a, const Vec3& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+AMONTONS_INLINE Vec3 cross(const Vec3& a, const Vec3& b) {
+  return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+}
+
+// The exchange of six components, one vector each, with `width` lines (0 1 2 3 | 4 5 - -): a transpose in
+// registers, which costs far less than gather instructions because a line is read in two loads. The two spare
+// doubles of a line may hold anything.
+//   gather       component k of line at[l] to lane l of vector k
+//   scatter_add  lines += vectors; all loads come before all stores, so that lanes which share a dummy line
+//   do
+//                not wait for each other
+//   scatter      lines = vectors
+#if defined(__AVX512F__)
+
+AMONTONS_INLINE Vec even(Vec a, Vec b) { return __builtin_shufflevector(a, b, 0, 8, 2, 10, 4, 12, 6, 14); }
+AMONTONS_INLINE Vec odd(Vec a, Vec b) { return __builtin_shufflevector(a, b, 1, 9, 3, 11, 5, 13, 7, 15); }
+AMONTONS_INLINE Vec low(Vec a, Vec b) { return __builtin_shufflevector(a, b, 0, 1, 8, 9, 4, 5, 12, 13); }
+AMONTONS_INLINE Vec high(Vec a, Vec b) { return __builtin_shufflevector(a, b, 2, 3, 10, 11, 6, 7, 14, 15); }
+
+// Masked broadcasts from memory leave the shuffle port free, which the transposes keep busy.
+AMONTONS_INLINE Vec load_quads(const double* first, const double* second) {
+  const __m512d a = _mm512_castpd256_pd512(_mm256_load_pd(first));
+  return (Vec)_mm512_mask_broadcast_f64x4(a, 0xf0, _mm256_load_pd(second));
+}
+AMONTONS_INLINE Vec load_pairs(const double* p0, const double* p1, const double* p2, const double* p3) {
+  __m512d a = _mm512_castpd128_pd512(_mm_load_pd(p0));
+  a = _mm512_mask_broadcast_f64x2(a, 0x0c, _mm_load_pd(p1));
+  a = _mm512_mask_broadcast_f64x2(a, 0x30, _mm_load_pd(p2));
+  return (Vec)_mm512_mask_broadcast_f64x2(a, 0xc0, _mm_load_pd(p3));
+}
+
+AMONTONS_INLINE Vec6 gather(const double* lines, const std::uint32_t* at) {
+  Vec quad[4], pair[2];  // lines i and i + 4; lines i, i + 2, i + 4 and i + 6
+  for (int i = 0; i < 4; ++i) quad[i] = load_quads(lines + at[i], lines + at[i + 4]);
+  for (int i = 0; i < 2; ++i)
+    pair[i] =
+        load_pairs(lines + at[i] + 4, lines + at[i + 2] + 4, lines + at[i + 4] + 4, lines + at[i + 6] + 4);
+  const Vec e0 = even(quad[0], quad[1]), e2 = even(quad[2], quad[3]);
+  const Vec o0 = odd(quad[0], quad[1]), o2 = odd(quad[2], quad[3]);
+  return {low(e0, e2),          low(o0, o2), high(e0, e2), high(o0, o2), even(pair[0], pair[1]),
+          odd(pair[0], pair[1])};
+}
+
+struct Rows {
+  Vec line[8];
+};
+AMONTONS_INLINE Rows rows(const Vec6& c) {
+  const Vec e0 = low(c.v[0], c.v[2]), e2 = high(c.v[0], c.v[2]);
+  const Vec o0 = low(c.v[1], c.v[3]), o2 = high(c.v[1], c.v[3]);
+  const Vec q0 = even(e0, o0), q1 = odd(e0, o0), q2 = even(e2, o2), q3 = odd(e2, o2);
+  const Vec p0 = even(c.v[4], c.v[5]), p1 = odd(c.v[4], c.v[5]);
+  return {{__builtin_shufflevector(q0, p0, 0, 1, 2, 3, 8, 9, 10, 11),
+           __builtin_shufflevector(q1, p1, 0, 1, 2, 3, 8, 9, 10, 11),
+           __builtin_shufflevector(q2, p0, 0, 1, 2, 3, 10, 11, 12, 13),
+           __builtin_shufflevector(q3, p1, 0, 1, 2, 3, 10, 11, 12, 13),
+           __builtin_shufflevector(q0, p0, 4, 5, 6, 7, 12, 13, 14, 15),
+           __builtin_shufflevector(q1, p1, 4, 5, 6, 7, 12, 13, 14, 15),
+           __builtin_shufflevector(q2, p0, 4, 5, 6, 7, 14, 15, 12, 13),
+           __builtin_shufflevector(q3, p1, 4, 5, 6, 7, 14, 15, 12, 13)}};
+}
+AMONTONS_INLINE void add_lines(Rows& r, const double* lines, const std::uint32_t* at) {
+  for (int i = 0; i < 8; ++i) r.line[i] += load(lines + at[i]);
+}
+AMONTONS_INLINE void store_lines(double* lines, const std::uint32_t* at, const Rows& r) {
+  for (int i = 0; i < 8; ++i) store(lines + at[i], r.line[i]);
+}
+
+#elif defined(__AVX2__)
+
+AMONTONS_INLINE Vec even(Vec a, Vec b) { return __builtin_shufflevector(a, b, 0, 4, 2, 6); }
+AMONTONS_INLINE Vec odd(Vec a, Vec b) { return __builtin_shufflevector(a, b, 1, 5, 3, 7); }
+AMONTONS_INLINE Vec low(Vec a, Vec b) { return __builtin_shufflevector(a, b, 0, 1, 4, 5); }
+AMONTONS_INLINE Vec high(Vec a, Vec b) { return __builtin_shufflevector(a, b, 2, 3, 6, 7); }
+
+using Vec2 = double __attribute__((vector_size(16), may_alias));
+AMONTONS_INLINE Vec2 load2(const double* p) { return *reinterpret_cast<const Vec2*>(p); }
+AMONTONS_INLINE void store2(double* p, Vec2 v) { *reinterpret_cast<Vec2*>(p) = v; }
+AMONTONS_INLINE Vec join(Vec2 a, Vec2 b) {
+  return (Vec)_mm256_insertf128_pd(_mm256_castpd128_pd256((__m128d)a), (__m128d)b, 1);
+}
+
+AMONTONS_INLINE Vec6 gather(const double* lines, const std::uint32_t* at) {
+  Vec quad[4], pair[2];
+  for (int i = 0; i < 4; ++i) quad[i] = load(lines + at[i]);
+  for (int i = 0; i < 2; ++i) pair[i] = join(load2(lines + at[i] + 4), load2(lines + at[i + 2] + 4));
+  const Vec e0 = even(quad[0], quad[1]), e2 = even(quad[2], quad[3]);
+  const Vec o0 = odd(quad[0], quad[1]), o2 = odd(quad[2], quad[3]);
+  return {low(e0, e2),          low(o0, o2), high(e0, e2), high(o0, o2), even(pair[0], pair[1]),
+          odd(pair[0], pair[1])};
+}
+
+struct Rows {
+  Vec quad[4];
+  Vec2 pair[4];
+};
+AMONTONS_INLINE Rows rows(const Vec6& c) {
+  const Vec e0 = low(c.v[0], c.v[2]), e2 = high(c.v[0], c.v[2]);
+  const Vec o0 = low(c.v[1], c.v[3]), o2 = high(c.v[1], c.v[3]);
+  const Vec p0 = even(c.v[4], c.v[5]), p1 = odd(c.v[4], c.v[5]);
+  return {{even(e0, o0), odd(e0, o0), even(e2, o2), odd(e2, o2)},
+          {__builtin_shufflevector(p0, p0, 0, 1), __builtin_shufflevector(p1, p1, 0, 1),
+           __builtin_shufflevector(p0, p0, 2, 3), __builtin_shufflevector(p1, p1, 2, 3)}};
+}
+AMONTONS_INLINE void add_lines(Rows& r, const double* lines, const std::uint32_t* at) {
+  for (int i = 0; i < 4; ++i) r.quad[i] += load(lines + at[i]), r.pair[i] += load2(lines + at[i] + 4);
+}
+AMONTONS_INLINE void store_lines(double* lines, const std::uint32_t* at, const Rows& r) {
+  for (int i = 0; i < 4; ++i) store(lines + at[i], r.quad[i]), store2(lines + at[i] + 4, r.pair[i]);
+}
+
+#else
+
+AMONTONS_INLINE Vec even(Vec a, Vec b) { return __builtin_shufflevector(a, b, 0, 2); }
+AMONTONS_INLINE Vec odd(Vec a, Vec b) { return __builtin_shufflevector(a, b, 1, 3); }
+
+AMONTONS_INLINE Vec6 gather(const double* lines, const std::uint32_t* at) {
+  const double *a = lines + at[0], *b = lines + at[1];
+  return {even(load(a), load(b)),        odd(load(a), load(b)),          even(load(a + 2), load(b + 2)),
+          odd(load(a + 2), load(b + 2)), even(load(a + 4), load(b + 4)), odd(load(a + 4), load(b + 4))};
+}
+
+struct Rows {
+  Vec line[2][3];
+};
+AMONTONS_INLINE Rows rows(const Vec6& c) {
+  return {{{even(c.v[0], c.v[1]), even(c.v[2], c.v[3]), even(c.v[4], c.v[5])},
+           {odd(c.v[0], c.v[1]), odd(c.v[2], c.v[3]), odd(c.v[4], c.v[5])}}};
+}
+AMONTONS_INLINE void add_lines(Rows& r, const double* lines, const std::uint32_t* at) {
+  for (int i = 0; i < 2; ++i)
+    for (int k = 0; k < 3; ++k) r.line[i][k] += load(lines + at[i] + 2 * k);
+}
+AMONTONS_INLINE void store_lines(double* lines, const std::uint32_t* at, const Rows& r) {
+  for (int i = 0; i < 2; ++i)
+    for (int k = 0; k < 3; ++k) store(lines + at[i] + 2 * k, r.line[i][k]);
+}
+
+#endif
+
+AMONTONS_INLINE void scatter_add(double* lines, const std::uint32_t* at, const Vec6& c) {
+  Rows r = rows(c);
+  add_lines(r, lines, at);
+  store_lines(lines, at, r);
+}
+AMONTONS_INLINE void scatter(double* lines, const std::uint32_t* at, const Vec6& c) {
+  store_lines(lines, at, rows(c));
+}
+
+// Sums over the batches of a chunk, lane by lane, added up in a fixed order at the end.
+template <int count>
+struct LaneSums {
+  Vec v[count][8 / width] = {};
+
+  double total(int i) const {
+    double s[8];
+    for (int part = 0; part < 8 / width; ++part)
+      for (int l = 0; l < width; ++l) s[part * width + l] = v[i][part][l];
+    return ((s[0] + s[1]) + (s[2] + s[3])) + ((s[4] + s[5]) + (s[6] + s[7]));
+  }
+};
+
+}  // namespace
+}  // namespace amontons::AMONTONS_ISA

@@ -1,0 +1,246 @@
+// Chunks, batches and lines: see contact_layout.hpp and contact_passes.hpp.
+#include "solvers/first_order/contact_layout.hpp"
+
+#include <algorithm>
+#include <bit>
+
+namespace amontons {
+
+namespace {
+
+constexpr std::size_t contacts_per_chunk = 4096, max_chunks = 64;
+
+std::vector<Link> moving_links(const ContactOperator& A) {
+  const InverseMass& mass = A.joints.inverse_mass;
+  const auto moving = [&](Index i) {
+    if (i < 0) return Index{-1};
+    const auto& I = mass.inertia[i];
+    const bool fixed =
+        mass.translation[i] == 0 && std::all_of(I.begin(), I.end(), [](double v) { return v == 0; });
+    return fixed ? Index{-1} : i;
+  };
+  std::vector<Link> links;
+  links.reserve(A.contacts.size() + A.joints.rows());
+  for (const ContactFrame& c : A.contacts) links.push_back({moving(c.body_a), moving(c.body_b)});
+  for (const JacobianRow& row : A.joints.jacobian) links.push_back({moving(row.body_a), moving(row.body_b)});
+  return links;
+}
+
+// A body needs as many batches as it has contacts. Bodies for which that is more than the contacts fill get a
+// line for each of the eight lanes instead, and never stand in the way.
+std::vector<bool> find_hubs(std::size_t bodies, const std::vector<Link>& links, std::size_t contacts) {
+  std::vector<std::uint32_t> degree(bodies);
+  for (std::size_t k = 0; k < contacts; ++k) {
+    if (links[k].a >= 0) ++degree[links[k].a];
+    if (links[k].b >= 0) ++degree[links[k].b];
+  }
+  const std::size_t limit = std::clamp<std::size_t>(contacts / lanes, 8, 64);
+  std::vector<bool> is_hub(bodies);
+  for (std::size_t i = 0; i < bodies; ++i) is_hub[i] = degree[i] > limit;
+  return is_hub;
+}
+
+// The rank by which a contact or row is sorted: of its first body that is not a hub.
+std::uint32_t sort_rank(const Link& link, const BodyOrder& order, const std::vector<bool>& is_hub) {
+  const auto none = static_cast<std::uint32_t>(order.moving.size());
+  std::uint32_t best = none, hub = none;
+  for (Index i : {link.a, link.b})
+    if (i >= 0) (is_hub[i] ? hub : best) = std::min(is_hub[i] ? hub : best, order.rank[i]);
+  return best != none ? best : hub;
+}
+
+// Indices first .. last - 1 of `links` sorted by rank, stable; start[r]: the place where rank r begins.
+struct Sorted {
+  std::vector<std::uint32_t> index, start;
+};
+Sorted sort_by_rank(const std::vector<std::uint32_t>& rank, std::size_t first, std::size_t last,
+                    std::size_t ranks) {
+  Sorted s;
+  s.start.assign(ranks + 1, 0);
+  for (std::size_t k = first; k < last; ++k) ++s.start[rank[k] + 1];
+  for (std::size_t r = 0; r < ranks; ++r) s.start[r + 1] += s.start[r];
+  s.index.resize(last - first);
+  std::vector<std::uint32_t> place(s.start.begin(), s.start.end() - 1);
+  for (std::size_t k = first; k < last; ++k) s.index[place[rank[k]]++] = static_cast<std::uint32_t>(k);
+  return s;
+}
+
+// Greedy filling of conflict-free batches. Up to 32 batches are open at a time, in a ring; a contact goes to
+// the oldest one with room that has neither of its bodies. present[body] has one bit per place in the ring.
+class Batcher {
+ public:
+  Batcher(const std::vector<Link>& links, const std::vector<bool>& is_hub, std::vector<Index>& lanes_out)
+      : links_(links), is_hub_(is_hub), out_(lanes_out), present_(is_hub.size()) {}
+
+  void add(std::uint32_t contact) {
+    std::uint32_t usable = open_ & ~(present(links_[contact].a) | present(links_[contact].b));
+    if (!usable) usable = open_batch();
+    const int oldest = static_cast<int>(oldest_ % 32);
+    const auto place =
+        static_cast<std::uint32_t>((oldest + std::countr_zero(std::rotr(usable, oldest))) % 32);
+    mark(links_[contact].a, place), mark(links_[contact].b, place);
+    const std::size_t batch = oldest_ + ((place - oldest_) % 32);
+    out_[batch * lanes + fill_[place]] = static_cast<Index>(contact);
+    if (++fill_[place] == lanes) open_ &= ~(1u << place);
+  }
+
+  void finish() {
+    while (oldest_ < next_) close_oldest();
+  }
+
+ private:
+  std::uint32_t present(Index body) const { return body < 0 ? 0 : present_[body]; }
+  void mark(Index body, std::uint32_t place) {
+    if (body >= 0 && !is_hub_[body]) present_[body] |= 1u << place;
+  }
+  std::uint32_t open_batch() {
+    if (next_ - oldest_ == 32) close_oldest();
+    const std::uint32_t place = next_++ % 32;
+    fill_[place] = 0;
+    out_.resize(next_ * lanes, -1);
+    open_ |= 1u << place;
+    return 1u << place;
+  }
+  void close_oldest() {
+    const std::uint32_t bit = 1u << (oldest_ % 32);
+    for (std::size_t l = 0; l < lanes; ++l) {
+      const Index contact = out_[oldest_ * lanes + l];
+      if (contact < 0) continue;
+      for (Index body : {links_[contact].a, links_[contact].b})
+        if (body >= 0) present_[body] &= ~bit;
+    }
+    open_ &= ~bit;
+    ++oldest_;
+  }
+
+  const std::vector<Link>& links_;
+  const std::vector<bool>& is_hub_;
+  std::vector<Index>& out_;
+  std::vector<std::uint32_t> present_;
+  std::size_t oldest_ = 0, next_ = 0, fill_[32] = {};
+  std::uint32_t open_ = 0;
+};
+
+// Lines in the order in which a chunk first touches its bodies: neighbours in time are neighbours in memory.
+class LineNumbering {
+ public:
+  LineNumbering(std::vector<Index>& body, const std::vector<bool>& is_hub)
+      : body_(body), is_hub_(is_hub), line_(is_hub.size(), none) {}
+
+  void begin_chunk() {
+    first_ = body_.size();
+    hub_lines_.clear();
+    body_.push_back(-1);  // the dummy
+  }
+  std::uint32_t line(Index body, std::size_t lane) {
+    if (body < 0) return static_cast<std::uint32_t>(first_);
+    if (is_hub_[body]) return hub_line(body, lane);
+    // A number from an earlier chunk lies before the first line of this one.
+    if (line_[body] == none || line_[body] < first_) line_[body] = append(body);
+    return line_[body];
+  }
+  void end_chunk() { body_.resize((body_.size() + lanes - 1) / lanes * lanes, -1); }
+
+ private:
+  static constexpr std::uint32_t none = UINT32_MAX;
+  std::uint32_t append(Index body) {
+    body_.push_back(body);
+    return static_cast<std::uint32_t>(body_.size() - 1);
+  }
+  std::uint32_t hub_line(Index body, std::size_t lane) {
+    if (line_[body] == none || line_[body] < first_) {
+      line_[body] = static_cast<std::uint32_t>(first_ + hub_lines_.size() / lanes);
+      hub_lines_.resize(hub_lines_.size() + lanes, none);
+    }
+    std::uint32_t& line = hub_lines_[(line_[body] - first_) * lanes + lane];
+    if (line == none) line = append(body);
+    return line;
+  }
+
+  std::vector<Index>& body_;
+  const std::vector<bool>& is_hub_;
+  std::vector<std::uint32_t> line_;  // of a hub: first_ + its place among the hubs of the chunk
+  std::vector<std::uint32_t> hub_lines_;
+  std::size_t first_ = 0;
+};
+
+// Ranks at which chunks begin, such that each has about the same work; a joint row is half a contact's.
+std::vector<std::size_t> chunk_ranks(const Sorted& contacts, const Sorted& joints) {
+  const std::size_t ranks = contacts.start.size() - 1;
+  const std::size_t work = 2 * contacts.index.size() + joints.index.size();
+  const std::size_t count = std::clamp<std::size_t>(work / (2 * contacts_per_chunk), 1, max_chunks);
+  std::vector<std::size_t> first{0};
+  for (std::size_t r = 0; r < ranks && first.size() < count; ++r)
+    if ((2 * contacts.start[r] + joints.start[r]) * count >= first.size() * work && r > first.back())
+      first.push_back(r);
+  first.push_back(ranks);
+  return first;
+}
+
+void find_copies(ContactLayout& layout, std::size_t bodies) {
+  std::vector<std::uint32_t> count(bodies), place(bodies);
+  for (Index body : layout.body)
+    if (body >= 0) ++count[body];
+  layout.first_copy.push_back(0);
+  for (std::size_t line = 0; line < layout.body.size(); ++line) {
+    const Index body = layout.body[line];
+    if (body < 0 || count[body] < 2) continue;
+    if (place[body] == 0) {
+      place[body] = layout.first_copy.back() + 1;
+      layout.first_copy.push_back(layout.first_copy.back() + count[body]);
+      layout.copies.resize(layout.first_copy.back());
+    }
+    layout.copies[place[body]++ - 1] = static_cast<std::uint32_t>(line);
+  }
+}
+
+}  // namespace
+
+ContactLayout lay_out(const ContactOperator& A) {
+  const std::size_t bodies = A.joints.inverse_mass.bodies(), contacts = A.contacts.size();
+  const std::vector<Link> links = moving_links(A);
+  const std::vector<bool> is_hub = find_hubs(bodies, links, contacts);
+  const BodyOrder order = order_bodies(A, links, is_hub);
+  const std::size_t ranks = order.moving.size() + 1;  // the last for links without a moving body
+  std::vector<std::uint32_t> rank(links.size());
+  for (std::size_t k = 0; k < links.size(); ++k) rank[k] = sort_rank(links[k], order, is_hub);
+  const Sorted by_contact = sort_by_rank(rank, 0, contacts, ranks);
+  const Sorted by_joint = sort_by_rank(rank, contacts, links.size(), ranks);
+  const std::vector<std::size_t> first_rank = chunk_ranks(by_contact, by_joint);
+
+  ContactLayout out;
+  out.contact.reserve(contacts + contacts / 8 + 64);
+  Batcher batcher(links, is_hub, out.contact);
+  LineNumbering lines(out.body, is_hub);
+  for (std::size_t c = 0; c + 1 < first_rank.size(); ++c) {
+    Chunk chunk{};
+    chunk.first_batch = out.batches();
+    for (std::size_t k = by_contact.start[first_rank[c]]; k < by_contact.start[first_rank[c + 1]]; ++k)
+      batcher.add(by_contact.index[k]);
+    batcher.finish();
+    chunk.last_batch = out.batches();
+
+    chunk.first_line = out.body.size();
+    lines.begin_chunk();
+    for (std::size_t at = chunk.first_batch * lanes; at < chunk.last_batch * lanes; ++at) {
+      const Link link = out.contact[at] < 0 ? Link{-1, -1} : links[out.contact[at]];
+      out.line_a.push_back(lines.line(link.a, at % lanes));
+      out.line_b.push_back(lines.line(link.b, at % lanes));
+    }
+    chunk.first_joint = out.joint_row.size();
+    for (std::size_t k = by_joint.start[first_rank[c]]; k < by_joint.start[first_rank[c + 1]]; ++k) {
+      const std::uint32_t row = by_joint.index[k];
+      out.joint_row.push_back(static_cast<std::uint32_t>(row - contacts));
+      out.joint_line_a.push_back(lines.line(links[row].a, 0));
+      out.joint_line_b.push_back(lines.line(links[row].b, 0));
+    }
+    chunk.last_joint = out.joint_row.size();
+    lines.end_chunk();
+    chunk.last_line = out.body.size();
+    out.chunks.push_back(chunk);
+  }
+  find_copies(out, bodies);
+  return out;
+}
+
+}  // namespace amontons

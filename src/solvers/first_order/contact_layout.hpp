@@ -1,0 +1,44 @@
+// Private: where contacts, joint rows and bodies go in the memory of the fused passes.
+#pragma once
+#include <cstdint>
+#include <vector>
+
+#include "amontons/problem/operators.hpp"
+#include "solvers/first_order/contact_passes.hpp"
+
+namespace amontons {
+
+// The moving bodies of a contact or joint row; -1 stands for the world and for fixed bodies, which share
+// nothing because their inverse mass is zero.
+struct Link {
+  Index a, b;
+};
+
+// A sequence of bodies such that bodies which touch are near each other, and its inverse.
+struct BodyOrder {
+  std::vector<std::uint32_t> rank;    // per body; fixed bodies have the rank of no one, the number of bodies
+  std::vector<std::uint32_t> moving;  // rank -> body
+};
+
+// links: contacts, then joint rows. Bodies with more than `hub_degree` contacts tie distant parts together
+// and are left out of the graph; they come last.
+BodyOrder order_bodies(const ContactOperator& A, const std::vector<Link>& links,
+                       const std::vector<bool>& is_hub);
+
+// The assignment. Chunks, batches and lines follow from the problem alone, never from the number of threads.
+struct ContactLayout {
+  std::vector<Chunk> chunks;
+  std::vector<Index> contact;                 // of each lane, 8 per batch; -1 for an inert lane
+  std::vector<std::uint32_t> line_a, line_b;  // of each lane
+  std::vector<std::uint32_t> joint_row;       // rows of the joint operator in the order of the passes
+  std::vector<std::uint32_t> joint_line_a, joint_line_b;
+  std::vector<Index> body;  // of each line; -1 for the dummy of a chunk and for filling
+  // Bodies with more than one line: lines copies[first_copy[i]] .. copies[first_copy[i + 1] - 1], ascending.
+  std::vector<std::uint32_t> first_copy, copies;
+
+  std::size_t batches() const { return contact.size() / lanes; }
+};
+
+ContactLayout lay_out(const ContactOperator& A);
+
+}  // namespace amontons

@@ -1,0 +1,433 @@
+// The fused passes over contacts, eight lanes at a time: see contact_passes.hpp for the layout.
+//
+// Memory traffic of an iteration in bytes, counting each array once per pass that reads or writes it. Per
+// contact: 104 for ContactBatch, 24 for each of x, u, d and (coulomb only) 8 for s = mu |u_t|; per body: 64
+// for its line and 64 for its masses:
+//   direction  batch 104 + x 24 + u 24 + (s 8) read, d 24 written, lines 64 read + 64 written
+//   mass       lines 64 read + 64 written, masses 64 read
+//   update     batch 104 + x 24 + u 24 + d 24 + (s 8) read, x_next 24 + u 24 + (s 8) written, lines 64 read
+// that is 400 per contact (424 under coulomb) and 384 per body. The accelerated iteration reads x beside y in
+// its direction and moves x, u, y and u_y in its last pass: 520 per contact (536 under coulomb).
+#include "solvers/first_order/contact_passes.hpp"
+
+#include "solvers/first_order/contact_lanes.hpp"
+
+namespace amontons::AMONTONS_ISA {
+
+namespace {
+
+// Batches are worked on in blocks, in two loops: what touches lines, and what does not. A loop that does both
+// has so long a chain of dependent operations that the processor cannot look ahead into the next batch.
+constexpr std::size_t block = 4;
+
+// Projection of z on { |t| <= mu n } along the unit vector n without a frame or a branch. In the third region
+//   Pi(z) = k t n + mu k z_t,  k = (z_n + mu t) / ((1 + mu^2) t),  t = |z_t|
+//         = mu k z + k (t - mu z_n) n,
+// the form that needs no z_t and is exact at z inside after the blend. Where t = 0 the value of k is infinite
+// or not a number and not used.
+AMONTONS_INLINE Vec3 project(const Vec3& z, const Vec3& n, Vec mu) {
+  const Vec zero = {}, one = zero + 1.0;
+  const Vec zn = dot(z, n);
+  const Vec3 zt = z - zn * n;
+  const Vec t = square_root(dot(zt, zt));
+  const Vec k = (zn + mu * t) / ((one + mu * mu) * t);
+  const Vec on_z = mu * k, on_n = k * (t - mu * zn);
+  const auto inside = t <= mu * zn;
+  const auto polar = mu * t <= -zn;
+  const Vec a = polar ? zero : inside ? one : on_z;  // polar first: with mu = 0 inside is 0 <= -0
+  const Vec b = polar ? zero : inside ? zero : on_n;
+  return a * z + b * n;
+}
+
+AMONTONS_INLINE Vec tangential_speed(const Vec3& u, const Vec3& n) {
+  const Vec3 ut = cross(n, u);
+  return square_root(dot(ut, ut));
+}
+
+// lines += D'f for contact impulses f in world coordinates: (f, r x f) on A and the opposite on B.
+AMONTONS_INLINE void scatter_batch(const PassData& data, std::size_t i, const double* impulses) {
+  const ContactBatch& batch = data.batches[i];
+  for (int lane = 0; lane < 8; lane += width) {
+    const Vec3 f = load3(impulses + 24 * i + lane);
+    const Vec3 ma = cross(load3(batch.r_a, lane), f), mb = cross(f, load3(batch.r_b, lane));
+    scatter_add(data.lines, batch.line_a + lane, {f.x, f.y, f.z, ma.x, ma.y, ma.z});
+    scatter_add(data.lines, batch.line_b + lane, {-f.x, -f.y, -f.z, mb.x, mb.y, mb.z});
+  }
+}
+
+// D w: the velocity of A relative to B at the contact.
+AMONTONS_INLINE Vec3 relative_velocity(const double* lines, const ContactBatch& batch, int lane) {
+  const Vec6 a = gather(lines, batch.line_a + lane), b = gather(lines, batch.line_b + lane);
+  const Vec3 va{a.v[0], a.v[1], a.v[2]}, vb{b.v[0], b.v[1], b.v[2]};
+  const Vec3 wa{a.v[3], a.v[4], a.v[5]}, wb{b.v[3], b.v[4], b.v[5]};
+  return (va - vb) + (cross(wa, load3(batch.r_a, lane)) - cross(wb, load3(batch.r_b, lane)));
+}
+
+AMONTONS_INLINE std::size_t end_of_block(const Chunk& chunk, std::size_t first) {
+  return first + block < chunk.last_batch ? first + block : chunk.last_batch;
+}
+
+void clear_lines(const PassData& data, const Chunk& chunk) {
+  const Vec zero = {};
+  double* const end = data.lines + 8 * chunk.last_line;
+  for (double* p = data.lines + 8 * chunk.first_line; p < end; p += width) store(p, zero);
+}
+
+// One line or one side of a joint row: eight doubles, of which the last two mean nothing.
+struct Line {
+  Vec v[8 / width];
+};
+AMONTONS_INLINE Line load_line(const double* p) {
+  Line line;
+  for (int k = 0; k < 8 / width; ++k) line.v[k] = load(p + k * width);
+  return line;
+}
+AMONTONS_INLINE void add_to_line(double* p, const Line& line) {
+  for (int k = 0; k < 8 / width; ++k) store(p + k * width, load(p + k * width) + line.v[k]);
+}
+
+// Consecutive rows of one joint share their bodies: they are worked on together, with the lines in registers.
+AMONTONS_INLINE std::size_t end_of_joint(const PassData& data, const Chunk& chunk, std::size_t first) {
+  const JointRow& row = data.joints[first];
+  std::size_t i = first + 1;
+  while (i < chunk.last_joint && data.joints[i].line_a == row.line_a && data.joints[i].line_b == row.line_b)
+    ++i;
+  return i;
+}
+
+// lines += D'f with f = impulse(row, index).
+template <class Impulse>
+AMONTONS_INLINE void scatter_joints(const PassData& data, const Chunk& chunk, Impulse impulse) {
+  for (std::size_t i = chunk.first_joint, last; i < chunk.last_joint; i = last) {
+    last = end_of_joint(data, chunk, i);
+    Line a = {}, b = {};
+    for (std::size_t j = i; j < last; ++j) {
+      const JointRow& row = data.joints[j];
+      const Vec f = Vec{} + impulse(row, j);
+      for (int k = 0; k < 8 / width; ++k) {
+        a.v[k] += f * load(row.a + k * width);
+        b.v[k] += f * load(row.b + k * width);
+      }
+    }
+    add_to_line(data.lines + data.joints[i].line_a, a);
+    add_to_line(data.lines + data.joints[i].line_b, b);
+  }
+}
+
+// Calls use(row, index, velocity) with velocity = D lines of the row.
+template <class Use>
+AMONTONS_INLINE void gather_joints(const PassData& data, const Chunk& chunk, Use use) {
+  for (std::size_t i = chunk.first_joint, last; i < chunk.last_joint; i = last) {
+    last = end_of_joint(data, chunk, i);
+    const Line a = load_line(data.lines + data.joints[i].line_a);
+    const Line b = load_line(data.lines + data.joints[i].line_b);
+    for (std::size_t j = i; j < last; ++j) {
+      const JointRow& row = data.joints[j];
+      alignas(64) double s[8];
+      for (int k = 0; k < 8 / width; ++k)
+        store(s + k * width, a.v[k] * load(row.a + k * width) + b.v[k] * load(row.b + k * width));
+      use(row, j, ((s[0] + s[1]) + (s[2] + s[3])) + (s[4] + s[5]));
+    }
+  }
+}
+
+AMONTONS_INLINE double clip(double z, const JointRow& row) {
+  return z < row.lo ? row.lo : (z > row.hi ? row.hi : z);
+}
+
+// Hints for the streams of a batch to come: the hardware follows too few of them at a time.
+AMONTONS_INLINE void prefetch_batch(const PassData& data, const Chunk& chunk, std::size_t i,
+                                    double* written) {
+  constexpr std::size_t distance = 8;
+  if (i + distance >= chunk.last_batch) return;
+  const char* batch = reinterpret_cast<const char*>(data.batches + i + distance);
+  for (std::size_t k = 0; k < sizeof(ContactBatch); k += 64) __builtin_prefetch(batch + k);
+  for (std::size_t k = 24 * (i + distance); k < 24 * (i + distance + 1); k += 8) {
+    __builtin_prefetch(data.x + k);
+    __builtin_prefetch(data.u + k);
+    __builtin_prefetch(data.d + k);
+    __builtin_prefetch(written + k, 1);
+  }
+}
+
+// From x, or with momentum from y, where the sum <d, P (y - x)> tells uphill from downhill.
+template <bool coulomb, bool compliant, bool momentum>
+AMONTONS_INLINE void direction_of_batch(const PassData& data, std::size_t i, double alpha,
+                                        LaneSums<4>& sums) {
+  const ContactBatch& batch = data.batches[i];
+  for (int part = 0; part < 8 / width; ++part) {
+    const int lane = part * width;
+    const std::size_t at = 24 * i + lane;
+    const Vec3 n = load3(batch.normal, lane), x = load3((momentum ? data.y : data.x) + at);
+    const Vec3 u = load3((momentum ? data.u_y : data.u) + at);
+    Vec3 g = u;
+    if constexpr (coulomb) g = u + load(data.saxce + 8 * i + lane) * n;
+    const Vec step = alpha * load(batch.p_inverse + lane);
+    const Vec3 d = project(x - step * g, n, load(batch.mu + lane)) - x;
+    const Vec dd = dot(d, d);
+    store3(data.d + at, d);
+    sums.v[0][part] += dot(d, g);
+    sums.v[1][part] += load(batch.p + lane) * dd;
+    if constexpr (compliant) sums.v[2][part] += load(data.compliance + 8 * i + lane) * dd;
+    if constexpr (momentum) sums.v[3][part] += load(batch.p + lane) * dot(d, x - load3(data.x + at));
+  }
+}
+
+template <bool coulomb, bool compliant, bool momentum>
+DirectionSums direction(const PassData& data, const Chunk& chunk, double alpha) {
+  clear_lines(data, chunk);
+  LaneSums<4> sums;
+  for (std::size_t first = chunk.first_batch; first < chunk.last_batch; first += block) {
+    const std::size_t last = end_of_block(chunk, first);
+    for (std::size_t i = first; i < last; ++i)
+      direction_of_batch<coulomb, compliant, momentum>(data, i, alpha, sums);
+    for (std::size_t i = first; i < last; ++i) {
+      prefetch_batch(data, chunk, i, data.d);
+      scatter_batch(data, i, data.d);
+    }
+  }
+  DirectionSums out{sums.total(0), sums.total(1), sums.total(2), sums.total(3)};
+  const double* x = (momentum ? data.y : data.x) + data.joint_offset;
+  const double* u = (momentum ? data.u_y : data.u) + data.joint_offset;
+  const double* anchor = data.x + data.joint_offset;
+  double* d = data.d + data.joint_offset;
+  scatter_joints(data, chunk, [&](const JointRow& row, std::size_t i) {
+    const double di = clip(x[i] - alpha * row.p_inverse * u[i], row) - x[i];
+    d[i] = di;
+    out.dg += di * u[i];
+    out.dPd += row.p * (di * di);
+    out.dEd += row.compliance * (di * di);
+    if constexpr (momentum) out.dPm += row.p * (di * (x[i] - anchor[i]));
+    return di;
+  });
+  return out;
+}
+
+// p |x - Pi_K(x - g / p)|^2, as natural_map_squared() in vi/residual.hpp.
+AMONTONS_INLINE Vec natural_map(const ContactBatch& batch, int lane, const Vec3& x, const Vec3& g,
+                                const Vec3& n) {
+  const Vec3 e = x - project(x - load(batch.p_inverse + lane) * g, n, load(batch.mu + lane));
+  return load(batch.p + lane) * dot(e, e);
+}
+AMONTONS_INLINE double natural_map(const JointRow& row, double x, double u) {
+  const double e = x - clip(x - row.p_inverse * u, row);
+  return row.p * (e * e);
+}
+
+template <bool coulomb, bool compliant>
+AMONTONS_INLINE void update_batch(const PassData& data, std::size_t i, double lambda, const double* q_block,
+                                  LaneSums<3>& sums) {
+  const ContactBatch& batch = data.batches[i];
+  for (int part = 0; part < 8 / width; ++part) {
+    const int lane = part * width;
+    const std::size_t at = 24 * i + lane;
+    const Vec3 n = load3(batch.normal, lane), d = load3(data.d + at);
+    Vec3 q = load3(q_block + lane);
+    if constexpr (compliant) q = q + load(data.compliance + 8 * i + lane) * d;
+    const Vec step = Vec{} + lambda;
+    const Vec3 s = step * d, x = load3(data.x + at) + s;
+    Vec3 y = step * q;
+    const Vec3 u = load3(data.u + at) + y;
+    store3(data.x_next + at, x);
+    store3(data.u + at, u);
+    Vec3 g = u;
+    if constexpr (coulomb) {
+      const Vec saxce = load(batch.mu + lane) * tangential_speed(u, n);
+      double* const old = data.saxce + 8 * i + lane;
+      g = u + saxce * n;
+      y = y + (saxce - load(old)) * n;
+      store(old, saxce);
+    }
+    sums.v[0][part] += dot(s, y);
+    sums.v[1][part] += load(batch.p_inverse + lane) * dot(y, y);
+    sums.v[2][part] += natural_map(batch, lane, x, g, n);
+  }
+}
+
+template <bool coulomb, bool compliant>
+Update update(const PassData& data, const Chunk& chunk, double lambda) {
+  LaneSums<3> sums;
+  alignas(64) double q[block][24];
+  for (std::size_t first = chunk.first_batch; first < chunk.last_batch; first += block) {
+    const std::size_t last = end_of_block(chunk, first);
+    for (std::size_t i = first; i < last; ++i) {
+      if (data.streaming) prefetch_batch(data, chunk, i, data.x_next);
+      for (int lane = 0; lane < 8; lane += width)
+        store3(q[i - first] + lane, relative_velocity(data.lines, data.batches[i], lane));
+    }
+    for (std::size_t i = first; i < last; ++i)
+      update_batch<coulomb, compliant>(data, i, lambda, q[i - first], sums);
+  }
+  Update out{sums.total(0), sums.total(1), sums.total(2)};
+  const double *x = data.x + data.joint_offset, *d = data.d + data.joint_offset;
+  double *x_next = data.x_next + data.joint_offset, *u = data.u + data.joint_offset;
+  gather_joints(data, chunk, [&](const JointRow& row, std::size_t i, double velocity) {
+    const double s = lambda * d[i], y = lambda * (velocity + row.compliance * d[i]);
+    x_next[i] = x[i] + s;
+    u[i] += y;
+    out.sy += s * y;
+    out.yPy += row.p_inverse * (y * y);
+    out.residual_squared += natural_map(row, x_next[i], u[i]);
+  });
+  return out;
+}
+
+template <bool coulomb, bool compliant>
+AMONTONS_INLINE void accelerate_batch(const PassData& data, std::size_t i, double beta, const double* q_block,
+                                      LaneSums<1>& sums) {
+  const ContactBatch& batch = data.batches[i];
+  for (int part = 0; part < 8 / width; ++part) {
+    const int lane = part * width;
+    const std::size_t at = 24 * i + lane;
+    const Vec3 n = load3(batch.normal, lane), d = load3(data.d + at);
+    Vec3 q = load3(q_block + lane);
+    if constexpr (compliant) q = q + load(data.compliance + 8 * i + lane) * d;
+    const Vec momentum = Vec{} + beta;
+    const Vec3 x = load3(data.y + at) + d, u = load3(data.u_y + at) + q;
+    const Vec3 u_y = u + momentum * (u - load3(data.u + at));
+    store3(data.y + at, x + momentum * (x - load3(data.x + at)));
+    store3(data.u_y + at, u_y);
+    store3(data.x_next + at, x);
+    store3(data.u + at, u);
+    Vec3 g = u;
+    if constexpr (coulomb) {
+      const Vec mu = load(batch.mu + lane);
+      g = u + (mu * tangential_speed(u, n)) * n;
+      store(data.saxce + 8 * i + lane, mu * tangential_speed(u_y, n));
+    }
+    sums.v[0][part] += natural_map(batch, lane, x, g, n);
+  }
+}
+
+template <bool coulomb, bool compliant>
+double accelerate(const PassData& data, const Chunk& chunk, double beta) {
+  LaneSums<1> sums;
+  alignas(64) double q[block][24];
+  for (std::size_t first = chunk.first_batch; first < chunk.last_batch; first += block) {
+    const std::size_t last = end_of_block(chunk, first);
+    for (std::size_t i = first; i < last; ++i) {
+      if (data.streaming) prefetch_batch(data, chunk, i, data.x_next);
+      for (int lane = 0; lane < 8; lane += width)
+        store3(q[i - first] + lane, relative_velocity(data.lines, data.batches[i], lane));
+    }
+    for (std::size_t i = first; i < last; ++i)
+      accelerate_batch<coulomb, compliant>(data, i, beta, q[i - first], sums);
+  }
+  double out = sums.total(0);
+  const double *x = data.x + data.joint_offset, *d = data.d + data.joint_offset;
+  double *x_next = data.x_next + data.joint_offset, *u = data.u + data.joint_offset;
+  double *y = data.y + data.joint_offset, *u_y = data.u_y + data.joint_offset;
+  gather_joints(data, chunk, [&](const JointRow& row, std::size_t i, double velocity) {
+    const double next = y[i] + d[i], u_next = u_y[i] + (velocity + row.compliance * d[i]);
+    y[i] = next + beta * (next - x[i]);
+    u_y[i] = u_next + beta * (u_next - u[i]);
+    x_next[i] = next, u[i] = u_next;
+    out += natural_map(row, next, u_next);
+  });
+  return out;
+}
+
+template <bool coulomb, bool compliant>
+double refresh(const PassData& data, const Chunk& chunk) {
+  LaneSums<1> sums;
+  for (std::size_t i = chunk.first_batch; i < chunk.last_batch; ++i) {
+    const ContactBatch& batch = data.batches[i];
+    for (int part = 0; part < 8 / width; ++part) {
+      const int lane = part * width;
+      const std::size_t at = 24 * i + lane;
+      const Vec3 n = load3(batch.normal, lane), x = load3(data.x + at);
+      Vec3 u = relative_velocity(data.lines, batch, lane);
+      if constexpr (compliant) u = u + load(data.compliance + 8 * i + lane) * x;
+      u = u + load3(data.b + at);
+      store3(data.u + at, u);
+      Vec3 g = u;
+      if constexpr (coulomb) {
+        const Vec saxce = load(batch.mu + lane) * tangential_speed(u, n);
+        store(data.saxce + 8 * i + lane, saxce);
+        g = u + saxce * n;
+      }
+      sums.v[0][part] += natural_map(batch, lane, x, g, n);
+    }
+  }
+  double out = sums.total(0);
+  const double *x = data.x + data.joint_offset, *b = data.b + data.joint_offset;
+  double* u = data.u + data.joint_offset;
+  gather_joints(data, chunk, [&](const JointRow& row, std::size_t i, double velocity) {
+    u[i] = velocity + row.compliance * x[i] + b[i];
+    out += natural_map(row, x[i], u[i]);
+  });
+  return out;
+}
+
+}  // namespace
+
+DirectionSums direction_pass(const PassData& data, const Chunk& chunk, double alpha) {
+  if (data.compliance)
+    return data.coulomb ? direction<true, true, false>(data, chunk, alpha)
+                        : direction<false, true, false>(data, chunk, alpha);
+  return data.coulomb ? direction<true, false, false>(data, chunk, alpha)
+                      : direction<false, false, false>(data, chunk, alpha);
+}
+
+DirectionSums momentum_direction_pass(const PassData& data, const Chunk& chunk, double alpha) {
+  if (data.compliance)
+    return data.coulomb ? direction<true, true, true>(data, chunk, alpha)
+                        : direction<false, true, true>(data, chunk, alpha);
+  return data.coulomb ? direction<true, false, true>(data, chunk, alpha)
+                      : direction<false, false, true>(data, chunk, alpha);
+}
+
+double accelerate_pass(const PassData& data, const Chunk& chunk, double beta) {
+  if (data.compliance)
+    return data.coulomb ? accelerate<true, true>(data, chunk, beta)
+                        : accelerate<false, true>(data, chunk, beta);
+  return data.coulomb ? accelerate<true, false>(data, chunk, beta)
+                      : accelerate<false, false>(data, chunk, beta);
+}
+
+void impulse_pass(const PassData& data, const Chunk& chunk) {
+  clear_lines(data, chunk);
+  for (std::size_t i = chunk.first_batch; i < chunk.last_batch; ++i) scatter_batch(data, i, data.x);
+  const double* x = data.x + data.joint_offset;
+  scatter_joints(data, chunk, [x](const JointRow&, std::size_t i) { return x[i]; });
+}
+
+double mass_pass(const PassData& data, const Chunk& chunk) {
+  LaneSums<1> sums;
+  for (std::size_t line = chunk.first_line; line < chunk.last_line; line += lanes) {
+    const MassBatch& mass = data.masses[line / lanes];
+    for (int part = 0; part < 8 / width; ++part) {
+      const int lane = part * width;
+      std::uint32_t at[width];
+      for (int l = 0; l < width; ++l) at[l] = 8 * static_cast<std::uint32_t>(l);
+      double* const lines = data.lines + 8 * (line + static_cast<std::size_t>(lane));
+      const Vec6 f = gather(lines, at);
+      const Vec m = load(mass.translation + lane);
+      const Vec xx = load(mass.inertia[0] + lane), yy = load(mass.inertia[1] + lane);
+      const Vec zz = load(mass.inertia[2] + lane), xy = load(mass.inertia[3] + lane);
+      const Vec xz = load(mass.inertia[4] + lane), yz = load(mass.inertia[5] + lane);
+      const Vec3 force{f.v[0], f.v[1], f.v[2]}, moment{f.v[3], f.v[4], f.v[5]};
+      const Vec3 v = m * force;
+      const Vec3 w{xx * moment.x + xy * moment.y + xz * moment.z,
+                   xy * moment.x + yy * moment.y + yz * moment.z,
+                   xz * moment.x + yz * moment.y + zz * moment.z};
+      sums.v[0][part] += load(mass.weight + lane) * (dot(v, force) + dot(w, moment));
+      scatter(lines, at, {v.x, v.y, v.z, w.x, w.y, w.z});
+    }
+  }
+  return sums.total(0);
+}
+
+Update update_pass(const PassData& data, const Chunk& chunk, double lambda) {
+  if (data.compliance)
+    return data.coulomb ? update<true, true>(data, chunk, lambda) : update<false, true>(data, chunk, lambda);
+  return data.coulomb ? update<true, false>(data, chunk, lambda) : update<false, false>(data, chunk, lambda);
+}
+
+double refresh_pass(const PassData& data, const Chunk& chunk) {
+  if (data.compliance)
+    return data.coulomb ? refresh<true, true>(data, chunk) : refresh<false, true>(data, chunk);
+  return data.coulomb ? refresh<true, false>(data, chunk) : refresh<false, false>(data, chunk);
+}
+
+}  // namespace amontons::AMONTONS_ISA

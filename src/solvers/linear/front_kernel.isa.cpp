@@ -1,0 +1,132 @@
+// The dense kernel of the multifrontal factorisation. Right-looking by panels: factor a panel of columns,
+// then subtract L L' from the columns right of it in register tiles of 16 x 4.
+#include "solvers/linear/front_kernel.hpp"
+
+#include "amontons/base/native_vector.hpp"
+
+namespace amontons::AMONTONS_ISA {
+
+namespace {
+
+inline double square_root(double x) { return __builtin_sqrt(x); }
+
+// y[0..n) -= a x[0..n)
+inline void subtract_scaled(double* __restrict y, const double* __restrict x, double a, int n) {
+  int i = 0;
+  for (; i + width <= n; i += width) *(LooseVec*)(y + i) -= a * *(const LooseVec*)(x + i);
+  for (; i < n; ++i) y[i] -= a * x[i];
+}
+
+// Columns [p, end) of the rows [p, n), left-looking inside the panel.
+int factor_panel(double* A, int n, int stride, int p, int end) {
+  int replaced = 0;
+  for (int j = p; j < end; ++j) {
+    double* column = A + (long)j * stride;
+    for (int k = p; k < j; ++k)
+      subtract_scaled(column + j, A + (long)k * stride + j, A[(long)k * stride + j], n - j);
+    double pivot = column[j];
+    if (!(pivot > 0)) pivot = 1e100, ++replaced;
+    const double root = square_root(pivot), scale = 1 / root;
+    column[j] = root;
+    for (int i = j + 1; i < n; ++i) column[i] *= scale;
+  }
+  return replaced;
+}
+
+// C (rows x 4 columns) -= L (rows x depth, column-major) B (depth x 4, packed row by row), in tiles of at
+// most two registers by four columns.
+template <int rows>
+inline void tile(double* C, int stride, const double* L, const double* B, int depth) {
+  constexpr int registers = rows > width ? 2 : 1, step = registers * width;
+  for (int r = 0; r < rows; r += step) {
+    LooseVec c[4][registers];
+    for (int j = 0; j < 4; ++j)
+      for (int i = 0; i < registers; ++i) c[j][i] = *(const LooseVec*)(C + (long)j * stride + r + i * width);
+    const double *l = L + r, *b = B;
+    for (int k = 0; k < depth; ++k, l += stride, b += 4)
+      for (int i = 0; i < registers; ++i) {
+        const LooseVec column = *(const LooseVec*)(l + i * width);
+        for (int j = 0; j < 4; ++j) c[j][i] -= column * b[j];
+      }
+    for (int j = 0; j < 4; ++j)
+      for (int i = 0; i < registers; ++i) *(LooseVec*)(C + (long)j * stride + r + i * width) = c[j][i];
+  }
+}
+
+inline void tile_small(double* C, int stride, const double* L, const double* B, int depth, int rows,
+                       int columns) {
+  for (int j = 0; j < columns; ++j)
+    for (int i = 0; i < rows; ++i) {
+      double sum = C[(long)j * stride + i];
+      for (int k = 0; k < depth; ++k) sum -= L[(long)k * stride + i] * B[4 * k + j];
+      C[(long)j * stride + i] = sum;
+    }
+}
+
+}  // namespace
+
+int partial_cholesky(double* A, int front, int stride, int columns, double* pack) {
+  int replaced = 0;
+  for (int p = 0; p < columns; p += front_panel) {
+    const int end = p + front_panel < columns ? p + front_panel : columns, depth = end - p;
+    replaced += factor_panel(A, front, stride, p, end);
+    // B = rows [end, front) of the panel, transposed into strips of 4 columns.
+    for (int j = end; j < front; j += 4) {
+      double* strip = pack + (long)(j - end) * front_panel;
+      for (int k = 0; k < depth; ++k)
+        for (int q = 0; q < 4; ++q)
+          strip[4 * k + q] = j + q < front ? A[(long)(p + k) * stride + j + q] : 0.0;
+    }
+    const double* L = A + (long)p * stride;
+    // Strips of rows outside, so that 16 rows of L serve all columns from the L1 cache.
+    for (int i = end; i < front; i += 16) {
+      const int rows = front - i < 16 ? front - i : 16;
+      for (int j = end; j < front && j < i + rows; j += 4) {
+        const double* B = pack + (long)(j - end) * front_panel;
+        double* C = A + (long)j * stride + i;
+        const int width = front - j < 4 ? front - j : 4;
+        if (width < 4) {
+          tile_small(C, stride, L + i, B, depth, rows, width);
+        } else if (rows == 16) {
+          tile<16>(C, stride, L + i, B, depth);
+        } else if (rows >= 8) {
+          tile<8>(C, stride, L + i, B, depth);
+          tile_small(C + 8, stride, L + i + 8, B, depth, rows - 8, 4);
+        } else {
+          tile_small(C, stride, L + i, B, depth, rows, 4);
+        }
+      }
+    }
+  }
+  return replaced;
+}
+
+void panel_forward(const double* L, int front, int columns, double* own, double* below) {
+  const int rest = front - columns;
+  for (int i = 0; i < rest; ++i) below[i] = 0;
+  for (int j = 0; j < columns; ++j, L += front) {
+    own[j] /= L[j];
+    subtract_scaled(own + j + 1, L + j + 1, own[j], columns - j - 1);
+    subtract_scaled(below, L + columns, -own[j], rest);
+  }
+}
+
+void panel_backward(const double* L, int front, int columns, double* own, const double* below) {
+  const int rest = front - columns;
+  L += (long)(columns - 1) * front;
+  for (int j = columns - 1; j >= 0; --j, L -= front) {
+    double lanes[8] = {};
+    int i = 0;
+    for (; i + 8 <= rest; i += 8)
+      for (int q = 0; q < 8; q += width)
+        *(LooseVec*)(lanes + q) +=
+            *(const LooseVec*)(L + columns + i + q) * *(const LooseVec*)(below + i + q);
+    double sum =
+        ((lanes[0] + lanes[1]) + (lanes[2] + lanes[3])) + ((lanes[4] + lanes[5]) + (lanes[6] + lanes[7]));
+    for (; i < rest; ++i) sum += L[columns + i] * below[i];
+    for (i = j + 1; i < columns; ++i) sum += L[i] * own[i];
+    own[j] = (own[j] - sum) / L[j];
+  }
+}
+
+}  // namespace amontons::AMONTONS_ISA

@@ -1,0 +1,329 @@
+#include "amontons/solvers/linear/shifted_system.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "amontons/base/error.hpp"
+#include "solvers/linear/body_kernel.hpp"
+
+namespace amontons {
+
+namespace {
+
+// Lower C with C C' = a symmetric positive semidefinite 3 x 3 given as xx, yy, zz, xy, xz, yz.
+std::array<double, 6> semidefinite_root(const std::array<double, 6>& s) {
+  const auto& [xx, yy, zz, xy, xz, yz] = s;
+  const double tiny = 1e-14 * (xx + yy + zz);
+  const auto root = [&](double v) { return v > tiny ? std::sqrt(v) : 0.0; };
+  const auto ratio = [](double v, double pivot) { return pivot > 0 ? v / pivot : 0.0; };
+  const double c00 = root(xx), c10 = ratio(xy, c00), c20 = ratio(xz, c00);
+  const double c11 = root(yy - c10 * c10), c21 = ratio(yz - c20 * c10, c11);
+  return {c00, c11, root(zz - c20 * c20 - c21 * c21), c10, c20, c21};
+}
+
+// j C for a row j of D: linear part times 1/sqrt(m), angular part times the root of the inverse inertia.
+void times_root(const std::array<double, 6>& j, double translation, const std::array<double, 6>& c,
+                double* out) {
+  for (int k = 0; k < 3; ++k) out[k] = j[k] * translation;
+  out[3] = j[3] * c[0] + j[4] * c[3] + j[5] * c[4];
+  out[4] = j[4] * c[1] + j[5] * c[5];
+  out[5] = j[5] * c[2];
+}
+
+// Lower L with L L' = I + e R'R, row-major dim x dim.
+std::array<double, 9> compliance_root(const double* R, int dim, double e) {
+  std::array<double, 9> L{};
+  for (int i = 0; i < dim; ++i)
+    for (int j = 0; j <= i; ++j) {
+      double s = i == j;
+      for (int k = 0; k < dim; ++k) s += e * R[dim * k + i] * R[dim * k + j];
+      for (int k = 0; k < j; ++k) s -= L[dim * i + k] * L[dim * j + k];
+      L[dim * i + j] = i == j ? std::sqrt(s) : s / L[dim * j + j];
+    }
+  return L;
+}
+
+}  // namespace
+
+ShiftedSystem::~ShiftedSystem() = default;
+ShiftedSystem::ShiftedSystem(ShiftedSystem&&) noexcept = default;
+
+ShiftedSystem::ShiftedSystem(const Problem& problem) : problem_(problem) {
+  offset_.resize(problem.K.blocks());
+  blocks_.resize(problem.K.blocks());
+  for_each_block(problem.K, [&]<class Set>(const Set&, std::size_t block, std::size_t row) {
+    offset_[block] = factor_size_;
+    factor_size_ += Set::dim * Set::dim;
+    blocks_[block] = {static_cast<int>(row), Set::dim, -1, -1, {}, {}, {}};
+  });
+  const std::size_t m = problem.rows();
+  q_.resize(m), z_.resize(m), correction_.resize(m), work_.resize(m);
+  std::visit(
+      [&]<class Op>(const Op& A) {
+        if constexpr (std::is_same_v<Op, CallbackOperator>)
+          throw InputError(
+              "this method factors A, which a function operator does not allow; give a matrix or bodies, or "
+              "use "
+              "p-spg-fb, apgd or jacobi");
+        else if constexpr (std::is_same_v<Op, BodyOperator>)
+          analyse(A);
+        else if constexpr (std::is_same_v<Op, ContactOperator>)
+          analyse(A.stored());
+        else if constexpr (std::is_same_v<Op, SparseOperator>)
+          analyse(m, [&](auto&& f) {
+            for (std::size_t i = 0; i < m; ++i)
+              for (Index k = A.indptr[i]; k < A.indptr[i + 1]; ++k) f(i, A.indices[k], A.data[k]);
+          });
+        else
+          analyse(m, [&](auto&& f) {
+            for (std::size_t i = 0; i < m; ++i)
+              for (std::size_t j = 0; j < m; ++j) f(i, j, A.data[i * m + j]);
+          });
+      },
+      problem.A);
+  packed_.resize(cholesky_.rows());
+  nodes_.resize(cholesky_.rows() / 6 * 8 + 8);
+}
+
+void ShiftedSystem::analyse(const BodyOperator& A) {
+  const InverseMass& mass = A.inverse_mass;
+  bodies_.assign(mass.bodies(), -1);
+  int nodes = 0;
+  for (const JacobianRow& row : A.jacobian)
+    for (Index body : {row.body_a, row.body_b})
+      if (body >= 0) bodies_[body] = 0;
+  for (std::size_t i = 0; i < mass.bodies(); ++i) {
+    const auto& inertia = mass.inertia[i];
+    const bool moves = mass.translation[i] > 0 || inertia[0] + inertia[1] + inertia[2] > 0;
+    bodies_[i] = bodies_[i] == 0 && moves ? nodes++ : -1;
+  }
+  if (bodies_.empty()) bodies_.push_back(-1);  // a problem against the world alone is in body space too
+
+  node_a_.resize(A.rows()), node_b_.resize(A.rows());
+  D_.assign(A.rows(), {});
+  G_.assign(A.rows(), {});
+  compliance_ = A.compliance;
+  if (std::any_of(compliance_.begin(), compliance_.end(), [](double e) { return e > 0; }))
+    L_.resize(blocks_.size());
+  for (std::size_t i = 0; i < A.rows(); ++i) {
+    const JacobianRow& row = A.jacobian[i];
+    const auto fill = [&](Index body, const std::array<double, 6>& j, double* out) {
+      if (body >= 0)
+        times_root(j, std::sqrt(mass.translation[body]), semidefinite_root(mass.inertia[body]), out);
+    };
+    fill(row.body_a, row.a, D_[i].data());
+    fill(row.body_b, row.b, D_[i].data() + 8);
+  }
+  std::vector<std::pair<int, int>> edges;
+  for (Block& block : blocks_) {
+    const JacobianRow& row = A.jacobian[block.row];
+    block.body_a = row.body_a >= 0 ? bodies_[row.body_a] : -1;
+    block.body_b = row.body_b >= 0 ? bodies_[row.body_b] : -1;
+    if (block.body_a >= 0 && block.body_b >= 0) edges.emplace_back(block.body_a, block.body_b);
+    for (int i = block.row; i < block.row + block.dim; ++i) {
+      node_a_[i] = block.body_a >= 0 ? block.body_a : nodes;
+      node_b_[i] = block.body_b >= 0 ? block.body_b : nodes;
+    }
+  }
+  cholesky_ = BlockCholesky(std::vector<int>(nodes, 6), edges);
+  for (Block& block : blocks_) {
+    if (block.body_a >= 0) block.aa = cholesky_.slot(block.body_a, block.body_a);
+    if (block.body_b >= 0) block.bb = cholesky_.slot(block.body_b, block.body_b);
+    if (block.body_a >= 0 && block.body_b >= 0) block.ab = cholesky_.slot(block.body_a, block.body_b);
+  }
+}
+
+void ShiftedSystem::analyse(std::size_t m, auto&& for_each_entry) {
+  std::vector<int> block_of(m), sizes;
+  for (std::size_t b = 0; b < blocks_.size(); ++b) {
+    for (int k = 0; k < blocks_[b].dim; ++k) block_of[blocks_[b].row + k] = static_cast<int>(b);
+    sizes.push_back(blocks_[b].dim);
+  }
+  // Entries arrive by rows: the pairs of one block row are found with a stamp per block column.
+  std::vector<int> pair_of(blocks_.size(), -1), stamp(blocks_.size(), -1);
+  std::vector<std::pair<int, int>> edges;
+  for_each_entry([&](std::size_t i, std::size_t j, double value) {
+    const int I = block_of[i], J = block_of[j];
+    if (J > I || value == 0) return;
+    if (stamp[J] != I) {
+      stamp[J] = I;
+      pair_of[J] = static_cast<int>(pairs_.size());
+      pairs_.push_back({I, J, pair_values_.size(), {}});
+      pair_values_.resize(pair_values_.size() + sizes[I] * sizes[J], 0.0);
+      if (I != J) edges.emplace_back(I, J);
+    }
+    pair_values_[pairs_[pair_of[J]].values + (i - blocks_[I].row) * sizes[J] + (j - blocks_[J].row)] += value;
+  });
+  cholesky_ = BlockCholesky(sizes, edges);
+  for (Pair& pair : pairs_) pair.slot = cholesky_.slot(pair.i, pair.j);
+  for (Block& block : blocks_) {
+    const int b = static_cast<int>(&block - blocks_.data());
+    block.aa = cholesky_.slot(b, b);
+  }
+  require_semidefinite();
+}
+
+int ShiftedSystem::factor(std::span<const double> R) {
+  R_.assign(R.begin(), R.end());
+  cholesky_.set_zero();
+  in_body_space() ? assemble_bodies() : assemble_pairs();
+  return cholesky_.factor();
+}
+
+// I + R'AR with R R' = 1e5 P^-1 has a negative pivot if and only if P^-1/2 A P^-1/2 has an eigenvalue below
+// -1e-5. Real files have some at -1e-7, from rounding in the engine that wrote them.
+void ShiftedSystem::require_semidefinite() {
+  std::vector<double> R(factor_size_, 0.0);
+  for (std::size_t b = 0; b < blocks_.size(); ++b)
+    for (int k = 0; k < blocks_[b].dim; ++k)
+      R[offset_[b] + k * (blocks_[b].dim + 1)] = std::sqrt(1e5 / problem_.P[b]);
+  AMONTONS_REQUIRE(
+      factor(R) == 0,
+      "A is not positive semidefinite, so the problem is not one of contact mechanics and may have no "
+      "solution; check the signs of its rows");
+}
+
+// I + sum over blocks of G_block' G_block
+void ShiftedSystem::assemble_bodies() {
+  const std::span<double> H = cholesky_.panels();
+  std::vector<char> seen(cholesky_.rows() / 6, 0);
+  for (std::size_t b = 0; b < blocks_.size(); ++b) {
+    const Block& block = blocks_[b];
+    const double* R = &R_[offset_[b]];
+    double* G = G_[block.row].data();
+    AMONTONS_DISPATCH(combine_rows, R, block.dim, D_[block.row].data(), G);
+    if (!L_.empty()) {
+      L_[b] = compliance_root(R, block.dim, compliance_[block.row]);
+      for (int k = 0; k < 16; ++k)
+        for (int i = 0; i < block.dim; ++i) {
+          for (int j = 0; j < i; ++j) G[16 * i + k] -= L_[b][block.dim * i + j] * G[16 * j + k];
+          G[16 * i + k] /= L_[b][(block.dim + 1) * i];
+        }
+    }
+    const auto add = [&](const BlockCholesky::Slot& slot, const double* left, const double* right) {
+      AMONTONS_DISPATCH(add_outer_product, &H[slot.offset], slot.stride, left, right, block.dim);
+    };
+    if (block.body_a >= 0) add(block.aa, G, G);
+    if (block.body_b >= 0) add(block.bb, G + 8, G + 8);
+    if (block.body_a >= 0 && block.body_b >= 0)
+      block.ab.transposed ? add(block.ab, G + 8, G) : add(block.ab, G, G + 8);
+    for (const auto& [node, slot] : {std::pair{block.body_a, block.aa}, std::pair{block.body_b, block.bb}})
+      if (node >= 0 && !seen[node]) {
+        seen[node] = 1;
+        for (int c = 0; c < 6; ++c) H[slot.offset + static_cast<std::size_t>(c) * slot.stride + c] += 1;
+      }
+  }
+}
+
+// I + R' A R
+void ShiftedSystem::assemble_pairs() {
+  const std::span<double> H = cholesky_.panels();
+  for (const Pair& pair : pairs_) {
+    const int di = blocks_[pair.i].dim, dj = blocks_[pair.j].dim;
+    const double *Ri = &R_[offset_[pair.i]], *Rj = &R_[offset_[pair.j]], *A = &pair_values_[pair.values];
+    double AR[9];
+    for (int i = 0; i < di; ++i)
+      for (int j = 0; j < dj; ++j) {
+        AR[i * dj + j] = 0;
+        for (int k = 0; k < dj; ++k) AR[i * dj + j] += A[i * dj + k] * Rj[k * dj + j];
+      }
+    for (int i = 0; i < di; ++i)
+      for (int j = 0; j < dj; ++j) {
+        double sum = 0;
+        for (int k = 0; k < di; ++k) sum += Ri[k * di + i] * AR[k * dj + j];
+        const std::size_t stride = pair.slot.stride;
+        H[pair.slot.offset + (pair.slot.transposed ? i * stride + j : j * stride + i)] += sum;
+      }
+  }
+  for (const Block& block : blocks_)
+    for (int k = 0; k < block.dim; ++k)
+      H[block.aa.offset + static_cast<std::size_t>(k) * block.aa.stride + k] += 1;
+}
+
+void ShiftedSystem::divide_by_L(std::span<double> q) const {
+  for (std::size_t b = 0; b < L_.size(); ++b) {
+    const auto [row, dim] = std::pair{blocks_[b].row, blocks_[b].dim};
+    for (int i = 0; i < dim; ++i) {
+      for (int j = 0; j < i; ++j) q[row + i] -= L_[b][dim * i + j] * q[row + j];
+      q[row + i] /= L_[b][(dim + 1) * i];
+    }
+  }
+}
+
+void ShiftedSystem::divide_by_L_transposed(std::span<double> z) const {
+  for (std::size_t b = 0; b < L_.size(); ++b) {
+    const auto [row, dim] = std::pair{blocks_[b].row, blocks_[b].dim};
+    for (int i = dim - 1; i >= 0; --i) {
+      for (int j = i + 1; j < dim; ++j) z[row + i] -= L_[b][dim * j + i] * z[row + j];
+      z[row + i] /= L_[b][(dim + 1) * i];
+    }
+  }
+}
+
+void ShiftedSystem::solve_once(std::span<const double> q, std::span<double> z) {
+  std::copy(q.begin(), q.end(), z.begin());
+  if (!in_body_space()) return cholesky_.solve(z);
+  divide_by_L(z);
+  const BodyRows rows{z.size(), node_a_.data(), node_b_.data(), G_.empty() ? nullptr : G_[0].data()};
+  std::fill(nodes_.begin(), nodes_.end(), 0.0);
+  AMONTONS_DISPATCH(scatter_rows, rows, z.data(), nodes_.data());
+  const std::size_t nodes = packed_.size() / 6;
+  for (std::size_t i = 0; i < nodes; ++i) std::copy(&nodes_[8 * i], &nodes_[8 * i] + 6, &packed_[6 * i]);
+  cholesky_.solve(packed_);
+  for (std::size_t i = 0; i < nodes; ++i) std::copy(&packed_[6 * i], &packed_[6 * i] + 6, &nodes_[8 * i]);
+  AMONTONS_DISPATCH(gather_rows, rows, nodes_.data(), work_.data());
+  for (std::size_t i = 0; i < z.size(); ++i) z[i] -= work_[i];
+  divide_by_L_transposed(z);
+}
+
+void ShiftedSystem::apply(std::span<const double> z, std::span<double> out) {
+  times_factor(z, work_);
+  product(problem_.A, work_, out);
+  times_transposed_factor(out, out);
+  for (std::size_t i = 0; i < z.size(); ++i) out[i] += z[i];
+}
+
+void ShiftedSystem::times_factor(std::span<const double> z, std::span<double> y) const {
+  for (std::size_t b = 0; b < blocks_.size(); ++b) {
+    const auto [row, dim] = std::pair{blocks_[b].row, blocks_[b].dim};
+    const double* R = &R_[offset_[b]];
+    double out[3];
+    for (int i = 0; i < dim; ++i) {
+      out[i] = 0;
+      for (int k = 0; k < dim; ++k) out[i] += R[i * dim + k] * z[row + k];
+    }
+    std::copy(out, out + dim, &y[row]);
+  }
+}
+
+void ShiftedSystem::times_transposed_factor(std::span<const double> r, std::span<double> q) const {
+  for (std::size_t b = 0; b < blocks_.size(); ++b) {
+    const auto [row, dim] = std::pair{blocks_[b].row, blocks_[b].dim};
+    const double* R = &R_[offset_[b]];
+    double out[3];
+    for (int i = 0; i < dim; ++i) {
+      out[i] = 0;
+      for (int k = 0; k < dim; ++k) out[i] += R[k * dim + i] * r[row + k];
+    }
+    std::copy(out, out + dim, &q[row]);
+  }
+}
+
+void ShiftedSystem::solve_reduced(std::span<const double> q, std::span<double> z, int refinements) {
+  std::copy(q.begin(), q.end(), q_.begin());
+  solve_once(q_, z);
+  for (int step = 0; step < refinements; ++step) {
+    apply(z, correction_);
+    for (std::size_t i = 0; i < z.size(); ++i) correction_[i] = q_[i] - correction_[i];
+    solve_once(correction_, z_);
+    for (std::size_t i = 0; i < z.size(); ++i) z[i] += z_[i];
+  }
+}
+
+void ShiftedSystem::solve(std::span<const double> r, std::span<double> y, int refinements) {
+  times_transposed_factor(r, y);
+  solve_reduced(y, y, refinements);
+  times_factor(y, y);
+}
+
+}  // namespace amontons

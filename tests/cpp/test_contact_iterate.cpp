@@ -1,0 +1,319 @@
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <random>
+#include <vector>
+
+#include "amontons/base/isa.hpp"
+#include "amontons/solvers/first_order/contact_iterate.hpp"
+#include "amontons/solvers/first_order/plain_iterate.hpp"
+#include "check.hpp"
+
+using namespace amontons;
+
+namespace {
+
+struct Size {
+  std::size_t contacts, joints, bodies;
+};
+
+// Random contacts and joint rows of every kind between bodies of which every seventh is fixed and body 1 is
+// in every fifth contact; some sides are the world, some contacts have no moving body at all.
+Problem random_problem(Size size, bool compliant, unsigned seed = 1) {
+  std::mt19937 random(seed);
+  std::normal_distribution<double> normal;
+  const auto uniform = [&](std::size_t n) { return static_cast<Index>(random() % n); };
+  ContactOperator A;
+  InverseMass& mass = A.joints.inverse_mass;
+  for (std::size_t i = 0; i < size.bodies; ++i) {
+    double L[3][3], I[3][3] = {};
+    for (auto& row : L)
+      for (double& v : row) v = normal(random);
+    for (int r = 0; r < 3; ++r)
+      for (int c = 0; c < 3; ++c)
+        for (int k = 0; k < 3; ++k) I[r][c] += 0.3 * L[r][k] * L[c][k];
+    const bool fixed = i % 7 == 3;
+    mass.translation.push_back(fixed ? 0 : 0.5 + std::abs(normal(random)));
+    if (fixed)
+      mass.inertia.push_back({});
+    else
+      mass.inertia.push_back({I[0][0], I[1][1], I[2][2], I[0][1], I[0][2], I[1][2]});
+  }
+  // Another side than `not_this`; every tenth is the world.
+  const auto side = [&](Index not_this) {
+    const bool world = not_this >= 0 && (size.bodies == 1 || random() % 10 == 0);
+    Index body = world ? Index{-1} : uniform(size.bodies);
+    if (body == not_this) body = (body + 1) % static_cast<Index>(size.bodies);
+    return body;
+  };
+  std::vector<double> mu;
+  for (std::size_t i = 0; i < size.contacts; ++i) {
+    ContactFrame c{i % 5 == 0 && size.bodies > 1 ? 1 : uniform(size.bodies), 0, {}, {}, {}};
+    c.body_b = side(c.body_a);
+    if (i % 3 == 0) std::swap(c.body_a, c.body_b);
+    double length = 0;
+    for (int k = 0; k < 3; ++k) {
+      c.r_a[k] = normal(random), c.r_b[k] = normal(random), c.normal[k] = normal(random);
+      length += c.normal[k] * c.normal[k];
+    }
+    for (double& v : c.normal) v /= std::sqrt(length);
+    A.contacts.push_back(c);
+    A.contact_compliance.push_back(compliant ? 0.1 * std::abs(normal(random)) : 0);
+    const double values[] = {0, 0.3, 0.5, 1, 20};
+    mu.push_back(values[random() % 5]);
+  }
+  for (std::size_t i = 0; i < size.joints; ++i) {
+    JacobianRow row{uniform(size.bodies), 0, {}, {}};
+    row.body_b = side(row.body_a);
+    for (double& v : row.a) v = normal(random);
+    for (double& v : row.b) v = normal(random);
+    A.joints.jacobian.push_back(row);
+    A.joints.compliance.push_back(compliant ? 0.2 : 0);
+  }
+  SetProduct K;
+  K.add_friction(mu);
+  const std::size_t third = size.joints / 3;
+  K.add_free(third);
+  K.add_interval(std::vector<double>(third, -0.2), std::vector<double>(third, 0.1));
+  K.add_nonnegative(size.joints - 2 * third);
+  std::vector<double> b(A.rows());
+  for (double& v : b) v = normal(random);
+  return make_problem(std::move(A), std::move(b), std::move(K));
+}
+
+ContactIterate stages_of(const Problem& p, Law law, unsigned threads = 1, Isa isa = active_isa()) {
+  return ContactIterate(std::get<ContactOperator>(p.A), p.K, p.b, p.P, law, threads, isa);
+}
+
+double largest(const std::vector<double>& v) {
+  double m = 0;
+  for (double e : v) m = std::max(m, std::abs(e));
+  return m;
+}
+
+void check_close(const std::vector<double>& a, const std::vector<double>& b) {
+  const double scale = 1e-12 * std::max(1.0, largest(b));
+  for (std::size_t i = 0; i < a.size(); ++i) CHECK_NEAR(a[i], b[i], scale);
+}
+
+// The vectors are of order one, so the terms of a sum that is nearly zero are not.
+void check_sum(double a, double b) { CHECK_NEAR(a, b, 1e-11 * (std::abs(b) + 0.01)); }
+
+std::vector<double> random_vector(std::size_t n) {
+  std::mt19937 random(3);
+  std::normal_distribution<double> normal;
+  std::vector<double> x(n);
+  for (double& v : x) v = normal(random);
+  return x;
+}
+
+// Same calls to the fused and to the plain iterate, all results compared.
+void compare_with_plain(const Problem& p, Law law, unsigned threads) {
+  ContactIterate fast = stages_of(p, law, threads);
+  PlainIterate<ContactOperator> plain(std::get<ContactOperator>(p.A), p, law);
+  const std::size_t m = p.rows();
+  const std::vector<double> x0 = random_vector(m);
+  double r2 = plain.start(x0);
+  check_sum(fast.start(x0), r2);
+  std::vector<double> x(m), u(m), expected(m), Ax(m);
+  const double alphas[] = {0.3, 0.7, 0.2, 1.1, 0.4, 0.15}, lambdas[] = {1, 0.5, 1, 0.25, 1, 1};
+  for (int i = 0; i < 6; ++i) {
+    const Direction a = fast.direction(alphas[i]), b = plain.direction(alphas[i]);
+    check_sum(a.dg, b.dg);
+    check_sum(a.dPd, b.dPd);
+    check_sum(fast.curvature(), plain.curvature());
+    const Update s = fast.update(lambdas[i]), t = plain.update(lambdas[i]);
+    check_sum(s.sy, t.sy);
+    check_sum(s.yPy, t.yPy);
+    check_sum(s.residual_squared, t.residual_squared);
+    if (i == 2) fast.keep_best(), plain.keep_best();
+    // u is what the operator says it is, whatever both iterate do.
+    fast.extract(x, u);
+    product(p.A, x, Ax);
+    for (std::size_t k = 0; k < m; ++k) Ax[k] += p.b[k];
+    check_close(u, Ax);
+    const double nat = natural_map(p, law, x, u);
+    check_sum(s.residual_squared, nat * nat);
+  }
+  check_sum(fast.objective(), plain.objective());
+  plain.extract_best(expected);
+  fast.extract_best(x);
+  check_close(x, expected);
+  r2 = plain.refresh();
+  check_sum(fast.refresh(), r2);
+  plain.keep_best(), plain.extract_best(expected);
+  fast.extract(x, u);
+  check_close(x, expected);
+}
+
+// The same for the accelerated iteration.
+void compare_momentum_with_plain(const Problem& p, Law law, unsigned threads) {
+  ContactIterate fast = stages_of(p, law, threads);
+  PlainIterate<ContactOperator> plain(std::get<ContactOperator>(p.A), p, law);
+  const std::size_t m = p.rows();
+  const std::vector<double> x0 = random_vector(m);
+  std::vector<double> x(m), u(m), expected(m), Ax(m);
+  fast.start(x0), plain.start(x0);
+  fast.start_momentum(), plain.start_momentum();
+  const double alphas[] = {0.3, 0.7, 0.2, 1.1, 0.4, 0.15}, betas[] = {0, 0.5, 0.9, 0, 0.3, 0.6};
+  for (int i = 0; i < 6; ++i) {
+    fast.momentum_direction(2 * alphas[i]);  // a rejected step leaves nothing behind
+    const MomentumDirection a = fast.momentum_direction(alphas[i]), b = plain.momentum_direction(alphas[i]);
+    check_sum(a.dPd, b.dPd);
+    CHECK_NEAR(a.dPm, b.dPm, 1e-10 * (1 + std::abs(b.dPd)));
+    check_sum(fast.curvature(), plain.curvature());
+    const double r2 = fast.accelerate(betas[i]);
+    check_sum(r2, plain.accelerate(betas[i]));
+    if (i == 2) fast.keep_best(), plain.keep_best();
+    fast.extract(x, u);
+    product(p.A, x, Ax);
+    for (std::size_t k = 0; k < m; ++k) Ax[k] += p.b[k];
+    check_close(u, Ax);
+    const double nat = natural_map(p, law, x, u);
+    check_sum(r2, nat * nat);
+    if (i == 3) check_sum(fast.refresh_momentum(), plain.refresh_momentum());
+  }
+  plain.extract_best(expected);
+  fast.extract_best(x);
+  check_close(x, expected);
+}
+
+// A run as the solver does it; every number that comes out of it.
+std::vector<double> trace(const Problem& p, Law law, unsigned threads, Isa isa) {
+  ContactIterate iterate = stages_of(p, law, threads, isa);
+  std::vector<double> out{iterate.start(random_vector(p.rows()))};
+  double alpha = 0.5;
+  for (int i = 0; i < 8; ++i) {
+    const Direction d = iterate.direction(alpha);
+    const double dAd = iterate.curvature();
+    const Update s = iterate.update(std::min(1.0, -d.dg / dAd));
+    alpha = s.sy > 0 ? s.sy / s.yPy : 1;
+    out.insert(out.end(), {d.dg, d.dPd, dAd, s.sy, s.yPy, s.residual_squared, iterate.objective()});
+    if (i == 3) iterate.keep_best();
+  }
+  iterate.start_momentum();
+  for (int i = 0; i < 8; ++i) {
+    const MomentumDirection d = iterate.momentum_direction(0.4);
+    out.insert(out.end(), {d.dPd, d.dPm, iterate.curvature(), iterate.accelerate(0.1 * i)});
+    if (i == 5) out.push_back(iterate.refresh_momentum());
+  }
+  std::vector<double> x(p.rows()), u(p.rows());
+  iterate.extract(x, u);
+  out.insert(out.end(), x.begin(), x.end());
+  out.insert(out.end(), u.begin(), u.end());
+  iterate.extract_best(x);
+  out.insert(out.end(), x.begin(), x.end());
+  return out;
+}
+
+bool same_bits(const std::vector<double>& a, const std::vector<double>& b) {
+  return a.size() == b.size() && (a.empty() || !std::memcmp(a.data(), b.data(), a.size() * sizeof(double)));
+}
+
+constexpr Law laws[] = {Law::associated, Law::coulomb};
+
+}  // namespace
+
+// Breaks when a lane, a short batch, a dummy line, a ghost line of a hub or a joint row is handled wrongly.
+TEST(fused_stages_equal_plain_stages) {
+  const Size sizes[] = {{1, 0, 1},      {1, 1, 2},        {7, 0, 3},    {7, 3, 5},
+                        {9, 4, 4},      {0, 10, 6},       {100, 0, 40}, {100, 31, 40},
+                        {1001, 0, 300}, {1001, 100, 300}, {64, 0, 15},  {300, 30, 25}};
+  for (Size size : sizes)
+    for (Law law : laws)
+      for (bool compliant : {false, true}) {
+        compare_with_plain(random_problem(size, compliant), law, 1);
+        compare_momentum_with_plain(random_problem(size, compliant), law, 1);
+      }
+}
+
+// Breaks when bodies shared between chunks lose or double an impulse.
+TEST(fused_stages_equal_plain_stages_in_many_chunks) {
+  for (Law law : laws) {
+    compare_with_plain(random_problem({20001, 3000, 7001}, false), law, 2);
+    compare_momentum_with_plain(random_problem({20001, 3000, 7001}, false), law, 2);
+  }
+}
+
+TEST(threads_do_not_change_a_bit) {
+  for (Size size : {Size{1001, 100, 300}, Size{20001, 3000, 7001}, Size{10, 20000, 900}}) {
+    const Problem p = random_problem(size, true);
+    const std::vector<double> one = trace(p, Law::coulomb, 1, active_isa());
+    for (unsigned threads : {2u, 3u}) CHECK(same_bits(one, trace(p, Law::coulomb, threads, active_isa())));
+  }
+}
+
+TEST(instruction_sets_do_not_change_a_bit) {
+  for (Size size : {Size{9, 4, 4}, Size{1001, 100, 300}, Size{9001, 100, 3000}})
+    for (Law law : laws) {
+      const Problem p = random_problem(size, size.contacts == 1001);
+      const std::vector<double> baseline = trace(p, law, 1, Isa::baseline);
+      for (Isa isa : {Isa::avx2, Isa::avx512})
+        if (isa <= active_isa()) CHECK(same_bits(baseline, trace(p, law, 1, isa)));
+    }
+}
+
+// Breaks when a pass writes into the buffer that holds the best iterate.
+TEST(best_iterate_survives) {
+  const Problem p = random_problem({9, 4, 4}, false);
+  ContactIterate iterate = stages_of(p, Law::associated);
+  std::vector<double> x(p.rows()), u(p.rows()), best(p.rows());
+  iterate.start({});
+  iterate.extract_best(best);
+  CHECK(largest(best) == 0);
+  for (int i = 0; i < 12; ++i) {
+    iterate.direction(0.3), iterate.curvature(), iterate.update(1);
+    if (i % 5 == 1) iterate.keep_best(), iterate.extract(x, u);
+    iterate.extract_best(best);
+    CHECK(same_bits(best, x));
+  }
+}
+
+TEST(start_projects) {
+  const Problem p = random_problem({100, 31, 40}, false);
+  ContactIterate iterate = stages_of(p, Law::associated);
+  std::vector<double> x0 = random_vector(p.rows()), x(p.rows()), u(p.rows());
+  iterate.start(x0);
+  iterate.extract(x, u);
+  project(p.K, x0, x0);
+  check_close(x, x0);
+}
+
+TEST(empty_problem) {
+  const Problem p = make_problem(ContactOperator{}, {}, SetProduct{});
+  ContactIterate iterate = stages_of(p, Law::coulomb, 2);
+  CHECK(iterate.start({}) == 0);
+  CHECK(iterate.direction(1).dg == 0);
+  CHECK(iterate.curvature() == 0);
+  CHECK(iterate.update(1).residual_squared == 0);
+  CHECK(iterate.objective() == 0);
+}
+
+TEST(extreme_friction) {
+  Problem p = random_problem({64, 0, 15}, false);
+  for (double mu : {0.0, 1e12, 1e150}) {
+    p.K = SetProduct{};
+    p.K.add_friction(std::vector<double>(64, mu));
+    for (Law law : laws)
+      if (law == Law::associated || mu < 1e100) {
+        const std::vector<double> values = trace(p, law, 1, active_isa());
+        CHECK(std::all_of(values.begin(), values.end(), [](double v) { return std::isfinite(v); }));
+      }
+    if (mu < 1e100) compare_with_plain(p, Law::associated, 1);
+  }
+}
+
+TEST(wrong_sizes_are_named) {
+  Problem p = random_problem({9, 4, 4}, false);
+  const auto& A = std::get<ContactOperator>(p.A);
+  std::vector<double> small(3, 1.0);
+  CHECK_THROWS(ContactIterate(A, p.K, small, p.P, Law::coulomb, 1), "b has 3 entries, it needs 31");
+  CHECK_THROWS(ContactIterate(A, p.K, p.b, small, Law::coulomb, 1), "P has 3 entries, it needs 13");
+  SetProduct K;
+  K.add_free(4), K.add_friction(std::vector<double>(9, 0.5));
+  CHECK_THROWS(ContactIterate(A, K, p.b, p.P, Law::coulomb, 1), "must come first");
+  K = SetProduct{};
+  K.add_friction(std::vector<double>(8, 0.5));
+  CHECK_THROWS(ContactIterate(A, K, p.b, p.P, Law::coulomb, 1), "friction part has 8 entries, it needs 9");
+  CHECK_THROWS(stages_of(p, Law::coulomb).start(small), "x0 has 3 entries, it needs 31");
+}
