@@ -7,12 +7,12 @@ namespace amontons {
 namespace {
 
 // The projection on the recession cone of one set: the directions in which it is unbounded.
-template <class Set>
-void project_recession(const Set& set, const double* d, double* out) {
-  if constexpr (std::is_same_v<Set, Interval>)
-    out[0] = (d[0] > 0 && std::isinf(set.hi)) || (d[0] < 0 && std::isinf(set.lo)) ? d[0] : 0.0;
-  else
+template <class S>
+void project_recession(const S& set, const double* d, double* out) {
+  if constexpr (S::is_cone)
     set.project(d, out);
+  else
+    set.project_recession(d, out);
 }
 
 }  // namespace
@@ -21,10 +21,10 @@ bool proves_infeasible(const Problem& problem, Law law, std::span<const double> 
   if (law == Law::coulomb && problem.K.contacts() > 0) return false;
   const std::size_t m = problem.rows();
   double d2 = 0, b2 = 0, outside = 0, bd = 0;
-  for_each_block(problem.K, [&]<class Set>(const Set& set, std::size_t block, std::size_t row) {
-    double foot[Set::dim];
+  for_each_block(problem.K, [&]<class S>(const S& set, std::size_t block, std::size_t row) {
+    double foot[S::dim];
     project_recession(set, &d[row], foot);
-    for (int k = 0; k < Set::dim; ++k) {
+    for (int k = 0; k < S::dim; ++k) {
       const double v = d[row + k], b = problem.b[row + k], p = problem.P[block];
       d2 += p * v * v, b2 += b * b / p, bd += b * v;
       outside += p * (v - foot[k]) * (v - foot[k]);
@@ -38,8 +38,8 @@ bool proves_infeasible(const Problem& problem, Law law, std::span<const double> 
   for (std::size_t i = 0; i < m; ++i) unit[i] = d[i] / norm;
   product(problem.A, unit, image);
   double image2 = 0;
-  for_each_block(problem.K, [&]<class Set>(const Set&, std::size_t block, std::size_t row) {
-    for (int k = 0; k < Set::dim; ++k) image2 += image[row + k] * image[row + k] / problem.P[block];
+  for_each_block(problem.K, [&]<class S>(const S&, std::size_t block, std::size_t row) {
+    for (int k = 0; k < S::dim; ++k) image2 += image[row + k] * image[row + k] / problem.P[block];
   });
   return std::sqrt(image2) <= tolerance;
 }

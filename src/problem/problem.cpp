@@ -61,15 +61,17 @@ void check(const CallbackOperator& A) {
   require_finite(A.diag, [] { return std::string("diagonal of A"); });
 }
 
-void check_bodies(const BodyOperator& A) {
-  const InverseMass& mass = A.inverse_mass;
-  AMONTONS_REQUIRE(mass.inertia.size() == mass.bodies(), "inverse mass: give one inverse inertia per body");
-  for (std::size_t i = 0; i < mass.bodies(); ++i) {
+void check_bodies(const Bodies& bodies) {
+  AMONTONS_REQUIRE(bodies.inverse_inertia.size() == bodies.size(),
+                   "inverse mass: give one inverse inertia per body");
+  AMONTONS_REQUIRE(bodies.centre.empty() || bodies.centre.size() == bodies.size(),
+                   "centres of mass: give one per body, or none");
+  for (std::size_t i = 0; i < bodies.size(); ++i) {
     const auto body = [i] { return "body " + std::to_string(i); };
-    AMONTONS_REQUIRE(mass.translation[i] >= 0 && std::isfinite(mass.translation[i]),
+    AMONTONS_REQUIRE(bodies.inverse_mass[i] >= 0 && std::isfinite(bodies.inverse_mass[i]),
                      body() + ": inverse mass must be finite and not negative");
-    const auto& [xx, yy, zz, xy, xz, yz] = mass.inertia[i];
-    require_finite(mass.inertia[i], [&] { return body() + ": inverse inertia"; });
+    const auto& [xx, yy, zz, xy, xz, yz] = bodies.inverse_inertia[i];
+    require_finite(bodies.inverse_inertia[i], [&] { return body() + ": inverse inertia"; });
     // Positive semidefinite by its principal minors (with room for rounding).
     const double scale = xx + yy + zz, eps = 1e-10;
     const double det = xx * (yy * zz - yz * yz) - xy * (xy * zz - yz * xz) + xz * (xy * yz - yy * xz);
@@ -78,74 +80,105 @@ void check_bodies(const BodyOperator& A) {
                          yy * zz - yz * yz >= -eps * scale * scale && det >= -eps * scale * scale * scale,
                      body() + ": the inverse inertia is not positive semidefinite");
   }
-  AMONTONS_REQUIRE(A.compliance.size() == A.rows(), "compliance: give one value per row");
-  const Index n = static_cast<Index>(mass.bodies());
-  for (std::size_t i = 0; i < A.rows(); ++i) {
-    const JacobianRow& row = A.jacobian[i];
-    const auto where = [i] { return "row " + std::to_string(i); };
-    for (Index body : {row.body_a, row.body_b})
-      AMONTONS_REQUIRE(body >= -1 && body < n, where() + ": body " + std::to_string(body) +
-                                                   " does not exist (there are " + std::to_string(n) +
-                                                   "; -1 is the world)");
-    AMONTONS_REQUIRE(
-        row.body_a < 0 || row.body_a != row.body_b,
-        where() + " joins body " + std::to_string(row.body_a) + " to itself; a row needs two bodies or one");
-    require_finite(row.a, [&] { return where() + ": jacobian of body a"; });
-    require_finite(row.b, [&] { return where() + ": jacobian of body b"; });
-    AMONTONS_REQUIRE(A.compliance[i] >= 0 && std::isfinite(A.compliance[i]),
-                     where() + ": compliance must be finite and not negative");
-  }
 }
 
-void check(const BodyOperator& A) { check_bodies(A); }
+void check_index(Index body, std::size_t bodies, const std::string& where) {
+  AMONTONS_REQUIRE(body >= -1 && body < static_cast<Index>(bodies),
+                   where + ": body " + std::to_string(body) + " does not exist (there are " +
+                       std::to_string(bodies) + "; -1 is the world)");
+}
 
-void check(const ContactOperator& A) {
-  check_bodies(A.joints);
+void check_row(const ContactSystem& A, std::size_t i) {
+  const JacobianRow& row = A.jacobian[i];
+  const std::string where = "row " + std::to_string(i);
+  for (Index body : {row.body_a, row.body_b}) check_index(body, A.bodies.size(), where);
+  AMONTONS_REQUIRE(
+      row.body_a < 0 || row.body_a != row.body_b,
+      where + " joins body " + std::to_string(row.body_a) + " to itself; a row needs two bodies or one");
+  require_finite(row.a, [&] { return where + ": jacobian of body a"; });
+  require_finite(row.b, [&] { return where + ": jacobian of body b"; });
+  AMONTONS_REQUIRE(A.compliance[i] >= 0 && std::isfinite(A.compliance[i]),
+                   where + ": compliance must be finite and not negative");
+}
+
+void check_contact(const ContactSystem& A, std::size_t i) {
+  const Contact& c = A.contacts[i];
+  const std::string where = "contact " + std::to_string(i);
+  for (Index body : {c.body_a, c.body_b}) check_index(body, A.bodies.size(), where);
+  AMONTONS_REQUIRE(c.body_a != c.body_b, where + " is between body " + std::to_string(c.body_a) +
+                                             " and itself; a contact needs two bodies");
+  require_finite(c.r_a.array(), [&] { return where + ": r_a"; });
+  require_finite(c.r_b.array(), [&] { return where + ": r_b"; });
+  require_finite(c.normal.array(), [&] { return where + ": normal"; });
+  require_finite(c.direction.array(), [&] { return where + ": friction direction"; });
+  AMONTONS_REQUIRE(std::abs(norm_squared(c.normal) - 1) < 1e-6,
+                   where + ": the normal is not a unit vector; normalise it");
+  AMONTONS_REQUIRE(c.rows >= 3 && c.rows <= 6, where + ": a contact has 3, 4, 5 or 6 rows");
+  AMONTONS_REQUIRE(c.moment_length > 0 && std::isfinite(c.moment_length),
+                   where + ": the length of its moments must be positive and finite");
+  AMONTONS_REQUIRE(A.contact_compliance[i] >= 0 && std::isfinite(A.contact_compliance[i]),
+                   where + ": compliance must be finite and not negative");
+}
+
+void check(const ContactSystem& A) {
+  check_bodies(A.bodies);
   AMONTONS_REQUIRE(A.contact_compliance.size() == A.contacts.size(),
                    "contact compliance: give one value per contact");
-  const Index n = static_cast<Index>(A.joints.inverse_mass.bodies());
-  for (std::size_t c = 0; c < A.contacts.size(); ++c) {
-    const ContactFrame& contact = A.contacts[c];
-    const auto where = [c] { return "contact " + std::to_string(c); };
-    for (Index body : {contact.body_a, contact.body_b})
-      AMONTONS_REQUIRE(body >= -1 && body < n, where() + ": body " + std::to_string(body) +
-                                                   " does not exist (there are " + std::to_string(n) +
-                                                   "; -1 is the world)");
-    AMONTONS_REQUIRE(contact.body_a != contact.body_b, where() + " is between body " +
-                                                           std::to_string(contact.body_a) +
-                                                           " and itself; a contact needs two bodies");
-    require_finite(contact.r_a, [&] { return where() + ": r_a"; });
-    require_finite(contact.r_b, [&] { return where() + ": r_b"; });
-    require_finite(contact.normal, [&] { return where() + ": normal"; });
-    const auto& [x, y, z] = contact.normal;
-    AMONTONS_REQUIRE(std::abs(x * x + y * y + z * z - 1) < 1e-6,
-                     where() + ": the normal is not a unit vector; normalise it");
-    AMONTONS_REQUIRE(A.contact_compliance[c] >= 0 && std::isfinite(A.contact_compliance[c]),
-                     where() + ": compliance must be finite and not negative");
-  }
+  AMONTONS_REQUIRE(A.compliance.size() == A.jacobian.size(), "compliance: give one value per row");
+  for (std::size_t i = 0; i < A.contacts.size(); ++i) check_contact(A, i);
+  for (std::size_t i = 0; i < A.jacobian.size(); ++i) check_row(A, i);
 }
 
-// Body-space factorisation and contact passes handle a friction block as one unit of two bodies.
-void check_blocks(const Operator& A, const SetProduct& K) {
-  if (const auto* op = std::get_if<BodyOperator>(&A))
-    for_each_block(K, [&]<class Set>(const Set&, std::size_t, std::size_t row) {
-      for (int k = 1; k < Set::dim; ++k)
-        AMONTONS_REQUIRE(op->jacobian[row].body_a == op->jacobian[row + k].body_a &&
-                             op->jacobian[row].body_b == op->jacobian[row + k].body_b,
-                         "rows " + std::to_string(row) + " to " + std::to_string(row + 2) +
-                             " are one friction cone and must act on the same two bodies in the same order");
-    });
-  if (const auto* op = std::get_if<ContactOperator>(&A)) {
-    const std::size_t n = op->contacts.size();
-    const bool contacts_first =
-        n == 0 || (K.runs().front().kind == SetKind::friction && K.runs().front().count == n);
-    AMONTONS_REQUIRE(contacts_first && K.contacts() == n,
+// Body-space factorisation and contact passes handle a block as one unit of two bodies.
+void check_blocks(const ContactSystem& A, const SetProduct& K) {
+  const std::size_t contact_rows = A.contact_rows();
+  std::size_t contact = 0;
+  for_each_block(K, [&]<class S>(const S&, std::size_t, std::size_t row) {
+    if (row < contact_rows) {
+      const bool fits = S::frictional && contact < A.contacts.size() && A.contacts[contact].rows == S::dim;
+      AMONTONS_REQUIRE(fits, "contacts: the cones must start with one friction cone per contact (" +
+                                 std::to_string(A.contacts.size()) +
+                                 "), of as many rows as the contact has, and contact " +
+                                 std::to_string(contact) + " has none");
+      ++contact;
+      return;
+    }
+    AMONTONS_REQUIRE(!S::frictional || A.contacts.empty(),
                      "contacts: the cones must start with one friction cone per contact (" +
-                         std::to_string(n) + ") and have none among the joint rows");
-  }
+                         std::to_string(A.contacts.size()) + ") and have none among the joint rows");
+    const JacobianRow* first = &A.jacobian[row - contact_rows];
+    for (int k = 1; k < S::dim; ++k)
+      AMONTONS_REQUIRE(first->body_a == first[k].body_a && first->body_b == first[k].body_b,
+                       "rows " + std::to_string(row) + " to " + std::to_string(row + S::dim - 1) +
+                           " are one friction cone and must act on the same two bodies in the same order");
+  });
+}
+
+// Per block the mean of diag(A). Blocks that no body carries (zero rows) would divide by zero: any positive
+// value serves them.
+std::vector<double> preconditioner(const SetProduct& K, std::span<const double> diagonal) {
+  double largest = 0;
+  for (double d : diagonal) largest = std::max(largest, std::abs(d));
+  const double floor = largest > 0 ? 1e-14 * largest : 1.0;
+  std::vector<double> P(K.blocks());
+  for_each_block(K, [&]<class S>(const S&, std::size_t block, std::size_t row) {
+    double mean = 0;
+    for (int k = 0; k < S::dim; ++k) mean += diagonal[row + k] / S::dim;
+    P[block] = std::max(mean, floor);
+  });
+  return P;
 }
 
 }  // namespace
+
+Problem trusted_problem(Operator A, std::vector<double> b, SetProduct K) {
+  std::vector<double> diag(b.size());
+  diagonal(A, diag);
+  std::vector<double> P = preconditioner(K, diag);
+  ContactGraph graph;
+  if (const auto* system = std::get_if<ContactSystem>(&A)) graph = contact_graph(*system, K);
+  return {std::move(A), std::move(b), std::move(K), std::move(P), std::move(graph)};
+}
 
 Problem make_problem(Operator A, std::vector<double> b, SetProduct K) {
   std::visit([](const auto& op) { check(op); }, A);
@@ -155,24 +188,17 @@ Problem make_problem(Operator A, std::vector<double> b, SetProduct K) {
   AMONTONS_REQUIRE(K.rows() == m, "the cones have " + std::to_string(K.rows()) + " rows in all but A has " +
                                       std::to_string(m) + " (a friction cone takes three rows)");
   require_finite(b, [] { return std::string("b"); });
-  check_blocks(A, K);
-
-  std::vector<double> diag(m), P(K.blocks());
-  diagonal(A, diag);
+  if (const auto* system = std::get_if<ContactSystem>(&A)) check_blocks(*system, K);
+  Problem problem = trusted_problem(std::move(A), std::move(b), std::move(K));
+  std::vector<double> diag(m);
+  diagonal(problem.A, diag);
   double largest = 0;
-  for (std::size_t i = 0; i < m; ++i) largest = std::max(largest, std::abs(diag[i]));
+  for (double d : diag) largest = std::max(largest, std::abs(d));
   for (std::size_t i = 0; i < m; ++i)
     AMONTONS_REQUIRE(diag[i] >= -1e-12 * largest, "A[" + std::to_string(i) + ", " + std::to_string(i) +
                                                       "] = " + std::to_string(diag[i]) +
                                                       " is negative: A must be positive semidefinite");
-  // Blocks that no body carries (zero rows) would divide by zero: any positive value serves them.
-  const double floor = largest > 0 ? 1e-14 * largest : 1.0;
-  for_each_block(K, [&]<class Set>(const Set&, std::size_t block, std::size_t row) {
-    double mean = 0;
-    for (int k = 0; k < Set::dim; ++k) mean += diag[row + k] / Set::dim;
-    P[block] = std::max(mean, floor);
-  });
-  return {std::move(A), std::move(b), std::move(K), std::move(P)};
+  return problem;
 }
 
 }  // namespace amontons

@@ -24,8 +24,8 @@ std::vector<double> apply(const Problem& problem, std::span<const double> x) {
 
 double natural_map(const Problem& problem, Law law, std::span<const double> x, std::span<const double> u) {
   double sum = 0;
-  for_each_block(problem.K, [&]<class Set>(const Set& set, std::size_t block, std::size_t row) {
-    double g[Set::dim];
+  for_each_block(problem.K, [&]<class S>(const S& set, std::size_t block, std::size_t row) {
+    double g[S::dim];
     add_saxce_term(set, law, &u[row], g);
     sum += natural_map_squared(set, problem.P[block], &x[row], g);
   });
@@ -41,12 +41,12 @@ double residual(const Problem& problem, Law law, std::span<const double> x, std:
                 Norm norm) {
   if (norm == Norm::natural) return natural_map(problem, law, x, u) / natural_map_at_zero(problem, law);
   double sum = 0, largest = 0;
-  for_each_block(problem.K, [&]<class Set>(const Set& set, std::size_t, std::size_t row) {
-    double g[Set::dim], trial[Set::dim], foot[Set::dim];
+  for_each_block(problem.K, [&]<class S>(const S& set, std::size_t, std::size_t row) {
+    double g[S::dim], trial[S::dim], foot[S::dim];
     add_saxce_term(set, law, &u[row], g);
-    for (int k = 0; k < Set::dim; ++k) trial[k] = x[row + k] - g[k];
+    for (int k = 0; k < S::dim; ++k) trial[k] = x[row + k] - g[k];
     set.project(trial, foot);
-    for (int k = 0; k < Set::dim; ++k) {
+    for (int k = 0; k < S::dim; ++k) {
       const double r = x[row + k] - foot[k];
       sum += r * r;
       largest = std::max(largest, std::abs(r));
@@ -65,22 +65,19 @@ Violations violations(const Problem& problem, Law law, std::span<const double> x
   const std::vector<double> u = apply(problem, x);
   std::vector<double> e(problem.rows()), Ae(problem.rows());
   Violations v{};
-  for_each_block(problem.K, [&]<class Set>(const Set& set, std::size_t block, std::size_t row) {
-    double g[Set::dim], trial[Set::dim], foot[Set::dim], work = 0, outside = 0;
+  for_each_block(problem.K, [&]<class S>(const S& set, std::size_t block, std::size_t row) {
+    double g[S::dim], trial[S::dim], foot[S::dim], work = 0, outside = 0;
     add_saxce_term(set, law, &u[row], g);
-    for (int k = 0; k < Set::dim; ++k) trial[k] = x[row + k] - g[k] / problem.P[block];
+    for (int k = 0; k < S::dim; ++k) trial[k] = x[row + k] - g[k] / problem.P[block];
     set.project(trial, foot);
-    for (int k = 0; k < Set::dim; ++k) e[row + k] = x[row + k] - foot[k], work += x[row + k] * g[k];
+    for (int k = 0; k < S::dim; ++k) e[row + k] = x[row + k] - foot[k], work += x[row + k] * g[k];
     set.project(&x[row], foot);
-    for (int k = 0; k < Set::dim; ++k) outside += (x[row + k] - foot[k]) * (x[row + k] - foot[k]);
+    for (int k = 0; k < S::dim; ++k) outside += (x[row + k] - foot[k]) * (x[row + k] - foot[k]);
     v.cone = std::max(v.cone, std::sqrt(outside));
-    if constexpr (std::is_same_v<Set, Free>)
-      v.penetration_velocity = std::max(v.penetration_velocity, std::abs(u[row]));
-    // An interval balances u against its bounds: only its natural map is meaningful.
-    if constexpr (std::is_same_v<Set, NonNegative> || std::is_same_v<Set, Friction>) {
-      v.penetration_velocity = std::max(v.penetration_velocity, -u[row]);
+    v.penetration_velocity = std::max(v.penetration_velocity, set.violation(&u[row]));
+    // Of bilateral rows u is what violates; an interval balances it against its bounds.
+    if constexpr (S::is_cone && !std::is_same_v<S, Free>)
       v.complementarity = std::max(v.complementarity, std::abs(work));
-    }
   });
   product(problem.A, e, Ae);
   for (std::size_t i = 0; i < e.size(); ++i) v.energy += 0.5 * e[i] * Ae[i];

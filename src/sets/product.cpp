@@ -1,57 +1,42 @@
 #include "amontons/sets/product.hpp"
 
 #include <cmath>
-#include <string>
-
-#include "amontons/base/error.hpp"
 
 namespace amontons {
 
-void SetProduct::append(SetKind kind, std::size_t count, std::size_t param, std::size_t dim) {
-  if (count == 0) return;
-  if (!runs_.empty() && runs_.back().kind == kind)
-    runs_.back().count += count;
-  else
-    runs_.push_back({kind, count, rows_, blocks_, param});
-  rows_ += count * dim;
-  blocks_ += count;
+std::size_t kind_of_name(std::string_view name) {
+  std::size_t found = kinds;
+  for (std::size_t kind = 0; kind < kinds; ++kind)
+    visit_kind(kind, [&]<class S>() {
+      if (name == S::name) found = kind;
+    });
+  return found;
 }
 
-void SetProduct::add_free(std::size_t count) { append(SetKind::free, count, 0, 1); }
-
-void SetProduct::add_nonnegative(std::size_t count) { append(SetKind::nonnegative, count, 0, 1); }
-
-void SetProduct::add_interval(std::span<const double> lo, std::span<const double> hi) {
-  AMONTONS_REQUIRE(lo.size() == hi.size(), "interval: lo has " + std::to_string(lo.size()) +
-                                               " entries and hi " + std::to_string(hi.size()) +
-                                               "; give one of each per row");
-  for (std::size_t i = 0; i < lo.size(); ++i) {
-    const std::string where = "interval " + std::to_string(i);
-    AMONTONS_REQUIRE(!std::isnan(lo[i]) && !std::isnan(hi[i]),
-                     where + ": a bound is NaN; use -inf or inf for no bound");
-    AMONTONS_REQUIRE(lo[i] <= hi[i], where + ": lo = " + std::to_string(lo[i]) +
-                                         " is above hi = " + std::to_string(hi[i]) + "; swap them");
-    AMONTONS_REQUIRE(lo[i] < INFINITY && hi[i] > -INFINITY,
-                     where + " is empty: a bound is infinite on the wrong side");
-  }
-  append(SetKind::interval, lo.size(), lo_.size(), 1);
-  lo_.insert(lo_.end(), lo.begin(), lo.end());
-  hi_.insert(hi_.end(), hi.begin(), hi.end());
+void SetProduct::append(const SetProduct& other) {
+  for (const SetRun& run : other.runs_)
+    visit_kind(run.kind, [&]<class S>() { append(std::span(other.all<S>()).subspan(run.first, run.count)); });
 }
 
-void SetProduct::add_friction(std::span<const double> mu) {
-  for (std::size_t i = 0; i < mu.size(); ++i)
-    AMONTONS_REQUIRE(mu[i] >= 0 && std::isfinite(mu[i]), "friction coefficient mu[" + std::to_string(i) +
-                                                             "] = " + std::to_string(mu[i]) +
-                                                             "; it must be finite and not negative");
-  append(SetKind::friction, mu.size(), mu_.size(), 3);
-  mu_.insert(mu_.end(), mu.begin(), mu.end());
+void SetProduct::clear() {
+  runs_.clear();
+  for (std::size_t kind = 0; kind < kinds; ++kind)
+    visit_kind(kind, [&]<class S>() { std::get<std::vector<S>>(sets_).clear(); });
+  rows_ = blocks_ = contacts_ = 0;
 }
 
 bool SetProduct::all_free() const {
   for (const SetRun& run : runs_)
-    if (run.kind != SetKind::free) return false;
+    if (run.kind != kind_of<Free>) return false;
   return true;
+}
+
+bool SetProduct::has_friction() const {
+  bool any = false;
+  for_each_block(*this, [&]<class S>(const S& set, std::size_t, std::size_t) {
+    if constexpr (S::frictional) any = any || set.has_friction();
+  });
+  return any;
 }
 
 void project(const SetProduct& K, std::span<const double> x, std::span<double> out) {
@@ -60,19 +45,19 @@ void project(const SetProduct& K, std::span<const double> x, std::span<double> o
 
 double distance(const SetProduct& K, std::span<const double> x) {
   double sum = 0;
-  for_each_block(K, [&]<class Set>(const Set& set, std::size_t, std::size_t row) {
-    double foot[Set::dim];
+  for_each_block(K, [&]<class S>(const S& set, std::size_t, std::size_t row) {
+    double foot[S::dim];
     set.project(&x[row], foot);
-    for (int k = 0; k < Set::dim; ++k) sum += (x[row + k] - foot[k]) * (x[row + k] - foot[k]);
+    for (int k = 0; k < S::dim; ++k) sum += (x[row + k] - foot[k]) * (x[row + k] - foot[k]);
   });
   return std::sqrt(sum);
 }
 
 void project_polar(const SetProduct& K, std::span<const double> x, std::span<double> out) {
-  for_each_block(K, [&]<class Set>(const Set& set, std::size_t, std::size_t row) {
-    double foot[Set::dim];
+  for_each_block(K, [&]<class S>(const S& set, std::size_t, std::size_t row) {
+    double foot[S::dim];
     set.project(&x[row], foot);
-    for (int k = 0; k < Set::dim; ++k) out[row + k] = x[row + k] - foot[k];
+    for (int k = 0; k < S::dim; ++k) out[row + k] = x[row + k] - foot[k];
   });
 }
 

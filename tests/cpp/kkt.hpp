@@ -21,11 +21,11 @@ using Vector = std::vector<double>;
 // K).
 inline double scale_bound(const Problem& p, Law law) {
   double sum = 0;
-  for_each_block(p.K, [&]<class Set>(const Set& set, std::size_t block, std::size_t row) {
+  for_each_block(p.K, [&]<class S>(const S& set, std::size_t block, std::size_t row) {
     double g = 0, away = 0;
-    for (int k = 0; k < Set::dim; ++k) g += p.b[row + k] * p.b[row + k];
+    for (int k = 0; k < S::dim; ++k) g += p.b[row + k] * p.b[row + k];
     g = std::sqrt(g);
-    if constexpr (Set::dim == 3) {
+    if constexpr (S::dim == 3) {
       if (law == Law::coulomb) g += set.mu * std::hypot(p.b[row + 1], p.b[row + 2]);
     }
     if constexpr (requires { set.lo; }) away = std::max({0.0, set.lo, -set.hi});
@@ -84,17 +84,17 @@ inline std::string violation(const Problem& p, Law law, double tolerance, const 
   // Forming u anew rounds differently: eps times what is summed up.
   const double delta = tolerance * scale_bound(p, law) + 1e-14 * size;
   std::string first;
-  for_each_block(p.K, [&]<class Set>(const Set& set, std::size_t block, std::size_t row) {
+  for_each_block(p.K, [&]<class S>(const S& set, std::size_t block, std::size_t row) {
     if (!first.empty()) return;
     const double e = delta / std::sqrt(p.P[block]), Pe = delta * std::sqrt(p.P[block]);
     const double *xi = &x[row], *ui = &u[row];
-    if constexpr (Set::dim == 3) {
+    if constexpr (S::dim == 3) {
       first = contact(set.mu, law, xi, ui, e, Pe, row);
-    } else if constexpr (std::is_same_v<Set, Free>) {
+    } else if constexpr (std::is_same_v<S, Free>) {
       first = excess("bilateral row moves", row, std::abs(*ui), Pe);
     } else {
       double lo = 0, hi = INFINITY;
-      if constexpr (std::is_same_v<Set, Interval>) lo = set.lo, hi = set.hi;
+      if constexpr (std::is_same_v<S, Interval>) lo = set.lo, hi = set.hi;
       first = excess("x outside its bounds", row, std::max(lo - *xi, *xi - hi), e);
       if (first.empty() && *xi - lo > e) first = excess("u > 0 above the lower bound", row, *ui, Pe);
       if (first.empty() && hi - *xi > e) first = excess("u < 0 below the upper bound", row, -*ui, Pe);

@@ -225,9 +225,9 @@ TEST(preconditioner_is_the_mean_diagonal_of_a_block) {
   for (const small::Case& c : small::contact_cases()) {
     const Problem& p = c.problem;
     const Vector d = diagonal_of(p.A);
-    for_each_block(p.K, [&]<class Set>(const Set&, std::size_t block, std::size_t row) {
+    for_each_block(p.K, [&]<class S>(const S&, std::size_t block, std::size_t row) {
       double mean = 0;
-      for (int k = 0; k < Set::dim; ++k) mean += d[row + k] / Set::dim;
+      for (int k = 0; k < S::dim; ++k) mean += d[row + k] / S::dim;
       if (mean > 1e-12)
         CHECK_NEAR(p.P[block], mean, 1e-14 * mean);
       else

@@ -23,13 +23,13 @@ Problem with_known_solution(const Problem& given, Law law, unsigned seed, Vector
   project(p.K, y, x);
   Vector Ax(p.rows());
   product(p.A, x, Ax);
-  for_each_block(p.K, [&]<class Set>(const Set& set, std::size_t block, std::size_t row) {
+  for_each_block(p.K, [&]<class S>(const S& set, std::size_t block, std::size_t row) {
     double u[3];
-    for (int k = 0; k < Set::dim; ++k) u[k] = p.P[block] * (x[row + k] - y[row + k]);
-    if constexpr (Set::dim == 3) {
+    for (int k = 0; k < S::dim; ++k) u[k] = p.P[block] * (x[row + k] - y[row + k]);
+    if constexpr (S::dim == 3) {
       if (law == Law::coulomb) u[0] -= set.mu * std::hypot(u[1], u[2]);
     }
-    for (int k = 0; k < Set::dim; ++k) p.b[row + k] = u[k] - Ax[row + k];
+    for (int k = 0; k < S::dim; ++k) p.b[row + k] = u[k] - Ax[row + k];
   });
   return p;
 }

@@ -17,9 +17,9 @@ enum class Kind { regular, singular, zero, scaled };
 Vector random_factor(const Problem& p, const ShiftedSystem& system, Kind kind, unsigned seed) {
   small::Random random(seed);
   Vector R(system.factor_size());
-  for_each_block(p.K, [&]<class Set>(const Set&, std::size_t block, std::size_t) {
+  for_each_block(p.K, [&]<class S>(const S&, std::size_t block, std::size_t) {
     double* r = &R[system.factor_offset(block)];
-    constexpr int n = Set::dim;
+    constexpr int n = S::dim;
     if (kind == Kind::zero) return;
     for (int i = 0; i < n * n; ++i) r[i] = random.normal();
     if (kind == Kind::scaled)
@@ -36,10 +36,10 @@ Vector random_factor(const Problem& p, const ShiftedSystem& system, Kind kind, u
 Vector full_factor(const Problem& p, const ShiftedSystem& system, const Vector& R) {
   const std::size_t m = p.rows();
   Vector full(m * m);
-  for_each_block(p.K, [&]<class Set>(const Set&, std::size_t block, std::size_t row) {
-    for (int i = 0; i < Set::dim; ++i)
-      for (int j = 0; j < Set::dim; ++j)
-        full[(row + i) * m + row + j] = R[system.factor_offset(block) + Set::dim * i + j];
+  for_each_block(p.K, [&]<class S>(const S&, std::size_t block, std::size_t row) {
+    for (int i = 0; i < S::dim; ++i)
+      for (int j = 0; j < S::dim; ++j)
+        full[(row + i) * m + row + j] = R[system.factor_offset(block) + S::dim * i + j];
   });
   return full;
 }
@@ -120,11 +120,11 @@ TEST(solves_the_shifted_system) {
     const Problem& p = c.problem;
     ShiftedSystem system(p);
     Vector R(system.factor_size()), weights(p.rows());
-    for_each_block(p.K, [&]<class Set>(const Set&, std::size_t block, std::size_t row) {
+    for_each_block(p.K, [&]<class S>(const S&, std::size_t block, std::size_t row) {
       const double rho = 0.1 * (1 + block % 3);
-      for (int k = 0; k < Set::dim; ++k) {
+      for (int k = 0; k < S::dim; ++k) {
         weights[row + k] = rho;
-        R[system.factor_offset(block) + (Set::dim + 1) * k] = 1 / std::sqrt(rho);
+        R[system.factor_offset(block) + (S::dim + 1) * k] = 1 / std::sqrt(rho);
       }
     });
     system.factor(R);

@@ -16,12 +16,12 @@ enum class Norm : unsigned char { natural, plain, plain_inf, siconos };
 
 // p |x - Pi_K(x - u / p)|^2 of one block: the one definition of the natural map, shared by residual() and by
 // the fused passes of the solvers. g: u with the De Saxce term.
-template <class Set>
-inline double natural_map_squared(const Set& set, double p, const double* x, const double* g) {
-  double step[Set::dim], r[Set::dim], sum = 0;
-  for (int k = 0; k < Set::dim; ++k) step[k] = g[k] / p;
+template <class S>
+inline double natural_map_squared(const S& set, double p, const double* x, const double* g) {
+  double step[S::dim], r[S::dim], sum = 0;
+  for (int k = 0; k < S::dim; ++k) step[k] = g[k] / p;
   set.natural_map(x, step, r);
-  for (int k = 0; k < Set::dim; ++k) sum += r[k] * r[k];
+  for (int k = 0; k < S::dim; ++k) sum += r[k] * r[k];
   return p * sum;
 }
 

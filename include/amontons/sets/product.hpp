@@ -1,79 +1,146 @@
 #pragma once
 #include <cstddef>
 #include <span>
+#include <string_view>
+#include <tuple>
+#include <utility>
 #include <vector>
 
-#include "amontons/sets/free.hpp"
-#include "amontons/sets/friction.hpp"
-#include "amontons/sets/interval.hpp"
-#include "amontons/sets/nonnegative.hpp"
+#include "amontons/base/error.hpp"
+#include "amontons/sets/sets.hpp"
 
 namespace amontons {
 
-// Every set offers
-//   project(x, out)            out = Pi(x)
-//   natural_map(x, step, out)  out = x - Pi(x - step), formed without cancellation: where the trial point is
-//   inside, that
-//                              is `step` itself, however large x is. A method that lets impulses run off to
-//                              1e16 would otherwise look converged because x - step rounds to x.
-enum class SetKind : unsigned char { free, nonnegative, interval, friction };
-
-// Consecutive blocks of one kind: blocks [block, block + count) cover rows from `row`; `param` is the index
-// of the first block in the parameter arrays of that kind (mu, or lo and hi).
+// Consecutive blocks of one kind (the place of the set in `Sets`): blocks [block, block + count) cover rows
+// from `row`; `first` is the index of the first of them among all sets of the kind.
 struct SetRun {
-  SetKind kind;
-  std::size_t count, row, block, param;
+  std::size_t kind, count, row, block, first;
 };
 
+namespace detail {
+
+template <class List>
+struct Storage;
+template <class... S>
+struct Storage<SetList<S...>> {
+  using Tuple = std::tuple<std::vector<S>...>;
+  static constexpr std::size_t kinds = sizeof...(S);
+  template <class Wanted>
+  static constexpr std::size_t kind_of() {
+    std::size_t kind = 0, found = kinds;
+    ((std::is_same_v<S, Wanted> ? found = kind : 0, ++kind), ...);
+    return found;
+  }
+  // f.template operator()<Set>() for the set at `kind`.
+  template <class F>
+  static void visit(std::size_t kind, F&& f) {
+    std::size_t k = 0;
+    ((k++ == kind ? f.template operator()<S>() : void()), ...);
+  }
+};
+
+}  // namespace detail
+
+// f.template operator()<S>() with the set of a kind.
+template <class F>
+void visit_kind(std::size_t kind, F&& f) {
+  detail::Storage<Sets>::visit(kind, std::forward<F>(f));
+}
+template <class S>
+inline constexpr std::size_t kind_of = detail::Storage<Sets>::kind_of<S>();
+inline constexpr std::size_t kinds = detail::Storage<Sets>::kinds;
+// The kind of that name, or `kinds` if there is none.
+std::size_t kind_of_name(std::string_view name);
+
 // K = a product of small sets in the order in which they were added. A block is one set: one row of R, R+ or
-// [lo, hi], three rows (normal, tangent 1, tangent 2) of a friction cone.
+// [lo, hi], the rows of a contact (normal, tangent 1, tangent 2, moments).
 class SetProduct {
  public:
-  void add_free(std::size_t count);
-  void add_nonnegative(std::size_t count);
-  // lo[i] <= hi[i], not NaN, infinite allowed; throws InputError naming the first bad index.
-  void add_interval(std::span<const double> lo, std::span<const double> hi);
-  // mu[i] >= 0 and finite; throws InputError naming the first bad contact.
-  void add_friction(std::span<const double> mu);
+  // One block. Of a user: throws InputError naming the block if its parameters are no good.
+  template <Set S>
+  void add(const S& set) {
+    const std::string complaint = set.complaint(all<S>().size());
+    AMONTONS_REQUIRE(complaint.empty(), complaint);
+    append(std::span(&set, 1));
+  }
+  // The same for many: their parameters in columns of one length, in their order in the set.
+  template <Set S, class... Columns>
+  void add_each(const Columns&... columns) {
+    const std::array<std::span<const double>, sizeof...(columns)> all{columns...};
+    add_columns<S>(all);
+  }
+  template <Set S>
+  void add_columns(std::span<const std::span<const double>> columns) {
+    std::vector<S> sets;
+    for (std::size_t i = 0; i < columns[0].size(); ++i) {
+      std::array<double, parameter_count<S>> values;
+      for (std::size_t k = 0; k < values.size(); ++k) {
+        AMONTONS_REQUIRE(columns[k].size() == columns[0].size(),
+                         std::string(S::name) + ": the parameters have " + std::to_string(columns[0].size()) +
+                             " and " + std::to_string(columns[k].size()) +
+                             " entries; give one of each per block");
+        values[k] = columns[k][i];
+      }
+      sets.push_back(from_parameters<S>(values));
+      const std::string complaint = sets.back().complaint(all<S>().size() + i);
+      AMONTONS_REQUIRE(complaint.empty(), complaint);
+    }
+    append(std::span<const S>(sets));
+  }
+  // Blocks without parameters.
+  template <Set S>
+  void add_count(std::size_t count) {
+    static_assert(parameter_count<S> == 0);
+    append(std::span<const S>(std::vector<S>(count)));
+  }
+  // Trusted: not looked at.
+  template <Set S>
+  void append(std::span<const S> sets) {
+    if (sets.empty()) return;
+    std::vector<S>& mine = std::get<std::vector<S>>(sets_);
+    if (!runs_.empty() && runs_.back().kind == kind_of<S>)
+      runs_.back().count += sets.size();
+    else
+      runs_.push_back({kind_of<S>, sets.size(), rows_, blocks_, mine.size()});
+    mine.insert(mine.end(), sets.begin(), sets.end());
+    rows_ += S::dim * sets.size();
+    blocks_ += sets.size();
+    if (S::frictional) contacts_ += sets.size();
+  }
+  template <Set S>
+  void append(const S& set) {
+    append(std::span(&set, 1));
+  }
+  void append(const SetProduct& other);
+  void clear();
 
   std::size_t rows() const { return rows_; }
   std::size_t blocks() const { return blocks_; }
-  std::size_t contacts() const { return mu_.size(); }
-  bool all_free() const;  // K = R^m: the VI is a linear system
+  std::size_t contacts() const { return contacts_; }  // blocks with friction
+  bool all_free() const;                              // K = R^m: the VI is a linear system
+  bool has_friction() const;                          // any friction coefficient above zero
   const std::vector<SetRun>& runs() const { return runs_; }
-  const std::vector<double>& mu() const { return mu_; }
-  const std::vector<double>& lo() const { return lo_; }
-  const std::vector<double>& hi() const { return hi_; }
+  // All sets of one type, in order.
+  template <Set S>
+  const std::vector<S>& all() const {
+    return std::get<std::vector<S>>(sets_);
+  }
 
  private:
-  void append(SetKind kind, std::size_t count, std::size_t param, std::size_t dim);
   std::vector<SetRun> runs_;
-  std::vector<double> mu_, lo_, hi_;
-  std::size_t rows_ = 0, blocks_ = 0;
+  detail::Storage<Sets>::Tuple sets_;
+  std::size_t rows_ = 0, blocks_ = 0, contacts_ = 0;
 };
 
-// Calls f(set, block, row) for every block in order, with the static type of the set, so that the loop over
-// a run is compiled for its kind.
+// Calls f(set, block, row) for every block in order, with the static type of the set, so that the loop over a
+// run is compiled for its kind.
 template <class F>
 inline void for_each_block(const SetProduct& K, F&& f) {
-  for (const SetRun& run : K.runs()) {
-    switch (run.kind) {
-      case SetKind::free:
-        for (std::size_t i = 0; i < run.count; ++i) f(Free{}, run.block + i, run.row + i);
-        break;
-      case SetKind::nonnegative:
-        for (std::size_t i = 0; i < run.count; ++i) f(NonNegative{}, run.block + i, run.row + i);
-        break;
-      case SetKind::interval:
-        for (std::size_t i = 0; i < run.count; ++i)
-          f(Interval{K.lo()[run.param + i], K.hi()[run.param + i]}, run.block + i, run.row + i);
-        break;
-      case SetKind::friction:
-        for (std::size_t i = 0; i < run.count; ++i)
-          f(Friction{K.mu()[run.param + i]}, run.block + i, run.row + 3 * i);
-        break;
-    }
-  }
+  for (const SetRun& run : K.runs())
+    visit_kind(run.kind, [&]<class S>() {
+      const S* sets = K.all<S>().data() + run.first;
+      for (std::size_t i = 0; i < run.count; ++i) f(sets[i], run.block + i, run.row + S::dim * i);
+    });
 }
 
 // out = Pi_K(x). x and out may be the same memory; both of K.rows() entries.

@@ -2,23 +2,21 @@
 #include <string_view>
 #include <vector>
 
-#include "amontons/solvers/driver/options.hpp"
+#include "amontons/solvers/choice/automatic.hpp"
+#include "amontons/solvers/companions/admm.hpp"
+#include "amontons/solvers/companions/gauss_seidel.hpp"
+#include "amontons/solvers/companions/jacobi.hpp"
+#include "amontons/solvers/companions/spg_literal.hpp"
+#include "amontons/solvers/first_order/apgd.hpp"
+#include "amontons/solvers/first_order/spg.hpp"
+#include "amontons/solvers/krylov/cg.hpp"
+#include "amontons/solvers/krylov/minres.hpp"
+#include "amontons/solvers/second_order/interior_point.hpp"
+#include "amontons/solvers/second_order/newton.hpp"
 
 namespace amontons {
 
-// The methods. Same problem, same options, same solution; the comment at each definition cites its source.
-Solution spg_literal(const Problem&, const Options&);     // "p-spg-fb-literal"
-Solution spg(const Problem&, const Options&);             // "p-spg-fb"
-Solution jacobi(const Problem&, const Options&);          // "jacobi"
-Solution gauss_seidel(const Problem&, const Options&);    // "gauss-seidel"
-Solution apgd(const Problem&, const Options&);            // "apgd"
-Solution cg(const Problem&, const Options&);              // "cg", K = R^m only
-Solution minres(const Problem&, const Options&);          // "minres", K = R^m only
-Solution admm(const Problem&, const Options&);            // "admm"
-Solution interior_point(const Problem&, const Options&);  // "interior-point"
-Solution newton(const Problem&, const Options&);          // "newton"
-Solution automatic(const Problem&, const Options&);       // "auto": picks by the structure of the problem
-
+// The methods: same problem, same options, same solution; the comment at each definition cites its source.
 const std::vector<std::string_view>& method_names();
 // Validates, then runs the method of that name; InputError for an unknown name lists the known ones.
 Solution solve(const Problem&, std::string_view method, const Options&);

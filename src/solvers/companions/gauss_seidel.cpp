@@ -2,14 +2,14 @@
 // q_i a bound of the largest eigenvalue of the diagonal block. Bodies: velocities are carried along (Jean
 // 1999; Tasora, Anitescu 2011); matrices: rows of A. An iteration is one sweep and counts as one product;
 // its residual is another.
+#include "amontons/solvers/companions/gauss_seidel.hpp"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
 
 #include "amontons/base/error.hpp"
-#include "amontons/solvers/driver/monitor.hpp"
-#include "amontons/solvers/solvers.hpp"
-#include "solvers/driver/phases.hpp"
+#include "amontons/solvers/driver/driver.hpp"
 
 namespace amontons {
 
@@ -44,18 +44,18 @@ struct MatrixSweep {
 
 // Bodies: v = M^-1 D'x is updated with every impulse.
 struct BodySweep {
-  BodyOperator A;
+  ContactSystem A;
   const Problem& problem;
   std::vector<double> v;
   std::vector<std::array<double, 12>> MD;  // M^-1 times the rows of D'
 
-  BodySweep(BodyOperator op, const Problem& p)
-      : A(std::move(op)), problem(p), v(6 * A.inverse_mass.bodies()), MD(A.rows()) {
+  BodySweep(const ContactSystem& op, const Problem& p)
+      : A(op.stored()), problem(p), v(6 * A.bodies.size()), MD(A.rows()) {
     for (std::size_t i = 0; i < A.rows(); ++i) {
       if (A.jacobian[i].body_a >= 0)
-        A.inverse_mass.apply(A.jacobian[i].body_a, A.jacobian[i].a.data(), MD[i].data());
+        A.bodies.apply(A.jacobian[i].body_a, A.jacobian[i].a.data(), MD[i].data());
       if (A.jacobian[i].body_b >= 0)
-        A.inverse_mass.apply(A.jacobian[i].body_b, A.jacobian[i].b.data(), MD[i].data() + 6);
+        A.bodies.apply(A.jacobian[i].body_b, A.jacobian[i].b.data(), MD[i].data() + 6);
     }
   }
   void start(const std::vector<double>& x) {
@@ -89,46 +89,53 @@ struct BodySweep {
 };
 
 template <class Sweep>
-Solution run(const Problem& problem, const Options& options, Sweep sweep) {
-  constexpr std::size_t refresh = 20;  // sweeps between two sums of the velocities from scratch
-  const std::size_t m = problem.rows();
-  Monitor monitor(options, 100000, 10000);
-  const double scale = natural_map_at_zero(problem, options.law);
-  std::vector<double> x(m), u(m), best(m), q(problem.K.blocks());
-  for_each_block(problem.K, [&]<class Set>(const Set&, std::size_t block, std::size_t row) {
-    for (int i = 0; i < Set::dim; ++i) {  // the largest Gershgorin bound
-      double sum = 0;
-      for (int j = 0; j < Set::dim; ++j) sum += std::abs(sweep.entry(row + i, row + j));
-      q[block] = std::max(q[block], sum);
-    }
-    q[block] = std::max(q[block], problem.P[block]);
-  });
-  double r = starting_point(problem, options, x, u, monitor);
-  best = x;
-  Status status;
-  for (;;) {
-    const auto stop = monitor.observe(r, objective(problem, x, u), options.sor.omega);
-    if (monitor.improved()) best = x;
-    if (stop) {
-      status = *stop;
-      break;
-    }
-    if (monitor.iterations() % refresh == 0) sweep.start(x);  // removes the drift of the running velocities
-    for_each_block(problem.K, [&]<class Set>(const Set& set, std::size_t block, std::size_t row) {
-      double v[Set::dim], g[Set::dim], next[Set::dim];
-      for (int i = 0; i < Set::dim; ++i) v[i] = sweep.velocity(row + i, x);
+struct GaussSeidel : VectorIterate {
+  static constexpr const char* name = "gauss-seidel";
+  static constexpr Limits limits{100000, 10000, 0};
+  static constexpr std::size_t renewal = 20;  // sweeps between two sums of the velocities from scratch
+  Sweep sweep;
+  std::vector<double> q;  // per block, the largest Gershgorin bound of its diagonal block
+
+  GaussSeidel(const Problem& p, const Options& o, Monitor& m, Sweep s)
+      : VectorIterate(p, o, m), sweep(std::move(s)), q(p.K.blocks()) {}
+
+  double start(const Start& s) {
+    for_each_block(problem.K, [&]<class S>(const S&, std::size_t block, std::size_t row) {
+      for (int i = 0; i < S::dim; ++i) {
+        double sum = 0;
+        for (int j = 0; j < S::dim; ++j) sum += std::abs(sweep.entry(row + i, row + j));
+        q[block] = std::max(q[block], sum);
+      }
+      q[block] = std::max(q[block], problem.P[block]);
+    });
+    return VectorIterate::start(s);
+  }
+
+  std::optional<double> step() {
+    // The first sweep is iteration 1; a new sum removes the drift of the running velocities.
+    if ((monitor.iterations() - 1) % renewal == 0) sweep.start(x);
+    for_each_block(problem.K, [&]<class S>(const S& set, std::size_t block, std::size_t row) {
+      double v[S::dim], g[S::dim], next[S::dim];
+      for (int i = 0; i < S::dim; ++i) v[i] = sweep.velocity(row + i, x);
       add_saxce_term(set, options.law, v, g);
-      for (int i = 0; i < Set::dim; ++i) g[i] = x[row + i] - options.sor.omega * g[i] / q[block];
+      for (int i = 0; i < S::dim; ++i) g[i] = x[row + i] - options.sor.omega * g[i] / q[block];
       set.project(g, next);
-      for (int i = 0; i < Set::dim; ++i) {
+      for (int i = 0; i < S::dim; ++i) {
         sweep.change(row + i, next[i] - x[row + i]);
         x[row + i] = next[i];
       }
     });
     ++monitor.products;
-    r = evaluate(problem, options.law, x, u, monitor) / scale;
+    return evaluate();
   }
-  return finish(problem, options, "gauss-seidel", std::move(best), status, monitor);
+  double step_size() const { return options.sor.omega; }
+};
+
+template <class Sweep>
+Solution run(const Problem& problem, const Options& options, Sweep sweep) {
+  using Method = GaussSeidel<Sweep>;
+  Monitor monitor(options, Method::limits);
+  return drive(problem, options, Method(problem, options, monitor, std::move(sweep)), monitor);
 }
 
 }  // namespace
@@ -139,10 +146,8 @@ Solution gauss_seidel(const Problem& problem, const Options& options) {
         if constexpr (std::is_same_v<Op, CallbackOperator>)
           throw InputError(
               "gauss-seidel needs the rows of A, which a function operator does not have; use p-spg-fb");
-        else if constexpr (std::is_same_v<Op, BodyOperator>)
+        else if constexpr (std::is_same_v<Op, ContactSystem>)
           return run(problem, options, BodySweep(A, problem));
-        else if constexpr (std::is_same_v<Op, ContactOperator>)
-          return run(problem, options, BodySweep(A.stored(), problem));
         else
           return run(problem, options, MatrixSweep<Op>{A, problem});
       },

@@ -1,17 +1,20 @@
-// The order of bodies in memory. Positions are not given, but the arms of a contact tie the positions p of
-// its bodies, p_a + r_a = p_b + r_b, so a walk over the contact graph finds them up to one translation per
-// connected part (and up to the gaps). Bodies are then sorted along a Morton curve, which keeps the working
-// set of any stretch of it small at every size of cache; where positions coincide the walk itself is the
-// order, which is that of Cuthill and McKee without the sorting by degree.
-#include <algorithm>
-#include <array>
-#include <cmath>
+// The order of bodies in memory: sorted along a Morton curve through their positions, which keeps the working
+// set of any stretch of it small at every size of cache.
+//
+// Problems from files do not give positions. There the arms of a contact tie the positions p of its bodies,
+// p_a + r_a = p_b + r_b, so that a walk over the contact graph finds them up to one translation per connected
+// part (and up to the gaps); where they coincide the walk itself is the order, which is that of Cuthill and
+// McKee without the sorting by degree.
+#include "solvers/first_order/body_order.hpp"
 
-#include "solvers/first_order/contact_layout.hpp"
+#include <algorithm>
+#include <cmath>
 
 namespace amontons {
 
 namespace {
+
+using Link = ContactGraph::Link;
 
 struct Edge {
   std::uint32_t body, link;
@@ -43,15 +46,13 @@ Graph contact_graph(std::size_t bodies, const std::vector<Link>& links, const st
   return g;
 }
 
-using Point = std::array<double, 3>;
-
 // Breadth-first walk: bodies in the order of the walk, their connected part and their position in it.
 struct Walk {
   std::vector<std::uint32_t> body, part;
-  std::vector<Point> position;
+  std::vector<Vec3> position;
 };
 
-Walk walk(const ContactOperator& A, const std::vector<Link>& links, const std::vector<bool>& include) {
+Walk walk(const ContactSystem& A, const std::vector<Link>& links, const std::vector<bool>& include) {
   const std::size_t n = include.size();
   std::vector<bool> is_hub(n);
   for (std::size_t i = 0; i < n; ++i) is_hub[i] = !include[i];
@@ -62,7 +63,7 @@ Walk walk(const ContactOperator& A, const std::vector<Link>& links, const std::v
   std::uint32_t part = 0;
   for (std::size_t root = 0; root < n; ++root) {
     if (seen[root]) continue;
-    const auto visit = [&](std::uint32_t body, const Point& position) {
+    const auto visit = [&](std::uint32_t body, const Vec3& position) {
       seen[body] = true;
       w.body.push_back(body), w.part.push_back(part), w.position.push_back(position);
     };
@@ -73,16 +74,28 @@ Walk walk(const ContactOperator& A, const std::vector<Link>& links, const std::v
       for (std::uint32_t e = g.first[i]; e < g.first[i + 1]; ++e) {
         const auto [j, link] = g.edges[e];
         if (seen[j]) continue;
-        Point position = w.position[next];
+        Vec3 position = w.position[next];
         if (link < A.contacts.size()) {
-          const ContactFrame& c = A.contacts[link];
+          const Contact& c = A.contacts[link];
           const double sign = links[link].a == static_cast<Index>(i) ? 1 : -1;
-          for (int k = 0; k < 3; ++k) position[k] += sign * (c.r_a[k] - c.r_b[k]);
+          position += sign * (c.r_a - c.r_b);
         }
         visit(j, position);
       }
     }
     ++part;
+  }
+  return w;
+}
+
+// The same where the positions are known: one part, in the order of the bodies.
+Walk known(const std::vector<Vec3>& centre, const std::vector<bool>& include) {
+  Walk w;
+  for (std::size_t i = 0; i < include.size(); ++i) {
+    if (!include[i]) continue;
+    w.body.push_back(static_cast<std::uint32_t>(i));
+    w.part.push_back(0);
+    w.position.push_back(centre[i]);
   }
   return w;
 }
@@ -109,9 +122,12 @@ struct Key {
 
 // Connected part first, then the Morton code of the cell.
 std::vector<Key> morton_keys(const Walk& w) {
-  Point low{}, high{};
-  for (const Point& p : w.position)
-    for (int k = 0; k < 3; ++k) low[k] = std::min(low[k], p[k]), high[k] = std::max(high[k], p[k]);
+  Vec3 low, high;
+  for (const Vec3& p : w.position)
+    for (int k = 0; k < 3; ++k) {
+      low[k] = std::min(low[k], p[k]);
+      high[k] = std::max(high[k], p[k]);
+    }
   const double extent = std::max({high[0] - low[0], high[1] - low[1], high[2] - low[2]});
   const double scale = extent > 0 && std::isfinite(extent) ? last_cell / extent : 0;
   std::vector<Key> keys(w.body.size());
@@ -128,16 +144,11 @@ std::vector<Key> morton_keys(const Walk& w) {
 
 }  // namespace
 
-BodyOrder order_bodies(const ContactOperator& A, const std::vector<Link>& links,
-                       const std::vector<bool>& is_hub) {
+BodyOrder order_bodies(const ContactSystem& A, const ContactGraph& graph, const std::vector<bool>& is_hub) {
   const std::size_t n = is_hub.size();
-  std::vector<bool> linked(n), include(n);
-  for (const Link& l : links) {
-    if (l.a >= 0) linked[l.a] = true;
-    if (l.b >= 0) linked[l.b] = true;
-  }
-  for (std::size_t i = 0; i < n; ++i) include[i] = linked[i] && !is_hub[i];
-  const Walk w = walk(A, links, include);
+  std::vector<bool> include(n);
+  for (std::size_t i = 0; i < n; ++i) include[i] = graph.moves[i] && !is_hub[i];
+  const Walk w = A.bodies.centre.empty() ? walk(A, graph.links, include) : known(A.bodies.centre, include);
   std::vector<Key> keys = morton_keys(w);
   std::sort(keys.begin(), keys.end());
   BodyOrder order;

@@ -2,17 +2,9 @@
 
 #include <algorithm>
 #include <array>
-#include <cstdlib>
-#include <cstring>
 #include <limits>
-#include <new>
-#include <string>
 
-#if defined(__linux__)
-#include <sys/mman.h>
-#endif
-
-#include "amontons/base/error.hpp"
+#include "amontons/base/line_array.hpp"
 #include "amontons/base/threads.hpp"
 #include "solvers/first_order/contact_layout.hpp"
 
@@ -37,52 +29,6 @@ Passes passes_of(Isa isa) {
 
 namespace {
 
-// Zeroed memory on cache lines; large arrays on huge pages, without which a pass over many megabytes spends a
-// good part of its time in address translation.
-template <class T>
-class LineArray {
- public:
-  LineArray() = default;
-  explicit LineArray(std::size_t count) {
-    constexpr std::size_t huge_page = std::size_t{1} << 21;
-    const std::size_t bytes = count * sizeof(T), page = bytes >= 2 * huge_page ? huge_page : 64;
-    const std::size_t size = std::max<std::size_t>((bytes + page - 1) / page * page, page);
-    void* memory = std::aligned_alloc(page, size);
-    if (!memory) throw std::bad_alloc();
-    data_.reset(static_cast<T*>(memory));
-#if defined(__linux__)
-    if (page == huge_page) madvise(memory, size, MADV_HUGEPAGE);
-#endif
-    std::memset(memory, 0, size);
-  }
-  T* data() const { return data_.get(); }
-  T& operator[](std::size_t i) const { return data_.get()[i]; }
-
- private:
-  struct Free {
-    void operator()(void* p) const { std::free(p); }
-  };
-  std::unique_ptr<T, Free> data_;
-};
-
-void check(const ContactOperator& A, const SetProduct& K, std::span<const double> b,
-           std::span<const double> P) {
-  const auto say = [](const char* name, std::size_t has, std::size_t needs) {
-    return std::string("contact operator: ") + name + " has " + std::to_string(has) + " entries, it needs " +
-           std::to_string(needs);
-  };
-  const std::size_t contacts = A.contacts.size();
-  AMONTONS_REQUIRE(K.contacts() == contacts, say("the cone product's friction part", K.contacts(), contacts));
-  AMONTONS_REQUIRE(
-      contacts == 0 || K.runs().front().count == contacts,
-      "contact operator: the friction cones of the contacts must come first, without others between");
-  AMONTONS_REQUIRE(K.rows() == A.rows(), say("the cone product", K.rows(), A.rows()));
-  AMONTONS_REQUIRE(b.size() == A.rows(), say("b", b.size(), A.rows()));
-  AMONTONS_REQUIRE(P.size() == K.blocks(), say("P", P.size(), K.blocks()));
-  AMONTONS_REQUIRE(A.contact_compliance.size() == contacts,
-                   say("contact_compliance", A.contact_compliance.size(), contacts));
-}
-
 // From about here (8 MB) hints to the cache pay in the last pass too.
 constexpr std::size_t streaming_batches = 4000;
 
@@ -92,8 +38,7 @@ constexpr double largest_mu = 1e100;
 }  // namespace
 
 struct ContactIterate::State {
-  State(const ContactOperator& A, const SetProduct& K, std::span<const double> b, std::span<const double> P,
-        Law law, unsigned threads, Isa isa);
+  State(const Problem& problem, Law law, unsigned threads, Isa isa);
 
   ContactLayout layout;
   PoolLease pool;
@@ -122,9 +67,9 @@ struct ContactIterate::State {
   PassData data() const;
   double refresh(const PassData& pass);
 
-  void fill_contacts(const ContactOperator& A, const SetProduct& K, std::span<const double> P);
-  void fill_joints(const ContactOperator& A, const SetProduct& K, std::span<const double> P);
-  void fill_masses(const InverseMass& mass);
+  void fill_contacts(const Problem& problem, const ContactSystem& A);
+  void fill_joints(const Problem& problem, const ContactSystem& A);
+  void fill_masses(const Bodies& bodies);
   void to_world(std::span<const double> user, const LineArray<double>& world) const;
   void to_user(const LineArray<double>& world, std::span<double> user) const;
 
@@ -133,13 +78,12 @@ struct ContactIterate::State {
   Direction direction(double alpha);
 };
 
-ContactIterate::State::State(const ContactOperator& A, const SetProduct& K, std::span<const double> b_user,
-                             std::span<const double> P, Law law, unsigned threads, Isa isa)
-    : layout((check(A, K, b_user, P), lay_out(A))),
+ContactIterate::State::State(const Problem& problem, Law law, unsigned threads, Isa isa)
+    : layout(lay_out(std::get<ContactSystem>(problem.A), problem.graph)),
       pool(static_cast<unsigned>(std::min<std::size_t>(threads, layout.chunks.size()))),
       passes(passes_of(isa)),
-      contacts(A.contacts.size()),
-      joints(A.joints.rows()),
+      contacts(std::get<ContactSystem>(problem.A).contacts.size()),
+      joints(problem.rows() - 3 * contacts),
       size(24 * layout.batches() + joints),
       coulomb(law == Law::coulomb),
       lane_of(contacts),
@@ -151,74 +95,82 @@ ContactIterate::State::State(const ContactOperator& A, const SetProduct& K, std:
       u(size),
       d(size),
       sums(layout.chunks.size()) {
+  const auto& A = std::get<ContactSystem>(problem.A);
   for (LineArray<double>& buffer : x) buffer = LineArray<double>(size);
   if (coulomb) saxce = LineArray<double>(8 * layout.batches());
   const auto& E = A.contact_compliance;
   if (std::any_of(E.begin(), E.end(), [](double e) { return e != 0; }))
     compliance = LineArray<double>(8 * layout.batches());
-  fill_contacts(A, K, P);
-  fill_joints(A, K, P);
-  fill_masses(A.joints.inverse_mass);
-  to_world(b_user, b);
+  fill_contacts(problem, A);
+  fill_joints(problem, A);
+  fill_masses(A.bodies);
+  to_world(problem.b, b);
 }
 
-void ContactIterate::State::fill_contacts(const ContactOperator& A, const SetProduct& K,
-                                          std::span<const double> P) {
+void ContactIterate::State::fill_contacts(const Problem& problem, const ContactSystem& A) {
+  const std::vector<Friction>& cones = problem.K.all<Friction>();
   pool->run(chunks(), [&](std::size_t c) {
     for (std::size_t i = layout.chunks[c].first_batch; i < layout.chunks[c].last_batch; ++i) {
       ContactBatch& batch = batches[i];
       for (std::size_t l = 0; l < lanes; ++l) {
         batch.line_a[l] = 8 * layout.line_a[lanes * i + l];
         batch.line_b[l] = 8 * layout.line_b[lanes * i + l];
-        const Index contact = layout.contact[lanes * i + l];
-        if (contact < 0) continue;
-        const ContactFrame& frame = A.contacts[contact];
+        const Index index = layout.contact[lanes * i + l];
+        if (index < 0) continue;
+        const Contact& contact = A.contacts[index];
         for (int k = 0; k < 3; ++k) {
-          batch.r_a[k][l] = frame.r_a[k];
-          batch.r_b[k][l] = frame.r_b[k];
-          batch.normal[k][l] = frame.normal[k];
+          batch.r_a[k][l] = contact.r_a[k];
+          batch.r_b[k][l] = contact.r_b[k];
+          batch.normal[k][l] = contact.normal[k];
         }
-        batch.mu[l] = std::min(K.mu()[contact], largest_mu);
-        batch.p[l] = P[contact];
-        batch.p_inverse[l] = 1 / P[contact];
-        if (compliance.data()) compliance[lanes * i + l] = A.contact_compliance[contact];
-        lane_of[contact] = static_cast<std::uint32_t>(lanes * i + l);
+        batch.mu[l] = std::min(cones[index].mu, largest_mu);
+        batch.p[l] = problem.P[index];
+        batch.p_inverse[l] = 1 / problem.P[index];
+        if (compliance.data()) compliance[lanes * i + l] = A.contact_compliance[index];
+        lane_of[index] = static_cast<std::uint32_t>(lanes * i + l);
       }
     }
   });
 }
 
-void ContactIterate::State::fill_joints(const ContactOperator& A, const SetProduct& K,
-                                        std::span<const double> P) {
-  std::vector<double> lo(joints), hi(joints);
-  constexpr double inf = std::numeric_limits<double>::infinity();
-  for_each_block(K, [&]<class Set>(const Set& set, std::size_t, std::size_t row) {
-    if constexpr (std::is_same_v<Set, Interval>)
-      lo[row - 3 * contacts] = set.lo, hi[row - 3 * contacts] = set.hi;
-    else if constexpr (Set::dim == 1)
-      lo[row - 3 * contacts] = std::is_same_v<Set, amontons::Free> ? -inf : 0, hi[row - 3 * contacts] = inf;
+namespace {
+
+// The three sets of single rows are intervals to the passes.
+Interval bounds_of(const Free&) { return {-INFINITY, INFINITY}; }
+Interval bounds_of(const NonNegative&) { return {0, INFINITY}; }
+Interval bounds_of(const Interval& set) { return set; }
+
+}  // namespace
+
+void ContactIterate::State::fill_joints(const Problem& problem, const ContactSystem& A) {
+  std::vector<Interval> bounds;
+  for_each_block(problem.K, [&]<class S>(const S& set, std::size_t, std::size_t) {
+    if constexpr (S::dim == 1) bounds.push_back(bounds_of(set));
   });
   for (std::size_t i = 0; i < joints; ++i) {
     const std::size_t k = layout.joint_row[i];
-    const JacobianRow& from = A.joints.jacobian[k];
+    const JacobianRow& from = A.jacobian[k];
     JointRow& row = rows[i];
     std::copy(from.a.begin(), from.a.end(), row.a);
     std::copy(from.b.begin(), from.b.end(), row.b);
-    row.compliance = A.joints.compliance[k];
-    row.p = P[contacts + k], row.p_inverse = 1 / P[contacts + k];
-    row.lo = lo[k], row.hi = hi[k];
-    row.line_a = 8 * layout.joint_line_a[i], row.line_b = 8 * layout.joint_line_b[i];
+    row.compliance = A.compliance[k];
+    row.p = problem.P[contacts + k];
+    row.p_inverse = 1 / problem.P[contacts + k];
+    row.lo = bounds[k].lo;
+    row.hi = bounds[k].hi;
+    row.line_a = 8 * layout.joint_line_a[i];
+    row.line_b = 8 * layout.joint_line_b[i];
   }
 }
 
-void ContactIterate::State::fill_masses(const InverseMass& mass) {
+void ContactIterate::State::fill_masses(const Bodies& bodies) {
   for (std::size_t line = 0; line < layout.body.size(); ++line) {
     const Index body = layout.body[line];
     if (body < 0) continue;
     MassBatch& batch = masses[line / lanes];
     const std::size_t l = line % lanes;
-    batch.translation[l] = mass.translation[body];
-    for (int k = 0; k < 6; ++k) batch.inertia[k][l] = mass.inertia[body][k];
+    batch.translation[l] = bodies.inverse_mass[body];
+    for (int k = 0; k < 6; ++k) batch.inertia[k][l] = bodies.inverse_inertia[body][k];
     batch.weight[l] = 1;
   }
   for (std::size_t i = 0; i + 1 < layout.first_copy.size(); ++i)
@@ -248,22 +200,17 @@ PassData ContactIterate::State::data() const {
 
 namespace {
 
-// The frame of a contact as held in its batch: columns n, t1, t2.
-std::array<std::array<double, 3>, 3> frame(const ContactBatch& batch, std::size_t lane) {
-  std::array<std::array<double, 3>, 3> f;
-  for (int k = 0; k < 3; ++k) f[0][k] = batch.normal[k][lane];
-  contact_tangents(f[0], f[1], f[2]);
-  return f;
+ContactBasis basis(const ContactBatch& batch, std::size_t lane) {
+  return ContactBasis(Vec3{batch.normal[0][lane], batch.normal[1][lane], batch.normal[2][lane]});
 }
 
 }  // namespace
 
 void ContactIterate::State::to_world(std::span<const double> user, const LineArray<double>& world) const {
   for (std::size_t i = 0; i < contacts; ++i) {
-    const auto f = frame(batches[lane_of[i] / lanes], lane_of[i] % lanes);
+    const Vec3 v = basis(batches[lane_of[i] / lanes], lane_of[i] % lanes).to_world(&user[3 * i]);
     double* out = component(world, i);
-    for (int k = 0; k < 3; ++k)
-      out[8 * k] = user[3 * i] * f[0][k] + user[3 * i + 1] * f[1][k] + user[3 * i + 2] * f[2][k];
+    for (int k = 0; k < 3; ++k) out[8 * k] = v[k];
   }
   double* out = world.data() + 24 * layout.batches();
   for (std::size_t i = 0; i < joints; ++i) out[i] = user[3 * contacts + layout.joint_row[i]];
@@ -271,9 +218,8 @@ void ContactIterate::State::to_world(std::span<const double> user, const LineArr
 
 void ContactIterate::State::to_user(const LineArray<double>& world, std::span<double> user) const {
   for (std::size_t i = 0; i < contacts; ++i) {
-    const auto f = frame(batches[lane_of[i] / lanes], lane_of[i] % lanes);
     const double* in = component(world, i);
-    for (int k = 0; k < 3; ++k) user[3 * i + k] = in[0] * f[k][0] + in[8] * f[k][1] + in[16] * f[k][2];
+    basis(batches[lane_of[i] / lanes], lane_of[i] % lanes).to_contact({in[0], in[8], in[16]}, &user[3 * i]);
   }
   const double* in = world.data() + 24 * layout.batches();
   for (std::size_t i = 0; i < joints; ++i) user[3 * contacts + layout.joint_row[i]] = in[i];
@@ -317,17 +263,24 @@ Direction ContactIterate::State::direction(double alpha) {
   return total;
 }
 
-ContactIterate::ContactIterate(const ContactOperator& A, const SetProduct& K, std::span<const double> b,
-                               std::span<const double> P, Law law, unsigned threads, Isa isa)
-    : state_(std::make_unique<State>(A, K, b, P, law, threads, isa)) {}
+bool ContactIterate::fits(const Problem& problem) {
+  const auto* A = std::get_if<ContactSystem>(&problem.A);
+  bool known = A != nullptr && problem.K.contacts() == A->contacts.size();
+  for (const SetRun& run : problem.K.runs())
+    visit_kind(run.kind, [&]<class S>() { known = known && (S::dim == 1 || std::is_same_v<S, Friction>); });
+  // The passes take the tangents that follow from the normal alone.
+  return known && std::none_of(A->contacts.begin(), A->contacts.end(),
+                               [](const Contact& c) { return !(c.direction == Vec3{}); });
+}
+
+ContactIterate::ContactIterate(const Problem& problem, Law law, unsigned threads, Isa isa)
+    : state_(std::make_unique<State>(problem, law, threads, isa)) {}
 ContactIterate::ContactIterate(ContactIterate&&) noexcept = default;
 ContactIterate::~ContactIterate() = default;
 
 double ContactIterate::start(std::span<const double> x0) {
   State& s = *state_;
   const std::size_t m = 3 * s.contacts + s.joints;
-  AMONTONS_REQUIRE(x0.empty() || x0.size() == m,
-                   "x0 has " + std::to_string(x0.size()) + " entries, it needs " + std::to_string(m));
   s.best = s.now;
   std::vector<double> x(m);
   std::copy(x0.begin(), x0.end(), x.begin());

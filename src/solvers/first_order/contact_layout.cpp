@@ -4,27 +4,15 @@
 #include <algorithm>
 #include <bit>
 
+#include "solvers/first_order/body_order.hpp"
+
 namespace amontons {
 
 namespace {
 
 constexpr std::size_t contacts_per_chunk = 4096, max_chunks = 64;
 
-std::vector<Link> moving_links(const ContactOperator& A) {
-  const InverseMass& mass = A.joints.inverse_mass;
-  const auto moving = [&](Index i) {
-    if (i < 0) return Index{-1};
-    const auto& I = mass.inertia[i];
-    const bool fixed =
-        mass.translation[i] == 0 && std::all_of(I.begin(), I.end(), [](double v) { return v == 0; });
-    return fixed ? Index{-1} : i;
-  };
-  std::vector<Link> links;
-  links.reserve(A.contacts.size() + A.joints.rows());
-  for (const ContactFrame& c : A.contacts) links.push_back({moving(c.body_a), moving(c.body_b)});
-  for (const JacobianRow& row : A.joints.jacobian) links.push_back({moving(row.body_a), moving(row.body_b)});
-  return links;
-}
+using Link = ContactGraph::Link;
 
 // A body needs as many batches as it has contacts. Bodies for which that is more than the contacts fill get a
 // line for each of the eight lanes instead, and never stand in the way.
@@ -196,11 +184,11 @@ void find_copies(ContactLayout& layout, std::size_t bodies) {
 
 }  // namespace
 
-ContactLayout lay_out(const ContactOperator& A) {
-  const std::size_t bodies = A.joints.inverse_mass.bodies(), contacts = A.contacts.size();
-  const std::vector<Link> links = moving_links(A);
+ContactLayout lay_out(const ContactSystem& A, const ContactGraph& graph) {
+  const std::size_t bodies = A.bodies.size(), contacts = A.contacts.size();
+  const std::vector<Link>& links = graph.links;  // contacts, then single rows
   const std::vector<bool> is_hub = find_hubs(bodies, links, contacts);
-  const BodyOrder order = order_bodies(A, links, is_hub);
+  const BodyOrder order = order_bodies(A, graph, is_hub);
   const std::size_t ranks = order.moving.size() + 1;  // the last for links without a moving body
   std::vector<std::uint32_t> rank(links.size());
   for (std::size_t k = 0; k < links.size(); ++k) rank[k] = sort_rank(links[k], order, is_hub);

@@ -3,27 +3,10 @@
 #include <cstdint>
 #include <vector>
 
-#include "amontons/problem/operators.hpp"
+#include "amontons/problem/problem.hpp"
 #include "solvers/first_order/contact_passes.hpp"
 
 namespace amontons {
-
-// The moving bodies of a contact or joint row; -1 stands for the world and for fixed bodies, which share
-// nothing because their inverse mass is zero.
-struct Link {
-  Index a, b;
-};
-
-// A sequence of bodies such that bodies which touch are near each other, and its inverse.
-struct BodyOrder {
-  std::vector<std::uint32_t> rank;    // per body; fixed bodies have the rank of no one, the number of bodies
-  std::vector<std::uint32_t> moving;  // rank -> body
-};
-
-// links: contacts, then joint rows. Bodies with more than `hub_degree` contacts tie distant parts together
-// and are left out of the graph; they come last.
-BodyOrder order_bodies(const ContactOperator& A, const std::vector<Link>& links,
-                       const std::vector<bool>& is_hub);
 
 // The assignment. Chunks, batches and lines follow from the problem alone, never from the number of threads.
 struct ContactLayout {
@@ -39,6 +22,6 @@ struct ContactLayout {
   std::size_t batches() const { return contact.size() / lanes; }
 };
 
-ContactLayout lay_out(const ContactOperator& A);
+ContactLayout lay_out(const ContactSystem& A, const ContactGraph& graph);
 
 }  // namespace amontons

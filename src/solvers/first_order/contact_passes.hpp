@@ -4,7 +4,7 @@
 #include <cstdint>
 
 #include "amontons/base/isa.hpp"
-#include "amontons/solvers/first_order/sums.hpp"
+#include "amontons/solvers/first_order/iterate.hpp"
 
 namespace amontons {
 

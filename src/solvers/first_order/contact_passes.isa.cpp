@@ -203,14 +203,27 @@ DirectionSums direction(const PassData& data, const Chunk& chunk, double alpha) 
   return out;
 }
 
-// p |x - Pi_K(x - g / p)|^2, as natural_map_squared() in vi/residual.hpp.
+// p |x - Pi_K(x - step)|^2 with step = g / p, as natural_map_squared() in problem/residual.hpp: formed
+// without cancellation, as Friction::natural_map() does. On the boundary of the cone, with the ray v = n + mu
+// tau through the foot, |v|^2 = 1 + mu^2, it is (x - <x, v> v / |v|^2) + <step, v> v / |v|^2.
 AMONTONS_INLINE Vec natural_map(const ContactBatch& batch, int lane, const Vec3& x, const Vec3& g,
                                 const Vec3& n) {
-  const Vec3 e = x - project(x - load(batch.p_inverse + lane) * g, n, load(batch.mu + lane));
-  return load(batch.p + lane) * dot(e, e);
+  const Vec zero = {}, one = zero + 1.0, mu = load(batch.mu + lane);
+  const Vec3 step = load(batch.p_inverse + lane) * g, z = x - step;
+  const Vec zn = dot(z, n);
+  const Vec3 zt = z - zn * n;
+  const Vec t = square_root(dot(zt, zt)), v2 = one + mu * mu, inverse = one / (v2 * t);
+  const Vec3 v = n + (mu * (v2 * inverse)) * zt;
+  const Vec along_x = dot(x, v) * (t * inverse), along_step = dot(step, v) * (t * inverse);
+  const Vec3 e = (x - along_x * v) + along_step * v;
+  const auto inside = t <= mu * zn;
+  const auto polar = mu * t <= -zn;
+  const Vec size = polar ? dot(x, x) : inside ? dot(step, step) : dot(e, e);
+  return load(batch.p + lane) * size;
 }
 AMONTONS_INLINE double natural_map(const JointRow& row, double x, double u) {
-  const double e = x - clip(x - row.p_inverse * u, row);
+  const double step = row.p_inverse * u, trial = x - step;
+  const double e = trial < row.lo ? x - row.lo : (trial > row.hi ? x - row.hi : step);
   return row.p * (e * e);
 }
 

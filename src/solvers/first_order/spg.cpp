@@ -1,30 +1,34 @@
-// P-SPG-FB, production variant (DESIGN of the literal one: spg_literal.cpp). Sources: Tasora 2013 (fallback,
-// preconditioner), Birgin, Martinez, Raydan 2000 (nonmonotone spectral projected gradient), Fletcher 2005
-// (alternating Barzilai-Borwein steps). It differs from the literal variant in what costs time or robustness:
-//  - one product per iteration: f is an exact quadratic along d, so the line search needs only <d,g> and
-//  d'Ad;
-//  - objective differences are summed instead of comparing objective values, which stalls at rounding;
-//  - the fallback measure is the residual itself, free from the fused third pass;
-//  - u is recomputed from scratch now and then, and before convergence is declared.
+// P-SPG-FB, the preconditioned spectral projected gradient method with fallback: A. Tasora, "Efficient
+// simulation of contacts, friction and constraints using a modified spectral projected gradient method", WSCG
+// 2013. It minimises f(x) = 1/2 x'Ax + b'x over K along projected gradients in the metric of the diagonal P,
+// with the step lengths of Barzilai and Borwein and a line search that lets f rise now and then (Birgin,
+// Martinez, Raydan 2000). The step numbers are those of the paper's algorithm as companions/spg_literal.cpp
+// has it; this variant differs in what costs time or robustness:
+//  - one product per iteration: f is an exact quadratic along d, f(x + lambda d) - f(x) = lambda <d,g> +
+//    lambda^2/2 d'Ad, so that the line search needs no further product;
+//  - these differences are summed up instead of comparing objective values, which stalls at rounding;
+//  - the fallback keeps the iterate with the smallest natural residual, which the third pass yields for
+//  nothing;
+//  - u is formed from scratch now and then, and before convergence is declared.
+// Under coulomb g = u + s(u) e_n follows u in every iteration: one loop, no nested solves.
+#include "amontons/solvers/first_order/spg.hpp"
+
 #include <algorithm>
 #include <cmath>
 
-#include "amontons/solvers/driver/monitor.hpp"
-#include "amontons/solvers/first_order/contact_iterate.hpp"
-#include "amontons/solvers/first_order/plain_iterate.hpp"
-#include "amontons/solvers/solvers.hpp"
+#include "solvers/first_order/choose_iterate.hpp"
 
 namespace amontons {
 
 namespace {
 
-constexpr std::size_t refresh_period = 100;
 constexpr int max_backtracks = 60;
 
-// The objective relative to the start, and the largest of its last N_GLL values.
+// The objective relative to the start, and its largest value over the window of the nonmonotone test,
+// f_j-i for i = 0 .. min(j, N_GLL) (Grippo, Lampariello, Lucidi 1986): N_GLL + 1 values.
 class Envelope {
  public:
-  explicit Envelope(std::size_t memory) : values_(memory, -INFINITY) { values_[0] = 0; }
+  explicit Envelope(std::size_t memory) : values_(memory + 1, -INFINITY) { values_[0] = 0; }
   double current() const { return f_; }
   double maximum() const { return *std::max_element(values_.begin(), values_.end()); }
   void add(double difference) {
@@ -38,82 +42,89 @@ class Envelope {
   double f_ = 0;
 };
 
-// lambda of the nonmonotone test f(x + lambda d) <= max f + gamma lambda <d, g>; f(x + lambda d) - f(x) =
-// lambda <d,g> + lambda^2/2 d'Ad, whose interpolant has its minimum at -<d,g> / d'Ad.
-double line_search(const SpgOptions& o, const Envelope& f, double dg, double dAd, std::size_t& backtracks) {
-  const double room = f.maximum() - f.current(), exact = -dg / dAd;
-  double lambda = 1;
-  for (backtracks = 0; backtracks < max_backtracks; ++backtracks) {
-    if (lambda * dg + 0.5 * lambda * lambda * dAd <= room + o.gamma * lambda * dg) break;
-    lambda = std::clamp(exact, o.sigma_min * lambda, o.sigma_max * lambda);
+template <Iterate T>
+class Spg {
+ public:
+  static constexpr const char* name = "p-spg-fb";
+  static constexpr Limits limits{100000, 10000, 100};
+
+  Spg(const Options& options, Monitor& monitor, T iterate)
+      : options_(options.spg), monitor_(monitor), iterate_(std::move(iterate)), f_(options.spg.memory) {}
+
+  // x_0 := Pi_K(x_0), g_0 := A x_0 + b, alpha_0 := 1
+  double start(const Start& s) {
+    const double residual_squared = iterate_.start(s.x);
+    ++monitor_.products;
+    f0_ = iterate_.objective();
+    return std::sqrt(residual_squared);
   }
-  return lambda;
-}
 
-template <class Iterate>
-Solution run(const Problem& problem, const Options& options, Iterate iterate) {
-  const SpgOptions& o = options.spg;
-  Monitor monitor(options, 100000, 10000);
-  const double scale = natural_map_at_zero(problem, options.law);
-  std::vector<double> x(problem.rows()), u(problem.rows());
-  starting_point(problem, options, x, u, monitor);
-
-  double r = std::sqrt(iterate.start(x)) / scale;
-  ++monitor.products;
-  const double f0 = iterate.objective();
-  Envelope f(o.memory);
-  double alpha = 1;
-  std::size_t backtracks = 0, since_refresh = 0;
-  Status status;
-  for (std::size_t j = 0;; ++j) {
-    if (since_refresh >= refresh_period || (r <= options.tolerance && since_refresh > 0)) {
-      r = std::sqrt(iterate.refresh()) / scale;
-      ++monitor.products;
-      since_refresh = 0;
-    }
-    const auto stop = monitor.observe(r, f0 + f.current(), alpha, backtracks);
-    if (monitor.improved()) iterate.keep_best();
-    if (stop) {
-      status = *stop;
-      break;
-    }
-    const Direction d = iterate.direction(alpha);
-    // d is a projection in the P metric, so <d,g> <= -<d,Pd> / alpha. The sum <d,g> itself drowns in rounding
-    // once |d|^2 falls below eps |x| |u|; the bound does not, and carries the iteration on to the last
-    // digits.
-    const double dg = std::min(d.dg, -d.dPd / alpha);
-    if (!(dg < 0)) {  // d = 0: stationary to the last bit
-      status = Status::stalled;
-      break;
-    }
-    const double dAd = iterate.curvature();
+  std::optional<double> step() {
+    // 1. p := P^-1 g_j;  d := Pi_K(x_j - alpha_j p) - x_j
+    const Direction d = iterate_.direction(alpha_);
+    // 2. Descent. d is a projection in the P metric, hence <d,g> <= -<d,Pd> / alpha. The sum <d,g> itself
+    // drowns
+    //    in rounding once |d|^2 falls below eps |x| |u|; the bound does not, and carries on to the last
+    //    digits.
+    const double dg = std::min(d.dg, -d.dPd / alpha_);
+    if (!(dg < 0)) return std::nullopt;  // d = 0: stationary to the last bit
+    // 3. lambda: the first trial with f(x_j + lambda d) <= max f_j-i + gamma lambda <d,g>
+    const double dAd = iterate_.curvature();
+    ++monitor_.products;
     require_curvature(dAd, d.dPd);
-    const double lambda = line_search(o, f, dg, dAd, backtracks);
-    const Update s = iterate.update(lambda);
-    ++monitor.products;
-    ++since_refresh;
-    f.add(lambda * dg + 0.5 * lambda * lambda * dAd);
+    const double lambda = line_search(dg, dAd);
+    // 4. x_j+1 := x_j + lambda d;  g_j+1 := g_j + lambda A d;  s := x_j+1 - x_j;  y := g_j+1 - g_j
+    const Update s = iterate_.update(lambda);
+    f_.add(lambda * dg + 0.5 * lambda * lambda * dAd);
+    // 5. alpha_j+1 := <s,Ps> / <s,y> for odd j, <s,y> / <y,P^-1 y> for even j, within [alpha_min, alpha_max]
+    //    (Fletcher 2005: to alternate is more robust than either); doubled where <s,y> <= 0 tells nothing.
     const double sPs = lambda * lambda * d.dPd;
-    const double next = s.sy > 0 ? (j % 2 ? sPs / s.sy : s.sy / s.yPy) : 2 * alpha;
-    alpha = std::clamp(next, o.alpha_min, o.alpha_max);
-    r = std::sqrt(s.residual_squared) / scale;
+    const double next = s.sy > 0 ? (odd_ ? sPs / s.sy : s.sy / s.yPy) : 2 * alpha_;
+    alpha_ = std::clamp(next, options_.alpha_min, options_.alpha_max);
+    odd_ = !odd_;
+    // 6. w := |x_j+1 - Pi_K(x_j+1 - P^-1 g_j+1)|_P, by which the driver keeps the best x: the fallback x_FB
+    return std::sqrt(s.residual_squared);
   }
-  iterate.extract_best(x);
-  return finish(problem, options, "p-spg-fb", std::move(x), status, monitor);
-}
+
+  double refresh() {
+    ++monitor_.products;
+    return std::sqrt(iterate_.refresh());
+  }
+  void keep_best() { iterate_.keep_best(); }
+  void best(std::vector<double>& x) const { iterate_.extract_best(x); }
+  double objective() const { return f0_ + f_.current(); }
+  double step_size() const { return alpha_; }
+  std::size_t backtracks() const { return backtracks_; }
+
+ private:
+  // Along d, f(x_j + lambda d) - f_j = lambda <d,g> + lambda^2/2 d'Ad, whose minimum -<d,g> / d'Ad is the
+  // next trial, clipped to [sigma_min lambda, sigma_max lambda].
+  double line_search(double dg, double dAd) {
+    const double room = f_.maximum() - f_.current(), exact = -dg / dAd;
+    double lambda = 1;
+    for (backtracks_ = 0; backtracks_ < max_backtracks; ++backtracks_) {
+      if (lambda * dg + 0.5 * lambda * lambda * dAd <= room + options_.gamma * lambda * dg) break;
+      lambda = std::clamp(exact, options_.sigma_min * lambda, options_.sigma_max * lambda);
+    }
+    return lambda;
+  }
+
+  const SpgOptions& options_;
+  Monitor& monitor_;
+  T iterate_;
+  Envelope f_;
+  double f0_ = 0, alpha_ = 1;
+  std::size_t backtracks_ = 0;
+  bool odd_ = false;
+};
 
 }  // namespace
 
 Solution spg(const Problem& problem, const Options& options) {
-  return std::visit(
-      [&]<class Op>(const Op& A) {
-        if constexpr (std::is_same_v<Op, ContactOperator>)
-          return run(problem, options,
-                     ContactIterate(A, problem.K, problem.b, problem.P, options.law, options.threads));
-        else
-          return run(problem, options, PlainIterate<Op>(A, problem, options.law));
-      },
-      problem.A);
+  return with_iterate(problem, options, [&]<class T>(T iterate) {
+    Monitor monitor(options, Spg<T>::limits);
+    return drive(problem, options, Spg<T>(options, monitor, std::move(iterate)), monitor);
+  });
 }
 
 }  // namespace amontons

@@ -31,8 +31,8 @@ void times_root(const std::array<double, 6>& j, double translation, const std::a
 }
 
 // Lower L with L L' = I + e R'R, row-major dim x dim.
-std::array<double, 9> compliance_root(const double* R, int dim, double e) {
-  std::array<double, 9> L{};
+void compliance_root(const double* R, int dim, double e, double* L) {
+  std::fill(L, L + dim * dim, 0.0);
   for (int i = 0; i < dim; ++i)
     for (int j = 0; j <= i; ++j) {
       double s = i == j;
@@ -40,7 +40,6 @@ std::array<double, 9> compliance_root(const double* R, int dim, double e) {
       for (int k = 0; k < j; ++k) s -= L[dim * i + k] * L[dim * j + k];
       L[dim * i + j] = i == j ? std::sqrt(s) : s / L[dim * j + j];
     }
-  return L;
 }
 
 }  // namespace
@@ -51,10 +50,10 @@ ShiftedSystem::ShiftedSystem(ShiftedSystem&&) noexcept = default;
 ShiftedSystem::ShiftedSystem(const Problem& problem) : problem_(problem) {
   offset_.resize(problem.K.blocks());
   blocks_.resize(problem.K.blocks());
-  for_each_block(problem.K, [&]<class Set>(const Set&, std::size_t block, std::size_t row) {
+  for_each_block(problem.K, [&]<class S>(const S&, std::size_t block, std::size_t row) {
     offset_[block] = factor_size_;
-    factor_size_ += Set::dim * Set::dim;
-    blocks_[block] = {static_cast<int>(row), Set::dim, -1, -1, {}, {}, {}};
+    factor_size_ += S::dim * S::dim;
+    blocks_[block] = {static_cast<int>(row), S::dim, -1, -1, {}, {}, {}};
   });
   const std::size_t m = problem.rows();
   q_.resize(m), z_.resize(m), correction_.resize(m), work_.resize(m);
@@ -63,12 +62,9 @@ ShiftedSystem::ShiftedSystem(const Problem& problem) : problem_(problem) {
         if constexpr (std::is_same_v<Op, CallbackOperator>)
           throw InputError(
               "this method factors A, which a function operator does not allow; give a matrix or bodies, or "
-              "use "
-              "p-spg-fb, apgd or jacobi");
-        else if constexpr (std::is_same_v<Op, BodyOperator>)
-          analyse(A);
-        else if constexpr (std::is_same_v<Op, ContactOperator>)
-          analyse(A.stored());
+              "use p-spg-fb, apgd or jacobi");
+        else if constexpr (std::is_same_v<Op, ContactSystem>)
+          analyse(A.contacts.empty() ? A : A.stored());
         else if constexpr (std::is_same_v<Op, SparseOperator>)
           analyse(m, [&](auto&& f) {
             for (std::size_t i = 0; i < m; ++i)
@@ -81,56 +77,53 @@ ShiftedSystem::ShiftedSystem(const Problem& problem) : problem_(problem) {
           });
       },
       problem.A);
-  packed_.resize(cholesky_.rows());
-  nodes_.resize(cholesky_.rows() / 6 * 8 + 8);
 }
 
-void ShiftedSystem::analyse(const BodyOperator& A) {
-  const InverseMass& mass = A.inverse_mass;
-  bodies_.assign(mass.bodies(), -1);
-  int nodes = 0;
-  for (const JacobianRow& row : A.jacobian)
-    for (Index body : {row.body_a, row.body_b})
-      if (body >= 0) bodies_[body] = 0;
-  for (std::size_t i = 0; i < mass.bodies(); ++i) {
-    const auto& inertia = mass.inertia[i];
-    const bool moves = mass.translation[i] > 0 || inertia[0] + inertia[1] + inertia[2] > 0;
-    bodies_[i] = bodies_[i] == 0 && moves ? nodes++ : -1;
-  }
-  if (bodies_.empty()) bodies_.push_back(-1);  // a problem against the world alone is in body space too
+// Nodes are the bodies that move, edges the blocks between two of them: the graph of the problem.
+void ShiftedSystem::analyse(const ContactSystem& A) {
+  const ContactGraph& graph = problem_.graph;
+  std::vector<int> node(graph.bodies(), -1);
+  nodes_ = 0;
+  for (std::size_t i = 0; i < node.size(); ++i)
+    if (graph.moves[i]) node[i] = nodes_++;
+  in_body_space_ = true;
 
   node_a_.resize(A.rows()), node_b_.resize(A.rows());
   D_.assign(A.rows(), {});
   G_.assign(A.rows(), {});
   compliance_ = A.compliance;
   if (std::any_of(compliance_.begin(), compliance_.end(), [](double e) { return e > 0; }))
-    L_.resize(blocks_.size());
+    L_.resize(factor_size_);
   for (std::size_t i = 0; i < A.rows(); ++i) {
     const JacobianRow& row = A.jacobian[i];
     const auto fill = [&](Index body, const std::array<double, 6>& j, double* out) {
       if (body >= 0)
-        times_root(j, std::sqrt(mass.translation[body]), semidefinite_root(mass.inertia[body]), out);
+        times_root(j, std::sqrt(A.bodies.inverse_mass[body]),
+                   semidefinite_root(A.bodies.inverse_inertia[body]), out);
     };
     fill(row.body_a, row.a, D_[i].data());
     fill(row.body_b, row.b, D_[i].data() + 8);
   }
   std::vector<std::pair<int, int>> edges;
-  for (Block& block : blocks_) {
-    const JacobianRow& row = A.jacobian[block.row];
-    block.body_a = row.body_a >= 0 ? bodies_[row.body_a] : -1;
-    block.body_b = row.body_b >= 0 ? bodies_[row.body_b] : -1;
+  for (std::size_t b = 0; b < blocks_.size(); ++b) {
+    Block& block = blocks_[b];
+    const ContactGraph::Link& link = graph.links[b];
+    block.body_a = link.a >= 0 ? node[link.a] : -1;
+    block.body_b = link.b >= 0 ? node[link.b] : -1;
     if (block.body_a >= 0 && block.body_b >= 0) edges.emplace_back(block.body_a, block.body_b);
     for (int i = block.row; i < block.row + block.dim; ++i) {
-      node_a_[i] = block.body_a >= 0 ? block.body_a : nodes;
-      node_b_[i] = block.body_b >= 0 ? block.body_b : nodes;
+      node_a_[i] = block.body_a >= 0 ? block.body_a : nodes_;
+      node_b_[i] = block.body_b >= 0 ? block.body_b : nodes_;
     }
   }
-  cholesky_ = BlockCholesky(std::vector<int>(nodes, 6), edges);
+  cholesky_ = BlockCholesky(std::vector<int>(nodes_, 6), edges);
   for (Block& block : blocks_) {
     if (block.body_a >= 0) block.aa = cholesky_.slot(block.body_a, block.body_a);
     if (block.body_b >= 0) block.bb = cholesky_.slot(block.body_b, block.body_b);
     if (block.body_a >= 0 && block.body_b >= 0) block.ab = cholesky_.slot(block.body_a, block.body_b);
   }
+  packed_.resize(cholesky_.rows());
+  node_vectors_.resize(8 * nodes_ + 8);
 }
 
 void ShiftedSystem::analyse(std::size_t m, auto&& for_each_entry) {
@@ -183,23 +176,30 @@ void ShiftedSystem::require_semidefinite() {
       "solution; check the signs of its rows");
 }
 
+// G = L^-1 R' D C of one block, from rows of D C.
+void ShiftedSystem::form_G(std::size_t b) {
+  const Block& block = blocks_[b];
+  const double* R = &R_[offset_[b]];
+  double* G = G_[block.row].data();
+  AMONTONS_DISPATCH(combine_rows, R, block.dim, D_[block.row].data(), G);
+  if (L_.empty()) return;
+  double* L = &L_[offset_[b]];
+  compliance_root(R, block.dim, compliance_[block.row], L);
+  for (int k = 0; k < 16; ++k)
+    for (int i = 0; i < block.dim; ++i) {
+      for (int j = 0; j < i; ++j) G[16 * i + k] -= L[block.dim * i + j] * G[16 * j + k];
+      G[16 * i + k] /= L[(block.dim + 1) * i];
+    }
+}
+
 // I + sum over blocks of G_block' G_block
 void ShiftedSystem::assemble_bodies() {
   const std::span<double> H = cholesky_.panels();
-  std::vector<char> seen(cholesky_.rows() / 6, 0);
+  std::vector<char> seen(nodes_, 0);
   for (std::size_t b = 0; b < blocks_.size(); ++b) {
+    form_G(b);
     const Block& block = blocks_[b];
-    const double* R = &R_[offset_[b]];
-    double* G = G_[block.row].data();
-    AMONTONS_DISPATCH(combine_rows, R, block.dim, D_[block.row].data(), G);
-    if (!L_.empty()) {
-      L_[b] = compliance_root(R, block.dim, compliance_[block.row]);
-      for (int k = 0; k < 16; ++k)
-        for (int i = 0; i < block.dim; ++i) {
-          for (int j = 0; j < i; ++j) G[16 * i + k] -= L_[b][block.dim * i + j] * G[16 * j + k];
-          G[16 * i + k] /= L_[b][(block.dim + 1) * i];
-        }
-    }
+    const double* G = G_[block.row].data();
     const auto add = [&](const BlockCholesky::Slot& slot, const double* left, const double* right) {
       AMONTONS_DISPATCH(add_outer_product, &H[slot.offset], slot.stride, left, right, block.dim);
     };
@@ -221,7 +221,7 @@ void ShiftedSystem::assemble_pairs() {
   for (const Pair& pair : pairs_) {
     const int di = blocks_[pair.i].dim, dj = blocks_[pair.j].dim;
     const double *Ri = &R_[offset_[pair.i]], *Rj = &R_[offset_[pair.j]], *A = &pair_values_[pair.values];
-    double AR[9];
+    double AR[largest_dim * largest_dim];
     for (int i = 0; i < di; ++i)
       for (int j = 0; j < dj; ++j) {
         AR[i * dj + j] = 0;
@@ -241,21 +241,23 @@ void ShiftedSystem::assemble_pairs() {
 }
 
 void ShiftedSystem::divide_by_L(std::span<double> q) const {
-  for (std::size_t b = 0; b < L_.size(); ++b) {
+  for (std::size_t b = 0; !L_.empty() && b < blocks_.size(); ++b) {
     const auto [row, dim] = std::pair{blocks_[b].row, blocks_[b].dim};
+    const double* L = &L_[offset_[b]];
     for (int i = 0; i < dim; ++i) {
-      for (int j = 0; j < i; ++j) q[row + i] -= L_[b][dim * i + j] * q[row + j];
-      q[row + i] /= L_[b][(dim + 1) * i];
+      for (int j = 0; j < i; ++j) q[row + i] -= L[dim * i + j] * q[row + j];
+      q[row + i] /= L[(dim + 1) * i];
     }
   }
 }
 
 void ShiftedSystem::divide_by_L_transposed(std::span<double> z) const {
-  for (std::size_t b = 0; b < L_.size(); ++b) {
+  for (std::size_t b = 0; !L_.empty() && b < blocks_.size(); ++b) {
     const auto [row, dim] = std::pair{blocks_[b].row, blocks_[b].dim};
+    const double* L = &L_[offset_[b]];
     for (int i = dim - 1; i >= 0; --i) {
-      for (int j = i + 1; j < dim; ++j) z[row + i] -= L_[b][dim * j + i] * z[row + j];
-      z[row + i] /= L_[b][(dim + 1) * i];
+      for (int j = i + 1; j < dim; ++j) z[row + i] -= L[dim * j + i] * z[row + j];
+      z[row + i] /= L[(dim + 1) * i];
     }
   }
 }
@@ -265,13 +267,13 @@ void ShiftedSystem::solve_once(std::span<const double> q, std::span<double> z) {
   if (!in_body_space()) return cholesky_.solve(z);
   divide_by_L(z);
   const BodyRows rows{z.size(), node_a_.data(), node_b_.data(), G_.empty() ? nullptr : G_[0].data()};
-  std::fill(nodes_.begin(), nodes_.end(), 0.0);
-  AMONTONS_DISPATCH(scatter_rows, rows, z.data(), nodes_.data());
-  const std::size_t nodes = packed_.size() / 6;
-  for (std::size_t i = 0; i < nodes; ++i) std::copy(&nodes_[8 * i], &nodes_[8 * i] + 6, &packed_[6 * i]);
+  std::fill(node_vectors_.begin(), node_vectors_.end(), 0.0);
+  double* nodes = node_vectors_.data();
+  AMONTONS_DISPATCH(scatter_rows, rows, z.data(), nodes);
+  for (int i = 0; i < nodes_; ++i) std::copy(nodes + 8 * i, nodes + 8 * i + 6, &packed_[6 * i]);
   cholesky_.solve(packed_);
-  for (std::size_t i = 0; i < nodes; ++i) std::copy(&packed_[6 * i], &packed_[6 * i] + 6, &nodes_[8 * i]);
-  AMONTONS_DISPATCH(gather_rows, rows, nodes_.data(), work_.data());
+  for (int i = 0; i < nodes_; ++i) std::copy(&packed_[6 * i], &packed_[6 * i] + 6, nodes + 8 * i);
+  AMONTONS_DISPATCH(gather_rows, rows, nodes, work_.data());
   for (std::size_t i = 0; i < z.size(); ++i) z[i] -= work_[i];
   divide_by_L_transposed(z);
 }
@@ -287,7 +289,7 @@ void ShiftedSystem::times_factor(std::span<const double> z, std::span<double> y)
   for (std::size_t b = 0; b < blocks_.size(); ++b) {
     const auto [row, dim] = std::pair{blocks_[b].row, blocks_[b].dim};
     const double* R = &R_[offset_[b]];
-    double out[3];
+    double out[largest_dim];
     for (int i = 0; i < dim; ++i) {
       out[i] = 0;
       for (int k = 0; k < dim; ++k) out[i] += R[i * dim + k] * z[row + k];
@@ -300,7 +302,7 @@ void ShiftedSystem::times_transposed_factor(std::span<const double> r, std::span
   for (std::size_t b = 0; b < blocks_.size(); ++b) {
     const auto [row, dim] = std::pair{blocks_[b].row, blocks_[b].dim};
     const double* R = &R_[offset_[b]];
-    double out[3];
+    double out[largest_dim];
     for (int i = 0; i < dim; ++i) {
       out[i] = 0;
       for (int k = 0; k < dim; ++k) out[i] += R[k * dim + i] * r[row + k];

@@ -1,5 +1,5 @@
 #pragma once
-#include "amontons/solvers/driver/chain.hpp"
+#include "amontons/solvers/driver/phases.hpp"
 
 namespace amontons {
 
@@ -8,7 +8,7 @@ namespace amontons {
 // not pay for a hard one (a chain with a heavy ball). Each is solved to the tolerance relative to its own
 // residual at zero, which implies the tolerance of the whole. Small islands are solved together.
 //
-// Islands of a ContactOperator are found; everything else, and a solve with history or a callback, is one
+// Islands of a ContactSystem are found; everything else, and a solve with history or a callback, is one
 // island.
 Solution solve_by_islands(const Problem& problem, const Options& options, Method method);
 

@@ -3,32 +3,11 @@
 #include <functional>
 #include <limits>
 #include <span>
-#include <string>
-#include <vector>
 
 #include "amontons/problem/problem.hpp"
+#include "amontons/solvers/driver/solution.hpp"
 
 namespace amontons {
-
-enum class Status : unsigned char {
-  converged,        // the residual of the returned x is at or below the tolerance
-  iteration_limit,  // max_iterations reached; x is the best iterate seen
-  deadline,         // the wall-clock deadline passed; x is the best iterate seen
-  stalled,          // the method can make no further progress (rounding, or no descent); x is the best seen
-  interrupted,      // the callback or Ctrl-C asked to stop; x is the best iterate seen
-  infeasible,       // a certificate d in K with A d = 0, b'd < 0 was found: no velocity satisfies the
-                    // constraints, impulses grow without bound; x is the best iterate seen
-};
-
-struct IterationRecord {
-  std::size_t iteration, products;
-  double time;           // s since the start of the solve
-  double residual;       // natural, of the current iterate
-  double best_residual;  // of the fallback iterate
-  double objective;      // 1/2 x'Ax + b'x of the current iterate (of the frozen correction under coulomb)
-  double step;           // alpha of the spectral step, rho of ADMM, step length of a Newton method; 0 if none
-  std::size_t backtracks;
-};
 
 // Every field: default, unit, sensible range. validate() throws InputError naming the field.
 struct SpgOptions {          // Birgin, Martinez, Raydan 2000; Tasora 2013
@@ -67,17 +46,5 @@ struct Options {
   AdmmOptions admm;
 };
 void validate(const Options& options, const Problem& problem);
-
-struct Solution {
-  std::vector<double> x, u;  // impulses and A x + b (without the De Saxce term), m entries
-  Status status = Status::stalled;
-  double residual = 0;   // natural, of x under the law asked for, from a fresh product
-  double objective = 0;  // 1/2 x'Ax + b'x
-  std::size_t iterations = 0, products = 0, factorizations = 0;
-  double time = 0;     // s
-  std::string method;  // the method that produced x
-  std::string reason;  // of "auto": what was picked and why, one sentence; empty for a method asked for
-  std::vector<IterationRecord> history;
-};
 
 }  // namespace amontons

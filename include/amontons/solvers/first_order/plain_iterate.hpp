@@ -3,12 +3,12 @@
 #include <vector>
 
 #include "amontons/problem/residual.hpp"
-#include "amontons/solvers/first_order/sums.hpp"
+#include "amontons/solvers/first_order/iterate.hpp"
 
 namespace amontons {
 
-// The three passes of a spectral projected gradient iteration for any operator with product(): the plain twin
-// of ContactIterate (vi/contact_stages.hpp), which fuses them for bodies and contacts, and its test oracle.
+// An Iterate (iterate.hpp) for any operator with product(): the plain twin of ContactIterate and its test
+// oracle.
 //
 // Three buffers of x rotate so that the best iterate is kept by swapping indices, never by copying.
 template <class Op>
@@ -39,14 +39,14 @@ class PlainIterate {
   // d = Pi_K(x - alpha P^-1 g) - x.
   Direction direction(double alpha) {
     Direction sums{0, 0};
-    for_each_block(problem_.K, [&]<class Set>(const Set& set, std::size_t block, std::size_t row) {
-      double g[Set::dim], trial[Set::dim], dg = 0, dd = 0;
+    for_each_block(problem_.K, [&]<class S>(const S& set, std::size_t block, std::size_t row) {
+      double g[S::dim], trial[S::dim], dg = 0, dd = 0;
       const double *x = &x_[now_][row], p = problem_.P[block];
       double* d = &d_[row];
       add_saxce_term(set, law_, &u_[row], g);
-      for (int k = 0; k < Set::dim; ++k) trial[k] = x[k] - alpha * g[k] / p;
+      for (int k = 0; k < S::dim; ++k) trial[k] = x[k] - alpha * g[k] / p;
       set.project(trial, d);
-      for (int k = 0; k < Set::dim; ++k) d[k] -= x[k], dg += d[k] * g[k], dd += d[k] * d[k];
+      for (int k = 0; k < S::dim; ++k) d[k] -= x[k], dg += d[k] * g[k], dd += d[k] * d[k];
       sums.dg += dg;
       sums.dPd += p * dd;
     });
@@ -65,15 +65,15 @@ class PlainIterate {
   Update update(double lambda) {
     Update sums{0, 0, 0};
     std::vector<double>& next = x_[3 - now_ - best_other()];
-    for_each_block(problem_.K, [&]<class Set>(const Set& set, std::size_t block, std::size_t row) {
-      double g[Set::dim], g_next[Set::dim], sy = 0, yy = 0;
+    for_each_block(problem_.K, [&]<class S>(const S& set, std::size_t block, std::size_t row) {
+      double g[S::dim], g_next[S::dim], sy = 0, yy = 0;
       add_saxce_term(set, law_, &u_[row], g);
-      for (int k = 0; k < Set::dim; ++k) {
+      for (int k = 0; k < S::dim; ++k) {
         next[row + k] = x_[now_][row + k] + lambda * d_[row + k];
         u_[row + k] += lambda * q_[row + k];
       }
       add_saxce_term(set, law_, &u_[row], g_next);
-      for (int k = 0; k < Set::dim; ++k) {
+      for (int k = 0; k < S::dim; ++k) {
         const double y = g_next[k] - g[k];
         sy += lambda * d_[row + k] * y;
         yy += y * y;
@@ -91,14 +91,14 @@ class PlainIterate {
   // d = Pi_K(y - alpha P^-1 g(y)) - y
   MomentumDirection momentum_direction(double alpha) {
     MomentumDirection sums{0, 0};
-    for_each_block(problem_.K, [&]<class Set>(const Set& set, std::size_t block, std::size_t row) {
-      double g[Set::dim], dd = 0, dm = 0;
+    for_each_block(problem_.K, [&]<class S>(const S& set, std::size_t block, std::size_t row) {
+      double g[S::dim], dd = 0, dm = 0;
       const double *y = &y_[row], *x = &x_[now_][row], p = problem_.P[block];
       double* d = &d_[row];
       add_saxce_term(set, law_, &u_y_[row], g);
-      for (int k = 0; k < Set::dim; ++k) g[k] = y[k] - alpha * g[k] / p;
+      for (int k = 0; k < S::dim; ++k) g[k] = y[k] - alpha * g[k] / p;
       set.project(g, d);
-      for (int k = 0; k < Set::dim; ++k) d[k] -= y[k], dd += d[k] * d[k], dm += d[k] * (y[k] - x[k]);
+      for (int k = 0; k < S::dim; ++k) d[k] -= y[k], dd += d[k] * d[k], dm += d[k] * (y[k] - x[k]);
       sums.dPd += p * dd;
       sums.dPm += p * dm;
     });
@@ -138,8 +138,8 @@ class PlainIterate {
  private:
   double natural_map_now() const {
     double sum = 0;
-    for_each_block(problem_.K, [&]<class Set>(const Set& set, std::size_t block, std::size_t row) {
-      double g[Set::dim];
+    for_each_block(problem_.K, [&]<class S>(const S& set, std::size_t block, std::size_t row) {
+      double g[S::dim];
       add_saxce_term(set, law_, &u_[row], g);
       sum += natural_map_squared(set, problem_.P[block], &x_[now_][row], g);
     });

@@ -27,8 +27,7 @@ class ShiftedSystem {
   ~ShiftedSystem();
   ShiftedSystem(ShiftedSystem&&) noexcept;
 
-  // Offset of the row-major factor of a block in the array given to factor(): 9 entries for three rows, 1 for
-  // one.
+  // Offset of the row-major factor of a block in the array given to factor(): dim^2 entries.
   std::size_t factor_offset(std::size_t block) const { return offset_[block]; }
   std::size_t factor_size() const { return factor_size_; }
 
@@ -41,7 +40,7 @@ class ShiftedSystem {
   void times_transposed_factor(std::span<const double> r, std::span<double> q) const;  // q = R' r
   void times_factor(std::span<const double> z, std::span<double> y) const;             // y = R z
 
-  bool in_body_space() const { return !bodies_.empty(); }
+  bool in_body_space() const { return in_body_space_; }
   std::size_t factor_entries() const { return cholesky_.factor_entries(); }
 
  private:
@@ -54,9 +53,10 @@ class ShiftedSystem {
     std::size_t values;
     BlockCholesky::Slot slot;
   };
-  void analyse(const BodyOperator& A);
+  void analyse(const ContactSystem& A);
   void analyse(std::size_t m, auto&& for_each_entry);
   void require_semidefinite();
+  void form_G(std::size_t block);
   void assemble_bodies();
   void assemble_pairs();
   void solve_once(std::span<const double> q, std::span<double> z);
@@ -68,17 +68,19 @@ class ShiftedSystem {
   std::vector<std::size_t> offset_;
   std::size_t factor_size_ = 0;
   std::vector<Block> blocks_;
-  std::vector<int> bodies_;                // node of each body
+  bool in_body_space_ = false;
+  int nodes_ = 0;                          // bodies that move
   std::vector<std::array<double, 16>> D_;  // rows of D C: body a at 0, body b at 8
   std::vector<std::array<double, 16>> G_;  // rows of L^-1 R' D C
   std::vector<int> node_a_, node_b_;       // of every row; the last node stands for none
   std::vector<double> compliance_, R_;
-  std::vector<std::array<double, 9>> L_;  // per block, empty without compliance
+  std::vector<double> L_;  // as R_, empty without compliance
   std::vector<Pair> pairs_;
   std::vector<double> pair_values_;
   BlockCholesky cholesky_;
   std::vector<double> q_, z_, correction_, work_;
-  std::vector<double> nodes_, packed_;  // body vectors: eight per node, and six as the factorisation has them
+  std::vector<double> node_vectors_,
+      packed_;  // body vectors: eight per node, and six as the factorisation has them
 };
 
 }  // namespace amontons

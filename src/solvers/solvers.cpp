@@ -1,13 +1,12 @@
+#include "amontons/solvers/solvers.hpp"
+
 #include <algorithm>
 #include <array>
 #include <string>
 #include <utility>
 
 #include "amontons/base/error.hpp"
-#include "amontons/problem/residual.hpp"
-#include "amontons/solvers/driver/chain.hpp"
-#include "amontons/solvers/driver/monitor.hpp"
-#include "amontons/solvers/solvers.hpp"
+#include "amontons/solvers/driver/phases.hpp"
 
 namespace amontons {
 

@@ -1,0 +1,43 @@
+#pragma once
+#include <algorithm>
+#include <cstddef>
+#include <cstdlib>
+#include <cstring>
+#include <memory>
+#include <new>
+
+#if defined(__linux__)
+#include <sys/mman.h>
+#endif
+
+namespace amontons {
+
+// Zeroed memory on cache lines; large arrays on huge pages, without which a pass over many megabytes spends a
+// good part of its time in address translation.
+template <class T>
+class LineArray {
+ public:
+  LineArray() = default;
+  explicit LineArray(std::size_t count) {
+    constexpr std::size_t huge_page = std::size_t{1} << 21;
+    const std::size_t bytes = count * sizeof(T), page = bytes >= 2 * huge_page ? huge_page : 64;
+    const std::size_t size = std::max<std::size_t>((bytes + page - 1) / page * page, page);
+    void* memory = std::aligned_alloc(page, size);
+    if (!memory) throw std::bad_alloc();
+    data_.reset(static_cast<T*>(memory));
+#if defined(__linux__)
+    if (page == huge_page) madvise(memory, size, MADV_HUGEPAGE);
+#endif
+    std::memset(memory, 0, size);
+  }
+  T* data() const { return data_.get(); }
+  T& operator[](std::size_t i) const { return data_.get()[i]; }
+
+ private:
+  struct Free {
+    void operator()(void* p) const { std::free(p); }
+  };
+  std::unique_ptr<T, Free> data_;
+};
+
+}  // namespace amontons

@@ -1,0 +1,113 @@
+#pragma once
+#include <cmath>
+#include <cstdint>
+
+#include "amontons/base/math.hpp"
+
+namespace amontons {
+
+using Index = std::int32_t;  // SciPy's default index type
+
+constexpr Index world = -1;  // as a body: the inertial frame
+
+// What surfaces are made of; of a contact, what follows from both of them.
+struct Material {
+  double friction = 0.5;          // Coulomb's mu, >= 0
+  double restitution = 0;         // e in [0, 1]: u_n^+ = -e u_n^-
+  double compliance = 0;          // of one contact point, m/N, >= 0; 0 is rigid
+  double friction_across = -1;    // mu across the friction direction; negative: friction in all directions
+  double torsional_friction = 0;  // largest moment about the normal over the normal force, m
+  double rolling_friction = 0;    // the same of moments in the tangent plane, m
+  constexpr bool operator==(const Material&) const = default;
+};
+
+enum class ContactState : unsigned char { open, stick, slip };
+
+// One contact point, from its detection to the table of the user: A and B touch, or nearly so, at `point`.
+// All vectors are in world axes; impulses act on A and, opposite, on B.
+struct Contact {
+  Index body_a = world, body_b = world, geom_a = -1, geom_b = -1;
+  Vec3 point, normal;  // m; the normal has unit length and points from B to A
+  double gap = 0;      // m, at the start of the step, > 0 apart
+  Vec3 r_a, r_b;       // from each centre of mass (the origin for the world) to the point, m
+  Material material;
+  Vec3 direction;            // that `material.friction` is along; zero where friction is the same all round
+  Vec3 surface_velocity;     // of A's surface over its body less that of B's, tangential, m/s
+  int rows = 3;              // normal, two tangents; 4: and a moment about the normal; 5: and two about the
+                             // tangents; 6: all three
+  double moment_length = 1;  // moments enter the rows divided by this length, spins multiplied by it, m
+
+  // What a step finds.
+  Vec3 impulse, angular_impulse;  // N s, N m s, the second about the point
+  Vec3 slip;                      // tangential velocity of A's surface relative to B's after the step, m/s
+  Vec3 spin;                      // angular velocity of A relative to B after the step, rad/s
+  double normal_velocity = 0;     // n . (v_A - v_B) after the step, m/s
+  ContactState state = ContactState::open;
+  Vec3 local;  // the point in the frame of body A: how the next step knows it again
+};
+
+// The frame of a contact, right-handed: the normal and two tangents. Rows are (normal, tangent 1, tangent 2),
+// then moments about them.
+struct ContactBasis {
+  Vec3 normal, tangent_1, tangent_2;
+
+  // Tangents that follow from the normal alone, smoothly but for the change of sign of n_z (Duff et al.,
+  // "Building an orthonormal basis, revisited", JCGT 2017).
+  explicit ContactBasis(const Vec3& n) : normal(n) {
+    const double sign = std::copysign(1.0, n.z);
+    const double a = -1.0 / (sign + n.z);
+    const double b = n.x * n.y * a;
+    tangent_1 = {1.0 + sign * n.x * n.x * a, sign * b, -sign * n.x};
+    tangent_2 = {b, sign + n.y * n.y * a, -n.y};
+  }
+  // The first tangent along `direction`, where that does not point along the normal.
+  ContactBasis(const Vec3& n, const Vec3& direction) : ContactBasis(n) {
+    const Vec3 along = direction - dot(direction, n) * n;
+    const double size = norm(along);
+    if (!(size > 1e-9 * norm(direction))) return;
+    tangent_1 = along / size;
+    tangent_2 = cross(normal, tangent_1);
+  }
+  explicit ContactBasis(const Contact& c) : ContactBasis(c.normal, c.direction) {}
+
+  Vec3 to_world(const double* x) const { return x[0] * normal + x[1] * tangent_1 + x[2] * tangent_2; }
+  void to_contact(const Vec3& v, double* x) const {
+    x[0] = dot(normal, v);
+    x[1] = dot(tangent_1, v);
+    x[2] = dot(tangent_2, v);
+  }
+  const Vec3& axis(int k) const { return k == 0 ? normal : k == 1 ? tangent_1 : tangent_2; }
+};
+
+// Row k of a contact: the axis that it is along, and whether it is a moment about it.
+struct ContactRow {
+  int axis;
+  bool moment;
+};
+constexpr ContactRow contact_row(int rows, int k) {
+  if (k < 3) return {k, false};
+  return {rows == 5 ? k - 2 : k - 3, true};
+}
+
+// The impulse and the angular impulse about the point of the rows x of a contact, and the rows of a relative
+// velocity and spin: x has c.rows entries.
+struct ContactImpulse {
+  Vec3 linear, angular;
+};
+inline ContactImpulse to_world(const Contact& c, const double* x) {
+  const ContactBasis basis(c);
+  ContactImpulse f{basis.to_world(x), {}};
+  for (int k = 3; k < c.rows; ++k)
+    f.angular += (c.moment_length * x[k]) * basis.axis(contact_row(c.rows, k).axis);
+  return f;
+}
+// Velocities (u, omega) into rows; as impulses, angular ones are divided by the length and not multiplied.
+inline void to_rows(const Contact& c, const Vec3& linear, const Vec3& angular, double angular_scale,
+                    double* x) {
+  const ContactBasis basis(c);
+  basis.to_contact(linear, x);
+  for (int k = 3; k < c.rows; ++k)
+    x[k] = angular_scale * dot(basis.axis(contact_row(c.rows, k).axis), angular);
+}
+
+}  // namespace amontons

@@ -1,0 +1,264 @@
+#pragma once
+#include "amontons/sets/barrier.hpp"
+#include "amontons/sets/set.hpp"
+
+namespace amontons {
+
+// Sliding and rolling friction side by side, { (n, t, m) : |t| <= mu n, |m| <= mu_r n }, t and m with two
+// rows each: the set of FCLIB's rolling problems (Acary, Bourrier, "Coulomb friction with rolling resistance
+// as a cone complementarity problem", European Journal of Mechanics A 85, 2021). mu, mu_r >= 0 and finite.
+// Moments and mu_r are divided by a length (Contact::moment_length).
+//
+// Projection: for given n both discs are projected on by themselves, so that what is left is
+//   min over a >= 0 of (a - n)^2 + (|t| - mu a)_+^2 + (|m| - mu_r a)_+^2,
+// whose slope grows with a: the root of the one of four linear pieces that holds there.
+struct RollingFriction {
+  static constexpr int dim = 5;
+  static constexpr const char* name = "rolling";
+  static constexpr bool is_cone = true, frictional = true;
+  double mu, mu_r;
+
+  void project(const double* x, double* out) const {
+    const Foot f = foot(x);
+    out[0] = f.a;
+    for (int part = 0; part < 2; ++part)
+      for (int k = 1 + 2 * part; k < 3 + 2 * part; ++k)
+        out[k] = !f.bound[part]     ? x[k]
+                 : f.size[part] > 0 ? x[k] * (f.a * coefficient(part) / f.size[part])
+                                    : 0.0;
+  }
+  void natural_map(const double* x, const double* step, double* out) const {
+    natural_map_of_cone(*this, x, step, out);
+  }
+
+  // Where a disc holds its part back, s = mu a tau with tau = t / |t|: ds = mu tau da + (mu a / |t|) (1 -
+  // tau tau') dt; a free part moves along. da = (dn + sum mu tau' dt) / (1 + sum mu^2) over those held back.
+  Face<5> face(const double* y) const {
+    const Foot f = foot(y);
+    if (!(f.a > 0)) return face_of_all<5>(0);
+    if (!f.bound[0] && !f.bound[1]) return face_of_all<5>(1);
+    double Q[5][5] = {}, da[5] = {1}, below = 1;
+    for (int part = 0; part < 2; ++part) {
+      if (!f.bound[part]) continue;
+      const double c = coefficient(part);
+      below += c * c;
+      for (int k = 1 + 2 * part; k < 3 + 2 * part; ++k)
+        da[k] = f.size[part] > 0 ? c * y[k] / f.size[part] : 0;
+    }
+    for (double& v : da) v /= below;
+    for (int j = 0; j < 5; ++j) Q[0][j] = da[j];
+    for (int part = 0; part < 2; ++part) {
+      const double c = coefficient(part), size = f.size[part];
+      for (int k = 1 + 2 * part; k < 3 + 2 * part; ++k) {
+        if (!f.bound[part]) {
+          Q[k][k] = 1;
+          continue;
+        }
+        if (!(size > 0)) continue;
+        for (int j = 0; j < 5; ++j) Q[k][j] = c * y[k] / size * da[j];
+        Q[k][k] += c * f.a / size;
+        for (int j = 1 + 2 * part; j < 3 + 2 * part; ++j)
+          Q[k][j] -= c * f.a / size * (y[k] / size) * (y[j] / size);
+      }
+    }
+    return face_of<5>(Q);
+  }
+
+  double violation(const double* u) const { return -u[0]; }
+  std::string complaint(std::size_t i) const {
+    for (double value : {mu, mu_r})
+      if (!(value >= 0 && std::isfinite(value)))
+        return "a coefficient of rolling friction cone " + std::to_string(i) + " is " +
+               std::to_string(value) + "; it must be finite and not negative";
+    return {};
+  }
+
+  // mu |u_t| + mu_r |u_m|, the support function of the two discs
+  double saxce(const double* u) const {
+    return mu * std::sqrt(u[1] * u[1] + u[2] * u[2]) + mu_r * std::sqrt(u[3] * u[3] + u[4] * u[4]);
+  }
+  void saxce_gradient(const double* u, double* out) const {
+    out[0] = 0;
+    for (int part = 0; part < 2; ++part) {
+      const double* v = u + 1 + 2 * part;
+      const double size = std::sqrt(v[0] * v[0] + v[1] * v[1]);
+      for (int k = 0; k < 2; ++k) out[1 + 2 * part + k] = size > 0 ? coefficient(part) * v[k] / size : 0;
+    }
+  }
+  bool has_friction() const { return mu > 0 || mu_r > 0; }
+
+  // Two second-order cones B_j x in L that share the normal, u = sum_j B_j' z_j. With dz_j = W_j (rho_j -
+  // W_j B_j dx) the block of the Newton system is H = sum_j B_j' W_j^2 B_j = L L', R = L^-T, and its target
+  // R' sum_j B_j' W_j rho_j. No product of cones is symmetric in itself, each factor is.
+  class Barrier {
+   public:
+    Barrier(const RollingFriction& set, double)
+        : cone_{ConeBarrier<3>({set.mu, set.mu}), ConeBarrier<3>({set.mu_r, set.mu_r})} {
+      // Without any friction one cone remains, the half-line along the normal.
+      const bool slides = set.mu > ConeBarrier<3>::flat, rolls = set.mu_r > ConeBarrier<3>::flat;
+      used_[0] = slides || !rolls;
+      used_[1] = rolls;
+    }
+    double degree() const { return used_[0] + used_[1]; }
+    void start_factor(double* R) {
+      double H[5][5] = {};
+      each([&](ConeBarrier<3>& cone, const int* row) {
+        for (int k = 0; k < 3; ++k)
+          if (cone.live[k]) H[row[k]][row[k]] += cone.D[k] * cone.D[k];
+      });
+      factor_of(H, R);
+    }
+    void start(const double* solution) {
+      each([&](ConeBarrier<3>& cone, const int* row) {
+        const double part[3] = {solution[row[0]], solution[row[1]], solution[row[2]]};
+        cone.start(part);
+      });
+    }
+    void worst(double& low_x, double& low_u) {
+      each([&](ConeBarrier<3>& cone, const int*) { cone.worst(low_x, low_u); });
+    }
+    // The cones share the normal: it moves so far that both get what they need.
+    void push(double more_x, double more_u) {
+      double least = INFINITY;
+      each([&](ConeBarrier<3>& cone, const int*) { least = std::min(least, cone.D[0]); });
+      each([&](ConeBarrier<3>& cone, const int*) { cone.push(more_x / least * cone.D[0], more_u); });
+    }
+    void factor(double* R) {
+      double H[5][5] = {};
+      each([&](ConeBarrier<3>& cone, const int* row) {
+        cone.W = second_order::Scaling<3>(cone.u, cone.x);
+        for (int k = 0; k < 3; ++k) {
+          if (!cone.live[k]) continue;
+          second_order::V<3> unit{};
+          unit[k] = cone.D[k];
+          const second_order::V<3> column = cone.W.times(cone.W.times(unit));
+          for (int i = 0; i < 3; ++i)
+            if (cone.live[i]) H[row[i]][row[k]] += cone.D[i] * column[i];
+        }
+      });
+      factor_of(H, R);
+    }
+    void target(double mu, bool corrector, double* rho) {
+      double sum[5] = {};
+      each([&](ConeBarrier<3>& cone, const int* row) {
+        cone.aim(mu, corrector);
+        const second_order::V<3> v = cone.W.times(cone.rho);
+        for (int k = 0; k < 3; ++k) sum[row[k]] += cone.D[k] * v[k];
+      });
+      for (int k = 0; k < 5; ++k) {
+        rho[k] = 0;
+        for (int i = 0; i < 5; ++i) rho[k] += R_[i][k] * sum[i];
+      }
+    }
+    void recover(double, const double* z) {
+      double dx[5] = {};
+      for (int i = 0; i < 5; ++i)
+        for (int k = 0; k < 5; ++k) dx[i] += R_[i][k] * z[k];
+      each([&](ConeBarrier<3>& cone, const int* row) {
+        second_order::V<3> rest;
+        for (int k = 0; k < 3; ++k) cone.dx[k] = cone.live[k] ? cone.D[k] * dx[row[k]] : 0;
+        const second_order::V<3> z_of_cone = cone.W.times(cone.dx);
+        for (int k = 0; k < 3; ++k) rest[k] = cone.rho[k] - z_of_cone[k];
+        cone.du = cone.W.times(rest);
+      });
+    }
+    double longest_step() {
+      double t = INFINITY;
+      each([&](ConeBarrier<3>& cone, const int*) { t = std::min(t, cone.longest_step()); });
+      return t;
+    }
+    double gap(double t) {
+      double sum = 0;
+      each([&](ConeBarrier<3>& cone, const int*) { sum += cone.gap(t); });
+      return sum;
+    }
+    void move(double t) {
+      each([&](ConeBarrier<3>& cone, const int*) { cone.move(t); });
+    }
+    void primal(double* out) {
+      std::fill(out, out + 5, 0.0);
+      each([&](ConeBarrier<3>& cone, const int* row) {
+        for (int k = 0; k < 3; ++k) out[row[k]] = cone.x[k] / cone.D[k];
+      });
+    }
+    void dual(double* out) {
+      std::fill(out, out + 5, 0.0);
+      each([&](ConeBarrier<3>& cone, const int* row) {
+        for (int k = 0; k < 3; ++k) out[row[k]] += cone.u[k] * cone.D[k];
+      });
+    }
+
+   private:
+    template <class F>
+    void each(F&& f) {
+      static constexpr int rows[2][3] = {{0, 1, 2}, {0, 3, 4}};
+      for (int j = 0; j < 2; ++j)
+        if (used_[j]) f(cone_[j], rows[j]);
+    }
+    // R = L^-T of H = L L'; rows that nothing moves get zeros.
+    void factor_of(const double (&H)[5][5], double* out) {
+      double L[5][5] = {};
+      for (auto& row : R_) std::fill(row, row + 5, 0.0);
+      for (int i = 0; i < 5; ++i) {
+        if (!(H[i][i] > 0)) continue;
+        for (int j = 0; j <= i; ++j) {
+          double sum = H[i][j];
+          for (int k = 0; k < j; ++k) sum -= L[i][k] * L[j][k];
+          if (i == j)
+            L[i][i] = std::sqrt(std::max(sum, 1e-300));
+          else
+            L[i][j] = L[j][j] > 0 ? sum / L[j][j] : 0;
+        }
+      }
+      for (int k = 0; k < 5; ++k) {  // column k of L^-T: L' r = e_k by back substitution
+        if (!(L[k][k] > 0)) continue;
+        for (int i = k; i >= 0; --i) {
+          if (!(L[i][i] > 0)) continue;
+          double sum = i == k;
+          for (int j = i + 1; j <= k; ++j) sum -= L[j][i] * R_[j][k];
+          R_[i][k] = sum / L[i][i];
+        }
+      }
+      for (int i = 0; i < 5; ++i) std::copy(R_[i], R_[i] + 5, out + 5 * i);
+    }
+
+    ConeBarrier<3> cone_[2];
+    bool used_[2];
+    double R_[5][5] = {};
+  };
+
+ private:
+  double coefficient(int part) const { return part == 0 ? mu : mu_r; }
+  struct Foot {
+    double a;        // of the normal
+    double size[2];  // |t|, |m|
+    bool bound[2];   // whether a disc holds its part back
+  };
+  // With a growing from zero, the part with the smaller |part| / coefficient is let go first.
+  Foot foot(const double* x) const {
+    Foot f{0, {std::sqrt(x[1] * x[1] + x[2] * x[2]), std::sqrt(x[3] * x[3] + x[4] * x[4])}, {true, true}};
+    if (f.size[0] <= mu * x[0] && f.size[1] <= mu_r * x[0]) return {x[0], {f.size[0], f.size[1]}, {}};
+    const auto release = [&](int part) {
+      return coefficient(part) > 0 ? f.size[part] / coefficient(part) : INFINITY;
+    };
+    const auto balance = [&] {
+      double sum = x[0], below = 1;
+      for (int part = 0; part < 2; ++part) {
+        if (!f.bound[part]) continue;
+        sum += coefficient(part) * f.size[part];
+        below += coefficient(part) * coefficient(part);
+      }
+      return std::max(0.0, sum / below);
+    };
+    const int first = release(0) <= release(1) ? 0 : 1;
+    f.a = balance();
+    for (int part : {first, 1 - first}) {
+      if (!(f.a > release(part))) break;
+      f.bound[part] = false;
+      f.a = balance();
+    }
+    return f;
+  }
+};
+
+}  // namespace amontons

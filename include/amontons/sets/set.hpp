@@ -1,0 +1,148 @@
+#pragma once
+#include <array>
+#include <bit>
+#include <cmath>
+#include <concepts>
+#include <cstddef>
+#include <string>
+#include <type_traits>
+
+namespace amontons {
+
+// The derivative of a projection by its eigenvalues and eigenvectors, Q = sum_k value[k] vector[k]
+// vector[k]'. Pi is the gradient of a convex function whose gradient is nonexpansive: Q is symmetric, 0 <=
+// value <= 1.
+template <int n>
+struct Face {
+  double value[n];
+  double vector[n][n];
+};
+
+// What a set offers, beside its projection, is all that some solver asks of it. A new set is one file with a
+// struct of this form and an entry in sets.hpp; nothing else in the C++ core names sets one by one, but for
+// the kernels that are a second implementation of one of them (Friction, in solvers/first_order).
+//
+//   dim, name        rows of a block; the name under which files and Python know the set
+//   is_cone          0 in the set and closed under scaling; else project_recession(d, out) says in which
+//                    directions it is unbounded
+//   frictional       the block of a contact: has a De Saxce term
+//   project(x, out)  out = Pi(x), Euclidean; x and out may be the same memory
+//   natural_map(x, step, out)
+//                    out = x - Pi(x - step), formed without cancellation: where the trial point is inside,
+//                    that is `step` itself, however large x is. A method that lets impulses run off to 1e16
+//                    would otherwise look converged because x - step rounds to x.
+//   face(y)          Pi'(y), an element of the generalised Jacobian, as the semismooth Newton method needs it
+//   violation(u)     the speed (m/s) at which u violates the constraint, negative if it separates
+//   complaint(i)     what is wrong with the parameters of block i of a user; empty if nothing is
+//   saxce(u)         of frictional sets: the term that turns the VI into Coulomb's law, g = u + saxce(u) e_n
+//                    (De Saxce 1992). The dual cone is { u_n >= saxce(u) }, so that g lies in it where u_n >=
+//                    0.
+//   saxce_gradient(u, out)  its derivative with respect to u, dim entries
+//   has_friction()   of frictional sets: whether the term is ever other than zero
+//   Barrier          how the block enters an interior-point method: see barrier.hpp
+//
+// A set is an aggregate of doubles, its parameters, in the order in which files and Python give them.
+template <class S>
+concept Set = std::is_trivially_copyable_v<S> && requires(const S& set, const double* x, double* out) {
+  { S::dim } -> std::convertible_to<int>;
+  { S::name } -> std::convertible_to<const char*>;
+  { S::is_cone } -> std::convertible_to<bool>;
+  { S::frictional } -> std::convertible_to<bool>;
+  set.project(x, out);
+  set.natural_map(x, x, out);
+  { set.face(x) } -> std::same_as<Face<S::dim>>;
+  { set.violation(x) } -> std::same_as<double>;
+  { set.complaint(std::size_t{}) } -> std::same_as<std::string>;
+  typename S::Barrier;
+};
+
+template <class S>
+inline constexpr std::size_t parameter_count = std::is_empty_v<S> ? 0 : sizeof(S) / sizeof(double);
+template <class S>
+std::array<double, parameter_count<S>> parameters(const S& set) {
+  if constexpr (parameter_count<S> == 0)
+    return {};
+  else
+    return std::bit_cast<std::array<double, parameter_count<S>>>(set);
+}
+template <class S>
+S from_parameters(const std::array<double, parameter_count<S>>& values) {
+  if constexpr (parameter_count<S> == 0)
+    return {};
+  else
+    return std::bit_cast<S>(values);
+}
+
+// The natural map of any cone. On the boundary Pi(z) = <z, ray> ray with ray = Pi(z) / |Pi(z)|, because
+// z - Pi(z) is orthogonal to Pi(z) (Moreau); hence x - Pi(x - step) = (x - <x, ray> ray) + <step, ray> ray.
+template <class S>
+void natural_map_of_cone(const S& set, const double* x, const double* step, double* out) {
+  double z[S::dim], foot[S::dim], size = 0;
+  bool inside = true;
+  for (int k = 0; k < S::dim; ++k) z[k] = x[k] - step[k];
+  set.project(z, foot);
+  for (int k = 0; k < S::dim; ++k) {
+    inside = inside && foot[k] == z[k];
+    size += foot[k] * foot[k];
+  }
+  if (inside || !(size > 0)) {
+    for (int k = 0; k < S::dim; ++k) out[k] = inside ? step[k] : x[k];
+    return;
+  }
+  double along_x = 0, along_step = 0;
+  for (int k = 0; k < S::dim; ++k) {
+    along_x += foot[k] * x[k];
+    along_step += foot[k] * step[k];
+  }
+  for (int k = 0; k < S::dim; ++k) out[k] = (x[k] - along_x / size * foot[k]) + along_step / size * foot[k];
+}
+
+// Where all of the set moves along: Q = identity (inside), and Q = 0 (the apex).
+template <int n>
+Face<n> face_of_all(double value) {
+  Face<n> face{};
+  for (int k = 0; k < n; ++k) {
+    face.value[k] = value;
+    face.vector[k][k] = 1;
+  }
+  return face;
+}
+
+// The eigenvalues and eigenvectors of a symmetric matrix by cyclic Jacobi rotations (Golub, Van Loan, "Matrix
+// Computations", 8.5), for the few rows of a block; values clipped to [0, 1].
+template <int n>
+Face<n> face_of(double (&Q)[n][n]) {
+  double V[n][n] = {};
+  for (int k = 0; k < n; ++k) V[k][k] = 1;
+  for (int sweep = 0; sweep < 30; ++sweep) {
+    double off = 0, diagonal = 0;
+    for (int i = 0; i < n; ++i) {
+      diagonal += Q[i][i] * Q[i][i];
+      for (int j = 0; j < i; ++j) off += Q[i][j] * Q[i][j];
+    }
+    if (off <= 1e-32 * diagonal) break;
+    for (int p = 0; p < n; ++p)
+      for (int q = p + 1; q < n; ++q) {
+        if (Q[p][q] == 0) continue;
+        const double theta = (Q[q][q] - Q[p][p]) / (2 * Q[p][q]);
+        const double t = std::copysign(1.0, theta) / (std::abs(theta) + std::sqrt(1 + theta * theta));
+        const double c = 1 / std::sqrt(1 + t * t), s = t * c;
+        const auto rotate = [&](double& a, double& b) {
+          const double old = a;
+          a = c * old - s * b;
+          b = s * old + c * b;
+        };
+        for (int k = 0; k < n; ++k) rotate(Q[k][p], Q[k][q]);
+        for (int k = 0; k < n; ++k) rotate(Q[p][k], Q[q][k]);
+        for (int k = 0; k < n; ++k) rotate(V[k][p], V[k][q]);
+      }
+  }
+  Face<n> face;
+  for (int k = 0; k < n; ++k) {
+    face.value[k] = std::fmin(1.0, std::fmax(0.0, Q[k][k]));
+    for (int i = 0; i < n; ++i) face.vector[k][i] = V[i][k];
+  }
+  return face;
+}
+
+}  // namespace amontons

@@ -1,0 +1,20 @@
+#pragma once
+#include "amontons/sets/elliptic_friction.hpp"
+#include "amontons/sets/free.hpp"
+#include "amontons/sets/friction.hpp"
+#include "amontons/sets/interval.hpp"
+#include "amontons/sets/nonnegative.hpp"
+#include "amontons/sets/rolling_friction.hpp"
+
+namespace amontons {
+
+template <Set... S>
+struct SetList {};
+
+// Every set there is. The place in the list is the kind of a run in a SetProduct.
+using Sets = SetList<Free, NonNegative, Interval, Friction, EllipticFriction<3>, EllipticFriction<4>,
+                     EllipticFriction<6>, RollingFriction>;
+
+inline constexpr int largest_dim = 6;
+
+}  // namespace amontons

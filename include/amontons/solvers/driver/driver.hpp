@@ -1,0 +1,150 @@
+#pragma once
+#include <algorithm>
+#include <chrono>
+#include <limits>
+#include <optional>
+#include <vector>
+
+#include "amontons/problem/residual.hpp"
+#include "amontons/solvers/driver/options.hpp"
+
+namespace amontons {
+
+// What a method may use up where the caller sets no limit of its own.
+struct Limits {
+  std::size_t iterations;
+  std::size_t stall_window;    // iterations without an improvement of the best residual by 1 % that end it
+  std::size_t refresh_period;  // iterations between two evaluations of u from scratch; 0: u is always fresh
+};
+
+// Counts, clock, limits, history, callback, stagnation of one solve.
+class Monitor {
+ public:
+  Monitor(const Options& options, const Limits& limits);
+
+  // Once per iteration, with the natural residual of the iterate; a status means stop.
+  std::optional<Status> observe(double residual, double objective, double step, std::size_t backtracks);
+  // True if the residual of the last observe() was the best so far.
+  bool improved() const { return improved_; }
+  double best() const { return best_; }
+  std::size_t iterations() const { return iterations_; }
+  double elapsed() const;
+  bool out_of_time() const;              // for methods with long work between two observe()
+  void interrupt() { stopped_ = true; }  // a solve inside this one was interrupted
+
+  std::size_t products = 0, factorizations = 0;  // the method counts them here
+  std::vector<IterationRecord> history;
+
+ private:
+  const Options& options_;
+  std::chrono::steady_clock::time_point start_;
+  std::size_t limit_, stall_window_, iterations_ = 0, last_progress_ = 0;
+  double best_ = std::numeric_limits<double>::infinity(), milestone_ = best_, last_poll_ = 0;
+  bool improved_ = false, stopped_ = false;
+};
+
+// A point and its velocity u = A x + b, with the numerator of the natural residual (the natural map).
+struct Start {
+  std::vector<double> x, u;
+  double map;
+};
+// Pi_K(x0), or 0 when x0 is absent or its residual is not below that of 0: a warm start is never worse than a
+// cold one.
+Start starting_point(const Problem& problem, const Options& options, Monitor& monitor);
+
+// u := A x + b, one product; returns the natural map.
+double evaluate(const Problem& problem, Law law, const std::vector<double>& x, std::vector<double>& u,
+                Monitor& monitor);
+// 1/2 x'Ax + b'x with u = A x + b
+double objective(const Problem& problem, const std::vector<double>& x, const std::vector<double>& u);
+
+// The end of every solve: u and the residual of x from a fresh product; the status that follows (a residual
+// at or below the tolerance is `converged` whatever stopped the method); for a solve that failed, the search
+// for a certificate of infeasibility.
+Solution finish(const Problem& problem, const Options& options, const char* method, std::vector<double> x,
+                Status status, Monitor& monitor);
+
+// InputError if d'Ad is negative beyond rounding, relative to d'Pd: A is then not positive semidefinite.
+void require_curvature(double dAd, double dPd);
+
+// The solve that all methods share. A method supplies its step:
+//   name, limits         constants
+//   start(s)             takes over the start; returns the natural map of its first iterate
+//   step()               one iteration; the natural map of the new iterate, or nothing when no progress is
+//                        possible
+//   refresh()            the natural map after u was formed from scratch, without the rounding that running
+//                        sums gather; only where limits.refresh_period > 0
+//   keep_best(), best(x) keeps the current iterate; gives back the one kept
+//   objective()          1/2 x'Ax + b'x of the current iterate
+//   step_size(), backtracks()   for the history
+// The vector that comes back is the best one seen by the residual, never the last: the fallback of P-SPG-FB,
+// which makes it safe to stop any method early.
+template <class Method>
+Solution drive(const Problem& problem, const Options& options, Method&& method, Monitor& monitor) {
+  const double scale = natural_map_at_zero(problem, options.law);
+  Start start = starting_point(problem, options, monitor);
+  const double at_start = start.map / scale;
+  if (at_start <= options.tolerance) {  // most methods would leave a solution again before they return
+    monitor.observe(at_start, objective(problem, start.x, start.u), method.step_size(), 0);
+    return finish(problem, options, method.name, std::move(start.x), Status::converged, monitor);
+  }
+  const bool watched = options.history || options.callback;
+  bool kept = false;
+  double r = method.start(start) / scale;
+  Status status = Status::stalled;
+  for (std::size_t stale = 0;;) {
+    const bool due = stale >= method.limits.refresh_period || r <= options.tolerance;
+    if (method.limits.refresh_period > 0 && stale > 0 && due) {
+      r = method.refresh() / scale;
+      stale = 0;
+    }
+    // The objective may cost a pass over memory: it is only formed for those who look at it.
+    const auto stop =
+        monitor.observe(r, watched ? method.objective() : 0.0, method.step_size(), method.backtracks());
+    if (monitor.improved() && r < at_start) {
+      method.keep_best();
+      kept = true;
+    }
+    if (stop) {
+      status = *stop;
+      break;
+    }
+    const std::optional<double> next = method.step();
+    if (!next) break;
+    r = *next / scale;
+    ++stale;
+  }
+  if (kept) method.best(start.x);
+  return finish(problem, options, method.name, std::move(start.x), status, monitor);
+}
+
+// The same for a method that is made from the problem, the options and the monitor.
+template <class Method>
+Solution drive(const Problem& problem, const Options& options) {
+  Monitor monitor(options, Method::limits);
+  return drive(problem, options, Method(problem, options, monitor), monitor);
+}
+
+// The iterate of methods that form u afresh in every iteration.
+struct VectorIterate {
+  const Problem& problem;
+  const Options& options;
+  Monitor& monitor;
+  std::vector<double> x, u, kept;
+
+  VectorIterate(const Problem& p, const Options& o, Monitor& m) : problem(p), options(o), monitor(m) {}
+  double start(const Start& s) {
+    x = s.x;
+    u = s.u;
+    return s.map;
+  }
+  double evaluate() { return amontons::evaluate(problem, options.law, x, u, monitor); }
+  double refresh() { return evaluate(); }
+  void keep_best() { kept = x; }
+  void best(std::vector<double>& out) const { out = kept; }
+  double objective() const { return amontons::objective(problem, x, u); }
+  double step_size() const { return 0; }
+  std::size_t backtracks() const { return 0; }
+};
+
+}  // namespace amontons

@@ -1,0 +1,59 @@
+#include "amontons/problem/contact_graph.hpp"
+
+#include <numeric>
+
+namespace amontons {
+
+ContactGraph contact_graph(const ContactSystem& A, const SetProduct& K) {
+  ContactGraph graph;
+  graph.moves.assign(A.bodies.size(), 0);
+  graph.links.reserve(K.blocks());
+  graph.first_row.reserve(K.blocks() + 1);
+  std::vector<unsigned char> moving(A.bodies.size());
+  for (std::size_t i = 0; i < moving.size(); ++i) moving[i] = A.bodies.moves(static_cast<Index>(i));
+  const auto node = [&](Index body) {
+    if (body < 0 || !moving[body]) return Index{-1};
+    graph.moves[body] = 1;
+    return body;
+  };
+  std::size_t contact = 0;
+  const std::size_t contact_rows = A.contact_rows();
+  for_each_block(K, [&](const auto&, std::size_t, std::size_t row) {
+    graph.first_row.push_back(static_cast<Index>(row));
+    if (row < contact_rows) {
+      const Contact& c = A.contacts[contact++];
+      graph.links.push_back({node(c.body_a), node(c.body_b)});
+    } else {
+      const JacobianRow& j = A.jacobian[row - contact_rows];
+      graph.links.push_back({node(j.body_a), node(j.body_b)});
+    }
+  });
+  graph.first_row.push_back(static_cast<Index>(K.rows()));
+  return graph;
+}
+
+// Union-find over the bodies, with one more node that stands for none.
+std::size_t find_islands(const ContactGraph& graph, std::vector<Index>& island) {
+  const std::size_t bodies = graph.bodies();
+  std::vector<Index> parent(bodies + 1);
+  std::iota(parent.begin(), parent.end(), 0);
+  const auto root = [&](Index body) {
+    Index i = body < 0 ? static_cast<Index>(bodies) : body;
+    while (parent[i] != i) i = parent[i] = parent[parent[i]];
+    return i;
+  };
+  for (const ContactGraph::Link& link : graph.links)
+    if (link.a >= 0 && link.b >= 0) parent[root(link.a)] = root(link.b);
+  std::vector<Index> number(bodies + 1, -1);
+  Index count = 0;
+  island.resize(graph.links.size());
+  for (std::size_t k = 0; k < island.size(); ++k) {
+    const ContactGraph::Link& link = graph.links[k];
+    Index& mine = number[root(link.a >= 0 ? link.a : link.b)];
+    if (mine < 0) mine = count++;
+    island[k] = mine;
+  }
+  return static_cast<std::size_t>(count);
+}
+
+}  // namespace amontons

@@ -1,0 +1,169 @@
+#include "amontons/problem/contact_system.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace amontons {
+
+namespace {
+
+double dot6(const std::array<double, 6>& j, const double* v) {
+  return j[0] * v[0] + j[1] * v[1] + j[2] * v[2] + j[3] * v[3] + j[4] * v[4] + j[5] * v[5];
+}
+
+void axpy6(double x, const std::array<double, 6>& j, double* f) {
+  for (int k = 0; k < 6; ++k) f[k] += x * j[k];
+}
+
+// The 6 n working velocities of a product: per thread, so that one operator serves concurrent solves, and
+// kept between calls, so that a product does not allocate.
+std::vector<double>& body_scratch(std::size_t bodies) {
+  static thread_local std::vector<double> scratch;
+  scratch.assign(6 * bodies, 0.0);
+  return scratch;
+}
+
+void add_wrench(double* w, const Vec3& force, const Vec3& moment, double sign) {
+  for (int k = 0; k < 3; ++k) {
+    w[k] += sign * force[k];
+    w[3 + k] += sign * moment[k];
+  }
+}
+
+Vec3 vec3(const double* v) { return {v[0], v[1], v[2]}; }
+
+// (v_A + w_A x r_A) - (v_B + w_B x r_B) at the contact, and w_A - w_B.
+ContactImpulse relative_motion(const Contact& c, const double* w) {
+  ContactImpulse u;
+  const auto add = [&](Index body, const Vec3& r, double sign) {
+    if (body < 0) return;
+    const Vec3 spin = vec3(w + 6 * body + 3);
+    u.linear += sign * (vec3(w + 6 * body) + cross(spin, r));
+    if (c.rows > 3) u.angular += sign * spin;
+  };
+  add(c.body_a, c.r_a, 1);
+  add(c.body_b, c.r_b, -1);
+  return u;
+}
+
+double effective_inverse_mass(const Bodies& bodies, const JacobianRow& row) {
+  double v[6], sum = 0;
+  if (row.body_a >= 0) {
+    bodies.apply(row.body_a, row.a.data(), v);
+    sum += dot6(row.a, v);
+  }
+  if (row.body_b >= 0) {
+    bodies.apply(row.body_b, row.b.data(), v);
+    sum += dot6(row.b, v);
+  }
+  return sum;
+}
+
+}  // namespace
+
+bool Bodies::moves(Index body) const {
+  if (body < 0) return false;
+  const auto& inertia = inverse_inertia[body];
+  return inverse_mass[body] != 0 ||
+         std::any_of(inertia.begin(), inertia.end(), [](double v) { return v != 0; });
+}
+
+void Bodies::apply(std::size_t body, const double* f, double* v) const {
+  const double w = inverse_mass[body];
+  const auto& [xx, yy, zz, xy, xz, yz] = inverse_inertia[body];
+  const double tx = f[3], ty = f[4], tz = f[5];
+  v[0] = w * f[0], v[1] = w * f[1], v[2] = w * f[2];
+  v[3] = xx * tx + xy * ty + xz * tz;
+  v[4] = xy * tx + yy * ty + yz * tz;
+  v[5] = xz * tx + yz * ty + zz * tz;
+}
+
+// A unit impulse along e at r is the wrench (e, r x e) on A, its opposite on B; a unit of a moment row is the
+// torque moment_length e.
+JacobianRow jacobian_row(const Contact& c, const ContactBasis& basis, int k) {
+  const ContactRow row = contact_row(c.rows, k);
+  const Vec3& e = basis.axis(row.axis);
+  if (row.moment) {
+    const Vec3 t = c.moment_length * e;
+    return {c.body_a, c.body_b, {0, 0, 0, t.x, t.y, t.z}, {0, 0, 0, -t.x, -t.y, -t.z}};
+  }
+  const Vec3 ma = cross(c.r_a, e), mb = cross(c.r_b, e);
+  return {c.body_a, c.body_b, {e.x, e.y, e.z, ma.x, ma.y, ma.z}, {-e.x, -e.y, -e.z, -mb.x, -mb.y, -mb.z}};
+}
+
+std::size_t ContactSystem::contact_rows() const {
+  std::size_t sum = 0;
+  for (const Contact& c : contacts) sum += static_cast<std::size_t>(c.rows);
+  return sum;
+}
+
+void add_impulses(const ContactSystem& A, std::span<const double> x, std::span<double> w) {
+  std::size_t row = 0;
+  for (const Contact& c : A.contacts) {
+    const ContactImpulse f = to_world(c, &x[row]);
+    row += static_cast<std::size_t>(c.rows);
+    if (c.body_a >= 0) add_wrench(&w[6 * c.body_a], f.linear, cross(c.r_a, f.linear) + f.angular, 1);
+    if (c.body_b >= 0) add_wrench(&w[6 * c.body_b], f.linear, cross(c.r_b, f.linear) + f.angular, -1);
+  }
+  for (const JacobianRow& j : A.jacobian) {
+    if (j.body_a >= 0) axpy6(x[row], j.a, &w[6 * j.body_a]);
+    if (j.body_b >= 0) axpy6(x[row], j.b, &w[6 * j.body_b]);
+    ++row;
+  }
+}
+
+// y = D M^-1 D'x + E x in three sweeps: impulses to the bodies, their velocities, back to the rows.
+void ContactSystem::product(std::span<const double> x, std::span<double> y) const {
+  std::vector<double>& w = body_scratch(bodies.size());
+  add_impulses(*this, x, w);
+  for (std::size_t i = 0; i < bodies.size(); ++i) {
+    double v[6];
+    bodies.apply(i, &w[6 * i], v);
+    std::copy(v, v + 6, &w[6 * i]);
+  }
+  std::size_t row = 0;
+  for (std::size_t i = 0; i < contacts.size(); ++i) {
+    const Contact& c = contacts[i];
+    const ContactImpulse u = relative_motion(c, w.data());
+    to_rows(c, u.linear, u.angular, c.moment_length, &y[row]);
+    for (int k = 0; k < c.rows; ++k) y[row + k] += contact_compliance[i] * x[row + k];
+    row += static_cast<std::size_t>(c.rows);
+  }
+  for (std::size_t i = 0; i < jacobian.size(); ++i, ++row) {
+    const JacobianRow& j = jacobian[i];
+    double u = compliance[i] * x[row];
+    if (j.body_a >= 0) u += dot6(j.a, &w[6 * j.body_a]);
+    if (j.body_b >= 0) u += dot6(j.b, &w[6 * j.body_b]);
+    y[row] = u;
+  }
+}
+
+void ContactSystem::diagonal(std::span<double> d) const {
+  std::size_t row = 0;
+  for (std::size_t i = 0; i < contacts.size(); ++i) {
+    const ContactBasis basis(contacts[i]);
+    for (int k = 0; k < contacts[i].rows; ++k)
+      d[row++] = contact_compliance[i] + effective_inverse_mass(bodies, jacobian_row(contacts[i], basis, k));
+  }
+  for (std::size_t i = 0; i < jacobian.size(); ++i)
+    d[row++] = compliance[i] + effective_inverse_mass(bodies, jacobian[i]);
+}
+
+ContactSystem ContactSystem::stored() const {
+  ContactSystem op;
+  op.bodies = bodies;
+  op.jacobian.reserve(rows());
+  op.compliance.reserve(rows());
+  for (std::size_t i = 0; i < contacts.size(); ++i) {
+    const ContactBasis basis(contacts[i]);
+    for (int k = 0; k < contacts[i].rows; ++k) {
+      op.jacobian.push_back(jacobian_row(contacts[i], basis, k));
+      op.compliance.push_back(contact_compliance[i]);
+    }
+  }
+  op.jacobian.insert(op.jacobian.end(), jacobian.begin(), jacobian.end());
+  op.compliance.insert(op.compliance.end(), compliance.begin(), compliance.end());
+  return op;
+}
+
+}  // namespace amontons

@@ -1,0 +1,21 @@
+// Private: the iterate that serves a problem best.
+#pragma once
+#include "amontons/solvers/driver/driver.hpp"
+#include "amontons/solvers/first_order/contact_iterate.hpp"
+#include "amontons/solvers/first_order/plain_iterate.hpp"
+
+namespace amontons {
+
+// f(iterate) with the fused passes where they know the sets and the rows, with plain loops elsewhere.
+template <class F>
+Solution with_iterate(const Problem& problem, const Options& options, F&& f) {
+  return std::visit(
+      [&]<class Op>(const Op& A) {
+        if constexpr (std::is_same_v<Op, ContactSystem>)
+          if (ContactIterate::fits(problem)) return f(ContactIterate(problem, options.law, options.threads));
+        return f(PlainIterate<Op>(A, problem, options.law));
+      },
+      problem.A);
+}
+
+}  // namespace amontons
