@@ -16,15 +16,19 @@
 #pragma once
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <limits>
 #include <vector>
 
 #include "collision/narrow/manifold.hpp"
-#include "collision/narrow/reduce_points.hpp"
 #include "collision/narrow/separation.hpp"
 #include "collision/narrow/surface_body.hpp"
 
 namespace amontons::collision {
+
+// Removes points that lie together and, of many with about the same normal, all but the deepest and the
+// outermost ones. The points from index `first` on; `length` is the size of the body.
+void reduce_points(std::vector<ContactPoint>& points, std::size_t first, double length);
 
 // A Surface has, in coordinates of its own and with triangles named by integers:
 //   template <class F> void for_each_near(const Aabb&, F) const   F(triangle) for all that may touch the box

@@ -2,12 +2,10 @@
 
 #include <array>
 
-#include "collision/pairs/any_convex.hpp"
 #include "collision/pairs/boxes.hpp"
-#include "collision/pairs/capsules.hpp"
+#include "collision/pairs/general.hpp"
 #include "collision/pairs/plane.hpp"
-#include "collision/pairs/sphere.hpp"
-#include "collision/pairs/surfaces.hpp"
+#include "collision/pairs/round.hpp"
 
 namespace amontons::collision {
 

@@ -44,6 +44,8 @@ void check_input(std::span<const Vec3> vertices, std::span<const Triangle> trian
     AMONTONS_REQUIRE(t[0] != t[1] && t[1] != t[2] && t[0] != t[2],
                      "convex hull: triangle " + name_of(t) + " names a vertex twice; leave it out");
   }
+  AMONTONS_REQUIRE(triangles.size() >= 4,
+                   "convex hull: it needs at least four triangles, not " + std::to_string(triangles.size()));
 }
 
 std::vector<HalfEdge> sorted_edges(std::span<const Triangle> triangles) {

@@ -1,4 +1,4 @@
-#include "collision/narrow/reduce_points.hpp"
+#include "collision/narrow/surface.hpp"
 
 #include <algorithm>
 #include <cmath>
