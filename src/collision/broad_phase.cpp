@@ -18,15 +18,13 @@
 //
 // Each group of eight leaves then looks for later groups that it overlaps. The result is a set that does not
 // depend on the order of the leaves, so the order of the last call is used again as long as it serves.
+//
+// The tree holds floats, eight of which are compared at once; they are rounded so that no pair is lost, and
+// what they find is decided in double.
 namespace amontons {
 namespace {
 
 constexpr float inf = std::numeric_limits<float>::infinity();
-
-bool is_overlap(const Aabb& a, const Aabb& b) {
-  return a.lower.x <= b.upper.x && b.lower.x <= a.upper.x && a.lower.y <= b.upper.y &&
-         b.lower.y <= a.upper.y && a.lower.z <= b.upper.z && b.lower.z <= a.upper.z;
-}
 
 double extent(const Aabb& box) {
   const Vec3 d = box.upper - box.lower;
@@ -87,10 +85,14 @@ void enclose(const Node& node, float* box) {
   }
 }
 
+// Empty places overlap nothing.
 template <class Node>
 void clear(Node& node) {
   for (int axis = 0; axis < 3; ++axis)
-    for (int k = 0; k < 8; ++k) node.bound[axis][k] = inf, node.bound[axis + 3][k] = -inf;
+    for (int k = 0; k < 8; ++k) {
+      node.bound[axis][k] = inf;
+      node.bound[axis + 3][k] = -inf;
+    }
 }
 
 }  // namespace
@@ -99,7 +101,8 @@ void BroadPhase::find_pairs(std::span<const Aabb> boxes, std::span<const unsigne
                             std::vector<IndexPair>& pairs) {
   found_.clear();
   set_aside_infinite(boxes);
-  // The order of an earlier call is given up as soon as it costs half as much again as when it was new.
+  // The order of an earlier call holds for any boxes; it only gets slower as they move through each other. It
+  // is given up as soon as it costs half as much again as when it was new.
   bool done = false;
   if (built_for_ == boxes.size() && infinite_ == last_infinite_) {
     fit(boxes);
@@ -110,7 +113,9 @@ void BroadPhase::find_pairs(std::span<const Aabb> boxes, std::span<const unsigne
     build(boxes);
     fit(boxes);
     search(fixed, std::numeric_limits<std::size_t>::max());
-    built_for_ = boxes.size(), last_infinite_ = infinite_, built_visits_ = visits_;
+    built_for_ = boxes.size();
+    last_infinite_ = infinite_;
+    built_visits_ = visits_;
   }
   add_pairs_of_infinite(boxes, fixed);
   sort(boxes.size(), pairs);
@@ -131,8 +136,15 @@ void BroadPhase::build(std::span<const Aabb> boxes) {
       ++k;
     else
       finite_.push_back(static_cast<std::int32_t>(i));
+  choose_origin(boxes);
+  sort_by_size(boxes);
+  for (std::size_t k = 0; k < start_.size(); k += 2) split(start_[k], start_[k + 1]);
+  order_.resize(items_.size());
+  for (std::size_t k = 0; k < items_.size(); ++k) order_[k] = items_[k].box;
+}
 
-  // The median of a few centres lies amid most boxes, wherever a few others have flown to.
+// The median of a few centres lies amid most boxes, wherever a few others have flown to.
+void BroadPhase::choose_origin(std::span<const Aabb> boxes) {
   constexpr std::size_t sample = 31;
   const std::size_t stride = finite_.size() / sample + 1;
   for (int axis = 0; axis < 3; ++axis) {
@@ -142,8 +154,11 @@ void BroadPhase::build(std::span<const Aabb> boxes) {
     std::nth_element(at, at + n / 2, at + n);
     origin_[axis] = n ? at[n / 2] : 0;
   }
+}
 
-  // Counting sort by class; each class starts a new group of leaves.
+// Counting sort by class; each class starts a new group of leaves. Afterwards start_ holds where the items of
+// each class that has any begin and end.
+void BroadPhase::sort_by_size(std::span<const Aabb> boxes) {
   count_.assign(classes + 1, 0);
   for (std::int32_t i : finite_) ++count_[size_class(extent(boxes[i])) + 1];
   std::size_t leaves = 0;
@@ -151,7 +166,10 @@ void BroadPhase::build(std::span<const Aabb> boxes) {
   for (std::size_t c = 0; c < classes; ++c) {
     const std::size_t size = count_[c + 1];
     count_[c] = leaves;
-    if (size) start_.push_back(leaves), start_.push_back(leaves + size);
+    if (size) {
+      start_.push_back(leaves);
+      start_.push_back(leaves + size);
+    }
     leaves += (size + width - 1) / width * width;
   }
   items_.assign(leaves, {{}, {}, -1});
@@ -159,15 +177,16 @@ void BroadPhase::build(std::span<const Aabb> boxes) {
     const Aabb& box = boxes[i];
     Item& item = items_[count_[size_class(extent(box))]++];
     const Vec3 c = centre(box), e = box.upper - box.lower;
-    for (int axis = 0; axis < 3; ++axis)
-      item.centre[axis] = narrow(c[axis], origin_[axis]), item.extent[axis] = static_cast<float>(e[axis]);
+    for (int axis = 0; axis < 3; ++axis) {
+      item.centre[axis] = narrow(c[axis], origin_[axis]);
+      item.extent[axis] = static_cast<float>(e[axis]);
+    }
     item.box = i;
   }
-  for (std::size_t k = 0; k < start_.size(); k += 2) split(start_[k], start_[k + 1]);
-  order_.resize(leaves);
-  for (std::size_t k = 0; k < leaves; ++k) order_[k] = items_[k].box;
 }
 
+// Splits the range near its middle, at a multiple of the largest power of eight of which one lies inside: the
+// halves then fill whole nodes of the level that they belong to.
 void BroadPhase::split(std::size_t first, std::size_t last) {
   if (last - first <= width) return;
   std::size_t block = width;
@@ -176,8 +195,17 @@ void BroadPhase::split(std::size_t first, std::size_t last) {
   if (middle >= last) middle -= block;
   if (middle <= first) middle += block;
 
-  // With centres spread over s and boxes as long as e on average, the halves are about s / 2 + e long: along
-  // which axis is that the smallest part of s + e?
+  const int axis = best_axis(first, last);
+  const auto at = [&](std::size_t k) { return items_.begin() + static_cast<std::ptrdiff_t>(k); };
+  std::nth_element(at(first), at(middle), at(last),
+                   [&](const Item& a, const Item& b) { return a.centre[axis] < b.centre[axis]; });
+  split(first, middle);
+  split(middle, last);
+}
+
+// With centres spread over s and boxes as long as e on average, the halves are about s / 2 + e long: along
+// which axis is that the smallest part of s + e? Where s / (s + e) is largest.
+int BroadPhase::best_axis(std::size_t first, std::size_t last) const {
   float lower[3], upper[3], sum[3] = {0, 0, 0};
   for (int axis = 0; axis < 3; ++axis) lower[axis] = upper[axis] = items_[first].centre[axis];
   for (std::size_t k = first; k < last; ++k)
@@ -191,17 +219,16 @@ void BroadPhase::split(std::size_t first, std::size_t last) {
   for (int axis = 0; axis < 3; ++axis) {
     const float spread = upper[axis] - lower[axis], length = sum[axis] / static_cast<float>(last - first);
     const float gain = spread > 0 ? spread / (spread + length) : 0;
-    if (gain > best_gain || (gain == best_gain && spread > best_spread))
-      best = axis, best_gain = gain, best_spread = spread;
+    if (gain > best_gain || (gain == best_gain && spread > best_spread)) {
+      best = axis;
+      best_gain = gain;
+      best_spread = spread;
+    }
   }
-  const auto at = [&](std::size_t k) { return items_.begin() + static_cast<std::ptrdiff_t>(k); };
-  std::nth_element(at(first), at(middle), at(last),
-                   [&](const Item& a, const Item& b) { return a.centre[best] < b.centre[best]; });
-  split(first, middle);
-  split(middle, last);
+  return best;
 }
 
-// Puts the boxes into the tree, in the present order.
+// Puts the boxes into the tree, in the present order, level by level from the leaves up.
 void BroadPhase::fit(std::span<const Aabb> boxes) {
   boxes_.resize(order_.size());
   std::size_t nodes = std::max<std::size_t>(order_.size() / width, 1), depth = 0;
@@ -232,36 +259,46 @@ void BroadPhase::fit(std::span<const Aabb> boxes) {
 // Every pair of overlapping boxes in the tree. Gives up, returning false, after more visits than the limit.
 bool BroadPhase::search(std::span<const unsigned char> fixed, std::size_t limit) {
   visits_ = 0;
-  const std::size_t groups = order_.size() / width, top = levels_.size() - 1;
+  const std::size_t groups = order_.size() / width;
   for (std::size_t g = 0; g < groups; ++g) {
-    float box[6];
-    enclose(levels_[0][g], box);
     cross_self(fixed, g);
-    // A node on the stack is { level, index }; each level leaves at most seven behind.
-    struct {
-      std::size_t level, index;
-    } stack[8 * 24];
-    int size = 0;
-    if (top > 0) stack[size++] = {top, 0};
-    while (size > 0) {
-      const auto [level, index] = stack[--size];
-      ++visits_;
-      const unsigned shift = 3 * static_cast<unsigned>(level - 1);
-      unsigned mask = overlap_mask(levels_[level][index], box);
-      for (; mask; mask &= mask - 1) {
-        const std::size_t child = index * width + static_cast<std::size_t>(std::countr_zero(mask));
-        if (((child + 1) << shift) - 1 <= g) continue;  // all its groups come before g or are g
-        if (level > 1)
-          stack[size++] = {level - 1, child};
-        else
-          ++visits_, cross(fixed, g, child, levels_[1][index], child % width);
-      }
-    }
+    cross_later_groups(fixed, g);
     if (visits_ > limit) return false;
   }
   return true;
 }
 
+// Descends from the top into all nodes that overlap the box of group g and hold later groups: each pair of
+// groups is met once, from the earlier one.
+void BroadPhase::cross_later_groups(std::span<const unsigned char> fixed, std::size_t g) {
+  const std::size_t top = levels_.size() - 1;
+  if (top == 0) return;
+  float box[6];
+  enclose(levels_[0][g], box);
+  // A node on the stack is { level, index }; each level leaves at most seven behind.
+  struct {
+    std::size_t level, index;
+  } stack[8 * 24];
+  int size = 0;
+  stack[size++] = {top, 0};
+  while (size > 0) {
+    const auto [level, index] = stack[--size];
+    ++visits_;
+    const unsigned shift = 3 * static_cast<unsigned>(level - 1);
+    for (unsigned mask = overlap_mask(levels_[level][index], box); mask; mask &= mask - 1) {
+      const std::size_t child = index * width + static_cast<std::size_t>(std::countr_zero(mask));
+      if (((child + 1) << shift) - 1 <= g) continue;  // all its groups come before g or are g
+      if (level > 1) {
+        stack[size++] = {level - 1, child};
+      } else {
+        ++visits_;
+        cross(fixed, g, child, levels_[1][index], child % width);
+      }
+    }
+  }
+}
+
+// The pairs within a group: each leaf with those after it.
 void BroadPhase::cross_self(std::span<const unsigned char> fixed, std::size_t g) {
   for (int i = 0; i + 1 < width; ++i) cross_leaf(fixed, g, i, g, ~1u << i);
 }

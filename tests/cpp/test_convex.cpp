@@ -1,5 +1,7 @@
+#include "amontons/collision/narrow/extent.hpp"
 #include "check.hpp"
-#include "collision/narrow/convex.hpp"
+#include "collision/narrow/feature.hpp"
+#include "collision/narrow/separation.hpp"
 #include "collision_scenes.hpp"
 
 // Distance and penetration of convex bodies, certified without an oracle: a normal n separates the bodies by

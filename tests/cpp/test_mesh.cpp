@@ -6,8 +6,8 @@
 
 #include "amontons/collision/pairs/collide.hpp"
 #include "check.hpp"
-#include "collision/narrow/convex.hpp"
-#include "collision/narrow/surface.hpp"
+#include "collision/narrow/separation.hpp"
+#include "collision/shapes/facet.hpp"
 #include "problems.hpp"
 
 using namespace amontons;
@@ -278,9 +278,11 @@ TEST(rounded_floor_has_no_bumps) {
       Vec3 closest;
       for (const Triangle& t : floor.triangles) {
         const Vec3 corner[3] = {floor.vertices[t[0]], floor.vertices[t[1]], floor.vertices[t[2]]};
-        unsigned feature;
-        const Vec3 p = collision::closest_point(corner, centre, feature);
-        if (norm(p - centre) < distance) distance = norm(p - centre), closest = p;
+        const Vec3 p = collision::closest_point(corner, centre).at;
+        if (norm(p - centre) < distance) {
+          distance = norm(p - centre);
+          closest = p;
+        }
       }
       const auto points = contacts(Sphere{0.18}, {centre, {}}, mesh, 0.005);
       CHECK((distance < 0.185) == !points.empty());

@@ -1,10 +1,11 @@
 #pragma once
+#include <cstddef>
 #include <cstdint>
 #include <span>
 #include <utility>
 #include <vector>
 
-#include "amontons/collision/shapes/shapes.hpp"
+#include "amontons/collision/shapes/aabb.hpp"
 
 namespace amontons {
 
@@ -25,16 +26,24 @@ class BroadPhase {
   struct alignas(32) Node {
     float bound[6][width];
   };
+  // A leaf while the order is sought; box -1: a gap.
   struct Item {
     float centre[3], extent[3];
     std::int32_t box;
   };
 
+  // The order of the leaves.
   void set_aside_infinite(std::span<const Aabb> boxes);
   void build(std::span<const Aabb> boxes);
+  void choose_origin(std::span<const Aabb> boxes);
+  void sort_by_size(std::span<const Aabb> boxes);
   void split(std::size_t first, std::size_t last);
+  int best_axis(std::size_t first, std::size_t last) const;
+
+  // The tree over them, and its pairs.
   void fit(std::span<const Aabb> boxes);
   bool search(std::span<const unsigned char> fixed, std::size_t limit);
+  void cross_later_groups(std::span<const unsigned char> fixed, std::size_t g);
   void cross_self(std::span<const unsigned char> fixed, std::size_t g);
   void cross(std::span<const unsigned char> fixed, std::size_t g, std::size_t h, const Node& parent,
              std::size_t child);
@@ -44,17 +53,22 @@ class BroadPhase {
            std::span<const unsigned char> fixed);
   void sort(std::size_t boxes, std::vector<IndexPair>& pairs);
 
-  std::vector<std::int32_t> infinite_,
-      last_infinite_;                      // boxes outside the tree, of this call and of the order
+  // Of this call.
+  std::vector<std::int32_t> infinite_;     // boxes outside the tree, ascending
   std::vector<std::int32_t> finite_;       // the others
-  std::vector<std::int32_t> order_;        // leaf -> box, -1 in gaps
   std::vector<std::vector<Node>> levels_;  // levels_[0]: the groups of eight leaves; the last level: one node
   std::vector<Aabb> boxes_;                // in the order of the leaves
-  Vec3 origin_;                            // subtracted before coordinates are rounded to float
-  std::size_t built_for_ = 0;              // the number of boxes that the order is for
-  std::size_t visits_ = 0,
-              built_visits_ = 0;  // nodes looked at by this search, by the one after the last build
-  std::vector<IndexPair> found_;  // not sorted
+  std::size_t visits_ = 0;                 // nodes looked at by the search
+  std::vector<IndexPair> found_;           // not sorted
+
+  // Of the order that was found last.
+  std::vector<std::int32_t> order_;  // leaf -> box, -1 in gaps
+  Vec3 origin_;                      // subtracted before coordinates are rounded to float
+  std::size_t built_for_ = 0;        // the number of boxes
+  std::vector<std::int32_t> last_infinite_;
+  std::size_t built_visits_ = 0;  // of the first search in it
+
+  // Scratch.
   std::vector<Item> items_;
   std::vector<std::size_t> count_, start_;
 };

@@ -1,12 +1,10 @@
 #pragma once
-#include <vector>
+#include <cstdint>
 
-#include "amontons/collision/pairs/collide.hpp"
 #include "amontons/collision/shapes/shapes.hpp"
 
-// What the narrow phase knows of convex bodies: support functions, supporting features, distance and
-// penetration of two of them, and contact manifolds by clipping. Everything is relative to the sizes of the
-// bodies: a scene in millimetres gives the same as one in kilometres.
+// A convex body as the narrow phase sees it. Everything in this room is relative to the sizes of the bodies:
+// a scene in millimetres gives the same as one in kilometres.
 namespace amontons::collision {
 
 // A convex body in the coordinates of the narrow phase: the points within `radius` of its core. Spheres are
@@ -33,39 +31,33 @@ Convex make_triangle(const Vec3& a, const Vec3& b, const Vec3& c);
 // A point of the core that is extreme along `direction` (of any length but zero).
 Vec3 support(const Convex& body, const Vec3& direction);
 
-// The feature of a body (radius included) that supports it along a unit direction: a face whose normal is
-// close to the direction, an edge that is nearly perpendicular to it, or the extreme point.
-struct Feature {
-  static constexpr int capacity = 64;  // faces with more corners are thinned out
-  int count = 0;                       // 1: a point, 2: an edge, 3 and more: a flat face
-  Vec3 normal;                         // of a face, unit, outwards
-  Vec3 points[capacity];               // faces: counter-clockwise seen from outside
-};
-// `through` (a point on the body's surface, or null): of several faces choose one that holds this point, so
-// that the contact's deepest point is never missed. `phase`: the direction of the first corner of a round cap
-// (null: fixed in the body).
-void supporting_feature(const Convex& body, const Vec3& direction, const Vec3* through, const Vec3* phase,
-                        Feature& feature);
+// Directions between the coordinates of a body's own axes and the common ones.
+inline Vec3 to_local(const Convex& body, const Vec3& v) {
+  return {dot(body.axis[0], v), dot(body.axis[1], v), dot(body.axis[2], v)};
+}
+inline Vec3 to_common(const Convex& body, const Vec3& v) {
+  return v.x * body.axis[0] + v.y * body.axis[1] + v.z * body.axis[2];
+}
 
-// The distance of two bodies, radii included, or how deep they overlap.
+// Of a hull: the corner that is extreme along a direction in its own frame, and where a corner is.
+std::int32_t extreme_corner(const ConvexHull& hull, const Vec3& direction);
+inline Vec3 corner_of(const Convex& body, std::int32_t i) {
+  return body.centre + to_common(body, body.hull->vertices[i]);
+}
+
+// How the sizes of two bodies enter tolerances: `size` is the smaller body's, `reach` bounds the coordinates
+// and with them rounding.
+struct PairScale {
+  double size, reach;
+};
+PairScale pair_scale(const Convex& a, const Convex& b);
+
+// The distance of two bodies, radii included, or how deep they overlap. separation.hpp finds it.
 struct Separation {
   bool within = false;  // false: farther apart than the limit, the rest is not set
   double distance = 0;  // negative: the depth of the overlap along the shortest way out
   Vec3 normal;          // unit, from b to a
   Vec3 on_a, on_b;      // the closest points (deepest, for an overlap) of the surfaces
 };
-// By GJK between the cores, by EPA where those touch or overlap.
-Separation separation(const Convex& a, const Convex& b, double limit);
-
-// Appends the contact points with gap <= margin of the supporting features along a given unit normal from b
-// to a; `deepest` (or null) only helps to choose the faces. Returns the smallest gap, infinity if no point
-// was found.
-double clip_features(const Convex& a, const Convex& b, const Vec3& normal, const Separation* deepest,
-                     double margin, std::vector<ContactPoint>& points);
-
-// Appends the manifold of two bodies whose separation is known: clips the features along the normal of the
-// best aligned face, or else along the separation's own; the deepest point is always there.
-void manifold(const Convex& a, const Convex& b, const Separation& deepest, double margin,
-              std::vector<ContactPoint>& points);
 
 }  // namespace amontons::collision

@@ -1,150 +1,74 @@
+#include "collision/narrow/epa.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
-#include "collision/narrow/gjk.hpp"
+#include "collision/narrow/polytope.hpp"
 
 // The expanding polytope algorithm (van den Bergen, Collision Detection in Interactive 3D Environments,
-// section 4.3.8): a polytope inside the difference of the cores grows at its face nearest to the origin until
-// that face lies on the difference's surface.
+// section 4.3.8). The origin lies inside the difference C of the cores, and the shortest way out of C is that
+// of the overlap. A polytope inside C that holds the origin grows at its face nearest to the origin: the
+// plane of this face bounds the depth from below, the plane that supports C along the same normal from above.
+// Where the two agree the face lies on the surface of C, and the origin's foot on it gives the deepest
+// points.
 namespace amontons::collision {
 
 namespace {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
-struct PolytopeFace {
-  int corner[3];  // counter-clockwise seen from outside
-  int across[3];  // the face beyond the edge from corner k to corner k + 1
-  Vec3 normal;
-  double distance;  // of its plane from the origin; infinite for needles, which are never the nearest
-  double error;     // of the normal by rounding, infinite where there is none
-  bool removed;
-};
-
-struct Polytope {
-  static constexpr int most_points = 132, most_faces = 2 * most_points;
-  DifferencePoint point[most_points];
-  PolytopeFace face[most_faces];
-  int unused[most_faces];  // faces removed earlier
-  int rim[most_faces][2];  // of the hole: a face that stays, and its edge
-  int points, faces, free_faces, rim_edges;
-  double rounding;  // of the coordinates
-
-  int add_face(int i, int j, int k);
-  bool sees(const Vec3& p, const PolytopeFace& f) const;
-  void remove_seen(int f, int edge, const Vec3& p);
-  bool expand(int seed, const DifferencePoint& p);
-  void start(bool positive);
-  int nearest_face() const;
-};
-
-int Polytope::add_face(int i, int j, int k) {
-  const int number = free_faces > 0 ? unused[--free_faces] : faces++;
-  const Vec3 ab = point[j].w - point[i].w, ac = point[k].w - point[i].w, bc = ac - ab, n = cross(ab, ac);
-  const double area = norm_squared(n);
-  const double longest = std::max({norm_squared(ab), norm_squared(ac), norm_squared(bc)});
-  PolytopeFace& f = face[number];
-  f = {{i, j, k}, {-1, -1, -1}, {}, infinity, infinity, false};
-  if (area <= 1e-28 * longest * longest) return number;
-  f.normal = n / std::sqrt(area);
-  f.error = rounding * std::sqrt(longest / area);
-  if (f.error < 1e-8) f.distance = dot(f.normal, point[i].w);
-  return number;
-}
-
-bool Polytope::sees(const Vec3& p, const PolytopeFace& f) const {
-  if (f.error == infinity) return true;
-  const Vec3 d = p - point[f.corner[0]].w;
-  return dot(f.normal, d) > rounding + f.error * norm(d);
-}
-
-// Removes the connected faces that p sees, and lists the rim of the hole in order.
-void Polytope::remove_seen(int number, int edge, const Vec3& p) {
-  PolytopeFace& f = face[number];
-  if (f.removed) return;
-  if (!sees(p, f)) {
-    rim[rim_edges][0] = number;
-    rim[rim_edges++][1] = edge;
-    return;
-  }
-  f.removed = true;
-  unused[free_faces++] = number;
-  for (int k = 1; k < 3; ++k) {
-    const int side = (edge + k) % 3, next = f.across[side];
-    int back = 0;
-    while (face[next].across[back] != number) ++back;
-    remove_seen(next, back, p);
-  }
-}
-
-// Replaces the faces that p sees, a known one among them, by the cone over their rim. False: no room left, or
-// rounding made a rim that is no simple loop.
-bool Polytope::expand(int seed, const DifferencePoint& p) {
-  if (points == most_points) return false;
-  rim_edges = 0;
-  face[seed].removed = true;
-  unused[free_faces++] = seed;
-  for (int k = 0; k < 3; ++k) {
-    const int next = face[seed].across[k];
-    int back = 0;
-    while (face[next].across[back] != seed) ++back;
-    remove_seen(next, back, p.w);
-  }
-  if (rim_edges < 3) return false;
-  const auto corner = [&](int r, int end) { return face[rim[r][0]].corner[(rim[r][1] + end) % 3]; };
-  for (int r = 0; r < rim_edges; ++r)
-    if (corner(r, 0) != corner((r + 1) % rim_edges, 1)) return false;
-  point[points++] = p;
-  int first = -1, last = -1;
-  for (int r = 0; r < rim_edges; ++r) {
-    if (free_faces == 0 && faces == most_faces) return false;
-    const int number = add_face(corner(r, 1), corner(r, 0), points - 1);
-    face[number].across[0] = rim[r][0];
-    face[rim[r][0]].across[rim[r][1]] = number;
-    // The faces of the cone follow each other round the apex: edge 2 leads back, edge 1 on.
-    if (last >= 0) {
-      face[number].across[2] = last;
-      face[last].across[1] = number;
-    } else {
-      first = number;
-    }
-    last = number;
-  }
-  face[first].across[2] = last;
-  face[last].across[1] = first;
-  return true;
-}
-
-// The tetrahedron of the first four points; `positive`: the fourth lies behind the first three.
-void Polytope::start(bool positive) {
-  points = 4;
-  faces = free_faces = 0;
-  const int j = positive ? 1 : 2, k = positive ? 2 : 1;
-  add_face(0, j, k);
-  add_face(0, k, 3);
-  add_face(k, j, 3);
-  add_face(j, 0, 3);
-  constexpr int across[4][3] = {{3, 2, 1}, {0, 2, 3}, {0, 3, 1}, {0, 1, 2}};
-  for (int f = 0; f < 4; ++f)
-    for (int e = 0; e < 3; ++e) face[f].across[e] = across[f][e];
-}
-
-int Polytope::nearest_face() const {
-  int best = -1;
-  for (int f = 0; f < faces; ++f)
-    if (!face[f].removed && (best < 0 || face[f].distance < face[best].distance)) best = f;
-  return best;
-}
-
 Vec3 any_perpendicular(const Vec3& e) {
-  const Vec3 a{std::abs(e.x), std::abs(e.y), std::abs(e.z)};
-  const Vec3 least = a.x <= a.y && a.x <= a.z ? Vec3{1, 0, 0} : a.y <= a.z ? Vec3{0, 1, 0} : Vec3{0, 0, 1};
-  return normalised(cross(e, least));
+  int least = 0;  // across the axis that e is most perpendicular to
+  for (int i = 1; i < 3; ++i)
+    if (std::abs(e[i]) < std::abs(e[least])) least = i;
+  Vec3 axis;
+  axis[least] = 1;
+  return normalised(cross(e, axis));
 }
 
 bool is_round(const Convex& body) {
   return body.kind == Convex::Kind::cylinder || body.kind == Convex::Kind::ellipsoid;
+}
+
+// How many points of a simplex span something: a tetrahedron that is thinner than the tolerance counts as a
+// triangle, and so on down to a point.
+int independent_points(const Polytope& hull, int n, double tolerance) {
+  const Vec3 o = hull.point[0].w;
+  if (n == 4) {
+    const Vec3 e = hull.point[1].w - o, f = hull.point[2].w - o, g = hull.point[3].w - o;
+    if (std::abs(dot(cross(e, f), g)) > tolerance * norm(cross(e, f))) return 4;
+    n = 3;
+  }
+  if (n == 3) {
+    const Vec3 e = hull.point[1].w - o, f = hull.point[2].w - o;
+    if (!(norm(cross(e, f)) <= tolerance * std::max(norm(e), norm(f)))) return 3;
+    n = 2;
+  }
+  if (n == 2 && norm(hull.point[1].w - o) <= tolerance) n = 1;
+  return n;
+}
+
+// Directions out of the span of the first n points, opposite ones among them.
+int directions_out_of(const Polytope& hull, int n, Vec3* directions) {
+  const Vec3 o = hull.point[0].w;
+  int count = 0;
+  if (n == 1) {
+    for (int i = 0; i < 3; ++i) {
+      Vec3 d;
+      d[i] = 1;
+      directions[count++] = d;
+      directions[count++] = -d;
+    }
+  } else if (n == 2) {
+    const Vec3 e = normalised(hull.point[1].w - o), u = any_perpendicular(e), v = cross(e, u);
+    for (const Vec3& d : {u, v, -u, -v}) directions[count++] = d;
+  } else {
+    const Vec3 normal = normalised(cross(hull.point[1].w - o, hull.point[2].w - o));
+    directions[count++] = normal;
+    directions[count++] = -normal;
+  }
+  return count;
 }
 
 // Grows a simplex that holds the origin to a tetrahedron by extreme points. Returns how many points it got:
@@ -152,47 +76,22 @@ bool is_round(const Convex& body) {
 int grow_to_tetrahedron(const Convex& a, const Convex& b, const Simplex& s, double tolerance,
                         Polytope& hull) {
   for (int i = 0; i < s.count; ++i) hull.point[i] = s.point[i];
-  int n = s.count;
-  if (n == 4) {
-    const Vec3 o = hull.point[0].w;
-    const Vec3 e = hull.point[1].w - o, f = hull.point[2].w - o, g = hull.point[3].w - o;
-    if (std::abs(dot(cross(e, f), g)) > tolerance * norm(cross(e, f))) return 4;
-    n = 3;
-  }
-  if (n == 3) {
-    const Vec3 e = hull.point[1].w - hull.point[0].w, f = hull.point[2].w - hull.point[0].w;
-    if (norm(cross(e, f)) <= tolerance * std::max(norm(e), norm(f))) n = 2;
-  }
-  if (n == 2 && norm(hull.point[1].w - hull.point[0].w) <= tolerance) n = 1;
-  while (n < 4) {
-    const Vec3 o = hull.point[0].w;
+  int n = independent_points(hull, s.count, tolerance);
+  for (; n < 4; ++n) {
     Vec3 directions[6];
-    int tries = 0;
-    if (n == 1) {
-      for (int i = 0; i < 3; ++i) {
-        Vec3 d;
-        d[i] = 1;
-        directions[tries++] = d;
-        directions[tries++] = -d;
-      }
-    } else if (n == 2) {
-      const Vec3 e = normalised(hull.point[1].w - o), u = any_perpendicular(e), v = cross(e, u);
-      for (const Vec3& d : {u, v, -u, -v}) directions[tries++] = d;
-    } else {
-      const Vec3 normal = normalised(cross(hull.point[1].w - o, hull.point[2].w - o));
-      directions[tries++] = normal;
-      directions[tries++] = -normal;
-    }
+    const int tries = directions_out_of(hull, n, directions);
     double farthest = tolerance;
     for (int t = 0; t < tries; ++t) {
       const DifferencePoint p = difference_support(a, b, directions[t]);
-      const double distance = dot(directions[t], p.w - o);
-      if (distance > farthest) farthest = distance, hull.point[n] = p;
+      const double distance = dot(directions[t], p.w - hull.point[0].w);
+      if (distance > farthest) {
+        farthest = distance;
+        hull.point[n] = p;
+      }
     }
-    if (farthest == tolerance) return n;
-    ++n;
+    if (farthest == tolerance) break;
   }
-  return 4;
+  return n;
 }
 
 // Both cores lie in one plane, or on one line: they part across it, at no depth.
@@ -214,7 +113,7 @@ void part_flat(const Convex& a, const Convex& b, const Polytope& hull, int point
 }
 
 // The foot of the origin on the plane { <normal, w> = depth }, in the one of the faces in this plane that
-// holds it.
+// holds it: with its weights the points of a and b that the corners come from give the deepest points.
 void set_foot(const Polytope& hull, const Vec3& normal, double depth, double tolerance, Separation& result) {
   double nearest = infinity;
   for (int number = 0; number < hull.faces; ++number) {
@@ -241,20 +140,21 @@ void set_foot(const Polytope& hull, const Vec3& normal, double depth, double tol
   }
 }
 
+// How far the bounds of the depth may be apart. Flat surfaces are met, round ones approached: triangles much
+// finer than this are rounding. Between two smooth bodies sharpen_smooth() does the rest.
+double convergence(const Convex& a, const Convex& b, const PairScale& scale, double rounding) {
+  const bool smooth = a.kind == Convex::Kind::ellipsoid && b.kind == Convex::Kind::ellipsoid;
+  const double relative = smooth ? 1e-5 : is_round(a) || is_round(b) ? 1e-8 : 1e-10;
+  return relative * scale.size + rounding;
+}
+
 }  // namespace
 
 void penetration(const Convex& a, const Convex& b, const Simplex& simplex, Separation& result) {
   thread_local Polytope hull;
   const PairScale scale = pair_scale(a, b);
   const double rounding = 1e-14 * scale.reach;
-  // Flat surfaces are met, round ones approached: triangles much finer than this are rounding. Between two
-  // smooth bodies sharpen() does the rest.
-  const bool smooth = a.kind == Convex::Kind::ellipsoid && b.kind == Convex::Kind::ellipsoid;
-  const double converged = (smooth                       ? 1e-5
-                            : is_round(a) || is_round(b) ? 1e-8
-                                                         : 1e-10) *
-                               scale.size +
-                           rounding;
+  const double converged = convergence(a, b, scale, rounding);
 
   const int points = grow_to_tetrahedron(a, b, simplex, 100 * rounding, hull);
   if (points < 4) return part_flat(a, b, hull, points, result);
@@ -275,7 +175,8 @@ void penetration(const Convex& a, const Convex& b, const Simplex& simplex, Separ
       least = depth;
       result.normal = -direction;
       result.distance = -depth;
-      result.on_a = p.a, result.on_b = p.b;
+      result.on_a = p.a;
+      result.on_b = p.b;
     }
     if (depth - bound <= converged) {
       result.normal = -direction;

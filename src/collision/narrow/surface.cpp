@@ -1,9 +1,12 @@
 #include "collision/narrow/surface.hpp"
 
+#include <algorithm>
+#include <cmath>
+
 namespace amontons::collision {
 namespace {
 
-// Points closer than this part of the body's size are one: triangles that share an edge or a corner both find
+// Points closer than this part of the body's size are one: triangles that share an edge or corner both find
 // it.
 constexpr double same_point = 1e-5;
 // Of more points than this with about the same normal some are left out.
@@ -12,6 +15,7 @@ constexpr double same_normal = 0.99;  // cosine
 
 bool is_deeper(const ContactPoint& a, const ContactPoint& b) { return a.gap < b.gap; }
 
+// Of points that lie together with about the same normal the deepest one stays, in the place of the first.
 void remove_doubles(std::vector<ContactPoint>& points, std::size_t first, double length) {
   const double tolerance = same_point * length;
   std::size_t end = first;
@@ -41,7 +45,9 @@ std::size_t select(std::vector<ContactPoint>& points, std::size_t first, std::si
     std::size_t best = first;
     for (std::size_t i = first; i < last; ++i)
       if (dot(direction, points[i].point) > dot(direction, points[best].point)) best = i;
-    if (best >= end) std::iter_swap(at(best), at(end)), ++end;
+    if (best < end) continue;
+    std::iter_swap(at(best), at(end));
+    ++end;
   }
   return end;
 }

@@ -1,7 +1,8 @@
+#include "collision/pairs/plane.hpp"
+
 #include <cmath>
 
-#include "collision/narrow/gjk.hpp"
-#include "collision/pairs/pairs.hpp"
+#include "collision/narrow/convex.hpp"
 
 // Shapes on a half space. Each point of a shape is a valid constraint of its own, so every corner within the
 // margin is taken whose faces look down at all: none can be lost to a choice between faces.
@@ -25,6 +26,7 @@ struct PlaneContact {
 
 void box_on_plane(const Box& box, const Transform& frame, const PlaneContact& plane) {
   const Mat3 r = to_matrix(frame.rotation);
+  // A corner is left out if all three of its faces look up: <column, normal> times the corner's sign.
   const Vec3 up{dot(r.column(0), plane.normal), dot(r.column(1), plane.normal),
                 dot(r.column(2), plane.normal)};
   for (int k = 0; k < 8; ++k) {
@@ -69,7 +71,7 @@ void hull_on_plane(const ConvexHull& hull, const Transform& frame, const PlaneCo
     // A corner of the upper side: an edge falls from it and none rises, the level ones apart.
     bool rises = false, falls = false;
     for (std::int32_t j : hull.neighbours[i]) {
-      const Vec3 edge = hull.vertices[static_cast<std::size_t>(j)] - hull.vertices[i];
+      const Vec3 edge = hull.vertices[j] - hull.vertices[i];
       const double slope = dot(up, edge), level = -looks_down * norm(edge);
       rises |= slope > level;
       falls |= slope < -level;
@@ -80,15 +82,16 @@ void hull_on_plane(const ConvexHull& hull, const Transform& frame, const PlaneCo
 
 }  // namespace
 
-void collide_plane(const Shape& a, const Transform& frame_a, const Transform& plane, double margin,
-                   std::vector<ContactPoint>& points) {
-  const PlaneContact contact{plane.position, rotate(plane.rotation, {0, 0, 1}), margin, points};
-  if (const auto* box = std::get_if<Box>(&a)) return box_on_plane(*box, frame_a, contact);
-  if (const auto* capsule = std::get_if<Capsule>(&a)) return capsule_on_plane(*capsule, frame_a, contact);
-  if (const auto* cylinder = std::get_if<Cylinder>(&a)) return cylinder_on_plane(*cylinder, frame_a, contact);
-  if (const auto* hull = std::get_if<Hull>(&a)) return hull_on_plane(*hull->data, frame_a, contact);
-  const Convex body = make_convex(a, frame_a, plane.position);
-  contact.add(plane.position + support(body, -contact.normal) - body.radius * contact.normal);
+void collide_plane(const Posed& a, const Posed& b, double margin, std::vector<ContactPoint>& points) {
+  const PlaneContact contact{b.frame.position, rotate(b.frame.rotation, {0, 0, 1}), margin, points};
+  if (const auto* box = std::get_if<Box>(&a.shape)) return box_on_plane(*box, a.frame, contact);
+  if (const auto* capsule = std::get_if<Capsule>(&a.shape))
+    return capsule_on_plane(*capsule, a.frame, contact);
+  if (const auto* drum = std::get_if<Cylinder>(&a.shape)) return cylinder_on_plane(*drum, a.frame, contact);
+  if (const auto* hull = std::get_if<Hull>(&a.shape)) return hull_on_plane(*hull->data, a.frame, contact);
+  // Round all over: the lowest point alone.
+  const Convex body = make_convex(a.shape, a.frame, contact.at);
+  contact.add(contact.at + support(body, -contact.normal) - body.radius * contact.normal);
 }
 
 }  // namespace amontons::collision

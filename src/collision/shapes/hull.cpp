@@ -1,10 +1,16 @@
+#include "amontons/collision/shapes/hull.hpp"
+
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <string>
+#include <utility>
 
 #include "amontons/base/error.hpp"
-#include "amontons/collision/shapes/shapes.hpp"
 
+// A convex polyhedron from the triangles of its surface: checks that they close, joins coplanar ones to faces
+// and keeps the corners of those. A closed surface runs along every edge once in either direction; so a
+// directed edge is named by its ends, and the triangle beyond it is the one that runs back.
 namespace amontons {
 
 namespace {
@@ -23,7 +29,6 @@ bool operator<(const HalfEdge& a, const HalfEdge& b) {
 std::string name_of(const Triangle& t) {
   return "(" + std::to_string(t[0]) + ", " + std::to_string(t[1]) + ", " + std::to_string(t[2]) + ")";
 }
-const Vec3& at(std::span<const Vec3> vertices, Index i) { return vertices[static_cast<std::size_t>(i)]; }
 
 void check_input(std::span<const Vec3> vertices, std::span<const Triangle> triangles) {
   AMONTONS_REQUIRE(vertices.size() >= 4,
@@ -39,6 +44,8 @@ void check_input(std::span<const Vec3> vertices, std::span<const Triangle> trian
     AMONTONS_REQUIRE(t[0] != t[1] && t[1] != t[2] && t[0] != t[2],
                      "convex hull: triangle " + name_of(t) + " names a vertex twice; leave it out");
   }
+  AMONTONS_REQUIRE(triangles.size() >= 4,
+                   "convex hull: it needs at least four triangles, not " + std::to_string(triangles.size()));
 }
 
 std::vector<HalfEdge> sorted_edges(std::span<const Triangle> triangles) {
@@ -71,48 +78,49 @@ void check_closed(const std::vector<HalfEdge>& edges) {
 }
 
 Vec3 area_vector(std::span<const Vec3> vertices, const Triangle& t) {
-  const Vec3& a = at(vertices, t[0]);
-  return cross(at(vertices, t[1]) - a, at(vertices, t[2]) - a);
+  const Vec3& a = vertices[t[0]];
+  return cross(vertices[t[1]] - a, vertices[t[2]] - a);
+}
+
+// Whether all corners of a triangle lie within the tolerance of the plane { p : <normal, p> = offset }.
+bool is_in_plane(std::span<const Vec3> vertices, const Triangle& t, const Vec3& normal, double offset,
+                 double tolerance) {
+  return std::all_of(t.begin(), t.end(),
+                     [&](Index i) { return std::abs(dot(normal, vertices[i]) - offset) <= tolerance; });
+}
+
+std::vector<Index> by_falling_area(std::span<const Vec3> vertices, std::span<const Triangle> triangles) {
+  std::vector<double> squared;
+  for (const Triangle& t : triangles) squared.push_back(norm_squared(area_vector(vertices, t)));
+  std::vector<Index> order(triangles.size());
+  std::iota(order.begin(), order.end(), 0);
+  std::stable_sort(order.begin(), order.end(), [&](Index s, Index t) { return squared[s] > squared[t]; });
+  return order;
 }
 
 // The face of every triangle: triangles whose corners lie within the tolerance of one plane, joined from the
-// largest on, so that needles never set a plane.
+// largest on, so that needles, whose normals are rounding, never set a plane.
 std::vector<Index> group_coplanar(std::span<const Vec3> vertices, std::span<const Triangle> triangles,
                                   const std::vector<HalfEdge>& edges, double tolerance, Index& groups) {
-  std::vector<Vec3> areas(triangles.size());
-  std::vector<Index> order(triangles.size()), group(triangles.size(), -1), front;
-  for (std::size_t t = 0; t < triangles.size(); ++t) {
-    areas[t] = area_vector(vertices, triangles[t]);
-    order[t] = static_cast<Index>(t);
-  }
-  std::stable_sort(order.begin(), order.end(), [&](Index s, Index t) {
-    return norm_squared(areas[static_cast<std::size_t>(s)]) >
-           norm_squared(areas[static_cast<std::size_t>(t)]);
-  });
+  std::vector<Index> group(triangles.size(), -1), front;
   groups = 0;
-  for (Index seed : order) {
-    if (group[static_cast<std::size_t>(seed)] >= 0) continue;
-    const Vec3 area = areas[static_cast<std::size_t>(seed)];
-    AMONTONS_REQUIRE(norm_squared(area) > 0, "convex hull: triangle " +
-                                                 name_of(triangles[static_cast<std::size_t>(seed)]) +
-                                                 " is degenerate; leave it out");
+  for (Index seed : by_falling_area(vertices, triangles)) {
+    if (group[seed] >= 0) continue;
+    const Vec3 area = area_vector(vertices, triangles[seed]);
+    AMONTONS_REQUIRE(norm_squared(area) > 0,
+                     "convex hull: triangle " + name_of(triangles[seed]) + " is degenerate; leave it out");
     const Vec3 normal = normalised(area);
-    const double offset = dot(normal, at(vertices, triangles[static_cast<std::size_t>(seed)][0]));
-    const auto coplanar = [&](Index t) {
-      const Triangle& corners = triangles[static_cast<std::size_t>(t)];
-      return std::all_of(corners.begin(), corners.end(), [&](Index i) {
-        return std::abs(dot(normal, at(vertices, i)) - offset) <= tolerance;
-      });
-    };
-    group[static_cast<std::size_t>(seed)] = groups;
+    const double offset = dot(normal, vertices[triangles[seed][0]]);
+    // Floods the surface from the seed across edges, as far as it stays in the seed's plane.
+    group[seed] = groups;
     front.assign(1, seed);
     while (!front.empty()) {
-      const Triangle corners = triangles[static_cast<std::size_t>(front.back())];
+      const Triangle corners = triangles[front.back()];
       front.pop_back();
       for (std::size_t k = 0; k < 3; ++k) {
         const Index next = opposite(edges, corners[k], corners[(k + 1) % 3]);
-        if (group[static_cast<std::size_t>(next)] >= 0 || !coplanar(next)) continue;
-        group[static_cast<std::size_t>(next)] = groups;
+        if (group[next] >= 0 || !is_in_plane(vertices, triangles[next], normal, offset, tolerance)) continue;
+        group[next] = groups;
         front.push_back(next);
       }
     }
@@ -127,13 +135,15 @@ std::vector<std::vector<Index>> trace_rims(std::span<const Triangle> triangles,
                                            const std::vector<Index>& group, Index groups) {
   std::vector<std::vector<HalfEdge>> rims(static_cast<std::size_t>(groups));
   for (const HalfEdge& e : edges) {
-    const Index own = group[static_cast<std::size_t>(e.triangle)];
-    if (group[static_cast<std::size_t>(opposite(edges, e.from, e.to))] != own)
-      rims[static_cast<std::size_t>(own)].push_back(e);  // sorted by `from`, as `edges` is
+    const Index own = group[e.triangle];
+    if (group[opposite(edges, e.from, e.to)] != own)
+      rims[own].push_back(e);  // sorted by `from`, as `edges` is
   }
   std::vector<std::vector<Index>> faces;
   for (const auto& rim : rims) {
     AMONTONS_REQUIRE(rim.size() >= 3, "convex hull: the body is flat; give it a thickness");
+    // From the end of each edge along the only rim edge that starts there. Where two start (a pinched face)
+    // or the loop closes before it has used all edges (a hole), the surface is not convex.
     std::vector<Index> loop;
     for (Index i = rim[0].from; loop.empty() || i != rim[0].from;) {
       const auto e = std::lower_bound(rim.begin(), rim.end(), HalfEdge{i, -1, 0});
@@ -143,10 +153,9 @@ std::vector<std::vector<Index>> trace_rims(std::span<const Triangle> triangles,
       loop.push_back(i);
       i = e->to;
     }
-    AMONTONS_REQUIRE(loop.size() == rim.size(),
-                     "convex hull: the face of triangle " +
-                         name_of(triangles[static_cast<std::size_t>(rim[0].triangle)]) +
-                         " has a hole; use the convex hull of the body");
+    AMONTONS_REQUIRE(loop.size() == rim.size(), "convex hull: the face of triangle " +
+                                                    name_of(triangles[rim[0].triangle]) +
+                                                    " has a hole; use the convex hull of the body");
     faces.push_back(std::move(loop));
   }
   return faces;
@@ -154,9 +163,11 @@ std::vector<std::vector<Index>> trace_rims(std::span<const Triangle> triangles,
 
 // Keeps the points that at least three faces share, in their order: the others lie within a face or an edge.
 void keep_corners(std::span<const Vec3> vertices, std::vector<std::vector<Index>> faces, ConvexHull& hull) {
+  // Around a corner of a polyhedron at least three faces meet; around a point amid an edge two, amid a face
+  // one.
   std::vector<int> uses(vertices.size(), 0);
   for (const auto& face : faces)
-    for (Index i : face) ++uses[static_cast<std::size_t>(i)];
+    for (Index i : face) ++uses[i];
   std::vector<Index> number(vertices.size(), -1);
   for (std::size_t i = 0; i < vertices.size(); ++i) {
     if (uses[i] < 3) continue;
@@ -166,42 +177,42 @@ void keep_corners(std::span<const Vec3> vertices, std::vector<std::vector<Index>
   for (auto& face : faces) {
     std::vector<Index> corners;
     for (Index i : face)
-      if (number[static_cast<std::size_t>(i)] >= 0) corners.push_back(number[static_cast<std::size_t>(i)]);
+      if (number[i] >= 0) corners.push_back(number[i]);
     AMONTONS_REQUIRE(corners.size() >= 3, "convex hull: the body is flat; give it a thickness");
     hull.faces.push_back(std::move(corners));
   }
 }
 
+// The normal of a face is that of its area vector, a sum over the fan from its first corner: the small
+// triangles of the fan cannot spoil it. The offset is the largest of the corners', so that none sticks out.
 void set_planes(ConvexHull& hull) {
   for (const auto& face : hull.faces) {
-    const Vec3& o = at(hull.vertices, face[0]);
+    const Vec3& o = hull.vertices[face[0]];
     Vec3 area;
     for (std::size_t k = 2; k < face.size(); ++k)
-      area += cross(at(hull.vertices, face[k - 1]) - o, at(hull.vertices, face[k]) - o);
+      area += cross(hull.vertices[face[k - 1]] - o, hull.vertices[face[k]] - o);
     const Vec3 normal = normalised(area);
     double offset = dot(normal, o);
-    for (Index i : face) offset = std::max(offset, dot(normal, at(hull.vertices, i)));
+    for (Index i : face) offset = std::max(offset, dot(normal, hull.vertices[i]));
     hull.normals.push_back(normal);
     hull.offsets.push_back(offset);
   }
 }
 
+// Every edge belongs to two faces, which run along it in opposite directions: each corner thus meets each of
+// its neighbours once as the next corner of a face.
 void set_neighbours(ConvexHull& hull) {
   hull.neighbours.resize(hull.vertices.size());
   for (const auto& face : hull.faces)
     for (std::size_t k = 0; k < face.size(); ++k)
-      hull.neighbours[static_cast<std::size_t>(face[k])].push_back(face[(k + 1) % face.size()]);
+      hull.neighbours[face[k]].push_back(face[(k + 1) % face.size()]);
   for (auto& list : hull.neighbours) std::sort(list.begin(), list.end());
 }
 
 void set_extent(ConvexHull& hull) {
-  Vec3 lower = hull.vertices[0], upper = lower;
-  for (const Vec3& p : hull.vertices)
-    for (int i = 0; i < 3; ++i) {
-      lower[i] = std::min(lower[i], p[i]);
-      upper[i] = std::max(upper[i], p[i]);
-    }
-  hull.extent = 0.5 * norm(upper - lower);
+  Aabb box = empty_box();
+  for (const Vec3& p : hull.vertices) include(box, p);
+  hull.extent = 0.5 * norm(box.upper - box.lower);
 }
 
 void check_convex(const ConvexHull& hull, double tolerance) {
@@ -213,26 +224,29 @@ void check_convex(const ConvexHull& hull, double tolerance) {
                            ", " + std::to_string(hull.normals[f].z) + "); use its convex hull, or split it");
 }
 
+// The volume is that of the tetrahedra from the centre to every triangle, positive for outward triangles.
+// Returns the size: the distance of the farthest corner from the centre.
+double check_volume(std::span<const Vec3> vertices, std::span<const Triangle> triangles,
+                    const std::vector<HalfEdge>& edges) {
+  Vec3 centre;
+  for (const HalfEdge& e : edges) centre += vertices[e.from];
+  centre = centre / static_cast<double>(edges.size());
+  double size = 0, volume = 0;
+  for (const HalfEdge& e : edges) size = std::max(size, norm(vertices[e.from] - centre));
+  for (const Triangle& t : triangles) volume += dot(vertices[t[0]] - centre, area_vector(vertices, t)) / 6;
+  AMONTONS_REQUIRE(std::abs(volume) > 1e-9 * size * size * size,
+                   "convex hull: the body is flat; give it a thickness");
+  AMONTONS_REQUIRE(volume > 0, "convex hull: the triangles face inwards; reverse the order of their corners");
+  return size;
+}
+
 }  // namespace
 
 Hull make_hull(std::span<const Vec3> vertices, std::span<const Triangle> triangles) {
   check_input(vertices, triangles);
-  AMONTONS_REQUIRE(triangles.size() >= 4,
-                   "convex hull: it needs at least four triangles, not " + std::to_string(triangles.size()));
   const std::vector<HalfEdge> edges = sorted_edges(triangles);
   check_closed(edges);
-
-  Vec3 centre;
-  for (const HalfEdge& e : edges) centre += at(vertices, e.from);
-  centre = centre / static_cast<double>(edges.size());
-  double size = 0, volume = 0;
-  for (const HalfEdge& e : edges) size = std::max(size, norm(at(vertices, e.from) - centre));
-  for (const Triangle& t : triangles)
-    volume += dot(at(vertices, t[0]) - centre, area_vector(vertices, t)) / 6;
-  AMONTONS_REQUIRE(std::abs(volume) > 1e-9 * size * size * size,
-                   "convex hull: the body is flat; give it a thickness");
-  AMONTONS_REQUIRE(volume > 0, "convex hull: the triangles face inwards; reverse the order of their corners");
-
+  const double size = check_volume(vertices, triangles, edges);
   // Coordinates in single precision, as many files hold, leave flat faces flat to about 1e-7 of their size.
   const double tolerance = 1e-6 * size;
   Index groups = 0;
@@ -246,4 +260,24 @@ Hull make_hull(std::span<const Vec3> vertices, std::span<const Triangle> triangl
   return {std::move(hull)};
 }
 
+namespace collision {
+
+void require_valid(const Hull& shape) {
+  AMONTONS_REQUIRE(shape.data != nullptr, "convex hull is empty; make it with make_hull()");
+}
+
+double radius_about_origin(const Hull& shape) {
+  double squared = 0;
+  for (const Vec3& p : shape.data->vertices) squared = std::max(squared, norm_squared(p));
+  return std::sqrt(squared);
+}
+
+Aabb box_around(const Hull& shape, const Transform& frame) {
+  const Mat3 r = to_matrix(frame.rotation);
+  Aabb box = empty_box();
+  for (const Vec3& p : shape.data->vertices) include(box, r * p);
+  return {frame.position + box.lower, frame.position + box.upper};
+}
+
+}  // namespace collision
 }  // namespace amontons

@@ -1,7 +1,7 @@
 // Contact points of a step, and the impulses that the last step found for them.
 #include <algorithm>
 
-#include "collision/narrow/convex.hpp"
+#include "amontons/collision/narrow/extent.hpp"
 #include "multibody/step/step.hpp"
 
 namespace amontons {
@@ -101,10 +101,8 @@ bool ContactFinder::is_seam(const Model& model, const ContactSite& site, double 
     if (rest.body_b != site.body_b || rest.geom_b == site.geom_b) continue;
     if (std::abs(rest.gap) > level || dot(rest.normal, site.normal) > 0.5) continue;
     const Vec3& up = rest.normal;
-    const collision::Convex body_a = collision::make_convex(a, frames[site.geom_a], site.point),
-                            body_b = collision::make_convex(b, frames[site.geom_b], site.point);
-    const double lowest = dot(up, collision::support(body_a, -up)) - body_a.radius,
-                 highest = dot(up, collision::support(body_b, up)) + body_b.radius;
+    const double lowest = -extent_along(a, frames[site.geom_a], -up, site.point),
+                 highest = extent_along(b, frames[site.geom_b], up, site.point);
     if (lowest - highest >= -level) return true;
   }
   return false;

@@ -1,16 +1,10 @@
 #pragma once
 #include <vector>
 
+#include "amontons/collision/narrow/contact_point.hpp"
 #include "amontons/collision/shapes/shapes.hpp"
 
 namespace amontons {
-
-// One point of a contact manifold, in world coordinates.
-struct ContactPoint {
-  Vec3 point;   // half-way between the two surfaces, m
-  Vec3 normal;  // unit, from shape B to shape A
-  double gap;   // signed distance of the surfaces along the normal, m; negative when they overlap
-};
 
 // Appends the contact points of two shapes whose gap is at most `margin` (>= 0, m): complete manifolds, the
 // corners of the common face for two flat faces. Swapping A and B mirrors the normals and nothing else.

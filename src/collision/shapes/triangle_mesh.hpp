@@ -1,14 +1,39 @@
-#include "collision/pairs/mesh.hpp"
+#pragma once
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <vector>
 
-namespace amontons::collision {
-namespace {
+#include "amontons/collision/shapes/aabb.hpp"
+#include "collision/shapes/facet.hpp"
 
-bool is_overlap(const Aabb& a, const Aabb& b) {
-  return a.lower.x <= b.upper.x && b.lower.x <= a.upper.x && a.lower.y <= b.upper.y &&
-         b.lower.y <= a.upper.y && a.lower.z <= b.upper.z && b.lower.z <= a.upper.z;
-}
+namespace amontons {
 
-// See SurfaceContact.
+struct TriangleMesh {
+  using Triangle = std::array<std::int32_t, 3>;
+  std::vector<Vec3> vertices;  // equal ones are one vertex: files often repeat them per triangle
+  std::vector<Triangle> triangles;
+  std::vector<Vec3> normals;         // of the triangles, unit
+  std::vector<Triangle> neighbours;  // across edge k (from corner k to the next), -1 at a border
+  std::vector<std::array<collision::EdgeKind, 3>> edges;
+
+  // Of the vertices: those joined to v are around[around_start[v]] to around[around_start[v + 1]].
+  std::vector<std::int32_t> around_start, around;
+  std::vector<Vec3> vertex_normals;                 // weighted by angles; their length means nothing
+  std::vector<unsigned char> is_active, is_border;  // whether an edge ends there that is not flat; a border
+
+  // The tree over the triangles, parents first: the left child follows its parent.
+  struct Node {
+    Aabb box;
+    std::int32_t first, count;  // of a leaf: a range of `order`; of others: count = 0, first = right child
+  };
+  std::vector<Node> nodes;
+  std::vector<std::int32_t> order;
+};
+
+namespace collision {
+
+// What narrow/surface.hpp asks of a surface.
 struct MeshSurface {
   const TriangleMesh& mesh;
 
@@ -23,7 +48,8 @@ struct MeshSurface {
       const TriangleMesh::Node& node = mesh.nodes[k];
       if (!is_overlap(node.box, box)) continue;
       if (node.count == 0) {
-        stack[size++] = node.first, stack[size++] = k + 1;
+        stack[size++] = node.first;
+        stack[size++] = k + 1;
         continue;
       }
       for (std::int32_t i = node.first; i < node.first + node.count; ++i)
@@ -67,8 +93,9 @@ struct MeshSurface {
   // By the normal at the closest point: of the face, the sum of two at an edge, weighted by angles at a
   // corner (J. A. Baerentzen and H. Aanaes, "Signed distance computation using the angle weighted
   // pseudonormal", 2005). Beside the border of an open mesh nothing is behind it.
-  bool is_outside(const Vec3& p, std::int32_t t, const Vec3& closest, unsigned feature) const {
-    const Vec3 to = p - closest;
+  bool is_outside(const Vec3& p, std::int32_t t, const TrianglePoint& closest) const {
+    const Vec3 to = p - closest.at;
+    const unsigned feature = closest.feature;
     if (feature == 7) return dot(mesh.normals[t], to) > 0;
     if (feature == 1 || feature == 2 || feature == 4) {
       const std::int32_t v = mesh.triangles[t][feature == 1 ? 0 : feature == 2 ? 1 : 2];
@@ -79,13 +106,5 @@ struct MeshSurface {
   }
 };
 
-}  // namespace
-
-void collide_mesh(const TriangleMesh& mesh, const Transform& frame_mesh, const Shape& convex,
-                  const Transform& frame_convex, double margin, std::vector<ContactPoint>& points) {
-  collide_surface(MeshSurface{mesh}, frame_mesh, convex, frame_convex, margin, points);
-}
-
-Aabb local_bounds(const TriangleMesh& mesh) { return mesh.nodes[0].box; }
-
-}  // namespace amontons::collision
+}  // namespace collision
+}  // namespace amontons

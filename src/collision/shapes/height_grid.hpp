@@ -1,25 +1,36 @@
-#include "collision/pairs/height_field.hpp"
+#pragma once
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <vector>
 
-#include <string>
-
-#include "amontons/base/error.hpp"
-#include "collision/narrow/surface.hpp"
+#include "amontons/collision/shapes/aabb.hpp"
+#include "collision/shapes/facet.hpp"
 
 namespace amontons {
-namespace collision {
-namespace {
 
-// See SurfaceContact. Triangle 2 k of cell k has the corners (r, c), (r, c + 1), (r + 1, c + 1), below the
-// diagonal; triangle 2 k + 1 has (r, c), (r + 1, c + 1), (r + 1, c). Vertex r columns + c is (r, c).
+// Cell (r, c) lies between rows r and r + 1 and columns c and c + 1. Its diagonal goes from the corner (r, c)
+// to (r + 1, c + 1), as in MuJoCo.
+struct HeightGrid {
+  std::vector<double> heights;
+  std::int64_t rows, columns;
+  double size_x, size_y;
+  double lowest, highest;
+  std::vector<unsigned char> is_active;  // per vertex: whether an edge ends there that is not flat
+};
+
+namespace collision {
+
+// What narrow/surface.hpp asks of a surface. Triangle 2 k of cell k has the corners (r, c), (r, c + 1),
+// (r + 1, c + 1), below the diagonal; triangle 2 k + 1 has (r, c), (r + 1, c + 1), (r + 1, c). Vertex
+// r columns + c is (r, c).
 struct GridSurface {
   const HeightGrid& grid;
 
   bool has(std::int64_t r, std::int64_t c) const {
     return r >= 0 && r < grid.rows && c >= 0 && c < grid.columns;
   }
-  double height(std::int64_t r, std::int64_t c) const {
-    return grid.heights[static_cast<std::size_t>(r * grid.columns + c)];
-  }
+  double height(std::int64_t r, std::int64_t c) const { return grid.heights[r * grid.columns + c]; }
   Vec3 point(std::int64_t r, std::int64_t c) const {
     return {(static_cast<double>(c) / static_cast<double>(grid.columns - 1) - 0.5) * grid.size_x,
             (static_cast<double>(r) / static_cast<double>(grid.rows - 1) - 0.5) * grid.size_y, height(r, c)};
@@ -28,24 +39,33 @@ struct GridSurface {
   double column_at(double x) const { return (x / grid.size_x + 0.5) * static_cast<double>(grid.columns - 1); }
   double row_at(double y) const { return (y / grid.size_y + 0.5) * static_cast<double>(grid.rows - 1); }
 
+  // The first and last index of the cells that [lower, upper] meets along one axis, `last` being the last
+  // cell there is; none for an interval that lies beside the grid.
+  struct Range {
+    std::int64_t first, last;
+  };
+  static bool is_beside(double lower, double upper, std::int64_t last) {
+    return !(upper >= 0 && lower <= static_cast<double>(last + 1));
+  }
+  static Range cells(double lower, double upper, std::int64_t last) {
+    const auto cell = [&](double at) {
+      return static_cast<std::int64_t>(std::clamp(std::floor(at), 0.0, static_cast<double>(last)));
+    };
+    return {cell(lower), cell(upper)};
+  }
+
   // What lies above the box by up to the box's own size counts as near: the field is solid below its surface.
   template <class F>
   void for_each_near(const Aabb& box, F&& visit) const {
-    const double c0 = column_at(box.lower.x), c1 = column_at(box.upper.x), r0 = row_at(box.lower.y),
-                 r1 = row_at(box.upper.y);
+    const double c0 = column_at(box.lower.x), c1 = column_at(box.upper.x);
+    const double r0 = row_at(box.lower.y), r1 = row_at(box.upper.y);
+    if (is_beside(c0, c1, grid.columns - 2) || is_beside(r0, r1, grid.rows - 2)) return;
     const Vec3 size = box.upper - box.lower;
     const double top = box.upper.z + std::max({size.x, size.y, size.z});
-    const auto last_column = static_cast<double>(grid.columns - 2),
-               last_row = static_cast<double>(grid.rows - 2);
-    if (!(c1 >= 0 && c0 <= last_column + 1 && r1 >= 0 && r0 <= last_row + 1)) return;
     if (grid.highest < box.lower.z || grid.lowest > top) return;
-    const auto cell = [](double at, double last) {
-      return static_cast<std::int64_t>(std::clamp(std::floor(at), 0.0, last));
-    };
-    const std::int64_t left = cell(c0, last_column), right = cell(c1, last_column), back = cell(r0, last_row),
-                       front = cell(r1, last_row);
-    for (std::int64_t r = back; r <= front; ++r)
-      for (std::int64_t c = left; c <= right; ++c) {
+    const Range row = cells(r0, r1, grid.rows - 2), column = cells(c0, c1, grid.columns - 2);
+    for (std::int64_t r = row.first; r <= row.last; ++r)
+      for (std::int64_t c = column.first; c <= column.last; ++c) {
         const double a = height(r, c), d = height(r + 1, c + 1);
         for (int upper = 0; upper < 2; ++upper) {
           const double b = upper ? height(r + 1, c) : height(r, c + 1);
@@ -67,12 +87,14 @@ struct GridSurface {
     Facet f;
     for (int k = 0; k < 3; ++k) {
       const Site at = corners[t % 2][k];
-      f.corner[k] = point(at.r, at.c), f.vertex[k] = at.r * grid.columns + at.c;
+      f.corner[k] = point(at.r, at.c);
+      f.vertex[k] = at.r * grid.columns + at.c;
     }
     f.normal = normal_of(f.corner[0], f.corner[1], f.corner[2]);
     for (int k = 0; k < 3; ++k) {
       const Site at = opposite[t % 2][k];
-      f.edge[k] = EdgeKind::border, f.opposite[k] = f.corner[k];
+      f.edge[k] = EdgeKind::border;
+      f.opposite[k] = f.corner[k];
       if (!has(at.r, at.c)) continue;
       const Vec3 &a = f.corner[k], &b = f.corner[(k + 1) % 3];
       f.opposite[k] = point(at.r, at.c);
@@ -95,7 +117,7 @@ struct GridSurface {
       if (has(r + dr, c + dc)) visit(point(r + dr, c + dc));
   }
 
-  bool is_active(std::int64_t vertex) const { return grid.is_active[static_cast<std::size_t>(vertex)]; }
+  bool is_active(std::int64_t vertex) const { return grid.is_active[vertex]; }
 
   bool has_active_edge(std::int64_t vertex) const {
     const std::int64_t r = vertex / grid.columns, c = vertex % grid.columns;
@@ -111,7 +133,7 @@ struct GridSurface {
     return false;
   }
 
-  bool is_outside(const Vec3& p, std::int64_t, const Vec3&, unsigned) const {
+  bool is_outside(const Vec3& p, std::int64_t, const TrianglePoint&) const {
     const double column = column_at(p.x), row = row_at(p.y);
     if (!(column >= 0 && row >= 0 && column <= static_cast<double>(grid.columns - 1) &&
           row <= static_cast<double>(grid.rows - 1)))
@@ -121,52 +143,12 @@ struct GridSurface {
     const double u = column - static_cast<double>(c), v = row - static_cast<double>(r);
     const double a = height(r, c), d = height(r + 1, c + 1);
     const double b = u > v ? height(r, c + 1) : height(r + 1, c);
-    // Linear over the triangle: (a, b, d) along the two legs, of lengths |u - v| apart and min(u, v)
-    // together.
+    // Linear over the triangle a b d, b being the corner on p's side of the diagonal u = v: from a by
+    // min(u, v) along the diagonal to d and by |u - v| along the leg to b.
     const double surface = a + std::min(u, v) * (d - a) + std::abs(u - v) * (b - a);
     return p.z > surface;
   }
 };
 
-}  // namespace
-
-void collide_height_field(const HeightGrid& grid, const Transform& frame_grid, const Shape& convex,
-                          const Transform& frame_convex, double margin, std::vector<ContactPoint>& points) {
-  collide_surface(GridSurface{grid}, frame_grid, convex, frame_convex, margin, points);
-}
-
-Aabb local_bounds(const HeightGrid& grid) {
-  const double x = grid.size_x / 2, y = grid.size_y / 2;
-  return {{-x, -y, grid.lowest}, {x, y, grid.highest}};
-}
-
 }  // namespace collision
-
-HeightField make_height_field(std::span<const double> heights, std::size_t rows, std::size_t columns,
-                              double size_x, double size_y) {
-  AMONTONS_REQUIRE(rows >= 2 && columns >= 2,
-                   "height field: it needs at least two rows and two columns, not " + std::to_string(rows) +
-                       " and " + std::to_string(columns));
-  AMONTONS_REQUIRE(heights.size() / rows == columns && heights.size() % rows == 0,
-                   "height field: " + std::to_string(rows) + " rows of " + std::to_string(columns) +
-                       " heights are needed, but there are " + std::to_string(heights.size()) + " heights");
-  AMONTONS_REQUIRE(size_x > 0 && size_y > 0 && std::isfinite(size_x) && std::isfinite(size_y),
-                   "height field: size_x and size_y must be positive and finite, not " +
-                       std::to_string(size_x) + " and " + std::to_string(size_y));
-  for (std::size_t i = 0; i < heights.size(); ++i)
-    AMONTONS_REQUIRE(std::isfinite(heights[i]), "height field: the height in row " +
-                                                    std::to_string(i / columns) + ", column " +
-                                                    std::to_string(i % columns) + " is not finite");
-  const auto [lowest, highest] = std::minmax_element(heights.begin(), heights.end());
-  auto grid = std::make_shared<HeightGrid>();
-  grid->heights.assign(heights.begin(), heights.end());
-  grid->rows = static_cast<std::int64_t>(rows), grid->columns = static_cast<std::int64_t>(columns);
-  grid->size_x = size_x, grid->size_y = size_y;
-  grid->lowest = *lowest, grid->highest = *highest;
-  const collision::GridSurface surface{*grid};
-  for (std::int64_t v = 0; v < grid->rows * grid->columns; ++v)
-    grid->is_active.push_back(surface.has_active_edge(v));
-  return {std::move(grid)};
-}
-
 }  // namespace amontons

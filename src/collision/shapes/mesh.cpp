@@ -1,14 +1,19 @@
+#include "amontons/collision/shapes/mesh.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <numeric>
 #include <string>
 #include <tuple>
+#include <utility>
 
 #include "amontons/base/error.hpp"
-#include "collision/pairs/mesh.hpp"
+#include "amontons/collision/shapes/primitives.hpp"
+#include "collision/shapes/triangle_mesh.hpp"
 
-// What make_mesh() checks and works out once.
+// What make_mesh() checks and works out once: which triangles lie beside each other, which edges and vertices
+// stand out of the surface, and a tree of boxes over the triangles.
 namespace amontons {
 namespace {
 
@@ -56,6 +61,8 @@ void find_normals(TriangleMesh& mesh) {
   }
 }
 
+// Edge k of a triangle, named by its ends: sorted by them, the edges that several triangles share lie
+// together.
 struct HalfEdge {
   std::int32_t low, high, triangle, k;
   bool up;  // from low to high
@@ -73,8 +80,7 @@ double outer_angle(const TriangleMesh& mesh, const HalfEdge& e, const HalfEdge& 
   return angle > 1e-9 ? angle : angle + 2 * std::numbers::pi;
 }
 
-// Where more than two triangles meet at an edge, neighbours are those that bound the same outside.
-void find_neighbours(TriangleMesh& mesh) {
+std::vector<HalfEdge> sorted_edges(const TriangleMesh& mesh) {
   std::vector<HalfEdge> edges;
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
     for (int k = 0; k < 3; ++k) {
@@ -83,48 +89,64 @@ void find_neighbours(TriangleMesh& mesh) {
     }
   std::sort(edges.begin(), edges.end(),
             [](const HalfEdge& a, const HalfEdge& b) { return a.key() < b.key(); });
+  return edges;
+}
+
+// Sets the neighbour of triangle e across its edge, and the kind of that edge, from `shared`: all edges
+// between the same ends. Where more than two triangles meet at an edge, neighbours are those that bound the
+// same outside: the first one met on the way round the edge through the outside.
+void set_neighbour(TriangleMesh& mesh, const HalfEdge& e, std::span<const HalfEdge> shared) {
+  const HalfEdge* best = nullptr;
+  double best_angle = 0;
+  for (const HalfEdge& other : shared) {
+    if (other.up == e.up) continue;  // seen from the same outside it would run the other way
+    const double angle = outer_angle(mesh, e, other);
+    if (best && !(angle < best_angle)) continue;
+    best = &other;
+    best_angle = angle;
+  }
+  mesh.edges[e.triangle][e.k] = collision::EdgeKind::border;
+  if (!best) return;
+  const Triangle &t = mesh.triangles[e.triangle], &u = mesh.triangles[best->triangle];
+  mesh.neighbours[e.triangle][e.k] = best->triangle;
+  mesh.edges[e.triangle][e.k] =
+      collision::edge_kind(mesh.vertices[t[e.k]], mesh.vertices[t[(e.k + 1) % 3]], mesh.normals[e.triangle],
+                           mesh.normals[best->triangle], mesh.vertices[u[(best->k + 2) % 3]]);
+}
+
+void find_neighbours(TriangleMesh& mesh) {
+  const std::vector<HalfEdge> edges = sorted_edges(mesh);
   mesh.neighbours.assign(mesh.triangles.size(), {-1, -1, -1});
   mesh.edges.assign(mesh.triangles.size(), {});
-  for (std::size_t first = 0, last; first < edges.size(); first = last) {
-    for (last = first;
-         last < edges.size() && edges[last].low == edges[first].low && edges[last].high == edges[first].high;)
-      ++last;
+  for (auto first = edges.begin(); first != edges.end();) {
+    const auto last = std::find_if(
+        first, edges.end(), [&](const HalfEdge& e) { return e.low != first->low || e.high != first->high; });
     AMONTONS_REQUIRE(
-        last - first != 2 || edges[first].up != edges[first + 1].up,
-        name_of(static_cast<std::size_t>(edges[first].triangle)) + " and triangle " +
-            std::to_string(edges[first + 1].triangle) +
+        last - first != 2 || first->up != first[1].up,
+        name_of(static_cast<std::size_t>(first->triangle)) + " and triangle " +
+            std::to_string(first[1].triangle) +
             " run along their common edge in the same direction; list the corners of all triangles "
             "counter-clockwise seen from outside");
-    for (std::size_t i = first; i < last; ++i) {
-      const HalfEdge& e = edges[i];
-      const HalfEdge* best = nullptr;
-      double best_angle = 0;
-      for (std::size_t j = first; j < last; ++j) {
-        if (edges[j].up == e.up) continue;
-        const double angle = outer_angle(mesh, e, edges[j]);
-        if (!best || angle < best_angle) best = &edges[j], best_angle = angle;
-      }
-      mesh.edges[e.triangle][e.k] = collision::EdgeKind::border;
-      if (!best) continue;
-      const Triangle &t = mesh.triangles[e.triangle], &u = mesh.triangles[best->triangle];
-      mesh.neighbours[e.triangle][e.k] = best->triangle;
-      mesh.edges[e.triangle][e.k] = collision::edge_kind(
-          mesh.vertices[t[e.k]], mesh.vertices[t[(e.k + 1) % 3]], mesh.normals[e.triangle],
-          mesh.normals[best->triangle], mesh.vertices[u[(best->k + 2) % 3]]);
-    }
+    for (auto e = first; e != last; ++e) set_neighbour(mesh, *e, {first, last});
+    first = last;
   }
 }
 
+// The normal of a vertex is the sum of those of its triangles, weighted by their angles there: the sign of a
+// point's distance from the vertex along it is right wherever the vertex is the closest point of a closed
+// mesh (Baerentzen and Aanaes, 2005).
 void describe_vertices(TriangleMesh& mesh) {
   const std::size_t n = mesh.vertices.size();
   mesh.vertex_normals.assign(n, {});
-  mesh.is_active.assign(n, 0), mesh.is_border.assign(n, 0);
+  mesh.is_active.assign(n, 0);
+  mesh.is_border.assign(n, 0);
   std::vector<std::pair<std::int32_t, std::int32_t>> joined;
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
     for (int k = 0; k < 3; ++k) {
       const std::int32_t v = mesh.triangles[t][k], next = mesh.triangles[t][(k + 1) % 3],
                          last = mesh.triangles[t][(k + 2) % 3];
-      joined.emplace_back(v, next), joined.emplace_back(next, v);
+      joined.emplace_back(v, next);
+      joined.emplace_back(next, v);
       const Vec3 a = normalised(mesh.vertices[next] - mesh.vertices[v]);
       const Vec3 b = normalised(mesh.vertices[last] - mesh.vertices[v]);
       mesh.vertex_normals[v] += std::atan2(norm(cross(a, b)), dot(a, b)) * mesh.normals[t];
@@ -137,18 +159,16 @@ void describe_vertices(TriangleMesh& mesh) {
   std::sort(joined.begin(), joined.end());
   joined.erase(std::unique(joined.begin(), joined.end()), joined.end());
   mesh.around_start.assign(n + 1, 0);
-  for (const auto& [v, other] : joined) ++mesh.around_start[v + 1], mesh.around.push_back(other);
+  for (const auto& [v, other] : joined) {
+    ++mesh.around_start[v + 1];
+    mesh.around.push_back(other);
+  }
   for (std::size_t v = 0; v < n; ++v) mesh.around_start[v + 1] += mesh.around_start[v];
 }
 
 // Splits order[first, last) at the median of the centres along their longest extent.
 void build_tree(TriangleMesh& mesh, const std::vector<Vec3>& centres, std::int32_t first, std::int32_t last) {
-  constexpr double inf = std::numeric_limits<double>::infinity();
-  Aabb box{{inf, inf, inf}, {-inf, -inf, -inf}}, middle = box;
-  const auto include = [](Aabb& b, const Vec3& p) {
-    for (int axis = 0; axis < 3; ++axis)
-      b.lower[axis] = std::min(b.lower[axis], p[axis]), b.upper[axis] = std::max(b.upper[axis], p[axis]);
-  };
+  Aabb box = empty_box(), middle = empty_box();
   for (std::int32_t i = first; i < last; ++i) {
     for (std::int32_t v : mesh.triangles[mesh.order[i]]) include(box, mesh.vertices[v]);
     include(middle, centres[mesh.order[i]]);
@@ -167,7 +187,8 @@ void build_tree(TriangleMesh& mesh, const std::vector<Vec3>& centres, std::int32
   std::sort(mesh.order.begin() + first, mesh.order.begin() + half);
   std::sort(mesh.order.begin() + half, mesh.order.begin() + last);
   build_tree(mesh, centres, first, half);
-  mesh.nodes[node].first = static_cast<std::int32_t>(mesh.nodes.size()), mesh.nodes[node].count = 0;
+  mesh.nodes[node].first = static_cast<std::int32_t>(mesh.nodes.size());
+  mesh.nodes[node].count = 0;
   build_tree(mesh, centres, half, last);
 }
 
@@ -189,4 +210,15 @@ Mesh make_mesh(std::span<const Vec3> vertices, std::span<const std::array<std::i
   return {std::move(mesh)};
 }
 
+namespace collision {
+
+void require_valid(const Mesh& shape) {
+  AMONTONS_REQUIRE(shape.data != nullptr, "triangle mesh is empty; make it with make_mesh()");
+}
+double radius_about_origin(const Mesh& shape) { return radius_about_origin(shape.data->nodes[0].box); }
+Aabb box_around(const Mesh& shape, const Transform& frame) {
+  return box_around(shape.data->nodes[0].box, frame);
+}
+
+}  // namespace collision
 }  // namespace amontons

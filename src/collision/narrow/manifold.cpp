@@ -1,24 +1,22 @@
+#include "collision/narrow/manifold.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
-#include "collision/narrow/gjk.hpp"
+#include "collision/narrow/polygon.hpp"
 
 // Contact manifolds: the supporting features of two bodies, projected along the normal onto the tangent plane
-// and clipped there (Sutherland and Hodgman, 1974).
+// and clipped there (Sutherland and Hodgman, Reentrant polygon clipping, 1974): the polygon of one feature is
+// cut by the half planes inside the edges of the other, one after the other. What is left is the common
+// shadow of both; a corner of it lies at some height over the plane in either feature, and the difference of
+// the two heights is the gap there.
 namespace amontons::collision {
 
 namespace {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
-
-// A point over the tangent plane: its coordinates there and its height along the normal.
-struct Lifted {
-  double u, v, height;
-};
-Lifted lerp(const Lifted& p, const Lifted& q, double t) {
-  return {p.u + t * (q.u - p.u), p.v + t * (q.v - p.v), p.height + t * (q.height - p.height)};
-}
 
 struct TangentFrame {
   Vec3 origin, u, v, normal;
@@ -48,10 +46,11 @@ struct Clipper {
 // The part of the polygon (or segment, for two points) on the inner side of the directed edge p -> q, which
 // lies to its left; points within the tolerance outside count as inside.
 void clip_by_edge(Clipper& c, const Lifted& p, const Lifted& q, bool closed, double tolerance) {
-  double nu = p.v - q.v, nv = q.u - p.u;
+  double nu = p.v - q.v, nv = q.u - p.u;  // the edge turned to the left
   const double length = std::sqrt(nu * nu + nv * nv);
   if (length == 0) return;
-  nu /= length, nv /= length;
+  nu /= length;
+  nv /= length;
   const auto inner = [&](const Lifted& r) { return nu * (r.u - p.u) + nv * (r.v - p.v); };
   std::copy(c.clipped, c.clipped + c.count, c.scratch);
   const int n = c.count;
@@ -59,6 +58,8 @@ void clip_by_edge(Clipper& c, const Lifted& p, const Lifted& q, bool closed, dou
   const auto keep = [&](const Lifted& r) {
     if (c.count < Clipper::capacity) c.clipped[c.count++] = r;
   };
+  // From the inside, at d_from, to the outside, at d_to < 0: always in this order, so that the crossing does
+  // not depend on the direction of the edge.
   const auto cross_edge = [&](const Lifted& from, double d_from, const Lifted& to, double d_to) {
     keep(lerp(from, to, std::max(0.0, d_from) / (std::max(0.0, d_from) - d_to)));
   };
@@ -83,20 +84,16 @@ double shortest_edge(const Feature& f) {
   return std::sqrt(least);
 }
 
-// Edges of the two faces that nearly fall together cross in a point that is no corner of what they share, and
-// that comes and goes with the last bits of the poses: points within `merge` of the line through their
-// neighbours are dropped.
+// Removes the points that lie on the line between their neighbours (see is_on_line).
 void drop_between(Clipper& c, double merge) {
   for (int k = 0; k < c.count && c.count > 2;) {
     const int before = k > 0 ? k - 1 : c.count - 1, after = k + 1 < c.count ? k + 1 : 0;
-    const Lifted &p = c.clipped[k], &a = c.clipped[before], &b = c.clipped[after];
-    const double du = b.u - a.u, dv = b.v - a.v, area = std::abs(du * (p.v - a.v) - dv * (p.u - a.u));
-    const bool between = du * (p.u - a.u) + dv * (p.v - a.v) > 0 && du * (b.u - p.u) + dv * (b.v - p.v) > 0;
-    if (!between || area > merge * std::sqrt(du * du + dv * dv)) {
+    if (!is_on_line(c.clipped[k], c.clipped[before], c.clipped[after], merge)) {
       ++k;
       continue;
     }
-    for (int i = k; i + 1 < c.count; ++i) c.clipped[i] = c.clipped[i + 1], c.gap[i] = c.gap[i + 1];
+    std::copy(c.clipped + k + 1, c.clipped + c.count, c.clipped + k);
+    std::copy(c.gap + k + 1, c.gap + c.count, c.gap + k);
     --c.count;
   }
 }
@@ -109,9 +106,7 @@ double emit(Clipper& c, const TangentFrame& frame, double merge, double margin, 
   for (int i = 0; i < c.count; ++i) {
     const Lifted& p = c.clipped[i];
     bool repeated = false;
-    for (int k = 0; k < i && !repeated; ++k)
-      repeated = std::abs(p.u - c.clipped[k].u) <= merge && std::abs(p.v - c.clipped[k].v) <= merge &&
-                 c.gap[k] <= margin;
+    for (int k = 0; k < i && !repeated; ++k) repeated = is_near(p, c.clipped[k], merge) && c.gap[k] <= margin;
     least = std::min(least, c.gap[i]);
     if (repeated) {
       c.gap[i] = infinity;  // so that no chain of neighbours hides behind it
@@ -131,12 +126,12 @@ double clip_by_face(Clipper& c, const Feature& clipped, const Feature& face, boo
   c.count = clipped.count;
   for (int i = 0; i < clipped.count; ++i) c.clipped[i] = frame.lift(clipped.points[i]);
   for (int i = 0; i < face.count; ++i) c.corner[i] = frame.lift(face.points[i]);
-  // A face of body b is seen from outside along -normal, where it runs counter-clockwise; one of a the other
-  // way.
+  // Seen against the normal the face of body b runs counter-clockwise, that of a clockwise.
   for (int i = 0; i < face.count && c.count > 0; ++i) {
     const Lifted &p = c.corner[i], &q = c.corner[i + 1 < face.count ? i + 1 : 0];
-    above ? clip_by_edge(c, p, q, c.count > 2, 1e-9 * size) : clip_by_edge(c, q, p, c.count > 2, 1e-9 * size);
+    clip_by_edge(c, above ? p : q, above ? q : p, c.count > 2, 1e-9 * size);
   }
+  // The face's plane over the tangent plane: <face.normal, (u, v, height) - on> = 0, solved for the height.
   const double slope = dot(face.normal, frame.normal);
   const double su = dot(face.normal, frame.u) / slope, sv = dot(face.normal, frame.v) / slope;
   const Lifted& on = c.corner[0];
@@ -161,7 +156,10 @@ double clip_edges(Clipper& c, const TangentFrame& frame, double margin, std::vec
   if (length == 0 || other == 0 || std::abs(du * ev - dv * eu) > parallel * length * other) return infinity;
   const auto along = [&](const Lifted& p) { return ((p.u - a0.u) * du + (p.v - a0.v) * dv) / length; };
   double from = along(b[0]), to = along(b[1]);
-  if (from > to) std::swap(from, to), std::swap(b[0], b[1]);
+  if (from > to) {
+    std::swap(from, to);
+    std::swap(b[0], b[1]);
+  }
   const double begin = std::max(0.0, from), end = std::min(length, to);
   if (end <= begin) return infinity;
   c.count = 0;
@@ -185,8 +183,8 @@ double clip_features(const Convex& a, const Convex& b, const Vec3& normal, const
   thread_local Clipper c;
   const bool both_round = a.kind == Convex::Kind::cylinder && b.kind == Convex::Kind::cylinder;
   supporting_feature(a, -normal, deepest ? &deepest->on_a : nullptr, nullptr, c.feature_a);
-  // Two caps as polygons of one orientation: coaxial ones then share their corners, not crossings between
-  // them.
+  // Two caps as polygons of one orientation: coaxial ones then share their corners instead of crossing
+  // between them.
   supporting_feature(b, normal, deepest ? &deepest->on_b : nullptr, both_round ? &a.axis[0] : nullptr,
                      c.feature_b);
   const TangentFrame frame(c.feature_a.points[0], normal);
@@ -211,9 +209,15 @@ void manifold(const Convex& a, const Convex& b, const Separation& deepest, doubl
   Vec3 candidate[2];
   double cosine[2] = {0, 0};
   supporting_feature(b, deepest.normal, &deepest.on_b, nullptr, face);
-  if (face.count > 2) candidate[0] = face.normal, cosine[0] = dot(face.normal, deepest.normal);
+  if (face.count > 2) {
+    candidate[0] = face.normal;
+    cosine[0] = dot(face.normal, deepest.normal);
+  }
   supporting_feature(a, -deepest.normal, &deepest.on_a, nullptr, face);
-  if (face.count > 2) candidate[1] = -face.normal, cosine[1] = -dot(face.normal, deepest.normal);
+  if (face.count > 2) {
+    candidate[1] = -face.normal;
+    cosine[1] = -dot(face.normal, deepest.normal);
+  }
   const int first = cosine[1] > cosine[0] + 1e-4 ? 1 : 0;
   for (int k : {first, 1 - first}) {
     if (cosine[k] < aligned) continue;

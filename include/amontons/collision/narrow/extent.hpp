@@ -1,0 +1,11 @@
+#pragma once
+#include "amontons/collision/shapes/shapes.hpp"
+
+namespace amontons {
+
+// How far a convex shape reaches from a point along a unit direction (m): the largest <direction, p - from>
+// over all its points p; negative if it lies wholly behind. Rounding is that of the shape's distance from
+// `from`. Not for shapes that are static only.
+double extent_along(const Shape& shape, const Transform& frame, const Vec3& direction, const Vec3& from);
+
+}  // namespace amontons

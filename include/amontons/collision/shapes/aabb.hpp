@@ -1,0 +1,32 @@
+#pragma once
+#include <algorithm>
+#include <limits>
+
+#include "amontons/base/math.hpp"
+
+namespace amontons {
+
+// A box along the axes of its frame, boundary included; it may be infinite.
+struct Aabb {
+  Vec3 lower, upper;
+};
+
+// Touching counts. A box with a bound that is not a number overlaps nothing.
+inline bool is_overlap(const Aabb& a, const Aabb& b) {
+  return a.lower.x <= b.upper.x && b.lower.x <= a.upper.x && a.lower.y <= b.upper.y &&
+         b.lower.y <= a.upper.y && a.lower.z <= b.upper.z && b.lower.z <= a.upper.z;
+}
+
+// The box without a point, to which include() adds.
+inline Aabb empty_box() {
+  constexpr double infinity = std::numeric_limits<double>::infinity();
+  return {{infinity, infinity, infinity}, {-infinity, -infinity, -infinity}};
+}
+inline void include(Aabb& box, const Vec3& p) {
+  for (int i = 0; i < 3; ++i) {
+    box.lower[i] = std::min(box.lower[i], p[i]);
+    box.upper[i] = std::max(box.upper[i], p[i]);
+  }
+}
+
+}  // namespace amontons

@@ -1,0 +1,37 @@
+#pragma once
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "amontons/collision/shapes/aabb.hpp"
+
+namespace amontons {
+
+// A convex polyhedron: the corners and, per face, their indices counter-clockwise seen from outside. Coplanar
+// triangles are merged into one face, so that manifolds are complete.
+struct ConvexHull {
+  std::vector<Vec3> vertices;
+  std::vector<std::vector<std::int32_t>> faces;
+  std::vector<Vec3> normals;                          // one per face, unit, outwards
+  std::vector<double> offsets;                        // face f is { p : <normals[f], p> = offsets[f] }
+  std::vector<std::vector<std::int32_t>> neighbours;  // per vertex: those joined to it by an edge, ascending
+  double extent = 0;                                  // half the diagonal of the box around it
+};
+struct Hull {
+  std::shared_ptr<const ConvexHull> data;
+};
+
+// Throws InputError naming what is wrong: fewer than four corners, triangles that do not close to a convex
+// body or face inwards, degenerate triangles, indices out of range.
+Hull make_hull(std::span<const Vec3> vertices, std::span<const std::array<std::int32_t, 3>> triangles);
+
+namespace collision {  // see primitives.hpp
+
+void require_valid(const Hull& shape);
+double radius_about_origin(const Hull& shape);
+Aabb box_around(const Hull& shape, const Transform& frame);
+
+}  // namespace collision
+}  // namespace amontons

@@ -1,0 +1,29 @@
+#pragma once
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <span>
+
+#include "amontons/collision/shapes/aabb.hpp"
+
+namespace amontons {
+
+// Static triangles, counter-clockwise seen from outside; contact from the outside only. What the narrow phase
+// needs of edges and the tree over the triangles are made once, by make_mesh().
+struct TriangleMesh;
+struct Mesh {
+  std::shared_ptr<const TriangleMesh> data;
+};
+
+// Throws InputError naming what is wrong: no triangle, degenerate triangles, indices out of range, two
+// triangles that run along their common edge in the same direction.
+Mesh make_mesh(std::span<const Vec3> vertices, std::span<const std::array<std::int32_t, 3>> triangles);
+
+namespace collision {  // see primitives.hpp
+
+void require_valid(const Mesh& shape);
+double radius_about_origin(const Mesh& shape);
+Aabb box_around(const Mesh& shape, const Transform& frame);
+
+}  // namespace collision
+}  // namespace amontons

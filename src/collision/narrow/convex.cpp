@@ -1,0 +1,125 @@
+#include "collision/narrow/convex.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace amontons::collision {
+
+// Over all corners, or for large hulls uphill along the edges, where a local maximum of a linear function on
+// a convex body is the maximum.
+std::int32_t extreme_corner(const ConvexHull& hull, const Vec3& direction) {
+  constexpr std::size_t few = 48;
+  std::int32_t best = 0;
+  double height = dot(hull.vertices[0], direction);
+  if (hull.vertices.size() <= few) {
+    for (std::size_t i = 1; i < hull.vertices.size(); ++i) {
+      const double h = dot(hull.vertices[i], direction);
+      if (h > height) {
+        height = h;
+        best = static_cast<std::int32_t>(i);
+      }
+    }
+    return best;
+  }
+  for (bool higher = true; higher;) {
+    higher = false;
+    for (std::int32_t j : hull.neighbours[best]) {
+      const double h = dot(hull.vertices[j], direction);
+      if (h > height) {
+        height = h;
+        best = j;
+        higher = true;
+      }
+    }
+  }
+  return best;
+}
+
+Convex make_convex(const Shape& shape, const Transform& frame, const Vec3& origin) {
+  Convex body;
+  body.centre = frame.position - origin;
+  const Mat3 rotation = to_matrix(frame.rotation);
+  for (int i = 0; i < 3; ++i) body.axis[i] = rotation.column(i);
+  if (const auto* hull = std::get_if<Hull>(&shape)) {
+    body.kind = Convex::Kind::hull;
+    body.hull = hull->data.get();
+    body.extent = hull->data->extent;
+    return body;
+  }
+  body.extent = bounding_radius(shape);
+  if (const auto* sphere = std::get_if<Sphere>(&shape)) {
+    body.kind = Convex::Kind::point;
+    body.radius = sphere->radius;
+  } else if (const auto* capsule = std::get_if<Capsule>(&shape)) {
+    body.kind = Convex::Kind::segment;
+    body.radius = capsule->radius;
+    body.size = {0, 0, capsule->half_length};
+  } else if (const auto* box = std::get_if<Box>(&shape)) {
+    body.kind = Convex::Kind::box;
+    body.size = box->half;
+  } else if (const auto* cylinder = std::get_if<Cylinder>(&shape)) {
+    body.kind = Convex::Kind::cylinder;
+    body.size = {cylinder->radius, cylinder->radius, cylinder->half_length};
+  } else {
+    body.kind = Convex::Kind::ellipsoid;
+    body.size = std::get<Ellipsoid>(shape).radii;
+  }
+  return body;
+}
+
+Convex make_triangle(const Vec3& a, const Vec3& b, const Vec3& c) {
+  Convex body;
+  body.kind = Convex::Kind::triangle;
+  body.centre = (1.0 / 3) * (a + b + c);
+  body.corner[0] = a;
+  body.corner[1] = b;
+  body.corner[2] = c;
+  for (const Vec3& corner : body.corner) body.extent = std::max(body.extent, norm(corner - body.centre));
+  return body;
+}
+
+// Written for the core alone: the radius is added where the distance of the cores is known, which keeps the
+// algorithms on it exact for round bodies.
+Vec3 support(const Convex& body, const Vec3& direction) {
+  switch (body.kind) {
+    case Convex::Kind::point:
+      return body.centre;
+    case Convex::Kind::segment:
+      return body.centre + (dot(body.axis[2], direction) < 0 ? -body.size.z : body.size.z) * body.axis[2];
+    case Convex::Kind::triangle: {
+      const double a = dot(body.corner[0], direction), b = dot(body.corner[1], direction),
+                   c = dot(body.corner[2], direction);
+      if (a >= b) return body.corner[a >= c ? 0 : 2];
+      return body.corner[b >= c ? 1 : 2];
+    }
+    case Convex::Kind::box: {
+      const Vec3 d = to_local(body, direction);
+      return body.centre + to_common(body, {std::copysign(body.size.x, d.x), std::copysign(body.size.y, d.y),
+                                            std::copysign(body.size.z, d.z)});
+    }
+    case Convex::Kind::cylinder: {
+      const Vec3 d = to_local(body, direction);
+      const double flat = std::sqrt(d.x * d.x + d.y * d.y);
+      // Along the axis the whole cap is extreme: its centre, which is no corner, would be as good as any.
+      const double s = flat > 0 ? body.size.x / flat : 0;
+      return body.centre + to_common(body, {s * d.x, s * d.y, std::copysign(body.size.z, d.z)});
+    }
+    case Convex::Kind::ellipsoid: {
+      // The image of a ball under the stretch S by the semi-axes: S (S d / |S d|).
+      const Vec3 d = to_local(body, direction);
+      const Vec3 scaled{body.size.x * d.x, body.size.y * d.y, body.size.z * d.z};
+      const double s = 1 / norm(scaled);
+      return body.centre + to_common(body, {s * scaled.x * body.size.x, s * scaled.y * body.size.y,
+                                            s * scaled.z * body.size.z});
+    }
+    case Convex::Kind::hull:
+      break;
+  }
+  return corner_of(body, extreme_corner(*body.hull, to_local(body, direction)));
+}
+
+PairScale pair_scale(const Convex& a, const Convex& b) {
+  return {std::min(a.extent, b.extent), a.extent + b.extent + norm(a.centre - b.centre)};
+}
+
+}  // namespace amontons::collision

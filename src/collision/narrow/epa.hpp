@@ -1,0 +1,10 @@
+#pragma once
+#include "collision/narrow/simplex.hpp"
+
+namespace amontons::collision {
+
+// The shortest way to part two cores that overlap or touch, by the expanding polytope algorithm. The simplex
+// is the one in which GJK found the origin; the radii are not in `result` yet.
+void penetration(const Convex& a, const Convex& b, const Simplex& simplex, Separation& result);
+
+}  // namespace amontons::collision

@@ -1,0 +1,12 @@
+#include "amontons/collision/narrow/extent.hpp"
+
+#include "collision/narrow/convex.hpp"
+
+namespace amontons {
+
+double extent_along(const Shape& shape, const Transform& frame, const Vec3& direction, const Vec3& from) {
+  const collision::Convex body = collision::make_convex(shape, frame, from);
+  return dot(direction, collision::support(body, direction)) + body.radius;
+}
+
+}  // namespace amontons

@@ -1,0 +1,209 @@
+#include "collision/narrow/feature.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+// What a body rests on along a direction. The thresholds below decide between face, edge and point; they are
+// angles, so that they hold in any unit.
+namespace amontons::collision {
+
+namespace {
+
+// A face supports a direction within acos(0.95), 18 degrees, of its normal, and an edge or a generator one
+// within 17 degrees of the perpendicular: what is further tilted than that has left the margin before it
+// matters, and a clipped sliver of a steep face is no contact area.
+constexpr double face_cosine = 0.95, edge_sine = 0.3;
+// A capsule keeps both its end points up to here: its flat view is never thin, so nothing is lost by more.
+constexpr double segment_sine = 0.5;
+constexpr int cap_corners = 12;
+
+void set_point(Feature& feature, const Vec3& p) {
+  feature.count = 1;
+  feature.points[0] = p;
+}
+void set_edge(Feature& feature, const Vec3& p, const Vec3& q) {
+  feature.count = 2;
+  feature.points[0] = p;
+  feature.points[1] = q;
+}
+
+void box_feature(const Convex& body, const Vec3& direction, Feature& feature) {
+  const Vec3 d = to_local(body, direction);
+  int flat = 0, along = 0;  // the axes nearest to the direction, and most perpendicular to it
+  for (int i = 1; i < 3; ++i) {
+    if (std::abs(d[i]) > std::abs(d[flat])) flat = i;
+    if (std::abs(d[i]) < std::abs(d[along])) along = i;
+  }
+  Vec3 corner;
+  for (int i = 0; i < 3; ++i) corner[i] = d[i] < 0 ? -body.size[i] : body.size[i];
+  if (std::abs(d[flat]) >= face_cosine) {
+    const double side = d[flat] < 0 ? -1 : 1;
+    const int i = (flat + 1) % 3, j = (flat + 2) % 3;
+    const Vec3 m = body.centre + corner[flat] * body.axis[flat];
+    const Vec3 u = side * body.size[i] * body.axis[i], v = body.size[j] * body.axis[j];
+    feature.count = 4;
+    feature.normal = side * body.axis[flat];
+    feature.points[0] = m + u + v;
+    feature.points[1] = m - u + v;
+    feature.points[2] = m - u - v;
+    feature.points[3] = m + u - v;
+    return;
+  }
+  const Vec3 p = body.centre + to_common(body, corner);
+  if (std::abs(d[along]) > edge_sine) return set_point(feature, p);
+  set_edge(feature, p, p - 2 * corner[along] * body.axis[along]);
+}
+
+// The corners of a regular polygon on the unit circle.
+const std::array<std::array<double, 2>, cap_corners>& cap_polygon() {
+  static const auto polygon = [] {
+    std::array<std::array<double, 2>, cap_corners> table;
+    for (int k = 0; k < cap_corners; ++k) {
+      const double a = 6.283185307179586 * k / cap_corners;
+      table[k] = {std::cos(a), std::sin(a)};
+    }
+    return table;
+  }();
+  return polygon;
+}
+
+// The direction of a cap's first corner, perpendicular to its normal n: along `phase` unless that stands on
+// the cap or is null.
+Vec3 cap_phase(const Convex& body, const Vec3& n, const Vec3* phase) {
+  if (!phase) return body.axis[0];
+  const Vec3 flat = *phase - dot(*phase, n) * n;
+  return norm_squared(flat) > 0.01 ? normalised(flat) : body.axis[0];
+}
+
+// A cap as a regular polygon inscribed in its rim; where it is tilted, with the rim's extreme point besides.
+// c: the cosine between the body's axis and the direction.
+void cap_feature(const Convex& body, const Vec3& direction, double c, const Vec3* phase, Feature& feature) {
+  const double side = c < 0 ? -1 : 1;
+  const Vec3 n = side * body.axis[2], m = body.centre + side * body.size.z * body.axis[2];
+  const Vec3 e = cap_phase(body, n, phase), f = cross(n, e);
+  const Vec3 down = direction - std::abs(c) * n;  // the direction's part along the cap: to the extreme point
+  const double tilt = norm(down);
+  double angle = -1;  // of the extreme point, in sides of the polygon; none within 1 mrad of flat
+  if (tilt > 1e-3) {
+    angle = std::atan2(dot(down, f), dot(down, e)) * (cap_corners / 6.283185307179586);
+    if (angle < 0) angle += cap_corners;
+  }
+  feature.count = 0;
+  feature.normal = n;
+  for (int k = 0; k < cap_corners; ++k) {
+    const auto& point = cap_polygon()[k];
+    feature.points[feature.count++] = m + body.size.x * (point[0] * e + point[1] * f);
+    if (angle >= k && angle < k + 1)
+      feature.points[feature.count++] = m + (body.size.x / tilt) * (down - dot(down, n) * n);
+  }
+}
+
+void cylinder_feature(const Convex& body, const Vec3& direction, const Vec3* phase, Feature& feature) {
+  const double c = dot(body.axis[2], direction);
+  if (std::abs(c) >= face_cosine) return cap_feature(body, direction, c, phase, feature);
+  const Vec3 radial = body.size.x * normalised(direction - c * body.axis[2]);
+  const Vec3 half = (c < 0 ? -body.size.z : body.size.z) * body.axis[2];
+  if (std::abs(c) > edge_sine) return set_point(feature, body.centre + radial + half);
+  set_edge(feature, body.centre + radial + half, body.centre + radial - half);
+}
+
+// The face best aligned with the direction d (in the hull's frame) that holds a point, if one is close to it.
+bool hull_face(const Convex& body, const Vec3& d, const Vec3& held, Feature& feature) {
+  const ConvexHull& hull = *body.hull;
+  const double tolerance = 1e-6 * body.extent;
+  double best = face_cosine;
+  std::size_t face = hull.faces.size();
+  for (std::size_t f = 0; f < hull.faces.size(); ++f) {
+    const double c = dot(hull.normals[f], d);
+    if (c > best && std::abs(dot(hull.normals[f], held) - hull.offsets[f]) <= tolerance) {
+      best = c;
+      face = f;
+    }
+  }
+  if (face == hull.faces.size()) return false;
+  const auto& corners = hull.faces[face];
+  const std::size_t n = corners.size(), kept = std::min<std::size_t>(n, Feature::capacity - 1);
+  feature.count = static_cast<int>(kept);
+  feature.normal = to_common(body, hull.normals[face]);
+  for (std::size_t k = 0; k < kept; ++k) feature.points[k] = corner_of(body, corners[k * n / kept]);
+  return true;
+}
+
+void hull_feature(const Convex& body, const Vec3& direction, const Vec3* through, Feature& feature) {
+  const ConvexHull& hull = *body.hull;
+  const Vec3 d = to_local(body, direction);
+  const std::int32_t extreme = extreme_corner(hull, d);
+  const Vec3& top = hull.vertices[extreme];
+  if (hull_face(body, d, through ? to_local(body, *through - body.centre) : top, feature)) return;
+  std::int32_t other = -1;
+  double slope = -edge_sine;
+  for (std::int32_t j : hull.neighbours[extreme]) {
+    const Vec3 edge = hull.vertices[j] - top;
+    const double s = dot(edge, d) / norm(edge);
+    if (s > slope) {
+      slope = s;
+      other = j;
+    }
+  }
+  if (other < 0) return set_point(feature, corner_of(body, extreme));
+  set_edge(feature, corner_of(body, extreme), corner_of(body, other));
+}
+
+void triangle_feature(const Convex& body, const Vec3& direction, Feature& feature) {
+  const Vec3 n = normalised(cross(body.corner[1] - body.corner[0], body.corner[2] - body.corner[0]));
+  const double c = dot(n, direction);
+  if (std::abs(c) >= face_cosine) {
+    const bool front = c > 0;
+    feature.count = 3;
+    feature.normal = front ? n : -n;
+    feature.points[0] = body.corner[0];
+    feature.points[1] = body.corner[front ? 1 : 2];
+    feature.points[2] = body.corner[front ? 2 : 1];
+    return;
+  }
+  int extreme = 0, other = -1;
+  for (int i = 1; i < 3; ++i)
+    if (dot(body.corner[i] - body.corner[extreme], direction) > 0) extreme = i;
+  double slope = -edge_sine;
+  for (int i = 0; i < 3; ++i) {
+    if (i == extreme) continue;
+    const Vec3 edge = body.corner[i] - body.corner[extreme];
+    const double s = dot(edge, direction) / norm(edge);
+    if (s > slope) {
+      slope = s;
+      other = i;
+    }
+  }
+  if (other < 0) return set_point(feature, body.corner[extreme]);
+  set_edge(feature, body.corner[extreme], body.corner[other]);
+}
+
+}  // namespace
+
+void supporting_feature(const Convex& body, const Vec3& direction, const Vec3* through, const Vec3* phase,
+                        Feature& feature) {
+  switch (body.kind) {
+    case Convex::Kind::point:
+      return set_point(feature, body.centre + body.radius * direction);
+    case Convex::Kind::segment: {
+      const double c = dot(body.axis[2], direction);
+      const Vec3 p = body.centre + body.radius * direction;
+      const Vec3 half = (c < 0 ? -body.size.z : body.size.z) * body.axis[2];
+      return std::abs(c) > segment_sine ? set_point(feature, p + half)
+                                        : set_edge(feature, p + half, p - half);
+    }
+    case Convex::Kind::triangle:
+      return triangle_feature(body, direction, feature);
+    case Convex::Kind::box:
+      return box_feature(body, direction, feature);
+    case Convex::Kind::cylinder:
+      return cylinder_feature(body, direction, phase, feature);
+    case Convex::Kind::ellipsoid:
+      return set_point(feature, support(body, direction));
+    case Convex::Kind::hull:
+      return hull_feature(body, direction, through, feature);
+  }
+}
+
+}  // namespace amontons::collision

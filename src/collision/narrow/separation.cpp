@@ -1,0 +1,122 @@
+#include "collision/narrow/separation.hpp"
+
+#include <cmath>
+
+#include "collision/narrow/epa.hpp"
+#include "collision/narrow/gjk.hpp"
+
+// Cores that keep their distance need GJK only, whatever the radii around them: the depth of two capsules is
+// exact as long as their axes are apart. Cores that overlap need EPA, which approaches round surfaces by
+// triangles. That leaves a depth good to 1e-8 of the size with a normal good to its root only, so where the
+// surface is known better than that, the normal is sharpened.
+namespace amontons::collision {
+
+namespace {
+
+double separated_by(const Convex& a, const Convex& b, const Vec3& n) {
+  return dot(n, support(a, -n) - support(b, n)) - a.radius - b.radius;
+}
+
+// The side of a cylinder is that of the capsule around its axis.
+Convex as_capsule(const Convex& body) {
+  if (body.kind != Convex::Kind::cylinder) return body;
+  Convex capsule = body;
+  capsule.kind = Convex::Kind::segment;
+  capsule.radius = body.size.x;
+  return capsule;
+}
+
+// The bodies seen along a normal.
+struct View {
+  Vec3 normal, on_a, on_b;  // the support points, radii included
+  double distance;          // <n, w>
+  double u, v;              // the part of w = on_a - on_b across n, in fixed tangent directions
+};
+
+View look(const Convex& a, const Convex& b, const Vec3& n, const Vec3& u, const Vec3& v) {
+  View view;
+  view.normal = n;
+  view.on_a = support(a, -n) - a.radius * n;
+  view.on_b = support(b, n) + b.radius * n;
+  const Vec3 w = view.on_a - view.on_b;
+  view.distance = dot(n, w);
+  const Vec3 across = w - view.distance * n;
+  view.u = dot(u, across);
+  view.v = dot(v, across);
+  return view;
+}
+
+// The best normal n of two smooth bodies is parallel to the difference w(n) of their support points: w is the
+// gradient of the separation <n, w(n)>, which is largest over the unit sphere where the gradient has no part
+// across n. Newton's method for that part, in two tangent coordinates, with differences for its derivative.
+void sharpen_smooth(const Convex& a, const Convex& b, Separation& s) {
+  constexpr double step = 1e-5;
+  constexpr int most_steps = 4;
+  for (int k = 0; k < most_steps; ++k) {
+    const Quat frame = rotation_to_z(s.normal);
+    const Vec3 u = rotate(frame, {1, 0, 0}), v = rotate(frame, {0, 1, 0});
+    // At the normal turned by about (x, y) radians.
+    const auto turned = [&](double x, double y) {
+      return look(a, b, normalised(s.normal + x * u + y * v), u, v);
+    };
+    const View g = turned(0, 0), gx = turned(step, 0), gy = turned(0, step);
+    const double xx = (gx.u - g.u) / step, xy = (gy.u - g.u) / step;
+    const double yx = (gx.v - g.v) / step, yy = (gy.v - g.v) / step;
+    const double det = xx * yy - xy * yx;
+    if (!(std::abs(det) > 0)) return;
+    const double x = -(yy * g.u - xy * g.v) / det, y = -(xx * g.v - yx * g.u) / det;
+    if (!(x * x + y * y < 1e-2)) return;
+    const View next = turned(x, y);
+    // A corner instead of a smooth surface jumps: keep what was.
+    if (!(next.u * next.u + next.v * next.v < 0.25 * (g.u * g.u + g.v * g.v))) return;
+    if (next.distance < s.distance - 1e-9 * pair_scale(a, b).size) return;
+    s.normal = next.normal;
+    s.distance = next.distance;
+    s.on_a = next.on_a;
+    s.on_b = next.on_b;
+  }
+}
+
+bool is_smooth(const Convex& body) { return body.kind == Convex::Kind::ellipsoid; }
+
+// Where the side of a cylinder touches, capsules in place of the cylinders have cores that stay apart, for
+// which GJK is exact.
+void sharpen_sides(const Convex& a, const Convex& b, Separation& s) {
+  const auto touches_side = [&](const Convex& body) {
+    return body.kind == Convex::Kind::cylinder && std::abs(dot(body.axis[2], s.normal)) < 0.5;
+  };
+  if (!touches_side(a) && !touches_side(b)) return;
+  const Convex p = touches_side(a) ? as_capsule(a) : a, q = touches_side(b) ? as_capsule(b) : b;
+  const double size = pair_scale(a, b).size;
+  const Separation t = separation(p, q, 0.01 * size);
+  // The capsule bulges at its ends: it must see what the cylinder does, and no less than was known.
+  if (!t.within || norm_squared(t.normal - s.normal) > 1e-4) return;
+  if (t.distance < s.distance - 1e-12 * size ||
+      std::abs(separated_by(a, b, t.normal) - t.distance) > 1e-9 * size)
+    return;
+  s = t;
+}
+
+}  // namespace
+
+Separation separation(const Convex& a, const Convex& b, double limit) {
+  Separation result;
+  Simplex simplex;
+  const double radii = a.radius + b.radius;
+  const Cores cores = distance_of_cores(a, b, limit + radii, simplex, result);
+  if (cores == Cores::beyond_limit) return result;
+  if (cores == Cores::overlap) penetration(a, b, simplex, result);
+  result.distance -= radii;
+  result.on_a -= a.radius * result.normal;
+  result.on_b += b.radius * result.normal;
+  if (cores == Cores::overlap) {
+    if (is_smooth(a) || is_smooth(b))
+      sharpen_smooth(a, b, result);
+    else
+      sharpen_sides(a, b, result);
+  }
+  result.within = result.distance <= limit;
+  return result;
+}
+
+}  // namespace amontons::collision

@@ -1,0 +1,12 @@
+#pragma once
+#include "collision/pairs/pair.hpp"
+
+// Pairs of round shapes that have closed forms.
+namespace amontons::collision {
+
+// A sphere and a shape whose distance from a point is known (narrow/point_distance.hpp).
+PairFunction collide_sphere;
+// Two capsules: the distance of two segments.
+PairFunction collide_capsules;
+
+}  // namespace amontons::collision

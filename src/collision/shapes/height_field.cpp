@@ -1,0 +1,73 @@
+#include "amontons/collision/shapes/height_field.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <utility>
+
+#include "amontons/base/error.hpp"
+#include "amontons/collision/shapes/primitives.hpp"
+#include "collision/shapes/height_grid.hpp"
+
+namespace amontons {
+
+namespace {
+
+void check(std::span<const double> heights, std::size_t rows, std::size_t columns, double size_x,
+           double size_y) {
+  AMONTONS_REQUIRE(rows >= 2 && columns >= 2,
+                   "height field: it needs at least two rows and two columns, not " + std::to_string(rows) +
+                       " and " + std::to_string(columns));
+  AMONTONS_REQUIRE(heights.size() / rows == columns && heights.size() % rows == 0,
+                   "height field: " + std::to_string(rows) + " rows of " + std::to_string(columns) +
+                       " heights are needed, but there are " + std::to_string(heights.size()) + " heights");
+  AMONTONS_REQUIRE(size_x > 0 && size_y > 0 && std::isfinite(size_x) && std::isfinite(size_y),
+                   "height field: size_x and size_y must be positive and finite, not " +
+                       std::to_string(size_x) + " and " + std::to_string(size_y));
+  for (std::size_t i = 0; i < heights.size(); ++i)
+    AMONTONS_REQUIRE(std::isfinite(heights[i]), "height field: the height in row " +
+                                                    std::to_string(i / columns) + ", column " +
+                                                    std::to_string(i % columns) + " is not finite");
+}
+
+}  // namespace
+
+HeightField make_height_field(std::span<const double> heights, std::size_t rows, std::size_t columns,
+                              double size_x, double size_y) {
+  check(heights, rows, columns, size_x, size_y);
+  const auto [lowest, highest] = std::minmax_element(heights.begin(), heights.end());
+  auto grid = std::make_shared<HeightGrid>();
+  grid->heights.assign(heights.begin(), heights.end());
+  grid->rows = static_cast<std::int64_t>(rows);
+  grid->columns = static_cast<std::int64_t>(columns);
+  grid->size_x = size_x;
+  grid->size_y = size_y;
+  grid->lowest = *lowest;
+  grid->highest = *highest;
+  const collision::GridSurface surface{*grid};
+  for (std::int64_t v = 0; v < grid->rows * grid->columns; ++v)
+    grid->is_active.push_back(surface.has_active_edge(v));
+  return {std::move(grid)};
+}
+
+namespace collision {
+
+namespace {
+
+Aabb local_box(const HeightGrid& grid) {
+  const double x = grid.size_x / 2, y = grid.size_y / 2;
+  return {{-x, -y, grid.lowest}, {x, y, grid.highest}};
+}
+
+}  // namespace
+
+void require_valid(const HeightField& shape) {
+  AMONTONS_REQUIRE(shape.data != nullptr, "height field is empty; make it with make_height_field()");
+}
+double radius_about_origin(const HeightField& shape) { return radius_about_origin(local_box(*shape.data)); }
+Aabb box_around(const HeightField& shape, const Transform& frame) {
+  return box_around(local_box(*shape.data), frame);
+}
+
+}  // namespace collision
+}  // namespace amontons
