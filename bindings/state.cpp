@@ -1,8 +1,7 @@
-#include "amontons/multibody/model/state.hpp"
-
 #include <algorithm>
 #include <cstddef>
 
+#include "amontons/multibody/joints/coordinates.hpp"
 #include "bindings.hpp"
 
 namespace amontons::python {

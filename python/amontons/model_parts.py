@@ -1,4 +1,4 @@
-"""What models are made of: immutable data with the fields of include/amontons/multibody/model/model.hpp."""
+"""What models are made of: immutable data with the fields of multibody/model/description.hpp."""
 
 from __future__ import annotations
 

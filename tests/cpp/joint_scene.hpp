@@ -7,8 +7,11 @@
 #include <utility>
 #include <vector>
 
+#include "amontons/multibody/joints/coordinates.hpp"
+#include "amontons/multibody/joints/effort_motors.hpp"
 #include "amontons/multibody/joints/joints.hpp"
-#include "multibody/step/step.hpp"
+#include "amontons/multibody/joints/measures.hpp"
+#include "multibody/bodies/motion.hpp"
 
 // Small mechanisms for the tests of joints, stepped with dense matrices that are put together here from the
 // rows.
@@ -92,6 +95,8 @@ struct Scene {
   std::unique_ptr<Model> model;
   State state;
   std::vector<BodyFrame> bodies;
+  std::vector<BodyMobility> mobility;
+  std::vector<BodyVelocity> start, free;
   std::vector<GyroscopicSpin> spins;
   JointRows rows;
   JointOptions options{0.01, 1e300, 1};
@@ -106,13 +111,13 @@ struct Scene {
   }
   // Frames, coordinates and rows of the present state.
   void refresh() {
-    make_body_frames(*model, state, bodies);
+    place_bodies(*model, state, bodies, mobility, start);
     update_coordinates(*model, bodies, state);
-    std::vector<Vec3> force(model->bodies()), torque(model->bodies());
-    add_motor_loads(*model, bodies, state, options.h, force, torque);
-    make_free_velocities(*model, state, options.h, force, torque, bodies, spins);
+    std::vector<BodyImpulse> loads(model->bodies());
+    add_motor_loads(*model, bodies, state, options.h, loads);
+    make_free_velocities(*model, state, options.h, bodies, mobility, start, loads, free, spins);
     rows.clear();
-    append_joint_rows(*model, bodies, state, options, rows);
+    append_joint_rows(*model, {bodies, mobility, start, free}, state, options, rows);
   }
   std::size_t count(RowKind kind) const {
     return static_cast<std::size_t>(
@@ -129,9 +134,9 @@ struct Scene {
       for (std::size_t k = 0; k < 6; ++k) sum += i[k] * j[k];
       return sum * rows.auxiliary_inverse_mass[body - bodies.size()];
     }
-    const BodyFrame& frame = bodies[body];
-    const Vec3 spun = frame.inverse_inertia * Vec3{j[3], j[4], j[5]};
-    return frame.inverse_mass * (i[0] * j[0] + i[1] * j[1] + i[2] * j[2]) + i[3] * spun.x + i[4] * spun.y +
+    const auto& [inverse_mass, inverse_inertia, stiffened] = mobility[body];
+    const Vec3 spun = inverse_inertia * Vec3{j[3], j[4], j[5]};
+    return inverse_mass * (i[0] * j[0] + i[1] * j[1] + i[2] * j[2]) + i[3] * spun.x + i[4] * spun.y +
            i[5] * spun.z;
   }
   double row_velocity(std::size_t i, const std::vector<BodyVelocity>& v) const {
@@ -143,11 +148,6 @@ struct Scene {
     };
     add(r.body_a, r.a), add(r.body_b, r.b);
     return u;
-  }
-  std::vector<BodyVelocity> free_velocities() const {
-    std::vector<BodyVelocity> v;
-    for (const BodyFrame& body : bodies) v.push_back({body.free_velocity, body.free_omega});
-    return v;
   }
   std::vector<double> dense() const {
     const std::size_t m = rows.jacobian.size();
@@ -167,9 +167,8 @@ struct Scene {
   std::vector<double> solve() const {
     const std::size_t m = rows.jacobian.size();
     std::vector<double> A = dense(), x(m);
-    const std::vector<BodyVelocity> v = free_velocities();
     std::vector<double> b(m);
-    for (std::size_t i = 0; i < m; ++i) b[i] = row_velocity(i, v) + rows.c[i];
+    for (std::size_t i = 0; i < m; ++i) b[i] = row_velocity(i, free) + rows.c[i];
     if (rows.cones.all_free()) {
       for (std::size_t j = 0; j < m; ++j) {
         for (std::size_t k = 0; k < j; ++k) A[j * m + j] -= A[j * m + k] * A[j * m + k];
@@ -207,13 +206,13 @@ struct Scene {
     return x;
   }
   std::vector<BodyVelocity> velocities_after(const std::vector<double>& x) const {
-    std::vector<BodyVelocity> v = free_velocities();
+    std::vector<BodyVelocity> v = free;
     for (std::size_t i = 0; i < x.size(); ++i) {
       const JacobianRow& r = rows.jacobian[i];
       const auto add = [&](Index body, const std::array<double, 6>& j) {
         if (body < 0 || body >= static_cast<Index>(v.size())) return;
-        v[body].linear += x[i] * bodies[body].inverse_mass * Vec3{j[0], j[1], j[2]};
-        v[body].angular += x[i] * (bodies[body].inverse_inertia * Vec3{j[3], j[4], j[5]});
+        v[body].linear += x[i] * mobility[body].inverse_mass * Vec3{j[0], j[1], j[2]};
+        v[body].angular += x[i] * (mobility[body].inverse_inertia * Vec3{j[3], j[4], j[5]});
       };
       add(r.body_a, r.a), add(r.body_b, r.b);
     }
@@ -224,7 +223,7 @@ struct Scene {
     const std::vector<double> x = solve();
     store_joint_impulses(rows, x, state);
     integrate(*model, bodies, spins, velocities_after(x), options.h, state);
-    make_body_frames(*model, state, bodies);
+    place_bodies(*model, state, bodies, mobility, start);
     update_coordinates(*model, bodies, state);
   }
 };

@@ -3,7 +3,6 @@
 
 #include "amontons/multibody/step/simulation.hpp"
 #include "check.hpp"
-#include "multibody/step/step.hpp"
 
 using namespace amontons;
 

@@ -109,6 +109,7 @@ bool ContactFinder::is_seam(const Model& model, const ContactSite& site, double 
 }
 
 std::size_t ContactFinder::find_missed(const Model& model, const std::vector<BodyFrame>& bodies,
+                                       const std::vector<BodyVelocity>& free,
                                        const std::vector<BodyVelocity>& v, double h, double margin,
                                        double allowance, std::vector<ContactSite>& sites) {
   // No point moves otherwise than foreseen by more than the change of the velocities.
@@ -117,8 +118,7 @@ std::size_t ContactFinder::find_missed(const Model& model, const std::vector<Bod
   for (std::size_t g = 0; g < geoms.size(); ++g) {
     const Index body = geoms[g].body;
     if (!model.is_dynamic(body)) continue;
-    const BodyVelocity difference{v[body].linear - bodies[body].free_velocity,
-                                  v[body].angular - bodies[body].free_omega};
+    const BodyVelocity difference{v[body].linear - free[body].linear, v[body].angular - free[body].angular};
     change = std::max(change, speed_bound(difference, frames[g].position - bodies[body].centre,
                                           bounding_radius(geoms[g].shape)));
   }
@@ -182,10 +182,9 @@ void ContactFinder::visit(const Model& model, const std::vector<BodyFrame>& bodi
     frames[g] = geom.body < 0 ? geom.frame : bodies[geom.body].pose * geom.frame;
     boxes[g] = bounds(geom.shape, frames[g]);
     fixed[g] = !model.is_dynamic(geom.body);
-    speeds[g] = geom.body < 0 || model.body(geom.body).motion == Motion::fixed
-                    ? 0
-                    : speed_bound(v[geom.body], frames[g].position - bodies[geom.body].centre,
-                                  bounding_radius(geom.shape));
+    speeds[g] = geom.body < 0 ? 0
+                              : speed_bound(v[geom.body], frames[g].position - bodies[geom.body].centre,
+                                            bounding_radius(geom.shape));
     const double grow = 0.5 * margin + h * speeds[g];
     boxes[g].lower -= {grow, grow, grow};
     boxes[g].upper += {grow, grow, grow};

@@ -1,8 +1,10 @@
-// Couplings of coordinates, q_a - p(q_b) = 0: the row is rate_a - p'(q_b) rate_b, over up to four bodies.
-#include <algorithm>
-#include <cmath>
+#include "multibody/joints/couplings.hpp"
 
-#include "multibody/joints/joint_kinematics.hpp"
+#include <algorithm>
+
+#include "multibody/bodies/row_products.hpp"
+#include "multibody/joints/joint_context.hpp"
+#include "multibody/joints/row_terms.hpp"
 
 namespace amontons {
 namespace {
@@ -19,7 +21,11 @@ struct WideRow {
     if (which < 0) return;
     std::size_t i = 0;
     while (i < n && body[i] != which) ++i;
-    if (i == n) body[n] = which, j[n] = Vec6{}, ++n;
+    if (i == n) {
+      body[n] = which;
+      j[n] = Vec6{};
+      ++n;
+    }
     for (int k = 0; k < 6; ++k) j[i][k] += sign * part[k];
   }
   void add(const JacobianRow& row, double sign) {
@@ -36,13 +42,13 @@ struct WideRow {
 // `lightness`, is added to the mechanism. z starts the step at J_i v_i, else its inertia would brake.
 constexpr double lightness = 1e-4;
 
-void append_wide_row(const WideRow& wide, const std::vector<BodyFrame>& bodies, double compliance, double c,
-                     double x0, const RowTag& tag, JointRows& rows) {
+void append_wide_row(const WideRow& wide, const StepBodies& bodies, double compliance, double c, double x0,
+                     const RowTag& tag, JointRows& rows) {
   const std::size_t links = wide.n - 1;
-  const Index auxiliary = static_cast<Index>(bodies.size() + rows.auxiliary_inverse_mass.size());
+  const Index auxiliary = static_cast<Index>(bodies.frames.size() + rows.auxiliary_inverse_mass.size());
   double heaviest = 0;
   for (std::size_t i = 0; i < wide.n; ++i)
-    heaviest = std::max(heaviest, inverse_effective_mass(bodies, wide.part(i)));
+    heaviest = std::max(heaviest, inverse_effective_mass(wide.part(i), bodies.mobility));
   rows.auxiliary_inverse_mass.push_back(heaviest / lightness);
   RowTag helper = tag;
   helper.dof = -1;
@@ -51,14 +57,26 @@ void append_wide_row(const WideRow& wide, const std::vector<BodyFrame>& bodies, 
   rows.cones.add_free(wide.n);
   for (std::size_t i = 0; i < links; ++i) {
     JacobianRow link = wide.part(i);
-    const double before = start_velocity(bodies, link);
+    const double before = row_velocity(link, bodies.start);
     link.body_b = auxiliary;
     link.b[i] = -1;
     last.b[i] = 1;
     c += before;
-    append_row(rows, link, 0, -before, x0, helper);
+    rows.append(link, 0, -before, x0, helper);
   }
-  append_row(rows, last, compliance, c, x0, tag);
+  rows.append(last, compliance, c, x0, tag);
+}
+
+// D = dC/dt: rate_a - p'(q_b) rate_b, times the scale s of a, over up to four bodies.
+WideRow coupling_row(const Model& model, const Coupling& coupling, const JointContext& a, double slope,
+                     const std::vector<BodyFrame>& bodies, const State& state) {
+  const double s = a.scale(coupling.dof_a);
+  WideRow wide;
+  wide.add(joint_row(a, s * a.duals[coupling.dof_a]), 1);
+  if (coupling.joint_b < 0 || slope == 0) return wide;
+  const JointContext b = joint_context(model, bodies, state, coupling.joint_b);
+  wide.add(joint_row(b, s * b.duals[coupling.dof_b]), -slope);
+  return wide;
 }
 
 }  // namespace
@@ -77,28 +95,24 @@ CouplingValue coupling_value(const Model& model, const Coupling& coupling, const
   return {coordinate(coupling.joint_a, coupling.dof_a) - value, slope};
 }
 
-void append_coupling_rows(const Model& model, const std::vector<BodyFrame>& bodies, const State& state,
+void append_coupling_rows(const Model& model, const StepBodies& bodies, const State& state,
                           const JointOptions& options, JointRows& rows) {
   const auto& couplings = model.description().couplings;
   for (std::size_t k = 0; k < couplings.size(); ++k) {
     const Coupling& coupling = couplings[k];
     const CouplingValue value = coupling_value(model, coupling, state);
-    const JointContext a = joint_context(model, bodies, state, coupling.joint_a);
-    const double s = a.scale(coupling.dof_a);
-    WideRow wide;
-    wide.add(joint_row(a, s * a.duals[coupling.dof_a]), 1);
-    if (coupling.joint_b >= 0 && value.slope != 0) {
-      const JointContext b = joint_context(model, bodies, state, coupling.joint_b);
-      wide.add(joint_row(b, s * b.duals[coupling.dof_b]), -value.slope);
-    }
+    const JointContext a = joint_context(model, bodies.frames, state, coupling.joint_a);
+    const double s = a.scale(coupling.dof_a), h = options.h;
+    const WideRow wide = coupling_row(model, coupling, a, value.slope, bodies.frames, state);
     double inverse_mass = 0;
-    for (std::size_t i = 0; i < wide.n; ++i) inverse_mass += inverse_effective_mass(bodies, wide.part(i));
+    for (std::size_t i = 0; i < wide.n; ++i)
+      inverse_mass += inverse_effective_mass(wide.part(i), bodies.mobility);
     if (inverse_mass == 0) continue;  // nothing that moves
     const bool soft = coupling.compliance > 0;
-    const double h = options.h, rate = s * value.violation / h;
     const double compliance =
         soft ? s * s * coupling.compliance / (h * h) : locked_regularisation * inverse_mass;
-    const double c = soft ? rate : std::clamp(rate, -options.recovery_speed, options.recovery_speed);
+    const double error = s * value.violation;
+    const double c = soft ? error / h : recovery(error, options);
     const double x0 = state.coupling_impulses[k] / s;
     RowTag tag{RowKind::coupling, static_cast<Index>(k), 0};
     tag.scale = s;
@@ -107,9 +121,12 @@ void append_coupling_rows(const Model& model, const std::vector<BodyFrame>& bodi
       continue;
     }
     JacobianRow row = wide.part(0);
-    if (wide.n == 2) row.body_b = wide.body[1], row.b = wide.j[1];
+    if (wide.n == 2) {
+      row.body_b = wide.body[1];
+      row.b = wide.j[1];
+    }
     rows.cones.add_free(1);
-    append_row(rows, row, compliance, c, x0, tag);
+    rows.append(row, compliance, c, x0, tag);
   }
 }
 

@@ -3,33 +3,8 @@
 #include <cmath>
 
 #include "amontons/base/error.hpp"
-#include "amontons/multibody/joints/joints.hpp"
-#include "multibody/step/step.hpp"
 
 namespace amontons {
-
-State initial_state(const Model& model) {
-  State s;
-  for (const Body& body : model.description().bodies) {
-    s.positions.push_back(body.pose.position);
-    s.orientations.push_back(normalised(body.pose.rotation));
-    s.linear_velocities.push_back(body.linear_velocity);
-    s.angular_velocities.push_back(body.angular_velocity);
-  }
-  s.forces.resize(model.bodies());
-  s.torques.resize(model.bodies());
-  s.coordinates.resize(model.dofs());
-  s.dof_impulses.resize(model.dofs());
-  s.joint_wrenches.resize(model.joints());
-  s.ball_impulses.resize(model.joints());
-  s.coupling_impulses.resize(model.description().couplings.size());
-  for (const Joint& joint : model.description().joints)
-    for (const Dof& dof : joint.dofs) s.targets.push_back(dof.motor.target);
-  std::vector<BodyFrame> frames;
-  make_body_frames(model, s, frames);
-  update_coordinates(model, frames, s);
-  return s;
-}
 
 void validate(const Model& model, const State& s) {
   for (std::size_t i = 0; i < model.bodies(); ++i) {

@@ -2,17 +2,18 @@
 //   x: impulses; v+ = v_free + M^-1 D'x; u = D v+ + E x + c, b = D v_free + c.
 #include <algorithm>
 
+#include "multibody/bodies/row_products.hpp"
 #include "multibody/step/step.hpp"
 
 namespace amontons {
 
 namespace {
 
-InverseMass inverse_mass_of(const std::vector<BodyFrame>& bodies, const std::vector<double>& auxiliary) {
+InverseMass inverse_mass_of(const std::vector<BodyMobility>& bodies, const std::vector<double>& auxiliary) {
   InverseMass mass;
   mass.translation.reserve(bodies.size() + auxiliary.size());
   mass.inertia.reserve(bodies.size() + auxiliary.size());
-  for (const BodyFrame& body : bodies) {
+  for (const BodyMobility& body : bodies) {
     const Mat3& J = body.inverse_inertia;
     mass.translation.push_back(body.inverse_mass);
     mass.inertia.push_back({J(0, 0), J(1, 1), J(2, 2), J(0, 1), J(0, 2), J(1, 2)});
@@ -33,14 +34,11 @@ double contact_bias(const ContactSite& site, double approach, const Assembly& op
   return site.material.compliance > 0 ? rate : std::max(rate, -options.recovery_speed);
 }
 
-double row_velocity(const std::array<double, 6>& j, const Vec3& v, const Vec3& w) {
-  return j[0] * v.x + j[1] * v.y + j[2] * v.z + j[3] * w.x + j[4] * w.y + j[5] * w.z;
-}
-
 }  // namespace
 
-Problem assemble(const Model& model, const std::vector<BodyFrame>& bodies,
-                 const std::vector<ContactSite>& sites, const JointRows& rows, const Assembly& options) {
+Problem assemble(const Model& model, const std::vector<BodyMobility>& mobility,
+                 const std::vector<BodyVelocity>& free, const std::vector<ContactSite>& sites,
+                 const JointRows& rows, const Assembly& options) {
   ContactOperator A;
   SetProduct K;
   std::vector<double> b, mu;
@@ -54,10 +52,7 @@ Problem assemble(const Model& model, const std::vector<BodyFrame>& bodies,
     A.contacts.push_back({site.body_a, body_b, site.r_a.array(), site.r_b.array(), site.normal.array()});
     A.contact_compliance.push_back(site.material.compliance / (options.h * options.h));
     mu.push_back(site.material.friction);
-    const BodyFrame& a = bodies[site.body_a];
-    Vec3 u = a.free_velocity + cross(a.free_omega, site.r_a) + site.surface;
-    if (site.body_b >= 0)
-      u -= bodies[site.body_b].free_velocity + cross(bodies[site.body_b].free_omega, site.r_b);
+    const Vec3 u = relative_velocity(site, free);
     std::array<double, 3> t1, t2;
     contact_tangents(site.normal.array(), t1, t2);
     const double approach = dot(site.normal, u);
@@ -69,10 +64,8 @@ Problem assemble(const Model& model, const std::vector<BodyFrame>& bodies,
   for (std::size_t i = 0; i < rows.jacobian.size(); ++i) {
     const JacobianRow& row = rows.jacobian[i];
     double u = rows.c[i];
-    if (row.body_a >= 0 && row.body_a < n)
-      u += row_velocity(row.a, bodies[row.body_a].free_velocity, bodies[row.body_a].free_omega);
-    if (row.body_b >= 0 && row.body_b < n)
-      u += row_velocity(row.b, bodies[row.body_b].free_velocity, bodies[row.body_b].free_omega);
+    if (row.body_a >= 0 && row.body_a < n) u += power(row.a, free[row.body_a]);
+    if (row.body_b >= 0 && row.body_b < n) u += power(row.b, free[row.body_b]);
     b.push_back(u);
   }
   for (const SetRun& run : rows.cones.runs()) {
@@ -82,7 +75,7 @@ Problem assemble(const Model& model, const std::vector<BodyFrame>& bodies,
       K.add_interval({rows.cones.lo().data() + run.param, run.count},
                      {rows.cones.hi().data() + run.param, run.count});
   }
-  A.joints.inverse_mass = inverse_mass_of(bodies, rows.auxiliary_inverse_mass);
+  A.joints.inverse_mass = inverse_mass_of(mobility, rows.auxiliary_inverse_mass);
   A.joints.jacobian = rows.jacobian;
   A.joints.compliance = rows.compliance;
   return make_problem(std::move(A), std::move(b), std::move(K));

@@ -15,13 +15,6 @@ namespace {
 // Reflections of one step. What still approaches afterwards is stopped by the step itself.
 constexpr int most_reflections = 64;
 
-std::vector<BodyVelocity> start_velocities(const std::vector<BodyFrame>& bodies) {
-  std::vector<BodyVelocity> v;
-  v.reserve(bodies.size());
-  for (const BodyFrame& body : bodies) v.push_back({body.velocity, body.omega});
-  return v;
-}
-
 // Impacts are over before springs, motors, dry friction or stabilisation act: locked directions only.
 JointRows locked_rows(const JointRows& rows) {
   JointRows locked;
@@ -92,13 +85,13 @@ void add_solution(const Solution& solution, Report& report) {
   }
 }
 
-bool resolve_impacts(const Model& model, const std::vector<ContactSite>& sites,
+bool resolve_impacts(const Model& model, const std::vector<BodyMobility>& mobility,
+                     const std::vector<ContactSite>& sites,
                      const std::function<const JointRows&()>& joint_rows, const Assembly& assembly,
                      double threshold, const std::string& method, const Options& options,
-                     std::vector<BodyFrame>& bodies, Impact& impact, Report& report) {
+                     std::vector<BodyVelocity>& v, Impact& impact, Report& report) {
   impact.contacts.assign(sites.size(), Vec3{});
   impact.joints.assign(model.joints(), JointWrench{});
-  std::vector<BodyVelocity> v = start_velocities(bodies);
   Options timed = options;
   const auto begin = Clock::now();
   JointRows locked;
@@ -115,9 +108,7 @@ bool resolve_impacts(const Model& model, const std::vector<ContactSite>& sites,
     }
     if (active.empty() || !bounces) return reflection > 0;
     if (reflection == 0) locked = locked_rows(joint_rows());
-    for (std::size_t i = 0; i < bodies.size(); ++i)
-      bodies[i].free_velocity = v[i].linear, bodies[i].free_omega = v[i].angular;
-    const Problem problem = assemble(model, bodies, active, locked, {assembly.h, 0, true});
+    const Problem problem = assemble(model, mobility, v, active, locked, {assembly.h, 0, true});
     if (options.deadline < infinity) timed.deadline = std::max(1e-6, options.deadline - seconds_since(begin));
     Solution s = solve(problem, method, timed);
     add_solution(s, report);
@@ -135,8 +126,6 @@ bool resolve_impacts(const Model& model, const std::vector<ContactSite>& sites,
       const double x = s.x[3 * active.size() + i];
       impact.joints[tag.joint].force += x * tag.force, impact.joints[tag.joint].torque += x * tag.torque;
     }
-    for (std::size_t i = 0; i < bodies.size(); ++i)
-      bodies[i].velocity = v[i].linear, bodies[i].omega = v[i].angular;
   }
   return true;
 }

@@ -4,7 +4,13 @@
 #include <cmath>
 
 #include "amontons/base/error.hpp"
+#include "amontons/multibody/joints/coordinates.hpp"
+#include "amontons/multibody/joints/effort_motors.hpp"
+#include "amontons/multibody/joints/joints.hpp"
+#include "amontons/multibody/joints/measures.hpp"
 #include "amontons/solvers/solvers.hpp"
+#include "multibody/bodies/motion.hpp"
+#include "multibody/joints/stiffening.hpp"
 #include "multibody/step/step.hpp"
 
 namespace amontons {
@@ -49,26 +55,16 @@ ContactState state_of(double mu, double p, const double* x, const double* u, Law
 struct Simulation::Scratch {
   State before;
   std::vector<BodyFrame> bodies;
+  std::vector<BodyMobility> mobility, stiffened;
+  std::vector<BodyVelocity> start, free, after;
   std::vector<GyroscopicSpin> spins;
-  std::vector<BodyVelocity> v;
-  std::vector<Vec3> impulse_force, impulse_torque;
+  std::vector<BodyImpulse> loads;
   Impact impact;
   ContactFinder finder;
   std::vector<ContactSite> sites;
   JointRows rows;
   std::vector<Mat3> stiffness;
   std::vector<double> x0;
-
-  void start_from_free_velocities() {
-    v.clear();
-    for (const BodyFrame& body : bodies) v.push_back({body.free_velocity, body.free_omega});
-  }
-  void free_velocities(const Model& model, const State& state, double h) {
-    impulse_force.assign(model.bodies(), Vec3{});
-    impulse_torque.assign(model.bodies(), Vec3{});
-    add_motor_loads(model, bodies, state, h, impulse_force, impulse_torque);
-    make_free_velocities(model, state, h, impulse_force, impulse_torque, bodies, spins);
-  }
 };
 
 Simulation::Simulation(std::shared_ptr<const Model> model, SimulationOptions options)
@@ -108,10 +104,11 @@ Report Simulation::step() {
     state_.time = scratch_->before.time + options_.dt;
   }
   report.time = state_.time;
-  report.kinetic_energy = kinetic_energy(*model_, state_);
-  report.potential_energy = gravity_energy(*model_, state_, 0.5 * options_.dt / report.substeps);
-  make_body_frames(*model_, state_, scratch_->bodies);
-  report.spring_energy = spring_energy(*model_, scratch_->bodies, state_);
+  Scratch& s = *scratch_;
+  place_bodies(*model_, state_, s.bodies, s.mobility, s.start);
+  report.kinetic_energy = kinetic_energy(*model_, s.bodies, s.start);
+  report.potential_energy = gravity_energy(*model_, s.bodies, s.start, 0.5 * options_.dt / report.substeps);
+  report.spring_energy = spring_energy(*model_, s.bodies, state_);
   report.timings.total = seconds_since(start);
   return report;
 }
@@ -131,29 +128,36 @@ void Simulation::advance(double h, double elapsed, Report& report) {
   options.max_iterations = options_.max_iterations;
   options.threads = options_.threads;
 
-  make_body_frames(model, state_, s.bodies);
+  place_bodies(model, state_, s.bodies, s.mobility, s.start);
   update_coordinates(model, s.bodies, state_);
-  s.free_velocities(model, state_, h);
+  const auto free_velocities = [&](const std::vector<BodyMobility>& mobility) {
+    s.loads.assign(model.bodies(), BodyImpulse{});
+    add_motor_loads(model, s.bodies, state_, h, s.loads);
+    make_free_velocities(model, state_, h, s.bodies, mobility, s.start, s.loads, s.free, s.spins);
+  };
+  free_velocities(s.mobility);
   lap(report.timings.assembly);
 
-  s.start_from_free_velocities();
-  s.finder.find(model, s.bodies, s.v, h, margin(), s.sites);
+  s.finder.find(model, s.bodies, s.free, h, margin(), s.sites);
   for (const ContactSite& site : s.sites) report.penetration = std::max(report.penetration, -site.gap);
   lap(report.timings.collision);
 
-  const auto joint_rows = [&]() -> const JointRows& {
+  const auto joint_rows = [&](const std::vector<BodyMobility>& mobility) -> const JointRows& {
     s.rows.clear();
-    append_joint_rows(model, s.bodies, state_, {h, recovery_speed(), model.length()}, s.rows);
+    const StepBodies bodies{s.bodies, mobility, s.start, s.free};
+    append_joint_rows(model, bodies, state_, {h, recovery_speed(), model.length()}, s.rows);
     return s.rows;
   };
   const Assembly assembly{h, recovery_speed()};
   const auto deadline = [&] { return std::max(1e-6, options_.budget - elapsed - seconds_since(begin)); };
   options.deadline = options_.budget < infinity ? deadline() : infinity;
-  const bool bounced = resolve_impacts(model, s.sites, joint_rows, assembly, restitution_speed(),
-                                       options_.method, options, s.bodies, s.impact, report);
-  const bool stiffened = stiffen_rotations(model, state_, h, s.stiffness, s.bodies);
-  if (bounced || stiffened) s.free_velocities(model, state_, h);
-  joint_rows();
+  const bool bounced = resolve_impacts(
+      model, s.mobility, s.sites, [&]() -> const JointRows& { return joint_rows(s.mobility); }, assembly,
+      restitution_speed(), options_.method, options, s.start, s.impact, report);
+  const bool stiffened = stiffen_rotations(model, state_, h, s.bodies, s.mobility, s.stiffness, s.stiffened);
+  const std::vector<BodyMobility>& mobility = stiffened ? s.stiffened : s.mobility;
+  if (bounced || stiffened) free_velocities(mobility);
+  joint_rows(mobility);
   s.x0.assign(3 * s.sites.size(), 0.0);
   if (options_.warm_start && state_.impulse_step > 0) {
     const double scale = h / state_.impulse_step;
@@ -161,22 +165,22 @@ void Simulation::advance(double h, double elapsed, Report& report) {
     for (double x : s.rows.x0) s.x0.push_back(scale * x);
     options.x0 = s.x0;
   }
-  auto problem = std::make_shared<Problem>(assemble(model, s.bodies, s.sites, s.rows, assembly));
+  auto problem = std::make_shared<Problem>(assemble(model, mobility, s.free, s.sites, s.rows, assembly));
   lap(report.timings.assembly);
 
   Solution solution;
   for (int pass = 0;; ++pass) {
     if (options_.budget < infinity) options.deadline = deadline();
     solution = solve_step(*problem, options_.method, options);
-    s.start_from_free_velocities();
-    apply_impulses(*problem, solution.x, s.v);
+    s.after = s.free;
+    apply_impulses(*problem, solution.x, s.after);
     lap(report.timings.solve);
     const std::size_t known = s.sites.size();
     std::size_t missed = 0;
     if (pass < most_detections) {
       const double allowance = margin() / 10;
-      missed = s.finder.find_missed(model, s.bodies, s.v, h, margin(), allowance, s.sites) +
-               s.finder.find_overlaps(model, s.bodies, s.v, h, allowance, s.sites);
+      missed = s.finder.find_missed(model, s.bodies, s.free, s.after, h, margin(), allowance, s.sites) +
+               s.finder.find_overlaps(model, s.bodies, s.after, h, allowance, s.sites);
     }
     lap(report.timings.collision);
     if (missed == 0) break;
@@ -186,7 +190,7 @@ void Simulation::advance(double h, double elapsed, Report& report) {
     s.x0.insert(s.x0.end(), solution.x.begin() + static_cast<std::ptrdiff_t>(3 * known), solution.x.end());
     s.impact.contacts.resize(s.sites.size());
     options.x0 = s.x0;
-    problem = std::make_shared<Problem>(assemble(model, s.bodies, s.sites, s.rows, assembly));
+    problem = std::make_shared<Problem>(assemble(model, mobility, s.free, s.sites, s.rows, assembly));
     lap(report.timings.assembly);
   }
   add_solution(solution, report);
@@ -195,7 +199,7 @@ void Simulation::advance(double h, double elapsed, Report& report) {
   const JointError error = joint_error(model, s.bodies, state_);
   report.joint_error = std::max(report.joint_error, error.distance);
   report.joint_angle_error = std::max(report.joint_angle_error, error.angle);
-  for (const BodyVelocity& v : s.v)
+  for (const BodyVelocity& v : s.after)
     if (!is_finite(v.linear) || !is_finite(v.angular)) report.advanced = false;
   if (!report.advanced) return;
 
@@ -205,7 +209,7 @@ void Simulation::advance(double h, double elapsed, Report& report) {
   state_.impulse_step = h;
   problem_ = std::move(problem);
   x_ = std::move(solution.x);
-  integrate(model, s.bodies, s.spins, s.v, h, state_);
+  integrate(model, s.bodies, s.spins, s.after, h, state_);
   lap(report.timings.integration);
 }
 
@@ -219,7 +223,7 @@ void Simulation::fill_contacts(const Problem& problem, const Solution& solution)
     std::array<double, 3> t1, t2;
     contact_tangents(site.normal.array(), t1, t2);
     const Vec3 impulse = x[3 * i] * site.normal + x[3 * i + 1] * to_vec3(t1) + x[3 * i + 2] * to_vec3(t2);
-    const Vec3 u = relative_velocity(site, s.v);
+    const Vec3 u = relative_velocity(site, s.after);
     const double un = dot(site.normal, u);
     const Vec3 slip = u - un * site.normal;
     const ContactState state =

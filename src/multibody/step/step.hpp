@@ -16,26 +16,6 @@ inline double seconds_since(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
 }
 
-// A body of the step: what rows need, and the gyroscopic part of its rotation.
-struct GyroscopicSpin {
-  Vec3 mean;  // the angular velocity whose exponential is the torque-free rotation over the step, world
-  Vec3 lag;   // omega - mean: gives back the true angular velocity after the step
-};
-
-// Poses, inertias and velocities at the start of the step; without loads.
-void make_body_frames(const Model& model, const State& state, std::vector<BodyFrame>& frames);
-// Turns start velocities into free velocities: gyroscopic rotation, gravity, held loads, impulses of motors.
-void make_free_velocities(const Model& model, const State& state, double h,
-                          const std::vector<Vec3>& impulse_force, const std::vector<Vec3>& impulse_torque,
-                          std::vector<BodyFrame>& frames, std::vector<GyroscopicSpin>& spins);
-// Adds the geometric stiffness of the joints' forces to the inertia that impulses feel (inverse_inertia;
-// `inertia` stays), where the step is too long to resolve it. Returns whether any body changed; `sums` is
-// scratch.
-bool stiffen_rotations(const Model& model, const State& state, double h, std::vector<Mat3>& sums,
-                       std::vector<BodyFrame>& bodies);
-// The mean angular velocity of a torque-free rotation over h, body axes.
-Vec3 torque_free_mean(const Mat3& inertia, const Vec3& omega, double h);
-
 // A contact point with all that its rows need. body_a is dynamic.
 struct ContactSite {
   Index body_a, body_b, geom_a, geom_b;
@@ -43,10 +23,6 @@ struct ContactSite {
   double gap;
   Material material;
   Vec3 surface;  // velocity of A's surface over its body less that of B's, tangential, world
-};
-
-struct BodyVelocity {
-  Vec3 linear, angular;  // of the centre of mass, world
 };
 
 struct ContactFinder {
@@ -68,10 +44,11 @@ struct ContactFinder {
   void find(const Model& model, const std::vector<BodyFrame>& bodies, const std::vector<BodyVelocity>& v,
             double h, double margin, std::vector<ContactSite>& sites);
   // Appends the points that the velocities v after a solve bring deeper than `allowance` and that are not
-  // among the sites: an impact gives bodies velocities that nobody could foresee. Returns their number.
+  // among the sites, which the free velocities foresaw: an impact gives bodies velocities that nobody could
+  // foresee. Returns their number.
   std::size_t find_missed(const Model& model, const std::vector<BodyFrame>& bodies,
-                          const std::vector<BodyVelocity>& v, double h, double margin, double allowance,
-                          std::vector<ContactSite>& sites);
+                          const std::vector<BodyVelocity>& free, const std::vector<BodyVelocity>& v, double h,
+                          double margin, double allowance, std::vector<ContactSite>& sites);
   // Appends the points of known pairs that overlap by more than `allowance` where v takes the bodies: a face
   // that turns while something slides along it is where its old normal does not tell. Arms, normal and gap of
   // these points are those of the end of the step, so that they ask for nothing that the motion does not.
@@ -104,8 +81,9 @@ struct Assembly {
   double h, recovery_speed;
   bool impact = false;  // ask for u_n = -e u_n^- in place of the closing of gaps
 };
-Problem assemble(const Model& model, const std::vector<BodyFrame>& bodies,
-                 const std::vector<ContactSite>& sites, const JointRows& rows, const Assembly& options);
+Problem assemble(const Model& model, const std::vector<BodyMobility>& mobility,
+                 const std::vector<BodyVelocity>& free, const std::vector<ContactSite>& sites,
+                 const JointRows& rows, const Assembly& options);
 
 // Solves the VI of a step from the impulses of the last one, options.x0.
 Solution solve_step(const Problem& problem, const std::string& method, const Options& options);
@@ -119,20 +97,16 @@ struct Impact {
   std::vector<JointWrench> joints;
 };
 
-// Impacts with restitution at the start of a step: changes the start velocities of `bodies`, and stores the
-// impulses in `impact`. The joint rows are called for when something bounces. Adds the
-// cost of its solves to the report, and their residual if it is worse. Returns whether anything bounced.
-bool resolve_impacts(const Model& model, const std::vector<ContactSite>& sites,
+// Impacts with restitution at the start of a step: turns the velocities v before them into those after, and
+// stores the impulses in `impact`. The joint rows are called for when something bounces. Adds the cost of its
+// solves to the report, and their residual if it is worse. Returns whether anything bounced.
+bool resolve_impacts(const Model& model, const std::vector<BodyMobility>& mobility,
+                     const std::vector<ContactSite>& sites,
                      const std::function<const JointRows&()>& joint_rows, const Assembly& assembly,
                      double threshold, const std::string& method, const Options& options,
-                     std::vector<BodyFrame>& bodies, Impact& impact, Report& report);
+                     std::vector<BodyVelocity>& v, Impact& impact, Report& report);
 // Adds the cost of a solve to the report, and its residual, status and method if that is the worst so far.
 void add_cost(const Solution& solution, Report& report);
 void add_solution(const Solution& solution, Report& report);
-
-// Moves the bodies by the velocities v over h.
-void integrate(const Model& model, const std::vector<BodyFrame>& bodies,
-               const std::vector<GyroscopicSpin>& spins, const std::vector<BodyVelocity>& v, double h,
-               State& state);
 
 }  // namespace amontons

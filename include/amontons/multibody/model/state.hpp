@@ -44,9 +44,6 @@ struct State {
   std::vector<double> coupling_impulses;
 };
 
-// Bodies at their initial poses and velocities, coordinates found from the poses, no loads.
-State initial_state(const Model& model);
-
 // Throws InputError naming the body whose position, orientation or velocity is not finite, or whose
 // orientation is not a unit quaternion within 1e-6.
 void validate(const Model& model, const State& state);

@@ -6,8 +6,7 @@
 
 #include "amontons/collision/broad_phase.hpp"
 #include "amontons/collision/pairs/collide.hpp"
-#include "amontons/multibody/joints/joints.hpp"
-#include "amontons/multibody/model/state.hpp"
+#include "amontons/multibody/bodies/bodies.hpp"
 #include "amontons/solvers/driver/options.hpp"
 
 namespace amontons {
@@ -110,14 +109,5 @@ class Simulation {
   std::vector<double> x_;
   std::unique_ptr<Scratch> scratch_;
 };
-
-// Linear and angular momentum about the world's origin (N s, N m s), kinetic energy (J), of dynamic bodies.
-struct Momentum {
-  Vec3 linear, angular;
-};
-Momentum momentum(const Model& model, const State& state);
-double kinetic_energy(const Model& model, const State& state);
-// -m g . x of the centres of mass, `before` seconds ago along their present velocities.
-double gravity_energy(const Model& model, const State& state, double before = 0);
 
 }  // namespace amontons

@@ -10,9 +10,11 @@
 // the inertia that impulses feel changes. Of the symmetric part of h^2 K only what exceeds I is added
 // (eigenvalues of the pencil above 1; symplectic Euler is stable up to 4), so that mechanisms that the step
 // resolves keep their inertia exactly.
+#include "multibody/joints/stiffening.hpp"
+
 #include <Eigen/Dense>
 
-#include "multibody/step/step.hpp"
+#include "multibody/joints/joint_context.hpp"
 
 namespace amontons {
 
@@ -56,32 +58,32 @@ bool stiffen(const Mat3& inertia, const Mat3& S, Mat3& inverse_inertia) {
 
 }  // namespace
 
-bool stiffen_rotations(const Model& model, const State& state, double h, std::vector<Mat3>& sums,
-                       std::vector<BodyFrame>& bodies) {
+bool stiffen_rotations(const Model& model, const State& state, double h, const std::vector<BodyFrame>& frames,
+                       const std::vector<BodyMobility>& mobility, std::vector<Mat3>& sums,
+                       std::vector<BodyMobility>& stiffened) {
   if (state.impulse_step <= 0 || model.joints() == 0) return false;
-  bool any = false;
-  sums.assign(bodies.size(), Mat3{});
+  sums.assign(frames.size(), Mat3{});
+  const auto add = [&](Index body, const Vec3& point, const Vec3& F) {
+    if (model.is_dynamic(body)) sums[body] = sums[body] + stiffness(point - frames[body].centre, F);
+  };
   for (std::size_t j = 0; j < model.joints(); ++j) {
     const Joint& joint = model.description().joints[j];
-    const Transform frame_b = joint.body_b < 0 ? joint.frame_b : bodies[joint.body_b].pose * joint.frame_b;
-    const Vec3 point = (bodies[joint.body_a].pose * joint.frame_a).position;
-    const Vec3 F = rotate(frame_b.rotation, state.joint_wrenches[j].force) / state.impulse_step;
-    if (model.is_dynamic(joint.body_a)) {
-      Mat3& sum = sums[joint.body_a];
-      sum = sum + stiffness(point - bodies[joint.body_a].centre, F);
-    }
-    if (model.is_dynamic(joint.body_b)) {
-      Mat3& sum = sums[joint.body_b];
-      sum = sum + stiffness(point - bodies[joint.body_b].centre, -F);
-    }
+    const JointPose pose = joint_pose(joint, frames);
+    const Vec3 F = rotate(pose.b.rotation, state.joint_wrenches[j].force) / state.impulse_step;
+    add(joint.body_a, pose.a.position, F);
+    add(joint.body_b, pose.a.position, -F);
   }
-  for (std::size_t i = 0; i < bodies.size(); ++i) {
-    BodyFrame& body = bodies[i];
+  bool any = false;
+  for (std::size_t i = 0; i < frames.size(); ++i) {
     const Mat3 S = h * h * sums[i];
     // No eigenvalue exceeds |S| |I^-1| in Frobenius' norm: bodies without such joints cost nothing.
-    if (!(frobenius_squared(S) * frobenius_squared(body.inverse_inertia) > 1)) continue;
-    body.stiffened = stiffen(body.inertia, S, body.inverse_inertia);
-    any = any || body.stiffened;
+    if (!(frobenius_squared(S) * frobenius_squared(mobility[i].inverse_inertia) > 1)) continue;
+    Mat3 inverse_inertia;
+    if (!stiffen(frames[i].inertia, S, inverse_inertia)) continue;
+    if (!any) stiffened = mobility;
+    any = true;
+    stiffened[i].inverse_inertia = inverse_inertia;
+    stiffened[i].stiffened = true;
   }
   return any;
 }

@@ -1,11 +1,13 @@
 // Coordinates from poses: the q that makes T(q) fit the present relative pose best, displacements weighed
 // against angles with Model::length(). Gauss-Newton from the coordinates of the last step keeps count of
 // turns.
+#include "amontons/multibody/joints/coordinates.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 
-#include "multibody/joints/joint_kinematics.hpp"
+#include "multibody/joints/joint_context.hpp"
 
 namespace amontons {
 namespace {
@@ -22,7 +24,8 @@ struct Fit {
   bool converged;
 };
 
-// Improves q in place.
+// Improves q in place. The error is the twist that leads from T(q) to the pose, so that its least-squares
+// solution over the screws is dq_i = <dual_i, error>.
 Fit fit(const Joint& joint, const Transform& relative, double length, std::span<double> q) {
   constexpr int most_steps = 25;
   constexpr double largest_turn = 1;       // rad in one step: T(q) is far from linear beyond
@@ -71,9 +74,9 @@ double turned_into_limits(const Dof& dof, double q) {
 void search(const Joint& joint, const Transform& relative, double length, std::span<double> q, double error) {
   constexpr double good = 1e-12;
   std::array<double, 6> trial;
-  std::size_t hinges = 0, starts = 1;
+  std::size_t starts = 1;
   for (const Dof& dof : joint.dofs)
-    if (dof.kind == Dof::Kind::hinge) ++hinges, starts *= 3;
+    if (dof.kind == Dof::Kind::hinge) starts *= 3;
   for (std::size_t start = 0; start < starts && error > good; ++start) {
     std::size_t digits = start;
     for (std::size_t i = 0; i < q.size(); ++i) {
@@ -94,8 +97,11 @@ void update_joint(const Joint& joint, const Transform& relative, double length, 
   constexpr double good = 1e-6;  // squared error of a first fit
   const bool first = std::all_of(q.begin(), q.end(), [](double v) { return v == 0; });
   std::size_t hinges = 0, hinge = 0;
-  for (std::size_t i = 0; i < q.size(); ++i)
-    if (joint.dofs[i].kind == Dof::Kind::hinge) ++hinges, hinge = i;
+  for (std::size_t i = 0; i < q.size(); ++i) {
+    if (joint.dofs[i].kind != Dof::Kind::hinge) continue;
+    ++hinges;
+    hinge = i;
+  }
   if (hinges == 1 && !joint.spherical) {
     q[hinge] = hinge_angle(relative.rotation, joint.dofs[hinge].axis, q[hinge]);
     if (first) q[hinge] = turned_into_limits(joint.dofs[hinge], q[hinge]);
@@ -117,6 +123,31 @@ void update_coordinates(const Model& model, const std::vector<BodyFrame>& bodies
     const std::span<double> q = std::span(state.coordinates).subspan(model.first_dof(j), joint.dofs.size());
     update_joint(joint, joint_pose(joint, bodies).relative, model.length(), q);
   }
+}
+
+State initial_state(const Model& model) {
+  State s;
+  for (const Body& body : model.description().bodies) {
+    s.positions.push_back(body.pose.position);
+    s.orientations.push_back(normalised(body.pose.rotation));
+    s.linear_velocities.push_back(body.linear_velocity);
+    s.angular_velocities.push_back(body.angular_velocity);
+  }
+  s.forces.resize(model.bodies());
+  s.torques.resize(model.bodies());
+  s.coordinates.resize(model.dofs());
+  s.dof_impulses.resize(model.dofs());
+  s.joint_wrenches.resize(model.joints());
+  s.ball_impulses.resize(model.joints());
+  s.coupling_impulses.resize(model.description().couplings.size());
+  for (const Joint& joint : model.description().joints)
+    for (const Dof& dof : joint.dofs) s.targets.push_back(dof.motor.target);
+  std::vector<BodyFrame> frames;
+  std::vector<BodyMobility> mobility;
+  std::vector<BodyVelocity> velocities;
+  place_bodies(model, s, frames, mobility, velocities);
+  update_coordinates(model, frames, s);
+  return s;
 }
 
 }  // namespace amontons

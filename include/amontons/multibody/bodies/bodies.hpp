@@ -1,0 +1,59 @@
+#pragma once
+#include <vector>
+
+#include "amontons/multibody/model/state.hpp"
+
+// Bodies over one step. Where they stand and how heavy they are is constant while a step looks for its
+// velocities; the velocities stand apart: those at the start, the free ones (loads and no impulses) and those
+// after the step are arrays of one type.
+namespace amontons {
+
+// Where a body stands, and its inertia there.
+struct BodyFrame {
+  Vec3 centre;     // centre of mass, world, m
+  Transform pose;  // body frame in the world
+  Mat3 inertia;    // about the centre of mass, world axes; zero unless dynamic
+};
+
+// A body's block of M^-1: what an impulse does to its velocity. Zero unless dynamic.
+struct BodyMobility {
+  double inverse_mass = 0;
+  Mat3 inverse_inertia;    // about the centre of mass, world axes
+  bool stiffened = false;  // not the inverse of BodyFrame::inertia: see stiffen_rotations()
+};
+
+struct BodyVelocity {
+  Vec3 linear, angular;  // of the centre of mass, world, m/s, rad/s
+};
+
+// What acts on a body over a step: force and torque about the centre of mass, world axes, N s and N m s.
+struct BodyImpulse {
+  Vec3 force, torque;
+};
+
+// What the rows of a step read of the bodies; each has one entry per body.
+struct StepBodies {
+  const std::vector<BodyFrame>& frames;
+  const std::vector<BodyMobility>& mobility;
+  const std::vector<BodyVelocity>& start;  // of the step
+  const std::vector<BodyVelocity>& free;   // with all loads, without impulses
+};
+
+// Frames, mobilities and velocities of the state. Bodies that are fixed have no velocity, whatever the state
+// says.
+void place_bodies(const Model& model, const State& state, std::vector<BodyFrame>& frames,
+                  std::vector<BodyMobility>& mobility, std::vector<BodyVelocity>& velocities);
+
+// Linear and angular momentum about the world's origin (N s, N m s), kinetic energy (J), of dynamic bodies.
+struct Momentum {
+  Vec3 linear, angular;
+};
+Momentum momentum(const Model& model, const State& state);
+double kinetic_energy(const Model& model, const State& state);
+double kinetic_energy(const Model& model, const std::vector<BodyFrame>& frames,
+                      const std::vector<BodyVelocity>& velocities);
+// -m g . x of the centres of mass, `before` seconds ago along their present velocities.
+double gravity_energy(const Model& model, const std::vector<BodyFrame>& frames,
+                      const std::vector<BodyVelocity>& velocities, double before);
+
+}  // namespace amontons

@@ -1,0 +1,55 @@
+#pragma once
+#include <span>
+#include <vector>
+
+#include "amontons/multibody/model/state.hpp"
+#include "amontons/sets/product.hpp"
+
+namespace amontons {
+
+// Which quantity a row of joints is, so that its impulse finds its way back into the state.
+enum class RowKind : unsigned char { locked, drive, motor, friction, limit, ball, distance, coupling };
+struct RowTag {
+  RowKind kind;  // a distance row of one fixed length is locked, `distance` are those of a range
+  Index joint;   // or coupling
+  Index dof;  // global index of the dof; 0..2 axis of a ball row; -1: limit of a ball, helper of a coupling
+  double sign = 1;         // of the coordinate's direction: -1 for an upper limit
+  Vec3 force{}, torque{};  // of a locked or distance row or the limit of a ball: the wrench on A of a unit
+                           // impulse, axes of frame_b, about the origin of frame_a
+  double scale = 1;  // impulse along the coordinate per unit of x; JointOptions::length for an angle, as all
+                     // rows are velocities in m/s and all impulses in N s
+};
+
+// The impulse of an effort motor, known before the step.
+struct KnownImpulse {
+  Index dof;
+  double impulse;  // N s or N m s
+};
+
+// The joint rows of one step: rows of D (bodies' centre-of-mass velocities, world axes), E, c (stabilisation
+// and bias: the row asks u = D v+ + E x + c in the normal cone of its set), sets, warm start, and tags.
+struct JointRows {
+  std::vector<JacobianRow> jacobian;
+  std::vector<double> compliance, c, x0;
+  SetProduct cones;
+  std::vector<RowTag> tags;
+  std::vector<KnownImpulse> efforts;  // no rows; only so that store_joint_impulses can report them
+  // Auxiliary bodies that couplings of more than two bodies need; they follow the bodies of the model.
+  std::vector<double> auxiliary_inverse_mass;
+
+  void clear();
+  // The set of the row is appended to `cones` by the caller.
+  void append(const JacobianRow& row, double compliance, double c, double x0, const RowTag& tag);
+};
+
+struct JointOptions {
+  double h;               // s
+  double recovery_speed;  // m/s, bound of the speed at which an error of position is taken back
+  double length;          // Model::length(), turns angular errors into lengths
+};
+
+// Stores the impulses x of the rows in the state (wrenches, dof impulses), for reports and warm start; those
+// of absent rows become zero.
+void store_joint_impulses(const JointRows& rows, std::span<const double> x, State& state);
+
+}  // namespace amontons

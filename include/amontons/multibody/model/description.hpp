@@ -1,0 +1,140 @@
+#pragma once
+#include <cstdint>
+#include <limits>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "amontons/collision/shapes/shapes.hpp"
+#include "amontons/problem/operators.hpp"
+
+// What users describe. SI units; `world` (-1) as a body index is the inertial frame.
+namespace amontons {
+
+constexpr Index world = -1;
+constexpr double infinity = std::numeric_limits<double>::infinity();
+
+enum class Motion : unsigned char {
+  dynamic,    // moved by forces and impulses
+  kinematic,  // moves with the velocity that the state holds; forces do not change it
+  fixed,      // does not move
+};
+
+struct Body {
+  std::string name;
+  Motion motion = Motion::dynamic;
+  double mass = 0;                         // kg, > 0 if dynamic
+  Vec3 centre_of_mass;                     // in the body frame, m
+  Mat3 inertia;                            // about the centre of mass, body axes, kg m^2
+  Transform pose;                          // initial, body frame in the world
+  Vec3 linear_velocity, angular_velocity;  // initial, of the frame's origin, world axes, m/s, rad/s
+};
+
+struct Material {
+  double friction = 0.5;   // Coulomb's mu, >= 0
+  double restitution = 0;  // e in [0, 1]: u_n^+ = -e u_n^-
+  double compliance = 0;   // of one contact point, m/N, >= 0; 0 is rigid
+};
+
+// How the materials of two geoms give those of their contact. Restitution is always the larger one,
+// compliances add (springs in series).
+enum class FrictionRule : unsigned char { geometric_mean, maximum, minimum, mean };
+
+struct Geom {
+  std::string name;
+  Index body = world;
+  Transform frame;  // of the shape in the body frame
+  Shape shape = Sphere{1};
+  Material material;
+  Vec3 surface_velocity;       // of the surface relative to the body, body frame, m/s (conveyors, tracks)
+  std::uint32_t category = 1;  // two geoms may touch if one's category has a bit of the other's mask
+  std::uint32_t mask = 1;
+};
+
+// What drives a degree of freedom of a joint besides its spring.
+enum class MotorKind : unsigned char {
+  none,
+  effort,    // target is the force or torque itself (N, N m), clipped to max_effort
+  speed,     // target is the speed (m/s, rad/s); with gain d > 0 effort = d (target - speed), else exact
+  position,  // target is the coordinate (m, rad); with gain k > 0 effort = k (target - q) - damping_gain q',
+             // else exact within one step, as far as max_effort can accelerate and brake
+};
+
+struct Motor {
+  MotorKind kind = MotorKind::none;
+  double target = 0;             // initial; the state holds the present one
+  double max_effort = infinity;  // N or N m, > 0
+  double gain = 0;               // of a speed motor N s/m or N m s/rad, of a position motor N/m or N m/rad
+  double damping_gain = 0;       // of a position motor, N s/m or N m s/rad
+};
+
+// One degree of freedom of a joint: a hinge about, or a slide along, an axis given in frame_b at zero
+// coordinates. The coordinate is the displacement (m) or angle (rad, counting full turns) of A relative to B.
+struct Dof {
+  enum class Kind : unsigned char { hinge, slide } kind = Kind::hinge;
+  Vec3 axis{0, 0, 1};                          // unit
+  Vec3 anchor;                                 // a point of the axis of a hinge, frame_b, m
+  double lower = -infinity, upper = infinity;  // limits, m or rad
+  double stiffness = 0, rest = 0;              // spring, N/m or N m/rad, coordinate at zero force
+  double damping = 0;                          // N s/m or N m s/rad
+  double friction = 0;                         // largest force or torque of dry friction, N or N m
+  double armature = 0;                         // inertia of the drive, kg or kg m^2
+  Motor motor;
+};
+
+enum class JointKind : unsigned char {
+  chain,     // A = B moved by the dofs one after the other (product of exponentials); no dof: fixed;
+             // `spherical`: then a free rotation about the origin of frame_a (ball joint)
+  distance,  // the distance of the two frame origins stays within [lower_distance, upper_distance]
+};
+
+// frame_a, in body A, and frame_b, in body B, coincide at zero coordinates. Positive coordinates move A
+// relative to B. Impulses of a joint act on A and, opposite, on B.
+struct Joint {
+  std::string name;
+  JointKind kind = JointKind::chain;
+  Index body_a = world, body_b = world;  // A may not be the world
+  Transform frame_a, frame_b;
+  std::vector<Dof> dofs;  // up to six
+  bool spherical = false;
+  // Of a spherical joint: stiffness and damping (N m/rad, N m s/rad) towards zero rotation, dry friction (N
+  // m), the largest rotation angle (rad).
+  double ball_stiffness = 0, ball_damping = 0, ball_friction = 0, ball_limit = infinity;
+  double lower_distance = 0, upper_distance = 0;  // m
+  double compliance = 0;                          // of the locked directions, m/N; 0 is rigid
+  bool collide = false;                           // whether the two bodies may touch each other
+};
+
+// coordinate(joint_a, dof_a) = polynomial in coordinate(joint_b, dof_b); joint_b = -1: the constant
+// coefficient alone.
+struct Coupling {
+  std::string name;
+  Index joint_a = -1, dof_a = 0, joint_b = -1, dof_b = 0;
+  std::vector<double> coefficients;  // ascending powers
+  double compliance = 0;
+};
+
+// A pair of geoms with a material of its own.
+struct PairMaterial {
+  Index geom_a, geom_b;
+  Material material;
+};
+
+struct ModelDescription {
+  Vec3 gravity{0, 0, -9.81};  // m/s^2
+  std::vector<Body> bodies;
+  std::vector<Geom> geoms;
+  std::vector<Joint> joints;
+  std::vector<Coupling> couplings;
+  std::vector<PairMaterial> pair_materials;
+  std::vector<std::pair<Index, Index>> excluded_bodies;  // pairs that never touch; world allowed
+  FrictionRule friction_rule = FrictionRule::geometric_mean;
+};
+
+// Throws InputError naming the body, geom or joint and the remedy: mass or inertia not positive (or against
+// the triangle inequality), poses that are not finite, names used twice, bodies that do not exist, a joint of
+// a body with itself, limits in the wrong order, static-only shapes on moving bodies, and so on.
+void check(const ModelDescription& description);
+
+}  // namespace amontons

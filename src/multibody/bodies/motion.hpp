@@ -1,0 +1,28 @@
+#pragma once
+#include <vector>
+
+#include "amontons/multibody/bodies/bodies.hpp"
+
+// The two ends of a step: the velocities that bodies would have without impulses, and the way that they take
+// with the velocities that the impulses gave them.
+namespace amontons {
+
+// The gyroscopic part of a body's rotation.
+struct GyroscopicSpin {
+  Vec3 mean;  // the angular velocity whose exponential is the torque-free rotation over the step, world
+  Vec3 lag;   // omega - mean: gives back the true angular velocity after the step
+};
+
+// v_free = v + h M^-1 f with f of gravity, held loads and `loads` (effort motors), and the mean of the
+// torque-free rotation in place of omega.
+void make_free_velocities(const Model& model, const State& state, double h,
+                          const std::vector<BodyFrame>& frames, const std::vector<BodyMobility>& mobility,
+                          const std::vector<BodyVelocity>& start, const std::vector<BodyImpulse>& loads,
+                          std::vector<BodyVelocity>& free, std::vector<GyroscopicSpin>& spins);
+
+// Moves the bodies of the state by the velocities v over h.
+void integrate(const Model& model, const std::vector<BodyFrame>& frames,
+               const std::vector<GyroscopicSpin>& spins, const std::vector<BodyVelocity>& v, double h,
+               State& state);
+
+}  // namespace amontons

@@ -1,0 +1,91 @@
+#include "multibody/joints/joint_context.hpp"
+
+namespace amontons {
+
+namespace {
+
+const Transform& body_pose(const std::vector<BodyFrame>& bodies, Index body) {
+  static const Transform identity;
+  return body < 0 ? identity : bodies[body].pose;
+}
+
+Vec3 centre_of(const std::vector<BodyFrame>& bodies, Index body) {
+  return body >= 0 ? bodies[body].centre : Vec3{};
+}
+
+}  // namespace
+
+JointPose joint_pose(const Joint& joint, const std::vector<BodyFrame>& bodies) {
+  JointPose pose;
+  pose.a = body_pose(bodies, joint.body_a) * joint.frame_a;
+  pose.b = body_pose(bodies, joint.body_b) * joint.frame_b;
+  pose.relative = inverse(pose.b) * pose.a;
+  return pose;
+}
+
+bool is_active(const Model& model, const Joint& joint) {
+  return model.is_dynamic(joint.body_a) || model.is_dynamic(joint.body_b);
+}
+
+// Forces act at the reference where A holds it, which is T(q)'s reference moved by the error: an impulse and
+// its opposite then meet at one point of the world, also where the joint is violated.
+void place(JointContext& joint, const JointPose& pose, const Vec3& centre_a, const Vec3& centre_b,
+           std::span<const double> q) {
+  joint.pose = pose;
+  joint.axes = to_matrix(pose.b.rotation);
+  joint.arm = {};
+  Vec3 point = pose.a.position;
+  if (is_chain(*joint.joint)) {
+    joint.chain = chain_kinematics(*joint.joint, pose.relative, q);
+    joint.duals = dual_wrenches(joint.chain, joint.length);
+    if (!joint.chain.spherical) {
+      joint.arm = (joint.chain.reference + joint.chain.error.linear) - pose.relative.position;
+      point += joint.axes * joint.arm;
+    }
+  }
+  if (joint.body_a >= 0) joint.r_a = point - centre_a;
+  if (joint.body_b >= 0) joint.r_b = point - centre_b;
+}
+
+JointContext joint_context(const Model& model, const std::vector<BodyFrame>& bodies, const State& state,
+                           std::size_t j) {
+  const auto unless_fixed = [&](Index body) {
+    return body >= 0 && model.body(body).motion != Motion::fixed ? body : world;
+  };
+  JointContext context;
+  context.joint = &model.joint(static_cast<Index>(j));
+  context.index = static_cast<Index>(j);
+  context.body_a = unless_fixed(context.joint->body_a);
+  context.body_b = unless_fixed(context.joint->body_b);
+  context.length = model.length();
+  const std::span<const double> q(state.coordinates);
+  place(context, joint_pose(*context.joint, bodies), centre_of(bodies, context.body_a),
+        centre_of(bodies, context.body_b), q.subspan(model.first_dof(j), context.joint->dofs.size()));
+  return context;
+}
+
+// The power of a wrench (f, t) at a point P of the world on a body is <f, v + w x r> + <t, w> with r from the
+// centre of mass to P, that is <f, v> + <r x f + t, w>: the row is (f, r x f + t) on A. B gets the opposite
+// wrench at the same P, so that linear and angular momentum are conserved to rounding.
+JacobianRow joint_row(const JointContext& joint, const Screw& wrench) {
+  const Vec3 f = joint.axes * wrench.linear, t = joint.axes * wrench.angular;
+  JacobianRow row{joint.body_a, joint.body_b, {}, {}};
+  if (joint.body_a >= 0) {
+    const Vec3 m = cross(joint.r_a, f) + t;
+    row.a = {f.x, f.y, f.z, m.x, m.y, m.z};
+  }
+  if (joint.body_b >= 0) {
+    const Vec3 m = cross(joint.r_b, f) + t;
+    row.b = {-f.x, -f.y, -f.z, -m.x, -m.y, -m.z};
+  }
+  return row;
+}
+
+JacobianRow operator*(double s, const JacobianRow& row) {
+  JacobianRow out = row;
+  for (double& c : out.a) c *= s;
+  for (double& c : out.b) c *= s;
+  return out;
+}
+
+}  // namespace amontons

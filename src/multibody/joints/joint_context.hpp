@@ -1,0 +1,47 @@
+#pragma once
+#include <span>
+
+#include "amontons/multibody/bodies/bodies.hpp"
+#include "multibody/joints/wrenches.hpp"
+
+// Where a joint stands in the world, and its rows.
+namespace amontons {
+
+// The frames of a joint.
+struct JointPose {
+  Transform a, b;      // in the world
+  Transform relative;  // b^-1 a: frame_a as seen from frame_b
+};
+JointPose joint_pose(const Joint& joint, const std::vector<BodyFrame>& bodies);
+
+// A joint in the world at the present coordinates, ready to make rows.
+struct JointContext {
+  const Joint* joint = nullptr;
+  Index index = -1;
+  Index body_a = world, body_b = world;  // fixed bodies have become the world: their velocity is zero
+  double length = 1;
+  Mat3 axes;  // of frame_b in the world
+  JointPose pose;
+  ChainKinematics chain;
+  std::array<Screw, 6> duals;
+  Vec3 arm;       // from the origin of frame_a to the reference point on A, axes of frame_b
+  Vec3 r_a, r_b;  // from the centres of mass to the reference point on A, world
+  bool rotates(std::size_t dof) const { return joint->dofs[dof].kind == Dof::Kind::hinge; }
+  // Rows of angles are multiplied by the length: then all rows of a problem have the same unit, and neither
+  // the residual nor the iterates of a solver depend on the units of the model.
+  double scale(std::size_t dof) const { return rotates(dof) ? length : 1; }
+};
+JointContext joint_context(const Model& model, const std::vector<BodyFrame>& bodies, const State& state,
+                           std::size_t joint);
+// Fills what follows from the pose of the joint, the centres of mass and the coordinates.
+void place(JointContext& joint, const JointPose& pose, const Vec3& centre_a, const Vec3& centre_b,
+           std::span<const double> q);
+
+// Whether impulses of the joint can move a body at all.
+bool is_active(const Model& model, const Joint& joint);
+
+// The row of a wrench on A (axes of frame_b, about the reference) and the opposite one on B.
+JacobianRow joint_row(const JointContext& joint, const Screw& wrench);
+JacobianRow operator*(double s, const JacobianRow& row);
+
+}  // namespace amontons
