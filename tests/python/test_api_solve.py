@@ -246,7 +246,7 @@ def test_warm_start():
 @pytest.mark.parametrize(
     ("method", "option"),
     [
-        ("p-spg-fb-literal", {"memory": 1}),
+        ("p-spg-fb-literal", {"memory": 0}),
         ("p-spg-fb-literal", {"alpha_max": 1.01, "alpha_min": 1e-3}),
         ("p-spg-fb", {"gamma": 0.9}),
         ("gauss-seidel", {"omega": 1.5}),

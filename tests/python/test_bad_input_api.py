@@ -104,7 +104,7 @@ def test_matrix_vector_and_cones(arguments, message):
         ({"method": "gauss-seidel", "omega": "x"}, "omega = 'x'; it must be a number"),
         ({"method": "jacobi", "omega": -1.0}, "omega = -1.0; it must be zero or positive"),
         ({"method": "admm", "rho": float("nan")}, "rho = nan; it must be a number"),
-        ({"method": "p-spg-fb", "memory": 0}, "memory = 0; it must be an integer, at least 1"),
+        ({"method": "p-spg-fb", "memory": -1}, "memory = -1; it must be an integer, at least 0"),
         ({"method": "p-spg-fb", "sigma_min": 0.9, "sigma_max": 0.1}, "0 < sigma_min <= sigma_max < 1"),
         ({"method": "p-spg-fb", "alpha_min": 2.0, "alpha_max": 1.0}, "0 < alpha_min < alpha_max"),
         ({"method": "p-spg-fb", "gamma": 1.5}, "gamma = 1.5.*between 0 and 1"),

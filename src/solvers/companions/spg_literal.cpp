@@ -61,7 +61,8 @@ Solution spg_literal(const Problem& problem, const Options& options) {
   gradient(x, u, g);
   x_FB = x;
   double alpha = 1, f = objective(x, u), w_best = 1e29;
-  Vector recent(o.memory, -INFINITY);  // the last N_GLL objective values
+  // f_{j-i} of the paper's maximum over i = 0..min(j, N_GLL): N_GLL + 1 values, those before the first -inf.
+  Vector recent(o.memory + 1, -INFINITY);
   recent[0] = f;
   std::size_t backtracks = 0;
   double r_FB = r_start;  // the residual of the fallback
@@ -108,7 +109,7 @@ Solution spg_literal(const Problem& problem, const Options& options) {
     if (is_fallback) w_best = std::sqrt(w), x_FB = x_next;
     x.swap(x_next), u.swap(u_next), g.swap(g_next);
     f = f_next;
-    recent[(j + 1) % o.memory] = f;
+    recent[(j + 1) % recent.size()] = f;
   }
   // The fallback is chosen by another measure than the residual: it must not return less than it was given.
   if (r_FB > r_start) x_FB = start;

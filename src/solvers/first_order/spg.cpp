@@ -21,10 +21,11 @@ namespace {
 constexpr std::size_t refresh_period = 100;
 constexpr int max_backtracks = 60;
 
-// The objective relative to the start, and the largest of its last N_GLL values.
+// The objective relative to the start, and the maximum that bounds the next step: over f_{j-i}, i = 0..min(j,
+// N_GLL), as the paper has it, so that N_GLL + 1 values are kept; those before the start are -inf.
 class Envelope {
  public:
-  explicit Envelope(std::size_t memory) : values_(memory, -INFINITY) { values_[0] = 0; }
+  explicit Envelope(std::size_t N_GLL) : values_(N_GLL + 1, -INFINITY) { values_[0] = 0; }
   double current() const { return f_; }
   double maximum() const { return *std::max_element(values_.begin(), values_.end()); }
   void add(double difference) {
