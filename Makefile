@@ -64,6 +64,7 @@ lint: .venv/.requirements
 	$(BIN)/ruff check || code=1; \
 	$(BIN)/ruff format --check || code=1; \
 	$(BIN)/python tools/check_layers.py || code=1; \
+	$(BIN)/python tools/check_style.py || code=1; \
 	exit $$code
 
 sanitize: .venv/.requirements

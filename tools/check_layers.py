@@ -1,82 +1,20 @@
 """Checks that the layers of ARCHITECTURE.md hold, in C++ and in Python; prints every violation.
 
-C++ (include/amontons, src): a folder may include only itself and the folders before it in LAYERS; no cycle
-among files; Eigen only in sources, so that it never reaches a consumer. bindings may use everything.
+C++ (include/amontons, src): see layers_cpp.py. bindings may use everything but Eigen.
 Python: io < scenes < report < cli are leaves: a module imports no leaf above itself, the rest of the package
 imports none of them, and modules import each other without a cycle. Two exceptions: amontons/__init__.py
 re-exports io and scenes, and a function may import io when it is called (Problem.write).
 """
 
 import ast
-import re
 import sys
 from collections.abc import Iterator
 from pathlib import Path
 
-LAYERS = ["base", "cones", "vi", "solvers", "collision", "multibody"]
+from cycles import Graph, find_cycle
+from layers_cpp import check_cpp
+
 LEAVES = ["io", "scenes", "report", "cli"]
-INCLUDE = re.compile(r'^\s*#\s*include\s*([<"])([^>"]+)[>"]', re.MULTILINE)
-
-Graph = dict[str, set[str]]
-
-
-def find_cycle(graph: Graph) -> list[str]:
-    """One cycle of the graph as a closed path, or an empty list."""
-    done: set[str] = set()
-
-    def visit(node: str, path: list[str]) -> list[str]:
-        if node in path:
-            return [*path[path.index(node) :], node]
-        if node in done:
-            return []
-        done.add(node)
-        for other in sorted(graph.get(node, ())):
-            if cycle := visit(other, [*path, node]):
-                return cycle
-        return []
-
-    return next((cycle for node in sorted(graph) if (cycle := visit(node, []))), [])
-
-
-def layer(path: Path) -> str | None:
-    """The folder of a C++ file below include/amontons or src, given relative to the root."""
-    depth = 2 if path.parts[0] == "include" else 1
-    return path.parts[depth] if len(path.parts) > depth + 1 else None
-
-
-def resolve(root: Path, source: Path, name: str) -> Path | None:
-    for folder in (source.parent, Path("include"), Path("src")):
-        if (root / folder / name).is_file():
-            return Path((root / folder / name).resolve().relative_to(root.resolve()))
-    return None
-
-
-def check_cpp(root: Path) -> Iterator[str]:
-    graph: Graph = {}
-    for folder in ("include", "src"):
-        for file in sorted((root / folder).rglob("*.[hc]pp")):
-            source = file.relative_to(root)
-            own = layer(source)
-            if own not in LAYERS:
-                yield f"{source}: not in a folder of the layer list {', '.join(LAYERS)}"
-                continue
-            for bracket, name in INCLUDE.findall(file.read_text()):
-                if name.startswith("Eigen/") and folder == "include":
-                    yield f"{source}: includes <{name}>; Eigen is for sources only"
-                if bracket == "<" and not name.startswith("amontons/"):
-                    continue
-                target = resolve(root, source, name)
-                if target is None:
-                    yield f'{source}: "{name}" not found beside it, in include or in src'
-                    continue
-                graph.setdefault(str(source), set()).add(str(target))
-                other = layer(target)
-                if other in LAYERS and LAYERS.index(other) > LAYERS.index(own):
-                    yield f"{source}: layer {own} may not include {name} of layer {other}"
-                if folder == "include" and target.parts[0] == "src":
-                    yield f"{source}: a public header may not include {name} of src"
-    if cycle := find_cycle(graph):
-        yield "include cycle: " + " -> ".join(cycle)
 
 
 def imports(tree: ast.Module, module: str, is_package: bool) -> Iterator[tuple[str, bool, int]]:

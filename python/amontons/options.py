@@ -88,6 +88,6 @@ def core_options(
         if name not in valid:
             listed = ", ".join(valid) if valid else "none"
             raise InputError(f"unknown option {name!r} of method {method!r}; its options are: {listed}")
-        value = integer(name, value, 1) if name == "memory" else _number(name, value)
+        value = integer(name, value, 0) if name == "memory" else _number(name, value)
         setattr(options, valid[name], value)
     return options

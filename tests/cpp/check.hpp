@@ -24,9 +24,11 @@ struct Test {
 void fail(const char* file, int line, const std::string& message);
 std::string number(double value);  // with all its digits
 
+// a == b covers equal infinities, whose difference is NaN.
+inline bool is_near(double a, double b, double tolerance) { return a == b || std::abs(a - b) <= tolerance; }
+
 inline void near(double a, double b, double tolerance, const char* text, const char* file, int line) {
-  // a == b covers equal infinities, whose difference is NaN.
-  if (!(a == b || std::abs(a - b) <= tolerance))
+  if (!is_near(a, b, tolerance))
     fail(file, line,
          std::string(text) + ": " + number(a) + " and " + number(b) + " differ by " +
              number(std::abs(a - b)) + " > " + number(tolerance));

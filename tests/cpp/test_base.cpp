@@ -32,8 +32,11 @@ TEST(active_isa_is_constant_and_obeys_the_environment) {
 }
 
 // Breaks when a NaN passes as near, or equal infinities do not: every other test relies on CHECK_NEAR.
-TEST(near_handles_infinity) {
+TEST(near_handles_infinity_and_nan) {
   const double infinity = std::numeric_limits<double>::infinity();
-  CHECK_NEAR(infinity, infinity, 0.0);
-  CHECK_NEAR(1.0, 1.0 + 1e-12, 1e-11);
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  CHECK(check::is_near(infinity, infinity, 0.0) && check::is_near(1.0, 1.0 + 1e-12, 1e-11));
+  CHECK(!check::is_near(1.0, 1.0 + 1e-12, 1e-13) && !check::is_near(infinity, 1.0, 1e300));
+  CHECK(!check::is_near(nan, 0.0, 1e300) && !check::is_near(0.0, nan, infinity));
+  CHECK(!check::is_near(nan, nan, 1.0));
 }

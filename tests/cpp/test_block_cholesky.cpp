@@ -185,7 +185,8 @@ TEST(random_patterns) {
   }
 }
 
-// A wall of bricks: many supernodes, fronts of many sizes, a deep stack of update matrices.
+// A wall of bricks: many supernodes, fronts of many sizes, a deep stack of update matrices. Breaks when an
+// update matrix is taken from the stack in the wrong order, or the stack is too small.
 TEST(grid_of_bodies) {
   const int columns = 9, height = 8;
   Edges edges;
@@ -243,6 +244,7 @@ TEST(singular_pivot_is_left_out) {
   CHECK_NEAR(x[2], 2, 1e-15);
 }
 
+// Breaks when a matrix without blocks has a pivot, or its panels are read.
 TEST(no_blocks) {
   BlockCholesky factor(std::vector<int>{}, Edges{});
   CHECK(factor.rows() == 0);
@@ -281,6 +283,8 @@ TEST(front_kernel_has_the_same_bits_in_every_instruction_set) {
     }
 }
 
+// Breaks when the substitutions with one panel sum in the order of the registers' width, or leave out a row
+// at a size that is no multiple of it. The oracle multiplies back by the panel.
 TEST(panel_solves_have_the_same_bits_in_every_instruction_set) {
   for (int front : {1, 3, 6, 8, 13, 16, 24, 37, 64, 101})
     for (int columns : {1, 2, 6, 7, front / 2, front}) {
@@ -313,6 +317,8 @@ TEST(panel_solves_have_the_same_bits_in_every_instruction_set) {
     }
 }
 
+// Breaks when scatter, gather or the outer product of stored rows round differently in one instruction set,
+// or a row of one body writes to a real node. The oracle is the plain double loop.
 TEST(body_rows_have_the_same_bits_in_every_instruction_set) {
   const int nodes = 5, rows = 13;
   small::Random random(8);

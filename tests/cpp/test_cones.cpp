@@ -77,7 +77,8 @@ TEST(friction_apex_axis_and_polar_are_exact) {
   }
 }
 
-// The foot of (0, 1, 0) by hand: the projection on the ray (1, mu) / sqrt(1 + mu^2).
+// The foot of (0, 1, 0) by hand: the projection on the ray (1, mu) / sqrt(1 + mu^2). Breaks when the foot
+// lies elsewhere on the boundary, or when the limits mu = 0 (half-line) and mu huge (half-space) lose digits.
 TEST(friction_foot_by_hand) {
   const V3 a = project_friction(1, {0, 1, 0}), b = project_friction(0.5, {0, 0, -2});
   CHECK_NEAR(a.n, 0.5, eps);
@@ -215,6 +216,7 @@ TEST(product_is_its_blocks) {
   for (std::size_t i = 0; i < x.size(); ++i) CHECK_NEAR(out[i], expected[i], 4 * eps);
 }
 
+// Breaks when a product of no sets has rows, or its projection reads one.
 TEST(empty_product) {
   const SetProduct K;
   CHECK(K.rows() == 0 && K.blocks() == 0 && K.contacts() == 0 && K.all_free());

@@ -235,6 +235,7 @@ TEST(fused_stages_equal_plain_stages_in_many_chunks) {
   }
 }
 
+// Breaks when chunks, or the order in which their sums are added, follow from the number of threads.
 TEST(threads_do_not_change_a_bit) {
   for (Size size : {Size{1001, 100, 300}, Size{20001, 3000, 7001}, Size{10, 20000, 900}}) {
     const Problem p = random_problem(size, true);
@@ -243,6 +244,7 @@ TEST(threads_do_not_change_a_bit) {
   }
 }
 
+// Breaks when a kernel contracts a product and a sum in one set, or adds its lanes in an order of its own.
 TEST(instruction_sets_do_not_change_a_bit) {
   for (Size size : {Size{9, 4, 4}, Size{1001, 100, 300}, Size{9001, 100, 3000}})
     for (Law law : laws) {
@@ -269,6 +271,7 @@ TEST(best_iterate_survives) {
   }
 }
 
+// Breaks when a start outside of K is taken as it is, or a block is projected on its neighbour's set.
 TEST(start_projects) {
   const Problem p = random_problem({100, 31, 40}, false);
   ContactIterate iterate = stages_of(p, Law::associated);
@@ -279,6 +282,7 @@ TEST(start_projects) {
   check_close(x, x0);
 }
 
+// Breaks when a pass over no batches reads one, or a sum over nothing is not zero.
 TEST(empty_problem) {
   const Problem p = make_problem(ContactOperator{}, {}, SetProduct{});
   ContactIterate iterate = stages_of(p, Law::coulomb, 2);
@@ -289,6 +293,8 @@ TEST(empty_problem) {
   CHECK(iterate.objective() == 0);
 }
 
+// Breaks when mu^2 or mu |t| overflows to a NaN in the kernel, or a frictionless contact keeps a tangential
+// part.
 TEST(extreme_friction) {
   Problem p = random_problem({64, 0, 15}, false);
   for (double mu : {0.0, 1e12, 1e150}) {
@@ -303,6 +309,8 @@ TEST(extreme_friction) {
   }
 }
 
+// Breaks when vectors of another problem are read beyond their end, or the message does not tell which and
+// how many entries are missing.
 TEST(wrong_sizes_are_named) {
   Problem p = random_problem({9, 4, 4}, false);
   const auto& A = std::get<ContactOperator>(p.A);

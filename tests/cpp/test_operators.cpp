@@ -209,6 +209,7 @@ TEST(sparse_oddities) {
   CHECK(diagonal_of(A) == (Vector{3, 0, 0}));
 }
 
+// Breaks when an operator without rows reads the first entry of an empty array.
 TEST(empty_operators) {
   const std::vector<Index> indptr{0};
   const std::vector<Operator> operators{ContactOperator{}, BodyOperator{}, DenseOperator{},
@@ -220,7 +221,8 @@ TEST(empty_operators) {
   }
 }
 
-// The diagonal preconditioner: the mean of diag(A) over each block, positive also where A has zero rows.
+// The diagonal preconditioner is the mean of diag(A) over each block, positive also where A has zero rows.
+// Breaks when a block averages its neighbour's rows, or a zero gets through, by which methods divide.
 TEST(preconditioner_is_the_mean_diagonal_of_a_block) {
   for (const small::Case& c : small::contact_cases()) {
     const Problem& p = c.problem;

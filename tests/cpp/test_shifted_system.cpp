@@ -114,7 +114,7 @@ TEST(solves_the_reduced_system) {
 }
 
 // With a regular R: (A + Theta^-1) y = r itself, Theta = R R'. Here R is a multiple of the unit per block, as
-// in ADMM.
+// in ADMM. Breaks when R and its inverse, or Theta and its root, are mixed up.
 TEST(solves_the_shifted_system) {
   for (const small::Case& c : cases()) {
     const Problem& p = c.problem;
@@ -203,6 +203,7 @@ TEST(nothing_moves) {
   none.solve_reduced({}, {}, 1);
 }
 
+// Breaks when a function is factored as if it were a matrix of zeros instead of being refused by name.
 TEST(callback_cannot_be_factored) {
   const Problem p = small::as_callback(small::stack(2));
   CHECK_THROWS(ShiftedSystem(p), "factors A");

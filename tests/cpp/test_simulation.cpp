@@ -164,7 +164,8 @@ TEST(conveyor_and_platform_carry_a_box) {
   }
 }
 
-// Bad states are refused by name before anything changes.
+// Bad states are refused by name before anything changes. Breaks when a NaN, a quaternion that is none or an
+// infinite load gets into a step.
 TEST(bad_states_are_named) {
   ModelDescription d = floor_and_box({}, 0.5);
   d.bodies[0].name = "crate";

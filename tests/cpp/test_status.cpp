@@ -58,6 +58,8 @@ void expect(Status found, Status expected, std::string_view method, const char* 
 
 }  // namespace
 
+// Breaks when a method ends an easy solve for another reason, or calls a residual above the tolerance
+// converged.
 TEST(converged) {
   const Problem contacts = small::stack(2), joints = small::chain(3);
   for (std::string_view method : method_names()) {
@@ -168,7 +170,7 @@ TEST(interrupted_by_the_poll) {
 }
 
 // No velocity satisfies the constraints: impulses would grow without bound. Each with its certificate d in K,
-// A d = 0, b'd < 0.
+// A d = 0, b'd < 0. Breaks when the certificate is not found, or a method calls such a problem solved.
 TEST(infeasible) {
   // A contact that joins nothing that moves and yet approaches: d = e_n.
   ContactOperator fixed;

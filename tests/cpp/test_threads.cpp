@@ -8,6 +8,8 @@
 
 using namespace amontons;
 
+// Breaks when a task is lost, or taken by two workers: at none, fewer and more tasks than threads, over many
+// calls of one pool.
 TEST(every_task_runs_once_per_call) {
   for (unsigned threads : {0u, 1u, 2u, 5u}) {
     ThreadPool pool(threads);
@@ -31,6 +33,8 @@ TEST(workers_wake_up) {
   CHECK(std::accumulate(count.begin(), count.end(), 0) == 30);
 }
 
+// Breaks when workers take what is left instead of their own tasks: memory that a task touched first would
+// then lie with another core.
 TEST(tasks_have_the_same_thread_every_time) {
   ThreadPool pool(2);
   std::vector<std::thread::id> first(7), again(7);

@@ -159,6 +159,7 @@ def test_damper_and_stiff_spring():
 
 @pytest.mark.parametrize("force", [9.9, 10.1, 20.0])
 def test_joint_friction_holds_up_to_its_limit(force):
+    # m = 2: at rest below the limit of 10 N, (F - 10) / m beyond. A factor h or m too much moves the limit.
     sim = slide(friction=10.0)
     sim.state.forces[0] = (force, 0, 0)
     sim.run(1.0)

@@ -24,6 +24,7 @@ def test_scene_steps(name):
 
 @pytest.mark.parametrize("name", scenes.names())
 def test_scene_is_documented(name):
+    # A scene without a sentence for the list, or one whose parameters can be given in the wrong order.
     scene = scenes.get(name)
     assert scene.summary.endswith((".", ":")) or len(scene.summary) > 40
     assert scene.dt > 0
@@ -32,6 +33,7 @@ def test_scene_is_documented(name):
     assert getattr(scenes, name) is scene.make
 
 
+# Breaks when a misspelt name gives a traceback, or a message without the known ones.
 def test_unknown_scene_and_parameter_are_named():
     with pytest.raises(InputError, match="there is no scene 'wal'.*wall"):
         scenes.make("wal")

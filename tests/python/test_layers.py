@@ -1,4 +1,7 @@
-"""The layers of ARCHITECTURE.md, and that the checker sees each kind of violation."""
+"""The layers of ARCHITECTURE.md, and that the checker sees each kind of violation in Python.
+
+Those in C++ are in test_layers_cpp.py.
+"""
 
 import check_layers
 import pytest
@@ -17,10 +20,6 @@ def tree(folder, files):
     return check_layers.violations(folder)
 
 
-CPP = {
-    "include/amontons/base/a.hpp": "#pragma once\n",
-    "include/amontons/vi/b.hpp": '#include "amontons/base/a.hpp"\n',
-}
 PYTHON = {
     "python/amontons/__init__.py": "from .io import read\nfrom .problem import Problem\n",
     "python/amontons/problem.py": (
@@ -36,20 +35,13 @@ PYTHON = {
 
 # Breaks when the checker refuses what ARCHITECTURE.md allows.
 def test_allowed_tree_passes(tmp_path):
-    assert tree(tmp_path, CPP | PYTHON) == []
+    assert tree(tmp_path, PYTHON) == []
 
 
 # Breaks when the checker misses a violation of that kind: then the first test proves nothing.
 @pytest.mark.parametrize(
     ("name", "text", "message"),
     [
-        ("src/base/a.cpp", '#include "amontons/vi/b.hpp"\n', "layer base may not include amontons/vi/b.hpp"),
-        ("src/cones/a.cpp", "#include <amontons/vi/b.hpp>\n", "layer cones may not include"),
-        ("include/amontons/base/a.hpp", '#include "amontons/base/a.hpp"\n', "include cycle"),
-        ("include/amontons/vi/c.hpp", "#include <Eigen/Core>\n", "Eigen is for sources only"),
-        ("include/amontons/vi/c.hpp", '#include "gone.hpp"\n', "not found"),
-        ("src/other/a.cpp", "", "not in a folder of the layer list"),
-        ("src/a.cpp", "", "not in a folder of the layer list"),
         ("python/amontons/problem.py", "from .io import read\n", "problem may not import amontons.io"),
         ("python/amontons/problem.py", "def f():\n    import amontons.cli\n", "may not import amontons.cli"),
         ("python/amontons/io/x.py", "from .. import report\n", "io.x may not import amontons.report"),
@@ -59,11 +51,5 @@ def test_allowed_tree_passes(tmp_path):
 )
 def test_violation_is_found(tmp_path, name, text, message):
     extra = {"python/amontons/a2.py": "from . import a\n"} if message == "import cycle" else {}
-    found = tree(tmp_path, CPP | PYTHON | {name: text} | extra)
+    found = tree(tmp_path, PYTHON | {name: text} | extra)
     assert any(message in line for line in found), found
-
-
-# Breaks when a public header starts to depend on a header that is not installed.
-def test_public_header_may_not_use_src(tmp_path):
-    found = tree(tmp_path, {"src/vi/p.hpp": "", "include/amontons/vi/b.hpp": '#include "vi/p.hpp"\n'})
-    assert any("may not include vi/p.hpp of src" in line for line in found)

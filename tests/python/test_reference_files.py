@@ -47,6 +47,7 @@ def test_reported_residuals_are_true(law, tolerance):
         assert s.converged == (s.residual <= tolerance), name
 
 
+# Breaks when the default method loses a file that it could solve; so do the next three.
 @needs_files
 def test_associated_to_1e_4_on_all():
     assert len(FILES) == 56
@@ -105,11 +106,14 @@ def coulomb_errors(problem, s):
 # Coulomb's law itself, without the natural map: no penetration, complementarity, greatest dissipation.
 @needs_files
 def test_coulomb_conditions_hold():
+    checked = 0
     for name, s in solved("coulomb", 1e-6).items():
         if not s.converged or not np.any(s.x):
             continue
+        checked += 1
         worst = coulomb_errors(problem_of(name), s)
         assert max(worst.values()) <= 1e-3, (name, worst)
+    assert checked >= 40
 
 
 def step(name):

@@ -24,7 +24,8 @@ void validate(const Options& o, const Problem& problem) {
   AMONTONS_REQUIRE(s.sigma_min > 0 && s.sigma_max >= s.sigma_min && s.sigma_max < 1,
                    "sigma_min = " + text(s.sigma_min) + ", sigma_max = " + text(s.sigma_max) +
                        "; they must satisfy 0 < sigma_min <= sigma_max < 1");
-  AMONTONS_REQUIRE(s.memory >= 1, "memory (N_GLL) = 0; it must be at least 1");
+  AMONTONS_REQUIRE(s.memory <= 1000000,
+                   "memory (N_GLL) = " + std::to_string(s.memory) + "; it must be at most 1000000");
   AMONTONS_REQUIRE(s.gamma > 0 && s.gamma < 1, "gamma = " + text(s.gamma) + "; it must be between 0 and 1");
   AMONTONS_REQUIRE(s.tau_g > 0 && std::isfinite(s.tau_g),
                    "tau_g = " + text(s.tau_g) + "; it must be positive");

@@ -15,9 +15,11 @@ struct SpgOptions {          // Birgin, Martinez, Raydan 2000; Tasora 2013
   double alpha_max = 1e13;   // > alpha_min
   double sigma_min = 0.1;    // in (0, 1): a backtrack multiplies lambda by at least sigma_min
   double sigma_max = 0.9;    // in [sigma_min, 1): and at most sigma_max
-  std::size_t memory = 10;   // N_GLL >= 1, objective values of the nonmonotone test
-  double gamma = 1e-4;       // in (0, 1), sufficient decrease
-  double tau_g = 1e-6;       // > 0, scale of the fallback measure of the literal variant
+  // N_GLL, at most 1e6: how far the nonmonotone test looks back, max f_{j-i} over i = 0..min(j, N_GLL); at 0
+  // the objective falls in every step
+  std::size_t memory = 10;
+  double gamma = 1e-4;  // in (0, 1), sufficient decrease
+  double tau_g = 1e-6;  // > 0, scale of the fallback measure of the literal variant
 };
 struct SorOptions {
   double omega = 1.0;  // in (0, 2) for Gauss-Seidel; for Jacobi the default 0 means 1 / (Gershgorin bound)
