@@ -49,7 +49,7 @@ double median(std::vector<double> v) {
 }
 
 struct Scene {
-  ContactOperator A;
+  ContactSystem A;
   SetProduct K;
   std::vector<double> b, P;
 };
@@ -64,7 +64,7 @@ Scene sphere_packing(std::size_t contacts) {
   std::shuffle(name.begin(), name.end(), random);
 
   Scene scene;
-  InverseMass& mass = scene.A.joints.inverse_mass;
+  InverseMass& mass = scene.A.bodies;
   mass.translation.resize(bodies);
   mass.inertia.resize(bodies);
   std::vector<std::array<double, 3>> centre(bodies);
@@ -80,7 +80,7 @@ Scene sphere_packing(std::size_t contacts) {
       }
   auto& list = scene.A.contacts;
   const auto touch = [&](Index a, Index other) {
-    ContactFrame c{a, other, {}, {}, {}};
+    Contact c{a, other, {}, {}, {}};
     double length = 0;
     for (int k = 0; k < 3; ++k)
       c.normal[k] = centre[a][k] - centre[other][k], length += c.normal[k] * c.normal[k];
@@ -104,9 +104,9 @@ Scene sphere_packing(std::size_t contacts) {
       }
   std::shuffle(list.begin(), list.end(), random);
   scene.A.contact_compliance.assign(list.size(), 0);
-  scene.K.add_friction(std::vector<double>(list.size(), 0.5));
+  scene.K.add_each<Friction>(std::vector<double>(list.size(), 0.5));
   // Fall under gravity for one step, with some noise to keep all three regions of the projection busy.
-  for (const ContactFrame& c : list) {
+  for (const Contact& c : list) {
     scene.b.push_back(-0.05 * c.normal[2] + 0.2 * jitter(random));
     scene.b.push_back(jitter(random)), scene.b.push_back(jitter(random));
     const double mean = (c.body_b < 0 ? 1 : 2) * (1 + 2.0 / 3 * 0.25 / 0.1);  // of diag(A), to about 10 %
@@ -243,7 +243,7 @@ int main(int argc, char** argv) {
         const Timing t = time_iteration(scene, law, threads, quick);
         triad.sample(rates);
         const auto contacts = static_cast<double>(scene.A.contacts.size());
-        const auto bodies = static_cast<double>(scene.A.joints.inverse_mass.bodies());
+        const auto bodies = static_cast<double>(scene.A.bodies.bodies());
         const double bytes = (law == Law::coulomb ? 424 : 400) * contacts + 384 * bodies;
         const double rate = bytes / t.median, stream = median(rates);
         const double ns = 1e9 * t.median / contacts, best = 1e9 * t.best / contacts;

@@ -5,8 +5,8 @@
 namespace amontons {
 
 std::size_t kind_of_name(std::string_view name) {
-  std::size_t found = kinds;
-  for (std::size_t kind = 0; kind < kinds; ++kind)
+  std::size_t found = set_kinds;
+  for (std::size_t kind = 0; kind < set_kinds; ++kind)
     visit_kind(kind, [&]<class S>() {
       if (name == S::name) found = kind;
     });
@@ -20,7 +20,7 @@ void SetProduct::append(const SetProduct& other) {
 
 void SetProduct::clear() {
   runs_.clear();
-  for (std::size_t kind = 0; kind < kinds; ++kind)
+  for (std::size_t kind = 0; kind < set_kinds; ++kind)
     visit_kind(kind, [&]<class S>() { std::get<std::vector<S>>(sets_).clear(); });
   rows_ = blocks_ = contacts_ = 0;
 }

@@ -6,7 +6,6 @@
 #include <utility>
 
 #include "amontons/base/error.hpp"
-#include "amontons/solvers/driver/phases.hpp"
 
 namespace amontons {
 
@@ -37,16 +36,19 @@ const std::vector<std::string_view>& method_names() {
   return names;
 }
 
-Solution solve(const Problem& problem, std::string_view method, const Options& options) {
+Method find_method(std::string_view name) {
   const auto found =
-      std::find_if(methods.begin(), methods.end(), [&](const auto& m) { return m.first == method; });
-  if (found == methods.end()) {
-    std::string known;
-    for (std::string_view name : method_names()) known += (known.empty() ? "" : ", ") + std::string(name);
-    throw InputError("unknown method '" + std::string(method) + "'; the methods are " + known);
-  }
+      std::find_if(methods.begin(), methods.end(), [&](const auto& m) { return m.first == name; });
+  if (found != methods.end()) return found->second;
+  std::string known;
+  for (std::string_view other : method_names()) known += (known.empty() ? "" : ", ") + std::string(other);
+  throw InputError("unknown method '" + std::string(name) + "'; the methods are " + known);
+}
+
+Solution solve(const Problem& problem, std::string_view method, const Options& options) {
+  const Method run = find_method(method);
   validate(options, problem);
-  return found->second(problem, options);
+  return run(problem, options);
 }
 
 }  // namespace amontons

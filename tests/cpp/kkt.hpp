@@ -25,8 +25,8 @@ inline double scale_bound(const Problem& p, Law law) {
     double g = 0, away = 0;
     for (int k = 0; k < S::dim; ++k) g += p.b[row + k] * p.b[row + k];
     g = std::sqrt(g);
-    if constexpr (S::dim == 3) {
-      if (law == Law::coulomb) g += set.mu * std::hypot(p.b[row + 1], p.b[row + 2]);
+    if constexpr (S::frictional) {
+      if (law == Law::coulomb) g += set.saxce(&p.b[row]);
     }
     if constexpr (requires { set.lo; }) away = std::max({0.0, set.lo, -set.hi});
     const double e = g / p.P[block] + away;
@@ -88,11 +88,11 @@ inline std::string violation(const Problem& p, Law law, double tolerance, const 
     if (!first.empty()) return;
     const double e = delta / std::sqrt(p.P[block]), Pe = delta * std::sqrt(p.P[block]);
     const double *xi = &x[row], *ui = &u[row];
-    if constexpr (S::dim == 3) {
+    if constexpr (std::is_same_v<S, Friction>) {
       first = contact(set.mu, law, xi, ui, e, Pe, row);
     } else if constexpr (std::is_same_v<S, Free>) {
       first = excess("bilateral row moves", row, std::abs(*ui), Pe);
-    } else {
+    } else if constexpr (S::dim == 1) {
       double lo = 0, hi = INFINITY;
       if constexpr (std::is_same_v<S, Interval>) lo = set.lo, hi = set.hi;
       first = excess("x outside its bounds", row, std::max(lo - *xi, *xi - hi), e);

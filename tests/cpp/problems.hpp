@@ -96,7 +96,7 @@ inline Vector gram_matrix(Random& random, std::size_t m, std::size_t rank) {
 }
 
 // D v for stored rows; v holds six velocities per body.
-inline Vector row_velocities(const BodyOperator& A, const Vector& v) {
+inline Vector row_velocities(const ContactSystem& A, const Vector& v) {
   Vector b;
   for (const JacobianRow& row : A.jacobian) {
     double sum = 0;
@@ -109,18 +109,18 @@ inline Vector row_velocities(const BodyOperator& A, const Vector& v) {
   return b;
 }
 
-inline void add_body(BodyOperator& A, double mass, std::array<double, 3> inertia) {
-  A.inverse_mass.translation.push_back(1 / mass);
-  A.inverse_mass.inertia.push_back({1 / inertia[0], 1 / inertia[1], 1 / inertia[2], 0, 0, 0});
+inline void add_body(ContactSystem& A, double mass, std::array<double, 3> inertia) {
+  A.bodies.inverse_mass.push_back(1 / mass);
+  A.bodies.inverse_inertia.push_back({1 / inertia[0], 1 / inertia[1], 1 / inertia[2], 0, 0, 0});
 }
 
-inline void add_fixed_body(BodyOperator& A) {
-  A.inverse_mass.translation.push_back(0);
-  A.inverse_mass.inertia.push_back({});
+inline void add_fixed_body(ContactSystem& A) {
+  A.bodies.inverse_mass.push_back(0);
+  A.bodies.inverse_inertia.push_back({});
 }
 
 // The three rows that hold two points together.
-inline void add_ball_joint(BodyOperator& A, Index a, Index b, std::array<double, 3> r_a,
+inline void add_ball_joint(ContactSystem& A, Index a, Index b, std::array<double, 3> r_a,
                            std::array<double, 3> r_b, double compliance = 0) {
   for (int k = 0; k < 3; ++k) {
     const int i = (k + 1) % 3, j = (k + 2) % 3;
@@ -137,28 +137,28 @@ inline void add_ball_joint(BodyOperator& A, Index a, Index b, std::array<double,
 // times the mass; box i moves sideways at i * push (m/s).
 inline Problem stack(int boxes, double ratio = 1, double push = 0.05, double mu = 0.5,
                      double compliance = 0) {
-  ContactOperator A;
+  ContactSystem A;
   Vector v;
   for (int i = 0; i < boxes; ++i) {
     const double mass = i % 2 ? ratio : 1.0;
-    add_body(A.joints, mass, {mass * 0.104, mass * 0.104, mass * 0.167});
+    add_body(A, mass, {mass * 0.104, mass * 0.104, mass * 0.167});
     v.insert(v.end(), {i * push, 0.3 * i * push, -0.0981, 0, 0, 0});
     for (double x : {-0.5, 0.5})
       for (double y : {-0.5, 0.5}) {
-        A.contacts.push_back({i, i - 1, {x, y, -0.25}, {x, y, i > 0 ? 0.25 : 0.0}, {0, 0, 1}});
+        A.contacts.push_back(contact_between(i, i - 1, {x, y, -0.25}, {x, y, i > 0 ? 0.25 : 0.0}, {0, 0, 1}));
         A.contact_compliance.push_back(compliance);
       }
   }
   Vector b = row_velocities(A.stored(), v);
   SetProduct K;
-  K.add_friction(Vector(A.contacts.size(), mu));
+  K.add_each<Friction>(Vector(A.contacts.size(), mu));
   return make_problem(std::move(A), std::move(b), std::move(K));
 }
 
 // Rods of 1 m joined end to end and to the world, all rows bilateral. `closed` joins the last end to the
 // world too; `repeated` writes the first joint twice, which makes A singular and the system consistent.
 inline Problem chain(int rods, bool closed = false, bool repeated = false) {
-  BodyOperator A;
+  ContactSystem A;
   Random random(7);
   for (int i = 0; i < rods; ++i) {
     const double mass = 1 + i % 3;
@@ -169,42 +169,40 @@ inline Problem chain(int rods, bool closed = false, bool repeated = false) {
   if (repeated) add_ball_joint(A, 0, -1, {-0.5, 0, 0.02}, {0.5, 0.1, 0});
   Vector b = row_velocities(A, random.vector(6 * rods));
   SetProduct K;
-  K.add_free(A.rows());
+  K.add_count<Free>(A.rows());
   return make_problem(std::move(A), std::move(b), std::move(K));
 }
 
 // Bodies that touch only the world or a fixed body, so that body space has no coupling; one contact joins
 // nothing that moves (zero rows of A) and separates.
 inline Problem world_contacts(int bodies) {
-  ContactOperator A;
+  ContactSystem A;
   Random random(3);
   Vector v, mu;
   for (int i = 0; i < bodies; ++i) {
-    add_body(A.joints, random.uniform(0.5, 2), {0.1, 0.2, 0.15});
+    add_body(A, random.uniform(0.5, 2), {0.1, 0.2, 0.15});
     v.insert(v.end(), {random.normal(), random.normal(), -1 + 0.3 * random.normal(), 0.1, 0, -0.2});
   }
   const Index fixed = bodies;
-  add_fixed_body(A.joints);
+  add_fixed_body(A);
   v.insert(v.end(), 6, 0.0);
   for (int i = 0; i < bodies; ++i)
     for (int k = 0; k < 3; ++k) {
       const double angle = 2.1 * k + 0.3 * i;
       const double tilt = 0.3 * std::sin(1.0 + i + k), z = std::sqrt(1 - tilt * tilt);
-      A.contacts.push_back({i,
-                            i % 2 ? -1 : fixed,
-                            {0.4 * std::cos(angle), 0.4 * std::sin(angle), -0.3},
-                            {0.1, 0.2, 0.3},
-                            {tilt, 0, z}});
+      A.contacts.push_back(contact_between(i, i % 2 ? -1 : fixed,
+                                           {0.4 * std::cos(angle), 0.4 * std::sin(angle), -0.3},
+                                           {0.1, 0.2, 0.3}, {tilt, 0, z}));
       const double values[] = {0.0, 0.2, 0.6, 1.5};
       mu.push_back(values[random.below(4)]);
     }
-  A.contacts.push_back({fixed, -1, {0.1, 0, 0}, {0, 0, 0}, {0, 0, 1}});
+  A.contacts.push_back(contact_between(fixed, -1, {0.1, 0, 0}, {0, 0, 0}, {0, 0, 1}));
   mu.push_back(0.4);
   A.contact_compliance.assign(A.contacts.size(), 0);
   Vector b = row_velocities(A.stored(), v);
   b[b.size() - 3] = 0.1, b[b.size() - 2] = 0.01;
   SetProduct K;
-  K.add_friction(mu);
+  K.add_each<Friction>(mu);
   return make_problem(std::move(A), std::move(b), std::move(K));
 }
 
@@ -212,8 +210,8 @@ inline Problem world_contacts(int bodies) {
 // and a bounded row with one open side: every kind of row next to contacts, some compliant.
 inline Problem mechanism() {
   const Problem boxes = stack(4, 2, 0.05, 0.4, 0.01);
-  ContactOperator A = std::get<ContactOperator>(boxes.A);
-  BodyOperator& joints = A.joints;
+  ContactSystem A = std::get<ContactSystem>(boxes.A);
+  ContactSystem& joints = A;
   add_ball_joint(joints, 1, 3, {0.5, 0, 0.1}, {0.5, 0, -0.9}, 1e-4);
   const auto row = [&](Index a, Index b, std::array<double, 6> ja, std::array<double, 6> jb) {
     joints.jacobian.push_back({a, b, ja, jb});
@@ -224,10 +222,10 @@ inline Problem mechanism() {
   row(0, -1, {0, 1, 0, 0, 0, 0.3}, {});
   row(2, 1, {1, 0, 0, 0, 0.25, 0}, {-1, 0, 0, 0, 0.25, 0});
   SetProduct K;
-  K.add_friction(boxes.K.mu());
-  K.add_free(3);
-  K.add_interval(Vector{-0.02, -INFINITY, 0.01}, Vector{0.02, 0.0, 0.01});
-  K.add_nonnegative(1);
+  K.append(std::span(boxes.K.all<Friction>()));
+  K.add_count<Free>(3);
+  K.add_each<Interval>(Vector{-0.02, -INFINITY, 0.01}, Vector{0.02, 0.0, 0.01});
+  K.add_count<NonNegative>(1);
   Vector b = boxes.b;
   b.insert(b.end(), {0.1, -0.05, 0.02, 0.5, 0.1, -0.3, -0.2});
   return make_problem(std::move(A), std::move(b), std::move(K));
@@ -236,12 +234,12 @@ inline Problem mechanism() {
 // A random positive definite matrix and all kinds of cones in mixed order.
 inline SetProduct mixed_cones() {
   SetProduct K;
-  K.add_free(2);
-  K.add_friction(Vector{0.0, 0.3, 1.0});
-  K.add_nonnegative(3);
-  K.add_interval(Vector{-0.1, 0.05, -INFINITY, 0.2}, Vector{0.1, INFINITY, 0.3, 0.2});
-  K.add_friction(Vector{5.0, 1e-12});
-  K.add_free(1);
+  K.add_count<Free>(2);
+  K.add_each<Friction>(Vector{0.0, 0.3, 1.0});
+  K.add_count<NonNegative>(3);
+  K.add_each<Interval>(Vector{-0.1, 0.05, -INFINITY, 0.2}, Vector{0.1, INFINITY, 0.3, 0.2});
+  K.add_each<Friction>(Vector{5.0, 1e-12});
+  K.add_count<Free>(1);
   return K;
 }
 
@@ -269,7 +267,7 @@ inline Problem random_mixed(unsigned seed, bool sparse) {
 // One point mass on a plane, A = I: b_n < 0 approaches, b_t slides.
 inline Problem one_contact(double mu, double b_n, double b_t) {
   SetProduct K;
-  K.add_friction(Vector{mu});
+  K.add_each<Friction>(Vector{mu});
   return make_problem(dense_operator({1, 0, 0, 0, 1, 0, 0, 0, 1}, 3), {b_n, b_t, 0}, std::move(K));
 }
 

@@ -107,7 +107,7 @@ TEST(friction_moreau) {
       CHECK(std::isfinite(p.n) && std::isfinite(p.t1) && std::isfinite(p.t2));
       CHECK_NEAR(outside(mu, p) / size, 0, 4 * eps);
       CHECK_NEAR(outside_polar(mu, q) / size, 0, 4 * eps);
-      CHECK_NEAR(dot({p.n / size, p.t1 / size, p.t2 / size}, {q.n / size, q.t1 / size, q.t2 / size}), 0,
+      CHECK_NEAR(dot(V3{p.n / size, p.t1 / size, p.t2 / size}, V3{q.n / size, q.t1 / size, q.t2 / size}), 0,
                  8 * eps);
       CHECK_NEAR((norm(p) / size) * (norm(p) / size) + (norm(q) / size) * (norm(q) / size), 1, 8 * eps);
     });
@@ -172,9 +172,9 @@ TEST(rows_are_exact) {
 // Breaks when runs, rows or parameters of a product are counted wrongly: it must be the blocks side by side.
 TEST(product_is_its_blocks) {
   SetProduct K = small::mixed_cones();
-  K.add_nonnegative(0);
-  K.add_friction(Vector{});
-  K.add_free(2);  // merges with the run before: empty runs leave no trace
+  K.add_count<NonNegative>(0);
+  K.add_each<Friction>(Vector{});
+  K.add_count<Free>(2);  // merges with the run before: empty runs leave no trace
   CHECK(K.rows() == 27);
   CHECK(K.blocks() == 17);
   CHECK(K.contacts() == 5);
@@ -227,12 +227,12 @@ TEST(empty_product) {
 // Breaks when a bad parameter gets in, or its message does not say which one.
 TEST(bad_parameters_are_named) {
   SetProduct K;
-  CHECK_THROWS(K.add_friction(Vector{0.1, -0.2}), "mu[1]");
-  CHECK_THROWS(K.add_friction(Vector{0.1, 0.2, NAN}), "mu[2]");
-  CHECK_THROWS(K.add_friction(Vector{infinity}), "mu[0]");
-  CHECK_THROWS(K.add_interval(Vector{0, 2}, Vector{1, 1}), "interval 1");
-  CHECK_THROWS(K.add_interval(Vector{NAN}, Vector{1}), "NaN");
-  CHECK_THROWS(K.add_interval(Vector{infinity}, Vector{infinity}), "empty");
-  CHECK_THROWS(K.add_interval(Vector{0, 0}, Vector{1}), "one of each per row");
+  CHECK_THROWS(K.add_each<Friction>(Vector{0.1, -0.2}), "mu[1]");
+  CHECK_THROWS(K.add_each<Friction>(Vector{0.1, 0.2, NAN}), "mu[2]");
+  CHECK_THROWS(K.add_each<Friction>(Vector{infinity}), "mu[0]");
+  CHECK_THROWS(K.add_each<Interval>(Vector{0, 2}, Vector{1, 1}), "interval 1");
+  CHECK_THROWS(K.add_each<Interval>(Vector{NAN}, Vector{1}), "NaN");
+  CHECK_THROWS(K.add_each<Interval>(Vector{infinity}, Vector{infinity}), "empty");
+  CHECK_THROWS(K.add_each<Interval>(Vector{0, 0}, Vector{1}), "one of each per block");
   CHECK(K.rows() == 0);  // thrown before anything has been changed
 }

@@ -362,8 +362,8 @@ TEST(rows_do_not_depend_on_the_unit_of_length) {
       for (int k = 0; k < 6; ++k)
         CHECK(small.rows.jacobian[i].a[k] * (k < 3 ? 1 : u) == large.rows.jacobian[i].a[k]);
     }
-    for (std::size_t i = 0; i < small.rows.cones.hi().size(); ++i)
-      CHECK(small.rows.cones.hi()[i] * u == large.rows.cones.hi()[i]);
+    const auto &few = small.rows.cones.all<Interval>(), &many = large.rows.cones.all<Interval>();
+    for (std::size_t i = 0; i < few.size(); ++i) CHECK(few[i].hi * u == many[i].hi);
   }
 }
 

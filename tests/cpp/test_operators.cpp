@@ -42,14 +42,14 @@ Vector diagonal_of(const Operator& A) {
 }
 
 // D M^-1 D' + E with full matrices, from the definition. M^-1 is 6n x 6n, D m x 6n.
-Vector delassus(const BodyOperator& A) {
-  const std::size_t n = 6 * A.inverse_mass.bodies(), m = A.rows();
+Vector delassus(const ContactSystem& A) {
+  const std::size_t n = 6 * A.bodies.size(), m = A.rows();
   Vector W(n * n), D(m * n), DW(m * n), result(m * m);
-  for (std::size_t i = 0; i < A.inverse_mass.bodies(); ++i) {
-    const auto& [xx, yy, zz, xy, xz, yz] = A.inverse_mass.inertia[i];
+  for (std::size_t i = 0; i < A.bodies.size(); ++i) {
+    const auto& [xx, yy, zz, xy, xz, yz] = A.bodies.inverse_inertia[i];
     const double I[3][3] = {{xx, xy, xz}, {xy, yy, yz}, {xz, yz, zz}};
     for (int r = 0; r < 3; ++r) {
-      W[(6 * i + r) * n + 6 * i + r] = A.inverse_mass.translation[i];
+      W[(6 * i + r) * n + 6 * i + r] = A.bodies.inverse_mass[i];
       for (int c = 0; c < 3; ++c) W[(6 * i + 3 + r) * n + 6 * i + 3 + c] = I[r][c];
     }
   }
@@ -72,14 +72,14 @@ Vector delassus(const BodyOperator& A) {
 
 // Contacts and joints between random bodies with full inertia tensors, one of them fixed, some sides the
 // world.
-ContactOperator random_contacts(unsigned seed, int contacts, int joints, int bodies) {
+ContactSystem random_contacts(unsigned seed, int contacts, int joints, int bodies) {
   small::Random random(seed);
-  ContactOperator A;
+  ContactSystem A;
   for (int i = 0; i < bodies; ++i) {
     const Vector I = small::gram_matrix(random, 3, 4);
-    A.joints.inverse_mass.translation.push_back(i == 2 ? 0 : random.uniform(0.1, 3));
-    A.joints.inverse_mass.inertia.push_back({I[0], I[4], I[8], I[1], I[2], I[5]});
-    if (i == 2) A.joints.inverse_mass.inertia.back() = {};
+    A.bodies.inverse_mass.push_back(i == 2 ? 0 : random.uniform(0.1, 3));
+    A.bodies.inverse_inertia.push_back({I[0], I[4], I[8], I[1], I[2], I[5]});
+    if (i == 2) A.bodies.inverse_inertia.back() = {};
   }
   const auto pick = [&](Index& a, Index& b) {
     a = static_cast<Index>(random.below(bodies));
@@ -88,14 +88,11 @@ ContactOperator random_contacts(unsigned seed, int contacts, int joints, int bod
     if (random.below(2)) std::swap(a, b);
   };
   for (int i = 0; i < contacts; ++i) {
-    ContactFrame c{};
+    Contact c{};
     pick(c.body_a, c.body_b);
-    double length = 0;
-    for (int k = 0; k < 3; ++k) {
+    for (int k = 0; k < 3; ++k)
       c.r_a[k] = random.normal(), c.r_b[k] = random.normal(), c.normal[k] = random.normal();
-      length += c.normal[k] * c.normal[k];
-    }
-    for (double& v : c.normal) v /= std::sqrt(length);
+    c.normal = normalised(c.normal);
     A.contacts.push_back(c);
     A.contact_compliance.push_back(i % 2 ? 0.0 : 0.3);
   }
@@ -104,8 +101,8 @@ ContactOperator random_contacts(unsigned seed, int contacts, int joints, int bod
     pick(row.body_a, row.body_b);
     for (double& v : row.a) v = random.normal();
     for (double& v : row.b) v = random.normal();
-    A.joints.jacobian.push_back(row);
-    A.joints.compliance.push_back(i % 3 ? 0.0 : 0.7);
+    A.jacobian.push_back(row);
+    A.compliance.push_back(i % 3 ? 0.0 : 0.7);
   }
   return A;
 }
@@ -116,8 +113,8 @@ ContactOperator random_contacts(unsigned seed, int contacts, int joints, int bod
 // computed from the definition D M^-1 D' + E.
 TEST(all_operators_are_the_dense_matrix) {
   for (unsigned seed = 1; seed < 6; ++seed) {
-    const ContactOperator contacts = random_contacts(seed, 9, 5, 6);
-    const BodyOperator stored = contacts.stored();
+    const ContactSystem contacts = random_contacts(seed, 9, 5, 6);
+    const ContactSystem stored = contacts.stored();
     const Vector A = delassus(stored);
     const std::size_t m = contacts.rows();
     CHECK(m == 32 && stored.rows() == m);
@@ -147,9 +144,9 @@ TEST(all_operators_are_the_dense_matrix) {
 // 0, 0) with inverse inertia diag(1, 2, 3), touched at r = (0.5, 0, -1) by the ground, n = z. By hand: n
 // gives force z and torque r x z = (0, -0.5, 0), so A_nn = 1 + 2 * 0.25.
 TEST(contact_by_hand) {
-  ContactOperator A;
-  small::add_body(A.joints, 1, {1, 0.5, 1.0 / 3});
-  A.contacts = {{0, -1, {0.5, 0, -1}, {0, 0, 0}, {0, 0, 1}}};
+  ContactSystem A;
+  small::add_body(A, 1, {1, 0.5, 1.0 / 3});
+  A.contacts = {contact_between(0, -1, {0.5, 0, -1}, {0, 0, 0}, {0, 0, 1})};
   A.contact_compliance = {0.25};
   const Vector matrix = small::dense_matrix(A);
   CHECK_NEAR(matrix[0], 1 + 2 * 0.25 + 0.25, 1e-15);
@@ -157,8 +154,8 @@ TEST(contact_by_hand) {
   // (1, 0, 0.5).
   CHECK_NEAR(matrix[4] + matrix[8], (1 + 2 * 1.0) + (1 + 1.0 + 3 * 0.25) + 2 * 0.25, 1e-14);
   // The same seen from body B: r_b and the sides exchanged, normal reversed.
-  ContactOperator B = A;
-  B.contacts = {{-1, 0, {0, 0, 0}, {0.5, 0, -1}, {0, 0, -1}}};
+  ContactSystem B = A;
+  B.contacts = {contact_between(-1, 0, {0, 0, 0}, {0.5, 0, -1}, {0, 0, -1})};
   CHECK_NEAR(small::dense_matrix(B)[0], matrix[0], 1e-15);
 }
 
@@ -175,8 +172,8 @@ TEST(tangents_complete_the_normal) {
     normals.push_back(n);
   }
   for (const auto& n : normals) {
-    std::array<double, 3> t1, t2;
-    contact_tangents(n, t1, t2);
+    const ContactBasis basis(to_vec3(n));
+    const std::array<double, 3> t1 = basis.tangent_1.array(), t2 = basis.tangent_2.array();
     const auto dot = [](const auto& a, const auto& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; };
     CHECK_NEAR(dot(t1, t1), 1, 1e-14);
     CHECK_NEAR(dot(t2, t2), 1, 1e-14);
@@ -192,7 +189,7 @@ TEST(tangents_complete_the_normal) {
 
 // Breaks when scratch memory survives from one product to the next, or is shared by operators of other sizes.
 TEST(products_do_not_remember) {
-  const ContactOperator big = random_contacts(1, 9, 5, 6), tiny = random_contacts(2, 2, 1, 3);
+  const ContactSystem big = random_contacts(1, 9, 5, 6), tiny = random_contacts(2, 2, 1, 3);
   const Vector x = small::Random(1).vector(big.rows()), y = small::Random(2).vector(tiny.rows());
   const Vector first = multiply(big, x), second = multiply(tiny, y);
   CHECK(multiply(big, x) == first);
@@ -212,7 +209,7 @@ TEST(sparse_oddities) {
 // Breaks when an operator without rows reads the first entry of an empty array.
 TEST(empty_operators) {
   const std::vector<Index> indptr{0};
-  const std::vector<Operator> operators{ContactOperator{}, BodyOperator{}, DenseOperator{},
+  const std::vector<Operator> operators{ContactSystem{}, ContactSystem{}, DenseOperator{},
                                         SparseOperator{indptr, {}, {}, nullptr}};
   for (const Operator& A : operators) {
     CHECK(rows(A) == 0);

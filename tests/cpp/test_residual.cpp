@@ -24,10 +24,10 @@ Problem with_known_solution(const Problem& given, Law law, unsigned seed, Vector
   Vector Ax(p.rows());
   product(p.A, x, Ax);
   for_each_block(p.K, [&]<class S>(const S& set, std::size_t block, std::size_t row) {
-    double u[3];
+    double u[S::dim];
     for (int k = 0; k < S::dim; ++k) u[k] = p.P[block] * (x[row + k] - y[row + k]);
-    if constexpr (S::dim == 3) {
-      if (law == Law::coulomb) u[0] -= set.mu * std::hypot(u[1], u[2]);
+    if constexpr (S::frictional) {
+      if (law == Law::coulomb) u[0] -= set.saxce(u);
     }
     for (int k = 0; k < S::dim; ++k) p.b[row + k] = u[k] - Ax[row + k];
   });
@@ -90,19 +90,23 @@ TEST(natural_residual_has_no_unit) {
   const Problem p = small::random_mixed(4, false);
   const Vector A = small::dense_matrix(p.A), x = small::Random(8).vector(p.rows());
   const double s = 1e3, t = 1e-5;
-  Vector scaled_A = A, scaled_b = p.b, scaled_x = x, lo = p.K.lo(), hi = p.K.hi();
+  Vector scaled_A = A, scaled_b = p.b, scaled_x = x, lo, hi;
+  for (const Interval& set : p.K.all<Interval>()) {
+    lo.push_back(set.lo);
+    hi.push_back(set.hi);
+  }
   for (double& v : scaled_A) v *= s / t;
   for (double& v : scaled_b) v *= s;
   for (double& v : scaled_x) v *= t;
   for (double& v : lo) v *= t;
   for (double& v : hi) v *= t;
   SetProduct K;
-  K.add_free(2);
-  K.add_friction(Vector{0.0, 0.3, 1.0});
-  K.add_nonnegative(3);
-  K.add_interval(lo, hi);
-  K.add_friction(Vector{5.0, 1e-12});
-  K.add_free(1);
+  K.add_count<Free>(2);
+  K.add_each<Friction>(Vector{0.0, 0.3, 1.0});
+  K.add_count<NonNegative>(3);
+  K.add_each<Interval>(lo, hi);
+  K.add_each<Friction>(Vector{5.0, 1e-12});
+  K.add_count<Free>(1);
   const Problem scaled = make_problem(small::dense_operator(scaled_A, p.rows()), scaled_b, K);
   for (Law law : laws) {
     const double r = residual(p, law, x);
@@ -143,10 +147,10 @@ TEST(zero_solution_has_zero_residual) {
 // | 5).
 TEST(violations_by_hand) {
   SetProduct K;
-  K.add_friction(Vector{0.5});
-  K.add_nonnegative(1);
-  K.add_free(1);
-  K.add_interval(Vector{-1.0}, Vector{1.0});
+  K.add_each<Friction>(Vector{0.5});
+  K.add_count<NonNegative>(1);
+  K.add_count<Free>(1);
+  K.add_each<Interval>(Vector{-1.0}, Vector{1.0});
   Vector I(36);
   for (int i = 0; i < 6; ++i) I[7 * i] = 1;
   const Problem p = make_problem(small::dense_operator(I, 6), {-1, 2, 0, 3, -4, 5}, K);

@@ -140,7 +140,7 @@ TEST(solves_the_shifted_system) {
 TEST(body_space_equals_impulse_space) {
   for (const small::Case& c : cases()) {
     const Problem& p = c.problem;
-    if (!std::holds_alternative<ContactOperator>(p.A) && !std::holds_alternative<BodyOperator>(p.A)) continue;
+    if (!std::holds_alternative<ContactSystem>(p.A) && !std::holds_alternative<ContactSystem>(p.A)) continue;
     const Vector A = small::dense_matrix(p.A);
     const Problem dense = make_problem(small::dense_operator(A, p.rows()), p.b, p.K);
     const Problem sparse = make_problem(small::sparse_operator(A, p.rows()), p.b, p.K);
@@ -182,12 +182,12 @@ TEST(solves_in_place) {
 
 // Breaks when a problem in which nothing moves, or with no rows at all, is not handled: then z = q.
 TEST(nothing_moves) {
-  ContactOperator A;
-  small::add_fixed_body(A.joints);
-  A.contacts.push_back({0, -1, {0, 0, 0}, {0, 0, 0}, {0, 0, 1}});
+  ContactSystem A;
+  small::add_fixed_body(A);
+  A.contacts.push_back(contact_between(0, -1, {0, 0, 0}, {0, 0, 0}, {0, 0, 1}));
   A.contact_compliance = {0};
   SetProduct K;
-  K.add_friction(Vector{0.5});
+  K.add_each<Friction>(Vector{0.5});
   const Problem p = make_problem(A, {0.1, 0, 0}, K);
   ShiftedSystem system(p);
   CHECK(system.in_body_space());
@@ -197,7 +197,7 @@ TEST(nothing_moves) {
   system.solve_reduced(q, z, 1);
   CHECK(z == q);
 
-  const Problem empty = make_problem(ContactOperator{}, {}, {});
+  const Problem empty = make_problem(ContactSystem{}, {}, {});
   ShiftedSystem none(empty);
   none.factor({});
   none.solve_reduced({}, {}, 1);

@@ -173,21 +173,22 @@ TEST(interrupted_by_the_poll) {
 // A d = 0, b'd < 0. Breaks when the certificate is not found, or a method calls such a problem solved.
 TEST(infeasible) {
   // A contact that joins nothing that moves and yet approaches: d = e_n.
-  ContactOperator fixed;
-  small::add_body(fixed.joints, 1, {0.1, 0.1, 0.1});
-  small::add_fixed_body(fixed.joints);
-  fixed.contacts = {{0, -1, {0, 0, -0.5}, {0, 0, 0}, {0, 0, 1}}, {1, -1, {0, 0, 0}, {0, 0, 0}, {0, 0, 1}}};
+  ContactSystem fixed;
+  small::add_body(fixed, 1, {0.1, 0.1, 0.1});
+  small::add_fixed_body(fixed);
+  fixed.contacts = {contact_between(0, -1, {0, 0, -0.5}, {0, 0, 0}, {0, 0, 1}),
+                    contact_between(1, -1, {0, 0, 0}, {0, 0, 0}, {0, 0, 1})};
   fixed.contact_compliance = {0, 0};
   SetProduct two_cones;
-  two_cones.add_friction(Vector{0.5, 0.5});
+  two_cones.add_each<Friction>(Vector{0.5, 0.5});
   const Problem approach = make_problem(fixed, {-1, 0.2, 0, -1, 0, 0}, two_cones);
   // A body pressed between two walls that close in: d = (1, 1).
   SetProduct two_rows;
-  two_rows.add_nonnegative(2);
+  two_rows.add_count<NonNegative>(2);
   const Problem squeezed = make_problem(small::dense_operator({1, -1, -1, 1}, 2), {-1, -0.5}, two_rows);
   // Two bilateral rows that say different things: d = (1, -1).
   SetProduct bilateral;
-  bilateral.add_free(2);
+  bilateral.add_count<Free>(2);
   const Problem contradiction = make_problem(small::dense_operator({1, 1, 1, 1}, 2), {1, 2}, bilateral);
 
   for (const auto& [name, p] :

@@ -37,7 +37,7 @@ struct Contact {
                              // tangents; 6: all three
   double moment_length = 1;  // moments enter the rows divided by this length, spins multiplied by it, m
 
-  // What a step finds.
+  // What a step finds; impacts at its start are in the impulses.
   Vec3 impulse, angular_impulse;  // N s, N m s, the second about the point
   Vec3 slip;                      // tangential velocity of A's surface relative to B's after the step, m/s
   Vec3 spin;                      // angular velocity of A relative to B after the step, rad/s
@@ -45,6 +45,18 @@ struct Contact {
   ContactState state = ContactState::open;
   Vec3 local;  // the point in the frame of body A: how the next step knows it again
 };
+
+// What a solver needs to know of a contact; the rest has its defaults.
+inline Contact contact_between(Index body_a, Index body_b, const Vec3& r_a, const Vec3& r_b,
+                               const Vec3& normal) {
+  Contact c;
+  c.body_a = body_a;
+  c.body_b = body_b;
+  c.r_a = r_a;
+  c.r_b = r_b;
+  c.normal = normal;
+  return c;
+}
 
 // The frame of a contact, right-handed: the normal and two tangents. Rows are (normal, tangent 1, tangent 2),
 // then moments about them.

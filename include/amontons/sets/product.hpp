@@ -48,8 +48,8 @@ void visit_kind(std::size_t kind, F&& f) {
 }
 template <class S>
 inline constexpr std::size_t kind_of = detail::Storage<Sets>::kind_of<S>();
-inline constexpr std::size_t kinds = detail::Storage<Sets>::kinds;
-// The kind of that name, or `kinds` if there is none.
+inline constexpr std::size_t set_kinds = detail::Storage<Sets>::kinds;
+// The kind of that name, or `set_kinds` if there is none.
 std::size_t kind_of_name(std::string_view name);
 
 // K = a product of small sets in the order in which they were added. A block is one set: one row of R, R+ or

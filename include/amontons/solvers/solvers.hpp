@@ -7,6 +7,7 @@
 #include "amontons/solvers/companions/gauss_seidel.hpp"
 #include "amontons/solvers/companions/jacobi.hpp"
 #include "amontons/solvers/companions/spg_literal.hpp"
+#include "amontons/solvers/driver/phases.hpp"
 #include "amontons/solvers/first_order/apgd.hpp"
 #include "amontons/solvers/first_order/spg.hpp"
 #include "amontons/solvers/krylov/cg.hpp"
@@ -18,7 +19,9 @@ namespace amontons {
 
 // The methods: same problem, same options, same solution; the comment at each definition cites its source.
 const std::vector<std::string_view>& method_names();
-// Validates, then runs the method of that name; InputError for an unknown name lists the known ones.
+// The method of that name; InputError for an unknown name lists the known ones.
+Method find_method(std::string_view name);
+// Validates the options, then runs the method.
 Solution solve(const Problem&, std::string_view method, const Options&);
 
 }  // namespace amontons

@@ -2,6 +2,7 @@
 #include <vector>
 
 #include "amontons/multibody/bodies/bodies.hpp"
+#include "amontons/problem/contact_system.hpp"
 
 // Products of one Jacobian row j, a wrench on each of its bodies, with the bodies' velocities and inverse
 // masses.

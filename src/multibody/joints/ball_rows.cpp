@@ -30,7 +30,7 @@ void append_springs(const JointContext& joint, double stiff, const Vec3& last, c
   const double h = options.h, s = joint.length;
   const Vec3& r = joint.chain.error.angular;
   for (int axis = 0; axis < 3; ++axis) {
-    rows.cones.add_free(1);
+    rows.cones.append(Free{});
     rows.append(rotation_row(joint, unit(axis)), 1 / stiff,
                 h * joint.joint->ball_stiffness * r[axis] / (s * stiff), last[axis] / s,
                 tag_of(joint, RowKind::ball, axis));
@@ -52,7 +52,7 @@ void append_limit(const JointContext& joint, const StepBodies& bodies, const Sta
   RowTag tag = tag_of(joint, RowKind::limit, -1);
   tag.torque = -s * axis;
   const double last = -dot(axis, state.joint_wrenches[joint.index].torque) / s;
-  rows.cones.add_nonnegative(1);
+  rows.cones.append(NonNegative{});
   rows.append(row, 0, closing(gap, options), std::max(last, 0.0), tag);
 }
 

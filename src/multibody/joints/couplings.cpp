@@ -54,7 +54,7 @@ void append_wide_row(const WideRow& wide, const StepBodies& bodies, double compl
   helper.dof = -1;
   JacobianRow last = wide.part(links);
   last.body_b = auxiliary;
-  rows.cones.add_free(wide.n);
+  rows.cones.add_count<Free>(wide.n);
   for (std::size_t i = 0; i < links; ++i) {
     JacobianRow link = wide.part(i);
     const double before = row_velocity(link, bodies.start);
@@ -125,7 +125,7 @@ void append_coupling_rows(const Model& model, const StepBodies& bodies, const St
       row.body_b = wide.body[1];
       row.b = wide.j[1];
     }
-    rows.cones.add_free(1);
+    rows.cones.append(Free{});
     rows.append(row, compliance, c, x0, tag);
   }
 }

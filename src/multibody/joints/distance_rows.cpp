@@ -23,7 +23,7 @@ void append_distance_rows(const JointContext& joint, const StepBodies& bodies, c
   if (fixed) {
     const double error = distance - rod.lower_distance;
     const double E = soft ? spring : regularisation(row, bodies);
-    rows.cones.add_free(1);
+    rows.cones.append(Free{});
     tag.force = direction;
     rows.append(row, E, soft ? error / options.h : recovery(error, options), last, tag);
     return;
@@ -32,7 +32,7 @@ void append_distance_rows(const JointContext& joint, const StepBodies& bodies, c
     const double gap = sign > 0 ? distance - rod.lower_distance : rod.upper_distance - distance;
     const bool no_constraint = sign > 0 && rod.lower_distance == 0;
     if (no_constraint || !(gap < infinity) || !within_reach(row, bodies, gap, 0, options)) continue;
-    rows.cones.add_nonnegative(1);
+    rows.cones.append(NonNegative{});
     tag.force = sign * direction;
     // Of a spring nothing may be cut off: then it would not be the spring any more.
     rows.append(sign * row, spring, soft ? gap / options.h : closing(gap, options),

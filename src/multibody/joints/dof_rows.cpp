@@ -87,7 +87,7 @@ void append_drive(const Maker& m, const DofRow& d, JointRows& rows) {
   const double stiff = h * h * k + h * d.dof->damping / (s * s) + a;
   if (stiff == 0) return;
   const double c = (h * k * s * (d.q - d.dof->rest) - a * d.before) / stiff;
-  rows.cones.add_free(1);
+  rows.cones.append(Free{});
   rows.append(d.row, 1 / stiff, c, d.last.drive / s, tag_of(m.joint, d, RowKind::drive));
 }
 
@@ -159,7 +159,7 @@ void append_friction(const Maker& m, const DofRow& d, JointRows& rows) {
 void append_limits(const Maker& m, const DofRow& d, double motor_speed, JointRows& rows) {
   const double s = d.scale, last = d.last.limit / s;
   if (d.dof->lower == d.dof->upper) {
-    rows.cones.add_free(1);
+    rows.cones.append(Free{});
     rows.append(d.row, regularisation(d.row, m.bodies), recovery(s * (d.q - d.dof->lower), m.options), last,
                 tag_of(m.joint, d, RowKind::limit));
     return;
@@ -167,7 +167,7 @@ void append_limits(const Maker& m, const DofRow& d, double motor_speed, JointRow
   for (const double sign : {1.0, -1.0}) {
     const double gap = s * (sign > 0 ? d.q - d.dof->lower : d.dof->upper - d.q);
     if (!(gap < infinity) || !within_reach(d.row, m.bodies, gap, motor_speed, m.options)) continue;
-    rows.cones.add_nonnegative(1);
+    rows.cones.append(NonNegative{});
     rows.append(sign * d.row, 0, closing(gap, m.options), std::max(sign * last, 0.0),
                 tag_of(m.joint, d, RowKind::limit, sign));
   }

@@ -2,6 +2,7 @@
 #include <span>
 
 #include "amontons/multibody/bodies/bodies.hpp"
+#include "amontons/problem/contact_system.hpp"
 #include "multibody/joints/wrenches.hpp"
 
 // Where a joint stands in the world, and its rows.

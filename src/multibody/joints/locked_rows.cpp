@@ -15,7 +15,7 @@ void append_locked_rows(const JointContext& joint, const StepBodies& bodies, con
   const JointWrench& last = state.joint_wrenches[joint.index];
   // The stored wrench is about the origin of frame_a, the rows are about the reference.
   const Vec3 last_torque = last.torque - cross(joint.arm, last.force);
-  rows.cones.add_free(count);
+  rows.cones.add_count<Free>(count);
   for (std::size_t i = 0; i < count; ++i) {
     const Screw& w = wrenches[i];
     const JacobianRow row = joint_row(joint, w);

@@ -27,12 +27,10 @@ bool within_reach(const JacobianRow& row, const StepBodies& bodies, double gap, 
 }
 
 void add_interval(JointRows& rows, double bound) {
-  if (bound == infinity) {
-    rows.cones.add_free(1);
-    return;
-  }
-  const double lo = -bound;
-  rows.cones.add_interval({&lo, 1}, {&bound, 1});
+  if (bound == infinity)
+    rows.cones.append(Free{});
+  else
+    rows.cones.append(Interval{-bound, bound});
 }
 
 }  // namespace amontons

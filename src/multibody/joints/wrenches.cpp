@@ -100,10 +100,9 @@ std::size_t complement(const std::array<Vec3, 6>& directions, std::size_t k, std
     return 3;
   }
   if (k > 2) return 0;
-  std::array<double, 3> t1, t2;
-  contact_tangents(normalised(directions[0]).array(), t1, t2);
-  out[0] = to_vec3(t1);
-  out[1] = to_vec3(t2);
+  const ContactBasis basis(normalised(directions[0]));
+  out[0] = basis.tangent_1;
+  out[1] = basis.tangent_2;
   if (k == 1) return 2;
   const Vec3 normal = cross(directions[0], directions[1]);
   const double sine = norm(normal);

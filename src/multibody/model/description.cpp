@@ -76,17 +76,19 @@ void check_body(const Body& body, const std::string& who) {
   check_inertia(body.inertia, who);
 }
 
-void check_material(const Material& m, const std::string& who) {
-  AMONTONS_REQUIRE(m.friction >= 0 && std::isfinite(m.friction),
-                   who + ": the coefficient of friction must be finite and not negative");
-  AMONTONS_REQUIRE(m.restitution >= 0 && m.restitution <= 1, who + ": restitution must lie in [0, 1]");
-  AMONTONS_REQUIRE(m.compliance >= 0 && std::isfinite(m.compliance),
-                   who + ": compliance must be finite and not negative");
-}
-
 void check_not_negative(double value, const std::string& who, const char* what) {
   AMONTONS_REQUIRE(value >= 0 && std::isfinite(value),
                    who + ": " + what + " must be finite and not negative");
+}
+
+void check_material(const Material& m, const std::string& who) {
+  check_not_negative(m.friction, who, "the coefficient of friction");
+  check_not_negative(m.torsional_friction, who, "torsional friction");
+  check_not_negative(m.rolling_friction, who, "rolling friction");
+  AMONTONS_REQUIRE(std::isfinite(m.friction_across),
+                   who + ": the friction across the direction is not finite");
+  AMONTONS_REQUIRE(m.restitution >= 0 && m.restitution <= 1, who + ": restitution must lie in [0, 1]");
+  check_not_negative(m.compliance, who, "compliance");
 }
 
 void check_dof(const Dof& dof, const std::string& who) {
@@ -144,6 +146,9 @@ void check_geom(const ModelDescription& d, const Geom& geom, const std::string& 
   check_frame(geom.frame, who, "frame");
   check_material(geom.material, who);
   AMONTONS_REQUIRE(is_finite(geom.surface_velocity), who + ": the surface velocity is not finite");
+  AMONTONS_REQUIRE(is_finite(geom.friction_direction), who + ": the friction direction is not finite");
+  AMONTONS_REQUIRE(geom.material.friction_across < 0 || !(geom.friction_direction == Vec3{}),
+                   who + ": friction across a direction needs the direction; give friction_direction");
   try {
     validate(geom.shape);
   } catch (const InputError& error) {

@@ -70,6 +70,11 @@ Material Model::material(Index geom_a, Index geom_b) const {
   const Material &a = d_.geoms[geom_a].material, &b = d_.geoms[geom_b].material;
   Material m;
   m.friction = combined(d_.friction_rule, a.friction, b.friction);
+  if (a.friction_across >= 0 || b.friction_across >= 0)
+    m.friction_across = combined(d_.friction_rule, a.friction_across >= 0 ? a.friction_across : a.friction,
+                                 b.friction_across >= 0 ? b.friction_across : b.friction);
+  m.torsional_friction = std::max(a.torsional_friction, b.torsional_friction);
+  m.rolling_friction = std::max(a.rolling_friction, b.rolling_friction);
   m.restitution = std::max(a.restitution, b.restitution);
   m.compliance = a.compliance + b.compliance;
   return m;

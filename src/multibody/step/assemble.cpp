@@ -1,113 +1,98 @@
-// The one place where bodies become a variational inequality (DESIGN: Anitescu-Tasora time stepping).
-//   x: impulses; v+ = v_free + M^-1 D'x; u = D v+ + E x + c, b = D v_free + c.
+// Anitescu-Tasora time stepping (Anitescu, Tasora 2010; Tasora, Anitescu 2011) with velocities v of the
+// bodies and impulses x over the step h:
+//
+//   v+ = v_free + M^-1 D'x,   u = D v+ + E x + c,   x in K, -u in N_K(x).
+//
+// Put into one another, u = (D M^-1 D' + E) x + D v_free + c: A = D M^-1 D' + E and b = D v_free + c. Row by
+// row, c is what a constraint asks of the velocity at the end of the step beside vanishing: gap / h lets an
+// open contact close within the step and no faster (contacts act before they touch), an error of position
+// over h takes it back.
+#include "multibody/step/assemble.hpp"
+
 #include <algorithm>
 
 #include "multibody/bodies/row_products.hpp"
-#include "multibody/step/step.hpp"
+#include "multibody/contacts/contact_law.hpp"
 
 namespace amontons {
 
 namespace {
 
-InverseMass inverse_mass_of(const std::vector<BodyMobility>& bodies, const std::vector<double>& auxiliary) {
-  InverseMass mass;
-  mass.translation.reserve(bodies.size() + auxiliary.size());
-  mass.inertia.reserve(bodies.size() + auxiliary.size());
-  for (const BodyMobility& body : bodies) {
+Bodies bodies_of(const StepBodies& step, const std::vector<double>& auxiliary) {
+  Bodies bodies;
+  const std::size_t n = step.mobility.size() + auxiliary.size();
+  bodies.inverse_mass.reserve(n);
+  bodies.inverse_inertia.reserve(n);
+  bodies.centre.reserve(n);
+  for (std::size_t i = 0; i < step.mobility.size(); ++i) {
+    const BodyMobility& body = step.mobility[i];
     const Mat3& J = body.inverse_inertia;
-    mass.translation.push_back(body.inverse_mass);
-    mass.inertia.push_back({J(0, 0), J(1, 1), J(2, 2), J(0, 1), J(0, 2), J(1, 2)});
+    bodies.inverse_mass.push_back(body.inverse_mass);
+    bodies.inverse_inertia.push_back({J(0, 0), J(1, 1), J(2, 2), J(0, 1), J(0, 2), J(1, 2)});
+    bodies.centre.push_back(step.frames[i].centre);
   }
+  // Six numbers that share a mass, of a coupling of many bodies; they stand nowhere.
   for (double w : auxiliary) {
-    mass.translation.push_back(w);
-    mass.inertia.push_back({w, w, w, 0, 0, 0});
+    bodies.inverse_mass.push_back(w);
+    bodies.inverse_inertia.push_back({w, w, w, 0, 0, 0});
+    bodies.centre.emplace_back();
   }
-  return mass;
+  return bodies;
 }
 
-// The stabilisation of a contact: a gap may close within the step, a penetration is taken back at no more
-// than recovery_speed. A compliant contact is a spring, x_n = -(gap + h u_n) / (h compliance / h^2), of which
+// c_n of a contact: a gap may close within the step, a penetration is taken back at no more than
+// recovery_speed. A compliant contact is a spring, x_n = -(gap + h u_n) / (h compliance / h^2), of which
 // nothing may be cut off. An impact closes no gap: u_n^+ = -e u_n^-.
-double contact_bias(const ContactSite& site, double approach, const Assembly& options) {
-  if (options.impact) return site.material.restitution * std::min(approach, 0.0);
-  const double rate = site.gap / options.h;
-  return site.material.compliance > 0 ? rate : std::max(rate, -options.recovery_speed);
+double contact_bias(const Contact& contact, double approach, const Assembly& options) {
+  if (options.impact) return contact.material.restitution * std::min(approach, 0.0);
+  const double rate = contact.gap / options.h;
+  return contact.material.compliance > 0 ? rate : std::max(rate, -options.recovery_speed);
 }
 
 }  // namespace
 
-Problem assemble(const Model& model, const std::vector<BodyMobility>& mobility,
-                 const std::vector<BodyVelocity>& free, const std::vector<ContactSite>& sites,
-                 const JointRows& rows, const Assembly& options) {
-  ContactOperator A;
+Problem assemble(const StepBodies& bodies, std::vector<Contact>& contacts, const JointRows& rows,
+                 const Assembly& options) {
+  ContactSystem A;
   SetProduct K;
-  std::vector<double> b, mu;
-  const std::size_t m = 3 * sites.size() + rows.jacobian.size();
-  A.contacts.reserve(sites.size()), A.contact_compliance.reserve(sites.size());
-  b.reserve(m), mu.reserve(sites.size());
-  const Index n = static_cast<Index>(model.bodies());
-  for (const ContactSite& site : sites) {
-    // Bodies that impulses do not move are the world: their velocity is part of b.
-    const Index body_b = model.is_dynamic(site.body_b) ? site.body_b : world;
-    A.contacts.push_back({site.body_a, body_b, site.r_a.array(), site.r_b.array(), site.normal.array()});
-    A.contact_compliance.push_back(site.material.compliance / (options.h * options.h));
-    mu.push_back(site.material.friction);
-    const Vec3 u = relative_velocity(site, free);
-    std::array<double, 3> t1, t2;
-    contact_tangents(site.normal.array(), t1, t2);
-    const double approach = dot(site.normal, u);
-    b.push_back(approach + contact_bias(site, approach, options));
-    b.push_back(dot(to_vec3(t1), u));
-    b.push_back(dot(to_vec3(t2), u));
+  std::vector<double> b;
+  // D v_free + c of the contacts, in the frame of each; the velocity of bodies that impulses do not move, and
+  // of moving surfaces, is in it.
+  A.contact_compliance.reserve(contacts.size());
+  for (Contact& c : contacts) {
+    if (c.rows > 3) c.moment_length = moment_length(c, bodies.mobility);
+    const ContactImpulse u = relative_motion(c, bodies.free);
+    const std::size_t row = b.size();
+    b.resize(row + static_cast<std::size_t>(c.rows));
+    to_rows(c, u.linear, u.angular, c.moment_length, &b[row]);
+    b[row] += contact_bias(c, b[row], options);
+    append_set(c, K);
+    A.contact_compliance.push_back(c.material.compliance / (options.h * options.h));
   }
-  K.add_friction(mu);
+  A.contacts = contacts;
+  // The same of the joint rows, which bring their c, E and sets along. Auxiliary bodies start at rest.
+  const Index n = static_cast<Index>(bodies.free.size());
   for (std::size_t i = 0; i < rows.jacobian.size(); ++i) {
     const JacobianRow& row = rows.jacobian[i];
     double u = rows.c[i];
-    if (row.body_a >= 0 && row.body_a < n) u += power(row.a, free[row.body_a]);
-    if (row.body_b >= 0 && row.body_b < n) u += power(row.b, free[row.body_b]);
+    if (row.body_a >= 0 && row.body_a < n) u += power(row.a, bodies.free[row.body_a]);
+    if (row.body_b >= 0 && row.body_b < n) u += power(row.b, bodies.free[row.body_b]);
     b.push_back(u);
   }
-  for (const SetRun& run : rows.cones.runs()) {
-    if (run.kind == SetKind::free) K.add_free(run.count);
-    if (run.kind == SetKind::nonnegative) K.add_nonnegative(run.count);
-    if (run.kind == SetKind::interval)
-      K.add_interval({rows.cones.lo().data() + run.param, run.count},
-                     {rows.cones.hi().data() + run.param, run.count});
-  }
-  A.joints.inverse_mass = inverse_mass_of(mobility, rows.auxiliary_inverse_mass);
-  A.joints.jacobian = rows.jacobian;
-  A.joints.compliance = rows.compliance;
-  return make_problem(std::move(A), std::move(b), std::move(K));
+  K.append(rows.cones);
+  A.bodies = bodies_of(bodies, rows.auxiliary_inverse_mass);
+  A.jacobian = rows.jacobian;
+  A.compliance = rows.compliance;
+  return trusted_problem(std::move(A), std::move(b), std::move(K));
 }
 
 void apply_impulses(const Problem& problem, std::span<const double> x, std::vector<BodyVelocity>& v) {
-  const auto& A = std::get<ContactOperator>(problem.A);
-  std::vector<std::array<double, 6>> wrench(A.joints.inverse_mass.bodies(), std::array<double, 6>{});
-  const auto add = [&](Index body, const Vec3& force, const Vec3& torque, double sign) {
-    if (body < 0) return;
-    for (int k = 0; k < 3; ++k) wrench[body][k] += sign * force[k], wrench[body][3 + k] += sign * torque[k];
-  };
-  for (std::size_t i = 0; i < A.contacts.size(); ++i) {
-    const ContactFrame& contact = A.contacts[i];
-    std::array<double, 3> t1, t2;
-    contact_tangents(contact.normal, t1, t2);
-    const Vec3 force =
-        x[3 * i] * to_vec3(contact.normal) + x[3 * i + 1] * to_vec3(t1) + x[3 * i + 2] * to_vec3(t2);
-    add(contact.body_a, force, cross(to_vec3(contact.r_a), force), 1);
-    add(contact.body_b, force, cross(to_vec3(contact.r_b), force), -1);
-  }
-  for (std::size_t i = 0; i < A.joints.jacobian.size(); ++i) {
-    const JacobianRow& row = A.joints.jacobian[i];
-    const double value = x[3 * A.contacts.size() + i];
-    if (row.body_a >= 0)
-      for (int k = 0; k < 6; ++k) wrench[row.body_a][k] += value * row.a[k];
-    if (row.body_b >= 0)
-      for (int k = 0; k < 6; ++k) wrench[row.body_b][k] += value * row.b[k];
-  }
+  const auto& A = std::get<ContactSystem>(problem.A);
+  std::vector<double> w(6 * A.bodies.size(), 0.0);
+  add_impulses(A, x, w);
   for (std::size_t i = 0; i < v.size(); ++i) {
     double change[6];
-    A.joints.inverse_mass.apply(i, wrench[i].data(), change);
+    A.bodies.apply(i, &w[6 * i], change);
     v[i].linear += Vec3{change[0], change[1], change[2]};
     v[i].angular += Vec3{change[3], change[4], change[5]};
   }

@@ -7,11 +7,16 @@
 #include "amontons/multibody/joints/coordinates.hpp"
 #include "amontons/multibody/joints/effort_motors.hpp"
 #include "amontons/multibody/joints/joints.hpp"
-#include "amontons/multibody/joints/measures.hpp"
 #include "amontons/solvers/solvers.hpp"
 #include "multibody/bodies/motion.hpp"
+#include "multibody/contacts/contact_finder.hpp"
+#include "multibody/contacts/contact_law.hpp"
+#include "multibody/contacts/warm_start.hpp"
 #include "multibody/joints/stiffening.hpp"
-#include "multibody/step/step.hpp"
+#include "multibody/step/accounting.hpp"
+#include "multibody/step/assemble.hpp"
+#include "multibody/step/impact.hpp"
+#include "multibody/step/solve_step.hpp"
 
 namespace amontons {
 
@@ -38,30 +43,18 @@ void check(const SimulationOptions& o) {
                    "unknown method \"" + o.method + "\"");
 }
 
-// Where x lies in its cone decides what the contact does: outside the polar cone's shadow it carries an
-// impulse, strictly inside the cone it sticks.
-ContactState state_of(double mu, double p, const double* x, const double* u, Law law) {
-  double g[3], trial[3];
-  add_saxce_term(Friction{mu}, law, u, g);
-  for (int k = 0; k < 3; ++k) trial[k] = x[k] - g[k] / p;
-  const double t = std::hypot(trial[1], trial[2]);
-  if (trial[0] <= -mu * t) return ContactState::open;
-  return t <= mu * trial[0] ? ContactState::stick : ContactState::slip;
-}
-
 }  // namespace
 
-// Memory that steps reuse.
+// Memory that steps reuse. What a step passes from one call to the next is named in advance().
 struct Simulation::Scratch {
   State before;
-  std::vector<BodyFrame> bodies;
+  std::vector<BodyFrame> frames;
   std::vector<BodyMobility> mobility, stiffened;
   std::vector<BodyVelocity> start, free, after;
   std::vector<GyroscopicSpin> spins;
   std::vector<BodyImpulse> loads;
-  Impact impact;
+  std::vector<JointWrench> impacts;
   ContactFinder finder;
-  std::vector<ContactSite> sites;
   JointRows rows;
   std::vector<Mat3> stiffness;
   std::vector<double> x0;
@@ -86,167 +79,165 @@ double Simulation::restitution_speed() const {
 
 Report Simulation::step() {
   validate(*model_, state_);
-  const auto start = Clock::now();
-  scratch_->before = state_;
+  StepClock clock(options_.budget);
+  Scratch& s = *scratch_;
+  s.before = state_;
   Report report;
   for (unsigned parts = 1;; parts *= 2) {
     report = {};
     report.substeps = parts;
     for (unsigned part = 0; part < parts && report.advanced; ++part)
-      advance(options_.dt / parts, seconds_since(start), report);
-    if (!report.advanced) state_ = scratch_->before;
+      advance(options_.dt / parts, clock, report);
+    if (!report.advanced) state_ = s.before;
     const bool good = report.advanced && report.residual <= options_.tolerance;
-    if (good || parts == options_.max_substeps || seconds_since(start) > options_.budget) break;
-    state_ = scratch_->before;
+    if (good || parts == options_.max_substeps || clock.elapsed() > options_.budget) break;
+    state_ = s.before;
   }
   if (report.advanced) {
     ++state_.steps;
-    state_.time = scratch_->before.time + options_.dt;
+    state_.time = s.before.time + options_.dt;
   }
   report.time = state_.time;
-  Scratch& s = *scratch_;
-  place_bodies(*model_, state_, s.bodies, s.mobility, s.start);
-  report.kinetic_energy = kinetic_energy(*model_, s.bodies, s.start);
-  report.potential_energy = gravity_energy(*model_, s.bodies, s.start, 0.5 * options_.dt / report.substeps);
-  report.spring_energy = spring_energy(*model_, s.bodies, state_);
-  report.timings.total = seconds_since(start);
+  place_bodies(*model_, state_, s.frames, s.mobility, s.start);
+  add_energies(*model_, state_, s.frames, s.start, options_.dt / report.substeps, report);
+  report.timings.total = clock.elapsed();
   return report;
 }
 
-void Simulation::advance(double h, double elapsed, Report& report) {
+namespace {
+
+Options solver_options(const SimulationOptions& o) {
+  Options options;
+  options.law = o.law;
+  options.tolerance = o.tolerance;
+  options.max_iterations = o.max_iterations;
+  options.threads = o.threads;
+  return options;
+}
+
+bool all_finite(const std::vector<BodyVelocity>& velocities) {
+  return std::all_of(velocities.begin(), velocities.end(),
+                     [](const BodyVelocity& v) { return is_finite(v.linear) && is_finite(v.angular); });
+}
+
+// x with zeros for contacts that came in after the first `known` of them.
+void make_room(const std::vector<Contact>& contacts, std::size_t known, const std::vector<double>& x,
+               std::vector<double>& x0) {
+  std::size_t before = 0, added = 0;
+  for (std::size_t i = 0; i < contacts.size(); ++i)
+    (i < known ? before : added) += static_cast<std::size_t>(contacts[i].rows);
+  x0 = x;
+  x0.insert(x0.begin() + static_cast<std::ptrdiff_t>(before), added, 0.0);
+}
+
+}  // namespace
+
+// One step of length h. The numbers are those of ARCHITECTURE.md.
+void Simulation::advance(double h, StepClock& clock, Report& report) {
   Scratch& s = *scratch_;
   const Model& model = *model_;
-  const auto begin = Clock::now();
-  auto clock = begin;
-  const auto lap = [&](double& phase) {
-    phase += seconds_since(clock);
-    clock = Clock::now();
-  };
-  Options options;
-  options.law = options_.law;
-  options.tolerance = options_.tolerance;
-  options.max_iterations = options_.max_iterations;
-  options.threads = options_.threads;
-
-  place_bodies(model, state_, s.bodies, s.mobility, s.start);
-  update_coordinates(model, s.bodies, state_);
+  Options options = solver_options(options_);
+  const Assembly assembly{h, recovery_speed()};
   const auto free_velocities = [&](const std::vector<BodyMobility>& mobility) {
     s.loads.assign(model.bodies(), BodyImpulse{});
-    add_motor_loads(model, s.bodies, state_, h, s.loads);
-    make_free_velocities(model, state_, h, s.bodies, mobility, s.start, s.loads, s.free, s.spins);
+    add_motor_loads(model, s.frames, state_, h, s.loads);
+    make_free_velocities(model, state_, h, s.frames, mobility, s.start, s.loads, s.free, s.spins);
   };
-  free_velocities(s.mobility);
-  lap(report.timings.assembly);
-
-  s.finder.find(model, s.bodies, s.free, h, margin(), s.sites);
-  for (const ContactSite& site : s.sites) report.penetration = std::max(report.penetration, -site.gap);
-  lap(report.timings.collision);
-
   const auto joint_rows = [&](const std::vector<BodyMobility>& mobility) -> const JointRows& {
     s.rows.clear();
-    const StepBodies bodies{s.bodies, mobility, s.start, s.free};
-    append_joint_rows(model, bodies, state_, {h, recovery_speed(), model.length()}, s.rows);
+    append_joint_rows(model, {s.frames, mobility, s.start, s.free}, state_,
+                      {h, recovery_speed(), model.length()}, s.rows);
     return s.rows;
   };
-  const Assembly assembly{h, recovery_speed()};
-  const auto deadline = [&] { return std::max(1e-6, options_.budget - elapsed - seconds_since(begin)); };
-  options.deadline = options_.budget < infinity ? deadline() : infinity;
-  const bool bounced = resolve_impacts(
-      model, s.mobility, s.sites, [&]() -> const JointRows& { return joint_rows(s.mobility); }, assembly,
-      restitution_speed(), options_.method, options, s.start, s.impact, report);
-  const bool stiffened = stiffen_rotations(model, state_, h, s.bodies, s.mobility, s.stiffness, s.stiffened);
+
+  // 1. Frames: poses, inertias, start velocities. 2. Joint coordinates. 3. Free velocities.
+  place_bodies(model, state_, s.frames, s.mobility, s.start);
+  update_coordinates(model, s.frames, state_);
+  free_velocities(s.mobility);
+  clock.lap(report.timings.assembly);
+
+  // 4. Contacts within reach of the free velocities.
+  s.finder.find(model, {s.frames, s.free, h, margin()}, contacts_);
+  add_contacts(contacts_, report);
+  clock.lap(report.timings.collision);
+
+  // 5. Impacts change the start velocities.
+  s.impacts.assign(model.joints(), JointWrench{});
+  const auto solve_impact = [&](const Problem& problem) {
+    options.deadline = clock.left();
+    return solve(problem, options_.method, options);
+  };
+  const bool bounced = resolve_impacts(s.frames, s.mobility,
+                                       {h, restitution_speed(), options_.tolerance, solve_impact,
+                                        [&]() -> const JointRows& { return joint_rows(s.mobility); }},
+                                       s.start, contacts_, s.impacts, report);
+  // 6. Stiffening, and the free velocities that follow from 5 and 6.
+  const bool stiffened = stiffen_rotations(model, state_, h, s.frames, s.mobility, s.stiffness, s.stiffened);
   const std::vector<BodyMobility>& mobility = stiffened ? s.stiffened : s.mobility;
   if (bounced || stiffened) free_velocities(mobility);
+  // 7. Joint rows. 8. Assemble, with the impulses of the last step to start from.
   joint_rows(mobility);
-  s.x0.assign(3 * s.sites.size(), 0.0);
+  const StepBodies bodies{s.frames, mobility, s.start, s.free};
+  auto problem = std::make_shared<Problem>(assemble(bodies, contacts_, s.rows, assembly));
   if (options_.warm_start && state_.impulse_step > 0) {
     const double scale = h / state_.impulse_step;
-    warm_start_contacts(model, state_.contacts, scale, s.bodies, s.sites, s.x0);
+    s.x0.clear();
+    warm_start_contacts(model, state_.contacts, scale, s.frames, contacts_, s.x0);
     for (double x : s.rows.x0) s.x0.push_back(scale * x);
     options.x0 = s.x0;
   }
-  auto problem = std::make_shared<Problem>(assemble(model, mobility, s.free, s.sites, s.rows, assembly));
-  lap(report.timings.assembly);
+  clock.lap(report.timings.assembly);
 
+  // 9. Solve; look where the velocities lead, and solve again for what nobody could foresee.
   Solution solution;
-  for (int pass = 0;; ++pass) {
-    if (options_.budget < infinity) options.deadline = deadline();
+  for (int detections = 0;; ++detections) {
+    options.deadline = clock.left();
     solution = solve_step(*problem, options_.method, options);
     s.after = s.free;
     apply_impulses(*problem, solution.x, s.after);
-    lap(report.timings.solve);
-    const std::size_t known = s.sites.size();
-    std::size_t missed = 0;
-    if (pass < most_detections) {
+    clock.lap(report.timings.solve);
+    const std::size_t known = contacts_.size();
+    if (detections < most_detections) {
+      const Reach reach{s.frames, s.after, h, margin()};
       const double allowance = margin() / 10;
-      missed = s.finder.find_missed(model, s.bodies, s.free, s.after, h, margin(), allowance, s.sites) +
-               s.finder.find_overlaps(model, s.bodies, s.after, h, allowance, s.sites);
+      s.finder.find_missed(model, reach, s.free, allowance, contacts_);
+      s.finder.find_overlaps(model, reach, allowance, contacts_);
     }
-    lap(report.timings.collision);
-    if (missed == 0) break;
+    clock.lap(report.timings.collision);
+    if (contacts_.size() == known) break;
     add_cost(solution, report);
-    s.x0.assign(solution.x.begin(), solution.x.begin() + static_cast<std::ptrdiff_t>(3 * known));
-    s.x0.resize(3 * s.sites.size(), 0.0);
-    s.x0.insert(s.x0.end(), solution.x.begin() + static_cast<std::ptrdiff_t>(3 * known), solution.x.end());
-    s.impact.contacts.resize(s.sites.size());
+    make_room(contacts_, known, solution.x, s.x0);
     options.x0 = s.x0;
-    problem = std::make_shared<Problem>(assemble(model, mobility, s.free, s.sites, s.rows, assembly));
-    lap(report.timings.assembly);
+    problem = std::make_shared<Problem>(assemble(bodies, contacts_, s.rows, assembly));
+    clock.lap(report.timings.assembly);
   }
+  report.contacts = contacts_.size();
   add_solution(solution, report);
-  report.contacts = s.sites.size();
-  report.joint_rows = s.rows.jacobian.size();
-  const JointError error = joint_error(model, s.bodies, state_);
-  report.joint_error = std::max(report.joint_error, error.distance);
-  report.joint_angle_error = std::max(report.joint_angle_error, error.angle);
-  for (const BodyVelocity& v : s.after)
-    if (!is_finite(v.linear) || !is_finite(v.angular)) report.advanced = false;
+  add_joints(model, s.frames, state_, s.rows.jacobian.size(), report);
+  report.advanced = all_finite(s.after);
   if (!report.advanced) return;
 
-  fill_contacts(*problem, solution);
-  store_joint_impulses(s.rows, std::span(solution.x).subspan(3 * s.sites.size()), state_);
+  // 10. What the step found goes to the tables and the state; the bodies move.
+  store_impulses(*problem, options_.law, solution, s.after, contacts_);
+  keep_for_warm_start(*problem, solution.x, s.frames, state_.contacts);
+  store_joint_impulses(s.rows, std::span(solution.x).last(s.rows.jacobian.size()), state_);
   fill_reactions();
   state_.impulse_step = h;
   problem_ = std::move(problem);
   x_ = std::move(solution.x);
-  integrate(model, s.bodies, s.spins, s.after, h, state_);
-  lap(report.timings.integration);
+  integrate(model, s.frames, s.spins, s.after, h, state_);
+  clock.lap(report.timings.integration);
 }
 
-// The contact table and the cache of the warm start.
-void Simulation::fill_contacts(const Problem& problem, const Solution& solution) {
-  const Scratch& s = *scratch_;
-  const std::vector<double>& x = solution.x;
-  contacts_.clear(), state_.contacts.clear();
-  for (std::size_t i = 0; i < s.sites.size(); ++i) {
-    const ContactSite& site = s.sites[i];
-    std::array<double, 3> t1, t2;
-    contact_tangents(site.normal.array(), t1, t2);
-    const Vec3 impulse = x[3 * i] * site.normal + x[3 * i + 1] * to_vec3(t1) + x[3 * i + 2] * to_vec3(t2);
-    const Vec3 u = relative_velocity(site, s.after);
-    const double un = dot(site.normal, u);
-    const Vec3 slip = u - un * site.normal;
-    const ContactState state =
-        state_of(site.material.friction, problem.P[i], &x[3 * i], &solution.u[3 * i], options_.law);
-    contacts_.push_back({site.body_a, site.body_b, site.geom_a, site.geom_b, site.point, site.normal,
-                         site.gap, site.material.friction, impulse + s.impact.contacts[i], slip, un, state});
-    if (x[3 * i] > 0)
-      state_.contacts.push_back(
-          {site.geom_a, site.geom_b, inverse(s.bodies[site.body_a].pose)(site.point), impulse});
-  }
-  std::stable_sort(state_.contacts.begin(), state_.contacts.end(), [](const auto& a, const auto& b) {
-    return std::pair(a.geom_a, a.geom_b) < std::pair(b.geom_a, b.geom_b);
-  });
-}
-
+// What held the joints, impacts at the start included.
 void Simulation::fill_reactions() {
   const Scratch& s = *scratch_;
   reactions_.resize(model_->joints());
   for (std::size_t j = 0; j < reactions_.size(); ++j) {
     const Joint& joint = model_->description().joints[j];
-    const Transform frame_b = joint.body_b < 0 ? joint.frame_b : s.bodies[joint.body_b].pose * joint.frame_b;
-    const JointWrench &step = state_.joint_wrenches[j], &impact = s.impact.joints[j];
-    reactions_[j] = {(s.bodies[joint.body_a].pose * joint.frame_a).position,
+    const Transform frame_b = joint.body_b < 0 ? joint.frame_b : s.frames[joint.body_b].pose * joint.frame_b;
+    const JointWrench &step = state_.joint_wrenches[j], &impact = s.impacts[j];
+    reactions_[j] = {(s.frames[joint.body_a].pose * joint.frame_a).position,
                      rotate(frame_b.rotation, step.force + impact.force),
                      rotate(frame_b.rotation, step.torque + impact.torque)};
   }

@@ -3,11 +3,13 @@
 // hundred; and what sticks would creep at the speed that the tolerance allows. Hence, where the impulses of
 // the last step are nearly a solution already, the solve aims lower, and those of the following steps have
 // nothing to do.
+#include "multibody/step/solve_step.hpp"
+
 #include <algorithm>
 
 #include "amontons/problem/residual.hpp"
+#include "amontons/solvers/driver/phases.hpp"
 #include "amontons/solvers/solvers.hpp"
-#include "multibody/step/step.hpp"
 
 namespace amontons {
 
@@ -18,33 +20,49 @@ constexpr double nearly_solved = 100;  // times the tolerance
 // many at most, after the tolerance is reached. Of many rows, half the tolerance is what pays.
 constexpr std::size_t few_rows = 1000;
 constexpr double aim_of_few = 1e-5, aim_of_many = 0.5;
+constexpr double close_to_aim = 10;  // times the aim of few: not worth another iteration
 constexpr std::size_t polish_iterations = 200;
 
+// x0 as the solution, with the residual that it has.
 Solution accepted(const Problem& problem, std::vector<double> x, std::vector<double> u, double residual) {
   Solution s;
   for (std::size_t i = 0; i < x.size(); ++i) s.objective += 0.5 * x[i] * (u[i] + problem.b[i]);
-  s.x = std::move(x), s.u = std::move(u);
-  s.residual = residual, s.status = Status::converged, s.products = 1, s.method = "warm start";
+  s.x = std::move(x);
+  s.u = std::move(u);
+  s.residual = residual;
+  s.status = Status::converged;
+  s.products = 1;
+  s.method = "warm start";
   return s;
 }
 
-// Goes on from a converged solution; keeps it unless the result is better.
-void polish(const Problem& problem, const std::string& method, const Options& options, Solution& s) {
+Method method_of(const std::string& name, const Problem& problem, Law law) {
+  if (name != "auto") return find_method(name);
+  return law == Law::coulomb && problem.K.contacts() > 0 ? apgd : spg;
+}
+
+// Goes on from a converged solution, which stays converged: better or as it was.
+Solution polished(const Problem& problem, const std::string& method, const Options& options, Solution s) {
   Options o = options;
   o.x0 = s.x;
-  o.tolerance = aim_of_few * options.tolerance;
   o.max_iterations =
       options.max_iterations ? std::min(options.max_iterations, polish_iterations) : polish_iterations;
   o.deadline = options.deadline - s.time;
-  if (!(o.deadline > 0)) return;
-  const bool accelerated = options.law == Law::coulomb && problem.K.contacts() > 0;
-  Solution finer = solve(problem, method != "auto" ? method : accelerated ? "apgd" : "p-spg-fb", o);
-  finer.iterations += s.iterations, finer.products += s.products, finer.time += s.time;
-  finer.factorizations += s.factorizations;
-  if (finer.residual >= s.residual)
-    finer.x = std::move(s.x), finer.u = std::move(s.u), finer.residual = s.residual;
-  finer.status = Status::converged, finer.method = s.method;
-  s = std::move(finer);
+  if (!(o.deadline > 0)) return s;
+  o.tolerance = aim_of_few * options.tolerance;
+  Solution finer = method_of(method, problem, options.law)(problem, o);
+  s.iterations += finer.iterations;
+  s.products += finer.products;
+  s.factorizations += finer.factorizations;
+  s.time += finer.time;
+  if (!(finer.residual < s.residual)) return s;
+  s.phases.push_back({finer.method, "what rests shall not creep", finer.iterations, finer.residual});
+  s.x = std::move(finer.x);
+  s.u = std::move(finer.u);
+  s.residual = finer.residual;
+  s.objective = finer.objective;
+  s.method = finer.method;
+  return s;
 }
 
 }  // namespace
@@ -56,12 +74,12 @@ Solution solve_step(const Problem& problem, const std::string& method, const Opt
   product(problem.A, x, u);
   for (std::size_t i = 0; i < u.size(); ++i) u[i] += problem.b[i];
   const double start = residual(problem, options.law, x, u);
-  if (!(start <= nearly_solved * options.tolerance)) return solve(problem, method, options);
   const bool few = problem.rows() <= few_rows;
-  if (start <= (few ? 10 * aim_of_few : 1) * options.tolerance)
-    return accepted(problem, std::move(x), std::move(u), start);
-  Options o = options;
+  const double close = (few ? close_to_aim * aim_of_few : 1) * options.tolerance;
+  if (!(start <= nearly_solved * options.tolerance)) return solve(problem, method, options);
+  if (start <= close) return accepted(problem, std::move(x), std::move(u), start);
   if (!few) {
+    Options o = options;
     o.tolerance = aim_of_many * options.tolerance;
     Solution s = solve(problem, method, o);
     if (s.residual <= options.tolerance) s.status = Status::converged;
@@ -69,9 +87,8 @@ Solution solve_step(const Problem& problem, const std::string& method, const Opt
   }
   Solution s = start <= options.tolerance ? accepted(problem, std::move(x), std::move(u), start)
                                           : solve(problem, method, options);
-  if (s.status != Status::converged || s.residual <= 10 * aim_of_few * options.tolerance) return s;
-  polish(problem, method, options, s);
-  return s;
+  if (s.status != Status::converged || s.residual <= close) return s;
+  return polished(problem, method, options, std::move(s));
 }
 
 }  // namespace amontons

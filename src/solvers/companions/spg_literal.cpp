@@ -111,6 +111,7 @@ class SpgLiteral {
     else if (fallback_map_ <= start_map_)
       x = x_FB_;
   }
+  void last(Vector& x) const { x = x_; }
   double objective() const { return f_; }
   double step_size() const { return alpha_; }
   std::size_t backtracks() const { return backtracks_; }

@@ -13,11 +13,12 @@ namespace {
 constexpr double poll_period = 2e-3;  // s between two looks at the interrupt
 constexpr double progress = 0.99;     // the best residual must shrink by 1 % within the stall window
 
-// Candidates for a certificate at the end of a solve that failed: the impulses themselves, which run off
-// along it, and the step of the natural map, which tends to the smallest displacement of the projected
-// iteration (Banjac et al. 2019).
-bool infeasible(const Problem& problem, Law law, std::span<const double> x, std::span<const double> u) {
-  if (proves_infeasible(problem, law, x)) return true;
+// Candidates for a certificate at the end of a solve that failed: the impulses themselves, of which the last
+// run off along it, and the step of the natural map, which tends to the smallest displacement of the
+// projected iteration (Banjac et al. 2019).
+bool infeasible(const Problem& problem, Law law, std::span<const double> x, std::span<const double> u,
+                std::span<const double> last) {
+  if (proves_infeasible(problem, law, x) || proves_infeasible(problem, law, last)) return true;
   std::vector<double> step(x.size());
   for_each_block(problem.K, [&]<class S>(const S& set, std::size_t block, std::size_t row) {
     double trial[S::dim];
@@ -104,7 +105,7 @@ Start starting_point(const Problem& problem, const Options& options, Monitor& mo
 }
 
 Solution finish(const Problem& problem, const Options& options, const char* method, std::vector<double> x,
-                Status status, Monitor& monitor) {
+                std::span<const double> last, Status status, Monitor& monitor) {
   Solution s;
   s.u.resize(problem.rows());
   product(problem.A, x, s.u);
@@ -117,8 +118,8 @@ Solution finish(const Problem& problem, const Options& options, const char* meth
   const bool reached = s.residual <= options.tolerance;
   // A method that believed to be done may be above the tolerance by the rounding of its own running sums.
   s.status = reached ? Status::converged : status == Status::converged ? Status::stalled : status;
-  if ((s.status == Status::stalled || s.status == Status::iteration_limit) &&
-      infeasible(problem, options.law, x, s.u))
+  if ((s.status == Status::stalled || s.status == Status::iteration_limit) && !last.empty() &&
+      infeasible(problem, options.law, x, s.u, last))
     s.status = Status::infeasible;
   s.x = std::move(x);
   s.iterations = monitor.iterations();

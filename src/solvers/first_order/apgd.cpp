@@ -58,6 +58,7 @@ class Apgd {
   }
   void keep_best() { iterate_.keep_best(); }
   void best(std::vector<double>& x) const { iterate_.extract_best(x); }
+  void last(std::vector<double>& x) const { iterate_.extract(x); }
   double objective() const { return iterate_.objective(); }
   double step_size() const { return 1 / L_; }
   std::size_t backtracks() const { return 0; }

@@ -70,8 +70,8 @@ struct ContactIterate::State {
   void fill_contacts(const Problem& problem, const ContactSystem& A);
   void fill_joints(const Problem& problem, const ContactSystem& A);
   void fill_masses(const Bodies& bodies);
-  void to_world(std::span<const double> user, const LineArray<double>& world) const;
-  void to_user(const LineArray<double>& world, std::span<double> user) const;
+  void to_world(std::span<const double> user, const LineArray<double>& held) const;
+  void to_user(const LineArray<double>& held, std::span<double> user) const;
 
   void add_copies();
   double apply_masses();
@@ -206,22 +206,22 @@ ContactBasis basis(const ContactBatch& batch, std::size_t lane) {
 
 }  // namespace
 
-void ContactIterate::State::to_world(std::span<const double> user, const LineArray<double>& world) const {
+void ContactIterate::State::to_world(std::span<const double> user, const LineArray<double>& held) const {
   for (std::size_t i = 0; i < contacts; ++i) {
     const Vec3 v = basis(batches[lane_of[i] / lanes], lane_of[i] % lanes).to_world(&user[3 * i]);
-    double* out = component(world, i);
+    double* out = component(held, i);
     for (int k = 0; k < 3; ++k) out[8 * k] = v[k];
   }
-  double* out = world.data() + 24 * layout.batches();
+  double* out = held.data() + 24 * layout.batches();
   for (std::size_t i = 0; i < joints; ++i) out[i] = user[3 * contacts + layout.joint_row[i]];
 }
 
-void ContactIterate::State::to_user(const LineArray<double>& world, std::span<double> user) const {
+void ContactIterate::State::to_user(const LineArray<double>& held, std::span<double> user) const {
   for (std::size_t i = 0; i < contacts; ++i) {
-    const double* in = component(world, i);
+    const double* in = component(held, i);
     basis(batches[lane_of[i] / lanes], lane_of[i] % lanes).to_contact({in[0], in[8], in[16]}, &user[3 * i]);
   }
-  const double* in = world.data() + 24 * layout.batches();
+  const double* in = held.data() + 24 * layout.batches();
   for (std::size_t i = 0; i < joints; ++i) user[3 * contacts + layout.joint_row[i]] = in[i];
 }
 
@@ -371,6 +371,8 @@ Update ContactIterate::update(double lambda) {
 void ContactIterate::keep_best() { state_->best = state_->now; }
 
 void ContactIterate::extract_best(std::span<double> x) const { state_->to_user(state_->x[state_->best], x); }
+
+void ContactIterate::extract(std::span<double> x) const { state_->to_user(state_->x[state_->now], x); }
 
 void ContactIterate::extract(std::span<double> x, std::span<double> u) const {
   state_->to_user(state_->x[state_->now], x);

@@ -92,6 +92,7 @@ class Spg {
   }
   void keep_best() { iterate_.keep_best(); }
   void best(std::vector<double>& x) const { iterate_.extract_best(x); }
+  void last(std::vector<double>& x) const { iterate_.extract(x); }
   double objective() const { return f0_ + f_.current(); }
   double step_size() const { return alpha_; }
   std::size_t backtracks() const { return backtracks_; }

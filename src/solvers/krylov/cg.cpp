@@ -50,13 +50,13 @@ struct ConjugateGradients : VectorIterate {
   static constexpr const char* name = "cg";
   static constexpr Limits limits = Preconditioner::limits;
   std::optional<Preconditioner> precondition;
-  std::vector<double> z, p, q, last;
+  std::vector<double> z, p, q, previous;
   double rz = 0;
 
   using VectorIterate::VectorIterate;
   double start(const Start& s) {
     precondition.emplace(problem, monitor);
-    for (std::vector<double>* v : {&z, &p, &q, &last}) v->assign(s.x.size(), 0.0);
+    for (std::vector<double>* v : {&z, &p, &q, &previous}) v->assign(s.x.size(), 0.0);
     return VectorIterate::start(s);
   }
 
@@ -67,12 +67,12 @@ struct ConjugateGradients : VectorIterate {
     double next_rz = 0, correlation = 0;
     for (std::size_t i = 0; i < m; ++i) {
       next_rz += u[i] * z[i];
-      correlation += last[i] * z[i];
+      correlation += previous[i] * z[i];
     }
     const double beta = rz > 0 ? std::max(0.0, (next_rz - correlation) / rz) : 0.0;
     rz = next_rz;
     for (std::size_t i = 0; i < m; ++i) p[i] = -z[i] + beta * p[i];
-    last = u;
+    previous = u;
     product(problem.A, p, q);
     ++monitor.products;
     double pAp = 0, pPp = 0;

@@ -55,7 +55,7 @@ class InteriorPoint : public VectorIterate {
   // f(barrier, block, row) for every block, dim by the template parameter.
   template <class F>
   void each(F&& f) {
-    std::size_t count[kinds] = {};
+    std::size_t count[set_kinds] = {};
     for (const SetRun& run : problem.K.runs())
       visit_kind(run.kind, [&]<class S>() {
         auto& barriers = std::get<kind_of<S>>(barriers_.of);
@@ -136,7 +136,7 @@ void InteriorPoint::form_x() {
 // The De Saxce term follows the dual iterate u~, which moves smoothly along the central path; A x + b is
 // rough until the end.
 void InteriorPoint::correct() {
-  std::size_t count[kinds] = {};
+  std::size_t count[set_kinds] = {};
   for_each_block(problem.K, [&]<class S>(const S& set, std::size_t block, std::size_t) {
     if constexpr (S::frictional) {
       double dual[S::dim];

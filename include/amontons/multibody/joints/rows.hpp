@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "amontons/multibody/model/state.hpp"
+#include "amontons/problem/contact_system.hpp"
 #include "amontons/sets/product.hpp"
 
 namespace amontons {

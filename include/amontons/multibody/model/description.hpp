@@ -7,12 +7,11 @@
 #include <vector>
 
 #include "amontons/collision/shapes/shapes.hpp"
-#include "amontons/problem/operators.hpp"
+#include "amontons/problem/contact.hpp"
 
 // What users describe. SI units; `world` (-1) as a body index is the inertial frame.
 namespace amontons {
 
-constexpr Index world = -1;
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
 enum class Motion : unsigned char {
@@ -31,14 +30,9 @@ struct Body {
   Vec3 linear_velocity, angular_velocity;  // initial, of the frame's origin, world axes, m/s, rad/s
 };
 
-struct Material {
-  double friction = 0.5;   // Coulomb's mu, >= 0
-  double restitution = 0;  // e in [0, 1]: u_n^+ = -e u_n^-
-  double compliance = 0;   // of one contact point, m/N, >= 0; 0 is rigid
-};
-
 // How the materials of two geoms give those of their contact. Restitution is always the larger one,
-// compliances add (springs in series).
+// compliances add (springs in series), and of torsional and rolling friction the larger one counts: they are
+// often given for one of the two only.
 enum class FrictionRule : unsigned char { geometric_mean, maximum, minimum, mean };
 
 struct Geom {
@@ -47,7 +41,9 @@ struct Geom {
   Transform frame;  // of the shape in the body frame
   Shape shape = Sphere{1};
   Material material;
-  Vec3 surface_velocity;       // of the surface relative to the body, body frame, m/s (conveyors, tracks)
+  Vec3 surface_velocity;  // of the surface relative to the body, body frame, m/s (conveyors, tracks)
+  Vec3
+      friction_direction;  // along which material.friction is, body frame; needed if friction_across is given
   std::uint32_t category = 1;  // two geoms may touch if one's category has a bit of the other's mask
   std::uint32_t mask = 1;
 };

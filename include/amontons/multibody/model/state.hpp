@@ -5,13 +5,6 @@
 
 namespace amontons {
 
-// The impulse of one contact point of the last step, kept for the next one's warm start.
-struct CachedContact {
-  Index geom_a, geom_b;
-  Vec3 local;    // the point in the frame of body A (world coordinates if A is the world)
-  Vec3 impulse;  // on body A, world axes, N s
-};
-
 // The impulses of one joint in the last step: the wrench on A of its locked directions about the origin of
 // frame_a, in the axes of frame_b.
 struct JointWrench {
@@ -37,7 +30,9 @@ struct State {
   std::vector<Vec3> forces, torques;     // held external loads at each centre of mass, world, N, N m
   std::vector<double> coordinates;       // of every dof, m or rad, turns counted
   std::vector<double> targets;           // of every dof's motor
-  std::vector<CachedContact> contacts;   // sorted by (geom_a, geom_b)
+  // Contacts that carried something in the last step, without impacts, sorted by (geom_a, geom_b): of them
+  // the next step reads geoms, `local` and the impulses.
+  std::vector<Contact> contacts;
   std::vector<JointWrench> joint_wrenches;
   std::vector<DofImpulse> dof_impulses;
   std::vector<Vec3> ball_impulses;  // per joint: spring, damper, friction of spherical joints, N m s

@@ -4,8 +4,6 @@
 #include <string>
 #include <vector>
 
-#include "amontons/collision/broad_phase.hpp"
-#include "amontons/collision/pairs/collide.hpp"
 #include "amontons/multibody/bodies/bodies.hpp"
 #include "amontons/solvers/driver/options.hpp"
 
@@ -28,19 +26,6 @@ struct SimulationOptions {
   bool warm_start = true;
   unsigned max_substeps = 1;  // power of two: a step whose residual stays above the tolerance is
                               // redone in 2, 4, ... parts
-};
-
-// One row of the contact table: a contact point of the last step. Open ones carry no impulse.
-enum class ContactState : unsigned char { open, stick, slip };
-struct Contact {
-  Index body_a, body_b, geom_a, geom_b;
-  Vec3 point, normal;      // world; the normal points from B to A
-  double gap;              // m, at the start of the step
-  double friction;         // mu
-  Vec3 impulse;            // on A, world, N s
-  Vec3 slip;               // tangential velocity of A's surface relative to B's after the step, m/s
-  double normal_velocity;  // u_n = n . (v_A - v_B) after the step, m/s
-  ContactState state;
 };
 
 // What the locked directions of a joint did in the last step, with what impacts at its start added.
@@ -71,6 +56,8 @@ struct Report {
   std::string method;
 };
 
+class StepClock;
+
 class Simulation {
  public:
   Simulation(std::shared_ptr<const Model> model, SimulationOptions options);
@@ -96,8 +83,7 @@ class Simulation {
 
  private:
   struct Scratch;
-  void advance(double h, double elapsed, Report& report);
-  void fill_contacts(const Problem& problem, const Solution& solution);
+  void advance(double h, StepClock& clock, Report& report);
   void fill_reactions();
 
   std::shared_ptr<const Model> model_;

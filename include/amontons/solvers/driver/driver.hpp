@@ -60,9 +60,9 @@ double objective(const Problem& problem, const std::vector<double>& x, const std
 
 // The end of every solve: u and the residual of x from a fresh product; the status that follows (a residual
 // at or below the tolerance is `converged` whatever stopped the method); for a solve that failed, the search
-// for a certificate of infeasibility.
+// for a certificate of infeasibility, along which the last iterate runs off.
 Solution finish(const Problem& problem, const Options& options, const char* method, std::vector<double> x,
-                Status status, Monitor& monitor);
+                std::span<const double> last, Status status, Monitor& monitor);
 
 // InputError if d'Ad is negative beyond rounding, relative to d'Pd: A is then not positive semidefinite.
 void require_curvature(double dAd, double dPd);
@@ -75,6 +75,7 @@ void require_curvature(double dAd, double dPd);
 //   refresh()            the natural map after u was formed from scratch, without the rounding that running
 //                        sums gather; only where limits.refresh_period > 0
 //   keep_best(), best(x) keeps the current iterate; gives back the one kept
+//   last(x)              the current iterate
 //   objective()          1/2 x'Ax + b'x of the current iterate
 //   step_size(), backtracks()   for the history
 // The vector that comes back is the best one seen by the residual, never the last: the fallback of P-SPG-FB,
@@ -86,7 +87,7 @@ Solution drive(const Problem& problem, const Options& options, Method&& method, 
   const double at_start = start.map / scale;
   if (at_start <= options.tolerance) {  // most methods would leave a solution again before they return
     monitor.observe(at_start, objective(problem, start.x, start.u), method.step_size(), 0);
-    return finish(problem, options, method.name, std::move(start.x), Status::converged, monitor);
+    return finish(problem, options, method.name, std::move(start.x), {}, Status::converged, monitor);
   }
   const bool watched = options.history || options.callback;
   bool kept = false;
@@ -114,8 +115,10 @@ Solution drive(const Problem& problem, const Options& options, Method&& method, 
     r = *next / scale;
     ++stale;
   }
+  std::vector<double> last(start.x.size());
+  method.last(last);
   if (kept) method.best(start.x);
-  return finish(problem, options, method.name, std::move(start.x), status, monitor);
+  return finish(problem, options, method.name, std::move(start.x), last, status, monitor);
 }
 
 // The same for a method that is made from the problem, the options and the monitor.
@@ -142,6 +145,7 @@ struct VectorIterate {
   double refresh() { return evaluate(); }
   void keep_best() { kept = x; }
   void best(std::vector<double>& out) const { out = kept; }
+  void last(std::vector<double>& out) const { out = x; }
   double objective() const { return amontons::objective(problem, x, u); }
   double step_size() const { return 0; }
   std::size_t backtracks() const { return 0; }

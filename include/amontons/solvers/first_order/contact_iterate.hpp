@@ -40,7 +40,8 @@ class ContactIterate {
   // It costs nothing: x rotates through three buffers.
   void keep_best();
   void extract_best(std::span<double> x) const;
-  void extract(std::span<double> x, std::span<double> u) const;  // the current ones
+  void extract(std::span<double> x) const;
+  void extract(std::span<double> x, std::span<double> u) const;
   double objective() const;
 
  private:

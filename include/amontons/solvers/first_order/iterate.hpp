@@ -35,6 +35,7 @@ struct MomentumDirection {
 //   accelerate(beta)   x+ = y + d, y = x+ + beta (x+ - x), after curvature(); the squared natural map at x+
 //   refresh_momentum() refresh() for x and for y
 //   keep_best(), extract_best(x)   the current x becomes the best one; gives it back
+//   extract(x)         the current x
 //   objective()        1/2 x'Ax + b'x
 template <class T>
 concept Iterate = requires(T& t, const T& c, std::span<const double> x0, std::span<double> x, double step) {
@@ -49,6 +50,7 @@ concept Iterate = requires(T& t, const T& c, std::span<const double> x0, std::sp
   { t.refresh_momentum() } -> std::same_as<double>;
   t.keep_best();
   c.extract_best(x);
+  c.extract(x);
   { c.objective() } -> std::same_as<double>;
 };
 

@@ -128,6 +128,7 @@ class PlainIterate {
   }
 
   void keep_best() { best_ = now_; }
+  void extract(std::span<double> x) const { std::copy(x_[now_].begin(), x_[now_].end(), x.begin()); }
   void extract_best(std::span<double> x) const { std::copy(x_[best_].begin(), x_[best_].end(), x.begin()); }
   double objective() const {
     double sum = 0;

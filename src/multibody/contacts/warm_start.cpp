@@ -1,0 +1,76 @@
+#include "multibody/contacts/warm_start.hpp"
+
+#include <algorithm>
+
+namespace amontons {
+
+namespace {
+
+std::pair<Index, Index> pair_of(const Contact& c) { return {c.geom_a, c.geom_b}; }
+
+// The rows of an impulse of the last step in the frame of a contact of this one.
+void rows_of(const Contact& c, const Contact& last, double scale, double* x) {
+  to_rows(c, scale * last.impulse, scale * last.angular_impulse, 1 / c.moment_length, x);
+  x[0] = std::max(0.0, x[0]);
+}
+
+}  // namespace
+
+void keep_for_warm_start(const Problem& problem, std::span<const double> x,
+                         const std::vector<BodyFrame>& bodies, std::vector<Contact>& kept) {
+  kept.clear();
+  const auto& contacts = std::get<ContactSystem>(problem.A).contacts;
+  for (std::size_t i = 0; i < contacts.size(); ++i) {
+    const double* rows = &x[problem.graph.first_row[i]];
+    if (!(rows[0] > 0)) continue;
+    Contact c = contacts[i];
+    const ContactImpulse impulse = to_world(c, rows);
+    c.impulse = impulse.linear;
+    c.angular_impulse = impulse.angular;
+    c.local = inverse(bodies[c.body_a].pose)(c.point);
+    kept.push_back(c);
+  }
+  std::stable_sort(kept.begin(), kept.end(),
+                   [](const Contact& a, const Contact& b) { return pair_of(a) < pair_of(b); });
+}
+
+void warm_start_contacts(const Model& model, const std::vector<Contact>& last, double scale,
+                         const std::vector<BodyFrame>& bodies, const std::vector<Contact>& contacts,
+                         std::vector<double>& x0) {
+  std::vector<unsigned char> used(last.size(), 0);
+  std::size_t row = x0.size(), rows = row;
+  for (const Contact& c : contacts) rows += static_cast<std::size_t>(c.rows);
+  x0.resize(rows, 0.0);
+  for (std::size_t i = 0; i < contacts.size();) {
+    const std::pair pair = pair_of(contacts[i]);
+    std::size_t end = i;
+    while (end < contacts.size() && pair_of(contacts[end]) == pair) ++end;
+    const auto first =
+        std::partition_point(last.begin(), last.end(), [&](const Contact& c) { return pair_of(c) < pair; });
+    const auto after =
+        std::partition_point(first, last.end(), [&](const Contact& c) { return pair_of(c) == pair; });
+    // A point is the same one if it moved by less than a quarter of the smaller shape; a single point of a
+    // pair (a rolling ball) is the same one wherever it went.
+    const double reach = 0.25 * std::min(bounding_radius(model.geom(pair.first).shape),
+                                         bounding_radius(model.geom(pair.second).shape));
+    const bool single = end - i == 1 && after - first == 1;
+    const Transform to_local = inverse(bodies[contacts[i].body_a].pose);
+    for (; i < end; row += static_cast<std::size_t>(contacts[i].rows), ++i) {
+      const Vec3 local = to_local(contacts[i].point);
+      double best = single ? infinity : reach * reach;
+      auto nearest = after;
+      for (auto c = first; c != after; ++c) {
+        const double distance = norm_squared(c->local - local);
+        if (!used[c - last.begin()] && (distance < best || (single && nearest == after))) {
+          best = distance;
+          nearest = c;
+        }
+      }
+      if (nearest == after) continue;
+      used[nearest - last.begin()] = 1;
+      rows_of(contacts[i], *nearest, scale, &x0[row]);
+    }
+  }
+}
+
+}  // namespace amontons

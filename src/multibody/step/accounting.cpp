@@ -1,0 +1,43 @@
+#include "multibody/step/accounting.hpp"
+
+#include <algorithm>
+
+#include "amontons/multibody/joints/measures.hpp"
+
+namespace amontons {
+
+void add_cost(const Solution& solution, Report& report) {
+  report.iterations += solution.iterations;
+  report.products += solution.products;
+  report.factorizations += solution.factorizations;
+}
+
+void add_solution(const Solution& solution, Report& report) {
+  add_cost(solution, report);
+  if (!report.method.empty() && solution.residual <= report.residual) return;
+  report.residual = solution.residual;
+  report.status = solution.status;
+  report.method = solution.method;
+}
+
+void add_contacts(const std::vector<Contact>& contacts, Report& report) {
+  report.contacts = contacts.size();
+  for (const Contact& c : contacts) report.penetration = std::max(report.penetration, -c.gap);
+}
+
+void add_joints(const Model& model, const std::vector<BodyFrame>& frames, const State& state,
+                std::size_t joint_rows, Report& report) {
+  report.joint_rows = joint_rows;
+  const JointError error = joint_error(model, frames, state);
+  report.joint_error = std::max(report.joint_error, error.distance);
+  report.joint_angle_error = std::max(report.joint_angle_error, error.angle);
+}
+
+void add_energies(const Model& model, const State& state, const std::vector<BodyFrame>& frames,
+                  const std::vector<BodyVelocity>& velocities, double h, Report& report) {
+  report.kinetic_energy = kinetic_energy(model, frames, velocities);
+  report.potential_energy = gravity_energy(model, frames, velocities, 0.5 * h);
+  report.spring_energy = spring_energy(model, frames, state);
+}
+
+}  // namespace amontons

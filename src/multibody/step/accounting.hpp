@@ -1,0 +1,41 @@
+// What a step reports: time, work and errors, added up in one place.
+#pragma once
+#include <chrono>
+
+#include "amontons/multibody/bodies/bodies.hpp"
+#include "amontons/multibody/step/simulation.hpp"
+
+namespace amontons {
+
+// The wall clock of a step: laps of its phases, and what is left of its budget.
+class StepClock {
+ public:
+  using Clock = std::chrono::steady_clock;
+  explicit StepClock(double budget) : budget_(budget), start_(Clock::now()), lap_(start_) {}
+  double elapsed() const { return std::chrono::duration<double>(Clock::now() - start_).count(); }
+  // Adds the time since the last lap.
+  void lap(double& phase) {
+    const Clock::time_point now = Clock::now();
+    phase += std::chrono::duration<double>(now - lap_).count();
+    lap_ = now;
+  }
+  // For the deadline of a solve: a moment even when the budget is spent, infinite without one.
+  double left() const { return budget_ < infinity ? std::max(1e-6, budget_ - elapsed()) : infinity; }
+
+ private:
+  double budget_;
+  Clock::time_point start_, lap_;
+};
+
+// The cost of a solve, and its residual, status and method if that is the worst so far.
+void add_cost(const Solution& solution, Report& report);
+void add_solution(const Solution& solution, Report& report);
+// Rows, penetration and joint errors at the start of a substep.
+void add_contacts(const std::vector<Contact>& contacts, Report& report);
+void add_joints(const Model& model, const std::vector<BodyFrame>& frames, const State& state,
+                std::size_t joint_rows, Report& report);
+// Energies at the end of the step.
+void add_energies(const Model& model, const State& state, const std::vector<BodyFrame>& frames,
+                  const std::vector<BodyVelocity>& velocities, double h, Report& report);
+
+}  // namespace amontons

@@ -1,0 +1,21 @@
+// The one place where bodies become a variational inequality, and impulses become velocities again.
+#pragma once
+#include "amontons/multibody/bodies/bodies.hpp"
+#include "amontons/multibody/joints/rows.hpp"
+#include "amontons/problem/problem.hpp"
+
+namespace amontons {
+
+struct Assembly {
+  double h, recovery_speed;
+  bool impact = false;  // ask for u_n = -e u_n^- in place of the closing of gaps
+};
+
+// The VI of a step: bodies, contacts, then joint rows. The lengths of the contacts' moments are set.
+Problem assemble(const StepBodies& bodies, std::vector<Contact>& contacts, const JointRows& rows,
+                 const Assembly& options);
+
+// v += M^-1 D' x
+void apply_impulses(const Problem& problem, std::span<const double> x, std::vector<BodyVelocity>& v);
+
+}  // namespace amontons
