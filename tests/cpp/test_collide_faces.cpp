@@ -192,6 +192,7 @@ void check_pose(const FacePair& pair, const Transform& upper, const Transform& l
 
 }  // namespace
 
+// See above: all pairs of faces, at gaps of either sign, unmoved and jittered by up to a milliradian.
 TEST(resting_faces_keep_their_whole_manifold_under_jitter) {
   std::vector<ContactPoint> points;
   for (const FacePair& pair : face_pairs()) {

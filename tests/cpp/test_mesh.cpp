@@ -40,9 +40,11 @@ Triangles floor_mesh(int n, double cell, double jitter, unsigned seed,
     for (int i = 0; i < n; ++i) {
       const int a = j * (n + 1) + i, b = a + 1, c = b + n + 1, d = a + n + 1;
       if (random.below(2)) {
-        t.triangles.push_back({a, b, c}), t.triangles.push_back({c, d, a});
+        t.triangles.push_back({a, b, c});
+        t.triangles.push_back({c, d, a});
       } else {
-        t.triangles.push_back({b, c, d}), t.triangles.push_back({d, a, b});
+        t.triangles.push_back({b, c, d});
+        t.triangles.push_back({d, a, b});
       }
     }
   return t;
@@ -128,6 +130,7 @@ TEST(flat_floor_is_a_plane) {
               3);  // bodies over many
 }
 
+// The same for a field, square and with long thin triangles.
 TEST(flat_height_field_is_a_plane) {
   check_floor(make_height_field(std::vector<double>(17 * 17, 0.0), 17, 17, 4, 4), 4);
   check_floor(make_height_field(std::vector<double>(9 * 41, 0.0), 9, 41, 4, 4), 5);
@@ -269,6 +272,7 @@ TEST(rounded_floor_has_no_bumps) {
   const auto waves = [](double x, double y) { return 0.02 * std::sin(3 * x) * std::cos(2 * y); };
   const Triangles floors[] = {floor_mesh(16, 0.25, 0.3, 8, dome), floor_mesh(16, 0.25, 0.3, 9, waves)};
   small::Random random(10);
+  int touching = 0;
   for (const Triangles& floor : floors) {
     const Shape mesh = floor.mesh();
     for (int pose = 0; pose < 500; ++pose) {
@@ -287,12 +291,14 @@ TEST(rounded_floor_has_no_bumps) {
       const auto points = contacts(Sphere{0.18}, {centre, {}}, mesh, 0.005);
       CHECK((distance < 0.185) == !points.empty());
       if (points.empty()) continue;
+      ++touching;
       CHECK_NEAR(smallest_gap(points), distance - 0.18, 1e-12);
       for (const ContactPoint& p : points)
         if (p.gap < distance - 0.18 + 1e-9)
           CHECK_NEAR(norm(p.normal - (centre - closest) / distance), 0, 1e-6);
     }
   }
+  CHECK(touching > 100);
 }
 
 // The same for bodies with corners and edges: the least gap is the distance from the whole surface.
@@ -338,8 +344,10 @@ TEST(steps_and_corners) {
   for (double y : {-2.0, 2.0})
     for (const auto& [x, z] : {std::pair{-3.0, 0.0}, {0.0, 0.0}, {0.0, -0.05}, {3.0, -0.05}})
       step.vertices.push_back({x, y, z});
-  for (int k = 0; k < 3; ++k)
-    step.triangles.push_back({k, k + 1, k + 5}), step.triangles.push_back({k, k + 5, k + 4});
+  for (int k = 0; k < 3; ++k) {
+    step.triangles.push_back({k, k + 1, k + 5});
+    step.triangles.push_back({k, k + 5, k + 4});
+  }
   const Shape mesh = step.mesh();
   for (double depth : {-1e-3, 0.0, 1e-9, 1e-6, 1e-3})
     for (double x : {-0.39, -0.2, 0.0, 0.1, 0.3, 0.39}) {
@@ -357,7 +365,8 @@ TEST(steps_and_corners) {
     int up = 0, across = 0;
     for (const ContactPoint& p : points) {
       CHECK_NEAR(p.gap, gap, 1e-9);
-      up += norm(p.normal - Vec3{0, 0, 1}) < 1e-9, across += norm(p.normal - Vec3{1, 0, 0}) < 1e-9;
+      up += norm(p.normal - Vec3{0, 0, 1}) < 1e-9;
+      across += norm(p.normal - Vec3{1, 0, 0}) < 1e-9;
     }
     CHECK(up == 4 && across >= 2 && up + across == static_cast<int>(points.size()));
   }
@@ -415,7 +424,8 @@ TEST(height_field_is_its_mesh) {
   for (int r = 0; r + 1 < rows; ++r)
     for (int c = 0; c + 1 < columns; ++c) {
       const int a = r * columns + c, d = a + columns + 1;
-      t.triangles.push_back({a, a + 1, d}), t.triangles.push_back({a, d, a + columns});
+      t.triangles.push_back({a, a + 1, d});
+      t.triangles.push_back({a, d, a + columns});
     }
   const Shape mesh = t.mesh();
   const Transform tilted{{1, 2, 3}, random_rotation(random)};
@@ -431,15 +441,16 @@ TEST(height_field_is_its_mesh) {
     }
 }
 
-// The mesh of a box in other units, far from the origin, and with its triangles in another order gives the
-// same.
-TEST(units_and_order_do_not_matter) {
+// The mesh of a box in other units gives the same bits: any length with a dimension inside would show.
+TEST(units_do_not_matter) {
   small::Random random(16);
+  const Triangles unit = refined(box_mesh({1, 1, 1}), false);
+  int touching = 0;
   for (int pose = 0; pose < 100; ++pose) {
     const Quat rotation = random_rotation(random);
     const Vec3 at{random.uniform(-0.5, 0.5), random.uniform(-0.5, 0.5), 1.3 + random.uniform(-0.3, 0)};
-    const Triangles unit = refined(box_mesh({1, 1, 1}), false);
     const auto expected = contacts(Box{{0.4, 0.3, 0.2}}, {at, rotation}, unit.mesh(), 0.02);
+    touching += !expected.empty();
     for (double scale : {0x1p-10, 0x1p10}) {
       Triangles scaled = unit;
       for (Vec3& v : scaled.vertices) v *= scale;
@@ -452,8 +463,40 @@ TEST(units_and_order_do_not_matter) {
       }
     }
   }
+  CHECK(touching > 50);
 }
 
+// A mesh far from the origin, and one with its triangles in another order, has the same points: fails if
+// coordinates are not taken relative to the body (1e-10 is what a position of 1e3 can hold, times the
+// thousandfold of a shallow clip), or if what one triangle finds hangs on which came before.
+TEST(place_and_order_of_triangles_do_not_matter) {
+  small::Random random(19);
+  const Triangles mesh = refined(box_mesh({1, 1, 1}), false);
+  Triangles reversed = mesh;
+  std::reverse(reversed.triangles.begin(), reversed.triangles.end());
+  const Vec3 far{1000, -2000, 500};
+  int touching = 0;
+  for (const Shape& shape : all_shapes())
+    for (int pose = 0; pose < 50; ++pose) {
+      const Quat rotation = random_rotation(random);
+      const Vec3 at{random.uniform(-0.5, 0.5), random.uniform(-0.5, 0.5), 0};
+      const Vec3 up{0, 0, 1.002 - lowest_point(shape, rotation)};
+      const auto expected = contacts(shape, {at + up, rotation}, mesh.mesh(), 0.02);
+      const auto moved = contacts(shape, {far + at + up, rotation}, mesh.mesh(), 0.02, {far, {}});
+      const auto other = contacts(shape, {at + up, rotation}, reversed.mesh(), 0.02);
+      touching += !expected.empty();
+      CHECK_NEAR(smallest_gap(expected), 0.002, 1e-12);
+      CHECK(moved.size() == expected.size() && other.size() == expected.size());
+      for (const ContactPoint& p : expected) {
+        CHECK(has_point(moved, far + p.point, p.gap, 1e-10));
+        CHECK(has_point(other, p.point, p.gap, 1e-12));
+      }
+    }
+  CHECK(touching == 300);
+}
+
+// What the user can mend is named: fails if one of these slips through to a mesh that acts wrongly, or if the
+// message does not say where.
 TEST(meshes_that_are_refused) {
   const std::vector<Vec3> corners{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {1, 1, 0}, {2, 0, 0}};
   const std::vector<Triangle> good{{0, 1, 2}, {1, 3, 2}};

@@ -18,8 +18,9 @@ namespace {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
+// Across the coordinate axis that e is most perpendicular to, where the product is longest.
 Vec3 any_perpendicular(const Vec3& e) {
-  int least = 0;  // across the axis that e is most perpendicular to
+  int least = 0;
   for (int i = 1; i < 3; ++i)
     if (std::abs(e[i]) < std::abs(e[least])) least = i;
   Vec3 axis;
@@ -94,7 +95,8 @@ int grow_to_tetrahedron(const Convex& a, const Convex& b, const Simplex& s, doub
   return n;
 }
 
-// Both cores lie in one plane, or on one line: they part across it, at no depth.
+// Both cores lie in one plane, or on one line: they part across it, at no depth. Here belong a segment that
+// cuts a triangle in its own plane, and two spheres on one centre, whose cores are points.
 void part_flat(const Convex& a, const Convex& b, const Polytope& hull, int points, Separation& result) {
   const Vec3 o = hull.point[0].w;
   Vec3 normal{0, 0, 1};

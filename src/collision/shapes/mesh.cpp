@@ -114,6 +114,8 @@ void set_neighbour(TriangleMesh& mesh, const HalfEdge& e, std::span<const HalfEd
                            mesh.normals[best->triangle], mesh.vertices[u[(best->k + 2) % 3]]);
 }
 
+// What lies across every edge, and of which kind the edge is. Two triangles that run the same way along it
+// show different sides to the outside.
 void find_neighbours(TriangleMesh& mesh) {
   const std::vector<HalfEdge> edges = sorted_edges(mesh);
   mesh.neighbours.assign(mesh.triangles.size(), {-1, -1, -1});
@@ -166,7 +168,8 @@ void describe_vertices(TriangleMesh& mesh) {
   for (std::size_t v = 0; v < n; ++v) mesh.around_start[v + 1] += mesh.around_start[v];
 }
 
-// Splits order[first, last) at the median of the centres along their longest extent.
+// A node over order[first, last), and below it the halves, split at the median of the centres along their
+// longest extent.
 void build_tree(TriangleMesh& mesh, const std::vector<Vec3>& centres, std::int32_t first, std::int32_t last) {
   Aabb box = empty_box(), middle = empty_box();
   for (std::int32_t i = first; i < last; ++i) {
