@@ -306,8 +306,8 @@ void BroadPhase::cross_self(std::span<const unsigned char> fixed, std::size_t g)
   for (int i = 0; i + 1 < width; ++i) cross_leaf(fixed, g, i, g, ~1u << i);
 }
 
-// All pairs between the leaves of group g and those of a later group h, whose box is that of a child of
-// `parent`.
+// All pairs between the leaves of group g and those of a later group h, whose box is
+// that of a child of `parent`.
 void BroadPhase::cross(std::span<const unsigned char> fixed, std::size_t g, std::size_t h, const Node& parent,
                        std::size_t child) {
   float box[6];

@@ -71,8 +71,8 @@ TEST(random_mixes_as_brute_force) {
     }
 }
 
-// Far from the origin floats resolve nothing: a pair is lost if rounding were not monotone or the shift
-// missing.
+// Far from the origin floats resolve nothing: a pair is lost if rounding were not
+// monotone or the shift missing.
 TEST(far_from_the_origin) {
   for (double offset : {1e3, 1e6, 1e9, 1e12}) {
     BroadPhase phase;

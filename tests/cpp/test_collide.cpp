@@ -153,9 +153,9 @@ TEST(sphere_and_hull) {
   check_one(contacts(sphere, {{1.3, 2.4, 0}, straight}, hull, {}, 0.1), {1, 2, 0}, {0.6, 0.8, 0}, 0, 1e-14);
 }
 
-// Fails if the parameters of the nearest points are not cut off together, if one end of a line of contact is
-// lost, if crossing axes (distance 0) have no normal, or if the ends of nearly parallel capsules hide the
-// deeper middle.
+// Fails if the parameters of the nearest points are not cut off together, if one end of a line of
+// contact is lost, if crossing axes (distance 0) have no normal, or if the ends of nearly parallel
+// capsules hide the deeper middle.
 TEST(capsules) {
   const Shape capsule = Capsule{0.1, 0.5};
   // Side by side: both ends of what they share.
@@ -179,8 +179,8 @@ TEST(capsules) {
   CHECK(skew.size() == 3);
 }
 
-// Fails if a capsule on a face touches at one end only, beyond the border of the face, or with the depth of
-// its core.
+// Fails if a capsule on a face touches at one end only, beyond the border of the face, or
+// with the depth of its core.
 TEST(capsule_on_flat_faces) {
   const Shape capsule = Capsule{0.1, 0.5};
   const std::vector<Vec3> ends{{0, -0.5, 0.21}, {0, 0.5, 0.21}};
@@ -202,8 +202,8 @@ TEST(capsule_on_flat_faces) {
             {{0, -0.5, 0.125}, {0, 0.5, 0.125}}, {0, 0, 1}, -0.15, 1e-12);
 }
 
-// Fails if clipping loses or repeats a corner, leaves one that is off by rounding, or merges those of an
-// octagon.
+// Fails if clipping loses or repeats a corner, leaves one that is off by rounding, or
+// merges those of an octagon.
 TEST(boxes_face_on_face_touch_at_the_corners_of_the_overlap) {
   // Bricks in running bond: corners exactly there, as the wall must stay symmetric.
   const Shape brick = Box{{0.1, 0.05, 0.03}};
@@ -230,8 +230,8 @@ TEST(boxes_face_on_face_touch_at_the_corners_of_the_overlap) {
 // Fails if a sliver of overlap is taken for an area, if separating axes stand for the distance between two
 // edges or corners (they see less), or if the margin is measured along the axes.
 TEST(boxes_that_share_an_edge_or_a_corner_only_give_no_area) {
-  // Diagonal neighbours of a wall: at most the ends of the common edge, with no garbage for a gap or a
-  // normal.
+  // Diagonal neighbours of a wall: at most the ends of the common edge, with no
+  // garbage for a gap or a normal.
   const Shape brick = Box{{0.1, 0.05, 0.03}};
   for (double gap : {-1e-5, -1e-9, 0.0, 1e-9, 1e-5, 1e-3}) {
     const auto edge = contacts(brick, {{0.2 + gap, 0, 0.06 + gap}, straight}, brick, {}, 0.01);
@@ -424,8 +424,8 @@ TEST(swapping_the_shapes_only_turns_the_normals) {
 
 TEST(results_do_not_depend_on_units) {
   int touching = 0;
-  // 2^-20 and 2^20 scale without rounding: every bit must stay. Fails at any length that is compared with a
-  // constant.
+  // 2^-20 and 2^20 scale without rounding: every bit must stay. Fails at any length that is
+  // compared with a constant.
   Random random;
   auto shapes = all_convex();
   shapes.push_back({"plane", Plane{}});

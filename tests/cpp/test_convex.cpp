@@ -4,9 +4,9 @@
 #include "collision/narrow/separation.hpp"
 #include "collision_scenes.hpp"
 
-// Distance and penetration of convex bodies, certified without an oracle: a normal n separates the bodies by
-// s(n) = min_a <n, a> - max_b <n, b>, which the support functions give; the distance is the largest s over
-// all n.
+// Distance and penetration of convex bodies, certified without an oracle: a normal n separates the
+// bodies by s(n) = min_a <n, a> - max_b <n, b>, which the support functions give; the distance is
+// the largest s over all n.
 using namespace scenes;
 using namespace amontons::collision;
 

@@ -208,10 +208,10 @@ void check_as_hull(const Triangles& triangles, const Shape& hull, const std::vec
       frame.position -= (s.distance - gap) * s.normal;
       s = collision::separation(collision::make_convex(shape, frame, {}), exact, 10);
       const auto found = contacts(shape, frame, mesh, std::max(gap, 0.0) + 0.02);
-      // Manifolds may take the normal of a face within some degrees instead of the exact one, and polygons
-      // for round caps (3e-5 of the size of 0.3). Where an edge or corner overlaps, several normals may be
-      // taken, each with a depth of its own between the least one and, about, what the body has been moved in
-      // by.
+      // Manifolds may take the normal of a face within some degrees instead of the exact one, and
+      // polygons for round caps (3e-5 of the size of 0.3). Where an edge or corner overlaps, several
+      // normals may be taken, each with a depth of its own between the least one and, about, what the
+      // body has been moved in by.
       const double tolerance = 1e-5 + (gap > 0 ? 0.02 : 0.1) * std::abs(gap);
       CHECK(smallest_gap(found) <= s.distance + tolerance);
       CHECK(smallest_gap(found) >= gap - tolerance);
@@ -235,9 +235,9 @@ TEST(mesh_of_a_convex_body_acts_like_it) {
   }
 }
 
-// A ridge and a valley of two slopes: across the ridge the normal turns with the body through the directions
-// between the slopes, in the valley only the normals of the slopes exist. The distance of a sphere is exact
-// (closed form).
+// A ridge and a valley of two slopes: across the ridge the normal turns with the body through the
+// directions between the slopes, in the valley only the normals of the slopes exist. The distance of a
+// sphere is exact (closed form).
 TEST(ridge_and_valley) {
   for (double slope : {0.3, 0.01, -0.01, -0.3}) {
     const Shape mesh =
@@ -334,9 +334,9 @@ TEST(bodies_over_a_rounded_floor) {
     }
 }
 
-// A box across a step's edge lies on the step although it reaches deep behind the riser; and a box pressed
-// into the corner of floor and wall touches both. A wrong face would push it out sideways by its whole
-// length.
+// A box across a step's edge lies on the step although it reaches deep behind the riser; and a
+// box pressed into the corner of floor and wall touches both. A wrong face would push it out
+// sideways by its whole length.
 TEST(steps_and_corners) {
   Triangles step;
   // Tread z = 0 for x < 0, riser down to z = -0.05, lower tread for x > 0; the riser's diagonal hides its
@@ -408,9 +408,9 @@ TEST(deep_bodies_are_pushed_out) {
     }
 }
 
-// Height fields against the mesh of the same triangles, diagonals as documented: the same points, deep ones
-// on this rough ground included (for those of ellipsoids directions are good to about the root of the
-// precision).
+// Height fields against the mesh of the same triangles, diagonals as documented: the same points,
+// deep ones on this rough ground included (for those of ellipsoids directions are good to about
+// the root of the precision).
 TEST(height_field_is_its_mesh) {
   small::Random random(15);
   const int rows = 9, columns = 13;

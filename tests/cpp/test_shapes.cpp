@@ -61,8 +61,8 @@ TEST(points_within_a_face_or_an_edge_are_no_corners) {
   CHECK(make_hull(v, t).data->vertices.size() == 9);
 }
 
-// Fails if one of these becomes a hull whose faces are not those of its surface, or if the reason is another
-// one.
+// Fails if one of these becomes a hull whose faces are not those of its surface, or if
+// the reason is another one.
 TEST(bodies_that_are_no_hulls_are_refused_with_the_reason) {
   const auto hull = [](std::vector<Vec3> v, std::vector<Triangle> t) { return make_hull(v, t); };
   CHECK(hull(tetrahedron, its_faces).data->faces.size() == 4);
@@ -111,8 +111,8 @@ TEST(bodies_that_are_no_hulls_are_refused_with_the_reason) {
                "not convex");
 }
 
-// Fails if a tolerance of make_hull() is a length: 1e-6 m would flatten a small body, or join no faces of a
-// large one.
+// Fails if a tolerance of make_hull() is a length: 1e-6 m would flatten a small body, or join
+// no faces of a large one.
 TEST(hulls_do_not_depend_on_units) {
   for (double unit : {1e-6, 1.0, 1e6}) {
     std::vector<Vec3> v;

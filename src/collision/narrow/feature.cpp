@@ -40,8 +40,8 @@ void box_feature(const Convex& body, const Vec3& direction, Feature& feature) {
   Vec3 corner;
   for (int i = 0; i < 3; ++i) corner[i] = d[i] < 0 ? -body.size[i] : body.size[i];
   if (std::abs(d[flat]) >= face_cosine) {
-    // (flat, i, j) is right-handed: on the side where the axis points inwards u turns round, to keep the
-    // order.
+    // (flat, i, j) is right-handed: on the side where the axis points inwards u turns
+    // round, to keep the order.
     const double side = d[flat] < 0 ? -1 : 1;
     const int i = (flat + 1) % 3, j = (flat + 2) % 3;
     const Vec3 m = body.centre + corner[flat] * body.axis[flat];

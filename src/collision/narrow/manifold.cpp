@@ -183,8 +183,8 @@ double clip_features(const Convex& a, const Convex& b, const Vec3& normal, const
   thread_local Clipper c;
   const bool both_round = a.kind == Convex::Kind::cylinder && b.kind == Convex::Kind::cylinder;
   supporting_feature(a, -normal, deepest ? &deepest->on_a : nullptr, nullptr, c.feature_a);
-  // Two caps as polygons of one orientation: coaxial ones then share their corners instead of crossing
-  // between them.
+  // Two caps as polygons of one orientation: coaxial ones then share their corners instead
+  // of crossing between them.
   supporting_feature(b, normal, deepest ? &deepest->on_b : nullptr, both_round ? &a.axis[0] : nullptr,
                      c.feature_b);
   const TangentFrame frame(c.feature_a.points[0], normal);

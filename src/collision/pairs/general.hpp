@@ -3,8 +3,8 @@
 
 namespace amontons::collision {
 
-// Any two convex shapes, by their support functions and supporting features alone: distance, penetration and
-// clipping.
+// Any two convex shapes, by their support functions and supporting features alone: distance,
+// penetration and clipping.
 PairFunction collide_convex;
 
 }  // namespace amontons::collision

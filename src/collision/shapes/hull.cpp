@@ -166,8 +166,8 @@ std::vector<std::vector<Index>> trace_rims(std::span<const Triangle> triangles,
 
 // Keeps the points that at least three faces share, in their order: the others lie within a face or an edge.
 void keep_corners(std::span<const Vec3> vertices, std::vector<std::vector<Index>> faces, ConvexHull& hull) {
-  // Around a corner of a polyhedron at least three faces meet; around a point amid an edge two, amid a face
-  // one.
+  // Around a corner of a polyhedron at least three faces meet; around a point amid an
+  // edge two, amid a face one.
   std::vector<int> uses(vertices.size(), 0);
   for (const auto& face : faces)
     for (Index i : face) ++uses[i];

@@ -61,8 +61,8 @@ void find_normals(TriangleMesh& mesh) {
   }
 }
 
-// Edge k of a triangle, named by its ends: sorted by them, the edges that several triangles share lie
-// together.
+// Edge k of a triangle, named by its ends: sorted by them, the edges that several
+// triangles share lie together.
 struct HalfEdge {
   std::int32_t low, high, triangle, k;
   bool up;  // from low to high
@@ -168,8 +168,8 @@ void describe_vertices(TriangleMesh& mesh) {
   for (std::size_t v = 0; v < n; ++v) mesh.around_start[v + 1] += mesh.around_start[v];
 }
 
-// A node over order[first, last), and below it the halves, split at the median of the centres along their
-// longest extent.
+// A node over order[first, last), and below it the halves, split at the median of the centres
+// along their longest extent.
 void build_tree(TriangleMesh& mesh, const std::vector<Vec3>& centres, std::int32_t first, std::int32_t last) {
   Aabb box = empty_box(), middle = empty_box();
   for (std::int32_t i = first; i < last; ++i) {
