@@ -70,6 +70,7 @@ Convex make_convex(const Shape& shape, const Transform& frame, const Vec3& origi
   return body;
 }
 
+// The triangle has corners in place of axes: it is made anew for every triangle near a body.
 Convex make_triangle(const Vec3& a, const Vec3& b, const Vec3& c) {
   Convex body;
   body.kind = Convex::Kind::triangle;

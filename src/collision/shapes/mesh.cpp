@@ -47,6 +47,7 @@ void weld(std::span<const Vec3> vertices, std::span<const Triangle> triangles, T
   for (const Triangle& t : triangles) mesh.triangles.push_back({first[t[0]], first[t[1]], first[t[2]]});
 }
 
+// The unit normal of every triangle, right-handed over its corners.
 void find_normals(TriangleMesh& mesh) {
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
     const auto [i, j, k] = mesh.triangles[t];
@@ -80,6 +81,7 @@ double outer_angle(const TriangleMesh& mesh, const HalfEdge& e, const HalfEdge& 
   return angle > 1e-9 ? angle : angle + 2 * std::numbers::pi;
 }
 
+// All edges, those between the same two ends one after the other.
 std::vector<HalfEdge> sorted_edges(const TriangleMesh& mesh) {
   std::vector<HalfEdge> edges;
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
