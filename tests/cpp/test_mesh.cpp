@@ -466,9 +466,10 @@ TEST(units_do_not_matter) {
   CHECK(touching > 50);
 }
 
-// A mesh far from the origin, and one with its triangles in another order, has the same points: fails if
-// coordinates are not taken relative to the body (1e-10 is what a position of 1e3 can hold, times the
-// thousandfold of a shallow clip), or if what one triangle finds hangs on which came before.
+// A mesh far from the origin, and one with its triangles in another order, has the same points. Fails if
+// contact is computed in coordinates of the world (positions of 1e3 hold 1e-13, directions between close
+// points then lose far more than the 1e-10 allowed), or if what one triangle finds hangs on which came
+// before.
 TEST(place_and_order_of_triangles_do_not_matter) {
   small::Random random(19);
   const Triangles mesh = refined(box_mesh({1, 1, 1}), false);
