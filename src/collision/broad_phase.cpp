@@ -33,7 +33,8 @@ double extent(const Aabb& box) {
 
 Vec3 centre(const Aabb& box) { return 0.5 * box.lower + 0.5 * box.upper; }
 
-// A class holds sizes within a factor of four; class 0 holds boxes without extent.
+// A class holds sizes within a factor of four; class 0 holds boxes without extent. The exponents of doubles,
+// from the smallest denormal's -1074 to 1023, shifted to be positive, give a class for every size.
 constexpr std::size_t classes = 1 + 2200 / 2;
 std::size_t size_class(double size) {
   return size > 0 ? 1 + static_cast<std::size_t>(std::ilogb(size) + 1075) / 2 : 0;
@@ -47,7 +48,8 @@ float narrow(double x, double origin) {
   return static_cast<float>(std::clamp(x - origin, -largest, largest));
 }
 
-// Bit k: child k of the node overlaps the box {lower, upper}.
+// Bit k: child k of the node overlaps the box {lower, upper}. Boxes overlap if on every axis each begins
+// before the other ends; four children fill a vector, axis by axis.
 template <class Node>
 unsigned overlap_mask(const Node& node, const float* box) {
 #if defined(__SSE2__)
@@ -129,6 +131,7 @@ void BroadPhase::set_aside_infinite(std::span<const Aabb> boxes) {
       infinite_.push_back(static_cast<std::int32_t>(i));
 }
 
+// Finds an order of the leaves for the finite boxes.
 void BroadPhase::build(std::span<const Aabb> boxes) {
   finite_.clear();
   for (std::size_t i = 0, k = 0; i < boxes.size(); ++i)
@@ -303,8 +306,8 @@ void BroadPhase::cross_self(std::span<const unsigned char> fixed, std::size_t g)
   for (int i = 0; i + 1 < width; ++i) cross_leaf(fixed, g, i, g, ~1u << i);
 }
 
-// The pairs between the leaves of group g and those of a later group h, whose box is that of a child of
-// `parent`.
+// All pairs between the leaves of group g and those of a later group h, whose box is
+// that of a child of `parent`.
 void BroadPhase::cross(std::span<const unsigned char> fixed, std::size_t g, std::size_t h, const Node& parent,
                        std::size_t child) {
   float box[6];
@@ -325,6 +328,7 @@ void BroadPhase::cross_leaf(std::span<const unsigned char> fixed, std::size_t g,
   }
 }
 
+// Infinite boxes are few (planes): each against all.
 void BroadPhase::add_pairs_of_infinite(std::span<const Aabb> boxes, std::span<const unsigned char> fixed) {
   for (std::size_t k = 0; k < infinite_.size(); ++k) {
     const std::int32_t a = infinite_[k];
@@ -337,6 +341,7 @@ void BroadPhase::add_pairs_of_infinite(std::span<const Aabb> boxes, std::span<co
   }
 }
 
+// What the floats let pass is decided here, in double.
 void BroadPhase::add(std::int32_t a, std::int32_t b, const Aabb& box_a, const Aabb& box_b,
                      std::span<const unsigned char> fixed) {
   if ((fixed[a] && fixed[b]) || !is_overlap(box_a, box_b)) return;

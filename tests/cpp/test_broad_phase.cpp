@@ -18,7 +18,8 @@ struct Boxes {
   std::vector<Aabb> box;
   std::vector<unsigned char> fixed;
   void add(const Vec3& centre, const Vec3& half, bool is_fixed = false) {
-    box.push_back({centre - half, centre + half}), fixed.push_back(is_fixed);
+    box.push_back({centre - half, centre + half});
+    fixed.push_back(is_fixed);
   }
 };
 
@@ -70,8 +71,8 @@ TEST(random_mixes_as_brute_force) {
     }
 }
 
-// Far from the origin floats resolve nothing: a pair is lost if rounding were not monotone or the shift
-// missing.
+// Far from the origin floats resolve nothing: a pair is lost if rounding were not
+// monotone or the shift missing.
 TEST(far_from_the_origin) {
   for (double offset : {1e3, 1e6, 1e9, 1e12}) {
     BroadPhase phase;
@@ -132,10 +133,14 @@ TEST(earlier_calls_leave_no_trace) {
     const double jump = call % 10 == 9 ? 6 : 0.05;
     for (Aabb& box : s.box) {
       const Vec3 d{jump * random.uniform(-1, 1), jump * random.uniform(-1, 1), jump * random.uniform(-1, 1)};
-      box.lower += d, box.upper += d;
+      box.lower += d;
+      box.upper += d;
     }
     if (call % 13 == 5) s.add({0, 0, 0}, {0.2, 0.2, 0.2});
-    if (call % 13 == 7) s.box.pop_back(), s.fixed.pop_back();
+    if (call % 13 == 7) {
+      s.box.pop_back();
+      s.fixed.pop_back();
+    }
     if (call == 30) s.box[3].upper.z = infinite;
     check_against_brute_force(used, s);
   }
@@ -150,7 +155,10 @@ TEST(units_do_not_matter) {
   phase.find_pairs(metres.box, metres.fixed, expected);
   for (double unit : {1e-3, 1e3, 0x1p-60, 0x1p60}) {
     Boxes scaled = metres;
-    for (Aabb& box : scaled.box) box.lower *= unit, box.upper *= unit;
+    for (Aabb& box : scaled.box) {
+      box.lower *= unit;
+      box.upper *= unit;
+    }
     check_against_brute_force(phase, scaled);
     phase.find_pairs(scaled.box, scaled.fixed, pairs);
     if (unit == 0x1p-60 || unit == 0x1p60) CHECK(pairs == expected);

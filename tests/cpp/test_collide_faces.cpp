@@ -4,9 +4,9 @@
 #include "collision_scenes.hpp"
 
 // Faces that rest on each other, jittered as in a simulation: the manifold must neither lose a contact, nor
-// tilt its normal, nor shrink, at any gap from clear to overlapping. Fails if the normal comes from rounding
-// (crossing edges of nearly parallel faces), if a corner is dropped, or if a gap is measured elsewhere than
-// at its point.
+// tilt its normal, nor shrink, at any gap from clear to overlapping. Fails if the normal comes from
+// rounding (crossing edges of nearly parallel faces), if a corner is dropped, or if a gap is measured
+// elsewhere than at its point.
 using namespace scenes;
 
 namespace {
@@ -14,8 +14,8 @@ namespace {
 constexpr double margin = 0.03;
 constexpr int poses = 20000;
 
-// The upper body's lower face and the lower body's upper face in their own frames, counter-clockwise from
-// above.
+// The upper body's lower face and the lower body's upper face in their own frames,
+// counter-clockwise from above.
 struct FacePair {
   const char* name;
   Shape upper, lower;
@@ -175,8 +175,8 @@ void check_pose(const FacePair& pair, const Transform& upper, const Transform& l
       return fail("point is not half-way by", p.point.z - middle);
   }
   Polygon common = intersection(shadow(pair.upper_face, upper), shadow(pair.lower_face, lower));
-  // Points closer than 1e-3 of an edge are merged, and a normal tilted by j moves a shadow by j times the
-  // gap.
+  // Points closer than 1e-3 of an edge are merged, and a normal tilted by j moves a
+  // shadow by j times the gap.
   const double allowed = 4e-3 + 4 * jitter;
   if (line) {
     const double expected = longest(common), found = longest(footprint);
@@ -192,6 +192,7 @@ void check_pose(const FacePair& pair, const Transform& upper, const Transform& l
 
 }  // namespace
 
+// See above: all pairs of faces, at gaps of either sign, unmoved and jittered by up to a milliradian.
 TEST(resting_faces_keep_their_whole_manifold_under_jitter) {
   std::vector<ContactPoint> points;
   for (const FacePair& pair : face_pairs()) {

@@ -4,9 +4,9 @@
 #include "collision/narrow/separation.hpp"
 #include "collision_scenes.hpp"
 
-// Distance and penetration of convex bodies, certified without an oracle: a normal n separates the bodies by
-// s(n) = min_a <n, a> - max_b <n, b>, which the support functions give; the distance is the largest s over
-// all n.
+// Distance and penetration of convex bodies, certified without an oracle: a normal n separates the
+// bodies by s(n) = min_a <n, a> - max_b <n, b>, which the support functions give; the distance is
+// the largest s over all n.
 using namespace scenes;
 using namespace amontons::collision;
 
@@ -60,19 +60,26 @@ double best_separation(const Convex& a, const Convex& b, const std::vector<Vec3>
   double best = -INFINITY;
   Vec3 n;
   for (const Vec3& d : fan)
-    if (const double s = separated_by(a, b, d); s > best) best = s, n = d;
+    if (const double s = separated_by(a, b, d); s > best) {
+      best = s;
+      n = d;
+    }
   for (double step = 0.1; step > 1e-6;) {
     const Vec3 d = normalised(n + step * random.vector());
-    if (const double s = separated_by(a, b, d); s > best)
-      best = s, n = d;
-    else
+    if (const double s = separated_by(a, b, d); s > best) {
+      best = s;
+      n = d;
+    } else {
       step *= 0.9;
+    }
   }
   return best;
 }
 
 }  // namespace
 
+// Fails if GJK or EPA ends away from the optimum, loses a pair to its limit, or gives points that are not as
+// far apart as it says.
 TEST(distance_and_penetration_are_certified_by_support_functions) {
   Random random;
   std::vector<Vec3> fan;
@@ -132,6 +139,8 @@ TEST(flat_and_point_like_differences_part_across_their_plane) {
   CHECK_NEAR(norm(t.normal), 1, 1e-15);
 }
 
+// Fails if a face is taken for an edge or the other way round at the thresholds of feature.cpp, or if the
+// corners of a face run the wrong way.
 TEST(features_are_what_supports_the_body) {
   const Convex box = make_convex(Box{{1, 2, 3}}, {}, {});
   Feature f;
@@ -156,4 +165,21 @@ TEST(features_are_what_supports_the_body) {
       CHECK(dot(cross(f.points[1] - f.points[0], f.points[2] - f.points[1]), d) > 0);
       CHECK(f.normal == d);
     }
+}
+
+// Against closed forms of the support functions: fails if a radius, the frame or the point that it counts
+// from is left out.
+TEST(extent_along_a_direction) {
+  const Vec3 d = normalised(Vec3{1, 2, 2}), centre{3, -2, 1}, from{1, 1, 1};
+  const Quat q = turn({3, 1, 2}, 0.7);
+  const Vec3 own = rotate(conjugate(q), d);
+  const double offset = dot(d, centre - from);
+  const auto extent = [&](const Shape& shape) { return extent_along(shape, {centre, q}, d, from) - offset; };
+  CHECK_NEAR(extent(Sphere{0.5}), 0.5, 1e-15);
+  CHECK_NEAR(extent(Capsule{0.5, 2}), 0.5 + 2 * std::abs(own.z), 1e-15);
+  const double box = std::abs(own.x) + 2 * std::abs(own.y) + 3 * std::abs(own.z);
+  CHECK_NEAR(extent(Box{{1, 2, 3}}), box, 1e-14);
+  CHECK_NEAR(extent(box_hull({1, 2, 3})), box, 1e-14);
+  CHECK_NEAR(extent(Cylinder{0.5, 2}), 0.5 * std::hypot(own.x, own.y) + 2 * std::abs(own.z), 1e-14);
+  CHECK_NEAR(extent(Ellipsoid{{1, 2, 3}}), norm(Vec3{own.x, 2 * own.y, 3 * own.z}), 1e-14);
 }

@@ -40,9 +40,11 @@ Triangles floor_mesh(int n, double cell, double jitter, unsigned seed,
     for (int i = 0; i < n; ++i) {
       const int a = j * (n + 1) + i, b = a + 1, c = b + n + 1, d = a + n + 1;
       if (random.below(2)) {
-        t.triangles.push_back({a, b, c}), t.triangles.push_back({c, d, a});
+        t.triangles.push_back({a, b, c});
+        t.triangles.push_back({c, d, a});
       } else {
-        t.triangles.push_back({b, c, d}), t.triangles.push_back({d, a, b});
+        t.triangles.push_back({b, c, d});
+        t.triangles.push_back({d, a, b});
       }
     }
   return t;
@@ -128,6 +130,7 @@ TEST(flat_floor_is_a_plane) {
               3);  // bodies over many
 }
 
+// The same for a field, square and with long thin triangles.
 TEST(flat_height_field_is_a_plane) {
   check_floor(make_height_field(std::vector<double>(17 * 17, 0.0), 17, 17, 4, 4), 4);
   check_floor(make_height_field(std::vector<double>(9 * 41, 0.0), 9, 41, 4, 4), 5);
@@ -205,10 +208,10 @@ void check_as_hull(const Triangles& triangles, const Shape& hull, const std::vec
       frame.position -= (s.distance - gap) * s.normal;
       s = collision::separation(collision::make_convex(shape, frame, {}), exact, 10);
       const auto found = contacts(shape, frame, mesh, std::max(gap, 0.0) + 0.02);
-      // Manifolds may take the normal of a face within some degrees instead of the exact one, and polygons
-      // for round caps (3e-5 of the size of 0.3). Where an edge or corner overlaps, several normals may be
-      // taken, each with a depth of its own between the least one and, about, what the body has been moved in
-      // by.
+      // Manifolds may take the normal of a face within some degrees instead of the exact one, and
+      // polygons for round caps (3e-5 of the size of 0.3). Where an edge or corner overlaps, several
+      // normals may be taken, each with a depth of its own between the least one and, about, what the
+      // body has been moved in by.
       const double tolerance = 1e-5 + (gap > 0 ? 0.02 : 0.1) * std::abs(gap);
       CHECK(smallest_gap(found) <= s.distance + tolerance);
       CHECK(smallest_gap(found) >= gap - tolerance);
@@ -232,9 +235,9 @@ TEST(mesh_of_a_convex_body_acts_like_it) {
   }
 }
 
-// A ridge and a valley of two slopes: across the ridge the normal turns with the body through the directions
-// between the slopes, in the valley only the normals of the slopes exist. The distance of a sphere is exact
-// (closed form).
+// A ridge and a valley of two slopes: across the ridge the normal turns with the body through the
+// directions between the slopes, in the valley only the normals of the slopes exist. The distance of a
+// sphere is exact (closed form).
 TEST(ridge_and_valley) {
   for (double slope : {0.3, 0.01, -0.01, -0.3}) {
     const Shape mesh =
@@ -269,6 +272,7 @@ TEST(rounded_floor_has_no_bumps) {
   const auto waves = [](double x, double y) { return 0.02 * std::sin(3 * x) * std::cos(2 * y); };
   const Triangles floors[] = {floor_mesh(16, 0.25, 0.3, 8, dome), floor_mesh(16, 0.25, 0.3, 9, waves)};
   small::Random random(10);
+  int touching = 0;
   for (const Triangles& floor : floors) {
     const Shape mesh = floor.mesh();
     for (int pose = 0; pose < 500; ++pose) {
@@ -287,12 +291,14 @@ TEST(rounded_floor_has_no_bumps) {
       const auto points = contacts(Sphere{0.18}, {centre, {}}, mesh, 0.005);
       CHECK((distance < 0.185) == !points.empty());
       if (points.empty()) continue;
+      ++touching;
       CHECK_NEAR(smallest_gap(points), distance - 0.18, 1e-12);
       for (const ContactPoint& p : points)
         if (p.gap < distance - 0.18 + 1e-9)
           CHECK_NEAR(norm(p.normal - (centre - closest) / distance), 0, 1e-6);
     }
   }
+  CHECK(touching > 100);
 }
 
 // The same for bodies with corners and edges: the least gap is the distance from the whole surface.
@@ -328,9 +334,9 @@ TEST(bodies_over_a_rounded_floor) {
     }
 }
 
-// A box across a step's edge lies on the step although it reaches deep behind the riser; and a box pressed
-// into the corner of floor and wall touches both. A wrong face would push it out sideways by its whole
-// length.
+// A box across a step's edge lies on the step although it reaches deep behind the riser; and a
+// box pressed into the corner of floor and wall touches both. A wrong face would push it out
+// sideways by its whole length.
 TEST(steps_and_corners) {
   Triangles step;
   // Tread z = 0 for x < 0, riser down to z = -0.05, lower tread for x > 0; the riser's diagonal hides its
@@ -338,8 +344,10 @@ TEST(steps_and_corners) {
   for (double y : {-2.0, 2.0})
     for (const auto& [x, z] : {std::pair{-3.0, 0.0}, {0.0, 0.0}, {0.0, -0.05}, {3.0, -0.05}})
       step.vertices.push_back({x, y, z});
-  for (int k = 0; k < 3; ++k)
-    step.triangles.push_back({k, k + 1, k + 5}), step.triangles.push_back({k, k + 5, k + 4});
+  for (int k = 0; k < 3; ++k) {
+    step.triangles.push_back({k, k + 1, k + 5});
+    step.triangles.push_back({k, k + 5, k + 4});
+  }
   const Shape mesh = step.mesh();
   for (double depth : {-1e-3, 0.0, 1e-9, 1e-6, 1e-3})
     for (double x : {-0.39, -0.2, 0.0, 0.1, 0.3, 0.39}) {
@@ -357,7 +365,8 @@ TEST(steps_and_corners) {
     int up = 0, across = 0;
     for (const ContactPoint& p : points) {
       CHECK_NEAR(p.gap, gap, 1e-9);
-      up += norm(p.normal - Vec3{0, 0, 1}) < 1e-9, across += norm(p.normal - Vec3{1, 0, 0}) < 1e-9;
+      up += norm(p.normal - Vec3{0, 0, 1}) < 1e-9;
+      across += norm(p.normal - Vec3{1, 0, 0}) < 1e-9;
     }
     CHECK(up == 4 && across >= 2 && up + across == static_cast<int>(points.size()));
   }
@@ -399,9 +408,9 @@ TEST(deep_bodies_are_pushed_out) {
     }
 }
 
-// Height fields against the mesh of the same triangles, diagonals as documented: the same points, deep ones
-// on this rough ground included (for those of ellipsoids directions are good to about the root of the
-// precision).
+// Height fields against the mesh of the same triangles, diagonals as documented: the same points,
+// deep ones on this rough ground included (for those of ellipsoids directions are good to about
+// the root of the precision).
 TEST(height_field_is_its_mesh) {
   small::Random random(15);
   const int rows = 9, columns = 13;
@@ -415,7 +424,8 @@ TEST(height_field_is_its_mesh) {
   for (int r = 0; r + 1 < rows; ++r)
     for (int c = 0; c + 1 < columns; ++c) {
       const int a = r * columns + c, d = a + columns + 1;
-      t.triangles.push_back({a, a + 1, d}), t.triangles.push_back({a, d, a + columns});
+      t.triangles.push_back({a, a + 1, d});
+      t.triangles.push_back({a, d, a + columns});
     }
   const Shape mesh = t.mesh();
   const Transform tilted{{1, 2, 3}, random_rotation(random)};
@@ -431,15 +441,16 @@ TEST(height_field_is_its_mesh) {
     }
 }
 
-// The mesh of a box in other units, far from the origin, and with its triangles in another order gives the
-// same.
-TEST(units_and_order_do_not_matter) {
+// The mesh of a box in other units gives the same bits: any length with a dimension inside would show.
+TEST(units_do_not_matter) {
   small::Random random(16);
+  const Triangles unit = refined(box_mesh({1, 1, 1}), false);
+  int touching = 0;
   for (int pose = 0; pose < 100; ++pose) {
     const Quat rotation = random_rotation(random);
     const Vec3 at{random.uniform(-0.5, 0.5), random.uniform(-0.5, 0.5), 1.3 + random.uniform(-0.3, 0)};
-    const Triangles unit = refined(box_mesh({1, 1, 1}), false);
     const auto expected = contacts(Box{{0.4, 0.3, 0.2}}, {at, rotation}, unit.mesh(), 0.02);
+    touching += !expected.empty();
     for (double scale : {0x1p-10, 0x1p10}) {
       Triangles scaled = unit;
       for (Vec3& v : scaled.vertices) v *= scale;
@@ -452,8 +463,41 @@ TEST(units_and_order_do_not_matter) {
       }
     }
   }
+  CHECK(touching > 50);
 }
 
+// A mesh far from the origin, and one with its triangles in another order, has the same points. Fails if
+// contact is computed in coordinates of the world (positions of 1e3 hold 1e-13, directions between close
+// points then lose far more than the 1e-10 allowed), or if what one triangle finds hangs on which came
+// before.
+TEST(place_and_order_of_triangles_do_not_matter) {
+  small::Random random(19);
+  const Triangles mesh = refined(box_mesh({1, 1, 1}), false);
+  Triangles reversed = mesh;
+  std::reverse(reversed.triangles.begin(), reversed.triangles.end());
+  const Vec3 far{1000, -2000, 500};
+  int touching = 0;
+  for (const Shape& shape : all_shapes())
+    for (int pose = 0; pose < 50; ++pose) {
+      const Quat rotation = random_rotation(random);
+      const Vec3 at{random.uniform(-0.5, 0.5), random.uniform(-0.5, 0.5), 0};
+      const Vec3 up{0, 0, 1.002 - lowest_point(shape, rotation)};
+      const auto expected = contacts(shape, {at + up, rotation}, mesh.mesh(), 0.02);
+      const auto moved = contacts(shape, {far + at + up, rotation}, mesh.mesh(), 0.02, {far, {}});
+      const auto other = contacts(shape, {at + up, rotation}, reversed.mesh(), 0.02);
+      touching += !expected.empty();
+      CHECK_NEAR(smallest_gap(expected), 0.002, 1e-12);
+      CHECK(moved.size() == expected.size() && other.size() == expected.size());
+      for (const ContactPoint& p : expected) {
+        CHECK(has_point(moved, far + p.point, p.gap, 1e-10));
+        CHECK(has_point(other, p.point, p.gap, 1e-12));
+      }
+    }
+  CHECK(touching == 300);
+}
+
+// What the user can mend is named: fails if one of these slips through to a mesh that acts wrongly, or if the
+// message does not say where.
 TEST(meshes_that_are_refused) {
   const std::vector<Vec3> corners{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {1, 1, 0}, {2, 0, 0}};
   const std::vector<Triangle> good{{0, 1, 2}, {1, 3, 2}};

@@ -14,6 +14,7 @@ const std::vector<Vec3> tetrahedron{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
 const std::vector<Triangle> its_faces{{0, 2, 1}, {0, 1, 3}, {0, 3, 2}, {1, 2, 3}};
 }  // namespace
 
+// Fails if a size of any shape goes unchecked, or if the message does not name it.
 TEST(sizes_must_be_positive_and_finite) {
   CHECK_THROWS(validate(Sphere{0}), "sphere: the radius");
   CHECK_THROWS(validate(Box{{1, -1, 1}}), "box: every half edge");
@@ -42,6 +43,7 @@ TEST(coplanar_triangles_of_a_hull_are_one_face) {
   CHECK(prism(64, 1, 1).data->faces.size() == 66);
 }
 
+// Fails if corners that only triangulation made stay: they would come and go as contact points.
 TEST(points_within_a_face_or_an_edge_are_no_corners) {
   // A cube whose top is a fan around its centre, and one top edge halved: neither point is a corner.
   std::vector<Vec3> v{{-1, -1, -1}, {1, -1, -1}, {1, 1, -1}, {-1, 1, -1}, {-1, -1, 1},
@@ -59,6 +61,8 @@ TEST(points_within_a_face_or_an_edge_are_no_corners) {
   CHECK(make_hull(v, t).data->vertices.size() == 9);
 }
 
+// Fails if one of these becomes a hull whose faces are not those of its surface, or if
+// the reason is another one.
 TEST(bodies_that_are_no_hulls_are_refused_with_the_reason) {
   const auto hull = [](std::vector<Vec3> v, std::vector<Triangle> t) { return make_hull(v, t); };
   CHECK(hull(tetrahedron, its_faces).data->faces.size() == 4);
@@ -107,6 +111,8 @@ TEST(bodies_that_are_no_hulls_are_refused_with_the_reason) {
                "not convex");
 }
 
+// Fails if a tolerance of make_hull() is a length: 1e-6 m would flatten a small body, or join
+// no faces of a large one.
 TEST(hulls_do_not_depend_on_units) {
   for (double unit : {1e-6, 1.0, 1e6}) {
     std::vector<Vec3> v;
@@ -116,7 +122,8 @@ TEST(hulls_do_not_depend_on_units) {
 }
 
 TEST(bounds_enclose_the_shape_tightly) {
-  // Against the support functions in the six directions: sqrt and products are all that rounds.
+  // Against the support functions in the six directions: sqrt and products are all that rounds. Fails if a
+  // box is too small, which loses pairs, or larger than need be, which costs time.
   const Quat q = turn({1, 2, 3}, 0.7);
   const Vec3 c{3, -2, 1};
   const Mat3 r = to_matrix(q);

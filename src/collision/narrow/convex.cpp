@@ -12,6 +12,7 @@ std::int32_t extreme_corner(const ConvexHull& hull, const Vec3& direction) {
   std::int32_t best = 0;
   double height = dot(hull.vertices[0], direction);
   if (hull.vertices.size() <= few) {
+    // Straight through memory is faster than the walk until there are many.
     for (std::size_t i = 1; i < hull.vertices.size(); ++i) {
       const double h = dot(hull.vertices[i], direction);
       if (h > height) {
@@ -35,6 +36,8 @@ std::int32_t extreme_corner(const ConvexHull& hull, const Vec3& direction) {
   return best;
 }
 
+// The core is what is left of a shape when a ball of the radius is taken from all around it: a point of a
+// sphere, a segment of a capsule, the others as they are.
 Convex make_convex(const Shape& shape, const Transform& frame, const Vec3& origin) {
   Convex body;
   body.centre = frame.position - origin;
@@ -67,6 +70,7 @@ Convex make_convex(const Shape& shape, const Transform& frame, const Vec3& origi
   return body;
 }
 
+// The triangle has corners in place of axes: it is made anew for every triangle near a body.
 Convex make_triangle(const Vec3& a, const Vec3& b, const Vec3& c) {
   Convex body;
   body.kind = Convex::Kind::triangle;
@@ -118,6 +122,7 @@ Vec3 support(const Convex& body, const Vec3& direction) {
   return corner_of(body, extreme_corner(*body.hull, to_local(body, direction)));
 }
 
+// Rounding of a difference of two points is 1e-16 of their coordinates, at most those of the far ends.
 PairScale pair_scale(const Convex& a, const Convex& b) {
   return {std::min(a.extent, b.extent), a.extent + b.extent + norm(a.centre - b.centre)};
 }

@@ -14,8 +14,8 @@ struct Convex {
   Kind kind;
   Vec3 centre;
   Vec3 axis[3];  // columns of its rotation: the body's axes in the common coordinates
-  // box: half edges; ellipsoid: semi-axes; segment: z is the half length; cylinder: x the radius, z the half
-  // length.
+  // box: half edges; ellipsoid: semi-axes; segment: z is the half length; cylinder: x the
+  // radius, z the half length.
   Vec3 size;
   double radius = 0;
   double extent = 0;  // about the radius of the core: what tolerances are relative to

@@ -7,19 +7,20 @@
 #include "collision/narrow/polytope.hpp"
 
 // The expanding polytope algorithm (van den Bergen, Collision Detection in Interactive 3D Environments,
-// section 4.3.8). The origin lies inside the difference C of the cores, and the shortest way out of C is that
-// of the overlap. A polytope inside C that holds the origin grows at its face nearest to the origin: the
-// plane of this face bounds the depth from below, the plane that supports C along the same normal from above.
-// Where the two agree the face lies on the surface of C, and the origin's foot on it gives the deepest
-// points.
+// section 4.3.8). The origin lies inside the difference C of the cores, and the shortest way out of C is
+// that of the overlap. A polytope inside C that holds the origin grows at its face nearest to the
+// origin: the plane of this face bounds the depth from below, the plane that supports C along the same
+// normal from above. Where the two agree the face lies on the surface of C, and the origin's foot on it
+// gives the deepest points.
 namespace amontons::collision {
 
 namespace {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
+// Across the coordinate axis that e is most perpendicular to, where the product is longest.
 Vec3 any_perpendicular(const Vec3& e) {
-  int least = 0;  // across the axis that e is most perpendicular to
+  int least = 0;
   for (int i = 1; i < 3; ++i)
     if (std::abs(e[i]) < std::abs(e[least])) least = i;
   Vec3 axis;
@@ -94,7 +95,8 @@ int grow_to_tetrahedron(const Convex& a, const Convex& b, const Simplex& s, doub
   return n;
 }
 
-// Both cores lie in one plane, or on one line: they part across it, at no depth.
+// Both cores lie in one plane, or on one line: they part across it, at no depth. Here belong a segment that
+// cuts a triangle in its own plane, and two spheres on one centre, whose cores are points.
 void part_flat(const Convex& a, const Convex& b, const Polytope& hull, int points, Separation& result) {
   const Vec3 o = hull.point[0].w;
   Vec3 normal{0, 0, 1};
@@ -161,9 +163,9 @@ void penetration(const Convex& a, const Convex& b, const Simplex& simplex, Separ
   const Vec3 o = hull.point[0].w;
   hull.rounding = rounding;
   hull.start(dot(cross(hull.point[1].w - o, hull.point[2].w - o), hull.point[3].w - o) < 0);
-  // Every direction tried is a way out, and the nearest face bounds the shortest one from below. The last
-  // face holds the foot of the origin; should rounding have spoilt it, the best direction met has at least
-  // the depth right.
+  // Every direction tried is a way out, and the nearest face bounds the shortest one from below. The
+  // last face holds the foot of the origin; should rounding have spoilt it, the best direction met has
+  // at least the depth right.
   double least = infinity;
   for (;;) {
     const int nearest = hull.nearest_face();

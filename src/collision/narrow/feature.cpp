@@ -28,6 +28,8 @@ void set_edge(Feature& feature, const Vec3& p, const Vec3& q) {
   feature.points[1] = q;
 }
 
+// In the box's own axes: a face if one component of the direction dominates, an edge along the axis whose
+// component is small, or the corner that has the signs of the direction.
 void box_feature(const Convex& body, const Vec3& direction, Feature& feature) {
   const Vec3 d = to_local(body, direction);
   int flat = 0, along = 0;  // the axes nearest to the direction, and most perpendicular to it
@@ -38,6 +40,8 @@ void box_feature(const Convex& body, const Vec3& direction, Feature& feature) {
   Vec3 corner;
   for (int i = 0; i < 3; ++i) corner[i] = d[i] < 0 ? -body.size[i] : body.size[i];
   if (std::abs(d[flat]) >= face_cosine) {
+    // (flat, i, j) is right-handed: on the side where the axis points inwards u turns
+    // round, to keep the order.
     const double side = d[flat] < 0 ? -1 : 1;
     const int i = (flat + 1) % 3, j = (flat + 2) % 3;
     const Vec3 m = body.centre + corner[flat] * body.axis[flat];
@@ -99,6 +103,7 @@ void cap_feature(const Convex& body, const Vec3& direction, double c, const Vec3
   }
 }
 
+// A cap, a generator of the side, or a point of the rim.
 void cylinder_feature(const Convex& body, const Vec3& direction, const Vec3* phase, Feature& feature) {
   const double c = dot(body.axis[2], direction);
   if (std::abs(c) >= face_cosine) return cap_feature(body, direction, c, phase, feature);
@@ -130,6 +135,7 @@ bool hull_face(const Convex& body, const Vec3& d, const Vec3& held, Feature& fea
   return true;
 }
 
+// A face, or of the edges at the extreme corner the one that falls least along the direction, or that corner.
 void hull_feature(const Convex& body, const Vec3& direction, const Vec3* through, Feature& feature) {
   const ConvexHull& hull = *body.hull;
   const Vec3 d = to_local(body, direction);
@@ -150,6 +156,7 @@ void hull_feature(const Convex& body, const Vec3& direction, const Vec3* through
   set_edge(feature, corner_of(body, extreme), corner_of(body, other));
 }
 
+// The same for a triangle, either side of which may be the face.
 void triangle_feature(const Convex& body, const Vec3& direction, Feature& feature) {
   const Vec3 n = normalised(cross(body.corner[1] - body.corner[0], body.corner[2] - body.corner[0]));
   const double c = dot(n, direction);

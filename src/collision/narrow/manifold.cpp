@@ -77,6 +77,7 @@ void clip_by_edge(Clipper& c, const Lifted& p, const Lifted& q, bool closed, dou
   }
 }
 
+// Of a face or an edge; what counts as the same point is relative to it.
 double shortest_edge(const Feature& f) {
   double least = infinity;
   for (int i = 0; i < f.count; ++i)
@@ -171,6 +172,7 @@ double clip_edges(Clipper& c, const TangentFrame& frame, double margin, std::vec
   return emit(c, frame, 1e-3 * std::min(length, other), margin, true, points);
 }
 
+// The point that the separation itself gives.
 void push_deepest(const Separation& deepest, double margin, std::vector<ContactPoint>& points) {
   if (deepest.distance <= margin)
     points.push_back({0.5 * (deepest.on_a + deepest.on_b), deepest.normal, deepest.distance});
@@ -183,8 +185,8 @@ double clip_features(const Convex& a, const Convex& b, const Vec3& normal, const
   thread_local Clipper c;
   const bool both_round = a.kind == Convex::Kind::cylinder && b.kind == Convex::Kind::cylinder;
   supporting_feature(a, -normal, deepest ? &deepest->on_a : nullptr, nullptr, c.feature_a);
-  // Two caps as polygons of one orientation: coaxial ones then share their corners instead of crossing
-  // between them.
+  // Two caps as polygons of one orientation: coaxial ones then share their corners instead
+  // of crossing between them.
   supporting_feature(b, normal, deepest ? &deepest->on_b : nullptr, both_round ? &a.axis[0] : nullptr,
                      c.feature_b);
   const TangentFrame frame(c.feature_a.points[0], normal);

@@ -6,9 +6,9 @@
 
 namespace amontons::collision {
 
-// Appends the contact points with gap <= margin of the supporting features along a given unit normal from b
-// to a; `deepest` (or null) only helps to choose the faces. Returns the smallest gap, infinity if no point
-// was found.
+// Appends the contact points with gap <= margin of the supporting features along a given unit normal
+// from b to a; `deepest` (or null) only helps to choose the faces. Returns the smallest gap,
+// infinity if no point was found.
 double clip_features(const Convex& a, const Convex& b, const Vec3& normal, const Separation* deepest,
                      double margin, std::vector<ContactPoint>& points);
 

@@ -73,8 +73,8 @@ SurfaceDistance distance_to_ellipsoid(const Vec3& radii, const Vec3& p) {
     y[i] = std::abs(p[i]) / radii[least];
     excess[i] = (e[i] - 1) * (e[i] + 1);  // e^2 - 1 without cancellation
   }
-  // On the symmetry plane of the smallest axis, within the evolute, s vanishes with y: the limit is the
-  // answer.
+  // On the symmetry plane of the smallest axis, within the evolute, s vanishes with y:
+  // the limit is the answer.
   y[least] = std::max(y[least], 1e-30);
   double s = y[least];
   for (int i = 0; i < 3; ++i) s = std::max(s, e[i] * y[i] - excess[i]);  // one term alone reaches 1 here

@@ -12,6 +12,8 @@ constexpr double infinity = std::numeric_limits<double>::infinity();
 
 }  // namespace
 
+// The normal of a triangle with coordinates good to `rounding` is good to rounding over its height, which is
+// area / longest. A needle's normal would make it look nearest by chance, so it keeps an infinite distance.
 int Polytope::add_face(int i, int j, int k) {
   const int number = free_faces > 0 ? unused[--free_faces] : faces++;
   const Vec3 ab = point[j].w - point[i].w, ac = point[k].w - point[i].w, bc = ac - ab, n = cross(ab, ac);
@@ -57,10 +59,11 @@ void Polytope::remove_beyond(int number, int edge, const Vec3& p) {
   remove_seen(next, back, p);
 }
 
-// Corner r of the rim's edge: its beginning (end = 0) or end (1), seen from the face that stays.
+// A corner of edge r of the rim: its beginning (end = 0) or end (1), seen from the face that stays.
 int Polytope::rim_corner(int r, int end) const { return face[rim[r][0]].corner[(rim[r][1] + end) % 3]; }
 
-// The rim is listed against the direction of the faces that stay.
+// Seen from the faces that stay the rim runs backwards: each edge begins where the next one ends. Rounding in
+// sees() can leave a rim that touches itself, over which a cone would be no polytope.
 bool Polytope::is_rim_a_loop() const {
   if (rim_edges < 3) return false;
   for (int r = 0; r < rim_edges; ++r)

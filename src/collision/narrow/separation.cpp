@@ -13,19 +13,6 @@ namespace amontons::collision {
 
 namespace {
 
-double separated_by(const Convex& a, const Convex& b, const Vec3& n) {
-  return dot(n, support(a, -n) - support(b, n)) - a.radius - b.radius;
-}
-
-// The side of a cylinder is that of the capsule around its axis.
-Convex as_capsule(const Convex& body) {
-  if (body.kind != Convex::Kind::cylinder) return body;
-  Convex capsule = body;
-  capsule.kind = Convex::Kind::segment;
-  capsule.radius = body.size.x;
-  return capsule;
-}
-
 // The bodies seen along a normal.
 struct View {
   Vec3 normal, on_a, on_b;  // the support points, radii included
@@ -78,6 +65,21 @@ void sharpen_smooth(const Convex& a, const Convex& b, Separation& s) {
 }
 
 bool is_smooth(const Convex& body) { return body.kind == Convex::Kind::ellipsoid; }
+
+// The separation of the bodies by a unit normal: a lower bound of their distance, and for the best normal the
+// distance itself.
+double separated_by(const Convex& a, const Convex& b, const Vec3& n) {
+  return dot(n, support(a, -n) - support(b, n)) - a.radius - b.radius;
+}
+
+// The side of a cylinder is that of the capsule around its axis.
+Convex as_capsule(const Convex& body) {
+  if (body.kind != Convex::Kind::cylinder) return body;
+  Convex capsule = body;
+  capsule.kind = Convex::Kind::segment;
+  capsule.radius = body.size.x;
+  return capsule;
+}
 
 // Where the side of a cylinder touches, capsules in place of the cylinders have cores that stay apart, for
 // which GJK is exact.

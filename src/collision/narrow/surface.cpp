@@ -6,8 +6,8 @@
 namespace amontons::collision {
 namespace {
 
-// Points closer than this part of the body's size are one: triangles that share an edge or corner both find
-// it.
+// Points closer than this part of the body's size are one: triangles that share an
+// edge or corner both find it.
 constexpr double same_point = 1e-5;
 // Of more points than this with about the same normal some are left out.
 constexpr std::size_t many = 16;

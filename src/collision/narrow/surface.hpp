@@ -46,9 +46,9 @@ class SurfaceContact {
   void find() {
     const std::size_t first = points_.size();
     const bool any_behind = touch_all();
-    // Where the body overlaps an edge or a corner, the shortest way out of one triangle may lead into the
-    // next. Then directions are taken from the body moved out a little, where they are those of shortest
-    // distances.
+    // Where the body overlaps an edge or a corner, the shortest way out of one triangle may lead
+    // into the next. Then directions are taken from the body moved out a little, where they are
+    // those of shortest distances.
     for (int attempt = 0; attempt < 4 && blocked_ && norm_squared(outwards_) > 0; ++attempt) {
       points_.resize(first);
       lift_ = (2 * overlap_) * normalised(outwards_);
@@ -227,9 +227,9 @@ class SurfaceContact {
     if (gap <= body_.margin) points_.push_back({at + (part * gap) * n, n, gap});
   }
 
-  // Sutherland and Hodgman's clipping of the points in clip_ by the plane on edge k. Every side of the
-  // polygon knows the edge of the triangle that it lies on, if it does: a crossing on such a side is a corner
-  // of the triangle.
+  // Sutherland and Hodgman's clipping of the points in clip_ by the plane on edge k. Every side of
+  // the polygon knows the edge of the triangle that it lies on, if it does: a crossing on such a side
+  // is a corner of the triangle.
   int clip(const Facet& facet, int k, int count) {
     const Vec3 from = facet.corner[k], inward = inward_of(facet, k);
     const double close = body_.tolerance();

@@ -56,9 +56,9 @@ bool separate_by_faces(const BoxPair& p, double margin, Axis& best) {
   return true;
 }
 
-// Along the product of edge i of a and edge j of b, e x f, in the coordinates of a: its components are
-// (0, -turn(i2, j), turn(i1, j)) for (i, i1, i2), so that only the other two edges of either box reach along
-// it.
+// Along the product of edge i of a and edge j of b, e x f, in the coordinates of a: its
+// components are (0, -turn(i2, j), turn(i1, j)) for (i, i1, i2), so that only the other two edges
+// of either box reach along it.
 bool separate_by_edges(const BoxPair& p, double margin, Axis& best) {
   const Mat3& q = p.size_of_turn;
   for (int i = 0; i < 3; ++i) {
@@ -144,8 +144,8 @@ struct Reference {
     return facing;
   }
 
-  // The corners of the other box's face about axis `facing` that is turned against the reference face, over
-  // that face.
+  // The corners of the other box's face about axis `facing` that is turned against the
+  // reference face, over that face.
   void lift_facing(int facing, Lifted* corner) const {
     const double sign = turn(index, facing) * side > 0 ? -1 : 1;
     const int j1 = next_axis(facing), j2 = last_axis(facing);

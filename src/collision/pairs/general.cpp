@@ -2,9 +2,6 @@
 
 #include "collision/narrow/manifold.hpp"
 #include "collision/narrow/separation.hpp"
-#include "collision/narrow/surface.hpp"
-#include "collision/shapes/height_grid.hpp"
-#include "collision/shapes/triangle_mesh.hpp"
 
 namespace amontons::collision {
 
@@ -17,16 +14,6 @@ void collide_convex(const Posed& a, const Posed& b, double margin, std::vector<C
   const std::size_t before = points.size();
   manifold(body_a, body_b, s, margin, points);
   for (std::size_t i = before; i < points.size(); ++i) points[i].point += origin;
-}
-
-void collide_mesh(const Posed& a, const Posed& b, double margin, std::vector<ContactPoint>& points) {
-  const MeshSurface surface{*std::get<Mesh>(b.shape).data};
-  collide_surface(surface, b.frame, a.shape, a.frame, margin, points);
-}
-
-void collide_height_field(const Posed& a, const Posed& b, double margin, std::vector<ContactPoint>& points) {
-  const GridSurface surface{*std::get<HeightField>(b.shape).data};
-  collide_surface(surface, b.frame, a.shape, a.frame, margin, points);
 }
 
 }  // namespace amontons::collision

@@ -44,6 +44,7 @@ void capsule_on_plane(const Capsule& capsule, const Transform& frame, const Plan
   plane.add(down + half);
 }
 
+// The rim's lowest point of either cap, and of a cap that looks down a polygon on its rim.
 void cylinder_on_plane(const Cylinder& cylinder, const Transform& frame, const PlaneContact& plane) {
   const Mat3 r = to_matrix(frame.rotation);
   const Vec3 axis = r.column(2);
@@ -63,6 +64,7 @@ void cylinder_on_plane(const Cylinder& cylinder, const Transform& frame, const P
   }
 }
 
+// In the hull's own frame, where heights over the plane are <up, p> + lift.
 void hull_on_plane(const ConvexHull& hull, const Transform& frame, const PlaneContact& plane) {
   const Vec3 up = rotate(conjugate(frame.rotation), plane.normal);
   const double lift = plane.height(frame.position);

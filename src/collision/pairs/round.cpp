@@ -8,8 +8,8 @@
 
 namespace amontons::collision {
 
-// The gap is the distance of the sphere's centre from the surface less the radius, along that surface's
-// normal.
+// The gap is the distance of the sphere's centre from the surface less the radius,
+// along that surface's normal.
 void collide_sphere(const Posed& a, const Posed& b, double margin, std::vector<ContactPoint>& points) {
   const double radius = std::get<Sphere>(a.shape).radius;
   const Vec3 offset = a.frame.position - b.frame.position;

@@ -4,6 +4,8 @@
 
 #include "collision/pairs/boxes.hpp"
 #include "collision/pairs/general.hpp"
+#include "collision/pairs/height_field.hpp"
+#include "collision/pairs/mesh.hpp"
 #include "collision/pairs/plane.hpp"
 #include "collision/pairs/round.hpp"
 

@@ -13,6 +13,7 @@ namespace amontons {
 
 namespace {
 
+// What make_height_field() refuses, with the reason.
 void check(std::span<const double> heights, std::size_t rows, std::size_t columns, double size_x,
            double size_y) {
   AMONTONS_REQUIRE(rows >= 2 && columns >= 2,
@@ -35,6 +36,7 @@ void check(std::span<const double> heights, std::size_t rows, std::size_t column
 HeightField make_height_field(std::span<const double> heights, std::size_t rows, std::size_t columns,
                               double size_x, double size_y) {
   check(heights, rows, columns, size_x, size_y);
+  // The range of heights is a quick test for bodies above the field, the active vertices one for normals.
   const auto [lowest, highest] = std::minmax_element(heights.begin(), heights.end());
   auto grid = std::make_shared<HeightGrid>();
   grid->heights.assign(heights.begin(), heights.end());

@@ -75,6 +75,8 @@ struct GridSurface {
       }
   }
 
+  // The neighbours of a triangle follow from the pattern of cells: across its leg in the next cell, across
+  // the diagonal in its own.
   Facet facet(std::int64_t t) const {
     const std::int64_t r = t / 2 / (grid.columns - 1), c = t / 2 % (grid.columns - 1);
     struct Site {
@@ -119,6 +121,7 @@ struct GridSurface {
 
   bool is_active(std::int64_t vertex) const { return grid.is_active[vertex]; }
 
+  // Whether one of the six edges at a vertex is not flat; those on the border of the grid never are.
   bool has_active_edge(std::int64_t vertex) const {
     const std::int64_t r = vertex / grid.columns, c = vertex % grid.columns;
     if (r == 0 || c == 0 || r == grid.rows - 1 || c == grid.columns - 1) return true;

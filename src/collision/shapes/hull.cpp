@@ -48,6 +48,7 @@ void check_input(std::span<const Vec3> vertices, std::span<const Triangle> trian
                    "convex hull: it needs at least four triangles, not " + std::to_string(triangles.size()));
 }
 
+// All directed edges, by their ends, so that opposite() finds one by bisection.
 std::vector<HalfEdge> sorted_edges(std::span<const Triangle> triangles) {
   std::vector<HalfEdge> edges;
   edges.reserve(3 * triangles.size());
@@ -65,6 +66,7 @@ Index opposite(const std::vector<HalfEdge>& edges, Index from, Index to) {
   return found != edges.end() && !(key < *found) ? found->triangle : -1;
 }
 
+// Every edge must be there once, and once the other way round.
 void check_closed(const std::vector<HalfEdge>& edges) {
   for (std::size_t i = 0; i < edges.size(); ++i) {
     const HalfEdge& e = edges[i];
@@ -77,6 +79,7 @@ void check_closed(const std::vector<HalfEdge>& edges) {
   }
 }
 
+// Twice the area along the outward normal.
 Vec3 area_vector(std::span<const Vec3> vertices, const Triangle& t) {
   const Vec3& a = vertices[t[0]];
   return cross(vertices[t[1]] - a, vertices[t[2]] - a);
@@ -163,8 +166,8 @@ std::vector<std::vector<Index>> trace_rims(std::span<const Triangle> triangles,
 
 // Keeps the points that at least three faces share, in their order: the others lie within a face or an edge.
 void keep_corners(std::span<const Vec3> vertices, std::vector<std::vector<Index>> faces, ConvexHull& hull) {
-  // Around a corner of a polyhedron at least three faces meet; around a point amid an edge two, amid a face
-  // one.
+  // Around a corner of a polyhedron at least three faces meet; around a point amid an
+  // edge two, amid a face one.
   std::vector<int> uses(vertices.size(), 0);
   for (const auto& face : faces)
     for (Index i : face) ++uses[i];
@@ -209,12 +212,14 @@ void set_neighbours(ConvexHull& hull) {
   for (auto& list : hull.neighbours) std::sort(list.begin(), list.end());
 }
 
+// What tolerances of the narrow phase are relative to.
 void set_extent(ConvexHull& hull) {
   Aabb box = empty_box();
   for (const Vec3& p : hull.vertices) include(box, p);
   hull.extent = 0.5 * norm(box.upper - box.lower);
 }
 
+// No corner may lie beyond any face, up to what merging coplanar triangles has moved the planes.
 void check_convex(const ConvexHull& hull, double tolerance) {
   for (std::size_t f = 0; f < hull.faces.size(); ++f)
     for (const Vec3& p : hull.vertices)

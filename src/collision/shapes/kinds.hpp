@@ -23,7 +23,7 @@ constexpr Kinds kinds = ((1u << kind_of<T>()) | ...);
 
 constexpr bool holds(Kinds set, std::size_t kind) { return (set >> kind & 1) != 0; }
 
-constexpr Kinds static_kinds = kinds<Plane, Mesh, HeightField>;
-constexpr Kinds convex_kinds = ((1u << kind_count) - 1) & ~static_kinds;
+constexpr Kinds convex_kinds = (1u << kind_of<Plane>()) - 1;
+constexpr Kinds static_kinds = ((1u << kind_count) - 1) & ~convex_kinds;
 
 }  // namespace amontons::collision

@@ -47,6 +47,7 @@ void weld(std::span<const Vec3> vertices, std::span<const Triangle> triangles, T
   for (const Triangle& t : triangles) mesh.triangles.push_back({first[t[0]], first[t[1]], first[t[2]]});
 }
 
+// The unit normal of every triangle, right-handed over its corners.
 void find_normals(TriangleMesh& mesh) {
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
     const auto [i, j, k] = mesh.triangles[t];
@@ -61,8 +62,8 @@ void find_normals(TriangleMesh& mesh) {
   }
 }
 
-// Edge k of a triangle, named by its ends: sorted by them, the edges that several triangles share lie
-// together.
+// Edge k of a triangle, named by its ends: sorted by them, the edges that several
+// triangles share lie together.
 struct HalfEdge {
   std::int32_t low, high, triangle, k;
   bool up;  // from low to high
@@ -80,6 +81,7 @@ double outer_angle(const TriangleMesh& mesh, const HalfEdge& e, const HalfEdge& 
   return angle > 1e-9 ? angle : angle + 2 * std::numbers::pi;
 }
 
+// All edges, those between the same two ends one after the other.
 std::vector<HalfEdge> sorted_edges(const TriangleMesh& mesh) {
   std::vector<HalfEdge> edges;
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
@@ -114,6 +116,8 @@ void set_neighbour(TriangleMesh& mesh, const HalfEdge& e, std::span<const HalfEd
                            mesh.normals[best->triangle], mesh.vertices[u[(best->k + 2) % 3]]);
 }
 
+// What lies across every edge, and of which kind the edge is. Two triangles that run the same way along it
+// show different sides to the outside.
 void find_neighbours(TriangleMesh& mesh) {
   const std::vector<HalfEdge> edges = sorted_edges(mesh);
   mesh.neighbours.assign(mesh.triangles.size(), {-1, -1, -1});
@@ -166,7 +170,8 @@ void describe_vertices(TriangleMesh& mesh) {
   for (std::size_t v = 0; v < n; ++v) mesh.around_start[v + 1] += mesh.around_start[v];
 }
 
-// Splits order[first, last) at the median of the centres along their longest extent.
+// A node over order[first, last), and below it the halves, split at the median of the centres
+// along their longest extent.
 void build_tree(TriangleMesh& mesh, const std::vector<Vec3>& centres, std::int32_t first, std::int32_t last) {
   Aabb box = empty_box(), middle = empty_box();
   for (std::int32_t i = first; i < last; ++i) {

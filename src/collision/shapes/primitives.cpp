@@ -86,6 +86,7 @@ double radius_about_origin(const Aabb& local) {
   return norm(far);
 }
 
+// The support function of a box about its centre is sum_i h_i |d_i|, the box's own axes being those of d.
 Aabb box_around(const Aabb& local, const Transform& frame) {
   const Vec3 h = 0.5 * (local.upper - local.lower);
   const Vec3 centre = 0.5 * (local.lower + local.upper);

@@ -1,14 +1,12 @@
 #include "amontons/collision/shapes/shapes.hpp"
 
-#include "collision/shapes/kinds.hpp"
-
 namespace amontons {
 
 void validate(const Shape& shape) {
   std::visit([](const auto& s) { collision::require_valid(s); }, shape);
 }
 
-bool is_static_only(const Shape& shape) { return collision::holds(collision::static_kinds, shape.index()); }
+bool is_static_only(const Shape& shape) { return shape.index() >= Shape(Plane{}).index(); }
 
 double bounding_radius(const Shape& shape) {
   return std::visit([](const auto& s) { return collision::radius_about_origin(s); }, shape);

@@ -8,7 +8,8 @@
 
 namespace amontons {
 
-// Any shape. The order is that of two shapes of a pair (see collide.hpp): the first one of the list is A.
+// Any shape: the convex ones, then from Plane on those that are static only. Of the two shapes of a pair the
+// one that comes first here is treated as the first (pairs/table.cpp).
 using Shape = std::variant<Sphere, Capsule, Box, Cylinder, Ellipsoid, Hull, Plane, Mesh, HeightField>;
 
 // Throws InputError naming what is wrong: sizes that are not positive and finite, shapes without data.
