@@ -10,8 +10,8 @@ namespace {
 
 // One implicit midpoint step of Euler's equations, I (W1 - W0) = s (I Wm) x Wm with Wm = (W0 + W1) / 2. For
 // any s it keeps |I W| and <W, I W>, and the Cayley transform of s Wm, a rotation by 2 atan(s |Wm| / 2),
-// keeps the momentum in space (Simo and Wong, IJNME 1991; Krysl and Endres, IJNME 2005). s = 2 tan(h |Wm| /
-// 2) / |Wm| makes that rotation exp(h Wm), which is exact when W is constant.
+// keeps the momentum in space (Simo and Wong, IJNME 1991; Krysl and Endres, IJNME 2005).
+// s = 2 tan(h |Wm| / 2) / |Wm| makes that rotation exp(h Wm), which is exact when W is constant.
 //
 // Newton's method for F(W) = 2 I (W - W0) - s (I W) x W = 0 in W = Wm, with s taken as constant in the
 // derivative: d((I W) x W) = ([I W]x - [W]x I) dW.

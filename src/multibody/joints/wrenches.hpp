@@ -4,8 +4,8 @@
 #include "multibody/joints/chain.hpp"
 
 // The wrenches of a chain: those along its degrees of freedom and those that it locks. `length` makes angles
-// comparable with displacements: twists are measured by <v, v> / length^2 + <w, w>, wrenches by <f, f> + <t,
-// t> / length^2.
+// comparable with displacements: twists are measured by <v, v> / length^2 + <w, w>, wrenches by
+// <f, f> + <t, t> / length^2.
 namespace amontons {
 
 // Dual wrenches: rate of dof i = <dual_i, twist>, the least-squares solution of sum_i screws_i q'_i = twist.

@@ -94,8 +94,8 @@ struct Joint {
   Transform frame_a, frame_b;
   std::vector<Dof> dofs;  // up to six
   bool spherical = false;
-  // Of a spherical joint: stiffness and damping (N m/rad, N m s/rad) towards zero rotation, dry friction (N
-  // m), the largest rotation angle (rad).
+  // Of a spherical joint: stiffness and damping towards zero rotation (N m/rad, N m s/rad), dry friction
+  // (N m), the largest rotation angle (rad).
   double ball_stiffness = 0, ball_damping = 0, ball_friction = 0, ball_limit = infinity;
   double lower_distance = 0, upper_distance = 0;  // m
   double compliance = 0;                          // of the locked directions, m/N; 0 is rigid
