@@ -8,7 +8,7 @@ import amontons
 import numpy as np
 import pytest
 from amontons import Dof, Joint, Material, ModelBuilder, Motor, Transform, shapes
-from amontons.transforms import axis_angle, rotate, rotation_matrix
+from amontons.model.transforms import axis_angle, rotate, rotation_matrix
 
 CUBE = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], dtype=float)
 TURNED = axis_angle((1, 2, 3), 0.7)

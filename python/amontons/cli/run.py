@@ -15,10 +15,9 @@ import typer
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
 from ..errors import FileError, InputError, SimulationError
-from ..io.atomic import reserve
-from ..io.recording import Recorder
-from ..report_table import report_table
-from ..step_report import Report
+from ..io.files import reserve
+from ..io.recordings.recorder import Recorder
+from ..simulation.outcome import Report, reports_array
 from .common import NOT_CONVERGED, Threads, complain, err, make_folder, notes, one_line_errors, out, say
 from .subject import (
     Budget,
@@ -230,11 +229,11 @@ def _tell(subject: Subject, outcome: Outcome, folder: Path | None, view: tuple[f
     """The summary on stdout and, with a folder, the files of the report."""
     from rich.table import Table
 
-    from ..report.run_report import facts, run_figure, write_reports
+    from ..report.run_summary import facts, run_figure, write_reports
     from ..report.snapshots import View, snapshots_figure
 
     sim = subject.simulation
-    reports = report_table(outcome.reports)
+    reports = reports_array(outcome.reports)
     tolerance = float(sim.options["tolerance"])
     table = Table(show_header=False, box=None, pad_edge=False, title=subject.source, title_justify="left")
     table.add_column(style="bold", no_wrap=True)
