@@ -156,6 +156,7 @@ void bind_simulation(nb::module_& m) {
       .def("joint_reactions", &joint_reactions)
       .def_prop_ro(
           "problem", [](const Simulation& s) { return s.problem(); },
+          nb::for_getter(nb::sig("def problem(self) -> Problem | None")),
           "The VI of the last step, shared and never changed; None before the first.")
       .def("momentum", [](const Simulation& s) {
         const Momentum p = momentum(s.model(), s.state());

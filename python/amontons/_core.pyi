@@ -1032,7 +1032,7 @@ class Simulation:
     def joint_reactions(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None))]: ...
 
     @property
-    def problem(self) -> Problem:
+    def problem(self) -> Problem | None:
         """
         The VI of the last step, shared and never changed; None before the first.
         """

@@ -374,6 +374,16 @@ def test_wrong_part(make, message):
     assert message in str(error.value)
 
 
+# Breaks when a misspelt option of a joint is taken and does nothing.
+@pytest.mark.parametrize("kind", [*JOINTS, "distance"])
+def test_unknown_joint_option(kind):
+    arguments = JOINTS[kind][0] if kind in JOINTS else dict(point_a=POINT, point_b=AXIS)
+    builder = two_bodies()
+    with pytest.raises(TypeError, match=rf"add_{kind}_joint\(\) got .* 'dampign'; options are .*collide"):
+        getattr(builder, f"add_{kind}_joint")("a", "b", **arguments, dampign=1.0)
+    assert builder.build().joints == ()
+
+
 # Breaks when an error of a named joint does not say which joint it is.
 @pytest.mark.parametrize(
     "add",
