@@ -39,7 +39,7 @@ class ModelBuilder(JointBuilder):
         self._couplings: list[Coupling] = []
         self._pair_materials: list[PairMaterial] = []
         self._excluded: list[tuple[int, int]] = []
-        self._names = {kind: {} for kind in ("body", "geom", "joint", "coupling")}
+        self._names: dict[str, dict[str, int]] = {kind: {} for kind in ("body", "geom", "joint", "coupling")}
 
     def add_body(
         self,
@@ -129,12 +129,12 @@ class ModelBuilder(JointBuilder):
             mask=mask,
         )
         if index != WORLD:
-            body = self._bodies[index]
-            _require_movable(f'{who} of body "{body.name}"', shape, body.motion)
+            carrier = self._bodies[index]
+            _require_movable(f'{who} of body "{carrier.name}"', shape, carrier.motion)
             if density is not None:
                 part = shape.mass_properties(positive(f"{who}: density", density)).moved(geom.frame)
-                solid = MassProperties(body.mass, body.centre_of_mass, body.inertia) + part
-                self._bodies[index] = changed(body, **vars(solid))
+                solid = MassProperties(carrier.mass, carrier.centre_of_mass, carrier.inertia) + part
+                self._bodies[index] = changed(carrier, **vars(solid))
         return self._append("geom", self._geoms, geom)
 
     def add_coupling(
