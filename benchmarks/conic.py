@@ -17,7 +17,7 @@ import amontons
 import clarabel
 import numpy as np
 import scipy.sparse as sp
-from amontons.cones import Array
+from amontons.checks import Array
 
 
 @dataclass(frozen=True)

@@ -127,33 +127,6 @@ nb::tuple stored(const OperatorHandle& handle) {
                         to_numpy(std::move(b)), to_numpy(rows.compliance));
 }
 
-// The largest |A_ij - A_ji| of a matrix in compressed rows with sorted columns, where it is, and the largest
-// |A_ij|. Row j's entry (j, i) is found by a cursor that only moves forward, because i ascends: linear time
-// and no transpose. Malformed arrays give zeros; making a problem of them reports what is wrong.
-std::tuple<double, std::int64_t, std::int64_t, double> asymmetry(IndexVector indptr, IndexVector indices,
-                                                                 Vector data) {
-  const auto p = view(indptr), c = view(indices);
-  const auto v = view(data);
-  const std::int64_t m = static_cast<std::int64_t>(p.size()) - 1;
-  std::tuple<double, std::int64_t, std::int64_t, double> worst{0.0, 0, 0, 0.0};
-  if (m < 0 || p.front() != 0 || !std::is_sorted(p.begin(), p.end()) ||
-      static_cast<std::size_t>(p.back()) != c.size() || c.size() != v.size())
-    return worst;
-  for (Index column : c)
-    if (column < 0 || column >= m) return worst;
-  std::vector<Index> cursor(p.begin(), p.end() - 1);
-  for (std::int64_t i = 0; i < m; ++i)
-    for (Index k = p[i]; k < p[i + 1]; ++k) {
-      const Index j = c[k];
-      while (cursor[j] < p[j + 1] && c[cursor[j]] < i) ++cursor[j];
-      const double mirror = cursor[j] < p[j + 1] && c[cursor[j]] == i ? v[cursor[j]] : 0.0;
-      std::get<3>(worst) = std::max(std::get<3>(worst), std::abs(v[k]));
-      if (std::abs(v[k] - mirror) > std::get<0>(worst))
-        std::get<0>(worst) = std::abs(v[k] - mirror), std::get<1>(worst) = i, std::get<2>(worst) = j;
-    }
-  return worst;
-}
-
 }  // namespace
 
 void bind_operators(nb::module_& m) {
@@ -194,7 +167,6 @@ void bind_operators(nb::module_& m) {
         nb::arg("body_b"), nb::arg("r_a"), nb::arg("r_b"), nb::arg("normal"), nb::arg("compliance"),
         nb::arg("joint_body_a"), nb::arg("joint_body_b"), nb::arg("joint_jacobian_a"),
         nb::arg("joint_jacobian_b"), nb::arg("joint_compliance"));
-  m.def("asymmetry", &asymmetry, nb::arg("indptr"), nb::arg("indices"), nb::arg("data"));
   m.def(
       "contact_tangents",
       [](Matrix normals) {

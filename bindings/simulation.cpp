@@ -62,45 +62,17 @@ nb::ndarray<nb::numpy, std::uint8_t, nb::ndim<1>> contacts_of(const Simulation& 
   static_assert(sizeof(Contact) == 144 && offsetof(Contact, point) == 16 && offsetof(Contact, gap) == 64 &&
                     offsetof(Contact, impulse) == 80 && offsetof(Contact, slip) == 104 &&
                     offsetof(Contact, normal_velocity) == 128 && offsetof(Contact, state) == 136,
-                "the dtype in python/amontons/contact_table.py mirrors Contact");
+                "the dtype in python/amontons/simulation/forces.py mirrors Contact");
   std::vector<std::uint8_t> bytes(s.contacts().size() * sizeof(Contact));
   if (!bytes.empty()) std::memcpy(bytes.data(), s.contacts().data(), bytes.size());
   return to_numpy(std::move(bytes));
-}
-
-nb::list cone_list(const SetProduct& K) {
-  nb::list cones;
-  const auto part = [](const std::vector<double>& all, const SetRun& run) {
-    return to_numpy(std::vector<double>(all.begin() + static_cast<std::ptrdiff_t>(run.param),
-                                        all.begin() + static_cast<std::ptrdiff_t>(run.param + run.count)));
-  };
-  for (const SetRun& run : K.runs()) switch (run.kind) {
-      case SetKind::free:
-        cones.append(nb::make_tuple("free", run.count));
-        break;
-      case SetKind::nonnegative:
-        cones.append(nb::make_tuple("nonnegative", run.count));
-        break;
-      case SetKind::interval:
-        cones.append(nb::make_tuple("interval", part(K.lo(), run), part(K.hi(), run)));
-        break;
-      case SetKind::friction:
-        cones.append(nb::make_tuple("friction", part(K.mu(), run)));
-        break;
-    }
-  return cones;
-}
-
-const ContactOperator& operator_of(const Simulation& s) {
-  AMONTONS_REQUIRE(s.problem() != nullptr, "there is no problem before the first step; call step() first");
-  return std::get<ContactOperator>(s.problem()->A);
 }
 
 // Arms of the contacts of the last step from both centres of mass, (n, 3) each.
 nb::tuple contact_arms(const Simulation& s) {
   std::vector<double> a, b;
   if (s.problem())
-    for (const ContactFrame& c : operator_of(s).contacts) {
+    for (const ContactFrame& c : std::get<ContactOperator>(s.problem()->A).contacts) {
       a.insert(a.end(), c.r_a.begin(), c.r_a.end());
       b.insert(b.end(), c.r_b.begin(), c.r_b.end());
     }
@@ -114,40 +86,6 @@ nb::ndarray<nb::numpy, double, nb::ndim<2>> joint_reactions(const Simulation& s)
     for (const Vec3& v : {r.point, r.impulse, r.angular}) rows.insert(rows.end(), {v.x, v.y, v.z});
   rows.resize(9 * s.model().joints());
   return to_numpy(std::move(rows), 9);
-}
-
-// The arrays of the VI of the last step, by the names of the arguments of amontons.Contacts.
-nb::dict problem_arrays(const Simulation& s) {
-  const ContactOperator& op = operator_of(s);
-  std::vector<Index> body_a, body_b, joint_a, joint_b;
-  std::vector<double> normal, jacobian_a, jacobian_b, inertia;
-  for (const ContactFrame& c : op.contacts) {
-    body_a.push_back(c.body_a), body_b.push_back(c.body_b);
-    normal.insert(normal.end(), c.normal.begin(), c.normal.end());
-  }
-  for (const JacobianRow& row : op.joints.jacobian) {
-    joint_a.push_back(row.body_a), joint_b.push_back(row.body_b);
-    jacobian_a.insert(jacobian_a.end(), row.a.begin(), row.a.end());
-    jacobian_b.insert(jacobian_b.end(), row.b.begin(), row.b.end());
-  }
-  for (const auto& [xx, yy, zz, xy, xz, yz] : op.joints.inverse_mass.inertia)
-    inertia.insert(inertia.end(), {xx, xy, xz, xy, yy, yz, xz, yz, zz});
-  const nb::tuple arms = contact_arms(s);
-  nb::dict d;
-  d["inverse_mass"] = to_numpy(op.joints.inverse_mass.translation);
-  d["inverse_inertia"] = to_numpy(std::move(inertia), 9);
-  d["body_a"] = to_numpy(std::move(body_a));
-  d["body_b"] = to_numpy(std::move(body_b));
-  d["r_a"] = arms[0];
-  d["r_b"] = arms[1];
-  d["normal"] = to_numpy(std::move(normal), 3);
-  d["compliance"] = to_numpy(op.contact_compliance);
-  d["joint_body_a"] = to_numpy(std::move(joint_a));
-  d["joint_body_b"] = to_numpy(std::move(joint_b));
-  d["joint_jacobian_a"] = to_numpy(std::move(jacobian_a), 6);
-  d["joint_jacobian_b"] = to_numpy(std::move(jacobian_b), 6);
-  d["joint_compliance"] = to_numpy(op.joints.compliance);
-  return d;
 }
 
 void bind_options_and_report(nb::module_& m) {
@@ -216,17 +154,10 @@ void bind_simulation(nb::module_& m) {
           "impulses", [](const Simulation& s) { return to_numpy(s.impulses()); }, nb::rv_policy::automatic)
       .def("contact_arms", &contact_arms)
       .def("joint_reactions", &joint_reactions)
-      .def("problem_arrays", &problem_arrays)
-      .def("problem_b",
-           [](const Simulation& s) {
-             operator_of(s);
-             return to_numpy(s.problem()->b);
-           })
-      .def("problem_cones",
-           [](const Simulation& s) {
-             operator_of(s);
-             return cone_list(s.problem()->K);
-           })
+      .def_prop_ro(
+          "problem", [](const Simulation& s) { return s.problem(); },
+          nb::for_getter(nb::sig("def problem(self) -> Problem | None")),
+          "The VI of the last step, shared and never changed; None before the first.")
       .def("momentum", [](const Simulation& s) {
         const Momentum p = momentum(s.model(), s.state());
         return std::make_pair(p.linear, p.angular);

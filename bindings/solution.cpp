@@ -26,7 +26,7 @@ namespace {
 // The history as raw bytes of IterationRecord; the package views it as a structured array.
 nb::ndarray<nb::numpy, std::uint8_t, nb::ndim<1>> history_of(const std::shared_ptr<Solution>& s) {
   static_assert(sizeof(IterationRecord) == 64 && sizeof(std::size_t) == 8,
-                "the dtype in python/amontons/solution.py mirrors IterationRecord");
+                "the dtype in python/amontons/problem/solution.py mirrors IterationRecord");
   auto* keep = new std::shared_ptr<Solution>(s);
   nb::capsule owner(keep, [](void* p) noexcept { delete static_cast<std::shared_ptr<Solution>*>(p); });
   return {reinterpret_cast<std::uint8_t*>(s->history.data()),

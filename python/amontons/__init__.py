@@ -11,87 +11,72 @@ problem = amontons.read_problem("wall.hdf5")
 solution = problem.solve(tolerance=1e-8)
 """
 
-from importlib import import_module
-from importlib.metadata import PackageNotFoundError, version
-from typing import TYPE_CHECKING, Any
+from importlib import import_module as _import_module
+from importlib.metadata import PackageNotFoundError as _PackageNotFoundError
+from importlib.metadata import version as _version
+from types import ModuleType as _ModuleType
+from typing import TYPE_CHECKING
+from typing import Any as _Any
 
-from . import shapes
-from ._core import IterationRecord
-from .builder import ModelBuilder
-from .cones import Free, Friction, Interval, NonNegative
-from .errors import (
-    FileError,
-    InputError,
-    SimulationError,
-    StepWarning,
-    SymmetrisedWarning,
-    UnsupportedWarning,
-)
-from .io import read_problem, read_recording, record
-from .io.models import load_model
-from .model import Body, Coupling, Dof, Geom, Joint, Material, Model, Motor, PairMaterial, Transform
-from .operators import Contacts, Factored
-from .options import methods
-from .presets import Actuator, Keyframe
-from .problem import Problem, Violations, residual, solve, violations
-from .simulation import Report, Simulation
-from .solution import Solution
+# The public names: `as` says that they are meant to be used from here.
+from . import shapes as shapes
+from ._core import IterationRecord as IterationRecord
+from .errors import FileError as FileError
+from .errors import InputError as InputError
+from .errors import SimulationError as SimulationError
+from .errors import StepWarning as StepWarning
+from .errors import SymmetrisedWarning as SymmetrisedWarning
+from .errors import UnsupportedWarning as UnsupportedWarning
+from .io import load_model as load_model
+from .io import read_problem as read_problem
+from .io import read_recording as read_recording
+from .io import record as record
+from .model.builder import ModelBuilder as ModelBuilder
+from .model.model import Model as Model
+from .model.parts import Body as Body
+from .model.parts import Coupling as Coupling
+from .model.parts import Dof as Dof
+from .model.parts import Geom as Geom
+from .model.parts import Joint as Joint
+from .model.parts import Material as Material
+from .model.parts import Motor as Motor
+from .model.parts import PairMaterial as PairMaterial
+from .model.presets import Actuator as Actuator
+from .model.presets import Keyframe as Keyframe
+from .model.transforms import Transform as Transform
+from .problem.cones import Free as Free
+from .problem.cones import Friction as Friction
+from .problem.cones import Interval as Interval
+from .problem.cones import NonNegative as NonNegative
+from .problem.operators import Contacts as Contacts
+from .problem.operators import Factored as Factored
+from .problem.options import methods as methods
+from .problem.problem import Problem as Problem
+from .problem.problem import Violations as Violations
+from .problem.problem import residual as residual
+from .problem.problem import solve as solve
+from .problem.problem import violations as violations
+from .problem.solution import Solution as Solution
+from .simulation.outcome import Report as Report
+from .simulation.simulation import Simulation as Simulation
 
 if TYPE_CHECKING:
-    from . import scenes
+    from . import scenes as scenes
 
 try:
-    __version__ = version("amontons")
-except PackageNotFoundError:  # a build folder on the path, not installed
+    __version__ = _version("amontons")
+except _PackageNotFoundError:  # a build folder on the path, not installed
     __version__ = "unknown"
 
-__all__ = [
-    "Actuator",
-    "Body",
-    "Contacts",
-    "Coupling",
-    "Dof",
-    "Factored",
-    "FileError",
-    "Free",
-    "Friction",
-    "Geom",
-    "InputError",
-    "Interval",
-    "IterationRecord",
-    "Joint",
-    "Keyframe",
-    "Material",
-    "Model",
-    "ModelBuilder",
-    "Motor",
-    "NonNegative",
-    "PairMaterial",
-    "Problem",
-    "Report",
-    "Simulation",
-    "SimulationError",
-    "Solution",
-    "StepWarning",
-    "SymmetrisedWarning",
-    "Transform",
-    "UnsupportedWarning",
-    "Violations",
-    "__version__",
-    "load_model",
-    "methods",
-    "read_problem",
-    "read_recording",
-    "record",
-    "residual",
-    "scenes",
-    "shapes",
-    "solve",
-    "violations",
-]
+__all__ = sorted(
+    name
+    for name, value in {**globals(), "scenes": None}.items()
+    if not name.startswith("_") and name != "TYPE_CHECKING" and not isinstance(value, _ModuleType)
+)
+__all__ += ["__version__", "shapes"]
 
 
-def __getattr__(name: str) -> Any:
+def __getattr__(name: str) -> _Any:
     if name == "scenes":  # most programs do without, and it takes long to import
-        return import_module(".scenes", __name__)
+        return _import_module(".scenes", __name__)
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

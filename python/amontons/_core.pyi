@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 class InputError(ValueError):
     pass
 
-class ConeProduct:
+class SetProduct:
     """A product of small sets, in the order in which they are added."""
 
     def __init__(self) -> None: ...
@@ -64,8 +64,6 @@ def body_operator(inverse_mass: Annotated[NDArray[numpy.float64], dict(shape=(No
 
 def contact_operator(inverse_mass: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], inverse_inertia: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], body_a: Annotated[NDArray[numpy.int32], dict(shape=(None,), order='C', device='cpu', writable=False)], body_b: Annotated[NDArray[numpy.int32], dict(shape=(None,), order='C', device='cpu', writable=False)], r_a: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], r_b: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], normal: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], compliance: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], joint_body_a: Annotated[NDArray[numpy.int32], dict(shape=(None,), order='C', device='cpu', writable=False)], joint_body_b: Annotated[NDArray[numpy.int32], dict(shape=(None,), order='C', device='cpu', writable=False)], joint_jacobian_a: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], joint_jacobian_b: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], joint_compliance: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)]) -> Operator: ...
 
-def asymmetry(indptr: Annotated[NDArray[numpy.int32], dict(shape=(None,), order='C', device='cpu', writable=False)], indices: Annotated[NDArray[numpy.int32], dict(shape=(None,), order='C', device='cpu', writable=False)], data: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)]) -> tuple[float, int, int, float]: ...
-
 def contact_tangents(normals: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)]) -> Annotated[NDArray[numpy.float64], dict(shape=(None,))]:
     """Both tangents of every normal, six numbers each."""
 
@@ -83,14 +81,26 @@ class Norm(enum.Enum):
 
     siconos = 3
 
+ASYMMETRY: float = 1e-10
+
 class Problem:
     """A x + b over a product of sets; checked when it is made."""
 
-    def __init__(self, A: Operator, b: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], cones: ConeProduct) -> None:
+    def __init__(self, A: Operator, b: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], cones: SetProduct) -> None:
         """Takes over the operator A."""
 
     @property
     def rows(self) -> int: ...
+
+    @property
+    def b(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,))]:
+        """A view; not to be written."""
+
+    def sets(self) -> list:
+        """The sets in row order: (name, rows) or (name, parameters ...)."""
+
+    def operator_arrays(self) -> dict:
+        """Arguments of amontons.Contacts or amontons.Factored."""
 
     @property
     def preconditioner(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,))]:
@@ -1021,11 +1031,11 @@ class Simulation:
 
     def joint_reactions(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None))]: ...
 
-    def problem_arrays(self) -> dict: ...
-
-    def problem_b(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,))]: ...
-
-    def problem_cones(self) -> list: ...
+    @property
+    def problem(self) -> Problem | None:
+        """
+        The VI of the last step, shared and never changed; None before the first.
+        """
 
     def momentum(self) -> tuple[list[float], list[float]]: ...
 

@@ -206,6 +206,28 @@ TEST(sparse_oddities) {
   CHECK(diagonal_of(A) == (Vector{3, 0, 0}));
 }
 
+// Breaks when a matrix that is not symmetric is taken, whatever the order of its columns, or one is refused
+// whose halves differ by rounding, or only in the parts (1 + 1) in which an entry is stored.
+TEST(symmetry_of_matrices) {
+  SetProduct K;
+  K.add_count<Free>(2);
+  const std::vector<Index> indptr{0, 2, 4}, ascending{0, 1, 0, 1}, descending{1, 0, 1, 0};
+  const std::vector<Index> split_indptr{0, 3, 5}, split{0, 1, 1, 0, 1};
+  for (const double difference : {0.0, 0.9e-10, 1.1e-10, 1.0}) {
+    const double mirror = 2 - 4 * difference;  // 4 is the largest entry
+    const Vector up{4, 2, mirror, 4}, down{2, 4, 4, mirror}, parts{4, 1, 1, mirror, 4};
+    const Operator matrices[] = {DenseOperator{up, 2, nullptr},
+                                 SparseOperator{indptr, ascending, up, nullptr},
+                                 SparseOperator{indptr, descending, down, nullptr},
+                                 SparseOperator{split_indptr, split, parts, nullptr}};
+    for (const Operator& A : matrices)
+      if (difference < 1e-10)
+        CHECK(make_problem(A, {0, 0}, K).rows() == 2);
+      else
+        CHECK_THROWS(make_problem(A, {0, 0}, K), "A[0, 1] and A[1, 0] differ by 1");
+  }
+}
+
 // Breaks when an operator without rows reads the first entry of an empty array.
 TEST(empty_operators) {
   const std::vector<Index> indptr{0};

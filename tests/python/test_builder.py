@@ -8,7 +8,7 @@ import amontons
 import numpy as np
 import pytest
 from amontons import Dof, Joint, Material, ModelBuilder, Motor, Transform, shapes
-from amontons.transforms import axis_angle, rotate, rotation_matrix
+from amontons.model.transforms import axis_angle, rotate, rotation_matrix
 
 CUBE = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], dtype=float)
 TURNED = axis_angle((1, 2, 3), 0.7)
@@ -372,6 +372,16 @@ def test_wrong_part(make, message):
     with pytest.raises(amontons.InputError) as error:
         make()
     assert message in str(error.value)
+
+
+# Breaks when a misspelt option of a joint is taken and does nothing.
+@pytest.mark.parametrize("kind", [*JOINTS, "distance"])
+def test_unknown_joint_option(kind):
+    arguments = JOINTS[kind][0] if kind in JOINTS else dict(point_a=POINT, point_b=AXIS)
+    builder = two_bodies()
+    with pytest.raises(TypeError, match=rf"add_{kind}_joint\(\) got .* 'dampign'; options are .*collide"):
+        getattr(builder, f"add_{kind}_joint")("a", "b", **arguments, dampign=1.0)
+    assert builder.build().joints == ()
 
 
 # Breaks when an error of a named joint does not say which joint it is.

@@ -11,8 +11,8 @@ import h5py
 import numpy as np
 import pytest
 from amontons import cli
+from amontons.problem.solution import HISTORY
 from amontons.report.comparison import CSV_ROWS, thinned
-from amontons.solution import HISTORY
 from problems import EXAMPLES, real_file
 from typer.testing import CliRunner
 

@@ -294,7 +294,7 @@ def test_no_partial_file(tmp_path, monkeypatch):
     problem.write(path)
     before = path.read_bytes()
     monkeypatch.setattr(
-        "amontons.io.fclib_writer._write_info", lambda *_: (_ for _ in ()).throw(OSError("full"))
+        "amontons.io.problems.fclib_writer._write_info", lambda *_: (_ for _ in ()).throw(OSError("full"))
     )
     with pytest.raises(OSError, match="full"):
         problem.write(path)

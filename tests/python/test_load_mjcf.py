@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from amontons import InputError, shapes
 from amontons.io.models import load_model
-from amontons.transforms import Transform, axis_angle, rotate, rotation_matrix, subtract
+from amontons.model.transforms import Transform, axis_angle, rotate, rotation_matrix, subtract
 from scipy.integrate import quad
 from scipy.spatial import ConvexHull
 

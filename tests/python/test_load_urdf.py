@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from amontons import FileError, InputError, UnsupportedWarning, shapes
 from amontons.io.models import load_model
-from amontons.transforms import axis_angle, multiply, rotate, rotation_matrix
+from amontons.model.transforms import axis_angle, multiply, rotate, rotation_matrix
 
 mujoco = pytest.importorskip("mujoco")
 

@@ -3,7 +3,7 @@
 import amontons
 import numpy as np
 import scipy.sparse as sp
-from amontons.cones import to_core
+from amontons.problem.cones import to_core
 from hypothesis import given, reject, settings
 from hypothesis import strategies as st
 from reference import minimise

@@ -63,7 +63,7 @@ def test_comes_back(tmp_path, scene, parameters):
 
 # Breaks when frames that did not fit the buffer are lost or written twice.
 def test_many_flushes(tmp_path, monkeypatch):
-    monkeypatch.setattr("amontons.io.recording.BUFFER", 1000)
+    monkeypatch.setattr("amontons.io.recordings.recorder.BUFFER", 1000)
     sim = simulation(boxes=2)
     heights = [sim.state.positions[1, 2]]
     with amontons.record(tmp_path / "a.h5", sim) as recorder:

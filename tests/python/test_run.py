@@ -10,7 +10,7 @@ import amontons
 import numpy as np
 import pytest
 from amontons import cli, scenes
-from amontons.report_table import REPORTS
+from amontons.simulation.outcome import REPORTS
 from typer.testing import CliRunner
 
 

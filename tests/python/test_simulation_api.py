@@ -152,6 +152,25 @@ def test_problem(tmp_path):
     assert again.residual(sim.impulses, law="coulomb") == pytest.approx(report.residual, rel=1e-3)
 
 
+# Breaks when the problem of a step is a copy, changes with the next step, or can be written to.
+def test_problem_is_shared():
+    sim = stack()
+    sim.run(0.1)
+    problem, again = sim.problem(), sim.problem()
+    assert problem._core is again._core
+    assert np.shares_memory(problem.b, again.b)
+    with pytest.raises(ValueError, match="read-only"):
+        problem.b[0] = 1.0
+    x, b, residual = sim.impulses, problem.b.copy(), problem.residual(sim.impulses)
+    sim.step()
+    assert sim.problem()._core is not problem._core
+    np.testing.assert_array_equal(problem.b, b)
+    # What is read back makes the same problem again.
+    made = amontons.Problem(problem.A, problem.b, problem.cones)
+    assert made.residual(x) == residual
+    np.testing.assert_array_equal(made.A.matvec(x), problem._core.product(x))
+
+
 # Breaks when rows of joints, motors or limits do not come with their sets.
 def test_problem_with_joints():
     builder = ModelBuilder()

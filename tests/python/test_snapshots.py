@@ -3,8 +3,7 @@
 import amontons
 import numpy as np
 import pytest
-from amontons import shapes
-from amontons.model import Geom
+from amontons import Geom, shapes
 from amontons.report.raster import Camera, Raster
 from amontons.report.snapshots import Frame, Picture, View, snapshots_figure
 from amontons.report.solids import solid_of

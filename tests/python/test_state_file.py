@@ -19,7 +19,7 @@ from amontons import (
     Transform,
     shapes,
 )
-from amontons.transforms import axis_angle
+from amontons.model.transforms import axis_angle
 
 CUBE = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], dtype=float)
 
@@ -205,7 +205,7 @@ def test_failed_write(saved, tmp_path, monkeypatch):
     def fail(*_):
         raise OSError("disk full")
 
-    monkeypatch.setattr("amontons.io.state_file.model_to_json", fail)
+    monkeypatch.setattr("amontons.io.recordings.saved_state.model_to_json", fail)
     with pytest.raises(OSError, match="disk full"):
         sim.save(target)
     assert [p.name for p in tmp_path.iterdir()] == ["sim.h5"]

@@ -36,6 +36,9 @@ inline bool is_finite(const Vec3& a) {
 }
 constexpr Vec3 to_vec3(const std::array<double, 3>& a) { return {a[0], a[1], a[2]}; }
 
+// |a_ij - a_ji| up to this fraction of the largest entry is rounding; beyond it a matrix is not symmetric.
+inline constexpr double asymmetry_of_rounding = 1e-10;
+
 struct Mat3 {
   Vec3 row[3];
 

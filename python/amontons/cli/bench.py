@@ -8,8 +8,8 @@ from typing import Annotated
 
 import typer
 
-from .. import options
 from ..errors import InputError
+from ..problem import options
 from .common import Law, make_folder, one_line_errors, progress, say
 
 bench = typer.Typer(no_args_is_help=True, help="Reproduce benchmarks.")

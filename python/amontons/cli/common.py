@@ -15,7 +15,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 
 from ..errors import InputError, SimulationError
 from ..io import read_problem
-from ..problem import Problem
+from ..problem.problem import Problem
 
 CONVERGED, NOT_CONVERGED, BAD_INPUT = 0, 1, 2
 """Exit codes: all converged, some did not, some input could not be used (which includes usage errors)."""

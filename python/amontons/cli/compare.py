@@ -7,8 +7,8 @@ from typing import Annotated
 
 import typer
 
-from .. import options
-from ..report import tables
+from ..problem import options
+from ..report import terminal
 from .common import (
     BAD_INPUT,
     NOT_CONVERGED,
@@ -72,8 +72,8 @@ def compare(
             if interrupted(mine):
                 break
     if runs:
-        out.print(tables.compared(runs, law))
-        for line in tables.refusals(runs):
+        out.print(terminal.compared(runs, law))
+        for line in terminal.refusals(runs):
             out.print(line, style="dim", soft_wrap=True, highlight=False, markup=False)
         with one_line_errors(output):
             make_folder(output)

@@ -10,10 +10,10 @@ import typer
 
 from ..errors import FileError, InputError
 from ..io import HDF5, SUFFIXES
-from ..io.atomic import reserve
+from ..io.files import reserve
 from ..report.touch import touched
-from ..simulation import Simulation
-from ..step_report import Report
+from ..simulation.outcome import Report
+from ..simulation.simulation import Simulation
 from .common import NOT_CONVERGED, Threads, notes, one_line_errors, progress, say
 from .subject import (
     Budget,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import signal
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager, nullcontext
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import FrameType
@@ -15,10 +15,9 @@ import typer
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
 from ..errors import FileError, InputError, SimulationError
-from ..io.atomic import reserve
-from ..io.recording import Recorder
-from ..report_table import report_table
-from ..step_report import Report
+from ..io.files import reserve
+from ..io.recordings.recorder import Recorder
+from ..simulation.outcome import Report, reports_array
 from .common import NOT_CONVERGED, Threads, complain, err, make_folder, notes, one_line_errors, out, say
 from .subject import (
     Budget,
@@ -97,30 +96,19 @@ def run(
         steps = _steps(chosen, duration)
         if snapshots < 0:
             raise InputError(f"snapshots = {snapshots}; it must be zero or positive")
-        if save is not None and (save.is_dir() or not save.parent.is_dir()):
-            raise FileError(f"{save}: must be a file in a folder that exists")
-        if save is not None:
-            reserve(save).unlink()  # before minutes of work
+        _require_room(save)
     if report is not None:
         with one_line_errors(report):
             make_folder(report)
     pictures = snapshots if report is not None else 0
-    with one_line_errors(record), _interrupts() as interrupted:
-        recorder = (
-            Recorder(
-                record,
-                chosen.simulation,
-                every=record_every,
-                contacts=record_contacts,
-                source=chosen.source,
-            )
-            if record is not None
-            else nullcontext()
-        )
-        with recorder as open_recorder:
-            outcome = _simulate(chosen, steps, open_recorder, pictures, interrupted)
-            if open_recorder is not None:
-                open_recorder.close(complete=not outcome.ended)
+    with (
+        one_line_errors(record),
+        _interrupts() as interrupted,
+        _recorder(record, chosen, record_every, record_contacts) as recorder,
+    ):
+        outcome = _simulate(chosen, steps, recorder, pictures, interrupted)
+        if recorder is not None:
+            recorder.close(complete=not outcome.ended)
     if outcome.ended:
         complain(outcome.ended)
     with one_line_errors():
@@ -133,6 +121,23 @@ def run(
             say(path)
     if outcome.ended or not all(step.converged for step in outcome.reports):
         raise typer.Exit(NOT_CONVERGED)
+
+
+def _require_room(save: Path | None) -> None:
+    """A state that cannot be saved is refused before minutes of work."""
+    if save is None:
+        return
+    if save.is_dir() or not save.parent.is_dir():
+        raise FileError(f"{save}: must be a file in a folder that exists")
+    reserve(save).unlink()
+
+
+def _recorder(
+    path: Path | None, chosen: Subject, every: int, contacts: bool
+) -> AbstractContextManager[Recorder | None]:
+    if path is None:
+        return nullcontext()
+    return Recorder(path, chosen.simulation, every=every, contacts=contacts, source=chosen.source)
 
 
 def _steps(subject: Subject, duration: float | None) -> int:
@@ -230,11 +235,11 @@ def _tell(subject: Subject, outcome: Outcome, folder: Path | None, view: tuple[f
     """The summary on stdout and, with a folder, the files of the report."""
     from rich.table import Table
 
-    from ..report.run_report import facts, run_figure, write_reports
+    from ..report.run_summary import facts, run_figure, write_reports
     from ..report.snapshots import View, snapshots_figure
 
     sim = subject.simulation
-    reports = report_table(outcome.reports)
+    reports = reports_array(outcome.reports)
     tolerance = float(sim.options["tolerance"])
     table = Table(show_header=False, box=None, pad_edge=False, title=subject.source, title_justify="left")
     table.add_column(style="bold", no_wrap=True)

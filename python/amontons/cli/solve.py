@@ -8,11 +8,11 @@ from typing import Annotated, Any
 
 import typer
 
-from .. import options
 from ..errors import InputError
-from ..problem import Problem
-from ..report import tables
-from ..solution import Solution
+from ..problem import options
+from ..problem.problem import Problem
+from ..problem.solution import Solution
+from ..report import terminal
 from .common import (
     BAD_INPUT,
     NOT_CONVERGED,
@@ -70,9 +70,9 @@ def solve(
             if solution.status == "interrupted":
                 break
     if as_json:
-        print(json.dumps([tables.as_dict(*entry) for entry in solved], indent=1))
+        print(json.dumps([terminal.as_dict(*entry) for entry in solved], indent=1))
     elif solved:
-        out.print(tables.solved(solved, law, wide=out.width >= tables.WIDE))
+        out.print(terminal.solved(solved, law, wide=out.width >= terminal.WIDE))
     if bad:
         raise typer.Exit(BAD_INPUT)
     if not all(solution.converged for _, _, solution in solved):

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from ..errors import InputError
-from ..simulation import Simulation
+from ..simulation.simulation import Simulation
 
 if TYPE_CHECKING:
     from ..scenes import Scene

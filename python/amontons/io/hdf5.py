@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import h5py
 import numpy as np
 import scipy.sparse as sp
 
 from ..errors import FileError
+
+T = TypeVar("T")
 
 TRIPLET_LABELS = "nz is the number of triplets, -1 for compressed columns, -2 for compressed rows"
 
@@ -80,6 +83,20 @@ class Reader:
         if isinstance(value, bytes):
             value = value.decode("utf-8", "replace")
         return str(value).rstrip("\0").strip()
+
+    def parsed(self, key: str, parse: Callable[[str], T]) -> T:
+        """What `parse` makes of a text."""
+        try:
+            return parse(self.text(key))
+        except (ValueError, TypeError, KeyError, IndexError, AttributeError) as error:
+            raise self.fail(f"{self.name(key)} cannot be read; the file is damaged ({error})") from None
+
+    def require_version(self, newest: int) -> None:
+        """FileError if a newer amontons wrote the file."""
+        if (version := self.integer("version")) > newest:
+            raise self.fail(
+                f"has version {version} of the format; this amontons reads up to {newest}: update it"
+            )
 
     def matrix(self, key: str) -> sp.csr_array:
         """A matrix of the FCLIB layout: m, n, nz and p, i, x, whose meaning depends on nz."""

@@ -11,9 +11,9 @@ from pathlib import Path
 import numpy as np
 
 from ..errors import InputError
-from ..options import methods
-from ..problem import Problem
-from ..solution import HISTORY, Solution
+from ..problem.options import methods
+from ..problem.problem import Problem
+from ..problem.solution import HISTORY, Solution
 
 UNLIMITED = 2_000_000_000  # iterations: only the deadline and the tolerance end a run
 REPEATED = 0.05

@@ -6,9 +6,9 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from ..cones import Free, Friction, Interval, NonNegative
-from ..operators import Contacts, Factored
-from ..problem import Problem
+from ..problem.cones import Free, Friction, Interval, NonNegative
+from ..problem.operators import Contacts, Factored
+from ..problem.problem import Problem
 from .spectrum import spectrum
 
 

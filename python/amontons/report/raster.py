@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..cones import Array
+from ..checks import Array
 
 
 @dataclass(frozen=True)

@@ -13,9 +13,10 @@ matplotlib.use("Agg")
 import numpy as np
 from matplotlib import pyplot as plt
 
-from ..cones import Array
-from ..model import WORLD, Model
-from ..shapes import Plane
+from ..checks import Array
+from ..model.model import Model
+from ..model.parts import WORLD
+from ..model.shapes import Plane
 from .raster import Camera, Raster, shadowed
 from .solids import Solid, rotation_matrix, solid_of
 

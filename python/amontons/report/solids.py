@@ -7,10 +7,10 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from ..cones import Array
-from ..hulls import convex_triangles
-from ..model import WORLD, Geom
-from ..shapes import Box, Capsule, Cylinder, Ellipsoid, HeightField, Hull, Mesh, Sphere
+from ..checks import Array
+from ..model.hulls import convex_triangles
+from ..model.parts import WORLD, Geom
+from ..model.shapes import Box, Capsule, Cylinder, Ellipsoid, HeightField, Hull, Mesh, Sphere
 from .raster import Raster
 
 

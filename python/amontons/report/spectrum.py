@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 import scipy.sparse as sp
 
-from ..cones import Array
-from ..operators import Contacts, Factored
-from ..problem import Problem
+from ..checks import Array
+from ..problem.operators import Contacts, Factored
+from ..problem.problem import Problem
 
 DENSE_LIMIT = 1500
 """Rows (or body velocities) up to which all eigenvalues are computed, in about a second."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ..simulation import Simulation
+from ..simulation.simulation import Simulation
 
 
 def touched(sim: Simulation, body: int) -> bool:

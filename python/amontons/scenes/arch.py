@@ -6,9 +6,10 @@ import math
 
 import numpy as np
 
-from ..builder import ModelBuilder
-from ..model import Material, Model
-from ..shapes import Hull, Plane
+from ..model.builder import ModelBuilder
+from ..model.model import Model
+from ..model.parts import Material
+from ..model.shapes import Hull, Plane
 from .geometry import require
 from .registry import scene
 

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import math
 
-from ..builder import ModelBuilder
-from ..model import Material, Model
-from ..shapes import Box, Plane
+from ..model.builder import ModelBuilder
+from ..model.model import Model
+from ..model.parts import Material
+from ..model.shapes import Box, Plane
 from .geometry import Y, about, require
 from .registry import scene
 

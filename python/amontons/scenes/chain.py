@@ -6,9 +6,10 @@ import math
 
 import numpy as np
 
-from ..builder import ModelBuilder
-from ..model import Material, Model
-from ..shapes import Box, Capsule, Cylinder, Sphere
+from ..model.builder import ModelBuilder
+from ..model.model import Model
+from ..model.parts import Material
+from ..model.shapes import Box, Capsule, Cylinder, Sphere
 from .geometry import X, Y, about, add_part, from_z, point, require, rotate
 from .registry import scene
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 
-from ..builder import ModelBuilder
-from ..model import Model
-from ..shapes import Box
+from ..model.builder import ModelBuilder
+from ..model.model import Model
+from ..model.shapes import Box
 from .geometry import Y, about, point, require, rotate
 from .registry import scene
 

@@ -7,10 +7,10 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..builder import ModelBuilder
 from ..errors import InputError
-from ..model import Material
-from ..shapes import Shape
+from ..model.builder import ModelBuilder
+from ..model.parts import Material
+from ..model.shapes import Shape
 
 Vector = tuple[float, float, float]
 Quaternion = tuple[float, float, float, float]

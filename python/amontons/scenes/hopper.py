@@ -6,9 +6,10 @@ import math
 
 import numpy as np
 
-from ..builder import ModelBuilder
-from ..model import Material, Model
-from ..shapes import Box, Plane, Sphere
+from ..model.builder import ModelBuilder
+from ..model.model import Model
+from ..model.parts import Material
+from ..model.shapes import Box, Plane, Sphere
 from .geometry import X, Y, about, require
 from .registry import scene
 

@@ -6,9 +6,10 @@ import math
 
 import numpy as np
 
-from ..builder import ModelBuilder
-from ..model import Model, Motor
-from ..shapes import Box
+from ..model.builder import ModelBuilder
+from ..model.model import Model
+from ..model.parts import Motor
+from ..model.shapes import Box
 from .geometry import Quaternion, Y, about, add_part, point, require
 from .registry import scene
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..builder import ModelBuilder
-from ..model import Model
-from ..shapes import Sphere
+from ..model.builder import ModelBuilder
+from ..model.model import Model
+from ..model.shapes import Sphere
 from .geometry import point, require
 from .registry import scene
 

@@ -6,9 +6,10 @@ import math
 
 import numpy as np
 
-from ..builder import ModelBuilder
-from ..model import Material, Model
-from ..shapes import Sphere
+from ..model.builder import ModelBuilder
+from ..model.model import Model
+from ..model.parts import Material
+from ..model.shapes import Sphere
 from .geometry import STEEL, Y, about, point, require, rotate
 from .registry import scene
 

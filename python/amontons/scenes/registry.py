@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from ..errors import InputError
-from ..model import Model
+from ..model.model import Model
 
 Maker = Callable[..., Model]
 

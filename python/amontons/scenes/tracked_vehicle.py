@@ -7,10 +7,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..builder import ModelBuilder
-from ..model import Dof, Joint, Material, Model, Motor
-from ..shapes import Box, Cylinder, Plane
-from ..transforms import Transform
+from ..model.builder import ModelBuilder
+from ..model.model import Model
+from ..model.parts import Dof, Joint, Material, Motor
+from ..model.shapes import Box, Cylinder, Plane
+from ..model.transforms import Transform
 from .geometry import X, Y, Z, about, add_part, point, require
 from .registry import scene
 from .track_path import Circle, close

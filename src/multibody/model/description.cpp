@@ -38,7 +38,7 @@ void check_inertia(const Mat3& I, const std::string& who) {
     }
   for (int i = 0; i < 3; ++i)
     for (int j = 0; j < i; ++j)
-      AMONTONS_REQUIRE(std::abs(I(i, j) - I(j, i)) <= 1e-10 * scale,
+      AMONTONS_REQUIRE(std::abs(I(i, j) - I(j, i)) <= asymmetry_of_rounding * scale,
                        who + ": the inertia is not symmetric; symmetrise it");
   const auto minors = [](const Mat3& m, double& two, double& three) {
     two = std::min({m(0, 0) * m(1, 1) - m(0, 1) * m(1, 0), m(0, 0) * m(2, 2) - m(0, 2) * m(2, 0),

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from os import PathLike
-from pathlib import Path
 
 from ...errors import FileError, InputError
-from ...model import Model
+from ...model.model import Model
+from ..files import existing
 from .actuators import read_actuators
 from .bodies import read_bodies
 from .compiled import Compiled, compile_file, import_mujoco
@@ -33,11 +33,7 @@ def load_model(path: str | PathLike[str], *, strict: bool = True, floating_base:
     docs/models.md tells what is supported. Needs MuJoCo: pip install amontons[models].
     Raises FileNotFoundError, or FileError naming file, line and element of what is missing or wrong.
     """
-    path = Path(path)
-    if path.is_dir():
-        raise FileError(f"{path}: is a directory; give a model file")
-    if not path.exists():
-        raise FileNotFoundError(f"{path}: no such file")
+    path = existing(path, "a model file")
     if path.suffix.lower() not in SUFFIXES:
         raise FileError(f"{path}: unknown kind of file; known suffixes are {', '.join(SUFFIXES)}")
     import_mujoco()

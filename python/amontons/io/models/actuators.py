@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
-from ...model import Dof, Motor
-from ...presets import Actuator
+from ...model.parts import Dof, Motor
+from ...model.presets import Actuator
 from .compiled import Compiled
 from .joints import Joints
 

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...mass import MassProperties, principal
-from ...model import WORLD, Body
-from ...transforms import Transform
+from ...model.mass import MassProperties, principal
+from ...model.parts import WORLD, Body
+from ...model.transforms import Transform
 from .compiled import Compiled, transform
 
 THIN = 1e-15

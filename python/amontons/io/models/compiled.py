@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from ...errors import FileError, InputError
-from ...transforms import Transform
+from ...model.transforms import Transform
 from .issues import Issues
 from .urdf import prepare
 from .xml_lines import Element

@@ -7,7 +7,7 @@ from itertools import combinations, product
 
 import numpy as np
 
-from ...model import Material, PairMaterial
+from ...model.parts import Material, PairMaterial
 from .bodies import Bodies, fixed_groups
 from .compiled import Compiled
 from .geoms import BITS, Geoms, with_friction

@@ -6,8 +6,8 @@ import math
 
 from numpy.polynomial import Polynomial
 
-from ...model import Coupling, Joint
-from ...transforms import IDENTITY, Transform, conjugate, multiply
+from ...model.parts import Coupling, Joint
+from ...model.transforms import IDENTITY, Transform, conjugate, multiply
 from .bodies import Bodies
 from .compiled import Compiled, transform
 from .joints import Joints

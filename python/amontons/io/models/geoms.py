@@ -7,11 +7,11 @@ from typing import Any
 
 import numpy as np
 
-from ... import shapes
 from ...errors import FileError, InputError
-from ...model import Geom, Material
-from ...shapes import Shape
-from ...transforms import rotate
+from ...model import shapes
+from ...model.parts import Geom, Material
+from ...model.shapes import Shape
+from ...model.transforms import rotate
 from .bodies import Bodies, unique_names
 from .compiled import Compiled, transform
 

@@ -5,8 +5,9 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 
-from ...model import Dof, Joint, Motor
-from ...transforms import Transform, Vector3, axis_angle, rotate, subtract
+from ...checks import Vector3
+from ...model.parts import Dof, Joint, Motor
+from ...model.transforms import Transform, axis_angle, rotate, subtract
 from .bodies import Bodies
 from .compiled import Compiled
 from .urdf import fixed_joint_names

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...presets import Actuator, Keyframe
+from ...model.presets import Actuator, Keyframe
 from .bodies import Bodies
 from .compiled import Compiled
 from .joints import Joints

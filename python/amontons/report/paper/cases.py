@@ -6,9 +6,9 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
-from ...problem import Problem
+from ...problem.problem import Problem
 from ...scenes import get, make
-from ...simulation import Simulation
+from ...simulation.simulation import Simulation
 from ..snapshots import Frame
 from ..touch import touched
 

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from ...problem import Problem
+from ...problem.problem import Problem
 from ..comparison import Run, compare
 from .cases import Case
 

@@ -1,0 +1,181 @@
+"""What users hand in, brought to one form or refused with a message that names it: the one place for it.
+
+`what` in these functions is how the message calls the value: "body "wheel": mass", "Box: half".
+"""
+
+from __future__ import annotations
+
+import copy
+import math
+import numbers
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from typing import Any, TypeVar
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from .errors import InputError
+
+Array = NDArray[np.float64]
+Vector3 = tuple[float, float, float]
+Quaternion = tuple[float, float, float, float]
+"""w, x, y, z"""
+Matrix3 = tuple[Vector3, Vector3, Vector3]
+T = TypeVar("T")
+
+UNIT = 1e-6
+"""|length - 1| up to which a quaternion counts as a unit quaternion with rounding and is normalised."""
+EXACT = 1e-15
+"""|length - 1| of what was normalised: it stays as it is, bit for bit, when it is read back from a file."""
+
+
+def chosen(what: str, name: object, known: Mapping[str, T]) -> T:
+    """What `name` stands for among the known names."""
+    if not isinstance(name, str) or name not in known:
+        raise InputError(f"unknown {what} {name!r}; known are {', '.join(known)}")
+    return known[name]
+
+
+def number(what: str, value: Any, *, infinite: bool = False) -> float:
+    """`value` as a float, finite unless said otherwise."""
+    if type(value) is not float:
+        if isinstance(value, bool) or not isinstance(value, numbers.Real):
+            raise InputError(f"{what} is {value!r}; it must be a number")
+        value = float(value)
+    if math.isnan(value) or (math.isinf(value) and not infinite):
+        raise InputError(f"{what} is {value:g}; it must be {'a number' if infinite else 'finite'}")
+    return value
+
+
+def positive(what: str, value: Any) -> float:
+    """`value` as a float that is finite and above zero."""
+    value = number(what, value, infinite=True)
+    if not value > 0 or math.isinf(value):
+        raise InputError(f"{what} is {value:g}; it must be positive and finite")
+    return value
+
+
+def integer(option: str, value: object, at_least: int) -> int:
+    """The value of an option that counts."""
+    if isinstance(value, bool) or not isinstance(value, numbers.Integral) or value < at_least:
+        raise InputError(f"{option} = {value!r}; it must be an integer, at least {at_least}")
+    return int(value)
+
+
+def positive_number(option: str, value: object) -> float:
+    """The value of an option that is above zero, infinity included."""
+    return _option_number(option, value, positive=True)
+
+
+def nonnegative_number(option: str, value: object) -> float:
+    """The value of an option that is zero or above, infinity included."""
+    return _option_number(option, value, positive=False)
+
+
+def _option_number(option: str, value: object, *, positive: bool) -> float:
+    if isinstance(value, bool) or not isinstance(value, numbers.Real) or math.isnan(value):
+        raise InputError(f"{option} = {value!r}; it must be a number")
+    if value < 0 or (positive and value == 0):
+        raise InputError(f"{option} = {value!r}; it must be {'positive' if positive else 'zero or positive'}")
+    return float(value)
+
+
+def entries(what: str, values: Any, count: int) -> tuple[float, ...]:
+    """`values` as a tuple of `count` finite floats."""
+    try:
+        listed = tuple(values)
+    except TypeError:
+        listed = ()
+    if len(listed) != count or isinstance(values, str):
+        raise InputError(f"{what} is {values!r}; it must have {count} numbers")
+    return tuple([number(f"{what}[{i}]", x) for i, x in enumerate(listed)])
+
+
+def vector3(what: str, values: Any) -> Vector3:
+    """Three finite floats."""
+    return entries(what, values, 3)  # type: ignore[return-value]
+
+
+def unit_vector(what: str, values: Any) -> Vector3:
+    """The direction of three numbers, not all zero."""
+    v = vector3(what, values)
+    if abs(math.hypot(*v) - 1) < EXACT:
+        return v
+    scale = max(map(abs, v))
+    if scale == 0:
+        raise InputError(f"{what} is zero; it must be a direction")
+    v = (v[0] / scale, v[1] / scale, v[2] / scale)  # no overflow or underflow in the squares
+    length = math.hypot(*v)
+    return (v[0] / length, v[1] / length, v[2] / length)
+
+
+def quaternion(what: str, values: Any) -> Quaternion:
+    """A unit quaternion (w, x, y, z); one that is so within UNIT is normalised."""
+    q = entries(what, values, 4)
+    length = math.hypot(*q)
+    if abs(length - 1) > UNIT:
+        remedy = "divide it by its length" if length > 0 else "(1, 0, 0, 0) is no rotation"
+        raise InputError(f"{what} is {q}, of length {length:g}; it must be a unit quaternion: {remedy}")
+    return q if abs(length - 1) < EXACT else tuple(x / length for x in q)  # type: ignore[return-value]
+
+
+def reals(what: str, values: ArrayLike, remedy: str = "") -> Array:
+    """`values` as a contiguous float64 array, without a copy where it is one; its entries may be NaN."""
+    if np.iscomplexobj(values):
+        raise InputError(f"{what} is complex; it must hold real numbers")
+    try:
+        return np.ascontiguousarray(values, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise InputError(f"{what} must hold real numbers{remedy} ({error})") from None
+
+
+def vector(what: str, values: ArrayLike, remedy: str = "") -> Array:
+    """`values` as a contiguous float64 vector (one entry for a scalar), without a copy where it is one."""
+    array = reals(what, values, remedy)  # ascontiguousarray makes one entry of a scalar
+    if array.ndim != 1:
+        raise InputError(f"{what} has shape {array.shape}; it must be a vector{remedy}")
+    return array
+
+
+def matrix(what: str, values: ArrayLike, rows: int, columns: int) -> Array:
+    """`values` as a finite (rows, columns) array; nothing at all stands for no rows."""
+    array = reals(what, values)
+    if array.size == 0 and rows == 0:
+        return np.empty((0, columns))
+    if array.shape != (rows, columns):
+        raise InputError(f"{what} has shape {array.shape}; it must be ({rows}, {columns})")
+    return finite(what, array)
+
+
+def finite(what: str, array: Array) -> Array:
+    """The array itself, all of whose entries are finite."""
+    bad = ~np.isfinite(array)
+    if bad.any():
+        where = ", ".join(map(str, np.argwhere(bad)[0]))
+        raise InputError(f"{what}[{where}] is not finite")
+    return array
+
+
+def frozen(array: np.ndarray) -> np.ndarray:
+    """A view of the array that cannot be written."""
+    view = array.view()
+    view.flags.writeable = False
+    return view
+
+
+@contextmanager
+def about(what: str) -> Iterator[None]:
+    """Lets every InputError of the block begin with what it is about."""
+    try:
+        yield
+    except InputError as error:
+        raise InputError(f"{what}: {error}") from None
+
+
+def changed(thing: T, **values: Any) -> T:
+    """A copy of an immutable object with values that are known to be good: nothing is checked again."""
+    copied = copy.copy(thing)
+    for name, value in values.items():
+        object.__setattr__(copied, name, value)
+    return copied

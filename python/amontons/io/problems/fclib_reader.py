@@ -1,0 +1,202 @@
+"""Reading FCLIB files (Acary, Bremond, Koziara, Perignon, INRIA RT-444, 2014)."""
+
+from __future__ import annotations
+
+import warnings
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+import scipy.sparse as sp
+
+from ...checks import Array
+from ...errors import FileError, InputError, SymmetrisedWarning
+from ...problem.cones import Cone, Free, Friction
+from ...problem.matrices import ASYMMETRY
+from ...problem.problem import Problem
+from ..hdf5 import Reader
+from .body_space import delassus, factored
+
+TOLERATED_ASYMMETRY = 1e-2
+"""Files of real engines reach 2e-3; beyond 1e-2 of the largest entry the matrix is taken to be wrong."""
+
+
+def read_fclib(path: Path) -> Problem:
+    """The problem of an FCLIB file; see `amontons.read_problem`."""
+    if not h5py.is_hdf5(path):
+        raise FileError(
+            f"{path}: is not an HDF5 file (its signature is missing); is it empty or of another kind?"
+        )
+    try:
+        with h5py.File(path, "r") as file:
+            return _read(Reader(path, file))
+    except FileError:
+        raise
+    except InputError as error:
+        raise FileError(f"{path}: {error}") from None
+    except (OSError, RuntimeError) as error:
+        raise FileError(f"{path}: the HDF5 file is truncated or damaged ({error})") from None
+
+
+def _read(root: Reader) -> Problem:
+    rolling = [key for key in root.group if "rolling" in key]
+    if rolling:
+        raise root.fail(
+            f"/{rolling[0]} holds rolling friction, which is not supported; cones here have three rows"
+        )
+    if root.has("fclib_global"):
+        return _read_global(root, root.sub("fclib_global"))
+    if root.has("fclib_local"):
+        return _read_local(root, root.sub("fclib_local"))
+    found = ", ".join(f"/{key}" for key in root.group) or "nothing"
+    raise root.fail(f"is no FCLIB file: it has neither /fclib_global nor /fclib_local but {found}")
+
+
+def _read_global(root: Reader, g: Reader) -> Problem:
+    """M v = H r + G lambda + f, u = H'v + w, 0 = G'v + b: so A = D M^-1 D' with D' = [H G]."""
+    _require_three_dimensions(g)
+    M, H = g.matrix("M"), g.matrix("H")
+    G = g.matrix("G") if g.has("G") else sp.csr_array((M.shape[0], 0))
+    if M.shape[0] != M.shape[1]:
+        raise g.fail(f"M is {M.shape[0]} x {M.shape[1]}; it must be square")
+    for key, matrix in (("H", H), ("G", G)):
+        if matrix.shape[0] != M.shape[0]:
+            raise g.fail(f"{key} has {matrix.shape[0]} rows but M has {M.shape[0]}")
+    vectors = g.sub("vectors")
+    contacts, cones = _cones(g, vectors, H.shape[1], "H", "columns", G.shape[1])
+    f = vectors.vector("f", M.shape[0])
+    b = vectors.vector("w", 3 * contacts)
+    if G.shape[1]:
+        b = np.concatenate([b, vectors.vector("b", G.shape[1])])
+
+    notes: list[str] = []
+    D = sp.csr_array(sp.hstack([H, G]).T)
+    found = factored(M, D, f, contacts)
+    if found is not None:
+        A: Any = found.A
+        f_kept: Array | None = found.f
+        b = b + found.free_velocity
+        if found.note:
+            notes.append(found.note)
+    else:
+        A, free_velocity = delassus(M, D, f)
+        b, f_kept = b + free_velocity, None
+        notes.append("M is not block-diagonal by bodies of six velocities: A = D M^-1 D' was formed")
+        if (sp.triu(M, 1).nnz == 0 or sp.tril(M, -1).nnz == 0) and not _is_diagonal(M):
+            notes.append("M has entries on one side of its diagonal only, and is taken as it stands")
+        A = _symmetrised(root, "H' M^-1 H", A, notes)
+    return _problem(root, g, A, b, cones, notes, f_kept)
+
+
+def _read_local(root: Reader, g: Reader) -> Problem:
+    """u = W r + V lambda + q, 0 = V'r + R lambda + s: so A = [W V; V' R]."""
+    _require_three_dimensions(g)
+    W = g.matrix("W")
+    if W.shape[0] != W.shape[1]:
+        raise g.fail(f"W is {W.shape[0]} x {W.shape[1]}; it must be square")
+    bilateral = 0
+    if g.has("V") or g.has("R"):
+        V, R = g.matrix("V"), g.matrix("R")
+        bilateral = R.shape[0]
+        if R.shape != (bilateral, bilateral) or V.shape != (W.shape[0], bilateral):
+            raise g.fail(f"W is {W.shape}, V {V.shape} and R {R.shape}; these do not fit together")
+    vectors = g.sub("vectors")
+    contacts, cones = _cones(g, vectors, W.shape[0], "W", "rows", bilateral)
+    b = vectors.vector("q", 3 * contacts)
+    A = W
+    if bilateral:
+        b = np.concatenate([b, vectors.vector("s", bilateral)])
+        A = sp.csr_array(sp.block_array([[W, V], [V.T, R]]))
+    notes: list[str] = []
+    A = _symmetrised(root, "W", A, notes)
+    return _problem(root, g, A, b, cones, notes, None)
+
+
+def _require_three_dimensions(g: Reader) -> None:
+    spacedim = g.integer("spacedim")
+    if spacedim != 3:
+        raise g.fail(f"spacedim = {spacedim} is not supported; only three-dimensional contacts are")
+
+
+def _cones(
+    g: Reader, vectors: Reader, size: int, matrix: str, sides: str, bilateral: int
+) -> tuple[int, list[Cone]]:
+    if vectors.has("mu_r"):
+        raise g.fail(f"{vectors.name('mu_r')}: rolling friction is not supported")
+    if size % 3:
+        raise g.fail(f"{matrix} has {size} {sides}, which is no multiple of three (normal and two tangents)")
+    contacts = size // 3
+    mu = vectors.vector("mu", contacts)
+    negative = np.flatnonzero(mu < 0)
+    if negative.size:
+        raise g.fail(f"{vectors.name('mu')}[{negative[0]}] = {mu[negative[0]]:g}; it must not be negative")
+    cones: list[Cone] = [Friction(mu)] if contacts else []
+    return contacts, cones + ([Free(bilateral)] if bilateral else [])
+
+
+def _is_diagonal(matrix: sp.csr_array) -> bool:
+    coo = sp.coo_array(matrix)
+    return bool(np.all((coo.coords[0] == coo.coords[1]) | (coo.data == 0)))
+
+
+def _symmetrised(root: Reader, name: str, A: Any, notes: list[str]) -> Any:
+    """The symmetric part of A; with a warning where the difference is no rounding."""
+    difference = abs(A - A.T)
+    scale = abs(A).max() if min(A.shape) else 0.0
+    asymmetry = float(difference.max() / scale) if scale > 0 else 0.0
+    if asymmetry == 0:
+        return A
+    if asymmetry > TOLERATED_ASYMMETRY:
+        raise root.fail(
+            f"{name} is unsymmetric by {asymmetry:.1e} of its largest entry, more than "
+            f"{TOLERATED_ASYMMETRY:g}: the file is wrong, or its problem has no symmetric matrix"
+        )
+    if asymmetry > ASYMMETRY:
+        note = f"{name} was unsymmetric by {asymmetry:.1e} of its largest entry and was symmetrised"
+        notes.append(note)
+        warnings.warn(f"{root.path}: {note}", SymmetrisedWarning, stacklevel=6)
+    symmetric = (A + A.T) / 2
+    return sp.csr_array(symmetric) if sp.issparse(symmetric) else symmetric
+
+
+def _problem(
+    root: Reader, g: Reader, A: Any, b: Array, cones: list[Cone], notes: list[str], f: Array | None
+) -> Problem:
+    title = description = source = ""
+    if g.has("info"):
+        info = g.sub("info")
+        title, description, source = info.text("title"), info.text("description"), info.text("source")
+    contact_rows = sum(cone.rows for cone in cones if isinstance(cone, Friction))
+    return Problem(
+        A,
+        b,
+        cones,
+        name=title or root.path.stem,
+        description=description,
+        source=source or root.path.name,
+        notes=notes,
+        f=f,
+        guesses=_guesses(root, contact_rows, len(b) - contact_rows),
+    )
+
+
+def _guesses(root: Reader, contact_rows: int, bilateral: int) -> list[Array]:
+    """The impulses of /guesses, then of /solution unless it is all zeros, as some writers leave it."""
+    found: list[Array] = []
+    if root.has("guesses"):
+        guesses = root.sub("guesses")
+        for k in range(guesses.integer("number_of_guesses")):
+            found.append(_impulses(guesses.sub(str(k + 1)), contact_rows, bilateral))
+    if root.has("solution"):
+        x = _impulses(root.sub("solution"), contact_rows, bilateral)
+        if x.any():
+            found.append(x)
+    return found
+
+
+def _impulses(g: Reader, contact_rows: int, bilateral: int) -> Array:
+    r = g.vector("r", contact_rows) if contact_rows else np.empty(0)
+    if bilateral:
+        r = np.concatenate([r, g.vector("l", bilateral)])
+    return r

@@ -1,0 +1,67 @@
+"""Runs in files: recordings of what happened, and saved states from which a simulation goes on.
+
+All are HDF5, which is imported when it is used.
+"""
+
+from __future__ import annotations
+
+from os import PathLike
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from ...simulation.simulation import Simulation
+    from .recorder import Recorder
+    from .recording import Recording
+
+
+def record(
+    path: str | PathLike[str],
+    simulation: Simulation,
+    *,
+    every: int = 1,
+    contacts: bool = True,
+    source: str = "",
+) -> Recorder:
+    """Begin a recording of a simulation; `read_recording` reads it.
+
+    with amontons.record("run.h5", sim) as recorder:
+        while sim.time < 2:
+            recorder.add(sim.step())
+
+    path: appears when the block ends, whole; until then the frames go to a hidden file beside it, which only
+        a killed process leaves behind. An exception ends the recording with what came before it, marked as
+        not complete.
+    every: states and contacts are recorded every so many steps, beginning with the state that the simulation
+        is in now; reports of every step.
+    contacts: whether contact tables are recorded, which take by far the most room.
+    source: free text, where the model came from.
+
+    Raises InputError, FileError if the file cannot be written.
+    """
+    from .recorder import Recorder
+
+    return Recorder(path, simulation, every=every, contacts=contacts, source=source)
+
+
+def read_recording(path: str | PathLike[str]) -> Recording:
+    """Open a recording; its arrays are read as they are indexed.
+
+    Raises FileNotFoundError, or FileError naming the file and what is missing or damaged.
+    """
+    from .recording import open_recording
+
+    return open_recording(path)
+
+
+def save_simulation(simulation: Simulation, path: str | PathLike[str]) -> None:
+    """See `Simulation.save`."""
+    from .saved_state import save
+
+    save(simulation, path)
+
+
+def load_simulation(path: str | PathLike[str], options: dict[str, Any]) -> Simulation:
+    """See `Simulation.load`."""
+    from .saved_state import load
+
+    return load(path, options)

@@ -1,0 +1,95 @@
+"""Models as JSON text: the fields of their dataclasses by name, shapes once however many geoms share them."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import fields
+from typing import Any
+
+import numpy as np
+
+from ...model.model import Model
+from ...model.parts import Body, Coupling, Dof, Geom, Joint, Material, Motor, PairMaterial
+from ...model.presets import Actuator, Keyframe
+from ...model.shapes import KINDS, Shape
+from ...model.transforms import Transform
+
+
+def model_to_json(model: Model) -> str:
+    """Every number comes back exactly; infinity is written as Infinity, as Python's json reads it."""
+    shapes: dict[int, int] = {}
+    listed: list[Shape] = []
+    for geom in model.geoms:
+        if id(geom.shape) not in shapes:
+            shapes[id(geom.shape)] = len(listed)
+            listed.append(geom.shape)
+
+    def plain(value: Any) -> Any:
+        if isinstance(value, Shape):
+            return shapes[id(value)]
+        if isinstance(value, tuple):
+            return [plain(part) for part in value]
+        if isinstance(value, Mapping):
+            return {name: plain(part) for name, part in value.items()}
+        if hasattr(value, "__dataclass_fields__"):
+            return {f.name: plain(getattr(value, f.name)) for f in fields(value) if f.init}
+        return value
+
+    return json.dumps({"shapes": [_plain_shape(shape) for shape in listed], **plain(model)})
+
+
+def model_from_json(text: str) -> Model:
+    """Raises ValueError, TypeError or KeyError for text that model_to_json did not write."""
+    d = json.loads(text)
+    shapes = [_shape(parts) for parts in d.pop("shapes")]
+    d["bodies"] = tuple(Body(**{**body, "pose": Transform(**body["pose"])}) for body in d["bodies"])
+    d["geoms"] = tuple(
+        Geom(
+            **{
+                **geom,
+                "shape": shapes[geom["shape"]],
+                "frame": Transform(**geom["frame"]),
+                "material": Material(**geom["material"]),
+            }
+        )
+        for geom in d["geoms"]
+    )
+    d["joints"] = tuple(_joint(joint) for joint in d["joints"])
+    d["couplings"] = tuple(
+        Coupling(**{**coupling, "coefficients": tuple(coupling["coefficients"])})
+        for coupling in d["couplings"]
+    )
+    d["pair_materials"] = tuple(
+        PairMaterial(**{**pair, "material": Material(**pair["material"])}) for pair in d["pair_materials"]
+    )
+    d["keyframes"] = {
+        name: Keyframe(**{key: _tuples(value) for key, value in frame.items()})
+        for name, frame in d["keyframes"].items()
+    }
+    d["actuators"] = {name: Actuator(**actuator) for name, actuator in d["actuators"].items()}
+    d["excluded_bodies"] = tuple((a, b) for a, b in d["excluded_bodies"])
+    return Model(**d)
+
+
+def _plain_shape(shape: Shape) -> dict[str, Any]:
+    values = {f.name: getattr(shape, f.name) for f in fields(shape)}  # type: ignore[arg-type]
+    plain = {name: v.tolist() if isinstance(v, np.ndarray) else v for name, v in values.items()}
+    return {"kind": type(shape).__name__, **plain}
+
+
+def _shape(parts: dict[str, Any]) -> Shape:
+    values = {name: value for name, value in parts.items() if name != "kind"}
+    if "triangles" in values:
+        values["triangles"] = np.array(values["triangles"], dtype=np.int32).reshape(-1, 3)
+    return KINDS[parts["kind"]](**values)
+
+
+def _tuples(value: Any) -> Any:
+    return tuple(_tuples(part) for part in value) if isinstance(value, list) else value
+
+
+def _joint(parts: dict[str, Any]) -> Joint:
+    dofs = tuple(Dof(**{**dof, "motor": Motor(**dof["motor"])}) for dof in parts["dofs"])
+    frames = {name: Transform(**parts[name]) for name in ("frame_a", "frame_b")}
+    return Joint(**{**parts, "dofs": dofs, **frames})

@@ -1,0 +1,267 @@
+"""Models made in code: bodies, shapes and joints, one call each."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+from ..checks import about, changed, chosen, positive, vector3
+from ..errors import InputError
+from .joint_builder import JointBuilder
+from .mass import NOTHING, MassProperties
+from .model import FRICTION_RULES, Model, index_of
+from .parts import WORLD, Body, Coupling, Geom, Material, PairMaterial
+from .shapes import Shape
+from .transforms import IDENTITY, Transform
+
+
+class ModelBuilder(JointBuilder):
+    """Collects bodies, geoms and joints, then makes a Model of them.
+
+    gravity: m/s^2. friction_rule: how the frictions of two surfaces combine, "geometric_mean", "maximum",
+    "minimum" or "mean".
+
+    Bodies, geoms and joints are named by the index that their add_* function returns or by their name; None
+    or "world" is the world. Raises InputError naming the thing and the remedy; a call that fails adds
+    nothing.
+    """
+
+    def __init__(
+        self, *, gravity: Sequence[float] = (0.0, 0.0, -9.81), friction_rule: str = "geometric_mean"
+    ) -> None:
+        self._gravity = vector3("gravity", gravity)
+        chosen("friction rule", friction_rule, FRICTION_RULES)
+        self._friction_rule = friction_rule
+        self._bodies: list[Body] = []
+        self._geoms: list[Geom] = []
+        self._joints = []
+        self._couplings: list[Coupling] = []
+        self._pair_materials: list[PairMaterial] = []
+        self._excluded: list[tuple[int, int]] = []
+        self._names: dict[str, dict[str, int]] = {kind: {} for kind in ("body", "geom", "joint", "coupling")}
+
+    def add_body(
+        self,
+        name: str | None = None,
+        *,
+        position: Sequence[float] = (0.0, 0.0, 0.0),
+        orientation: Sequence[float] = IDENTITY,
+        shape: Shape | None = None,
+        density: float | None = None,
+        mass: float | None = None,
+        inertia: Any = None,
+        centre_of_mass: Sequence[float] | None = None,
+        motion: str = "dynamic",
+        linear_velocity: Sequence[float] = (0.0, 0.0, 0.0),
+        angular_velocity: Sequence[float] = (0.0, 0.0, 0.0),
+        material: Material | None = None,
+    ) -> int:
+        """Add a body and return its index.
+
+        position, orientation: of the body frame in the world (m; unit quaternion w, x, y, z).
+        shape: carried at the origin of the body frame, with `material`; more by `add_geom`.
+        density (kg/m^3) or mass (kg): the other mass properties follow from the shape, unless
+        inertia, (3,) or (3, 3) about the centre of mass in body axes (kg m^2), and centre_of_mass (m, body
+        frame) are given. A dynamic body without any gets its mass from geoms with a density.
+        motion: "dynamic"; "kinematic", which keeps the velocity that the state holds; or "fixed".
+        linear_velocity (of the frame's origin), angular_velocity: initial, world axes (m/s, rad/s).
+        """
+        name = self._new_name("body", name)
+        who = f'body "{name}"'
+        geom = None
+        if shape is not None:
+            with about(who):
+                name_of_geom = self._new_name("geom", None)
+                geom = Geom(name_of_geom, len(self._bodies), shape=shape, material=_or_default(material))
+        elif material is not None:
+            raise InputError(f"{who}: material is given without a shape; give it to add_geom")
+        solid = _mass_properties(who, shape, density, mass, inertia, centre_of_mass)
+        body = Body(
+            name=name,
+            motion=motion,
+            mass=solid.mass,
+            centre_of_mass=solid.centre_of_mass,
+            inertia=solid.inertia,
+            pose=Transform.named(who, position, orientation),
+            linear_velocity=linear_velocity,  # type: ignore[arg-type]
+            angular_velocity=angular_velocity,  # type: ignore[arg-type]
+        )
+        if motion == "fixed" and (any(body.linear_velocity) or any(body.angular_velocity)):
+            raise InputError(f"{who}: a fixed body has no velocity; make it kinematic")
+        if geom is not None:
+            _require_movable(who, geom.shape, motion)
+            self._append("geom", self._geoms, geom)
+        return self._append("body", self._bodies, body)
+
+    def add_geom(
+        self,
+        body: int | str | None,
+        shape: Shape,
+        *,
+        position: Sequence[float] = (0.0, 0.0, 0.0),
+        orientation: Sequence[float] = IDENTITY,
+        material: Material | None = None,
+        name: str | None = None,
+        surface_velocity: Sequence[float] = (0.0, 0.0, 0.0),
+        category: int = 1,
+        mask: int = 1,
+        density: float | None = None,
+    ) -> int:
+        """Add a shape to a body, or to the world, and return the index of the geom.
+
+        position, orientation: of the shape in the body frame. surface_velocity: of the surface relative to
+        the body, in body axes (m/s). category, mask: bits; two geoms may touch if the category of one shares
+        a bit with the mask of the other.
+        density: adds the mass of this shape to the body (kg/m^3); without it the geom has no mass.
+        """
+        index = self._body(body)
+        name = self._new_name("geom", name)
+        who = f'geom "{name}"'
+        geom = Geom(
+            name,
+            index,
+            Transform.named(who, position, orientation),
+            shape=shape,
+            material=_or_default(material),
+            surface_velocity=surface_velocity,  # type: ignore[arg-type]
+            category=category,
+            mask=mask,
+        )
+        if index != WORLD:
+            carrier = self._bodies[index]
+            _require_movable(f'{who} of body "{carrier.name}"', shape, carrier.motion)
+            if density is not None:
+                part = shape.mass_properties(positive(f"{who}: density", density)).moved(geom.frame)
+                solid = MassProperties(carrier.mass, carrier.centre_of_mass, carrier.inertia) + part
+                self._bodies[index] = changed(carrier, **vars(solid))
+        return self._append("geom", self._geoms, geom)
+
+    def add_coupling(
+        self,
+        joint_a: int | str,
+        joint_b: int | str | None = None,
+        *,
+        dof_a: int = 0,
+        dof_b: int = 0,
+        coefficients: Sequence[float] = (0.0, 1.0),
+        compliance: float = 0.0,
+        name: str | None = None,
+    ) -> int:
+        """Couple two joint coordinates: coordinate a = c0 + c1 b + c2 b^2 ... of coordinate b.
+
+        joint_b None: coordinate a stays at coefficients[0]. dof_a, dof_b: which degree of freedom.
+        compliance: m/N; 0 is rigid.
+        """
+        name = self._new_name("coupling", name)
+        who = f'coupling "{name}"'
+        ends = []
+        for joint, dof in ((joint_a, dof_a), (joint_b, dof_b)):
+            ends.append(WORLD if joint is None else self._index("joint", joint))
+            if joint is not None and not (type(dof) is int and 0 <= dof < len(self._joints[ends[-1]].dofs)):
+                raise InputError(
+                    f'{who}: joint "{self._joints[ends[-1]].name}" has no degree of freedom {dof!r}'
+                )
+        if ends[0] == ends[1] and dof_a == dof_b:
+            raise InputError(f"{who} couples a coordinate to itself; give two joints")
+        coupling = Coupling(name, ends[0], dof_a, ends[1], dof_b, coefficients, compliance)  # type: ignore[arg-type]
+        return self._append("coupling", self._couplings, coupling)
+
+    def set_pair_material(self, geom_a: int | str, geom_b: int | str, material: Material) -> None:
+        """Give the contact of two geoms a material of its own, in place of what their materials make."""
+        a, b = self._index("geom", geom_a), self._index("geom", geom_b)
+        self._pair_materials.append(PairMaterial(a, b, material))
+
+    def exclude(self, body_a: int | str | None, body_b: int | str | None) -> None:
+        """Let two bodies never touch."""
+        a, b = self._body(body_a), self._body(body_b)
+        if a == b:
+            raise InputError("exclude: a body never touches itself; give two bodies")
+        self._excluded.append((a, b))
+
+    def build(self) -> Model:
+        """The model of all that was added, checked as a whole. The builder can go on and build again."""
+        for body in self._bodies:
+            if body.motion == "dynamic" and body.mass == 0:
+                raise InputError(
+                    f'body "{body.name}" is dynamic but has no mass: give mass= and inertia=, a shape with '
+                    'density= or mass=, or motion="fixed"'
+                )
+        return Model(
+            self._gravity,
+            self._friction_rule,
+            tuple(self._bodies),
+            tuple(self._geoms),
+            tuple(self._joints),
+            tuple(self._couplings),
+            tuple(self._pair_materials),
+            tuple(self._excluded),
+        )
+
+    def _body(self, body: int | str | None) -> int:
+        return WORLD if body is None or body == "world" else self._index("body", body)
+
+    def _index(self, kind: str, key: object) -> int:
+        names = self._names[kind]
+        if isinstance(key, str) and key in names:
+            return names[key]
+        return index_of(kind, key, tuple(names))
+
+    def _new_name(self, kind: str, name: str | None) -> str:
+        names = self._names[kind]
+        if name is None:
+            number = len(names)
+            while f"{kind}{number}" in names:
+                number += 1
+            return f"{kind}{number}"
+        if not isinstance(name, str) or not name or name == "world":
+            raise InputError(f'{kind} name {name!r}: give a string that is not empty and not "world"')
+        if name in names:
+            raise InputError(f'there is a {kind} "{name}" already; names must be unique')
+        return name
+
+    def _append(self, kind: str, things: list[Any], thing: Any) -> int:
+        self._names[kind][thing.name] = len(things)
+        things.append(thing)
+        return len(things) - 1
+
+
+def _mass_properties(
+    who: str, shape: Shape | None, density: float | None, mass: float | None, inertia: Any, centre: Any
+) -> MassProperties:
+    """What the arguments of add_body say, zero if nothing; `Body` checks inertia and centre."""
+    if density is not None and mass is not None:
+        raise InputError(f"{who}: density and mass are both given; keep one of them")
+    density = None if density is None else positive(f"{who}: density", density)
+    mass = None if mass is None else positive(f"{who}: mass", mass)
+    if density is not None and shape is None:
+        raise InputError(f"{who}: density is given without a shape; give mass= and inertia=, or a shape")
+    solid = NOTHING
+    if shape is not None and (density is not None or (mass is not None and inertia is None)):
+        unit = shape.mass_properties()
+        solid = unit.scaled(density if density is not None else mass / unit.mass)
+    elif mass is not None and inertia is None:
+        raise InputError(f"{who}: mass is given without a shape or inertia; give inertia= about the centre")
+    elif inertia is not None and mass is None:
+        raise InputError(f"{who}: inertia is given without mass; give both")
+    if mass is not None:
+        solid = replace(solid, mass=mass)  # the mass that was given, to the last bit
+    if inertia is not None:
+        solid = replace(solid, inertia=inertia)
+        if shape is not None and mass is not None and not shape.static_only:
+            solid = replace(solid, centre_of_mass=shape.mass_properties().centre_of_mass)
+    return solid if centre is None else replace(solid, centre_of_mass=centre)
+
+
+def _or_default(material: Material | None) -> Material:
+    return Material() if material is None else material
+
+
+def _require_movable(who: str, shape: Shape, motion: str) -> None:
+    if shape.static_only and motion == "dynamic":
+        remedy = (
+            "use shapes.Hull(vertices), or several hulls of its convex parts"
+            if hasattr(shape, "vertices")
+            else 'use another shape, or motion="fixed"'
+        )
+        raise InputError(f"{who}: a {type(shape).__name__} does not move by forces; {remedy}")

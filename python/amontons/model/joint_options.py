@@ -1,0 +1,144 @@
+"""The options of the add_*_joint functions, written once: keyword arguments that several of them share.
+
+An option that is not given has the default of the field of `Joint` or `Dof` that it fills: rigid, without
+limits, spring, damper, friction, drive or motor.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any, TypedDict
+
+from ..checks import Vector3, about
+from ..errors import InputError
+from .parts import Dof, Motor
+
+Limits = Sequence[float | None] | None
+"""(lower, upper), each None for no bound"""
+
+
+class JointOptions(TypedDict, total=False):
+    """Of every joint."""
+
+    name: str | None
+    """unique; made up if None"""
+    compliance: float
+    """of the locked directions (m/N), 0 is rigid"""
+    collide: bool
+    """whether the two bodies may touch; the shapes of the world may in any case"""
+
+
+class BallOptions(JointOptions, total=False):
+    """Of a free rotation."""
+
+    stiffness: float
+    """of a spring towards the initial relative orientation (N m/rad)"""
+    damping: float
+    """N m s/rad"""
+    friction: float
+    """largest torque of dry friction (N m)"""
+    limit: float | None
+    """the largest angle of rotation (rad), None for no bound"""
+
+
+class DofOptions(JointOptions, total=False):
+    """Of a joint of one degree of freedom, a slide or a hinge."""
+
+    limits: Limits
+    """m or rad"""
+    stiffness: float
+    """of a spring (N/m or N m/rad)"""
+    rest: float
+    """the coordinate at which the spring has no force (m or rad)"""
+    damping: float
+    """of a damper (N s/m or N m s/rad)"""
+    friction: float
+    """largest force or torque of dry friction (N or N m)"""
+    armature: float
+    """inertia of the drive (kg or kg m^2)"""
+    motor: Motor | None
+
+
+class DofsOptions(JointOptions, total=False):
+    """Of a joint of several degrees of freedom: one value for all, or a sequence with one for each."""
+
+    limits: Sequence[Limits] | None
+    """a sequence of one (lower, upper) or None per degree of freedom"""
+    stiffness: float | Sequence[float]
+    rest: float | Sequence[float]
+    damping: float | Sequence[float]
+    friction: float | Sequence[float]
+    armature: float | Sequence[float]
+    motor: Motor | Sequence[Motor | None] | None
+
+
+_SHARED = JointOptions.__optional_keys__
+_BALL = {
+    "stiffness": "ball_stiffness",
+    "damping": "ball_damping",
+    "friction": "ball_friction",
+    "limit": "ball_limit",
+}
+
+
+def require_options(function: str, options: Mapping[str, Any], kind: Any) -> None:
+    """TypeError, as Python raises for any function, if an option is not one of the TypedDict `kind`."""
+    known = kind.__optional_keys__
+    for name in options:
+        if name not in known:
+            listed = ", ".join(sorted(known))
+            raise TypeError(f"{function}() got an unexpected keyword argument {name!r}; options are {listed}")
+
+
+def joint_fields(options: Mapping[str, Any]) -> dict[str, Any]:
+    """The fields of `Joint` that the options of every joint fill, but for the name."""
+    return {key: options[key] for key in ("compliance", "collide") if key in options}
+
+
+def ball_fields(options: Mapping[str, Any]) -> dict[str, Any]:
+    """The fields of a spherical `Joint`."""
+    given = {_BALL[key]: value for key, value in options.items() if key in _BALL}
+    if given.get("ball_limit", 0.0) is None:
+        given["ball_limit"] = math.inf
+    return given
+
+
+def dofs_of(name: str, made: Sequence[tuple[str, Vector3]], options: Mapping[str, Any]) -> tuple[Dof, ...]:
+    """Degrees of freedom of (kind, axis) with their share of the options of the joint `name`."""
+    with about(f'joint "{name}"'):
+        shares: list[dict[str, Any]] = [{} for _ in made]
+        for key, value in options.items():
+            if key not in _SHARED:
+                for share, part in zip(shares, _spread(key, value, len(made)), strict=True):
+                    share[key] = part
+        return tuple(
+            Dof(kind, axis, **_dof_fields(share)) for (kind, axis), share in zip(made, shares, strict=True)
+        )
+
+
+def _spread(key: str, value: Any, count: int) -> list[Any]:
+    """One value per degree of freedom; limits of a single one are a pair, not one value for each of two."""
+    together = value is None or isinstance(value, Motor | str) or not hasattr(value, "__len__")
+    if together or (key == "limits" and count == 1):
+        return [value] * count
+    if len(value) != count:
+        raise InputError(f"{key} has {len(value)} entries; the joint has {count} degrees of freedom")
+    return list(value)
+
+
+def _dof_fields(share: dict[str, Any]) -> dict[str, Any]:
+    """The options of one degree of freedom as fields of `Dof`, in which infinity is no bound."""
+    given = {key: value for key, value in share.items() if key != "limits" and value is not None}
+    if share.get("limits") is not None:
+        given["lower"], given["upper"] = bounds(share["limits"])
+    return given
+
+
+def bounds(limits: Any) -> tuple[Any, Any]:
+    """(lower, upper) with infinities for None."""
+    try:
+        lower, upper = limits
+    except (TypeError, ValueError):
+        raise InputError(f"limits are {limits!r}; give (lower, upper), None for no bound") from None
+    return (-math.inf if lower is None else lower, math.inf if upper is None else upper)

@@ -1,0 +1,200 @@
+"""What does not change during a simulation. SI units.
+
+A body index of -1 is the world. Most models come from `ModelBuilder` or a file; the classes of which they are
+made are for code that makes or reads models by itself.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, fields
+from functools import cached_property
+from typing import Any
+
+from .. import _core
+from ..checks import Vector3, chosen, vector3
+from ..errors import InputError
+from .parts import (
+    DOFS,
+    JOINTS,
+    MOTIONS,
+    MOTORS,
+    Body,
+    Coupling,
+    Dof,
+    Geom,
+    Joint,
+    Material,
+    Motor,
+    PairMaterial,
+)
+from .presets import Actuator, Keyframe
+from .shapes import Shape
+from .transforms import Transform
+
+FRICTION_RULES = {
+    name: getattr(_core.FrictionRule, name) for name in ("geometric_mean", "maximum", "minimum", "mean")
+}
+
+
+def _by_name() -> Any:
+    """A field of what the compiled model knows nothing of."""
+    return field(default_factory=dict, repr=False, compare=False, metadata={"core": False})
+
+
+@dataclass(frozen=True)
+class Model:
+    """Bodies, geoms and joints, checked as a whole; simulations share it and never change it.
+
+    Raises InputError naming the body, geom or joint and the remedy.
+    """
+
+    gravity: Vector3 = (0.0, 0.0, -9.81)
+    """m/s^2"""
+    friction_rule: str = "geometric_mean"
+    """how two frictions combine: geometric_mean | maximum | minimum | mean"""
+    bodies: tuple[Body, ...] = ()
+    geoms: tuple[Geom, ...] = ()
+    joints: tuple[Joint, ...] = ()
+    couplings: tuple[Coupling, ...] = ()
+    pair_materials: tuple[PairMaterial, ...] = ()
+    excluded_bodies: tuple[tuple[int, int], ...] = ()
+    """pairs that never touch"""
+    keyframes: Mapping[str, Keyframe] = _by_name()
+    """states to start from, by name: `Simulation.apply_keyframe`"""
+    actuators: Mapping[str, Actuator] = _by_name()
+    """how the model file commands the motors, by name: `Simulation.set_control`"""
+    core: _core.Model = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "gravity", vector3("gravity", self.gravity))
+        chosen("friction rule", self.friction_rule, FRICTION_RULES)
+        for f in fields(self):
+            if isinstance(getattr(self, f.name, None), list):
+                object.__setattr__(self, f.name, tuple(getattr(self, f.name)))
+        object.__setattr__(self, "core", _core.Model(to_core(self)))
+
+    def __reduce__(self) -> tuple[Any, ...]:  # the compiled model is made again
+        return Model, tuple(getattr(self, f.name) for f in fields(self) if f.init)
+
+    @cached_property
+    def body_names(self) -> tuple[str, ...]:
+        """Names by index."""
+        return tuple(body.name for body in self.bodies)
+
+    @cached_property
+    def geom_names(self) -> tuple[str, ...]:
+        """Names by index."""
+        return tuple(geom.name for geom in self.geoms)
+
+    @cached_property
+    def joint_names(self) -> tuple[str, ...]:
+        """Names by index."""
+        return tuple(joint.name for joint in self.joints)
+
+    @property
+    def dofs(self) -> int:
+        """Number of coordinates of all joints, the length of `Simulation.state.joint_coordinates`."""
+        return self.core.dofs
+
+    @property
+    def total_mass(self) -> float:
+        """Of the dynamic bodies (kg)."""
+        return self.core.total_mass
+
+    @property
+    def length(self) -> float:
+        """The median bounding radius of moving shapes (m), of which default tolerances are fractions."""
+        return self.core.length
+
+    def body_index(self, body: int | str) -> int:
+        """The index of a body given by index or name; InputError if there is none."""
+        return index_of("body", body, self.body_names)
+
+    def geom_index(self, geom: int | str) -> int:
+        """The index of a geom given by index or name; InputError if there is none."""
+        return index_of("geom", geom, self.geom_names)
+
+    def joint_index(self, joint: int | str) -> int:
+        """The index of a joint given by index or name; InputError if there is none."""
+        return index_of("joint", joint, self.joint_names)
+
+    def dof_index(self, joint: int | str, dof: int = 0) -> int:
+        """The index of a joint's degree of freedom among the coordinates of all joints."""
+        j = self.joint_index(joint)
+        count = len(self.joints[j].dofs)
+        if isinstance(dof, bool) or not isinstance(dof, int) or not 0 <= dof < count:
+            raise InputError(
+                f'joint "{self.joints[j].name}" has {count} degrees of freedom; dof = {dof!r} is none of them'
+            )
+        return self.core.first_dof(j) + dof
+
+    def __repr__(self) -> str:
+        return (
+            f"amontons.Model({len(self.bodies)} bodies, {len(self.geoms)} geoms, {len(self.joints)} joints, "
+            f"{self.dofs} joint coordinates)"
+        )
+
+
+def index_of(what: str, key: object, names: Sequence[str]) -> int:
+    """The index of the name `key` among `names`, or `key` itself, checked, if it is an index."""
+    if isinstance(key, str):
+        if key in names:
+            return names.index(key)
+        shown = ", ".join(names[:20]) + (", ..." if len(names) > 20 else "")
+        raise InputError(f'there is no {what} "{key}"; known are {shown or "none"}')
+    try:
+        index = key.__index__()  # type: ignore[attr-defined]
+    except AttributeError:
+        raise InputError(f"{what} {key!r}: give an index or a name") from None
+    if isinstance(key, bool) or not 0 <= index < len(names):
+        raise InputError(f"there is no {what} {key!r}; the model has {len(names)}")
+    return index
+
+
+_CORE: dict[type, Any] = {
+    Material: _core.Material,
+    Motor: _core.Motor,
+    Dof: _core.Dof,
+    Body: _core.Body,
+    Geom: _core.Geom,
+    Joint: _core.Joint,
+    Coupling: _core.Coupling,
+    PairMaterial: _core.PairMaterial,
+    Model: _core.ModelDescription,
+}
+_NAMES: dict[tuple[type, str], dict[str, Any]] = {
+    (Motor, "kind"): MOTORS,
+    (Dof, "kind"): DOFS,
+    (Body, "motion"): MOTIONS,
+    (Joint, "kind"): JOINTS,
+    (Model, "friction_rule"): FRICTION_RULES,
+}
+
+
+def to_core(thing: Any) -> Any:
+    """A description of the compiled module with the same fields."""
+    core = _CORE[type(thing)]()
+    for f in fields(thing):
+        if f.init and f.metadata.get("core", True):
+            value = getattr(thing, f.name)
+            names = _NAMES.get((type(thing), f.name))
+            try:
+                setattr(core, f.name, names[value] if names else _to_core_value(value))
+            except TypeError:
+                raise InputError(
+                    f"{type(thing).__name__}.{f.name} = {value!r} is not of the kind that the field holds"
+                ) from None
+    return core
+
+
+def _to_core_value(value: Any) -> Any:
+    if isinstance(value, Shape):
+        return value.core
+    if isinstance(value, Transform):
+        return (value.position, value.rotation)
+    if type(value) in _CORE:
+        return to_core(value)
+    if isinstance(value, tuple) and value and type(value[0]) in _CORE:
+        return [to_core(part) for part in value]
+    return value

@@ -1,0 +1,270 @@
+"""What models are made of: immutable data with the fields of multibody/model/description.hpp."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+from .. import _core
+from ..checks import Matrix3, Vector3, chosen, entries, number, unit_vector, vector3
+from ..errors import InputError
+from .mass import NOTHING, as_matrix
+from .shapes import Shape
+from .transforms import ORIGIN, Transform
+
+WORLD = -1
+MOTIONS = {name: getattr(_core.Motion, name) for name in ("dynamic", "kinematic", "fixed")}
+MOTORS = {name: getattr(_core.MotorKind, name) for name in ("none", "effort", "speed", "position")}
+DOFS = {name: getattr(_core.DofKind, name) for name in ("hinge", "slide")}
+JOINTS = {name: getattr(_core.JointKind, name) for name in ("chain", "distance")}
+
+
+def _set(thing: object, **values: Any) -> None:
+    for name, value in values.items():
+        object.__setattr__(thing, name, value)
+
+
+def _numbers(thing: Any, what: str, *names: str, infinite: bool = False) -> None:
+    for name in names:
+        _set(thing, **{name: number(f"{what}{name}", getattr(thing, name), infinite=infinite)})
+
+
+@dataclass(frozen=True)
+class Material:
+    """What a surface brings into a contact.
+
+    Frictions of two surfaces combine by the model's rule, of restitutions the larger one holds, compliances
+    add.
+    """
+
+    friction: float = 0.5
+    """Coulomb's mu, >= 0"""
+    restitution: float = 0.0
+    """e in [0, 1]: u_n after = -e u_n before"""
+    compliance: float = 0.0
+    """of one contact point (m/N), 0 is rigid"""
+
+    def __post_init__(self) -> None:
+        _numbers(self, "material: ", "friction", "restitution", "compliance")
+        for name in ("friction", "compliance"):
+            if getattr(self, name) < 0:
+                raise InputError(f"material: {name} is {getattr(self, name):g}; it must not be negative")
+        if not 0 <= self.restitution <= 1:
+            raise InputError(f"material: restitution is {self.restitution:g}; it must lie in [0, 1]")
+
+
+@dataclass(frozen=True)
+class Motor:
+    """What drives a degree of freedom besides its spring; its target can change during a simulation."""
+
+    kind: str = "none"
+    """none | effort (target is a force or torque) | speed | position"""
+    target: float = 0.0
+    """N or N m, m/s or rad/s, m or rad"""
+    max_effort: float = math.inf
+    """N or N m, > 0"""
+    gain: float = 0.0
+    """of a speed motor N s/m or N m s/rad, of a position motor N/m or N m/rad; 0 is exact"""
+    damping_gain: float = 0.0
+    """of a position motor, N s/m or N m s/rad"""
+
+    def __post_init__(self) -> None:
+        chosen("motor kind", self.kind, MOTORS)
+        _numbers(self, "motor: ", "target", "gain", "damping_gain")
+        _numbers(self, "motor: ", "max_effort", infinite=True)
+
+
+@dataclass(frozen=True)
+class Dof:
+    """One degree of freedom of a joint; its coordinate is the displacement (m) or angle (rad) of A from B."""
+
+    kind: str = "hinge"
+    """hinge (about the axis) | slide (along it)"""
+    axis: Vector3 = (0.0, 0.0, 1.0)
+    """in frame_b at zero coordinates"""
+    anchor: Vector3 = (0.0, 0.0, 0.0)
+    """a point of the axis of a hinge, in frame_b (m)"""
+    lower: float = -math.inf
+    upper: float = math.inf
+    stiffness: float = 0.0
+    """N/m or N m/rad"""
+    rest: float = 0.0
+    """the coordinate at which the spring has no force"""
+    damping: float = 0.0
+    """N s/m or N m s/rad"""
+    friction: float = 0.0
+    """largest force or torque of dry friction (N or N m)"""
+    armature: float = 0.0
+    """inertia of the drive (kg or kg m^2)"""
+    motor: Motor = Motor()
+
+    def __post_init__(self) -> None:
+        chosen("kind of degree of freedom", self.kind, DOFS)
+        _set(self, axis=unit_vector("axis", self.axis), anchor=vector3("anchor", self.anchor))
+        _numbers(self, "", "lower", "upper", infinite=True)
+        lower, upper = self.lower, self.upper
+        if lower > upper:
+            raise InputError(f"the lower limit {lower:g} exceeds the upper one {upper:g}; swap them")
+        _numbers(self, "", "stiffness", "rest", "damping", "friction", "armature")
+        if not isinstance(self.motor, Motor):
+            raise InputError(f"motor is {self.motor!r}; give a Motor")
+
+
+@dataclass(frozen=True)
+class Body:
+    """A rigid body; its frame is any frame fixed in it."""
+
+    name: str = ""
+    motion: str = "dynamic"
+    """dynamic | kinematic (keeps the velocity that the state holds) | fixed"""
+    mass: float = 0.0
+    """kg"""
+    centre_of_mass: Vector3 = (0.0, 0.0, 0.0)
+    """in the body frame (m)"""
+    inertia: Matrix3 = NOTHING.inertia
+    """about the centre of mass, in body axes (kg m^2)"""
+    pose: Transform = ORIGIN
+    """initial, of the body frame in the world"""
+    linear_velocity: Vector3 = (0.0, 0.0, 0.0)
+    """initial, of the origin of the frame, world axes (m/s)"""
+    angular_velocity: Vector3 = (0.0, 0.0, 0.0)
+    """initial, world axes (rad/s)"""
+
+    def __post_init__(self) -> None:
+        who = f'body "{self.name}": '
+        chosen("motion", self.motion, MOTIONS)
+        _numbers(self, who, "mass")
+        for name in ("centre_of_mass", "linear_velocity", "angular_velocity"):
+            _set(self, **{name: vector3(who + name, getattr(self, name))})
+        _set(self, inertia=inertia_matrix(who + "inertia", self.inertia))
+
+
+def inertia_matrix(what: str, values: Any) -> Matrix3:
+    """A tensor of principal moments (3,) or (3, 3)."""
+    if isinstance(values, Sequence) or hasattr(values, "__len__"):
+        rows = list(values)
+        if len(rows) == 3 and not hasattr(rows[0], "__len__"):
+            a, b, c = entries(what, rows, 3)
+            return ((a, 0.0, 0.0), (0.0, b, 0.0), (0.0, 0.0, c))
+        if len(rows) == 3:
+            m = tuple(vector3(f"{what}[{i}]", row) for i, row in enumerate(rows))
+            scale = max(abs(x) for row in m for x in row)
+            if all(abs(m[i][j] - m[j][i]) <= _core.ASYMMETRY * scale for i in range(3) for j in range(i)):
+                return as_matrix(m)
+            raise InputError(f"{what} is not symmetric; symmetrise it")
+    raise InputError(f"{what} must be principal moments (3,) or a matrix (3, 3)")
+
+
+@dataclass(frozen=True)
+class Geom:
+    """A shape on a body, or on the world."""
+
+    name: str = ""
+    body: int = WORLD
+    frame: Transform = ORIGIN
+    """of the shape in the body frame"""
+    shape: Shape = field(kw_only=True)
+    material: Material = Material()
+    surface_velocity: Vector3 = (0.0, 0.0, 0.0)
+    """of the surface relative to the body, in body axes (m/s): conveyors, tracks"""
+    category: int = 1
+    """bits; two geoms may touch if the category of one shares a bit with the mask of the other"""
+    mask: int = 1
+
+    def __post_init__(self) -> None:
+        who = f'geom "{self.name}": '
+        if not isinstance(self.shape, Shape):
+            raise InputError(f"{who}shape is {self.shape!r}; give one of amontons.shapes")
+        if not isinstance(self.material, Material):
+            raise InputError(f"{who}material is {self.material!r}; give a Material")
+        _set(self, surface_velocity=vector3(who + "surface_velocity", self.surface_velocity))
+        for name in ("category", "mask"):
+            bits = getattr(self, name)
+            if isinstance(bits, bool) or not isinstance(bits, int) or not 0 <= bits < 2**32:
+                raise InputError(
+                    f"{who}{name} is {bits!r}; it must be 32 bits, an integer from 0 to 2^32 - 1"
+                )
+
+
+@dataclass(frozen=True)
+class Joint:
+    """Frame A in body A follows frame B in body B through the degrees of freedom, one after the other.
+
+    No degree of freedom fixes the bodies to each other. Impulses act on A and, opposite, on B. `ModelBuilder`
+    makes the usual joints from points and axes in the world.
+    """
+
+    name: str = ""
+    kind: str = "chain"
+    """chain | distance (of the origins of the two frames stays within its limits)"""
+    body_a: int | str | None = WORLD
+    """a name, and None for the world, only in `ModelBuilder.add_joint`; A may not be the world"""
+    body_b: int | str | None = WORLD
+    frame_a: Transform = ORIGIN
+    frame_b: Transform = ORIGIN
+    dofs: tuple[Dof, ...] = ()
+    """up to six, in frame_b at zero coordinates"""
+    spherical: bool = False
+    """after the dofs, a free rotation about the origin of frame_a"""
+    ball_stiffness: float = 0.0
+    """of a spherical joint, towards no rotation (N m/rad)"""
+    ball_damping: float = 0.0
+    """N m s/rad"""
+    ball_friction: float = 0.0
+    """N m"""
+    ball_limit: float = math.inf
+    """the largest angle of rotation (rad)"""
+    lower_distance: float = 0.0
+    """m"""
+    upper_distance: float = 0.0
+    """m"""
+    compliance: float = 0.0
+    """of the locked directions (m/N), 0 is rigid"""
+    collide: bool = False
+    """whether the two bodies may touch each other"""
+
+    def __post_init__(self) -> None:
+        who = f'joint "{self.name}": '
+        chosen("kind of joint", self.kind, JOINTS)
+        _set(self, dofs=tuple(self.dofs), spherical=bool(self.spherical), collide=bool(self.collide))
+        _numbers(self, who, "ball_stiffness", "ball_damping", "ball_friction", "lower_distance", "compliance")
+        _numbers(self, who, "ball_limit", "upper_distance", infinite=True)
+        lower, upper = self.lower_distance, self.upper_distance
+        if self.kind == "distance" and not 0 <= lower <= upper:
+            raise InputError(f"{who}limits are ({lower:g}, {upper:g}); they must be 0 <= lower <= upper")
+
+
+@dataclass(frozen=True)
+class Coupling:
+    """coordinate(joint_a, dof_a) = a polynomial in coordinate(joint_b, dof_b): gears, racks, mimics."""
+
+    name: str = ""
+    joint_a: int = -1
+    dof_a: int = 0
+    joint_b: int = -1
+    """-1: the constant coefficient alone"""
+    dof_b: int = 0
+    coefficients: tuple[float, ...] = (0.0, 1.0)
+    """ascending powers"""
+    compliance: float = 0.0
+
+    def __post_init__(self) -> None:
+        who = f'coupling "{self.name}": '
+        values = tuple(self.coefficients)
+        _set(self, coefficients=entries(f"{who}coefficients", values, len(values)))
+        _numbers(self, who, "compliance")
+
+
+@dataclass(frozen=True)
+class PairMaterial:
+    """A pair of geoms with a material of its own, which replaces the combination of both."""
+
+    geom_a: int
+    geom_b: int
+    material: Material
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.material, Material):
+            raise InputError(f"material is {self.material!r}; give a Material")

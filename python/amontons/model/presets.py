@@ -1,0 +1,46 @@
+"""What a model brings along to start and drive it by name: keyframes and actuators. SI units."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from ..checks import Quaternion, Vector3
+
+
+@dataclass(frozen=True)
+class Keyframe:
+    """A state of a model to start from, see `Simulation.apply_keyframe`."""
+
+    time: float
+    """s"""
+    positions: tuple[Vector3, ...]
+    """of the body frames, as in `Simulation.state` (m)"""
+    orientations: tuple[Quaternion, ...]
+    linear_velocities: tuple[Vector3, ...]
+    """of the origins of the body frames, world axes (m/s)"""
+    angular_velocities: tuple[Vector3, ...]
+    """world axes (rad/s)"""
+    joint_coordinates: tuple[float, ...]
+    """of all degrees of freedom (m, rad)"""
+    targets: tuple[float, ...]
+    """of the motors of all degrees of freedom"""
+
+
+@dataclass(frozen=True)
+class Actuator:
+    """A motor as its model file commands it, see `Simulation.set_control`."""
+
+    joint: int
+    dof: int
+    scale: float = 1.0
+    """target of the motor per unit of control"""
+    offset: float = 0.0
+    """target of the motor at zero control"""
+    lower: float = -math.inf
+    upper: float = math.inf
+    """limits of the control"""
+
+    def target(self, control: float) -> float:
+        """The target of the motor for a control, which is clipped to its limits first."""
+        return self.scale * min(max(control, self.lower), self.upper) + self.offset

@@ -1,0 +1,285 @@
+"""The shapes of collision geometry, each in its own frame with its centre at the origin; lengths in m."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, fields
+from typing import Any, ClassVar
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from .. import _core
+from ..checks import Array, Vector3, finite, frozen, number, reals, vector3
+from ..errors import InputError
+from .hulls import Triangles, convex_triangles
+from .mass import MassProperties, polyhedron, principal
+
+__all__ = [
+    "Box",
+    "Capsule",
+    "Cylinder",
+    "Ellipsoid",
+    "HeightField",
+    "Hull",
+    "Mesh",
+    "Plane",
+    "Shape",
+    "Sphere",
+]
+
+
+class Shape:
+    """What all shapes share: checked when made, immutable, equal if of the same kind and size.
+
+    volume(): m^3. mass_properties(density): mass (kg), centre (m) and inertia (kg m^2) of the solid.
+    """
+
+    static_only: ClassVar[bool] = False
+    """Whether bodies that move by forces may not carry it: planes, meshes and height fields."""
+    core: _core.Shape
+
+    def _unit(self) -> MassProperties:
+        """The mass properties at density 1."""
+        raise InputError(f"{type(self).__name__} has no volume; give the mass of the body by itself")
+
+    def mass_properties(self, density: float = 1.0) -> MassProperties:
+        """Mass, centre and inertia of the solid of `density` (kg/m^3)."""
+        unit = self._unit()
+        return unit if density == 1 else unit.scaled(density)
+
+    def volume(self) -> float:
+        """m^3"""
+        return self._unit().mass
+
+    def _set(self, **values: Any) -> None:
+        for name, value in values.items():
+            object.__setattr__(self, name, value)
+
+    def __eq__(self, other: object) -> bool:
+        return type(self) is type(other) and all(
+            np.array_equal(getattr(self, f.name), getattr(other, f.name)) for f in fields(self)
+        )
+
+    def __hash__(self) -> int:
+        parts = (getattr(self, f.name) for f in fields(self))
+        return hash((type(self), *(x.tobytes() if isinstance(x, np.ndarray) else x for x in parts)))
+
+    def __reduce__(self) -> tuple[Any, ...]:  # the compiled shape is made again
+        return type(self), tuple(getattr(self, f.name) for f in fields(self))
+
+
+@dataclass(frozen=True, eq=False)
+class Sphere(Shape):
+    """A ball of `radius`."""
+
+    radius: float
+
+    def __post_init__(self) -> None:
+        self._set(radius=number("Sphere: radius", self.radius))
+        self._set(core=_core.Shape.sphere(self.radius))
+
+    def _unit(self) -> MassProperties:
+        mass = 4 / 3 * math.pi * self.radius**3
+        return principal(mass, *[0.4 * mass * self.radius**2] * 3)
+
+
+@dataclass(frozen=True, eq=False)
+class Box(Shape):
+    """half: half edge lengths along x, y and z."""
+
+    half: Vector3
+
+    def __post_init__(self) -> None:
+        self._set(half=vector3("Box: half", self.half))
+        self._set(core=_core.Shape.box(self.half))
+
+    def _unit(self) -> MassProperties:
+        x, y, z = self.half
+        mass = 8 * x * y * z
+        return principal(mass, *(mass / 3 * (p * p + q * q) for p, q in ((y, z), (x, z), (x, y))))
+
+
+@dataclass(frozen=True, eq=False)
+class Capsule(Shape):
+    """The points within `radius` of the segment |z| <= `half_length`."""
+
+    radius: float
+    half_length: float
+
+    def __post_init__(self) -> None:
+        self._set(
+            radius=number("Capsule: radius", self.radius),
+            half_length=number("Capsule: half_length", self.half_length),
+        )
+        self._set(core=_core.Shape.capsule(self.radius, self.half_length))
+
+    def _unit(self) -> MassProperties:
+        r, h = self.radius, self.half_length
+        tube, caps = 2 * math.pi * r * r * h, 4 / 3 * math.pi * r**3
+        # The centre of a half ball lies 3/8 r from its flat face.
+        across = tube * (r * r / 4 + h * h / 3) + caps * (0.4 * r * r + h * h + 0.75 * h * r)
+        along = tube * r * r / 2 + caps * 0.4 * r * r
+        return principal(tube + caps, across, across, along)
+
+
+@dataclass(frozen=True, eq=False)
+class Cylinder(Shape):
+    """About the z axis, |z| <= `half_length`."""
+
+    radius: float
+    half_length: float
+
+    def __post_init__(self) -> None:
+        self._set(
+            radius=number("Cylinder: radius", self.radius),
+            half_length=number("Cylinder: half_length", self.half_length),
+        )
+        self._set(core=_core.Shape.cylinder(self.radius, self.half_length))
+
+    def _unit(self) -> MassProperties:
+        r, h = self.radius, self.half_length
+        mass = 2 * math.pi * r * r * h
+        across = mass * (r * r / 4 + h * h / 3)
+        return principal(mass, across, across, mass * r * r / 2)
+
+
+@dataclass(frozen=True, eq=False)
+class Ellipsoid(Shape):
+    """radii: semi-axes along x, y and z."""
+
+    radii: Vector3
+
+    def __post_init__(self) -> None:
+        self._set(radii=vector3("Ellipsoid: radii", self.radii))
+        self._set(core=_core.Shape.ellipsoid(self.radii))
+
+    def _unit(self) -> MassProperties:
+        a, b, c = self.radii
+        mass = 4 / 3 * math.pi * a * b * c
+        return principal(mass, *(mass / 5 * (p * p + q * q) for p, q in ((b, c), (a, c), (a, b))))
+
+
+@dataclass(frozen=True, eq=False)
+class Plane(Shape):
+    """The half space z <= 0, whose normal is +z. Static."""
+
+    static_only: ClassVar[bool] = True
+
+    def __post_init__(self) -> None:
+        self._set(core=_core.Shape.plane())
+
+
+@dataclass(frozen=True, eq=False)
+class Hull(Shape):
+    """The convex hull of points.
+
+    vertices: (n, 3); points that are no corners are dropped. triangles: (t, 3) indices of a closed convex
+    surface, counter-clockwise seen from outside, if known; else they are found (SciPy's Qhull).
+    Raises InputError for fewer than four points, points in a plane, NaN, triangles that are no convex body.
+    """
+
+    vertices: Array
+    triangles: Triangles | None = None
+
+    def __post_init__(self) -> None:
+        vertices = _points("Hull: vertices", self.vertices)
+        if self.triangles is None:
+            vertices, triangles = convex_triangles(vertices)
+        else:
+            triangles = _triangles("Hull: triangles", self.triangles)
+        self._set(vertices=frozen(vertices), triangles=frozen(triangles))
+        self._set(core=_core.Shape.hull(self.vertices, triangles))
+
+    def _unit(self) -> MassProperties:
+        return polyhedron(self.vertices, self.triangles)
+
+    def __repr__(self) -> str:
+        return f"Hull({len(self.vertices)} vertices)"
+
+
+@dataclass(frozen=True, eq=False)
+class Mesh(Shape):
+    """Static triangles with contact from outside only; bodies that move need `Hull`s instead.
+
+    vertices: (n, 3). triangles: (t, 3) indices, counter-clockwise seen from outside.
+    The volume and mass properties are those of a closed mesh.
+    """
+
+    vertices: Array
+    triangles: Triangles
+    static_only: ClassVar[bool] = True
+
+    def __post_init__(self) -> None:
+        self._set(
+            vertices=frozen(_points("Mesh: vertices", self.vertices)),
+            triangles=frozen(_triangles("Mesh: triangles", self.triangles)),
+        )
+        self._set(core=_core.Shape.mesh(self.vertices, self.triangles))
+
+    def _unit(self) -> MassProperties:
+        unit = polyhedron(self.vertices, self.triangles)
+        if not unit.mass > 0:
+            raise InputError("Mesh: the triangles enclose no volume; they must be closed and face outwards")
+        return unit
+
+    def __repr__(self) -> str:
+        return f"Mesh({len(self.vertices)} vertices, {len(self.triangles)} triangles)"
+
+
+@dataclass(frozen=True, eq=False)
+class HeightField(Shape):
+    """A static grid of heights over the rectangle size_x by size_y centred at the origin.
+
+    heights: (rows, columns); row r, column c lies at x = (c / (columns - 1) - 1/2) size_x and
+    y = (r / (rows - 1) - 1/2) size_y. Two triangles a cell, contact from above.
+    """
+
+    heights: Array
+    size_x: float
+    size_y: float
+    static_only: ClassVar[bool] = True
+
+    def __post_init__(self) -> None:
+        heights = _numbers("HeightField: heights", self.heights)
+        if heights.ndim != 2 or min(heights.shape) < 2:
+            raise InputError(
+                f"HeightField: heights has shape {heights.shape}; it must be (rows, columns), at least (2, 2)"
+            )
+        self._set(
+            heights=frozen(heights),
+            size_x=number("HeightField: size_x", self.size_x),
+            size_y=number("HeightField: size_y", self.size_y),
+        )
+        self._set(core=_core.Shape.height_field(self.heights, self.size_x, self.size_y))
+
+    def __repr__(self) -> str:
+        rows, columns = self.heights.shape
+        return f"HeightField({rows} x {columns}, size {self.size_x:g} x {self.size_y:g})"
+
+
+KINDS: dict[str, type[Shape]] = {
+    kind.__name__: kind
+    for kind in (Sphere, Box, Capsule, Cylinder, Ellipsoid, Plane, Hull, Mesh, HeightField)
+}
+
+
+def _numbers(what: str, values: ArrayLike) -> Array:
+    """A finite copy, which nobody else can change."""
+    return finite(what, reals(what, values)).copy()
+
+
+def _points(what: str, values: ArrayLike) -> Array:
+    array = _numbers(what, values)
+    if array.ndim != 2 or array.shape[1] != 3:
+        raise InputError(f"{what} has shape {array.shape}; it must be (n, 3)")
+    return array
+
+
+def _triangles(what: str, values: ArrayLike) -> Triangles:
+    array = np.asarray(values)
+    if array.ndim != 2 or array.shape[1] != 3 or array.dtype.kind not in "iu":
+        raise InputError(f"{what} must be (t, 3) integers, the corners of each triangle")
+    if array.size and (array.min() < 0 or array.max() > np.iinfo(np.int32).max):
+        raise InputError(f"{what} has the index {array.min() if array.min() < 0 else array.max()}")
+    return np.array(array, dtype=np.int32, order="C")

@@ -1,0 +1,1 @@
+"""The variational inequality of one time step: A, b, the cones, and how it is solved and judged."""

@@ -1,0 +1,118 @@
+"""What users have in hand for A, brought to the form that the core reads without copying."""
+
+from __future__ import annotations
+
+from typing import Any, Protocol, runtime_checkable
+
+import numpy as np
+import scipy.sparse as sp
+
+from .. import _core
+from ..checks import vector
+from ..errors import InputError
+from .operators import Contacts, Factored
+
+ASYMMETRY: float = _core.ASYMMETRY
+"""|A - A'| / max |A| up to which a matrix counts as symmetric: above it the difference is no rounding."""
+
+
+@runtime_checkable
+class LinearMap(Protocol):
+    """Anything with a shape and y = A x, such as scipy.sparse.linalg.LinearOperator.
+
+    An optional method diagonal() gives diag(A), (m,), for the preconditioner; without it P = I.
+    """
+
+    shape: tuple[int, int]
+
+    def matvec(self, x: Any, /) -> Any: ...
+
+
+Matrix = Any
+"""sp.csr_array | np.ndarray | Factored | Contacts | LinearMap; type checkers do not see SciPy's types."""
+
+
+def canonical(A: Any) -> Matrix:
+    """A as a CSR array, a dense float64 array, Factored, Contacts or a linear map.
+
+    A CSC matrix becomes CSR on the same arrays (A is symmetric), so do CSR and dense float64 arrays; other
+    formats, index types and number types are converted. Raises InputError for anything that is no real,
+    square matrix; that it is symmetric is checked where the core makes a problem of it.
+    """
+    if isinstance(A, Factored | Contacts):
+        return A
+    if sp.issparse(A):
+        return _sparse(A)
+    if hasattr(A, "matvec") and hasattr(A, "shape"):
+        _require_square(A.shape)
+        return A
+    if isinstance(A, np.ndarray | list | tuple):
+        return _dense(np.asarray(A))
+    raise InputError(
+        f"A is a {type(A).__name__}; give a SciPy sparse matrix, a NumPy array, a LinearOperator, "
+        "amontons.Factored or amontons.Contacts"
+    )
+
+
+def _require_square(shape: tuple[int, ...]) -> None:
+    if len(shape) != 2 or shape[0] != shape[1]:
+        raise InputError(f"A has shape {tuple(shape)}; it must be square")
+
+
+def _require_real(dtype: np.dtype[Any]) -> None:
+    if dtype.kind not in "fiub":
+        raise InputError(f"A has entries of type {dtype}; they must be real numbers")
+
+
+def _dense(A: np.ndarray) -> np.ndarray:
+    _require_square(A.shape)
+    _require_real(A.dtype)
+    if A.flags.f_contiguous and not A.flags.c_contiguous:
+        A = A.T  # the same matrix, since A is symmetric
+    return np.ascontiguousarray(A, dtype=np.float64)
+
+
+def _sparse(A: Any) -> sp.csr_array:
+    _require_square(A.shape)
+    _require_real(A.dtype)
+    if A.format in ("csc", "csr"):
+        parts = (A.data, A.indices, A.indptr)
+        matrix = sp.csr_array(parts, shape=A.shape)
+    else:
+        matrix = sp.csr_array(A)
+    if matrix.nnz > np.iinfo(np.int32).max:
+        raise InputError(f"A has {matrix.nnz} entries, more than 32-bit indices reach; use amontons.Factored")
+    if not matrix.has_canonical_format:
+        matrix = matrix.copy()
+        matrix.sum_duplicates()
+    parts = (
+        np.ascontiguousarray(matrix.data, dtype=np.float64),
+        np.ascontiguousarray(matrix.indices, dtype=np.int32),
+        np.ascontiguousarray(matrix.indptr, dtype=np.int32),
+    )
+    return sp.csr_array(parts, shape=matrix.shape)
+
+
+def _diagonal(A: LinearMap) -> np.ndarray:
+    m = A.shape[0]
+    if not hasattr(A, "diagonal"):
+        return np.ones(m)
+    diagonal = vector("A.diagonal()", A.diagonal())
+    if len(diagonal) != m:
+        raise InputError(f"A.diagonal() has {len(diagonal)} entries but A has {m} rows")
+    return diagonal
+
+
+def to_core(A: Matrix) -> _core.Operator:
+    """The core's operator for a canonical A."""
+    if isinstance(A, Factored | Contacts):
+        return A.to_core()
+    if isinstance(A, sp.csr_array):
+        return _core.sparse_operator(A.indptr, A.indices, A.data)
+    if isinstance(A, np.ndarray):
+        return _core.dense_operator(A)
+
+    def product(x: np.ndarray) -> np.ndarray:
+        return np.ascontiguousarray(A.matvec(x), dtype=np.float64).reshape(-1)
+
+    return _core.callback_operator(product, _diagonal(A))

@@ -1,0 +1,348 @@
+"""Operators A = D M^-1 D' + E that stay factored: bodies, and the rows or contacts between them."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Mapping
+from typing import Any, Self
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import ArrayLike, NDArray
+
+from .. import _core
+from ..checks import Array, finite, matrix, vector
+from ..errors import InputError
+
+Indices = NDArray[np.int32]
+
+
+def _bodies(name: str, values: ArrayLike, bodies: int) -> Indices:
+    array = np.asarray(values)
+    if array.size == 0:
+        return np.empty(0, dtype=np.int32)
+    if array.ndim != 1 or array.dtype.kind not in "iu":
+        raise InputError(f"{name} must be a vector of integers: the body of each row, -1 for the world")
+    wrong = np.flatnonzero((array < -1) | (array >= bodies))
+    if wrong.size:
+        i = wrong[0]
+        raise InputError(
+            f"{name}[{i}] = {array[i]}: that body does not exist (there are {bodies}; -1 is the world)"
+        )
+    return np.ascontiguousarray(array, dtype=np.int32)
+
+
+def _require_two_bodies(what: str, body_a: Indices, body_b: Indices) -> None:
+    if len(body_a) != len(body_b):
+        raise InputError(f"{what}: body_a has {len(body_a)} entries and body_b {len(body_b)}")
+    same = np.flatnonzero((body_a == body_b) & (body_a >= 0))
+    if same.size:
+        raise InputError(
+            f"{what} {same[0]} joins body {body_a[same[0]]} to itself; it needs two bodies or one"
+        )
+
+
+def _nonnegative(name: str, values: ArrayLike | None, count: int) -> Array:
+    if values is None:
+        return np.zeros(count)
+    array = vector(name, values)
+    if len(array) == 1:
+        array = np.full(count, array[0])
+    if len(array) != count:
+        raise InputError(f"{name} has {len(array)} entries; it must have {count}")
+    wrong = np.flatnonzero(~(array >= 0) | ~np.isfinite(array))
+    if wrong.size:
+        raise InputError(f"{name}[{wrong[0]}] = {array[wrong[0]]:g}; it must be finite and not negative")
+    return array
+
+
+def _inverse_inertia(values: ArrayLike, bodies: int) -> Array:
+    """(n, 3, 3) or principal moments (n, 3) as (n, 6) in the order xx, yy, zz, xy, xz, yz."""
+    array = np.asarray(values, dtype=np.float64)
+    if array.size == 0 and bodies == 0:
+        return np.empty((0, 6))
+    if array.shape not in ((bodies, 3, 3), (bodies, 3)):
+        raise InputError(
+            f"inverse_inertia has shape {array.shape}; it must be ({bodies}, 3, 3), "
+            f"or ({bodies}, 3) if diagonal"
+        )
+    finite("inverse_inertia", array)
+    if array.ndim == 2:
+        return np.hstack([array, np.zeros((bodies, 3))])
+    scale = np.abs(array).max(axis=(1, 2), initial=0.0)
+    skew = np.abs(array - array.transpose(0, 2, 1)).max(axis=(1, 2), initial=0.0)
+    wrong = np.flatnonzero(skew > _core.ASYMMETRY * scale)
+    if wrong.size:
+        raise InputError(f"inverse_inertia[{wrong[0]}] is not symmetric; symmetrise it")
+    wrong = np.flatnonzero(np.linalg.eigvalsh(array)[:, 0] < -1e-10 * scale)
+    if wrong.size:
+        raise InputError(f"inverse_inertia[{wrong[0]}] is not positive semidefinite")
+    rows, columns = [0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2]
+    return np.ascontiguousarray(array[:, rows, columns])
+
+
+class _BodyBased(ABC):
+    """What Factored and Contacts share: the bodies, and the behaviour of a linear operator."""
+
+    inverse_mass: Array
+    """(n,) 1/m of each body (1/kg)"""
+    inverse_inertia: Array
+    """(n, 6) inverse inertia about the centre of mass (1/(kg m^2)): xx, yy, zz, xy, xz, yz"""
+    _core_operator: _core.Operator | None = None
+
+    def __init__(self, inverse_mass: ArrayLike, inverse_inertia: ArrayLike) -> None:
+        masses = vector("inverse_mass", inverse_mass)
+        self.inverse_mass = _nonnegative("inverse_mass", masses, len(masses))
+        self.inverse_inertia = _inverse_inertia(inverse_inertia, len(masses))
+
+    @classmethod
+    def from_arrays(cls, arrays: Mapping[str, NDArray[Any]]) -> Self:
+        """The operator of arrays that the core made, by their names; they are not checked again."""
+        made = cls.__new__(cls)
+        vars(made).update(arrays)
+        return made
+
+    @abstractmethod
+    def to_core(self) -> _core.Operator:
+        """A new operator of the compiled module with copies of the arrays."""
+
+    @property
+    def bodies(self) -> int:
+        """Number of bodies n."""
+        return len(self.inverse_mass)
+
+    @property
+    @abstractmethod
+    def shape(self) -> tuple[int, int]:
+        """(m, m), m the number of rows."""
+
+    @property
+    def dtype(self) -> np.dtype[np.float64]:
+        return np.dtype(np.float64)
+
+    def _operator(self) -> _core.Operator:
+        if self._core_operator is None:
+            self._core_operator = self.to_core()
+        return self._core_operator
+
+    def matvec(self, x: ArrayLike) -> Array:
+        """A x: constraint velocities (m/s), (m,), of the impulses x (N s), (m,)."""
+        return self._operator().product(vector("x", x))
+
+    def __matmul__(self, x: ArrayLike) -> Array:
+        return self.matvec(x)
+
+    def diagonal(self) -> Array:
+        """diag(A), (m,)."""
+        return self._operator().diagonal()
+
+    def inverse_mass_matrix(self) -> sp.csr_array:
+        """M^-1, (6 n, 6 n), in blocks of (linear, angular) per body."""
+        xx, yy, zz, xy, xz, yz = self.inverse_inertia.T
+        blocks = np.zeros((self.bodies, 6, 6))
+        blocks[:, [0, 1, 2], [0, 1, 2]] = self.inverse_mass[:, None]
+        blocks[:, 3, 3], blocks[:, 4, 4], blocks[:, 5, 5] = xx, yy, zz
+        blocks[:, 3, 4] = blocks[:, 4, 3] = xy
+        blocks[:, 3, 5] = blocks[:, 5, 3] = xz
+        blocks[:, 4, 5] = blocks[:, 5, 4] = yz
+        return block_diagonal(blocks)
+
+
+def block_diagonal(blocks: Array) -> sp.csr_array:
+    """The sparse matrix with the given (n, k, k) diagonal blocks, without their zeros."""
+    n, k = len(blocks), blocks.shape[1]
+    matrix = sp.bsr_array((blocks, np.arange(n), np.arange(n + 1)), shape=(k * n, k * n)).tocsr()
+    matrix.eliminate_zeros()
+    return matrix
+
+
+class Factored(_BodyBased):
+    """A = D M^-1 D' + diag(E) of constraint rows between at most two bodies each; A itself is never formed.
+
+    Row i of D is `jacobian_a[i]` on the velocity of body `body_a[i]` and `jacobian_b[i]` on that of
+    `body_b[i]`; velocities are (linear, angular), in whatever frame the inverse inertia is given in. The
+    three rows of a friction cone are normal, tangent 1, tangent 2 and share their bodies in the same order.
+
+    inverse_mass: (n,) 1/m (1/kg), zero for a fixed body. inverse_inertia: (n, 3, 3) symmetric, or its
+    diagonal (n, 3) (1/(kg m^2)). body_a, body_b: (m,) integers, -1 for the world. jacobian_a, jacobian_b:
+    (m, 6). compliance: E, (m,) or one for all, not negative, the compliance divided by the squared time step.
+
+    Raises InputError that names the array and the index. Wrong numbers of rows, bodies that do not exist, a
+    row that joins a body to itself, NaN and negative masses are refused.
+    """
+
+    def __init__(
+        self,
+        inverse_mass: ArrayLike,
+        inverse_inertia: ArrayLike,
+        body_a: ArrayLike,
+        body_b: ArrayLike,
+        jacobian_a: ArrayLike,
+        jacobian_b: ArrayLike,
+        compliance: ArrayLike | None = None,
+    ) -> None:
+        super().__init__(inverse_mass, inverse_inertia)
+        self.body_a = _bodies("body_a", body_a, self.bodies)
+        self.body_b = _bodies("body_b", body_b, self.bodies)
+        _require_two_bodies("row", self.body_a, self.body_b)
+        m = len(self.body_a)
+        self.jacobian_a = matrix("jacobian_a", jacobian_a, m, 6)
+        self.jacobian_b = matrix("jacobian_b", jacobian_b, m, 6)
+        self.compliance = _nonnegative("compliance", compliance, m)
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Shape (m, m), m the number of rows."""
+        return (len(self.body_a), len(self.body_a))
+
+    def to_core(self) -> _core.Operator:
+        """A new operator of the compiled module with copies of the arrays."""
+        return _core.body_operator(
+            self.inverse_mass,
+            self.inverse_inertia,
+            self.body_a,
+            self.body_b,
+            self.jacobian_a,
+            self.jacobian_b,
+            self.compliance,
+        )
+
+    def jacobian(self) -> sp.csr_array:
+        """D, (m, 6 n)."""
+        m = self.shape[0]
+        rows, columns, values = [], [], []
+        for body, jacobian in ((self.body_a, self.jacobian_a), (self.body_b, self.jacobian_b)):
+            present = np.flatnonzero(body >= 0)
+            rows.append(np.repeat(present, 6))
+            columns.append((6 * body[present].astype(np.int64)[:, None] + np.arange(6)).ravel())
+            values.append(jacobian[present].ravel())
+        entries = (np.concatenate(values), (np.concatenate(rows), np.concatenate(columns)))
+        matrix = sp.csr_array(entries, shape=(m, 6 * self.bodies))
+        matrix.eliminate_zeros()
+        return matrix
+
+    def to_sparse(self) -> sp.csr_array:
+        """A as a sparse matrix, (m, m)."""
+        jacobian = self.jacobian()
+        matrix = sp.csr_array(jacobian @ self.inverse_mass_matrix() @ jacobian.T)
+        if self.compliance.any():
+            matrix = sp.csr_array(matrix + sp.diags_array(self.compliance))
+        return matrix
+
+    def __repr__(self) -> str:
+        return f"Factored({self.bodies} bodies, {self.shape[0]} rows)"
+
+
+class Contacts(_BodyBased):
+    """A of frictional contacts in world coordinates, then joint rows; no Jacobian of contacts is stored.
+
+    Contact c pushes body `body_a[c]` along `normal[c]` (from body b to body a) at `r_a[c]` from its centre
+    of mass, and body `body_b[c]` the opposite way at `r_b[c]`. Its rows are 3 c (normal), 3 c + 1 and
+    3 c + 2 (tangents, see `tangents`). Inverse inertias are in world coordinates here.
+
+    inverse_mass: (n,) (1/kg). inverse_inertia: (n, 3, 3) or (n, 3) (1/(kg m^2)). body_a, body_b: (c,)
+    integers, -1 for the world. r_a, r_b: (c, 3) (m). normal: (c, 3) of unit length. compliance: (c,) or one,
+    the same for the three rows. joint_*: the rows that follow the contacts, as in `Factored`.
+
+    Raises InputError that names the array and the index.
+    """
+
+    def __init__(
+        self,
+        inverse_mass: ArrayLike,
+        inverse_inertia: ArrayLike,
+        body_a: ArrayLike,
+        body_b: ArrayLike,
+        r_a: ArrayLike,
+        r_b: ArrayLike,
+        normal: ArrayLike,
+        compliance: ArrayLike | None = None,
+        *,
+        joint_body_a: ArrayLike = (),
+        joint_body_b: ArrayLike = (),
+        joint_jacobian_a: ArrayLike = (),
+        joint_jacobian_b: ArrayLike = (),
+        joint_compliance: ArrayLike | None = None,
+    ) -> None:
+        super().__init__(inverse_mass, inverse_inertia)
+        self.body_a = _bodies("body_a", body_a, self.bodies)
+        self.body_b = _bodies("body_b", body_b, self.bodies)
+        _require_two_bodies("contact", self.body_a, self.body_b)
+        c = len(self.body_a)
+        both_world = np.flatnonzero((self.body_a < 0) & (self.body_b < 0))
+        if both_world.size:
+            raise InputError(f"contact {both_world[0]} is between the world and itself; it needs a body")
+        self.r_a = matrix("r_a", r_a, c, 3)
+        self.r_b = matrix("r_b", r_b, c, 3)
+        self.normal = matrix("normal", normal, c, 3)
+        length = np.linalg.norm(self.normal, axis=1)
+        wrong = np.flatnonzero(np.abs(length - 1) > 1e-6)
+        if wrong.size:
+            i = wrong[0]
+            raise InputError(f"normal[{i}] has length {length[i]:g}; it must be a unit vector, normalise it")
+        self.compliance = _nonnegative("compliance", compliance, c)
+        self.joint_body_a = _bodies("joint_body_a", joint_body_a, self.bodies)
+        self.joint_body_b = _bodies("joint_body_b", joint_body_b, self.bodies)
+        _require_two_bodies("joint row", self.joint_body_a, self.joint_body_b)
+        m = len(self.joint_body_a)
+        self.joint_jacobian_a = matrix("joint_jacobian_a", joint_jacobian_a, m, 6)
+        self.joint_jacobian_b = matrix("joint_jacobian_b", joint_jacobian_b, m, 6)
+        self.joint_compliance = _nonnegative("joint_compliance", joint_compliance, m)
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Shape (m, m) with m = 3 contacts + joint rows."""
+        m = 3 * len(self.body_a) + len(self.joint_body_a)
+        return (m, m)
+
+    @property
+    def tangents(self) -> Array:
+        """(c, 2, 3) the unit tangents of each contact, which complete its normal to a right-handed frame."""
+        return _core.contact_tangents(self.normal).reshape(-1, 2, 3)
+
+    def to_core(self) -> _core.Operator:
+        """A new operator of the compiled module with copies of the arrays."""
+        return _core.contact_operator(
+            self.inverse_mass,
+            self.inverse_inertia,
+            self.body_a,
+            self.body_b,
+            self.r_a,
+            self.r_b,
+            self.normal,
+            self.compliance,
+            self.joint_body_a,
+            self.joint_body_b,
+            self.joint_jacobian_a,
+            self.joint_jacobian_b,
+            self.joint_compliance,
+        )
+
+    def stored(self) -> Factored:
+        """The same operator with the Jacobian of every row stored."""
+        body_a, body_b, jacobian_a, jacobian_b, compliance = self._operator().stored()
+        return Factored.from_arrays(
+            {
+                "inverse_mass": self.inverse_mass,
+                "inverse_inertia": self.inverse_inertia,
+                "body_a": body_a.astype(np.int32),
+                "body_b": body_b.astype(np.int32),
+                "jacobian_a": jacobian_a.reshape(-1, 6),
+                "jacobian_b": jacobian_b.reshape(-1, 6),
+                "compliance": compliance,
+            }
+        )
+
+    def to_sparse(self) -> sp.csr_array:
+        """A as a sparse matrix, (m, m)."""
+        return self.stored().to_sparse()
+
+    def __repr__(self) -> str:
+        joints = f", {len(self.joint_body_a)} joint rows" if len(self.joint_body_a) else ""
+        return f"Contacts({self.bodies} bodies, {len(self.body_a)} contacts{joints})"
+
+
+def from_core(core: _core.Problem) -> Contacts | Factored:
+    """The operator of a problem that the core made, which has bodies."""
+    arrays = core.operator_arrays()
+    return Contacts.from_arrays(arrays) if "normal" in arrays else Factored.from_arrays(arrays)

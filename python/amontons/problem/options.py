@@ -1,0 +1,68 @@
+"""The options of a solve, checked before anything is computed."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from .. import _core
+from ..checks import chosen, integer, nonnegative_number, positive_number
+from ..errors import InputError
+
+LAWS = {"associated": _core.Law.associated, "coulomb": _core.Law.coulomb}
+NORMS = {
+    "natural": _core.Norm.natural,
+    "plain": _core.Norm.plain,
+    "plain_inf": _core.Norm.plain_inf,
+    "siconos": _core.Norm.siconos,
+}
+
+_SPG = ("alpha_min", "alpha_max", "sigma_min", "sigma_max", "memory", "gamma")
+# Option of a method -> field of _core.Options.
+METHOD_OPTIONS: dict[str, dict[str, str]] = {
+    "p-spg-fb": {name: name for name in _SPG},
+    "p-spg-fb-literal": {name: name for name in (*_SPG, "tau_g")},
+    "jacobi": {"omega": "jacobi_omega"},
+    "gauss-seidel": {"omega": "sor_omega"},
+    "admm": {"rho": "admm_rho"},
+}
+
+
+def methods() -> tuple[str, ...]:
+    """The names that `method` accepts; "auto" picks one of the others by the structure of the problem."""
+    return tuple(_core.method_names())
+
+
+def require_method(method: object) -> str:
+    if not isinstance(method, str) or method not in methods():
+        raise InputError(f"unknown method {method!r}; known are {', '.join(methods())}")
+    return method
+
+
+def core_options(
+    method: str,
+    *,
+    law: str,
+    tolerance: float,
+    max_iterations: int | None,
+    deadline: float | None,
+    history: bool,
+    threads: int,
+    method_options: dict[str, Any],
+) -> _core.Options:
+    options = _core.Options()
+    options.law = chosen("law", law, LAWS)
+    options.tolerance = nonnegative_number("tolerance", tolerance)
+    if max_iterations is not None:
+        options.max_iterations = integer("max_iterations", max_iterations, 1)
+    if deadline is not None:
+        options.deadline = positive_number("deadline", deadline)
+    options.history = bool(history)
+    options.threads = integer("threads", threads, 1)
+    valid = METHOD_OPTIONS.get(method, {})
+    for name, value in method_options.items():
+        if name not in valid:
+            listed = ", ".join(valid) if valid else "none"
+            raise InputError(f"unknown option {name!r} of method {method!r}; its options are: {listed}")
+        value = integer(name, value, 0) if name == "memory" else nonnegative_number(name, value)
+        setattr(options, valid[name], value)
+    return options

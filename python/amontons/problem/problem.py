@@ -1,0 +1,268 @@
+"""The variational inequality as one object, and the functions on it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from os import PathLike
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from .. import _core
+from ..checks import Array, chosen, frozen, vector
+from ..errors import InputError
+from ..hooks import hook
+from . import cones as cones_
+from . import matrices, operators, options
+from .cones import Cone
+from .solution import Solution, from_core
+
+Callback = Callable[[_core.IterationRecord], object]
+
+
+@hook
+def write_file(
+    problem: Problem,
+    path: str | PathLike[str],
+    *,
+    solution: Solution | ArrayLike | None,
+    storage: str,
+    form: str,
+) -> None:
+    """What `Problem.write` calls; amontons.io supplies it."""
+    raise NotImplementedError("import amontons.io, which writes files")
+
+
+class Problem:
+    """Find x in K with -(A x + b) in the normal cone of K at x; the impulses of one time step.
+
+    A: (m, m) symmetric positive semidefinite, impulses (N s) to velocities (m/s): a SciPy sparse matrix or
+        array with both triangles, a dense array, a LinearOperator, `Factored` or `Contacts`.
+    b: (m,) velocities of the constraints without impulses (m/s), u = A x + b.
+    cones: cone objects in row order (`Free`, `NonNegative`, `Interval`, `Friction`), or one name for all
+        rows: "free", "nonnegative", "friction".
+    mu: friction coefficients, one or one per contact, for friction cones that do not carry theirs.
+    name, description, source: free text; notes: what a reader changed or wants to say.
+    f: (6 n,) generalised impulse of the free motion when A is `Factored` (b already contains D M^-1 f); kept
+        for files in body space, never used by a solve.
+    guesses: known approximate x, each (m,).
+
+    Raises InputError that names what is wrong: shapes, NaN, an unsymmetric or indefinite matrix (where its
+    diagonal shows it), negative mu, cones that do not add up to m rows.
+    """
+
+    def __init__(
+        self,
+        A: Any,
+        b: ArrayLike,
+        cones: str | Cone | Iterable[Cone],
+        *,
+        mu: ArrayLike | None = None,
+        name: str = "",
+        description: str = "",
+        source: str = "",
+        notes: Sequence[str] = (),
+        f: ArrayLike | None = None,
+        guesses: Sequence[ArrayLike] = (),
+    ) -> None:
+        self._A = matrices.canonical(A)
+        rows = self._A.shape[0]
+        right = vector("b", b)
+        if len(right) != rows:
+            raise InputError(f"b has {len(right)} entries but A has {rows} rows")
+        self._cones: tuple[Cone, ...] | None = cones_.normalise(cones, rows, mu)
+        self._core = _core.Problem(matrices.to_core(self._A), right, cones_.to_core(self._cones))
+        self.name, self.description, self.source = name, description, source
+        self.notes = tuple(notes)
+        self.f = None if f is None else vector("f", f)
+        self.guesses = tuple(vector(f"guesses[{i}]", x) for i, x in enumerate(guesses))
+        for i, x in enumerate(self.guesses):
+            if len(x) != rows:
+                raise InputError(f"guesses[{i}] has {len(x)} entries but A has {rows} rows")
+
+    @classmethod
+    def _from_core(cls, core: _core.Problem, *, name: str, description: str, source: str) -> Problem:
+        """The problem that the core made and keeps: shared, and read back only where it is asked for."""
+        problem = cls.__new__(cls)
+        problem._core, problem._A, problem._cones = core, None, None
+        problem.name, problem.description, problem.source = name, description, source
+        problem.notes, problem.f, problem.guesses = (), None, ()
+        return problem
+
+    @property
+    def A(self) -> Any:
+        """(m, m) the operator: CSR array, dense array, Factored, Contacts or the linear map given."""
+        if self._A is None:
+            self._A = operators.from_core(self._core)
+        return self._A
+
+    @property
+    def b(self) -> Array:
+        """(m,) constraint velocities without impulses (m/s)."""
+        return frozen(self._core.b)
+
+    @property
+    def cones(self) -> list[Cone]:
+        """The sets of K in row order; friction cones carry their coefficients."""
+        if self._cones is None:
+            self._cones = cones_.from_core(self._core.sets())
+        return list(self._cones)
+
+    @property
+    def mu(self) -> Array:
+        """(contacts,) friction coefficients in row order."""
+        return cones_.friction_coefficients(self.cones)
+
+    @property
+    def rows(self) -> int:
+        """m"""
+        return self._core.rows
+
+    @property
+    def contacts(self) -> int:
+        """Number of friction cones."""
+        return len(self.mu)
+
+    def solve(
+        self,
+        *,
+        law: str = "associated",
+        method: str = "auto",
+        x0: ArrayLike | None = None,
+        tolerance: float = 1e-6,
+        max_iterations: int | None = None,
+        deadline: float | None = None,
+        history: bool = False,
+        callback: Callback | None = None,
+        threads: int = 1,
+        **method_options: Any,
+    ) -> Solution:
+        """Solve the problem; the arguments are those of `amontons.solve`."""
+        method = options.require_method(method)
+        opts = options.core_options(
+            method,
+            law=law,
+            tolerance=tolerance,
+            max_iterations=max_iterations,
+            deadline=deadline,
+            history=history,
+            threads=threads,
+            method_options=method_options,
+        )
+        if callback is not None and not callable(callback):
+            raise InputError(f"callback is a {type(callback).__name__}; it must be callable with one record")
+        start = None if x0 is None else vector("x0", x0)
+        return from_core(_core.solve(self._core, method, opts, start, callback), history)
+
+    def residual(self, x: ArrayLike, *, law: str = "associated", norm: str = "natural") -> float:
+        """The residual of x; see `amontons.residual`."""
+        return self._core.residual(
+            vector("x", x),
+            chosen("law", law, options.LAWS),
+            chosen("norm", norm, options.NORMS),
+        )
+
+    def write(
+        self,
+        path: str | PathLike[str],
+        *,
+        solution: Solution | ArrayLike | None = None,
+        storage: str = "csc",
+        form: str = "auto",
+    ) -> None:
+        """Write the problem to a file: FCLIB (.hdf5, .h5), Matrix Market (.mtx and .npz) or NumPy (.npz).
+
+        solution: a Solution or x, (m,), stored with the problem in FCLIB files.
+        storage: "csc", "csr" or "triplet", how FCLIB files store matrices.
+        form: "global" (M, H, f, w) or "local" (W, q) for FCLIB; "auto" is global for factored operators
+        without compliance, else local.
+        Raises FileError for what the format cannot hold; no partial file is left behind.
+        """
+        write_file(self, path, solution=solution, storage=storage, form=form)
+
+    def __repr__(self) -> str:
+        title = f" {self.name!r}" if self.name else ""
+        cones = ", ".join(map(repr, self.cones)) or "none"
+        kind = repr(self.A) if not isinstance(self.A, np.ndarray) else "dense"
+        if hasattr(self.A, "nnz"):
+            kind = f"sparse, {self.A.nnz} entries"
+        return f"amontons.Problem{title}\n  rows:  {self.rows}\n  A:     {kind}\n  cones: {cones}"
+
+
+class Violations(NamedTuple):
+    """What a residual means in physical terms; all zero at a solution."""
+
+    penetration_velocity: float
+    """max of -u_n over contacts and unilateral rows, and of |u| over bilateral rows (m/s)"""
+    cone: float
+    """max distance of x to its cone (N s)"""
+    complementarity: float
+    """max |<x, u>| over blocks, u with the De Saxce term under coulomb (J)"""
+    energy: float
+    """1/2 e'A e of the step e that the natural map would take (J)"""
+
+
+def solve(
+    A: Any,
+    b: ArrayLike,
+    cones: str | Cone | Iterable[Cone],
+    *,
+    mu: ArrayLike | None = None,
+    law: str = "associated",
+    method: str = "auto",
+    x0: ArrayLike | None = None,
+    tolerance: float = 1e-6,
+    max_iterations: int | None = None,
+    deadline: float | None = None,
+    history: bool = False,
+    callback: Callback | None = None,
+    threads: int = 1,
+    **method_options: Any,
+) -> Solution:
+    """Solve the variational inequality of A, b and cones: u = A x + b, x in K, -u in the normal cone at x.
+
+    A, b, cones, mu: see `Problem`; build one to solve it more than once.
+    law: "associated", the convex relaxation, in which sliding contacts separate with u_n = mu |u_t|; or
+        "coulomb", true Coulomb friction by the correction of De Saxce (1992).
+    method: "auto" or one of `amontons.methods()`. The result names the method that was used, and why.
+    x0: (m,) warm start (N s); used only where its residual is below that of the cold start.
+    tolerance: natural residual to reach, relative to that of x = 0; zero runs to the limits.
+    max_iterations: None for the method's own. deadline: wall clock (s), None for none.
+    history: record every iteration. callback: called with an IterationRecord per iteration; a true result
+        stops the solve. Exceptions of the callback, or of A's product, propagate.
+    threads: number of threads; the result does not depend on it.
+    method_options: alpha_min, alpha_max, sigma_min, sigma_max, memory, gamma of "p-spg-fb" and
+        "p-spg-fb-literal"; omega of "gauss-seidel" and "jacobi"; rho of "admm".
+
+    Returns a Solution, also without convergence: its status says why, its x is the best iterate. Ctrl-C
+    gives status "interrupted". Raises InputError for input that can be corrected.
+    """
+    return Problem(A, b, cones, mu=mu).solve(
+        law=law,
+        method=method,
+        x0=x0,
+        tolerance=tolerance,
+        max_iterations=max_iterations,
+        deadline=deadline,
+        history=history,
+        callback=callback,
+        threads=threads,
+        **method_options,
+    )
+
+
+def residual(problem: Problem, x: ArrayLike, *, law: str = "associated", norm: str = "natural") -> float:
+    """The error of x, (m,), by the one measure that every method and report uses; zero at a solution.
+
+    law: "associated" or "coulomb".
+    norm: "natural": |P^1/2 (x - Pi_K(x - u / P))| over the same at x = 0, with P the mean of diag(A) per cone
+        block; "plain": |x - Pi_K(x - u)|_2; "plain_inf": its maximum norm; "siconos": the plain one over
+        max(|b|, |x|, |u|). u contains the De Saxce term under coulomb.
+    """
+    return problem.residual(x, law=law, norm=norm)
+
+
+def violations(problem: Problem, x: ArrayLike, *, law: str = "associated") -> Violations:
+    """The violations of x, (m,), in physical units."""
+    return Violations(*problem._core.violations(vector("x", x), chosen("law", law, options.LAWS)))

@@ -1,0 +1,90 @@
+"""What a solve returns."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from .. import _core
+from ..checks import Array
+
+HISTORY = np.dtype(
+    [
+        ("iteration", np.uint64),
+        ("products", np.uint64),
+        ("time", np.float64),
+        ("residual", np.float64),
+        ("best_residual", np.float64),
+        ("objective", np.float64),
+        ("step", np.float64),
+        ("backtracks", np.uint64),
+    ]
+)
+"""The fields of Solution.history, those of IterationRecord in include/amontons/solvers/driver/options.hpp."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Solution:
+    """The outcome of a solve; also when it did not converge, x is the best iterate seen."""
+
+    x: Array
+    """(m,) impulses (N s), in the order and frame of the rows of A"""
+    u: Array
+    """(m,) constraint velocities A x + b (m/s), without the De Saxce term; u_n > 0 separates"""
+    status: str
+    """converged | iteration_limit | deadline | stalled | interrupted | infeasible"""
+    residual: float
+    """natural residual of x under the law asked for, relative to that of x = 0"""
+    objective: float
+    """1/2 x'A x + b'x (J)"""
+    iterations: int
+    products: int
+    """products with A, the measure of work that all methods share"""
+    factorizations: int
+    time: float
+    """wall clock (s)"""
+    method: str
+    """the method that produced x"""
+    reason: str
+    """why the method was picked or why it stopped, in one sentence"""
+    history: np.ndarray[Any, Any] | None
+    """one record per iteration (fields of HISTORY), or None unless history=True"""
+
+    @property
+    def converged(self) -> bool:
+        """True if the residual is at or below the tolerance."""
+        return self.status == "converged"
+
+    def __repr__(self) -> str:
+        lines = [
+            f"status:     {self.status}" + (f" ({self.reason})" if self.reason else ""),
+            f"method:     {self.method}",
+            f"residual:   {self.residual:.3e}",
+            f"objective:  {self.objective:.9g}",
+            f"iterations: {self.iterations}, products: {self.products}, "
+            f"factorizations: {self.factorizations}",
+            f"time:       {1e3 * self.time:.3g} ms",
+            f"x:          {len(self.x)} impulses, u: {len(self.u)} velocities",
+        ]
+        if self.history is not None:
+            lines.append(f"history:    {len(self.history)} records")
+        return "amontons.Solution\n  " + "\n  ".join(lines)
+
+
+def from_core(result: _core.Result, history: bool) -> Solution:
+    return Solution(
+        x=result.x,
+        u=result.u,
+        status=result.status,
+        residual=result.residual,
+        objective=result.objective,
+        iterations=result.iterations,
+        products=result.products,
+        factorizations=result.factorizations,
+        time=result.time,
+        method=result.method,
+        reason=result.reason,
+        history=result.history.view(HISTORY) if history else None,
+    )

@@ -1,0 +1,1 @@
+"""A model in motion: its state, its steps, and what a step tells."""

@@ -1,0 +1,112 @@
+"""Contacts, joint reactions and drives of a step as structured arrays."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .. import _core
+from ..checks import Array
+from ..model.model import Model
+from ..model.parts import WORLD
+from .outcome import Table
+
+CONTACTS = np.dtype(
+    [
+        ("body_a", np.int32),
+        ("body_b", np.int32),
+        ("geom_a", np.int32),
+        ("geom_b", np.int32),
+        ("point", np.float64, 3),
+        ("normal", np.float64, 3),
+        ("gap", np.float64),
+        ("friction", np.float64),
+        ("impulse", np.float64, 3),
+        ("force", np.float64, 3),
+        ("slip", np.float64, 3),
+        ("normal_velocity", np.float64),
+        ("state", "U5"),
+    ]
+)
+"""The fields of Simulation.contacts; docs/simulation.md says what they mean."""
+
+REACTIONS = np.dtype(
+    [
+        ("joint", np.int32),
+        ("body_a", np.int32),
+        ("body_b", np.int32),
+        ("point", np.float64, 3),
+        ("force", np.float64, 3),
+        ("torque", np.float64, 3),
+    ]
+)
+"""The fields of Simulation.joint_reactions."""
+
+EFFORTS = np.dtype(
+    [
+        ("joint", np.int32),
+        ("dof", np.int32),
+        ("coordinate", np.float64),
+        ("target", np.float64),
+        ("drive", np.float64),
+        ("motor", np.float64),
+        ("friction", np.float64),
+        ("limit", np.float64),
+    ]
+)
+"""The fields of Simulation.joint_efforts."""
+
+_STATES = np.array(["open", "stick", "slip"], dtype="U5")
+# struct Contact of amontons/multibody/step/simulation.hpp; bindings/simulation.cpp asserts its layout.
+_CORE_CONTACT = np.dtype(
+    {
+        "names": [name for name in CONTACTS.names or () if name != "force"],
+        "formats": [CONTACTS[name] for name in CONTACTS.names or () if name not in ("force", "state")]
+        + [np.uint8],
+        "offsets": [0, 4, 8, 12, 16, 40, 64, 72, 80, 104, 128, 136],
+        "itemsize": 144,
+    }
+)
+
+
+def contact_table(core: _core.Simulation) -> Table:
+    raw = core.contacts.view(_CORE_CONTACT)
+    table = np.zeros(len(raw), CONTACTS)
+    for name in _CORE_CONTACT.names or ():
+        table[name] = _STATES[raw[name]] if name == "state" else raw[name]
+    if len(raw):
+        table["force"] = raw["impulse"] / core.impulse_step
+    return table
+
+
+def contact_sums(core: _core.Simulation, table: Table, bodies: int) -> tuple[Array, Array]:
+    """(forces, torques about the centres of mass) of all contacts on each body, (n, 3) each."""
+    forces, torques = np.zeros((bodies, 3)), np.zeros((bodies, 3))
+    for side, sign, arm in zip(("body_a", "body_b"), (1, -1), core.contact_arms(), strict=True):
+        on = table[side] != WORLD
+        force = sign * table["force"][on]
+        np.add.at(forces, table[side][on], force)
+        np.add.at(torques, table[side][on], np.cross(arm[on], force))
+    return forces, torques
+
+
+def reaction_table(core: _core.Simulation, model: Model) -> Table:
+    table = np.zeros(len(model.joints), REACTIONS)
+    step = core.impulse_step or 1.0  # no impulses before the first step
+    reactions = core.joint_reactions()
+    table["joint"] = np.arange(len(model.joints))
+    table["body_a"] = [joint.body_a for joint in model.joints]
+    table["body_b"] = [joint.body_b for joint in model.joints]
+    table["point"] = reactions[:, :3]
+    table["force"], table["torque"] = reactions[:, 3:6] / step, reactions[:, 6:] / step
+    return table
+
+
+def effort_table(core: _core.Simulation, model: Model) -> Table:
+    table = np.zeros(model.dofs, EFFORTS)
+    step = core.impulse_step or 1.0
+    table["joint"] = [j for j, joint in enumerate(model.joints) for _ in joint.dofs]
+    table["dof"] = [k for joint in model.joints for k in range(len(joint.dofs))]
+    table["coordinate"], table["target"] = core.joint_coordinates, core.targets
+    for name, impulses in zip(("drive", "motor", "friction", "limit"), core.dof_impulses.T, strict=True):
+        table[name] = impulses / step
+    return table

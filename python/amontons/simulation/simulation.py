@@ -1,0 +1,320 @@
+"""A model in motion."""
+
+from __future__ import annotations
+
+import math
+import sys
+import warnings
+from collections.abc import Callable, Mapping
+from dataclasses import fields
+from os import PathLike
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+
+from .. import _core
+from ..checks import Array, Vector3, chosen, integer, number, positive_number
+from ..errors import InputError, SimulationError, StepWarning
+from ..hooks import hook
+from ..model.model import Model
+from ..problem.options import LAWS, require_method
+from ..problem.problem import Problem
+from .forces import contact_sums, contact_table, effort_table, reaction_table
+from .outcome import Report, Table, from_core
+from .state import State
+
+ON_FAILURE = {"warn": None, "raise": None, "ignore": None}
+
+
+@hook
+def save_file(simulation: Simulation, path: str | PathLike[str]) -> None:
+    """What `Simulation.save` calls; amontons.io supplies it."""
+    raise NotImplementedError("import amontons.io, which writes files")
+
+
+@hook
+def load_file(path: str | PathLike[str], options: dict[str, Any]) -> Simulation:
+    """What `Simulation.load` calls; amontons.io supplies it."""
+    raise NotImplementedError("import amontons.io, which reads files")
+
+
+class Simulation:
+    """A model and its state, advanced in time steps, each one variational inequality.
+
+    dt: time step (s). law: "coulomb" or "associated". method, tolerance, max_iterations, threads: of the
+    solve of each step, as in `amontons.solve`.
+    budget: wall clock of a step (s), None for no limit; results then depend on the machine.
+    margin: contacts are found up to this gap (m), by default a fiftieth of `Model.length`.
+    recovery_speed: penetration and joint errors are taken back no faster (m/s), by default `Model.length` per
+    second. restitution_speed: slower impacts do not bounce (m/s), by default 4 |g| dt.
+    warm_start: begin each solve with the impulses of the last step.
+    max_substeps: a power of two; a step whose residual stays above the tolerance is redone in 2, 4, ...
+    parts. on_failure: when it stays there, "warn" (StepWarning), "raise" (SimulationError, with the state put
+    back) or "ignore". Velocities that are not finite always raise.
+
+    Raises InputError naming the option.
+    """
+
+    force_callbacks: list[Callable[[Simulation], object]]
+    """called with the simulation before each step, to set forces, torques and targets"""
+
+    def __init__(
+        self,
+        model: Model,
+        *,
+        dt: float = 5e-3,
+        law: str = "coulomb",
+        method: str = "auto",
+        tolerance: float = 1e-6,
+        max_iterations: int | None = None,
+        budget: float | None = None,
+        threads: int = 1,
+        margin: float | None = None,
+        recovery_speed: float | None = None,
+        restitution_speed: float | None = None,
+        warm_start: bool = True,
+        max_substeps: int = 1,
+        on_failure: str = "warn",
+    ) -> None:
+        if not isinstance(model, Model):
+            raise InputError(f"model is a {type(model).__name__}; give a Model, from ModelBuilder or a file")
+        chosen("on_failure", on_failure, ON_FAILURE)
+        given = dict(
+            dt=dt,
+            law=law,
+            method=method,
+            tolerance=tolerance,
+            max_iterations=max_iterations,
+            budget=budget,
+            threads=threads,
+            margin=margin,
+            recovery_speed=recovery_speed,
+            restitution_speed=restitution_speed,
+            warm_start=bool(warm_start),
+            max_substeps=max_substeps,
+        )
+        given = {name: v.item() if isinstance(v, np.generic) else v for name, v in given.items()}
+        self._core = _core.Simulation(model.core, _core_options(given))
+        self._model, self._options = model, given | {"on_failure": on_failure}
+        self._state = State(self._core)
+        self._contacts: Table | None = None
+        self.force_callbacks = []
+
+    @property
+    def model(self) -> Model:
+        """The model, shared and never changed."""
+        return self._model
+
+    @property
+    def options(self) -> Mapping[str, Any]:
+        """The options as they were given, by name; read only."""
+        return MappingProxyType(self._options)
+
+    @property
+    def dt(self) -> float:
+        """Time step (s)."""
+        return float(self._options["dt"])
+
+    @property
+    def time(self) -> float:
+        """Simulated time (s)."""
+        return self._core.time
+
+    @property
+    def steps(self) -> int:
+        """Number of steps since the start."""
+        return self._core.steps
+
+    @property
+    def state(self) -> State:
+        """Views of what the simulation changes."""
+        return self._state
+
+    @property
+    def margin(self) -> float:
+        """The gap up to which contacts are found (m)."""
+        return self._core.margin
+
+    @property
+    def recovery_speed(self) -> float:
+        """The speed at which errors of position are taken back, at most (m/s)."""
+        return self._core.recovery_speed
+
+    @property
+    def restitution_speed(self) -> float:
+        """Slower impacts do not bounce (m/s)."""
+        return self._core.restitution_speed
+
+    def step(self) -> Report:
+        """Advance by dt.
+
+        Raises InputError if the state, loads or targets are not usable, and SimulationError as `on_failure`
+        says. The state is then that before the step; `contacts` and `problem` show the attempt that failed.
+        """
+        for callback in self.force_callbacks:
+            callback(self)
+        on_failure = self._options["on_failure"]
+        before = self._core.snapshot() if on_failure == "raise" else None
+        self._contacts = None
+        report = from_core(self._core.step())
+        if not report.advanced:
+            raise SimulationError(
+                f"the velocities at t = {self.time:g} s came out not finite ({report.status}); the state is "
+                "that before the step. Look for loads or speeds out of any proportion, or make dt smaller"
+            )
+        if not report.converged and on_failure != "ignore":
+            message = (
+                f"the step to t = {report.time:g} s has a residual of {report.residual:.2e}, above the "
+                f"tolerance {self._options['tolerance']:g} ({report.method}: {report.status})"
+            )
+            if before is not None:
+                self._core.restore(before)
+                raise SimulationError(
+                    f"{message}; the state is that before the step. Allow max_substeps, more iterations or a "
+                    "looser tolerance"
+                )
+            warnings.warn(message, StepWarning, stacklevel=2)
+        return report
+
+    def run(self, duration: float, callback: Callable[[Simulation, Report], object] | None = None) -> Report:
+        """Step until `duration` (s) has passed and return the last report.
+
+        callback: called as callback(sim, report) after each step; a true result stops.
+        """
+        steps = math.ceil(positive_number("duration", duration) / self.dt - 1e-9)
+        for _ in range(max(1, steps)):
+            report = self.step()
+            if callback is not None and callback(self, report):
+                break
+        return report
+
+    @property
+    def contacts(self) -> Table:
+        """The contact points of the last step, a structured array with the fields of docs/simulation.md."""
+        if self._contacts is None:
+            self._contacts = contact_table(self._core)
+        return self._contacts
+
+    @property
+    def joint_reactions(self) -> Table:
+        """Force (N) and torque (N m) of each joint's locked directions on its body A, world axes.
+
+        Fields: joint, body_a, body_b, point (m, where A held the joint at the start of the step; the torque
+        is about it), force, torque. Impacts are in them; what acts along the free directions is in
+        `joint_efforts`.
+        """
+        return reaction_table(self._core, self._model)
+
+    @property
+    def joint_efforts(self) -> Table:
+        """What acted along each degree of freedom in the last step (N or N m), and its coordinate.
+
+        Fields: joint, dof, coordinate, target, drive (spring, damper and armature), motor, friction, limit.
+        """
+        return effort_table(self._core, self._model)
+
+    def contact_forces(self) -> tuple[Array, Array]:
+        """Sums over the contacts of each body in the last step: forces (n, 3) (N) and torques (n, 3) (N m).
+
+        Torques are about the centres of mass, in world axes.
+        """
+        return contact_sums(self._core, self.contacts, len(self._model.bodies))
+
+    @property
+    def impulses(self) -> Array:
+        """The solution x of the last step's problem (N s), in the order of its rows."""
+        return self._core.impulses
+
+    def problem(self) -> Problem:
+        """The variational inequality of the last step (of its last substep); InputError before the first.
+
+        Rows: three per contact (normal, tangent 1, tangent 2) in the order of `contacts`, then those of the
+        joints. The law stays with the simulation: `sim.problem().solve(law="coulomb")`.
+        """
+        core = self._core.problem
+        if core is None:
+            raise InputError("there is no problem before the first step; call step() first")
+        return Problem._from_core(
+            core,
+            name=f"step {self.steps}",
+            description=f"t = {self.time:g} s, dt = {self.dt:g} s, law {self._options['law']}",
+            source="amontons.Simulation",
+        )
+
+    def momentum(self) -> tuple[Vector3, Vector3]:
+        """Linear momentum (N s), and angular momentum about the world's origin (N m s), of dynamic bodies."""
+        linear, angular = self._core.momentum()
+        return tuple(linear), tuple(angular)  # type: ignore[return-value]
+
+    def coordinate(self, joint: int | str, dof: int = 0) -> float:
+        """The coordinate of a joint's degree of freedom (m, or rad with full turns counted)."""
+        return float(self._state.joint_coordinates[self._model.dof_index(joint, dof)])
+
+    def set_target(self, joint: int | str, value: float, dof: int = 0) -> None:
+        """Set the target of a motor: effort (N, N m), speed (m/s, rad/s) or position (m, rad)."""
+        index = self._model.dof_index(joint, dof)
+        j = self._model.joint_index(joint)
+        if self._model.joints[j].dofs[dof].motor.kind == "none":
+            raise InputError(f'joint "{self._model.joints[j].name}" has no motor; give it one in the model')
+        self._state.targets[index] = number("target", value)
+
+    def set_control(self, actuator: str, control: float) -> None:
+        """Set the control of an actuator of the model file, in the file's units, clipped to its limits."""
+        known = self._model.actuators
+        if actuator not in known:
+            raise InputError(f'there is no actuator "{actuator}"; known are {", ".join(known) or "none"}')
+        drive = known[actuator]
+        target = drive.target(number("control", control))
+        self._state.targets[self._model.dof_index(drive.joint, drive.dof)] = target
+
+    def apply_keyframe(self, name: str) -> None:
+        """Put bodies, coordinates and targets into the state of a keyframe, loads to zero; time goes on."""
+        known = self._model.keyframes
+        if name not in known:
+            raise InputError(f'there is no keyframe "{name}"; known are {", ".join(known) or "none"}')
+        for field_ in fields(known[name]):
+            if field_.name != "time":
+                setattr(self._state, field_.name, getattr(known[name], field_.name))
+        self._state.forces = self._state.torques = 0.0
+
+    def save(self, path: str | PathLike[str]) -> None:
+        """Write model, options and state to an HDF5 file from which `load` continues bit for bit.
+
+        force_callbacks are not stored. Raises FileError; no partial file is left behind.
+        """
+        save_file(self, path)
+
+    @classmethod
+    def load(cls, path: str | PathLike[str], **options: Any) -> Simulation:
+        """The simulation that `save` wrote; `options` replace those that it had.
+
+        Raises FileNotFoundError, or FileError naming the file and what is wrong.
+        """
+        return load_file(path, options)
+
+    def __repr__(self) -> str:
+        return f"amontons.Simulation({self._model!r}, t = {self.time:g} s, dt = {self.dt:g} s)"
+
+
+def _core_options(given: dict[str, Any]) -> _core.SimulationOptions:
+    """Options of the compiled module, in which zero stands for automatic."""
+    o = _core.SimulationOptions()
+    o.dt = positive_number("dt", given["dt"])
+    o.law = chosen("law", given["law"], LAWS)
+    o.method = require_method(given["method"])
+    o.tolerance = number("tolerance", given["tolerance"])
+    o.threads = integer("threads", given["threads"], 1)
+    o.max_substeps = integer("max_substeps", given["max_substeps"], 1)
+    o.warm_start = given["warm_start"]
+    if given["max_iterations"] is not None:
+        o.max_iterations = integer("max_iterations", given["max_iterations"], 1)
+    if given["budget"] is not None:
+        o.budget = positive_number("budget", given["budget"])
+    for name in ("margin", "recovery_speed", "restitution_speed"):
+        if given[name] is not None:
+            value = number(name, given[name], infinite=name != "margin")
+            if value < 0:
+                raise InputError(f"{name} = {value:g}; it must not be negative")
+            setattr(o, name, max(value, sys.float_info.min))  # no automatic value for a zero that was given
+    return o

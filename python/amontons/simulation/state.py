@@ -1,0 +1,54 @@
+"""What a simulation changes, as users see it."""
+
+from __future__ import annotations
+
+from numpy.typing import ArrayLike
+
+from .. import _core
+from ..checks import Array
+from ..errors import InputError
+
+
+class State:
+    """What a simulation changes, as writable views of its memory: what is written holds for the next step.
+
+    positions (n, 3) and linear_velocities (n, 3) of the origins of the body frames, orientations (n, 4)
+    (unit quaternions w, x, y, z), angular_velocities (n, 3), forces and torques (n, 3) at the centres of
+    mass, held until changed; all in world axes, SI units. joint_coordinates and targets (of motors) of every
+    degree of freedom (`Model.dof_index`). Assigning to an attribute copies into the view.
+    """
+
+    positions: Array
+    orientations: Array
+    linear_velocities: Array
+    angular_velocities: Array
+    forces: Array
+    torques: Array
+    joint_coordinates: Array
+    targets: Array
+    __slots__ = (
+        "angular_velocities",
+        "forces",
+        "joint_coordinates",
+        "linear_velocities",
+        "orientations",
+        "positions",
+        "targets",
+        "torques",
+    )
+
+    def __init__(self, core: _core.Simulation) -> None:
+        for name in self.__slots__:
+            object.__setattr__(self, name, getattr(core, name))
+
+    def __setattr__(self, name: str, value: ArrayLike) -> None:
+        if name not in self.__slots__:
+            raise AttributeError(f"the state has no {name}; it has {', '.join(self.__slots__)}")
+        view = getattr(self, name)
+        try:
+            view[...] = value
+        except (TypeError, ValueError) as error:
+            raise InputError(f"state.{name} has the shape {view.shape}: {error}") from None
+
+    def __repr__(self) -> str:
+        return f"amontons.State({len(self.positions)} bodies, {len(self.joint_coordinates)} coordinates)"
