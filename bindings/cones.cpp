@@ -1,18 +1,35 @@
+#include <nanobind/stl/vector.h>
+
 #include "amontons/sets/product.hpp"
 #include "bindings.hpp"
 
 namespace amontons::python {
 
+namespace {
+
+void add(SetProduct& K, const std::string& name, std::size_t count, const std::vector<Vector>& columns) {
+  const std::size_t kind = kind_of_name(name);
+  AMONTONS_REQUIRE(kind < set_kinds, "there is no set \"" + name + "\"");
+  visit_kind(kind, [&]<class S>() {
+    AMONTONS_REQUIRE(columns.size() == parameter_count<S>,
+                     name + " has " + std::to_string(parameter_count<S>) + " parameters, not " +
+                         std::to_string(columns.size()));
+    std::vector<std::span<const double>> views;
+    for (const Vector& column : columns) views.push_back(view(column));
+    if constexpr (parameter_count<S> == 0)
+      K.add_count<S>(count);
+    else
+      K.add_columns<S>(views);
+  });
+}
+
+}  // namespace
+
 void bind_cones(nb::module_& m) {
   nb::class_<SetProduct>(m, "SetProduct", "A product of small sets, in the order in which they are added.")
       .def(nb::init<>())
-      .def("add_free", &SetProduct::add_free, nb::arg("count"))
-      .def("add_nonnegative", &SetProduct::add_nonnegative, nb::arg("count"))
-      .def(
-          "add_interval", [](SetProduct& K, Vector lo, Vector hi) { K.add_interval(view(lo), view(hi)); },
-          nb::arg("lo"), nb::arg("hi"))
-      .def(
-          "add_friction", [](SetProduct& K, Vector mu) { K.add_friction(view(mu)); }, nb::arg("mu"))
+      .def("add", &add, nb::arg("name"), nb::arg("count"), nb::arg("parameters"),
+           "Blocks of the set of that name, with one array of `count` entries per parameter.")
       .def_prop_ro("rows", &SetProduct::rows)
       .def_prop_ro("blocks", &SetProduct::blocks)
       .def_prop_ro("contacts", &SetProduct::contacts)

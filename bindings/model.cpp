@@ -33,7 +33,10 @@ void bind_bodies(nb::module_& m) {
       .def(nb::init<>())
       .def_rw("friction", &Material::friction)
       .def_rw("restitution", &Material::restitution)
-      .def_rw("compliance", &Material::compliance);
+      .def_rw("compliance", &Material::compliance)
+      .def_rw("friction_across", &Material::friction_across)
+      .def_rw("torsional_friction", &Material::torsional_friction)
+      .def_rw("rolling_friction", &Material::rolling_friction);
   nb::class_<Body>(m, "Body")
       .def(nb::init<>())
       .def_rw("name", &Body::name)
@@ -52,6 +55,7 @@ void bind_bodies(nb::module_& m) {
       .def_rw("shape", &Geom::shape)
       .def_rw("material", &Geom::material)
       .def_rw("surface_velocity", &Geom::surface_velocity)
+      .def_rw("friction_direction", &Geom::friction_direction)
       .def_rw("category", &Geom::category)
       .def_rw("mask", &Geom::mask);
   nb::class_<PairMaterial>(m, "PairMaterial")

@@ -68,23 +68,21 @@ std::array<double, 6> six(const Matrix& a, std::size_t i) {
 
 std::array<double, 3> three(const Matrix& a, std::size_t i) { return {a(i, 0), a(i, 1), a(i, 2)}; }
 
-InverseMass inverse_mass_of(const Vector& translation, const Matrix& inertia) {
-  InverseMass mass;
-  mass.translation.assign(translation.data(), translation.data() + translation.shape(0));
-  for (std::size_t i = 0; i < inertia.shape(0); ++i) mass.inertia.push_back(six(inertia, i));
-  return mass;
-}
+Vec3 vec3(const Matrix& a, std::size_t i) { return {a(i, 0), a(i, 1), a(i, 2)}; }
 
-BodyOperator bodies_of(const Vector& inverse_mass, const Matrix& inverse_inertia, const IndexVector& body_a,
-                       const IndexVector& body_b, const Matrix& jacobian_a, const Matrix& jacobian_b,
-                       const Vector& compliance) {
+// A system without contacts.
+ContactSystem rows_of(const Vector& inverse_mass, const Matrix& inverse_inertia, const IndexVector& body_a,
+                      const IndexVector& body_b, const Matrix& jacobian_a, const Matrix& jacobian_b,
+                      const Vector& compliance) {
   const std::size_t m = body_a.shape(0);
   AMONTONS_REQUIRE(body_b.shape(0) == m && jacobian_a.shape(0) == m && jacobian_b.shape(0) == m &&
                        compliance.shape(0) == m && jacobian_a.shape(1) == 6 && jacobian_b.shape(1) == 6 &&
                        inverse_inertia.shape(1) == 6 && inverse_inertia.shape(0) == inverse_mass.shape(0),
                    "rows: the arrays differ in length");
-  BodyOperator op;
-  op.inverse_mass = inverse_mass_of(inverse_mass, inverse_inertia);
+  ContactSystem op;
+  op.bodies.inverse_mass.assign(view(inverse_mass).begin(), view(inverse_mass).end());
+  for (std::size_t i = 0; i < inverse_inertia.shape(0); ++i)
+    op.bodies.inverse_inertia.push_back(six(inverse_inertia, i));
   op.jacobian.reserve(m);
   for (std::size_t i = 0; i < m; ++i)
     op.jacobian.push_back({body_a(i), body_b(i), six(jacobian_a, i), six(jacobian_b, i)});
@@ -93,30 +91,34 @@ BodyOperator bodies_of(const Vector& inverse_mass, const Matrix& inverse_inertia
 }
 
 OperatorHandle contacts(Vector inverse_mass, Matrix inverse_inertia, IndexVector body_a, IndexVector body_b,
-                        Matrix r_a, Matrix r_b, Matrix normal, Vector compliance, IndexVector joint_body_a,
+                        Matrix r_a, Matrix r_b, Matrix normal, Matrix direction, IndexVector rows,
+                        Vector moment_length, Vector compliance, IndexVector joint_body_a,
                         IndexVector joint_body_b, Matrix joint_jacobian_a, Matrix joint_jacobian_b,
                         Vector joint_compliance) {
   const std::size_t n = body_a.shape(0);
-  AMONTONS_REQUIRE(body_b.shape(0) == n && r_a.shape(0) == n && r_b.shape(0) == n && normal.shape(0) == n &&
-                       compliance.shape(0) == n && r_a.shape(1) == 3 && r_b.shape(1) == 3 &&
-                       normal.shape(1) == 3,
-                   "contacts: the arrays differ in length");
-  ContactOperator op;
+  bool fit =
+      body_b.shape(0) == n && rows.shape(0) == n && moment_length.shape(0) == n && compliance.shape(0) == n;
+  for (const Matrix* a : {&r_a, &r_b, &normal, &direction}) fit = fit && a->shape(0) == n && a->shape(1) == 3;
+  AMONTONS_REQUIRE(fit, "contacts: the arrays differ in length");
+  ContactSystem op = rows_of(inverse_mass, inverse_inertia, joint_body_a, joint_body_b, joint_jacobian_a,
+                             joint_jacobian_b, joint_compliance);
   op.contacts.reserve(n);
-  for (std::size_t c = 0; c < n; ++c)
-    op.contacts.push_back({body_a(c), body_b(c), three(r_a, c), three(r_b, c), three(normal, c)});
+  for (std::size_t c = 0; c < n; ++c) {
+    op.contacts.push_back(contact_between(body_a(c), body_b(c), vec3(r_a, c), vec3(r_b, c), vec3(normal, c)));
+    op.contacts.back().direction = vec3(direction, c);
+    op.contacts.back().rows = rows(c);
+    op.contacts.back().moment_length = moment_length(c);
+  }
   op.contact_compliance.assign(compliance.data(), compliance.data() + n);
-  op.joints = bodies_of(inverse_mass, inverse_inertia, joint_body_a, joint_body_b, joint_jacobian_a,
-                        joint_jacobian_b, joint_compliance);
   return {std::move(op)};
 }
 
 // The stored rows of a contact operator: (body_a, body_b, jacobian_a, jacobian_b, compliance), the matrices
 // flattened.
 nb::tuple stored(const OperatorHandle& handle) {
-  const auto* op = std::get_if<ContactOperator>(&handle.get());
+  const auto* op = std::get_if<ContactSystem>(&handle.get());
   AMONTONS_REQUIRE(op != nullptr, "stored: this operator has no contacts");
-  const BodyOperator rows = op->stored();
+  const ContactSystem rows = op->stored();
   std::vector<double> body_a, body_b, a, b;
   for (const JacobianRow& row : rows.jacobian) {
     body_a.push_back(row.body_a), body_b.push_back(row.body_b);
@@ -130,7 +132,7 @@ nb::tuple stored(const OperatorHandle& handle) {
 }  // namespace
 
 void bind_operators(nb::module_& m) {
-  nb::class_<OperatorHandle>(m, "Operator", "A symmetric positive semidefinite map, one of five kinds.")
+  nb::class_<OperatorHandle>(m, "Operator", "A symmetric positive semidefinite map, one of four kinds.")
       .def_prop_ro("rows", [](const OperatorHandle& h) { return rows(h.get()); })
       .def(
           "product",
@@ -159,27 +161,27 @@ void bind_operators(nb::module_& m) {
   m.def(
       "body_operator",
       [](Vector mass, Matrix inertia, IndexVector body_a, IndexVector body_b, Matrix a, Matrix b, Vector e) {
-        return OperatorHandle{bodies_of(mass, inertia, body_a, body_b, a, b, e)};
+        return OperatorHandle{rows_of(mass, inertia, body_a, body_b, a, b, e)};
       },
       nb::arg("inverse_mass"), nb::arg("inverse_inertia"), nb::arg("body_a"), nb::arg("body_b"),
       nb::arg("jacobian_a"), nb::arg("jacobian_b"), nb::arg("compliance"));
   m.def("contact_operator", &contacts, nb::arg("inverse_mass"), nb::arg("inverse_inertia"), nb::arg("body_a"),
-        nb::arg("body_b"), nb::arg("r_a"), nb::arg("r_b"), nb::arg("normal"), nb::arg("compliance"),
-        nb::arg("joint_body_a"), nb::arg("joint_body_b"), nb::arg("joint_jacobian_a"),
-        nb::arg("joint_jacobian_b"), nb::arg("joint_compliance"));
+        nb::arg("body_b"), nb::arg("r_a"), nb::arg("r_b"), nb::arg("normal"), nb::arg("direction"),
+        nb::arg("rows"), nb::arg("moment_length"), nb::arg("compliance"), nb::arg("joint_body_a"),
+        nb::arg("joint_body_b"), nb::arg("joint_jacobian_a"), nb::arg("joint_jacobian_b"),
+        nb::arg("joint_compliance"));
   m.def(
       "contact_tangents",
-      [](Matrix normals) {
+      [](Matrix normals, Matrix directions) {
         std::vector<double> t;
         for (std::size_t i = 0; i < normals.shape(0); ++i) {
-          std::array<double, 3> t1, t2;
-          contact_tangents(three(normals, i), t1, t2);
-          t.insert(t.end(), t1.begin(), t1.end());
-          t.insert(t.end(), t2.begin(), t2.end());
+          const ContactBasis basis(vec3(normals, i), vec3(directions, i));
+          for (const Vec3& v : {basis.tangent_1, basis.tangent_2}) t.insert(t.end(), {v.x, v.y, v.z});
         }
         return to_numpy(std::move(t));
       },
-      nb::arg("normals"), "Both tangents of every normal, six numbers each.");
+      nb::arg("normals"), nb::arg("directions"),
+      "Both tangents of every contact, six numbers each; the first along the direction unless that is zero.");
 }
 
 }  // namespace amontons::python

@@ -21,33 +21,29 @@ std::shared_ptr<Problem> make(OperatorHandle& A, Vector b, const SetProduct& K) 
   return std::make_shared<Problem>(make_problem(std::move(A.op), std::move(rhs), K));
 }
 
-// The sets in row order, (name, rows) or (name, parameters ...): what amontons.problem.cones makes cones of.
+// The sets in row order, (name, count, parameters ...) with one array per parameter: what
+// amontons.problem.cones makes cones of.
 nb::list sets_of(const Problem& problem) {
-  const SetProduct& K = problem.K;
   nb::list sets;
-  const auto part = [](const std::vector<double>& all, const SetRun& run) {
-    const auto first = all.begin() + static_cast<std::ptrdiff_t>(run.param);
-    return to_numpy(std::vector<double>(first, first + static_cast<std::ptrdiff_t>(run.count)));
-  };
-  for (const SetRun& run : K.runs()) switch (run.kind) {
-      case SetKind::free:
-        sets.append(nb::make_tuple("free", run.count));
-        break;
-      case SetKind::nonnegative:
-        sets.append(nb::make_tuple("nonnegative", run.count));
-        break;
-      case SetKind::interval:
-        sets.append(nb::make_tuple("interval", part(K.lo(), run), part(K.hi(), run)));
-        break;
-      case SetKind::friction:
-        sets.append(nb::make_tuple("friction", part(K.mu(), run)));
-        break;
-    }
+  for (const SetRun& run : problem.K.runs())
+    visit_kind(run.kind, [&]<class S>() {
+      std::vector<std::vector<double>> columns(parameter_count<S>, std::vector<double>(run.count));
+      for (std::size_t i = 0; i < run.count; ++i) {
+        const auto values = parameters(problem.K.all<S>()[run.first + i]);
+        for (std::size_t k = 0; k < values.size(); ++k) columns[k][i] = values[k];
+      }
+      nb::list entry;
+      entry.append(S::name);
+      entry.append(run.count);
+      for (std::vector<double>& column : columns) entry.append(to_numpy(std::move(column)));
+      sets.append(nb::tuple(entry));
+    });
   return sets;
 }
 
-// Bodies and rows by the names of the arguments of amontons.Factored, those of the rows after `prefix`.
-nb::dict arrays_of(const BodyOperator& op, const std::string& prefix) {
+// Bodies and stored rows by the names of the arguments of amontons.Factored, those of the rows after
+// `prefix`.
+nb::dict arrays_of(const ContactSystem& op, const std::string& prefix) {
   std::vector<Index> body_a, body_b;
   std::vector<double> jacobian_a, jacobian_b, inertia;
   for (const JacobianRow& row : op.jacobian) {
@@ -56,9 +52,9 @@ nb::dict arrays_of(const BodyOperator& op, const std::string& prefix) {
     jacobian_a.insert(jacobian_a.end(), row.a.begin(), row.a.end());
     jacobian_b.insert(jacobian_b.end(), row.b.begin(), row.b.end());
   }
-  for (const auto& six : op.inverse_mass.inertia) inertia.insert(inertia.end(), six.begin(), six.end());
+  for (const auto& six : op.bodies.inverse_inertia) inertia.insert(inertia.end(), six.begin(), six.end());
   nb::dict d;
-  d["inverse_mass"] = to_numpy(op.inverse_mass.translation);
+  d["inverse_mass"] = to_numpy(op.bodies.inverse_mass);
   d["inverse_inertia"] = to_numpy(std::move(inertia), 6);
   d[(prefix + "body_a").c_str()] = to_numpy(std::move(body_a));
   d[(prefix + "body_b").c_str()] = to_numpy(std::move(body_b));
@@ -68,33 +64,39 @@ nb::dict arrays_of(const BodyOperator& op, const std::string& prefix) {
   return d;
 }
 
-// The same of contacts, by the names of the arguments of amontons.Contacts.
-nb::dict arrays_of(const ContactOperator& op) {
-  std::vector<Index> body_a, body_b;
-  std::vector<double> r_a, r_b, normal;
-  for (const ContactFrame& c : op.contacts) {
+// The same with contacts, by the names of the arguments of amontons.Contacts.
+nb::dict arrays_with_contacts(const ContactSystem& op) {
+  std::vector<Index> body_a, body_b, rows;
+  std::vector<double> r_a, r_b, normal, direction, length;
+  const auto add = [](std::vector<double>& to, const Vec3& v) { to.insert(to.end(), {v.x, v.y, v.z}); };
+  for (const Contact& c : op.contacts) {
     body_a.push_back(c.body_a);
     body_b.push_back(c.body_b);
-    r_a.insert(r_a.end(), c.r_a.begin(), c.r_a.end());
-    r_b.insert(r_b.end(), c.r_b.begin(), c.r_b.end());
-    normal.insert(normal.end(), c.normal.begin(), c.normal.end());
+    rows.push_back(c.rows);
+    length.push_back(c.moment_length);
+    add(r_a, c.r_a);
+    add(r_b, c.r_b);
+    add(normal, c.normal);
+    add(direction, c.direction);
   }
-  nb::dict d = arrays_of(op.joints, "joint_");
+  nb::dict d = arrays_of(op, "joint_");
   d["body_a"] = to_numpy(std::move(body_a));
   d["body_b"] = to_numpy(std::move(body_b));
   d["r_a"] = to_numpy(std::move(r_a), 3);
   d["r_b"] = to_numpy(std::move(r_b), 3);
   d["normal"] = to_numpy(std::move(normal), 3);
+  d["direction"] = to_numpy(std::move(direction), 3);
+  d["rows"] = to_numpy(std::move(rows));
+  d["moment_length"] = to_numpy(std::move(length));
   d["compliance"] = to_numpy(op.contact_compliance);
   return d;
 }
 
 // Of the operators that C++ makes; a matrix or function came from the package, which has it still.
 nb::dict operator_arrays(const Problem& problem) {
-  if (const auto* contacts = std::get_if<ContactOperator>(&problem.A)) return arrays_of(*contacts);
-  const auto* rows = std::get_if<BodyOperator>(&problem.A);
-  AMONTONS_REQUIRE(rows != nullptr, "this operator has no bodies; keep the matrix of which it was made");
-  return arrays_of(*rows, "");
+  const auto* system = std::get_if<ContactSystem>(&problem.A);
+  AMONTONS_REQUIRE(system != nullptr, "this operator has no bodies; keep the matrix of which it was made");
+  return system->contacts.empty() ? arrays_of(*system, "") : arrays_with_contacts(*system);
 }
 
 }  // namespace
@@ -113,7 +115,7 @@ void bind_problem(nb::module_& m) {
       .def_prop_ro(
           "b", [](const std::shared_ptr<Problem>& p) { return view_of(p->b, p); }, nb::rv_policy::automatic,
           "A view; not to be written.")
-      .def("sets", &sets_of, "The sets in row order: (name, rows) or (name, parameters ...).")
+      .def("sets", &sets_of, "The sets in row order: (name, count, parameters ...).")
       .def("operator_arrays", &operator_arrays, "Arguments of amontons.Contacts or amontons.Factored.")
       .def_prop_ro(
           "preconditioner", [](const Problem& p) { return to_numpy(p.P); }, nb::rv_policy::automatic,

@@ -1,7 +1,6 @@
 #include "amontons/multibody/step/simulation.hpp"
 
-#include <cstddef>
-#include <cstring>
+#include <type_traits>
 
 #include "bindings.hpp"
 #include "math_casters.hpp"
@@ -57,25 +56,47 @@ void restore(Simulation& simulation, const State& saved) {
   state.impulse_step = saved.impulse_step;
 }
 
-// The contact table as raw bytes, which the package views as a structured array.
-nb::ndarray<nb::numpy, std::uint8_t, nb::ndim<1>> contacts_of(const Simulation& s) {
-  static_assert(sizeof(Contact) == 144 && offsetof(Contact, point) == 16 && offsetof(Contact, gap) == 64 &&
-                    offsetof(Contact, impulse) == 80 && offsetof(Contact, slip) == 104 &&
-                    offsetof(Contact, normal_velocity) == 128 && offsetof(Contact, state) == 136,
-                "the dtype in python/amontons/simulation/forces.py mirrors Contact");
-  std::vector<std::uint8_t> bytes(s.contacts().size() * sizeof(Contact));
-  if (!bytes.empty()) std::memcpy(bytes.data(), s.contacts().data(), bytes.size());
-  return to_numpy(std::move(bytes));
+// One array per field of the contact table, by the names that the package gives them.
+nb::dict contacts_of(const Simulation& s) {
+  const std::vector<Contact>& contacts = s.contacts();
+  const auto vectors = [&](auto field) {
+    std::vector<double> out;
+    for (const Contact& c : contacts) {
+      const Vec3 v = field(c);
+      out.insert(out.end(), {v.x, v.y, v.z});
+    }
+    return to_numpy(std::move(out), 3);
+  };
+  const auto numbers = [&](auto field) {
+    std::vector<std::invoke_result_t<decltype(field), const Contact&>> out;
+    for (const Contact& c : contacts) out.push_back(field(c));
+    return to_numpy(std::move(out));
+  };
+  nb::dict d;
+  d["body_a"] = numbers([](const Contact& c) { return c.body_a; });
+  d["body_b"] = numbers([](const Contact& c) { return c.body_b; });
+  d["geom_a"] = numbers([](const Contact& c) { return c.geom_a; });
+  d["geom_b"] = numbers([](const Contact& c) { return c.geom_b; });
+  d["point"] = vectors([](const Contact& c) { return c.point; });
+  d["normal"] = vectors([](const Contact& c) { return c.normal; });
+  d["gap"] = numbers([](const Contact& c) { return c.gap; });
+  d["friction"] = numbers([](const Contact& c) { return c.material.friction; });
+  d["impulse"] = vectors([](const Contact& c) { return c.impulse; });
+  d["angular_impulse"] = vectors([](const Contact& c) { return c.angular_impulse; });
+  d["slip"] = vectors([](const Contact& c) { return c.slip; });
+  d["spin"] = vectors([](const Contact& c) { return c.spin; });
+  d["normal_velocity"] = numbers([](const Contact& c) { return c.normal_velocity; });
+  d["state"] = numbers([](const Contact& c) { return static_cast<Index>(c.state); });
+  return d;
 }
 
 // Arms of the contacts of the last step from both centres of mass, (n, 3) each.
 nb::tuple contact_arms(const Simulation& s) {
   std::vector<double> a, b;
-  if (s.problem())
-    for (const ContactFrame& c : std::get<ContactOperator>(s.problem()->A).contacts) {
-      a.insert(a.end(), c.r_a.begin(), c.r_a.end());
-      b.insert(b.end(), c.r_b.begin(), c.r_b.end());
-    }
+  for (const Contact& c : s.contacts()) {
+    a.insert(a.end(), {c.r_a.x, c.r_a.y, c.r_a.z});
+    b.insert(b.end(), {c.r_b.x, c.r_b.y, c.r_b.z});
+  }
   return nb::make_tuple(to_numpy(std::move(a), 3), to_numpy(std::move(b), 3));
 }
 

@@ -68,6 +68,13 @@ void bind_solution(nb::module_& m) {
       .def_ro("time", &Solution::time)
       .def_ro("method", &Solution::method)
       .def_ro("reason", &Solution::reason)
+      .def_prop_ro("phases",
+                   [](const Solution& s) {
+                     nb::list phases;
+                     for (const PhaseRecord& p : s.phases)
+                       phases.append(nb::make_tuple(p.method, p.why, p.iterations, p.residual));
+                     return phases;
+                   })
       .def_prop_ro("history", &history_of, nb::rv_policy::automatic);
 }
 

@@ -13,9 +13,6 @@ namespace {
 static_assert(sizeof(Vec3) == 24 && sizeof(Quat) == 32 && sizeof(JointWrench) == 48 &&
                   sizeof(DofImpulse) == 32,
               "the arrays of a state take these structs as rows of doubles");
-static_assert(sizeof(CachedContact) == 56 && offsetof(CachedContact, local) == 8,
-              "contact_rows() and set_contacts() take a cached contact as two indices and six numbers");
-
 template <class T>
 OutMatrix rows_of(const std::vector<T>& values) {
   const auto* first = reinterpret_cast<const double*>(values.data());
@@ -40,26 +37,31 @@ void set_entries(std::vector<double>& values, const Vector& given, const char* n
   std::copy_n(given.data(), values.size(), values.data());
 }
 
+// What a step reads of the contacts of the last one: geoms, the point on A, impulse and angular impulse.
 OutMatrix contact_rows(const State& state) {
   std::vector<double> out;
-  for (const CachedContact& c : state.contacts)
-    out.insert(out.end(), {static_cast<double>(c.geom_a), static_cast<double>(c.geom_b), c.local.x, c.local.y,
-                           c.local.z, c.impulse.x, c.impulse.y, c.impulse.z});
-  return to_numpy(std::move(out), 8);
+  for (const Contact& c : state.contacts) {
+    out.insert(out.end(), {static_cast<double>(c.geom_a), static_cast<double>(c.geom_b)});
+    for (const Vec3& v : {c.local, c.impulse, c.angular_impulse}) out.insert(out.end(), {v.x, v.y, v.z});
+  }
+  return to_numpy(std::move(out), 11);
 }
 
 void set_contacts(State& state, const Model& model, const Matrix& rows) {
-  AMONTONS_REQUIRE(rows.shape(1) == 8, "contacts must have eight columns");
+  AMONTONS_REQUIRE(rows.shape(1) == 11 || rows.shape(1) == 8,
+                   "contacts must have eleven columns (eight before there were moments)");
   const auto geoms = static_cast<double>(model.description().geoms.size());
-  std::vector<CachedContact> contacts;
-  for (std::size_t i = 0; i < rows.shape(0); ++i) {
+  std::vector<Contact> contacts(rows.shape(0));
+  for (std::size_t i = 0; i < contacts.size(); ++i) {
     for (int k = 0; k < 2; ++k)
       AMONTONS_REQUIRE(rows(i, k) >= 0 && rows(i, k) < geoms,
                        "contacts[" + std::to_string(i) + "] names a geom that the model does not have");
-    contacts.push_back({static_cast<Index>(rows(i, 0)),
-                        static_cast<Index>(rows(i, 1)),
-                        {rows(i, 2), rows(i, 3), rows(i, 4)},
-                        {rows(i, 5), rows(i, 6), rows(i, 7)}});
+    Contact& c = contacts[i];
+    c.geom_a = static_cast<Index>(rows(i, 0));
+    c.geom_b = static_cast<Index>(rows(i, 1));
+    c.local = {rows(i, 2), rows(i, 3), rows(i, 4)};
+    c.impulse = {rows(i, 5), rows(i, 6), rows(i, 7)};
+    if (rows.shape(1) == 11) c.angular_impulse = {rows(i, 8), rows(i, 9), rows(i, 10)};
   }
   state.contacts = std::move(contacts);
 }

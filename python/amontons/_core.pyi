@@ -18,13 +18,10 @@ class SetProduct:
 
     def __init__(self) -> None: ...
 
-    def add_free(self, count: int) -> None: ...
-
-    def add_nonnegative(self, count: int) -> None: ...
-
-    def add_interval(self, lo: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], hi: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)]) -> None: ...
-
-    def add_friction(self, mu: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)]) -> None: ...
+    def add(self, name: str, count: int, parameters: Sequence[Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)]]) -> None:
+        """
+        Blocks of the set of that name, with one array of `count` entries per parameter.
+        """
 
     @property
     def rows(self) -> int: ...
@@ -42,7 +39,7 @@ class SetProduct:
         """Euclidean distance to the product."""
 
 class Operator:
-    """A symmetric positive semidefinite map, one of five kinds."""
+    """A symmetric positive semidefinite map, one of four kinds."""
 
     @property
     def rows(self) -> int: ...
@@ -62,10 +59,12 @@ def callback_operator(function: Callable, diagonal: Annotated[NDArray[numpy.floa
 
 def body_operator(inverse_mass: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], inverse_inertia: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], body_a: Annotated[NDArray[numpy.int32], dict(shape=(None,), order='C', device='cpu', writable=False)], body_b: Annotated[NDArray[numpy.int32], dict(shape=(None,), order='C', device='cpu', writable=False)], jacobian_a: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], jacobian_b: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], compliance: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)]) -> Operator: ...
 
-def contact_operator(inverse_mass: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], inverse_inertia: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], body_a: Annotated[NDArray[numpy.int32], dict(shape=(None,), order='C', device='cpu', writable=False)], body_b: Annotated[NDArray[numpy.int32], dict(shape=(None,), order='C', device='cpu', writable=False)], r_a: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], r_b: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], normal: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], compliance: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], joint_body_a: Annotated[NDArray[numpy.int32], dict(shape=(None,), order='C', device='cpu', writable=False)], joint_body_b: Annotated[NDArray[numpy.int32], dict(shape=(None,), order='C', device='cpu', writable=False)], joint_jacobian_a: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], joint_jacobian_b: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], joint_compliance: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)]) -> Operator: ...
+def contact_operator(inverse_mass: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], inverse_inertia: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], body_a: Annotated[NDArray[numpy.int32], dict(shape=(None,), order='C', device='cpu', writable=False)], body_b: Annotated[NDArray[numpy.int32], dict(shape=(None,), order='C', device='cpu', writable=False)], r_a: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], r_b: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], normal: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], direction: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], rows: Annotated[NDArray[numpy.int32], dict(shape=(None,), order='C', device='cpu', writable=False)], moment_length: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], compliance: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], joint_body_a: Annotated[NDArray[numpy.int32], dict(shape=(None,), order='C', device='cpu', writable=False)], joint_body_b: Annotated[NDArray[numpy.int32], dict(shape=(None,), order='C', device='cpu', writable=False)], joint_jacobian_a: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], joint_jacobian_b: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], joint_compliance: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)]) -> Operator: ...
 
-def contact_tangents(normals: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)]) -> Annotated[NDArray[numpy.float64], dict(shape=(None,))]:
-    """Both tangents of every normal, six numbers each."""
+def contact_tangents(normals: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], directions: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)]) -> Annotated[NDArray[numpy.float64], dict(shape=(None,))]:
+    """
+    Both tangents of every contact, six numbers each; the first along the direction unless that is zero.
+    """
 
 class Law(enum.Enum):
     associated = 0
@@ -97,7 +96,7 @@ class Problem:
         """A view; not to be written."""
 
     def sets(self) -> list:
-        """The sets in row order: (name, rows) or (name, parameters ...)."""
+        """The sets in row order: (name, count, parameters ...)."""
 
     def operator_arrays(self) -> dict:
         """Arguments of amontons.Contacts or amontons.Factored."""
@@ -289,6 +288,9 @@ class Result:
     def reason(self) -> str: ...
 
     @property
+    def phases(self) -> list: ...
+
+    @property
     def history(self) -> Annotated[NDArray[numpy.uint8], dict(shape=(None,))]: ...
 
 def solve(problem: Problem, method: str, options: Options, x0: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)] | None = None, callback: object | None = None) -> Result: ...
@@ -393,6 +395,24 @@ class Material:
     @compliance.setter
     def compliance(self, arg: float, /) -> None: ...
 
+    @property
+    def friction_across(self) -> float: ...
+
+    @friction_across.setter
+    def friction_across(self, arg: float, /) -> None: ...
+
+    @property
+    def torsional_friction(self) -> float: ...
+
+    @torsional_friction.setter
+    def torsional_friction(self, arg: float, /) -> None: ...
+
+    @property
+    def rolling_friction(self) -> float: ...
+
+    @rolling_friction.setter
+    def rolling_friction(self, arg: float, /) -> None: ...
+
 class Body:
     def __init__(self) -> None: ...
 
@@ -482,6 +502,12 @@ class Geom:
 
     @surface_velocity.setter
     def surface_velocity(self, arg: Sequence[float], /) -> None: ...
+
+    @property
+    def friction_direction(self) -> list[float]: ...
+
+    @friction_direction.setter
+    def friction_direction(self, arg: Sequence[float], /) -> None: ...
 
     @property
     def category(self) -> int: ...
@@ -1022,7 +1048,7 @@ class Simulation:
     def restitution_speed(self) -> float: ...
 
     @property
-    def contacts(self) -> Annotated[NDArray[numpy.uint8], dict(shape=(None,))]: ...
+    def contacts(self) -> dict: ...
 
     @property
     def impulses(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,))]: ...

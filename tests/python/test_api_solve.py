@@ -143,7 +143,7 @@ def test_callable_may_keep_its_argument():
         return dense @ x
 
     A = scipy.sparse.linalg.LinearOperator((6, 6), matvec=matvec, dtype=float)
-    amontons.solve(A, np.ones(6), "nonnegative", method="p-spg-fb")
+    amontons.solve(A, -np.ones(6), "nonnegative", method="p-spg-fb")
     assert len(kept) > 1
     assert all(np.array_equal(x, copy) for x, copy in kept)
 

@@ -83,7 +83,7 @@ def test_contacts_of_a_stack():
     table = sim.contacts
     assert table.dtype.names == (
         *("body_a", "body_b", "geom_a", "geom_b", "point", "normal", "gap", "friction", "impulse", "force"),
-        *("slip", "normal_velocity", "state"),
+        *("torque", "slip", "spin", "normal_velocity", "state"),
     )
     assert table.dtype["state"] == np.dtype("U5")
     assert len(table) == 12

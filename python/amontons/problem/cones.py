@@ -75,7 +75,7 @@ class Interval:
                 f"Interval: lo has {len(lower)} entries and hi {len(upper)}; give one of each per row"
             )
         lower, upper = (np.ascontiguousarray(a) for a in np.broadcast_arrays(lower, upper))
-        _core.SetProduct().add_interval(lower, upper)
+        _core.SetProduct().add("interval", len(lower), [lower, upper])
         object.__setattr__(self, "lo", frozen(lower))
         object.__setattr__(self, "hi", frozen(upper))
 
@@ -111,7 +111,7 @@ class Friction:
             values = vector("Friction: mu", mu, " with one entry per contact")
             if n is not None and len(values) == 1:
                 values = np.full(_count("Friction", n), values[0])
-            _core.SetProduct().add_friction(values)
+            _core.SetProduct().add("friction", len(values), [values])
             if n is not None and len(values) != n:
                 raise InputError(f"Friction: mu has {len(values)} entries but n = {n}")
         elif n is None:
@@ -190,7 +190,7 @@ def _with_friction(cones: Sequence[Cone], mu: ArrayLike | None) -> tuple[Cone, .
         raise InputError(
             f"mu has {len(values)} entries but there are {contacts} contacts; give one per contact"
         )
-    _core.SetProduct().add_friction(values)
+    _core.SetProduct().add("friction", len(values), [values])
     filled: list[Cone] = []
     used = 0
     for cone in cones:
@@ -213,25 +213,25 @@ def to_core(cones: Iterable[Cone]) -> _core.SetProduct:
     for cone in cones:
         match cone:
             case Free(n=n):
-                product.add_free(n)
+                product.add("free", n, [])
             case NonNegative(n=n):
-                product.add_nonnegative(n)
+                product.add("nonnegative", n, [])
             case Interval(lo=lo, hi=hi):
-                product.add_interval(lo, hi)
+                product.add("interval", len(lo), [lo, hi])
             case Friction(mu=mu) if mu is not None:
-                product.add_friction(mu)
+                product.add("friction", len(mu), [mu])
     return product
 
 
 def from_core(sets: Iterable[tuple[Any, ...]]) -> tuple[Cone, ...]:
-    """The cones of (name, rows) or (name, parameters ...), as a problem of the core lists them."""
+    """The cones of (name, count, parameters ...), as a problem of the core lists them."""
     made: list[Cone] = []
-    for kind, *parameters in sets:
+    for kind, count, *parameters in sets:
         match kind:
             case "free":
-                made.append(Free(*parameters))
+                made.append(Free(count))
             case "nonnegative":
-                made.append(NonNegative(*parameters))
+                made.append(NonNegative(count))
             case "interval":
                 made.append(Interval(*parameters))
             case _:

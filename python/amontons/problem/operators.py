@@ -56,6 +56,17 @@ def _nonnegative(name: str, values: ArrayLike | None, count: int) -> Array:
     return array
 
 
+def _row_counts(values: ArrayLike, contacts: int) -> Indices:
+    counts = np.broadcast_to(np.asarray(values), (contacts,)) if np.ndim(values) == 0 else np.asarray(values)
+    if (
+        counts.shape != (contacts,)
+        or counts.dtype.kind not in "iu"
+        or not np.isin(counts, (3, 4, 5, 6)).all()
+    ):
+        raise InputError("rows: give 3, 4, 5 or 6 for every contact")
+    return np.ascontiguousarray(counts, dtype=np.int32)
+
+
 def _inverse_inertia(values: ArrayLike, bodies: int) -> Array:
     """(n, 3, 3) or principal moments (n, 3) as (n, 6) in the order xx, yy, zz, xy, xz, yz."""
     array = np.asarray(values, dtype=np.float64)
@@ -237,12 +248,16 @@ class Contacts(_BodyBased):
     """A of frictional contacts in world coordinates, then joint rows; no Jacobian of contacts is stored.
 
     Contact c pushes body `body_a[c]` along `normal[c]` (from body b to body a) at `r_a[c]` from its centre
-    of mass, and body `body_b[c]` the opposite way at `r_b[c]`. Its rows are 3 c (normal), 3 c + 1 and
-    3 c + 2 (tangents, see `tangents`). Inverse inertias are in world coordinates here.
+    of mass, and body `body_b[c]` the opposite way at `r_b[c]`. Its rows are normal, tangent 1, tangent 2 (see
+    `tangents`) and, if it has more than three, moments: about the normal (4), about both tangents (5), about
+    all three (6). Inverse inertias are in world coordinates here.
 
     inverse_mass: (n,) (1/kg). inverse_inertia: (n, 3, 3) or (n, 3) (1/(kg m^2)). body_a, body_b: (c,)
     integers, -1 for the world. r_a, r_b: (c, 3) (m). normal: (c, 3) of unit length. compliance: (c,) or one,
-    the same for the three rows. joint_*: the rows that follow the contacts, as in `Factored`.
+    the same for all rows of a contact. direction: (c, 3) along which the first tangent lies; zeros where it
+    follows from the normal alone. rows: (c,) or one, 3, 4, 5 or 6. moment_length: (c,) or one (m), by which
+    moments are divided, and spins multiplied, to be impulses and velocities like the others. joint_*: the
+    rows that follow the contacts, as in `Factored`.
 
     Raises InputError that names the array and the index.
     """
@@ -258,6 +273,9 @@ class Contacts(_BodyBased):
         normal: ArrayLike,
         compliance: ArrayLike | None = None,
         *,
+        direction: ArrayLike | None = None,
+        rows: ArrayLike = 3,
+        moment_length: ArrayLike = 1.0,
         joint_body_a: ArrayLike = (),
         joint_body_b: ArrayLike = (),
         joint_jacobian_a: ArrayLike = (),
@@ -280,6 +298,11 @@ class Contacts(_BodyBased):
         if wrong.size:
             i = wrong[0]
             raise InputError(f"normal[{i}] has length {length[i]:g}; it must be a unit vector, normalise it")
+        self.direction = np.zeros((c, 3)) if direction is None else matrix("direction", direction, c, 3)
+        self.rows = _row_counts(rows, c)
+        self.moment_length = _nonnegative("moment_length", moment_length, c)
+        if not np.all(self.moment_length > 0):
+            raise InputError("moment_length must be positive")
         self.compliance = _nonnegative("compliance", compliance, c)
         self.joint_body_a = _bodies("joint_body_a", joint_body_a, self.bodies)
         self.joint_body_b = _bodies("joint_body_b", joint_body_b, self.bodies)
@@ -291,14 +314,14 @@ class Contacts(_BodyBased):
 
     @property
     def shape(self) -> tuple[int, int]:
-        """Shape (m, m) with m = 3 contacts + joint rows."""
-        m = 3 * len(self.body_a) + len(self.joint_body_a)
+        """Shape (m, m) with m the rows of the contacts and the joint rows."""
+        m = int(self.rows.sum()) + len(self.joint_body_a)
         return (m, m)
 
     @property
     def tangents(self) -> Array:
         """(c, 2, 3) the unit tangents of each contact, which complete its normal to a right-handed frame."""
-        return _core.contact_tangents(self.normal).reshape(-1, 2, 3)
+        return _core.contact_tangents(self.normal, self.direction).reshape(-1, 2, 3)
 
     def to_core(self) -> _core.Operator:
         """A new operator of the compiled module with copies of the arrays."""
@@ -310,6 +333,9 @@ class Contacts(_BodyBased):
             self.r_a,
             self.r_b,
             self.normal,
+            self.direction,
+            self.rows,
+            self.moment_length,
             self.compliance,
             self.joint_body_a,
             self.joint_body_b,

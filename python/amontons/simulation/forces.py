@@ -22,7 +22,9 @@ CONTACTS = np.dtype(
         ("friction", np.float64),
         ("impulse", np.float64, 3),
         ("force", np.float64, 3),
+        ("torque", np.float64, 3),
         ("slip", np.float64, 3),
+        ("spin", np.float64, 3),
         ("normal_velocity", np.float64),
         ("state", "U5"),
     ]
@@ -56,25 +58,17 @@ EFFORTS = np.dtype(
 """The fields of Simulation.joint_efforts."""
 
 _STATES = np.array(["open", "stick", "slip"], dtype="U5")
-# struct Contact of amontons/multibody/step/simulation.hpp; bindings/simulation.cpp asserts its layout.
-_CORE_CONTACT = np.dtype(
-    {
-        "names": [name for name in CONTACTS.names or () if name != "force"],
-        "formats": [CONTACTS[name] for name in CONTACTS.names or () if name not in ("force", "state")]
-        + [np.uint8],
-        "offsets": [0, 4, 8, 12, 16, 40, 64, 72, 80, 104, 128, 136],
-        "itemsize": 144,
-    }
-)
 
 
 def contact_table(core: _core.Simulation) -> Table:
-    raw = core.contacts.view(_CORE_CONTACT)
-    table = np.zeros(len(raw), CONTACTS)
-    for name in _CORE_CONTACT.names or ():
-        table[name] = _STATES[raw[name]] if name == "state" else raw[name]
-    if len(raw):
-        table["force"] = raw["impulse"] / core.impulse_step
+    fields = core.contacts
+    table = np.zeros(len(fields["gap"]), CONTACTS)
+    for name, values in fields.items():
+        if name in (CONTACTS.names or ()):
+            table[name] = _STATES[values] if name == "state" else values
+    if len(table):
+        table["force"] = fields["impulse"] / core.impulse_step
+        table["torque"] = fields["angular_impulse"] / core.impulse_step
     return table
 
 
@@ -85,7 +79,7 @@ def contact_sums(core: _core.Simulation, table: Table, bodies: int) -> tuple[Arr
         on = table[side] != WORLD
         force = sign * table["force"][on]
         np.add.at(forces, table[side][on], force)
-        np.add.at(torques, table[side][on], np.cross(arm[on], force))
+        np.add.at(torques, table[side][on], np.cross(arm[on], force) + sign * table["torque"][on])
     return forces, torques
 
 

@@ -188,6 +188,7 @@ std::size_t ContactFinder::find_overlaps(const Model& model, const Reach& reach,
     for (const ContactPoint& p : points_) {
       if (p.gap >= -allowance) continue;
       Contact c = first;
+      c.impulse = c.angular_impulse = {};  // an impact was that of the first
       c.point = p.point;
       c.normal = p.normal;
       c.r_a = p.point - end_centre(c.body_a);

@@ -3,7 +3,7 @@
 #include <chrono>
 
 #include "amontons/multibody/bodies/bodies.hpp"
-#include "amontons/multibody/step/simulation.hpp"
+#include "amontons/multibody/step/report.hpp"
 
 namespace amontons {
 

@@ -4,7 +4,8 @@
 
 #include "amontons/multibody/bodies/bodies.hpp"
 #include "amontons/multibody/joints/rows.hpp"
-#include "amontons/multibody/step/simulation.hpp"
+#include "amontons/multibody/step/report.hpp"
+#include "amontons/problem/problem.hpp"
 
 namespace amontons {
 

@@ -1,0 +1,31 @@
+#pragma once
+#include <cstddef>
+#include <string>
+
+#include "amontons/solvers/driver/solution.hpp"
+
+namespace amontons {
+
+struct Timings {  // s of wall clock
+  double collision = 0, assembly = 0, solve = 0, integration = 0, total = 0;
+};
+
+struct Report {
+  double time = 0;       // s, at the end of the step
+  bool advanced = true;  // false: velocities came out not finite, and the state is that before the step
+  Status status = Status::converged;
+  double residual = 0;  // of the law asked for, the worst of the substeps
+  std::size_t iterations = 0, products = 0, factorizations = 0;
+  std::size_t contacts = 0, joint_rows = 0;
+  unsigned substeps = 1;
+  double penetration = 0;                         // m, the largest -gap at the start of the step, >= 0
+  double joint_error = 0, joint_angle_error = 0;  // m, rad, at the start of the step
+  // J. The potential energy is that of half a step before the end: symplectic Euler moves with the velocity
+  // at the end, so that T(v+) + V(q+) is off by h/2 v . grad V, while with V(q+ - h v+ / 2) the sum is exact
+  // for projectiles and second order elsewhere.
+  double kinetic_energy = 0, potential_energy = 0, spring_energy = 0;
+  Timings timings;
+  std::string method;
+};
+
+}  // namespace amontons
