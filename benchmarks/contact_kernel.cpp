@@ -48,13 +48,7 @@ double median(std::vector<double> v) {
   return v[v.size() / 2];
 }
 
-struct Scene {
-  ContactSystem A;
-  SetProduct K;
-  std::vector<double> b, P;
-};
-
-Scene sphere_packing(std::size_t contacts) {
+Problem sphere_packing(std::size_t contacts) {
   const auto side = static_cast<int>(std::lround(std::cbrt(static_cast<double>(contacts) / 3)));
   const int bodies = side * side * side;
   std::mt19937 random(7);
@@ -63,32 +57,24 @@ Scene sphere_packing(std::size_t contacts) {
   std::iota(name.begin(), name.end(), 0);
   std::shuffle(name.begin(), name.end(), random);
 
-  Scene scene;
-  InverseMass& mass = scene.A.bodies;
-  mass.translation.resize(bodies);
-  mass.inertia.resize(bodies);
-  std::vector<std::array<double, 3>> centre(bodies);
+  ContactSystem A;
+  A.bodies.inverse_mass.resize(bodies);
+  A.bodies.inverse_inertia.resize(bodies);
+  std::vector<Vec3> centre(bodies);
   const auto site = [&](int i, int j, int k) { return name[(i * side + j) * side + k]; };
   for (int i = 0; i < side; ++i)
     for (int j = 0; j < side; ++j)
       for (int k = 0; k < side; ++k) {
         const Index body = site(i, j, k);
         centre[body] = {i + jitter(random), j + jitter(random), k + jitter(random)};
-        mass.translation[body] = 1 / (1 + jitter(random));
-        const double inertia = mass.translation[body] / (0.4 * 0.25);
-        mass.inertia[body] = {inertia, inertia, inertia, 0, 0, 0};
+        A.bodies.inverse_mass[body] = 1 / (1 + jitter(random));
+        const double inertia = A.bodies.inverse_mass[body] / (0.4 * 0.25);
+        A.bodies.inverse_inertia[body] = {inertia, inertia, inertia, 0, 0, 0};
       }
-  auto& list = scene.A.contacts;
+  auto& list = A.contacts;
   const auto touch = [&](Index a, Index other) {
-    Contact c{a, other, {}, {}, {}};
-    double length = 0;
-    for (int k = 0; k < 3; ++k)
-      c.normal[k] = centre[a][k] - centre[other][k], length += c.normal[k] * c.normal[k];
-    for (int k = 0; k < 3; ++k) {
-      c.normal[k] /= std::sqrt(length);
-      c.r_a[k] = -0.5 * std::sqrt(length) * c.normal[k], c.r_b[k] = -c.r_a[k];
-    }
-    list.push_back(c);
+    const Vec3 between = centre[a] - centre[other];
+    list.push_back(contact_between(a, other, -0.5 * between, 0.5 * between, normalised(between)));
   };
   for (int i = 0; i < side; ++i)
     for (int j = 0; j < side; ++j)
@@ -99,21 +85,24 @@ Scene sphere_packing(std::size_t contacts) {
         if (k + 1 < side) touch(body, site(i, j, k + 1));
         if (k == 0) {
           const auto& p = centre[body];
-          list.push_back({body, -1, {0, 0, -0.5}, {p[0], p[1], p[2] - 0.5}, {0, 0, 1}});
+          list.push_back(contact_between(body, -1, {0, 0, -0.5}, p - Vec3{0, 0, 0.5}, {0, 0, 1}));
         }
       }
   std::shuffle(list.begin(), list.end(), random);
-  scene.A.contact_compliance.assign(list.size(), 0);
-  scene.K.add_each<Friction>(std::vector<double>(list.size(), 0.5));
+  A.contact_compliance.assign(list.size(), 0);
+  SetProduct K;
+  K.add_each<Friction>(std::vector<double>(list.size(), 0.5));
   // Fall under gravity for one step, with some noise to keep all three regions of the projection busy.
+  std::vector<double> b;
   for (const Contact& c : list) {
-    scene.b.push_back(-0.05 * c.normal[2] + 0.2 * jitter(random));
-    scene.b.push_back(jitter(random)), scene.b.push_back(jitter(random));
-    const double mean = (c.body_b < 0 ? 1 : 2) * (1 + 2.0 / 3 * 0.25 / 0.1);  // of diag(A), to about 10 %
-    scene.P.push_back(mean);
+    b.push_back(-0.05 * c.normal.z + 0.2 * jitter(random));
+    b.push_back(jitter(random));
+    b.push_back(jitter(random));
   }
-  return scene;
+  return make_problem(std::move(A), std::move(b), std::move(K));
 }
+
+const ContactSystem& system_of(const Problem& scene) { return std::get<ContactSystem>(scene.A); }
 
 // One iteration as in the solver: alternating Barzilai-Borwein steps, a step that never overshoots along d.
 struct Iteration {
@@ -136,19 +125,19 @@ struct Timing {
   double median, best;  // s per iteration
 };
 
-Timing time_iteration(const Scene& scene, Law law, unsigned threads, bool quick) {
-  const std::size_t contacts = scene.A.contacts.size();
+Timing time_iteration(const Problem& scene, Law law, unsigned threads, bool quick) {
+  const std::size_t contacts = system_of(scene).contacts.size();
   const int iterations = contacts > 500000 ? 10 : contacts > 50000 ? 25 : 50;
   const auto work = static_cast<double>(contacts) * iterations;
   const int runs = std::clamp(static_cast<int>((quick ? 1e7 : 1e8) / work), 9, 501);
-  ContactIterate iterate(scene.A, scene.K, scene.b, scene.P, law, threads);
+  ContactIterate iterate(scene, law, threads);
   std::vector<double> times;
   for (int run = 0; run < runs; ++run) {
     iterate.start({});
-    Iteration iterate{iterate};
+    Iteration iteration{iterate};
     const auto begin = Clock::now();
     for (int i = 0; i < iterations; ++i) {
-      iterate();
+      iteration();
       if (i % 3 == 0) iterate.keep_best();  // the buffers rotate as in a solver
     }
     times.push_back(seconds_since(begin) / iterations);
@@ -236,24 +225,24 @@ int main(int argc, char** argv) {
   for (unsigned threads = 1; threads <= max_threads; threads *= 2) {
     Triad triad(threads, std::size_t{quick ? 64u : 768u} << 20);
     for (std::size_t size : sizes) {
-      const Scene scene = sphere_packing(size);
+      const Problem scene = sphere_packing(size);
       for (Law law : {Law::associated, Law::coulomb}) {
         std::vector<double> rates;
         triad.sample(rates);
         const Timing t = time_iteration(scene, law, threads, quick);
         triad.sample(rates);
-        const auto contacts = static_cast<double>(scene.A.contacts.size());
-        const auto bodies = static_cast<double>(scene.A.bodies.bodies());
+        const auto contacts = static_cast<double>(system_of(scene).contacts.size());
+        const auto bodies = static_cast<double>(system_of(scene).bodies.size());
         const double bytes = (law == Law::coulomb ? 424 : 400) * contacts + 384 * bodies;
         const double rate = bytes / t.median, stream = median(rates);
         const double ns = 1e9 * t.median / contacts, best = 1e9 * t.best / contacts;
         const char* name = law == Law::coulomb ? "coulomb" : "associated";
-        std::printf("%9zu %-10s %7u %-8s %8.2f %8.2f %8.2f %8.2f %6.3f\n", scene.A.contacts.size(), name,
-                    threads, isa_name(), ns, best, rate / 1e9, stream / 1e9, rate / stream);
+        std::printf("%9zu %-10s %7u %-8s %8.2f %8.2f %8.2f %8.2f %6.3f\n", system_of(scene).contacts.size(),
+                    name, threads, isa_name(), ns, best, rate / 1e9, stream / 1e9, rate / stream);
         std::fflush(stdout);
         if (csv)
-          std::fprintf(csv, "%zu,%s,%u,%s,%.3f,%.3f,%.3f,%.3f,%.4f\n", scene.A.contacts.size(), name, threads,
-                       isa_name(), ns, best, rate / 1e9, stream / 1e9, rate / stream);
+          std::fprintf(csv, "%zu,%s,%u,%s,%.3f,%.3f,%.3f,%.3f,%.4f\n", system_of(scene).contacts.size(), name,
+                       threads, isa_name(), ns, best, rate / 1e9, stream / 1e9, rate / stream);
       }
     }
   }

@@ -32,8 +32,8 @@ namespace {
 // From about here (8 MB) hints to the cache pay in the last pass too.
 constexpr std::size_t streaming_batches = 4000;
 
-// Beyond this the cone is a half-space in double precision, and its square would overflow.
-constexpr double largest_mu = 1e100;
+// Beyond this the cone is a half-space in double precision, and its cube times 1e150 would overflow.
+constexpr double largest_mu = 1e50;
 
 }  // namespace
 

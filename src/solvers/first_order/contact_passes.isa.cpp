@@ -204,22 +204,27 @@ DirectionSums direction(const PassData& data, const Chunk& chunk, double alpha) 
 }
 
 // p |x - Pi_K(x - step)|^2 with step = g / p, as natural_map_squared() in problem/residual.hpp: formed
-// without cancellation, as Friction::natural_map() does. On the boundary of the cone, with the ray v = n + mu
-// tau through the foot, |v|^2 = 1 + mu^2, it is (x - <x, v> v / |v|^2) + <step, v> v / |v|^2.
+// without cancellation, as Friction::natural_map() does. Inside the cone it is |step|^2, in the polar cone
+// |x|^2. On the boundary, with the ray v = n + mu tau through the foot and |v|^2 = 1 + mu^2,
+//   e = (x - <x, v> v / |v|^2) + <step, v> v / |v|^2,   |e|^2 = |x - <x, v> v / |v|^2|^2 + <step, v>^2 /
+//   |v|^2,
+// as the first part is orthogonal to v. The polar case is that with both products zero.
 AMONTONS_INLINE Vec natural_map(const ContactBatch& batch, int lane, const Vec3& x, const Vec3& g,
                                 const Vec3& n) {
+  constexpr double tiny = 1e-150;  // keeps v finite where t = 0 and v is not used
   const Vec zero = {}, one = zero + 1.0, mu = load(batch.mu + lane);
   const Vec3 step = load(batch.p_inverse + lane) * g, z = x - step;
   const Vec zn = dot(z, n);
   const Vec3 zt = z - zn * n;
-  const Vec t = square_root(dot(zt, zt)), v2 = one + mu * mu, inverse = one / (v2 * t);
-  const Vec3 v = n + (mu * (v2 * inverse)) * zt;
-  const Vec along_x = dot(x, v) * (t * inverse), along_step = dot(step, v) * (t * inverse);
-  const Vec3 e = (x - along_x * v) + along_step * v;
-  const auto inside = t <= mu * zn;
+  const Vec t = square_root(dot(zt, zt)), v2 = one + mu * mu, inverse = one / (v2 * t + tiny);
+  const Vec3 v = n + (mu * v2 * inverse) * zt;
   const auto polar = mu * t <= -zn;
-  const Vec size = polar ? dot(x, x) : inside ? dot(step, step) : dot(e, e);
-  return load(batch.p + lane) * size;
+  const auto inside = (t <= mu * zn) & ~polar;  // with mu = 0 both hold on the negative axis
+  const Vec per_v2 = polar ? zero : t * inverse, along_step = dot(step, v);
+  const Vec along_x = along_step + (zn + mu * t);  // <x, v> = <step, v> + <z, v>
+  const Vec3 across = x - (along_x * per_v2) * v;
+  const Vec outside = dot(across, across) + along_step * along_step * per_v2;
+  return load(batch.p + lane) * (inside ? dot(step, step) : outside);
 }
 AMONTONS_INLINE double natural_map(const JointRow& row, double x, double u) {
   const double step = row.p_inverse * u, trial = x - step;

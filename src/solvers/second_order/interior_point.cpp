@@ -63,7 +63,7 @@ class InteriorPoint : public VectorIterate {
           f.template operator()<S::dim>(barriers[count[run.kind]++], run.block + i, run.row + S::dim * i);
       });
   }
-  double unit(std::size_t block) const { return beta_ / std::sqrt(problem.P[block]); }
+  double unit(std::size_t block) const { return unit_[block]; }
   void make_barriers();
   void factor(auto&& scale);
   void solve(double target, bool corrector, int refinements);
@@ -75,6 +75,7 @@ class InteriorPoint : public VectorIterate {
   std::optional<ShiftedSystem> system_;
   BarrierStorage<Sets> barriers_;
   double beta_ = 1, degree_ = 0, scale_ = 1, map_ = 0;
+  Vector unit_;                      // of every block
   Vector z_, rho_, R_, correction_;  // correction_: the De Saxce term of every block, constant within a step
 };
 
@@ -82,6 +83,7 @@ void InteriorPoint::make_barriers() {
   scale_ = natural_map_at_zero(problem, options.law);
   beta_ = scale_ / std::sqrt(std::max<double>(1, problem.K.blocks()));
   if (beta_ < 1e-145) beta_ = 1;
+  for (double p : problem.P) unit_.push_back(beta_ / std::sqrt(p));
   for_each_block(problem.K, [&]<class S>(const S& set, std::size_t block, std::size_t) {
     std::get<kind_of<S>>(barriers_.of).emplace_back(set, unit(block));
   });
