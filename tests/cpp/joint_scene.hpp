@@ -194,8 +194,8 @@ struct Scene {
       for_each_block(rows.cones, [&](const auto& set, std::size_t, std::size_t i) {
         double u = b[i];
         for (std::size_t k = 0; k < m; ++k) u += A[i * m + k] * x[k];
-        const double trial[3] = {x[i] - u / A[i * m + i]};
-        double out[3] = {};
+        const double trial[largest_dim] = {x[i] - u / A[i * m + i]};
+        double out[largest_dim] = {};
         set.project(trial, out);
         change = std::max(change, std::abs(out[0] - x[i]));
         size = std::max(size, std::abs(out[0]));

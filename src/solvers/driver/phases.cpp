@@ -73,21 +73,46 @@ Options options_of(const Phase& phase, const Options& options, const Solution& t
   return o;
 }
 
-// x, u and what is said of them.
-void take(Solution& total, const Solution& part) {
-  total.x = part.x;
-  total.u = part.u;
-  total.residual = part.residual;
-  total.objective = part.objective;
-  total.method = part.method;
+// Whether a row has nothing left to do, or is not meant for what the rows before it left.
+bool skips(const Phase& phase, const Options& options, const Solution& total, bool before) {
+  if (total.phases.empty()) return false;  // the first row runs
+  return total.residual <= phase.aim * options.tolerance || (phase.follows && !before) ||
+         (phase.when && !phase.when(options, total));
 }
 
-void add_cost(Solution& total, const Solution& part) {
+// Adds a part to the whole: its cost, its history, and its x where that is the best so far.
+void add_part(Solution& total, const Solution& part, const Phase& phase, const Options& options,
+              std::size_t left) {
+  if (total.phases.empty() || part.residual <= total.residual) {
+    total.x = part.x;
+    total.u = part.u;
+    total.residual = part.residual;
+    total.objective = part.objective;
+    total.method = part.method;
+  }
+  if (part.phases.empty())
+    total.phases.push_back({part.method, phase.why, part.iterations, part.residual});
+  else  // a table of its own
+    total.phases.insert(total.phases.end(), part.phases.begin(), part.phases.end());
   append_history(total, part);
   total.iterations += part.iterations;
   total.products += part.products;
   total.factorizations += part.factorizations;
   total.time += part.time;
+  // The limit of a row is none of the caller's: after the last one it means that nothing more helps. A row
+  // that converged on something else than what was asked (a frozen term) has only gone as far as it could.
+  const bool reached = total.residual <= options.tolerance;
+  const bool own_limit = part.status == Status::iteration_limit && part.iterations < left;
+  total.status = reached                                         ? Status::converged
+                 : own_limit || part.status == Status::converged ? Status::stalled
+                                                                 : part.status;
+}
+
+// Whether no further row may run.
+bool ends(const Solution& total, const Solution& part, const Options& options) {
+  return (options.max_iterations && total.iterations >= options.max_iterations) ||
+         total.time >= options.deadline || part.status == Status::interrupted ||
+         part.status == Status::deadline || part.status == Status::infeasible;
 }
 
 }  // namespace
@@ -107,11 +132,9 @@ Solution run_phases(const Problem& problem, const Options& options, const std::v
   Solution total, last;
   bool before = false;  // whether the row before ran
   for (const Phase& phase : table) {
+    before = !skips(phase, options, total, before);
+    if (!before) continue;
     const bool first = total.phases.empty();
-    const bool skip = !first && (total.residual <= phase.aim * options.tolerance ||
-                                 (phase.follows && !before) || (phase.when && !phase.when(options, total)));
-    before = !skip;
-    if (skip) continue;
     const std::size_t left = options.max_iterations ? options.max_iterations - total.iterations
                                                     : std::numeric_limits<std::size_t>::max();
     const Solution& from = phase.from == Phase::From::last ? last : total;
@@ -119,22 +142,8 @@ Solution run_phases(const Problem& problem, const Options& options, const std::v
     if (!first && phase.from != Phase::From::start) o.x0 = from.x;
     Solution part =
         phase.frozen && !first ? solve_frozen(problem, o, phase.method, from) : phase.method(problem, o);
-    if (part.phases.empty())
-      total.phases.push_back({part.method, phase.why, part.iterations, part.residual});
-    else  // a table of its own
-      total.phases.insert(total.phases.end(), part.phases.begin(), part.phases.end());
-    if (first || part.residual <= total.residual) take(total, part);
-    add_cost(total, part);
-    // The limit of a row is none of the caller's: after the last one it means that nothing more helps.
-    total.status = total.residual <= options.tolerance ? Status::converged : part.status;
-    if (total.status == Status::iteration_limit && part.iterations < left) total.status = Status::stalled;
-    if (total.status == Status::converged && total.residual > options.tolerance)
-      total.status = Status::stalled;
-    const bool out = (options.max_iterations && total.iterations >= options.max_iterations) ||
-                     total.time >= options.deadline;
-    if (out || part.status == Status::interrupted || part.status == Status::deadline ||
-        part.status == Status::infeasible)
-      break;
+    add_part(total, part, phase, options, left);
+    if (ends(total, part, options)) break;
     last = std::move(part);
   }
   if (table.size() > 1) total.reason = describe(total.phases);

@@ -11,20 +11,18 @@
 namespace amontons {
 
 Passes passes_of(Isa isa) {
+#define AMONTONS_PASSES(set)                                                                     \
+  Passes {                                                                                       \
+    set::direction_pass, set::impulse_pass, set::mass_pass, set::update_pass, set::refresh_pass, \
+        set::momentum_direction_pass, set::accelerate_pass                                       \
+  }
 #if defined(AMONTONS_X86)
-  if (isa == Isa::avx512)
-    return {avx512::direction_pass, avx512::impulse_pass, avx512::mass_pass,
-            avx512::update_pass,    avx512::refresh_pass, avx512::momentum_direction_pass,
-            avx512::accelerate_pass};
-  if (isa == Isa::avx2)
-    return {avx2::direction_pass, avx2::impulse_pass, avx2::mass_pass,
-            avx2::update_pass,    avx2::refresh_pass, avx2::momentum_direction_pass,
-            avx2::accelerate_pass};
+  if (isa == Isa::avx512) return AMONTONS_PASSES(avx512);
+  if (isa == Isa::avx2) return AMONTONS_PASSES(avx2);
 #endif
   static_cast<void>(isa);
-  return {baseline::direction_pass, baseline::impulse_pass, baseline::mass_pass,
-          baseline::update_pass,    baseline::refresh_pass, baseline::momentum_direction_pass,
-          baseline::accelerate_pass};
+  return AMONTONS_PASSES(baseline);
+#undef AMONTONS_PASSES
 }
 
 namespace {
@@ -53,10 +51,7 @@ struct ContactIterate::State {
   LineArray<MassBatch> masses;
   LineArray<double> compliance, lines, b, u, d, saxce, y, u_y;
   std::array<LineArray<double>, 3> x;
-  struct alignas(64) ChunkSums {
-    double v[8];
-  };
-  LineArray<ChunkSums> sums;
+  LineArray<PassSums> sums;
 
   std::size_t chunks() const { return layout.chunks.size(); }
   double* component(const LineArray<double>& vector, std::size_t contact) const {
@@ -75,7 +70,16 @@ struct ContactIterate::State {
 
   void add_copies();
   double apply_masses();
-  Direction direction(double alpha);
+  // pass(data, chunk, ...) over all chunks, and its sums in the order of the chunks, whatever thread made
+  // them.
+  template <class Pass, class... Step>
+  PassSums over_chunks(Pass pass, const PassData& held, Step... step) {
+    pool->run(chunks(), [&](std::size_t c) { sums[c] = pass(held, layout.chunks[c], step...); });
+    PassSums total{};
+    for (std::size_t c = 0; c < chunks(); ++c)
+      for (int k = 0; k < 4; ++k) total.v[k] += sums[c].v[k];
+    return total;
+  }
 };
 
 ContactIterate::State::State(const Problem& problem, Law law, unsigned threads, Isa isa)
@@ -241,26 +245,10 @@ void ContactIterate::State::add_copies() {
   });
 }
 
+// lines := M^-1 lines; <lines, M^-1 lines>, which after a direction is <d, D M^-1 D' d>.
 double ContactIterate::State::apply_masses() {
   add_copies();
-  const PassData pass = data();
-  pool->run(chunks(), [&](std::size_t c) { sums[c].v[0] = passes.mass(pass, layout.chunks[c]); });
-  double sum = 0;
-  for (std::size_t c = 0; c < chunks(); ++c) sum += sums[c].v[0];
-  return sum;
-}
-
-Direction ContactIterate::State::direction(double alpha) {
-  const PassData pass = data();
-  pool->run(chunks(), [&](std::size_t c) {
-    const DirectionSums s = passes.direction(pass, layout.chunks[c], alpha);
-    sums[c] = {{s.dg, s.dPd, s.dEd}};
-  });
-  Direction total{0, 0};
-  dEd = 0;
-  for (std::size_t c = 0; c < chunks(); ++c)
-    total.dg += sums[c].v[0], total.dPd += sums[c].v[1], dEd += sums[c].v[2];
-  return total;
+  return over_chunks(passes.mass, data()).v[0];
 }
 
 bool ContactIterate::fits(const Problem& problem) {
@@ -294,78 +282,59 @@ double ContactIterate::start(std::span<const double> x0) {
   return refresh();
 }
 
-double ContactIterate::State::refresh(const PassData& pass) {
-  pool->run(chunks(), [&](std::size_t c) { passes.impulse(pass, layout.chunks[c]); });
+double ContactIterate::State::refresh(const PassData& held) {
+  over_chunks(passes.impulse, held);
   apply_masses();
-  pool->run(chunks(), [&](std::size_t c) { sums[c].v[0] = passes.refresh(pass, layout.chunks[c]); });
-  double sum = 0;
-  for (std::size_t c = 0; c < chunks(); ++c) sum += sums[c].v[0];
-  return sum;
+  return over_chunks(passes.refresh, held).v[0];
 }
 
 double ContactIterate::refresh() { return state_->refresh(state_->data()); }
 
+Direction ContactIterate::direction(double alpha) {
+  const PassSums s = state_->over_chunks(state_->passes.direction, state_->data(), alpha);
+  state_->dEd = s.v[2];
+  return {s.v[0], s.v[1]};
+}
+
+// <d, A d> = <D'd, M^-1 D'd> + <d, E d>: the second half was a sum of the direction.
+double ContactIterate::curvature() { return state_->apply_masses() + state_->dEd; }
+
+Update ContactIterate::update(double lambda) {
+  const PassSums s = state_->over_chunks(state_->passes.update, state_->data(), lambda);
+  state_->now = state_->free_buffer();
+  return {s.v[0], s.v[1], s.v[2]};
+}
+
 void ContactIterate::start_momentum() {
   State& s = *state_;
-  if (!s.y.data()) s.y = LineArray<double>(s.size), s.u_y = LineArray<double>(s.size);
+  if (!s.y.data()) {
+    s.y = LineArray<double>(s.size);
+    s.u_y = LineArray<double>(s.size);
+  }
   std::copy_n(s.x[s.now].data(), s.size, s.y.data());
   std::copy_n(s.u.data(), s.size, s.u_y.data());
 }
 
 MomentumDirection ContactIterate::momentum_direction(double alpha) {
-  State& s = *state_;
-  const PassData pass = s.data();
-  s.pool->run(s.chunks(), [&](std::size_t c) {
-    const DirectionSums sums = s.passes.momentum_direction(pass, s.layout.chunks[c], alpha);
-    s.sums[c] = {{sums.dPd, sums.dPm, sums.dEd}};
-  });
-  MomentumDirection total{0, 0};
-  s.dEd = 0;
-  for (std::size_t c = 0; c < s.chunks(); ++c)
-    total.dPd += s.sums[c].v[0], total.dPm += s.sums[c].v[1], s.dEd += s.sums[c].v[2];
-  return total;
+  const PassSums s = state_->over_chunks(state_->passes.momentum_direction, state_->data(), alpha);
+  state_->dEd = s.v[2];
+  return {s.v[1], s.v[3]};
 }
 
 double ContactIterate::accelerate(double beta) {
-  State& s = *state_;
-  const PassData pass = s.data();
-  s.pool->run(s.chunks(),
-              [&](std::size_t c) { s.sums[c].v[0] = s.passes.accelerate(pass, s.layout.chunks[c], beta); });
-  s.now = s.free_buffer();
-  double sum = 0;
-  for (std::size_t c = 0; c < s.chunks(); ++c) sum += s.sums[c].v[0];
-  return sum;
-}
-
-double ContactIterate::refresh_momentum() {
-  State& s = *state_;
-  const double residual_squared = refresh();
-  // Last, because it leaves the De Saxce term of y, from which the next direction starts.
-  PassData at_y = s.data();
-  at_y.x = s.y.data(), at_y.u = s.u_y.data();
-  s.refresh(at_y);
+  const double residual_squared = state_->over_chunks(state_->passes.accelerate, state_->data(), beta).v[0];
+  state_->now = state_->free_buffer();
   return residual_squared;
 }
 
-Direction ContactIterate::direction(double alpha) { return state_->direction(alpha); }
-
-double ContactIterate::curvature() { return state_->apply_masses() + state_->dEd; }
-
-Update ContactIterate::update(double lambda) {
-  State& s = *state_;
-  const PassData pass = s.data();
-  s.pool->run(s.chunks(), [&](std::size_t c) {
-    const Update u = s.passes.update(pass, s.layout.chunks[c], lambda);
-    s.sums[c] = {{u.sy, u.yPy, u.residual_squared}};
-  });
-  s.now = s.free_buffer();
-  Update total{0, 0, 0};
-  for (std::size_t c = 0; c < s.chunks(); ++c) {
-    total.sy += s.sums[c].v[0];
-    total.yPy += s.sums[c].v[1];
-    total.residual_squared += s.sums[c].v[2];
-  }
-  return total;
+// y last, because it leaves the De Saxce term of y, from which the next direction starts.
+double ContactIterate::refresh_momentum() {
+  const double residual_squared = refresh();
+  PassData at_y = state_->data();
+  at_y.x = state_->y.data();
+  at_y.u = state_->u_y.data();
+  state_->refresh(at_y);
+  return residual_squared;
 }
 
 void ContactIterate::keep_best() { state_->best = state_->now; }

@@ -4,7 +4,6 @@
 #include <cstdint>
 
 #include "amontons/base/isa.hpp"
-#include "amontons/solvers/first_order/iterate.hpp"
 
 namespace amontons {
 
@@ -58,38 +57,40 @@ struct PassData {
   bool coulomb, streaming;   // streaming: the arrays are far larger than the cache of a core
 };
 
-struct DirectionSums {
-  double dg, dPd, dEd, dPm;  // dPm: <d, P (y - x)>, of momentum_direction_pass only
+// The sums of a pass over one chunk: a cache line of their own, as each is written by one thread.
+struct alignas(64) PassSums {
+  double v[4];
 };
 
-// The passes over one chunk. Each returns the sums of the chunk.
-//   direction_pass   d = Pi_K(x - alpha / p g) - x, lines = D'd
-//   impulse_pass     lines = D'x
-//   mass_pass        lines = M^-1 lines; returns <lines, M^-1 lines>
-//   update_pass      with lines = M^-1 D'd: x_next = x + lambda d, u += lambda (D lines + E d)
-//   momentum_direction_pass   d = Pi_K(y - alpha / p g(u_y)) - y, lines = D'd
+// The passes over one chunk, and their sums.
+//   direction_pass   d = Pi_K(x - alpha / p g) - x, lines = D'd: <d, g>, <d, P d>, <d, E d>
+//   impulse_pass     lines = D'x: none
+//   mass_pass        lines = M^-1 lines: <lines, M^-1 lines>
+//   update_pass      with lines = M^-1 D'd: x_next = x + lambda d, u += lambda (D lines + E d): <s, y>,
+//                    <y, P^-1 y>, the squared natural map at x_next
+//   refresh_pass     with lines = M^-1 D'x: u = D lines + E x + b: the squared natural map
+//   momentum_direction_pass   as direction_pass from y and u_y; and <d, P (y - x)>
 //   accelerate_pass  with lines = M^-1 D'd: x_next = y + d, u its A x + b, y = x_next + beta (x_next - x),
 //   u_y
-//                    likewise; returns the squared natural map at x_next
-//   refresh_pass     with lines = M^-1 D'x: u = D lines + E x + b; returns the squared natural map
-AMONTONS_FOR_EACH_ISA(DirectionSums direction_pass(const PassData& data, const Chunk& chunk, double alpha);
-                      void impulse_pass(const PassData& data, const Chunk& chunk);
-                      double mass_pass(const PassData& data, const Chunk& chunk);
-                      Update update_pass(const PassData& data, const Chunk& chunk, double lambda);
-                      DirectionSums momentum_direction_pass(const PassData& data, const Chunk& chunk,
-                                                            double alpha);
-                      double accelerate_pass(const PassData& data, const Chunk& chunk, double beta);
-                      double refresh_pass(const PassData& data, const Chunk& chunk);)
+//                    likewise: the squared natural map at x_next
+AMONTONS_FOR_EACH_ISA(PassSums direction_pass(const PassData& data, const Chunk& chunk, double alpha);
+                      PassSums impulse_pass(const PassData& data, const Chunk& chunk);
+                      PassSums mass_pass(const PassData& data, const Chunk& chunk);
+                      PassSums update_pass(const PassData& data, const Chunk& chunk, double lambda);
+                      PassSums refresh_pass(const PassData& data, const Chunk& chunk);
+                      PassSums momentum_direction_pass(const PassData& data, const Chunk& chunk,
+                                                       double alpha);
+                      PassSums accelerate_pass(const PassData& data, const Chunk& chunk, double beta);)
 
 // The same, chosen once: one entry per instruction set.
 struct Passes {
-  DirectionSums (*direction)(const PassData&, const Chunk&, double alpha);
-  void (*impulse)(const PassData&, const Chunk&);
-  double (*mass)(const PassData&, const Chunk&);
-  Update (*update)(const PassData&, const Chunk&, double lambda);
-  double (*refresh)(const PassData&, const Chunk&);
-  DirectionSums (*momentum_direction)(const PassData&, const Chunk&, double alpha);
-  double (*accelerate)(const PassData&, const Chunk&, double beta);
+  using Pass = PassSums (*)(const PassData&, const Chunk&);
+  using Step = PassSums (*)(const PassData&, const Chunk&, double);
+  Step direction;
+  Pass impulse, mass;
+  Step update;
+  Pass refresh;
+  Step momentum_direction, accelerate;
 };
 Passes passes_of(Isa isa);
 

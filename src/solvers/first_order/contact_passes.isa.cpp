@@ -174,7 +174,7 @@ AMONTONS_INLINE void direction_of_batch(const PassData& data, std::size_t i, dou
 }
 
 template <bool coulomb, bool compliant, bool momentum>
-DirectionSums direction(const PassData& data, const Chunk& chunk, double alpha) {
+PassSums direction(const PassData& data, const Chunk& chunk, double alpha) {
   clear_lines(data, chunk);
   LaneSums<4> sums;
   for (std::size_t first = chunk.first_batch; first < chunk.last_batch; first += block) {
@@ -186,7 +186,7 @@ DirectionSums direction(const PassData& data, const Chunk& chunk, double alpha) 
       scatter_batch(data, i, data.d);
     }
   }
-  DirectionSums out{sums.total(0), sums.total(1), sums.total(2), sums.total(3)};
+  PassSums out{{sums.total(0), sums.total(1), sums.total(2), sums.total(3)}};
   const double* x = (momentum ? data.y : data.x) + data.joint_offset;
   const double* u = (momentum ? data.u_y : data.u) + data.joint_offset;
   const double* anchor = data.x + data.joint_offset;
@@ -194,10 +194,10 @@ DirectionSums direction(const PassData& data, const Chunk& chunk, double alpha) 
   scatter_joints(data, chunk, [&](const JointRow& row, std::size_t i) {
     const double di = clip(x[i] - alpha * row.p_inverse * u[i], row) - x[i];
     d[i] = di;
-    out.dg += di * u[i];
-    out.dPd += row.p * (di * di);
-    out.dEd += row.compliance * (di * di);
-    if constexpr (momentum) out.dPm += row.p * (di * (x[i] - anchor[i]));
+    out.v[0] += di * u[i];
+    out.v[1] += row.p * (di * di);
+    out.v[2] += row.compliance * (di * di);
+    if constexpr (momentum) out.v[3] += row.p * (di * (x[i] - anchor[i]));
     return di;
   });
   return out;
@@ -232,6 +232,21 @@ AMONTONS_INLINE double natural_map(const JointRow& row, double x, double u) {
   return row.p * (e * e);
 }
 
+// f(i, q) for every batch with q = D lines, the relative velocities at its contacts.
+template <class F>
+AMONTONS_INLINE void with_velocities(const PassData& data, const Chunk& chunk, F f) {
+  alignas(64) double q[block][24];
+  for (std::size_t first = chunk.first_batch; first < chunk.last_batch; first += block) {
+    const std::size_t last = end_of_block(chunk, first);
+    for (std::size_t i = first; i < last; ++i) {
+      if (data.streaming) prefetch_batch(data, chunk, i, data.x_next);
+      for (int lane = 0; lane < 8; lane += width)
+        store3(q[i - first] + lane, relative_velocity(data.lines, data.batches[i], lane));
+    }
+    for (std::size_t i = first; i < last; ++i) f(i, q[i - first]);
+  }
+}
+
 template <bool coulomb, bool compliant>
 AMONTONS_INLINE void update_batch(const PassData& data, std::size_t i, double lambda, const double* q_block,
                                   LaneSums<3>& sums) {
@@ -263,29 +278,21 @@ AMONTONS_INLINE void update_batch(const PassData& data, std::size_t i, double la
 }
 
 template <bool coulomb, bool compliant>
-Update update(const PassData& data, const Chunk& chunk, double lambda) {
+PassSums update(const PassData& data, const Chunk& chunk, double lambda) {
   LaneSums<3> sums;
-  alignas(64) double q[block][24];
-  for (std::size_t first = chunk.first_batch; first < chunk.last_batch; first += block) {
-    const std::size_t last = end_of_block(chunk, first);
-    for (std::size_t i = first; i < last; ++i) {
-      if (data.streaming) prefetch_batch(data, chunk, i, data.x_next);
-      for (int lane = 0; lane < 8; lane += width)
-        store3(q[i - first] + lane, relative_velocity(data.lines, data.batches[i], lane));
-    }
-    for (std::size_t i = first; i < last; ++i)
-      update_batch<coulomb, compliant>(data, i, lambda, q[i - first], sums);
-  }
-  Update out{sums.total(0), sums.total(1), sums.total(2)};
+  with_velocities(data, chunk, [&](std::size_t i, const double* q) __attribute__((always_inline)) {
+    update_batch<coulomb, compliant>(data, i, lambda, q, sums);
+  });
+  PassSums out{{sums.total(0), sums.total(1), sums.total(2)}};
   const double *x = data.x + data.joint_offset, *d = data.d + data.joint_offset;
   double *x_next = data.x_next + data.joint_offset, *u = data.u + data.joint_offset;
   gather_joints(data, chunk, [&](const JointRow& row, std::size_t i, double velocity) {
     const double s = lambda * d[i], y = lambda * (velocity + row.compliance * d[i]);
     x_next[i] = x[i] + s;
     u[i] += y;
-    out.sy += s * y;
-    out.yPy += row.p_inverse * (y * y);
-    out.residual_squared += natural_map(row, x_next[i], u[i]);
+    out.v[0] += s * y;
+    out.v[1] += row.p_inverse * (y * y);
+    out.v[2] += natural_map(row, x_next[i], u[i]);
   });
   return out;
 }
@@ -318,19 +325,11 @@ AMONTONS_INLINE void accelerate_batch(const PassData& data, std::size_t i, doubl
 }
 
 template <bool coulomb, bool compliant>
-double accelerate(const PassData& data, const Chunk& chunk, double beta) {
+PassSums accelerate(const PassData& data, const Chunk& chunk, double beta) {
   LaneSums<1> sums;
-  alignas(64) double q[block][24];
-  for (std::size_t first = chunk.first_batch; first < chunk.last_batch; first += block) {
-    const std::size_t last = end_of_block(chunk, first);
-    for (std::size_t i = first; i < last; ++i) {
-      if (data.streaming) prefetch_batch(data, chunk, i, data.x_next);
-      for (int lane = 0; lane < 8; lane += width)
-        store3(q[i - first] + lane, relative_velocity(data.lines, data.batches[i], lane));
-    }
-    for (std::size_t i = first; i < last; ++i)
-      accelerate_batch<coulomb, compliant>(data, i, beta, q[i - first], sums);
-  }
+  with_velocities(data, chunk, [&](std::size_t i, const double* q) __attribute__((always_inline)) {
+    accelerate_batch<coulomb, compliant>(data, i, beta, q, sums);
+  });
   double out = sums.total(0);
   const double *x = data.x + data.joint_offset, *d = data.d + data.joint_offset;
   double *x_next = data.x_next + data.joint_offset, *u = data.u + data.joint_offset;
@@ -342,11 +341,11 @@ double accelerate(const PassData& data, const Chunk& chunk, double beta) {
     x_next[i] = next, u[i] = u_next;
     out += natural_map(row, next, u_next);
   });
-  return out;
+  return {{out}};
 }
 
 template <bool coulomb, bool compliant>
-double refresh(const PassData& data, const Chunk& chunk) {
+PassSums refresh(const PassData& data, const Chunk& chunk) {
   LaneSums<1> sums;
   for (std::size_t i = chunk.first_batch; i < chunk.last_batch; ++i) {
     const ContactBatch& batch = data.batches[i];
@@ -374,43 +373,56 @@ double refresh(const PassData& data, const Chunk& chunk) {
     u[i] = velocity + row.compliance * x[i] + b[i];
     out += natural_map(row, x[i], u[i]);
   });
-  return out;
+  return {{out}};
+}
+
+// f.operator()<coulomb, compliant>() of the problem at hand.
+template <class F>
+AMONTONS_INLINE PassSums in_case(const PassData& data, F f) {
+  if (data.compliance)
+    return data.coulomb ? f.template operator()<true, true>() : f.template operator()<false, true>();
+  return data.coulomb ? f.template operator()<true, false>() : f.template operator()<false, false>();
 }
 
 }  // namespace
 
-DirectionSums direction_pass(const PassData& data, const Chunk& chunk, double alpha) {
-  if (data.compliance)
-    return data.coulomb ? direction<true, true, false>(data, chunk, alpha)
-                        : direction<false, true, false>(data, chunk, alpha);
-  return data.coulomb ? direction<true, false, false>(data, chunk, alpha)
-                      : direction<false, false, false>(data, chunk, alpha);
+PassSums direction_pass(const PassData& data, const Chunk& chunk, double alpha) {
+  return in_case(data, [&]<bool coulomb, bool compliant>() {
+    return direction<coulomb, compliant, false>(data, chunk, alpha);
+  });
 }
 
-DirectionSums momentum_direction_pass(const PassData& data, const Chunk& chunk, double alpha) {
-  if (data.compliance)
-    return data.coulomb ? direction<true, true, true>(data, chunk, alpha)
-                        : direction<false, true, true>(data, chunk, alpha);
-  return data.coulomb ? direction<true, false, true>(data, chunk, alpha)
-                      : direction<false, false, true>(data, chunk, alpha);
+PassSums momentum_direction_pass(const PassData& data, const Chunk& chunk, double alpha) {
+  return in_case(data, [&]<bool coulomb, bool compliant>() {
+    return direction<coulomb, compliant, true>(data, chunk, alpha);
+  });
 }
 
-double accelerate_pass(const PassData& data, const Chunk& chunk, double beta) {
-  if (data.compliance)
-    return data.coulomb ? accelerate<true, true>(data, chunk, beta)
-                        : accelerate<false, true>(data, chunk, beta);
-  return data.coulomb ? accelerate<true, false>(data, chunk, beta)
-                      : accelerate<false, false>(data, chunk, beta);
+PassSums update_pass(const PassData& data, const Chunk& chunk, double lambda) {
+  return in_case(
+      data, [&]<bool coulomb, bool compliant>() { return update<coulomb, compliant>(data, chunk, lambda); });
 }
 
-void impulse_pass(const PassData& data, const Chunk& chunk) {
+PassSums accelerate_pass(const PassData& data, const Chunk& chunk, double beta) {
+  return in_case(data, [&]<bool coulomb, bool compliant>() {
+    return accelerate<coulomb, compliant>(data, chunk, beta);
+  });
+}
+
+PassSums refresh_pass(const PassData& data, const Chunk& chunk) {
+  return in_case(data,
+                 [&]<bool coulomb, bool compliant>() { return refresh<coulomb, compliant>(data, chunk); });
+}
+
+PassSums impulse_pass(const PassData& data, const Chunk& chunk) {
   clear_lines(data, chunk);
   for (std::size_t i = chunk.first_batch; i < chunk.last_batch; ++i) scatter_batch(data, i, data.x);
   const double* x = data.x + data.joint_offset;
   scatter_joints(data, chunk, [x](const JointRow&, std::size_t i) { return x[i]; });
+  return {};
 }
 
-double mass_pass(const PassData& data, const Chunk& chunk) {
+PassSums mass_pass(const PassData& data, const Chunk& chunk) {
   LaneSums<1> sums;
   for (std::size_t line = chunk.first_line; line < chunk.last_line; line += lanes) {
     const MassBatch& mass = data.masses[line / lanes];
@@ -433,19 +445,7 @@ double mass_pass(const PassData& data, const Chunk& chunk) {
       scatter(lines, at, {v.x, v.y, v.z, w.x, w.y, w.z});
     }
   }
-  return sums.total(0);
-}
-
-Update update_pass(const PassData& data, const Chunk& chunk, double lambda) {
-  if (data.compliance)
-    return data.coulomb ? update<true, true>(data, chunk, lambda) : update<false, true>(data, chunk, lambda);
-  return data.coulomb ? update<true, false>(data, chunk, lambda) : update<false, false>(data, chunk, lambda);
-}
-
-double refresh_pass(const PassData& data, const Chunk& chunk) {
-  if (data.compliance)
-    return data.coulomb ? refresh<true, true>(data, chunk) : refresh<false, true>(data, chunk);
-  return data.coulomb ? refresh<true, false>(data, chunk) : refresh<false, false>(data, chunk);
+  return {{sums.total(0)}};
 }
 
 }  // namespace amontons::AMONTONS_ISA

@@ -285,30 +285,25 @@ void ShiftedSystem::apply(std::span<const double> z, std::span<double> out) {
   for (std::size_t i = 0; i < z.size(); ++i) out[i] += z[i];
 }
 
-void ShiftedSystem::times_factor(std::span<const double> z, std::span<double> y) const {
+// out = R v, or R' v, block by block; v and out may be the same memory.
+template <bool transposed>
+void ShiftedSystem::times_blocks(std::span<const double> v, std::span<double> out) const {
   for (std::size_t b = 0; b < blocks_.size(); ++b) {
     const auto [row, dim] = std::pair{blocks_[b].row, blocks_[b].dim};
     const double* R = &R_[offset_[b]];
-    double out[largest_dim];
-    for (int i = 0; i < dim; ++i) {
-      out[i] = 0;
-      for (int k = 0; k < dim; ++k) out[i] += R[i * dim + k] * z[row + k];
-    }
-    std::copy(out, out + dim, &y[row]);
+    double sum[largest_dim] = {};
+    for (int i = 0; i < dim; ++i)
+      for (int k = 0; k < dim; ++k) sum[i] += R[transposed ? k * dim + i : i * dim + k] * v[row + k];
+    std::copy(sum, sum + dim, &out[row]);
   }
 }
 
+void ShiftedSystem::times_factor(std::span<const double> z, std::span<double> y) const {
+  times_blocks<false>(z, y);
+}
+
 void ShiftedSystem::times_transposed_factor(std::span<const double> r, std::span<double> q) const {
-  for (std::size_t b = 0; b < blocks_.size(); ++b) {
-    const auto [row, dim] = std::pair{blocks_[b].row, blocks_[b].dim};
-    const double* R = &R_[offset_[b]];
-    double out[largest_dim];
-    for (int i = 0; i < dim; ++i) {
-      out[i] = 0;
-      for (int k = 0; k < dim; ++k) out[i] += R[k * dim + i] * r[row + k];
-    }
-    std::copy(out, out + dim, &q[row]);
-  }
+  times_blocks<true>(r, q);
 }
 
 void ShiftedSystem::solve_reduced(std::span<const double> q, std::span<double> z, int refinements) {

@@ -59,6 +59,8 @@ class ShiftedSystem {
   void form_G(std::size_t block);
   void assemble_bodies();
   void assemble_pairs();
+  template <bool transposed>
+  void times_blocks(std::span<const double> v, std::span<double> out) const;
   void solve_once(std::span<const double> q, std::span<double> z);
   void apply(std::span<const double> z, std::span<double> out);  // out = (I + R' A R) z
   void divide_by_L(std::span<double> q) const;                   // q := L^-1 q
