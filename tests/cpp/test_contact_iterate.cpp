@@ -307,6 +307,41 @@ TEST(extreme_friction) {
   }
 }
 
+// Breaks when the fused natural map is formed as x - Pi_K(x - step): once x is large, x - step rounds to x,
+// the difference to zero, and impulses that run off look converged. x grows by powers of ten from 1 to 1e18
+// along a direction inside the cones, on their boundary, and outside; both passes must see the same residual.
+// Both maps round the part of x across the ray, eps |x|, as u is rounded by A x; inside the cones they are
+// `step` itself.
+TEST(natural_map_of_growing_impulses) {
+  for (Law law : laws)
+    for (int where = 0; where < 3; ++where) {
+      Problem p = random_problem({40, 12, 9}, false, 5);
+      auto& A = std::get<ContactSystem>(p.A);
+      for (double& w : A.bodies.inverse_mass) w = 0;  // u stays b, whatever x is
+      for (auto& I : A.bodies.inverse_inertia) I = {};
+      SetProduct K;  // without friction a contact is on the boundary wherever it is
+      for (const Friction& cone : p.K.all<Friction>()) K.append(Friction{std::max(cone.mu, 0.3)});
+      for (std::size_t i = 0; i < A.jacobian.size(); ++i) K.append(NonNegative{});
+      p.K = K;
+      p.graph = contact_graph(A, p.K);
+      p.P.assign(p.P.size(), 1.0);
+      for (double scale = 1; scale < 2e18; scale *= 10) {
+        std::vector<double> x(p.rows(), 0.1 * scale);
+        for (std::size_t i = 0; i < A.contacts.size(); ++i) {
+          const double mu = p.K.all<Friction>()[i].mu;
+          x[3 * i] = where == 2 ? -scale : scale;
+          x[3 * i + 1] = (where == 0 ? 0.3 : 0.6) * mu * scale;
+          x[3 * i + 2] = (where == 0 ? 0.3 : 0.8) * mu * scale;
+        }
+        ContactIterate fused = stages_of(p, law);
+        PlainIterate<ContactSystem> plain(A, p, law);
+        const double a = std::sqrt(fused.start(x)), b = std::sqrt(plain.start(x));
+        CHECK_NEAR(a, b, 1e-13 * b + 1e-13 * (where == 0 ? 10 : scale));
+        CHECK(a > 0.1);
+      }
+    }
+}
+
 // Breaks when the passes take on sets that their kernels do not know, which they would then project wrongly.
 TEST(passes_fit_what_they_know) {
   Problem p = random_problem({9, 4, 4}, false);

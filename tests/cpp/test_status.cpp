@@ -221,3 +221,28 @@ TEST(feasible_problems_are_never_called_infeasible) {
           CHECK(solve(c.problem, method, options).status != Status::infeasible);
         }
 }
+
+// Breaks when the recorded residual of a method falls while the true one stands: a body between two contacts
+// that contradict each other (its floor rises, its ceiling falls) has no solution, and its impulses run off.
+// The velocity that is missing, 2, is that at zero impulses: no iterate has a residual below 1 / sqrt(2), as
+// at best one of the two contacts is satisfied.
+TEST(contradiction_never_looks_converged) {
+  ContactSystem A;
+  small::add_body(A, 1, {0.1, 0.1, 0.1});
+  A.contacts = {contact_between(0, -1, {0, 0, -0.5}, {0, 0, 0}, {0, 0, 1}),
+                contact_between(0, -1, {0, 0, 0.5}, {0, 0, 0}, {0, 0, -1})};
+  A.contact_compliance = {0, 0};
+  SetProduct K;
+  K.add_each<Friction>(Vector{0.5, 0.5});
+  const Problem p = make_problem(A, {-1, 0, 0, -1, 0, 0}, K);
+  for (std::string_view method : {"p-spg-fb", "apgd"})
+    for (Law law : {Law::associated, Law::coulomb}) {
+      Options options;
+      options.law = law;
+      options.history = true;
+      options.max_iterations = 3000;
+      const Solution s = solve(p, method, options);
+      CHECK(s.status != Status::converged);
+      for (const IterationRecord& record : s.history) CHECK(record.residual > 0.7);
+    }
+}
