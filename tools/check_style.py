@@ -18,7 +18,15 @@ ROOT = Path(__file__).resolve().parent.parent
 CPP, CORE, PYTHON = ("include", "src", "bindings"), ("include", "src"), ("python/amontons",)
 P90, LONGEST, COMPLEXITY, COMMENTS = 35, 70, 20, 0.18
 # Pairs of files that may say the same, and why; the names are starts of paths.
-BOILERPLATE: dict[tuple[str, str], str] = {}
+BOILERPLATE: dict[tuple[str, str], str] = {
+    ("python/amontons/cli/", "python/amontons/cli/"): "the options of a command are its signature",
+    ("python/amontons/model/joint_b", "python/amontons/model/joint_b"): "signatures of one family",
+    ("python/amontons/model/shapes", "python/amontons/model/shapes"): "closed forms of like shapes",
+    ("python/amontons/problem/problem", "python/amontons/problem/problem"): "solve() as function and method",
+    ("python/amontons/problem/operators", "python/amontons/problem/operators"): "arrays of the bindings",
+    ("python/amontons/problem/cones", "python/amontons/problem/cones"): "two sets without parameters",
+    ("src/solvers/first_order/contact_passes", "src/solvers/first_order/contact_passes"): "loads of a batch",
+}
 BEGIN, END = "<!-- figures: begin -->", "<!-- figures: end -->"
 
 
@@ -138,13 +146,13 @@ def write(figures: str, document: Path) -> None:
     document.write_text(f"{before}{BEGIN}\n{figures}\n{END}{rest.split(END)[1]}")
 
 
-def measure(root: Path) -> tuple[str, list[str]]:
+def measure(root: Path, boilerplate: dict[tuple[str, str], str] = BOILERPLATE) -> tuple[str, list[str]]:
     """The figures, and what is beyond the limits."""
     cpp, python = sources(root, CPP), sources(root, PYTHON)
     kinds = {"C++": functions(root, cpp), "Python": functions(root, python)}
     core, pairs = measure_text(sources(root, CORE)), find(root, cpp + python)
     faults = [fault for kind, found in kinds.items() for fault in function_faults(kind, found)]
-    repeated = list(duplicate_faults(pairs, BOILERPLATE))
+    repeated = list(duplicate_faults(pairs, boilerplate))
     return table(kinds, core, len(repeated)), [*faults, *text_faults(core), *repeated]
 
 

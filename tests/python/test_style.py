@@ -10,7 +10,7 @@ def tree(folder, files):
         path = folder / name
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(text)
-    return check_style.measure(folder)
+    return check_style.measure(folder, {})
 
 
 def cpp_function(lines, branches=0):

@@ -94,9 +94,7 @@ def run(
         with notes():
             chosen = open_subject(subject, settings or [], given)
         steps = _steps(chosen, duration)
-        if snapshots < 0:
-            raise InputError(f"snapshots = {snapshots}; it must be zero or positive")
-        _require_room(save)
+        _require(snapshots, save)
     if report is not None:
         with one_line_errors(report):
             make_folder(report)
@@ -116,15 +114,22 @@ def run(
             chosen.simulation.save(save)
     with one_line_errors(report):
         _tell(chosen, outcome, report, (azimuth, elevation))
-    for path in (record, save):
+    _end(outcome, record, save)
+
+
+def _end(outcome: Outcome, *written: Path | None) -> None:
+    """Names what was written; the exit code says whether all went well."""
+    for path in written:
         if path is not None:
             say(path)
     if outcome.ended or not all(step.converged for step in outcome.reports):
         raise typer.Exit(NOT_CONVERGED)
 
 
-def _require_room(save: Path | None) -> None:
+def _require(snapshots: int, save: Path | None) -> None:
     """A state that cannot be saved is refused before minutes of work."""
+    if snapshots < 0:
+        raise InputError(f"snapshots = {snapshots}; it must be zero or positive")
     if save is None:
         return
     if save.is_dir() or not save.parent.is_dir():

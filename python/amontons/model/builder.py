@@ -230,20 +230,13 @@ def _mass_properties(
     who: str, shape: Shape | None, density: float | None, mass: float | None, inertia: Any, centre: Any
 ) -> MassProperties:
     """What the arguments of add_body say, zero if nothing; `Body` checks inertia and centre."""
-    if density is not None and mass is not None:
-        raise InputError(f"{who}: density and mass are both given; keep one of them")
+    _require_one_source(who, shape, density, mass, inertia)
     density = None if density is None else positive(f"{who}: density", density)
     mass = None if mass is None else positive(f"{who}: mass", mass)
-    if density is not None and shape is None:
-        raise InputError(f"{who}: density is given without a shape; give mass= and inertia=, or a shape")
     solid = NOTHING
     if shape is not None and (density is not None or (mass is not None and inertia is None)):
         unit = shape.mass_properties()
         solid = unit.scaled(density if density is not None else mass / unit.mass)
-    elif mass is not None and inertia is None:
-        raise InputError(f"{who}: mass is given without a shape or inertia; give inertia= about the centre")
-    elif inertia is not None and mass is None:
-        raise InputError(f"{who}: inertia is given without mass; give both")
     if mass is not None:
         solid = replace(solid, mass=mass)  # the mass that was given, to the last bit
     if inertia is not None:
@@ -251,6 +244,18 @@ def _mass_properties(
         if shape is not None and mass is not None and not shape.static_only:
             solid = replace(solid, centre_of_mass=shape.mass_properties().centre_of_mass)
     return solid if centre is None else replace(solid, centre_of_mass=centre)
+
+
+def _require_one_source(who: str, shape: Shape | None, density: Any, mass: Any, inertia: Any) -> None:
+    """Mass and inertia are given by a shape and one number, or by both numbers."""
+    if density is not None and mass is not None:
+        raise InputError(f"{who}: density and mass are both given; keep one of them")
+    if density is not None and shape is None:
+        raise InputError(f"{who}: density is given without a shape; give mass= and inertia=, or a shape")
+    if mass is not None and inertia is None and shape is None:
+        raise InputError(f"{who}: mass is given without a shape or inertia; give inertia= about the centre")
+    if inertia is not None and mass is None and density is None:
+        raise InputError(f"{who}: inertia is given without mass; give both")
 
 
 def _or_default(material: Material | None) -> Material:

@@ -101,18 +101,30 @@ class Box(Shape):
 
 
 @dataclass(frozen=True, eq=False)
-class Capsule(Shape):
-    """The points within `radius` of the segment |z| <= `half_length`."""
+class _Tube(Shape):
+    """What a capsule and a cylinder share: a radius (m) about |z| <= `half_length` (m)."""
 
     radius: float
     half_length: float
 
     def __post_init__(self) -> None:
+        kind = type(self).__name__
         self._set(
-            radius=number("Capsule: radius", self.radius),
-            half_length=number("Capsule: half_length", self.half_length),
+            radius=number(f"{kind}: radius", self.radius),
+            half_length=number(f"{kind}: half_length", self.half_length),
         )
-        self._set(core=_core.Shape.capsule(self.radius, self.half_length))
+        self._set(core=self._core_shape())
+
+    def _core_shape(self) -> _core.Shape:
+        raise NotImplementedError
+
+
+@dataclass(frozen=True, eq=False)
+class Capsule(_Tube):
+    """The points within `radius` of the segment |z| <= `half_length`."""
+
+    def _core_shape(self) -> _core.Shape:
+        return _core.Shape.capsule(self.radius, self.half_length)
 
     def _unit(self) -> MassProperties:
         r, h = self.radius, self.half_length
@@ -124,18 +136,11 @@ class Capsule(Shape):
 
 
 @dataclass(frozen=True, eq=False)
-class Cylinder(Shape):
+class Cylinder(_Tube):
     """About the z axis, |z| <= `half_length`."""
 
-    radius: float
-    half_length: float
-
-    def __post_init__(self) -> None:
-        self._set(
-            radius=number("Cylinder: radius", self.radius),
-            half_length=number("Cylinder: half_length", self.half_length),
-        )
-        self._set(core=_core.Shape.cylinder(self.radius, self.half_length))
+    def _core_shape(self) -> _core.Shape:
+        return _core.Shape.cylinder(self.radius, self.half_length)
 
     def _unit(self) -> MassProperties:
         r, h = self.radius, self.half_length

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from ..problem.cones import Free, Friction, Interval, NonNegative
+from ..problem.cones import Free, Interval, NonNegative
 from ..problem.operators import Contacts, Factored
 from ..problem.problem import Problem
 from .spectrum import spectrum
@@ -14,20 +14,37 @@ from .spectrum import spectrum
 
 def facts(problem: Problem) -> Iterator[tuple[str, str]]:
     """Pairs of name and value: sizes, cones, mu, bodies, symmetry, rank, conditioning, notes."""
-    A = problem.A
     yield "name", problem.name
     if problem.description:
         yield "description", problem.description
     if problem.source:
         yield "source", problem.source
+    yield from _sets(problem)
+    yield from _operator(problem)
+    symmetrised = [note for note in problem.notes if "symmetrised" in note]
+    yield "symmetry", symmetrised[0] if symmetrised else "symmetric"
+    yield from _spectrum(problem)
+    if problem.guesses:
+        residuals = ", ".join(f"{problem.residual(x):.1e}" for x in problem.guesses)
+        yield "guesses", f"{len(problem.guesses)}, associated residuals {residuals}"
+    for note in problem.notes:
+        if note not in symmetrised:
+            yield "note", note
+
+
+def _sets(problem: Problem) -> Iterator[tuple[str, str]]:
     yield "rows", str(problem.rows)
     yield "cones", ", ".join(map(repr, problem.cones)) or "none"
     yield "contacts", str(problem.contacts)
     yield "bilateral rows", str(sum(c.rows for c in problem.cones if isinstance(c, Free)))
     others = sum(c.rows for c in problem.cones if isinstance(c, NonNegative | Interval))
     yield "other bounded rows", str(others)
-    if any(isinstance(cone, Friction) and cone.n for cone in problem.cones):
+    if len(problem.mu):
         yield "mu", f"{problem.mu.min():g} to {problem.mu.max():g}"
+
+
+def _operator(problem: Problem) -> Iterator[tuple[str, str]]:
+    A = problem.A
     if isinstance(A, Factored | Contacts):
         moving = A.inverse_mass[A.inverse_mass > 0]
         yield "operator", f"factored, {A.bodies} bodies, {len(moving)} of them movable"
@@ -36,8 +53,9 @@ def facts(problem: Problem) -> Iterator[tuple[str, str]]:
     else:
         count = A.nnz if hasattr(A, "nnz") else problem.rows**2
         yield "operator", f"{'sparse' if hasattr(A, 'nnz') else 'dense'} matrix, {count} entries"
-    symmetrised = [note for note in problem.notes if "symmetrised" in note]
-    yield "symmetry", symmetrised[0] if symmetrised else "symmetric"
+
+
+def _spectrum(problem: Problem) -> Iterator[tuple[str, str]]:
     s = spectrum(problem)
     about = "" if s.exact else "about "
     yield "rank", f"{about}{s.rank} of {problem.rows}"
@@ -50,9 +68,3 @@ def facts(problem: Problem) -> Iterator[tuple[str, str]]:
         diagonal = problem._core.preconditioner
         yield "diagonal", f"{diagonal.min():.3e} to {diagonal.max():.3e} (mean per cone)"
         yield "|b|", f"{np.linalg.norm(problem.b):.6g} m/s"
-    if problem.guesses:
-        residuals = ", ".join(f"{problem.residual(x):.1e}" for x in problem.guesses)
-        yield "guesses", f"{len(problem.guesses)}, associated residuals {residuals}"
-    for note in problem.notes:
-        if note not in symmetrised:
-            yield "note", note

@@ -9,9 +9,10 @@ import numpy as np
 from ..model.builder import ModelBuilder
 from ..model.model import Model
 from ..model.parts import Material
-from ..model.shapes import Box, Plane, Sphere
+from ..model.shapes import Box, Plane
 from .geometry import X, Y, about, require
 from .registry import scene
+from .sphere_lattice import Lattice, add_spheres
 
 
 @scene(dt=5e-3, duration=4.0)
@@ -45,21 +46,8 @@ def hopper(
     bottom = 8 * radius
     _funnel(b, bottom, outlet, run / math.cos(a), a, radius, material)
     start = bottom + run * math.tan(a) + radius
-    for n in range(count):
-        k, site = divmod(n, per_row**2)
-        j, i = divmod(site, per_row)
-        jitter = rng.uniform(-0.02 * radius, 0.02 * radius, size=3)
-        b.add_body(
-            f"sphere {n}",
-            position=(
-                (i + 0.5) * pitch - width / 2 + jitter[0],
-                (j + 0.5) * pitch - width / 2 + jitter[1],
-                start + k * pitch + jitter[2],
-            ),
-            shape=Sphere(radius),
-            density=1500,
-            material=material,
-        )
+    lattice = Lattice(count, per_row, pitch, width, start, 0.02 * radius)
+    add_spheres(b, lattice, rng, radius, density=1500, material=material)
     return b.build()
 
 

@@ -9,9 +9,10 @@ import numpy as np
 from ..model.builder import ModelBuilder
 from ..model.model import Model
 from ..model.parts import Material
-from ..model.shapes import Box, Plane, Sphere
+from ..model.shapes import Box, Plane
 from .geometry import require
 from .registry import scene
+from .sphere_lattice import Lattice, add_spheres
 
 
 @scene(dt=5e-3, duration=2.0)
@@ -38,21 +39,8 @@ def spheres_in_box(
     height = (layers + 2) * 2.2 * radius
     _walls(b, width, height, material)
     free = pitch / 2 - radius  # how far a sphere may be moved on its site without touching a neighbour
-    for n in range(count):
-        k, site = divmod(n, per_row**2)
-        j, i = divmod(site, per_row)
-        jitter = rng.uniform(-0.9 * free, 0.9 * free, size=3)
-        b.add_body(
-            f"sphere {n}",
-            position=(
-                (i + 0.5) * pitch - width / 2 + jitter[0],
-                (j + 0.5) * pitch - width / 2 + jitter[1],
-                radius * 1.05 + k * pitch + jitter[2],
-            ),
-            shape=Sphere(radius),
-            density=1000,
-            material=material,
-        )
+    lattice = Lattice(count, per_row, pitch, width, radius * 1.05, 0.9 * free)
+    add_spheres(b, lattice, rng, radius, density=1000, material=material)
     return b.build()
 
 

@@ -174,23 +174,26 @@ def _mentioned(text: str, root: Element) -> Element | None:
     return None
 
 
+def _located(what: str, where: str, root: Element) -> Element | None:
+    """The element at the place that MuJoCo tells, by line or by name."""
+    line = re.search(r"line (\d+)", where)
+    quoted = re.search(r"^(name )?'([^']*)'", where)
+    name = quoted[2] if quoted else ""
+    if not line:
+        return next((e for e in root.walk() if name and e.name == name), None)
+    at = [e for e in root.walk() if e.line == int(line[1])]
+    by_name = [e for e in at if name and name in (e.tag, e.name)]
+    # Of a line with several elements, the one that holds what the message quotes, or the innermost.
+    words = set(re.findall(r"'([^']+)'", what))
+    by_value = [e for e in at if words & set(e.attributes.values())]
+    return next(iter(by_name or by_value or at[::-1]), None)
+
+
 def _translated(message: str, path: Path, root: Element) -> str:
     """MuJoCo's message with file and line in front: `Error: what\\nElement name 'x', id 0, line 5`."""
     text = re.sub(r"^(XML )?Error: (Error: )?", "", message.strip())
     what, _, where = text.partition("\nElement ")
-    line = re.search(r"line (\d+)", where)
-    quoted = re.search(r"^(name )?'([^']*)'", where)
-    element = None
-    if line:
-        at = [e for e in root.walk() if e.line == int(line[1])]
-        by_name = [e for e in at if quoted and quoted[2] and quoted[2] in (e.tag, e.name)]
-        # Of a line with several elements, the one that holds what the message quotes, or the innermost.
-        words = set(re.findall(r"'([^']+)'", what))
-        by_value = [e for e in at if words & set(e.attributes.values())]
-        element = (by_name or by_value or at[::-1] or [None])[0]
-    elif quoted and quoted[2]:
-        element = next((e for e in root.walk() if e.name == quoted[2]), None)
-    element = element or _mentioned(what, root)
+    element = _located(what, where, root) or _mentioned(what, root)
     advice = next((text for key, text in ADVICE.items() if key in what), "")
     place = f"{element.place}: {element}" if element else f"{path}"
     return f"{place}: {' '.join(what.split())}" + (f"; {advice}" if advice else "")
