@@ -13,7 +13,7 @@ namespace {
 
 bool projects() {
   amontons::SetProduct K;
-  K.add_each<Friction>(std::vector<double>{0.5});
+  K.add_each<amontons::Friction>(std::vector<double>{0.5});
   const std::array<double, 3> x = {1.0, 3.0, 0.0};
   std::array<double, 3> foot{};
   amontons::project(K, x, foot);
