@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "amontons/multibody/joints/coordinates.hpp"
-#include "amontons/multibody/joints/effort_motors.hpp"
 #include "amontons/multibody/joints/joints.hpp"
 #include "amontons/multibody/joints/measures.hpp"
 #include "multibody/bodies/motion.hpp"
@@ -194,8 +193,8 @@ struct Scene {
       for_each_block(rows.cones, [&](const auto& set, std::size_t, std::size_t i) {
         double u = b[i];
         for (std::size_t k = 0; k < m; ++k) u += A[i * m + k] * x[k];
-        const double trial[3] = {x[i] - u / A[i * m + i]};
-        double out[3] = {};
+        const double trial[6] = {x[i] - u / A[i * m + i]};
+        double out[6] = {};
         set.project(trial, out);
         change = std::max(change, std::abs(out[0] - x[i]));
         size = std::max(size, std::abs(out[0]));

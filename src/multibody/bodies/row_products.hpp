@@ -14,11 +14,11 @@ inline double power(const std::array<double, 6>& j, const BodyVelocity& v) {
          j[5] * v.angular.z;
 }
 
-// The velocity along the row, j v. Bodies of the row are those of the model, or the world.
-inline double row_velocity(const JacobianRow& row, const std::vector<BodyVelocity>& v) {
-  double u = 0;
-  if (row.body_a >= 0) u += power(row.a, v[row.body_a]);
-  if (row.body_b >= 0) u += power(row.b, v[row.body_b]);
+// The velocity along the row, u + j v. Bodies without an entry, the world and auxiliary ones, are at rest.
+inline double row_velocity(const JacobianRow& row, const std::vector<BodyVelocity>& v, double u = 0) {
+  const Index n = static_cast<Index>(v.size());
+  if (row.body_a >= 0 && row.body_a < n) u += power(row.a, v[row.body_a]);
+  if (row.body_b >= 0 && row.body_b < n) u += power(row.b, v[row.body_b]);
   return u;
 }
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "multibody/bodies/motion.hpp"
 #include "multibody/contacts/contact_law.hpp"
 
 namespace amontons {
@@ -26,13 +27,6 @@ Vec3 point_velocity(const Reach& reach, Index body, const Vec3& point) {
 Vec3 in_world(const Vec3& v, const Geom& geom, const std::vector<BodyFrame>& bodies) {
   if (v == Vec3{}) return {};
   return geom.body < 0 ? v : rotate(bodies[geom.body].pose.rotation, v);
-}
-
-// Where the velocities v take a body over h.
-Transform moved(const BodyFrame& body, const BodyVelocity& v, double h) {
-  const Quat turn = exponential(h * v.angular);
-  const Vec3 centre = body.centre + h * v.linear;
-  return {centre + rotate(turn, body.pose.position - body.centre), turn * body.pose.rotation};
 }
 
 std::pair<Index, Index> pair_of(const Contact& contact) { return {contact.geom_a, contact.geom_b}; }
@@ -133,9 +127,17 @@ void ContactFinder::find(const Model& model, const Reach& reach, std::vector<Con
   contacts.resize(kept);
 }
 
-std::size_t ContactFinder::find_missed(const Model& model, const Reach& reach,
-                                       const std::vector<BodyVelocity>& free, double allowance,
-                                       std::vector<Contact>& contacts) {
+// Both searches ask for overlaps of more than a tenth of the margin: less is no fault, as contacts close gaps
+// to zero within rounding and the tolerance only.
+void ContactFinder::find_unforeseen(const Model& model, const Reach& reach,
+                                    const std::vector<BodyVelocity>& free, std::vector<Contact>& contacts) {
+  const double allowance = reach.margin / 10;
+  find_missed(model, reach, free, allowance, contacts);
+  find_overlaps(model, reach, allowance, contacts);
+}
+
+void ContactFinder::find_missed(const Model& model, const Reach& reach, const std::vector<BodyVelocity>& free,
+                                double allowance, std::vector<Contact>& contacts) {
   // No point moves otherwise than foreseen by more than the change of the velocities.
   const auto& geoms = model.description().geoms;
   double change = 0;
@@ -147,8 +149,7 @@ std::size_t ContactFinder::find_missed(const Model& model, const Reach& reach,
     change = std::max(change, speed_bound(difference, frames_[g].position - reach.bodies[body].centre,
                                           bounding_radius(geoms[g].shape)));
   }
-  if (2 * reach.h * change <= reach.margin + allowance) return 0;
-  const std::size_t known = contacts.size();
+  if (2 * reach.h * change <= reach.margin + allowance) return;
   sort_by_pair(contacts);
   seams_.start(contacts);
   const auto key = [&](std::size_t i) { return pair_of(contacts[i]); };
@@ -162,11 +163,10 @@ std::size_t ContactFinder::find_missed(const Model& model, const Reach& reach,
       if (norm_squared(contacts[*i].point - contact.point) <= same) return;
     contacts.push_back(contact);
   });
-  return contacts.size() - known;
 }
 
-std::size_t ContactFinder::find_overlaps(const Model& model, const Reach& reach, double allowance,
-                                         std::vector<Contact>& contacts) {
+void ContactFinder::find_overlaps(const Model& model, const Reach& reach, double allowance,
+                                  std::vector<Contact>& contacts) {
   ends_.resize(reach.bodies.size());
   for (std::size_t i = 0; i < ends_.size(); ++i) ends_[i] = moved(reach.bodies[i], reach.v[i], reach.h);
   const auto end_frame = [&](const Geom& geom) {
@@ -198,7 +198,6 @@ std::size_t ContactFinder::find_overlaps(const Model& model, const Reach& reach,
       contacts.push_back(c);
     }
   }
-  return contacts.size() - known;
 }
 
 }  // namespace amontons

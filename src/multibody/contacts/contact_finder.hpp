@@ -24,19 +24,20 @@ class ContactFinder {
  public:
   // All contact points within the margin, or that the velocities bring there within h.
   void find(const Model& model, const Reach& reach, std::vector<Contact>& contacts);
-  // Appends the points that the velocities v after a solve bring deeper than `allowance` and that are not
-  // among the contacts, which the free velocities foresaw: an impact gives bodies velocities that nobody
-  // could foresee. Returns their number.
-  std::size_t find_missed(const Model& model, const Reach& reach, const std::vector<BodyVelocity>& free,
-                          double allowance, std::vector<Contact>& contacts);
-  // Appends the points of known pairs that overlap by more than `allowance` where v takes the bodies: a face
-  // that turns while something slides along it is where its old normal does not tell. Arms, normal and gap of
-  // these points are those of the end of the step, so that they ask for nothing that the motion does not.
-  // Returns their number.
-  std::size_t find_overlaps(const Model& model, const Reach& reach, double allowance,
-                            std::vector<Contact>& contacts);
+  // Appends what the velocities v of a solve lead to and the free ones, with which the contacts were found,
+  // did not foresee: an impact gives bodies velocities that nobody could foresee.
+  void find_unforeseen(const Model& model, const Reach& reach, const std::vector<BodyVelocity>& free,
+                       std::vector<Contact>& contacts);
 
  private:
+  // The points that v brings deeper than `allowance` and that are not among the contacts.
+  void find_missed(const Model& model, const Reach& reach, const std::vector<BodyVelocity>& free,
+                   double allowance, std::vector<Contact>& contacts);
+  // The points of known pairs that overlap by more than `allowance` where v takes the bodies: a face that
+  // turns while something slides along it is where its old normal does not tell. Arms, normal and gap of
+  // these points are those of the end of the step, so that they ask for nothing that the motion does not.
+  void find_overlaps(const Model& model, const Reach& reach, double allowance,
+                     std::vector<Contact>& contacts);
   void place_geoms(const Model& model, const Reach& reach);
   void collide_pair(const Model& model, Index a, Index b, double distance);
   void sort_by_pair(const std::vector<Contact>& contacts);

@@ -2,25 +2,18 @@
 
 namespace amontons {
 
-namespace {
-
-const Transform& body_pose(const std::vector<BodyFrame>& bodies, Index body) {
-  static const Transform identity;
-  return body < 0 ? identity : bodies[body].pose;
-}
-
-Vec3 centre_of(const std::vector<BodyFrame>& bodies, Index body) {
-  return body >= 0 ? bodies[body].centre : Vec3{};
-}
-
-}  // namespace
-
 JointPose joint_pose(const Joint& joint, const std::vector<BodyFrame>& bodies) {
-  JointPose pose;
-  pose.a = body_pose(bodies, joint.body_a) * joint.frame_a;
-  pose.b = body_pose(bodies, joint.body_b) * joint.frame_b;
+  const auto in_world = [&](Index body, const Transform& frame) {
+    return (body < 0 ? Transform{} : bodies[body].pose) * frame;
+  };
+  JointPose pose{in_world(joint.body_a, joint.frame_a), in_world(joint.body_b, joint.frame_b), {}};
   pose.relative = inverse(pose.b) * pose.a;
   return pose;
+}
+
+std::span<const double> coordinates_of(const Model& model, const State& state, std::size_t j) {
+  const std::size_t first = model.first_dof(j);
+  return std::span(state.coordinates).subspan(first, model.first_dof(j + 1) - first);
 }
 
 bool is_active(const Model& model, const Joint& joint) {
@@ -58,9 +51,9 @@ JointContext joint_context(const Model& model, const std::vector<BodyFrame>& bod
   context.body_a = unless_fixed(context.joint->body_a);
   context.body_b = unless_fixed(context.joint->body_b);
   context.length = model.length();
-  const std::span<const double> q(state.coordinates);
-  place(context, joint_pose(*context.joint, bodies), centre_of(bodies, context.body_a),
-        centre_of(bodies, context.body_b), q.subspan(model.first_dof(j), context.joint->dofs.size()));
+  const auto centre = [&](Index body) { return body >= 0 ? bodies[body].centre : Vec3{}; };
+  place(context, joint_pose(*context.joint, bodies), centre(context.body_a), centre(context.body_b),
+        coordinates_of(model, state, j));
   return context;
 }
 

@@ -3,7 +3,7 @@
 
 #include "amontons/multibody/bodies/bodies.hpp"
 #include "amontons/problem/contact_system.hpp"
-#include "multibody/joints/wrenches.hpp"
+#include "multibody/joints/chain.hpp"
 
 // Where a joint stands in the world, and its rows.
 namespace amontons {
@@ -38,6 +38,8 @@ JointContext joint_context(const Model& model, const std::vector<BodyFrame>& bod
 void place(JointContext& joint, const JointPose& pose, const Vec3& centre_a, const Vec3& centre_b,
            std::span<const double> q);
 
+// The coordinates of the joint's dofs.
+std::span<const double> coordinates_of(const Model& model, const State& state, std::size_t joint);
 // Whether impulses of the joint can move a body at all.
 bool is_active(const Model& model, const Joint& joint);
 

@@ -9,13 +9,6 @@ namespace amontons {
 
 namespace {
 
-ChainKinematics present_chain(const Model& model, std::size_t j, const Transform& relative,
-                              const State& state) {
-  const Joint& joint = model.joint(static_cast<Index>(j));
-  const std::span<const double> q(state.coordinates);
-  return chain_kinematics(joint, relative, q.subspan(model.first_dof(j), joint.dofs.size()));
-}
-
 // How far the distance of the two points lies outside its range, >= 0 if it does.
 double excess(const Joint& rod, const Transform& relative) {
   const double distance = norm(relative.position);
@@ -33,7 +26,7 @@ double locked_springs(const Model& model, std::size_t j, const std::vector<BodyF
     const double stretch = std::max(0.0, excess(joint, relative));
     return stretch * stretch / joint.compliance;
   }
-  const ChainKinematics chain = present_chain(model, j, relative, state);
+  const ChainKinematics chain = chain_kinematics(joint, relative, coordinates_of(model, state, j));
   const double turn = norm_squared(chain.error.angular), length = model.length();
   const double ball = chain.spherical ? joint.ball_stiffness * turn : 0;
   if (joint.compliance == 0) return ball;
@@ -53,7 +46,7 @@ JointError joint_error(const Model& model, const std::vector<BodyFrame>& bodies,
       worst.distance = std::max(worst.distance, excess(joint, relative));
       continue;
     }
-    const ChainKinematics chain = present_chain(model, j, relative, state);
+    const ChainKinematics chain = chain_kinematics(joint, relative, coordinates_of(model, state, j));
     worst.distance = std::max(worst.distance, norm(chain.error.linear));
     if (!chain.spherical) worst.angle = std::max(worst.angle, norm(chain.error.angular));
   }
@@ -65,8 +58,9 @@ double spring_energy(const Model& model, const std::vector<BodyFrame>& bodies, c
   for (std::size_t j = 0; j < model.joints(); ++j) {
     const Joint& joint = model.joint(static_cast<Index>(j));
     if (!is_active(model, joint)) continue;
-    for (std::size_t i = 0; i < joint.dofs.size(); ++i) {
-      const double stretch = state.coordinates[model.first_dof(j) + i] - joint.dofs[i].rest;
+    const std::span<const double> q = coordinates_of(model, state, j);
+    for (std::size_t i = 0; i < q.size(); ++i) {
+      const double stretch = q[i] - joint.dofs[i].rest;
       twice += joint.dofs[i].stiffness * stretch * stretch;
     }
     twice += locked_springs(model, j, bodies, state);

@@ -59,8 +59,7 @@ bool stiffen(const Mat3& inertia, const Mat3& S, Mat3& inverse_inertia) {
 }  // namespace
 
 bool stiffen_rotations(const Model& model, const State& state, double h, const std::vector<BodyFrame>& frames,
-                       const std::vector<BodyMobility>& mobility, std::vector<Mat3>& sums,
-                       std::vector<BodyMobility>& stiffened) {
+                       std::vector<Mat3>& sums, std::vector<BodyMobility>& mobility) {
   if (state.impulse_step <= 0 || model.joints() == 0) return false;
   sums.assign(frames.size(), Mat3{});
   const auto add = [&](Index body, const Vec3& point, const Vec3& F) {
@@ -78,12 +77,9 @@ bool stiffen_rotations(const Model& model, const State& state, double h, const s
     const Mat3 S = h * h * sums[i];
     // No eigenvalue exceeds |S| |I^-1| in Frobenius' norm: bodies without such joints cost nothing.
     if (!(frobenius_squared(S) * frobenius_squared(mobility[i].inverse_inertia) > 1)) continue;
-    Mat3 inverse_inertia;
-    if (!stiffen(frames[i].inertia, S, inverse_inertia)) continue;
-    if (!any) stiffened = mobility;
+    if (!stiffen(frames[i].inertia, S, mobility[i].inverse_inertia)) continue;
+    mobility[i].stiffened = true;
     any = true;
-    stiffened[i].inverse_inertia = inverse_inertia;
-    stiffened[i].stiffened = true;
   }
   return any;
 }

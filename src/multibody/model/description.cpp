@@ -20,6 +20,14 @@ bool is_finite(const Transform& t) {
   return amontons::is_finite(t.position) && std::isfinite(q.w + q.x + q.y + q.z);
 }
 
+// The messages name the body, geom or joint first, then what is wrong, then the remedy where there is one.
+void check_not_negative(double value, const std::string& who, const char* what) {
+  AMONTONS_REQUIRE(value >= 0 && std::isfinite(value),
+                   who + ": " + what + " must be finite and not negative");
+}
+
+// Orientations within 1e-6 of a unit quaternion are those that came through a file in single precision; they
+// are normalised where a simulation starts.
 void check_frame(const Transform& frame, const std::string& who, const char* what) {
   AMONTONS_REQUIRE(is_finite(frame), who + ": the " + what + " is not finite");
   AMONTONS_REQUIRE(std::abs(norm(frame.rotation) - 1) < 1e-6,
@@ -40,6 +48,8 @@ void check_inertia(const Mat3& I, const std::string& who) {
     for (int j = 0; j < i; ++j)
       AMONTONS_REQUIRE(std::abs(I(i, j) - I(j, i)) <= asymmetry_of_rounding * scale,
                        who + ": the inertia is not symmetric; symmetrise it");
+  // By Sylvester's criterion a symmetric matrix is positive definite if its leading minors are positive; for
+  // semidefinite all principal minors count, the smallest of each order is enough.
   const auto minors = [](const Mat3& m, double& two, double& three) {
     two = std::min({m(0, 0) * m(1, 1) - m(0, 1) * m(1, 0), m(0, 0) * m(2, 2) - m(0, 2) * m(2, 0),
                     m(1, 1) * m(2, 2) - m(1, 2) * m(2, 1)});
@@ -52,6 +62,7 @@ void check_inertia(const Mat3& I, const std::string& who) {
   const double half = 0.5 * (I(0, 0) + I(1, 1) + I(2, 2));
   const Mat3 second = Mat3::diagonal(half, half, half) + -1.0 * I;
   minors(second, two, three);
+  // Rods and plates stand at the bound a + b = c, and their inertias come rounded from files of six digits.
   const double room = 1e-6;
   AMONTONS_REQUIRE(
       second(0, 0) >= -room * scale && second(1, 1) >= -room * scale && second(2, 2) >= -room * scale &&
@@ -59,6 +70,7 @@ void check_inertia(const Mat3& I, const std::string& who) {
       who + ": one principal moment of inertia exceeds the sum of the others, which no body has");
 }
 
+// Of a body that impulses do not move, mass and inertia are never read: they may be anything.
 void check_body(const Body& body, const std::string& who) {
   check_frame(body.pose, who, "pose");
   AMONTONS_REQUIRE(is_finite(body.linear_velocity) && is_finite(body.angular_velocity),
@@ -76,11 +88,7 @@ void check_body(const Body& body, const std::string& who) {
   check_inertia(body.inertia, who);
 }
 
-void check_not_negative(double value, const std::string& who, const char* what) {
-  AMONTONS_REQUIRE(value >= 0 && std::isfinite(value),
-                   who + ": " + what + " must be finite and not negative");
-}
-
+// A negative friction across the direction stands for none of its own.
 void check_material(const Material& m, const std::string& who) {
   check_not_negative(m.friction, who, "the coefficient of friction");
   check_not_negative(m.torsional_friction, who, "torsional friction");
@@ -91,6 +99,8 @@ void check_material(const Material& m, const std::string& who) {
   check_not_negative(m.compliance, who, "compliance");
 }
 
+// Limits may be open on either side and may coincide (a locked dof); lower = +inf or upper = -inf leaves no
+// coordinate at all. Springs, dampers and friction that push instead of holding back would bring energy in.
 void check_dof(const Dof& dof, const std::string& who) {
   AMONTONS_REQUIRE(is_finite(dof.axis) && std::abs(norm(dof.axis) - 1) < 1e-6,
                    who + ": the axis is not a unit vector; normalise it");
@@ -108,6 +118,8 @@ void check_dof(const Dof& dof, const std::string& who) {
   AMONTONS_REQUIRE(std::isfinite(dof.motor.target), who + ": the target of the motor is not finite");
 }
 
+// A joint of more than six dofs has dependent axes in every pose, so that its coordinates mean nothing.
+// Body A must be one of the model because frames, coordinates and reactions are told from A's side.
 void check_joint(const Joint& joint, const std::string& who, Index bodies) {
   for (Index body : {joint.body_a, joint.body_b})
     AMONTONS_REQUIRE(body >= world && body < bodies,
@@ -131,6 +143,7 @@ void check_joint(const Joint& joint, const std::string& who, Index bodies) {
     check_dof(joint.dofs[k], joint.dofs.size() > 1 ? who + ", dof " + std::to_string(k) : who);
 }
 
+// Names are how files and users refer to things; items without one are known by their index only.
 template <class Items>
 void check_names(const Items& items, const char* kind) {
   std::map<std::string, std::size_t> first;
@@ -140,6 +153,8 @@ void check_names(const Items& items, const char* kind) {
                        std::string(kind) + " \"" + items[i].name + "\" occurs twice; names must be unique");
 }
 
+// Planes, meshes and height fields have one side and no volume: two of them that move would not find each
+// other, and a mesh turned over would be a hole. They may hang on fixed and kinematic bodies.
 void check_geom(const ModelDescription& d, const Geom& geom, const std::string& who) {
   AMONTONS_REQUIRE(geom.body >= world && geom.body < static_cast<Index>(d.bodies.size()),
                    who + ": body " + std::to_string(geom.body) + " does not exist");
@@ -159,6 +174,7 @@ void check_geom(const ModelDescription& d, const Geom& geom, const std::string& 
                    who + ": planes, meshes and height fields do not move; give the body convex shapes");
 }
 
+// A coupling relates two different dofs, or holds one at a constant.
 void check_coupling(const ModelDescription& d, const Coupling& c, const std::string& who) {
   const Index joints = static_cast<Index>(d.joints.size());
   AMONTONS_REQUIRE(c.joint_a >= 0 && c.joint_a < joints && c.joint_b >= -1 && c.joint_b < joints,
@@ -190,6 +206,7 @@ void check_pairs(const ModelDescription& d) {
 
 }  // namespace
 
+// In the order in which a user writes a model, so that the first message is about the first cause.
 void check(const ModelDescription& d) {
   AMONTONS_REQUIRE(is_finite(d.gravity), "gravity is not finite");
   check_names(d.bodies, "body");

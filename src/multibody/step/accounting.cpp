@@ -12,22 +12,21 @@ void add_cost(const Solution& solution, Report& report) {
   report.factorizations += solution.factorizations;
 }
 
-void add_solution(const Solution& solution, Report& report) {
+void add_solution(const Problem& problem, const Solution& solution, Report& report) {
+  const auto& A = std::get<ContactSystem>(problem.A);
+  report.contacts = A.contacts.size();
+  report.joint_rows = A.jacobian.size();
   add_cost(solution, report);
+  // The worst solve speaks for the step.
   if (!report.method.empty() && solution.residual <= report.residual) return;
   report.residual = solution.residual;
   report.status = solution.status;
   report.method = solution.method;
 }
 
-void add_contacts(const std::vector<Contact>& contacts, Report& report) {
-  report.contacts = contacts.size();
+void add_errors(const Model& model, const std::vector<BodyFrame>& frames, const State& state,
+                const std::vector<Contact>& contacts, Report& report) {
   for (const Contact& c : contacts) report.penetration = std::max(report.penetration, -c.gap);
-}
-
-void add_joints(const Model& model, const std::vector<BodyFrame>& frames, const State& state,
-                std::size_t joint_rows, Report& report) {
-  report.joint_rows = joint_rows;
   const JointError error = joint_error(model, frames, state);
   report.joint_error = std::max(report.joint_error, error.distance);
   report.joint_angle_error = std::max(report.joint_angle_error, error.angle);

@@ -71,14 +71,8 @@ Problem assemble(const StepBodies& bodies, std::vector<Contact>& contacts, const
   }
   A.contacts = contacts;
   // The same of the joint rows, which bring their c, E and sets along. Auxiliary bodies start at rest.
-  const Index n = static_cast<Index>(bodies.free.size());
-  for (std::size_t i = 0; i < rows.jacobian.size(); ++i) {
-    const JacobianRow& row = rows.jacobian[i];
-    double u = rows.c[i];
-    if (row.body_a >= 0 && row.body_a < n) u += power(row.a, bodies.free[row.body_a]);
-    if (row.body_b >= 0 && row.body_b < n) u += power(row.b, bodies.free[row.body_b]);
-    b.push_back(u);
-  }
+  for (std::size_t i = 0; i < rows.jacobian.size(); ++i)
+    b.push_back(row_velocity(rows.jacobian[i], bodies.free, rows.c[i]));
   K.append(rows.cones);
   A.bodies = bodies_of(bodies, rows.auxiliary_inverse_mass);
   A.jacobian = rows.jacobian;

@@ -8,7 +8,6 @@
 #include <cmath>
 
 #include "multibody/contacts/contact_law.hpp"
-#include "multibody/step/accounting.hpp"
 #include "multibody/step/assemble.hpp"
 
 namespace amontons {
@@ -18,18 +17,15 @@ namespace {
 // Reflections of one step. What still approaches afterwards is stopped by the step itself.
 constexpr int most_reflections = 64;
 
-// Impacts are over before springs, motors, dry friction or stabilisation act: locked directions only.
-JointRows locked_rows(const JointRows& rows) {
-  JointRows locked;
-  locked.auxiliary_inverse_mass = rows.auxiliary_inverse_mass;
-  for (std::size_t i = 0; i < rows.tags.size(); ++i) {
-    if (rows.tags[i].kind != RowKind::locked && rows.tags[i].kind != RowKind::coupling) continue;
-    locked.jacobian.push_back(rows.jacobian[i]);
-    locked.compliance.push_back(rows.compliance[i]);
-    locked.tags.push_back(rows.tags[i]);
-  }
-  locked.c.assign(locked.jacobian.size(), 0.0);
-  locked.cones.add_count<Free>(locked.jacobian.size());
+// Impacts are over before springs, motors, dry friction or stabilisation act: locked directions only, which
+// keep the velocities that they have (c = 0). Limits are left to the step that follows.
+JointRows locked_rows(const ImpactInput& in, const std::vector<BodyVelocity>& v) {
+  JointRows all, locked;
+  append_joint_rows(in.model, {in.frames, in.mobility, v, v}, in.state, in.options, all);
+  locked.auxiliary_inverse_mass = all.auxiliary_inverse_mass;
+  for (std::size_t i = 0; i < all.tags.size(); ++i)
+    if (all.tags[i].kind == RowKind::locked || all.tags[i].kind == RowKind::coupling)
+      locked.append(Free{}, all.jacobian[i], {all.compliance[i], 0}, 0, all.tags[i]);
   return locked;
 }
 
@@ -51,7 +47,7 @@ std::vector<double> difference(const std::vector<double>& a, const std::vector<d
 // restitution never does: with x0 complementary to u0^+ its work is -x0' A x0 / 2 at most. Hence, where s has
 // done work, the impulses go back towards x0 until the work is zero: cone and joints are kept, being convex,
 // and so is u_n^+ >= 0.
-void limit_energy(const Problem& problem, const ImpactOptions& options, Solution& s, Report& report) {
+void limit_energy(const Problem& problem, const StepSolver& solver, Solution& s, Report& report) {
   Problem inelastic = problem;
   const auto& contacts = std::get<ContactSystem>(problem.A).contacts;
   for (std::size_t i = 0; i < contacts.size(); ++i)  // all of them approach
@@ -59,9 +55,9 @@ void limit_energy(const Problem& problem, const ImpactOptions& options, Solution
   const std::vector<double> Ax = difference(s.u, problem.b);
   double stored = 0;
   for (std::size_t i = 0; i < Ax.size(); ++i) stored += 0.5 * s.x[i] * Ax[i];
-  if (work(s.x, inelastic.b, Ax) <= options.tolerance * stored) return;
-  const Solution plastic = options.solve(inelastic);
-  add_solution(plastic, report);
+  if (work(s.x, inelastic.b, Ax) <= solver.options.tolerance * stored) return;
+  const Solution plastic = solve_step(solver, inelastic, {});
+  add_solution(problem, plastic, report);
   const std::vector<double> Ax0 = difference(plastic.u, inelastic.b), d = difference(s.x, plastic.x),
                             Ad = difference(Ax, Ax0);
   // The work at x0 + share d is a + b share + c share^2 with a <= 0 <= c.
@@ -77,13 +73,13 @@ void limit_energy(const Problem& problem, const ImpactOptions& options, Solution
 }
 
 // The contacts that approach faster than the threshold and close within the step.
-bool approaching(const std::vector<Contact>& contacts, const std::vector<BodyVelocity>& v,
-                 const ImpactOptions& options, std::vector<std::size_t>& index) {
+bool approaching(const std::vector<Contact>& contacts, const std::vector<BodyVelocity>& v, double threshold,
+                 double h, std::vector<std::size_t>& index) {
   index.clear();
   bool elastic = false;
   for (std::size_t i = 0; i < contacts.size(); ++i) {
     const double u = dot(contacts[i].normal, relative_motion(contacts[i], v).linear);
-    if (u >= -options.threshold || contacts[i].gap + options.h * u > 0) continue;
+    if (u >= -threshold || contacts[i].gap + h * u > 0) continue;
     index.push_back(i);
     elastic = elastic || contacts[i].material.restitution > 0;
   }
@@ -111,22 +107,24 @@ void store(const Problem& problem, const std::vector<double>& x, const std::vect
 
 }  // namespace
 
-bool resolve_impacts(const std::vector<BodyFrame>& frames, const std::vector<BodyMobility>& mobility,
-                     const ImpactOptions& options, std::vector<BodyVelocity>& v,
-                     std::vector<Contact>& contacts, std::vector<JointWrench>& joints, Report& report) {
+bool resolve_impacts(const ImpactInput& in, std::vector<BodyVelocity>& v, std::vector<Contact>& contacts,
+                     std::vector<JointWrench>& joints, Report& report) {
+  const double h = in.options.h;
+  joints.assign(in.model.joints(), JointWrench{});
   JointRows locked;
   std::vector<Contact> active;
   std::vector<std::size_t> index;
   for (int reflection = 0; reflection < most_reflections; ++reflection) {
-    const bool elastic = approaching(contacts, v, options, index);
+    const bool elastic = approaching(contacts, v, in.threshold, h, index);
+    // Without restitution there is nothing to reflect, and the step stops what approaches.
     if (index.empty() || (reflection == 0 && !elastic)) return reflection > 0;
-    if (reflection == 0) locked = locked_rows(options.joint_rows());
+    if (reflection == 0) locked = locked_rows(in, v);
     active.clear();
     for (std::size_t i : index) active.push_back(contacts[i]);
-    const Problem problem = assemble({frames, mobility, v, v}, active, locked, {options.h, 0, true});
-    Solution s = options.solve(problem);
-    add_solution(s, report);
-    limit_energy(problem, options, s, report);
+    const Problem problem = assemble({in.frames, in.mobility, v, v}, active, locked, {h, 0, true});
+    Solution s = solve_step(in.solver, problem, {});
+    add_solution(problem, s, report);
+    limit_energy(problem, in.solver, s, report);
     apply_impulses(problem, s.x, v);
     store(problem, s.x, index, locked, contacts, joints);
   }

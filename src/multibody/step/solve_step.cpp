@@ -67,22 +67,27 @@ Solution polished(const Problem& problem, const std::string& method, const Optio
 
 }  // namespace
 
-Solution solve_step(const Problem& problem, const std::string& method, const Options& options) {
-  if (options.x0.empty() || problem.rows() == 0) return solve(problem, method, options);
+Solution solve_step(const StepSolver& solver, const Problem& problem, std::span<const double> x0) {
+  const std::string& method = solver.method;
+  Options options = solver.options;
+  options.deadline = solver.clock.left();
+  if (x0.empty() || problem.rows() == 0) return solve(problem, method, options);
+  options.x0 = x0;
+  // The residual of the start, which decides how the solve goes: u = A x + b, and x in K.
   std::vector<double> x(problem.rows()), u(problem.rows());
-  project(problem.K, options.x0, x);
+  project(problem.K, x0, x);
   product(problem.A, x, u);
   for (std::size_t i = 0; i < u.size(); ++i) u[i] += problem.b[i];
   const double start = residual(problem, options.law, x, u);
   const bool few = problem.rows() <= few_rows;
   const double close = (few ? close_to_aim * aim_of_few : 1) * options.tolerance;
+  // Something happens in this step: nothing to aim at but the tolerance.
   if (!(start <= nearly_solved * options.tolerance)) return solve(problem, method, options);
   if (start <= close) return accepted(problem, std::move(x), std::move(u), start);
   if (!few) {
-    Options o = options;
-    o.tolerance = aim_of_many * options.tolerance;
-    Solution s = solve(problem, method, o);
-    if (s.residual <= options.tolerance) s.status = Status::converged;
+    options.tolerance *= aim_of_many;
+    Solution s = solve(problem, method, options);
+    if (s.residual <= solver.options.tolerance) s.status = Status::converged;
     return s;
   }
   Solution s = start <= options.tolerance ? accepted(problem, std::move(x), std::move(u), start)

@@ -21,14 +21,20 @@ struct RowTag {
                      // rows are velocities in m/s and all impulses in N s
 };
 
+// E and c of a row, which asks that -(D v+ + E x + c) is in the normal cone of its set at x: the compliance
+// over h^2, 1/kg, and the velocity that stabilises or drives, m/s.
+struct RowTerms {
+  double compliance, c;
+};
+
 // The impulse of an effort motor, known before the step.
 struct KnownImpulse {
   Index dof;
   double impulse;  // N s or N m s
 };
 
-// The joint rows of one step: rows of D (bodies' centre-of-mass velocities, world axes), E, c (stabilisation
-// and bias: the row asks u = D v+ + E x + c in the normal cone of its set), sets, warm start, and tags.
+// The joint rows of one step, one entry per row in each array: rows of D (bodies' centre-of-mass velocities,
+// world axes), E, c, sets, warm start, and tags.
 struct JointRows {
   std::vector<JacobianRow> jacobian;
   std::vector<double> compliance, c, x0;
@@ -39,8 +45,15 @@ struct JointRows {
   std::vector<double> auxiliary_inverse_mass;
 
   void clear();
-  // The set of the row is appended to `cones` by the caller.
-  void append(const JacobianRow& row, double compliance, double c, double x0, const RowTag& tag);
+  template <class S>
+  void append(const S& set, const JacobianRow& row, const RowTerms& terms, double start, const RowTag& tag) {
+    cones.append(set);
+    jacobian.push_back(row);
+    compliance.push_back(terms.compliance);
+    c.push_back(terms.c);
+    x0.push_back(start);
+    tags.push_back(tag);
+  }
 };
 
 struct JointOptions {

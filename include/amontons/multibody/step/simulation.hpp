@@ -63,7 +63,6 @@ class Simulation {
  private:
   struct Scratch;
   void advance(double h, StepClock& clock, Report& report);
-  void fill_reactions();
 
   std::shared_ptr<const Model> model_;
   SimulationOptions options_;
