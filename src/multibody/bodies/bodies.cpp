@@ -6,8 +6,8 @@ namespace amontons {
 // equations of motion are those of centres of mass, x = p + R c and v = p' + omega x R c, where momentum and
 // spin do not mix: M is block-diagonal, 1 / m and R I^-1 R' with the inertia I of body axes. A kinematic body
 // has a velocity that contacts and joints feel, but zero mobility: no impulse changes it.
-void place_bodies(const Model& model, const State& state, std::vector<BodyFrame>& frames,
-                  std::vector<BodyMobility>& mobility, std::vector<BodyVelocity>& velocities) {
+void place_bodies(const Model& model, const State& state, BodyFrames& frames, BodyMobilities& mobility,
+                  BodyVelocities& velocities) {
   frames.resize(model.bodies());
   mobility.resize(model.bodies());
   velocities.resize(model.bodies());
@@ -42,9 +42,9 @@ void for_each_dynamic(const Model& model, F&& f) {
 // p = m v and L = x cross p + I omega about the world's origin: both are constant as long as no force acts,
 // so that tests can measure what a step adds.
 Momentum momentum(const Model& model, const State& state) {
-  std::vector<BodyFrame> frames;
-  std::vector<BodyMobility> mobility;
-  std::vector<BodyVelocity> velocities;
+  BodyFrames frames;
+  BodyMobilities mobility;
+  BodyVelocities velocities;
   place_bodies(model, state, frames, mobility, velocities);
   Momentum total;
   for_each_dynamic(model, [&](std::size_t i, double mass) {
@@ -55,8 +55,7 @@ Momentum momentum(const Model& model, const State& state) {
   return total;
 }
 
-double kinetic_energy(const Model& model, const std::vector<BodyFrame>& frames,
-                      const std::vector<BodyVelocity>& velocities) {
+double kinetic_energy(const Model& model, const BodyFrames& frames, const BodyVelocities& velocities) {
   double energy = 0;
   for_each_dynamic(model, [&](std::size_t i, double mass) {
     const auto& [v, omega] = velocities[i];
@@ -66,8 +65,8 @@ double kinetic_energy(const Model& model, const std::vector<BodyFrame>& frames,
 }
 
 // Why half a step back: see Report::potential_energy.
-double gravity_energy(const Model& model, const std::vector<BodyFrame>& frames,
-                      const std::vector<BodyVelocity>& velocities, double before) {
+double gravity_energy(const Model& model, const BodyFrames& frames, const BodyVelocities& velocities,
+                      double before) {
   double energy = 0;
   for_each_dynamic(model, [&](std::size_t i, double mass) {
     energy -= mass * dot(model.description().gravity, frames[i].centre - before * velocities[i].linear);
@@ -76,9 +75,9 @@ double gravity_energy(const Model& model, const std::vector<BodyFrame>& frames,
 }
 
 double kinetic_energy(const Model& model, const State& state) {
-  std::vector<BodyFrame> frames;
-  std::vector<BodyMobility> mobility;
-  std::vector<BodyVelocity> velocities;
+  BodyFrames frames;
+  BodyMobilities mobility;
+  BodyVelocities velocities;
   place_bodies(model, state, frames, mobility, velocities);
   return kinetic_energy(model, frames, velocities);
 }

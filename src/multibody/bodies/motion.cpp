@@ -16,8 +16,8 @@ namespace {
 // Newton's method for F(W) = 2 I (W - W0) - s (I W) x W = 0 in W = Wm, with s taken as constant in the
 // derivative: d((I W) x W) = ([I W]x - [W]x I) dW.
 Vec3 midpoint(const Mat3& I, const Vec3& W0, double h) {
-  // Newton converges from W0 in three or four iterations at largest_turn. The bound 1.2 on half the turn
-  // keeps the tangent away from its pole should an iterate leave on the way.
+  // The bound 1.2 on half the turn keeps the tangent away from its pole should an iterate leave on the way;
+  // the solution itself is far below it (largest_turn).
   Vec3 W = W0;
   const double size = norm(W0);
   for (int iteration = 0; iteration < 50; ++iteration) {
@@ -101,10 +101,10 @@ Transform moved(const BodyFrame& body, const BodyVelocity& v, double h) {
 
 // Linear: v + h (g + f / m). Angular: the mean of the torque-free rotation takes the place of omega, as I
 // omega' = torque - omega x I omega with the gyroscopic term dealt with by that rotation.
-void make_free_velocities(const Model& model, const State& state, double h,
-                          const std::vector<BodyFrame>& frames, const std::vector<BodyMobility>& mobility,
-                          const std::vector<BodyVelocity>& start, const std::vector<BodyImpulse>& loads,
-                          std::vector<BodyVelocity>& free, std::vector<GyroscopicSpin>& spins) {
+void make_free_velocities(const Model& model, const State& state, double h, const BodyFrames& frames,
+                          const BodyMobilities& mobility, const BodyVelocities& start,
+                          const std::vector<BodyImpulse>& loads, BodyVelocities& free,
+                          std::vector<GyroscopicSpin>& spins) {
   free = start;
   spins.resize(frames.size());
   const Vec3& gravity = model.description().gravity;
@@ -124,9 +124,8 @@ void make_free_velocities(const Model& model, const State& state, double h,
 // Symplectic Euler: positions move with the velocities at the end of the step, rotations by the exponential
 // of theirs, which keeps quaternions of unit length and is exact for constant spin. normalised() takes away
 // the rounding only.
-void integrate(const Model& model, const std::vector<BodyFrame>& frames,
-               const std::vector<GyroscopicSpin>& spins, const std::vector<BodyVelocity>& v, double h,
-               State& state) {
+void integrate(const Model& model, const BodyFrames& frames, const std::vector<GyroscopicSpin>& spins,
+               const BodyVelocities& v, double h, State& state) {
   for (std::size_t i = 0; i < frames.size(); ++i) {
     const Body& body = model.description().bodies[i];
     if (body.motion == Motion::fixed) continue;

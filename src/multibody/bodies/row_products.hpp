@@ -15,7 +15,7 @@ inline double power(const std::array<double, 6>& j, const BodyVelocity& v) {
 }
 
 // The velocity along the row, u + j v. Bodies without an entry, the world and auxiliary ones, are at rest.
-inline double row_velocity(const JacobianRow& row, const std::vector<BodyVelocity>& v, double u = 0) {
+inline double row_velocity(const JacobianRow& row, const BodyVelocities& v, double u = 0) {
   const Index n = static_cast<Index>(v.size());
   if (row.body_a >= 0 && row.body_a < n) u += power(row.a, v[row.body_a]);
   if (row.body_b >= 0 && row.body_b < n) u += power(row.b, v[row.body_b]);
@@ -30,7 +30,7 @@ inline double side_inverse_mass(const std::array<double, 6>& j, const BodyMobili
 
 // The inverse of the row's effective mass, j M^-1 j': the velocity along the row that a unit impulse along it
 // makes.
-inline double inverse_effective_mass(const JacobianRow& row, const std::vector<BodyMobility>& bodies) {
+inline double inverse_effective_mass(const JacobianRow& row, const BodyMobilities& bodies) {
   double w = 0;
   if (row.body_a >= 0) w += side_inverse_mass(row.a, bodies[row.body_a]);
   if (row.body_b >= 0) w += side_inverse_mass(row.b, bodies[row.body_b]);

@@ -28,15 +28,6 @@ void place_axes(const Joint& joint, std::span<const double> q, std::array<Screw,
   }
 }
 
-// The reference: see ChainKinematics.
-Vec3 reference_point(const Joint& joint, bool spherical, const std::array<Vec3, 6>& points,
-                     const Vec3& origin) {
-  Vec3 reference = origin;
-  for (std::size_t i = 0; i < joint.dofs.size() && !spherical; ++i)
-    if (joint.dofs[i].kind == Dof::Kind::hinge) reference = points[i];
-  return reference;
-}
-
 using Vec6 = std::array<double, 6>;
 
 // A twist in units in which a displacement by `length` counts as much as one radian: Euclid's norm of it is
@@ -46,12 +37,20 @@ Vec6 scaled(const Screw& s, double length) {
           s.angular.x,         s.angular.y,         s.angular.z};
 }
 
+// The screw of dof i, scaled. The rotation of a spherical joint is free whatever its dofs do, so that only
+// displacements tell of them.
+Vec6 column(const ChainKinematics& chain, std::size_t i, double length) {
+  return scaled({chain.screws[i].linear, chain.spherical ? Vec3{} : chain.screws[i].angular}, length);
+}
+
 double dot(const Vec6& a, const Vec6& b) {
   double sum = 0;
   for (int i = 0; i < 6; ++i) sum += a[i] * b[i];
   return sum;
 }
 
+// Matrices here have the size of the joint's dofs, six at most: plain loops on arrays, no memory.
+//
 // N + shift 1 = L L' in place (lower triangle); false if a pivot is not positive.
 bool cholesky(std::array<Vec6, 6>& n, std::size_t k, double shift) {
   for (std::size_t j = 0; j < k; ++j) {
@@ -72,6 +71,10 @@ bool cholesky(std::array<Vec6, 6>& n, std::size_t k, double shift) {
 // proportion to the manipulability sqrt(det N), and only there: Nakamura and Hanafusa, "Inverse kinematic
 // solutions with singularity robustness for robot manipulator control", J. Dyn. Sys. Meas. Control 108
 // (1986).
+//
+// With the columns of unit length sqrt(det N) is 1 for axes at right angles and 0 where two coincide; the
+// damping grows from 0 at `regular` to `largest_damping`, where an error of 1 rad then still is taken back to
+// 1e-6. 1e-15 keeps the factor finite for axes that are equal.
 void damped_factor(std::array<Vec6, 6>& n, std::size_t k) {
   constexpr double regular = 1e-3, largest_damping = 1e-6;
   const std::array<Vec6, 6> gram = n;
@@ -86,7 +89,7 @@ void damped_factor(std::array<Vec6, 6>& n, std::size_t k) {
   cholesky(n, k, largest_damping * s * s + 1e-15);
 }
 
-// Column i of (L L')^-1.
+// Column i of (L L')^-1: L y = e_i forwards, L' y = y backwards.
 Vec6 inverse_column(const std::array<Vec6, 6>& L, std::size_t k, std::size_t i) {
   Vec6 y{};
   y[i] = 1;
@@ -107,7 +110,9 @@ struct PureScrews {
   std::array<Vec3, 6> slides, hinges;
 };
 
-// Whether the wrenches split into pure forces and pure torques.
+// Whether the wrenches split into pure forces and pure torques: all hinges pass through the reference, to
+// rounding. Then forces do no work on hinges and torques none on slides, so that each half is a complement in
+// space.
 bool split(const ChainKinematics& chain, double length, PureScrews& out) {
   constexpr double pure = 1e-12;
   for (std::size_t i = 0; i < chain.dofs; ++i) {
@@ -134,13 +139,15 @@ std::size_t complement(const std::array<Vec3, 6>& directions, std::size_t k, std
   out[0] = basis.tangent_1;
   out[1] = basis.tangent_2;
   if (k == 1) return 2;
+  // Two directions leave their normal. Where they have become parallel (gimbal lock) any direction across is
+  // one.
   const Vec3 normal = cross(directions[0], directions[1]);
   const double sine = norm(normal);
   if (sine > 1e-12) out[0] = normal / sine;
   return 1;
 }
 
-// An orthonormal set that grows.
+// An orthonormal set that grows: at most six columns and six directions of their complement.
 struct Basis {
   std::size_t n = 0;
   std::array<Vec6, 12> vectors;
@@ -192,6 +199,8 @@ std::size_t complement6(const std::array<Vec6, 6>& columns, std::size_t count, s
 
 }  // namespace
 
+// T(q), the axes in that pose, and how the present pose differs from it. The twists are taken in T(q) and not
+// in the present pose, which need not be one that the joint can have.
 ChainKinematics chain_kinematics(const Joint& joint, const Transform& relative, std::span<const double> q) {
   ChainKinematics chain;
   chain.dofs = joint.dofs.size();
@@ -199,7 +208,9 @@ ChainKinematics chain_kinematics(const Joint& joint, const Transform& relative, 
   std::array<Vec3, 6> points;
   Transform& t = chain.target;
   place_axes(joint, q, chain.screws, points, t);
-  chain.reference = reference_point(joint, chain.spherical, points, t.position);
+  chain.reference = t.position;
+  for (std::size_t i = 0; i < chain.dofs && !chain.spherical; ++i)
+    if (joint.dofs[i].kind == Dof::Kind::hinge) chain.reference = points[i];
   // A rotation about an axis through p moves the reference r by axis x (r - p).
   for (std::size_t i = 0; i < chain.dofs; ++i)
     if (joint.dofs[i].kind == Dof::Kind::hinge)
@@ -223,9 +234,9 @@ std::array<Screw, 6> dual_wrenches(const ChainKinematics& chain, double length) 
   std::array<Vec6, 6> columns, n{};
   Vec6 unit{};  // U
   for (std::size_t i = 0; i < k; ++i) {
-    Screw s = chain.screws[i];
-    if (chain.spherical) s.angular = {};
-    columns[i] = scaled(s, length);
+    columns[i] = column(chain, i, length);
+    // A hinge through the origin of frame_a of a ball has no displacement there: its rate is undetermined,
+    // and zero.
     const double size = std::sqrt(dot(columns[i], columns[i]));
     unit[i] = size > 0 ? 1 / size : 0;
     for (double& c : columns[i]) c *= unit[i];
@@ -258,11 +269,7 @@ std::size_t locked_wrenches(const ChainKinematics& chain, double length, std::ar
     return count;
   }
   std::array<Vec6, 6> columns, out;
-  for (std::size_t i = 0; i < chain.dofs; ++i) {
-    Screw s = chain.screws[i];
-    if (chain.spherical) s.angular = {};
-    columns[i] = scaled(s, length);
-  }
+  for (std::size_t i = 0; i < chain.dofs; ++i) columns[i] = column(chain, i, length);
   const std::size_t count = complement6(columns, chain.dofs, chain.spherical ? 3 : 6, out);
   for (std::size_t i = 0; i < count; ++i) {
     const Vec6& v = out[i];

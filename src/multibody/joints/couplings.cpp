@@ -10,7 +10,8 @@ namespace {
 
 using Vec6 = std::array<double, 6>;
 
-// A row over all bodies that it touches, in order of appearance.
+// A row over all bodies that it touches, in order of appearance: two joints have four sides, and those that
+// are the same body share an entry, where their parts add.
 struct WideRow {
   std::size_t n = 0;
   std::array<Index, 4> body;
@@ -41,6 +42,9 @@ struct WideRow {
 // `lightness`, is added to the mechanism. z starts the step at J_i v_i, else its inertia would brake.
 constexpr double lightness = 1e-4;
 
+// Eliminating z shows that: with M_z = 1 / w the parts' impulses differ from each other by M_z (z_i+ - z_i-),
+// which is lightness times a part's own momentum. c of a link is -z_i-, of the last row plus all of them, so
+// that a motion which obeys the coupling asks for no impulse.
 void append_wide_row(const WideRow& wide, const StepBodies& bodies, RowTerms terms, double x0,
                      const RowTag& tag, JointRows& rows) {
   const std::size_t links = wide.n - 1;
@@ -79,6 +83,7 @@ WideRow coupling_row(const RowInput& in, const Coupling& coupling, const JointCo
 
 }  // namespace
 
+// Coordinates count turns, so that a gear of ratio n stays right over many.
 CouplingValue coupling_value(const Model& model, const Coupling& coupling, const State& state) {
   const auto coordinate = [&](Index joint, Index dof) {
     return state.coordinates[model.first_dof(joint) + dof];

@@ -19,6 +19,8 @@ struct Past {
   BodyVelocity velocity;
 };
 
+// The step is undone from what the state has: poses went from there to here with constant velocities, the
+// angular one being the mean of the gyroscopic rotation.
 Past past(const BodyFrame& body, const BodyVelocity& v, double h) {
   // The solve of a step knows the mean of the gyroscopic rotation; backwards in time it is this one.
   const Vec3 spin = -torque_free_mean(body.inertia, -v.angular, h);

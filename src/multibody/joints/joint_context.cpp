@@ -2,7 +2,8 @@
 
 namespace amontons {
 
-JointPose joint_pose(const Joint& joint, const std::vector<BodyFrame>& bodies) {
+// Poses as they are, for all that only measures; joint_context() is for what makes rows.
+JointPose joint_pose(const Joint& joint, const BodyFrames& bodies) {
   const auto in_world = [&](Index body, const Transform& frame) {
     return (body < 0 ? Transform{} : bodies[body].pose) * frame;
   };
@@ -40,8 +41,9 @@ void place(JointContext& joint, const JointPose& pose, const Vec3& centre_a, con
   if (joint.body_b >= 0) joint.r_b = point - centre_b;
 }
 
-JointContext joint_context(const Model& model, const std::vector<BodyFrame>& bodies, const State& state,
-                           std::size_t j) {
+// A fixed body counts as the world: its velocity is zero, and rows without it are cheaper and, where both
+// sides are fixed, empty. Kinematic bodies stay, as rows must see their velocity.
+JointContext joint_context(const Model& model, const BodyFrames& bodies, const State& state, std::size_t j) {
   const auto unless_fixed = [&](Index body) {
     return body >= 0 && model.body(body).motion != Motion::fixed ? body : world;
   };

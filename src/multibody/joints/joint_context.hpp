@@ -13,7 +13,7 @@ struct JointPose {
   Transform a, b;      // in the world
   Transform relative;  // b^-1 a: frame_a as seen from frame_b
 };
-JointPose joint_pose(const Joint& joint, const std::vector<BodyFrame>& bodies);
+JointPose joint_pose(const Joint& joint, const BodyFrames& bodies);
 
 // A joint in the world at the present coordinates, ready to make rows.
 struct JointContext {
@@ -32,7 +32,7 @@ struct JointContext {
   // the residual nor the iterates of a solver depend on the units of the model.
   double scale(std::size_t dof) const { return rotates(dof) ? length : 1; }
 };
-JointContext joint_context(const Model& model, const std::vector<BodyFrame>& bodies, const State& state,
+JointContext joint_context(const Model& model, const BodyFrames& bodies, const State& state,
                            std::size_t joint);
 // Fills what follows from the pose of the joint, the centres of mass and the coordinates.
 void place(JointContext& joint, const JointPose& pose, const Vec3& centre_a, const Vec3& centre_b,

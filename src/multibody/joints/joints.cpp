@@ -125,7 +125,7 @@ void append_joint_rows(const Model& model, const StepBodies& bodies, const State
 // An effort motor has no row, as its impulse depends on nothing that the step finds. The effort tau along dof
 // i is the wrench tau dual_i on A and its opposite on B: D' of the dof's row, as a row's wrench is what its
 // unit impulse puts on the bodies.
-void add_motor_loads(const Model& model, const std::vector<BodyFrame>& bodies, const State& state, double h,
+void add_motor_loads(const Model& model, const BodyFrames& bodies, const State& state, double h,
                      std::vector<BodyImpulse>& loads) {
   const auto is_effort = [](const Dof& dof) { return dof.motor.kind == MotorKind::effort; };
   const auto add = [&](Index body, const std::array<double, 6>& w) {

@@ -55,6 +55,7 @@ void store(const RowTag& tag, double x, State& state) {
 
 }  // namespace
 
+// Efforts have no rows, hence no impulse among x; what a user reads as the impulse of a motor has them in it.
 void store_joint_impulses(const JointRows& rows, std::span<const double> x, State& state) {
   std::fill(state.joint_wrenches.begin(), state.joint_wrenches.end(), JointWrench{});
   std::fill(state.dof_impulses.begin(), state.dof_impulses.end(), DofImpulse{});

@@ -30,10 +30,7 @@ Mat3 stiffness(const Vec3& r, const Vec3& F) {
 }
 
 Eigen::Matrix3d to_eigen(const Mat3& m) {
-  Eigen::Matrix3d e;
-  for (int i = 0; i < 3; ++i)
-    for (int j = 0; j < 3; ++j) e(i, j) = m(i, j);
-  return e;
+  return Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(&m.row[0].x);
 }
 
 double frobenius_squared(const Mat3& m) {
@@ -58,8 +55,11 @@ bool stiffen(const Mat3& inertia, const Mat3& S, Mat3& inverse_inertia) {
 
 }  // namespace
 
-bool stiffen_rotations(const Model& model, const State& state, double h, const std::vector<BodyFrame>& frames,
-                       std::vector<Mat3>& sums, std::vector<BodyMobility>& mobility) {
+// K of a body is the sum over its joints, with the force that each put on it in the last step: F on A, -F on
+// B, at the origin of frame_a. Forces of contacts are left out: they do not turn with a body. Pushing forces
+// have negative K, which destabilises nothing and is cut off by the eigenvalues.
+bool stiffen_rotations(const Model& model, const State& state, double h, const BodyFrames& frames,
+                       std::vector<Mat3>& sums, BodyMobilities& mobility) {
   if (state.impulse_step <= 0 || model.joints() == 0) return false;
   sums.assign(frames.size(), Mat3{});
   const auto add = [&](Index body, const Vec3& point, const Vec3& F) {

@@ -8,7 +8,7 @@ namespace amontons {
 // Adds the geometric stiffness of the joints' forces, those of the last step, to the inertia that impulses
 // feel, where the step is too long to resolve it: `mobility` becomes that of this inertia. Returns whether
 // any body needs it. `sums` is scratch.
-bool stiffen_rotations(const Model& model, const State& state, double h, const std::vector<BodyFrame>& frames,
-                       std::vector<Mat3>& sums, std::vector<BodyMobility>& mobility);
+bool stiffen_rotations(const Model& model, const State& state, double h, const BodyFrames& frames,
+                       std::vector<Mat3>& sums, BodyMobilities& mobility);
 
 }  // namespace amontons

@@ -1,6 +1,7 @@
 #include "amontons/multibody/model/description.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
 
@@ -21,52 +22,50 @@ bool is_finite(const Transform& t) {
 }
 
 // The messages name the body, geom or joint first, then what is wrong, then the remedy where there is one.
-void check_not_negative(double value, const std::string& who, const char* what) {
-  AMONTONS_REQUIRE(value >= 0 && std::isfinite(value),
-                   who + ": " + what + " must be finite and not negative");
+struct Named {
+  double value;
+  const char* what;
+};
+void check_not_negative(const std::string& who, std::initializer_list<Named> values) {
+  for (const auto& [value, what] : values)
+    AMONTONS_REQUIRE(value >= 0 && std::isfinite(value),
+                     who + ": " + what + " must be finite and not negative");
 }
 
-// Orientations within 1e-6 of a unit quaternion are those that came through a file in single precision; they
-// are normalised where a simulation starts.
+// 1e-6 lets through what was stored in single precision.
 void check_frame(const Transform& frame, const std::string& who, const char* what) {
   AMONTONS_REQUIRE(is_finite(frame), who + ": the " + what + " is not finite");
   AMONTONS_REQUIRE(std::abs(norm(frame.rotation) - 1) < 1e-6,
                    who + ": the orientation of the " + what + " is not a unit quaternion; normalise it");
 }
 
+// The smallest principal minors of each order: by Sylvester's criterion a symmetric matrix is positive
+// definite if they are positive, and semidefinite if none is negative.
+std::array<double, 3> least_minors(const Mat3& m) {
+  const auto two = [&](int i, int j) { return m(i, i) * m(j, j) - m(i, j) * m(j, i); };
+  return {std::min({m(0, 0), m(1, 1), m(2, 2)}), std::min({two(0, 1), two(0, 2), two(1, 2)}), determinant(m)};
+}
+
 // Principal moments must be positive and obey a + b >= c, else no distribution of mass has them. Both follow
-// from trace(I)/2 1 - I, the second moment of mass, being positive semidefinite; checked by its leading
-// minors in every order, with room for rounding.
+// from trace(I)/2 1 - I, the second moment of mass, being positive semidefinite. Rods and plates stand at the
+// bound a + b = c, and inertias come rounded from files of six digits: hence some room.
 void check_inertia(const Mat3& I, const std::string& who) {
+  constexpr double room = 1e-6;
   double scale = 0;
+  for (const Vec3& row : I.row) {
+    AMONTONS_REQUIRE(is_finite(row), who + ": the inertia is not finite");
+    scale = std::max({scale, std::abs(row.x), std::abs(row.y), std::abs(row.z)});
+  }
   for (int i = 0; i < 3; ++i)
-    for (int j = 0; j < 3; ++j) {
-      AMONTONS_REQUIRE(std::isfinite(I(i, j)), who + ": the inertia is not finite");
-      scale = std::max(scale, std::abs(I(i, j)));
-    }
-  for (int i = 0; i < 3; ++i)
-    for (int j = 0; j < i; ++j)
-      AMONTONS_REQUIRE(std::abs(I(i, j) - I(j, i)) <= asymmetry_of_rounding * scale,
-                       who + ": the inertia is not symmetric; symmetrise it");
-  // By Sylvester's criterion a symmetric matrix is positive definite if its leading minors are positive; for
-  // semidefinite all principal minors count, the smallest of each order is enough.
-  const auto minors = [](const Mat3& m, double& two, double& three) {
-    two = std::min({m(0, 0) * m(1, 1) - m(0, 1) * m(1, 0), m(0, 0) * m(2, 2) - m(0, 2) * m(2, 0),
-                    m(1, 1) * m(2, 2) - m(1, 2) * m(2, 1)});
-    three = determinant(m);
-  };
-  double two, three;
-  minors(I, two, three);
-  AMONTONS_REQUIRE(I(0, 0) > 0 && I(1, 1) > 0 && I(2, 2) > 0 && two > 0 && three > 0,
+    AMONTONS_REQUIRE(std::abs(I(i, (i + 1) % 3) - I((i + 1) % 3, i)) <= asymmetry_of_rounding * scale,
+                     who + ": the inertia is not symmetric; symmetrise it");
+  const auto [one, two, three] = least_minors(I);
+  AMONTONS_REQUIRE(one > 0 && two > 0 && three > 0,
                    who + ": the inertia is not positive definite; every principal moment must be > 0");
   const double half = 0.5 * (I(0, 0) + I(1, 1) + I(2, 2));
-  const Mat3 second = Mat3::diagonal(half, half, half) + -1.0 * I;
-  minors(second, two, three);
-  // Rods and plates stand at the bound a + b = c, and their inertias come rounded from files of six digits.
-  const double room = 1e-6;
+  const auto [a, b, c] = least_minors(Mat3::diagonal(half, half, half) + -1.0 * I);
   AMONTONS_REQUIRE(
-      second(0, 0) >= -room * scale && second(1, 1) >= -room * scale && second(2, 2) >= -room * scale &&
-          two >= -room * scale * scale && three >= -room * scale * scale * scale,
+      a >= -room * scale && b >= -room * scale * scale && c >= -room * scale * scale * scale,
       who + ": one principal moment of inertia exceeds the sum of the others, which no body has");
 }
 
@@ -90,13 +89,13 @@ void check_body(const Body& body, const std::string& who) {
 
 // A negative friction across the direction stands for none of its own.
 void check_material(const Material& m, const std::string& who) {
-  check_not_negative(m.friction, who, "the coefficient of friction");
-  check_not_negative(m.torsional_friction, who, "torsional friction");
-  check_not_negative(m.rolling_friction, who, "rolling friction");
+  check_not_negative(who, {{m.friction, "the coefficient of friction"},
+                           {m.torsional_friction, "torsional friction"},
+                           {m.rolling_friction, "rolling friction"},
+                           {m.compliance, "compliance"}});
   AMONTONS_REQUIRE(std::isfinite(m.friction_across),
                    who + ": the friction across the direction is not finite");
   AMONTONS_REQUIRE(m.restitution >= 0 && m.restitution <= 1, who + ": restitution must lie in [0, 1]");
-  check_not_negative(m.compliance, who, "compliance");
 }
 
 // Limits may be open on either side and may coincide (a locked dof); lower = +inf or upper = -inf leaves no
@@ -107,12 +106,12 @@ void check_dof(const Dof& dof, const std::string& who) {
   AMONTONS_REQUIRE(is_finite(dof.anchor), who + ": the anchor is not finite");
   AMONTONS_REQUIRE(dof.lower <= dof.upper, who + ": the lower limit exceeds the upper limit; swap them");
   AMONTONS_REQUIRE(dof.lower < infinity && dof.upper > -infinity, who + ": the limits leave no coordinate");
-  check_not_negative(dof.stiffness, who, "stiffness");
-  check_not_negative(dof.damping, who, "damping");
-  check_not_negative(dof.friction, who, "friction");
-  check_not_negative(dof.armature, who, "armature");
-  check_not_negative(dof.motor.gain, who, "the gain of the motor");
-  check_not_negative(dof.motor.damping_gain, who, "the damping gain of the motor");
+  check_not_negative(who, {{dof.stiffness, "stiffness"},
+                           {dof.damping, "damping"},
+                           {dof.friction, "friction"},
+                           {dof.armature, "armature"},
+                           {dof.motor.gain, "the gain of the motor"},
+                           {dof.motor.damping_gain, "the damping gain of the motor"}});
   AMONTONS_REQUIRE(std::isfinite(dof.rest), who + ": the rest coordinate of the spring is not finite");
   AMONTONS_REQUIRE(dof.motor.max_effort > 0, who + ": the largest effort of the motor must be positive");
   AMONTONS_REQUIRE(std::isfinite(dof.motor.target), who + ": the target of the motor is not finite");
@@ -128,10 +127,10 @@ void check_joint(const Joint& joint, const std::string& who, Index bodies) {
   AMONTONS_REQUIRE(joint.body_a != joint.body_b, who + " joins a body to itself; it needs two bodies");
   check_frame(joint.frame_a, who, "frame on body A");
   check_frame(joint.frame_b, who, "frame on body B");
-  check_not_negative(joint.compliance, who, "compliance");
-  check_not_negative(joint.ball_stiffness, who, "stiffness");
-  check_not_negative(joint.ball_damping, who, "damping");
-  check_not_negative(joint.ball_friction, who, "friction");
+  check_not_negative(who, {{joint.compliance, "compliance"},
+                           {joint.ball_stiffness, "stiffness"},
+                           {joint.ball_damping, "damping"},
+                           {joint.ball_friction, "friction"}});
   AMONTONS_REQUIRE(joint.ball_limit > 0, who + ": the limit of the rotation must be positive");
   AMONTONS_REQUIRE(joint.dofs.size() <= 6, who + ": a joint has at most six degrees of freedom");
   AMONTONS_REQUIRE(joint.kind == JointKind::chain || (joint.dofs.empty() && !joint.spherical),
@@ -189,7 +188,7 @@ void check_coupling(const ModelDescription& d, const Coupling& c, const std::str
   AMONTONS_REQUIRE(!c.coefficients.empty(), who + ": give the coefficients of the polynomial");
   for (double value : c.coefficients)
     AMONTONS_REQUIRE(std::isfinite(value), who + ": a coefficient is not finite");
-  check_not_negative(c.compliance, who, "compliance");
+  check_not_negative(who, {{c.compliance, "compliance"}});
 }
 
 void check_pairs(const ModelDescription& d) {

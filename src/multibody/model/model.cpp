@@ -24,8 +24,8 @@ double median_radius(const Model& model) {
 }
 
 // The geometric mean is the default: it is zero where one of two surfaces is without friction, and between
-// the two otherwise (Bullet, PhysX and ODE's users know it). No rule follows from physics: friction is a
-// property of pairs, for which there are pair materials.
+// the two otherwise. No rule follows from physics: friction is a property of pairs, for which there are pair
+// materials.
 double combined(FrictionRule rule, double a, double b) {
   switch (rule) {
     case FrictionRule::geometric_mean:

@@ -34,10 +34,10 @@ void add_cost(const Solution& solution, Report& report);
 // The cost and the size of a solve, and its residual, status and method if that is the worst so far.
 void add_solution(const Problem& problem, const Solution& solution, Report& report);
 // Penetration and joint errors of the poses at the start of a substep, the largest so far.
-void add_errors(const Model& model, const std::vector<BodyFrame>& frames, const State& state,
+void add_errors(const Model& model, const BodyFrames& frames, const State& state,
                 const std::vector<Contact>& contacts, Report& report);
 // Energies at the end of the step.
-void add_energies(const Model& model, const State& state, const std::vector<BodyFrame>& frames,
-                  const std::vector<BodyVelocity>& velocities, double h, Report& report);
+void add_energies(const Model& model, const State& state, const BodyFrames& frames,
+                  const BodyVelocities& velocities, double h, Report& report);
 
 }  // namespace amontons

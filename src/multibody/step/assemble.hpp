@@ -16,6 +16,6 @@ Problem assemble(const StepBodies& bodies, std::vector<Contact>& contacts, const
                  const Assembly& options);
 
 // v += M^-1 D' x
-void apply_impulses(const Problem& problem, std::span<const double> x, std::vector<BodyVelocity>& v);
+void apply_impulses(const Problem& problem, std::span<const double> x, BodyVelocities& v);
 
 }  // namespace amontons

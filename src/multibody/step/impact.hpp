@@ -11,8 +11,8 @@ namespace amontons {
 struct ImpactInput {
   const Model& model;
   const State& state;
-  const std::vector<BodyFrame>& frames;
-  const std::vector<BodyMobility>& mobility;
+  const BodyFrames& frames;
+  const BodyMobilities& mobility;
   const JointOptions& options;
   double threshold;  // m/s, slower approaches do not bounce
   const StepSolver& solver;
@@ -21,7 +21,7 @@ struct ImpactInput {
 // Impacts with restitution at the start of a step: turns the velocities v before them into those after, adds
 // the impulses to the contacts and stores those of the locked directions of each joint, as State does. Adds
 // the cost of its solves to the report, and their residual if it is worse. Returns whether anything bounced.
-bool resolve_impacts(const ImpactInput& in, std::vector<BodyVelocity>& v, std::vector<Contact>& contacts,
+bool resolve_impacts(const ImpactInput& in, BodyVelocities& v, std::vector<Contact>& contacts,
                      std::vector<JointWrench>& joints, Report& report);
 
 }  // namespace amontons

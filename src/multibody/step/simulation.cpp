@@ -22,6 +22,7 @@ namespace amontons {
 
 namespace {
 
+// Options are checked once, where a simulation is made; a step trusts them.
 void check(const SimulationOptions& o) {
   AMONTONS_REQUIRE(o.dt > 0 && std::isfinite(o.dt), "dt must be positive and finite (s)");
   AMONTONS_REQUIRE(o.tolerance >= 0 && std::isfinite(o.tolerance),
@@ -55,9 +56,9 @@ struct StepProblem {
 // start, free (with all loads, without impulses) and after it are arrays apart from them.
 struct Simulation::Scratch {
   State before;
-  std::vector<BodyFrame> frames;
-  std::vector<BodyMobility> mobility;
-  std::vector<BodyVelocity> start, free, after;
+  BodyFrames frames;
+  BodyMobilities mobility;
+  BodyVelocities start, free, after;
   std::vector<BodyImpulse> loads;
   std::vector<GyroscopicSpin> spins;
   std::vector<JointWrench> impacts;  // of the locked directions of each joint
@@ -83,6 +84,8 @@ double Simulation::restitution_speed() const {
                                         : 4 * options_.dt * norm(model_->description().gravity);
 }
 
+// A step that does not converge is done again in twice as many parts, from the state at its start: shorter
+// steps are easier to solve, as impulses are smaller and contacts closer to what the velocities foresee.
 Report Simulation::step() {
   validate(*model_, state_);
   StepClock clock(options_.budget);
@@ -99,11 +102,13 @@ Report Simulation::step() {
     if (good || parts == options_.max_substeps || clock.elapsed() > options_.budget) break;
     state_ = s.before;
   }
+  // Not a sum of substeps: time = n dt without the rounding of n parts.
   if (report.advanced) {
     ++state_.steps;
     state_.time = s.before.time + options_.dt;
   }
   report.time = state_.time;
+  // Energies are those of the poses at the end.
   place_bodies(*model_, state_, s.frames, s.mobility, s.start);
   add_energies(*model_, state_, s.frames, s.start, options_.dt / report.substeps, report);
   report.timings.total = clock.elapsed();
@@ -113,9 +118,11 @@ Report Simulation::step() {
 namespace {
 
 // How often a step looks again at where its velocities lead, and solves again if bodies would overlap there.
-// Most steps need no second look; a fast impact in a dense pile needed three.
+// Each look costs a search for contacts and a solve; what the last one leaves is an overlap, which the next
+// step takes back at the recovery speed.
 constexpr int most_detections = 4;
 
+// What a step asks of every solve. Starts and deadlines are those of each.
 Options solver_options(const SimulationOptions& o) {
   Options options;
   options.law = o.law;
@@ -125,14 +132,15 @@ Options solver_options(const SimulationOptions& o) {
   return options;
 }
 
-bool all_finite(const std::vector<BodyVelocity>& velocities) {
+// A body with a velocity that is not finite would spoil all that it touches; the step is undone instead.
+bool all_finite(const BodyVelocities& velocities) {
   return std::all_of(velocities.begin(), velocities.end(),
                      [](const BodyVelocity& v) { return is_finite(v.linear) && is_finite(v.angular); });
 }
 
 // The impulses of the last step, as far as they belong to rows of this one. What a resting scene needs is a
 // force: impulses are scaled by the ratio of the steps.
-void warm_start(const Model& model, const State& state, double h, const std::vector<BodyFrame>& frames,
+void warm_start(const Model& model, const State& state, double h, const BodyFrames& frames,
                 const std::vector<Contact>& contacts, StepProblem& vi) {
   if (!(state.impulse_step > 0)) return;
   const double scale = h / state.impulse_step;
@@ -154,7 +162,7 @@ void make_room(const std::vector<Contact>& contacts, std::size_t known, StepProb
 // that the free velocities did not foresee.
 void solve_and_look(const Model& model, const StepBodies& bodies, const Assembly& assembly, double margin,
                     const StepSolver& solver, ContactFinder& finder, std::vector<Contact>& contacts,
-                    StepProblem& vi, std::vector<BodyVelocity>& after, Report& report) {
+                    StepProblem& vi, BodyVelocities& after, Report& report) {
   for (int detections = 0;; ++detections) {
     vi.solution = solve_step(solver, *vi.problem, vi.x0);
     after = bodies.free;
@@ -162,7 +170,7 @@ void solve_and_look(const Model& model, const StepBodies& bodies, const Assembly
     solver.clock.lap(report.timings.solve);
     const std::size_t known = contacts.size();
     if (detections < most_detections)
-      finder.find_unforeseen(model, {bodies.frames, after, assembly.h, margin}, bodies.free, contacts);
+      finder.find_unforeseen({model, bodies.frames, after, assembly.h, margin}, bodies.free, contacts);
     solver.clock.lap(report.timings.collision);
     if (contacts.size() == known) break;
     add_cost(vi.solution, report);
@@ -174,8 +182,8 @@ void solve_and_look(const Model& model, const StepBodies& bodies, const Assembly
 }
 
 // The impulses go to the table of contacts, for the user, and to the state, for the next step.
-void keep_impulses(const StepProblem& vi, Law law, double h, const std::vector<BodyFrame>& frames,
-                   const std::vector<BodyVelocity>& after, std::vector<Contact>& contacts, State& state) {
+void keep_impulses(const StepProblem& vi, Law law, double h, const BodyFrames& frames,
+                   const BodyVelocities& after, std::vector<Contact>& contacts, State& state) {
   const std::span<const double> x = vi.solution.x;
   store_impulses(*vi.problem, law, vi.solution, after, contacts);
   keep_for_warm_start(*vi.problem, x, frames, state.contacts);
@@ -184,7 +192,7 @@ void keep_impulses(const StepProblem& vi, Law law, double h, const std::vector<B
 }
 
 // What held the joints, impacts at the start included.
-void fill_reactions(const Model& model, const std::vector<BodyFrame>& frames, const State& state,
+void fill_reactions(const Model& model, const BodyFrames& frames, const State& state,
                     const std::vector<JointWrench>& impacts, std::vector<JointReaction>& reactions) {
   reactions.resize(model.joints());
   for (std::size_t j = 0; j < reactions.size(); ++j) {
@@ -217,7 +225,7 @@ void Simulation::advance(double h, StepClock& clock, Report& report) {
   make_free_velocities(model, state_, h, s.frames, s.mobility, s.start, s.loads, s.free, s.spins);
   clock.lap(report.timings.assembly);
   // 4. Contacts that the free velocities could close.
-  s.finder.find(model, {s.frames, s.free, h, margin()}, contacts_);
+  s.finder.find({model, s.frames, s.free, h, margin()}, contacts_);
   add_errors(model, s.frames, state_, contacts_, report);
   clock.lap(report.timings.collision);
   // 5. Impacts, which change the start velocities.

@@ -19,7 +19,7 @@ void append_joint_rows(const Model& model, const StepBodies& bodies, const State
                        const JointOptions& options, JointRows& rows);
 
 // Adds the impulses over h of effort motors to the loads of dynamic bodies.
-void add_motor_loads(const Model& model, const std::vector<BodyFrame>& bodies, const State& state, double h,
+void add_motor_loads(const Model& model, const BodyFrames& bodies, const State& state, double h,
                      std::vector<BodyImpulse>& loads);
 
 }  // namespace amontons

@@ -10,15 +10,24 @@ namespace amontons {
 
 // Which quantity a row of joints is, so that its impulse finds its way back into the state.
 enum class RowKind : unsigned char { locked, drive, motor, friction, limit, ball, distance, coupling };
+// Where the impulse of a row belongs.
 struct RowTag {
-  RowKind kind;  // a distance row of one fixed length is locked, `distance` are those of a range
-  Index joint;   // or coupling
-  Index dof;  // global index of the dof; 0..2 axis of a ball row; -1: limit of a ball, helper of a coupling
-  double sign = 1;         // of the coordinate's direction: -1 for an upper limit
-  Vec3 force{}, torque{};  // of a locked or distance row or the limit of a ball: the wrench on A of a unit
-                           // impulse, axes of frame_b, about the origin of frame_a
-  double scale = 1;  // impulse along the coordinate per unit of x; JointOptions::length for an angle, as all
-                     // rows are velocities in m/s and all impulses in N s
+  // A distance row of one fixed length is locked; `distance` are those of a range.
+  RowKind kind;
+  Index joint;  // or coupling
+  // Global index of the dof; 0..2 the axis of a ball row; -1: limit of a ball, helper of a coupling.
+  Index dof;
+  double sign = 1;  // of the coordinate's direction: -1 for an upper limit
+  // Of a locked or distance row or the limit of a ball: the wrench on A of a unit impulse, axes of frame_b,
+  // about the origin of frame_a.
+  Vec3 force{}, torque{};
+  // Impulse along the coordinate per unit of x; JointOptions::length for an angle, as all rows are velocities
+  // in m/s and all impulses in N s.
+  double scale = 1;
+};  // of a locked or distance row or the limit of a ball: the wrench on A of a unit
+    // impulse, axes of frame_b, about the origin of frame_a
+double scale = 1;  // impulse along the coordinate per unit of x; JointOptions::length for an angle, as all
+                   // rows are velocities in m/s and all impulses in N s
 };
 
 // E and c of a row, which asks that -(D v+ + E x + c) is in the normal cone of its set at x: the compliance
