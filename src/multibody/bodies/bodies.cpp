@@ -13,6 +13,7 @@ void place_bodies(const Model& model, const State& state, BodyFrames& frames, Bo
   velocities.resize(model.bodies());
   for (std::size_t i = 0; i < frames.size(); ++i) {
     const Body& body = model.description().bodies[i];
+    // Fixed bodies need a pose and nothing else: rows and loads leave them out.
     const Transform pose{state.positions[i], state.orientations[i]};
     const Mat3 R = to_matrix(pose.rotation);
     const Vec3 arm = R * body.centre_of_mass;
@@ -55,6 +56,8 @@ Momentum momentum(const Model& model, const State& state) {
   return total;
 }
 
+// The inertia of the frames and not that of the mobility, which may be stiffened: this is the energy that
+// moves.
 double kinetic_energy(const Model& model, const BodyFrames& frames, const BodyVelocities& velocities) {
   double energy = 0;
   for_each_dynamic(model, [&](std::size_t i, double mass) {

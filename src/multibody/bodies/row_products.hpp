@@ -22,7 +22,7 @@ inline double row_velocity(const JacobianRow& row, const BodyVelocities& v, doub
   return u;
 }
 
-// One side of j M^-1 j'.
+// One side of j M^-1 j': f'f / m + t' I^-1 t.
 inline double side_inverse_mass(const std::array<double, 6>& j, const BodyMobility& body) {
   const Vec3 f{j[0], j[1], j[2]}, t{j[3], j[4], j[5]};
   return body.inverse_mass * dot(f, f) + dot(t, body.inverse_inertia * t);

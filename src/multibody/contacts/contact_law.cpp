@@ -34,6 +34,9 @@ ContactState state_of(const S& set, double p, Law law, const double* x, const do
 
 }  // namespace
 
+// The cheapest set that holds what the material asks for. Torsion couples with sliding in one ellipsoid, so
+// that it takes the elliptic cones; rolling friction alone is bounded apart from sliding, as a ball rolls and
+// slides independently.
 int rows_of(const Material& m) {
   const bool elliptic = m.torsional_friction > 0 || is_anisotropic(m);
   if (!elliptic) return m.rolling_friction > 0 ? 5 : 3;

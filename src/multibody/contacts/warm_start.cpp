@@ -45,6 +45,7 @@ void keep_for_warm_start(const Problem& problem, std::span<const double> x, cons
 void warm_start_contacts(const Model& model, const std::vector<Contact>& last, double scale,
                          const BodyFrames& bodies, const std::vector<Contact>& contacts,
                          std::vector<double>& x0) {
+  // x0 may hold rows already; those of all contacts follow, zero until something is found for them.
   std::vector<unsigned char> used(last.size(), 0);
   std::size_t row = x0.size(), rows = row;
   for (const Contact& c : contacts) rows += static_cast<std::size_t>(c.rows);

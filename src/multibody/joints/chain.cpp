@@ -171,6 +171,8 @@ struct Basis {
 // first.
 std::size_t complement6(const std::array<Vec6, 6>& columns, std::size_t count, std::size_t dimension,
                         std::array<Vec6, 6>& out) {
+  // Columns that are nearly a combination of others add rounding and no direction: they are left out, and the
+  // count of locked wrenches stays that of the model, whatever the pose.
   constexpr double dependent = 1e-9;
   Basis basis;
   for (std::size_t i = 0; i < count; ++i) {
@@ -211,7 +213,8 @@ ChainKinematics chain_kinematics(const Joint& joint, const Transform& relative, 
   chain.reference = t.position;
   for (std::size_t i = 0; i < chain.dofs && !chain.spherical; ++i)
     if (joint.dofs[i].kind == Dof::Kind::hinge) chain.reference = points[i];
-  // A rotation about an axis through p moves the reference r by axis x (r - p).
+  // Screws were at the points of their own axes until now; all are brought to the reference, where they can
+  // be added. A rotation about an axis through p moves the reference r by axis x (r - p).
   for (std::size_t i = 0; i < chain.dofs; ++i)
     if (joint.dofs[i].kind == Dof::Kind::hinge)
       chain.screws[i].linear = cross(chain.screws[i].angular, chain.reference - points[i]);
@@ -243,6 +246,7 @@ std::array<Screw, 6> dual_wrenches(const ChainKinematics& chain, double length) 
     for (std::size_t j = 0; j <= i; ++j) n[i][j] = dot(columns[i], columns[j]);
     if (size == 0) n[i][i] = 1;
   }
+  // y is column i of N^-1; dual_i = C y u_i, taken back to the units of forces and torques.
   damped_factor(n, k);
   for (std::size_t i = 0; i < k; ++i) {
     const Vec6 y = inverse_column(n, k, i);

@@ -38,6 +38,7 @@ Fit fit(const Joint& joint, const Transform& relative, double length, std::span<
   ChainKinematics chain = chain_kinematics(joint, relative, q);
   double largest = infinity;
   for (int step = 0; step < most_steps && largest > smallest_step; ++step) {
+    // Duals are damped near singular poses, where a plain least-squares step would be without bound.
     const auto duals = dual_wrenches(chain, length);
     Screw error = chain.error;
     if (chain.spherical) error.angular = {};
@@ -65,13 +66,9 @@ double hinge_angle(const Quat& rotation, const Vec3& axis, double near) {
 // for full turns, and the range of a hinge may be [90, 270] degrees.
 double turned_into_limits(const Dof& dof, double q) {
   if (q >= dof.lower && q <= dof.upper) return q;
-  for (const double bound : {dof.lower, dof.upper}) {
-    if (!std::isfinite(bound)) continue;
-    const double turns =
-        bound == dof.lower ? std::ceil((bound - q) / (2 * pi)) : std::floor((bound - q) / (2 * pi));
-    const double turned = q + 2 * pi * turns;
-    if (turned >= dof.lower && turned <= dof.upper) return turned;
-  }
+  const double up = std::ceil((dof.lower - q) / (2 * pi)), down = std::floor((dof.upper - q) / (2 * pi));
+  for (const double turned : {q + 2 * pi * up, q + 2 * pi * down})
+    if (std::isfinite(turned) && turned >= dof.lower && turned <= dof.upper) return turned;
   return q;
 }
 
@@ -106,6 +103,8 @@ void search(const Joint& joint, const Transform& relative, double length, std::s
 // local minimum: where the first fit is poor they are searched.
 void update_joint(const Joint& joint, const Transform& relative, double length, std::span<double> q) {
   constexpr double good = 1e-6;  // squared error of a first fit
+  // Coordinates that are all zero are those of a state that nobody has found any for, or of a joint that
+  // stands at zero, where the first fit is good and ends at once.
   const bool first = std::all_of(q.begin(), q.end(), [](double v) { return v == 0; });
   std::size_t hinges = 0, hinge = 0;
   for (std::size_t i = 0; i < q.size(); ++i) {
@@ -150,6 +149,8 @@ double locked_springs(const Model& model, std::size_t j, const BodyFrames& bodie
 
 }  // namespace
 
+// Joint by joint: coordinates are those of one joint's bodies relative to each other, loops do not matter
+// here. Their misfit is what the locked rows take back.
 void update_coordinates(const Model& model, const BodyFrames& bodies, State& state) {
   state.coordinates.resize(model.dofs());
   for (std::size_t j = 0; j < model.joints(); ++j) {
@@ -164,6 +165,7 @@ void update_coordinates(const Model& model, const BodyFrames& bodies, State& sta
 // the targets of the description; no impulses, as there was no step.
 State initial_state(const Model& model) {
   State s;
+  // The poses as they are given, of unit quaternions to rounding; a description allows 1e-6.
   for (const Body& body : model.description().bodies) {
     s.positions.push_back(body.pose.position);
     s.orientations.push_back(normalised(body.pose.rotation));
@@ -205,6 +207,7 @@ JointError joint_error(const Model& model, const BodyFrames& bodies, const State
   return worst;
 }
 
+// Springs of dofs, of balls, of compliant joints and couplings: 1/2 k s^2 each, summed as twice the energy.
 double spring_energy(const Model& model, const BodyFrames& bodies, const State& state) {
   double twice = 0;
   for (std::size_t j = 0; j < model.joints(); ++j) {

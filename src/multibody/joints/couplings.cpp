@@ -1,3 +1,5 @@
+// A coupling is an equality between coordinates of two joints, or of one and a constant. Unlike the other
+// rows it is about up to four bodies; where there are more than two it is split.
 #include "multibody/joints/couplings.hpp"
 
 #include <algorithm>
@@ -17,6 +19,7 @@ struct WideRow {
   std::array<Index, 4> body;
   std::array<Vec6, 4> j;
 
+  // The world has no part: it does not move.
   void add(Index which, const Vec6& part, double sign) {
     if (which < 0) return;
     std::size_t i = 0;
@@ -115,6 +118,8 @@ void append_coupling_rows(const RowInput& in, JointRows& rows) {
     const RowTerms terms =
         equality_terms(s * value.violation, s * s * coupling.compliance, inverse_mass, in.options);
     const double x0 = in.state.coupling_impulses[k] / s;
+    // One row, or one over an auxiliary body; the row that bears the tag with dof 0 is the one that is
+    // reported.
     RowTag tag{RowKind::coupling, static_cast<Index>(k), 0};
     tag.scale = s;
     if (wide.n > 2) {

@@ -85,11 +85,16 @@ void append_drive(const RowInput& in, const DofRow& d, JointRows& rows) {
 // The speed of a position motor at the distance `way` of its target: the way within the step, but no faster
 // than half of its largest acceleration a can brake, way = v h + v^2 / a. (The other half is for loads.) A
 // motor that asked for way / h alone would overshoot by as much as it came from, for ever.
+//
+// v^2 / a + h v - |way| = 0 has the positive root v = a (-h + sqrt(h^2 + 4 |way| / a)) / 2. Multiplied by the
+// conjugate it does not cancel for short ways, and an infinite a gives v = way / h.
 double approach_speed(double way, double a, double h) {
   return 2 * way / h / (1 + std::sqrt(1 + 4 * std::abs(way) / (a * h * h)));
 }
 
 // Two rigid demands that contradict each other have no solution: of motor and limit, the limit wins.
+// What a motor may ask for is the speed c of u = D v + c with -c between those at which either limit is
+// reached at the end of the step.
 double within_limits(const DofRow& d, double c, const JointOptions& options) {
   const double up = closing(d.scale * (d.dof.upper - d.q), options);
   const double down = closing(d.scale * (d.q - d.dof.lower), options);
@@ -133,6 +138,8 @@ double append_motor(const RowInput& in, const DofRow& d, JointRows& rows) {
 }
 
 // q - lower >= 0 and upper - q >= 0; limits that meet lock the dof.
+// Each side that is in reach is a row of its own: both may act in one step, on a dof that is nearly locked.
+// An upper limit has the row and the impulse of the opposite direction.
 void append_limits(const RowInput& in, const DofRow& d, double motor_speed, JointRows& rows) {
   const double s = d.scale, last = d.last.limit / s;
   const double above = s * (d.q - d.dof.lower), below = s * (d.dof.upper - d.q);

@@ -17,6 +17,8 @@ std::span<const double> coordinates_of(const Model& model, const State& state, s
   return std::span(state.coordinates).subspan(first, model.first_dof(j + 1) - first);
 }
 
+// Two bodies that impulses cannot move have no rows: their part of A would be zero, and a violated joint
+// between them would make the problem infeasible.
 bool is_active(const Model& model, const Joint& joint) {
   return model.is_dynamic(joint.body_a) || model.is_dynamic(joint.body_b);
 }
@@ -25,6 +27,7 @@ bool is_active(const Model& model, const Joint& joint) {
 // its opposite then meet at one point of the world, also where the joint is violated.
 void place(JointContext& joint, const JointPose& pose, const Vec3& centre_a, const Vec3& centre_b,
            std::span<const double> q) {
+  // Everything is in the axes of frame_b but for the arms r_a and r_b, which are world vectors.
   joint.pose = pose;
   joint.axes = to_matrix(pose.b.rotation);
   joint.arm = {};
@@ -76,6 +79,7 @@ JacobianRow joint_row(const JointContext& joint, const Screw& wrench) {
   return row;
 }
 
+// -1 turns C <= 0 into C >= 0.
 JacobianRow operator*(double s, const JacobianRow& row) {
   JacobianRow out = row;
   for (double& c : out.a) c *= s;

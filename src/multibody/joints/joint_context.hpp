@@ -8,7 +8,7 @@
 // Where a joint stands in the world, and its rows.
 namespace amontons {
 
-// The frames of a joint.
+// The frames of a joint where its bodies hold them; they coincide only at zero coordinates and without error.
 struct JointPose {
   Transform a, b;      // in the world
   Transform relative;  // b^-1 a: frame_a as seen from frame_b

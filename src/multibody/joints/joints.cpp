@@ -104,6 +104,8 @@ void append_ball_rows(const RowInput& in, const JointContext& joint, JointRows& 
 
 }  // namespace
 
+// Rows of a joint stand together, couplings last, as they may bring auxiliary bodies along. The order is that
+// of the model, so that the same model gives the same bits.
 void append_joint_rows(const Model& model, const StepBodies& bodies, const State& state,
                        const JointOptions& options, JointRows& rows) {
   const RowInput in{model, bodies, state, options};
@@ -111,6 +113,7 @@ void append_joint_rows(const Model& model, const StepBodies& bodies, const State
     const Joint& joint = model.joint(static_cast<Index>(j));
     if (!is_active(model, joint)) continue;
     const JointContext context = joint_context(model, bodies.frames, state, j);
+    // A distance joint has no coordinates and locks one direction at most.
     if (!is_chain(joint)) {
       append_distance_rows(in, context, rows);
       continue;

@@ -1,3 +1,5 @@
+// The memory of the rows of a step, and the way of their impulses back into the state: a row is known by its
+// tag, as rows come and go from step to step (limits, ropes) and the state must not depend on their numbers.
 #include "amontons/multibody/joints/rows.hpp"
 
 #include <algorithm>

@@ -72,6 +72,7 @@ bool stiffen_rotations(const Model& model, const State& state, double h, const B
     add(joint.body_a, pose.a.position, F);
     add(joint.body_b, pose.a.position, -F);
   }
+  // The forces are those of the last step; a force that comes and goes within one step is no spring.
   bool any = false;
   for (std::size_t i = 0; i < frames.size(); ++i) {
     const Mat3 S = h * h * sums[i];

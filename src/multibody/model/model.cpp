@@ -44,6 +44,8 @@ double combined(FrictionRule rule, double a, double b) {
 
 Model::Model(ModelDescription description) : d_(std::move(description)) {
   check(d_);
+  // What follows from the description, made once: sums, the scale, where each joint's dofs begin, sorted
+  // pairs.
   for (const Body& body : d_.bodies)
     if (body.motion == Motion::dynamic) total_mass_ += body.mass;
   length_ = median_radius(*this);

@@ -1,3 +1,4 @@
+// Nothing here changes what a step does.
 #include "multibody/step/accounting.hpp"
 
 #include <algorithm>

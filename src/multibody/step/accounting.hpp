@@ -10,6 +10,7 @@
 namespace amontons {
 
 // The wall clock of a step: laps of its phases, and what is left of its budget.
+// Results never depend on it unless there is a budget.
 class StepClock {
  public:
   using Clock = std::chrono::steady_clock;

@@ -6,6 +6,7 @@
 
 namespace amontons {
 
+// What c depends on.
 struct Assembly {
   double h, recovery_speed;
   bool impact = false;  // ask for u_n = -e u_n^- in place of the closing of gaps

@@ -1,3 +1,5 @@
+// A simulation: the state of a model, and the step that changes it. What the step is made of lies in the
+// rooms beside and below; here is the order of its calls, and what goes from one to the next.
 #include "amontons/multibody/step/simulation.hpp"
 
 #include <algorithm>
@@ -73,8 +75,10 @@ Simulation::Simulation(std::shared_ptr<const Model> model, SimulationOptions opt
   check(options_);
   state_ = initial_state(*model_);
 }
+// Here, where Scratch is complete.
 Simulation::~Simulation() = default;
 
+// Automatic options follow from the model, not from the state: they stay the same for a whole run.
 double Simulation::margin() const { return options_.margin > 0 ? options_.margin : model_->length() / 50; }
 double Simulation::recovery_speed() const {
   return options_.recovery_speed > 0 ? options_.recovery_speed : model_->length();
@@ -87,6 +91,7 @@ double Simulation::restitution_speed() const {
 // A step that does not converge is done again in twice as many parts, from the state at its start: shorter
 // steps are easier to solve, as impulses are smaller and contacts closer to what the velocities foresee.
 Report Simulation::step() {
+  // The user may have written into the state since the last step.
   validate(*model_, state_);
   StepClock clock(options_.budget);
   Scratch& s = *scratch_;
@@ -98,6 +103,7 @@ Report Simulation::step() {
     for (unsigned part = 0; part < parts && report.advanced; ++part)
       advance(options_.dt / parts, clock, report);
     if (!report.advanced) state_ = s.before;
+    // Too late to try again once the budget is spent: what there is counts.
     const bool good = report.advanced && report.residual <= options_.tolerance;
     if (good || parts == options_.max_substeps || clock.elapsed() > options_.budget) break;
     state_ = s.before;
@@ -121,16 +127,6 @@ namespace {
 // Each look costs a search for contacts and a solve; what the last one leaves is an overlap, which the next
 // step takes back at the recovery speed.
 constexpr int most_detections = 4;
-
-// What a step asks of every solve. Starts and deadlines are those of each.
-Options solver_options(const SimulationOptions& o) {
-  Options options;
-  options.law = o.law;
-  options.tolerance = o.tolerance;
-  options.max_iterations = o.max_iterations;
-  options.threads = o.threads;
-  return options;
-}
 
 // A body with a velocity that is not finite would spoil all that it touches; the step is undone instead.
 bool all_finite(const BodyVelocities& velocities) {
@@ -212,7 +208,13 @@ void Simulation::advance(double h, StepClock& clock, Report& report) {
   const Model& model = *model_;
   const JointOptions joint_options{h, recovery_speed(), model.length()};
   const Assembly assembly{h, recovery_speed()};
-  const StepSolver solver{options_.method, solver_options(options_), clock};
+  Options options;
+  // Method and tolerance are the user's; starts and deadlines are those of each solve.
+  options.law = options_.law;
+  options.tolerance = options_.tolerance;
+  options.max_iterations = options_.max_iterations;
+  options.threads = options_.threads;
+  const StepSolver solver{options_.method, options, clock};
   const StepBodies bodies{s.frames, s.mobility, s.start, s.free};
 
   // 1. Frames: poses, inertias, start velocities.
@@ -220,6 +222,8 @@ void Simulation::advance(double h, StepClock& clock, Report& report) {
   // 2. Joint coordinates, from the poses.
   update_coordinates(model, s.frames, state_);
   // 3. Free velocities, of all loads and no impulses.
+  // Motors of known effort are loads; whatever else acts on bodies and does not depend on what the step finds
+  // would be added here.
   s.loads.assign(model.bodies(), BodyImpulse{});
   add_motor_loads(model, s.frames, state_, h, s.loads);
   make_free_velocities(model, state_, h, s.frames, s.mobility, s.start, s.loads, s.free, s.spins);
@@ -232,7 +236,8 @@ void Simulation::advance(double h, StepClock& clock, Report& report) {
   const bool bounced =
       resolve_impacts({model, state_, s.frames, s.mobility, joint_options, restitution_speed(), solver},
                       s.start, contacts_, s.impacts, report);
-  // 6. Stiffening, which changes the mobility. The free velocities follow from both.
+  // 6. Stiffening, which changes the mobility (impacts are over before it could act). The free velocities
+  // follow from both.
   const bool stiffened = stiffen_rotations(model, state_, h, s.frames, s.stiffness, s.mobility);
   if (bounced || stiffened)
     make_free_velocities(model, state_, h, s.frames, s.mobility, s.start, s.loads, s.free, s.spins);

@@ -46,6 +46,9 @@ Method method_of(const std::string& name, const Problem& problem, Law law) {
   return law == Law::coulomb && problem.K.contacts() > 0 ? apgd : spg;
 }
 
+// A solve of few rows goes far below the tolerance as soon as it is reached, once; the steps that follow find
+// a start that is good enough (`accepted`). Limits and deadline of the caller hold for both parts together.
+//
 // Goes on from a converged solution, which stays converged: better or as it was.
 Solution polished(const Problem& problem, const std::string& method, const Options& options, Solution s) {
   Options o = options;
@@ -72,6 +75,8 @@ Solution polished(const Problem& problem, const std::string& method, const Optio
 
 }  // namespace
 
+// Four cases, from the residual of the start: far from a solution (solve), near enough (accept), many rows
+// (solve to half the tolerance), few rows (solve, then polish).
 Solution solve_step(const StepSolver& solver, const Problem& problem, std::span<const double> x0) {
   const std::string& method = solver.method;
   Options options = solver.options;

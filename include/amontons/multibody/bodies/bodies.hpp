@@ -8,7 +8,7 @@
 // after the step are arrays of one type.
 namespace amontons {
 
-// Where a body stands, and its inertia there.
+// Where a body stands, and its inertia there: what a step reads of poses, made once at its start.
 struct BodyFrame {
   Vec3 centre;     // centre of mass, world, m
   Transform pose;  // body frame in the world
@@ -22,6 +22,7 @@ struct BodyMobility {
   bool stiffened = false;  // not the inverse of BodyFrame::inertia: see stiffen_rotations()
 };
 
+// The velocity of the centre of mass is not that of the state, which is of the frame's origin.
 struct BodyVelocity {
   Vec3 linear, angular;  // of the centre of mass, world, m/s, rad/s
 };
@@ -54,6 +55,7 @@ struct Momentum {
   Vec3 linear, angular;
 };
 Momentum momentum(const Model& model, const State& state);
+// J, 1/2 m v^2 + 1/2 omega' I omega of the state's velocities, or of given ones.
 double kinetic_energy(const Model& model, const State& state);
 double kinetic_energy(const Model& model, const BodyFrames& frames, const BodyVelocities& velocities);
 // -m g . x of the centres of mass, `before` seconds ago along their present velocities.

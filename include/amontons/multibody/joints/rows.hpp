@@ -24,10 +24,6 @@ struct RowTag {
   // Impulse along the coordinate per unit of x; JointOptions::length for an angle, as all rows are velocities
   // in m/s and all impulses in N s.
   double scale = 1;
-};  // of a locked or distance row or the limit of a ball: the wrench on A of a unit
-    // impulse, axes of frame_b, about the origin of frame_a
-double scale = 1;  // impulse along the coordinate per unit of x; JointOptions::length for an angle, as all
-                   // rows are velocities in m/s and all impulses in N s
 };
 
 // E and c of a row, which asks that -(D v+ + E x + c) is in the normal cone of its set at x: the compliance
@@ -54,6 +50,7 @@ struct JointRows {
   std::vector<double> auxiliary_inverse_mass;
 
   void clear();
+  // One row with its set and where its solve starts, N s.
   template <class S>
   void append(const S& set, const JacobianRow& row, const RowTerms& terms, double start, const RowTag& tag) {
     cones.append(set);
@@ -65,6 +62,7 @@ struct JointRows {
   }
 };
 
+// What rows depend on besides model and state.
 struct JointOptions {
   double h;               // s
   double recovery_speed;  // m/s, bound of the speed at which an error of position is taken back

@@ -124,12 +124,15 @@ struct Coupling {
   double compliance = 0;
 };
 
-// A pair of geoms with a material of its own.
+// A pair of geoms with a material of its own, in place of the combination of theirs; the last one given
+// holds.
 struct PairMaterial {
   Index geom_a, geom_b;
   Material material;
 };
 
+// Plain data in the order in which things refer to each other: geoms and joints name bodies by their index,
+// couplings joints. Nothing is checked until a Model is made of it.
 struct ModelDescription {
   Vec3 gravity{0, 0, -9.81};  // m/s^2
   std::vector<Body> bodies;
