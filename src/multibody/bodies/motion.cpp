@@ -93,6 +93,8 @@ Vec3 torque_free_mean(const Mat3& I, const Vec3& omega, double h) {
   return ((angle + 2 * std::numbers::pi * turns) / h) * axis;
 }
 
+// Exact for constant velocities: the centre of mass goes straight while the body turns about it, which is no
+// screw motion.
 Transform moved(const BodyFrame& body, const BodyVelocity& v, double h) {
   const Quat turn = exponential(h * v.angular);
   const Vec3 centre = body.centre + h * v.linear;

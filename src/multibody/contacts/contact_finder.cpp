@@ -30,7 +30,8 @@ Vec3 in_world(const Vec3& v, const Geom& geom, const BodyFrames& bodies) {
 
 std::pair<Index, Index> pair_of(const Contact& contact) { return {contact.geom_a, contact.geom_b}; }
 
-// What all contacts of two geoms have in common.
+// What all contacts of two geoms have in common. The surface velocity is that of A's less B's in world axes
+// here; contact_at takes away what is along the normal of a point.
 Contact contact_of(const Model& model, Index a, Index b, const BodyFrames& bodies) {
   const Geom &geom_a = model.geom(a), &geom_b = model.geom(b);
   Contact c;
@@ -142,6 +143,7 @@ void ContactFinder::find(const Reach& reach, std::vector<Contact>& contacts) {
   passed_.assign(contacts.size(), 0);
   for (std::size_t i = 0; i < contacts.size(); ++i)
     passed_[i] = seams_.passes(reach, frames_, contacts, contacts[i]);
+  // In place and in order: the rest of the step goes pair by pair.
   std::size_t kept = 0;
   for (std::size_t i = 0; i < contacts.size(); ++i)
     if (!passed_[i]) contacts[kept++] = contacts[i];

@@ -10,7 +10,8 @@
 
 namespace amontons {
 
-// Memory of the searches of a simulation. Contacts come with everything but what a solve finds; body A is
+// Memory of the searches of a simulation. The searches of one step go together: those after a solve use where
+// the first one found the geoms. Contacts come with everything but what a solve finds; body A is
 // dynamic.
 class ContactFinder {
  public:

@@ -1,3 +1,5 @@
+// Why a search needs to know of seams: see Seams. Judged by geometry alone, at the start of the step; what is
+// passed in one step is looked at again in the next.
 #include "multibody/contacts/seams.hpp"
 
 #include <algorithm>

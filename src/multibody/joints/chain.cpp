@@ -72,9 +72,9 @@ bool cholesky(std::array<Vec6, 6>& n, std::size_t k, double shift) {
 // solutions with singularity robustness for robot manipulator control", J. Dyn. Sys. Meas. Control 108
 // (1986).
 //
-// With the columns of unit length sqrt(det N) is 1 for axes at right angles and 0 where two coincide; the
-// damping grows from 0 at `regular` to `largest_damping`, where an error of 1 rad then still is taken back to
-// 1e-6. 1e-15 keeps the factor finite for axes that are equal.
+// With the columns of unit length sqrt(det N) is 1 for axes at right angles and 0 where two coincide. The
+// damping, relative to the unit diagonal of N, grows from 0 at `regular` to `largest_damping` at the singular
+// pose itself; 1e-15 more keeps the factor finite for axes that are equal.
 void damped_factor(std::array<Vec6, 6>& n, std::size_t k) {
   constexpr double regular = 1e-3, largest_damping = 1e-6;
   const std::array<Vec6, 6> gram = n;

@@ -29,8 +29,8 @@ struct Fit {
 // Improves q in place. The error is the twist that leads from T(q) to the pose, so that its least-squares
 // solution over the screws is dq_i = <dual_i, error>.
 Fit fit(const Joint& joint, const Transform& relative, double length, std::span<double> q) {
-  // From the coordinates of the last step two or three steps are enough; the rest is for searches from afar.
-  // The step below which it ends is that of rounding, as coordinates must not creep in a scene at rest.
+  // From the coordinates of the last step a few steps are enough; the rest is for searches from afar. The
+  // step below which it ends is that of rounding, as coordinates must not creep in a scene at rest.
   constexpr int most_steps = 25;
   constexpr double largest_turn = 1;       // rad in one step: T(q) is far from linear beyond
   constexpr double smallest_step = 1e-14;  // radians or lengths
@@ -73,8 +73,8 @@ double turned_into_limits(const Dof& dof, double q) {
 }
 
 // Starts of all hinges at -120, 0 and 120 degrees, in lexicographic order; the best fit wins. No angle is
-// further than 60 degrees from one of them, and with three hinges there are 27 starts: this runs where a
-// model is loaded or set to another pose, not in a step that goes on from the one before.
+// further than 60 degrees from one of them. With three hinges that is 27 fits: affordable where a model is
+// loaded or put into another pose, and in a step only where the fit from the one before has failed.
 void search(const Joint& joint, const Transform& relative, double length, std::span<double> q, double error) {
   constexpr double good = 1e-12;
   std::array<double, 6> trial;
@@ -97,10 +97,9 @@ void search(const Joint& joint, const Transform& relative, double length, std::s
   }
 }
 
-// A joint with one hinge has its angle in closed form, also where it turned by more than half a turn since
-// the last step of a user who moved the bodies; the fit then only has to find the slides and to refine.
-// Joints of several hinges may have several poses that fit (elbow up and down) or a fit that leads into a
-// local minimum: where the first fit is poor they are searched.
+// A joint with one hinge has its angle in closed form, however far it is from the last one; the fit then only
+// has to find the slides and to refine. Joints of several hinges may have several poses that fit (elbow up
+// and down) or a fit that leads into a local minimum: where the first fit is poor they are searched.
 void update_joint(const Joint& joint, const Transform& relative, double length, std::span<double> q) {
   constexpr double good = 1e-6;  // squared error of a first fit
   // Coordinates that are all zero are those of a state that nobody has found any for, or of a joint that

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 
-#include "multibody/bodies/row_products.hpp"
 #include "multibody/joints/joint_context.hpp"
 
 namespace amontons {
@@ -92,7 +91,8 @@ CouplingValue coupling_value(const Model& model, const Coupling& coupling, const
     return state.coordinates[model.first_dof(joint) + dof];
   };
   const double q = coupling.joint_b >= 0 ? coordinate(coupling.joint_b, coupling.dof_b) : 0;
-  double value = 0, slope = 0;  // Horner's rule, with the derivative
+  // Horner's rule, with the derivative.
+  double value = 0, slope = 0;
   for (std::size_t i = coupling.coefficients.size(); i-- > 0;) {
     slope = slope * q + value;
     value = value * q + coupling.coefficients[i];

@@ -5,7 +5,6 @@
 #include <numbers>
 
 #include "multibody/bodies/motion.hpp"
-#include "multibody/bodies/row_products.hpp"
 
 // A degree of freedom q has the row D = s times its dual wrench: D v = s q', with s = length for an angle and
 // 1 for a displacement. An impulse x along the row is s x along q.

@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "multibody/bodies/row_products.hpp"
-
 namespace amontons {
 namespace {
 

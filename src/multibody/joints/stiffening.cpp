@@ -57,7 +57,7 @@ bool stiffen(const Mat3& inertia, const Mat3& S, Mat3& inverse_inertia) {
 
 // K of a body is the sum over its joints, with the force that each put on it in the last step: F on A, -F on
 // B, at the origin of frame_a. Forces of contacts are left out: they do not turn with a body. Pushing forces
-// have negative K, which destabilises nothing and is cut off by the eigenvalues.
+// have negative K; they are no stiff springs, and eigenvalues below 1 are left to the step as it is.
 bool stiffen_rotations(const Model& model, const State& state, double h, const BodyFrames& frames,
                        std::vector<Mat3>& sums, BodyMobilities& mobility) {
   if (state.impulse_step <= 0 || model.joints() == 0) return false;

@@ -158,8 +158,8 @@ void check_names(const Items& items, const char* kind) {
                        std::string(kind) + " \"" + items[i].name + "\" occurs twice; names must be unique");
 }
 
-// Planes, meshes and height fields have one side and no volume: two of them that move would not find each
-// other, and a mesh turned over would be a hole. They may hang on fixed and kinematic bodies.
+// Planes, meshes and height fields have no volume: contacts are found for convex shapes against them, and not
+// among themselves. They may hang on fixed and kinematic bodies.
 void check_geom(const ModelDescription& d, const Geom& geom, const std::string& who) {
   AMONTONS_REQUIRE(geom.body >= world && geom.body < static_cast<Index>(d.bodies.size()),
                    who + ": body " + std::to_string(geom.body) + " does not exist");

@@ -16,7 +16,7 @@ class StepClock {
   using Clock = std::chrono::steady_clock;
   explicit StepClock(double budget) : budget_(budget), start_(Clock::now()), lap_(start_) {}
   double elapsed() const { return std::chrono::duration<double>(Clock::now() - start_).count(); }
-  // Adds the time since the last lap.
+  // Adds the time since the last lap: every moment of a step belongs to one phase.
   void lap(double& phase) {
     const Clock::time_point now = Clock::now();
     phase += std::chrono::duration<double>(now - lap_).count();

@@ -11,8 +11,8 @@
 
 #include <algorithm>
 
-#include "multibody/bodies/row_products.hpp"
 #include "multibody/contacts/contact_law.hpp"
+#include "multibody/joints/row_terms.hpp"
 
 namespace amontons {
 

@@ -128,6 +128,16 @@ namespace {
 // step takes back at the recovery speed.
 constexpr int most_detections = 4;
 
+// What all solves of a step have in common.
+Options solver_options(const SimulationOptions& o) {
+  Options options;
+  options.law = o.law;
+  options.tolerance = o.tolerance;
+  options.max_iterations = o.max_iterations;
+  options.threads = o.threads;
+  return options;
+}
+
 // A body with a velocity that is not finite would spoil all that it touches; the step is undone instead.
 bool all_finite(const BodyVelocities& velocities) {
   return std::all_of(velocities.begin(), velocities.end(),
@@ -208,13 +218,7 @@ void Simulation::advance(double h, StepClock& clock, Report& report) {
   const Model& model = *model_;
   const JointOptions joint_options{h, recovery_speed(), model.length()};
   const Assembly assembly{h, recovery_speed()};
-  Options options;
-  // Method and tolerance are the user's; starts and deadlines are those of each solve.
-  options.law = options_.law;
-  options.tolerance = options_.tolerance;
-  options.max_iterations = options_.max_iterations;
-  options.threads = options_.threads;
-  const StepSolver solver{options_.method, options, clock};
+  const StepSolver solver{options_.method, solver_options(options_), clock};
   const StepBodies bodies{s.frames, s.mobility, s.start, s.free};
 
   // 1. Frames: poses, inertias, start velocities.

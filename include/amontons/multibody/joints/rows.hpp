@@ -32,7 +32,7 @@ struct RowTerms {
   double compliance, c;
 };
 
-// The impulse of an effort motor, known before the step.
+// The impulse of an effort motor, known before the step: it acts through the free velocities.
 struct KnownImpulse {
   Index dof;
   double impulse;  // N s or N m s
