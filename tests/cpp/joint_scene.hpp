@@ -8,9 +8,7 @@
 #include <vector>
 
 #include "amontons/multibody/joints/coordinates.hpp"
-#include "amontons/multibody/joints/effort_motors.hpp"
 #include "amontons/multibody/joints/joints.hpp"
-#include "amontons/multibody/joints/measures.hpp"
 #include "multibody/bodies/motion.hpp"
 
 // Small mechanisms for the tests of joints, stepped with dense matrices that are put together here from the

@@ -3,14 +3,17 @@
 namespace amontons {
 
 // The state holds the origins of the body frames, as that is what users mean by the pose of a body; the
-// equations of motion are those of centres of mass, x = p + R c and v = p' + omega x R c.
-void place_bodies(const Model& model, const State& state, std::vector<BodyFrame>& frames,
-                  std::vector<BodyMobility>& mobility, std::vector<BodyVelocity>& velocities) {
+// equations of motion are those of centres of mass, x = p + R c and v = p' + omega x R c, where momentum and
+// spin do not mix: M is block-diagonal, 1 / m and R I^-1 R' with the inertia I of body axes. A kinematic body
+// has a velocity that contacts and joints feel, but zero mobility: no impulse changes it.
+void place_bodies(const Model& model, const State& state, BodyFrames& frames, BodyMobilities& mobility,
+                  BodyVelocities& velocities) {
   frames.resize(model.bodies());
   mobility.resize(model.bodies());
   velocities.resize(model.bodies());
   for (std::size_t i = 0; i < frames.size(); ++i) {
     const Body& body = model.description().bodies[i];
+    // Fixed bodies need a pose and nothing else: rows and loads leave them out.
     const Transform pose{state.positions[i], state.orientations[i]};
     const Mat3 R = to_matrix(pose.rotation);
     const Vec3 arm = R * body.centre_of_mass;
@@ -28,57 +31,57 @@ void place_bodies(const Model& model, const State& state, std::vector<BodyFrame>
 
 namespace {
 
-struct Placed {
-  std::vector<BodyFrame> frames;
-  std::vector<BodyVelocity> velocities;
-};
-
-Placed placed(const Model& model, const State& state) {
-  Placed bodies;
-  std::vector<BodyMobility> mobility;
-  place_bodies(model, state, bodies.frames, mobility, bodies.velocities);
-  return bodies;
+// f(i, mass) for every dynamic body.
+template <class F>
+void for_each_dynamic(const Model& model, F&& f) {
+  for (std::size_t i = 0; i < model.bodies(); ++i)
+    if (model.is_dynamic(static_cast<Index>(i))) f(i, model.description().bodies[i].mass);
 }
 
 }  // namespace
 
+// p = m v and L = x cross p + I omega about the world's origin: both are constant as long as no force acts,
+// so that tests can measure what a step adds.
 Momentum momentum(const Model& model, const State& state) {
-  const auto [frames, velocities] = placed(model, state);
+  BodyFrames frames;
+  BodyMobilities mobility;
+  BodyVelocities velocities;
+  place_bodies(model, state, frames, mobility, velocities);
   Momentum total;
-  for (std::size_t i = 0; i < frames.size(); ++i) {
-    if (!model.is_dynamic(static_cast<Index>(i))) continue;
-    const Vec3 p = model.description().bodies[i].mass * velocities[i].linear;
+  for_each_dynamic(model, [&](std::size_t i, double mass) {
+    const Vec3 p = mass * velocities[i].linear;
     total.linear += p;
     total.angular += cross(frames[i].centre, p) + frames[i].inertia * velocities[i].angular;
-  }
+  });
   return total;
 }
 
-double kinetic_energy(const Model& model, const std::vector<BodyFrame>& frames,
-                      const std::vector<BodyVelocity>& velocities) {
+// The inertia of the frames and not that of the mobility, which may be stiffened: this is the energy that
+// moves.
+double kinetic_energy(const Model& model, const BodyFrames& frames, const BodyVelocities& velocities) {
   double energy = 0;
-  for (std::size_t i = 0; i < frames.size(); ++i) {
-    if (!model.is_dynamic(static_cast<Index>(i))) continue;
+  for_each_dynamic(model, [&](std::size_t i, double mass) {
     const auto& [v, omega] = velocities[i];
-    energy +=
-        0.5 * (model.description().bodies[i].mass * norm_squared(v) + dot(omega, frames[i].inertia * omega));
-  }
+    energy += 0.5 * (mass * norm_squared(v) + dot(omega, frames[i].inertia * omega));
+  });
   return energy;
 }
 
-double gravity_energy(const Model& model, const std::vector<BodyFrame>& frames,
-                      const std::vector<BodyVelocity>& velocities, double before) {
+// Why half a step back: see Report::potential_energy.
+double gravity_energy(const Model& model, const BodyFrames& frames, const BodyVelocities& velocities,
+                      double before) {
   double energy = 0;
-  for (std::size_t i = 0; i < frames.size(); ++i) {
-    if (!model.is_dynamic(static_cast<Index>(i))) continue;
-    const Vec3 centre = frames[i].centre - before * velocities[i].linear;
-    energy -= model.description().bodies[i].mass * dot(model.description().gravity, centre);
-  }
+  for_each_dynamic(model, [&](std::size_t i, double mass) {
+    energy -= mass * dot(model.description().gravity, frames[i].centre - before * velocities[i].linear);
+  });
   return energy;
 }
 
 double kinetic_energy(const Model& model, const State& state) {
-  const auto [frames, velocities] = placed(model, state);
+  BodyFrames frames;
+  BodyMobilities mobility;
+  BodyVelocities velocities;
+  place_bodies(model, state, frames, mobility, velocities);
   return kinetic_energy(model, frames, velocities);
 }
 

@@ -1,10 +1,47 @@
 #include "multibody/bodies/motion.hpp"
 
-#include "multibody/bodies/gyroscopic.hpp"
+#include <algorithm>
+#include <cmath>
+#include <numbers>
 
 namespace amontons {
 
 namespace {
+
+// One implicit midpoint step of Euler's equations, I (W1 - W0) = s (I Wm) x Wm with Wm = (W0 + W1) / 2. For
+// any s it keeps |I W| and <W, I W>, and the Cayley transform of s Wm, a rotation by 2 atan(s |Wm| / 2),
+// keeps the momentum in space (Simo and Wong, IJNME 1991; Krysl and Endres, IJNME 2005).
+// s = 2 tan(h |Wm| / 2) / |Wm| makes that rotation exp(h Wm), which is exact when W is constant.
+//
+// Newton's method for F(W) = 2 I (W - W0) - s (I W) x W = 0 in W = Wm, with s taken as constant in the
+// derivative: d((I W) x W) = ([I W]x - [W]x I) dW.
+Vec3 midpoint(const Mat3& I, const Vec3& W0, double h) {
+  // The bound 1.2 on half the turn keeps the tangent away from its pole should an iterate leave on the way;
+  // the solution itself is far below it (largest_turn).
+  Vec3 W = W0;
+  const double size = norm(W0);
+  for (int iteration = 0; iteration < 50; ++iteration) {
+    const double w = norm(W), half = std::min(0.5 * h * w, 1.2);
+    const double s = half < 1e-6 ? h : 2 * std::tan(half) / w;
+    const Vec3 L = I * W;
+    const Vec3 F = 2 * (I * (W - W0)) - s * cross(L, W);
+    const Mat3 J = 2.0 * I + -s * (skew(L) + -1.0 * (skew(W) * I));
+    const Vec3 step = inverse(J) * F;
+    W -= step;
+    if (norm(step) <= 1e-16 * size) break;
+  }
+  return W;
+}
+
+// Rotations of more than this in a step (rad) are made of several: the equations above have one root near W0
+// only as long as the turn is small. A body that spins so fast that it would take more than most_parts of
+// them has lost its meaning at this step; the bound is there so that the step ends.
+constexpr double largest_turn = 0.5;
+constexpr double most_parts = 1e6;
+
+// In the step omega is replaced by the mean spin, which turns the body as the torque-free motion does; what
+// is left of omega, the lag, comes back when the body has turned (end_spin). Impulses act on the mean: a
+// joint holds the motion that the body makes, not the one that it has in this instant.
 
 GyroscopicSpin gyroscopic_spin(const Body& body, const Quat& orientation, const Vec3& omega, double h) {
   const Vec3 spin = rotate(conjugate(orientation), omega);
@@ -29,10 +66,47 @@ Vec3 end_spin(const Body& body, const Mat3& inertia, const GyroscopicSpin& spin,
 
 }  // namespace
 
-void make_free_velocities(const Model& model, const State& state, double h,
-                          const std::vector<BodyFrame>& frames, const std::vector<BodyMobility>& mobility,
-                          const std::vector<BodyVelocity>& start, const std::vector<BodyImpulse>& loads,
-                          std::vector<BodyVelocity>& free, std::vector<GyroscopicSpin>& spins) {
+// A torque-free body turns over h by some rotation exp(h mean); this finds the mean. Part by part the turns
+// are multiplied up, and the logarithm of the product, with its branch, is h mean.
+Vec3 torque_free_mean(const Mat3& I, const Vec3& omega, double h) {
+  const Vec3 L = I * omega;
+  const double spin = norm(omega), momentum = norm(L);
+  // A principal axis stays the axis: there is nothing to solve (and spheres stay exact).
+  if (norm(cross(L, omega)) <= 1e-14 * momentum * spin) return omega;
+  const double parts = std::ceil(h * spin / largest_turn);
+  if (parts <= 1) return midpoint(I, omega, h);
+  // Body axes: W1 = 2 Wm - W0 after each part; the turns compose from the right.
+  const double part = h / std::min(parts, most_parts);
+  Quat turn;
+  Vec3 W = omega;
+  for (double k = 0; k < std::min(parts, most_parts); ++k) {
+    const Vec3 mean = midpoint(I, W, part);
+    turn = turn * exponential(part * mean);
+    W = 2 * mean - W;
+  }
+  // The logarithm is short of whole turns: take the branch next to h omega.
+  const Vec3 r = logarithm(normalised(turn));
+  const double angle = norm(r);
+  if (angle == 0) return omega;
+  const Vec3 axis = r / angle;
+  const double turns = std::round((h * dot(omega, axis) - angle) / (2 * std::numbers::pi));
+  return ((angle + 2 * std::numbers::pi * turns) / h) * axis;
+}
+
+// Exact for constant velocities: the centre of mass goes straight while the body turns about it, which is no
+// screw motion.
+Transform moved(const BodyFrame& body, const BodyVelocity& v, double h) {
+  const Quat turn = exponential(h * v.angular);
+  const Vec3 centre = body.centre + h * v.linear;
+  return {centre + rotate(turn, body.pose.position - body.centre), turn * body.pose.rotation};
+}
+
+// Linear: v + h (g + f / m). Angular: the mean of the torque-free rotation takes the place of omega, as I
+// omega' = torque - omega x I omega with the gyroscopic term dealt with by that rotation.
+void make_free_velocities(const Model& model, const State& state, double h, const BodyFrames& frames,
+                          const BodyMobilities& mobility, const BodyVelocities& start,
+                          const std::vector<BodyImpulse>& loads, BodyVelocities& free,
+                          std::vector<GyroscopicSpin>& spins) {
   free = start;
   spins.resize(frames.size());
   const Vec3& gravity = model.description().gravity;
@@ -49,9 +123,11 @@ void make_free_velocities(const Model& model, const State& state, double h,
   }
 }
 
-void integrate(const Model& model, const std::vector<BodyFrame>& frames,
-               const std::vector<GyroscopicSpin>& spins, const std::vector<BodyVelocity>& v, double h,
-               State& state) {
+// Symplectic Euler: positions move with the velocities at the end of the step, rotations by the exponential
+// of theirs, which keeps quaternions of unit length and is exact for constant spin. normalised() takes away
+// the rounding only.
+void integrate(const Model& model, const BodyFrames& frames, const std::vector<GyroscopicSpin>& spins,
+               const BodyVelocities& v, double h, State& state) {
   for (std::size_t i = 0; i < frames.size(); ++i) {
     const Body& body = model.description().bodies[i];
     if (body.motion == Motion::fixed) continue;

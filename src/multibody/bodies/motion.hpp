@@ -13,16 +13,21 @@ struct GyroscopicSpin {
   Vec3 lag;   // omega - mean: gives back the true angular velocity after the step
 };
 
+// The mean angular velocity of a torque-free rotation over h: the body turns by exp(h mean). Body axes.
+Vec3 torque_free_mean(const Mat3& inertia, const Vec3& omega, double h);
+
+// The pose to which the velocity v takes a body over h, which may be negative.
+Transform moved(const BodyFrame& body, const BodyVelocity& v, double h);
+
 // v_free = v + h M^-1 f with f of gravity, held loads and `loads` (effort motors), and the mean of the
 // torque-free rotation in place of omega.
-void make_free_velocities(const Model& model, const State& state, double h,
-                          const std::vector<BodyFrame>& frames, const std::vector<BodyMobility>& mobility,
-                          const std::vector<BodyVelocity>& start, const std::vector<BodyImpulse>& loads,
-                          std::vector<BodyVelocity>& free, std::vector<GyroscopicSpin>& spins);
+void make_free_velocities(const Model& model, const State& state, double h, const BodyFrames& frames,
+                          const BodyMobilities& mobility, const BodyVelocities& start,
+                          const std::vector<BodyImpulse>& loads, BodyVelocities& free,
+                          std::vector<GyroscopicSpin>& spins);
 
 // Moves the bodies of the state by the velocities v over h.
-void integrate(const Model& model, const std::vector<BodyFrame>& frames,
-               const std::vector<GyroscopicSpin>& spins, const std::vector<BodyVelocity>& v, double h,
-               State& state);
+void integrate(const Model& model, const BodyFrames& frames, const std::vector<GyroscopicSpin>& spins,
+               const BodyVelocities& v, double h, State& state);
 
 }  // namespace amontons

@@ -1,14 +1,19 @@
+// Speculative contacts: a point is a contact before it touches, if the velocities could bring it there within
+// the step. The step then lets its gap close and no further (c = gap / h), so that nothing needs to be
+// stopped on the way and fast bodies do not pass through thin ones.
 #include "multibody/contacts/contact_finder.hpp"
 
 #include <algorithm>
 
+#include "multibody/bodies/motion.hpp"
 #include "multibody/contacts/contact_law.hpp"
 
 namespace amontons {
 
 namespace {
 
-// Turns of less in a step (rad) change no gap that matters.
+// Turns of less in a step (rad) change no gap that matters: a point at the distance r from the axis leaves
+// its tangent by r a^2 / 2, half a millionth of r.
 constexpr double least_turn = 1e-3;
 
 // A bound of the speed of the points of a geom that moves with its body.
@@ -17,28 +22,17 @@ double speed_bound(const BodyVelocity& v, const Vec3& arm, double radius) {
   return norm(v.linear) + (spin > 0 ? spin * (norm(arm) + radius) : 0);
 }
 
-Vec3 point_velocity(const Reach& reach, Index body, const Vec3& point) {
-  if (body < 0) return {};
-  return reach.v[body].linear + cross(reach.v[body].angular, point - reach.bodies[body].centre);
-}
-
 // Directions of a geom, given in the frame of its body.
-Vec3 in_world(const Vec3& v, const Geom& geom, const std::vector<BodyFrame>& bodies) {
+Vec3 in_world(const Vec3& v, const Geom& geom, const BodyFrames& bodies) {
   if (v == Vec3{}) return {};
   return geom.body < 0 ? v : rotate(bodies[geom.body].pose.rotation, v);
 }
 
-// Where the velocities v take a body over h.
-Transform moved(const BodyFrame& body, const BodyVelocity& v, double h) {
-  const Quat turn = exponential(h * v.angular);
-  const Vec3 centre = body.centre + h * v.linear;
-  return {centre + rotate(turn, body.pose.position - body.centre), turn * body.pose.rotation};
-}
-
 std::pair<Index, Index> pair_of(const Contact& contact) { return {contact.geom_a, contact.geom_b}; }
 
-// What all contacts of two geoms have in common.
-Contact contact_of(const Model& model, Index a, Index b, const std::vector<BodyFrame>& bodies) {
+// What all contacts of two geoms have in common. The surface velocity is that of A's less B's in world axes
+// here; contact_at takes away what is along the normal of a point.
+Contact contact_of(const Model& model, Index a, Index b, const BodyFrames& bodies) {
   const Geom &geom_a = model.geom(a), &geom_b = model.geom(b);
   Contact c;
   c.body_a = geom_a.body;
@@ -49,6 +43,7 @@ Contact contact_of(const Model& model, Index a, Index b, const std::vector<BodyF
   c.rows = rows_of(c.material);
   c.surface_velocity =
       in_world(geom_a.surface_velocity, geom_a, bodies) - in_world(geom_b.surface_velocity, geom_b, bodies);
+  // The grain of the surface that has one; of A if both do.
   if (c.material.friction_across >= 0) {
     const bool first = !(geom_a.friction_direction == Vec3{});
     c.direction = in_world((first ? geom_a : geom_b).friction_direction, first ? geom_a : geom_b, bodies);
@@ -56,8 +51,27 @@ Contact contact_of(const Model& model, Index a, Index b, const std::vector<BodyF
   return c;
 }
 
+// The contact at a point, for bodies whose centres of mass stand there. The velocity of surfaces counts along
+// the surface only: a conveyor does not lift what lies on it.
+Contact contact_at(const ContactPoint& p, Contact c, const Vec3& centre_a, const Vec3& centre_b) {
+  c.point = p.point;
+  c.normal = p.normal;
+  c.gap = p.gap;
+  c.r_a = p.point - centre_a;
+  if (c.body_b >= 0) c.r_b = p.point - centre_b;
+  c.surface_velocity -= dot(p.normal, c.surface_velocity) * p.normal;
+  return c;
+}
+
+// How fast the gap opens.
+double opening(const Contact& c, const BodyVelocities& v) {
+  return dot(c.normal, relative_motion(c, v).linear);
+}
+
 }  // namespace
 
+// Stable, so that contacts of one pair stay in the order of their discovery: results shall not depend on the
+// sort.
 void ContactFinder::sort_by_pair(const std::vector<Contact>& contacts) {
   by_pair_.resize(contacts.size());
   for (std::size_t i = 0; i < contacts.size(); ++i) by_pair_[i] = i;
@@ -65,11 +79,16 @@ void ContactFinder::sort_by_pair(const std::vector<Contact>& contacts) {
                    [&](auto i, auto j) { return pair_of(contacts[i]) < pair_of(contacts[j]); });
 }
 
-// Where the geoms stand, how fast they are, and the boxes that they may reach.
-void ContactFinder::place_geoms(const Model& model, const Reach& reach) {
+// Where the geoms stand, how fast they are, and the boxes that they may reach. Two geoms can touch within the
+// step only if their gap is at most margin + h (speed_a + speed_b). Each box grows by its own share of that,
+// half of the margin and h times its speed, so that such pairs have boxes that overlap.
+void ContactFinder::place_geoms(const Reach& reach) {
+  const Model& model = reach.model;
   const auto& geoms = model.description().geoms;
-  frames_.resize(geoms.size()), boxes_.resize(geoms.size());
-  fixed_.resize(geoms.size()), speeds_.resize(geoms.size());
+  frames_.resize(geoms.size());
+  boxes_.resize(geoms.size());
+  fixed_.resize(geoms.size());
+  speeds_.resize(geoms.size());
   for (std::size_t g = 0; g < geoms.size(); ++g) {
     const Geom& geom = geoms[g];
     const Index body = geom.body;
@@ -86,57 +105,67 @@ void ContactFinder::place_geoms(const Model& model, const Reach& reach) {
   }
 }
 
-void ContactFinder::collide_pair(const Model& model, Index a, Index b, double distance) {
-  points_.clear();
-  collide(model.geom(a).shape, frames_[a], model.geom(b).shape, frames_[b], distance, points_);
-}
-
 // f(contact, gap at the end of the step) for every point in reach of the velocities.
 template <class F>
-void ContactFinder::visit(const Model& model, const Reach& reach, F&& f) {
-  place_geoms(model, reach);
+void ContactFinder::visit(const Reach& reach, F&& f) {
+  const Model& model = reach.model;
+  place_geoms(reach);
   broad_phase_.find_pairs(boxes_, fixed_, pairs_);
   for (auto [a, b] : pairs_) {
     if (!model.may_touch(a, b)) continue;
     // A is the one that moves, so that normals point to a body that feels them.
     if (fixed_[a] && !fixed_[b]) std::swap(a, b);
-    collide_pair(model, a, b, reach.margin + reach.h * (speeds_[a] + speeds_[b]));
+    points_.clear();
+    collide(model.geom(a).shape, frames_[a], model.geom(b).shape, frames_[b],
+            reach.margin + reach.h * (speeds_[a] + speeds_[b]), points_);
+    // Materials and frames are looked up for pairs that touch only; the broad phase finds many more.
     if (points_.empty()) continue;
     const Contact common = contact_of(model, a, b, reach.bodies);
+    const Vec3 centre_a = reach.bodies[common.body_a].centre;
+    const Vec3 centre_b = common.body_b >= 0 ? reach.bodies[common.body_b].centre : Vec3{};
     for (const ContactPoint& p : points_) {
-      Contact c = common;
-      c.point = p.point;
-      c.normal = p.normal;
-      c.gap = p.gap;
-      c.r_a = p.point - reach.bodies[c.body_a].centre;
-      if (c.body_b >= 0) c.r_b = p.point - reach.bodies[c.body_b].centre;
-      c.surface_velocity -= dot(p.normal, c.surface_velocity) * p.normal;
-      const Vec3 u = point_velocity(reach, c.body_a, p.point) - point_velocity(reach, c.body_b, p.point);
-      f(c, p.gap + reach.h * dot(p.normal, u));
+      const Contact c = contact_at(p, common, centre_a, centre_b);
+      f(c, p.gap + reach.h * opening(c, reach.v));
     }
   }
 }
 
-void ContactFinder::find(const Model& model, const Reach& reach, std::vector<Contact>& contacts) {
+// A point counts if it is within the margin now, or at the end of the step by the free velocities. Both, as
+// what lies still has no velocity that tells, and what flies has a gap that does not.
+void ContactFinder::find(const Reach& reach, std::vector<Contact>& contacts) {
   contacts.clear();
-  visit(model, reach, [&](const Contact& contact, double closing) {
+  visit(reach, [&](const Contact& contact, double closing) {
     if (contact.gap <= reach.margin || closing <= reach.margin) contacts.push_back(contact);
   });
-  // What a body rests on is known only now.
+  // What a body rests on is known only now. All are judged before any is taken away: they are one another's
+  // witnesses.
   seams_.start(contacts);
   passed_.assign(contacts.size(), 0);
   for (std::size_t i = 0; i < contacts.size(); ++i)
-    passed_[i] = seams_.passes(model, frames_, contacts, contacts[i], reach.h, reach.v, reach.margin);
+    passed_[i] = seams_.passes(reach, frames_, contacts, contacts[i]);
+  // In place and in order: the rest of the step goes pair by pair.
   std::size_t kept = 0;
   for (std::size_t i = 0; i < contacts.size(); ++i)
     if (!passed_[i]) contacts[kept++] = contacts[i];
   contacts.resize(kept);
 }
 
-std::size_t ContactFinder::find_missed(const Model& model, const Reach& reach,
-                                       const std::vector<BodyVelocity>& free, double allowance,
-                                       std::vector<Contact>& contacts) {
-  // No point moves otherwise than foreseen by more than the change of the velocities.
+// Both searches ask for overlaps of more than a tenth of the margin: less is no fault, as contacts close gaps
+// to zero within rounding and the tolerance only.
+void ContactFinder::find_unforeseen(const Reach& reach, const BodyVelocities& free,
+                                    std::vector<Contact>& contacts) {
+  const double allowance = reach.margin / 10;
+  find_missed(reach, free, allowance, contacts);
+  find_overlaps(reach, allowance, contacts);
+}
+
+void ContactFinder::find_missed(const Reach& reach, const BodyVelocities& free, double allowance,
+                                std::vector<Contact>& contacts) {
+  // No point moves otherwise than foreseen by more than the change of the velocities. Points with a gap above
+  // the margin at the end by the free velocities are those that were left out: a change below half of (margin
+  // + allowance) / h on either side takes none of them deeper than the allowance, and the search, which costs
+  // as much as the first one, is not needed. In most steps it is not.
+  const Model& model = reach.model;
   const auto& geoms = model.description().geoms;
   double change = 0;
   for (std::size_t g = 0; g < geoms.size(); ++g) {
@@ -147,58 +176,54 @@ std::size_t ContactFinder::find_missed(const Model& model, const Reach& reach,
     change = std::max(change, speed_bound(difference, frames_[g].position - reach.bodies[body].centre,
                                           bounding_radius(geoms[g].shape)));
   }
-  if (2 * reach.h * change <= reach.margin + allowance) return 0;
-  const std::size_t known = contacts.size();
+  if (2 * reach.h * change <= reach.margin + allowance) return;
   sort_by_pair(contacts);
   seams_.start(contacts);
   const auto key = [&](std::size_t i) { return pair_of(contacts[i]); };
-  visit(model, reach, [&](const Contact& contact, double closing) {
+  visit(reach, [&](const Contact& contact, double closing) {
     if (closing >= -allowance) return;
-    if (seams_.passes(model, frames_, contacts, contact, reach.h, reach.v, reach.margin)) return;
+    if (seams_.passes(reach, frames_, contacts, contact)) return;
     const std::pair pair = pair_of(contact);
+    // Points within a thousandth of the margin are one: the same features of the same pair.
     const double same = 1e-6 * reach.margin * reach.margin;
     auto i = std::partition_point(by_pair_.begin(), by_pair_.end(), [&](auto k) { return key(k) < pair; });
     for (; i != by_pair_.end() && key(*i) == pair; ++i)
       if (norm_squared(contacts[*i].point - contact.point) <= same) return;
     contacts.push_back(contact);
   });
-  return contacts.size() - known;
 }
 
-std::size_t ContactFinder::find_overlaps(const Model& model, const Reach& reach, double allowance,
-                                         std::vector<Contact>& contacts) {
-  ends_.resize(reach.bodies.size());
-  for (std::size_t i = 0; i < ends_.size(); ++i) ends_[i] = moved(reach.bodies[i], reach.v[i], reach.h);
-  const auto end_frame = [&](const Geom& geom) {
-    return geom.body < 0 ? geom.frame : ends_[geom.body] * geom.frame;
-  };
+// Contacts see the velocity of a point along a constant normal. Where a body turns by the angle a, that is
+// wrong by the order of a times the way: what slides along a face that turns comes to lie inside it. So the
+// pairs that turn are collided once more, in the poses at the end of the step.
+void ContactFinder::find_overlaps(const Reach& reach, double allowance, std::vector<Contact>& contacts) {
   const auto turn = [&](Index body) { return body < 0 ? 0.0 : reach.h * norm(reach.v[body].angular); };
+  const auto end_frame = [&](const Geom& geom) {
+    if (geom.body < 0) return geom.frame;
+    return moved(reach.bodies[geom.body], reach.v[geom.body], reach.h) * geom.frame;
+  };
   const auto end_centre = [&](Index body) {
-    return reach.bodies[body].centre + reach.h * reach.v[body].linear;
+    return body < 0 ? Vec3{} : reach.bodies[body].centre + reach.h * reach.v[body].linear;
   };
   sort_by_pair(contacts);
   const std::size_t known = contacts.size();
   for (std::size_t i = 0; i < known; ++i) {
+    // One search per pair, from the first of its contacts, which lends what all of them share.
     const Contact first = contacts[by_pair_[i]];
     if (i > 0 && pair_of(contacts[by_pair_[i - 1]]) == pair_of(first)) continue;
     if (turn(first.body_a) + turn(first.body_b) < least_turn) continue;
-    const Geom &a = model.geom(first.geom_a), &b = model.geom(first.geom_b);
+    const Geom &a = reach.model.geom(first.geom_a), &b = reach.model.geom(first.geom_b);
     points_.clear();
     collide(a.shape, end_frame(a), b.shape, end_frame(b), 0, points_);
     for (const ContactPoint& p : points_) {
       if (p.gap >= -allowance) continue;
-      Contact c = first;
+      Contact c = contact_at(p, first, end_centre(first.body_a), end_centre(first.body_b));
       c.impulse = c.angular_impulse = {};  // an impact was that of the first
-      c.point = p.point;
-      c.normal = p.normal;
-      c.r_a = p.point - end_centre(c.body_a);
-      if (c.body_b >= 0) c.r_b = p.point - end_centre(c.body_b);
-      c.surface_velocity -= dot(p.normal, c.surface_velocity) * p.normal;
-      c.gap = p.gap - reach.h * dot(p.normal, relative_motion(c, reach.v).linear);
+      // The gap is that of the start if this point had been there: with u of the rows, gap + h u closes it.
+      c.gap -= reach.h * opening(c, reach.v);
       contacts.push_back(c);
     }
   }
-  return contacts.size() - known;
 }
 
 }  // namespace amontons

@@ -6,15 +6,18 @@ namespace amontons {
 
 namespace {
 
+// Equal coefficients along and across are a circle, which has the cheaper set.
 bool is_anisotropic(const Material& m) { return m.friction_across >= 0 && m.friction_across != m.friction; }
 double across(const Material& m) { return m.friction_across >= 0 ? m.friction_across : m.friction; }
 
+// t' I^-1 t: the angular velocity that a unit impulse of torque t makes, along t.
 double power(const Mat3& inverse_inertia, const Vec3& torque) {
   return dot(torque, inverse_inertia * torque);
 }
 
 // Where x lies in its set decides what the contact does: it carries nothing where the projection of the trial
-// point is the apex, and sticks where the trial point is inside.
+// point x - g / p is the apex, and sticks where the trial point is inside. At a solution x is that
+// projection; the trial point decides cleanly, where x alone would ask how near the boundary is near.
 template <class S>
 ContactState state_of(const S& set, double p, Law law, const double* x, const double* u) {
   double g[S::dim], trial[S::dim], foot[S::dim];
@@ -31,13 +34,21 @@ ContactState state_of(const S& set, double p, Law law, const double* x, const do
 
 }  // namespace
 
+// The cheapest set that holds what the material asks for. Torsion couples with sliding in one ellipsoid, so
+// that it takes the elliptic cones; rolling friction alone is bounded apart from sliding, as a ball rolls and
+// slides independently.
 int rows_of(const Material& m) {
   const bool elliptic = m.torsional_friction > 0 || is_anisotropic(m);
   if (!elliptic) return m.rolling_friction > 0 ? 5 : 3;
   return m.rolling_friction > 0 ? 6 : m.torsional_friction > 0 ? 4 : 3;
 }
 
-double moment_length(const Contact& contact, const std::vector<BodyMobility>& mobility) {
+// Of unit impulses along the axes e_k of the contact, A has on its diagonal sum over both bodies of
+//   1/m + (r x e_k)' I^-1 (r x e_k)   for forces (`force`),   e_k' I^-1 e_k   for moments (`moment`).
+// Moments enter as m / L, spins as L w: with rows in m/s their diagonal is L^2 times the second. The two
+// means agree for L^2 = force / moment; of a rolling ball that is about its radius. All three axes are
+// summed, so that L does not depend on the tangents. Between bodies that cannot turn L is without effect: 1.
+double moment_length(const Contact& contact, const BodyMobilities& mobility) {
   const ContactBasis basis(contact);
   double force = 0, moment = 0;
   const auto add = [&](Index body, const Vec3& r) {
@@ -53,6 +64,7 @@ double moment_length(const Contact& contact, const std::vector<BodyMobility>& mo
   return moment > 0 ? std::sqrt(force / moment) : 1;
 }
 
+// Coefficients of moments are lengths, m <= mu_r f_n; rows hold m / L, hence mu_r / L.
 void append_set(const Contact& contact, SetProduct& K) {
   const Material& m = contact.material;
   const double torsion = m.torsional_friction / contact.moment_length,
@@ -69,7 +81,8 @@ void append_set(const Contact& contact, SetProduct& K) {
     K.append(EllipticFriction<6>{m.friction, across(m), torsion, rolling, rolling});
 }
 
-ContactImpulse relative_motion(const Contact& c, const std::vector<BodyVelocity>& v) {
+// A's point relative to B's, at the arms that the contact was found with: linear in v, as the rows are.
+ContactImpulse relative_motion(const Contact& c, const BodyVelocities& v) {
   ContactImpulse u{v[c.body_a].linear + cross(v[c.body_a].angular, c.r_a) + c.surface_velocity,
                    v[c.body_a].angular};
   if (c.body_b >= 0) {
@@ -79,8 +92,10 @@ ContactImpulse relative_motion(const Contact& c, const std::vector<BodyVelocity>
   return u;
 }
 
-void store_impulses(const Problem& problem, Law law, const Solution& solution,
-                    const std::vector<BodyVelocity>& v, std::vector<Contact>& contacts) {
+// Contacts are the first blocks of the problem, in their order. Impulses are added, as those of impacts at
+// the start of the step are in them already.
+void store_impulses(const Problem& problem, Law law, const Solution& solution, const BodyVelocities& v,
+                    std::vector<Contact>& contacts) {
   for_each_block(problem.K, [&](const auto& set, std::size_t block, std::size_t row) {
     if (block >= contacts.size()) return;
     Contact& c = contacts[block];

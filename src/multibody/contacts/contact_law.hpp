@@ -15,17 +15,17 @@ int rows_of(const Material& material);
 
 // The length by which the moments of a contact are divided: that makes the mean of diag(A) over its moments
 // equal to that over its forces, so that one number per block preconditions both.
-double moment_length(const Contact& contact, const std::vector<BodyMobility>& mobility);
+double moment_length(const Contact& contact, const BodyMobilities& mobility);
 
 // Appends the set of a contact to K.
 void append_set(const Contact& contact, SetProduct& K);
 
 // u = v_A + w_A x r_A - v_B - w_B x r_B + surface velocity, and w_A - w_B, of the given velocities.
-ContactImpulse relative_motion(const Contact& contact, const std::vector<BodyVelocity>& v);
+ContactImpulse relative_motion(const Contact& contact, const BodyVelocities& v);
 
 // Adds the solution of a problem that starts with these contacts to them: impulses, and of the velocities v
 // after it the motion and the state.
-void store_impulses(const Problem& problem, Law law, const Solution& solution,
-                    const std::vector<BodyVelocity>& v, std::vector<Contact>& contacts);
+void store_impulses(const Problem& problem, Law law, const Solution& solution, const BodyVelocities& v,
+                    std::vector<Contact>& contacts);
 
 }  // namespace amontons

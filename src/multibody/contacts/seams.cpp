@@ -1,3 +1,5 @@
+// Why a search needs to know of seams: see Seams. Judged by geometry alone, at the start of the step; what is
+// passed in one step is looked at again in the next.
 #include "multibody/contacts/seams.hpp"
 
 #include <algorithm>
@@ -9,18 +11,21 @@ namespace amontons {
 
 namespace {
 
-// Faces whose heights differ by less are level.
+// Faces whose heights differ by less are level: far above the error of a resting body, far below what a
+// margin is taken for.
 double level_of(double margin) { return 0.01 * margin; }
 
+// With a lowest point that means something: spheres roll over a seam anyway, and static shapes are no slabs.
 bool is_solid(const Shape& shape) { return !is_static_only(shape) && !std::holds_alternative<Sphere>(shape); }
 
 // Whether a contact that is still open would close within the step, between two solids of which B does not
 // move: the only ones that a body may pass instead.
-bool may_pass(const Model& model, const Contact& contact, double h, const std::vector<BodyVelocity>& v,
-              double margin) {
-  return contact.gap >= -level_of(margin) && !model.is_dynamic(contact.body_b) &&
-         contact.gap + h * dot(contact.normal, relative_motion(contact, v).linear) < 0 &&
-         is_solid(model.geom(contact.geom_a).shape) && is_solid(model.geom(contact.geom_b).shape);
+bool may_pass(const Reach& reach, const Contact& contact) {
+  const Model& model = reach.model;
+  const double closing = reach.h * dot(contact.normal, relative_motion(contact, reach.v).linear);
+  return contact.gap >= -level_of(reach.margin) && !model.is_dynamic(contact.body_b) &&
+         contact.gap + closing < 0 && is_solid(model.geom(contact.geom_a).shape) &&
+         is_solid(model.geom(contact.geom_b).shape);
 }
 
 }  // namespace
@@ -30,18 +35,21 @@ void Seams::start(const std::vector<Contact>& contacts) {
   known_ = contacts.size();
 }
 
-bool Seams::passes(const Model& model, const std::vector<Transform>& frames,
-                   const std::vector<Contact>& contacts, const Contact& contact, double h,
-                   const std::vector<BodyVelocity>& v, double margin) {
-  if (!may_pass(model, contact, h, v, margin)) return false;
+// Of what A rests on, every neighbour of the geom that it would strike is tried: the body B is the same, the
+// geom another, the gap level and the normal across that of the contact. Then A passes if its lowest point
+// along the neighbour's normal stands above the highest of the geom, both sought near the contact: a slab
+// that is lower somewhere else, or higher, does not matter there.
+bool Seams::passes(const Reach& reach, const std::vector<Transform>& frames,
+                   const std::vector<Contact>& contacts, const Contact& contact) {
+  if (!may_pass(reach, contact)) return false;
   if (by_body_.empty()) {
     by_body_.resize(known_);
     for (std::size_t i = 0; i < known_; ++i) by_body_[i] = i;
     std::stable_sort(by_body_.begin(), by_body_.end(),
                      [&](std::size_t i, std::size_t j) { return contacts[i].body_a < contacts[j].body_a; });
   }
-  const Shape &a = model.geom(contact.geom_a).shape, &b = model.geom(contact.geom_b).shape;
-  const double level = level_of(margin);
+  const Shape &a = reach.model.geom(contact.geom_a).shape, &b = reach.model.geom(contact.geom_b).shape;
+  const double level = level_of(reach.margin);
   auto k = std::partition_point(by_body_.begin(), by_body_.end(),
                                 [&](std::size_t i) { return contacts[i].body_a < contact.body_a; });
   for (; k != by_body_.end() && contacts[*k].body_a == contact.body_a; ++k) {

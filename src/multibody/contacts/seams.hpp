@@ -7,6 +7,15 @@
 
 namespace amontons {
 
+// What a search for contacts reads: where bodies stand, where the velocities v take them over h, and up to
+// which gap points count.
+struct Reach {
+  const Model& model;
+  const BodyFrames& bodies;
+  const BodyVelocities& v;
+  double h, margin;
+};
+
 // A box that slides over the joint between two slabs must not strike the side of the second one: as long as
 // it rests on the first it stays above both. Ahead of the joint, though, the nearest way to the second slab
 // is sideways, and a contact that acts before it touches would stop the box there.
@@ -16,8 +25,8 @@ class Seams {
   void start(const std::vector<Contact>& contacts);
   // Whether `contact` is with the side of a geom on which A does not rest yet, level with the face on which,
   // by `contacts`, it does. frames: of the geoms.
-  bool passes(const Model& model, const std::vector<Transform>& frames, const std::vector<Contact>& contacts,
-              const Contact& contact, double h, const std::vector<BodyVelocity>& v, double margin);
+  bool passes(const Reach& reach, const std::vector<Transform>& frames, const std::vector<Contact>& contacts,
+              const Contact& contact);
 
  private:
   std::vector<std::size_t> by_body_;  // sorted for the first candidate only: most steps have none

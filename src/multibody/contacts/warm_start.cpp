@@ -8,7 +8,10 @@ namespace {
 
 std::pair<Index, Index> pair_of(const Contact& c) { return {c.geom_a, c.geom_b}; }
 
-// The rows of an impulse of the last step in the frame of a contact of this one.
+// Impulses are kept as world vectors: a contact of this step has another basis, and its rows follow from its
+// own. Moments are divided by the length of the present contact. A normal impulse that the turn of the basis
+// made negative is cut off; what is left outside the cone is projected by the solve. The rows of an impulse
+// of the last step in the frame of a contact of this one.
 void rows_of(const Contact& c, const Contact& last, double scale, double* x) {
   to_rows(c, scale * last.impulse, scale * last.angular_impulse, 1 / c.moment_length, x);
   x[0] = std::max(0.0, x[0]);
@@ -16,8 +19,11 @@ void rows_of(const Contact& c, const Contact& last, double scale, double* x) {
 
 }  // namespace
 
-void keep_for_warm_start(const Problem& problem, std::span<const double> x,
-                         const std::vector<BodyFrame>& bodies, std::vector<Contact>& kept) {
+// Only those that push: others start from zero anyway. `local` is how the point is known again, in the frame
+// of the body that moves (A), as features of a body move with it. Sorted by pair, so that the next step finds
+// a pair by bisection.
+void keep_for_warm_start(const Problem& problem, std::span<const double> x, const BodyFrames& bodies,
+                         std::vector<Contact>& kept) {
   kept.clear();
   const auto& contacts = std::get<ContactSystem>(problem.A).contacts;
   for (std::size_t i = 0; i < contacts.size(); ++i) {
@@ -34,9 +40,12 @@ void keep_for_warm_start(const Problem& problem, std::span<const double> x,
                    [](const Contact& a, const Contact& b) { return pair_of(a) < pair_of(b); });
 }
 
+// Contacts come pair by pair. Within one, each point takes the nearest of the last step that is not taken
+// yet: two points shall not start from the same impulse, which would count it twice.
 void warm_start_contacts(const Model& model, const std::vector<Contact>& last, double scale,
-                         const std::vector<BodyFrame>& bodies, const std::vector<Contact>& contacts,
+                         const BodyFrames& bodies, const std::vector<Contact>& contacts,
                          std::vector<double>& x0) {
+  // x0 may hold rows already; those of all contacts follow, zero until something is found for them.
   std::vector<unsigned char> used(last.size(), 0);
   std::size_t row = x0.size(), rows = row;
   for (const Contact& c : contacts) rows += static_cast<std::size_t>(c.rows);

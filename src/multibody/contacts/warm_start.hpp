@@ -9,13 +9,13 @@
 namespace amontons {
 
 // The contacts of a problem that carry something in its solution x, as State::contacts holds them.
-void keep_for_warm_start(const Problem& problem, std::span<const double> x,
-                         const std::vector<BodyFrame>& bodies, std::vector<Contact>& kept);
+void keep_for_warm_start(const Problem& problem, std::span<const double> x, const BodyFrames& bodies,
+                         std::vector<Contact>& kept);
 
 // Appends the rows of all contacts to x0, zeros where the last step knew nothing: same geoms, nearest point.
 // The impulses of `last` are scaled by the ratio of the steps.
 void warm_start_contacts(const Model& model, const std::vector<Contact>& last, double scale,
-                         const std::vector<BodyFrame>& bodies, const std::vector<Contact>& contacts,
+                         const BodyFrames& bodies, const std::vector<Contact>& contacts,
                          std::vector<double>& x0);
 
 }  // namespace amontons

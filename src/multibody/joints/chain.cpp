@@ -1,7 +1,10 @@
 #include "multibody/joints/chain.hpp"
 
-namespace amontons {
+#include <cmath>
 
+#include "amontons/problem/contact.hpp"
+
+namespace amontons {
 namespace {
 
 // The columns of the spatial Jacobian: dof i moves A about or along its axis as the dofs before it have
@@ -25,17 +28,181 @@ void place_axes(const Joint& joint, std::span<const double> q, std::array<Screw,
   }
 }
 
-// The reference: see ChainKinematics.
-Vec3 reference_point(const Joint& joint, bool spherical, const std::array<Vec3, 6>& points,
-                     const Vec3& origin) {
-  Vec3 reference = origin;
-  for (std::size_t i = 0; i < joint.dofs.size() && !spherical; ++i)
-    if (joint.dofs[i].kind == Dof::Kind::hinge) reference = points[i];
-  return reference;
+using Vec6 = std::array<double, 6>;
+
+// A twist in units in which a displacement by `length` counts as much as one radian: Euclid's norm of it is
+// the measure of twists. A wrench w in these units has the power <w, scaled twist>.
+Vec6 scaled(const Screw& s, double length) {
+  return {s.linear.x / length, s.linear.y / length, s.linear.z / length,
+          s.angular.x,         s.angular.y,         s.angular.z};
+}
+
+// The screw of dof i, scaled. The rotation of a spherical joint is free whatever its dofs do, so that only
+// displacements tell of them.
+Vec6 column(const ChainKinematics& chain, std::size_t i, double length) {
+  return scaled({chain.screws[i].linear, chain.spherical ? Vec3{} : chain.screws[i].angular}, length);
+}
+
+double dot(const Vec6& a, const Vec6& b) {
+  double sum = 0;
+  for (int i = 0; i < 6; ++i) sum += a[i] * b[i];
+  return sum;
+}
+
+// Matrices here have the size of the joint's dofs, six at most: plain loops on arrays, no memory.
+//
+// N + shift 1 = L L' in place (lower triangle); false if a pivot is not positive.
+bool cholesky(std::array<Vec6, 6>& n, std::size_t k, double shift) {
+  for (std::size_t j = 0; j < k; ++j) {
+    double pivot = n[j][j] + shift;
+    for (std::size_t l = 0; l < j; ++l) pivot -= n[j][l] * n[j][l];
+    if (!(pivot > 0)) return false;
+    n[j][j] = std::sqrt(pivot);
+    for (std::size_t i = j + 1; i < k; ++i) {
+      double sum = n[i][j];
+      for (std::size_t l = 0; l < j; ++l) sum -= n[i][l] * n[j][l];
+      n[i][j] = sum / n[j][j];
+    }
+  }
+  return true;
+}
+
+// The factor of the Gram matrix of unit columns. Near a singular pose (gimbal lock) it is damped in
+// proportion to the manipulability sqrt(det N), and only there: Nakamura and Hanafusa, "Inverse kinematic
+// solutions with singularity robustness for robot manipulator control", J. Dyn. Sys. Meas. Control 108
+// (1986).
+//
+// With the columns of unit length sqrt(det N) is 1 for axes at right angles and 0 where two coincide. The
+// damping, relative to the unit diagonal of N, grows from 0 at `regular` to `largest_damping` at the singular
+// pose itself; 1e-15 more keeps the factor finite for axes that are equal.
+void damped_factor(std::array<Vec6, 6>& n, std::size_t k) {
+  constexpr double regular = 1e-3, largest_damping = 1e-6;
+  const std::array<Vec6, 6> gram = n;
+  double manipulability = 0;
+  if (cholesky(n, k, 0)) {
+    manipulability = 1;
+    for (std::size_t i = 0; i < k; ++i) manipulability *= n[i][i];
+  }
+  if (manipulability >= regular) return;
+  const double s = 1 - manipulability / regular;
+  n = gram;
+  cholesky(n, k, largest_damping * s * s + 1e-15);
+}
+
+// Column i of (L L')^-1: L y = e_i forwards, L' y = y backwards.
+Vec6 inverse_column(const std::array<Vec6, 6>& L, std::size_t k, std::size_t i) {
+  Vec6 y{};
+  y[i] = 1;
+  for (std::size_t r = 0; r < k; ++r) {
+    for (std::size_t c = 0; c < r; ++c) y[r] -= L[r][c] * y[c];
+    y[r] /= L[r][r];
+  }
+  for (std::size_t r = k; r-- > 0;) {
+    for (std::size_t c = r + 1; c < k; ++c) y[r] -= L[c][r] * y[c];
+    y[r] /= L[r][r];
+  }
+  return y;
+}
+
+// Screws that are pure translations or pure rotations about the reference, by kind.
+struct PureScrews {
+  std::size_t n_slides = 0, n_hinges = 0;
+  std::array<Vec3, 6> slides, hinges;
+};
+
+// Whether the wrenches split into pure forces and pure torques: all hinges pass through the reference, to
+// rounding. Then forces do no work on hinges and torques none on slides, so that each half is a complement in
+// space.
+bool split(const ChainKinematics& chain, double length, PureScrews& out) {
+  constexpr double pure = 1e-12;
+  for (std::size_t i = 0; i < chain.dofs; ++i) {
+    const Screw& s = chain.screws[i];
+    if (s.angular == Vec3{}) {
+      out.slides[out.n_slides++] = s.linear;
+    } else {
+      if (norm(s.linear) > pure * length * norm(s.angular)) return false;
+      out.hinges[out.n_hinges++] = s.angular;
+    }
+  }
+  return out.n_slides <= 3 && out.n_hinges <= 3;
+}
+
+// An orthonormal basis of the complement of k directions in space; always 3 - k of them (none for k > 3),
+// also where the directions have become dependent.
+std::size_t complement(const std::array<Vec3, 6>& directions, std::size_t k, std::array<Vec3, 3>& out) {
+  if (k == 0) {
+    out = {Vec3{1, 0, 0}, Vec3{0, 1, 0}, Vec3{0, 0, 1}};
+    return 3;
+  }
+  if (k > 2) return 0;
+  const ContactBasis basis(normalised(directions[0]));
+  out[0] = basis.tangent_1;
+  out[1] = basis.tangent_2;
+  if (k == 1) return 2;
+  // Two directions leave their normal. Where they have become parallel (gimbal lock) any direction across is
+  // one.
+  const Vec3 normal = cross(directions[0], directions[1]);
+  const double sine = norm(normal);
+  if (sine > 1e-12) out[0] = normal / sine;
+  return 1;
+}
+
+// An orthonormal set that grows: at most six columns and six directions of their complement.
+struct Basis {
+  std::size_t n = 0;
+  std::array<Vec6, 12> vectors;
+
+  // Gram-Schmidt, twice for orthogonality to rounding; the norm that is left.
+  double orthogonalise(Vec6& v) const {
+    for (int pass = 0; pass < 2; ++pass)
+      for (std::size_t i = 0; i < n; ++i) {
+        const double s = dot(v, vectors[i]);
+        for (int c = 0; c < 6; ++c) v[c] -= s * vectors[i][c];
+      }
+    return std::sqrt(dot(v, v));
+  }
+  const Vec6& keep(Vec6 v, double size) {
+    for (double& c : v) c /= size;
+    return vectors[n++] = v;
+  }
+};
+
+// The complement of `count` columns in six dimensions, out of coordinate directions, the most independent
+// first.
+std::size_t complement6(const std::array<Vec6, 6>& columns, std::size_t count, std::size_t dimension,
+                        std::array<Vec6, 6>& out) {
+  // Columns that are nearly a combination of others add rounding and no direction: they are left out, and the
+  // count of locked wrenches stays that of the model, whatever the pose.
+  constexpr double dependent = 1e-9;
+  Basis basis;
+  for (std::size_t i = 0; i < count; ++i) {
+    Vec6 v = columns[i];
+    const double before = std::sqrt(dot(v, v));
+    const double left = basis.orthogonalise(v);
+    if (left > dependent * before) basis.keep(v, left);
+  }
+  const std::size_t wanted = dimension > count ? dimension - count : 0;
+  for (std::size_t found = 0; found < wanted; ++found) {
+    Vec6 best{};
+    double best_size = 0;
+    for (std::size_t e = 0; e < dimension; ++e) {
+      Vec6 v{};
+      v[e] = 1;
+      const double left = basis.orthogonalise(v);
+      // A candidate must be clearly better, so that rounding does not choose between equal ones.
+      if (!(left > best_size + 1e-6)) continue;
+      best = v;
+      best_size = left;
+    }
+    out[found] = basis.keep(best, best_size);
+  }
+  return wanted;
 }
 
 }  // namespace
 
+// T(q), the axes in that pose, and how the present pose differs from it. The twists are taken in T(q) and not
+// in the present pose, which need not be one that the joint can have.
 ChainKinematics chain_kinematics(const Joint& joint, const Transform& relative, std::span<const double> q) {
   ChainKinematics chain;
   chain.dofs = joint.dofs.size();
@@ -43,8 +210,11 @@ ChainKinematics chain_kinematics(const Joint& joint, const Transform& relative, 
   std::array<Vec3, 6> points;
   Transform& t = chain.target;
   place_axes(joint, q, chain.screws, points, t);
-  chain.reference = reference_point(joint, chain.spherical, points, t.position);
-  // A rotation about an axis through p moves the reference r by axis x (r - p).
+  chain.reference = t.position;
+  for (std::size_t i = 0; i < chain.dofs && !chain.spherical; ++i)
+    if (joint.dofs[i].kind == Dof::Kind::hinge) chain.reference = points[i];
+  // Screws were at the points of their own axes until now; all are brought to the reference, where they can
+  // be added. A rotation about an axis through p moves the reference r by axis x (r - p).
   for (std::size_t i = 0; i < chain.dofs; ++i)
     if (joint.dofs[i].kind == Dof::Kind::hinge)
       chain.screws[i].linear = cross(chain.screws[i].angular, chain.reference - points[i]);
@@ -57,5 +227,59 @@ ChainKinematics chain_kinematics(const Joint& joint, const Transform& relative, 
 }
 
 bool is_chain(const Joint& joint) { return joint.kind == JointKind::chain || joint.upper_distance == 0; }
+
+// With the scaled screws as the columns of S, q' = (S'S)^-1 S' twist: dual_i is column i of S (S'S)^-1. The
+// columns are brought to unit length, C = S U, so that N = C'C tells how singular the pose is:
+//   S (S'S)^-1 = C N^-1 U.
+std::array<Screw, 6> dual_wrenches(const ChainKinematics& chain, double length) {
+  std::array<Screw, 6> duals;
+  const std::size_t k = chain.dofs;
+  std::array<Vec6, 6> columns, n{};
+  Vec6 unit{};  // U
+  for (std::size_t i = 0; i < k; ++i) {
+    columns[i] = column(chain, i, length);
+    // A hinge through the origin of frame_a of a ball has no displacement there: its rate is undetermined,
+    // and zero.
+    const double size = std::sqrt(dot(columns[i], columns[i]));
+    unit[i] = size > 0 ? 1 / size : 0;
+    for (double& c : columns[i]) c *= unit[i];
+    for (std::size_t j = 0; j <= i; ++j) n[i][j] = dot(columns[i], columns[j]);
+    if (size == 0) n[i][i] = 1;
+  }
+  // y is column i of N^-1; dual_i = C y u_i, taken back to the units of forces and torques.
+  damped_factor(n, k);
+  for (std::size_t i = 0; i < k; ++i) {
+    const Vec6 y = inverse_column(n, k, i);
+    Vec6 p{};
+    for (std::size_t j = 0; j < k; ++j)
+      for (int c = 0; c < 6; ++c) p[c] += unit[i] * y[j] * columns[j][c];
+    duals[i] = {Vec3{p[0], p[1], p[2]} / length, {p[3], p[4], p[5]}};
+  }
+  return duals;
+}
+
+// The complement of the screws: <wrench, screw_i> = 0. Where every screw is a pure slide or a hinge through
+// the reference, which all common joints are, forces complement the slides and torques the hinges: a hinge
+// has three forces and two torques, as in a textbook. Else the complement is one in six dimensions.
+std::size_t locked_wrenches(const ChainKinematics& chain, double length, std::array<Screw, 6>& wrenches) {
+  PureScrews pure;
+  if (split(chain, length, pure)) {
+    std::size_t count = 0;
+    std::array<Vec3, 3> basis;
+    const std::size_t forces = complement(pure.slides, pure.n_slides, basis);
+    for (std::size_t i = 0; i < forces; ++i) wrenches[count++] = {basis[i], {}};
+    const std::size_t torques = chain.spherical ? 0 : complement(pure.hinges, pure.n_hinges, basis);
+    for (std::size_t i = 0; i < torques; ++i) wrenches[count++] = {{}, length * basis[i]};
+    return count;
+  }
+  std::array<Vec6, 6> columns, out;
+  for (std::size_t i = 0; i < chain.dofs; ++i) columns[i] = column(chain, i, length);
+  const std::size_t count = complement6(columns, chain.dofs, chain.spherical ? 3 : 6, out);
+  for (std::size_t i = 0; i < count; ++i) {
+    const Vec6& v = out[i];
+    wrenches[i] = {{v[0], v[1], v[2]}, length * Vec3{v[3], v[4], v[5]}};
+  }
+  return count;
+}
 
 }  // namespace amontons

@@ -3,13 +3,24 @@
 #include <span>
 
 #include "amontons/multibody/model/model.hpp"
-#include "multibody/joints/screw.hpp"
 
 // The geometry of a chain of hinges and slides, in the axes of frame_b. A is moved relative to B by the
 // product of exponentials
 //   T(q) = exp(s_1 q_1) ... exp(s_k q_k)
-// (Brockett 1984; Murray, Li and Sastry, "A Mathematical Introduction to Robotic Manipulation", 1994, ch. 3).
+// (Brockett 1984; Murray, Li and Sastry, "A Mathematical Introduction to Robotic Manipulation", 1994, ch. 3),
+// from which everything a joint needs follows: the twists of its dofs, the wrenches along them, and the
+// wrenches that it locks. No kind of joint has geometry of its own.
 namespace amontons {
+
+// A twist (velocity of a point, angular velocity) or a wrench (force, torque about that point). The product
+// of a wrench and a twist is power.
+struct Screw {
+  Vec3 linear, angular;
+};
+constexpr double dot(const Screw& a, const Screw& b) {
+  return dot(a.linear, b.linear) + dot(a.angular, b.angular);
+}
+constexpr Screw operator*(double s, const Screw& a) { return {s * a.linear, s * a.angular}; }
 
 struct ChainKinematics {
   std::size_t dofs = 0;
@@ -28,5 +39,16 @@ ChainKinematics chain_kinematics(const Joint& joint, const Transform& relative, 
 
 // Whether the joint is a chain: a distance joint of length zero is a ball joint.
 bool is_chain(const Joint& joint);
+
+// In what follows `length` makes angles comparable with displacements: twists are measured by
+// <v, v> / length^2 + <w, w>, wrenches by <f, f> + <t, t> / length^2.
+
+// Dual wrenches: rate of dof i = <dual_i, twist>, the least-squares solution of sum_i screws_i q'_i = twist.
+// The generalised force tau of dof i is the wrench tau dual_i on A. Of a spherical joint, forces only.
+std::array<Screw, 6> dual_wrenches(const ChainKinematics& chain, double length);
+
+// Wrenches at the reference that do no work on the dofs, torques times `length`: an orthonormal basis w.r.t.
+// <f, f> + <t, t> / length^2. Returns their number: 6 (or 3 if spherical) less the dofs.
+std::size_t locked_wrenches(const ChainKinematics& chain, double length, std::array<Screw, 6>& wrenches);
 
 }  // namespace amontons

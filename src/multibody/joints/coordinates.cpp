@@ -7,6 +7,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "multibody/joints/couplings.hpp"
 #include "multibody/joints/joint_context.hpp"
 
 namespace amontons {
@@ -14,6 +15,7 @@ namespace {
 
 constexpr double pi = std::numbers::pi;
 
+// What Gauss-Newton makes small, in squares of a radian. A ball's rotation is free and no error.
 double squared_error(const ChainKinematics& chain, double length) {
   const double d = norm_squared(chain.error.linear) / (length * length);
   return chain.spherical ? d : d + norm_squared(chain.error.angular);
@@ -27,6 +29,8 @@ struct Fit {
 // Improves q in place. The error is the twist that leads from T(q) to the pose, so that its least-squares
 // solution over the screws is dq_i = <dual_i, error>.
 Fit fit(const Joint& joint, const Transform& relative, double length, std::span<double> q) {
+  // From the coordinates of the last step a few steps are enough; the rest is for searches from afar. The
+  // step below which it ends is that of rounding, as coordinates must not creep in a scene at rest.
   constexpr int most_steps = 25;
   constexpr double largest_turn = 1;       // rad in one step: T(q) is far from linear beyond
   constexpr double smallest_step = 1e-14;  // radians or lengths
@@ -34,6 +38,7 @@ Fit fit(const Joint& joint, const Transform& relative, double length, std::span<
   ChainKinematics chain = chain_kinematics(joint, relative, q);
   double largest = infinity;
   for (int step = 0; step < most_steps && largest > smallest_step; ++step) {
+    // Duals are damped near singular poses, where a plain least-squares step would be without bound.
     const auto duals = dual_wrenches(chain, length);
     Screw error = chain.error;
     if (chain.spherical) error.angular = {};
@@ -57,20 +62,19 @@ double hinge_angle(const Quat& rotation, const Vec3& axis, double near) {
   return near + std::remainder(angle - near, 2 * pi);
 }
 
-// Where the first angle of a hinge lies outside its limits but a full turn away inside.
+// Where the first angle of a hinge lies outside its limits but a full turn away inside. Poses know angles but
+// for full turns, and the range of a hinge may be [90, 270] degrees.
 double turned_into_limits(const Dof& dof, double q) {
   if (q >= dof.lower && q <= dof.upper) return q;
-  for (const double bound : {dof.lower, dof.upper}) {
-    if (!std::isfinite(bound)) continue;
-    const double turns =
-        bound == dof.lower ? std::ceil((bound - q) / (2 * pi)) : std::floor((bound - q) / (2 * pi));
-    const double turned = q + 2 * pi * turns;
-    if (turned >= dof.lower && turned <= dof.upper) return turned;
-  }
+  const double up = std::ceil((dof.lower - q) / (2 * pi)), down = std::floor((dof.upper - q) / (2 * pi));
+  for (const double turned : {q + 2 * pi * up, q + 2 * pi * down})
+    if (std::isfinite(turned) && turned >= dof.lower && turned <= dof.upper) return turned;
   return q;
 }
 
-// Starts of all hinges at -120, 0 and 120 degrees, in lexicographic order; the best fit wins.
+// Starts of all hinges at -120, 0 and 120 degrees, in lexicographic order; the best fit wins. No angle is
+// further than 60 degrees from one of them. With three hinges that is 27 fits: affordable where a model is
+// loaded or put into another pose, and in a step only where the fit from the one before has failed.
 void search(const Joint& joint, const Transform& relative, double length, std::span<double> q, double error) {
   constexpr double good = 1e-12;
   std::array<double, 6> trial;
@@ -93,8 +97,13 @@ void search(const Joint& joint, const Transform& relative, double length, std::s
   }
 }
 
+// A joint with one hinge has its angle in closed form, however far it is from the last one; the fit then only
+// has to find the slides and to refine. Joints of several hinges may have several poses that fit (elbow up
+// and down) or a fit that leads into a local minimum: where the first fit is poor they are searched.
 void update_joint(const Joint& joint, const Transform& relative, double length, std::span<double> q) {
   constexpr double good = 1e-6;  // squared error of a first fit
+  // Coordinates that are all zero are those of a state that nobody has found any for, or of a joint that
+  // stands at zero, where the first fit is good and ends at once.
   const bool first = std::all_of(q.begin(), q.end(), [](double v) { return v == 0; });
   std::size_t hinges = 0, hinge = 0;
   for (std::size_t i = 0; i < q.size(); ++i) {
@@ -113,9 +122,35 @@ void update_joint(const Joint& joint, const Transform& relative, double length, 
     search(joint, relative, length, q, found.squared_error);
 }
 
+// How far the distance of the two points lies outside its range, >= 0 if it does.
+double excess(const Joint& rod, const Transform& relative) {
+  const double distance = norm(relative.position);
+  return std::max(distance - rod.upper_distance, rod.lower_distance - distance);
+}
+
+// Twice what the locked directions of a compliant joint and the rotation of a ball hold: 1/2 C^2 / e at the
+// violation C with the compliance e. Angles of locked directions count as lengths, as in their rows.
+double locked_springs(const Model& model, std::size_t j, const BodyFrames& bodies, const State& state) {
+  const Joint& joint = model.joint(static_cast<Index>(j));
+  if (joint.compliance == 0 && joint.ball_stiffness == 0) return 0;
+  const Transform relative = joint_pose(joint, bodies).relative;
+  if (!is_chain(joint)) {
+    const double stretch = std::max(0.0, excess(joint, relative));
+    return stretch * stretch / joint.compliance;
+  }
+  const ChainKinematics chain = chain_kinematics(joint, relative, coordinates_of(model, state, j));
+  const double turn = norm_squared(chain.error.angular), length = model.length();
+  const double ball = chain.spherical ? joint.ball_stiffness * turn : 0;
+  if (joint.compliance == 0) return ball;
+  const double locked_turn = chain.spherical ? 0 : length * length * turn;
+  return ball + (norm_squared(chain.error.linear) + locked_turn) / joint.compliance;
+}
+
 }  // namespace
 
-void update_coordinates(const Model& model, const std::vector<BodyFrame>& bodies, State& state) {
+// Joint by joint: coordinates are those of one joint's bodies relative to each other, loops do not matter
+// here. Their misfit is what the locked rows take back.
+void update_coordinates(const Model& model, const BodyFrames& bodies, State& state) {
   state.coordinates.resize(model.dofs());
   for (std::size_t j = 0; j < model.joints(); ++j) {
     const Joint& joint = model.joint(static_cast<Index>(j));
@@ -125,8 +160,11 @@ void update_coordinates(const Model& model, const std::vector<BodyFrame>& bodies
   }
 }
 
+// Dofs of a joint whose bodies do not fit T(0) get the coordinates of the given poses, not zeros; motors get
+// the targets of the description; no impulses, as there was no step.
 State initial_state(const Model& model) {
   State s;
+  // The poses as they are given, of unit quaternions to rounding; a description allows 1e-6.
   for (const Body& body : model.description().bodies) {
     s.positions.push_back(body.pose.position);
     s.orientations.push_back(normalised(body.pose.rotation));
@@ -142,12 +180,50 @@ State initial_state(const Model& model) {
   s.coupling_impulses.resize(model.description().couplings.size());
   for (const Joint& joint : model.description().joints)
     for (const Dof& dof : joint.dofs) s.targets.push_back(dof.motor.target);
-  std::vector<BodyFrame> frames;
-  std::vector<BodyMobility> mobility;
-  std::vector<BodyVelocity> velocities;
+  BodyFrames frames;
+  BodyMobilities mobility;
+  BodyVelocities velocities;
   place_bodies(model, s, frames, mobility, velocities);
   update_coordinates(model, frames, s);
   return s;
+}
+
+// The violation of rigid joints, each seen by the error of its chain.
+JointError joint_error(const Model& model, const BodyFrames& bodies, const State& state) {
+  JointError worst;
+  for (std::size_t j = 0; j < model.joints(); ++j) {
+    const Joint& joint = model.joint(static_cast<Index>(j));
+    if (!is_active(model, joint) || joint.compliance > 0) continue;
+    const Transform relative = joint_pose(joint, bodies).relative;
+    if (!is_chain(joint)) {
+      worst.distance = std::max(worst.distance, excess(joint, relative));
+      continue;
+    }
+    const ChainKinematics chain = chain_kinematics(joint, relative, coordinates_of(model, state, j));
+    worst.distance = std::max(worst.distance, norm(chain.error.linear));
+    if (!chain.spherical) worst.angle = std::max(worst.angle, norm(chain.error.angular));
+  }
+  return worst;
+}
+
+// Springs of dofs, of balls, of compliant joints and couplings: 1/2 k s^2 each, summed as twice the energy.
+double spring_energy(const Model& model, const BodyFrames& bodies, const State& state) {
+  double twice = 0;
+  for (std::size_t j = 0; j < model.joints(); ++j) {
+    const Joint& joint = model.joint(static_cast<Index>(j));
+    if (!is_active(model, joint)) continue;
+    const std::span<const double> q = coordinates_of(model, state, j);
+    for (std::size_t i = 0; i < q.size(); ++i) {
+      const double stretch = q[i] - joint.dofs[i].rest;
+      twice += joint.dofs[i].stiffness * stretch * stretch;
+    }
+    twice += locked_springs(model, j, bodies, state);
+  }
+  for (const Coupling& coupling : model.description().couplings) {
+    const double violation = coupling_value(model, coupling, state).violation;
+    if (coupling.compliance > 0) twice += violation * violation / coupling.compliance;
+  }
+  return 0.5 * twice;
 }
 
 }  // namespace amontons

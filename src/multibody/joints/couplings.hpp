@@ -1,6 +1,5 @@
 #pragma once
-#include "amontons/multibody/bodies/bodies.hpp"
-#include "amontons/multibody/joints/rows.hpp"
+#include "multibody/joints/row_terms.hpp"
 
 // Couplings of coordinates, C = q_a - p(q_b) = 0 with a polynomial p: gears, mimicking fingers, held dofs.
 namespace amontons {
@@ -11,7 +10,6 @@ struct CouplingValue {
 };
 CouplingValue coupling_value(const Model& model, const Coupling& coupling, const State& state);
 
-void append_coupling_rows(const Model& model, const StepBodies& bodies, const State& state,
-                          const JointOptions& options, JointRows& rows);
+void append_coupling_rows(const RowInput& in, JointRows& rows);
 
 }  // namespace amontons

@@ -4,9 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "multibody/bodies/gyroscopic.hpp"
-#include "multibody/bodies/row_products.hpp"
-#include "multibody/joints/row_terms.hpp"
+#include "multibody/bodies/motion.hpp"
 
 // A degree of freedom q has the row D = s times its dual wrench: D v = s q', with s = length for an angle and
 // 1 for a displacement. An impulse x along the row is s x along q.
@@ -20,28 +18,28 @@ struct Past {
   BodyVelocity velocity;
 };
 
+// The step is undone from what the state has: poses went from there to here with constant velocities, the
+// angular one being the mean of the gyroscopic rotation.
 Past past(const BodyFrame& body, const BodyVelocity& v, double h) {
   // The solve of a step knows the mean of the gyroscopic rotation; backwards in time it is this one.
   const Vec3 spin = -torque_free_mean(body.inertia, -v.angular, h);
-  const Quat turn = exponential(-h * spin);
-  const Vec3 centre = body.centre - h * v.linear;
-  return {{centre + rotate(turn, body.pose.position - body.centre), turn * body.pose.rotation},
-          centre,
-          {v.linear, spin}};
+  const BodyVelocity velocity{v.linear, spin};
+  return {moved(body, velocity, -h), body.centre - h * v.linear, velocity};
 }
 
 // The rates of a joint's coordinates q that the last step ended with, for the inertia of drives: those of the
 // start velocities on the Jacobian of that step. On the present one they differ by h J' v, which over many
 // steps is not small (q'' = J v' + J' v) where the axes of one joint turn with its other degrees of freedom.
-std::array<double, 6> rates_before(const JointContext& now, const std::vector<BodyFrame>& bodies,
-                                   const std::vector<BodyVelocity>& start, std::span<const double> q,
-                                   double h) {
-  const auto past_of = [&](Index body) { return body < 0 ? Past{} : past(bodies[body], start[body], h); };
+std::array<double, 6> rates_before(const JointContext& now, const StepBodies& bodies,
+                                   std::span<const double> q, double h) {
+  const auto past_of = [&](Index body) {
+    return body < 0 ? Past{} : past(bodies.frames[body], bodies.start[body], h);
+  };
   const Past a = past_of(now.joint->body_a), b = past_of(now.joint->body_b);
   // Coordinates to first order, which is enough for a Jacobian.
   std::array<double, 6> before{};
   for (std::size_t i = 0; i < now.chain.dofs; ++i)
-    before[i] = q[i] - h * row_velocity(joint_row(now, now.duals[i]), start);
+    before[i] = q[i] - h * row_velocity(joint_row(now, now.duals[i]), bodies.start);
   JointContext then = now;
   JointPose pose{a.pose * now.joint->frame_a, b.pose * now.joint->frame_b, {}};
   pose.relative = inverse(pose.b) * pose.a;
@@ -55,156 +53,131 @@ std::array<double, 6> rates_before(const JointContext& now, const std::vector<Bo
   return rates;
 }
 
+// One degree of freedom, ready to make rows. Velocities and impulses of the row are those of the coordinate
+// times s and over s.
 struct DofRow {
-  const Dof* dof;
-  Index index;   // global
-  double scale;  // of the row: length of an angle
-  double q, target;
-  DofImpulse last;
-  JacobianRow row;  // scale * rate of the coordinate
-  double before;    // scale * rate that the last step ended with
-};
+  const Dof& dof;
+  Index joint, index;  // of the dof: global
+  double scale;        // s
+  double q, target;    // m or rad; of the motor
+  DofImpulse last;     // along q
+  JacobianRow row;     // D v = s q'
+  double before;       // s q' that the last step ended with
 
-// What all rows of one joint read.
-struct Maker {
-  const JointContext& joint;
-  const StepBodies& bodies;
-  const JointOptions& options;
+  RowTag tag(RowKind kind, double sign = 1) const { return {kind, joint, index, sign, {}, {}, scale}; }
 };
-
-RowTag tag_of(const JointContext& joint, const DofRow& d, RowKind kind, double sign = 1) {
-  return {kind, joint.index, d.index, sign, {}, {}, d.scale};
-}
 
 // The row of an implicit spring k, damper d and inertia a along q follows from its impulse
 //   x = -h k (q + h q'+ - rest) - h d q'+ - a (q'+ - q'-):
 //   q'+ + E x + c = 0,  E = 1 / (h^2 k + h d + a),  c = E (h k (q - rest) - a q'-)
 // (Catto, "Soft constraints", GDC 2011, with the inertia of the drive added). k, d and a of an angle are
 // divided by s^2, as D v is s q' and x is the impulse over s.
-void append_drive(const Maker& m, const DofRow& d, JointRows& rows) {
-  const double h = m.options.h, s = d.scale;
-  const double k = d.dof->stiffness / (s * s), a = d.dof->armature / (s * s);
-  const double stiff = h * h * k + h * d.dof->damping / (s * s) + a;
+void append_drive(const RowInput& in, const DofRow& d, JointRows& rows) {
+  const double h = in.options.h, s = d.scale;
+  const double k = d.dof.stiffness / (s * s), a = d.dof.armature / (s * s);
+  const double stiff = h * h * k + h * d.dof.damping / (s * s) + a;
   if (stiff == 0) return;
-  const double c = (h * k * s * (d.q - d.dof->rest) - a * d.before) / stiff;
-  rows.cones.append(Free{});
-  rows.append(d.row, 1 / stiff, c, d.last.drive / s, tag_of(m.joint, d, RowKind::drive));
+  const double c = (h * k * s * (d.q - d.dof.rest) - a * d.before) / stiff;
+  rows.append(Free{}, d.row, {1 / stiff, c}, d.last.drive / s, d.tag(RowKind::drive));
 }
 
 // The speed of a position motor at the distance `way` of its target: the way within the step, but no faster
 // than half of its largest acceleration a can brake, way = v h + v^2 / a. (The other half is for loads.) A
 // motor that asked for way / h alone would overshoot by as much as it came from, for ever.
+//
+// v^2 / a + h v - |way| = 0 has the positive root v = a (-h + sqrt(h^2 + 4 |way| / a)) / 2. Multiplied by the
+// conjugate it does not cancel for short ways, and an infinite a gives v = way / h.
 double approach_speed(double way, double a, double h) {
   return 2 * way / h / (1 + std::sqrt(1 + 4 * std::abs(way) / (a * h * h)));
 }
 
 // Two rigid demands that contradict each other have no solution: of motor and limit, the limit wins.
+// What a motor may ask for is the speed c of u = D v + c with -c between those at which either limit is
+// reached at the end of the step.
 double within_limits(const DofRow& d, double c, const JointOptions& options) {
-  const double up = closing(d.scale * (d.dof->upper - d.q), options);
-  const double down = closing(d.scale * (d.q - d.dof->lower), options);
+  const double up = closing(d.scale * (d.dof.upper - d.q), options);
+  const double down = closing(d.scale * (d.q - d.dof.lower), options);
   return std::clamp(c, -up, down);
 }
-
-struct MotorTerms {
-  double compliance, c;
-};
 
 // With a gain the motor is a damper about its speed, x = h g (target - q'+), or a spring about its target
 // with a damper, x = -h g (q + h q'+ - target) - h d q'+, as in append_drive. Without, it asks for a speed:
 // its own, or the one that brings it to its target.
-MotorTerms motor_terms(const Maker& m, const DofRow& d) {
-  const Motor& motor = d.dof->motor;
-  const double h = m.options.h, s = d.scale;
+RowTerms motor_terms(const RowInput& in, const DofRow& d) {
+  const Motor& motor = d.dof.motor;
+  const double h = in.options.h, s = d.scale;
   if (motor.kind == MotorKind::speed) return {motor.gain > 0 ? s * s / (h * motor.gain) : 0.0, -s * d.target};
   if (motor.gain > 0) {
     const double compliance = s * s / (h * h * motor.gain + h * motor.damping_gain);
     return {compliance, compliance * h * motor.gain * (d.q - d.target) / s};
   }
+  // Turns can be counted as long as a step makes less than half of one; a quarter leaves room. A slide has no
+  // turns, but a target that jumps by metres shall not fling the bodies: a length at most.
   const double quarter_turn = 0.5 * std::numbers::pi;
-  const double largest = (d.dof->kind == Dof::Kind::hinge ? quarter_turn : 1) * m.options.length;
-  const double strongest = motor.max_effort / s * inverse_effective_mass(d.row, m.bodies.mobility);
+  const double largest = (d.dof.kind == Dof::Kind::hinge ? quarter_turn : 1) * in.options.length;
+  const double strongest = motor.max_effort / s * inverse_effective_mass(d.row, in.bodies.mobility);
   return {0, std::clamp(approach_speed(s * (d.q - d.target), strongest, h), -largest / h, largest / h)};
 }
 
 // Returns the speed of the row that the motor asks for. An effort motor has no row: its impulse is known and
 // part of the free velocities (add_motor_loads).
-double append_motor(const Maker& m, const DofRow& d, JointRows& rows) {
-  const Motor& motor = d.dof->motor;
-  const double h = m.options.h, s = d.scale;
+double append_motor(const RowInput& in, const DofRow& d, JointRows& rows) {
+  const Motor& motor = d.dof.motor;
+  const double h = in.options.h;
   if (motor.kind == MotorKind::none) return 0;
   if (motor.kind == MotorKind::effort) {
     rows.efforts.push_back({d.index, h * std::clamp(d.target, -motor.max_effort, motor.max_effort)});
     return 0;
   }
-  auto [compliance, c] = motor_terms(m, d);
-  if (motor.gain == 0 && motor.max_effort == infinity) c = within_limits(d, c, m.options);
-  const double bound = h * motor.max_effort / s;
-  add_interval(rows, bound);
-  rows.append(d.row, compliance, c, std::clamp(d.last.motor / s, -bound, bound),
-              tag_of(m.joint, d, RowKind::motor));
-  return std::abs(c);
-}
-
-// Dry friction of a given size: the rate is zero as long as |x| < h friction, else x stands at the bound
-// against it, which is what the variational inequality over that interval says with c = 0.
-void append_friction(const Maker& m, const DofRow& d, JointRows& rows) {
-  if (d.dof->friction == 0) return;
-  const double bound = m.options.h * d.dof->friction / d.scale;
-  add_interval(rows, bound);
-  rows.append(d.row, 0, 0, std::clamp(d.last.friction / d.scale, -bound, bound),
-              tag_of(m.joint, d, RowKind::friction));
+  RowTerms terms = motor_terms(in, d);
+  if (motor.gain == 0 && motor.max_effort == infinity) terms.c = within_limits(d, terms.c, in.options);
+  append_bounded(h * motor.max_effort / d.scale, d.row, terms, d.last.motor / d.scale, d.tag(RowKind::motor),
+                 rows);
+  return std::abs(terms.c);
 }
 
 // q - lower >= 0 and upper - q >= 0; limits that meet lock the dof.
-void append_limits(const Maker& m, const DofRow& d, double motor_speed, JointRows& rows) {
+// Each side that is in reach is a row of its own: both may act in one step, on a dof that is nearly locked.
+// An upper limit has the row and the impulse of the opposite direction.
+void append_limits(const RowInput& in, const DofRow& d, double motor_speed, JointRows& rows) {
   const double s = d.scale, last = d.last.limit / s;
-  if (d.dof->lower == d.dof->upper) {
-    rows.cones.append(Free{});
-    rows.append(d.row, regularisation(d.row, m.bodies), recovery(s * (d.q - d.dof->lower), m.options), last,
-                tag_of(m.joint, d, RowKind::limit));
-    return;
-  }
-  for (const double sign : {1.0, -1.0}) {
-    const double gap = s * (sign > 0 ? d.q - d.dof->lower : d.dof->upper - d.q);
-    if (!(gap < infinity) || !within_reach(d.row, m.bodies, gap, motor_speed, m.options)) continue;
-    rows.cones.append(NonNegative{});
-    rows.append(sign * d.row, 0, closing(gap, m.options), std::max(sign * last, 0.0),
-                tag_of(m.joint, d, RowKind::limit, sign));
-  }
-}
-
-bool has_rows(const Dof& dof) {
-  return dof.stiffness > 0 || dof.damping > 0 || dof.armature > 0 || dof.friction > 0 ||
-         dof.motor.kind != MotorKind::none || dof.lower > -infinity || dof.upper < infinity;
+  const double above = s * (d.q - d.dof.lower), below = s * (d.dof.upper - d.q);
+  if (d.dof.lower == d.dof.upper)
+    return append_equality(in, d.row, above, 0, last, d.tag(RowKind::limit), rows);
+  append_inequality(in, d.row, above, 0, motor_speed, last, d.tag(RowKind::limit), rows);
+  append_inequality(in, -1.0 * d.row, below, 0, motor_speed, -last, d.tag(RowKind::limit, -1), rows);
 }
 
 }  // namespace
 
-void append_dof_rows(const Model& model, const JointContext& joint, const StepBodies& bodies,
-                     const State& state, const JointOptions& options, JointRows& rows) {
-  const std::size_t first = model.first_dof(joint.index);
+void append_dof_rows(const RowInput& in, const JointContext& joint, JointRows& rows) {
+  const std::size_t first = in.model.first_dof(joint.index);
   const auto& dofs = joint.joint->dofs;
-  const std::span<const double> q = std::span(state.coordinates).subspan(first);
+  const std::span<const double> q = std::span(in.state.coordinates).subspan(first);
   std::array<double, 6> rates{};
   if (std::any_of(dofs.begin(), dofs.end(), [](const Dof& dof) { return dof.armature > 0; }))
-    rates = rates_before(joint, bodies.frames, bodies.start, q, options.h);
-  const Maker m{joint, bodies, options};
-  for (std::size_t i = 0; i < joint.chain.dofs; ++i) {
+    rates = rates_before(joint, in.bodies, q, in.options.h);
+  for (std::size_t i = 0; i < dofs.size(); ++i) {
     const Dof& dof = dofs[i];
-    if (!has_rows(dof)) continue;
-    const double s = joint.scale(i);
-    const DofRow d{&dof,
+    const double s = joint.scale(i), h = in.options.h;
+    const double target = dof.motor.kind == MotorKind::none ? 0 : in.state.targets[first + i];
+    const DofRow d{dof,
+                   joint.index,
                    static_cast<Index>(first + i),
                    s,
                    q[i],
-                   dof.motor.kind == MotorKind::none ? 0 : state.targets[first + i],
-                   state.dof_impulses[first + i],
+                   target,
+                   in.state.dof_impulses[first + i],
                    joint_row(joint, s * joint.duals[i]),
                    dof.armature > 0 ? s * rates[i] : 0};
-    append_drive(m, d, rows);
-    const double motor_speed = append_motor(m, d, rows);
-    append_friction(m, d, rows);
-    append_limits(m, d, motor_speed, rows);
+    append_drive(in, d, rows);
+    const double motor_speed = append_motor(in, d, rows);
+    // Dry friction of a given size: the rate is zero as long as |x| < h friction, else x stands at the bound
+    // against it, which is what the variational inequality over that interval says with c = 0.
+    if (dof.friction > 0)
+      append_bounded(h * dof.friction / s, d.row, {0, 0}, d.last.friction / s, d.tag(RowKind::friction),
+                     rows);
+    append_limits(in, d, motor_speed, rows);
   }
 }
 

@@ -2,27 +2,23 @@
 
 namespace amontons {
 
-namespace {
-
-const Transform& body_pose(const std::vector<BodyFrame>& bodies, Index body) {
-  static const Transform identity;
-  return body < 0 ? identity : bodies[body].pose;
-}
-
-Vec3 centre_of(const std::vector<BodyFrame>& bodies, Index body) {
-  return body >= 0 ? bodies[body].centre : Vec3{};
-}
-
-}  // namespace
-
-JointPose joint_pose(const Joint& joint, const std::vector<BodyFrame>& bodies) {
-  JointPose pose;
-  pose.a = body_pose(bodies, joint.body_a) * joint.frame_a;
-  pose.b = body_pose(bodies, joint.body_b) * joint.frame_b;
+// Poses as they are, for all that only measures; joint_context() is for what makes rows.
+JointPose joint_pose(const Joint& joint, const BodyFrames& bodies) {
+  const auto in_world = [&](Index body, const Transform& frame) {
+    return (body < 0 ? Transform{} : bodies[body].pose) * frame;
+  };
+  JointPose pose{in_world(joint.body_a, joint.frame_a), in_world(joint.body_b, joint.frame_b), {}};
   pose.relative = inverse(pose.b) * pose.a;
   return pose;
 }
 
+std::span<const double> coordinates_of(const Model& model, const State& state, std::size_t j) {
+  const std::size_t first = model.first_dof(j);
+  return std::span(state.coordinates).subspan(first, model.first_dof(j + 1) - first);
+}
+
+// Two bodies that impulses cannot move have no rows: their part of A would be zero, and a violated joint
+// between them would make the problem infeasible.
 bool is_active(const Model& model, const Joint& joint) {
   return model.is_dynamic(joint.body_a) || model.is_dynamic(joint.body_b);
 }
@@ -31,6 +27,7 @@ bool is_active(const Model& model, const Joint& joint) {
 // its opposite then meet at one point of the world, also where the joint is violated.
 void place(JointContext& joint, const JointPose& pose, const Vec3& centre_a, const Vec3& centre_b,
            std::span<const double> q) {
+  // Everything is in the axes of frame_b but for the arms r_a and r_b, which are world vectors.
   joint.pose = pose;
   joint.axes = to_matrix(pose.b.rotation);
   joint.arm = {};
@@ -47,8 +44,9 @@ void place(JointContext& joint, const JointPose& pose, const Vec3& centre_a, con
   if (joint.body_b >= 0) joint.r_b = point - centre_b;
 }
 
-JointContext joint_context(const Model& model, const std::vector<BodyFrame>& bodies, const State& state,
-                           std::size_t j) {
+// A fixed body counts as the world: its velocity is zero, and rows without it are cheaper and, where both
+// sides are fixed, empty. Kinematic bodies stay, as rows must see their velocity.
+JointContext joint_context(const Model& model, const BodyFrames& bodies, const State& state, std::size_t j) {
   const auto unless_fixed = [&](Index body) {
     return body >= 0 && model.body(body).motion != Motion::fixed ? body : world;
   };
@@ -58,9 +56,9 @@ JointContext joint_context(const Model& model, const std::vector<BodyFrame>& bod
   context.body_a = unless_fixed(context.joint->body_a);
   context.body_b = unless_fixed(context.joint->body_b);
   context.length = model.length();
-  const std::span<const double> q(state.coordinates);
-  place(context, joint_pose(*context.joint, bodies), centre_of(bodies, context.body_a),
-        centre_of(bodies, context.body_b), q.subspan(model.first_dof(j), context.joint->dofs.size()));
+  const auto centre = [&](Index body) { return body >= 0 ? bodies[body].centre : Vec3{}; };
+  place(context, joint_pose(*context.joint, bodies), centre(context.body_a), centre(context.body_b),
+        coordinates_of(model, state, j));
   return context;
 }
 
@@ -81,6 +79,7 @@ JacobianRow joint_row(const JointContext& joint, const Screw& wrench) {
   return row;
 }
 
+// -1 turns C <= 0 into C >= 0.
 JacobianRow operator*(double s, const JacobianRow& row) {
   JacobianRow out = row;
   for (double& c : out.a) c *= s;

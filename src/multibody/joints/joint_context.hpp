@@ -3,17 +3,17 @@
 
 #include "amontons/multibody/bodies/bodies.hpp"
 #include "amontons/problem/contact_system.hpp"
-#include "multibody/joints/wrenches.hpp"
+#include "multibody/joints/chain.hpp"
 
 // Where a joint stands in the world, and its rows.
 namespace amontons {
 
-// The frames of a joint.
+// The frames of a joint where its bodies hold them; they coincide only at zero coordinates and without error.
 struct JointPose {
   Transform a, b;      // in the world
   Transform relative;  // b^-1 a: frame_a as seen from frame_b
 };
-JointPose joint_pose(const Joint& joint, const std::vector<BodyFrame>& bodies);
+JointPose joint_pose(const Joint& joint, const BodyFrames& bodies);
 
 // A joint in the world at the present coordinates, ready to make rows.
 struct JointContext {
@@ -32,12 +32,14 @@ struct JointContext {
   // the residual nor the iterates of a solver depend on the units of the model.
   double scale(std::size_t dof) const { return rotates(dof) ? length : 1; }
 };
-JointContext joint_context(const Model& model, const std::vector<BodyFrame>& bodies, const State& state,
+JointContext joint_context(const Model& model, const BodyFrames& bodies, const State& state,
                            std::size_t joint);
 // Fills what follows from the pose of the joint, the centres of mass and the coordinates.
 void place(JointContext& joint, const JointPose& pose, const Vec3& centre_a, const Vec3& centre_b,
            std::span<const double> q);
 
+// The coordinates of the joint's dofs.
+std::span<const double> coordinates_of(const Model& model, const State& state, std::size_t joint);
 // Whether impulses of the joint can move a body at all.
 bool is_active(const Model& model, const Joint& joint);
 

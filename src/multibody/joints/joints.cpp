@@ -1,28 +1,154 @@
+// The rows of joints: locked directions, rods and ropes, balls; those along degrees of freedom are in
+// dof_rows, those between joints in couplings. Each maker states C and D of its constraint; what E, c and the
+// set follow from them is in row_terms. All rows are velocities in m/s: D of an angle has the factor length.
 #include "amontons/multibody/joints/joints.hpp"
 
-#include "multibody/joints/ball_rows.hpp"
+#include <algorithm>
+
 #include "multibody/joints/couplings.hpp"
-#include "multibody/joints/distance_rows.hpp"
 #include "multibody/joints/dof_rows.hpp"
-#include "multibody/joints/locked_rows.hpp"
+#include "multibody/joints/joint_context.hpp"
+#include "multibody/joints/row_terms.hpp"
 
 namespace amontons {
+namespace {
 
+// The directions in which a chain does not move: C_i = <w_i, error>, with w_i the wrenches that do no work on
+// the dofs and `error` the small motion from T(q) to the pose. The error changes with the twist of A relative
+// to B less sum_k screws_k q'_k; as <w_i, screws_k> = 0 the unknown q' drops out, and D v = <w_i, twist> is
+// the row of w_i (exact at C = 0).
+void append_locked_rows(const RowInput& in, const JointContext& joint, JointRows& rows) {
+  const double L = joint.length;
+  std::array<Screw, 6> wrenches;
+  const std::size_t count = locked_wrenches(joint.chain, L, wrenches);
+  const JointWrench& last = in.state.joint_wrenches[joint.index];
+  // The stored wrench is about the origin of frame_a, the rows are about the reference.
+  const Vec3 last_torque = last.torque - cross(joint.arm, last.force);
+  for (std::size_t i = 0; i < count; ++i) {
+    const Screw& w = wrenches[i];
+    // The last impulse in this basis, which is orthonormal w.r.t. <f, f> + <t, t> / L^2. The basis may have
+    // turned since; the wrench has not, which is why the state holds wrenches and no rows.
+    const double x0 = dot(w.linear, last.force) + dot(w.angular, last_torque) / (L * L);
+    RowTag tag{RowKind::locked, joint.index, -1};
+    tag.force = w.linear;
+    tag.torque = w.angular + cross(joint.arm, w.linear);
+    append_equality(in, joint_row(joint, w), dot(w, joint.chain.error), joint.joint->compliance, x0, tag,
+                    rows);
+  }
+}
+
+// The distance of the two frame origins: a rod of one length, or the ends of a range (a rope, a strut).
+// C = |p| - L with p from the origin of frame_b to that of frame_a: D v = <p / |p|, v_A - v_B>. Both
+// velocities are taken at the origin of frame_a; what the turn of B adds there lies across p.
+void append_distance_rows(const RowInput& in, const JointContext& joint, JointRows& rows) {
+  const Joint& rod = *joint.joint;
+  const Vec3& between = joint.pose.relative.position;
+  const double distance = norm(between);
+  // Where the points coincide no direction is better than another; the next step knows one.
+  const Vec3 direction = distance > 1e-12 * joint.length ? between / distance : Vec3{0, 0, 1};
+  const double last = dot(direction, in.state.joint_wrenches[joint.index].force);
+  const JacobianRow row = joint_row(joint, {direction, {}});
+  if (rod.lower_distance == rod.upper_distance) {
+    RowTag tag{RowKind::locked, joint.index, -1};
+    tag.force = direction;
+    append_equality(in, row, distance - rod.lower_distance, rod.compliance, last, tag, rows);
+    return;
+  }
+  // Ends of the range: C = |p| - lower >= 0 pushes the points apart, C = upper - |p| >= 0 pulls them
+  // together.
+  for (const double sign : {1.0, -1.0}) {
+    if (sign > 0 && rod.lower_distance == 0) continue;  // no distance is less than zero
+    const double gap = sign > 0 ? distance - rod.lower_distance : rod.upper_distance - distance;
+    RowTag tag{RowKind::distance, joint.index, -1};
+    tag.force = sign * direction;
+    append_inequality(in, sign * row, gap, rod.compliance, 0, sign * last, tag, rows);
+  }
+}
+
+// The free rotation of a ball joint: spring and damper, dry friction, and the limit of its angle. The
+// rotation vector r of the ball has r' = omega to first order in r, and d|r|/dt = <omega, r / |r|> exactly.
+// Rows about the axes of frame_b are D v = s omega_i, with s = length.
+void append_ball_rows(const RowInput& in, const JointContext& joint, JointRows& rows) {
+  const Joint& ball = *joint.joint;
+  const double h = in.options.h, s = joint.length;
+  const Vec3& r = joint.chain.error.angular;
+  const Vec3& last = in.state.ball_impulses[joint.index];
+  const auto rotation_row = [&](const Vec3& about) { return joint_row(joint, {{}, s * about}); };
+  const auto axis = [](int k) { return Vec3{k == 0 ? 1.0 : 0.0, k == 1 ? 1.0 : 0.0, k == 2 ? 1.0 : 0.0}; };
+  const auto tag_of = [&](RowKind kind, Index k) { return RowTag{kind, joint.index, k, 1, {}, {}, s}; };
+
+  // Spring k towards r = 0 and damper d, as the drive of a dof (append_drive): with r+ = r + h omega
+  //   omega + E x + c = 0,  E = 1 / (h^2 k + h d),  c = E h k r.
+  const double stiff = (h * h * ball.ball_stiffness + h * ball.ball_damping) / (s * s);
+  for (int k = 0; stiff > 0 && k < 3; ++k)
+    rows.append(Free{}, rotation_row(axis(k)), {1 / stiff, h * ball.ball_stiffness * r[k] / (s * stiff)},
+                last[k] / s, tag_of(RowKind::ball, k));
+
+  // Friction. The state holds its sum with spring and damper, which then take all of it as their start.
+  const double bound = h * ball.ball_friction / s;
+  for (int k = 0; bound > 0 && k < 3; ++k)
+    append_bounded(bound, rotation_row(axis(k)), {0, 0}, stiff > 0 ? 0 : last[k] / s,
+                   tag_of(RowKind::ball, k), rows);
+
+  // |r| <= limit: C = s (limit - |r|), D = -s <omega, r / |r|>. Near r = 0 it has no direction, and no limit
+  // is that small.
+  const double angle = norm(r);
+  if (!(ball.ball_limit < infinity) || angle < 1e-9) return;
+  const Vec3 outward = r / angle;
+  RowTag tag = tag_of(RowKind::limit, -1);
+  tag.torque = -s * outward;
+  const double last_limit = -dot(outward, in.state.joint_wrenches[joint.index].torque) / s;
+  append_inequality(in, -1.0 * rotation_row(outward), s * (ball.ball_limit - angle), 0, 0, last_limit, tag,
+                    rows);
+}
+
+}  // namespace
+
+// Rows of a joint stand together, couplings last, as they may bring auxiliary bodies along. The order is that
+// of the model, so that the same model gives the same bits.
 void append_joint_rows(const Model& model, const StepBodies& bodies, const State& state,
                        const JointOptions& options, JointRows& rows) {
+  const RowInput in{model, bodies, state, options};
   for (std::size_t j = 0; j < model.joints(); ++j) {
     const Joint& joint = model.joint(static_cast<Index>(j));
     if (!is_active(model, joint)) continue;
     const JointContext context = joint_context(model, bodies.frames, state, j);
+    // A distance joint has no coordinates and locks one direction at most.
     if (!is_chain(joint)) {
-      append_distance_rows(context, bodies, state, options, rows);
+      append_distance_rows(in, context, rows);
       continue;
     }
-    append_locked_rows(context, bodies, state, options, rows);
-    append_dof_rows(model, context, bodies, state, options, rows);
-    if (joint.spherical) append_ball_rows(context, bodies, state, options, rows);
+    append_locked_rows(in, context, rows);
+    append_dof_rows(in, context, rows);
+    if (joint.spherical) append_ball_rows(in, context, rows);
   }
-  append_coupling_rows(model, bodies, state, options, rows);
+  append_coupling_rows(in, rows);
+}
+
+// An effort motor has no row, as its impulse depends on nothing that the step finds. The effort tau along dof
+// i is the wrench tau dual_i on A and its opposite on B: D' of the dof's row, as a row's wrench is what its
+// unit impulse puts on the bodies.
+void add_motor_loads(const Model& model, const BodyFrames& bodies, const State& state, double h,
+                     std::vector<BodyImpulse>& loads) {
+  const auto is_effort = [](const Dof& dof) { return dof.motor.kind == MotorKind::effort; };
+  const auto add = [&](Index body, const std::array<double, 6>& w) {
+    if (!model.is_dynamic(body)) return;
+    loads[body].force += Vec3{w[0], w[1], w[2]};
+    loads[body].torque += Vec3{w[3], w[4], w[5]};
+  };
+  for (std::size_t j = 0; j < model.joints(); ++j) {
+    const Joint& joint = model.joint(static_cast<Index>(j));
+    if (!is_active(model, joint) || std::none_of(joint.dofs.begin(), joint.dofs.end(), is_effort)) continue;
+    const JointContext context = joint_context(model, bodies, state, j);
+    for (std::size_t i = 0; i < joint.dofs.size(); ++i) {
+      if (!is_effort(joint.dofs[i])) continue;
+      const double bound = joint.dofs[i].motor.max_effort;
+      const double impulse = h * std::clamp(state.targets[model.first_dof(j) + i], -bound, bound);
+      const JacobianRow row = joint_row(context, impulse * context.duals[i]);
+      add(row.body_a, row.a);
+      add(row.body_b, row.b);
+    }
+  }
 }
 
 }  // namespace amontons

@@ -3,34 +3,60 @@
 #include <algorithm>
 #include <cmath>
 
-#include "multibody/bodies/row_products.hpp"
-
 namespace amontons {
+namespace {
 
-double regularisation(const JacobianRow& row, const StepBodies& bodies) {
-  return locked_regularisation * inverse_effective_mass(row, bodies.mobility);
+// Locked rows that repeat each other (the two hinges of a door, planar loops) make A singular, and nothing
+// then decides how they share the load. This compliance, relative to D M^-1 D' of the row, makes them share
+// it evenly. Not larger: a row sags by this fraction of g h^2 (times the mass that it carries over its own),
+// 2e-11 m for a body on one joint. Not smaller: positions are known to 1e-16 of their size, and that
+// rounding, over h and over this compliance, is a load that redundant rows put on each other, below 1e-4 of
+// the weight.
+constexpr double locked_regularisation = 1e-7;
+
+// Whether an inequality at distance `gap` may matter in this step. The velocity after the step is unknown;
+// twice the fastest of those known is allowed for, and for what collisions and other joints may add, a tenth
+// of a length (or rad). A limit that was missed is caught in the next step, as a violation. Rows that cannot
+// act would change nothing but the size of the problem.
+bool within_reach(const RowInput& in, const JacobianRow& row, double gap, double motor_speed) {
+  const double start = std::abs(row_velocity(row, in.bodies.start));
+  const double free = std::abs(row_velocity(row, in.bodies.free));
+  return gap <= 2 * in.options.h * std::max({start, free, motor_speed}) + 0.1 * in.options.length;
 }
 
-double recovery(double error, const JointOptions& options) {
-  return std::clamp(error / options.h, -options.recovery_speed, options.recovery_speed);
+}  // namespace
+
+// A rigid error is taken back within the step, but no faster than the recovery speed: a model that starts
+// badly assembled shall not explode. Of a spring nothing may be cut off, it would not be the spring any more.
+RowTerms equality_terms(double error, double e, double inverse_mass, const JointOptions& options) {
+  const double h = options.h, v = options.recovery_speed;
+  if (e > 0) return {e / (h * h), error / h};
+  return {locked_regularisation * inverse_mass, std::clamp(error / h, -v, v)};
 }
 
 double closing(double gap, const JointOptions& options) {
   return std::max(gap / options.h, -options.recovery_speed);
 }
 
-bool within_reach(const JacobianRow& row, const StepBodies& bodies, double gap, double motor_speed,
-                  const JointOptions& options) {
-  const double speed = std::max(
-      {std::abs(row_velocity(row, bodies.start)), std::abs(row_velocity(row, bodies.free)), motor_speed});
-  return gap <= 2 * options.h * speed + 0.1 * options.length;
+void append_equality(const RowInput& in, const JacobianRow& row, double error, double e, double last,
+                     const RowTag& tag, JointRows& rows) {
+  const double inverse_mass = inverse_effective_mass(row, in.bodies.mobility);
+  rows.append(Free{}, row, equality_terms(error, e, inverse_mass, in.options), last, tag);
 }
 
-void add_interval(JointRows& rows, double bound) {
-  if (bound == infinity)
-    rows.cones.append(Free{});
-  else
-    rows.cones.append(Interval{-bound, bound});
+void append_inequality(const RowInput& in, const JacobianRow& row, double gap, double e, double motor_speed,
+                       double last, const RowTag& tag, JointRows& rows) {
+  if (!(gap < infinity) || !within_reach(in, row, gap, motor_speed)) return;
+  const double h = in.options.h;
+  const RowTerms terms{e / (h * h), e > 0 ? gap / h : closing(gap, in.options)};
+  rows.append(NonNegative{}, row, terms, std::max(last, 0.0), tag);
+}
+
+void append_bounded(double bound, const JacobianRow& row, const RowTerms& terms, double last,
+                    const RowTag& tag, JointRows& rows) {
+  // An interval without ends is the whole line, and linear systems are solved faster.
+  if (bound == infinity) return rows.append(Free{}, row, terms, last, tag);
+  rows.append(Interval{-bound, bound}, row, terms, std::clamp(last, -bound, bound), tag);
 }
 
 }  // namespace amontons

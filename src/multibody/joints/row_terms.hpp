@@ -5,36 +5,71 @@
 // What the rows of joints have in common. A row asks
 //   u = D v+ + E x + c,  -u in the normal cone of x's set
 // with x the impulse along D'. From a constraint C(q) with the Jacobian D = dC/dq:
-// - a rigid equality C = 0 at the end of the step is, to first order in h, C + h D v+ = 0: E = 0, c = C / h,
-// x
-//   free (Baumgarte's stabilisation with the factor 1, and a bound on c);
+// - a rigid equality C = 0 at the end of the step is, to first order in h, C + h D v+ = 0: E = 0, c = C / h
+//   and x free (Baumgarte's stabilisation with the factor 1, and a bound on c);
 // - a spring of compliance e and no mass, C + h D v+ = -e x / h: E = e / h^2, c = C / h, x free;
 // - an inequality C >= 0 is C + h D v+ >= 0: c = C / h, x >= 0, complementary;
-// - a bounded effort |x| <= h effort against D v+ + c: x in that interval. Dry friction has c = 0, a motor c
-// =
-//   -speed.
+// - a bounded effort |x| <= h effort against D v+ + c: x in that interval. Dry friction has c = 0, a motor
+//   c = -speed.
+// Each of these is one function below. A maker of rows brings D and C, and says where the impulse belongs.
 namespace amontons {
 
-// Locked rows that repeat each other (the two hinges of a door, planar loops) make A singular, and nothing
-// then decides how they share the load. This compliance, relative to D M^-1 D' of the row, makes them share
-// it evenly. Not larger: a row sags by this fraction of g h^2 (times the mass that it carries over its own),
-// 2e-11 m for a body on one joint. Not smaller: positions are known to 1e-16 of their size, and that
-// rounding, over h and over this compliance, is a load that redundant rows put on each other, below 1e-4 of
-// the weight.
-constexpr double locked_regularisation = 1e-7;
-double regularisation(const JacobianRow& row, const StepBodies& bodies);
+// What every maker of rows reads.
+struct RowInput {
+  const Model& model;
+  const StepBodies& bodies;
+  const State& state;
+  const JointOptions& options;
+};
 
-// c of an equality: the error is taken back within the step, but no faster than the recovery speed.
-double recovery(double error, const JointOptions& options);
-// c of an inequality: a gap may close within the step; a negative one is taken back as an error.
+// Of the equality C = error with the compliance e, 0 for a rigid one. `inverse_mass` is D M^-1 D'.
+RowTerms equality_terms(double error, double e, double inverse_mass, const JointOptions& options);
+// c of a rigid inequality: a gap may close within the step; a negative one is taken back as an error.
 double closing(double gap, const JointOptions& options);
 
-// Whether a limit at distance `gap` may matter in this step: what collisions and other joints may do to the
-// velocity is covered by the tenth of a length (or rad). A limit that was missed is caught in the next step.
-bool within_reach(const JacobianRow& row, const StepBodies& bodies, double gap, double motor_speed,
-                  const JointOptions& options);
+// The rows themselves. `last` is the impulse of the last step along the row; it becomes the warm start after
+// the projection on the set of the row.
+void append_equality(const RowInput& in, const JacobianRow& row, double error, double e, double last,
+                     const RowTag& tag, JointRows& rows);
+// Nothing is appended for a gap that cannot close within the step. motor_speed: that a motor along the row
+// asks for.
+void append_inequality(const RowInput& in, const JacobianRow& row, double gap, double e, double motor_speed,
+                       double last, const RowTag& tag, JointRows& rows);
+// bound: of |x|, N s; infinite for an effort without one.
+void append_bounded(double bound, const JacobianRow& row, const RowTerms& terms, double last,
+                    const RowTag& tag, JointRows& rows);
 
-// The set [-bound, bound] for the row to come.
-void add_interval(JointRows& rows, double bound);
+// Products of one Jacobian row j, a wrench on each of its bodies, with the bodies' velocities and inverse
+// masses.
+
+// One side of the row: the power of its wrench, <j, v>.
+inline double power(const std::array<double, 6>& j, const BodyVelocity& v) {
+  return j[0] * v.linear.x + j[1] * v.linear.y + j[2] * v.linear.z + j[3] * v.angular.x + j[4] * v.angular.y +
+         j[5] * v.angular.z;
+}
+
+// The velocity along the row, u + j v; u first, as c is in D v + c. Bodies without an entry, the world and
+// auxiliary ones, are at rest.
+inline double row_velocity(const JacobianRow& row, const BodyVelocities& v, double u = 0) {
+  const Index n = static_cast<Index>(v.size());
+  if (row.body_a >= 0 && row.body_a < n) u += power(row.a, v[row.body_a]);
+  if (row.body_b >= 0 && row.body_b < n) u += power(row.b, v[row.body_b]);
+  return u;
+}
+
+// One side of j M^-1 j': f'f / m + t' I^-1 t.
+inline double side_inverse_mass(const std::array<double, 6>& j, const BodyMobility& body) {
+  const Vec3 f{j[0], j[1], j[2]}, t{j[3], j[4], j[5]};
+  return body.inverse_mass * dot(f, f) + dot(t, body.inverse_inertia * t);
+}
+
+// The inverse of the row's effective mass, j M^-1 j': the velocity along the row that a unit impulse along it
+// makes.
+inline double inverse_effective_mass(const JacobianRow& row, const BodyMobilities& bodies) {
+  double w = 0;
+  if (row.body_a >= 0) w += side_inverse_mass(row.a, bodies[row.body_a]);
+  if (row.body_b >= 0) w += side_inverse_mass(row.b, bodies[row.body_b]);
+  return w;
+}
 
 }  // namespace amontons

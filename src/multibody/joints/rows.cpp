@@ -1,9 +1,12 @@
+// The memory of the rows of a step, and the way of their impulses back into the state: a row is known by its
+// tag, as rows come and go from step to step (limits, ropes) and the state must not depend on their numbers.
 #include "amontons/multibody/joints/rows.hpp"
 
 #include <algorithm>
 
 namespace amontons {
 
+// Array by array, so that each keeps its memory for the next step.
 void JointRows::clear() {
   jacobian.clear();
   compliance.clear();
@@ -15,52 +18,37 @@ void JointRows::clear() {
   auxiliary_inverse_mass.clear();
 }
 
-void JointRows::append(const JacobianRow& row, double row_compliance, double bias, double start,
-                       const RowTag& tag) {
-  jacobian.push_back(row);
-  compliance.push_back(row_compliance);
-  c.push_back(bias);
-  x0.push_back(start);
-  tags.push_back(tag);
-}
-
 namespace {
 
-void clear_impulses(State& state) {
-  std::fill(state.joint_wrenches.begin(), state.joint_wrenches.end(), JointWrench{});
-  std::fill(state.dof_impulses.begin(), state.dof_impulses.end(), DofImpulse{});
-  std::fill(state.ball_impulses.begin(), state.ball_impulses.end(), Vec3{});
-  std::fill(state.coupling_impulses.begin(), state.coupling_impulses.end(), 0.0);
-}
-
-// Several rows may act on one coordinate (both limits): impulses add.
-void store(const RowTag& tag, double x, State& state) {
-  const double along = tag.sign * tag.scale * x;
+// Where the impulse of a row along one coordinate is kept; null for a row whose impulse is a wrench.
+double* place_of(const RowTag& tag, State& state) {
   switch (tag.kind) {
     case RowKind::drive:
-      state.dof_impulses[tag.dof].drive += along;
-      return;
+      return &state.dof_impulses[tag.dof].drive;
     case RowKind::motor:
-      state.dof_impulses[tag.dof].motor += along;
-      return;
+      return &state.dof_impulses[tag.dof].motor;
     case RowKind::friction:
-      state.dof_impulses[tag.dof].friction += along;
-      return;
+      return &state.dof_impulses[tag.dof].friction;
+    case RowKind::limit:  // that of a ball has no coordinate
+      return tag.dof >= 0 ? &state.dof_impulses[tag.dof].limit : nullptr;
     case RowKind::ball:
-      state.ball_impulses[tag.joint][tag.dof] += along;
-      return;
+      return &state.ball_impulses[tag.joint][tag.dof];
     case RowKind::coupling:
-      if (tag.dof >= 0) state.coupling_impulses[tag.joint] = along;
-      return;
-    case RowKind::limit:
-      if (tag.dof >= 0) {
-        state.dof_impulses[tag.dof].limit += along;
-        return;
-      }
-      break;  // the limit of a ball
+      return &state.coupling_impulses[tag.joint];
     case RowKind::locked:
     case RowKind::distance:
       break;
+  }
+  return nullptr;
+}
+
+// Several rows may act on one coordinate (both limits) or one joint (its locked directions): impulses add.
+void store(const RowTag& tag, double x, State& state) {
+  // The helpers of a wide coupling carry the impulse of its last row once more.
+  if (tag.kind == RowKind::coupling && tag.dof < 0) return;
+  if (double* along = place_of(tag, state)) {
+    *along += tag.sign * tag.scale * x;
+    return;
   }
   JointWrench& wrench = state.joint_wrenches[tag.joint];
   wrench.force += x * tag.force;
@@ -69,8 +57,12 @@ void store(const RowTag& tag, double x, State& state) {
 
 }  // namespace
 
+// Efforts have no rows, hence no impulse among x; what a user reads as the impulse of a motor has them in it.
 void store_joint_impulses(const JointRows& rows, std::span<const double> x, State& state) {
-  clear_impulses(state);
+  std::fill(state.joint_wrenches.begin(), state.joint_wrenches.end(), JointWrench{});
+  std::fill(state.dof_impulses.begin(), state.dof_impulses.end(), DofImpulse{});
+  std::fill(state.ball_impulses.begin(), state.ball_impulses.end(), Vec3{});
+  std::fill(state.coupling_impulses.begin(), state.coupling_impulses.end(), 0.0);
   for (const KnownImpulse& effort : rows.efforts) state.dof_impulses[effort.dof].motor = effort.impulse;
   for (std::size_t i = 0; i < rows.tags.size(); ++i) store(rows.tags[i], x[i], state);
 }

@@ -30,10 +30,7 @@ Mat3 stiffness(const Vec3& r, const Vec3& F) {
 }
 
 Eigen::Matrix3d to_eigen(const Mat3& m) {
-  Eigen::Matrix3d e;
-  for (int i = 0; i < 3; ++i)
-    for (int j = 0; j < 3; ++j) e(i, j) = m(i, j);
-  return e;
+  return Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(&m.row[0].x);
 }
 
 double frobenius_squared(const Mat3& m) {
@@ -58,9 +55,11 @@ bool stiffen(const Mat3& inertia, const Mat3& S, Mat3& inverse_inertia) {
 
 }  // namespace
 
-bool stiffen_rotations(const Model& model, const State& state, double h, const std::vector<BodyFrame>& frames,
-                       const std::vector<BodyMobility>& mobility, std::vector<Mat3>& sums,
-                       std::vector<BodyMobility>& stiffened) {
+// K of a body is the sum over its joints, with the force that each put on it in the last step: F on A, -F on
+// B, at the origin of frame_a. Forces of contacts are left out: they do not turn with a body. Pushing forces
+// have negative K; they are no stiff springs, and eigenvalues below 1 are left to the step as it is.
+bool stiffen_rotations(const Model& model, const State& state, double h, const BodyFrames& frames,
+                       std::vector<Mat3>& sums, BodyMobilities& mobility) {
   if (state.impulse_step <= 0 || model.joints() == 0) return false;
   sums.assign(frames.size(), Mat3{});
   const auto add = [&](Index body, const Vec3& point, const Vec3& F) {
@@ -73,17 +72,15 @@ bool stiffen_rotations(const Model& model, const State& state, double h, const s
     add(joint.body_a, pose.a.position, F);
     add(joint.body_b, pose.a.position, -F);
   }
+  // The forces are those of the last step; a force that comes and goes within one step is no spring.
   bool any = false;
   for (std::size_t i = 0; i < frames.size(); ++i) {
     const Mat3 S = h * h * sums[i];
     // No eigenvalue exceeds |S| |I^-1| in Frobenius' norm: bodies without such joints cost nothing.
     if (!(frobenius_squared(S) * frobenius_squared(mobility[i].inverse_inertia) > 1)) continue;
-    Mat3 inverse_inertia;
-    if (!stiffen(frames[i].inertia, S, inverse_inertia)) continue;
-    if (!any) stiffened = mobility;
+    if (!stiffen(frames[i].inertia, S, mobility[i].inverse_inertia)) continue;
+    mobility[i].stiffened = true;
     any = true;
-    stiffened[i].inverse_inertia = inverse_inertia;
-    stiffened[i].stiffened = true;
   }
   return any;
 }

@@ -1,6 +1,7 @@
 #include "amontons/multibody/model/description.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
 
@@ -10,64 +11,80 @@ namespace amontons {
 
 namespace {
 
+// How a message names a thing: by its name, else by its place in the model.
 std::string label(const char* kind, const std::string& name, std::size_t index) {
   return name.empty() ? std::string(kind) + " " + std::to_string(index)
                       : std::string(kind) + " \"" + name + "\"";
 }
 
+// The sum of the components is finite only if each is.
 bool is_finite(const Transform& t) {
   const Quat& q = t.rotation;
   return amontons::is_finite(t.position) && std::isfinite(q.w + q.x + q.y + q.z);
 }
 
+// The messages name the body, geom or joint first, then what is wrong, then the remedy where there is one.
+void require(bool ok, const std::string& who, const char* message) {
+  AMONTONS_REQUIRE(ok, who + ": " + message);
+}
+
+struct Named {
+  double value;
+  const char* what;
+};
+void check_not_negative(const std::string& who, std::initializer_list<Named> values) {
+  for (const auto& [value, what] : values)
+    AMONTONS_REQUIRE(value >= 0 && std::isfinite(value),
+                     who + ": " + what + " must be finite and not negative");
+}
+
+// 1e-6 lets through what was stored in single precision.
 void check_frame(const Transform& frame, const std::string& who, const char* what) {
   AMONTONS_REQUIRE(is_finite(frame), who + ": the " + what + " is not finite");
   AMONTONS_REQUIRE(std::abs(norm(frame.rotation) - 1) < 1e-6,
                    who + ": the orientation of the " + what + " is not a unit quaternion; normalise it");
 }
 
-// Principal moments must be positive and obey a + b >= c, else no distribution of mass has them. Both follow
-// from trace(I)/2 1 - I, the second moment of mass, being positive semidefinite; checked by its leading
-// minors in every order, with room for rounding.
-void check_inertia(const Mat3& I, const std::string& who) {
-  double scale = 0;
-  for (int i = 0; i < 3; ++i)
-    for (int j = 0; j < 3; ++j) {
-      AMONTONS_REQUIRE(std::isfinite(I(i, j)), who + ": the inertia is not finite");
-      scale = std::max(scale, std::abs(I(i, j)));
-    }
-  for (int i = 0; i < 3; ++i)
-    for (int j = 0; j < i; ++j)
-      AMONTONS_REQUIRE(std::abs(I(i, j) - I(j, i)) <= asymmetry_of_rounding * scale,
-                       who + ": the inertia is not symmetric; symmetrise it");
-  const auto minors = [](const Mat3& m, double& two, double& three) {
-    two = std::min({m(0, 0) * m(1, 1) - m(0, 1) * m(1, 0), m(0, 0) * m(2, 2) - m(0, 2) * m(2, 0),
-                    m(1, 1) * m(2, 2) - m(1, 2) * m(2, 1)});
-    three = determinant(m);
-  };
-  double two, three;
-  minors(I, two, three);
-  AMONTONS_REQUIRE(I(0, 0) > 0 && I(1, 1) > 0 && I(2, 2) > 0 && two > 0 && three > 0,
-                   who + ": the inertia is not positive definite; every principal moment must be > 0");
-  const double half = 0.5 * (I(0, 0) + I(1, 1) + I(2, 2));
-  const Mat3 second = Mat3::diagonal(half, half, half) + -1.0 * I;
-  minors(second, two, three);
-  const double room = 1e-6;
-  AMONTONS_REQUIRE(
-      second(0, 0) >= -room * scale && second(1, 1) >= -room * scale && second(2, 2) >= -room * scale &&
-          two >= -room * scale * scale && three >= -room * scale * scale * scale,
-      who + ": one principal moment of inertia exceeds the sum of the others, which no body has");
+// The smallest principal minors of each order: by Sylvester's criterion a symmetric matrix is positive
+// definite if they are positive, and semidefinite if none is negative.
+std::array<double, 3> least_minors(const Mat3& m) {
+  const auto two = [&](int i, int j) { return m(i, i) * m(j, j) - m(i, j) * m(j, i); };
+  return {std::min({m(0, 0), m(1, 1), m(2, 2)}), std::min({two(0, 1), two(0, 2), two(1, 2)}), determinant(m)};
 }
 
+// Principal moments must be positive and obey a + b >= c, else no distribution of mass has them. Both follow
+// from trace(I)/2 1 - I, the second moment of mass, being positive semidefinite. Rods and plates stand at the
+// bound a + b = c, and inertias come rounded from files of six digits: hence some room.
+void check_inertia(const Mat3& I, const std::string& who) {
+  constexpr double room = 1e-6;
+  double scale = 0;
+  for (const Vec3& row : I.row) {
+    require(is_finite(row), who, "the inertia is not finite");
+    scale = std::max({scale, std::abs(row.x), std::abs(row.y), std::abs(row.z)});
+  }
+  for (int i = 0; i < 3; ++i)
+    require(std::abs(I(i, (i + 1) % 3) - I((i + 1) % 3, i)) <= asymmetry_of_rounding * scale, who,
+            "the inertia is not symmetric; symmetrise it");
+  const auto [one, two, three] = least_minors(I);
+  require(one > 0 && two > 0 && three > 0, who,
+          "the inertia is not positive definite; every principal moment must be > 0");
+  const double half = 0.5 * (I(0, 0) + I(1, 1) + I(2, 2));
+  const auto [a, b, c] = least_minors(Mat3::diagonal(half, half, half) + -1.0 * I);
+  require(a >= -room * scale && b >= -room * scale * scale && c >= -room * scale * scale * scale, who,
+          "one principal moment of inertia exceeds the sum of the others, which no body has");
+}
+
+// Of a body that impulses do not move, mass and inertia are never read: they may be anything.
 void check_body(const Body& body, const std::string& who) {
   check_frame(body.pose, who, "pose");
-  AMONTONS_REQUIRE(is_finite(body.linear_velocity) && is_finite(body.angular_velocity),
-                   who + ": the initial velocity is not finite");
-  AMONTONS_REQUIRE(is_finite(body.centre_of_mass), who + ": the centre of mass is not finite");
+  require(is_finite(body.linear_velocity) && is_finite(body.angular_velocity), who,
+          "the initial velocity is not finite");
+  require(is_finite(body.centre_of_mass), who, "the centre of mass is not finite");
+  // A kinematic body keeps the velocity that it is given; a fixed one would seem to move by it and does not.
   if (body.motion != Motion::dynamic) {
-    AMONTONS_REQUIRE(body.motion == Motion::kinematic ||
-                         (body.linear_velocity == Vec3{} && body.angular_velocity == Vec3{}),
-                     who + ": a fixed body has no velocity; make it kinematic");
+    require(body.motion == Motion::kinematic ||
+                (body.linear_velocity == Vec3{} && body.angular_velocity == Vec3{}),
+            who, "a fixed body has no velocity; make it kinematic");
     return;
   }
   AMONTONS_REQUIRE(body.mass > 0 && std::isfinite(body.mass),
@@ -76,61 +93,62 @@ void check_body(const Body& body, const std::string& who) {
   check_inertia(body.inertia, who);
 }
 
-void check_not_negative(double value, const std::string& who, const char* what) {
-  AMONTONS_REQUIRE(value >= 0 && std::isfinite(value),
-                   who + ": " + what + " must be finite and not negative");
-}
-
+// A negative friction across the direction stands for none of its own.
 void check_material(const Material& m, const std::string& who) {
-  check_not_negative(m.friction, who, "the coefficient of friction");
-  check_not_negative(m.torsional_friction, who, "torsional friction");
-  check_not_negative(m.rolling_friction, who, "rolling friction");
-  AMONTONS_REQUIRE(std::isfinite(m.friction_across),
-                   who + ": the friction across the direction is not finite");
-  AMONTONS_REQUIRE(m.restitution >= 0 && m.restitution <= 1, who + ": restitution must lie in [0, 1]");
-  check_not_negative(m.compliance, who, "compliance");
+  check_not_negative(who, {{m.friction, "the coefficient of friction"},
+                           {m.torsional_friction, "torsional friction"},
+                           {m.rolling_friction, "rolling friction"},
+                           {m.compliance, "compliance"}});
+  require(std::isfinite(m.friction_across), who, "the friction across the direction is not finite");
+  require(m.restitution >= 0 && m.restitution <= 1, who, "restitution must lie in [0, 1]");
 }
 
+// Limits may be open on either side and may coincide (a locked dof); lower = +inf or upper = -inf leaves no
+// coordinate at all. Springs, dampers and friction that push instead of holding back would bring energy in.
 void check_dof(const Dof& dof, const std::string& who) {
-  AMONTONS_REQUIRE(is_finite(dof.axis) && std::abs(norm(dof.axis) - 1) < 1e-6,
-                   who + ": the axis is not a unit vector; normalise it");
-  AMONTONS_REQUIRE(is_finite(dof.anchor), who + ": the anchor is not finite");
-  AMONTONS_REQUIRE(dof.lower <= dof.upper, who + ": the lower limit exceeds the upper limit; swap them");
-  AMONTONS_REQUIRE(dof.lower < infinity && dof.upper > -infinity, who + ": the limits leave no coordinate");
-  check_not_negative(dof.stiffness, who, "stiffness");
-  check_not_negative(dof.damping, who, "damping");
-  check_not_negative(dof.friction, who, "friction");
-  check_not_negative(dof.armature, who, "armature");
-  check_not_negative(dof.motor.gain, who, "the gain of the motor");
-  check_not_negative(dof.motor.damping_gain, who, "the damping gain of the motor");
-  AMONTONS_REQUIRE(std::isfinite(dof.rest), who + ": the rest coordinate of the spring is not finite");
-  AMONTONS_REQUIRE(dof.motor.max_effort > 0, who + ": the largest effort of the motor must be positive");
-  AMONTONS_REQUIRE(std::isfinite(dof.motor.target), who + ": the target of the motor is not finite");
+  require(is_finite(dof.axis) && std::abs(norm(dof.axis) - 1) < 1e-6, who,
+          "the axis is not a unit vector; normalise it");
+  require(is_finite(dof.anchor), who, "the anchor is not finite");
+  require(dof.lower <= dof.upper, who, "the lower limit exceeds the upper limit; swap them");
+  require(dof.lower < infinity && dof.upper > -infinity, who, "the limits leave no coordinate");
+  check_not_negative(who, {{dof.stiffness, "stiffness"},
+                           {dof.damping, "damping"},
+                           {dof.friction, "friction"},
+                           {dof.armature, "armature"},
+                           {dof.motor.gain, "the gain of the motor"},
+                           {dof.motor.damping_gain, "the damping gain of the motor"}});
+  require(std::isfinite(dof.rest), who, "the rest coordinate of the spring is not finite");
+  require(dof.motor.max_effort > 0, who, "the largest effort of the motor must be positive");
+  require(std::isfinite(dof.motor.target), who, "the target of the motor is not finite");
 }
 
+// A joint of more than six dofs has dependent axes in every pose, so that its coordinates mean nothing.
+// Body A must be one of the model because frames, coordinates and reactions are told from A's side.
 void check_joint(const Joint& joint, const std::string& who, Index bodies) {
+  // The world is a body like any other for B.
   for (Index body : {joint.body_a, joint.body_b})
     AMONTONS_REQUIRE(body >= world && body < bodies,
                      who + ": body " + std::to_string(body) + " does not exist");
-  AMONTONS_REQUIRE(joint.body_a != world, who + ": body A must not be the world; swap the bodies");
+  require(joint.body_a != world, who, "body A must not be the world; swap the bodies");
   AMONTONS_REQUIRE(joint.body_a != joint.body_b, who + " joins a body to itself; it needs two bodies");
   check_frame(joint.frame_a, who, "frame on body A");
   check_frame(joint.frame_b, who, "frame on body B");
-  check_not_negative(joint.compliance, who, "compliance");
-  check_not_negative(joint.ball_stiffness, who, "stiffness");
-  check_not_negative(joint.ball_damping, who, "damping");
-  check_not_negative(joint.ball_friction, who, "friction");
-  AMONTONS_REQUIRE(joint.ball_limit > 0, who + ": the limit of the rotation must be positive");
-  AMONTONS_REQUIRE(joint.dofs.size() <= 6, who + ": a joint has at most six degrees of freedom");
-  AMONTONS_REQUIRE(joint.kind == JointKind::chain || (joint.dofs.empty() && !joint.spherical),
-                   who + ": a distance joint has no degrees of freedom");
-  AMONTONS_REQUIRE(joint.lower_distance >= 0 && joint.lower_distance <= joint.upper_distance &&
-                       joint.lower_distance < infinity,
-                   who + ": the limits of the distance must satisfy 0 <= lower <= upper");
+  check_not_negative(who, {{joint.compliance, "compliance"},
+                           {joint.ball_stiffness, "stiffness"},
+                           {joint.ball_damping, "damping"},
+                           {joint.ball_friction, "friction"}});
+  require(joint.ball_limit > 0, who, "the limit of the rotation must be positive");
+  require(joint.dofs.size() <= 6, who, "a joint has at most six degrees of freedom");
+  require(joint.kind == JointKind::chain || (joint.dofs.empty() && !joint.spherical), who,
+          "a distance joint has no degrees of freedom");
+  require(joint.lower_distance >= 0 && joint.lower_distance <= joint.upper_distance &&
+              joint.lower_distance < infinity,
+          who, "the limits of the distance must satisfy 0 <= lower <= upper");
   for (std::size_t k = 0; k < joint.dofs.size(); ++k)
     check_dof(joint.dofs[k], joint.dofs.size() > 1 ? who + ", dof " + std::to_string(k) : who);
 }
 
+// Names are how files and users refer to things; items without one are known by their index only.
 template <class Items>
 void check_names(const Items& items, const char* kind) {
   std::map<std::string, std::size_t> first;
@@ -140,42 +158,47 @@ void check_names(const Items& items, const char* kind) {
                        std::string(kind) + " \"" + items[i].name + "\" occurs twice; names must be unique");
 }
 
+// Planes, meshes and height fields have no volume: contacts are found for convex shapes against them, and not
+// among themselves. They may hang on fixed and kinematic bodies.
 void check_geom(const ModelDescription& d, const Geom& geom, const std::string& who) {
   AMONTONS_REQUIRE(geom.body >= world && geom.body < static_cast<Index>(d.bodies.size()),
                    who + ": body " + std::to_string(geom.body) + " does not exist");
   check_frame(geom.frame, who, "frame");
   check_material(geom.material, who);
-  AMONTONS_REQUIRE(is_finite(geom.surface_velocity), who + ": the surface velocity is not finite");
-  AMONTONS_REQUIRE(is_finite(geom.friction_direction), who + ": the friction direction is not finite");
-  AMONTONS_REQUIRE(geom.material.friction_across < 0 || !(geom.friction_direction == Vec3{}),
-                   who + ": friction across a direction needs the direction; give friction_direction");
+  require(is_finite(geom.surface_velocity), who, "the surface velocity is not finite");
+  require(is_finite(geom.friction_direction), who, "the friction direction is not finite");
+  require(geom.material.friction_across < 0 || !(geom.friction_direction == Vec3{}), who,
+          "friction across a direction needs the direction; give friction_direction");
+  // What a shape says of itself, with the geom's name in front.
   try {
     validate(geom.shape);
   } catch (const InputError& error) {
     throw InputError(who + ": " + error.what());
   }
   const bool dynamic = geom.body >= 0 && d.bodies[geom.body].motion == Motion::dynamic;
-  AMONTONS_REQUIRE(!is_static_only(geom.shape) || !dynamic,
-                   who + ": planes, meshes and height fields do not move; give the body convex shapes");
+  require(!is_static_only(geom.shape) || !dynamic, who,
+          "planes, meshes and height fields do not move; give the body convex shapes");
 }
 
+// A coupling relates two different dofs, or holds one at a constant.
 void check_coupling(const ModelDescription& d, const Coupling& c, const std::string& who) {
   const Index joints = static_cast<Index>(d.joints.size());
-  AMONTONS_REQUIRE(c.joint_a >= 0 && c.joint_a < joints && c.joint_b >= -1 && c.joint_b < joints,
-                   who + ": that joint does not exist");
+  require(c.joint_a >= 0 && c.joint_a < joints && c.joint_b >= -1 && c.joint_b < joints, who,
+          "that joint does not exist");
+  // Joints and dofs are two levels of one index: both must exist.
   const auto has_dof = [&](Index joint, Index dof) {
     return dof >= 0 && dof < static_cast<Index>(d.joints[joint].dofs.size());
   };
-  AMONTONS_REQUIRE(has_dof(c.joint_a, c.dof_a) && (c.joint_b < 0 || has_dof(c.joint_b, c.dof_b)),
-                   who + ": that joint has no such degree of freedom");
+  require(has_dof(c.joint_a, c.dof_a) && (c.joint_b < 0 || has_dof(c.joint_b, c.dof_b)), who,
+          "that joint has no such degree of freedom");
   AMONTONS_REQUIRE(c.joint_b < 0 || c.joint_a != c.joint_b || c.dof_a != c.dof_b,
                    who + " couples a degree of freedom to itself");
-  AMONTONS_REQUIRE(!c.coefficients.empty(), who + ": give the coefficients of the polynomial");
-  for (double value : c.coefficients)
-    AMONTONS_REQUIRE(std::isfinite(value), who + ": a coefficient is not finite");
-  check_not_negative(c.compliance, who, "compliance");
+  require(!c.coefficients.empty(), who, "give the coefficients of the polynomial");
+  for (double value : c.coefficients) require(std::isfinite(value), who, "a coefficient is not finite");
+  check_not_negative(who, {{c.compliance, "compliance"}});
 }
 
+// Geoms and bodies of pairs have no name of their own for a message; their order is that of the description.
 void check_pairs(const ModelDescription& d) {
   const Index bodies = static_cast<Index>(d.bodies.size()), geoms = static_cast<Index>(d.geoms.size());
   for (const auto& [a, b] : d.excluded_bodies)
@@ -190,6 +213,7 @@ void check_pairs(const ModelDescription& d) {
 
 }  // namespace
 
+// In the order in which a user writes a model, so that the first message is about the first cause.
 void check(const ModelDescription& d) {
   AMONTONS_REQUIRE(is_finite(d.gravity), "gravity is not finite");
   check_names(d.bodies, "body");

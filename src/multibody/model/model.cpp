@@ -7,9 +7,12 @@ namespace amontons {
 
 namespace {
 
+// Pairs have no order: keys are kept smaller index first. The world is -1 and always comes first.
 std::pair<Index, Index> ordered(Index a, Index b) { return {std::min(a, b), std::max(a, b)}; }
 
-// The upper median of the bounding radii of what is on dynamic bodies; 1 without any.
+// The upper median of the bounding radii of what is on dynamic bodies; 1 without any. The median, as neither
+// one large hull nor many small wheels shall set the scale; and no ground counts, which may be as large as it
+// likes.
 double median_radius(const Model& model) {
   std::vector<double> radii;
   for (const Geom& geom : model.description().geoms)
@@ -20,6 +23,9 @@ double median_radius(const Model& model) {
   return *middle;
 }
 
+// The geometric mean is the default: it is zero where one of two surfaces is without friction, and between
+// the two otherwise. No rule follows from physics: friction is a property of pairs, for which there are pair
+// materials.
 double combined(FrictionRule rule, double a, double b) {
   switch (rule) {
     case FrictionRule::geometric_mean:
@@ -38,6 +44,8 @@ double combined(FrictionRule rule, double a, double b) {
 
 Model::Model(ModelDescription description) : d_(std::move(description)) {
   check(d_);
+  // What follows from the description, made once: sums, the scale, where each joint's dofs begin, sorted
+  // pairs.
   for (const Body& body : d_.bodies)
     if (body.motion == Motion::dynamic) total_mass_ += body.mass;
   length_ = median_radius(*this);
@@ -55,6 +63,7 @@ Model::Model(ModelDescription description) : d_(std::move(description)) {
                    [](const auto& a, const auto& b) { return a.first < b.first; });
 }
 
+// Asked for every pair of the broad phase in every step: masks first, which decide most cases, then a search.
 bool Model::may_touch(Index geom_a, Index geom_b) const {
   const Geom &a = d_.geoms[geom_a], &b = d_.geoms[geom_b];
   if (a.body == b.body || (!is_dynamic(a.body) && !is_dynamic(b.body))) return false;
@@ -62,8 +71,12 @@ bool Model::may_touch(Index geom_a, Index geom_b) const {
   return !std::binary_search(excluded_.begin(), excluded_.end(), ordered(a.body, b.body));
 }
 
+// A pair's own material, else the combination of the two. Restitution and moments take the larger value and
+// compliances add, see FrictionRule. Friction across the direction is that of the geom which has one, with
+// the plain coefficient of the other.
 Material Model::material(Index geom_a, Index geom_b) const {
   const auto key = ordered(geom_a, geom_b);
+  // The last entry with the key, for the same pair twice.
   const auto after = std::upper_bound(pairs_.begin(), pairs_.end(), key,
                                       [](const auto& k, const auto& pair) { return k < pair.first; });
   if (after != pairs_.begin() && std::prev(after)->first == key) return std::prev(after)->second;

@@ -6,6 +6,9 @@
 
 namespace amontons {
 
+// Checked before every step, as users write into the state; hence messages are built only when they are
+// needed. Only what is an input of the step is checked: coordinates follow from the poses, and impulses only
+// tell where a solve starts.
 void validate(const Model& model, const State& s) {
   for (std::size_t i = 0; i < model.bodies(); ++i) {
     const auto who = [&] {

@@ -1,40 +1,44 @@
+// Nothing here changes what a step does.
 #include "multibody/step/accounting.hpp"
 
 #include <algorithm>
 
-#include "amontons/multibody/joints/measures.hpp"
+#include "amontons/multibody/joints/coordinates.hpp"
 
 namespace amontons {
 
+// Work adds up over all solves of a step, those of impacts and those that were done again included.
 void add_cost(const Solution& solution, Report& report) {
   report.iterations += solution.iterations;
   report.products += solution.products;
   report.factorizations += solution.factorizations;
 }
 
-void add_solution(const Solution& solution, Report& report) {
+void add_solution(const Problem& problem, const Solution& solution, Report& report) {
+  const auto& A = std::get<ContactSystem>(problem.A);
+  report.contacts = A.contacts.size();
+  report.joint_rows = A.jacobian.size();
   add_cost(solution, report);
+  // The worst solve speaks for the step.
   if (!report.method.empty() && solution.residual <= report.residual) return;
   report.residual = solution.residual;
   report.status = solution.status;
   report.method = solution.method;
 }
 
-void add_contacts(const std::vector<Contact>& contacts, Report& report) {
-  report.contacts = contacts.size();
+// Errors are those that the step found, not those that it left: the next one tells these. Its own velocities
+// are known too late to say what they do to the poses without another search for contacts.
+void add_errors(const Model& model, const BodyFrames& frames, const State& state,
+                const std::vector<Contact>& contacts, Report& report) {
   for (const Contact& c : contacts) report.penetration = std::max(report.penetration, -c.gap);
-}
-
-void add_joints(const Model& model, const std::vector<BodyFrame>& frames, const State& state,
-                std::size_t joint_rows, Report& report) {
-  report.joint_rows = joint_rows;
   const JointError error = joint_error(model, frames, state);
   report.joint_error = std::max(report.joint_error, error.distance);
   report.joint_angle_error = std::max(report.joint_angle_error, error.angle);
 }
 
-void add_energies(const Model& model, const State& state, const std::vector<BodyFrame>& frames,
-                  const std::vector<BodyVelocity>& velocities, double h, Report& report) {
+// Kinetic and spring energy at the end, gravity half a step earlier: see Report.
+void add_energies(const Model& model, const State& state, const BodyFrames& frames,
+                  const BodyVelocities& velocities, double h, Report& report) {
   report.kinetic_energy = kinetic_energy(model, frames, velocities);
   report.potential_energy = gravity_energy(model, frames, velocities, 0.5 * h);
   report.spring_energy = spring_energy(model, frames, state);

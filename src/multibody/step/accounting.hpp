@@ -1,19 +1,22 @@
 // What a step reports: time, work and errors, added up in one place.
 #pragma once
+#include <algorithm>
 #include <chrono>
 
 #include "amontons/multibody/bodies/bodies.hpp"
 #include "amontons/multibody/step/report.hpp"
+#include "amontons/problem/problem.hpp"
 
 namespace amontons {
 
 // The wall clock of a step: laps of its phases, and what is left of its budget.
+// Results never depend on it unless there is a budget.
 class StepClock {
  public:
   using Clock = std::chrono::steady_clock;
   explicit StepClock(double budget) : budget_(budget), start_(Clock::now()), lap_(start_) {}
   double elapsed() const { return std::chrono::duration<double>(Clock::now() - start_).count(); }
-  // Adds the time since the last lap.
+  // Adds the time since the last lap: every moment of a step belongs to one phase.
   void lap(double& phase) {
     const Clock::time_point now = Clock::now();
     phase += std::chrono::duration<double>(now - lap_).count();
@@ -27,15 +30,15 @@ class StepClock {
   Clock::time_point start_, lap_;
 };
 
-// The cost of a solve, and its residual, status and method if that is the worst so far.
+// The cost of a solve, for one that is done again with more contacts.
 void add_cost(const Solution& solution, Report& report);
-void add_solution(const Solution& solution, Report& report);
-// Rows, penetration and joint errors at the start of a substep.
-void add_contacts(const std::vector<Contact>& contacts, Report& report);
-void add_joints(const Model& model, const std::vector<BodyFrame>& frames, const State& state,
-                std::size_t joint_rows, Report& report);
+// The cost and the size of a solve, and its residual, status and method if that is the worst so far.
+void add_solution(const Problem& problem, const Solution& solution, Report& report);
+// Penetration and joint errors of the poses at the start of a substep, the largest so far.
+void add_errors(const Model& model, const BodyFrames& frames, const State& state,
+                const std::vector<Contact>& contacts, Report& report);
 // Energies at the end of the step.
-void add_energies(const Model& model, const State& state, const std::vector<BodyFrame>& frames,
-                  const std::vector<BodyVelocity>& velocities, double h, Report& report);
+void add_energies(const Model& model, const State& state, const BodyFrames& frames,
+                  const BodyVelocities& velocities, double h, Report& report);
 
 }  // namespace amontons

@@ -11,25 +11,22 @@
 
 #include <algorithm>
 
-#include "multibody/bodies/row_products.hpp"
 #include "multibody/contacts/contact_law.hpp"
+#include "multibody/joints/row_terms.hpp"
 
 namespace amontons {
 
 namespace {
 
+// M^-1 as the problem holds it: of the bodies of the model, then of the auxiliary ones of couplings.
 Bodies bodies_of(const StepBodies& step, const std::vector<double>& auxiliary) {
-  Bodies bodies;
-  const std::size_t n = step.mobility.size() + auxiliary.size();
-  bodies.inverse_mass.reserve(n);
-  bodies.inverse_inertia.reserve(n);
-  bodies.centre.reserve(n);
-  for (std::size_t i = 0; i < step.mobility.size(); ++i) {
-    const BodyMobility& body = step.mobility[i];
-    const Mat3& J = body.inverse_inertia;
-    bodies.inverse_mass.push_back(body.inverse_mass);
-    bodies.inverse_inertia.push_back({J(0, 0), J(1, 1), J(2, 2), J(0, 1), J(0, 2), J(1, 2)});
-    bodies.centre.push_back(step.frames[i].centre);
+  const std::size_t n = step.mobility.size();
+  Bodies bodies{std::vector<double>(n), std::vector<std::array<double, 6>>(n), std::vector<Vec3>(n)};
+  for (std::size_t i = 0; i < n; ++i) {
+    const Mat3& J = step.mobility[i].inverse_inertia;
+    bodies.inverse_mass[i] = step.mobility[i].inverse_mass;
+    bodies.inverse_inertia[i] = {J(0, 0), J(1, 1), J(2, 2), J(0, 1), J(0, 2), J(1, 2)};
+    bodies.centre[i] = step.frames[i].centre;
   }
   // Six numbers that share a mass, of a coupling of many bodies; they stand nowhere.
   for (double w : auxiliary) {
@@ -56,8 +53,8 @@ Problem assemble(const StepBodies& bodies, std::vector<Contact>& contacts, const
   ContactSystem A;
   SetProduct K;
   std::vector<double> b;
-  // D v_free + c of the contacts, in the frame of each; the velocity of bodies that impulses do not move, and
-  // of moving surfaces, is in it.
+  // b = D v_free + c of the contacts, in the frame of each; the velocity of bodies that impulses do not move,
+  // and of moving surfaces, is in it.
   A.contact_compliance.reserve(contacts.size());
   for (Contact& c : contacts) {
     if (c.rows > 3) c.moment_length = moment_length(c, bodies.mobility);
@@ -69,16 +66,11 @@ Problem assemble(const StepBodies& bodies, std::vector<Contact>& contacts, const
     append_set(c, K);
     A.contact_compliance.push_back(c.material.compliance / (options.h * options.h));
   }
+  // A copy: those of the simulation go on to collect impulses, while a Problem is constant and may be shared.
   A.contacts = contacts;
   // The same of the joint rows, which bring their c, E and sets along. Auxiliary bodies start at rest.
-  const Index n = static_cast<Index>(bodies.free.size());
-  for (std::size_t i = 0; i < rows.jacobian.size(); ++i) {
-    const JacobianRow& row = rows.jacobian[i];
-    double u = rows.c[i];
-    if (row.body_a >= 0 && row.body_a < n) u += power(row.a, bodies.free[row.body_a]);
-    if (row.body_b >= 0 && row.body_b < n) u += power(row.b, bodies.free[row.body_b]);
-    b.push_back(u);
-  }
+  for (std::size_t i = 0; i < rows.jacobian.size(); ++i)
+    b.push_back(row_velocity(rows.jacobian[i], bodies.free, rows.c[i]));
   K.append(rows.cones);
   A.bodies = bodies_of(bodies, rows.auxiliary_inverse_mass);
   A.jacobian = rows.jacobian;
@@ -86,7 +78,9 @@ Problem assemble(const StepBodies& bodies, std::vector<Contact>& contacts, const
   return trusted_problem(std::move(A), std::move(b), std::move(K));
 }
 
-void apply_impulses(const Problem& problem, std::span<const double> x, std::vector<BodyVelocity>& v) {
+// D'x is gathered per body first, six numbers about its centre of mass, then multiplied by its block of M^-1.
+// Auxiliary bodies have no entry in v: their velocities end with the step.
+void apply_impulses(const Problem& problem, std::span<const double> x, BodyVelocities& v) {
   const auto& A = std::get<ContactSystem>(problem.A);
   std::vector<double> w(6 * A.bodies.size(), 0.0);
   add_impulses(A, x, w);

@@ -6,6 +6,7 @@
 
 namespace amontons {
 
+// What c depends on.
 struct Assembly {
   double h, recovery_speed;
   bool impact = false;  // ask for u_n = -e u_n^- in place of the closing of gaps
@@ -16,6 +17,6 @@ Problem assemble(const StepBodies& bodies, std::vector<Contact>& contacts, const
                  const Assembly& options);
 
 // v += M^-1 D' x
-void apply_impulses(const Problem& problem, std::span<const double> x, std::vector<BodyVelocity>& v);
+void apply_impulses(const Problem& problem, std::span<const double> x, BodyVelocities& v);
 
 }  // namespace amontons

@@ -1,3 +1,5 @@
+// A simulation: the state of a model, and the step that changes it. What the step is made of lies in the
+// rooms beside and below; here is the order of its calls, and what goes from one to the next.
 #include "amontons/multibody/step/simulation.hpp"
 
 #include <algorithm>
@@ -5,13 +7,13 @@
 
 #include "amontons/base/error.hpp"
 #include "amontons/multibody/joints/coordinates.hpp"
-#include "amontons/multibody/joints/effort_motors.hpp"
 #include "amontons/multibody/joints/joints.hpp"
 #include "amontons/solvers/solvers.hpp"
 #include "multibody/bodies/motion.hpp"
 #include "multibody/contacts/contact_finder.hpp"
 #include "multibody/contacts/contact_law.hpp"
 #include "multibody/contacts/warm_start.hpp"
+#include "multibody/joints/joint_context.hpp"
 #include "multibody/joints/stiffening.hpp"
 #include "multibody/step/accounting.hpp"
 #include "multibody/step/assemble.hpp"
@@ -22,9 +24,7 @@ namespace amontons {
 
 namespace {
 
-// How often a step looks again at where its velocities lead, and solves again if bodies would overlap there.
-constexpr int most_detections = 4;
-
+// Options are checked once, where a simulation is made; a step trusts them.
 void check(const SimulationOptions& o) {
   AMONTONS_REQUIRE(o.dt > 0 && std::isfinite(o.dt), "dt must be positive and finite (s)");
   AMONTONS_REQUIRE(o.tolerance >= 0 && std::isfinite(o.tolerance),
@@ -45,19 +45,28 @@ void check(const SimulationOptions& o) {
 
 }  // namespace
 
-// Memory that steps reuse. What a step passes from one call to the next is named in advance().
+// The variational inequality of a step, and what is known of its solution.
+struct StepProblem {
+  JointRows rows;
+  std::vector<double> x0;  // where the next solve starts; empty: from nothing
+  std::shared_ptr<Problem> problem;
+  Solution solution;
+};
+
+// What a step passes from one of its calls to the next, kept between steps for its memory only: all that the
+// future depends on is in State. Poses (frames) stay as they are at the start of the step; velocities at its
+// start, free (with all loads, without impulses) and after it are arrays apart from them.
 struct Simulation::Scratch {
   State before;
-  std::vector<BodyFrame> frames;
-  std::vector<BodyMobility> mobility, stiffened;
-  std::vector<BodyVelocity> start, free, after;
-  std::vector<GyroscopicSpin> spins;
+  BodyFrames frames;
+  BodyMobilities mobility;
+  BodyVelocities start, free, after;
   std::vector<BodyImpulse> loads;
-  std::vector<JointWrench> impacts;
-  ContactFinder finder;
-  JointRows rows;
+  std::vector<GyroscopicSpin> spins;
+  std::vector<JointWrench> impacts;  // of the locked directions of each joint
   std::vector<Mat3> stiffness;
-  std::vector<double> x0;
+  ContactFinder finder;
+  StepProblem vi;
 };
 
 Simulation::Simulation(std::shared_ptr<const Model> model, SimulationOptions options)
@@ -66,8 +75,10 @@ Simulation::Simulation(std::shared_ptr<const Model> model, SimulationOptions opt
   check(options_);
   state_ = initial_state(*model_);
 }
+// Here, where Scratch is complete.
 Simulation::~Simulation() = default;
 
+// Automatic options follow from the model, not from the state: they stay the same for a whole run.
 double Simulation::margin() const { return options_.margin > 0 ? options_.margin : model_->length() / 50; }
 double Simulation::recovery_speed() const {
   return options_.recovery_speed > 0 ? options_.recovery_speed : model_->length();
@@ -77,7 +88,10 @@ double Simulation::restitution_speed() const {
                                         : 4 * options_.dt * norm(model_->description().gravity);
 }
 
+// A step that does not converge is done again in twice as many parts, from the state at its start: shorter
+// steps are easier to solve, as impulses are smaller and contacts closer to what the velocities foresee.
 Report Simulation::step() {
+  // The user may have written into the state since the last step.
   validate(*model_, state_);
   StepClock clock(options_.budget);
   Scratch& s = *scratch_;
@@ -89,15 +103,18 @@ Report Simulation::step() {
     for (unsigned part = 0; part < parts && report.advanced; ++part)
       advance(options_.dt / parts, clock, report);
     if (!report.advanced) state_ = s.before;
+    // Too late to try again once the budget is spent: what there is counts.
     const bool good = report.advanced && report.residual <= options_.tolerance;
     if (good || parts == options_.max_substeps || clock.elapsed() > options_.budget) break;
     state_ = s.before;
   }
+  // Not a sum of substeps: time = n dt without the rounding of n parts.
   if (report.advanced) {
     ++state_.steps;
     state_.time = s.before.time + options_.dt;
   }
   report.time = state_.time;
+  // Energies are those of the poses at the end.
   place_bodies(*model_, state_, s.frames, s.mobility, s.start);
   add_energies(*model_, state_, s.frames, s.start, options_.dt / report.substeps, report);
   report.timings.total = clock.elapsed();
@@ -106,6 +123,12 @@ Report Simulation::step() {
 
 namespace {
 
+// How often a step looks again at where its velocities lead, and solves again if bodies would overlap there.
+// Each look costs a search for contacts and a solve; what the last one leaves is an overlap, which the next
+// step takes back at the recovery speed.
+constexpr int most_detections = 4;
+
+// What all solves of a step have in common.
 Options solver_options(const SimulationOptions& o) {
   Options options;
   options.law = o.law;
@@ -115,132 +138,132 @@ Options solver_options(const SimulationOptions& o) {
   return options;
 }
 
-bool all_finite(const std::vector<BodyVelocity>& velocities) {
+// A body with a velocity that is not finite would spoil all that it touches; the step is undone instead.
+bool all_finite(const BodyVelocities& velocities) {
   return std::all_of(velocities.begin(), velocities.end(),
                      [](const BodyVelocity& v) { return is_finite(v.linear) && is_finite(v.angular); });
 }
 
-// x with zeros for contacts that came in after the first `known` of them.
-void make_room(const std::vector<Contact>& contacts, std::size_t known, const std::vector<double>& x,
-               std::vector<double>& x0) {
+// The impulses of the last step, as far as they belong to rows of this one. What a resting scene needs is a
+// force: impulses are scaled by the ratio of the steps.
+void warm_start(const Model& model, const State& state, double h, const BodyFrames& frames,
+                const std::vector<Contact>& contacts, StepProblem& vi) {
+  if (!(state.impulse_step > 0)) return;
+  const double scale = h / state.impulse_step;
+  warm_start_contacts(model, state.contacts, scale, frames, contacts, vi.x0);
+  for (double x : vi.rows.x0) vi.x0.push_back(scale * x);
+}
+
+// Goes on from the present solution when contacts after the first `known` have come in: zeros for them, which
+// stand before the joint rows.
+void make_room(const std::vector<Contact>& contacts, std::size_t known, StepProblem& vi) {
   std::size_t before = 0, added = 0;
   for (std::size_t i = 0; i < contacts.size(); ++i)
     (i < known ? before : added) += static_cast<std::size_t>(contacts[i].rows);
-  x0 = x;
-  x0.insert(x0.begin() + static_cast<std::ptrdiff_t>(before), added, 0.0);
+  vi.x0 = vi.solution.x;
+  vi.x0.insert(vi.x0.begin() + static_cast<std::ptrdiff_t>(before), added, 0.0);
+}
+
+// Solves the VI, looks where the velocities `after` lead, and solves again as long as that brings contacts
+// that the free velocities did not foresee.
+void solve_and_look(const Model& model, const StepBodies& bodies, const Assembly& assembly, double margin,
+                    const StepSolver& solver, ContactFinder& finder, std::vector<Contact>& contacts,
+                    StepProblem& vi, BodyVelocities& after, Report& report) {
+  for (int detections = 0;; ++detections) {
+    vi.solution = solve_step(solver, *vi.problem, vi.x0);
+    after = bodies.free;
+    apply_impulses(*vi.problem, vi.solution.x, after);
+    solver.clock.lap(report.timings.solve);
+    const std::size_t known = contacts.size();
+    if (detections < most_detections)
+      finder.find_unforeseen({model, bodies.frames, after, assembly.h, margin}, bodies.free, contacts);
+    solver.clock.lap(report.timings.collision);
+    if (contacts.size() == known) break;
+    add_cost(vi.solution, report);
+    make_room(contacts, known, vi);
+    vi.problem = std::make_shared<Problem>(assemble(bodies, contacts, vi.rows, assembly));
+    solver.clock.lap(report.timings.assembly);
+  }
+  add_solution(*vi.problem, vi.solution, report);
+}
+
+// The impulses go to the table of contacts, for the user, and to the state, for the next step.
+void keep_impulses(const StepProblem& vi, Law law, double h, const BodyFrames& frames,
+                   const BodyVelocities& after, std::vector<Contact>& contacts, State& state) {
+  const std::span<const double> x = vi.solution.x;
+  store_impulses(*vi.problem, law, vi.solution, after, contacts);
+  keep_for_warm_start(*vi.problem, x, frames, state.contacts);
+  store_joint_impulses(vi.rows, x.last(vi.rows.jacobian.size()), state);
+  state.impulse_step = h;
+}
+
+// What held the joints, impacts at the start included.
+void fill_reactions(const Model& model, const BodyFrames& frames, const State& state,
+                    const std::vector<JointWrench>& impacts, std::vector<JointReaction>& reactions) {
+  reactions.resize(model.joints());
+  for (std::size_t j = 0; j < reactions.size(); ++j) {
+    const JointPose pose = joint_pose(model.joint(static_cast<Index>(j)), frames);
+    const JointWrench &step = state.joint_wrenches[j], &impact = impacts[j];
+    reactions[j] = {pose.a.position, rotate(pose.b.rotation, step.force + impact.force),
+                    rotate(pose.b.rotation, step.torque + impact.torque)};
+  }
 }
 
 }  // namespace
 
-// One step of length h. The numbers are those of ARCHITECTURE.md.
+// One step of length h: the list "A time step" of ARCHITECTURE.md, with its numbers. Every call names what it
+// reads and, last, what it writes.
 void Simulation::advance(double h, StepClock& clock, Report& report) {
   Scratch& s = *scratch_;
   const Model& model = *model_;
-  Options options = solver_options(options_);
+  const JointOptions joint_options{h, recovery_speed(), model.length()};
   const Assembly assembly{h, recovery_speed()};
-  const auto free_velocities = [&](const std::vector<BodyMobility>& mobility) {
-    s.loads.assign(model.bodies(), BodyImpulse{});
-    add_motor_loads(model, s.frames, state_, h, s.loads);
-    make_free_velocities(model, state_, h, s.frames, mobility, s.start, s.loads, s.free, s.spins);
-  };
-  const auto joint_rows = [&](const std::vector<BodyMobility>& mobility) -> const JointRows& {
-    s.rows.clear();
-    append_joint_rows(model, {s.frames, mobility, s.start, s.free}, state_,
-                      {h, recovery_speed(), model.length()}, s.rows);
-    return s.rows;
-  };
+  const StepSolver solver{options_.method, solver_options(options_), clock};
+  const StepBodies bodies{s.frames, s.mobility, s.start, s.free};
 
-  // 1. Frames: poses, inertias, start velocities. 2. Joint coordinates. 3. Free velocities.
+  // 1. Frames: poses, inertias, start velocities.
   place_bodies(model, state_, s.frames, s.mobility, s.start);
+  // 2. Joint coordinates, from the poses.
   update_coordinates(model, s.frames, state_);
-  free_velocities(s.mobility);
+  // 3. Free velocities, of all loads and no impulses.
+  // Motors of known effort are loads; whatever else acts on bodies and does not depend on what the step finds
+  // would be added here.
+  s.loads.assign(model.bodies(), BodyImpulse{});
+  add_motor_loads(model, s.frames, state_, h, s.loads);
+  make_free_velocities(model, state_, h, s.frames, s.mobility, s.start, s.loads, s.free, s.spins);
   clock.lap(report.timings.assembly);
-
-  // 4. Contacts within reach of the free velocities.
-  s.finder.find(model, {s.frames, s.free, h, margin()}, contacts_);
-  add_contacts(contacts_, report);
+  // 4. Contacts that the free velocities could close.
+  s.finder.find({model, s.frames, s.free, h, margin()}, contacts_);
+  add_errors(model, s.frames, state_, contacts_, report);
   clock.lap(report.timings.collision);
-
-  // 5. Impacts change the start velocities.
-  s.impacts.assign(model.joints(), JointWrench{});
-  const auto solve_impact = [&](const Problem& problem) {
-    options.deadline = clock.left();
-    return solve(problem, options_.method, options);
-  };
-  const bool bounced = resolve_impacts(s.frames, s.mobility,
-                                       {h, restitution_speed(), options_.tolerance, solve_impact,
-                                        [&]() -> const JointRows& { return joint_rows(s.mobility); }},
-                                       s.start, contacts_, s.impacts, report);
-  // 6. Stiffening, and the free velocities that follow from 5 and 6.
-  const bool stiffened = stiffen_rotations(model, state_, h, s.frames, s.mobility, s.stiffness, s.stiffened);
-  const std::vector<BodyMobility>& mobility = stiffened ? s.stiffened : s.mobility;
-  if (bounced || stiffened) free_velocities(mobility);
-  // 7. Joint rows. 8. Assemble, with the impulses of the last step to start from.
-  joint_rows(mobility);
-  const StepBodies bodies{s.frames, mobility, s.start, s.free};
-  auto problem = std::make_shared<Problem>(assemble(bodies, contacts_, s.rows, assembly));
-  if (options_.warm_start && state_.impulse_step > 0) {
-    const double scale = h / state_.impulse_step;
-    s.x0.clear();
-    warm_start_contacts(model, state_.contacts, scale, s.frames, contacts_, s.x0);
-    for (double x : s.rows.x0) s.x0.push_back(scale * x);
-    options.x0 = s.x0;
-  }
+  // 5. Impacts, which change the start velocities.
+  const bool bounced =
+      resolve_impacts({model, state_, s.frames, s.mobility, joint_options, restitution_speed(), solver},
+                      s.start, contacts_, s.impacts, report);
+  // 6. Stiffening, which changes the mobility (impacts are over before it could act). The free velocities
+  // follow from both.
+  const bool stiffened = stiffen_rotations(model, state_, h, s.frames, s.stiffness, s.mobility);
+  if (bounced || stiffened)
+    make_free_velocities(model, state_, h, s.frames, s.mobility, s.start, s.loads, s.free, s.spins);
+  // 7. Joint rows.
+  s.vi.rows.clear();
+  append_joint_rows(model, bodies, state_, joint_options, s.vi.rows);
+  // 8. Assemble, and start from the impulses of the last step.
+  s.vi.problem = std::make_shared<Problem>(assemble(bodies, contacts_, s.vi.rows, assembly));
+  s.vi.x0.clear();
+  if (options_.warm_start) warm_start(model, state_, h, s.frames, contacts_, s.vi);
   clock.lap(report.timings.assembly);
-
-  // 9. Solve; look where the velocities lead, and solve again for what nobody could foresee.
-  Solution solution;
-  for (int detections = 0;; ++detections) {
-    options.deadline = clock.left();
-    solution = solve_step(*problem, options_.method, options);
-    s.after = s.free;
-    apply_impulses(*problem, solution.x, s.after);
-    clock.lap(report.timings.solve);
-    const std::size_t known = contacts_.size();
-    if (detections < most_detections) {
-      const Reach reach{s.frames, s.after, h, margin()};
-      const double allowance = margin() / 10;
-      s.finder.find_missed(model, reach, s.free, allowance, contacts_);
-      s.finder.find_overlaps(model, reach, allowance, contacts_);
-    }
-    clock.lap(report.timings.collision);
-    if (contacts_.size() == known) break;
-    add_cost(solution, report);
-    make_room(contacts_, known, solution.x, s.x0);
-    options.x0 = s.x0;
-    problem = std::make_shared<Problem>(assemble(bodies, contacts_, s.rows, assembly));
-    clock.lap(report.timings.assembly);
-  }
-  report.contacts = contacts_.size();
-  add_solution(solution, report);
-  add_joints(model, s.frames, state_, s.rows.jacobian.size(), report);
+  // 9. Solve, look where the velocities lead, solve again for what nobody could foresee.
+  solve_and_look(model, bodies, assembly, margin(), solver, s.finder, contacts_, s.vi, s.after, report);
   report.advanced = all_finite(s.after);
   if (!report.advanced) return;
-
-  // 10. What the step found goes to the tables and the state; the bodies move.
-  store_impulses(*problem, options_.law, solution, s.after, contacts_);
-  keep_for_warm_start(*problem, solution.x, s.frames, state_.contacts);
-  store_joint_impulses(s.rows, std::span(solution.x).last(s.rows.jacobian.size()), state_);
-  fill_reactions();
-  state_.impulse_step = h;
-  problem_ = std::move(problem);
-  x_ = std::move(solution.x);
+  // 10. Integrate: impulses go to tables and state, then the bodies move.
+  keep_impulses(s.vi, options_.law, h, s.frames, s.after, contacts_, state_);
+  fill_reactions(model, s.frames, state_, s.impacts, reactions_);
+  problem_ = std::move(s.vi.problem);
+  x_ = std::move(s.vi.solution.x);
   integrate(model, s.frames, s.spins, s.after, h, state_);
   clock.lap(report.timings.integration);
-}
-
-// What held the joints, impacts at the start included.
-void Simulation::fill_reactions() {
-  const Scratch& s = *scratch_;
-  reactions_.resize(model_->joints());
-  for (std::size_t j = 0; j < reactions_.size(); ++j) {
-    const Joint& joint = model_->description().joints[j];
-    const Transform frame_b = joint.body_b < 0 ? joint.frame_b : s.frames[joint.body_b].pose * joint.frame_b;
-    const JointWrench &step = state_.joint_wrenches[j], &impact = s.impacts[j];
-    reactions_[j] = {(s.frames[joint.body_a].pose * joint.frame_a).position,
-                     rotate(frame_b.rotation, step.force + impact.force),
-                     rotate(frame_b.rotation, step.torque + impact.torque)};
-  }
 }
 
 }  // namespace amontons

@@ -1,11 +1,20 @@
 #pragma once
+#include <span>
 #include <string>
 
 #include "amontons/solvers/driver/options.hpp"
+#include "multibody/step/accounting.hpp"
 
 namespace amontons {
 
-// Solves the VI of a step from the impulses of the last one, options.x0.
-Solution solve_step(const Problem& problem, const std::string& method, const Options& options);
+// The solver of one step: all its solves share method, options and what is left of the budget.
+struct StepSolver {
+  std::string method;
+  Options options;  // but for start and deadline, which each solve has of its own
+  StepClock& clock;
+};
+
+// Solves a VI of the step from x0, the impulses of the last step; empty: from nothing.
+Solution solve_step(const StepSolver& solver, const Problem& problem, std::span<const double> x0);
 
 }  // namespace amontons

@@ -8,7 +8,7 @@
 // after the step are arrays of one type.
 namespace amontons {
 
-// Where a body stands, and its inertia there.
+// Where a body stands, and its inertia there: what a step reads of poses, made once at its start.
 struct BodyFrame {
   Vec3 centre;     // centre of mass, world, m
   Transform pose;  // body frame in the world
@@ -22,6 +22,7 @@ struct BodyMobility {
   bool stiffened = false;  // not the inverse of BodyFrame::inertia: see stiffen_rotations()
 };
 
+// The velocity of the centre of mass is not that of the state, which is of the frame's origin.
 struct BodyVelocity {
   Vec3 linear, angular;  // of the centre of mass, world, m/s, rad/s
 };
@@ -31,29 +32,34 @@ struct BodyImpulse {
   Vec3 force, torque;
 };
 
-// What the rows of a step read of the bodies; each has one entry per body.
+// Arrays of one entry per body of the model.
+using BodyFrames = std::vector<BodyFrame>;
+using BodyMobilities = std::vector<BodyMobility>;
+using BodyVelocities = std::vector<BodyVelocity>;
+
+// What the rows of a step read of the bodies.
 struct StepBodies {
-  const std::vector<BodyFrame>& frames;
-  const std::vector<BodyMobility>& mobility;
-  const std::vector<BodyVelocity>& start;  // of the step
-  const std::vector<BodyVelocity>& free;   // with all loads, without impulses
+  const BodyFrames& frames;
+  const BodyMobilities& mobility;
+  const BodyVelocities& start;  // of the step
+  const BodyVelocities& free;   // with all loads, without impulses
 };
 
 // Frames, mobilities and velocities of the state. Bodies that are fixed have no velocity, whatever the state
 // says.
-void place_bodies(const Model& model, const State& state, std::vector<BodyFrame>& frames,
-                  std::vector<BodyMobility>& mobility, std::vector<BodyVelocity>& velocities);
+void place_bodies(const Model& model, const State& state, BodyFrames& frames, BodyMobilities& mobility,
+                  BodyVelocities& velocities);
 
 // Linear and angular momentum about the world's origin (N s, N m s), kinetic energy (J), of dynamic bodies.
 struct Momentum {
   Vec3 linear, angular;
 };
 Momentum momentum(const Model& model, const State& state);
+// J, 1/2 m v^2 + 1/2 omega' I omega of the state's velocities, or of given ones.
 double kinetic_energy(const Model& model, const State& state);
-double kinetic_energy(const Model& model, const std::vector<BodyFrame>& frames,
-                      const std::vector<BodyVelocity>& velocities);
+double kinetic_energy(const Model& model, const BodyFrames& frames, const BodyVelocities& velocities);
 // -m g . x of the centres of mass, `before` seconds ago along their present velocities.
-double gravity_energy(const Model& model, const std::vector<BodyFrame>& frames,
-                      const std::vector<BodyVelocity>& velocities, double before);
+double gravity_energy(const Model& model, const BodyFrames& frames, const BodyVelocities& velocities,
+                      double before);
 
 }  // namespace amontons

@@ -6,9 +6,21 @@ namespace amontons {
 // Renews state.coordinates from the poses, next to the coordinates there (so that turns are counted). A joint
 // whose coordinates are all zero is searched from several starts, and the turn of a single hinge is the one
 // within the limits, if any is.
-void update_coordinates(const Model& model, const std::vector<BodyFrame>& bodies, State& state);
+void update_coordinates(const Model& model, const BodyFrames& bodies, State& state);
 
 // Bodies at their initial poses and velocities, coordinates found from the poses, no loads.
 State initial_state(const Model& model);
+
+// The largest violation of locked directions in the present pose: of a position (m), at the anchor of the
+// joint's last hinge or the origin of frame_a, and of an angle (rad). Compliant joints are springs and do not
+// count.
+struct JointError {
+  double distance = 0, angle = 0;
+};
+JointError joint_error(const Model& model, const BodyFrames& bodies, const State& state);
+
+// Energy of all joint springs, J: 1/2 k (q - rest)^2, that of ball joints, and what compliant joints and
+// couplings hold. Gains of motors are not springs.
+double spring_energy(const Model& model, const BodyFrames& bodies, const State& state);
 
 }  // namespace amontons

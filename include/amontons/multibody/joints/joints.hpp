@@ -18,4 +18,8 @@ namespace amontons {
 void append_joint_rows(const Model& model, const StepBodies& bodies, const State& state,
                        const JointOptions& options, JointRows& rows);
 
+// Adds the impulses over h of effort motors to the loads of dynamic bodies.
+void add_motor_loads(const Model& model, const BodyFrames& bodies, const State& state, double h,
+                     std::vector<BodyImpulse>& loads);
+
 }  // namespace amontons

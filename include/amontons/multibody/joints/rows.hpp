@@ -10,25 +10,36 @@ namespace amontons {
 
 // Which quantity a row of joints is, so that its impulse finds its way back into the state.
 enum class RowKind : unsigned char { locked, drive, motor, friction, limit, ball, distance, coupling };
+// Where the impulse of a row belongs.
 struct RowTag {
-  RowKind kind;  // a distance row of one fixed length is locked, `distance` are those of a range
-  Index joint;   // or coupling
-  Index dof;  // global index of the dof; 0..2 axis of a ball row; -1: limit of a ball, helper of a coupling
-  double sign = 1;         // of the coordinate's direction: -1 for an upper limit
-  Vec3 force{}, torque{};  // of a locked or distance row or the limit of a ball: the wrench on A of a unit
-                           // impulse, axes of frame_b, about the origin of frame_a
-  double scale = 1;  // impulse along the coordinate per unit of x; JointOptions::length for an angle, as all
-                     // rows are velocities in m/s and all impulses in N s
+  // A distance row of one fixed length is locked; `distance` are those of a range.
+  RowKind kind;
+  Index joint;  // or coupling
+  // Global index of the dof; 0..2 the axis of a ball row; -1: limit of a ball, helper of a coupling.
+  Index dof;
+  double sign = 1;  // of the coordinate's direction: -1 for an upper limit
+  // Of a locked or distance row or the limit of a ball: the wrench on A of a unit impulse, axes of frame_b,
+  // about the origin of frame_a.
+  Vec3 force{}, torque{};
+  // Impulse along the coordinate per unit of x; JointOptions::length for an angle, as all rows are velocities
+  // in m/s and all impulses in N s.
+  double scale = 1;
 };
 
-// The impulse of an effort motor, known before the step.
+// E and c of a row, which asks that -(D v+ + E x + c) is in the normal cone of its set at x: the compliance
+// over h^2, 1/kg, and the velocity that stabilises or drives, m/s.
+struct RowTerms {
+  double compliance, c;
+};
+
+// The impulse of an effort motor, known before the step: it acts through the free velocities.
 struct KnownImpulse {
   Index dof;
   double impulse;  // N s or N m s
 };
 
-// The joint rows of one step: rows of D (bodies' centre-of-mass velocities, world axes), E, c (stabilisation
-// and bias: the row asks u = D v+ + E x + c in the normal cone of its set), sets, warm start, and tags.
+// The joint rows of one step, one entry per row in each array: rows of D (bodies' centre-of-mass velocities,
+// world axes), E, c, sets, warm start, and tags.
 struct JointRows {
   std::vector<JacobianRow> jacobian;
   std::vector<double> compliance, c, x0;
@@ -39,10 +50,19 @@ struct JointRows {
   std::vector<double> auxiliary_inverse_mass;
 
   void clear();
-  // The set of the row is appended to `cones` by the caller.
-  void append(const JacobianRow& row, double compliance, double c, double x0, const RowTag& tag);
+  // One row with its set and where its solve starts, N s.
+  template <class S>
+  void append(const S& set, const JacobianRow& row, const RowTerms& terms, double start, const RowTag& tag) {
+    cones.append(set);
+    jacobian.push_back(row);
+    compliance.push_back(terms.compliance);
+    c.push_back(terms.c);
+    x0.push_back(start);
+    tags.push_back(tag);
+  }
 };
 
+// What rows depend on besides model and state.
 struct JointOptions {
   double h;               // s
   double recovery_speed;  // m/s, bound of the speed at which an error of position is taken back

@@ -14,15 +14,18 @@ namespace amontons {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
+// How a body gets its velocity.
 enum class Motion : unsigned char {
   dynamic,    // moved by forces and impulses
   kinematic,  // moves with the velocity that the state holds; forces do not change it
   fixed,      // does not move
 };
 
+// A rigid body: a frame that its geoms and joints hang on, and how heavy it is.
 struct Body {
   std::string name;
   Motion motion = Motion::dynamic;
+  // Of a body that is not dynamic neither is read.
   double mass = 0;                         // kg, > 0 if dynamic
   Vec3 centre_of_mass;                     // in the body frame, m
   Mat3 inertia;                            // about the centre of mass, body axes, kg m^2
@@ -35,6 +38,8 @@ struct Body {
 // often given for one of the two only.
 enum class FrictionRule : unsigned char { geometric_mean, maximum, minimum, mean };
 
+// A shape on a body, with what its surface is made of. A body may have any number of geoms, also none; its
+// mass and inertia are its own and do not follow from them.
 struct Geom {
   std::string name;
   Index body = world;
@@ -42,21 +47,27 @@ struct Geom {
   Shape shape = Sphere{1};
   Material material;
   Vec3 surface_velocity;  // of the surface relative to the body, body frame, m/s (conveyors, tracks)
-  Vec3
-      friction_direction;  // along which material.friction is, body frame; needed if friction_across is given
-  std::uint32_t category = 1;  // two geoms may touch if one's category has a bit of the other's mask
+  // Along which material.friction is, body frame; needed if friction_across is given.
+  Vec3 friction_direction;
+  // Two geoms may touch if one's category has a bit of the other's mask.
+  std::uint32_t category = 1;
   std::uint32_t mask = 1;
 };
 
 // What drives a degree of freedom of a joint besides its spring.
 enum class MotorKind : unsigned char {
   none,
-  effort,    // target is the force or torque itself (N, N m), clipped to max_effort
-  speed,     // target is the speed (m/s, rad/s); with gain d > 0 effort = d (target - speed), else exact
-  position,  // target is the coordinate (m, rad); with gain k > 0 effort = k (target - q) - damping_gain q',
-             // else exact within one step, as far as max_effort can accelerate and brake
+  // The target is the force or torque itself (N, N m), clipped to max_effort.
+  effort,
+  // The target is the speed (m/s, rad/s). With gain d > 0 effort = d (target - speed), else exact.
+  speed,
+  // The target is the coordinate (m, rad). With gain k > 0 effort = k (target - q) - damping_gain q', else
+  // exact within one step, as far as max_effort can accelerate and brake.
+  position,
 };
 
+// Motors act within the step, as rows of the same problem as contacts: a motor pushes as hard as it may
+// against what is in its way, and a target that is out of reach leads to a motor at its largest effort.
 struct Motor {
   MotorKind kind = MotorKind::none;
   double target = 0;             // initial; the state holds the present one
@@ -80,9 +91,11 @@ struct Dof {
 };
 
 enum class JointKind : unsigned char {
-  chain,     // A = B moved by the dofs one after the other (product of exponentials); no dof: fixed;
-             // `spherical`: then a free rotation about the origin of frame_a (ball joint)
-  distance,  // the distance of the two frame origins stays within [lower_distance, upper_distance]
+  // A = B moved by the dofs one after the other (product of exponentials); no dof: fixed. `spherical`: then a
+  // free rotation about the origin of frame_a (ball joint).
+  chain,
+  // The distance of the two frame origins stays within [lower_distance, upper_distance].
+  distance,
 };
 
 // frame_a, in body A, and frame_b, in body B, coincide at zero coordinates. Positive coordinates move A
@@ -111,12 +124,15 @@ struct Coupling {
   double compliance = 0;
 };
 
-// A pair of geoms with a material of its own.
+// A pair of geoms with a material of its own, in place of the combination of theirs; the last one given
+// holds.
 struct PairMaterial {
   Index geom_a, geom_b;
   Material material;
 };
 
+// Plain data in the order in which things refer to each other: geoms and joints name bodies by their index,
+// couplings joints. Nothing is checked until a Model is made of it.
 struct ModelDescription {
   Vec3 gravity{0, 0, -9.81};  // m/s^2
   std::vector<Body> bodies;

@@ -13,6 +13,7 @@ class Model {
   explicit Model(ModelDescription description);
 
   const ModelDescription& description() const { return d_; }
+  // Counts; arrays of a State have these lengths.
   std::size_t bodies() const { return d_.bodies.size(); }
   std::size_t joints() const { return d_.joints.size(); }
   std::size_t dofs() const { return first_dof_.back(); }
@@ -21,6 +22,7 @@ class Model {
   const Body& body(Index i) const { return d_.bodies[i]; }
   const Joint& joint(Index j) const { return d_.joints[j]; }
   const Geom& geom(Index g) const { return d_.geoms[g]; }
+  // Whether impulses can move a body: the one definition of it. The world is none.
   bool is_dynamic(Index body) const { return body >= 0 && d_.bodies[body].motion == Motion::dynamic; }
   // A length that grows with the unit of length: the median bounding radius of the shapes of dynamic bodies
   // (1 without any). Default tolerances are fractions of it, so that results do not depend on units.
@@ -28,6 +30,7 @@ class Model {
   double total_mass() const { return total_mass_; }
   // Whether two geoms may touch: masks, exclusions, joints that forbid it, same body, none dynamic.
   bool may_touch(Index geom_a, Index geom_b) const;
+  // Of the contact of two geoms, in either order.
   Material material(Index geom_a, Index geom_b) const;
 
  private:

@@ -18,7 +18,9 @@ struct DofImpulse {
   double limit = 0;  // > 0 pushes away from the lower limit
 };
 
-// What a simulation changes, and all that it needs to go on bit for bit.
+// What a simulation changes, and all that it needs to go on bit for bit: a saved state continues as if it had
+// never stopped. Coordinates are part of it because poses tell them but for full turns; impulses because a
+// solve starts from them, and because stiffening takes the joints' forces from them.
 struct State {
   double time = 0;  // s
   std::uint64_t steps = 0;
@@ -28,8 +30,9 @@ struct State {
   std::vector<Vec3> linear_velocities;   // of the origin of each body frame, world, m/s
   std::vector<Vec3> angular_velocities;  // world, rad/s
   std::vector<Vec3> forces, torques;     // held external loads at each centre of mass, world, N, N m
-  std::vector<double> coordinates;       // of every dof, m or rad, turns counted
-  std::vector<double> targets;           // of every dof's motor
+  // Arrays of one entry per dof go by Model::first_dof().
+  std::vector<double> coordinates;  // of every dof, m or rad, turns counted
+  std::vector<double> targets;      // of every dof's motor
   // Contacts that carried something in the last step, without impacts, sorted by (geom_a, geom_b): of them
   // the next step reads geoms, `local` and the impulses.
   std::vector<Contact> contacts;

@@ -6,13 +6,18 @@
 
 namespace amontons {
 
-struct Timings {  // s of wall clock
+// Wall clock of the phases of a step, s. Assembly has frames, joint rows and impacts in it; what total has
+// more are checks and reports.
+struct Timings {
   double collision = 0, assembly = 0, solve = 0, integration = 0, total = 0;
 };
 
+// What one call of Simulation::step() did. With substeps, counts are sums, errors the largest, residual and
+// status those of the worst solve, contacts and rows those of the last one.
 struct Report {
   double time = 0;       // s, at the end of the step
   bool advanced = true;  // false: velocities came out not finite, and the state is that before the step
+  // Of the solve with the largest residual.
   Status status = Status::converged;
   double residual = 0;  // of the law asked for, the worst of the substeps
   std::size_t iterations = 0, products = 0, factorizations = 0;

@@ -20,13 +20,18 @@ struct SimulationOptions {
   std::size_t max_iterations = 0;  // per solve; 0: the method's own limit
   double budget = infinity;        // s of wall clock per step; results then depend on the machine
   unsigned threads = 1;
-  double margin = 0;  // m, contacts are found up to this gap; 0: a fiftieth of Model::length()
-  double recovery_speed =
-      0;  // m/s, of the correction of penetration and joint errors; 0: Model::length() per second
-  double restitution_speed = 0;  // m/s, slower impacts do not bounce; 0: 4 |g| dt
+  // m, contacts are found up to this gap; 0: a fiftieth of Model::length(). Wide enough that what a step
+  // cannot foresee rarely matters, narrow enough that few contacts are open.
+  double margin = 0;
+  // m/s, of the correction of penetration and joint errors; 0: Model::length() per second. What is faster
+  // pushes bodies apart visibly.
+  double recovery_speed = 0;
+  // m/s, slower impacts do not bounce; 0: 4 |g| dt. A body at rest gains |g| dt before each step's contacts
+  // act; below a few times that, an approach is no impact.
+  double restitution_speed = 0;
   bool warm_start = true;
-  unsigned max_substeps = 1;  // power of two: a step whose residual stays above the tolerance is
-                              // redone in 2, 4, ... parts
+  // Power of two: a step whose residual stays above the tolerance is redone in 2, 4, ... parts.
+  unsigned max_substeps = 1;
 };
 
 // What the locked directions of a joint did in the last step, with what impacts at its start added.
@@ -35,8 +40,10 @@ struct JointReaction {
   Vec3 impulse, angular;  // on A, world axes, the second about the point, N s and N m s
 };
 
-class StepClock;
+class StepClock;  // wall clock and budget of a step, step/accounting.hpp
 
+// A model in motion: its state, and what the last step found. Steps are deterministic: the same state and
+// options give the same bits, whatever the number of threads, unless there is a budget.
 class Simulation {
  public:
   Simulation(std::shared_ptr<const Model> model, SimulationOptions options);
@@ -50,12 +57,14 @@ class Simulation {
   const SimulationOptions& options() const { return options_; }
   State& state() { return state_; }
   const State& state() const { return state_; }
+  // Of the last step (the last substep), open ones included.
   const std::vector<Contact>& contacts() const { return contacts_; }
   // One per joint; empty before the first step.
   const std::vector<JointReaction>& joint_reactions() const { return reactions_; }
   // The VI of the last step (the last substep), and its solution; empty before the first step.
   const std::shared_ptr<const Problem>& problem() const { return problem_; }
   const std::vector<double>& impulses() const { return x_; }
+  // The options, with the values that automatic ones stand for.
   double margin() const;
   double recovery_speed() const;
   double restitution_speed() const;
@@ -63,7 +72,6 @@ class Simulation {
  private:
   struct Scratch;
   void advance(double h, StepClock& clock, Report& report);
-  void fill_reactions();
 
   std::shared_ptr<const Model> model_;
   SimulationOptions options_;
