@@ -41,9 +41,8 @@ struct Geom {
   Transform frame;  // of the shape in the body frame
   Shape shape = Sphere{1};
   Material material;
-  Vec3 surface_velocity;  // of the surface relative to the body, body frame, m/s (conveyors, tracks)
-  Vec3
-      friction_direction;  // along which material.friction is, body frame; needed if friction_across is given
+  Vec3 surface_velocity;    // of the surface relative to the body, body frame, m/s (conveyors, tracks)
+  Vec3 friction_direction;  // along which material.friction is, body frame; zero only without friction_across
   std::uint32_t category = 1;  // two geoms may touch if one's category has a bit of the other's mask
   std::uint32_t mask = 1;
 };
