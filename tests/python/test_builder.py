@@ -3,6 +3,7 @@
 import copy
 import math
 import pickle
+from dataclasses import replace
 
 import amontons
 import numpy as np
@@ -225,6 +226,9 @@ def test_frictions():
     cones = simulation.problem()
     assert cones.rows == 4 * 3 + 4 * 6
     assert set(simulation.contacts["friction"]) == {0.3, 0.4}
+    plain = tuple(replace(g, material=Material(), friction_direction=None) for g in model.geoms)
+    with pytest.raises(amontons.InputError, match='give one of "geom0" and "geom1" a friction_direction'):
+        replace(model, geoms=plain)
 
 
 # Breaks when a model can no longer be copied or sent to another process, or shapes lose their equality.
