@@ -3,6 +3,7 @@
 import copy
 import math
 import pickle
+from dataclasses import replace
 
 import amontons
 import numpy as np
@@ -206,6 +207,30 @@ def test_other_parts():
     assert model.geom_names == ("geom0", "geom1")
 
 
+# Breaks when coefficients or directions of friction do not arrive in the model and the contact. The steps are
+# those of two boxes with a pair of their own on a floor: mu_t of the pair, the larger of those of the floor.
+def test_frictions():
+    builder = ModelBuilder(friction_rule="maximum")
+    rough = Material(0.3, friction_across=0.1, torsional_friction=0.01, rolling_friction=0.02)
+    floor = builder.add_geom(None, shapes.Plane(), material=rough, friction_direction=(0, 3, 0))
+    for i in range(2):
+        material = Material(0.2, rolling_friction=0.03 * i)
+        builder.add_body(shape=BOX, mass=1.0, position=(3 * i, 0, 1), material=material)
+    builder.set_pair_material(floor, 1, Material(0.4, friction_across=0.5))
+    model = builder.build()
+    assert model.geoms[0].friction_direction == (0, 1, 0)
+    assert model.geoms[1].friction_direction is None
+    assert model.pair_materials[0].material.friction_across == 0.5
+    simulation = amontons.Simulation(model)
+    simulation.step()
+    cones = simulation.problem()
+    assert cones.rows == 4 * 3 + 4 * 6
+    assert set(simulation.contacts["friction"]) == {0.3, 0.4}
+    plain = tuple(replace(g, material=Material(), friction_direction=None) for g in model.geoms)
+    with pytest.raises(amontons.InputError, match='give one of "geom0" and "geom1" a friction_direction'):
+        replace(model, geoms=plain)
+
+
 # Breaks when a model can no longer be copied or sent to another process, or shapes lose their equality.
 def test_model_copies():
     builder = two_bodies()
@@ -243,6 +268,12 @@ WRONG_BODIES = {
     ),
     "fixed with velocity": (dict(motion="fixed", angular_velocity=(0, 0, 1)), "make it kinematic"),
     "no shape": (dict(shape="ball", **INERT), "amontons.shapes"),
+    "friction across nothing": (
+        dict(shape=BOX, density=1.0, material=Material(friction_across=0.1)),
+        "friction_across = 0.1 is friction across a direction; give friction_direction",
+    ),
+    "zero direction": (dict(shape=BOX, density=1.0, friction_direction=(0, 0, 0)), "direction is zero"),
+    "direction alone": (dict(friction_direction=(1, 0, 0), **INERT), "friction_direction is given without"),
     "material alone": (dict(material=Material(), **INERT), "without a shape"),
 }
 
@@ -270,6 +301,22 @@ WRONG_CALLS = {
     "mask": (lambda b: b.add_geom("a", BOX, mask=-1), "32 bits"),
     "plane on a body": (lambda b: b.add_geom("a", shapes.Plane(), name="floor"), 'geom "floor" of body "a"'),
     "material": (lambda b: b.add_geom("a", BOX, material=0.5), "give a Material"),
+    "friction across nothing": (
+        lambda b: b.add_geom("a", BOX, name="g", material=Material(friction_across=0.1)),
+        'geom "g": friction_across = 0.1',
+    ),
+    "pair across nothing": (
+        lambda b: [
+            b.add_geom("a", BOX, name="g"),
+            b.add_geom("b", BOX, name="h"),
+            b.set_pair_material("g", "h", Material(friction_across=0.1)),
+        ],
+        'pair "g", "h": friction_across needs a friction_direction',
+    ),
+    "negative moments": (
+        lambda b: b.add_geom("a", BOX, material=Material(rolling_friction=-1)),
+        "rolling_friction is -1",
+    ),
     "same geom name": (lambda b: [b.add_geom("a", BOX, name="g") for _ in range(2)], 'a geom "g" already'),
     "joint to itself": (lambda b: b.add_ball_joint("a", "a", point=POINT), 'joins body "a" to itself'),
     "joint of the world": (lambda b: b.add_fixed_joint(None, "a"), "swap the bodies"),
@@ -315,7 +362,7 @@ def test_wrong_call(case):
     with pytest.raises(amontons.InputError) as error:
         call(builder)
     assert message in str(error.value)
-    if case != "same geom name":  # the first of its two calls is good
+    if case not in ("same geom name", "pair across nothing"):  # of which the first calls are good
         assert builder.build() == before
 
 

@@ -17,7 +17,6 @@ def load(tmp_path, body, *, tail=""):
 
 
 UNSUPPORTED = [
-    ("geom", '<geom name="x" size="1" condim="6"/>', 'condim="6": torsional and rolling'),
     ("geom", '<geom name="x" size="1" margin="0.01"/>', "margin"),
     ("geom", '<geom name="x" size="1" adhesion="1"/>', "adhesion"),
     ("geom", '<geom name="x" size="1" surfacevel="0 0 0 0 0 1"/>', "surface velocity that rotates"),
@@ -56,6 +55,7 @@ UNSUPPORTED_AFTER = [
     ("general", '<actuator><general name="x" joint="j" biastype="affine" biasprm="0 1"/></actuator>', "grow"),
     ("weld", '<equality><weld name="x" body1="b" active="false"/></equality>', "not active"),
     ("pair", '<contact><pair name="x" geom1="g" geom2="f" friction="1 0.5"/></contact>', "anisotropic"),
+    ("pair", '<contact><pair name="x" geom1="g" geom2="f" friction="1 1 0 1 2"/></contact>', "anisotropic"),
     ("pair", '<contact><pair name="x" geom1="g" geom2="g2"/></contact>', "the same body"),
     ("option", '<option density="1.2"/>', "fluid"),
     ("flag", '<option><flag override="enable"/></option>', "override"),
@@ -93,7 +93,7 @@ def test_all_is_listed_once_and_the_rest_loads(tmp_path):
     (tmp_path / "part.xml").write_text('<mujoco>\n<body gravcomp="1">\n<geom size="1"/></body></mujoco>')
     path = tmp_path / "model.xml"
     path.write_text(
-        '<mujoco>\n<default><geom condim="4"/></default>\n<worldbody>\n<replicate count="3" offset="3 0 0">'
+        '<mujoco>\n<default><geom margin="0.1"/></default>\n<worldbody>\n<replicate count="3" offset="3 0 0">'
         '\n<body><freejoint/><geom size="1" adhesion="1"/></body></replicate>\n<include file="part.xml"/>\n'
         "</worldbody></mujoco>"
     )
@@ -120,6 +120,7 @@ WRONG = [
     ('<body><joint name="x" range="2 1"/><geom size="1"/></body>', r'"x">: range="2 1": the lower limit'),
     ('<body pos="nan 0 0"><geom size="1"/></body>', r':4: <body>: pos="nan 0 0" is not finite'),
     ('<body><geom size="1" friction="-1"/></body>', r':4: <geom>: friction="-1" is negative'),
+    ('<body/>\n<pair friction="1 1 -1"/>', r':5: <pair>: friction="1 1 -1" is negative'),
     ('<body><geom siz="1"/></body>', r":4: <geom>: .*siz"),
     ('<body><geom size="1"/>', r"xml:5: malformed XML: mismatched tag; the element open there is <body>"),
     ('<include file="none.xml"/>', r":4: <include>: the file .*none\.xml does not exist"),

@@ -371,6 +371,61 @@ def test_friction_is_that_of_mujoco(tmp_path):
     assert len(found) == 21
 
 
+def coefficients(model, a, b):
+    """Sliding, torsional and rolling friction of two geoms: those of the pair, or the larger ones."""
+    for pair in model.pair_materials:
+        if {pair.geom_a, pair.geom_b} == {a, b}:
+            m = pair.material
+            return m.friction, m.torsional_friction, m.rolling_friction
+    both = [model.geoms[g].material for g in (a, b)]
+    return tuple(max(getattr(m, f"{name}friction") for m in both) for name in ("", "torsional_", "rolling_"))
+
+
+# Breaks when torsional or rolling friction of a pair is not the one that MuJoCo combines. MuJoCo names the
+# contact of each pair when the two are put over each other; condim says which of the numbers count.
+def test_moments_are_those_of_mujoco(root):
+    path = root / "tests" / "python" / "models" / "condim.xml"
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")  # condim 4 and 6 are supported
+        model = load_model(path)
+    m = mujoco.MjModel.from_xml_path(str(path))
+    d = mujoco.MjData(m)
+    d.qpos[1::7] = 0  # all balls at one place
+    mujoco.mj_forward(m, d)
+    seen = set()
+    for contact in d.contact:
+        a, b = sorted(model.geom_index(m.geom(g).name) for g in contact.geom)
+        slide, _, torsion, roll, _ = contact.friction
+        expected = [0.0 if contact.dim < needed else x for x, needed in ((slide, 3), (torsion, 4), (roll, 6))]
+        assert coefficients(model, a, b) == pytest.approx(expected), (a, b)
+        seen.add((a, b))
+    assert len(seen) == 7 + 21
+    assert [g.material.rolling_friction for g in model.geoms] == [0, 0, 0, 0, 0.002, 0, 0, 0.002]
+
+
+# Breaks when a moment has another unit, arm or direction than in MuJoCo, whose contacts are soft and whose
+# friction creeps by some per cent. A rolling ball loses 5/7 g mu_r / R (the floor's mu_r = 0.003 counts), in
+# the elliptic cone less by the force that it takes beside the moment: relative changes of the order of
+# (mu_r / mu R)^2 = 3e-3. One that spins loses mu_t m g / I.
+def test_ball_rolls_to_rest_as_in_mujoco(root):
+    path = root / "tests" / "python" / "models" / "condim.xml"
+    m = mujoco.MjModel.from_xml_path(str(path))
+    d = mujoco.MjData(m)
+    first = m.jnt_dofadr[m.body("rolls").jntadr[0]]
+    spinning = m.jnt_dofadr[m.body("spins").jntadr[0]]
+    sim = amontons.Simulation(load_model(path), dt=5e-3)
+    roll, spin = (sim.model.body_index(name) for name in ("rolls", "spins"))
+    d.qvel[first], d.qvel[first + 4], d.qvel[spinning + 5] = 1.0, 10.0, 20.0
+    sim.state.linear_velocities[roll] = (1, 0, 0)
+    sim.state.angular_velocities[roll], sim.state.angular_velocities[spin] = (0, 10, 0), (0, 0, 20)
+    while d.time < 1.0:
+        mujoco.mj_step(m, d)
+    sim.run(1.0)
+    ours = 1.0 - sim.state.linear_velocities[roll, 0], 20.0 - sim.state.angular_velocities[spin, 2]
+    assert ours == pytest.approx((5 / 7 * 9.81 * 0.003 / 0.1, 0.004 * 9.81 / (0.4 * 0.01)), rel=3e-3)
+    assert ours == pytest.approx((1.0 - d.qvel[first], 20.0 - d.qvel[spinning + 5]), rel=0.05)
+
+
 # Breaks when a switch of <flag> is not obeyed.
 def test_flags(tmp_path):
     body = """<geom type="plane" size="1 1 1"/><body name="b" pos="0 0 1">

@@ -61,6 +61,26 @@ def test_comes_back(tmp_path, scene, parameters):
             recording.contacts(4)
 
 
+# Breaks when the contacts of a recording from before there were moments can no longer be read, by name, or
+# when moments are not recorded.
+def test_contacts_without_moments(tmp_path):
+    sim = simulation("rolling_balls")
+    with amontons.record(tmp_path / "a.h5", sim) as recorder:
+        recorder.add(sim.step())
+    with amontons.read_recording(tmp_path / "a.h5") as recording:
+        whole = recording.contacts(1)
+    assert np.abs(whole["torque"]).max() > 0
+    with h5py.File(tmp_path / "a.h5", "r+") as file:
+        rows = file["contacts/rows"][()]
+        del file["contacts/rows"]
+        file["contacts/rows"] = rows[[n for n in rows.dtype.names if n not in ("torque", "spin")]]
+    with amontons.read_recording(tmp_path / "a.h5") as recording:
+        old = recording.contacts(1)
+    assert old.dtype == whole.dtype
+    for name in whole.dtype.names:
+        np.testing.assert_array_equal(old[name], 0 if name in ("torque", "spin") else whole[name])
+
+
 # Breaks when frames that did not fit the buffer are lost or written twice.
 def test_many_flushes(tmp_path, monkeypatch):
     monkeypatch.setattr("amontons.io.recordings.recorder.BUFFER", 1000)

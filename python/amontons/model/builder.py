@@ -56,11 +56,13 @@ class ModelBuilder(JointBuilder):
         linear_velocity: Sequence[float] = (0.0, 0.0, 0.0),
         angular_velocity: Sequence[float] = (0.0, 0.0, 0.0),
         material: Material | None = None,
+        friction_direction: Sequence[float] | None = None,
     ) -> int:
         """Add a body and return its index.
 
         position, orientation: of the body frame in the world (m; unit quaternion w, x, y, z).
-        shape: carried at the origin of the body frame, with `material`; more by `add_geom`.
+        shape: carried at the origin of the body frame, with `material` and, if that has friction_across,
+        friction_direction; more by `add_geom`.
         density (kg/m^3) or mass (kg): the other mass properties follow from the shape, unless
         inertia, (3,) or (3, 3) about the centre of mass in body axes (kg m^2), and centre_of_mass (m, body
         frame) are given. A dynamic body without any gets its mass from geoms with a density.
@@ -73,9 +75,16 @@ class ModelBuilder(JointBuilder):
         if shape is not None:
             with about(who):
                 name_of_geom = self._new_name("geom", None)
-                geom = Geom(name_of_geom, len(self._bodies), shape=shape, material=_or_default(material))
-        elif material is not None:
-            raise InputError(f"{who}: material is given without a shape; give it to add_geom")
+                geom = Geom(
+                    name_of_geom,
+                    len(self._bodies),
+                    shape=shape,
+                    material=_or_default(material),
+                    friction_direction=friction_direction,  # type: ignore[arg-type]
+                )
+        elif material is not None or friction_direction is not None:
+            given = "material" if material is not None else "friction_direction"
+            raise InputError(f"{who}: {given} is given without a shape; give it to add_geom")
         solid = _mass_properties(who, shape, density, mass, inertia, centre_of_mass)
         body = Body(
             name=name,
@@ -107,6 +116,7 @@ class ModelBuilder(JointBuilder):
         category: int = 1,
         mask: int = 1,
         density: float | None = None,
+        friction_direction: Sequence[float] | None = None,
     ) -> int:
         """Add a shape to a body, or to the world, and return the index of the geom.
 
@@ -114,6 +124,7 @@ class ModelBuilder(JointBuilder):
         the body, in body axes (m/s). category, mask: bits; two geoms may touch if the category of one shares
         a bit with the mask of the other.
         density: adds the mass of this shape to the body (kg/m^3); without it the geom has no mass.
+        friction_direction: in body axes, along which `material.friction` is; friction_across needs it.
         """
         index = self._body(body)
         name = self._new_name("geom", name)
@@ -127,6 +138,7 @@ class ModelBuilder(JointBuilder):
             surface_velocity=surface_velocity,  # type: ignore[arg-type]
             category=category,
             mask=mask,
+            friction_direction=friction_direction,  # type: ignore[arg-type]
         )
         if index != WORLD:
             carrier = self._bodies[index]
@@ -170,7 +182,13 @@ class ModelBuilder(JointBuilder):
     def set_pair_material(self, geom_a: int | str, geom_b: int | str, material: Material) -> None:
         """Give the contact of two geoms a material of its own, in place of what their materials make."""
         a, b = self._index("geom", geom_a), self._index("geom", geom_b)
-        self._pair_materials.append(PairMaterial(a, b, material))
+        with about(f'pair "{self._geoms[a].name}", "{self._geoms[b].name}"'):
+            pair = PairMaterial(a, b, material)
+            if material.friction_across is not None and not any(
+                self._geoms[i].friction_direction for i in (a, b)
+            ):
+                raise InputError("friction_across needs a friction_direction of one of the two geoms")
+        self._pair_materials.append(pair)
 
     def exclude(self, body_a: int | str | None, body_b: int | str | None) -> None:
         """Let two bodies never touch."""

@@ -178,6 +178,8 @@ def to_core(thing: Any) -> Any:
     for f in fields(thing):
         if f.init and f.metadata.get("core", True):
             value = getattr(thing, f.name)
+            if value is None:  # what the compiled module takes without it
+                continue
             names = _NAMES.get((type(thing), f.name))
             try:
                 setattr(core, f.name, names[value] if names else _to_core_value(value))

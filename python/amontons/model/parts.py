@@ -35,8 +35,8 @@ def _numbers(thing: Any, what: str, *names: str, infinite: bool = False) -> None
 class Material:
     """What a surface brings into a contact.
 
-    Frictions of two surfaces combine by the model's rule, of restitutions the larger one holds, compliances
-    add.
+    Frictions of two surfaces combine by the model's rule; of restitutions, torsional and rolling frictions
+    the larger one holds; compliances add. docs/physics.md has the laws.
     """
 
     friction: float = 0.5
@@ -45,10 +45,20 @@ class Material:
     """e in [0, 1]: u_n after = -e u_n before"""
     compliance: float = 0.0
     """of one contact point (m/N), 0 is rigid"""
+    friction_across: float | None = None
+    """mu across the geom's friction_direction, >= 0, `friction` then is that along it; None: the same all
+    round"""
+    torsional_friction: float = 0.0
+    """largest moment about the normal over the normal force, of each contact point (m), >= 0"""
+    rolling_friction: float = 0.0
+    """largest moment in the tangent plane over the normal force, of each contact point (m), >= 0"""
 
     def __post_init__(self) -> None:
-        _numbers(self, "material: ", "friction", "restitution", "compliance")
-        for name in ("friction", "compliance"):
+        limits = ("friction", "compliance", "torsional_friction", "rolling_friction")
+        if self.friction_across is not None:
+            limits = (*limits, "friction_across")
+        _numbers(self, "material: ", "restitution", *limits)
+        for name in limits:
             if getattr(self, name) < 0:
                 raise InputError(f"material: {name} is {getattr(self, name):g}; it must not be negative")
         if not 0 <= self.restitution <= 1:
@@ -172,6 +182,8 @@ class Geom:
     category: int = 1
     """bits; two geoms may touch if the category of one shares a bit with the mask of the other"""
     mask: int = 1
+    friction_direction: Vector3 | None = None
+    """along which `material.friction` is, in body axes, of any length; its tangential part counts"""
 
     def __post_init__(self) -> None:
         who = f'geom "{self.name}": '
@@ -180,6 +192,14 @@ class Geom:
         if not isinstance(self.material, Material):
             raise InputError(f"{who}material is {self.material!r}; give a Material")
         _set(self, surface_velocity=vector3(who + "surface_velocity", self.surface_velocity))
+        if self.friction_direction is not None:
+            direction = unit_vector(who + "friction_direction", self.friction_direction)
+            _set(self, friction_direction=direction)
+        elif self.material.friction_across is not None:
+            raise InputError(
+                f"{who}friction_across = {self.material.friction_across:g} is friction across a direction; "
+                "give friction_direction, in body axes"
+            )
         for name in ("category", "mask"):
             bits = getattr(self, name)
             if isinstance(bits, bool) or not isinstance(bits, int) or not 0 <= bits < 2**32:
@@ -259,7 +279,11 @@ class Coupling:
 
 @dataclass(frozen=True)
 class PairMaterial:
-    """A pair of geoms with a material of its own, which replaces the combination of both."""
+    """A pair of geoms with a material of its own, which replaces the combination of both.
+
+    Its friction_across is across the friction_direction of the geoms, of geom A of the contact if both have
+    one.
+    """
 
     geom_a: int
     geom_b: int

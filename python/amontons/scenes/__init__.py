@@ -5,7 +5,7 @@ it shows. `names()`, `get(name)` and `make(name, **parameters)` serve the comman
 """
 
 from .arch import arch
-from .blocks import incline, rolling_sphere, sliding_cube, stack, tipping_box
+from .blocks import incline, rolling_balls, rolling_sphere, sliding_cube, stack, tipping_box
 from .card_house import card_house
 from .chain import capstan, chain
 from .domino_run import domino_run
@@ -38,6 +38,7 @@ __all__ = [
     "newtons_cradle",
     "pendulum",
     "plates",
+    "rolling_balls",
     "rolling_sphere",
     "slider_crank",
     "sliding_cube",

@@ -76,6 +76,34 @@ def rolling_sphere(*, speed: float = 5.0, mu: float = 0.3, radius: float = 0.1) 
 
 
 @scene(dt=5e-3, duration=2.0)
+def rolling_balls(
+    *, balls: int = 6, angle: float = 5.0, radius: float = 0.1, mu: float = 0.5, coefficients: float = 2.0
+) -> Model:
+    """Balls on a ramp, each with more rolling friction mu_r: from mu_r = radius tan(angle) on they stay.
+
+    The others roll with 5/7 g (sin - mu_r / radius cos), downhill along x turned by the ramp. mu_r grows
+    evenly from 0 to `coefficients` times the critical one. Steel balls of `radius` m, `angle` in degrees
+    about y.
+    """
+    require(balls >= 2, "rolling_balls", "balls must be at least 2")
+    require(0 < angle < 90, "rolling_balls", "angle (degrees) must be in (0, 90)")
+    b = ModelBuilder(friction_rule="maximum")
+    ramp = about(Y, math.radians(angle))
+    b.add_geom(None, Plane(), orientation=ramp, material=Material(friction=mu), name="ramp")
+    critical = radius * math.tan(math.radians(angle))
+    for i in range(balls):
+        rolling = coefficients * critical * i / (balls - 1)
+        b.add_body(
+            f"ball {i}",
+            position=point(rotate(ramp, (0, 3 * radius * i, radius))),
+            shape=Sphere(radius),
+            density=7800,
+            material=Material(friction=mu, rolling_friction=rolling),
+        )
+    return b.build()
+
+
+@scene(dt=5e-3, duration=2.0)
 def tipping_box(*, angle: float = 20.0, width: float = 0.2, height: float = 0.5, mu: float = 2.0) -> Model:
     """A slender box on a ramp that is too rough to slide on: it tips over beyond tan(angle) = width / height.
 

@@ -45,7 +45,10 @@ Contact contact_of(const Model& model, Index a, Index b, const BodyFrames& bodie
       in_world(geom_a.surface_velocity, geom_a, bodies) - in_world(geom_b.surface_velocity, geom_b, bodies);
   // The grain of the surface that has one; of A if both do.
   if (c.material.friction_across >= 0) {
-    const bool first = !(geom_a.friction_direction == Vec3{});
+    // The direction belongs to the geom that brings the second coefficient; A's counts where both do, or
+    // where the pair has a material of its own.
+    const bool of_a = geom_a.material.friction_across >= 0, of_b = geom_b.material.friction_across >= 0;
+    const bool first = of_a || (!of_b && !(geom_a.friction_direction == Vec3{}));
     c.direction = in_world((first ? geom_a : geom_b).friction_direction, first ? geom_a : geom_b, bodies);
   }
   return c;

@@ -1,6 +1,7 @@
 #include "multibody/contacts/contact_law.hpp"
 
 #include <cmath>
+#include <type_traits>
 
 namespace amontons {
 
@@ -17,17 +18,20 @@ double power(const Mat3& inverse_inertia, const Vec3& torque) {
 
 // Where x lies in its set decides what the contact does: it carries nothing where the projection of the trial
 // point x - g / p is the apex, and sticks where the trial point is inside. At a solution x is that
-// projection; the trial point decides cleanly, where x alone would ask how near the boundary is near.
+// projection; the trial point decides cleanly, where x alone would ask how near the boundary is near. Rolling
+// beside sliding is no slip: of the product only the sliding rows count. An elliptic cone gives way in all rows
+// together.
 template <class S>
 ContactState state_of(const S& set, double p, Law law, const double* x, const double* u) {
   double g[S::dim], trial[S::dim], foot[S::dim];
   add_saxce_term(set, law, u, g);
   for (int k = 0; k < S::dim; ++k) trial[k] = x[k] - g[k] / p;
   set.project(trial, foot);
+  constexpr bool beside = std::is_same_v<S, RollingFriction>;
   bool open = true, inside = true;
   for (int k = 0; k < S::dim; ++k) {
     open = open && foot[k] == 0;
-    inside = inside && foot[k] == trial[k];
+    if (!beside || k == 1 || k == 2) inside = inside && foot[k] == trial[k];
   }
   return open ? ContactState::open : inside ? ContactState::stick : ContactState::slip;
 }

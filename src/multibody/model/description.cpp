@@ -208,6 +208,11 @@ void check_pairs(const ModelDescription& d) {
     AMONTONS_REQUIRE(p.geom_a >= 0 && p.geom_a < geoms && p.geom_b >= 0 && p.geom_b < geoms,
                      "material of a pair: a geom does not exist");
     check_material(p.material, "material of a pair");
+    const Geom &a = d.geoms[p.geom_a], &b = d.geoms[p.geom_b];
+    AMONTONS_REQUIRE(p.material.friction_across < 0 || !(a.friction_direction == Vec3{}) ||
+                         !(b.friction_direction == Vec3{}),
+                     "material of a pair: friction across a direction needs the direction; give one of \"" +
+                         a.name + "\" and \"" + b.name + "\" a friction_direction");
   }
 }
 

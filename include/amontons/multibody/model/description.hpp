@@ -47,7 +47,7 @@ struct Geom {
   Shape shape = Sphere{1};
   Material material;
   Vec3 surface_velocity;  // of the surface relative to the body, body frame, m/s (conveyors, tracks)
-  // Along which material.friction is, body frame; needed if friction_across is given.
+  // Along which material.friction is, body frame; zero only without friction_across.
   Vec3 friction_direction;
   // Two geoms may touch if one's category has a bit of the other's mask.
   std::uint32_t category = 1;

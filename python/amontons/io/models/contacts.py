@@ -7,12 +7,15 @@ from itertools import combinations, product
 
 import numpy as np
 
+from ...checks import Array
 from ...model.parts import Material, PairMaterial
 from .bodies import Bodies, fixed_groups
 from .compiled import Compiled
-from .geoms import BITS, Geoms, with_friction
+from .geoms import BITS, Geoms, coefficients, with_friction
 
 Pairs = set[tuple[int, int]]
+Coefficients = tuple[float, ...]
+"""Sliding friction, torsional and rolling friction (m)."""
 
 
 def excluded_bodies(compiled: Compiled, bodies: Bodies) -> Pairs:
@@ -55,29 +58,40 @@ def read_contacts(
     pairs = _combined(compiled, geoms)
     if compiled.enabled("contact"):
         pairs |= _explicit(compiled, geoms, excluded)
-    materials = [PairMaterial(a, b, Material(friction=mu)) for (a, b), mu in sorted(pairs.items())]
+    materials = [
+        PairMaterial(a, b, Material(friction=mu, torsional_friction=torsion, rolling_friction=rolling))
+        for (a, b), (mu, torsion, rolling) in sorted(pairs.items())
+    ]
     return materials, sorted(excluded)
 
 
-def _combined(compiled: Compiled, geoms: Geoms) -> dict[tuple[int, int], float]:
-    """The friction of pairs for which MuJoCo's rule is not the larger of the two: the geom of higher priority
-    decides alone, and condim 1 of the one that decides, or of both, means none."""
+def _combined(compiled: Compiled, geoms: Geoms) -> dict[tuple[int, int], Coefficients]:
+    """The coefficients of pairs for which MuJoCo's rule is not the larger of the materials of both.
+
+    The geom of higher priority decides alone. Of equal ones the larger condim counts, and of each coefficient
+    the larger one, whether or not its geom's own condim asks for it.
+    """
     m = compiled.model
     ids = np.array(list(geoms.index), dtype=int)
-    friction, priority = m.geom_friction[ids, 0], m.geom_priority[ids]
-    smooth = m.geom_condim[ids] == 1
-    if smooth.all():
+    friction, dim, priority = m.geom_friction[ids], m.geom_condim[ids], m.geom_priority[ids]
+    if (dim == 1).all():
         geoms.geoms[:] = [with_friction(geom, 0.0) for geom in geoms.geoms]
         return {}
-    if not smooth.any() and np.ptp(priority) == 0:
+    if np.ptp(dim) == 0 and np.ptp(priority) == 0:
         return {}
-    own = np.where(smooth, 0.0, friction)
     higher = priority[:, None] - priority[None, :]
-    equal = np.where(smooth[:, None] & smooth[None, :], 0.0, np.maximum(friction[:, None], friction[None, :]))
-    rule = np.where(higher > 0, own[:, None], np.where(higher < 0, own[None, :], equal))
-    a, b = np.nonzero(np.triu(rule != np.maximum(friction[:, None], friction[None, :]), 1))
+
+    def of_pairs(values: Array) -> Array:
+        a, b = values[:, None], values[None, :]
+        return np.where(higher > 0, a, np.where(higher < 0, b, np.maximum(a, b)))
+
+    rule = coefficients(of_pairs(dim), np.stack([of_pairs(column) for column in friction.T], axis=-1))
+    own = coefficients(dim, friction)
+    own[:, 0] = friction[:, 0]
+    differs = (rule != np.maximum(own[:, None], own[None, :])).any(axis=-1)
+    a, b = np.nonzero(np.triu(differs, 1))
     return {
-        (i, j): float(rule[i, j])
+        (i, j): tuple(rule[i, j].tolist())
         for i, j in zip(a.tolist(), b.tolist(), strict=True)
         if _may_touch(geoms, i, j)
     }
@@ -88,10 +102,10 @@ def _may_touch(geoms: Geoms, i: int, j: int) -> bool:
     return a.body != b.body and bool(a.category & b.mask or b.category & a.mask)
 
 
-def _explicit(compiled: Compiled, geoms: Geoms, excluded: Pairs) -> dict[tuple[int, int], float]:
+def _explicit(compiled: Compiled, geoms: Geoms, excluded: Pairs) -> dict[tuple[int, int], Coefficients]:
     """<pair>: friction of its own, and contact even if the masks of the geoms do not ask for it."""
     m = compiled.model
-    found: dict[tuple[int, int], float] = {}
+    found: dict[tuple[int, int], Coefficients] = {}
     bits: dict[int, int] = {}  # by first geom: the bit that stands for its pairs
     for p in range(m.npair):
         a, b = (geoms.index.get(int(g[p])) for g in (m.pair_geom1, m.pair_geom2))
@@ -105,7 +119,9 @@ def _explicit(compiled: Compiled, geoms: Geoms, excluded: Pairs) -> dict[tuple[i
         if not _may_touch(geoms, a, b) and not _share_bit(geoms, a, b, bits):
             compiled.refuse("pair", p, "no bit of contype and conaffinity is left for this pair; free some")
             continue
-        found[min(a, b), max(a, b)] = 0.0 if m.pair_dim[p] == 1 else float(m.pair_friction[p, 0])
+        # Sliding, torsional and rolling friction; the others are those along the second tangent.
+        values = coefficients(m.pair_dim[p], m.pair_friction[p, [0, 2, 3]])
+        found[min(a, b), max(a, b)] = tuple(values.tolist())
     return found
 
 

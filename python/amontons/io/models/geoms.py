@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from ...checks import Array
 from ...errors import FileError, InputError
 from ...model import shapes
 from ...model.parts import Geom, Material
@@ -16,6 +17,8 @@ from .bodies import Bodies, unique_names
 from .compiled import Compiled, transform
 
 BITS = 0xFFFFFFFF
+FROM_CONDIM = np.array([3, 4, 6])
+"""The condim from which on sliding, torsional and rolling friction count."""
 
 
 @dataclass
@@ -47,13 +50,27 @@ def read_geoms(compiled: Compiled, bodies: Bodies) -> Geoms:
                 bodies.at(body),
                 frame,
                 shape=shape,
-                material=Material(friction=float(m.geom_friction[g, 0])),
+                material=_material(m, g),
                 surface_velocity=surface,
                 category=int(m.geom_contype[g]) & BITS if contact else 0,
                 mask=int(m.geom_conaffinity[g]) & BITS if contact else 0,
             )
         )
     return geoms
+
+
+def _material(model: Any, geom: int) -> Material:
+    """The moments that its condim asks for; that condim 1 slides freely is up to the pair."""
+    dim = model.geom_condim[geom]
+    _, torsion, rolling = coefficients(dim, model.geom_friction[geom]).tolist()
+    return Material(
+        friction=float(model.geom_friction[geom, 0]), torsional_friction=torsion, rolling_friction=rolling
+    )
+
+
+def coefficients(dim: Any, friction: Any) -> Array:
+    """The coefficients (..., 3), sliding, torsional and rolling, that count with condim `dim` (...)."""
+    return np.where(np.asarray(dim)[..., None] >= FROM_CONDIM, friction, 0.0)
 
 
 def touches_nothing(model: Any, geom: int) -> bool:

@@ -49,8 +49,12 @@ def none_of(*refused: str) -> Check:
 
 
 def isotropic(element: Element, attribute: str) -> bool:
+    """Of sliding 1, 2, torsional, rolling 1, 2 those that are given do not tell two tangents apart."""
     values = element.numbers(attribute) or []
-    return len(values) < 2 or values[0] == values[1]
+    rolls = element.attributes.get("condim", "6") == "6"
+    return not (
+        (len(values) > 1 and values[0] != values[1]) or (rolls and len(values) > 4 and values[3] != values[4])
+    )
 
 
 zero = zero_from(0)
@@ -59,7 +63,6 @@ GROUP = Rule()
 FRAME = words("pos quat axisangle xyaxes zaxis euler")
 SOFTNESS = words("solref solimp solreflimit solimplimit solreffriction solimpfriction solmix gap")
 
-TORSION = "torsional and rolling friction (condim 4 and 6); use condim 3"
 MARGIN = "margin (surfaces and limits are hard, without an offset); enlarge the geom or narrow the range"
 ADHESION = "adhesion"
 DELAY = "delay of an actuator"
@@ -84,25 +87,23 @@ JOINT = Rule(
 )
 GEOM = Rule(
     words(
-        "name class contype conaffinity priority friction mass density shellinertia size fromto mesh hfield "
-        "fitscale"
+        "name class contype conaffinity condim priority friction mass density shellinertia size fromto mesh "
+        "hfield fitscale"
     )
     | FRAME,
     words("group user material rgba castshadow fluidshape fluidcoef") | SOFTNESS,
     {
         "type": (none_of("sdf"), "a signed distance field; use a mesh or primitives"),
-        "condim": (one_of("1", "3"), TORSION),
         "margin": (zero, MARGIN),
         "adhesion": (zero, ADHESION),
         "surfacevel": (zero_from(3), "a surface velocity that rotates"),
     },
 )
 PAIR = Rule(
-    words("name class geom1 geom2"),
+    words("name class geom1 geom2 condim"),
     SOFTNESS,
     {
-        "condim": (one_of("1", "3"), TORSION),
-        "friction": (isotropic, "anisotropic friction"),
+        "friction": (isotropic, "anisotropic friction along tangents that MuJoCo chooses; give one number"),
         "margin": (zero, MARGIN),
         "adhesion": (zero, ADHESION),
     },

@@ -93,7 +93,7 @@ def faults(element: Element) -> list[str]:
             found.append(f'{name}="{element.attributes[name]}" is negative; it must be >= 0')
     if element.tag == "mass" and any(x < 0 for x in element.numbers("value") or []):
         found.append(f'value="{element.attributes["value"]}" is negative; a mass must be >= 0')
-    if element.tag == "geom" and any(x < 0 for x in element.numbers("friction") or []):
+    if element.tag in ("geom", "pair") and any(x < 0 for x in element.numbers("friction") or []):
         found.append(f'friction="{element.attributes["friction"]}" is negative; it must be >= 0')
     found += _limit_faults(element)
     return found

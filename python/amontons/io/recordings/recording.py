@@ -79,9 +79,16 @@ class Recording:
         return self._reader.array("reports").astype(REPORTS)
 
     def contacts(self, frame: int) -> Table:
-        """The contact table of the step that led to a frame, fields as in `Simulation.contacts`."""
+        """The contact table of the step that led to a frame, fields as in `Simulation.contacts`.
+
+        Fields that a recording of an older version lacks (torque, spin) are zero.
+        """
         k = self._checked(frame)
-        return self._file["contacts/rows"][self._offsets[k] : self._offsets[k + 1]].astype(CONTACTS)
+        rows = self._file["contacts/rows"][self._offsets[k] : self._offsets[k + 1]]
+        table = np.zeros(len(rows), CONTACTS)
+        for name in set(rows.dtype.names or ()) & set(CONTACTS.names or ()):
+            table[name] = rows[name]
+        return table
 
     def frame_at(self, time: float) -> int:
         """The frame nearest to a time (s)."""
