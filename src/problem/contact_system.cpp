@@ -1,7 +1,6 @@
 #include "amontons/problem/contact_system.hpp"
 
 #include <algorithm>
-#include <cmath>
 
 namespace amontons {
 
@@ -47,15 +46,15 @@ ContactImpulse relative_motion(const Contact& c, const double* w) {
 }
 
 double effective_inverse_mass(const Bodies& bodies, const JacobianRow& row) {
-  double v[6], sum = 0;
-  if (row.body_a >= 0) {
-    bodies.apply(row.body_a, row.a.data(), v);
-    sum += dot6(row.a, v);
-  }
-  if (row.body_b >= 0) {
-    bodies.apply(row.body_b, row.b.data(), v);
-    sum += dot6(row.b, v);
-  }
+  double sum = 0;
+  const auto add = [&](Index body, const std::array<double, 6>& j) {
+    if (body < 0) return;
+    double v[6];
+    bodies.apply(body, j.data(), v);
+    sum += dot6(j, v);
+  };
+  add(row.body_a, row.a);
+  add(row.body_b, row.b);
   return sum;
 }
 
@@ -72,7 +71,7 @@ void Bodies::apply(std::size_t body, const double* f, double* v) const {
   const double w = inverse_mass[body];
   const auto& [xx, yy, zz, xy, xz, yz] = inverse_inertia[body];
   const double tx = f[3], ty = f[4], tz = f[5];
-  v[0] = w * f[0], v[1] = w * f[1], v[2] = w * f[2];
+  for (int k = 0; k < 3; ++k) v[k] = w * f[k];
   v[3] = xx * tx + xy * ty + xz * tz;
   v[4] = xy * tx + yy * ty + yz * tz;
   v[5] = xz * tx + yz * ty + zz * tz;

@@ -26,7 +26,9 @@ bool proves_infeasible(const Problem& problem, Law law, std::span<const double> 
     project_recession(set, &d[row], foot);
     for (int k = 0; k < S::dim; ++k) {
       const double v = d[row + k], b = problem.b[row + k], p = problem.P[block];
-      d2 += p * v * v, b2 += b * b / p, bd += b * v;
+      d2 += p * v * v;
+      b2 += b * b / p;
+      bd += b * v;
       outside += p * (v - foot[k]) * (v - foot[k]);
     }
   });

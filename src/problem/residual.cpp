@@ -70,7 +70,10 @@ Violations violations(const Problem& problem, Law law, std::span<const double> x
     add_saxce_term(set, law, &u[row], g);
     for (int k = 0; k < S::dim; ++k) trial[k] = x[row + k] - g[k] / problem.P[block];
     set.project(trial, foot);
-    for (int k = 0; k < S::dim; ++k) e[row + k] = x[row + k] - foot[k], work += x[row + k] * g[k];
+    for (int k = 0; k < S::dim; ++k) {
+      e[row + k] = x[row + k] - foot[k];
+      work += x[row + k] * g[k];
+    }
     set.project(&x[row], foot);
     for (int k = 0; k < S::dim; ++k) outside += (x[row + k] - foot[k]) * (x[row + k] - foot[k]);
     v.cone = std::max(v.cone, std::sqrt(outside));

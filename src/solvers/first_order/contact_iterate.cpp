@@ -2,7 +2,7 @@
 
 #include <algorithm>
 #include <array>
-#include <limits>
+#include <cmath>
 
 #include "amontons/base/line_array.hpp"
 #include "amontons/base/threads.hpp"
@@ -70,8 +70,7 @@ struct ContactIterate::State {
 
   void add_copies();
   double apply_masses();
-  // pass(data, chunk, ...) over all chunks, and its sums in the order of the chunks, whatever thread made
-  // them.
+  // pass(data, chunk, ...) over all chunks, and its sums in the order of the chunks, whoever made them.
   template <class Pass, class... Step>
   PassSums over_chunks(Pass pass, const PassData& held, Step... step) {
     pool->run(chunks(), [&](std::size_t c) { sums[c] = pass(held, layout.chunks[c], step...); });
@@ -185,7 +184,6 @@ void ContactIterate::State::fill_masses(const Bodies& bodies) {
 PassData ContactIterate::State::data() const {
   return {batches.data(),
           rows.data(),
-          layout.chunks.data(),
           masses.data(),
           compliance.data(),
           x[now].data(),

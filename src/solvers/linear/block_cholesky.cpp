@@ -3,7 +3,6 @@
 #include <Eigen/OrderingMethods>
 #include <Eigen/SparseCore>
 #include <algorithm>
-#include <numeric>
 
 #include "solvers/linear/front_kernel.hpp"
 
@@ -109,10 +108,16 @@ void BlockCholesky::order(std::span<const int> sizes, std::span<const std::pair<
   for (int k = 0; k < n; ++k) sequence[k] = degree_order[post[k]];
   const std::vector<int> parent = elimination_tree(sequence, adjacency);
 
-  place_.resize(n), size_.resize(n), start_.resize(n + 1), given_start_.resize(n + 1);
-  for (int k = 0; k < n; ++k) place_[sequence[k]] = k, size_[k] = sizes[sequence[k]];
-  for (int k = 0; k < n; ++k) start_[k + 1] = start_[k] + size_[k];
-  for (int i = 0; i < n; ++i) given_start_[i + 1] = given_start_[i] + sizes[i];
+  place_.resize(n);
+  size_.resize(n);
+  start_.resize(n + 1);
+  given_start_.resize(n + 1);
+  for (int k = 0; k < n; ++k) {
+    place_[sequence[k]] = k;
+    size_[k] = sizes[sequence[k]];
+    start_[k + 1] = start_[k] + size_[k];
+    given_start_[k + 1] = given_start_[k] + sizes[k];
+  }
   rows_ = given_start_[n];
 
   // structure[k]: the nodes below k in column k of L: its neighbours and what its children leave behind.
@@ -122,7 +127,9 @@ void BlockCholesky::order(std::span<const int> sizes, std::span<const std::pair<
   for (int k = 0; k < n; ++k) {
     mark[k] = k;
     const auto add = [&](int i) {
-      if (i > k && mark[i] != k) mark[i] = k, structure[k].push_back(i);
+      if (i <= k || mark[i] == k) return;
+      mark[i] = k;
+      structure[k].push_back(i);
     };
     for (int neighbour : adjacency[sequence[k]]) add(place_[neighbour]);
     for (int child : children[k])
@@ -152,7 +159,10 @@ void BlockCholesky::find_supernodes(const std::vector<std::vector<int>>& structu
       const int next_columns = columns + size_[last + 1];
       const std::size_t panel = static_cast<std::size_t>(next_columns) * (next_columns + parent_below);
       if (next_zeros > relaxed_zeros * panel && next_columns > small_panel) break;
-      ++last, zeros = next_zeros, columns = next_columns, below = parent_below;
+      ++last;
+      zeros = next_zeros;
+      columns = next_columns;
+      below = parent_below;
     }
     Supernode s{first, last + 1, structure[last], {}, {}, columns, columns + below, 0};
     for (int k = first; k <= last; ++k) supernode_of_[k] = static_cast<int>(supernodes_.size());

@@ -8,8 +8,6 @@ namespace amontons::AMONTONS_ISA {
 
 namespace {
 
-inline double square_root(double x) { return __builtin_sqrt(x); }
-
 // y[0..n) -= a x[0..n)
 inline void subtract_scaled(double* __restrict y, const double* __restrict x, double a, int n) {
   int i = 0;
@@ -25,8 +23,11 @@ int factor_panel(double* A, int n, int stride, int p, int end) {
     for (int k = p; k < j; ++k)
       subtract_scaled(column + j, A + (long)k * stride + j, A[(long)k * stride + j], n - j);
     double pivot = column[j];
-    if (!(pivot > 0)) pivot = 1e100, ++replaced;
-    const double root = square_root(pivot), scale = 1 / root;
+    if (!(pivot > 0)) {
+      pivot = 1e100;
+      ++replaced;
+    }
+    const double root = __builtin_sqrt(pivot), scale = 1 / root;
     column[j] = root;
     for (int i = j + 1; i < n; ++i) column[i] *= scale;
   }

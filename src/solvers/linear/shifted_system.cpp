@@ -44,9 +44,6 @@ void compliance_root(const double* R, int dim, double e, double* L) {
 
 }  // namespace
 
-ShiftedSystem::~ShiftedSystem() = default;
-ShiftedSystem::ShiftedSystem(ShiftedSystem&&) noexcept = default;
-
 ShiftedSystem::ShiftedSystem(const Problem& problem) : problem_(problem) {
   offset_.resize(problem.K.blocks());
   blocks_.resize(problem.K.blocks());
@@ -56,7 +53,7 @@ ShiftedSystem::ShiftedSystem(const Problem& problem) : problem_(problem) {
     blocks_[block] = {static_cast<int>(row), S::dim, -1, -1, {}, {}, {}};
   });
   const std::size_t m = problem.rows();
-  q_.resize(m), z_.resize(m), correction_.resize(m), work_.resize(m);
+  for (std::vector<double>* v : {&q_, &z_, &correction_, &work_}) v->resize(m);
   std::visit(
       [&]<class Op>(const Op& A) {
         if constexpr (std::is_same_v<Op, CallbackOperator>)
@@ -88,7 +85,8 @@ void ShiftedSystem::analyse(const ContactSystem& A) {
     if (graph.moves[i]) node[i] = nodes_++;
   in_body_space_ = true;
 
-  node_a_.resize(A.rows()), node_b_.resize(A.rows());
+  node_a_.resize(A.rows());
+  node_b_.resize(A.rows());
   D_.assign(A.rows(), {});
   G_.assign(A.rows(), {});
   compliance_ = A.compliance;
