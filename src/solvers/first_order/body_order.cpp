@@ -16,6 +16,7 @@ namespace {
 
 using Link = ContactGraph::Link;
 
+// The other end of an edge, and the block that makes it.
 struct Edge {
   std::uint32_t body, link;
 };
@@ -49,7 +50,8 @@ Graph contact_graph(std::size_t bodies, const std::vector<Link>& links, const st
   return g;
 }
 
-// Breadth-first walk: bodies in the order of the walk, their connected part and their position in it.
+// Breadth-first walk: bodies in the order of the walk, their connected part and their position in it (m,
+// relative to the first body of the part, in world axes).
 struct Walk {
   std::vector<std::uint32_t> body, part;
   std::vector<Vec3> position;
@@ -80,6 +82,7 @@ Walk walk(const ContactSystem& A, const std::vector<Link>& links, const std::vec
     std::size_t next = w.body.size();
     visit(static_cast<std::uint32_t>(root), {0, 0, 0});
     for (; next < w.body.size(); ++next) {
+      // w.body is the queue of the search and its result.
       const std::uint32_t i = w.body[next];
       for (std::uint32_t e = g.first[i]; e < g.first[i + 1]; ++e) {
         const auto [j, link] = g.edges[e];
@@ -87,6 +90,7 @@ Walk walk(const ContactSystem& A, const std::vector<Link>& links, const std::vec
         Vec3 position = w.position[next];
         if (link < A.contacts.size()) {
           const Contact& c = A.contacts[link];
+          // To the point along one arm, and back along the other: from A to B it is p_b = p_a + r_a - r_b.
           const double sign = links[link].a == static_cast<Index>(i) ? 1 : -1;
           position += sign * (c.r_a - c.r_b);
         }
@@ -124,6 +128,7 @@ std::uint64_t spread(std::uint64_t v) {
   return (v | v << 2) & 0x1249249249249249;
 }
 
+// The place along the curve; equal cells stay in the order of the walk, so that sorting has one result.
 struct Key {
   std::uint64_t cell;
   std::uint32_t step;
@@ -148,6 +153,7 @@ std::vector<Key> morton_keys(const Walk& w) {
   for (std::size_t s = 0; s < keys.size(); ++s) {
     std::uint64_t cell = std::uint64_t{std::min(w.part[s], (1u << 21) - 1)} << 3 * cell_bits;
     for (int k = 0; k < 3; ++k) {
+      // The comparison keeps what is not a number away from the conversion, which would be undefined.
       const double c = scale * (w.position[s][k] - low[k]);
       cell |= spread(c > 0 ? static_cast<std::uint64_t>(std::min(c, last_cell)) : 0) << k;
     }

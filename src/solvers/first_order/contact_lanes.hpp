@@ -17,6 +17,7 @@ namespace {
 // Always: a call would pass vectors through memory.
 #define AMONTONS_INLINE inline __attribute__((always_inline))
 
+// Aligned: every offset in the arrays of the passes is a multiple of the width.
 AMONTONS_INLINE Vec load(const double* p) { return *reinterpret_cast<const Vec*>(p); }
 AMONTONS_INLINE void store(double* p, Vec v) { *reinterpret_cast<Vec*>(p) = v; }
 
@@ -53,6 +54,7 @@ AMONTONS_INLINE void store3(double* p, const Vec3& a) {
   store(p + 16, a.z);
 }
 
+// Component by component in the order in which they stand: no compiler may sum them up in another.
 AMONTONS_INLINE Vec3 operator+(const Vec3& a, const Vec3& b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
 AMONTONS_INLINE Vec3 operator-(const Vec3& a, const Vec3& b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
 AMONTONS_INLINE Vec3 operator*(Vec s, const Vec3& a) { return {s * a.x, s * a.y, s * a.z}; }
@@ -146,10 +148,12 @@ AMONTONS_INLINE Vec high(Vec a, Vec b) { return __builtin_shufflevector(a, b, 2,
 using Vec2 = double __attribute__((vector_size(16), may_alias));
 AMONTONS_INLINE Vec2 load2(const double* p) { return *reinterpret_cast<const Vec2*>(p); }
 AMONTONS_INLINE void store2(double* p, Vec2 v) { *reinterpret_cast<Vec2*>(p) = v; }
+//  (a0 a1 b0 b1)
 AMONTONS_INLINE Vec join(Vec2 a, Vec2 b) {
   return (Vec)_mm256_insertf128_pd(_mm256_castpd128_pd256((__m128d)a), (__m128d)b, 1);
 }
 
+// quad[i] is the front of line i, pair[i] the ends of lines i and i + 2.
 AMONTONS_INLINE Vec6 gather(const double* lines, const std::uint32_t* at) {
   Vec quad[4], pair[2];
   for (int i = 0; i < 4; ++i) quad[i] = load(lines + at[i]);
@@ -160,6 +164,7 @@ AMONTONS_INLINE Vec6 gather(const double* lines, const std::uint32_t* at) {
           odd(pair[0], pair[1])};
 }
 
+// Components 0 to 3, and 4 and 5, of each line: the spare doubles are not even touched.
 struct Rows {
   Vec quad[4];
   Vec2 pair[4];
@@ -197,6 +202,7 @@ AMONTONS_INLINE Vec6 gather(const double* lines, const std::uint32_t* at) {
           odd(load(a + 2), load(b + 2)), even(load(a + 4), load(b + 4)), odd(load(a + 4), load(b + 4))};
 }
 
+// Three pairs of components for each of two lines.
 struct Rows {
   Vec line[2][3];
 };
@@ -230,6 +236,7 @@ template <int count>
 struct LaneSums {
   Vec v[count][8 / width] = {};
 
+  // As a tree of pairs: shorter than a chain, and the rounding grows with its height only.
   double total(int i) const {
     double s[8];
     for (int part = 0; part < 8 / width; ++part)

@@ -82,6 +82,7 @@ class Batcher {
         static_cast<std::uint32_t>((oldest + std::countr_zero(std::rotr(usable, oldest))) % 32);
     mark(links_[contact].a, place);
     mark(links_[contact].b, place);
+    // The number of the batch from its place: the first one at or after the oldest that is congruent to it.
     const std::size_t batch = oldest_ + ((place - oldest_) % 32);
     out_[batch * lanes + fill_[place]] = static_cast<Index>(contact);
     if (++fill_[place] == lanes) open_ &= ~(1u << place);
@@ -93,6 +94,7 @@ class Batcher {
 
  private:
   std::uint32_t present(Index body) const { return body < 0 ? 0 : present_[body]; }
+  // Hubs are never marked: a line for each lane makes them free of conflicts.
   void mark(Index body, std::uint32_t place) {
     if (body >= 0 && !is_hub_[body]) present_[body] |= 1u << place;
   }
@@ -147,6 +149,7 @@ class LineNumbering {
     if (line_[body] == none || line_[body] < first_) line_[body] = append(body);
     return line_[body];
   }
+  // A mass batch has eight lines: the last of a chunk is filled up with lines of nobody.
   void end_chunk() { body_.resize((body_.size() + lanes - 1) / lanes * lanes, -1); }
 
  private:
@@ -177,10 +180,12 @@ class LineNumbering {
 // between ranks, so that contacts of one body stay in one chunk as far as they are sorted by it.
 std::vector<std::size_t> chunk_ranks(const Sorted& contacts, const Sorted& joints) {
   const std::size_t ranks = contacts.start.size() - 1;
+  // In halves of a contact.
   const std::size_t work = 2 * contacts.index.size() + joints.index.size();
   const std::size_t count = std::clamp<std::size_t>(work / (2 * contacts_per_chunk), 1, max_chunks);
   std::vector<std::size_t> first{0};
   for (std::size_t r = 0; r < ranks && first.size() < count; ++r)
+    // Chunk i begins where i / count of the work is done.
     if ((2 * contacts.start[r] + joints.start[r]) * count >= first.size() * work && r > first.back())
       first.push_back(r);
   first.push_back(ranks);
@@ -216,6 +221,7 @@ ContactLayout lay_out(const ContactSystem& A, const ContactGraph& graph) {
   const std::vector<bool> is_hub = find_hubs(bodies, links, contacts);
   const BodyOrder order = order_bodies(A, graph, is_hub);
   const std::size_t ranks = order.moving.size() + 1;  // the last for links without a moving body
+  // A rank for every contact and row, by which both are sorted and cut into chunks together.
   std::vector<std::uint32_t> rank(links.size());
   for (std::size_t k = 0; k < links.size(); ++k) rank[k] = sort_rank(links[k], order, is_hub);
   const Sorted by_contact = sort_by_rank(rank, 0, contacts, ranks);
@@ -236,6 +242,7 @@ ContactLayout lay_out(const ContactSystem& A, const ContactGraph& graph) {
 
     chunk.first_line = out.body.size();
     lines.begin_chunk();
+    // The lanes in the order of the passes: the first use of a body gives it its line.
     for (std::size_t at = chunk.first_batch * lanes; at < chunk.last_batch * lanes; ++at) {
       const Link link = out.contact[at] < 0 ? Link{-1, -1} : links[out.contact[at]];
       out.line_a.push_back(lines.line(link.a, at % lanes));
@@ -243,6 +250,7 @@ ContactLayout lay_out(const ContactSystem& A, const ContactGraph& graph) {
     }
     chunk.first_joint = out.joint_row.size();
     for (std::size_t k = by_joint.start[first_rank[c]]; k < by_joint.start[first_rank[c + 1]]; ++k) {
+      // Joint rows go one by one, not in lanes: of a hub they take the line of lane 0.
       const std::uint32_t row = by_joint.index[k];
       out.joint_row.push_back(static_cast<std::uint32_t>(row - contacts));
       out.joint_line_a.push_back(lines.line(links[row].a, 0));

@@ -38,6 +38,7 @@ AMONTONS_INLINE Vec3 project(const Vec3& z, const Vec3& n, Vec mu) {
   const Vec t = square_root(dot(zt, zt));
   const Vec k = (zn + mu * t) / ((one + mu * mu) * t);
   const Vec on_z = mu * k, on_n = k * (t - mu * zn);
+  // Masks of all lanes; each region is computed for each lane, and the blend takes what applies.
   const auto inside = t <= mu * zn;
   const auto polar = mu * t <= -zn;
   const Vec a = polar ? zero : inside ? one : on_z;  // polar first: with mu = 0 inside is 0 <= -0
@@ -150,6 +151,8 @@ AMONTONS_INLINE double clip(double z, const JointRow& row) {
 // Hints for the streams of a batch to come: the hardware follows too few of them at a time.
 AMONTONS_INLINE void prefetch_batch(const PassData& data, const Chunk& chunk, std::size_t i,
                                     double* written) {
+  // Eight batches of some 1.5 kB ahead: long enough for memory to answer, short enough to stay in the L1
+  // cache.
   constexpr std::size_t distance = 8;
   if (i + distance >= chunk.last_batch) return;
   const char* batch = reinterpret_cast<const char*>(data.batches + i + distance);
@@ -209,6 +212,7 @@ PassSums direction(const PassData& data, const Chunk& chunk, double alpha) {
   const double* anchor = data.x + data.joint_offset;
   double* d = data.d + data.joint_offset;
   scatter_joints(data, chunk, [&](const JointRow& row, std::size_t i) {
+    // The same for a row, whose step alpha / p g has no De Saxce term: g = u.
     const double di = clip(x[i] - alpha * row.p_inverse * u[i], row) - x[i];
     d[i] = di;
     out.v[0] += di * u[i];
@@ -323,6 +327,7 @@ PassSums update(const PassData& data, const Chunk& chunk, double lambda) {
   const double *x = data.x + data.joint_offset, *d = data.d + data.joint_offset;
   double *x_next = data.x_next + data.joint_offset, *u = data.u + data.joint_offset;
   gather_joints(data, chunk, [&](const JointRow& row, std::size_t i, double velocity) {
+    // A row has g = u, and y = lambda A d throughout.
     const double s = lambda * d[i], y = lambda * (velocity + row.compliance * d[i]);
     x_next[i] = x[i] + s;
     u[i] += y;
@@ -368,6 +373,7 @@ PassSums accelerate(const PassData& data, const Chunk& chunk, double beta) {
   double *x_next = data.x_next + data.joint_offset, *u = data.u + data.joint_offset;
   double *y = data.y + data.joint_offset, *u_y = data.u_y + data.joint_offset;
   gather_joints(data, chunk, [&](const JointRow& row, std::size_t i, double velocity) {
+    // x and u are read before they are overwritten: both carry the last iterate into the momentum.
     const double next = y[i] + d[i], u_next = u_y[i] + (velocity + row.compliance * d[i]);
     y[i] = next + beta * (next - x[i]);
     u_y[i] = u_next + beta * (u_next - u[i]);
@@ -470,6 +476,7 @@ PassSums mass_pass(const PassData& data, const Chunk& chunk) {
     const MassBatch& mass = data.masses[line / lanes];
     for (int part = 0; part < 8 / width; ++part) {
       const int lane = part * width;
+      // Consecutive lines: the offsets count them up from the first.
       std::uint32_t at[width];
       for (int l = 0; l < width; ++l) at[l] = 8 * static_cast<std::uint32_t>(l);
       double* const lines = data.lines + 8 * (line + static_cast<std::size_t>(lane));

@@ -37,7 +37,7 @@ class PlainIterate {
     return natural_map_now();
   }
 
-  // d = Pi_K(x - alpha P^-1 g) - x.
+  // d = Pi_K(x - alpha P^-1 g) - x with <d, g> and <d, P d>.
   Direction direction(double alpha) {
     Direction sums{0, 0};
     for_each_block(problem_.K, [&]<class S>(const S& set, std::size_t block, std::size_t row) {
@@ -68,7 +68,8 @@ class PlainIterate {
     return sum;
   }
 
-  // x += lambda d, u += lambda A d, and the sums of the next step and of the residual.
+  // x += lambda d, u += lambda A d, and the sums of the next step and of the residual: <s, y>, <y, P^-1 y>
+  // and the squared natural map at the new x.
   Update update(double lambda) {
     Update sums{0, 0, 0};
     std::vector<double>& next = x_[free_buffer()];
@@ -101,7 +102,7 @@ class PlainIterate {
     u_y_ = u_;
   }
 
-  // d = Pi_K(y - alpha P^-1 g(y)) - y
+  // d = Pi_K(y - alpha P^-1 g(y)) - y with <d, P d> and <d, P (y - x)>.
   MomentumDirection momentum_direction(double alpha) {
     MomentumDirection sums{0, 0};
     for_each_block(problem_.K, [&]<class S>(const S& set, std::size_t block, std::size_t row) {
@@ -122,7 +123,8 @@ class PlainIterate {
     return sums;
   }
 
-  // x+ = y + d, y = x+ + beta (x+ - x), after curvature().
+  // x+ = y + d, y = x+ + beta (x+ - x), after curvature(). x and u still hold the last iterate when the new
+  // one is formed; u is then overwritten in place, x goes to the free buffer.
   double accelerate(double beta) {
     const int target = free_buffer();
     const std::vector<double>& x = x_[now_];
@@ -163,6 +165,7 @@ class PlainIterate {
     A_.product(x, u);
     for (std::size_t i = 0; i < u.size(); ++i) u[i] += problem_.b[i];
   }
+  // the squared natural map at x
   double natural_map_now() const {
     double sum = 0;
     for_each_block(problem_.K, [&]<class S>(const S& set, std::size_t block, std::size_t row) {
@@ -175,6 +178,7 @@ class PlainIterate {
   // The buffer that may be written: neither the current nor the best.
   int free_buffer() const { return best_ == now_ ? (now_ + 1) % 3 : 3 - now_ - best_; }
 
+  // Held by reference: the problem outlives the solve.
   const Op& A_;
   const Problem& problem_;
   Law law_;
