@@ -4,6 +4,8 @@
 
 namespace amontons {
 
+// One link per block of K. All rows of a block act on the same bodies (check_blocks), so that its first row
+// tells which. Contacts come first and are blocks of their own.
 ContactGraph contact_graph(const ContactSystem& A, const SetProduct& K) {
   ContactGraph graph;
   graph.moves.assign(A.bodies.size(), 0);
@@ -11,6 +13,7 @@ ContactGraph contact_graph(const ContactSystem& A, const SetProduct& K) {
   graph.first_row.reserve(K.blocks() + 1);
   std::vector<unsigned char> moving(A.bodies.size());
   for (std::size_t i = 0; i < moving.size(); ++i) moving[i] = A.bodies.moves(static_cast<Index>(i));
+  // A body counts as moving once a block acts on it: those that nothing touches are nodes of no graph.
   const auto node = [&](Index body) {
     if (body < 0 || !moving[body]) return Index{-1};
     graph.moves[body] = 1;
@@ -32,7 +35,9 @@ ContactGraph contact_graph(const ContactSystem& A, const SetProduct& K) {
   return graph;
 }
 
-// Union-find over the bodies, with one more node that stands for none.
+// Union-find over the bodies, with one more node that stands for none: blocks without a moving body, whose
+// answer no other block has a part in. Paths are halved on the way to the root. The world joins nothing:
+// what rests on the ground side by side are two islands.
 std::size_t find_islands(const ContactGraph& graph, std::vector<Index>& island) {
   const std::size_t bodies = graph.bodies();
   std::vector<Index> parent(bodies + 1);
@@ -44,6 +49,7 @@ std::size_t find_islands(const ContactGraph& graph, std::vector<Index>& island) 
   };
   for (const ContactGraph::Link& link : graph.links)
     if (link.a >= 0 && link.b >= 0) parent[root(link.a)] = root(link.b);
+  // Numbers in the order in which the islands first appear: they depend on the order of the blocks alone.
   std::vector<Index> number(bodies + 1, -1);
   Index count = 0;
   island.resize(graph.links.size());

@@ -1,7 +1,12 @@
+// D is the map from the velocities of the bodies w = (v, omega), at the centres of mass, to velocities of
+// the rows; D' takes impulses of the rows to wrenches at the centres of mass. A row along e of a contact
+// with arms r_a, r_b is
+//  e . [ (v_A + omega_A x r_A) - (v_B + omega_B x r_B) ] = (e, r_A x e) . w_A - (e, r_B x e) . w_B,
+// and that of a moment about e, in m/s by the length l, l e . (omega_A - omega_B). The world has no
+// velocity: what acts on it is left out.
 #include "amontons/problem/contact_system.hpp"
 
 #include <algorithm>
-#include <cmath>
 
 namespace amontons {
 
@@ -32,7 +37,8 @@ void add_wrench(double* w, const Vec3& force, const Vec3& moment, double sign) {
 
 Vec3 vec3(const double* v) { return {v[0], v[1], v[2]}; }
 
-// (v_A + w_A x r_A) - (v_B + w_B x r_B) at the contact, and w_A - w_B.
+// (v_A + omega_A x r_A) - (v_B + omega_B x r_B) at the contact, and omega_A - omega_B where it has rows for
+// moments: D w as world vectors, which to_rows() turns into the rows.
 ContactImpulse relative_motion(const Contact& c, const double* w) {
   ContactImpulse u;
   const auto add = [&](Index body, const Vec3& r, double sign) {
@@ -46,16 +52,17 @@ ContactImpulse relative_motion(const Contact& c, const double* w) {
   return u;
 }
 
+// j M^-1 j' of a row j of D: an entry of the diagonal of A but for E.
 double effective_inverse_mass(const Bodies& bodies, const JacobianRow& row) {
-  double v[6], sum = 0;
-  if (row.body_a >= 0) {
-    bodies.apply(row.body_a, row.a.data(), v);
-    sum += dot6(row.a, v);
-  }
-  if (row.body_b >= 0) {
-    bodies.apply(row.body_b, row.b.data(), v);
-    sum += dot6(row.b, v);
-  }
+  double sum = 0;
+  const auto add = [&](Index body, const std::array<double, 6>& j) {
+    if (body < 0) return;
+    double v[6];
+    bodies.apply(body, j.data(), v);
+    sum += dot6(j, v);
+  };
+  add(row.body_a, row.a);
+  add(row.body_b, row.b);
   return sum;
 }
 
@@ -70,9 +77,10 @@ bool Bodies::moves(Index body) const {
 
 void Bodies::apply(std::size_t body, const double* f, double* v) const {
   const double w = inverse_mass[body];
+  // v = f / m, omega = I^-1 tau with the symmetric I^-1.
   const auto& [xx, yy, zz, xy, xz, yz] = inverse_inertia[body];
   const double tx = f[3], ty = f[4], tz = f[5];
-  v[0] = w * f[0], v[1] = w * f[1], v[2] = w * f[2];
+  for (int k = 0; k < 3; ++k) v[k] = w * f[k];
   v[3] = xx * tx + xy * ty + xz * tz;
   v[4] = xy * tx + yy * ty + yz * tz;
   v[5] = xz * tx + yz * ty + zz * tz;
@@ -91,12 +99,14 @@ JacobianRow jacobian_row(const Contact& c, const ContactBasis& basis, int k) {
   return {c.body_a, c.body_b, {e.x, e.y, e.z, ma.x, ma.y, ma.z}, {-e.x, -e.y, -e.z, -mb.x, -mb.y, -mb.z}};
 }
 
+// Contacts may have different numbers of rows: whoever walks over them keeps a running row.
 std::size_t ContactSystem::contact_rows() const {
   std::size_t sum = 0;
   for (const Contact& c : contacts) sum += static_cast<std::size_t>(c.rows);
   return sum;
 }
 
+// Contact impulses as world vectors first: one wrench per body, whatever the number of rows.
 void add_impulses(const ContactSystem& A, std::span<const double> x, std::span<double> w) {
   std::size_t row = 0;
   for (const Contact& c : A.contacts) {
@@ -112,7 +122,11 @@ void add_impulses(const ContactSystem& A, std::span<const double> x, std::span<d
   }
 }
 
-// y = D M^-1 D'x + E x in three sweeps: impulses to the bodies, their velocities, back to the rows.
+// y = D M^-1 D'x + E x in three sweeps:
+//  1. over contacts and rows   w = D'x, the impulses at the centres of mass
+//  2. over bodies              w = M^-1 w, their velocities
+//  3. over contacts and rows   y = D w + E x, back to the rows
+// A few dozen operations per row, and no memory but w.
 void ContactSystem::product(std::span<const double> x, std::span<double> y) const {
   std::vector<double>& w = body_scratch(bodies.size());
   add_impulses(*this, x, w);
@@ -125,6 +139,7 @@ void ContactSystem::product(std::span<const double> x, std::span<double> y) cons
   for (std::size_t i = 0; i < contacts.size(); ++i) {
     const Contact& c = contacts[i];
     const ContactImpulse u = relative_motion(c, w.data());
+    // A moment row sees l omega, as it is a velocity in m/s.
     to_rows(c, u.linear, u.angular, c.moment_length, &y[row]);
     for (int k = 0; k < c.rows; ++k) y[row + k] += contact_compliance[i] * x[row + k];
     row += static_cast<std::size_t>(c.rows);
@@ -138,6 +153,8 @@ void ContactSystem::product(std::span<const double> x, std::span<double> y) cons
   }
 }
 
+// diag(A)_i = E_i + j_i M^-1 j_i', row by row: how fast a unit impulse along the row makes the two bodies
+// move apart along it.
 void ContactSystem::diagonal(std::span<double> d) const {
   std::size_t row = 0;
   for (std::size_t i = 0; i < contacts.size(); ++i) {
@@ -149,6 +166,7 @@ void ContactSystem::diagonal(std::span<double> d) const {
     d[row++] = compliance[i] + effective_inverse_mass(bodies, jacobian[i]);
 }
 
+// Rows in the same order, so that x, b and K serve both.
 ContactSystem ContactSystem::stored() const {
   ContactSystem op;
   op.bodies = bodies;

@@ -1,3 +1,8 @@
+// What a user gives is checked here, once, at the border: afterwards sizes agree, values are finite, indices
+// exist, A is symmetric and its diagonal not negative, and no later code asks again. That a matrix is
+// semidefinite is known only to a factorisation (ShiftedSystem); methods that do not factor notice negative
+// curvature along their steps. Each check may rely on those before it. A message names the thing by the
+// index that the user knows.
 #include "amontons/problem/problem.hpp"
 
 #include <algorithm>
@@ -20,7 +25,8 @@ void require_finite(std::span<const double> values, Name&& name) {
                                                    std::to_string(values[i]) + ")");
 }
 
-// The pair of entries that differ most, and the largest entry.
+// The pair of entries that differ most, and the largest entry: what counts is the difference relative to the
+// whole matrix, since small entries are often differences of large ones.
 struct Asymmetry {
   double difference = 0, largest = 0;
   std::size_t i = 0, j = 0;
@@ -34,6 +40,7 @@ struct Asymmetry {
   }
 };
 
+// asymmetry_of_rounding: what products of matrices leave, as H'M^-1 H formed in another order.
 void require_symmetric(const Asymmetry& worst) {
   if (worst.difference <= asymmetry_of_rounding * worst.largest) return;
   const auto entry = [](std::size_t i, std::size_t j) {
@@ -50,6 +57,7 @@ void require_symmetric(const Asymmetry& worst) {
 // several parts, are summed one by one.
 Asymmetry asymmetry(const SparseOperator& A) {
   const std::size_t m = A.rows();
+  // What scipy calls a canonical format, and most files have.
   bool ascending = true;
   for (std::size_t i = 0; i < m; ++i)
     for (Index k = A.indptr[i] + 1; k < A.indptr[i + 1]; ++k)
@@ -78,6 +86,7 @@ Asymmetry asymmetry(const SparseOperator& A) {
   return worst;
 }
 
+// First the form, as a wrong indptr would lead out of the arrays, then the values.
 void check(const SparseOperator& A) {
   AMONTONS_REQUIRE(!A.indptr.empty() && A.indptr.front() == 0, "A: indptr must start with 0");
   const Index m = static_cast<Index>(A.rows());
@@ -104,6 +113,7 @@ void check(const DenseOperator& A) {
   require_symmetric(worst);
 }
 
+// All that can be known of a function without calling it. Symmetry is up to the caller.
 void check(const CallbackOperator& A) {
   AMONTONS_REQUIRE(static_cast<bool>(A.function), "A: the product function is empty");
   require_finite(A.diag, [] { return std::string("diagonal of A"); });
@@ -112,6 +122,7 @@ void check(const CallbackOperator& A) {
 void check_bodies(const Bodies& bodies) {
   AMONTONS_REQUIRE(bodies.inverse_inertia.size() == bodies.size(),
                    "inverse mass: give one inverse inertia per body");
+  // The centres only help the order of bodies in memory; a file need not know them.
   AMONTONS_REQUIRE(bodies.centre.empty() || bodies.centre.size() == bodies.size(),
                    "centres of mass: give one per body, or none");
   for (std::size_t i = 0; i < bodies.size(); ++i) {
@@ -120,8 +131,10 @@ void check_bodies(const Bodies& bodies) {
                      body() + ": inverse mass must be finite and not negative");
     const auto& [xx, yy, zz, xy, xz, yz] = bodies.inverse_inertia[i];
     require_finite(bodies.inverse_inertia[i], [&] { return body() + ": inverse inertia"; });
-    // Positive semidefinite by its principal minors (with room for rounding).
+    // Positive semidefinite by its principal minors, all seven, with room for rounding: a minor of order k
+    // is a sum of products of k entries, and is compared with the k-th power of the trace.
     const double scale = xx + yy + zz, eps = 1e-10;
+    // The determinant by its first row.
     const double det = xx * (yy * zz - yz * yz) - xy * (xy * zz - yz * xz) + xz * (xy * yz - yy * xz);
     AMONTONS_REQUIRE(xx >= 0 && yy >= 0 && zz >= 0 && xx * yy - xy * xy >= -eps * scale * scale &&
                          xx * zz - xz * xz >= -eps * scale * scale &&
@@ -136,6 +149,8 @@ void check_index(Index body, std::size_t bodies, const std::string& where) {
                        std::to_string(bodies) + "; -1 is the world)");
 }
 
+// A row on one body twice would be counted as two bodies in D M^-1 D'; on no body at all it is allowed and
+// empty.
 void check_row(const ContactSystem& A, std::size_t i) {
   const JacobianRow& row = A.jacobian[i];
   const std::string where = "row " + std::to_string(i);
@@ -149,6 +164,8 @@ void check_row(const ContactSystem& A, std::size_t i) {
                    where + ": compliance must be finite and not negative");
 }
 
+// The normal to 1e-6 in its square leaves room for what was written with seven digits; what is further from
+// 1 is a vector that nobody has normalised.
 void check_contact(const ContactSystem& A, std::size_t i) {
   const Contact& c = A.contacts[i];
   const std::string where = "contact " + std::to_string(i);
@@ -168,6 +185,7 @@ void check_contact(const ContactSystem& A, std::size_t i) {
                    where + ": compliance must be finite and not negative");
 }
 
+// Sizes before the loops that rely on them.
 void check(const ContactSystem& A) {
   check_bodies(A.bodies);
   AMONTONS_REQUIRE(A.contact_compliance.size() == A.contacts.size(),
@@ -177,7 +195,8 @@ void check(const ContactSystem& A) {
   for (std::size_t i = 0; i < A.jacobian.size(); ++i) check_row(A, i);
 }
 
-// Body-space factorisation and contact passes handle a block as one unit of two bodies.
+// Body-space factorisation and contact passes handle a block as one unit of two bodies: contacts first, each
+// with a set of its number of rows, then rows, those of one block between the same bodies.
 void check_blocks(const ContactSystem& A, const SetProduct& K) {
   const std::size_t contact_rows = A.contact_rows();
   std::size_t contact = 0;
@@ -194,6 +213,7 @@ void check_blocks(const ContactSystem& A, const SetProduct& K) {
     AMONTONS_REQUIRE(!S::frictional || A.contacts.empty(),
                      "contacts: the cones must start with one friction cone per contact (" +
                          std::to_string(A.contacts.size()) + ") and have none among the joint rows");
+    // A friction cone on stored rows: one contact whose arms the file did not give.
     const JacobianRow* first = &A.jacobian[row - contact_rows];
     for (int k = 1; k < S::dim; ++k)
       AMONTONS_REQUIRE(first->body_a == first[k].body_a && first->body_b == first[k].body_b,
@@ -203,7 +223,8 @@ void check_blocks(const ContactSystem& A, const SetProduct& K) {
 }
 
 // Per block the mean of diag(A). Blocks that no body carries (zero rows) would divide by zero: any positive
-// value serves them.
+// value serves them. 1e-14 of the largest entry is such a value, in the units of the problem; 1 where A is
+// zero.
 std::vector<double> preconditioner(const SetProduct& K, std::span<const double> diagonal) {
   double largest = 0;
   for (double d : diagonal) largest = std::max(largest, std::abs(d));
@@ -219,6 +240,7 @@ std::vector<double> preconditioner(const SetProduct& K, std::span<const double> 
 
 }  // namespace
 
+// P from the diagonal, the graph from the bodies: what follows from A and K is made once, here.
 Problem trusted_problem(Operator A, std::vector<double> b, SetProduct K) {
   std::vector<double> diag(b.size());
   diagonal(A, diag);
@@ -228,6 +250,7 @@ Problem trusted_problem(Operator A, std::vector<double> b, SetProduct K) {
   return {std::move(A), std::move(b), std::move(K), std::move(P), std::move(graph)};
 }
 
+// A by itself, then b and K against A, then their blocks; the diagonal last, as it is formed from all of A.
 Problem make_problem(Operator A, std::vector<double> b, SetProduct K) {
   std::visit([](const auto& op) { check(op); }, A);
   const std::size_t m = rows(A);
@@ -243,6 +266,7 @@ Problem make_problem(Operator A, std::vector<double> b, SetProduct K) {
   double largest = 0;
   for (double d : diag) largest = std::max(largest, std::abs(d));
   for (std::size_t i = 0; i < m; ++i)
+    // Zero is allowed (rows that no body carries), and rounding of it.
     AMONTONS_REQUIRE(diag[i] >= -1e-12 * largest, "A[" + std::to_string(i) + ", " + std::to_string(i) +
                                                       "] = " + std::to_string(diag[i]) +
                                                       " is negative: A must be positive semidefinite");

@@ -1,3 +1,6 @@
+// A solution of the VI is a fixed point of x -> Pi_K(x - t P^-1 g(x)) for any t > 0. The natural map is the
+// distance from that, at t = 1 in the metric of P, where a step has the size of the impulse that would bring
+// each block to rest.
 #include "amontons/problem/residual.hpp"
 
 #include <algorithm>
@@ -13,6 +16,7 @@ double norm2(std::span<const double> x) {
   return std::sqrt(sum);
 }
 
+// u = A x + b
 std::vector<double> apply(const Problem& problem, std::span<const double> x) {
   std::vector<double> u(problem.rows());
   product(problem.A, x, u);
@@ -22,6 +26,7 @@ std::vector<double> apply(const Problem& problem, std::span<const double> x) {
 
 }  // namespace
 
+// The P norm of x - Pi_K(x - P^-1 g) over all blocks, g = u + De Saxce term.
 double natural_map(const Problem& problem, Law law, std::span<const double> x, std::span<const double> u) {
   double sum = 0;
   for_each_block(problem.K, [&]<class S>(const S& set, std::size_t block, std::size_t row) {
@@ -32,13 +37,18 @@ double natural_map(const Problem& problem, Law law, std::span<const double> x, s
   return std::sqrt(sum);
 }
 
+// At x = 0, u = b: the length of Pi_K(-P^-1 b) in the P metric, to which the residual is relative. It is
+// zero where 0 is a solution; 1e-300 then keeps the quotient of two zeros at zero.
 double natural_map_at_zero(const Problem& problem, Law law) {
   const std::vector<double> zero(problem.rows(), 0.0);
   return std::max(natural_map(problem, law, zero, problem.b), 1e-300);
 }
 
+// The other norms take the step g itself, as if P were 1/kg: they depend on units and serve for comparison
+// with other software. They are formed as differences, with the cancellation of these.
 double residual(const Problem& problem, Law law, std::span<const double> x, std::span<const double> u,
                 Norm norm) {
+  // The natural one is formed without cancellation, block by block by the sets (residual.hpp).
   if (norm == Norm::natural) return natural_map(problem, law, x, u) / natural_map_at_zero(problem, law);
   double sum = 0, largest = 0;
   for_each_block(problem.K, [&]<class S>(const S& set, std::size_t, std::size_t row) {
@@ -61,16 +71,22 @@ double residual(const Problem& problem, Law law, std::span<const double> x, Norm
   return residual(problem, law, x, apply(problem, x), norm);
 }
 
+// Two projections per block: of the trial point for the step e of the natural map, of x itself for its
+// distance to K.
 Violations violations(const Problem& problem, Law law, std::span<const double> x) {
   const std::vector<double> u = apply(problem, x);
   std::vector<double> e(problem.rows()), Ae(problem.rows());
   Violations v{};
   for_each_block(problem.K, [&]<class S>(const S& set, std::size_t block, std::size_t row) {
+    // work: <x, g> of the block, zero where the impulse and the gradient are complementary.
     double g[S::dim], trial[S::dim], foot[S::dim], work = 0, outside = 0;
     add_saxce_term(set, law, &u[row], g);
     for (int k = 0; k < S::dim; ++k) trial[k] = x[row + k] - g[k] / problem.P[block];
     set.project(trial, foot);
-    for (int k = 0; k < S::dim; ++k) e[row + k] = x[row + k] - foot[k], work += x[row + k] * g[k];
+    for (int k = 0; k < S::dim; ++k) {
+      e[row + k] = x[row + k] - foot[k];
+      work += x[row + k] * g[k];
+    }
     set.project(&x[row], foot);
     for (int k = 0; k < S::dim; ++k) outside += (x[row + k] - foot[k]) * (x[row + k] - foot[k]);
     v.cone = std::max(v.cone, std::sqrt(outside));
@@ -80,6 +96,7 @@ Violations violations(const Problem& problem, Law law, std::span<const double> x
       v.complementarity = std::max(v.complementarity, std::abs(work));
   });
   product(problem.A, e, Ae);
+  // e is an impulse (N s), A e the velocity that it makes (m/s): 1/2 e'Ae is its kinetic energy in J.
   for (std::size_t i = 0; i < e.size(); ++i) v.energy += 0.5 * e[i] * Ae[i];
   return v;
 }

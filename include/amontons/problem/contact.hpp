@@ -24,7 +24,8 @@ struct Material {
 enum class ContactState : unsigned char { open, stick, slip };
 
 // One contact point, from its detection to the table of the user: A and B touch, or nearly so, at `point`.
-// All vectors are in world axes; impulses act on A and, opposite, on B.
+// All vectors are in world axes; impulses act on A and, opposite, on B. The normal points from B to A, so
+// that a positive normal impulse pushes A away and a positive normal velocity opens the contact.
 struct Contact {
   Index body_a = world, body_b = world, geom_a = -1, geom_b = -1;
   Vec3 point, normal;  // m; the normal has unit length and points from B to A
@@ -58,8 +59,9 @@ inline Contact contact_between(Index body_a, Index body_b, const Vec3& r_a, cons
   return c;
 }
 
-// The frame of a contact, right-handed: the normal and two tangents. Rows are (normal, tangent 1, tangent 2),
-// then moments about them.
+// The frame of a contact, right-handed: the normal and two tangents. Rows are (normal, tangent 1, tangent
+// 2), then moments about them. The frame is a function of the contact alone, never stored: whoever needs
+// tangents makes the same ones.
 struct ContactBasis {
   Vec3 normal, tangent_1, tangent_2;
 
@@ -83,6 +85,7 @@ struct ContactBasis {
   explicit ContactBasis(const Contact& c) : ContactBasis(c.normal, c.direction) {}
 
   Vec3 to_world(const double* x) const { return x[0] * normal + x[1] * tangent_1 + x[2] * tangent_2; }
+  // The rows of a world vector: the transpose, as the basis is orthonormal.
   void to_contact(const Vec3& v, double* x) const {
     x[0] = dot(normal, v);
     x[1] = dot(tangent_1, v);
@@ -92,6 +95,10 @@ struct ContactBasis {
 };
 
 // Row k of a contact: the axis that it is along, and whether it is a moment about it.
+//  rows 3   n t1 t2
+//  rows 4   n t1 t2, moment about n
+//  rows 5   n t1 t2, moments about t1 t2
+//  rows 6   n t1 t2, moments about n t1 t2
 struct ContactRow {
   int axis;
   bool moment;
@@ -102,7 +109,8 @@ constexpr ContactRow contact_row(int rows, int k) {
 }
 
 // The impulse and the angular impulse about the point of the rows x of a contact, and the rows of a relative
-// velocity and spin: x has c.rows entries.
+// velocity and spin: x has c.rows entries, all in N s or m/s. With the length l, a moment row holds tau / l
+// of an angular impulse tau and l omega of a spin: the power <x, u> stays what it is.
 struct ContactImpulse {
   Vec3 linear, angular;
 };
@@ -113,7 +121,7 @@ inline ContactImpulse to_world(const Contact& c, const double* x) {
     f.angular += (c.moment_length * x[k]) * basis.axis(contact_row(c.rows, k).axis);
   return f;
 }
-// Velocities (u, omega) into rows; as impulses, angular ones are divided by the length and not multiplied.
+// Velocities (u, omega) into rows with angular_scale = l; impulses (f, tau) with 1 / l.
 inline void to_rows(const Contact& c, const Vec3& linear, const Vec3& angular, double angular_scale,
                     double* x) {
   const ContactBasis basis(c);

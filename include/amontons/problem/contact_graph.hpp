@@ -9,6 +9,10 @@ namespace amontons {
 
 // Which moving bodies each block of a contact system acts on: built once per problem, it serves the islands,
 // the order and batches of the fused passes, and the factorisation.
+//
+// Nodes are bodies, edges the blocks of K between two of them; several edges may join the same two, and an
+// edge may end at nothing (the world). Bodies keep their numbers; whoever needs nodes without gaps numbers
+// those that move.
 struct ContactGraph {
   struct Link {
     Index a, b;  // -1: the world, or a body that impulses do not move

@@ -29,8 +29,9 @@ struct JacobianRow {
 };
 
 // The factored Delassus operator A = D M^-1 D' + E of bodies, contacts and rows: first the rows of the
-// contacts, kept as arms and normals in world coordinates, then stored rows of D. A is never formed. Rows of
-// one block of the sets share their bodies. E >= 0 is the compliance divided by h^2.
+// contacts, kept as arms and normals in world coordinates, then stored rows of D. A is never formed: it
+// would couple all contacts of a body with each other, where D has two bodies per row. Rows of one block of
+// the sets share their bodies. E >= 0 is the compliance divided by h^2 (1/kg, as the rest of A).
 struct ContactSystem {
   Bodies bodies;
   std::vector<Contact> contacts;

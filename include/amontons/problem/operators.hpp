@@ -17,7 +17,7 @@ namespace amontons {
 //   diagonal(d)     d = diag(A)
 // Matrices are viewed, not copied: `owner` keeps the memory alive.
 
-// Compressed sparse rows of the whole matrix (both triangles).
+// Compressed sparse rows of the whole matrix (both triangles): scipy.sparse.csr_array as it lies in memory.
 struct SparseOperator {
   std::span<const Index> indptr, indices;  // m + 1, nnz
   std::span<const double> data;            // nnz
@@ -39,7 +39,8 @@ struct DenseOperator {
   void diagonal(std::span<double> d) const;
 };
 
-// A function y = A x of the caller; `diag` is diag(A), or ones when unknown (then P = I).
+// A function y = A x of the caller; `diag` is diag(A), or ones when unknown (then P = I). It may be called
+// from any iteration and must not change its answer; methods that factor refuse it.
 struct CallbackOperator {
   std::function<void(std::span<const double>, std::span<double>)> function;
   std::vector<double> diag;
@@ -51,6 +52,8 @@ struct CallbackOperator {
 
 using Operator = std::variant<SparseOperator, DenseOperator, CallbackOperator, ContactSystem>;
 
+// The same of whichever operator it is: one branch per product, none inside. Methods that iterate on their
+// own visit the operator once, outside their loop.
 inline std::size_t rows(const Operator& A) {
   return std::visit([](const auto& op) { return op.rows(); }, A);
 }

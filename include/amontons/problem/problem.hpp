@@ -12,7 +12,11 @@ namespace amontons {
 // Saxce term of its set (mu |u_t|; De Saxce 1992), which is Coulomb's law: sliding contacts do not separate.
 enum class Law : unsigned char { associated, coulomb };
 
-// The variational inequality. x: impulses (N s), b: constraint velocities without impulses (m/s).
+// The variational inequality: find x in K with <g(x), y - x> >= 0 for all y in K, g = A x + b (+ the De
+// Saxce term under coulomb). x: impulses (N s), b: constraint velocities without impulses (m/s).
+//
+// Constant from its making on. A belongs to it, or is viewed and kept alive (operators.hpp), so that a
+// problem can be handed on, solved by several methods and written to a file.
 struct Problem {
   Operator A;
   std::vector<double> b;

@@ -34,7 +34,8 @@ double natural_map_at_zero(const Problem& problem, Law law);
 // Forms u = A x + b first; one product.
 double residual(const Problem& problem, Law law, std::span<const double> x, Norm norm = Norm::natural);
 
-// What the residual means in physical terms.
+// What the residual means in physical terms: each is zero at a solution, but none of them is one number to
+// stop at.
 struct Violations {
   double penetration_velocity;  // max over contacts and unilateral rows of -u_n (m/s), bilateral rows |u|
   double cone;                  // max distance of x to its cone (N s)

@@ -1,7 +1,19 @@
 // Accelerated projected gradient descent in the P metric with adaptive step and restart. Sources: Nesterov
-// 1983; Mazhar, Heyn, Tasora, Negrut, "Using Nesterov's method to accelerate multibody dynamics with friction
-// and contact", ACM TOG 2015; O'Donoghue, Candes 2015 (restart). A step d from y is accepted on the curvature
-// d'Ad <= L d'Pd, not on objective values, which stop being comparable near rounding.
+// 1983; Mazhar, Heyn, Tasora, Negrut, "Using Nesterov's method to accelerate multibody dynamics with
+// friction and contact", ACM TOG 2015; O'Donoghue, Candes 2015 (restart). A step d from y is accepted on the
+// curvature d'Ad <= L d'Pd, not on objective values, which stop being comparable near rounding.
+//
+//  x_0 := Pi_K(x_0);  y_0 := x_0;  theta_0 := 1;  L := 1
+//  for j = 0 ..
+//    1.  d := Pi_K(y_j - P^-1 g(y_j) / L) - y_j;  while d'Ad > L d'Pd: raise L, again
+//    2.  x_j+1 := y_j + d
+//    3.  theta_j+1: the positive root of theta^2 = (1 - theta) theta_j^2
+//        beta := theta_j (1 - theta_j) / (theta_j^2 + theta_j+1)
+//    4.  y_j+1 := x_j+1 + beta (x_j+1 - x_j); where the momentum points uphill, y_j+1 := x_j+1, theta := 1
+//
+// Why 1 is the test of descent: f is quadratic, f(y + d) = f(y) + <g, d> + 1/2 d'Ad, so that d'Ad <= L d'Pd
+// is the upper model of Nesterov's proof at y + d itself. L starts at 1 because P is the mean of diag(A) of
+// each block: the eigenvalues of P^-1 A have the mean 1.
 #include "amontons/solvers/first_order/apgd.hpp"
 
 #include <algorithm>
@@ -13,6 +25,8 @@ namespace amontons {
 
 namespace {
 
+// What an unlucky direction raised would stay forever: L shrinks a little after every step, so that the step
+// length follows the curvature of the face that the iterates are on.
 constexpr double relaxation = 0.95;  // of L after every step
 
 template <Iterate T>
@@ -31,7 +45,9 @@ class Apgd {
   }
 
   std::optional<double> step() {
-    // d := Pi_K(y - P^-1 g(y) / L) - y, L raised until it bounds the curvature along d
+    // 1. d, with L raised until it bounds the curvature along d. To double at least ends the loop in a few
+    // rounds; the quotient is the smallest L that would have served this d. d = 0 (y is the solution)
+    // passes.
     MomentumDirection d;
     for (;;) {
       d = iterate_.momentum_direction(1 / L_);
@@ -41,13 +57,18 @@ class Apgd {
       if (dAd <= L_ * d.dPd || !(d.dPd > 0)) break;
       L_ = std::max(2 * L_, dAd / d.dPd);
     }
-    // x+ := y + d;  y := x+ + beta (x+ - x). Where <y - x+, x+ - x> > 0 in the P metric the momentum points
-    // uphill: it is dropped, and builds up anew.
+    // 3. The sums of the direction tell the angle of the momentum: x_j+1 - x_j = d + (y - x), hence in the P
+    // metric
+    //  <y - x+, x+ - x> = -<d, d> - <d, y - x>.
+    // y - x+ is the gradient (of the projected step) over L: where the sum is positive, the move x+ - x goes
+    // uphill. The momentum is dropped, and builds up anew from theta = 1 (the gradient scheme of O'Donoghue
+    // and Candes).
     const bool uphill = -(d.dPd + d.dPm) > 0;
     const double theta_next = 0.5 * theta_ * (std::sqrt(theta_ * theta_ + 4) - theta_);
     const double beta = uphill ? 0.0 : theta_ * (1 - theta_) / (theta_ * theta_ + theta_next);
     theta_ = uphill ? 1.0 : theta_next;
     L_ *= relaxation;
+    // 2. and 4. in one pass over memory
     return std::sqrt(iterate_.accelerate(beta));
   }
 
@@ -66,6 +87,8 @@ class Apgd {
  private:
   Monitor& monitor_;
   T iterate_;
+  // L: estimate of the largest eigenvalue of P^-1 A along the steps, no unit. theta in (0, 1]: Nesterov's
+  // sequence.
   double L_ = 1, theta_ = 1;
 };
 

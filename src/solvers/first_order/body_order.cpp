@@ -16,6 +16,7 @@ namespace {
 
 using Link = ContactGraph::Link;
 
+// The other end of an edge, and the block that makes it.
 struct Edge {
   std::uint32_t body, link;
 };
@@ -26,6 +27,8 @@ struct Graph {
   std::vector<Edge> edges;
 };
 
+// Compressed rows by counting. first is filled two places ahead: the sums over it give the begin of row i at
+// first[i + 1], which the second loop moves on to the begin of row i + 1, its final meaning.
 Graph contact_graph(std::size_t bodies, const std::vector<Link>& links, const std::vector<bool>& is_hub) {
   const auto is_edge = [&](const Link& l) {
     return l.a >= 0 && l.b >= 0 && l.a != l.b && !is_hub[l.a] && !is_hub[l.b];
@@ -33,7 +36,8 @@ Graph contact_graph(std::size_t bodies, const std::vector<Link>& links, const st
   Graph g;
   g.first.assign(bodies + 2, 0);
   for (const Link& l : links)
-    if (is_edge(l)) ++g.first[l.a + 2], ++g.first[l.b + 2];
+    if (is_edge(l))
+      for (Index i : {l.a, l.b}) ++g.first[i + 2];
   for (std::size_t i = 2; i < g.first.size(); ++i) g.first[i] += g.first[i - 1];
   g.edges.resize(g.first.back());
   for (std::size_t k = 0; k < links.size(); ++k) {
@@ -46,30 +50,39 @@ Graph contact_graph(std::size_t bodies, const std::vector<Link>& links, const st
   return g;
 }
 
-// Breadth-first walk: bodies in the order of the walk, their connected part and their position in it.
+// Breadth-first walk: bodies in the order of the walk, their connected part and their position in it (m,
+// relative to the first body of the part, in world axes).
 struct Walk {
   std::vector<std::uint32_t> body, part;
   std::vector<Vec3> position;
 };
 
+// Breadth first from the first body of every connected part, placed at the origin. Over a contact with arms
+// r_a, r_b the position of the other body follows from p_a + r_a = p_b + r_b; over a joint row, whose arms
+// are not known, it is taken to be the same.
 Walk walk(const ContactSystem& A, const std::vector<Link>& links, const std::vector<bool>& include) {
   const std::size_t n = include.size();
   std::vector<bool> is_hub(n);
   for (std::size_t i = 0; i < n; ++i) is_hub[i] = !include[i];
   const Graph g = contact_graph(n, links, is_hub);
   Walk w;
-  w.body.reserve(n), w.part.reserve(n), w.position.reserve(n);
+  w.body.reserve(n);
+  w.part.reserve(n);
+  w.position.reserve(n);
   std::vector<bool> seen = is_hub;
   std::uint32_t part = 0;
   for (std::size_t root = 0; root < n; ++root) {
     if (seen[root]) continue;
     const auto visit = [&](std::uint32_t body, const Vec3& position) {
       seen[body] = true;
-      w.body.push_back(body), w.part.push_back(part), w.position.push_back(position);
+      w.body.push_back(body);
+      w.part.push_back(part);
+      w.position.push_back(position);
     };
     std::size_t next = w.body.size();
     visit(static_cast<std::uint32_t>(root), {0, 0, 0});
     for (; next < w.body.size(); ++next) {
+      // w.body is the queue of the search and its result.
       const std::uint32_t i = w.body[next];
       for (std::uint32_t e = g.first[i]; e < g.first[i + 1]; ++e) {
         const auto [j, link] = g.edges[e];
@@ -77,6 +90,7 @@ Walk walk(const ContactSystem& A, const std::vector<Link>& links, const std::vec
         Vec3 position = w.position[next];
         if (link < A.contacts.size()) {
           const Contact& c = A.contacts[link];
+          // To the point along one arm, and back along the other: from A to B it is p_b = p_a + r_a - r_b.
           const double sign = links[link].a == static_cast<Index>(i) ? 1 : -1;
           position += sign * (c.r_a - c.r_b);
         }
@@ -100,10 +114,12 @@ Walk known(const std::vector<Vec3>& centre, const std::vector<bool>& include) {
   return w;
 }
 
+// 14 bits for each axis and 21 for the part fill the 63 of a key. A cell is 1/16384 of the extent, which is
+// finer than bodies lie, so that a tie is rare; it is broken by the order of the walk.
 constexpr int cell_bits = 14;
 constexpr double last_cell = (1 << cell_bits) - 1;
 
-// Two zero bits between the bits of a cell number.
+// Two zero bits between the bits of a cell number: shift and mask with doubled copies, five times.
 std::uint64_t spread(std::uint64_t v) {
   v = (v | v << 32) & 0x001f00000000ffff;
   v = (v | v << 16) & 0x001f0000ff0000ff;
@@ -112,6 +128,7 @@ std::uint64_t spread(std::uint64_t v) {
   return (v | v << 2) & 0x1249249249249249;
 }
 
+// The place along the curve; equal cells stay in the order of the walk, so that sorting has one result.
 struct Key {
   std::uint64_t cell;
   std::uint32_t step;
@@ -120,7 +137,9 @@ struct Key {
   }
 };
 
-// Connected part first, then the Morton code of the cell.
+// Connected part first, then the Morton code of the cell: bits of x, y and z in turn. Cells are cubes (one
+// scale for the three axes), or a flat pile would be cut as finely across as along. Where positions
+// coincide, or are not finite, all cells are 0 and the walk is the order.
 std::vector<Key> morton_keys(const Walk& w) {
   Vec3 low, high;
   for (const Vec3& p : w.position)
@@ -134,6 +153,7 @@ std::vector<Key> morton_keys(const Walk& w) {
   for (std::size_t s = 0; s < keys.size(); ++s) {
     std::uint64_t cell = std::uint64_t{std::min(w.part[s], (1u << 21) - 1)} << 3 * cell_bits;
     for (int k = 0; k < 3; ++k) {
+      // The comparison keeps what is not a number away from the conversion, which would be undefined.
       const double c = scale * (w.position[s][k] - low[k]);
       cell |= spread(c > 0 ? static_cast<std::uint64_t>(std::min(c, last_cell)) : 0) << k;
     }
@@ -144,6 +164,7 @@ std::vector<Key> morton_keys(const Walk& w) {
 
 }  // namespace
 
+// Ranks along the curve, then the hubs. Bodies that nothing moves get none.
 BodyOrder order_bodies(const ContactSystem& A, const ContactGraph& graph, const std::vector<bool>& is_hub) {
   const std::size_t n = is_hub.size();
   std::vector<bool> include(n);

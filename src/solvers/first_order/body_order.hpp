@@ -7,6 +7,7 @@
 
 namespace amontons {
 
+// Bodies that impulses move, in the order in which the passes shall touch them.
 struct BodyOrder {
   std::vector<std::uint32_t> rank;    // per body; fixed bodies have the rank of no one, the number of bodies
   std::vector<std::uint32_t> moving;  // rank -> body

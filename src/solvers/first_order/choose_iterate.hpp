@@ -6,7 +6,9 @@
 
 namespace amontons {
 
-// f(iterate) with the fused passes where they know the sets and the rows, with plain loops elsewhere.
+// f(iterate) with the fused passes where they know the sets and the rows, with plain loops elsewhere. The
+// one place where a first-order method meets an operator: a device has its line here. f is instantiated for
+// every operator, outside its iteration, so that no call inside one is virtual.
 template <class F>
 Solution with_iterate(const Problem& problem, const Options& options, F&& f) {
   return std::visit(

@@ -1,8 +1,15 @@
+// The arrays of the fused passes, filled once per solve from a problem, and the calls of the passes. An
+// iteration of P-SPG-FB, with A d = D M^-1 D'd + E d:
+//  direction   over contacts   d, <d, g>, <d, P d>, <d, E d>; lines = D'd
+//  add_copies  over bodies     each line of a body that has several becomes their sum
+//  mass        over bodies     lines = M^-1 lines; <D'd, M^-1 D'd>
+//  update      over contacts   x, u, <s, y>, <y, P^-1 y>, the residual
+// Threads share out the chunks of each and wait for each other in between; nothing else is synchronised.
 #include "amontons/solvers/first_order/contact_iterate.hpp"
 
 #include <algorithm>
 #include <array>
-#include <limits>
+#include <cmath>
 
 #include "amontons/base/line_array.hpp"
 #include "amontons/base/threads.hpp"
@@ -10,6 +17,7 @@
 
 namespace amontons {
 
+// The macro names the passes of one namespace: they have the same names in each.
 Passes passes_of(Isa isa) {
 #define AMONTONS_PASSES(set)                                                                     \
   Passes {                                                                                       \
@@ -27,7 +35,7 @@ Passes passes_of(Isa isa) {
 
 namespace {
 
-// From about here (8 MB) hints to the cache pay in the last pass too.
+// From about here (32000 contacts, 8 MB of arrays) hints to the cache pay in the last pass too.
 constexpr std::size_t streaming_batches = 4000;
 
 // Beyond this the cone is a half-space in double precision, and its cube times 1e150 would overflow.
@@ -44,8 +52,12 @@ struct ContactIterate::State {
   std::size_t contacts, joints, size;  // size: of x, u, d in the layout of the passes
   bool coulomb;
   double dEd = 0;  // of the last direction
+  // Of the three buffers of x.
   int now = 0, best = 0;
   std::vector<std::uint32_t> lane_of;  // contact -> lane
+  // Constant during a solve: batches, rows, masses, compliance, b. The rest varies: `lines` within an
+  // iteration, u and x from one to the next; y and u_y exist for accelerated methods only, saxce under
+  // coulomb only.
   LineArray<ContactBatch> batches;
   LineArray<JointRow> rows;
   LineArray<MassBatch> masses;
@@ -54,24 +66,27 @@ struct ContactIterate::State {
   LineArray<PassSums> sums;
 
   std::size_t chunks() const { return layout.chunks.size(); }
+  // The first component of a contact in a vector of the passes; the others follow 8 doubles apart.
   double* component(const LineArray<double>& vector, std::size_t contact) const {
     return vector.data() + 24 * (lane_of[contact] / lanes) + lane_of[contact] % lanes;
   }
   // The buffer that may be written: neither the current nor the best.
   int free_buffer() const { return best == now ? (now + 1) % 3 : 3 - now - best; }
+  // The arrays as they are now: x changes its buffer with every iteration.
   PassData data() const;
+  // u = A x + b with the x and u of `pass`.
   double refresh(const PassData& pass);
 
   void fill_contacts(const Problem& problem, const ContactSystem& A);
   void fill_joints(const Problem& problem, const ContactSystem& A);
   void fill_masses(const Bodies& bodies);
+  // From the order and the frames of the problem to the lanes, in world coordinates, and back.
   void to_world(std::span<const double> user, const LineArray<double>& held) const;
   void to_user(const LineArray<double>& held, std::span<double> user) const;
 
   void add_copies();
   double apply_masses();
-  // pass(data, chunk, ...) over all chunks, and its sums in the order of the chunks, whatever thread made
-  // them.
+  // pass(data, chunk, ...) over all chunks, and its sums in the order of the chunks, whoever made them.
   template <class Pass, class... Step>
   PassSums over_chunks(Pass pass, const PassData& held, Step... step) {
     pool->run(chunks(), [&](std::size_t c) { sums[c] = pass(held, layout.chunks[c], step...); });
@@ -82,6 +97,8 @@ struct ContactIterate::State {
   }
 };
 
+// LineArray zeroes its memory: what is not filled below stays an inert lane, a dummy line or a missing
+// array.
 ContactIterate::State::State(const Problem& problem, Law law, unsigned threads, Isa isa)
     : layout(lay_out(std::get<ContactSystem>(problem.A), problem.graph)),
       pool(static_cast<unsigned>(std::min<std::size_t>(threads, layout.chunks.size()))),
@@ -101,6 +118,7 @@ ContactIterate::State::State(const Problem& problem, Law law, unsigned threads, 
       sums(layout.chunks.size()) {
   const auto& A = std::get<ContactSystem>(problem.A);
   for (LineArray<double>& buffer : x) buffer = LineArray<double>(size);
+  // Arrays that the problem does not need are missing, and the passes compiled without them.
   if (coulomb) saxce = LineArray<double>(8 * layout.batches());
   const auto& E = A.contact_compliance;
   if (std::any_of(E.begin(), E.end(), [](double e) { return e != 0; }))
@@ -111,12 +129,14 @@ ContactIterate::State::State(const Problem& problem, Law law, unsigned threads, 
   to_world(problem.b, b);
 }
 
+// By the threads that will work on them: memory goes to the node of the thread that touches it first.
 void ContactIterate::State::fill_contacts(const Problem& problem, const ContactSystem& A) {
   const std::vector<Friction>& cones = problem.K.all<Friction>();
   pool->run(chunks(), [&](std::size_t c) {
     for (std::size_t i = layout.chunks[c].first_batch; i < layout.chunks[c].last_batch; ++i) {
       ContactBatch& batch = batches[i];
       for (std::size_t l = 0; l < lanes; ++l) {
+        // Of inert lanes too, which read and write the dummy; everything else of theirs stays zero.
         batch.line_a[l] = 8 * layout.line_a[lanes * i + l];
         batch.line_b[l] = 8 * layout.line_b[lanes * i + l];
         const Index index = layout.contact[lanes * i + l];
@@ -146,6 +166,8 @@ Interval bounds_of(const Interval& set) { return set; }
 
 }  // namespace
 
+// Rows in the order of the layout, neighbours of one joint side by side; P and the sets are in that of the
+// problem.
 void ContactIterate::State::fill_joints(const Problem& problem, const ContactSystem& A) {
   std::vector<Interval> bounds;
   for_each_block(problem.K, [&]<class S>(const S& set, std::size_t, std::size_t) {
@@ -167,6 +189,7 @@ void ContactIterate::State::fill_joints(const Problem& problem, const ContactSys
   }
 }
 
+// The first copy of a body counts in the sums over lines, with weight 1, its others do not.
 void ContactIterate::State::fill_masses(const Bodies& bodies) {
   for (std::size_t line = 0; line < layout.body.size(); ++line) {
     const Index body = layout.body[line];
@@ -185,7 +208,6 @@ void ContactIterate::State::fill_masses(const Bodies& bodies) {
 PassData ContactIterate::State::data() const {
   return {batches.data(),
           rows.data(),
-          layout.chunks.data(),
           masses.data(),
           compliance.data(),
           x[now].data(),
@@ -204,6 +226,7 @@ PassData ContactIterate::State::data() const {
 
 namespace {
 
+// The frame of a lane, as ContactBasis makes it from the normal: the one that the problem has, see fits().
 ContactBasis basis(const ContactBatch& batch, std::size_t lane) {
   return ContactBasis(Vec3{batch.normal[0][lane], batch.normal[1][lane], batch.normal[2][lane]});
 }
@@ -216,6 +239,7 @@ void ContactIterate::State::to_world(std::span<const double> user, const LineArr
     double* out = component(held, i);
     for (int k = 0; k < 3; ++k) out[8 * k] = v[k];
   }
+  // Single rows have no frame; they only change places.
   double* out = held.data() + 24 * layout.batches();
   for (std::size_t i = 0; i < joints; ++i) out[i] = user[3 * contacts + layout.joint_row[i]];
 }
@@ -229,7 +253,10 @@ void ContactIterate::State::to_user(const LineArray<double>& held, std::span<dou
   for (std::size_t i = 0; i < joints; ++i) user[3 * contacts + layout.joint_row[i]] = in[i];
 }
 
-// Every line of a body that has several gets their sum.
+// Every line of a body that has several gets their sum, w_body = sum over its lines: chunks scatter into
+// lines of their own, without locks, and only here do they learn of each other. The copies are added in
+// ascending order, whatever thread does it. Bodies, not lines, are shared out, in as many parts as there are
+// chunks.
 void ContactIterate::State::add_copies() {
   const std::size_t shared = layout.first_copy.size() - 1;
   if (shared == 0) return;
@@ -251,6 +278,8 @@ double ContactIterate::State::apply_masses() {
   return over_chunks(passes.mass, data()).v[0];
 }
 
+// Friction cones of three rows for all contacts and intervals for single rows: elliptic cones, moments and
+// contacts that are stored as rows of D go to PlainIterate.
 bool ContactIterate::fits(const Problem& problem) {
   const auto* A = std::get_if<ContactSystem>(&problem.A);
   bool known = A != nullptr && problem.K.contacts() == A->contacts.size();
@@ -266,6 +295,8 @@ ContactIterate::ContactIterate(const Problem& problem, Law law, unsigned threads
 ContactIterate::ContactIterate(ContactIterate&&) noexcept = default;
 ContactIterate::~ContactIterate() = default;
 
+// x0 is projected in the frames of the problem, by the sets themselves and with the mu of the passes, so
+// that x lies in K as the passes see it. Zeros stand for an empty x0.
 double ContactIterate::start(std::span<const double> x0) {
   State& s = *state_;
   const std::size_t m = 3 * s.contacts + s.joints;
@@ -282,6 +313,7 @@ double ContactIterate::start(std::span<const double> x0) {
   return refresh();
 }
 
+// lines = D'x, lines = M^-1 D'x, u = D lines + E x + b
 double ContactIterate::State::refresh(const PassData& held) {
   over_chunks(passes.impulse, held);
   apply_masses();
@@ -290,6 +322,7 @@ double ContactIterate::State::refresh(const PassData& held) {
 
 double ContactIterate::refresh() { return state_->refresh(state_->data()); }
 
+// The sums of a pass are told in contact_passes.hpp. <d, E d> waits for the curvature.
 Direction ContactIterate::direction(double alpha) {
   const PassSums s = state_->over_chunks(state_->passes.direction, state_->data(), alpha);
   state_->dEd = s.v[2];
@@ -299,12 +332,14 @@ Direction ContactIterate::direction(double alpha) {
 // <d, A d> = <D'd, M^-1 D'd> + <d, E d>: the second half was a sum of the direction.
 double ContactIterate::curvature() { return state_->apply_masses() + state_->dEd; }
 
+// x_next becomes the current x; the buffer that was current is free unless it is the best.
 Update ContactIterate::update(double lambda) {
   const PassSums s = state_->over_chunks(state_->passes.update, state_->data(), lambda);
   state_->now = state_->free_buffer();
   return {s.v[0], s.v[1], s.v[2]};
 }
 
+// Two more vectors, which P-SPG-FB does not pay for.
 void ContactIterate::start_momentum() {
   State& s = *state_;
   if (!s.y.data()) {
@@ -348,6 +383,8 @@ void ContactIterate::extract(std::span<double> x, std::span<double> u) const {
   state_->to_user(state_->u, u);
 }
 
+// 1/2 x'(u + b) = 1/2 x'Ax + b'x; an inner product does not depend on the frame. Eight partial sums in a
+// fixed order.
 double ContactIterate::objective() const {
   const State& s = *state_;
   const double *x = s.x[s.now].data(), *u = s.u.data(), *b = s.b.data();

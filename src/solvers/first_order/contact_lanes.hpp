@@ -1,5 +1,7 @@
-// Private to *.isa.cpp: native vectors of `width` lanes of a batch, and the exchange of body lines with them.
-// Everything lives in the namespace of the instruction set, so that no two variants share a symbol.
+// Private to *.isa.cpp: native vectors of `width` lanes of a batch, and the exchange of body lines with
+// them. Everything lives in the namespace of the instruction set, so that no two variants share a symbol.
+// For the same reason nothing here calls an inline function of the standard library: the linker keeps one
+// copy of such a function for the whole program, perhaps the one with instructions that the processor lacks.
 #pragma once
 #include <cstdint>
 
@@ -12,8 +14,10 @@
 namespace amontons::AMONTONS_ISA {
 namespace {
 
+// Always: a call would pass vectors through memory.
 #define AMONTONS_INLINE inline __attribute__((always_inline))
 
+// Aligned: every offset in the arrays of the passes is a multiple of the width.
 AMONTONS_INLINE Vec load(const double* p) { return *reinterpret_cast<const Vec*>(p); }
 AMONTONS_INLINE void store(double* p, Vec v) { *reinterpret_cast<Vec*>(p) = v; }
 
@@ -30,6 +34,7 @@ AMONTONS_INLINE Vec square_root(Vec v) {
 #endif
 }
 
+// Three components, or six, of `width` contacts.
 struct Vec3 {
   Vec x, y, z;
 };
@@ -37,14 +42,19 @@ struct Vec6 {
   Vec v[6];
 };
 
+// From an array of a ContactBatch at a lane; from and to a vector of x's layout, whose components lie 8
+// apart.
 AMONTONS_INLINE Vec3 load3(const double (&p)[3][8], int lane) {
   return {load(p[0] + lane), load(p[1] + lane), load(p[2] + lane)};
 }
 AMONTONS_INLINE Vec3 load3(const double* p) { return {load(p), load(p + 8), load(p + 16)}; }
 AMONTONS_INLINE void store3(double* p, const Vec3& a) {
-  store(p, a.x), store(p + 8, a.y), store(p + 16, a.z);
+  store(p, a.x);
+  store(p + 8, a.y);
+  store(p + 16, a.z);
 }
 
+// Component by component in the order in which they stand: no compiler may sum them up in another.
 AMONTONS_INLINE Vec3 operator+(const Vec3& a, const Vec3& b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
 AMONTONS_INLINE Vec3 operator-(const Vec3& a, const Vec3& b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
 AMONTONS_INLINE Vec3 operator*(Vec s, const Vec3& a) { return {s * a.x, s * a.y, s * a.z}; }
@@ -54,13 +64,18 @@ AMONTONS_INLINE Vec3 cross(const Vec3& a, const Vec3& b) {
 }
 
 // The exchange of six components, one vector each, with `width` lines (0 1 2 3 | 4 5 - -): a transpose in
-// registers, which costs far less than gather instructions because a line is read in two loads. The two spare
-// doubles of a line may hold anything.
-//   gather       component k of line at[l] to lane l of vector k
-//   scatter_add  lines += vectors; all loads come before all stores, so that lanes which share a dummy line
-//   do
-//                not wait for each other
-//   scatter      lines = vectors
+// registers, which costs far less than gather instructions because a line is read in two loads. The two
+// spare doubles of a line may hold anything.
+//  gather       component k of line at[l] to lane l of vector k
+//  scatter_add  lines += vectors; all loads come before all stores, so that lanes which share a dummy line
+//               do not wait for each other (what remains in a dummy is of no importance: M^-1 makes it zero)
+//  scatter      lines = vectors
+// The four shuffles are the same on every set, within each group of four lanes:
+//  even  (a0 b0 a2 b2)    odd   (a1 b1 a3 b3)
+//  low   (a0 a1 b0 b1)    high  (a2 a3 b2 b3)
+// so that low and high of even and odd transpose 4 x 4: with lines a, b, c, d as rows
+//  low(even(a, b), even(c, d)) = (a0 b0 c0 d0),   low(odd(a, b), odd(c, d)) = (a1 b1 c1 d1),
+// and high the same of components 2 and 3.
 #if defined(__AVX512F__)
 
 AMONTONS_INLINE Vec even(Vec a, Vec b) { return __builtin_shufflevector(a, b, 0, 8, 2, 10, 4, 12, 6, 14); }
@@ -68,7 +83,8 @@ AMONTONS_INLINE Vec odd(Vec a, Vec b) { return __builtin_shufflevector(a, b, 1, 
 AMONTONS_INLINE Vec low(Vec a, Vec b) { return __builtin_shufflevector(a, b, 0, 1, 8, 9, 4, 5, 12, 13); }
 AMONTONS_INLINE Vec high(Vec a, Vec b) { return __builtin_shufflevector(a, b, 2, 3, 10, 11, 6, 7, 14, 15); }
 
-// Masked broadcasts from memory leave the shuffle port free, which the transposes keep busy.
+// Two lines' first four doubles, and four lines' last pairs, in one register. Masked broadcasts from memory
+// leave the shuffle port free, which the transposes keep busy.
 AMONTONS_INLINE Vec load_quads(const double* first, const double* second) {
   const __m512d a = _mm512_castpd256_pd512(_mm256_load_pd(first));
   return (Vec)_mm512_mask_broadcast_f64x4(a, 0xf0, _mm256_load_pd(second));
@@ -80,6 +96,8 @@ AMONTONS_INLINE Vec load_pairs(const double* p0, const double* p1, const double*
   return (Vec)_mm512_mask_broadcast_f64x2(a, 0xc0, _mm_load_pd(p3));
 }
 
+// quad[i] holds components 0 1 2 3 of lines i and i + 4, so that its two groups of four are transposed at
+// once; pair[i] holds components 4 5 of lines i, i + 2, i + 4 and i + 6.
 AMONTONS_INLINE Vec6 gather(const double* lines, const std::uint32_t* at) {
   Vec quad[4], pair[2];  // lines i and i + 4; lines i, i + 2, i + 4 and i + 6
   for (int i = 0; i < 4; ++i) quad[i] = load_quads(lines + at[i], lines + at[i + 4]);
@@ -92,9 +110,12 @@ AMONTONS_INLINE Vec6 gather(const double* lines, const std::uint32_t* at) {
           odd(pair[0], pair[1])};
 }
 
+// Lines ready to be stored.
 struct Rows {
   Vec line[8];
 };
+// The way back: q_i are components 0 1 2 3 of lines i and i + 4; p0 and p1 the pairs of even and of odd
+// lines, in the order 0, 2, 4, 6. A line is four of the one and two of the other; the rest of it is filler.
 AMONTONS_INLINE Rows rows(const Vec6& c) {
   const Vec e0 = low(c.v[0], c.v[2]), e2 = high(c.v[0], c.v[2]);
   const Vec o0 = low(c.v[1], c.v[3]), o2 = high(c.v[1], c.v[3]);
@@ -123,13 +144,16 @@ AMONTONS_INLINE Vec odd(Vec a, Vec b) { return __builtin_shufflevector(a, b, 1, 
 AMONTONS_INLINE Vec low(Vec a, Vec b) { return __builtin_shufflevector(a, b, 0, 1, 4, 5); }
 AMONTONS_INLINE Vec high(Vec a, Vec b) { return __builtin_shufflevector(a, b, 2, 3, 6, 7); }
 
+// The transposes are of four doubles here; what lies behind them in a line goes in halves of a register.
 using Vec2 = double __attribute__((vector_size(16), may_alias));
 AMONTONS_INLINE Vec2 load2(const double* p) { return *reinterpret_cast<const Vec2*>(p); }
 AMONTONS_INLINE void store2(double* p, Vec2 v) { *reinterpret_cast<Vec2*>(p) = v; }
+//  (a0 a1 b0 b1)
 AMONTONS_INLINE Vec join(Vec2 a, Vec2 b) {
   return (Vec)_mm256_insertf128_pd(_mm256_castpd128_pd256((__m128d)a), (__m128d)b, 1);
 }
 
+// quad[i] is the front of line i, pair[i] the ends of lines i and i + 2.
 AMONTONS_INLINE Vec6 gather(const double* lines, const std::uint32_t* at) {
   Vec quad[4], pair[2];
   for (int i = 0; i < 4; ++i) quad[i] = load(lines + at[i]);
@@ -140,6 +164,7 @@ AMONTONS_INLINE Vec6 gather(const double* lines, const std::uint32_t* at) {
           odd(pair[0], pair[1])};
 }
 
+// Components 0 to 3, and 4 and 5, of each line: the spare doubles are not even touched.
 struct Rows {
   Vec quad[4];
   Vec2 pair[4];
@@ -153,14 +178,21 @@ AMONTONS_INLINE Rows rows(const Vec6& c) {
            __builtin_shufflevector(p0, p0, 2, 3), __builtin_shufflevector(p1, p1, 2, 3)}};
 }
 AMONTONS_INLINE void add_lines(Rows& r, const double* lines, const std::uint32_t* at) {
-  for (int i = 0; i < 4; ++i) r.quad[i] += load(lines + at[i]), r.pair[i] += load2(lines + at[i] + 4);
+  for (int i = 0; i < 4; ++i) {
+    r.quad[i] += load(lines + at[i]);
+    r.pair[i] += load2(lines + at[i] + 4);
+  }
 }
 AMONTONS_INLINE void store_lines(double* lines, const std::uint32_t* at, const Rows& r) {
-  for (int i = 0; i < 4; ++i) store(lines + at[i], r.quad[i]), store2(lines + at[i] + 4, r.pair[i]);
+  for (int i = 0; i < 4; ++i) {
+    store(lines + at[i], r.quad[i]);
+    store2(lines + at[i] + 4, r.pair[i]);
+  }
 }
 
 #else
 
+// Two lanes: the transposes are 2 x 2, three for a pair of lines.
 AMONTONS_INLINE Vec even(Vec a, Vec b) { return __builtin_shufflevector(a, b, 0, 2); }
 AMONTONS_INLINE Vec odd(Vec a, Vec b) { return __builtin_shufflevector(a, b, 1, 3); }
 
@@ -170,6 +202,7 @@ AMONTONS_INLINE Vec6 gather(const double* lines, const std::uint32_t* at) {
           odd(load(a + 2), load(b + 2)), even(load(a + 4), load(b + 4)), odd(load(a + 4), load(b + 4))};
 }
 
+// Three pairs of components for each of two lines.
 struct Rows {
   Vec line[2][3];
 };
@@ -197,11 +230,13 @@ AMONTONS_INLINE void scatter(double* lines, const std::uint32_t* at, const Vec6&
   store_lines(lines, at, rows(c));
 }
 
-// Sums over the batches of a chunk, lane by lane, added up in a fixed order at the end.
+// Sums over the batches of a chunk, lane by lane, added up in a fixed order at the end: eight partial sums
+// on every instruction set, in 1, 2 or 4 registers each, so that the bits do not depend on the width.
 template <int count>
 struct LaneSums {
   Vec v[count][8 / width] = {};
 
+  // As a tree of pairs: shorter than a chain, and the rounding grows with its height only.
   double total(int i) const {
     double s[8];
     for (int part = 0; part < 8 / width; ++part)

@@ -8,7 +8,12 @@
 
 namespace amontons {
 
-// The assignment. Chunks, batches and lines follow from the problem alone, never from the number of threads.
+// The assignment. Chunks, batches and lines follow from the problem alone, never from the number of threads:
+// the order of every sum, and with it each bit of a result, depends on them.
+//
+// A lane is one place of a batch of eight; lane l of batch i has the number 8 i + l. A line is the place of
+// one body in the working velocities `lines`; a chunk has lines of its own for all bodies that it touches,
+// so that a body at the border of chunks, or a hub, has several, its copies.
 struct ContactLayout {
   std::vector<Chunk> chunks;
   std::vector<Index> contact;                 // of each lane, 8 per batch; -1 for an inert lane

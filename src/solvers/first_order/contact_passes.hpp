@@ -7,48 +7,61 @@
 
 namespace amontons {
 
-// Contacts are held in batches of eight, component by component; a batch never has two contacts on one moving
-// body, so that its impulses can be scattered without order. Short batches are filled with inert lanes of
-// zeros. All vectors are in world coordinates.
+// Contacts are held in batches of eight, component by component, so that one instruction works on the same
+// component of eight contacts. A batch never has two contacts on one moving body: its impulses can be
+// scattered in any order, eight at a time, and no addition is lost. Short batches are filled with inert
+// lanes of zeros (mu = 0, p = p_inverse = 0, both bodies the dummy), which add zero to every sum. All
+// vectors are in world coordinates: the cone is circular, and its tangents need not be known.
+//
+// Eight lanes whatever the width of the registers (8, 4 or 2): the sums then have the same order everywhere.
 inline constexpr std::size_t lanes = 8;
 
-// What is constant during a solve: 13 cache lines. A line offset is that of a working velocity in `lines`,
-// counted in doubles.
+// What is constant during a solve: 13 cache lines. Arms in m from the centres of mass to the point, the
+// normal from B to A; p is the entry of P (1/kg), p_inverse = 1/p, kept because division is slow. A line
+// offset is that of a working velocity in `lines`, counted in doubles (8 per line).
 struct alignas(64) ContactBatch {
   double r_a[3][lanes], r_b[3][lanes], normal[3][lanes];
   double mu[lanes], p[lanes], p_inverse[lanes];
   std::uint32_t line_a[lanes], line_b[lanes];
 };
 
-// One stored row of D, each side padded with two zeros, with its interval; free and nonnegative rows have
-// infinite bounds.
+// One stored row of D, (linear, angular) of each body padded with two zeros, so that a side has the length
+// of a line; with its interval [lo, hi], free and nonnegative rows have infinite bounds. compliance is the
+// entry of E.
 struct alignas(64) JointRow {
   double a[8], b[8];
   double compliance, p, p_inverse, lo, hi;
   std::uint32_t line_a, line_b;
 };
 
-// Inverse masses of eight consecutive lines. weight is 1 for one line of each body and 0 for its copies, so
-// that sums over lines are sums over bodies.
+// Inverse masses of eight consecutive lines: 1/m and the inverse inertia as xx, yy, zz, xy, xz, yz. weight
+// is 1 for one line of each body and 0 for its copies, so that sums over lines are sums over bodies.
 struct alignas(64) MassBatch {
   double translation[lanes], inertia[6][lanes], weight[lanes];
 };
 
 // The unit of work of a thread: consecutive batches and joint rows and the lines that they touch, which no
-// other chunk touches. first_line and last_line are multiples of eight; the first line is a dummy for the
-// world and for fixed bodies, whose inverse mass is zero.
+// other chunk touches: threads need no lock, and a chunk can scatter without looking at others. What bodies
+// of several chunks receive is added up between the passes, copy by copy. first_line and last_line are
+// multiples of eight; the first line is a dummy for the world and for fixed bodies, whose inverse mass is
+// zero. Ranges are half-open.
 struct Chunk {
   std::size_t first_batch, last_batch, first_joint, last_joint, first_line, last_line;
 };
 
-// x, x_next, y, u, u_y, d and b hold 24 doubles per batch (three components of eight lanes), then one per
-// joint row; saxce holds mu |u_t| for the u of the next direction, 8 per batch (coulomb only); compliance 8
-// per batch, null if all zero. lines holds one 64-byte line per touched body: (linear, angular) and two
-// unused doubles. y and u_y = A y + b are the extrapolated point of accelerated methods, null for the others.
+// What the passes work on; which of the three buffers of x is which changes from iteration to iteration.
+//
+//  x, x_next, y, u, u_y, d, b   24 doubles per batch (three components of eight lanes), then one per row
+//  saxce        mu |u_t| for the u of the next direction, 8 per batch; coulomb only
+//  compliance   E, 8 per batch; null if all are zero
+//  lines        one line of 64 bytes per touched body: (linear, angular) and two doubles that mean nothing
+//  y, u_y       the extrapolated point and A y + b, of accelerated methods; null for the others
+//
+// `lines` holds impulses at the centres of mass, D'd or D'x, after a direction or impulse pass, and the
+// velocities M^-1 D'd or M^-1 D'x after the mass pass.
 struct PassData {
   const ContactBatch* batches;
   const JointRow* joints;
-  const Chunk* chunks;
   const MassBatch* masses;
   const double *compliance, *x, *b;
   double *x_next, *u, *d, *saxce, *lines;
@@ -57,22 +70,31 @@ struct PassData {
   bool coulomb, streaming;   // streaming: the arrays are far larger than the cache of a core
 };
 
-// The sums of a pass over one chunk: a cache line of their own, as each is written by one thread.
+// The sums of a pass over one chunk: a cache line of their own, as each is written by one thread. What a
+// pass does not sum is zero.
 struct alignas(64) PassSums {
   double v[4];
 };
 
-// The passes over one chunk, and their sums.
-//   direction_pass   d = Pi_K(x - alpha / p g) - x, lines = D'd: <d, g>, <d, P d>, <d, E d>
-//   impulse_pass     lines = D'x: none
-//   mass_pass        lines = M^-1 lines: <lines, M^-1 lines>
-//   update_pass      with lines = M^-1 D'd: x_next = x + lambda d, u += lambda (D lines + E d): <s, y>,
-//                    <y, P^-1 y>, the squared natural map at x_next
-//   refresh_pass     with lines = M^-1 D'x: u = D lines + E x + b: the squared natural map
-//   momentum_direction_pass   as direction_pass from y and u_y; and <d, P (y - x)>
-//   accelerate_pass  with lines = M^-1 D'd: x_next = y + d, u its A x + b, y = x_next + beta (x_next - x),
-//   u_y
-//                    likewise: the squared natural map at x_next
+// The passes over one chunk, and their sums in the order of v. An iteration is direction, mass, update: d
+// must be complete on all bodies before M^-1 acts, and <d, A d> known before lambda is. Within a pass
+// everything that needs a contact once is done, because memory and not arithmetic bounds the speed.
+//
+//  direction_pass   d = Pi_K(x - alpha / p g) - x, lines = D'd;
+//                   <d, g>, <d, P d>, <d, E d>
+//  impulse_pass     lines = D'x
+//  mass_pass        lines = M^-1 lines;
+//                   <lines before, lines after>
+//  update_pass      with lines = M^-1 D'd: x_next = x + lambda d, u += lambda (D lines + E d);
+//                   <s, y>, <y, P^-1 y>, the squared natural map at x_next
+//  refresh_pass     with lines = M^-1 D'x: u = D lines + E x + b;
+//                   the squared natural map at x
+//  momentum_direction_pass
+//                   as direction_pass from y and u_y;
+//                   <d, g>, <d, P d>, <d, E d>, <d, P (y - x)>
+//  accelerate_pass  with lines = M^-1 D'd: x_next = y + d, u = A x_next + b, y = x_next + beta (x_next - x),
+//                   u_y = A y + b;
+//                   the squared natural map at x_next
 AMONTONS_FOR_EACH_ISA(PassSums direction_pass(const PassData& data, const Chunk& chunk, double alpha);
                       PassSums impulse_pass(const PassData& data, const Chunk& chunk);
                       PassSums mass_pass(const PassData& data, const Chunk& chunk);

@@ -3,11 +3,14 @@
 // Memory traffic of an iteration in bytes, counting each array once per pass that reads or writes it. Per
 // contact: 104 for ContactBatch, 24 for each of x, u, d and (coulomb only) 8 for s = mu |u_t|; per body: 64
 // for its line and 64 for its masses:
-//   direction  batch 104 + x 24 + u 24 + (s 8) read, d 24 written, lines 64 read + 64 written
-//   mass       lines 64 read + 64 written, masses 64 read
-//   update     batch 104 + x 24 + u 24 + d 24 + (s 8) read, x_next 24 + u 24 + (s 8) written, lines 64 read
-// that is 400 per contact (424 under coulomb) and 384 per body. The accelerated iteration reads x beside y in
-// its direction and moves x, u, y and u_y in its last pass: 520 per contact (536 under coulomb).
+//  direction  batch 104 + x 24 + u 24 + (s 8) read, d 24 written, lines 64 read + 64 written
+//  mass       lines 64 read + 64 written, masses 64 read
+//  update     batch 104 + x 24 + u 24 + d 24 + (s 8) read, x_next 24 + u 24 + (s 8) written, lines 64 read
+// that is 400 per contact (424 under coulomb) and 384 per body. The accelerated iteration reads x beside y
+// in its direction and moves x, u, y and u_y in its last pass: 520 per contact (536 under coulomb).
+//
+// Three rules keep the bits the same on every instruction set: no function that is not correctly rounded, no
+// fused multiply-add (-ffp-contract=off), and every sum over eight lanes and then in the order of LaneSums.
 #include "solvers/first_order/contact_passes.hpp"
 
 #include "solvers/first_order/contact_lanes.hpp"
@@ -16,15 +19,18 @@ namespace amontons::AMONTONS_ISA {
 
 namespace {
 
-// Batches are worked on in blocks, in two loops: what touches lines, and what does not. A loop that does both
-// has so long a chain of dependent operations that the processor cannot look ahead into the next batch.
+// Batches are worked on in blocks, in two loops: what touches lines, and what does not. A loop that does
+// both has so long a chain of dependent operations that the processor cannot look ahead into the next batch.
+// Four batches between the loops are 768 bytes, well within the L1 cache.
 constexpr std::size_t block = 4;
 
-// Projection of z on { |t| <= mu n } along the unit vector n without a frame or a branch. In the third region
-//   Pi(z) = k t n + mu k z_t,  k = (z_n + mu t) / ((1 + mu^2) t),  t = |z_t|
-//         = mu k z + k (t - mu z_n) n,
-// the form that needs no z_t and is exact at z inside after the blend. Where t = 0 the value of k is infinite
-// or not a number and not used.
+// Projection of z on { |t| <= mu n } along the unit vector n without a frame or a branch. In the third
+// region the foot on the boundary ray (1, mu z_t / t) is
+//  Pi(z) = k t n + mu k z_t,  k = (z_n + mu t) / ((1 + mu^2) t),  t = |z_t|
+//        = mu k z + k (t - mu z_n) n            with z_t = z - z_n n,
+// the form that needs no z_t and is exact at z inside after the blend: all three regions are a z + b n,
+//  inside (1, 0),   polar (0, 0),   else (mu k, k (t - mu z_n)).
+// Where t = 0 the value of k is infinite or not a number and not used.
 AMONTONS_INLINE Vec3 project(const Vec3& z, const Vec3& n, Vec mu) {
   const Vec zero = {}, one = zero + 1.0;
   const Vec zn = dot(z, n);
@@ -32,6 +38,7 @@ AMONTONS_INLINE Vec3 project(const Vec3& z, const Vec3& n, Vec mu) {
   const Vec t = square_root(dot(zt, zt));
   const Vec k = (zn + mu * t) / ((one + mu * mu) * t);
   const Vec on_z = mu * k, on_n = k * (t - mu * zn);
+  // Masks of all lanes; each region is computed for each lane, and the blend takes what applies.
   const auto inside = t <= mu * zn;
   const auto polar = mu * t <= -zn;
   const Vec a = polar ? zero : inside ? one : on_z;  // polar first: with mu = 0 inside is 0 <= -0
@@ -39,12 +46,14 @@ AMONTONS_INLINE Vec3 project(const Vec3& z, const Vec3& n, Vec mu) {
   return a * z + b * n;
 }
 
+// n x u| = |u_t| for a unit n; the De Saxce term is mu times that.
 AMONTONS_INLINE Vec tangential_speed(const Vec3& u, const Vec3& n) {
   const Vec3 ut = cross(n, u);
   return square_root(dot(ut, ut));
 }
 
-// lines += D'f for contact impulses f in world coordinates: (f, r x f) on A and the opposite on B.
+// lines += D'f for contact impulses f in world coordinates: the wrench (f, r_a x f) on A and its opposite
+// (-f, -r_b x f) on B. B after A: where a contact's bodies share a line (two dummies), both are added.
 AMONTONS_INLINE void scatter_batch(const PassData& data, std::size_t i, const double* impulses) {
   const ContactBatch& batch = data.batches[i];
   for (int lane = 0; lane < 8; lane += width) {
@@ -55,7 +64,7 @@ AMONTONS_INLINE void scatter_batch(const PassData& data, std::size_t i, const do
   }
 }
 
-// D w: the velocity of A relative to B at the contact.
+// D w: the velocity of A relative to B at the contact, (v_A + w_A x r_A) - (v_B + w_B x r_B).
 AMONTONS_INLINE Vec3 relative_velocity(const double* lines, const ContactBatch& batch, int lane) {
   const Vec6 a = gather(lines, batch.line_a + lane), b = gather(lines, batch.line_b + lane);
   const Vec3 va{a.v[0], a.v[1], a.v[2]}, vb{b.v[0], b.v[1], b.v[2]};
@@ -63,10 +72,12 @@ AMONTONS_INLINE Vec3 relative_velocity(const double* lines, const ContactBatch& 
   return (va - vb) + (cross(wa, load3(batch.r_a, lane)) - cross(wb, load3(batch.r_b, lane)));
 }
 
+// Written out, as std::min would be an inline function of the library.
 AMONTONS_INLINE std::size_t end_of_block(const Chunk& chunk, std::size_t first) {
   return first + block < chunk.last_batch ? first + block : chunk.last_batch;
 }
 
+// Before every scatter, by the thread that owns the chunk.
 void clear_lines(const PassData& data, const Chunk& chunk) {
   const Vec zero = {};
   double* const end = data.lines + 8 * chunk.last_line;
@@ -114,7 +125,8 @@ AMONTONS_INLINE void scatter_joints(const PassData& data, const Chunk& chunk, Im
   }
 }
 
-// Calls use(row, index, velocity) with velocity = D lines of the row.
+// Calls use(row, index, velocity) with velocity = D lines of the row. The six products of a row are added in
+// one order, ((0 1) (2 3)) (4 5), on every width; the two doubles of padding are left out.
 template <class Use>
 AMONTONS_INLINE void gather_joints(const PassData& data, const Chunk& chunk, Use use) {
   for (std::size_t i = chunk.first_joint, last; i < chunk.last_joint; i = last) {
@@ -131,6 +143,7 @@ AMONTONS_INLINE void gather_joints(const PassData& data, const Chunk& chunk, Use
   }
 }
 
+// The projection on the interval of a row; comparisons with infinite bounds are false.
 AMONTONS_INLINE double clip(double z, const JointRow& row) {
   return z < row.lo ? row.lo : (z > row.hi ? row.hi : z);
 }
@@ -138,6 +151,8 @@ AMONTONS_INLINE double clip(double z, const JointRow& row) {
 // Hints for the streams of a batch to come: the hardware follows too few of them at a time.
 AMONTONS_INLINE void prefetch_batch(const PassData& data, const Chunk& chunk, std::size_t i,
                                     double* written) {
+  // Eight batches of some 1.5 kB ahead: long enough for memory to answer, short enough to stay in the L1
+  // cache.
   constexpr std::size_t distance = 8;
   if (i + distance >= chunk.last_batch) return;
   const char* batch = reinterpret_cast<const char*>(data.batches + i + distance);
@@ -150,7 +165,10 @@ AMONTONS_INLINE void prefetch_batch(const PassData& data, const Chunk& chunk, st
   }
 }
 
-// From x, or with momentum from y, where the sum <d, P (y - x)> tells uphill from downhill.
+// One batch of the direction, from x, or with momentum from y:
+//  g = u + s n,   d = Pi(x - alpha/p g) - x,
+// and its part of <d, g>, <d, P d>, <d, E d> and, with momentum, <d, P (y - x)>, which tells uphill from
+// downhill. Here x stands for the point from which the step starts.
 template <bool coulomb, bool compliant, bool momentum>
 AMONTONS_INLINE void direction_of_batch(const PassData& data, std::size_t i, double alpha,
                                         LaneSums<4>& sums) {
@@ -173,6 +191,8 @@ AMONTONS_INLINE void direction_of_batch(const PassData& data, std::size_t i, dou
   }
 }
 
+// The direction pass of a chunk: d of a block of batches, then D'd of the same while d is still in the
+// cache; contacts first, then joint rows.
 template <bool coulomb, bool compliant, bool momentum>
 PassSums direction(const PassData& data, const Chunk& chunk, double alpha) {
   clear_lines(data, chunk);
@@ -192,6 +212,7 @@ PassSums direction(const PassData& data, const Chunk& chunk, double alpha) {
   const double* anchor = data.x + data.joint_offset;
   double* d = data.d + data.joint_offset;
   scatter_joints(data, chunk, [&](const JointRow& row, std::size_t i) {
+    // The same for a row, whose step alpha / p g has no De Saxce term: g = u.
     const double di = clip(x[i] - alpha * row.p_inverse * u[i], row) - x[i];
     d[i] = di;
     out.v[0] += di * u[i];
@@ -204,11 +225,14 @@ PassSums direction(const PassData& data, const Chunk& chunk, double alpha) {
 }
 
 // p |x - Pi_K(x - step)|^2 with step = g / p, as natural_map_squared() in problem/residual.hpp: formed
-// without cancellation, as Friction::natural_map() does. Inside the cone it is |step|^2, in the polar cone
-// |x|^2. On the boundary, with the ray v = n + mu tau through the foot and |v|^2 = 1 + mu^2,
-//   e = (x - <x, v> v / |v|^2) + <step, v> v / |v|^2,   |e|^2 = |x - <x, v> v / |v|^2|^2 + <step, v>^2 /
-//   |v|^2,
+// without cancellation, as Friction::natural_map() does. Inside the cone e is step, in the polar cone x. On
+// the boundary, with the ray v = n + mu tau through the foot and |v|^2 = 1 + mu^2,
+//  e = (x - <x, v> v / |v|^2) + <step, v> v / |v|^2,
+//  |e|^2 = |x - <x, v> v / |v|^2|^2 + <step, v>^2 / |v|^2,
 // as the first part is orthogonal to v. The polar case is that with both products zero.
+//
+// One division serves for both: with `inverse` = 1 / (|v|^2 t), mu tau = mu |v|^2 inverse z_t and
+// 1 / |v|^2 = t inverse.
 AMONTONS_INLINE Vec natural_map(const ContactBatch& batch, int lane, const Vec3& x, const Vec3& g,
                                 const Vec3& n) {
   constexpr double tiny = 1e-150;  // keeps v finite where t = 0 and v is not used
@@ -226,15 +250,26 @@ AMONTONS_INLINE Vec natural_map(const ContactBatch& batch, int lane, const Vec3&
   const Vec outside = dot(across, across) + along_step * along_step * per_v2;
   return load(batch.p + lane) * (inside ? dot(step, step) : outside);
 }
+// The same of a row: x - lo or x - hi where the trial point is clipped, the step itself where it is not.
 AMONTONS_INLINE double natural_map(const JointRow& row, double x, double u) {
   const double step = row.p_inverse * u, trial = x - step;
   const double e = trial < row.lo ? x - row.lo : (trial > row.hi ? x - row.hi : step);
   return row.p * (e * e);
 }
 
-// f(i, q) for every batch with q = D lines, the relative velocities at its contacts.
-template <class F>
-AMONTONS_INLINE void with_velocities(const PassData& data, const Chunk& chunk, F f) {
+// `width` contacts of a batch in the last pass of an iteration: the place of their lane in a batch and of
+// their x among the vectors, the number of their sum, normal, d and A d.
+struct StepLanes {
+  std::size_t batch, at;
+  int part, lane;
+  Vec3 n, d, Ad;
+};
+
+// f(lanes) for all contacts of a chunk, with A d = D lines + E d. The velocities of a block of batches are
+// gathered first and wait in q. Prefetching costs where the arrays are in the cache anyway: only large
+// problems ask for it.
+template <bool compliant, class F>
+AMONTONS_INLINE void for_each_step(const PassData& data, const Chunk& chunk, F f) {
   alignas(64) double q[block][24];
   for (std::size_t first = chunk.first_batch; first < chunk.last_batch; first += block) {
     const std::size_t last = end_of_block(chunk, first);
@@ -243,50 +278,56 @@ AMONTONS_INLINE void with_velocities(const PassData& data, const Chunk& chunk, F
       for (int lane = 0; lane < 8; lane += width)
         store3(q[i - first] + lane, relative_velocity(data.lines, data.batches[i], lane));
     }
-    for (std::size_t i = first; i < last; ++i) f(i, q[i - first]);
+    for (std::size_t i = first; i < last; ++i)
+      for (int part = 0; part < 8 / width; ++part) {
+        const int lane = part * width;
+        const std::size_t at = 24 * i + lane;
+        const Vec3 n = load3(data.batches[i].normal, lane), d = load3(data.d + at);
+        Vec3 Ad = load3(q[i - first] + lane);
+        if constexpr (compliant) Ad = Ad + load(data.compliance + 8 * i + lane) * d;
+        f(StepLanes{i, at, part, lane, n, d, Ad});
+      }
   }
 }
 
-template <bool coulomb, bool compliant>
-AMONTONS_INLINE void update_batch(const PassData& data, std::size_t i, double lambda, const double* q_block,
+// x+ = x + lambda d, u+ = u + lambda A d, and the sums over s = x+ - x and y = g+ - g, where under coulomb
+//  y = lambda A d + (s(u+) - s(u)) n.
+// s(u) is not formed again: the direction has read it from data.saxce, where s(u+) now replaces it.
+template <bool coulomb>
+AMONTONS_INLINE void update_lanes(const PassData& data, const StepLanes& l, double lambda,
                                   LaneSums<3>& sums) {
-  const ContactBatch& batch = data.batches[i];
-  for (int part = 0; part < 8 / width; ++part) {
-    const int lane = part * width;
-    const std::size_t at = 24 * i + lane;
-    const Vec3 n = load3(batch.normal, lane), d = load3(data.d + at);
-    Vec3 q = load3(q_block + lane);
-    if constexpr (compliant) q = q + load(data.compliance + 8 * i + lane) * d;
-    const Vec step = Vec{} + lambda;
-    const Vec3 s = step * d, x = load3(data.x + at) + s;
-    Vec3 y = step * q;
-    const Vec3 u = load3(data.u + at) + y;
-    store3(data.x_next + at, x);
-    store3(data.u + at, u);
-    Vec3 g = u;
-    if constexpr (coulomb) {
-      const Vec saxce = load(batch.mu + lane) * tangential_speed(u, n);
-      double* const old = data.saxce + 8 * i + lane;
-      g = u + saxce * n;
-      y = y + (saxce - load(old)) * n;
-      store(old, saxce);
-    }
-    sums.v[0][part] += dot(s, y);
-    sums.v[1][part] += load(batch.p_inverse + lane) * dot(y, y);
-    sums.v[2][part] += natural_map(batch, lane, x, g, n);
+  const ContactBatch& batch = data.batches[l.batch];
+  const Vec step = Vec{} + lambda;
+  const Vec3 s = step * l.d, x = load3(data.x + l.at) + s;
+  Vec3 y = step * l.Ad;
+  const Vec3 u = load3(data.u + l.at) + y;
+  store3(data.x_next + l.at, x);
+  store3(data.u + l.at, u);
+  Vec3 g = u;
+  if constexpr (coulomb) {
+    const Vec saxce = load(batch.mu + l.lane) * tangential_speed(u, l.n);
+    double* const old = data.saxce + 8 * l.batch + l.lane;
+    g = u + saxce * l.n;
+    y = y + (saxce - load(old)) * l.n;
+    store(old, saxce);
   }
+  sums.v[0][l.part] += dot(s, y);
+  sums.v[1][l.part] += load(batch.p_inverse + l.lane) * dot(y, y);
+  sums.v[2][l.part] += natural_map(batch, l.lane, x, g, l.n);
 }
 
+// The update pass of a chunk.
 template <bool coulomb, bool compliant>
 PassSums update(const PassData& data, const Chunk& chunk, double lambda) {
   LaneSums<3> sums;
-  with_velocities(data, chunk, [&](std::size_t i, const double* q) __attribute__((always_inline)) {
-    update_batch<coulomb, compliant>(data, i, lambda, q, sums);
+  for_each_step<compliant>(data, chunk, [&](const StepLanes& l) __attribute__((always_inline)) {
+    update_lanes<coulomb>(data, l, lambda, sums);
   });
   PassSums out{{sums.total(0), sums.total(1), sums.total(2)}};
   const double *x = data.x + data.joint_offset, *d = data.d + data.joint_offset;
   double *x_next = data.x_next + data.joint_offset, *u = data.u + data.joint_offset;
   gather_joints(data, chunk, [&](const JointRow& row, std::size_t i, double velocity) {
+    // A row has g = u, and y = lambda A d throughout.
     const double s = lambda * d[i], y = lambda * (velocity + row.compliance * d[i]);
     x_next[i] = x[i] + s;
     u[i] += y;
@@ -297,53 +338,54 @@ PassSums update(const PassData& data, const Chunk& chunk, double lambda) {
   return out;
 }
 
-template <bool coulomb, bool compliant>
-AMONTONS_INLINE void accelerate_batch(const PassData& data, std::size_t i, double beta, const double* q_block,
+// x+ = y + d, u+ = u_y + A d, y+ = x+ + beta (x+ - x) and u_y+ = u+ + beta (u+ - u), as A x + b is affine.
+// The residual is that of x+; the De Saxce term that is kept is that of y+, from which the next direction
+// starts.
+template <bool coulomb>
+AMONTONS_INLINE void accelerate_lanes(const PassData& data, const StepLanes& l, double beta,
                                       LaneSums<1>& sums) {
-  const ContactBatch& batch = data.batches[i];
-  for (int part = 0; part < 8 / width; ++part) {
-    const int lane = part * width;
-    const std::size_t at = 24 * i + lane;
-    const Vec3 n = load3(batch.normal, lane), d = load3(data.d + at);
-    Vec3 q = load3(q_block + lane);
-    if constexpr (compliant) q = q + load(data.compliance + 8 * i + lane) * d;
-    const Vec momentum = Vec{} + beta;
-    const Vec3 x = load3(data.y + at) + d, u = load3(data.u_y + at) + q;
-    const Vec3 u_y = u + momentum * (u - load3(data.u + at));
-    store3(data.y + at, x + momentum * (x - load3(data.x + at)));
-    store3(data.u_y + at, u_y);
-    store3(data.x_next + at, x);
-    store3(data.u + at, u);
-    Vec3 g = u;
-    if constexpr (coulomb) {
-      const Vec mu = load(batch.mu + lane);
-      g = u + (mu * tangential_speed(u, n)) * n;
-      store(data.saxce + 8 * i + lane, mu * tangential_speed(u_y, n));
-    }
-    sums.v[0][part] += natural_map(batch, lane, x, g, n);
+  const ContactBatch& batch = data.batches[l.batch];
+  const Vec momentum = Vec{} + beta;
+  const Vec3 x = load3(data.y + l.at) + l.d, u = load3(data.u_y + l.at) + l.Ad;
+  const Vec3 u_y = u + momentum * (u - load3(data.u + l.at));
+  store3(data.y + l.at, x + momentum * (x - load3(data.x + l.at)));
+  store3(data.u_y + l.at, u_y);
+  store3(data.x_next + l.at, x);
+  store3(data.u + l.at, u);
+  Vec3 g = u;
+  if constexpr (coulomb) {
+    const Vec mu = load(batch.mu + l.lane);
+    g = u + (mu * tangential_speed(u, l.n)) * l.n;
+    store(data.saxce + 8 * l.batch + l.lane, mu * tangential_speed(u_y, l.n));
   }
+  sums.v[0][l.part] += natural_map(batch, l.lane, x, g, l.n);
 }
 
+// The accelerate pass of a chunk.
 template <bool coulomb, bool compliant>
 PassSums accelerate(const PassData& data, const Chunk& chunk, double beta) {
   LaneSums<1> sums;
-  with_velocities(data, chunk, [&](std::size_t i, const double* q) __attribute__((always_inline)) {
-    accelerate_batch<coulomb, compliant>(data, i, beta, q, sums);
+  for_each_step<compliant>(data, chunk, [&](const StepLanes& l) __attribute__((always_inline)) {
+    accelerate_lanes<coulomb>(data, l, beta, sums);
   });
   double out = sums.total(0);
   const double *x = data.x + data.joint_offset, *d = data.d + data.joint_offset;
   double *x_next = data.x_next + data.joint_offset, *u = data.u + data.joint_offset;
   double *y = data.y + data.joint_offset, *u_y = data.u_y + data.joint_offset;
   gather_joints(data, chunk, [&](const JointRow& row, std::size_t i, double velocity) {
+    // x and u are read before they are overwritten: both carry the last iterate into the momentum.
     const double next = y[i] + d[i], u_next = u_y[i] + (velocity + row.compliance * d[i]);
     y[i] = next + beta * (next - x[i]);
     u_y[i] = u_next + beta * (u_next - u[i]);
-    x_next[i] = next, u[i] = u_next;
+    x_next[i] = next;
+    u[i] = u_next;
     out += natural_map(row, next, u_next);
   });
   return {{out}};
 }
 
+// u = D lines + E x + b with lines = M^-1 D'x; the De Saxce term of u, from which the next direction starts.
+// Too rare to be worth the two loops of the other passes.
 template <bool coulomb, bool compliant>
 PassSums refresh(const PassData& data, const Chunk& chunk) {
   LaneSums<1> sums;
@@ -377,6 +419,8 @@ PassSums refresh(const PassData& data, const Chunk& chunk) {
 }
 
 // f.operator()<coulomb, compliant>() of the problem at hand.
+// f.operator()<coulomb, compliant>() of the problem at hand: what does not change within a solve is decided
+// once per chunk, and the loops have no branch for it.
 template <class F>
 AMONTONS_INLINE PassSums in_case(const PassData& data, F f) {
   if (data.compliance)
@@ -414,6 +458,7 @@ PassSums refresh_pass(const PassData& data, const Chunk& chunk) {
                  [&]<bool coulomb, bool compliant>() { return refresh<coulomb, compliant>(data, chunk); });
 }
 
+// D'x for refresh: the first half of A x, as the direction pass is that of A d.
 PassSums impulse_pass(const PassData& data, const Chunk& chunk) {
   clear_lines(data, chunk);
   for (std::size_t i = chunk.first_batch; i < chunk.last_batch; ++i) scatter_batch(data, i, data.x);
@@ -422,12 +467,16 @@ PassSums impulse_pass(const PassData& data, const Chunk& chunk) {
   return {};
 }
 
+// w = M^-1 w per line, (v, omega) = (m^-1 f, I^-1 tau), eight lines transposed to lanes and back. With f =
+// D'd the sum of <w before, w after> is <D'd, M^-1 D'd>, the curvature without its part of E: the product A
+// d need not be formed on the contacts before lambda is known.
 PassSums mass_pass(const PassData& data, const Chunk& chunk) {
   LaneSums<1> sums;
   for (std::size_t line = chunk.first_line; line < chunk.last_line; line += lanes) {
     const MassBatch& mass = data.masses[line / lanes];
     for (int part = 0; part < 8 / width; ++part) {
       const int lane = part * width;
+      // Consecutive lines: the offsets count them up from the first.
       std::uint32_t at[width];
       for (int l = 0; l < width; ++l) at[l] = 8 * static_cast<std::uint32_t>(l);
       double* const lines = data.lines + 8 * (line + static_cast<std::size_t>(lane));

@@ -1,9 +1,25 @@
+// Multifrontal factorisation, after Liu 1992. Names: a node is a block of rows in elimination order; a
+// supernode is a run of nodes whose columns of L have (nearly) the same rows, held as one dense panel.
+// Analysis, once:
+//  1. an order with little fill: minimum degree on the graph of blocks;
+//  2. the elimination tree: parent(k) is the first row below k in column k of L. Column k changes only
+//     columns on the way from k to the root, so that subtrees do not know of each other;
+//  3. a postorder of the tree: subtrees in one piece, directly before the node that they hang at;
+//  4. the rows of every column, from those of its children; supernodes; and where each row of a child goes in
+//     the front of its parent.
+// factor() visits the supernodes in that order. Its front F is a dense matrix over the columns of the
+// supernode and the rows below them,
+//  F = | F11  .  |  =  the panel of A   +   the update matrices of the children (extend-add)
+//      | F21 F22 |
+//  F11 = L11 L11',  L21 = F21 L11^-T,  U = F22 - L21 L21'.
+// L11 and L21 are columns of L and go to the panel; U is the update matrix, what this subtree subtracts from
+// the rest, and waits on a stack for the parent. In a postorder the children of the next supernode lie on
+// the top.
 #include "amontons/solvers/linear/block_cholesky.hpp"
 
 #include <Eigen/OrderingMethods>
 #include <Eigen/SparseCore>
 #include <algorithm>
-#include <numeric>
 
 #include "solvers/linear/front_kernel.hpp"
 
@@ -12,10 +28,13 @@ namespace amontons {
 namespace {
 
 // Supernodes are merged while explicit zeros stay below this part of the panel, or the panel is small: dense
-// kernels on slightly larger fronts beat many tiny ones.
+// kernels on slightly larger fronts beat many tiny ones. Six columns are one body: bodies are joined for few
+// zeros only, single rows and cones of a matrix always. On a wall of bricks it makes 20 % more entries.
 constexpr double relaxed_zeros = 0.15;
 constexpr int small_panel = 6;
 
+// result[k]: the block that is eliminated as k-th. Eigen's AMD wants the pattern of a matrix with its
+// diagonal.
 std::vector<int> minimum_degree(int n, const std::vector<std::vector<int>>& adjacency) {
   std::vector<Eigen::Triplet<char>> entries;
   for (int i = 0; i < n; ++i) {
@@ -29,7 +48,9 @@ std::vector<int> minimum_degree(int n, const std::vector<std::vector<int>>& adja
   return {permutation.indices().data(), permutation.indices().data() + n};
 }
 
-// The elimination tree of the matrix whose columns are `sequence` (Liu 1986, with path compression).
+// The elimination tree of the matrix whose columns are `sequence` (Liu 1986). For each k every neighbour i <
+// k climbs from i to the root of what is known so far, which becomes a child of k. `ancestor` is the short
+// cut (path compression): all that have been on the way point to k, so that the time is almost linear.
 std::vector<int> elimination_tree(const std::vector<int>& sequence,
                                   const std::vector<std::vector<int>>& adjacency) {
   const int n = static_cast<int>(sequence.size());
@@ -48,6 +69,8 @@ std::vector<int> elimination_tree(const std::vector<int>& sequence,
   return parent;
 }
 
+// Of a forest, as the matrix may fall apart; without recursion, since a tree may be as deep as a chain is
+// long.
 std::vector<int> postorder(const std::vector<int>& parent) {
   const int n = static_cast<int>(parent.size());
   std::vector<std::vector<int>> children(n);
@@ -70,6 +93,9 @@ std::vector<int> postorder(const std::vector<int>& parent) {
 BlockCholesky::BlockCholesky(std::span<const int> sizes, std::span<const std::pair<int, int>> edges) {
   order(sizes, edges);
   // The panels, the largest front and the largest stack of update matrices.
+  // Memory, by playing the factorisation through: the panels one behind the other, room for the largest
+  // front, and for the stack at its highest, where each supernode takes the updates of its children and
+  // leaves its own.
   std::size_t panel_entries = 0, largest_front = 0, stack = 0, largest_stack = 0;
   for (Supernode& s : supernodes_) {
     s.panel = panel_entries;
@@ -86,13 +112,17 @@ BlockCholesky::BlockCholesky(std::span<const int> sizes, std::span<const std::pa
   panels_.resize(panel_entries + 2);  // kernels add zeros to up to two entries past a block
   front_.resize(largest_front * (largest_front + 8));
   stack_.resize(largest_stack);
+  // One scratch for two uses: the packed panel of factor(), the vectors of solve().
   work_.resize(
       std::max<std::size_t>(front_pack_size(static_cast<int>(largest_front)), rows_ + largest_front));
 }
 
+// Steps 1 to 4 of the analysis. Scalar sizes play no part in the order: blocks of a graph mostly have one
+// size.
 void BlockCholesky::order(std::span<const int> sizes, std::span<const std::pair<int, int>> edges) {
   const int n = static_cast<int>(sizes.size());
   std::vector<std::vector<int>> adjacency(n);
+  // The graph of blocks, both ways, each neighbour once.
   for (auto [i, j] : edges) {
     if (i == j) continue;
     adjacency[i].push_back(j);
@@ -109,10 +139,18 @@ void BlockCholesky::order(std::span<const int> sizes, std::span<const std::pair<
   for (int k = 0; k < n; ++k) sequence[k] = degree_order[post[k]];
   const std::vector<int> parent = elimination_tree(sequence, adjacency);
 
-  place_.resize(n), size_.resize(n), start_.resize(n + 1), given_start_.resize(n + 1);
-  for (int k = 0; k < n; ++k) place_[sequence[k]] = k, size_[k] = sizes[sequence[k]];
-  for (int k = 0; k < n; ++k) start_[k + 1] = start_[k] + size_[k];
-  for (int i = 0; i < n; ++i) given_start_[i + 1] = given_start_[i] + sizes[i];
+  // Three numberings of blocks meet here: as given (place_, given_start_), in elimination order (size_,
+  // start_).
+  place_.resize(n);
+  size_.resize(n);
+  start_.resize(n + 1);
+  given_start_.resize(n + 1);
+  for (int k = 0; k < n; ++k) {
+    place_[sequence[k]] = k;
+    size_[k] = sizes[sequence[k]];
+    start_[k + 1] = start_[k] + size_[k];
+    given_start_[k + 1] = given_start_[k] + sizes[k];
+  }
   rows_ = given_start_[n];
 
   // structure[k]: the nodes below k in column k of L: its neighbours and what its children leave behind.
@@ -121,8 +159,11 @@ void BlockCholesky::order(std::span<const int> sizes, std::span<const std::pair<
   std::vector<std::vector<int>> children(n);
   for (int k = 0; k < n; ++k) {
     mark[k] = k;
+    // mark[i] = k: node i is in structure[k] already.
     const auto add = [&](int i) {
-      if (i > k && mark[i] != k) mark[i] = k, structure[k].push_back(i);
+      if (i <= k || mark[i] == k) return;
+      mark[i] = k;
+      structure[k].push_back(i);
     };
     for (int neighbour : adjacency[sequence[k]]) add(place_[neighbour]);
     for (int child : children[k])
@@ -133,6 +174,12 @@ void BlockCholesky::order(std::span<const int> sizes, std::span<const std::pair<
   find_supernodes(structure, parent);
 }
 
+// From the first node upwards: the next node joins if it is the parent of the last one and the zeros stay
+// few. In a postorder parent(k) = k + 1 says that k is the last child of k + 1, and column k of L has its
+// rows below within {k + 1} and those of column k + 1.
+//
+// Then every supernode is hung below the one that holds its first row below the diagonal, with the place of
+// each of its rows in that front: among its columns, or among the rows below them, which ascend in both.
 void BlockCholesky::find_supernodes(const std::vector<std::vector<int>>& structure,
                                     const std::vector<int>& parent) {
   const int n = static_cast<int>(structure.size());
@@ -143,6 +190,8 @@ void BlockCholesky::find_supernodes(const std::vector<std::vector<int>>& structu
   };
   supernode_of_.resize(n);
   for (int first = 0; first < n;) {
+    // columns, below: scalar columns of the supernode so far and scalar rows below its last. zeros: entries
+    // of its panel that are zero in L.
     int last = first, columns = size_[first], below = scalar_rows(first);
     std::size_t zeros = 0;
     while (last + 1 < n && parent[last] == last + 1) {
@@ -152,7 +201,10 @@ void BlockCholesky::find_supernodes(const std::vector<std::vector<int>>& structu
       const int next_columns = columns + size_[last + 1];
       const std::size_t panel = static_cast<std::size_t>(next_columns) * (next_columns + parent_below);
       if (next_zeros > relaxed_zeros * panel && next_columns > small_panel) break;
-      ++last, zeros = next_zeros, columns = next_columns, below = parent_below;
+      ++last;
+      zeros = next_zeros;
+      columns = next_columns;
+      below = parent_below;
     }
     Supernode s{first, last + 1, structure[last], {}, {}, columns, columns + below, 0};
     for (int k = first; k <= last; ++k) supernode_of_[k] = static_cast<int>(supernodes_.size());
@@ -161,9 +213,11 @@ void BlockCholesky::find_supernodes(const std::vector<std::vector<int>>& structu
   }
   for (std::size_t c = 0; c < supernodes_.size(); ++c) {
     Supernode& child = supernodes_[c];
+    // A root: nothing lies below its columns.
     if (child.row_nodes.empty()) continue;
     Supernode& p = supernodes_[supernode_of_[child.row_nodes.front()]];
     p.children.push_back(static_cast<int>(c));
+    // row: the place of *below in the front of the parent; both walk down together.
     int row = p.columns;
     auto below = p.row_nodes.begin();
     for (int node : child.row_nodes) {
@@ -177,11 +231,14 @@ void BlockCholesky::find_supernodes(const std::vector<std::vector<int>>& structu
   }
 }
 
+// Only the lower triangle is held: block (i, j) lies in the panel of whichever comes first in the order, as
+// a column. The place is found by walking over the rows; it is asked for once per block of the pattern.
 BlockCholesky::Slot BlockCholesky::slot(int i, int j) const {
   int row = place_[i], column = place_[j];
   const bool transposed = row < column;
   if (transposed) std::swap(row, column);
   const Supernode& s = supernodes_[supernode_of_[column]];
+  // In the panel: among the columns of the supernode, or below them.
   int scalar_row;
   if (row < s.end_node) {
     scalar_row = start_[row] - start_[s.first_node];
@@ -198,6 +255,10 @@ BlockCholesky::Slot BlockCholesky::slot(int i, int j) const {
 
 void BlockCholesky::set_zero() { std::fill(panels_.begin(), panels_.end(), 0.0); }
 
+// front += update of a child (lower triangle, by columns): node b of its rows is the block column, node a >=
+// b the block row; q and p run over the scalars inside, and child_rows says where they go. Rows ascend in
+// the parent as in the child, so that the lower triangle goes to the lower triangle; of diagonal blocks the
+// upper half, which nobody has set, goes along and is not used.
 void BlockCholesky::extend_add(const Supernode& child, const double* update, int update_size, double* front,
                                int stride) const {
   int column = 0;
@@ -219,7 +280,9 @@ int BlockCholesky::factor() {
   int replaced = 0;
   std::size_t top = 0;
   for (const Supernode& s : supernodes_) {
+    // Columns begin a multiple of eight doubles apart: whole registers in the kernel.
     const int stride = (s.front + 7) / 8 * 8;
+    // F11 and F21 from the panel, where A was assembled; F22 begins as zero.
     double* F = front_.data();
     double* panel = panels_.data() + s.panel;
     for (int j = 0; j < s.columns; ++j)
@@ -229,6 +292,7 @@ int BlockCholesky::factor() {
     for (int j = s.columns; j < s.front; ++j)
       std::fill(F + static_cast<std::size_t>(j) * stride + j,
                 F + static_cast<std::size_t>(j) * stride + s.front, 0.0);
+    // The last child lies on the top of the stack.
     for (auto c = s.children.rbegin(); c != s.children.rend(); ++c) {
       const Supernode& child = supernodes_[*c];
       const int rest = child.front - child.columns;
@@ -239,6 +303,7 @@ int BlockCholesky::factor() {
     for (int j = 0; j < s.columns; ++j)
       std::copy(F + static_cast<std::size_t>(j) * stride, F + static_cast<std::size_t>(j) * stride + s.front,
                 panel + static_cast<std::size_t>(j) * s.front);
+    // L11 and L21 are in the panel now. U goes to the stack, where the children's updates have been used up.
     const int rest = s.front - s.columns;
     for (int j = 0; j < rest; ++j) {
       const double* column = F + static_cast<std::size_t>(s.columns + j) * stride + s.columns;
@@ -249,7 +314,10 @@ int BlockCholesky::factor() {
   return replaced;
 }
 
+// L y = rhs from the leaves to the root, L'x = y back. Panels work on the rows of their own columns, which
+// lie in one piece, and on a copy of the rows below, which do not.
 void BlockCholesky::solve(std::span<double> rhs) {
+  // y: the unknowns in elimination order. rest: the rows below a panel.
   double* y = work_.data();
   double* rest = y + rows_;
   for (std::size_t i = 0; i < place_.size(); ++i)
@@ -259,11 +327,13 @@ void BlockCholesky::solve(std::span<double> rhs) {
     for (int node : s.row_nodes)
       for (int q = 0; q < size_[node]; ++q) f(local++, start_[node] + q);
   };
+  // Forward: what the columns of a supernode subtract from the rows below is summed up in `rest` first.
   for (const Supernode& s : supernodes_) {  // L y = rhs
     AMONTONS_DISPATCH(panel_forward, panels_.data() + s.panel, s.front, s.columns, y + start_[s.first_node],
                       rest);
     for_each_row(s, [&](int local, int row) { y[row] -= rest[local]; });
   }
+  // Backward: the rows below are known, as they belong to ancestors.
   for (auto s = supernodes_.rbegin(); s != supernodes_.rend(); ++s) {  // L' x = y
     for_each_row(*s, [&](int local, int row) { rest[local] = y[row]; });
     AMONTONS_DISPATCH(panel_backward, panels_.data() + s->panel, s->front, s->columns,

@@ -15,6 +15,7 @@ struct BodyRows {
   const double* G;
 };
 
+// In the order of the rows, one after another: rows that share a body may not be reordered.
 AMONTONS_FOR_EACH_ISA(
     void scatter_rows(const BodyRows& rows, const double* z, double* nodes);   // nodes += G' z
     void gather_rows(const BodyRows& rows, const double* nodes, double* out);  // out = G nodes

@@ -5,6 +5,8 @@
 
 namespace amontons::AMONTONS_ISA {
 
+// nodes_a += z_i G_ia and nodes_b += z_i G_ib, whole registers with their zeros. Both loads of a row come
+// from nodes that an earlier row may have changed: the order of the rows is the order of the sums.
 void scatter_rows(const BodyRows& rows, const double* z, double* nodes) {
   for (std::size_t i = 0; i < rows.rows; ++i) {
     const double* g = rows.G + 16 * i;
@@ -15,6 +17,8 @@ void scatter_rows(const BodyRows& rows, const double* z, double* nodes) {
   }
 }
 
+// Inner products of six terms each: eight lanes are formed, and the six that mean something added in one
+// order.
 void gather_rows(const BodyRows& rows, const double* nodes, double* out) {
   for (std::size_t i = 0; i < rows.rows; ++i) {
     const double* g = rows.G + 16 * i;
@@ -29,6 +33,7 @@ void gather_rows(const BodyRows& rows, const double* nodes, double* out) {
   }
 }
 
+// G_i = sum_j R_ji D_j: rows of R' D, sixteen columns at a time.
 void combine_rows(const double* R, int dim, const double* D, double* G) {
   for (int i = 0; i < dim; ++i)
     for (int q = 0; q < 16; q += width) {
@@ -38,6 +43,8 @@ void combine_rows(const double* R, int dim, const double* D, double* G) {
     }
 }
 
+// H_qc += sum_i left_iq right_ic for q = 0 .. 7: the last two of left are the zeros of padding, so that
+// whole registers serve six rows.
 void add_outer_product(double* H, int stride, const double* left, const double* right, int dim) {
   for (int c = 0; c < 6; ++c)
     for (int q = 0; q < 8; q += width) {

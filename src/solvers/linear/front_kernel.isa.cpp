@@ -1,5 +1,10 @@
-// The dense kernel of the multifrontal factorisation. Right-looking by panels: factor a panel of columns,
-// then subtract L L' from the columns right of it in register tiles of 16 x 4.
+// The dense kernel of the multifrontal factorisation. Right-looking by panels of columns: factor a panel,
+// then subtract its part of L L' from the columns right of it in register tiles of 16 x 4,
+//  | A11      |       L11 L11' = A11,  L21 = A21 L11^-T     the panel
+//  | A21  A22 |       A22 := A22 - L21 L21'                 the rest, where nearly all work is
+// Only lower triangles are meant; tiles on the diagonal compute some entries above it, which nothing reads.
+// The terms of an entry are subtracted in the order of the columns whatever the tile, so that all widths
+// give the same bits.
 #include "solvers/linear/front_kernel.hpp"
 
 #include "amontons/base/native_vector.hpp"
@@ -8,8 +13,6 @@ namespace amontons::AMONTONS_ISA {
 
 namespace {
 
-inline double square_root(double x) { return __builtin_sqrt(x); }
-
 // y[0..n) -= a x[0..n)
 inline void subtract_scaled(double* __restrict y, const double* __restrict x, double a, int n) {
   int i = 0;
@@ -17,7 +20,10 @@ inline void subtract_scaled(double* __restrict y, const double* __restrict x, do
   for (; i < n; ++i) y[i] -= a * x[i];
 }
 
-// Columns [p, end) of the rows [p, n), left-looking inside the panel.
+// Columns [p, end) of the rows [p, n), left-looking inside the panel: column j receives what the columns
+// before it in the panel subtract, then is divided by the root of its pivot. A pivot that is not positive
+// (rounding in a semidefinite matrix) becomes 1e100: the entries of its column all but vanish, and with them
+// the part of a solution along it.
 int factor_panel(double* A, int n, int stride, int p, int end) {
   int replaced = 0;
   for (int j = p; j < end; ++j) {
@@ -25,8 +31,11 @@ int factor_panel(double* A, int n, int stride, int p, int end) {
     for (int k = p; k < j; ++k)
       subtract_scaled(column + j, A + (long)k * stride + j, A[(long)k * stride + j], n - j);
     double pivot = column[j];
-    if (!(pivot > 0)) pivot = 1e100, ++replaced;
-    const double root = square_root(pivot), scale = 1 / root;
+    if (!(pivot > 0)) {
+      pivot = 1e100;
+      ++replaced;
+    }
+    const double root = __builtin_sqrt(pivot), scale = 1 / root;
     column[j] = root;
     for (int i = j + 1; i < n; ++i) column[i] *= scale;
   }
@@ -36,6 +45,9 @@ int factor_panel(double* A, int n, int stride, int p, int end) {
 // C (rows x 4 columns) -= L (rows x depth, column-major) B (depth x 4, packed row by row), in tiles of at
 // most two registers by four columns.
 template <int rows>
+// C (rows x 4 columns) -= L (rows x depth, column-major) B (depth x 4, packed row by row), in tiles of at
+// most two registers by four columns: 8 accumulators, which leave room for L and B among 16 registers, and
+// each value of L that is loaded serves four columns.
 inline void tile(double* C, int stride, const double* L, const double* B, int depth) {
   constexpr int registers = rows > width ? 2 : 1, step = registers * width;
   for (int r = 0; r < rows; r += step) {
@@ -53,6 +65,7 @@ inline void tile(double* C, int stride, const double* L, const double* B, int de
   }
 }
 
+// The same at the ends of the matrix, where rows or columns do not fill a tile.
 inline void tile_small(double* C, int stride, const double* L, const double* B, int depth, int rows,
                        int columns) {
   for (int j = 0; j < columns; ++j)
@@ -70,6 +83,8 @@ int partial_cholesky(double* A, int front, int stride, int columns, double* pack
   for (int p = 0; p < columns; p += front_panel) {
     const int end = p + front_panel < columns ? p + front_panel : columns, depth = end - p;
     replaced += factor_panel(A, front, stride, p, end);
+    // B = rows [end, front) of the panel, transposed into strips of 4 columns: what a tile multiplies by
+    // lies in one stream, in the order in which it is read.
     // B = rows [end, front) of the panel, transposed into strips of 4 columns.
     for (int j = end; j < front; j += 4) {
       double* strip = pack + (long)(j - end) * front_panel;
@@ -85,6 +100,7 @@ int partial_cholesky(double* A, int front, int stride, int columns, double* pack
         const double* B = pack + (long)(j - end) * front_panel;
         double* C = A + (long)j * stride + i;
         const int width = front - j < 4 ? front - j : 4;
+        // 16 rows at a time, or 8 where there are no more; what remains entry by entry.
         if (width < 4) {
           tile_small(C, stride, L + i, B, depth, rows, width);
         } else if (rows == 16) {
@@ -101,6 +117,7 @@ int partial_cholesky(double* A, int front, int stride, int columns, double* pack
   return replaced;
 }
 
+// Column by column: own is solved for and then its multiples are taken from the rest and added up in below.
 void panel_forward(const double* L, int front, int columns, double* own, double* below) {
   const int rest = front - columns;
   for (int i = 0; i < rest; ++i) below[i] = 0;
@@ -111,6 +128,7 @@ void panel_forward(const double* L, int front, int columns, double* own, double*
   }
 }
 
+// Row j of L' is column j of L: the inner product with what is known, eight sums in a fixed order.
 void panel_backward(const double* L, int front, int columns, double* own, const double* below) {
   const int rest = front - columns;
   L += (long)(columns - 1) * front;

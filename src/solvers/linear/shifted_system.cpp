@@ -1,3 +1,20 @@
+// From A + Theta^-1 to a matrix with six rows per body, step by step.
+//
+// 1. Symmetric, and without an inverse of Theta. With Theta = R R' and y = R z,
+//    (A + Theta^-1) y = r   <=>   (I + R'A R) z = R'r                              (multiply by R')
+// which makes sense for singular R too: y is sought in range(R) only. Eigenvalues are 1 or more.
+//
+// 2. Bodies: A = D M^-1 D' + E, M^-1 = C C'. E is a multiple of I in each block, so that I + R'E R = L L' is
+// block diagonal like R. With G = L^-1 R'D C,
+//    I + R'A R = L L' + R'D C C'D'R = L (I + G G') L'.
+//
+// 3. Woodbury: (I + G G')^-1 = I - G (I + G'G)^-1 G'. (Check: (I + G G')(I - G S^-1 G') with S = I + G'G is
+// I + G G' - G (I + G'G) S^-1 G' = I + G G' - G G' = I.) So, for z of (I + R'A R) z = q,
+//    w = L^-1 q;   S v = G'w;   z = L^-T (w - G v).
+//
+// S = I + G'G has a block per body and one per pair of bodies that share a block of K: its pattern is that
+// of the contact graph, however many contacts there are between two bodies. Working with C on both sides of
+// D keeps S symmetric with eigenvalues of 1 or more, and bodies that do not move have no place in it.
 #include "amontons/solvers/linear/shifted_system.hpp"
 
 #include <algorithm>
@@ -10,7 +27,12 @@ namespace amontons {
 
 namespace {
 
-// Lower C with C C' = a symmetric positive semidefinite 3 x 3 given as xx, yy, zz, xy, xz, yz.
+// Lower C with C C' = a symmetric positive semidefinite 3 x 3 given as xx, yy, zz, xy, xz, yz, in the same
+// order:
+//  c00 = sqrt(xx)    c10 = xy / c00    c11 = sqrt(yy - c10^2)
+//  c20 = xz / c00    c21 = (yz - c20 c10) / c11    c22 = sqrt(zz - c20^2 - c21^2)
+// A pivot below 1e-14 of the trace is rounding of zero (a body that does not turn about some axis): its
+// column is zero, where a division by its root would blow up the rounding.
 std::array<double, 6> semidefinite_root(const std::array<double, 6>& s) {
   const auto& [xx, yy, zz, xy, xz, yz] = s;
   const double tiny = 1e-14 * (xx + yy + zz);
@@ -22,6 +44,7 @@ std::array<double, 6> semidefinite_root(const std::array<double, 6>& s) {
 }
 
 // j C for a row j of D: linear part times 1/sqrt(m), angular part times the root of the inverse inertia.
+// C is lower triangular, so that out_k sums over the rows from k on.
 void times_root(const std::array<double, 6>& j, double translation, const std::array<double, 6>& c,
                 double* out) {
   for (int k = 0; k < 3; ++k) out[k] = j[k] * translation;
@@ -30,7 +53,8 @@ void times_root(const std::array<double, 6>& j, double translation, const std::a
   out[5] = j[5] * c[2];
 }
 
-// Lower L with L L' = I + e R'R, row-major dim x dim.
+// Lower L with L L' = I + e R'R, row-major dim x dim: Cholesky, with pivots of 1 or more. e is one number
+// per block, that of its first row.
 void compliance_root(const double* R, int dim, double e, double* L) {
   std::fill(L, L + dim * dim, 0.0);
   for (int i = 0; i < dim; ++i)
@@ -44,9 +68,8 @@ void compliance_root(const double* R, int dim, double e, double* L) {
 
 }  // namespace
 
-ShiftedSystem::~ShiftedSystem() = default;
-ShiftedSystem::ShiftedSystem(ShiftedSystem&&) noexcept = default;
-
+// The operator decides the way: bodies in body space, matrices in impulse space. The pattern is analysed
+// here, once; the reference to the problem serves the products of refinement.
 ShiftedSystem::ShiftedSystem(const Problem& problem) : problem_(problem) {
   offset_.resize(problem.K.blocks());
   blocks_.resize(problem.K.blocks());
@@ -56,7 +79,7 @@ ShiftedSystem::ShiftedSystem(const Problem& problem) : problem_(problem) {
     blocks_[block] = {static_cast<int>(row), S::dim, -1, -1, {}, {}, {}};
   });
   const std::size_t m = problem.rows();
-  q_.resize(m), z_.resize(m), correction_.resize(m), work_.resize(m);
+  for (std::vector<double>* v : {&q_, &z_, &correction_, &work_}) v->resize(m);
   std::visit(
       [&]<class Op>(const Op& A) {
         if constexpr (std::is_same_v<Op, CallbackOperator>)
@@ -79,7 +102,9 @@ ShiftedSystem::ShiftedSystem(const Problem& problem) : problem_(problem) {
       problem.A);
 }
 
-// Nodes are the bodies that move, edges the blocks between two of them: the graph of the problem.
+// Nodes are the bodies that move, edges the blocks between two of them: the graph of the problem. D C is
+// formed row by row; a row without a body on a side has zeros there and points to the extra node, so that
+// kernels have no branch.
 void ShiftedSystem::analyse(const ContactSystem& A) {
   const ContactGraph& graph = problem_.graph;
   std::vector<int> node(graph.bodies(), -1);
@@ -88,7 +113,9 @@ void ShiftedSystem::analyse(const ContactSystem& A) {
     if (graph.moves[i]) node[i] = nodes_++;
   in_body_space_ = true;
 
-  node_a_.resize(A.rows()), node_b_.resize(A.rows());
+  // Rows of D C are constant; factor() makes those of G = L^-1 R'D C from them.
+  node_a_.resize(A.rows());
+  node_b_.resize(A.rows());
   D_.assign(A.rows(), {});
   G_.assign(A.rows(), {});
   compliance_ = A.compliance;
@@ -116,6 +143,7 @@ void ShiftedSystem::analyse(const ContactSystem& A) {
       node_b_[i] = block.body_b >= 0 ? block.body_b : nodes_;
     }
   }
+  // Symbolic only. Where a block is assembled does not change: its places are looked up once.
   cholesky_ = BlockCholesky(std::vector<int>(nodes_, 6), edges);
   for (Block& block : blocks_) {
     if (block.body_a >= 0) block.aa = cholesky_.slot(block.body_a, block.body_a);
@@ -126,6 +154,8 @@ void ShiftedSystem::analyse(const ContactSystem& A) {
   node_vectors_.resize(8 * nodes_ + 8);
 }
 
+// Of a matrix: nodes are the blocks of K, edges the pairs of blocks with an entry that is not zero. Only the
+// lower triangle is taken, A is symmetric; entries that are given in several parts are added up.
 void ShiftedSystem::analyse(std::size_t m, auto&& for_each_entry) {
   std::vector<int> block_of(m), sizes;
   for (std::size_t b = 0; b < blocks_.size(); ++b) {
@@ -137,6 +167,7 @@ void ShiftedSystem::analyse(std::size_t m, auto&& for_each_entry) {
   std::vector<std::pair<int, int>> edges;
   for_each_entry([&](std::size_t i, std::size_t j, double value) {
     const int I = block_of[i], J = block_of[j];
+    // The first entry of a pair makes the pair; stamp[J] = I says that pair_of[J] is of this block row.
     if (J > I || value == 0) return;
     if (stamp[J] != I) {
       stamp[J] = I;
@@ -164,7 +195,8 @@ int ShiftedSystem::factor(std::span<const double> R) {
 }
 
 // I + R'AR with R R' = 1e5 P^-1 has a negative pivot if and only if P^-1/2 A P^-1/2 has an eigenvalue below
-// -1e-5. Real files have some at -1e-7, from rounding in the engine that wrote them.
+// -1e-5 (Sylvester's law of inertia). Real files have some at -1e-7, from rounding in the engine that wrote
+// them. Scaled by P, so that the units of a file do not matter.
 void ShiftedSystem::require_semidefinite() {
   std::vector<double> R(factor_size_, 0.0);
   for (std::size_t b = 0; b < blocks_.size(); ++b)
@@ -176,12 +208,14 @@ void ShiftedSystem::require_semidefinite() {
       "solution; check the signs of its rows");
 }
 
-// G = L^-1 R' D C of one block, from rows of D C.
+// G = L^-1 R'D C of one block, from rows of D C: the product with R', then forward substitution, all 16
+// columns.
 void ShiftedSystem::form_G(std::size_t b) {
   const Block& block = blocks_[b];
   const double* R = &R_[offset_[b]];
   double* G = G_[block.row].data();
   AMONTONS_DISPATCH(combine_rows, R, block.dim, D_[block.row].data(), G);
+  // No compliance: L is the identity.
   if (L_.empty()) return;
   double* L = &L_[offset_[b]];
   compliance_root(R, block.dim, compliance_[block.row], L);
@@ -192,9 +226,12 @@ void ShiftedSystem::form_G(std::size_t b) {
     }
 }
 
-// I + sum over blocks of G_block' G_block
+// S = I + sum over blocks of G_block' G_block: of each block the squares of its sides a and b, and their
+// product where both move. Slots that hold the transposed place get left and right exchanged. The identity
+// is added to the bodies as the blocks bring them: a body in no block is no node.
 void ShiftedSystem::assemble_bodies() {
   const std::span<double> H = cholesky_.panels();
+  // Bodies whose identity has been added.
   std::vector<char> seen(nodes_, 0);
   for (std::size_t b = 0; b < blocks_.size(); ++b) {
     form_G(b);
@@ -215,7 +252,7 @@ void ShiftedSystem::assemble_bodies() {
   }
 }
 
-// I + R' A R
+// I + R'A R, pair by pair: (R'A R)_IJ = R_I' A_IJ R_J, of at most 6 x 6.
 void ShiftedSystem::assemble_pairs() {
   const std::span<double> H = cholesky_.panels();
   for (const Pair& pair : pairs_) {
@@ -232,6 +269,7 @@ void ShiftedSystem::assemble_pairs() {
         double sum = 0;
         for (int k = 0; k < di; ++k) sum += Ri[k * di + i] * AR[k * dj + j];
         const std::size_t stride = pair.slot.stride;
+        // Panels are column-major; of a transposed slot the roles of i and j are exchanged.
         H[pair.slot.offset + (pair.slot.transposed ? i * stride + j : j * stride + i)] += sum;
       }
   }
@@ -240,6 +278,7 @@ void ShiftedSystem::assemble_pairs() {
       H[block.aa.offset + static_cast<std::size_t>(k) * block.aa.stride + k] += 1;
 }
 
+// Forward and backward substitution in each block; without compliance L is the identity and not kept.
 void ShiftedSystem::divide_by_L(std::span<double> q) const {
   for (std::size_t b = 0; !L_.empty() && b < blocks_.size(); ++b) {
     const auto [row, dim] = std::pair{blocks_[b].row, blocks_[b].dim};
@@ -262,12 +301,14 @@ void ShiftedSystem::divide_by_L_transposed(std::span<double> z) const {
   }
 }
 
+// w = L^-1 q;  S v = G'w;  z = L^-T (w - G v)
 void ShiftedSystem::solve_once(std::span<const double> q, std::span<double> z) {
   std::copy(q.begin(), q.end(), z.begin());
   if (!in_body_space()) return cholesky_.solve(z);
   divide_by_L(z);
   const BodyRows rows{z.size(), node_a_.data(), node_b_.data(), G_.empty() ? nullptr : G_[0].data()};
   std::fill(node_vectors_.begin(), node_vectors_.end(), 0.0);
+  // Kernels have eight doubles per node, the factorisation six.
   double* nodes = node_vectors_.data();
   AMONTONS_DISPATCH(scatter_rows, rows, z.data(), nodes);
   for (int i = 0; i < nodes_; ++i) std::copy(nodes + 8 * i, nodes + 8 * i + 6, &packed_[6 * i]);
@@ -278,6 +319,7 @@ void ShiftedSystem::solve_once(std::span<const double> q, std::span<double> z) {
   divide_by_L_transposed(z);
 }
 
+// From the operator itself and not from G: refinement corrects the rounding of C, G and the factors.
 void ShiftedSystem::apply(std::span<const double> z, std::span<double> out) {
   times_factor(z, work_);
   product(problem_.A, work_, out);
@@ -306,6 +348,8 @@ void ShiftedSystem::times_transposed_factor(std::span<const double> r, std::span
   times_blocks<true>(r, q);
 }
 
+// Refinement: solve for the defect q - (I + R'A R) z and add. Where Theta is large it wins back the digits
+// that w - G v of Woodbury's identity loses by cancellation.
 void ShiftedSystem::solve_reduced(std::span<const double> q, std::span<double> z, int refinements) {
   std::copy(q.begin(), q.end(), q_.begin());
   solve_once(q_, z);

@@ -3,6 +3,8 @@
 
 namespace amontons {
 
+// "apgd": accelerated projected gradients (Nesterov) with adaptive step and restart. Products only, no
+// factorisation; any operator and any set.
 Solution apgd(const Problem&, const Options&);  // "apgd"
 
 }  // namespace amontons

@@ -9,12 +9,13 @@
 namespace amontons {
 
 // An Iterate (iterate.hpp) for bodies and contacts, fused into three passes over memory: a trial point with
-// its projection (direction), the inverse masses (curvature), and the new iterate with its residual (update).
-// Its plain twin for any operator is PlainIterate.
+// its projection (direction), the inverse masses (curvature), and the new iterate with its residual
+// (update). Its plain twin for any operator is PlainIterate. How the arrays lie is told in
+// src/solvers/first_order/contact_passes.hpp.
 //
 // x and u are impulses (N s) and velocities (m/s), inside in world coordinates, where a circular cone needs
-// no tangents; spans are in the order of the problem. All sums have a fixed order: the results are the same
-// bits for any number of threads and any instruction set.
+// no tangents; spans are in the order of the problem, in the frames of the contacts. All sums have a fixed
+// order: the results are the same bits for any number of threads and any instruction set.
 class ContactIterate {
  public:
   // Whether the passes know the sets of a problem: a ContactSystem whose contacts are circular friction
@@ -32,6 +33,7 @@ class ContactIterate {
   double curvature();
   Update update(double lambda);
 
+  // The accelerated iteration; its arrays y and u_y exist from the first start_momentum() on.
   void start_momentum();
   MomentumDirection momentum_direction(double alpha);
   double accelerate(double beta);
@@ -45,6 +47,7 @@ class ContactIterate {
   double objective() const;
 
  private:
+  // Arrays, layout and threads; hidden, as their types are private to the folder of the sources.
   struct State;
   std::unique_ptr<State> state_;
 };

@@ -1,13 +1,14 @@
 #pragma once
 #include <concepts>
 #include <span>
-#include <type_traits>
 
 #include "amontons/problem/problem.hpp"
 
 namespace amontons {
 
-// Sums of the passes of a spectral projected gradient iteration.
+// What a pass over the iterate gives back: scalars only, so that the vectors may live on another device.
+//
+// Sums of a spectral projected gradient iteration, from which the method finds lambda and the next alpha.
 struct Direction {
   double dg, dPd;  // <d, g>, <d, P d>
 };
@@ -25,18 +26,26 @@ struct MomentumDirection {
 // ContactIterate with fused kernels for bodies and contacts. Another device supplies a type of this form and
 // nothing else.
 //
-//   start(x0)          x = Pi_K(x0) (0 if empty), u = A x + b; like refresh() it returns the squared natural
-//   map refresh()          u = A x + b from scratch, without the rounding that updates gather
-//   direction(alpha)   d = Pi_K(x - alpha P^-1 g) - x with g = u + De Saxce term
-//   curvature()        <d, A d>: the one product of an iteration
-//   update(lambda)     x += lambda d, u += lambda A d; after curvature()
-//   start_momentum()   y = x
-//   momentum_direction(alpha)   d = Pi_K(y - alpha P^-1 g(y)) - y; may be called again with another alpha
-//   accelerate(beta)   x+ = y + d, y = x+ + beta (x+ - x), after curvature(); the squared natural map at x+
-//   refresh_momentum() refresh() for x and for y
-//   keep_best(), extract_best(x)   the current x becomes the best one; gives it back
-//   extract(x)         the current x
-//   objective()        1/2 x'Ax + b'x
+// g(x) stands for u plus the De Saxce term of u (associated: g = u). K, P, b and the law are known from the
+// construction. The `residual` below is always |x - Pi_K(x - P^-1 g)|^2 in the P metric, the square of the
+// natural map; the driver divides its root by the value at x = 0.
+//
+// Always:
+//   start(x0)         x = Pi_K(x0), zeros if x0 is empty; u = A x + b; the residual
+//   refresh()         u = A x + b from scratch, without the rounding that updates gather; the residual
+//   keep_best()       the current x becomes the best one; called often, so that it must cost nothing
+//   extract_best(x), extract(x)   the best x, and the current one, in the order of the problem
+//   objective()       1/2 x'Ax + b'x
+// P-SPG-FB, in this order:
+//   direction(alpha)  d = Pi_K(x - alpha P^-1 g(x)) - x
+//   curvature()       <d, A d>: the one product of an iteration
+//   update(lambda)    x += lambda d, u += lambda A d
+// APGD, in this order; a step that is refused repeats the middle two with a smaller alpha:
+//   start_momentum()            y = x, once after start()
+//   momentum_direction(alpha)   d = Pi_K(y - alpha P^-1 g(y)) - y; y and x stay as they are
+//   curvature()                 as above
+//   accelerate(beta)            x+ = y + d, y = x+ + beta (x+ - x); the residual at x+
+//   refresh_momentum()          refresh() for x and for y; the residual at x
 template <class T>
 concept Iterate = requires(T& t, const T& c, std::span<const double> x0, std::span<double> x, double step) {
   { t.start(x0) } -> std::same_as<double>;

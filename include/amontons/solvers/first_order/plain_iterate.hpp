@@ -1,5 +1,7 @@
 #pragma once
+#include <algorithm>
 #include <array>
+#include <span>
 #include <vector>
 
 #include "amontons/problem/residual.hpp"
@@ -8,9 +10,11 @@
 namespace amontons {
 
 // An Iterate (iterate.hpp) for any operator with product(): the plain twin of ContactIterate and its test
-// oracle.
+// oracle. Block by block, with the projection and the natural map that the sets themselves provide.
 //
-// Three buffers of x rotate so that the best iterate is kept by swapping indices, never by copying.
+// Three buffers of x rotate, so that the best iterate is kept by swapping indices and never by copying: one
+// holds the current x, one the best, and one is free for the next x. When the current is the best, either
+// of the others is free.
 template <class Op>
 class PlainIterate {
  public:
@@ -19,34 +23,37 @@ class PlainIterate {
     x_.fill(u_);
   }
 
-  // x = Pi_K(x0) (0 when x0 is empty), u = A x + b; returns the squared natural map.
+  // x = Pi_K(x0), with zeros for an empty x0, which are projected too: 0 need not lie in an interval.
   double start(std::span<const double> x0) {
-    if (x0.empty())
-      std::fill(x_[now_].begin(), x_[now_].end(), 0.0);
-    else
-      std::copy(x0.begin(), x0.end(), x_[now_].begin());
+    std::fill(x_[now_].begin(), x_[now_].end(), 0.0);
+    std::copy(x0.begin(), x0.end(), x_[now_].begin());
     project(problem_.K, x_[now_], x_[now_]);
     return refresh();
   }
 
   // u = A x + b from scratch, without the rounding that updates accumulate.
   double refresh() {
-    A_.product(x_[now_], u_);
-    for (std::size_t i = 0; i < u_.size(); ++i) u_[i] += problem_.b[i];
+    velocity(x_[now_], u_);
     return natural_map_now();
   }
 
-  // d = Pi_K(x - alpha P^-1 g) - x.
+  // d = Pi_K(x - alpha P^-1 g) - x with <d, g> and <d, P d>.
   Direction direction(double alpha) {
     Direction sums{0, 0};
     for_each_block(problem_.K, [&]<class S>(const S& set, std::size_t block, std::size_t row) {
+      // P is one number per block, so that the projection in the P metric is the Euclidean one of the
+      // block. Sums are formed per block and then added up.
       double g[S::dim], trial[S::dim], dg = 0, dd = 0;
       const double *x = &x_[now_][row], p = problem_.P[block];
       double* d = &d_[row];
       add_saxce_term(set, law_, &u_[row], g);
       for (int k = 0; k < S::dim; ++k) trial[k] = x[k] - alpha * g[k] / p;
       set.project(trial, d);
-      for (int k = 0; k < S::dim; ++k) d[k] -= x[k], dg += d[k] * g[k], dd += d[k] * d[k];
+      for (int k = 0; k < S::dim; ++k) {
+        d[k] -= x[k];
+        dg += d[k] * g[k];
+        dd += d[k] * d[k];
+      }
       sums.dg += dg;
       sums.dPd += p * dd;
     });
@@ -61,11 +68,15 @@ class PlainIterate {
     return sum;
   }
 
-  // x += lambda d, u += lambda A d, and the sums of the next step and of the residual.
+  // x += lambda d, u += lambda A d, and the sums of the next step and of the residual: <s, y>, <y, P^-1 y>
+  // and the squared natural map at the new x.
   Update update(double lambda) {
     Update sums{0, 0, 0};
-    std::vector<double>& next = x_[3 - now_ - best_other()];
+    std::vector<double>& next = x_[free_buffer()];
     for_each_block(problem_.K, [&]<class S>(const S& set, std::size_t block, std::size_t row) {
+      // y = g+ - g in the gradients of the law: under coulomb the change of the De Saxce term belongs to
+      // it, or the spectral step would be that of another function. Both g come from u before and after, in
+      // one sweep.
       double g[S::dim], g_next[S::dim], sy = 0, yy = 0;
       add_saxce_term(set, law_, &u_[row], g);
       for (int k = 0; k < S::dim; ++k) {
@@ -82,13 +93,16 @@ class PlainIterate {
       sums.yPy += yy / problem_.P[block];
       sums.residual_squared += natural_map_squared(set, problem_.P[block], &next[row], g_next);
     });
-    now_ = 3 - now_ - best_other();
+    now_ = free_buffer();
     return sums;
   }
 
-  void start_momentum() { y_ = x_[now_], u_y_ = u_; }
+  void start_momentum() {
+    y_ = x_[now_];
+    u_y_ = u_;
+  }
 
-  // d = Pi_K(y - alpha P^-1 g(y)) - y
+  // d = Pi_K(y - alpha P^-1 g(y)) - y with <d, P d> and <d, P (y - x)>.
   MomentumDirection momentum_direction(double alpha) {
     MomentumDirection sums{0, 0};
     for_each_block(problem_.K, [&]<class S>(const S& set, std::size_t block, std::size_t row) {
@@ -98,18 +112,25 @@ class PlainIterate {
       add_saxce_term(set, law_, &u_y_[row], g);
       for (int k = 0; k < S::dim; ++k) g[k] = y[k] - alpha * g[k] / p;
       set.project(g, d);
-      for (int k = 0; k < S::dim; ++k) d[k] -= y[k], dd += d[k] * d[k], dm += d[k] * (y[k] - x[k]);
+      for (int k = 0; k < S::dim; ++k) {
+        d[k] -= y[k];
+        dd += d[k] * d[k];
+        dm += d[k] * (y[k] - x[k]);
+      }
       sums.dPd += p * dd;
       sums.dPm += p * dm;
     });
     return sums;
   }
 
-  // x+ = y + d, y = x+ + beta (x+ - x), after curvature().
+  // x+ = y + d, y = x+ + beta (x+ - x), after curvature(). x and u still hold the last iterate when the new
+  // one is formed; u is then overwritten in place, x goes to the free buffer.
   double accelerate(double beta) {
-    const int target = 3 - now_ - best_other();
+    const int target = free_buffer();
     const std::vector<double>& x = x_[now_];
     std::vector<double>& next = x_[target];
+    // A y+ + b follows without a product, because A y + b is affine in y: with q = A d
+    //  u+ = u_y + q,   u_y+ = u+ + beta (u+ - u).
     for (std::size_t i = 0; i < d_.size(); ++i) {
       const double u_next = u_y_[i] + q_[i];
       next[i] = y_[i] + d_[i];
@@ -121,15 +142,17 @@ class PlainIterate {
     return natural_map_now();
   }
 
+  // y and u_y are refreshed with x and u: their difference is the momentum, and its rounding would be
+  // amplified.
   double refresh_momentum() {
-    A_.product(y_, u_y_);
-    for (std::size_t i = 0; i < u_y_.size(); ++i) u_y_[i] += problem_.b[i];
+    velocity(y_, u_y_);
     return refresh();
   }
 
   void keep_best() { best_ = now_; }
   void extract(std::span<double> x) const { std::copy(x_[now_].begin(), x_[now_].end(), x.begin()); }
   void extract_best(std::span<double> x) const { std::copy(x_[best_].begin(), x_[best_].end(), x.begin()); }
+  // 1/2 x'Ax + b'x = 1/2 x'(u + b), as A x = u - b.
   double objective() const {
     double sum = 0;
     for (std::size_t i = 0; i < u_.size(); ++i) sum += 0.5 * x_[now_][i] * (u_[i] + problem_.b[i]);
@@ -137,6 +160,12 @@ class PlainIterate {
   }
 
  private:
+  // u = A x + b, one product.
+  void velocity(const std::vector<double>& x, std::vector<double>& u) const {
+    A_.product(x, u);
+    for (std::size_t i = 0; i < u.size(); ++i) u[i] += problem_.b[i];
+  }
+  // the squared natural map at x
   double natural_map_now() const {
     double sum = 0;
     for_each_block(problem_.K, [&]<class S>(const S& set, std::size_t block, std::size_t row) {
@@ -146,12 +175,14 @@ class PlainIterate {
     });
     return sum;
   }
-  // A buffer other than the current one that must not be written: the best, or any when they coincide.
-  int best_other() const { return best_ != now_ ? best_ : (now_ + 1) % 3; }
+  // The buffer that may be written: neither the current nor the best.
+  int free_buffer() const { return best_ == now_ ? (now_ + 1) % 3 : 3 - now_ - best_; }
 
+  // Held by reference: the problem outlives the solve.
   const Op& A_;
   const Problem& problem_;
   Law law_;
+  // At x: u = A x + b. Of the step: d, q = A d. Of the extrapolated point: y, u_y = A y + b.
   std::vector<double> u_, d_, q_, y_, u_y_;
   std::array<std::vector<double>, 3> x_;
   int now_ = 0, best_ = 0;

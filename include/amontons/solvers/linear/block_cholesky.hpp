@@ -40,6 +40,8 @@ class BlockCholesky {
   std::size_t factor_entries() const { return panels_.size(); }
 
  private:
+  // Consecutive nodes with one dense panel: their columns of L, and the rows that these have below the
+  // diagonal.
   struct Supernode {
     int first_node, end_node;     // columns, in elimination order
     std::vector<int> row_nodes;   // nodes below the diagonal, in elimination order

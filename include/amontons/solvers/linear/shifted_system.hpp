@@ -1,6 +1,5 @@
 #pragma once
 #include <array>
-#include <memory>
 #include <span>
 #include <vector>
 
@@ -24,8 +23,6 @@ class ShiftedSystem {
   // Analyses the pattern. InputError for a callback operator, which cannot be factored, and for an indefinite
   // matrix.
   explicit ShiftedSystem(const Problem& problem);
-  ~ShiftedSystem();
-  ShiftedSystem(ShiftedSystem&&) noexcept;
 
   // Offset of the row-major factor of a block in the array given to factor(): dim^2 entries.
   std::size_t factor_offset(std::size_t block) const { return offset_[block]; }
@@ -81,8 +78,8 @@ class ShiftedSystem {
   std::vector<double> pair_values_;
   BlockCholesky cholesky_;
   std::vector<double> q_, z_, correction_, work_;
-  std::vector<double> node_vectors_,
-      packed_;  // body vectors: eight per node, and six as the factorisation has them
+  // Body vectors: eight doubles per node for the kernels, six as the factorisation has them.
+  std::vector<double> node_vectors_, packed_;
 };
 
 }  // namespace amontons
