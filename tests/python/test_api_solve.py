@@ -92,6 +92,24 @@ def test_auto_says_what_it_picked():
     assert solution.reason
 
 
+# Breaks when the phases are not those that ran, or the reason says something else than they do.
+def test_phases_are_what_ran():
+    problem = wall()
+    solution = problem.solve(law="coulomb", tolerance=1e-12, max_iterations=400, history=True)
+    assert len(solution.phases) > 1
+    assert solution.phases[0].method == "apgd"
+    assert sum(phase.iterations for phase in solution.phases) == solution.iterations
+    assert min(phase.residual for phase in solution.phases) == pytest.approx(solution.residual, rel=1e-6)
+    best = min(solution.phases, key=lambda phase: phase.residual)
+    assert best.method == solution.method
+    told = (f"{p.method} ({p.iterations} iterations, residual {p.residual:.1e}: {p.why})" for p in solution.phases)
+    assert solution.reason.endswith(": " + ", ".join(told))
+    assert solution.objective == pytest.approx(0.5 * solution.x @ (solution.u + problem.b))
+    alone = problem.solve(method="apgd", max_iterations=2)
+    assert alone.phases == []
+    assert not alone.reason
+
+
 # Breaks when the callback sees something else than the history, or its result is ignored.
 def test_callback_watches_and_stops():
     seen = []

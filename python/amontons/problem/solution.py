@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -22,7 +22,19 @@ HISTORY = np.dtype(
         ("backtracks", np.uint64),
     ]
 )
-"""The fields of Solution.history, those of IterationRecord in include/amontons/solvers/driver/options.hpp."""
+"""The fields of Solution.history, those of IterationRecord in include/amontons/solvers/driver/solution.hpp."""
+
+
+class Phase(NamedTuple):
+    """One method of a solve that took several."""
+
+    method: str
+    """the method, and what it was run on where that is not the problem itself"""
+    why: str
+    """why it was run"""
+    iterations: int
+    residual: float
+    """natural residual that it ended with, under the law asked for"""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -48,7 +60,9 @@ class Solution:
     method: str
     """the method that produced x"""
     reason: str
-    """why the method was picked or why it stopped, in one sentence"""
+    """what was chosen and why, and every phase that ran; empty for a method that is none of several phases"""
+    phases: list[Phase]
+    """the phases of auto or interior-point that ran, in order; with several islands, those of the hardest"""
     history: np.ndarray[Any, Any] | None
     """one record per iteration (fields of HISTORY), or None unless history=True"""
 
@@ -86,5 +100,6 @@ def from_core(result: _core.Result, history: bool) -> Solution:
         time=result.time,
         method=result.method,
         reason=result.reason,
+        phases=[Phase(*phase) for phase in result.phases],
         history=result.history.view(HISTORY) if history else None,
     )

@@ -1,6 +1,15 @@
 // method = "auto": a table of phases by the structure of the problem. Solution::reason is printed from the
 // rows that ran. Every row has a limit, so that the work is bounded also where the tolerance cannot be
 // reached. The thresholds come from benchmarks/steps.py; see docs/methods.md.
+//
+// Three facts about the methods make the tables:
+//
+//   - First-order iterations cost a pass over the contacts, some 15 ns for each, and soon know which of them
+//     slide; their count grows with the condition, so that stresses in high or hyperstatic stacks, chains of
+//     joints and mass ratios take tens of thousands.
+//   - A step with a factorisation costs some hundred of those, but the condition hardly matters to it.
+//   - Under coulomb no method is proven to converge: several ways to a solution are worth more than one way
+//     gone far, and a limit per row is what lets the next one try.
 #include "amontons/solvers/choice/automatic.hpp"
 
 #include <algorithm>
@@ -20,11 +29,13 @@ namespace amontons {
 
 namespace {
 
-// Bodies, or rows of a matrix, that are factored without a thought.
+// Bodies, or rows of a matrix, that are factored without a thought: a dense matrix of 5000 rows takes 200 MB
+// and seconds for each factorisation, and bodies in a heap fill their factor up as well.
 constexpr std::size_t largest_factor = 5000;
 // Seconds per block that an interior-point solve takes, with room: a wall of 8684 contacts takes 0.3 s.
 constexpr double factored_cost = 5e-5;
-// First-order iterations from a warm start, before anything is factored.
+// First-order iterations from a warm start, before anything is factored: enough to correct a start that is
+// near, and cheap beside a factorisation where it is not.
 constexpr std::size_t warm_iterations = 200;
 // Below so many blocks a Newton step is cheap beside the first-order iterations that it replaces.
 constexpr std::size_t few_blocks = 1000;
@@ -34,29 +45,37 @@ constexpr std::size_t path_iterations = 30;
 // Iterations times blocks of the last first-order phase: about 0.2 s of fused passes. A step that is still
 // above its tolerance then gains little from more.
 constexpr std::size_t last_work = 13'000'000;
-constexpr std::size_t direct_iterations = 200;  // of the factored conjugate gradients
-
-constexpr std::size_t burst = 300;  // first-order iterations after a frozen path
+// Of the factored conjugate gradients, which take a few where the factorisation is good.
+constexpr std::size_t direct_iterations = 200;
+// First-order iterations after a frozen path: the path changes velocities, and with them the De Saxce terms,
+// which those iterations renew until the residual is below that of the frozen problem.
+constexpr std::size_t burst = 300;
 
 // A frozen path gains one or two digits: it is worth its factorisations where that brings the tolerance into
-// reach, and where the first-order iterations got nowhere.
+// reach (a residual within `factor` times the tolerance), and where the first-order iterations got nowhere (a
+// `poor` residual: they have not found what slides, so that more of them are no better). In between they go
+// on by themselves. With factor 0 only the second counts.
 template <int factor>
 bool path_pays(const Options& options, const Solution& best) {
   constexpr double poor = 4e-3;
   return best.residual < factor * options.tolerance || best.residual > poor;
 }
 
-// The unknowns of a factorisation: bodies or rows.
+// The unknowns of a factorisation: bodies, six rows each, whatever the number of contacts between them; or
+// the rows of a matrix.
 std::size_t factor_nodes(const Problem& problem) {
   const auto* system = std::get_if<ContactSystem>(&problem.A);
   return system ? system->bodies.size() : problem.rows();
 }
 
+// A given amount of work, but at least 500 iterations, below which nothing settles, and at most 20000, beyond
+// which the method has stalled.
 std::size_t last_iterations(const Problem& problem) {
   return std::clamp<std::size_t>(last_work / std::max<std::size_t>(1, problem.K.blocks()), 500, 20000);
 }
 
-// First-order iterations before anything is factored.
+// First-order iterations before anything is factored. News travels one block per iteration, so the more
+// blocks the more of them; a wall of 8500 contacts knows what slides after some 1000.
 std::size_t first_iterations(const Problem& problem) {
   return std::clamp<std::size_t>(problem.K.blocks() / 6, 50, 1000);
 }
@@ -64,9 +83,9 @@ std::size_t first_iterations(const Problem& problem) {
 using Table = std::vector<Phase>;
 using From = Phase::From;
 
-// The first-order iterates know what slides long before they know the stresses of a hyperstatic stack, which
-// the interior point finds at once: the path with their De Saxce term frozen and a burst that renews it do
-// together in one step what either needs ten times the work for.
+// The two rows of a frozen path. The first-order iterates know what slides long before they know the stresses
+// of a hyperstatic stack, which the interior point finds at once: the path with their De Saxce term frozen
+// and a burst that renews it do together in one step what either needs ten times the work for.
 void add_frozen_path(Table& table, std::size_t iterations, bool (*when)(const Options&, const Solution&)) {
   table.push_back({.method = central_path,
                    .why = "finds the stresses for the friction directions so far",
@@ -80,6 +99,10 @@ void add_frozen_path(Table& table, std::size_t iterations, bool (*when)(const Op
                    .follows = true});
 }
 
+// Coulomb with friction, A factored. The first row is enough where contacts stick, or slide as they did; the
+// others are for stresses that are not found yet, and the last for an x from where no way leads on. Few
+// blocks: factorisations cost no more than the iterations between them, so every method has its turn. Many:
+// only frozen paths are worth their factorisations, and only where path_pays() says so.
 Table coulomb_table(const Problem& problem) {
   const std::size_t blocks = problem.K.blocks();
   Table table{{.method = apgd, .why = "cheap where it suffices", .iterations = first_iterations(problem)}};
@@ -87,6 +110,7 @@ Table coulomb_table(const Problem& problem) {
     // First-order methods are slow on chains of joints: where those abound the path comes in any case.
     const bool jointed = blocks - problem.K.contacts() > problem.K.contacts() / 2;
     add_frozen_path(table, path_iterations, jointed ? nullptr : path_pays<100>);
+    // The second gains less than the first.
     add_frozen_path(table, path_iterations, jointed ? path_pays<100> : path_pays<20>);
     table.push_back({.method = apgd, .why = "goes on from the best", .iterations = last_iterations(problem)});
     table.push_back({.method = central_path,
@@ -110,6 +134,8 @@ Table coulomb_table(const Problem& problem) {
   return table;
 }
 
+// A convex problem, A factored: the interior point converges from anywhere, and makes no use of a start. So a
+// warm start gets a chance first, with iterations that do.
 Table associated_table(const Problem& problem, const Options& options) {
   Table table;
   // On many contacts the accelerated method gets further from a warm start, on joints the spectral one.
@@ -122,6 +148,7 @@ Table associated_table(const Problem& problem, const Options& options) {
   return table;
 }
 
+// K = R^m: nothing slides or opens, the problem is a linear system for Krylov methods.
 Table linear_table(const Problem& problem, bool factored) {
   Table table;
   if (factored)
@@ -132,7 +159,8 @@ Table linear_table(const Problem& problem, bool factored) {
   return table;
 }
 
-// The accelerated method is the steadier one on hyperstatic contacts, the spectral one on joints.
+// Nothing factored. The accelerated method is the steadier one on hyperstatic contacts, the spectral one on
+// joints; under coulomb the first gets what slides settled, and the second goes on where it leaves off.
 Table unfactored_table(const Problem& problem, bool coulomb) {
   if (!coulomb) return {{.method = spg, .why = "nothing to factor"}};
   return {{.method = apgd, .why = "nothing to factor", .iterations = 2 * last_iterations(problem)},
@@ -149,8 +177,9 @@ Choice choose(const Problem& problem, const Options& options) {
   const std::size_t nodes = factor_nodes(problem);
   const bool function = std::holds_alternative<CallbackOperator>(problem.A);
   const bool too_many = nodes > largest_factor;
+  // A deadline that falls into the factorisations leaves the caller with nothing but the start.
   const bool hurried = options.deadline < factored_cost * static_cast<double>(problem.K.blocks());
-  // Without friction the laws are one.
+  // Without friction the laws are one, and the convex tables hold.
   const bool coulomb = options.law == Law::coulomb && problem.K.has_friction();
   Choice choice;
   if (problem.K.all_free()) {
@@ -165,7 +194,8 @@ Choice choose(const Problem& problem, const Options& options) {
     choice = {coulomb ? coulomb_table(problem) : associated_table(problem, options),
               "A is small enough to factor"};
   }
-  // A caller with limits of his own gets what they allow.
+  // A caller with limits of his own gets what they allow: rows without limits of theirs follow, since to stop
+  // short of both the tolerance and the caller's limits would waste what he is ready to spend.
   if (options.max_iterations > 0 || std::isfinite(options.deadline)) {
     if (coulomb && !function && !too_many && !hurried)
       add_frozen_path(choice.table, 2 * path_iterations, nullptr);
@@ -174,6 +204,7 @@ Choice choose(const Problem& problem, const Options& options) {
   return choice;
 }
 
+// One group of islands.
 Solution solve_one(const Problem& problem, const Options& options) {
   const Choice choice = choose(problem, options);
   Solution s = run_phases(problem, options, choice.table);

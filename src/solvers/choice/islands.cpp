@@ -1,18 +1,21 @@
 #include "amontons/solvers/choice/islands.hpp"
 
 #include <algorithm>
-#include <chrono>
+#include <tuple>
 
-#include "amontons/problem/residual.hpp"
+#include "amontons/solvers/driver/driver.hpp"
 
 namespace amontons {
 
 namespace {
 
-// Islands of fewer blocks are gathered until there are so many: a solve costs some microseconds to set up.
+// Islands of fewer blocks are gathered until there are so many: a solve costs some microseconds to set up, as
+// much as some iterations on so few blocks, and the fused passes work on batches of contacts.
 constexpr std::size_t few = 64;
 
-// Turns islands into groups: large ones alone, small ones together, with and without joints apart.
+// Turns islands into groups: large ones alone, small ones together, with and without joints apart, because
+// what is easy for contacts and what is easy for joints differ. Islands are taken in the order of their first
+// block, so that the groups, and with them the bits of the result, depend on the problem alone.
 std::size_t gather(std::size_t contacts, std::size_t islands, std::vector<Index>& island) {
   std::vector<std::size_t> size(islands, 0);
   std::vector<unsigned char> jointed(islands, 0);
@@ -21,32 +24,35 @@ std::size_t gather(std::size_t contacts, std::size_t islands, std::vector<Index>
     if (block >= contacts) jointed[island[block]] = 1;
   }
   std::vector<Index> group(islands);
-  Index count = 0, open[2] = {-1, -1};
-  std::size_t filled[2] = {0, 0};
+  // The group that takes small islands without and with joints, and its blocks; full before the first.
+  Index count = 0, open[2] = {};
+  std::size_t filled[2] = {few, few};
   for (std::size_t i = 0; i < islands; ++i) {
     const int kind = jointed[i];
-    if (size[i] >= few) {
-      group[i] = count++;
-      continue;
-    }
-    if (open[kind] < 0 || filled[kind] >= few) {
+    const bool large = size[i] >= few;
+    if (!large && filled[kind] >= few) {
       open[kind] = count++;
       filled[kind] = 0;
     }
-    group[i] = open[kind];
-    filled[kind] += size[i];
+    group[i] = large ? count++ : open[kind];
+    if (!large) filled[kind] += size[i];
   }
   for (Index& i : island) i = group[i];
   return static_cast<std::size_t>(count);
 }
 
+// A group of islands as a problem of its own.
 struct Part {
   Problem problem;
-  std::vector<std::size_t> rows;  // of the whole
+  // Of the whole, for every row of the part: x_part[k] = x[rows[k]].
+  std::vector<std::size_t> rows;
 };
 
 // The problem of some blocks, its bodies numbered in the order of their appearance. What is copied was
-// checked with the whole. `body_number` is scratch, -1 before and after.
+// checked with the whole, so make_problem is not called: P is that of the whole, and the pattern of rows and
+// bodies is that of its links. Blocks keep their order, contacts before joints, which is the order of the
+// rows of a ContactSystem. `body_number` is scratch, -1 before and after: sized once for all parts, so that
+// the cost of many islands is linear in the whole.
 class Extraction {
  public:
   Extraction(const Problem& whole, std::vector<Index>& body_number)
@@ -80,6 +86,7 @@ class Extraction {
     }
   }
 
+  // Rows of a contact are formed from its geometry; those of joints are stored, behind those of all contacts.
   void take_rows(std::size_t block, std::size_t row, std::size_t dim) {
     const ContactGraph::Link& link = whole_.graph.links[block];
     for (std::size_t i = row; i < row + dim; ++i) {
@@ -104,6 +111,7 @@ class Extraction {
     }
   }
 
+  // The number of a body within the part; what stands for the world stays.
   Index local(Index body) {
     if (body < 0) return body;
     if (number_[body] < 0) {
@@ -121,35 +129,27 @@ class Extraction {
   Part part_;
 };
 
-// How bad a status is for the whole.
+// How bad a status is for the whole, in the order of Status: what was not given enough iterations might be
+// well with more; a part that stalled, or came too late, will not; and what is impossible for one island is
+// impossible for all. The interrupt of the user goes before everything.
 int severity(Status status) {
-  switch (status) {
-    case Status::converged:
-      return 0;
-    case Status::iteration_limit:
-      return 1;
-    case Status::stalled:
-      return 2;
-    case Status::deadline:
-      return 3;
-    case Status::infeasible:
-      return 4;
-    case Status::interrupted:
-      return 5;
-  }
-  return 2;
+  constexpr int order[] = {0, 1, 3, 2, 5, 4};
+  return order[static_cast<int>(status)];
 }
 
+// How hard a part was: what it misses the tolerance by, or else what it took.
+using Hardness = std::tuple<double, std::size_t>;
+
 // What is said of the whole: the sums, and the words of its hardest part.
-void add_part(Solution& total, const Solution& s, const Part& part, double tolerance, double& worst) {
+void add_part(Solution& total, const Solution& s, const Part& part, double tolerance, Hardness& worst) {
   for (std::size_t k = 0; k < part.rows.size(); ++k) total.x[part.rows[k]] = s.x[k];
   total.iterations += s.iterations;
   total.products += s.products;
   total.factorizations += s.factorizations;
   if (severity(s.status) > severity(total.status)) total.status = s.status;
-  const double weight = s.residual > tolerance ? 1 + s.residual : 0;
-  if (!(weight > worst)) return;
-  worst = weight;
+  const Hardness hardness{s.residual > tolerance ? s.residual : 0, s.iterations};
+  if (!(hardness > worst)) return;
+  worst = hardness;
   total.method = s.method;
   total.reason = s.reason;
   total.phases = s.phases;
@@ -165,19 +165,17 @@ Solution solve_by_islands(const Problem& problem, const Options& options, Method
   if (count > 1) count = gather(A->contacts.size(), count, island);
   if (count <= 1) return method(problem, options);
 
-  const auto start = std::chrono::steady_clock::now();
-  const auto elapsed = [&] {
-    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  };
+  const Time start = std::chrono::steady_clock::now();
   std::vector<std::vector<std::size_t>> members(count);
   for (std::size_t block = 0; block < island.size(); ++block) members[island[block]].push_back(block);
   std::vector<Index> body_number(A->bodies.size(), -1);
   Solution total;
+  // What an interrupt leaves unsolved keeps this.
   total.x.assign(problem.rows(), 0.0);
   if (!options.x0.empty()) project(problem.K, options.x0, total.x);
   total.status = Status::converged;
   std::size_t left = island.size();
-  double worst = -1;
+  Hardness worst{-1, 0};
   std::vector<double> x0;
   for (std::size_t i = 0; i < count && total.status != Status::interrupted; ++i) {
     const Part part = Extraction(problem, body_number)(members[i]);
@@ -187,22 +185,18 @@ Solution solve_by_islands(const Problem& problem, const Options& options, Method
       for (std::size_t row : part.rows) x0.push_back(options.x0[row]);
       o.x0 = x0;
     }
-    // What is left of the time is shared by size.
-    o.deadline = std::max(1e-9, options.deadline - elapsed()) * static_cast<double>(members[i].size()) /
-                 static_cast<double>(left);
+    // What is left of the time is shared by size, so that a hard island cannot take it from all that follow;
+    // what an easy one leaves over is theirs. Above zero, as a deadline must be.
+    o.deadline = std::max(1e-9, options.deadline - seconds_since(start)) *
+                 static_cast<double>(members[i].size()) / static_cast<double>(left);
     left -= members[i].size();
     add_part(total, method(part.problem, o), part, options.tolerance, worst);
   }
-  total.u.resize(problem.rows());
-  product(problem.A, total.x, total.u);
-  for (std::size_t i = 0; i < total.u.size(); ++i) {
-    total.objective += total.x[i] * (0.5 * total.u[i] + problem.b[i]);
-    total.u[i] += problem.b[i];
-  }
-  total.residual = residual(problem, options.law, total.x, total.u);
+  // Of the whole, from a product that no part knows of: islands that lie at the tolerance do so together.
+  measure(problem, options.law, total);
   if (total.residual <= options.tolerance) total.status = Status::converged;
   total.reason += "; the hardest of " + std::to_string(count) + " groups of islands";
-  total.time = elapsed();
+  total.time = seconds_since(start);
   return total;
 }
 

@@ -3,9 +3,13 @@
 //     x := (A + rho P)^-1 (rho P (z - w) - b),   z := Pi_K(x^ + w),   w := w + x^ - z,
 //     x^ = 1.6 x + (1 - 1.6) z_old,
 //
-// with one factorisation of A + rho P, in body space where there are bodies. Sources: Boyd et al. 2011;
-// Stellato et al., "OSQP", 2020 (relaxation, balancing of rho); the De Saxce term refreshed inside the loop
-// as in Carpentier et al. 2024.
+// with one factorisation of A + rho P, in body space where there are bodies. It minimises the augmented
+// Lagrangian 1/2 x'Ax + b'x + rho/2 |x - z + w|_P^2 in turn over x, without K, and over z in K, without A; w
+// is the scaled multiplier of x = z. At a fixed point x = z, and the first line says -rho P w = A x + b = u,
+// the third that z = Pi_K(z - P^-1 u / rho): a solution, for any rho > 0.
+//
+// Sources: Boyd et al. 2011; Stellato et al., "OSQP", 2020 (relaxation, balancing of rho); the De Saxce term
+// refreshed inside the loop as in Carpentier et al. 2024.
 #include "amontons/solvers/companions/admm.hpp"
 
 #include <algorithm>
@@ -19,15 +23,23 @@ namespace amontons {
 
 namespace {
 
+// In (0, 2); 1.6 as in OSQP.
 constexpr double relaxation = 1.6;
-constexpr int memory = 10;  // of the Anderson acceleration
+// Differences of the Anderson acceleration.
+constexpr int memory = 10;
+// The first rho, relative to P. Small, because the modes that matter in stacks and chains have curvatures far
+// below the diagonal; the balance corrects it.
 constexpr double first_rho = 0.03;
-constexpr std::size_t balance_period = 25;  // iterations between two looks at the balance of the residuals
-constexpr double balance_factor = 5;  // rho changes, and A + rho P is factored again, beyond this factor
+// The first look at the balance of the residuals: before it the residuals are still those of the start.
+constexpr std::size_t balance_period = 25;
+// rho changes, and A + rho P is factored again, beyond this factor; within it a change gains too little.
+constexpr double balance_factor = 5;
+// Bounds of rho, beyond which A or rho P is lost in the rounding of the sum.
+constexpr double smallest_rho = 1e-6, largest_rho = 1e6;
 
-// One iteration is the fixed-point map t := F(t) of t = x^ + w, the point before projection: z = Pi_K(t), w =
-// t - z. Anderson acceleration works on t in the P metric: t_ and image_ hold P^1/2 t. The iterate x of the
-// driver is z.
+// One iteration is the fixed-point map t := F(t) of t = x^ + w, the point before projection, which holds the
+// whole state: z = Pi_K(t), w = t - z. Anderson acceleration works on t in the P metric, in which F is
+// non-expansive under associated: t_ and image_ hold P^1/2 t. The iterate x of the driver is z, a point of K.
 class Admm : public VectorIterate {
  public:
   static constexpr const char* name = "admm";
@@ -36,7 +48,7 @@ class Admm : public VectorIterate {
   Admm(const Problem& p, const Options& o, Monitor& m)
       : VectorIterate(p, o, m), anderson_(p.rows(), memory) {}
 
-  // At a solution w = -g / (rho P).
+  // At a solution w = -g / (rho P), so that from a good x0 the multiplier is good too.
   double start(const Start& s) {
     VectorIterate::start(s);
     system_.emplace(problem);
@@ -98,7 +110,8 @@ class Admm : public VectorIterate {
     ++monitor.products;
   }
 
-  // image = F(t). Returns |x - z| / (rho |z - z_old|), the factor by which rho is off.
+  // image = F(t). Returns |x - z| / (rho |z - z_old|), the primal over the dual residual in the P metric: the
+  // factor by which rho is off, since a larger rho presses x towards z and lets z move less.
   double relax() {
     double primal = 0, dual = 0;
     for_each_block(problem.K, [&]<class S>(const S& set, std::size_t block, std::size_t row) {
@@ -117,11 +130,12 @@ class Admm : public VectorIterate {
     return std::sqrt(primal) / std::max(rho_ * std::sqrt(dual), 1e-300);
   }
 
-  // The waits double, so that the factorisations stay few and rho settles. w = -g / (rho P) changes with rho.
+  // The waits double, so that the factorisations stay few and rho settles: with a rho that changes for ever
+  // convergence is not proven. The multiplier -rho P w stays, so w is scaled by rho_old / rho_new.
   void balance(double ratio) {
     next_balance_ = 2 * monitor.iterations();
     if (ratio < balance_factor && ratio > 1 / balance_factor) return;
-    const double next = std::clamp(rho_ * ratio, 1e-6, 1e6);
+    const double next = std::clamp(rho_ * ratio, smallest_rho, largest_rho);
     for_each_block(problem.K, [&]<class S>(const S& set, std::size_t block, std::size_t row) {
       const double root = std::sqrt(problem.P[block]);
       double trial[S::dim], foot[S::dim];
@@ -136,6 +150,7 @@ class Admm : public VectorIterate {
 
   std::optional<ShiftedSystem> system_;
   Anderson anderson_;
+  // solution_: x of the iteration, before projection.
   std::vector<double> t_, image_, rhs_, solution_, R_;
   double rho_ = options.admm.rho > 0 ? options.admm.rho : first_rho;
   std::size_t next_balance_ = balance_period;

@@ -1,16 +1,26 @@
 #pragma once
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <vector>
 
 namespace amontons {
 
-// Anderson acceleration (type II) of a fixed-point iteration t := F(t) with a safeguard. With g = F(t) - t
-// and the last differences dG, dF, the next point is F(t) - dF gamma, gamma = argmin |g - dG gamma|. When the
-// residual |g| grows beyond `tolerated_growth` over the last one, the step is taken back and the memory
-// cleared. Sources: Walker, Ni 2011; Zhang, O'Donoghue, Boyd 2020 (safeguarded, for non-expansive maps).
+// Anderson acceleration (type II) of a fixed-point iteration t := F(t) with a safeguard. Let g = F(t) - t,
+// and let the columns of dG and dF be the last differences of g and of F(t). For an affine F, moving t by the
+// combination gamma of past moves changes g by -dG gamma and F(t) by -dF gamma: so the next point is
+//
+//     F(t) - dF gamma,   gamma = argmin |g - dG gamma|,
+//
+// the image of the point of that affine space with the smallest residual; on a linear map it is GMRES in
+// disguise. Near a point where F is not smooth the differences mislead: when |g| grows beyond
+// `tolerated_growth` over the last one, the step is taken back and the memory cleared. F is non-expansive
+// here, so that the plain iteration from there is safe.
+//
+// Sources: Walker, Ni 2011; Zhang, O'Donoghue, Boyd 2020 (safeguarded, for non-expansive maps).
 class Anderson {
  public:
+  // memory: differences kept, at most max_memory; each costs two vectors.
   Anderson(std::size_t size, int memory)
       : memory_(memory),
         dG_(memory, std::vector<double>(size)),
@@ -41,13 +51,15 @@ class Anderson {
         gram_[slot * memory_ + j] = gram_[j * memory_ + slot] = dot(dG_[slot], dG_[j]);
     }
     norm_ = norm;
-    for (std::size_t i = 0; i < n; ++i) g_[i] = F[i] - t[i], F_[i] = F[i], t[i] = F[i];
+    for (std::size_t i = 0; i < n; ++i) g_[i] = F[i] - t[i];
+    F_ = F;
+    t = F;
     const int k = std::min(count_, memory_);
     ++count_;
     if (k == 0) return;
-    double gamma[16];
+    double gamma[max_memory];
     if (!least_squares(k, gamma)) {
-      count_ = 1;
+      count_ = 1;  // this point stays, the differences go
       return;
     }
     for (int j = 0; j < k; ++j)
@@ -57,18 +69,20 @@ class Anderson {
   void reset() { count_ = 0; }
 
  private:
+  static constexpr int max_memory = 16;
+  // The residual of a good step may rise for a while; beyond twice it does not come back by itself.
   static constexpr double tolerated_growth = 2;
+  // Differences become parallel near the solution. Relative to the trace, so without a unit: it drops
+  // combinations shorter than 1e-5 of the longest, which are rounding.
   static constexpr double regularisation = 1e-10;
 
   static double dot(const std::vector<double>& a, const std::vector<double>& b) {
-    double sum = 0;
-    for (std::size_t i = 0; i < a.size(); ++i) sum += a[i] * b[i];
-    return sum;
+    return std::inner_product(a.begin(), a.end(), b.begin(), 0.0);
   }
 
   // (dG'dG + regularisation trace I) gamma = dG'g by Cholesky; false if it breaks down.
   bool least_squares(int k, double* gamma) const {
-    double L[16][16], trace = 0;
+    double L[max_memory][max_memory], trace = 0;
     for (int j = 0; j < k; ++j) trace += gram_[j * memory_ + j];
     if (!(trace > 0)) return false;
     for (int i = 0; i < k; ++i)
@@ -90,8 +104,10 @@ class Anderson {
     return true;
   }
 
+  // count_: accepted points since the last reset; the next difference goes to slot (count_ - 1) mod memory_.
   int memory_, count_ = 0;
   std::vector<std::vector<double>> dG_, dF_;
+  // g and F(t) of the last accepted point, and norm_ = |g|; gram_ = dG'dG, of which a step renews one row.
   std::vector<double> g_, F_, gram_;
   double norm_ = 0;
 };

@@ -1,7 +1,13 @@
-// Projected block Gauss-Seidel / SOR: per cone x_i := Pi_K(x_i - omega u_i / q_i) with the newest impulses,
-// q_i a bound of the largest eigenvalue of the diagonal block. Bodies: velocities are carried along (Jean
-// 1999; Tasora, Anitescu 2011); matrices: rows of A. An iteration is one sweep and counts as one product;
-// its residual is another.
+// Projected block Gauss-Seidel / SOR, cone after cone with the newest impulses:
+//
+//     x_i := Pi_K(x_i - omega g_i / q_i),   q_i at least the largest eigenvalue of the diagonal block A_ii.
+//
+// For the associated law every such step lowers the objective, since 1/2 q_i |d|^2 + <g_i, d> bounds its
+// change from above; omega > 1 looks beyond. Information travels through a whole sweep, but only downwards in
+// the order of the rows: the weight of a stack needs about a sweep per level against that order, and a mass
+// ratio multiplies the sweeps. Bodies: velocities are carried along, so that a row costs its two bodies (Jean
+// 1999; Tasora, Anitescu 2011); matrices: rows of A. An iteration is one sweep and counts as one product; its
+// residual is another.
 #include "amontons/solvers/companions/gauss_seidel.hpp"
 
 #include <algorithm>
@@ -15,9 +21,17 @@ namespace amontons {
 
 namespace {
 
-// Rows of a matrix: u_i is formed from the newest x.
+// A sweep knows A by rows:
+//
+//   start(x)        the state that belongs to x, without the drift of running sums
+//   entry(i, j)     of A, for the diagonal blocks
+//   velocity(i, x)  u_i with the newest impulses
+//   change(i, dx)   x_i was changed by dx
+
+// Rows of a matrix: u_i is formed from the newest x, and there is no other state.
 template <class Matrix>
 struct MatrixSweep {
+  using Operator = Matrix;
   const Matrix& A;
   const Problem& problem;
   void start(const std::vector<double>&) {}
@@ -42,32 +56,36 @@ struct MatrixSweep {
   void change(std::size_t, double) {}
 };
 
-// Bodies: v = M^-1 D'x is updated with every impulse.
+// Bodies: v = M^-1 D'x (m/s and rad/s, six per body) is updated with every impulse, and the velocity of a row
+// is u_i = D_i v + E_i x_i + b_i.
 struct BodySweep {
+  using Operator = ContactSystem;
   ContactSystem A;
   const Problem& problem;
   std::vector<double> v;
-  std::vector<std::array<double, 12>> MD;  // M^-1 times the rows of D'
+  // M^-1 times the rows of D', body a at 0 and body b at 6.
+  std::vector<std::array<double, 12>> MD;
 
   BodySweep(const ContactSystem& op, const Problem& p)
       : A(op.stored()), problem(p), v(6 * A.bodies.size()), MD(A.rows()) {
     for (std::size_t i = 0; i < A.rows(); ++i) {
-      if (A.jacobian[i].body_a >= 0)
-        A.bodies.apply(A.jacobian[i].body_a, A.jacobian[i].a.data(), MD[i].data());
-      if (A.jacobian[i].body_b >= 0)
-        A.bodies.apply(A.jacobian[i].body_b, A.jacobian[i].b.data(), MD[i].data() + 6);
+      const JacobianRow& row = A.jacobian[i];
+      if (row.body_a >= 0) A.bodies.apply(row.body_a, row.a.data(), MD[i].data());
+      if (row.body_b >= 0) A.bodies.apply(row.body_b, row.b.data(), MD[i].data() + 6);
     }
   }
   void start(const std::vector<double>& x) {
     std::fill(v.begin(), v.end(), 0.0);
     for (std::size_t i = 0; i < A.rows(); ++i) change(i, x[i]);
   }
+  // For rows of one block, which touch the same bodies in the same order.
   double entry(std::size_t i, std::size_t j) const {
+    const JacobianRow &row = A.jacobian[i], &other = A.jacobian[j];
     double sum = i == j ? A.compliance[i] : 0.0;
-    if (A.jacobian[i].body_a >= 0 && A.jacobian[i].body_a == A.jacobian[j].body_a)
-      for (int k = 0; k < 6; ++k) sum += A.jacobian[i].a[k] * MD[j][k];
-    if (A.jacobian[i].body_b >= 0 && A.jacobian[i].body_b == A.jacobian[j].body_b)
-      for (int k = 0; k < 6; ++k) sum += A.jacobian[i].b[k] * MD[j][k + 6];
+    if (row.body_a >= 0 && row.body_a == other.body_a)
+      for (int k = 0; k < 6; ++k) sum += row.a[k] * MD[j][k];
+    if (row.body_b >= 0 && row.body_b == other.body_b)
+      for (int k = 0; k < 6; ++k) sum += row.b[k] * MD[j][k + 6];
     return sum;
   }
   double velocity(std::size_t i, const std::vector<double>& x) const {
@@ -92,12 +110,16 @@ template <class Sweep>
 struct GaussSeidel : VectorIterate {
   static constexpr const char* name = "gauss-seidel";
   static constexpr Limits limits{100000, 10000, 0};
-  static constexpr std::size_t renewal = 20;  // sweeps between two sums of the velocities from scratch
+  // Sweeps between two sums of the velocities from scratch: a sum costs less than a sweep, and the rounding
+  // of 20 sweeps stays small beside any tolerance of use.
+  static constexpr std::size_t renewal = 20;
   Sweep sweep;
-  std::vector<double> q;  // per block, the largest Gershgorin bound of its diagonal block
+  // Per block the largest Gershgorin bound of its diagonal block, which no eigenvalue of it exceeds; at least
+  // P, the mean of its diagonal. 1/kg.
+  std::vector<double> q;
 
-  GaussSeidel(const Problem& p, const Options& o, Monitor& m, Sweep s)
-      : VectorIterate(p, o, m), sweep(std::move(s)), q(p.K.blocks()) {}
+  GaussSeidel(const Problem& p, const Options& o, Monitor& m)
+      : VectorIterate(p, o, m), sweep{std::get<typename Sweep::Operator>(p.A), p}, q(p.K.blocks()) {}
 
   double start(const Start& s) {
     for_each_block(problem.K, [&]<class S>(const S&, std::size_t block, std::size_t row) {
@@ -131,25 +153,18 @@ struct GaussSeidel : VectorIterate {
   double step_size() const { return options.sor.omega; }
 };
 
-template <class Sweep>
-Solution run(const Problem& problem, const Options& options, Sweep sweep) {
-  using Method = GaussSeidel<Sweep>;
-  Monitor monitor(options, Method::limits);
-  return drive(problem, options, Method(problem, options, monitor, std::move(sweep)), monitor);
-}
-
 }  // namespace
 
 Solution gauss_seidel(const Problem& problem, const Options& options) {
   return std::visit(
-      [&]<class Op>(const Op& A) -> Solution {
+      [&]<class Op>(const Op&) -> Solution {
         if constexpr (std::is_same_v<Op, CallbackOperator>)
           throw InputError(
               "gauss-seidel needs the rows of A, which a function operator does not have; use p-spg-fb");
         else if constexpr (std::is_same_v<Op, ContactSystem>)
-          return run(problem, options, BodySweep(A, problem));
+          return drive<GaussSeidel<BodySweep>>(problem, options);
         else
-          return run(problem, options, MatrixSweep<Op>{A, problem});
+          return drive<GaussSeidel<MatrixSweep<Op>>>(problem, options);
       },
       problem.A);
 }

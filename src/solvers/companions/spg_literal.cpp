@@ -18,6 +18,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "amontons/solvers/driver/driver.hpp"
 
@@ -27,12 +28,11 @@ namespace {
 
 using Vector = std::vector<double>;
 
+// Each multiplies lambda by sigma_max at most: beyond 60 of 0.9 or less the step is lost in rounding.
 constexpr std::size_t max_backtracks = 60;
 
 double dot(const Vector& a, const Vector& b) {
-  double sum = 0;
-  for (std::size_t i = 0; i < a.size(); ++i) sum += a[i] * b[i];
-  return sum;
+  return std::inner_product(a.begin(), a.end(), b.begin(), 0.0);
 }
 
 // out = Pi_K(x - t g) - x
@@ -42,76 +42,78 @@ void projected_step(const SetProduct& K, const Vector& x, double t, const Vector
   for (std::size_t i = 0; i < x.size(); ++i) out[i] -= x[i];
 }
 
-class SpgLiteral {
+// The numbers at the lines are those of the algorithm above. Here g is u with the De Saxce term of the law.
+class SpgLiteral : public VectorIterate {
  public:
   static constexpr const char* name = "p-spg-fb-literal";
   static constexpr Limits limits{100000, 100000, 0};
 
-  SpgLiteral(const Problem& problem, const Options& options, Monitor& monitor)
-      : problem_(problem), options_(options), o_(options.spg), monitor_(monitor), P_(problem.rows()) {
-    for (Vector* v : {&u_, &g_, &p_, &d_, &x_next_, &u_next_, &g_next_, &trial_}) v->resize(problem.rows());
+  SpgLiteral(const Problem& p, const Options& o, Monitor& m)
+      : VectorIterate(p, o, m), o_(o.spg), P_(p.rows()) {
+    for (Vector* v : {&g_, &p_, &d_, &x_next_, &u_next_, &g_next_, &trial_}) v->resize(p.rows());
     for_each_block(problem.K, [&]<class S>(const S&, std::size_t block, std::size_t row) {
       for (int k = 0; k < S::dim; ++k) P_[row + k] = problem.P[block];
     });
   }
 
   double start(const Start& s) {
-    x_ = x_FB_ = s.x;
-    start_map_ = fallback_map_ = s.map;
-    gradient(x_, u_, g_);
-    f_ = objective_at(x_, u_);
+    start_map_ = fallback_map_ = VectorIterate::start(s);
+    x_FB_ = x;
+    gradient(x, u, g_);
+    f_ = objective_at(x, u);
     recent_.assign(o_.memory + 1, -INFINITY);  // f_{j-i} for i = 0 .. N_GLL
     recent_[0] = f_;
-    return natural_map(problem_, options_.law, x_, u_);
+    return natural_map(problem, options.law, x, u);
   }
 
   std::optional<double> step() {
-    for (std::size_t i = 0; i < x_.size(); ++i) p_[i] = g_[i] / P_[i];
-    projected_step(problem_.K, x_, alpha_, p_, d_);  // 1
+    for (std::size_t i = 0; i < x.size(); ++i) p_[i] = g_[i] / P_[i];
+    projected_step(problem.K, x, alpha_, p_, d_);  // 1
     double dg = dot(d_, g_);
     if (dg >= 0) {  // 2: the unpreconditioned direction
-      projected_step(problem_.K, x_, alpha_, g_, d_);
+      projected_step(problem.K, x, alpha_, g_, d_);
       dg = dot(d_, g_);
     }
     const double f_next = line_search(dg);   // 3, 4
     double sPs = 0, sy = 0, yPy = 0, w = 0;  // 5
-    for (std::size_t i = 0; i < x_.size(); ++i) {
-      const double s = x_next_[i] - x_[i], y = g_next_[i] - g_[i];
+    for (std::size_t i = 0; i < x.size(); ++i) {
+      const double s = x_next_[i] - x[i], y = g_next_[i] - g_[i];
       sPs += P_[i] * s * s;
       sy += s * y;
       yPy += y * y / P_[i];
     }
     const double next = j_ % 2 ? sPs / sy : sy / yPy;  // 6
     alpha_ = std::clamp(sy > 0 ? next : o_.alpha_max, o_.alpha_min, o_.alpha_max);
-    projected_step(problem_.K, x_next_, o_.tau_g, g_next_, trial_);  // 7
+    projected_step(problem.K, x_next_, o_.tau_g, g_next_, trial_);  // 7
     for (double v : trial_) w += (v / o_.tau_g) * (v / o_.tau_g);
-    x_.swap(x_next_);
-    u_.swap(u_next_);
+    x.swap(x_next_);
+    u.swap(u_next_);
     g_.swap(g_next_);
     f_ = f_next;
     recent_[++j_ % recent_.size()] = f_;
-    const double map = natural_map(problem_, options_.law, x_, u_);
+    const double map = natural_map(problem, options.law, x, u);
     if (std::sqrt(w) <= w_best_) {
       w_best_ = std::sqrt(w);
-      x_FB_ = x_;
+      x_FB_ = x;
       fallback_map_ = map;
     }
     last_map_ = map;
     return map;
   }
 
-  double refresh() { return last_map_; }
   // The fallback of the paper is chosen by its own measure; but a solve returns what has converged, and no
   // less than it was given.
-  void keep_best() { kept_ = x_, kept_map_ = last_map_; }
-  void best(Vector& x) const {
-    const double scale = natural_map_at_zero(problem_, options_.law);
-    if (kept_map_ <= options_.tolerance * scale)
-      x = kept_;
-    else if (fallback_map_ <= start_map_)
-      x = x_FB_;
+  void keep_best() {
+    kept = x;
+    kept_map_ = last_map_;
   }
-  void last(Vector& x) const { x = x_; }
+  void best(Vector& out) const {
+    const double scale = natural_map_at_zero(problem, options.law);
+    if (kept_map_ <= options.tolerance * scale)
+      out = kept;
+    else if (fallback_map_ <= start_map_)
+      out = x_FB_;
+  }
   double objective() const { return f_; }
   double step_size() const { return alpha_; }
   std::size_t backtracks() const { return backtracks_; }
@@ -119,16 +121,16 @@ class SpgLiteral {
  private:
   // g = A x + b, and under coulomb the De Saxce correction refreshed at every evaluation.
   void gradient(const Vector& point, Vector& point_u, Vector& point_g) {
-    evaluate(problem_, options_.law, point, point_u, monitor_);
-    for_each_block(problem_.K, [&](const auto& set, std::size_t, std::size_t row) {
-      add_saxce_term(set, options_.law, &point_u[row], &point_g[row]);
+    amontons::evaluate(problem, options.law, point, point_u, monitor);
+    for_each_block(problem.K, [&](const auto& set, std::size_t, std::size_t row) {
+      add_saxce_term(set, options.law, &point_u[row], &point_g[row]);
     });
   }
   // 1/2 x'Ax + x'b, the correction (g - u) of the current iterate counted as part of b
   double objective_at(const Vector& point, const Vector& point_u) const {
     double f = 0;
     for (std::size_t i = 0; i < point.size(); ++i)
-      f += point[i] * (0.5 * (point_u[i] + problem_.b[i]) + g_[i] - u_[i]);
+      f += point[i] * (0.5 * (point_u[i] + problem.b[i]) + g_[i] - u[i]);
     return f;
   }
 
@@ -136,25 +138,25 @@ class SpgLiteral {
     const double f_max = *std::max_element(recent_.begin(), recent_.end());
     // Under coulomb, f is a sum of differences with the correction of each iterate: with the correction of
     // the trial point -d need not be a direction of ascent. Under associated the shift is exactly zero.
-    const double shift = f_ - objective_at(x_, u_);
+    const double shift = f_ - objective_at(x, u);
     double lambda = 1;
     for (backtracks_ = 0;; ++backtracks_) {
-      for (std::size_t i = 0; i < x_.size(); ++i) x_next_[i] = x_[i] + lambda * d_[i];
+      for (std::size_t i = 0; i < x.size(); ++i) x_next_[i] = x[i] + lambda * d_[i];
       gradient(x_next_, u_next_, g_next_);
       const double f_next = objective_at(x_next_, u_next_) + shift;
       if (f_next <= f_max + o_.gamma * lambda * dg || backtracks_ == max_backtracks) return f_next;
+      // The minimum of the parabola with f and its slope <d, g> at 0 and f_next at lambda.
       const double minimum = -lambda * lambda * dg / (2 * (f_next - f_ - lambda * dg));
       lambda =
           std::clamp(std::isfinite(minimum) ? minimum : 0.0, o_.sigma_min * lambda, o_.sigma_max * lambda);
     }
   }
 
-  const Problem& problem_;
-  const Options& options_;
   const SpgOptions& o_;
-  Monitor& monitor_;
-  Vector P_, x_, u_, g_, p_, d_, x_next_, u_next_, g_next_, x_FB_, trial_, recent_, kept_;
+  // P_: of every row. recent_: the ring of the last N_GLL + 1 objectives, f_j at j modulo its length.
+  Vector P_, g_, p_, d_, x_next_, u_next_, g_next_, x_FB_, trial_, recent_;
   double alpha_ = 1, f_ = 0, w_best_ = 1e29;
+  // Natural maps: of the start, the current iterate, x_FB_ and the best iterate.
   double start_map_ = 0, last_map_ = 0, fallback_map_ = 0, kept_map_ = INFINITY;
   std::size_t backtracks_ = 0, j_ = 0;
 };

@@ -10,12 +10,16 @@ namespace amontons {
 
 namespace {
 
-constexpr double poll_period = 2e-3;  // s between two looks at the interrupt
-constexpr double progress = 0.99;     // the best residual must shrink by 1 % within the stall window
+// s between two looks at the interrupt: in Python a poll takes the lock of the interpreter, which costs more
+// than an iteration of a small problem; nobody waits 2 ms for Ctrl-C.
+constexpr double poll_period = 2e-3;
+// The best residual must shrink by 1 % within the stall window. Less would take tens of windows per digit.
+constexpr double progress = 0.99;
 
-// Candidates for a certificate at the end of a solve that failed: the impulses themselves, of which the last
-// run off along it, and the step of the natural map, which tends to the smallest displacement of the
-// projected iteration (Banjac et al. 2019).
+// Candidates for a certificate at the end of a solve that failed. Where no solution exists, the iterates of a
+// projected iteration differ in the limit by a constant displacement d, and this d is a certificate (Banjac,
+// Goulart, Stellato, Boyd 2019). So x = x_0 + n d runs off along d: x / |x| tends to d, best seen in the last
+// iterate; and d itself is the step of the natural map, Pi_K(x - P^-1 u) - x. Three products at most.
 bool infeasible(const Problem& problem, Law law, std::span<const double> x, std::span<const double> u,
                 std::span<const double> last) {
   if (proves_infeasible(problem, law, x) || proves_infeasible(problem, law, last)) return true;
@@ -39,12 +43,6 @@ Monitor::Monitor(const Options& options, const Limits& limits)
   if (options.history) history.reserve(std::min<std::size_t>(limit_ + 1, 1 << 16));
 }
 
-double Monitor::elapsed() const {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
-}
-
-bool Monitor::out_of_time() const { return elapsed() > options_.deadline; }
-
 std::optional<Status> Monitor::observe(double residual, double objective, double step,
                                        std::size_t backtracks) {
   const double now = elapsed();
@@ -64,11 +62,14 @@ std::optional<Status> Monitor::observe(double residual, double objective, double
     milestone_ = best_;
     last_progress_ = iterations_;
   }
+  // An infinity or NaN never comes back to numbers.
   if (iterations_ - last_progress_ > stall_window_ || !std::isfinite(residual)) return Status::stalled;
   ++iterations_;
   return std::nullopt;
 }
 
+// P is the mean diagonal of the blocks of A, so <d, A d> / <d, P d> is the curvature relative to that of the
+// axes. The rounding of a product keeps a zero of it above some -1e-12; -1e-5 is far beyond that.
 void require_curvature(double dAd, double dPd) {
   AMONTONS_REQUIRE(dAd >= -1e-5 * dPd, "A is not positive semidefinite: <d, A d> = " + std::to_string(dAd) +
                                            " along a direction with <d, P d> = " + std::to_string(dPd) +
@@ -92,7 +93,8 @@ double objective(const Problem& problem, const std::vector<double>& x, const std
 Start starting_point(const Problem& problem, const Options& options, Monitor& monitor) {
   const std::size_t m = problem.rows();
   Start cold{std::vector<double>(m, 0.0), problem.b, 0};
-  project(problem.K, cold.x, cold.x);  // 0 may lie outside an interval
+  // 0 may lie outside an interval; in the other sets it is feasible and u = b costs no product.
+  project(problem.K, cold.x, cold.x);
   if (std::all_of(cold.x.begin(), cold.x.end(), [](double v) { return v == 0; }))
     cold.map = natural_map(problem, options.law, cold.x, cold.u);
   else
@@ -104,24 +106,29 @@ Start starting_point(const Problem& problem, const Options& options, Monitor& mo
   return warm.map < cold.map ? warm : cold;
 }
 
+void measure(const Problem& problem, Law law, Solution& s) {
+  s.u.resize(problem.rows());
+  product(problem.A, s.x, s.u);
+  s.objective = 0;
+  for (std::size_t i = 0; i < s.u.size(); ++i) {
+    s.objective += s.x[i] * (0.5 * s.u[i] + problem.b[i]);
+    s.u[i] += problem.b[i];
+  }
+  s.residual = residual(problem, law, s.x, s.u);
+}
+
 Solution finish(const Problem& problem, const Options& options, const char* method, std::vector<double> x,
                 std::span<const double> last, Status status, Monitor& monitor) {
   Solution s;
-  s.u.resize(problem.rows());
-  product(problem.A, x, s.u);
+  s.x = std::move(x);
+  measure(problem, options.law, s);
   ++monitor.products;
-  for (std::size_t i = 0; i < x.size(); ++i) {
-    s.objective += x[i] * (0.5 * s.u[i] + problem.b[i]);
-    s.u[i] += problem.b[i];
-  }
-  s.residual = residual(problem, options.law, x, s.u);
   const bool reached = s.residual <= options.tolerance;
   // A method that believed to be done may be above the tolerance by the rounding of its own running sums.
   s.status = reached ? Status::converged : status == Status::converged ? Status::stalled : status;
   if ((s.status == Status::stalled || s.status == Status::iteration_limit) && !last.empty() &&
-      infeasible(problem, options.law, x, s.u, last))
+      infeasible(problem, options.law, s.x, s.u, last))
     s.status = Status::infeasible;
-  s.x = std::move(x);
   s.iterations = monitor.iterations();
   s.products = monitor.products;
   s.factorizations = monitor.factorizations;

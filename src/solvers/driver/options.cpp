@@ -7,6 +7,8 @@
 
 namespace amontons {
 
+// The comparisons are written so that a NaN fails them. Ranges as documented at the fields; the messages say
+// the value, because it may come from a file or a command line.
 void validate(const Options& o, const Problem& problem) {
   const auto text = [](double v) { return std::to_string(v); };
   AMONTONS_REQUIRE(o.tolerance >= 0, "tolerance = " + text(o.tolerance) + "; it must be zero or positive");
@@ -17,6 +19,7 @@ void validate(const Options& o, const Problem& problem) {
                        std::to_string(problem.rows()) + " rows");
   for (std::size_t i = 0; i < o.x0.size(); ++i)
     AMONTONS_REQUIRE(std::isfinite(o.x0[i]), "x0[" + std::to_string(i) + "] is not finite");
+  // All groups are checked whatever method is to run: a wrong value never waits for another method.
   const SpgOptions& s = o.spg;
   AMONTONS_REQUIRE(s.alpha_min > 0 && std::isfinite(s.alpha_max) && s.alpha_max > s.alpha_min,
                    "alpha_min = " + text(s.alpha_min) + ", alpha_max = " + text(s.alpha_max) +
@@ -24,6 +27,7 @@ void validate(const Options& o, const Problem& problem) {
   AMONTONS_REQUIRE(s.sigma_min > 0 && s.sigma_max >= s.sigma_min && s.sigma_max < 1,
                    "sigma_min = " + text(s.sigma_min) + ", sigma_max = " + text(s.sigma_max) +
                        "; they must satisfy 0 < sigma_min <= sigma_max < 1");
+  // The window is allocated; a million values are 8 MB.
   AMONTONS_REQUIRE(s.memory <= 1000000,
                    "memory (N_GLL) = " + std::to_string(s.memory) + "; it must be at most 1000000");
   AMONTONS_REQUIRE(s.gamma > 0 && s.gamma < 1, "gamma = " + text(s.gamma) + "; it must be between 0 and 1");

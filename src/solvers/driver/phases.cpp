@@ -5,15 +5,19 @@
 #include <limits>
 
 #include "amontons/problem/residual.hpp"
+#include "amontons/solvers/driver/driver.hpp"
 
 namespace amontons {
 
 namespace {
 
-// The frozen problem is solved to this part of the residual of its start: the term is no better than that.
+// The frozen problem is solved to this part of the residual of its start. Its solution is a solution of the
+// true problem up to the change of the frozen term, which is of the order of that residual: two digits more
+// are gained at best, and further ones would be those of the wrong problem.
 constexpr double frozen_tolerance = 0.02;
 
-// The records of a part as those of the whole, which has come so far.
+// The records of a part as those of the whole, which has come so far: a history of several phases reads as
+// that of one method, with iterations, products and time that never fall.
 IterationRecord after(const Solution& total, IterationRecord record) {
   record.iteration += total.iterations;
   record.products += total.products;
@@ -31,7 +35,10 @@ void append_history(Solution& total, const Solution& part) {
 }
 
 // One outer step of the fixed point on the De Saxce term (Cadoux 2009; Acary, Cadoux, Lemarechal, Malick
-// 2011): b_n + s(u) with s constant leaves a convex problem.
+// 2011). Coulomb's law asks for x in K with u + s(u) e_n in K* and <x, u + s(u) e_n> = 0, s(u) = mu |u_t|.
+// For a constant s this is the associated law with b_n + s in place of b_n, a convex problem with a solution
+// u'(s); the law holds where s = s(u'(s)), a fixed point that exists under mild conditions (they prove it),
+// though the iteration s := s(u'(s)) need not contract. So one step of it is a phase among others.
 Problem with_frozen_term(const Problem& problem, const std::vector<double>& u) {
   Problem frozen = problem;
   for_each_block(problem.K, [&]<class S>(const S& set, std::size_t, std::size_t row) {
@@ -42,8 +49,8 @@ Problem with_frozen_term(const Problem& problem, const std::vector<double>& u) {
   return frozen;
 }
 
-// The convex problem from the point (x, u) with the given residual; what it returns is measured on the true
-// one.
+// The convex problem of a point; what comes back is measured on the true one. It starts cold: the friction
+// directions of the point are in the term, and its stresses, which the phase is to replace, are no help.
 Solution solve_frozen(const Problem& problem, const Options& options, Method method, const Solution& point) {
   Options inner = options;
   inner.law = Law::associated;
@@ -52,16 +59,16 @@ Solution solve_frozen(const Problem& problem, const Options& options, Method met
   inner.history = false;  // its residuals are those of another problem
   inner.callback = nullptr;
   Solution s = method(with_frozen_term(problem, point.u), inner);
-  product(problem.A, s.x, s.u);
+  measure(problem, options.law, s);
   ++s.products;
-  for (std::size_t i = 0; i < s.u.size(); ++i) s.u[i] += problem.b[i];
-  s.residual = residual(problem, options.law, s.x, s.u);
+  // Its other statuses speak of the frozen problem.
   if (s.status != Status::interrupted && s.status != Status::deadline) s.status = Status::stalled;
   s.method += ", De Saxce term frozen";
   return s;
 }
 
-// The options of one row: what is left of the limits of the caller.
+// The options of one row: the smaller of its own limit and what is `left` of the caller's, the rest of the
+// deadline, records that count on from those of the rows before.
 Options options_of(const Phase& phase, const Options& options, const Solution& total, std::size_t left) {
   Options o = options;
   o.tolerance = phase.aim * options.tolerance;
@@ -101,6 +108,8 @@ void add_part(Solution& total, const Solution& part, const Phase& phase, const O
   total.time += part.time;
   // The limit of a row is none of the caller's: after the last one it means that nothing more helps. A row
   // that converged on something else than what was asked (a frozen term) has only gone as far as it could.
+  //
+  // The residual is that of the best x, which an earlier row may have made; the status is that of the last.
   const bool reached = total.residual <= options.tolerance;
   const bool own_limit = part.status == Status::iteration_limit && part.iterations < left;
   total.status = reached                                         ? Status::converged
@@ -108,7 +117,7 @@ void add_part(Solution& total, const Solution& part, const Phase& phase, const O
                                                                  : part.status;
 }
 
-// Whether no further row may run.
+// Whether no further row may run: limits of the caller, his wish to stop, or a proof that nothing is to find.
 bool ends(const Solution& total, const Solution& part, const Options& options) {
   return (options.max_iterations && total.iterations >= options.max_iterations) ||
          total.time >= options.deadline || part.status == Status::interrupted ||
@@ -129,11 +138,13 @@ std::string describe(const std::vector<PhaseRecord>& phases) {
 }
 
 Solution run_phases(const Problem& problem, const Options& options, const std::vector<Phase>& table) {
+  // The best and the sums so far; what the row before returned.
   Solution total, last;
   bool before = false;  // whether the row before ran
   for (const Phase& phase : table) {
     before = !skips(phase, options, total, before);
     if (!before) continue;
+    // The first row starts where the caller's options say; nothing is known yet that it could start from.
     const bool first = total.phases.empty();
     const std::size_t left = options.max_iterations ? options.max_iterations - total.iterations
                                                     : std::numeric_limits<std::size_t>::max();

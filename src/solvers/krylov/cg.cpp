@@ -1,8 +1,18 @@
-// Preconditioned conjugate gradients for K = R^m, A x = -b (Hestenes, Stiefel 1952). For a singular but
-// consistent A it converges to a solution as it stands. The preconditioner is P, or one factorisation of
-// A + 1e-8 P: then all but the softest modes of a long chain of joints are solved at once, and redundant
-// joints do no harm. beta is that of Polak and Ribiere, which forgives the rounding of the factorisation
-// (Golub, Ye 1999).
+// Preconditioned conjugate gradients for K = R^m, where the VI is the linear system A x = -b with the
+// residual -u (Hestenes, Stiefel 1952). With z = C^-1 u for a preconditioner C the recurrences are
+//
+//     beta  = <u - u_old, z> / <u_old, z_old>,  at least 0
+//     p    := -z + beta p,     alpha = <u, z> / <p, A p>
+//     x    := x + alpha p,     u := u + alpha A p.
+//
+// One product with A per iteration, and the error in the A norm falls in each. For a singular A with b in its
+// range they stay in that range and converge to a solution as they stand: redundant but consistent joints do
+// no harm. If b is not in the range, the curvature of p vanishes sooner or later and the method stops;
+// finish() then tests whether x runs off along a contradiction.
+//
+// beta is that of Polak and Ribiere: in exact arithmetic <u_old, z> = 0 and it is that of Fletcher and
+// Reeves, but it forgives a C that is not quite the same linear map in every iteration, as with the rounding
+// of a factorisation (Golub, Ye 1999).
 #include "amontons/solvers/krylov/cg.hpp"
 
 #include <algorithm>
@@ -16,11 +26,15 @@ namespace amontons {
 
 namespace {
 
-// Curvature relative to P below which a direction counts as one of A p = 0.
+// Curvature relative to P below which a direction counts as one of A p = 0: the rounding of one product.
 constexpr double null_space = 1e-15;
-constexpr double shift = 1e-8;  // of A + shift P
+// C = A + shift P. Modes of A far above the shift are solved at once, redundant joints stay at a pivot of
+// shift P. A smaller shift would drown in the rounding of the factorisation; a larger one leaves more soft
+// modes to the iterations.
+constexpr double shift = 1e-8;
 
-struct Diagonal {  // z = P^-1 r
+// C = P: z = P^-1 r, dimensionless like the residual. Many cheap iterations.
+struct Diagonal {
   static constexpr Limits limits{100000, 10000, 100};
   const Problem& problem;
   Diagonal(const Problem& p, Monitor&) : problem(p) {}
@@ -29,18 +43,22 @@ struct Diagonal {  // z = P^-1 r
   }
 };
 
-struct Factored {  // z = (A + shift P)^-1 r
+// C = A + shift P: z = C^-1 r. Few iterations, each with two triangular solves: as good as a direct method,
+// but also where A is singular. u is formed afresh in each, because a single step cancels many of its digits.
+struct Factored {
   static constexpr Limits limits{200, 50, 1};
   ShiftedSystem system;
   Monitor& monitor;
   Factored(const Problem& problem, Monitor& m) : system(problem), monitor(m) {
+    // The shifted system is A + (R R')^-1, with one row per block where K = R^m.
     std::vector<double> R(system.factor_size());
     for (std::size_t b = 0; b < R.size(); ++b) R[b] = 1 / std::sqrt(shift * problem.P[b]);
     system.factor(R);
     ++monitor.factorizations;
   }
   void operator()(const std::vector<double>& r, std::vector<double>& z) {
-    system.solve(r, z, 0);  // the products of a refinement would cost more than the iterations that it saves
+    // The products of a refinement would cost more than the iterations that it saves.
+    system.solve(r, z, 0);
     ++monitor.products;
   }
 };
@@ -50,7 +68,9 @@ struct ConjugateGradients : VectorIterate {
   static constexpr const char* name = "cg";
   static constexpr Limits limits = Preconditioner::limits;
   std::optional<Preconditioner> precondition;
+  // p: the direction, q = A p, previous = u_old.
   std::vector<double> z, p, q, previous;
+  // <u_old, z_old>
   double rz = 0;
 
   using VectorIterate::VectorIterate;
@@ -60,7 +80,6 @@ struct ConjugateGradients : VectorIterate {
     return VectorIterate::start(s);
   }
 
-  // The residual of the linear system is -u.
   std::optional<double> step() {
     const std::size_t m = x.size();
     (*precondition)(u, z);
@@ -69,6 +88,7 @@ struct ConjugateGradients : VectorIterate {
       next_rz += u[i] * z[i];
       correlation += previous[i] * z[i];
     }
+    // The first step has no direction before it, and a beta below zero forgets it: steepest descent.
     const double beta = rz > 0 ? std::max(0.0, (next_rz - correlation) / rz) : 0.0;
     rz = next_rz;
     for (std::size_t i = 0; i < m; ++i) p[i] = -z[i] + beta * p[i];
@@ -81,7 +101,8 @@ struct ConjugateGradients : VectorIterate {
       pPp += problem.P[i] * p[i] * p[i];
     }
     require_curvature(pAp, pPp);
-    if (!(pAp > null_space * pPp)) return std::nullopt;  // what is left of the residual cannot be reached
+    // What is left of the residual cannot be reached.
+    if (!(pAp > null_space * pPp)) return std::nullopt;
     const double alpha = rz / pAp;
     for (std::size_t i = 0; i < m; ++i) {
       x[i] += alpha * p[i];

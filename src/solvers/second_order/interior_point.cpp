@@ -2,12 +2,23 @@
 //
 //     u = A x + b,  x in K,  u in K*,  x o u = 0,
 //
-// each Newton system reduced to (A + W^2) dx = r and solved by ShiftedSystem: in body space that is a sparse
-// Cholesky factorisation with six unknowns per body. Sources: Nesterov, Todd 1997; Mehrotra 1992;
-// Vandenberghe 2010 for the algebra. What a block contributes is the Barrier of its set (sets/barrier.hpp),
-// in units in which the block's mean of diag(A), and the natural map at zero, are of order one:
+// o the Jordan product of the sets. The central path replaces 0 by mu e, e the unit of that product: for
+// every mu > 0 it has a point (x, u) inside K and K*, and for mu -> 0 this tends to a solution. A step aims
+// at a smaller mu with Newton's method. The Nesterov-Todd scaling is the symmetric W with W x = W^-1 u =
+// lambda: in scaled coordinates both iterates are one, and the linearised path is
 //
-//     x = unit x~,   u = (beta^2 / unit) u~,   unit = beta / sqrt(P).
+//     A dx - du = -(A x + b - u),   lambda o (W dx + W^-1 du) = mu e - lambda o lambda - (second-order term).
+//
+// Eliminating du leaves (A + W^2) dx = r for ShiftedSystem: in body space that is a sparse Cholesky
+// factorisation with six unknowns per body. What a block contributes is the Barrier of its set
+// (sets/barrier.hpp), in units in which the block's mean of diag(A), and the natural map at zero, are of
+// order one:
+//
+//     x = unit x~,   u = (beta^2 / unit) u~,   unit = beta / sqrt(P),   so that <x, u> = beta^2 <x~, u~>.
+//
+// Under coulomb u carries the De Saxce term, frozen within a step and renewed between steps.
+//
+// Sources: Nesterov, Todd 1997; Mehrotra 1992; Vandenberghe 2010 for the algebra and the start.
 #include "amontons/solvers/second_order/interior_point.hpp"
 
 #include <algorithm>
@@ -26,15 +37,27 @@ namespace {
 
 using Vector = std::vector<double>;
 
-constexpr double fraction = 0.995;  // of the way to the boundary
+// A step goes so far of the way to the boundary: on it the scaling would not exist, and a step that ends much
+// nearer leaves the next one no room.
+constexpr double fraction = 0.995;
 // Iterations of the crossover. Under coulomb fewer of Newton's: the path may end away from any solution, and
 // then more are in vain.
 constexpr std::size_t newton_iterations = 30, coulomb_newton_iterations = 12, first_order_iterations = 20000;
 // Where blocks are many the crossover is cut short, or it would take seconds for the last digits.
 constexpr std::size_t few_blocks = 1000, many_newton_iterations = 8, many_first_order_work = 50'000'000;
-constexpr double lost_path = 1e4;  // growth over the best residual that ends the path
+// Growth over the best residual that ends the path. On the way down the residual may rise for a few steps; at
+// the end, where W is all rounding, it leaps by many powers of ten.
+constexpr double lost_path = 1e4;
+// Where the best residual is smaller, the growth counts from here: below it the residual itself is rounding.
+constexpr double path_floor = 1e-12;
+// Steps this short come from an iterate squeezed against the boundary; they would go on being short.
 constexpr double shortest_step = 1e-4;
+// Where the starting point has a smaller eigenvalue it is pushed inside.
+constexpr double start_margin = 1e-3;
+// A scale whose square would underflow: b and the natural map at zero vanish, and x~ = x will do.
+constexpr double smallest_scale = 1e-145;
 
+// A vector of barriers for each set of K, as K itself is stored.
 template <class List>
 struct BarrierStorage;
 template <class... S>
@@ -63,7 +86,6 @@ class InteriorPoint : public VectorIterate {
           f.template operator()<S::dim>(barriers[count[run.kind]++], run.block + i, run.row + S::dim * i);
       });
   }
-  double unit(std::size_t block) const { return unit_[block]; }
   void make_barriers();
   void factor(auto&& scale);
   void solve(double target, bool corrector, int refinements);
@@ -73,19 +95,25 @@ class InteriorPoint : public VectorIterate {
   double gap(double t);
 
   std::optional<ShiftedSystem> system_;
+  // The iterate (x~, u~) and the last direction; x and u of VectorIterate follow: x is that of the barriers,
+  // u = A x + b is not the dual iterate, which meets it in the limit only.
   BarrierStorage<Sets> barriers_;
+  // scale_, map_: the natural map at zero and at the iterate. beta_: the former per block. degree_: the
+  // number of complementarity products.
   double beta_ = 1, degree_ = 0, scale_ = 1, map_ = 0;
-  Vector unit_;                      // of every block
-  Vector z_, rho_, R_, correction_;  // correction_: the De Saxce term of every block, constant within a step
+  // Of every block; x in N s.
+  Vector unit_;
+  // correction_: the De Saxce term of every block (m/s), constant within a step.
+  Vector z_, rho_, R_, correction_;
 };
 
 void InteriorPoint::make_barriers() {
   scale_ = natural_map_at_zero(problem, options.law);
   beta_ = scale_ / std::sqrt(std::max<double>(1, problem.K.blocks()));
-  if (beta_ < 1e-145) beta_ = 1;
+  if (beta_ < smallest_scale) beta_ = 1;
   for (double p : problem.P) unit_.push_back(beta_ / std::sqrt(p));
   for_each_block(problem.K, [&]<class S>(const S& set, std::size_t block, std::size_t) {
-    std::get<kind_of<S>>(barriers_.of).emplace_back(set, unit(block));
+    std::get<kind_of<S>>(barriers_.of).emplace_back(set, unit_[block]);
   });
   each([&]<int dim>(auto& barrier, std::size_t, std::size_t) { degree_ += barrier.degree(); });
 }
@@ -95,14 +123,17 @@ void InteriorPoint::factor(auto&& scale) {
   each([&]<int dim>(auto& barrier, std::size_t block, std::size_t) {
     double* R = &R_[system_->factor_offset(block)];
     scale(barrier, R);
-    const double unit_R = unit(block) / beta_;
+    const double unit_R = unit_[block] / beta_;
     for (int k = 0; k < dim * dim; ++k) R[k] *= unit_R;
   });
   system_->factor(R_);
   ++monitor.factorizations;
 }
 
-// The solution of the problem without inequalities but with a unit proximal term, pushed into the interior.
+// The solution of the problem without inequalities but with a unit proximal term, min 1/2 <x, A x + 2 b> +
+// 1/2 |x~|^2, pushed into the interior. Its condition is u~ = -x~, so that the two cannot both lie inside; a
+// push by more_x e, more_u e brings them there. This start knows the balance of the stresses. A given x0
+// mostly lies on the boundary of K, where the scaling does not exist.
 double InteriorPoint::start(const Start&) {
   system_.emplace(problem);
   const std::size_t m = problem.rows();
@@ -118,11 +149,11 @@ double InteriorPoint::start(const Start&) {
   double low_x = INFINITY, low_u = INFINITY;  // the smallest eigenvalues of x~ and of u~ = -x~
   each([&]<int dim>(auto& barrier, std::size_t block, std::size_t row) {
     double part[dim];
-    for (int k = 0; k < dim; ++k) part[k] = z_[row + k] / unit(block);
+    for (int k = 0; k < dim; ++k) part[k] = z_[row + k] / unit_[block];
     barrier.start(part);
     barrier.worst(low_x, low_u);
   });
-  const double more_x = low_x < 1e-3 ? 1 - low_x : 0, more_u = low_u < 1e-3 ? 1 - low_u : 0;
+  const double more_x = low_x < start_margin ? 1 - low_x : 0, more_u = low_u < start_margin ? 1 - low_u : 0;
   each([&]<int dim>(auto& barrier, std::size_t, std::size_t) { barrier.push(more_x, more_u); });
   form_x();
   return map_ = evaluate();
@@ -131,7 +162,7 @@ double InteriorPoint::start(const Start&) {
 void InteriorPoint::form_x() {
   each([&]<int dim>(auto& barrier, std::size_t block, std::size_t row) {
     barrier.primal(&x[row]);
-    for (int k = 0; k < dim; ++k) x[row + k] *= unit(block);
+    for (int k = 0; k < dim; ++k) x[row + k] *= unit_[block];
   });
 }
 
@@ -143,22 +174,29 @@ void InteriorPoint::correct() {
     if constexpr (S::frictional) {
       double dual[S::dim];
       std::get<kind_of<S>>(barriers_.of)[count[kind_of<S>]++].dual(dual);
-      for (double& v : dual) v *= beta_ * beta_ / unit(block);
+      for (double& v : dual) v *= beta_ * beta_ / unit_[block];
       correction_[block] = set.saxce(dual);
     }
   });
 }
 
-// The direction for  lambda o (W dx~ + W^-1 du~) = target e - lambda o lambda - (the affine second-order
-// term),  A dx - du = -(A x + b - u). With rho = lambda \ (right-hand side) and z = W dx~ it is du~ = W (rho
-// - z) and (I + R'AR) beta z = R'(-(A x + b - u)) + beta rho. Solving for z keeps both steps accurate where W
-// or its inverse is huge.
+// The direction for
+//
+//     lambda o (W dx~ + W^-1 du~) = target e - lambda o lambda - (the affine second-order term),
+//     A dx - du = -(A x + b - u).
+//
+// With rho = lambda \ (right-hand side of the first) and z = W dx~ the first says du~ = W (rho - z). Put into
+// the second, and multiplied by R' = (unit / beta) W^-1, that is
+//
+//     (I + R'AR) beta z = -R'(A x + b - u) + beta rho.
+//
+// Solving for z keeps both steps accurate where W or its inverse is huge.
 void InteriorPoint::solve(double target, bool corrector, int refinements) {
   each([&]<int dim>(auto& barrier, std::size_t block, std::size_t row) {
     barrier.target(target, corrector, &rho_[row]);
     double dual[dim];
     barrier.dual(dual);
-    for (int k = 0; k < dim; ++k) z_[row + k] = beta_ * beta_ / unit(block) * dual[k] - u[row + k];
+    for (int k = 0; k < dim; ++k) z_[row + k] = beta_ * beta_ / unit_[block] * dual[k] - u[row + k];
     z_[row] -= correction_[block];
   });
   system_->times_transposed_factor(z_, z_);
@@ -169,6 +207,8 @@ void InteriorPoint::solve(double target, bool corrector, int refinements) {
   each([&]<int dim>(auto& barrier, std::size_t, std::size_t row) { barrier.recover(target, &z_[row]); });
 }
 
+// The largest t, one for all blocks and for both iterates, so that the step solves the linear equation too
+// and the infeasibility A x + b - u shrinks by the factor 1 - t.
 double InteriorPoint::longest_step() {
   double t = 1e30;
   each([&]<int dim>(auto& barrier, std::size_t, std::size_t) { t = std::min(t, barrier.longest_step()); });
@@ -184,14 +224,16 @@ double InteriorPoint::gap(double t) {
 
 std::optional<double> InteriorPoint::step() {
   // Rounding ends the central path: the residual leaps off, or the step collapses.
-  if (map_ / scale_ > lost_path * std::max(monitor.best(), 1e-12)) return std::nullopt;
+  if (map_ / scale_ > lost_path * std::max(monitor.best(), path_floor)) return std::nullopt;
   if (options.law == Law::coulomb) correct();
   factor([](auto& barrier, double* R) { barrier.factor(R); });
-  // The affine step tells how far the path can be cut: sigma = (its gap over the gap now)^3.
+  // Predictor: the affine step to mu = 0. It tells how far the path can be cut, sigma = (its gap over the gap
+  // now)^3 (Mehrotra), and the second-order term that the linearisation dropped.
   const double mu = gap(0);
   solve(0, false, 0);
   const double affine = std::min(1.0, longest_step());
   const double ratio = mu > 0 ? std::clamp(gap(affine) / mu, 0.0, 1.0) : 0.0;
+  // Corrector: to sigma mu, with that term, by the same factorisation; it is the step, so it is refined once.
   solve(ratio * ratio * ratio * mu, true, 1);
   const double t = std::min(1.0, fraction * longest_step());
   if (!(t > shortest_step)) return std::nullopt;

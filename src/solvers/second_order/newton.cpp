@@ -1,15 +1,28 @@
 // Semismooth Newton on the natural map F(x) = x - Pi_K(x - P^-1 g), g = A x + b, globalised by P-SPG-FB.
 //
-// With Q = Pi_K'(x - P^-1 g), an element of the generalised Jacobian, symmetric with eigenvalues in [0, 1]
-// (stick: 1, 1, 1; slide: 1, f, 0; open: 0), the Newton equation is (I - Q + Q P^-1 A) dx = -F. Each cone
-// contributes its face: 3 unknowns when sticking, 2 when sliding, none when open. Substituting dx = e - F,
-// e = R zeta with R R' = P^-1 Q (I - Q + sigma Q)^-1 gives the symmetric system of ShiftedSystem,
+// Equation. F is zero exactly at a solution and piecewise smooth. With Q = Pi_K'(x - P^-1 g), an element of
+// the generalised Jacobian, symmetric with eigenvalues in [0, 1] (stick: 1, 1, 1; slide: 1, f, 0; open: 0), a
+// step solves
 //
+//     (I - Q + Q P^-1 A) dx = -F.
+//
+// Where Q = 1 the row says A dx = -g: u vanishes; where Q = 0 it says x + dx = Pi_K(..): x goes to its bound.
+// So each cone contributes its face: 3 unknowns when sticking, 2 when sliding, none when open, and once the
+// faces are right the step is that of a linear system: convergence is fast near a solution, and nothing is
+// known far away.
+//
+// Face factor. Substituting dx = e - F gives (I - Q + Q P^-1 A) e = Q P^-1 (A F - P F). A proximal term sigma
+// P on A turns I - Q into I - Q + sigma Q, which is invertible, and dividing by it and by P yields
+//
+//     (A + Theta^-1) e = A F + sigma P F - P F,   Theta = R R' = P^-1 Q (I - Q + sigma Q)^-1,   e = R zeta,
 //     (I + R'AR) zeta = R' (A F + sigma P F - P F),
 //
-// where the proximal weight sigma keeps it regular when A is not (hyperstatic contacts). Sources: Qi, Sun
-// 1993 (semismooth Newton); Zhao, Sun, Toh 2010 (proximal semismooth Newton); Kanzow, Ferenczi, Fukushima
-// 2009 (the projection on second-order cones).
+// the symmetric system of ShiftedSystem, where sigma keeps it regular when A is not (hyperstatic contacts).
+// It acts on the step only: dx = 0 says F = 0 as before, and with sigma going to zero with F the convergence
+// stays superlinear.
+//
+// Sources: Qi, Sun 1993 (semismooth Newton); Zhao, Sun, Toh 2010 (proximal semismooth Newton); Kanzow,
+// Ferenczi, Fukushima 2009 (the projection on second-order cones).
 #include "amontons/solvers/second_order/newton.hpp"
 
 #include <algorithm>
@@ -25,10 +38,17 @@ namespace {
 
 using Vector = std::vector<double>;
 
-constexpr std::size_t shortest_burst = 30;   // first-order iterations after a failed Newton step; doubled
-constexpr std::size_t longest_burst = 2000;  // with every failure in a row, up to this
-constexpr int halvings = 3;                  // of a Newton step before the first-order method takes over
-constexpr double sufficient = 0.9;  // a step must bring the residual below this part of the current one
+// First-order iterations after a failed Newton step, doubled with every failure in a row up to the longest.
+// 30 cost less than a factorisation; where the faces stay far off, a factorisation every 2000 is little lost.
+constexpr std::size_t shortest_burst = 30, longest_burst = 2000;
+// Of a Newton step before the first-order method takes over: F is no gradient, and a step that does not help
+// at an eighth of its length rarely does at less.
+constexpr int halvings = 3;
+// A step must bring the residual below this part of the current one, or a burst does more.
+constexpr double sufficient = 0.9;
+// sigma = proximal |F| / |F(0)|, within the bounds: it vanishes with the residual, so that the steps become
+// those of Newton, but never below what keeps a singular A at pivots above rounding.
+constexpr double proximal = 1e-3, smallest_sigma = 1e-12, largest_sigma = 1e-6;
 
 // R = P^-1/2 V sqrt(q / (1 - q + sigma q)) with Q = V diag(q) V', row-major.
 template <int n>
@@ -51,9 +71,10 @@ void apply(const Face<n>& face, const double* d, double* out) {
   }
 }
 
-// The linear algebra of one Newton step. Under coulomb the derivative of g is B A with B = 1 + e_n s'(u)' per
-// contact, s the De Saxce term, and the equation (I - Q + Q P^-1 B A) dx = -F is unsymmetric: GMRES (Saad,
-// Schultz 1986) solves it, preconditioned with the symmetric system of B = 1.
+// The linear algebra of one Newton step. Under coulomb g = u + s(u) e_n with s = mu |u_t|, its derivative is
+// B A with B = I + e_n s'(u)' per contact, and the equation (I - Q + Q P^-1 B A) dx = -F is unsymmetric:
+// GMRES (Saad, Schultz 1986) solves it, preconditioned with the symmetric system of B = I. The two differ in
+// the normal rows of sliding contacts alone, so that few basis vectors do.
 class NewtonStep {
  public:
   NewtonStep(const Problem& problem, Law law)
@@ -91,6 +112,8 @@ class NewtonStep {
   }
 
  private:
+  // The basis of GMRES takes so many vectors twice. A step of which three digits are right gains up to three;
+  // where 40 vectors do not give them, the burst that follows a failed step is the better use of time.
   static constexpr int krylov = 40;
   static constexpr double krylov_tolerance = 1e-3;
 
@@ -125,6 +148,7 @@ class NewtonStep {
     });
   }
 
+  // In the P metric, in which the entries of blocks of any mass weigh the same.
   double dot(const Vector& a, const Vector& b) const {
     double sum = 0;
     for_each_block(problem_.K, [&]<class S>(const S&, std::size_t block, std::size_t row) {
@@ -133,7 +157,11 @@ class NewtonStep {
     return sum;
   }
 
-  // Right preconditioned, no restart: dx = sum of y_k z_k with z_k the preconditioned basis vectors.
+  // dx of the equation J dx = -F, J = I - Q + Q P^-1 B A. Arnoldi with modified Gram-Schmidt builds an
+  // orthonormal basis v_k with J z_k = sum_j H_jk v_j, z_k = C^-1 v_k the preconditioned vectors, which are
+  // stored so that none is formed again. Givens rotations bring H to a triangle column by column; |rhs_k| is
+  // then the residual of the best combination of the first k, and dx = sum y_k z_k. Right preconditioned, so
+  // that this residual is the true one; no restart.
   void gmres(const Vector& u, Vector& dx, Monitor& monitor) {
     double H[krylov + 1][krylov], c[krylov], s[krylov], rhs[krylov + 1] = {};
     const double norm = std::sqrt(dot(F_, F_));
@@ -155,13 +183,16 @@ class NewtonStep {
         for (double& v : next) v /= H[k + 1][k];
       for (int j = 0; j < k; ++j) {
         const double a = H[j][k], b = H[j + 1][k];
-        H[j][k] = c[j] * a + s[j] * b, H[j + 1][k] = -s[j] * a + c[j] * b;
+        H[j][k] = c[j] * a + s[j] * b;
+        H[j + 1][k] = -s[j] * a + c[j] * b;
       }
       const double rho = std::hypot(H[k][k], H[k + 1][k]);
       if (!(rho > 0)) break;
-      c[k] = H[k][k] / rho, s[k] = H[k + 1][k] / rho;
+      c[k] = H[k][k] / rho;
+      s[k] = H[k + 1][k] / rho;
       H[k][k] = rho;
-      rhs[k + 1] = -s[k] * rhs[k], rhs[k] *= c[k];
+      rhs[k + 1] = -s[k] * rhs[k];
+      rhs[k] *= c[k];
       ++k;
     }
     for (int j = k - 1; j >= 0; --j) {
@@ -175,7 +206,8 @@ class NewtonStep {
   Law law_;
   ShiftedSystem system_;
   double sigma_ = 0;
-  Vector R_, F_, work_, Av_, y_;  // F_ holds -F
+  // F_ holds -F, y_ the point x - P^-1 g whose projection has the faces.
+  Vector R_, F_, work_, Av_, y_;
   std::vector<Vector> basis_, image_;
 };
 
@@ -195,7 +227,7 @@ class Newton : public VectorIterate {
   }
 
   std::optional<double> step() {
-    const double sigma = std::clamp(1e-3 * map_ / scale_, 1e-12, 1e-6);
+    const double sigma = std::clamp(proximal * map_ / scale_, smallest_sigma, largest_sigma);
     newton_->direction(x, u, sigma, dx_, monitor);
     if (search())
       burst_ = shortest_burst;
@@ -205,7 +237,8 @@ class Newton : public VectorIterate {
   }
 
  private:
-  // The first of the steps 1, 1/2, ... that reduces the residual enough.
+  // The first of the steps 1, 1/2, ... that reduces the residual enough. Trial points are projected: dx knows
+  // faces, not cones. True if there is one; then x, u and the natural map are those of it.
   bool search() {
     for (int k = 0; k <= halvings; ++k) {
       const double t = std::ldexp(1.0, -k);
@@ -221,6 +254,8 @@ class Newton : public VectorIterate {
     return false;
   }
 
+  // The fallback of P-SPG-FB makes sure that the burst never ends above where it began. Its iterations count
+  // as one of this method, its products one by one; limits, clock and interrupts of the caller hold inside.
   void first_order_phase() {
     Options o = options;
     o.x0 = x;
@@ -237,6 +272,7 @@ class Newton : public VectorIterate {
   }
 
   std::optional<NewtonStep> newton_;
+  // The natural map at zero and at x.
   double scale_ = 1, map_ = 0;
   std::size_t burst_ = shortest_burst;
   Vector dx_, trial_, trial_u_;

@@ -3,7 +3,8 @@
 
 namespace amontons {
 
-Solution automatic(const Problem&,
-                   const Options&);  // "auto": a table of phases by the structure of the problem
+// "auto": a table of phases chosen by the structure of the problem, island by island. Solution::reason tells
+// the choice and the phases that ran. Without a deadline the clock decides nothing: the same x every time.
+Solution automatic(const Problem&, const Options&);
 
 }  // namespace amontons

@@ -3,6 +3,8 @@
 
 namespace amontons {
 
-Solution admm(const Problem&, const Options&);  // "admm"
+// "admm": alternating directions with one factorisation for many iterations; what most conic solvers and
+// several contact solvers use. Good on joints and small stacks at rest. InputError for a function.
+Solution admm(const Problem&, const Options&);
 
 }  // namespace amontons

@@ -3,6 +3,7 @@
 
 namespace amontons {
 
-Solution jacobi(const Problem&, const Options&);  // "jacobi"
+// "jacobi": projected gradients with a fixed step, the simplest method and the slowest: the yardstick.
+Solution jacobi(const Problem&, const Options&);
 
 }  // namespace amontons

@@ -3,6 +3,8 @@
 
 namespace amontons {
 
-Solution spg_literal(const Problem&, const Options&);  // "p-spg-fb-literal"
+// "p-spg-fb-literal": the algorithm of the paper to the letter, to reproduce its figures; spg() is the form
+// for use.
+Solution spg_literal(const Problem&, const Options&);
 
 }  // namespace amontons

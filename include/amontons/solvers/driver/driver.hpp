@@ -3,6 +3,7 @@
 #include <chrono>
 #include <limits>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "amontons/problem/residual.hpp"
@@ -10,35 +11,53 @@
 
 namespace amontons {
 
-// What a method may use up where the caller sets no limit of its own.
+// What a method may use up where the caller sets no limit of its own. First-order iterations cost
+// microseconds and gain little each, steps with a factorisation cost milliseconds and gain much: hence a
+// hundred thousand of the ones and some hundreds of the others.
 struct Limits {
   std::size_t iterations;
-  std::size_t stall_window;    // iterations without an improvement of the best residual by 1 % that end it
-  std::size_t refresh_period;  // iterations between two evaluations of u from scratch; 0: u is always fresh
+  // Iterations without an improvement of the best residual by 1 % after which the method counts as stalled.
+  // The residual of first-order methods rises and falls over thousands of iterations before it goes on
+  // falling, so that their window is a tenth of their limit.
+  std::size_t stall_window;
+  // Steps between two evaluations of u from scratch. A method that updates u by the product with its step
+  // gathers one rounding error per step; the refresh keeps their sum small beside the tolerance. 0: u is
+  // always fresh.
+  std::size_t refresh_period;
 };
 
-// Counts, clock, limits, history, callback, stagnation of one solve.
+using Time = std::chrono::steady_clock::time_point;
+inline double seconds_since(Time start) {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+// Counts, clock, limits, history, callback, stagnation of one solve. `options` must outlive it.
 class Monitor {
  public:
   Monitor(const Options& options, const Limits& limits);
 
-  // Once per iteration, with the natural residual of the iterate; a status means stop.
+  // Once per iteration, with the natural residual of the iterate; a status means stop. Convergence is asked
+  // first: an iterate that meets the tolerance is never reported as late or interrupted.
   std::optional<Status> observe(double residual, double objective, double step, std::size_t backtracks);
   // True if the residual of the last observe() was the best so far.
   bool improved() const { return improved_; }
   double best() const { return best_; }
   std::size_t iterations() const { return iterations_; }
-  double elapsed() const;
-  bool out_of_time() const;              // for methods with long work between two observe()
-  void interrupt() { stopped_ = true; }  // a solve inside this one was interrupted
+  double elapsed() const { return seconds_since(start_); }
+  // For methods with long work between two observe().
+  bool out_of_time() const { return elapsed() > options_.deadline; }
+  // A solve inside this one was interrupted: the next observe() says so.
+  void interrupt() { stopped_ = true; }
 
-  std::size_t products = 0, factorizations = 0;  // the method counts them here
+  // The method counts its work here.
+  std::size_t products = 0, factorizations = 0;
   std::vector<IterationRecord> history;
 
  private:
   const Options& options_;
-  std::chrono::steady_clock::time_point start_;
+  Time start_;
   std::size_t limit_, stall_window_, iterations_ = 0, last_progress_ = 0;
+  // milestone_: the best residual at iteration last_progress_, the last that was 1 % below the one before.
   double best_ = std::numeric_limits<double>::infinity(), milestone_ = best_, last_poll_ = 0;
   bool improved_ = false, stopped_ = false;
 };
@@ -58,9 +77,12 @@ double evaluate(const Problem& problem, Law law, const std::vector<double>& x, s
 // 1/2 x'Ax + b'x with u = A x + b
 double objective(const Problem& problem, const std::vector<double>& x, const std::vector<double>& u);
 
+// Sets u, objective and residual of s.x, by one product that the caller counts.
+void measure(const Problem& problem, Law law, Solution& s);
+
 // The end of every solve: u and the residual of x from a fresh product; the status that follows (a residual
 // at or below the tolerance is `converged` whatever stopped the method); for a solve that failed, the search
-// for a certificate of infeasibility, along which the last iterate runs off.
+// for a certificate of infeasibility, along which the last iterate runs off. An empty `last` skips it.
 Solution finish(const Problem& problem, const Options& options, const char* method, std::vector<double> x,
                 std::span<const double> last, Status status, Monitor& monitor);
 
@@ -68,6 +90,7 @@ Solution finish(const Problem& problem, const Options& options, const char* meth
 void require_curvature(double dAd, double dPd);
 
 // The solve that all methods share. A method supplies its step:
+//
 //   name, limits         constants
 //   start(s)             takes over the start; returns the natural map of its first iterate
 //   step()               one iteration; the natural map of the new iterate, or nothing when no progress is
@@ -78,8 +101,15 @@ void require_curvature(double dAd, double dPd);
 //   last(x)              the current iterate
 //   objective()          1/2 x'Ax + b'x of the current iterate
 //   step_size(), backtracks()   for the history
-// The vector that comes back is the best one seen by the residual, never the last: the fallback of P-SPG-FB,
-// which makes it safe to stop any method early.
+//
+// The vector that comes back is the best one seen by the residual, never the last: the fallback of P-SPG-FB
+// (Tasora 2013). Residuals of spectral and accelerated steps rise and fall, and under coulomb no method is
+// proven to converge; with the fallback more iterations never make the answer worse, so that it is safe to
+// stop any method early and to try another after it. The measure is the residual and not the objective: that
+// is what the caller asked for, it is comparable between methods, and under coulomb there is no objective.
+//
+// u is refreshed after every refresh_period steps, and before convergence is believed: a running u may say
+// that the tolerance is reached where the true one does not.
 template <class Method>
 Solution drive(const Problem& problem, const Options& options, Method&& method, Monitor& monitor) {
   const double scale = natural_map_at_zero(problem, options.law);
@@ -90,10 +120,11 @@ Solution drive(const Problem& problem, const Options& options, Method&& method, 
     return finish(problem, options, method.name, std::move(start.x), {}, Status::converged, monitor);
   }
   const bool watched = options.history || options.callback;
+  // From here on `start.x` serves as the answer of a method that never gets below it.
   bool kept = false;
   double r = method.start(start) / scale;
   Status status = Status::stalled;
-  for (std::size_t stale = 0;;) {
+  for (std::size_t stale = 0;;) {  // steps since u was fresh
     const bool due = stale >= method.limits.refresh_period || r <= options.tolerance;
     if (method.limits.refresh_period > 0 && stale > 0 && due) {
       r = method.refresh() / scale;
@@ -115,20 +146,22 @@ Solution drive(const Problem& problem, const Options& options, Method&& method, 
     r = *next / scale;
     ++stale;
   }
+  // The last iterate, not the best, runs off along a contradiction if there is one.
   std::vector<double> last(start.x.size());
   method.last(last);
   if (kept) method.best(start.x);
   return finish(problem, options, method.name, std::move(start.x), last, status, monitor);
 }
 
-// The same for a method that is made from the problem, the options and the monitor.
+// The same for a method that is made from the problem, the options and the monitor alone.
 template <class Method>
 Solution drive(const Problem& problem, const Options& options) {
   Monitor monitor(options, Method::limits);
   return drive(problem, options, Method(problem, options, monitor), monitor);
 }
 
-// The iterate of methods that form u afresh in every iteration.
+// The iterate of methods on plain vectors, which inherit it and add step(): what drive() asks for besides,
+// for a u that belongs to x at the end of every step. x in K always; u = A x + b; kept, the best x.
 struct VectorIterate {
   const Problem& problem;
   const Options& options;

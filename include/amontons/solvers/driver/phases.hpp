@@ -7,29 +7,40 @@ namespace amontons {
 
 using Method = Solution (*)(const Problem&, const Options&);
 
-// One row of a table of methods that are tried in order.
+// A solve with several methods is a table of these rows, tried in order: what runs, what is printed of it in
+// Solution::reason and what Solution::phases lists are one and the same data.
 struct Phase {
   enum class From : unsigned char {
-    best,  // the best x so far
-    last,  // where the phase before ended, better or not
-    start  // the start of the solve: the best x may lie where Coulomb's law has no solution nearby
+    // The best x so far.
+    best,
+    // Where the phase before ended, better or not.
+    last,
+    // The start of the solve: the best x may lie where Coulomb's law has no solution nearby.
+    start
   };
   Method method;
+  // Printed after the residual that the row reached.
   const char* why;
-  std::size_t iterations = 0;  // limit; 0: the method's own
+  // Limit of this row; 0: the method's own.
+  std::size_t iterations = 0;
   From from = From::best;
-  bool frozen = false;   // on the convex problem with the De Saxce term of the starting point frozen
-  bool follows = false;  // runs only if the row before did
-  double aim = 1;        // part of the tolerance that it goes on to
-  bool (*when)(const Options&, const Solution& best) = nullptr;  // skipped where the answer is false
+  // Runs on the convex problem with the De Saxce term of the starting point frozen; for friction under
+  // coulomb. A first row has no point to freeze it at, and runs on the problem itself.
+  bool frozen = false;
+  // Runs only if the row before did.
+  bool follows = false;
+  // Part of the tolerance that the row goes on to; below 1 it also runs where the tolerance is reached.
+  double aim = 1;
+  // The row is skipped where the answer is false; null stands for true. The first row always runs.
+  bool (*when)(const Options&, const Solution& best) = nullptr;
 };
 
 // Runs the rows in turn until none has anything left to do, each within what is left of the deadline and of
-// max_iterations. The solution is the best of all; `method` is that which made it, `phases` and the end of
-// `reason` tell all that ran, counts, time and history are those of the whole.
+// max_iterations. x is the best of all and `method` that which made it, `phases` and `reason` tell all that
+// ran, counts, time and history are those of the whole.
 Solution run_phases(const Problem& problem, const Options& options, const std::vector<Phase>& table);
 
-// "apgd (120 iterations, residual 3.1e-05: the reason), newton (4, 2e-9: the reason)"
+// "apgd (120 iterations, residual 3.1e-05: the reason), newton (4 iterations, residual 2.0e-09: the reason)"
 std::string describe(const std::vector<PhaseRecord>& phases);
 
 }  // namespace amontons

@@ -3,8 +3,10 @@
 
 namespace amontons {
 
-Solution interior_point(const Problem&, const Options&);  // "interior-point"
-// The same without the crossover that takes the last digits.
+// "interior-point": the central path, then newton and p-spg-fb for the last digits. One factorisation per
+// step, ten to thirty steps; the method for accuracy and for hyperstatic stacks. InputError for a function.
+Solution interior_point(const Problem&, const Options&);
+// The path alone, without that crossover: a phase of other tables.
 Solution central_path(const Problem&, const Options&);
 
 }  // namespace amontons

@@ -3,6 +3,8 @@
 
 namespace amontons {
 
-Solution newton(const Problem&, const Options&);  // "newton"
+// "newton": semismooth Newton on the natural map, with bursts of p-spg-fb where its steps fail. A few steps
+// from near a solution; far away as slow as its bursts. InputError for a function.
+Solution newton(const Problem&, const Options&);
 
 }  // namespace amontons
