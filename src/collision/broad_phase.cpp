@@ -10,6 +10,10 @@
 #include <emmintrin.h>
 #endif
 
+// The broad phase: out of n boxes the pairs that overlap, in about n log n steps rather than n^2. It is a
+// bounding volume hierarchy (Ericson, Real-Time Collision Detection, section 6.2) made anew for every call,
+// as all bodies move.
+//
 // A tree with eight children per node over the boxes, stored without pointers: leaf k lies in node k / 8 of
 // level 0, in node k / 64 of level 1, and so on. The order of the leaves makes it a k-d tree: ranges are
 // split at the median of the centres, along the axis that shrinks the halves most, at multiples of powers of
@@ -52,33 +56,32 @@ float narrow(double x, double origin) {
 // before the other ends; four children fill a vector, axis by axis.
 template <class Node>
 unsigned overlap_mask(const Node& node, const float* box) {
+  unsigned mask = 0;
 #if defined(__SSE2__)
-  unsigned mask = 0;
-  for (int half = 0; half < 2; ++half) {
-    const auto lower = [&](int axis) { return _mm_load_ps(node.bound[axis] + 4 * half); };
-    const auto upper = [&](int axis) { return _mm_load_ps(node.bound[axis + 3] + 4 * half); };
-    __m128 m =
-        _mm_and_ps(_mm_cmple_ps(lower(0), _mm_set1_ps(box[3])), _mm_cmpge_ps(upper(0), _mm_set1_ps(box[0])));
-    m = _mm_and_ps(m, _mm_and_ps(_mm_cmple_ps(lower(1), _mm_set1_ps(box[4])),
-                                 _mm_cmpge_ps(upper(1), _mm_set1_ps(box[1]))));
-    m = _mm_and_ps(m, _mm_and_ps(_mm_cmple_ps(lower(2), _mm_set1_ps(box[5])),
-                                 _mm_cmpge_ps(upper(2), _mm_set1_ps(box[2]))));
-    mask |= static_cast<unsigned>(_mm_movemask_ps(m)) << (4 * half);
+  for (int half = 0; half < 8; half += 4) {
+    const auto meets = [&](int axis) {
+      return _mm_and_ps(_mm_cmple_ps(_mm_load_ps(node.bound[axis] + half), _mm_set1_ps(box[axis + 3])),
+                        _mm_cmpge_ps(_mm_load_ps(node.bound[axis + 3] + half), _mm_set1_ps(box[axis])));
+    };
+    const __m128 all = _mm_and_ps(meets(0), _mm_and_ps(meets(1), meets(2)));
+    mask |= static_cast<unsigned>(_mm_movemask_ps(all)) << half;
   }
-  return mask;
 #else
-  unsigned mask = 0;
   for (unsigned k = 0; k < 8; ++k) {
     bool in = true;
     for (int axis = 0; axis < 3; ++axis)
       in = in & (node.bound[axis][k] <= box[axis + 3]) & (node.bound[axis + 3][k] >= box[axis]);
     mask |= unsigned{in} << k;
   }
-  return mask;
 #endif
+  return mask;
 }
 
-// The box around all children: lower, then upper corner.
+// The box of one child, and the box around all of them: lower, then upper corner.
+template <class Node>
+void copy_child(const Node& node, std::size_t child, float* box) {
+  for (int row = 0; row < 6; ++row) box[row] = node.bound[row][child];
+}
 template <class Node>
 void enclose(const Node& node, float* box) {
   for (int axis = 0; axis < 3; ++axis) {
@@ -87,20 +90,17 @@ void enclose(const Node& node, float* box) {
   }
 }
 
-// Empty places overlap nothing.
+// Empty places begin at infinity and end at minus infinity, so that they overlap nothing.
 template <class Node>
 void clear(Node& node) {
-  for (int axis = 0; axis < 3; ++axis)
-    for (int k = 0; k < 8; ++k) {
-      node.bound[axis][k] = inf;
-      node.bound[axis + 3][k] = -inf;
-    }
+  for (int row = 0; row < 6; ++row) std::fill_n(node.bound[row], 8, row < 3 ? inf : -inf);
 }
 
 }  // namespace
 
 void BroadPhase::find_pairs(std::span<const Aabb> boxes, std::span<const unsigned char> fixed,
                             std::vector<IndexPair>& pairs) {
+  fixed_ = fixed;
   found_.clear();
   set_aside_infinite(boxes);
   // The order of an earlier call holds for any boxes; it only gets slower as they move through each other. It
@@ -108,37 +108,35 @@ void BroadPhase::find_pairs(std::span<const Aabb> boxes, std::span<const unsigne
   bool done = false;
   if (built_for_ == boxes.size() && infinite_ == last_infinite_) {
     fit(boxes);
-    done = search(fixed, built_visits_ + built_visits_ / 2);
+    done = search(built_visits_ + built_visits_ / 2);
   }
   if (!done) {
     found_.clear();
     build(boxes);
     fit(boxes);
-    search(fixed, std::numeric_limits<std::size_t>::max());
+    search(std::numeric_limits<std::size_t>::max());
     built_for_ = boxes.size();
     last_infinite_ = infinite_;
     built_visits_ = visits_;
   }
-  add_pairs_of_infinite(boxes, fixed);
+  add_pairs_of_infinite(boxes);
   sort(boxes.size(), pairs);
 }
 
-// Boxes with a bound that is not a finite number have no centre: they stay outside the tree.
+// Boxes with a bound that is not a finite number, or whose extent overflows, have no centre: they stay
+// outside the tree.
 void BroadPhase::set_aside_infinite(std::span<const Aabb> boxes) {
   infinite_.clear();
-  for (std::size_t i = 0; i < boxes.size(); ++i)
-    if (!is_finite(boxes[i].lower) || !is_finite(boxes[i].upper) || !std::isfinite(extent(boxes[i])))
-      infinite_.push_back(static_cast<std::int32_t>(i));
+  finite_.clear();
+  for (std::size_t i = 0; i < boxes.size(); ++i) {
+    const Aabb& box = boxes[i];
+    const bool finite = is_finite(box.lower) && is_finite(box.upper) && std::isfinite(extent(box));
+    (finite ? finite_ : infinite_).push_back(static_cast<std::int32_t>(i));
+  }
 }
 
 // Finds an order of the leaves for the finite boxes.
 void BroadPhase::build(std::span<const Aabb> boxes) {
-  finite_.clear();
-  for (std::size_t i = 0, k = 0; i < boxes.size(); ++i)
-    if (k < infinite_.size() && static_cast<std::size_t>(infinite_[k]) == i)
-      ++k;
-    else
-      finite_.push_back(static_cast<std::int32_t>(i));
   choose_origin(boxes);
   sort_by_size(boxes);
   for (std::size_t k = 0; k < start_.size(); k += 2) split(start_[k], start_[k + 1]);
@@ -260,12 +258,13 @@ void BroadPhase::fit(std::span<const Aabb> boxes) {
 }
 
 // Every pair of overlapping boxes in the tree. Gives up, returning false, after more visits than the limit.
-bool BroadPhase::search(std::span<const unsigned char> fixed, std::size_t limit) {
+bool BroadPhase::search(std::size_t limit) {
   visits_ = 0;
   const std::size_t groups = order_.size() / width;
   for (std::size_t g = 0; g < groups; ++g) {
-    cross_self(fixed, g);
-    cross_later_groups(fixed, g);
+    // The pairs within the group: each leaf with those after it.
+    for (int i = 0; i + 1 < width; ++i) cross_leaf(g, i, g, ~1u << i);
+    cross_later_groups(g);
     if (visits_ > limit) return false;
   }
   return true;
@@ -273,7 +272,7 @@ bool BroadPhase::search(std::span<const unsigned char> fixed, std::size_t limit)
 
 // Descends from the top into all nodes that overlap the box of group g and hold later groups: each pair of
 // groups is met once, from the earlier one.
-void BroadPhase::cross_later_groups(std::span<const unsigned char> fixed, std::size_t g) {
+void BroadPhase::cross_later_groups(std::size_t g) {
   const std::size_t top = levels_.size() - 1;
   if (top == 0) return;
   float box[6];
@@ -291,60 +290,46 @@ void BroadPhase::cross_later_groups(std::span<const unsigned char> fixed, std::s
     for (unsigned mask = overlap_mask(levels_[level][index], box); mask; mask &= mask - 1) {
       const std::size_t child = index * width + static_cast<std::size_t>(std::countr_zero(mask));
       if (((child + 1) << shift) - 1 <= g) continue;  // all its groups come before g or are g
-      if (level > 1) {
+      if (level > 1)
         stack[size++] = {level - 1, child};
-      } else {
-        ++visits_;
-        cross(fixed, g, child, levels_[1][index], child % width);
-      }
+      else
+        cross(g, child);
     }
   }
 }
 
-// The pairs within a group: each leaf with those after it.
-void BroadPhase::cross_self(std::span<const unsigned char> fixed, std::size_t g) {
-  for (int i = 0; i + 1 < width; ++i) cross_leaf(fixed, g, i, g, ~1u << i);
-}
-
-// All pairs between the leaves of group g and those of a later group h, whose box is
-// that of a child of `parent`.
-void BroadPhase::cross(std::span<const unsigned char> fixed, std::size_t g, std::size_t h, const Node& parent,
-                       std::size_t child) {
+// All pairs between the leaves of group g and those of a later group h: first which leaves of g overlap the
+// box of h, which its parent knows, then each of them with the leaves of h.
+void BroadPhase::cross(std::size_t g, std::size_t h) {
+  ++visits_;
   float box[6];
-  for (int row = 0; row < 6; ++row) box[row] = parent.bound[row][child];
+  copy_child(levels_[1][h / width], h % width, box);
   for (unsigned mask = overlap_mask(levels_[0][g], box); mask; mask &= mask - 1)
-    cross_leaf(fixed, g, std::countr_zero(mask), h, ~0u);
+    cross_leaf(g, std::countr_zero(mask), h, ~0u);
 }
 
 // The pairs of leaf i of group g with those leaves of group h whose bit is set.
-void BroadPhase::cross_leaf(std::span<const unsigned char> fixed, std::size_t g, int i, std::size_t h,
-                            unsigned which) {
+void BroadPhase::cross_leaf(std::size_t g, int i, std::size_t h, unsigned which) {
   float box[6];
-  for (int row = 0; row < 6; ++row) box[row] = levels_[0][g].bound[row][i];
+  copy_child(levels_[0][g], static_cast<std::size_t>(i), box);
   for (unsigned mask = which & overlap_mask(levels_[0][h], box); mask; mask &= mask - 1) {
     const std::size_t leaf_a = g * width + static_cast<std::size_t>(i);
     const std::size_t leaf_b = h * width + static_cast<std::size_t>(std::countr_zero(mask));
-    add(order_[leaf_a], order_[leaf_b], boxes_[leaf_a], boxes_[leaf_b], fixed);
+    add(order_[leaf_a], order_[leaf_b], boxes_[leaf_a], boxes_[leaf_b]);
   }
 }
 
-// Infinite boxes are few (planes): each against all.
-void BroadPhase::add_pairs_of_infinite(std::span<const Aabb> boxes, std::span<const unsigned char> fixed) {
-  for (std::size_t k = 0; k < infinite_.size(); ++k) {
-    const std::int32_t a = infinite_[k];
-    std::size_t met = 0;  // infinite boxes up to b: pairs of two of them are found from the first one
-    for (std::int32_t b = 0; b < static_cast<std::int32_t>(boxes.size()); ++b) {
-      const bool is_infinite = met < infinite_.size() && infinite_[met] == b;
-      met += is_infinite;
-      if (!is_infinite || b > a) add(a, b, boxes[a], boxes[b], fixed);
-    }
+// Infinite boxes are few (planes): each against all the others, two of them from the first one only.
+void BroadPhase::add_pairs_of_infinite(std::span<const Aabb> boxes) {
+  for (auto a = infinite_.begin(); a != infinite_.end(); ++a) {
+    for (std::int32_t b : finite_) add(*a, b, boxes[*a], boxes[b]);
+    for (auto b = a + 1; b != infinite_.end(); ++b) add(*a, *b, boxes[*a], boxes[*b]);
   }
 }
 
 // What the floats let pass is decided here, in double.
-void BroadPhase::add(std::int32_t a, std::int32_t b, const Aabb& box_a, const Aabb& box_b,
-                     std::span<const unsigned char> fixed) {
-  if ((fixed[a] && fixed[b]) || !is_overlap(box_a, box_b)) return;
+void BroadPhase::add(std::int32_t a, std::int32_t b, const Aabb& box_a, const Aabb& box_b) {
+  if ((fixed_[a] && fixed_[b]) || !is_overlap(box_a, box_b)) return;
   found_.emplace_back(std::min(a, b), std::max(a, b));
 }
 

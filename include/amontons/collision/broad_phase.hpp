@@ -42,20 +42,18 @@ class BroadPhase {
 
   // The tree over them, and its pairs.
   void fit(std::span<const Aabb> boxes);
-  bool search(std::span<const unsigned char> fixed, std::size_t limit);
-  void cross_later_groups(std::span<const unsigned char> fixed, std::size_t g);
-  void cross_self(std::span<const unsigned char> fixed, std::size_t g);
-  void cross(std::span<const unsigned char> fixed, std::size_t g, std::size_t h, const Node& parent,
-             std::size_t child);
-  void cross_leaf(std::span<const unsigned char> fixed, std::size_t g, int i, std::size_t h, unsigned which);
-  void add_pairs_of_infinite(std::span<const Aabb> boxes, std::span<const unsigned char> fixed);
-  void add(std::int32_t a, std::int32_t b, const Aabb& box_a, const Aabb& box_b,
-           std::span<const unsigned char> fixed);
+  bool search(std::size_t limit);
+  void cross_later_groups(std::size_t g);
+  void cross(std::size_t g, std::size_t h);
+  void cross_leaf(std::size_t g, int i, std::size_t h, unsigned which);
+  void add_pairs_of_infinite(std::span<const Aabb> boxes);
+  void add(std::int32_t a, std::int32_t b, const Aabb& box_a, const Aabb& box_b);
   void sort(std::size_t boxes, std::vector<IndexPair>& pairs);
 
   // Of this call.
+  std::span<const unsigned char> fixed_;   // of the caller
   std::vector<std::int32_t> infinite_;     // boxes outside the tree, ascending
-  std::vector<std::int32_t> finite_;       // the others
+  std::vector<std::int32_t> finite_;       // the others, ascending
   std::vector<std::vector<Node>> levels_;  // levels_[0]: the groups of eight leaves; the last level: one node
   std::vector<Aabb> boxes_;                // in the order of the leaves
   std::size_t visits_ = 0;                 // nodes looked at by the search

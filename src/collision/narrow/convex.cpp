@@ -5,8 +5,9 @@
 
 namespace amontons::collision {
 
-// Over all corners, or for large hulls uphill along the edges, where a local maximum of a linear function on
-// a convex body is the maximum.
+// Over all corners, or for large hulls uphill along the edges: a local maximum of a linear function on a
+// convex body is the maximum. The walk visits about the root of the number of corners, but each step jumps
+// through memory and waits for a comparison.
 std::int32_t extreme_corner(const ConvexHull& hull, const Vec3& direction) {
   constexpr std::size_t few = 48;
   std::int32_t best = 0;
@@ -122,7 +123,8 @@ Vec3 support(const Convex& body, const Vec3& direction) {
   return corner_of(body, extreme_corner(*body.hull, to_local(body, direction)));
 }
 
-// Rounding of a difference of two points is 1e-16 of their coordinates, at most those of the far ends.
+// Tolerances of shapes are relative to the smaller body: a pebble on a planet. Rounding of a difference of
+// two points is 1e-16 of their coordinates, at most those of the far ends.
 PairScale pair_scale(const Convex& a, const Convex& b) {
   return {std::min(a.extent, b.extent), a.extent + b.extent + norm(a.centre - b.centre)};
 }

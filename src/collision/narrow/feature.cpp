@@ -4,8 +4,11 @@
 #include <array>
 #include <cmath>
 
-// What a body rests on along a direction. The thresholds below decide between face, edge and point; they are
-// angles, so that they hold in any unit.
+// What a body rests on along a direction. The support function names one extreme point; a manifold needs all
+// that are nearly extreme, because a box that is tilted by rounding still rests on a face. The thresholds
+// below decide between face, edge and point; they are angles, so that they hold in any unit. They are wide on
+// purpose: a feature that is too large only gives points beyond the margin, which clipping drops, one that is
+// too small loses a support.
 namespace amontons::collision {
 
 namespace {
@@ -17,16 +20,6 @@ constexpr double face_cosine = 0.95, edge_sine = 0.3;
 // A capsule keeps both its end points up to here: its flat view is never thin, so nothing is lost by more.
 constexpr double segment_sine = 0.5;
 constexpr int cap_corners = 12;
-
-void set_point(Feature& feature, const Vec3& p) {
-  feature.count = 1;
-  feature.points[0] = p;
-}
-void set_edge(Feature& feature, const Vec3& p, const Vec3& q) {
-  feature.count = 2;
-  feature.points[0] = p;
-  feature.points[1] = q;
-}
 
 // In the box's own axes: a face if one component of the direction dominates, an edge along the axis whose
 // component is small, or the corner that has the signs of the direction.
@@ -46,20 +39,16 @@ void box_feature(const Convex& body, const Vec3& direction, Feature& feature) {
     const int i = (flat + 1) % 3, j = (flat + 2) % 3;
     const Vec3 m = body.centre + corner[flat] * body.axis[flat];
     const Vec3 u = side * body.size[i] * body.axis[i], v = body.size[j] * body.axis[j];
-    feature.count = 4;
     feature.normal = side * body.axis[flat];
-    feature.points[0] = m + u + v;
-    feature.points[1] = m - u + v;
-    feature.points[2] = m - u - v;
-    feature.points[3] = m + u - v;
-    return;
+    return feature.set({m + u + v, m - u + v, m - u - v, m + u - v});
   }
   const Vec3 p = body.centre + to_common(body, corner);
-  if (std::abs(d[along]) > edge_sine) return set_point(feature, p);
-  set_edge(feature, p, p - 2 * corner[along] * body.axis[along]);
+  if (std::abs(d[along]) > edge_sine) return feature.set({p});
+  feature.set({p, p - 2 * corner[along] * body.axis[along]});
 }
 
-// The corners of a regular polygon on the unit circle.
+// The corners of a regular polygon on the unit circle: (cos, sin) of the multiples of 30 degrees. Twelve
+// corners leave out 1 - cos(15 degrees), 3 % of the radius, at the middle of a side.
 const std::array<std::array<double, 2>, cap_corners>& cap_polygon() {
   static const auto polygon = [] {
     std::array<std::array<double, 2>, cap_corners> table;
@@ -109,8 +98,8 @@ void cylinder_feature(const Convex& body, const Vec3& direction, const Vec3* pha
   if (std::abs(c) >= face_cosine) return cap_feature(body, direction, c, phase, feature);
   const Vec3 radial = body.size.x * normalised(direction - c * body.axis[2]);
   const Vec3 half = (c < 0 ? -body.size.z : body.size.z) * body.axis[2];
-  if (std::abs(c) > edge_sine) return set_point(feature, body.centre + radial + half);
-  set_edge(feature, body.centre + radial + half, body.centre + radial - half);
+  if (std::abs(c) > edge_sine) return feature.set({body.centre + radial + half});
+  feature.set({body.centre + radial + half, body.centre + radial - half});
 }
 
 // The face best aligned with the direction d (in the hull's frame) that holds a point, if one is close to it.
@@ -135,55 +124,53 @@ bool hull_face(const Convex& body, const Vec3& d, const Vec3& held, Feature& fea
   return true;
 }
 
-// A face, or of the edges at the extreme corner the one that falls least along the direction, or that corner.
-void hull_feature(const Convex& body, const Vec3& direction, const Vec3* through, Feature& feature) {
-  const ConvexHull& hull = *body.hull;
-  const Vec3 d = to_local(body, direction);
-  const std::int32_t extreme = extreme_corner(hull, d);
-  const Vec3& top = hull.vertices[extreme];
-  if (hull_face(body, d, through ? to_local(body, *through - body.centre) : top, feature)) return;
-  std::int32_t other = -1;
+// Of the corners `others` that edges join to the extreme one the one that falls least along the direction:
+// with it the extreme corner makes an edge, unless that is too steep, which leaves a point. `at`: where a
+// corner is.
+template <class Corners, class F>
+void edge_or_point(int extreme, const Corners& others, const Vec3& direction, Feature& feature, F&& at) {
+  int other = -1;
   double slope = -edge_sine;
-  for (std::int32_t j : hull.neighbours[extreme]) {
-    const Vec3 edge = hull.vertices[j] - top;
-    const double s = dot(edge, d) / norm(edge);
+  for (int j : others) {
+    const Vec3 edge = at(j) - at(extreme);
+    const double s = dot(edge, direction) / norm(edge);
     if (s > slope) {
       slope = s;
       other = j;
     }
   }
-  if (other < 0) return set_point(feature, corner_of(body, extreme));
-  set_edge(feature, corner_of(body, extreme), corner_of(body, other));
+  feature.count = other < 0 ? 1 : 2;
+  feature.points[0] = at(extreme);
+  if (other >= 0) feature.points[1] = at(other);
+}
+
+// A face, or what is left at the extreme corner.
+void hull_feature(const Convex& body, const Vec3& direction, const Vec3* through, Feature& feature) {
+  const ConvexHull& hull = *body.hull;
+  const Vec3 d = to_local(body, direction);
+  const std::int32_t extreme = extreme_corner(hull, d);
+  const Vec3 held = through ? to_local(body, *through - body.centre) : hull.vertices[extreme];
+  if (hull_face(body, d, held, feature)) return;
+  edge_or_point(extreme, hull.neighbours[extreme], d, feature,
+                [&](int i) -> const Vec3& { return hull.vertices[i]; });
+  for (int i = 0; i < feature.count; ++i)
+    feature.points[i] = body.centre + to_common(body, feature.points[i]);
 }
 
 // The same for a triangle, either side of which may be the face.
 void triangle_feature(const Convex& body, const Vec3& direction, Feature& feature) {
-  const Vec3 n = normalised(cross(body.corner[1] - body.corner[0], body.corner[2] - body.corner[0]));
+  const Vec3 *corner = body.corner, n = normalised(cross(corner[1] - corner[0], corner[2] - corner[0]));
   const double c = dot(n, direction);
   if (std::abs(c) >= face_cosine) {
     const bool front = c > 0;
-    feature.count = 3;
     feature.normal = front ? n : -n;
-    feature.points[0] = body.corner[0];
-    feature.points[1] = body.corner[front ? 1 : 2];
-    feature.points[2] = body.corner[front ? 2 : 1];
-    return;
+    return feature.set({corner[0], corner[front ? 1 : 2], corner[front ? 2 : 1]});
   }
-  int extreme = 0, other = -1;
+  int extreme = 0;
   for (int i = 1; i < 3; ++i)
-    if (dot(body.corner[i] - body.corner[extreme], direction) > 0) extreme = i;
-  double slope = -edge_sine;
-  for (int i = 0; i < 3; ++i) {
-    if (i == extreme) continue;
-    const Vec3 edge = body.corner[i] - body.corner[extreme];
-    const double s = dot(edge, direction) / norm(edge);
-    if (s > slope) {
-      slope = s;
-      other = i;
-    }
-  }
-  if (other < 0) return set_point(feature, body.corner[extreme]);
-  set_edge(feature, body.corner[extreme], body.corner[other]);
+    if (dot(corner[i] - corner[extreme], direction) > 0) extreme = i;
+  const int others[] = {extreme == 0 ? 1 : 0, extreme == 2 ? 1 : 2};
+  edge_or_point(extreme, others, direction, feature, [&](int i) -> const Vec3& { return corner[i]; });
 }
 
 }  // namespace
@@ -192,13 +179,13 @@ void supporting_feature(const Convex& body, const Vec3& direction, const Vec3* t
                         Feature& feature) {
   switch (body.kind) {
     case Convex::Kind::point:
-      return set_point(feature, body.centre + body.radius * direction);
+      return feature.set({body.centre + body.radius * direction});
     case Convex::Kind::segment: {
       const double c = dot(body.axis[2], direction);
       const Vec3 p = body.centre + body.radius * direction;
       const Vec3 half = (c < 0 ? -body.size.z : body.size.z) * body.axis[2];
-      return std::abs(c) > segment_sine ? set_point(feature, p + half)
-                                        : set_edge(feature, p + half, p - half);
+      if (std::abs(c) > segment_sine) return feature.set({p + half});
+      return feature.set({p + half, p - half});
     }
     case Convex::Kind::triangle:
       return triangle_feature(body, direction, feature);
@@ -207,7 +194,7 @@ void supporting_feature(const Convex& body, const Vec3& direction, const Vec3* t
     case Convex::Kind::cylinder:
       return cylinder_feature(body, direction, phase, feature);
     case Convex::Kind::ellipsoid:
-      return set_point(feature, support(body, direction));
+      return feature.set({support(body, direction)});
     case Convex::Kind::hull:
       return hull_feature(body, direction, through, feature);
   }

@@ -6,7 +6,8 @@ namespace amontons {
 
 namespace {
 
-// An order of poses, for two shapes of one kind.
+// An order of poses, for two shapes of one kind: by position, then by rotation. Two of one kind in one and
+// the same pose stay in the order of the caller.
 bool comes_after(const Transform& a, const Transform& b) {
   const Vec3 &p = a.position, &q = b.position;
   if (p.x != q.x) return p.x > q.x;
@@ -21,8 +22,9 @@ bool comes_after(const Transform& a, const Transform& b) {
 
 }  // namespace
 
-// Every pair is treated in one order, so that swapping the shapes cannot change the result: by their kinds in
-// the order of Shape, two of one kind by their poses.
+// Every pair is treated in one order, so that swapping the shapes cannot change the result, not even its last
+// bits: by their kinds in the order of Shape, two of one kind by their poses. The normals of a swapped pair
+// are turned round; points and gaps are symmetric.
 void collide(const Shape& a, const Transform& frame_a, const Shape& b, const Transform& frame_b,
              double margin, std::vector<ContactPoint>& points) {
   const std::size_t kind_a = a.index(), kind_b = b.index();

@@ -4,8 +4,6 @@
 
 #include "collision/pairs/boxes.hpp"
 #include "collision/pairs/general.hpp"
-#include "collision/pairs/height_field.hpp"
-#include "collision/pairs/mesh.hpp"
 #include "collision/pairs/plane.hpp"
 #include "collision/pairs/round.hpp"
 
@@ -15,7 +13,9 @@ namespace {
 
 constexpr Kinds near_known = kinds<Sphere, Capsule, Box, Cylinder, Ellipsoid>;
 
-// The first row that holds both kinds serves the pair: special ways first, what always works last.
+// The first row that holds both kinds serves the pair: special ways first, what always works last. A special
+// way needs a reason beyond speed alone, which stands in its row: an exact result where the general way
+// iterates, or points that the general way would have to choose among.
 constexpr std::array rows{
     PairRow{convex_kinds, kinds<Plane>, collide_plane, "every corner is a constraint of its own"},
     PairRow{convex_kinds, kinds<Mesh>, collide_mesh, "triangle by triangle, normals of active edges only"},
@@ -26,7 +26,8 @@ constexpr std::array rows{
     PairRow{convex_kinds, convex_kinds, collide_convex, "GJK, EPA and clipping need support functions only"},
 };
 
-// The rows by kinds, so that a pair costs one look-up.
+// The rows by kinds, worked out by the compiler, so that a pair costs one look-up. Only a <= b is filled: the
+// caller has put the two shapes in order.
 using RowIndex = std::array<std::array<const PairRow*, kind_count>, kind_count>;
 
 constexpr RowIndex make_index() {

@@ -1,14 +1,36 @@
 #pragma once
+#include <cstddef>
+#include <type_traits>
+
 #include "collision/pairs/pair.hpp"
-#include "collision/shapes/kinds.hpp"
 
 namespace amontons::collision {
+
+// A set of kinds of shapes, as bits by their place in Shape: what a row of the table serves is known to the
+// compiler, which builds the look-up from it.
+using Kinds = unsigned;
+constexpr std::size_t kind_count = std::variant_size_v<Shape>;
+
+// The place of a type in Shape.
+template <class T, std::size_t i = 0>
+constexpr std::size_t kind_of() {
+  if constexpr (std::is_same_v<T, std::variant_alternative_t<i, Shape>>)
+    return i;
+  else
+    return kind_of<T, i + 1>();
+}
+template <class... T>
+constexpr Kinds kinds = ((1u << kind_of<T>()) | ...);
+constexpr Kinds convex_kinds = (1u << kind_of<Plane>()) - 1;
+constexpr Kinds static_kinds = ((1u << kind_count) - 1) & ~convex_kinds;
+
+constexpr bool holds(Kinds set, std::size_t kind) { return (set >> kind & 1) != 0; }
 
 // How the shapes of some kinds meet.
 struct PairRow {
   Kinds a, b;
   PairFunction* collide;
-  const char* why;
+  const char* why;  // this way and no more general one
 };
 
 // The row for a shape of kind `a` and one of kind `b`, a <= b; null for two that are static only.

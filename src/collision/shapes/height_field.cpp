@@ -6,14 +6,14 @@
 #include <utility>
 
 #include "amontons/base/error.hpp"
-#include "amontons/collision/shapes/primitives.hpp"
 #include "collision/shapes/height_grid.hpp"
 
 namespace amontons {
 
 namespace {
 
-// What make_height_field() refuses, with the reason.
+// What make_height_field() refuses, with the reason. The number of heights is compared by division: rows
+// times columns could overflow.
 void check(std::span<const double> heights, std::size_t rows, std::size_t columns, double size_x,
            double size_y) {
   AMONTONS_REQUIRE(rows >= 2 && columns >= 2,
@@ -36,40 +36,21 @@ void check(std::span<const double> heights, std::size_t rows, std::size_t column
 HeightField make_height_field(std::span<const double> heights, std::size_t rows, std::size_t columns,
                               double size_x, double size_y) {
   check(heights, rows, columns, size_x, size_y);
-  // The range of heights is a quick test for bodies above the field, the active vertices one for normals.
+  // The range of heights is a quick test for bodies above the field, the active vertices one for normals:
+  // both are worked out once, as the field never changes.
   const auto [lowest, highest] = std::minmax_element(heights.begin(), heights.end());
-  auto grid = std::make_shared<HeightGrid>();
-  grid->heights.assign(heights.begin(), heights.end());
-  grid->rows = static_cast<std::int64_t>(rows);
-  grid->columns = static_cast<std::int64_t>(columns);
-  grid->size_x = size_x;
-  grid->size_y = size_y;
-  grid->lowest = *lowest;
-  grid->highest = *highest;
+  auto grid = std::make_shared<HeightGrid>(HeightGrid{{heights.begin(), heights.end()},
+                                                      static_cast<std::int64_t>(rows),
+                                                      static_cast<std::int64_t>(columns),
+                                                      size_x,
+                                                      size_y,
+                                                      *lowest,
+                                                      *highest,
+                                                      {}});
   const collision::GridSurface surface{*grid};
   for (std::int64_t v = 0; v < grid->rows * grid->columns; ++v)
     grid->is_active.push_back(surface.has_active_edge(v));
   return {std::move(grid)};
 }
 
-namespace collision {
-
-namespace {
-
-Aabb local_box(const HeightGrid& grid) {
-  const double x = grid.size_x / 2, y = grid.size_y / 2;
-  return {{-x, -y, grid.lowest}, {x, y, grid.highest}};
-}
-
-}  // namespace
-
-void require_valid(const HeightField& shape) {
-  AMONTONS_REQUIRE(shape.data != nullptr, "height field is empty; make it with make_height_field()");
-}
-double radius_about_origin(const HeightField& shape) { return radius_about_origin(local_box(*shape.data)); }
-Aabb box_around(const HeightField& shape, const Transform& frame) {
-  return box_around(local_box(*shape.data), frame);
-}
-
-}  // namespace collision
 }  // namespace amontons

@@ -9,7 +9,6 @@
 #include <utility>
 
 #include "amontons/base/error.hpp"
-#include "amontons/collision/shapes/primitives.hpp"
 #include "collision/shapes/triangle_mesh.hpp"
 
 // What make_mesh() checks and works out once: which triangles lie beside each other, which edges and vertices
@@ -32,7 +31,9 @@ void check(std::span<const Vec3> vertices, std::span<const Triangle> triangles) 
                            std::to_string(vertices.size()));
 }
 
-// Vertices at the same place become the first of them.
+// Vertices at the same place become the first of them, so that triangles of files that repeat vertices (STL)
+// know their neighbours. Only equal coordinates are welded: a tolerance would have to guess the size of
+// details.
 void weld(std::span<const Vec3> vertices, std::span<const Triangle> triangles, TriangleMesh& mesh) {
   std::vector<std::int32_t> by_place(vertices.size()), first(vertices.size());
   std::iota(by_place.begin(), by_place.end(), 0);
@@ -50,8 +51,7 @@ void weld(std::span<const Vec3> vertices, std::span<const Triangle> triangles, T
 // The unit normal of every triangle, right-handed over its corners.
 void find_normals(TriangleMesh& mesh) {
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-    const auto [i, j, k] = mesh.triangles[t];
-    const Vec3 ab = mesh.vertices[j] - mesh.vertices[i], ac = mesh.vertices[k] - mesh.vertices[i];
+    const Vec3 &a = mesh.corner(t, 0), ab = mesh.corner(t, 1) - a, ac = mesh.corner(t, 2) - a;
     // Scaled before the product, so that it does not underflow in any unit.
     const double length = std::sqrt(std::max({dot(ab, ab), dot(ac, ac), norm_squared(ac - ab)}));
     const Vec3 normal = length > 0 ? cross(ab / length, ac / length) : Vec3{};
@@ -70,12 +70,13 @@ struct HalfEdge {
   auto key() const { return std::tuple(low, high, triangle, k); }
 };
 
-// The angle through the outside from triangle e to triangle other about their common edge, in (0, 2 pi].
+// The angle through the outside from triangle e to triangle other about their common edge, in (0, 2 pi]: in
+// the plane across the edge `inward` points into triangle e and its normal n to the outside, so that the
+// third corner of the other triangle lies at atan2(<n, to>, <inward, to>).
 double outer_angle(const TriangleMesh& mesh, const HalfEdge& e, const HalfEdge& other) {
-  const Triangle &t = mesh.triangles[e.triangle], &u = mesh.triangles[other.triangle];
-  const Vec3 &a = mesh.vertices[t[e.k]], &b = mesh.vertices[t[(e.k + 1) % 3]];
-  const Vec3 n = mesh.normals[e.triangle], inward = cross(n, normalised(b - a));
-  const Vec3 to = mesh.vertices[u[(other.k + 2) % 3]] - a;
+  const Vec3 &a = mesh.corner(e.triangle, e.k), &b = mesh.corner(e.triangle, e.k + 1);
+  const Vec3 &n = mesh.normals[e.triangle], inward = cross(n, normalised(b - a));
+  const Vec3 to = mesh.corner(other.triangle, other.k + 2) - a;
   const double angle = std::atan2(dot(n, to), dot(inward, to));
   // The back of a sheet lies on its front: all the way round, not at no angle at all.
   return angle > 1e-9 ? angle : angle + 2 * std::numbers::pi;
@@ -109,11 +110,10 @@ void set_neighbour(TriangleMesh& mesh, const HalfEdge& e, std::span<const HalfEd
   }
   mesh.edges[e.triangle][e.k] = collision::EdgeKind::border;
   if (!best) return;
-  const Triangle &t = mesh.triangles[e.triangle], &u = mesh.triangles[best->triangle];
   mesh.neighbours[e.triangle][e.k] = best->triangle;
-  mesh.edges[e.triangle][e.k] =
-      collision::edge_kind(mesh.vertices[t[e.k]], mesh.vertices[t[(e.k + 1) % 3]], mesh.normals[e.triangle],
-                           mesh.normals[best->triangle], mesh.vertices[u[(best->k + 2) % 3]]);
+  mesh.edges[e.triangle][e.k] = collision::edge_kind(
+      mesh.corner(e.triangle, e.k), mesh.corner(e.triangle, e.k + 1), mesh.normals[e.triangle],
+      mesh.normals[best->triangle], mesh.corner(best->triangle, best->k + 2));
 }
 
 // What lies across every edge, and of which kind the edge is. Two triangles that run the same way along it
@@ -147,12 +147,11 @@ void describe_vertices(TriangleMesh& mesh) {
   std::vector<std::pair<std::int32_t, std::int32_t>> joined;
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
     for (int k = 0; k < 3; ++k) {
-      const std::int32_t v = mesh.triangles[t][k], next = mesh.triangles[t][(k + 1) % 3],
-                         last = mesh.triangles[t][(k + 2) % 3];
+      const std::int32_t v = mesh.triangles[t][k], next = mesh.triangles[t][(k + 1) % 3];
       joined.emplace_back(v, next);
       joined.emplace_back(next, v);
-      const Vec3 a = normalised(mesh.vertices[next] - mesh.vertices[v]);
-      const Vec3 b = normalised(mesh.vertices[last] - mesh.vertices[v]);
+      const Vec3 a = normalised(mesh.corner(t, k + 1) - mesh.corner(t, k));
+      const Vec3 b = normalised(mesh.corner(t, k + 2) - mesh.corner(t, k));
       mesh.vertex_normals[v] += std::atan2(norm(cross(a, b)), dot(a, b)) * mesh.normals[t];
       const collision::EdgeKind kind = mesh.edges[t][k];
       for (std::int32_t end : {v, next}) {
@@ -160,6 +159,8 @@ void describe_vertices(TriangleMesh& mesh) {
         mesh.is_border[end] |= kind == collision::EdgeKind::border;
       }
     }
+  // Sorted by vertex the lists of those joined to each lie one after the other; an edge of two triangles came
+  // from both.
   std::sort(joined.begin(), joined.end());
   joined.erase(std::unique(joined.begin(), joined.end()), joined.end());
   mesh.around_start.assign(n + 1, 0);
@@ -170,8 +171,10 @@ void describe_vertices(TriangleMesh& mesh) {
   for (std::size_t v = 0; v < n; ++v) mesh.around_start[v + 1] += mesh.around_start[v];
 }
 
-// A node over order[first, last), and below it the halves, split at the median of the centres
-// along their longest extent.
+// A node over order[first, last), and below it the halves, split at the median of the centres along their
+// longest extent: the tree is balanced, and boxes of siblings overlap little. Leaves of up to four triangles:
+// testing a few boxes more in a row costs less than another level. Within a half the triangles keep their
+// order.
 void build_tree(TriangleMesh& mesh, const std::vector<Vec3>& centres, std::int32_t first, std::int32_t last) {
   Aabb box = empty_box(), middle = empty_box();
   for (std::int32_t i = first; i < last; ++i) {
@@ -215,15 +218,4 @@ Mesh make_mesh(std::span<const Vec3> vertices, std::span<const std::array<std::i
   return {std::move(mesh)};
 }
 
-namespace collision {
-
-void require_valid(const Mesh& shape) {
-  AMONTONS_REQUIRE(shape.data != nullptr, "triangle mesh is empty; make it with make_mesh()");
-}
-double radius_about_origin(const Mesh& shape) { return radius_about_origin(shape.data->nodes[0].box); }
-Aabb box_around(const Mesh& shape, const Transform& frame) {
-  return box_around(shape.data->nodes[0].box, frame);
-}
-
-}  // namespace collision
 }  // namespace amontons
