@@ -54,8 +54,7 @@ float narrow(double x, double origin) {
 
 // Bit k: child k of the node overlaps the box {lower, upper}. Boxes overlap if on every axis each begins
 // before the other ends; four children fill a vector, axis by axis.
-template <class Node>
-unsigned overlap_mask(const Node& node, const float* box) {
+unsigned overlap_mask(const auto& node, const float* box) {
   unsigned mask = 0;
 #if defined(__SSE2__)
   for (int half = 0; half < 8; half += 4) {
@@ -78,12 +77,10 @@ unsigned overlap_mask(const Node& node, const float* box) {
 }
 
 // The box of one child, and the box around all of them: lower, then upper corner.
-template <class Node>
-void copy_child(const Node& node, std::size_t child, float* box) {
+void copy_child(const auto& node, std::size_t child, float* box) {
   for (int row = 0; row < 6; ++row) box[row] = node.bound[row][child];
 }
-template <class Node>
-void enclose(const Node& node, float* box) {
+void enclose(const auto& node, float* box) {
   for (int axis = 0; axis < 3; ++axis) {
     box[axis] = *std::min_element(node.bound[axis], node.bound[axis] + 8);
     box[axis + 3] = *std::max_element(node.bound[axis + 3], node.bound[axis + 3] + 8);
@@ -91,8 +88,7 @@ void enclose(const Node& node, float* box) {
 }
 
 // Empty places begin at infinity and end at minus infinity, so that they overlap nothing.
-template <class Node>
-void clear(Node& node) {
+void clear(auto& node) {
   for (int row = 0; row < 6; ++row) std::fill_n(node.bound[row], 8, row < 3 ? inf : -inf);
 }
 
@@ -207,8 +203,7 @@ void BroadPhase::split(std::size_t first, std::size_t last) {
 // With centres spread over s and boxes as long as e on average, the halves are about s / 2 + e long: along
 // which axis is that the smallest part of s + e? Where s / (s + e) is largest.
 int BroadPhase::best_axis(std::size_t first, std::size_t last) const {
-  float lower[3], upper[3], sum[3] = {0, 0, 0};
-  for (int axis = 0; axis < 3; ++axis) lower[axis] = upper[axis] = items_[first].centre[axis];
+  float lower[3] = {inf, inf, inf}, upper[3] = {-inf, -inf, -inf}, sum[3] = {0, 0, 0};
   for (std::size_t k = first; k < last; ++k)
     for (int axis = 0; axis < 3; ++axis) {
       lower[axis] = std::min(lower[axis], items_[k].centre[axis]);

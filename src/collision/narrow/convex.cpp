@@ -12,27 +12,21 @@ std::int32_t extreme_corner(const ConvexHull& hull, const Vec3& direction) {
   constexpr std::size_t few = 48;
   std::int32_t best = 0;
   double height = dot(hull.vertices[0], direction);
+  const auto climbs_to = [&](std::int32_t i) {
+    const double h = dot(hull.vertices[i], direction);
+    if (!(h > height)) return false;
+    height = h;
+    best = i;
+    return true;
+  };
   if (hull.vertices.size() <= few) {
     // Straight through memory is faster than the walk until there are many.
-    for (std::size_t i = 1; i < hull.vertices.size(); ++i) {
-      const double h = dot(hull.vertices[i], direction);
-      if (h > height) {
-        height = h;
-        best = static_cast<std::int32_t>(i);
-      }
-    }
+    for (std::size_t i = 1; i < hull.vertices.size(); ++i) climbs_to(static_cast<std::int32_t>(i));
     return best;
   }
   for (bool higher = true; higher;) {
     higher = false;
-    for (std::int32_t j : hull.neighbours[best]) {
-      const double h = dot(hull.vertices[j], direction);
-      if (h > height) {
-        height = h;
-        best = j;
-        higher = true;
-      }
-    }
+    for (std::int32_t j : hull.neighbours[best]) higher |= climbs_to(j);
   }
   return best;
 }
@@ -44,31 +38,25 @@ Convex make_convex(const Shape& shape, const Transform& frame, const Vec3& origi
   body.centre = frame.position - origin;
   const Mat3 rotation = to_matrix(frame.rotation);
   for (int i = 0; i < 3; ++i) body.axis[i] = rotation.column(i);
-  if (const auto* hull = std::get_if<Hull>(&shape)) {
-    body.kind = Convex::Kind::hull;
-    body.hull = hull->data.get();
-    body.extent = hull->data->extent;
+  const auto make = [&](Convex::Kind kind, double extent, const Vec3& size, double radius = 0) {
+    body.kind = kind;
+    body.extent = extent;
+    body.size = size;
+    body.radius = radius;
     return body;
+  };
+  if (const auto* hull = std::get_if<Hull>(&shape)) {
+    body.hull = hull->data.get();
+    return make(Convex::Kind::hull, body.hull->extent, {});
   }
-  body.extent = bounding_radius(shape);
-  if (const auto* sphere = std::get_if<Sphere>(&shape)) {
-    body.kind = Convex::Kind::point;
-    body.radius = sphere->radius;
-  } else if (const auto* capsule = std::get_if<Capsule>(&shape)) {
-    body.kind = Convex::Kind::segment;
-    body.radius = capsule->radius;
-    body.size = {0, 0, capsule->half_length};
-  } else if (const auto* box = std::get_if<Box>(&shape)) {
-    body.kind = Convex::Kind::box;
-    body.size = box->half;
-  } else if (const auto* cylinder = std::get_if<Cylinder>(&shape)) {
-    body.kind = Convex::Kind::cylinder;
-    body.size = {cylinder->radius, cylinder->radius, cylinder->half_length};
-  } else {
-    body.kind = Convex::Kind::ellipsoid;
-    body.size = std::get<Ellipsoid>(shape).radii;
-  }
-  return body;
+  const double extent = bounding_radius(shape);
+  if (const auto* s = std::get_if<Sphere>(&shape)) return make(Convex::Kind::point, extent, {}, s->radius);
+  if (const auto* s = std::get_if<Capsule>(&shape))
+    return make(Convex::Kind::segment, extent, {0, 0, s->half_length}, s->radius);
+  if (const auto* s = std::get_if<Box>(&shape)) return make(Convex::Kind::box, extent, s->half);
+  if (const auto* s = std::get_if<Cylinder>(&shape))
+    return make(Convex::Kind::cylinder, extent, {s->radius, s->radius, s->half_length});
+  return make(Convex::Kind::ellipsoid, extent, std::get<Ellipsoid>(shape).radii);
 }
 
 // The triangle has corners in place of axes: it is made anew for every triangle near a body.

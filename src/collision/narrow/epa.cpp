@@ -1,6 +1,7 @@
 #include "collision/narrow/epa.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 
@@ -163,46 +164,25 @@ Vec3 any_perpendicular(const Vec3& e) {
   return normalised(cross(e, axis));
 }
 
-bool is_round(const Convex& body) {
-  return body.kind == Convex::Kind::cylinder || body.kind == Convex::Kind::ellipsoid;
-}
-
 // How many points of a simplex span something: a tetrahedron that is thinner than the tolerance counts as a
 // triangle, and so on down to a point.
 int independent_points(const Polytope& hull, int n, double tolerance) {
-  const Vec3 o = hull.point[0].w;
-  if (n == 4) {
-    const Vec3 e = hull.point[1].w - o, f = hull.point[2].w - o, g = hull.point[3].w - o;
-    if (std::abs(dot(cross(e, f), g)) > tolerance * norm(cross(e, f))) return 4;
-    n = 3;
-  }
-  if (n == 3) {
-    const Vec3 e = hull.point[1].w - o, f = hull.point[2].w - o;
-    if (!(norm(cross(e, f)) <= tolerance * std::max(norm(e), norm(f)))) return 3;
-    n = 2;
-  }
-  if (n == 2 && norm(hull.point[1].w - o) <= tolerance) n = 1;
-  return n;
+  const Vec3 o = hull.point[0].w, e = hull.point[1].w - o, f = hull.point[2].w - o, normal = cross(e, f);
+  if (n == 4 && std::abs(dot(normal, hull.point[3].w - o)) > tolerance * norm(normal)) return 4;
+  if (n >= 3 && !(norm(normal) <= tolerance * std::max(norm(e), norm(f)))) return 3;
+  return n >= 2 && !(norm(e) <= tolerance) ? 2 : 1;
 }
 
-// Directions out of the span of the first n points, opposite ones among them.
-int directions_out_of(const Polytope& hull, int n, Vec3* directions) {
-  const Vec3 o = hull.point[0].w;
-  int count = 0;
-  if (n == 1) {
-    for (const Vec3& d : Mat3::identity().row) {
-      directions[count++] = d;
-      directions[count++] = -d;
-    }
-  } else if (n == 2) {
-    const Vec3 e = normalised(hull.point[1].w - o), u = any_perpendicular(e), v = cross(e, u);
-    for (const Vec3& d : {u, v, -u, -v}) directions[count++] = d;
-  } else {
+// Directions out of the span of the first n points, opposite ones among them; zero behind the last one.
+std::array<Vec3, 6> directions_out_of(const Polytope& hull, int n) {
+  const Vec3 o = hull.point[0].w, x{1, 0, 0}, y{0, 1, 0}, z{0, 0, 1};
+  if (n == 1) return {x, -x, y, -y, z, -z};
+  if (n == 3) {
     const Vec3 normal = normalised(cross(hull.point[1].w - o, hull.point[2].w - o));
-    directions[count++] = normal;
-    directions[count++] = -normal;
+    return {normal, -normal};
   }
-  return count;
+  const Vec3 e = normalised(hull.point[1].w - o), u = any_perpendicular(e), v = cross(e, u);
+  return {u, v, -u, -v};
 }
 
 // Grows a simplex that holds the origin to a tetrahedron by extreme points: the farthest out of its span each
@@ -213,12 +193,11 @@ int grow_to_tetrahedron(const Convex& a, const Convex& b, const Simplex& s, doub
   for (int i = 0; i < s.count; ++i) hull.point[i] = s.point[i];
   int n = independent_points(hull, s.count, tolerance);
   for (; n < 4; ++n) {
-    Vec3 directions[6];
-    const int tries = directions_out_of(hull, n, directions);
     double farthest = tolerance;
-    for (int t = 0; t < tries; ++t) {
-      const DifferencePoint p = difference_support(a, b, directions[t]);
-      const double distance = dot(directions[t], p.w - hull.point[0].w);
+    for (const Vec3& d : directions_out_of(hull, n)) {
+      if (d == Vec3{}) break;
+      const DifferencePoint p = difference_support(a, b, d);
+      const double distance = dot(d, p.w - hull.point[0].w);
       if (distance > farthest) {
         farthest = distance;
         hull.point[n] = p;
@@ -244,8 +223,7 @@ void part_flat(const Convex& a, const Convex& b, const Polytope& hull, int point
     result.on_a += (1.0 / points) * hull.point[i].a;
     result.on_b += (1.0 / points) * hull.point[i].b;
   }
-  const Vec3 middle = 0.5 * (result.on_a + result.on_b);
-  result.on_a = result.on_b = middle;
+  result.on_a = result.on_b = 0.5 * (result.on_a + result.on_b);
 }
 
 // The foot of the origin on the plane { <normal, w> = depth }, in the one of the faces in this plane that
@@ -276,21 +254,19 @@ void set_foot(const Polytope& hull, const Vec3& normal, double depth, double tol
   }
 }
 
-// How far the bounds of the depth may be apart. Flat surfaces are met, round ones approached: triangles much
-// finer than this are rounding. Between two smooth bodies sharpen_smooth() does the rest.
-double convergence(const Convex& a, const Convex& b, const PairScale& scale, double rounding) {
-  const bool smooth = a.kind == Convex::Kind::ellipsoid && b.kind == Convex::Kind::ellipsoid;
-  const double relative = smooth ? 1e-5 : is_round(a) || is_round(b) ? 1e-8 : 1e-10;
-  return relative * scale.size + rounding;
-}
-
 }  // namespace
 
 void penetration(const Convex& a, const Convex& b, const Simplex& simplex, Separation& result) {
   thread_local Polytope hull;
   const PairScale scale = pair_scale(a, b);
   const double rounding = 1e-14 * scale.reach;
-  const double converged = convergence(a, b, scale, rounding);
+  // How far the bounds of the depth may be apart. Flat surfaces are met, round ones approached: triangles
+  // much finer than this are rounding. Between two smooth bodies sharpen_smooth() does the rest.
+  using Kind = Convex::Kind;
+  const auto any = [&](Kind kind) { return a.kind == kind || b.kind == kind; };
+  const bool both_smooth = a.kind == Kind::ellipsoid && b.kind == Kind::ellipsoid;
+  const double relative = both_smooth ? 1e-5 : any(Kind::cylinder) || any(Kind::ellipsoid) ? 1e-8 : 1e-10;
+  const double converged = relative * scale.size + rounding;
 
   const int points = grow_to_tetrahedron(a, b, simplex, 100 * rounding, hull);
   if (points < 4) return part_flat(a, b, hull, points, result);
@@ -309,10 +285,7 @@ void penetration(const Convex& a, const Convex& b, const Simplex& simplex, Separ
     const double depth = dot(direction, p.w);
     if (depth < least) {
       least = depth;
-      result.normal = -direction;
-      result.distance = -depth;
-      result.on_a = p.a;
-      result.on_b = p.b;
+      result = {true, -depth, -direction, p.a, p.b};
     }
     if (depth - bound <= converged) {
       result.normal = -direction;

@@ -47,20 +47,6 @@ void box_feature(const Convex& body, const Vec3& direction, Feature& feature) {
   feature.set({p, p - 2 * corner[along] * body.axis[along]});
 }
 
-// The corners of a regular polygon on the unit circle: (cos, sin) of the multiples of 30 degrees. Twelve
-// corners leave out 1 - cos(15 degrees), 3 % of the radius, at the middle of a side.
-const std::array<std::array<double, 2>, cap_corners>& cap_polygon() {
-  static const auto polygon = [] {
-    std::array<std::array<double, 2>, cap_corners> table;
-    for (int k = 0; k < cap_corners; ++k) {
-      const double a = 6.283185307179586 * k / cap_corners;
-      table[k] = {std::cos(a), std::sin(a)};
-    }
-    return table;
-  }();
-  return polygon;
-}
-
 // The direction of a cap's first corner, perpendicular to its normal n: along `phase` unless that stands on
 // the cap or is null.
 Vec3 cap_phase(const Convex& body, const Vec3& n, const Vec3* phase) {
@@ -82,11 +68,20 @@ void cap_feature(const Convex& body, const Vec3& direction, double c, const Vec3
     angle = std::atan2(dot(down, f), dot(down, e)) * (cap_corners / 6.283185307179586);
     if (angle < 0) angle += cap_corners;
   }
+  // (cos, sin) of the corners on the unit circle. Twelve leave out 1 - cos(15 degrees), 3 % of the radius, at
+  // the middle of a side.
+  static const auto polygon = [] {
+    std::array<std::array<double, 2>, cap_corners> table;
+    for (int k = 0; k < cap_corners; ++k) {
+      const double a = 6.283185307179586 * k / cap_corners;
+      table[k] = {std::cos(a), std::sin(a)};
+    }
+    return table;
+  }();
   feature.count = 0;
   feature.normal = n;
   for (int k = 0; k < cap_corners; ++k) {
-    const auto& point = cap_polygon()[k];
-    feature.points[feature.count++] = m + body.size.x * (point[0] * e + point[1] * f);
+    feature.points[feature.count++] = m + body.size.x * (polygon[k][0] * e + polygon[k][1] * f);
     if (angle >= k && angle < k + 1)
       feature.points[feature.count++] = m + (body.size.x / tilt) * (down - dot(down, n) * n);
   }
@@ -127,8 +122,7 @@ bool hull_face(const Convex& body, const Vec3& d, const Vec3& held, Feature& fea
 // Of the corners `others` that edges join to the extreme one the one that falls least along the direction:
 // with it the extreme corner makes an edge, unless that is too steep, which leaves a point. `at`: where a
 // corner is.
-template <class Corners, class F>
-void edge_or_point(int extreme, const Corners& others, const Vec3& direction, Feature& feature, F&& at) {
+void edge_or_point(int extreme, const auto& others, const Vec3& direction, Feature& feature, auto&& at) {
   int other = -1;
   double slope = -edge_sine;
   for (int j : others) {

@@ -1,5 +1,6 @@
 #include "collision/narrow/gjk.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 // The distance of two convex sets by the algorithm of Gilbert, Johnson and Keerthi (1988): the point v of
@@ -58,20 +59,17 @@ bool nearest_on_tetrahedron(const Simplex& s, Nearest& result) {
 // inside a tetrahedron, which then stays as it is.
 bool reduce(Simplex& s, Vec3& v) {
   Nearest nearest;
-  if (s.count == 1)
-    nearest = nearest_on_point(s, 0);
-  else if (s.count == 2)
-    nearest = nearest_on_segment(s, 0, 1);
-  else if (s.count == 3)
-    nearest = nearest_on_triangle(s, 0, 1, 2);
-  else if (!nearest_on_tetrahedron(s, nearest))
-    return false;
+  if (s.count == 4) {
+    if (!nearest_on_tetrahedron(s, nearest)) return false;
+  } else {
+    nearest = s.count == 1   ? nearest_on_point(s, 0)
+              : s.count == 2 ? nearest_on_segment(s, 0, 1)
+                             : nearest_on_triangle(s, 0, 1, 2);
+  }
   DifferencePoint kept[3];
   for (int i = 0; i < nearest.count; ++i) kept[i] = s.point[nearest.index[i]];
-  for (int i = 0; i < nearest.count; ++i) {
-    s.point[i] = kept[i];
-    s.weight[i] = nearest.weight[i];
-  }
+  std::copy_n(kept, nearest.count, s.point);
+  std::copy_n(nearest.weight, nearest.count, s.weight);
   s.count = nearest.count;
   v = nearest.point;
   return true;
@@ -79,9 +77,7 @@ bool reduce(Simplex& s, Vec3& v) {
 
 // Whether w is a corner already: then C reaches no farther along -v, and v is the answer.
 bool holds(const Simplex& s, const Vec3& w) {
-  for (int i = 0; i < s.count; ++i)
-    if (s.point[i].w == w) return true;
-  return false;
+  return std::any_of(s.point, s.point + s.count, [&](const DifferencePoint& p) { return p.w == w; });
 }
 
 // The direction of v, the simplex's point nearest to the origin. v is the difference of nearby points and has
@@ -98,13 +94,6 @@ Vec3 sharpened_normal(const Simplex& s, const Vec3& v) {
     if (norm_squared(p) > 0.25 * norm_squared(v)) return normalised(p);
   }
   return normalised(v);
-}
-
-// Whether <v, w> proves a distance beyond the limit, without a root: <v, w> / |v| > limit. Most pairs that
-// the broad phase finds end here after one or two steps.
-bool is_beyond(double vw, double vv, double limit) {
-  if (limit < 0) return vw > 0;
-  return vw > 0 && vw * vw > limit * limit * vv;
 }
 
 }  // namespace
@@ -146,7 +135,9 @@ Cores distance_of_cores(const Convex& a, const Convex& b, double limit, Simplex&
   for (int iteration = 0; iteration < most_iterations; ++iteration) {
     const DifferencePoint p = difference_support(a, b, -v);
     const double vv = norm_squared(v), vw = dot(v, p.w);
-    if (is_beyond(vw, vv, limit)) return Cores::beyond_limit;
+    // <v, w> / |v| > limit, without a root: most pairs that the broad phase finds end here within a few
+    // steps.
+    if (vw > 0 && (limit < 0 || vw * vw > limit * limit * vv)) return Cores::beyond_limit;
     // The bounds agree, or C has nothing new along -v. (The first v is no point of C and proves nothing.)
     if (s.count > 0 && (vv - vw <= gap_tolerance * vv || holds(s, p.w))) break;
     const Simplex before = s;

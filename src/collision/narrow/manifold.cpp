@@ -178,12 +178,6 @@ double clip_edges(Clipper& c, const TangentFrame& frame, double margin, std::vec
   return emit(c, frame, 1e-3 * std::min(length, other), margin, true, points);
 }
 
-// The point that the separation itself gives.
-void push_deepest(const Separation& deepest, double margin, std::vector<ContactPoint>& points) {
-  if (deepest.distance <= margin)
-    points.push_back({0.5 * (deepest.on_a + deepest.on_b), deepest.normal, deepest.distance});
-}
-
 }  // namespace
 
 int drop_between(Lifted* corner, int count, double merge) {
@@ -229,17 +223,16 @@ void manifold(const Convex& a, const Convex& b, const Separation& deepest, doubl
   const double tolerance = 1e-5 * size + 0.02 * std::abs(deepest.distance);
   const std::size_t before = points.size();
 
+  // 0: the face of b, which looks along the normal; 1: that of a, which looks against it.
   Vec3 candidate[2];
   double cosine[2] = {0, 0};
-  supporting_feature(b, deepest.normal, &deepest.on_b, nullptr, face);
-  if (face.count > 2) {
-    candidate[0] = face.normal;
-    cosine[0] = dot(face.normal, deepest.normal);
-  }
-  supporting_feature(a, -deepest.normal, &deepest.on_a, nullptr, face);
-  if (face.count > 2) {
-    candidate[1] = -face.normal;
-    cosine[1] = -dot(face.normal, deepest.normal);
+  for (int k : {0, 1}) {
+    const double sign = k == 0 ? 1 : -1;
+    supporting_feature(k == 0 ? b : a, sign * deepest.normal, k == 0 ? &deepest.on_b : &deepest.on_a, nullptr,
+                       face);
+    if (face.count < 3) continue;
+    candidate[k] = sign * face.normal;
+    cosine[k] = dot(candidate[k], deepest.normal);
   }
   // Of two faces that are aligned alike that of b, so that the choice does not hang on rounding.
   const int first = cosine[1] > cosine[0] + 1e-4 ? 1 : 0;
@@ -250,7 +243,9 @@ void manifold(const Convex& a, const Convex& b, const Separation& deepest, doubl
     points.resize(before);
   }
   const double least = clip_features(a, b, deepest.normal, &deepest, margin, points);
-  if (least > deepest.distance + tolerance) push_deepest(deepest, margin, points);
+  // Corners, edges that cross, round bodies: the point that the separation itself gives.
+  if (least > deepest.distance + tolerance && deepest.distance <= margin)
+    points.push_back({0.5 * (deepest.on_a + deepest.on_b), deepest.normal, deepest.distance});
 }
 
 }  // namespace amontons::collision

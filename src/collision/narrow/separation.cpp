@@ -70,7 +70,6 @@ double separated_by(const Convex& a, const Convex& b, const Vec3& n) {
 
 // The side of a cylinder is that of the capsule around its axis.
 Convex as_capsule(const Convex& body) {
-  if (body.kind != Convex::Kind::cylinder) return body;
   Convex capsule = body;
   capsule.kind = Convex::Kind::segment;
   capsule.radius = body.size.x;

@@ -86,7 +86,7 @@ struct SurfaceBody {
 void reduce_points(std::vector<ContactPoint>& points, std::size_t first, double length);
 
 // A Surface has, in coordinates of its own and with triangles named by integers:
-//   template <class F> void for_each_near(const Aabb&, F) const   F(triangle) for all that may touch the box
+//   void for_each_near(const Aabb&, visit) const   F(triangle) for all that may touch the box
 //   Facet facet(triangle) const
 //   template <class F> void for_each_neighbour(vertex, F) const   F(position) for all joined to it by an edge
 //   bool is_active(vertex) const             whether an edge ends there that is not flat
@@ -160,32 +160,27 @@ class SurfaceContact {
     if (!body_.is_in_reach(facet, reach)) return;
     const Vec3 n = facet.normal, lowest = body_.lowest_along(n);
     if (dot(n, lowest - facet.corner[0]) > body_.margin) return;
-    bool rounded = false;  // whether a normal other than the face's is possible
-    for (EdgeKind kind : facet.edge)
-      rounded = rounded || kind == EdgeKind::convex || kind == EdgeKind::border;
-    if (!rounded) {
-      touch_face(facet, lowest, false);
-      return;
-    }
+    // Flat and concave edges have no normal but the face's.
+    const bool rounded = std::any_of(facet.edge, facet.edge + 3, [](EdgeKind kind) {
+      return kind == EdgeKind::convex || kind == EdgeKind::border;
+    });
+    if (!rounded) return static_cast<void>(touch_face(facet, lowest, false));
     const Convex triangle =
         make_triangle(facet.corner[0] - lift_, facet.corner[1] - lift_, facet.corner[2] - lift_);
     const Separation s = separation(body_.convex, triangle, reach);
     if (!s.within) return;
     const bool allowed = is_allowed(facet, s.normal);
     const double core_depth = -s.distance - body_.convex.radius;
-    if (core_depth >= 0) note_overlap(n, core_depth, allowed);
+    if (core_depth >= 0) {  // the cores of body and triangle overlap
+      blocked_ = blocked_ || !allowed;
+      outwards_ += n;  // no way out of one face alone, but away from all of them
+      // Never less than what tells two bodies apart.
+      overlap_ = std::max({overlap_, core_depth, 1e-7 * body_.size()});
+    }
     if (allowed)
       touch_along(facet, triangle, s, lowest);
     else
       touch_face(facet, lowest, false);
-  }
-
-  // The cores of body and triangle overlap.
-  void note_overlap(const Vec3& n, double core_depth, bool allowed) {
-    blocked_ = blocked_ || !allowed;
-    outwards_ += n;  // no way out of one face alone, but away from all of them
-    // Never less than what tells two bodies apart.
-    overlap_ = std::max({overlap_, core_depth, 1e-7 * body_.size()});
   }
 
   // Contact along the normal of the separation. Flat bodies prefer the face's normal to one that is almost

@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "collision/narrow/manifold.hpp"
-#include "collision/narrow/separation.hpp"
+#include "collision/pairs/general.hpp"
 
 // Two boxes by the separating axis theorem (Gottschalk, Lin, Manocha, OBBTree, 1996, section 5). Two convex
 // polyhedra are disjoint if and only if their projections onto some axis are, and it is enough to try the
@@ -123,24 +123,13 @@ int keep_corners(const Lifted* in, int n, double merge, Lifted* out) {
 
 // One box of a pair as the reference, whose face clips the other box, in the coordinates of its own axes.
 struct Reference {
-  const Mat3& axes;
-  const Vec3 &centre, &half, &other;  // `other`: the half edges of the other box
-  Vec3 towards;                       // the other centre
-  Mat3 turn;                          // turn(i, j) = <own axis i, other axis j>
-  int index, iu, iv;                  // the face's axis and the two along it
-  double side;                        // of the face: the one that looks at the other box
-
-  Reference(const BoxPair& p, int box, int face_axis)
-      : axes(p.axes[box]),
-        centre(p.centre[box]),
-        half(p.half[box]),
-        other(p.half[1 - box]),
-        towards(box == 0 ? p.from[0] : -p.from[1]),
-        turn(box == 0 ? p.turn : transposed(p.turn)),
-        index(face_axis),
-        iu(next_axis(face_axis)),
-        iv(last_axis(face_axis)),
-        side(towards[face_axis] < 0 ? -1 : 1) {}
+  const BoxPair& p;
+  int box, index;                                            // the box, and the axis that its face belongs to
+  const Vec3 &half = p.half[box], &other = p.half[1 - box];  // half edges of this box and of the other one
+  Vec3 towards = box == 0 ? p.from[0] : -p.from[1];          // the other centre
+  Mat3 turn = box == 0 ? p.turn : transposed(p.turn);        // turn(i, j) = <own axis i, other axis j>
+  int iu = next_axis(index), iv = last_axis(index);          // the two axes along the face
+  double side = towards[index] < 0 ? -1 : 1;  // of the face: the one that looks at the other box
 
   // The axis of the other box that is turned most along the face's; of nearly equal ones the first.
   int facing_axis() const {
@@ -150,8 +139,8 @@ struct Reference {
     return facing;
   }
 
-  // The corners of the other box's face about axis `facing` that is turned against the
-  // reference face, over that face.
+  // The corners of the other box's face about axis `facing` that is turned against the reference face, over
+  // that face.
   void lift_facing(int facing, Lifted* corner) const {
     const double sign = turn(index, facing) * side > 0 ? -1 : 1;
     const int j1 = next_axis(facing), j2 = last_axis(facing);
@@ -176,7 +165,8 @@ struct Reference {
 // the points within the margin. Returns the smallest gap.
 double clip_box_faces(const BoxPair& p, int box, int index, double margin,
                       std::vector<ContactPoint>& points) {
-  const Reference r(p, box, index);
+  const Reference r{p, box, index};
+  const Mat3& axes = p.axes[box];
   const int facing = r.facing_axis();
   const double width = r.half[r.iu], depth = r.half[r.iv];
   Lifted corner[12], clipped[12];
@@ -190,15 +180,15 @@ double clip_box_faces(const BoxPair& p, int box, int index, double margin,
   const double other_least = std::min(r.other[next_axis(facing)], r.other[last_axis(facing)]);
   // Points within a thousandth of the shortest edge are one; these are half edges.
   const double merge = 2e-3 * std::min(std::min(width, depth), other_least);
-  const Vec3 outwards = r.side * r.axes.row[index], normal = box == 0 ? -outwards : outwards;
-  const Vec3 origin = r.centre + r.half[index] * outwards;
+  const Vec3 outwards = r.side * axes.row[index], normal = box == 0 ? -outwards : outwards;
+  const Vec3 origin = p.centre[box] + r.half[index] * outwards;
   double least = 1e300;
   for (int k = 0; k < n; ++k) least = std::min(least, corner[k].height);
   n = keep_corners(corner, n, merge, clipped);
   for (int k = 0; k < n; ++k) {
     const Lifted c = clipped[k];
     if (c.height > margin) continue;
-    const Vec3 on_face = origin + c.u * r.axes.row[r.iu] + c.v * r.axes.row[r.iv];
+    const Vec3 on_face = origin + c.u * axes.row[r.iu] + c.v * axes.row[r.iv];
     points.push_back({on_face + (0.5 * c.height) * outwards, normal, c.height});
   }
   return least;
@@ -253,17 +243,14 @@ bool is_face_normal(const BoxPair& p, const Axis& face, const Axis& best) {
 // What no face decides: corners and edges side by side, where the separating axes miss the true distance.
 void collide_without_face(const BoxPair& p, const Axis& best, const Posed& a, const Posed& b, double margin,
                           std::vector<ContactPoint>& points) {
+  if (best.separation > 0 || best.box != 2) return collide_convex(a, b, margin, points);
   const Vec3& origin = a.frame.position;
-  const Convex body_a = make_convex(a.shape, a.frame, origin), body_b = make_convex(b.shape, b.frame, origin);
   const std::size_t before = points.size();
-  if (best.separation <= 0 && best.box == 2) {
-    Separation deepest = edge_contact(p, best);
-    deepest.on_a -= origin;
-    deepest.on_b -= origin;
-    manifold(body_a, body_b, deepest, margin, points);
-  } else if (const Separation s = separation(body_a, body_b, margin); s.within) {
-    manifold(body_a, body_b, s, margin, points);
-  }
+  Separation deepest = edge_contact(p, best);
+  deepest.on_a -= origin;
+  deepest.on_b -= origin;
+  manifold(make_convex(a.shape, a.frame, origin), make_convex(b.shape, b.frame, origin), deepest, margin,
+           points);
   for (std::size_t i = before; i < points.size(); ++i) points[i].point += origin;
 }
 

@@ -27,8 +27,7 @@ struct PlaneContact {
 void box_on_plane(const Box& box, const Transform& frame, const PlaneContact& plane) {
   const Mat3 r = to_matrix(frame.rotation);
   // A corner is left out if all three of its faces look up: <column, normal> times the corner's sign.
-  const Vec3 up{dot(r.column(0), plane.normal), dot(r.column(1), plane.normal),
-                dot(r.column(2), plane.normal)};
+  const Vec3 up = transposed(r) * plane.normal;
   for (int k = 0; k < 8; ++k) {
     // In turns around the z faces: neighbours follow each other.
     const Vec3 side{(k & 1) != (k >> 1 & 1) ? 1.0 : -1.0, k & 2 ? 1.0 : -1.0, k & 4 ? 1.0 : -1.0};

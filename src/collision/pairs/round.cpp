@@ -129,34 +129,17 @@ std::pair<double, double> nearest_parameters(const Vec3& u, const Vec3& w, const
   return {s, r};
 }
 
-// Two capsules with the middle of a as origin, in the directions of the world.
-struct CapsulePair {
-  Capsule a, b;
-  Vec3 u, w;  // their half axes
-  Vec3 t;     // the middle of b
-
-  double radii() const { return a.radius + b.radius; }
-  // Of the angle between the axes.
-  double sine() const { return norm(cross(u, w)) / (a.half_length * b.half_length); }
-};
-
 // The way out where the axes cross is perpendicular to both, and to the side where a's middle already is.
 // Axes on one line have no such direction: any perpendicular one will do.
-Vec3 normal_of_crossing_axes(const CapsulePair& p, const Quat& rotation_a) {
-  const Vec3 normal = p.sine() > 1e-6 ? normalised(cross(p.u, p.w)) : rotate(rotation_a, {1, 0, 0});
-  return dot(normal, p.t) > 0 ? -normal : normal;
-}
-
-// The points of a's axis, in units of length along it, between which b lies beside it.
-std::pair<double, double> common_length(const CapsulePair& p, const Vec3& along) {
-  const double middle = dot(along, p.t), half = std::abs(dot(along, p.w));
-  return {std::max(-p.a.half_length, middle - half), std::min(p.a.half_length, middle + half)};
+Vec3 normal_of_crossing_axes(const Vec3& u, const Vec3& w, const Vec3& t, double sine, const Quat& rotation) {
+  const Vec3 normal = sine > 1e-6 ? normalised(cross(u, w)) : rotate(rotation, {1, 0, 0});
+  return dot(normal, t) > 0 ? -normal : normal;
 }
 
 }  // namespace
 
-// The gap is the distance of the sphere's centre from the surface less the radius,
-// along that surface's normal.
+// The gap is the distance of the sphere's centre from the surface less the radius, along that surface's
+// normal.
 void collide_sphere(const Posed& a, const Posed& b, double margin, std::vector<ContactPoint>& points) {
   const double radius = std::get<Sphere>(a.shape).radius;
   const Vec3 offset = a.frame.position - b.frame.position;
@@ -171,15 +154,17 @@ void collide_capsules(const Posed& posed_a, const Posed& posed_b, double margin,
                       std::vector<ContactPoint>& points) {
   const Capsule &a = std::get<Capsule>(posed_a.shape), &b = std::get<Capsule>(posed_b.shape);
   const Transform &frame_a = posed_a.frame, &frame_b = posed_b.frame;
-  const CapsulePair p{a, b, rotate(frame_a.rotation, {0, 0, a.half_length}),
-                      rotate(frame_b.rotation, {0, 0, b.half_length}), frame_b.position - frame_a.position};
-  const double radii = p.radii(), reach = radii + margin;
-  const auto [s, r] = nearest_parameters(p.u, p.w, p.t);
-  const Vec3 offset = s * p.u - p.t - r * p.w;
+  // With the middle of a as origin, in the directions of the world: both half axes and the middle of b.
+  const Vec3 u = rotate(frame_a.rotation, {0, 0, a.half_length});
+  const Vec3 w = rotate(frame_b.rotation, {0, 0, b.half_length}), t = frame_b.position - frame_a.position;
+  const double radii = a.radius + b.radius, reach = radii + margin;
+  const auto [s, r] = nearest_parameters(u, w, t);
+  const Vec3 offset = s * u - t - r * w;
   const double distance = norm(offset);
   if (distance > reach) return;
+  const double sine = norm(cross(u, w)) / (a.half_length * b.half_length);  // of the angle between the axes
   const Vec3 normal =
-      distance > 1e-12 * radii ? offset / distance : normal_of_crossing_axes(p, frame_a.rotation);
+      distance > 1e-12 * radii ? offset / distance : normal_of_crossing_axes(u, w, t, sine, frame_a.rotation);
   const auto add = [&](const Vec3& on_axis_a, double gap) {
     if (gap <= margin)
       points.push_back({frame_a.position + on_axis_a - (a.radius + 0.5 * gap) * normal, normal, gap});
@@ -187,22 +172,25 @@ void collide_capsules(const Posed& posed_a, const Posed& posed_b, double margin,
   // Side by side they touch along a line: at both its ends, each with its own gap, and at the nearest point
   // too where the axes are so far from parallel that this lies clearly deeper.
   constexpr double parallel = 0.1;  // rad
-  if (distance > 0.5 * radii && p.sine() < parallel) {
-    const Vec3 along = p.u / a.half_length;
-    const auto [begin, end] = common_length(p, along);
+  if (distance > 0.5 * radii && sine < parallel) {
+    const Vec3 along = u / a.half_length;
+    // The points of a's axis, in units of length along it, between which b lies beside it.
+    const double middle = dot(along, t), half = std::abs(dot(along, w));
+    const double begin = std::max(-a.half_length, middle - half),
+                 end = std::min(a.half_length, middle + half);
     if (end - begin > 1e-3 * std::min(a.half_length, b.half_length)) {
       double least = 2 * reach;
       for (double z : {begin, end}) {
         const Vec3 on_a = z * along;
-        const double q = std::clamp(dot(p.w, on_a - p.t) / dot(p.w, p.w), -1.0, 1.0);
-        const double gap = norm(on_a - p.t - q * p.w) - radii;
+        const double q = std::clamp(dot(w, on_a - t) / dot(w, w), -1.0, 1.0);
+        const double gap = norm(on_a - t - q * w) - radii;
         least = std::min(least, gap);
         add(on_a, gap);
       }
       if (least - (distance - radii) <= 1e-3 * radii) return;
     }
   }
-  add(s * p.u, distance - radii);
+  add(s * u, distance - radii);
 }
 
 }  // namespace amontons::collision

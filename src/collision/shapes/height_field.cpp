@@ -10,15 +10,12 @@
 
 namespace amontons {
 
-namespace {
-
-// What make_height_field() refuses, with the reason. The number of heights is compared by division: rows
-// times columns could overflow.
-void check(std::span<const double> heights, std::size_t rows, std::size_t columns, double size_x,
-           double size_y) {
+HeightField make_height_field(std::span<const double> heights, std::size_t rows, std::size_t columns,
+                              double size_x, double size_y) {
   AMONTONS_REQUIRE(rows >= 2 && columns >= 2,
                    "height field: it needs at least two rows and two columns, not " + std::to_string(rows) +
                        " and " + std::to_string(columns));
+  // By division: rows times columns could overflow.
   AMONTONS_REQUIRE(heights.size() / rows == columns && heights.size() % rows == 0,
                    "height field: " + std::to_string(rows) + " rows of " + std::to_string(columns) +
                        " heights are needed, but there are " + std::to_string(heights.size()) + " heights");
@@ -29,27 +26,14 @@ void check(std::span<const double> heights, std::size_t rows, std::size_t column
     AMONTONS_REQUIRE(std::isfinite(heights[i]), "height field: the height in row " +
                                                     std::to_string(i / columns) + ", column " +
                                                     std::to_string(i % columns) + " is not finite");
-}
-
-}  // namespace
-
-HeightField make_height_field(std::span<const double> heights, std::size_t rows, std::size_t columns,
-                              double size_x, double size_y) {
-  check(heights, rows, columns, size_x, size_y);
   // The range of heights is a quick test for bodies above the field, the active vertices one for normals:
   // both are worked out once, as the field never changes.
   const auto [lowest, highest] = std::minmax_element(heights.begin(), heights.end());
-  auto grid = std::make_shared<HeightGrid>(HeightGrid{{heights.begin(), heights.end()},
-                                                      static_cast<std::int64_t>(rows),
-                                                      static_cast<std::int64_t>(columns),
-                                                      size_x,
-                                                      size_y,
-                                                      *lowest,
-                                                      *highest,
-                                                      {}});
+  const auto r = static_cast<std::int64_t>(rows), c = static_cast<std::int64_t>(columns);
+  auto grid = std::make_shared<HeightGrid>(
+      HeightGrid{std::vector(heights.begin(), heights.end()), r, c, size_x, size_y, *lowest, *highest, {}});
   const collision::GridSurface surface{*grid};
-  for (std::int64_t v = 0; v < grid->rows * grid->columns; ++v)
-    grid->is_active.push_back(surface.has_active_edge(v));
+  for (std::int64_t v = 0; v < r * c; ++v) grid->is_active.push_back(surface.has_active_edge(v));
   return {std::move(grid)};
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <vector>
@@ -55,13 +56,10 @@ struct GridSurface {
 
   // The first and last index of the cells that [lower, upper] meets along one axis, `last` being the last
   // cell there is; none for an interval that lies beside the grid.
-  struct Range {
-    std::int64_t first, last;
-  };
   static bool is_beside(double lower, double upper, std::int64_t last) {
     return !(upper >= 0 && lower <= static_cast<double>(last + 1));
   }
-  static Range cells(double lower, double upper, std::int64_t last) {
+  static std::array<std::int64_t, 2> cells(double lower, double upper, std::int64_t last) {
     const auto cell = [&](double at) {
       return static_cast<std::int64_t>(std::clamp(std::floor(at), 0.0, static_cast<double>(last)));
     };
@@ -70,17 +68,16 @@ struct GridSurface {
 
   // What lies above the box by up to the box's own size counts as near: the field is solid below its surface,
   // and a body that has sunk into it by no more than its own height must still find the triangles over it.
-  template <class F>
-  void for_each_near(const Aabb& box, F&& visit) const {
+  void for_each_near(const Aabb& box, auto&& visit) const {
     const double c0 = column_at(box.lower.x), c1 = column_at(box.upper.x);
     const double r0 = row_at(box.lower.y), r1 = row_at(box.upper.y);
     if (is_beside(c0, c1, grid.columns - 2) || is_beside(r0, r1, grid.rows - 2)) return;
     const Vec3 size = box.upper - box.lower;
     const double top = box.upper.z + std::max({size.x, size.y, size.z});
     if (grid.highest < box.lower.z || grid.lowest > top) return;
-    const Range row = cells(r0, r1, grid.rows - 2), column = cells(c0, c1, grid.columns - 2);
-    for (std::int64_t r = row.first; r <= row.last; ++r)
-      for (std::int64_t c = column.first; c <= column.last; ++c) {
+    const auto rows = cells(r0, r1, grid.rows - 2), columns = cells(c0, c1, grid.columns - 2);
+    for (std::int64_t r = rows[0]; r <= rows[1]; ++r)
+      for (std::int64_t c = columns[0]; c <= columns[1]; ++c) {
         const double a = height(r, c), d = height(r + 1, c + 1);
         for (int upper = 0; upper < 2; ++upper) {
           const double b = upper ? height(r + 1, c) : height(r, c + 1);
@@ -94,27 +91,25 @@ struct GridSurface {
   // the diagonal in its own.
   Facet facet(std::int64_t t) const {
     const std::int64_t r = t / 2 / (grid.columns - 1), c = t / 2 % (grid.columns - 1);
-    struct Site {
-      std::int64_t r, c;
-    };
+    using Site = std::array<std::int64_t, 2>;  // row and column
     const Site origin{r, c}, diagonal{r + 1, c + 1};
     const Site corners[2][3] = {{origin, {r, c + 1}, diagonal}, {origin, diagonal, {r + 1, c}}};
     const Site opposite[2][3] = {{{r - 1, c}, {r + 1, c + 2}, {r + 1, c}},
                                  {{r, c + 1}, {r + 2, c + 1}, {r, c - 1}}};
     Facet f;
     for (int k = 0; k < 3; ++k) {
-      const Site at = corners[t % 2][k];
-      f.corner[k] = point(at.r, at.c);
-      f.vertex[k] = at.r * grid.columns + at.c;
+      const auto [row, column] = corners[t % 2][k];
+      f.corner[k] = point(row, column);
+      f.vertex[k] = row * grid.columns + column;
     }
     f.normal = normal_of(f.corner[0], f.corner[1], f.corner[2]);
     for (int k = 0; k < 3; ++k) {
-      const Site at = opposite[t % 2][k];
+      const auto [row, column] = opposite[t % 2][k];
       f.edge[k] = EdgeKind::border;
       f.opposite[k] = f.corner[k];
-      if (!has(at.r, at.c)) continue;
+      if (!has(row, column)) continue;
       const Vec3 &a = f.corner[k], &b = f.corner[(k + 1) % 3];
-      f.opposite[k] = point(at.r, at.c);
+      f.opposite[k] = point(row, column);
       f.edge[k] = edge_kind(a, b, f.normal, normal_of(b, a, f.opposite[k]), f.opposite[k]);
     }
     return f;
@@ -128,8 +123,7 @@ struct GridSurface {
   // along the diagonals that end there.
   static constexpr int around[6][2] = {{0, 1}, {1, 1}, {1, 0}, {0, -1}, {-1, -1}, {-1, 0}};
 
-  template <class F>
-  void for_each_neighbour(std::int64_t vertex, F&& visit) const {
+  void for_each_neighbour(std::int64_t vertex, auto&& visit) const {
     const std::int64_t r = vertex / grid.columns, c = vertex % grid.columns;
     for (const auto& [dr, dc] : around)
       if (has(r + dr, c + dc)) visit(point(r + dr, c + dc));

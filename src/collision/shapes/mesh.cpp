@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <compare>
 #include <numbers>
 #include <numeric>
 #include <string>
@@ -67,7 +68,7 @@ void find_normals(TriangleMesh& mesh) {
 struct HalfEdge {
   std::int32_t low, high, triangle, k;
   bool up;  // from low to high
-  auto key() const { return std::tuple(low, high, triangle, k); }
+  auto operator<=>(const HalfEdge&) const = default;
 };
 
 // The angle through the outside from triangle e to triangle other about their common edge, in (0, 2 pi]: in
@@ -90,8 +91,7 @@ std::vector<HalfEdge> sorted_edges(const TriangleMesh& mesh) {
       const std::int32_t a = mesh.triangles[t][k], b = mesh.triangles[t][(k + 1) % 3];
       edges.push_back({std::min(a, b), std::max(a, b), static_cast<std::int32_t>(t), k, a < b});
     }
-  std::sort(edges.begin(), edges.end(),
-            [](const HalfEdge& a, const HalfEdge& b) { return a.key() < b.key(); });
+  std::sort(edges.begin(), edges.end());
   return edges;
 }
 

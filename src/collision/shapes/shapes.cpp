@@ -30,8 +30,7 @@ void require_sizes(const Vec3& values, const char* what) {
 }
 
 // `reach` is the support function of a body that is symmetric about its centre.
-template <class F>
-Aabb symmetric_box(const Transform& frame, F&& reach) {
+Aabb symmetric_box(const Transform& frame, auto&& reach) {
   const Mat3 r = to_matrix(frame.rotation);
   const Vec3 half{reach(r.row[0]), reach(r.row[1]), reach(r.row[2])};
   return {frame.position - half, frame.position + half};
@@ -55,8 +54,7 @@ Aabb box_of(const Aabb& local, const Transform& frame) {
 void check(const Sphere& s) { require_size(s.radius, "sphere: the radius"); }
 double radius_of(const Sphere& s) { return s.radius; }
 Aabb box_of(const Sphere& s, const Transform& frame) {
-  const Vec3 half{s.radius, s.radius, s.radius};
-  return {frame.position - half, frame.position + half};
+  return symmetric_box(frame, [&](const Vec3&) { return s.radius; });
 }
 
 void check(const Capsule& s) {

@@ -46,8 +46,7 @@ struct MeshSurface {
   const TriangleMesh& mesh;
 
   // Depth first, left child first: triangles come in the order of `order`, whatever the box.
-  template <class F>
-  void for_each_near(const Aabb& box, F&& visit) const {
+  void for_each_near(const Aabb& box, auto&& visit) const {
     // The halves of a split differ by one triangle at most: 64 levels are more than memory has room for.
     std::int32_t stack[64];
     int size = 0;
@@ -89,8 +88,7 @@ struct MeshSurface {
     return f;
   }
 
-  template <class F>
-  void for_each_neighbour(std::int64_t vertex, F&& visit) const {
+  void for_each_neighbour(std::int64_t vertex, auto&& visit) const {
     for (std::int32_t i = mesh.around_start[vertex]; i < mesh.around_start[vertex + 1]; ++i)
       visit(mesh.vertices[mesh.around[i]]);
   }

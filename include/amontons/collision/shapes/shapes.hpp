@@ -28,7 +28,7 @@ struct Ellipsoid {
 struct Plane {};  // the half space z <= 0; its normal is +z. Static.
 
 // Any shape: the convex ones, then from Plane on those that are static only. Of the two shapes of a pair the
-// one that comes first here is treated as the first (pairs/table.cpp).
+// one that comes first here is treated as the first (pairs/collide.cpp).
 using Shape = std::variant<Sphere, Capsule, Box, Cylinder, Ellipsoid, Hull, Plane, Mesh, HeightField>;
 
 // Throws InputError naming what is wrong: sizes that are not positive and finite, shapes without data.
