@@ -30,15 +30,19 @@ namespace {
 
 constexpr float inf = std::numeric_limits<float>::infinity();
 
+// The longest side: what decides how many others a box can meet.
 double extent(const Aabb& box) {
   const Vec3 d = box.upper - box.lower;
   return std::max({d.x, d.y, d.z});
 }
 
+// Halved before the sum, which cannot overflow then.
 Vec3 centre(const Aabb& box) { return 0.5 * box.lower + 0.5 * box.upper; }
 
-// A class holds sizes within a factor of four; class 0 holds boxes without extent. The exponents of doubles,
-// from the smallest denormal's -1074 to 1023, shifted to be positive, give a class for every size.
+// A class holds sizes within a factor of four; class 0 holds boxes without extent. Four is coarse enough that
+// a pile of grains of mixed sizes stays in one or two trees, and fine enough that no node is blown up by a
+// box much larger than its neighbours. The exponents of doubles, from the smallest denormal's -1074 to 1023,
+// shifted to be positive, give a class for every size.
 constexpr std::size_t classes = 1 + 2200 / 2;
 std::size_t size_class(double size) {
   return size > 0 ? 1 + static_cast<std::size_t>(std::ilogb(size) + 1075) / 2 : 0;
@@ -99,8 +103,9 @@ void BroadPhase::find_pairs(std::span<const Aabb> boxes, std::span<const unsigne
   fixed_ = fixed;
   found_.clear();
   set_aside_infinite(boxes);
-  // The order of an earlier call holds for any boxes; it only gets slower as they move through each other. It
-  // is given up as soon as it costs half as much again as when it was new.
+  // The order of an earlier call holds for any boxes; it only gets slower as they move through each other,
+  // and from one step of a simulation to the next nothing moves far. It is given up as soon as it costs half
+  // as much again as when it was new.
   bool done = false;
   if (built_for_ == boxes.size() && infinite_ == last_infinite_) {
     fit(boxes);
@@ -153,8 +158,9 @@ void BroadPhase::choose_origin(std::span<const Aabb> boxes) {
   }
 }
 
-// Counting sort by class; each class starts a new group of leaves. Afterwards start_ holds where the items of
-// each class that has any begin and end.
+// A class much smaller than its neighbours shares no node with them: the tree above is then that of a few
+// subtrees side by side. Counting sort by class, in linear time; each class starts a new group of leaves.
+// Afterwards start_ holds where the items of each class that has any begin and end.
 void BroadPhase::sort_by_size(std::span<const Aabb> boxes) {
   count_.assign(classes + 1, 0);
   for (std::int32_t i : finite_) ++count_[size_class(extent(boxes[i])) + 1];
@@ -163,10 +169,7 @@ void BroadPhase::sort_by_size(std::span<const Aabb> boxes) {
   for (std::size_t c = 0; c < classes; ++c) {
     const std::size_t size = count_[c + 1];
     count_[c] = leaves;
-    if (size) {
-      start_.push_back(leaves);
-      start_.push_back(leaves + size);
-    }
+    if (size) start_.insert(start_.end(), {leaves, leaves + size});
     leaves += (size + width - 1) / width * width;
   }
   items_.assign(leaves, {{}, {}, -1});
@@ -182,8 +185,9 @@ void BroadPhase::sort_by_size(std::span<const Aabb> boxes) {
   }
 }
 
-// Splits the range near its middle, at a multiple of the largest power of eight of which one lies inside: the
-// halves then fill whole nodes of the level that they belong to.
+// The construction of a k-d tree (Bentley, 1975), by medians, so that its depth is fixed by the number of
+// leaves and no pointer is needed. Splits the range near its middle, at a multiple of the largest power of
+// eight of which one lies inside: the halves then fill whole nodes of the level that they belong to.
 void BroadPhase::split(std::size_t first, std::size_t last) {
   if (last - first <= width) return;
   std::size_t block = width;
@@ -224,7 +228,9 @@ int BroadPhase::best_axis(std::size_t first, std::size_t last) const {
   return best;
 }
 
-// Puts the boxes into the tree, in the present order, level by level from the leaves up.
+// Puts the boxes into the tree, in the present order, level by level from the leaves up: the box of a node is
+// that around its children's. This is all that a call does before the search if the order of the last one
+// still serves; it is linear, and reads memory in order.
 void BroadPhase::fit(std::span<const Aabb> boxes) {
   boxes_.resize(order_.size());
   std::size_t nodes = std::max<std::size_t>(order_.size() / width, 1), depth = 0;
@@ -252,7 +258,9 @@ void BroadPhase::fit(std::span<const Aabb> boxes) {
   levels_.resize(depth);
 }
 
-// Every pair of overlapping boxes in the tree. Gives up, returning false, after more visits than the limit.
+// Every pair of overlapping boxes in the tree. The search runs group by group and not over pairs of nodes:
+// the box of eight leaves is tight, and one group's descent stays in the cache. Gives up, returning false,
+// after more visits than the limit.
 bool BroadPhase::search(std::size_t limit) {
   visits_ = 0;
   const std::size_t groups = order_.size() / width;
@@ -322,13 +330,15 @@ void BroadPhase::add_pairs_of_infinite(std::span<const Aabb> boxes) {
   }
 }
 
-// What the floats let pass is decided here, in double.
+// What the floats let pass is decided here, in double, with the boxes as they were given: rounding to float
+// has an effect on time only.
 void BroadPhase::add(std::int32_t a, std::int32_t b, const Aabb& box_a, const Aabb& box_b) {
   if ((fixed_[a] && fixed_[b]) || !is_overlap(box_a, box_b)) return;
   found_.emplace_back(std::min(a, b), std::max(a, b));
 }
 
-// Counting sorts by the second and then by the first box: linear however many partners one box has.
+// A radix sort with two digits: counting sorts by the second and then by the first box, the later of which
+// keeps the order of the earlier one among equal keys. Linear however many partners one box has.
 void BroadPhase::sort(std::size_t boxes, std::vector<IndexPair>& pairs) {
   pairs.resize(found_.size());
   const auto pass = [&](auto key, const std::vector<IndexPair>& from, std::vector<IndexPair>& to) {

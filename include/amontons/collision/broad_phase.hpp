@@ -9,6 +9,7 @@
 
 namespace amontons {
 
+// Two boxes by their numbers.
 using IndexPair = std::pair<std::int32_t, std::int32_t>;  // first < second
 
 // All pairs of boxes that overlap (touching counts), sorted, each once; boxes may be infinite (planes).
@@ -26,13 +27,14 @@ class BroadPhase {
   struct alignas(32) Node {
     float bound[6][width];
   };
-  // A leaf while the order is sought; box -1: a gap.
+  // A leaf while the order is sought; box -1: a gap, that fills the last group of a class.
   struct Item {
     float centre[3], extent[3];
     std::int32_t box;
   };
 
-  // The order of the leaves.
+  // The order of the leaves. Boxes that are near each other in space shall be near each other in the order,
+  // as eight neighbours in it share a node.
   void set_aside_infinite(std::span<const Aabb> boxes);
   void build(std::span<const Aabb> boxes);
   void choose_origin(std::span<const Aabb> boxes);
@@ -40,7 +42,7 @@ class BroadPhase {
   void split(std::size_t first, std::size_t last);
   int best_axis(std::size_t first, std::size_t last) const;
 
-  // The tree over them, and its pairs.
+  // The tree over them, and its pairs. g, h: numbers of groups of eight leaves.
   void fit(std::span<const Aabb> boxes);
   bool search(std::size_t limit);
   void cross_later_groups(std::size_t g);
@@ -59,7 +61,8 @@ class BroadPhase {
   std::size_t visits_ = 0;                 // nodes looked at by the search
   std::vector<IndexPair> found_;           // not sorted
 
-  // Of the order that was found last.
+  // Of the order that was found last. It only decides how long the search takes, so that it may be as old as
+  // it likes.
   std::vector<std::int32_t> order_;  // leaf -> box, -1 in gaps
   Vec3 origin_;                      // subtracted before coordinates are rounded to float
   std::size_t built_for_ = 0;        // the number of boxes

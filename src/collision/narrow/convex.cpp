@@ -31,8 +31,9 @@ std::int32_t extreme_corner(const ConvexHull& hull, const Vec3& direction) {
   return best;
 }
 
-// The core is what is left of a shape when a ball of the radius is taken from all around it: a point of a
-// sphere, a segment of a capsule, the others as they are.
+// A shape in the form that the algorithms use: kind, axes and up to three lengths, so that support() is one
+// switch over plain data without a virtual call. The core is what is left of a shape when a ball of the
+// radius is taken from all around it: a point of a sphere, a segment of a capsule, the others as they are.
 Convex make_convex(const Shape& shape, const Transform& frame, const Vec3& origin) {
   Convex body;
   body.centre = frame.position - origin;
@@ -45,6 +46,7 @@ Convex make_convex(const Shape& shape, const Transform& frame, const Vec3& origi
     body.radius = radius;
     return body;
   };
+  // A hull knows its extent; the radius about its origin would cost a pass over the corners.
   if (const auto* hull = std::get_if<Hull>(&shape)) {
     body.hull = hull->data.get();
     return make(Convex::Kind::hull, body.hull->extent, {});
@@ -78,19 +80,23 @@ Vec3 support(const Convex& body, const Vec3& direction) {
     case Convex::Kind::point:
       return body.centre;
     case Convex::Kind::segment:
+      // One of the two ends; of a direction across the segment the upper one.
       return body.centre + (dot(body.axis[2], direction) < 0 ? -body.size.z : body.size.z) * body.axis[2];
     case Convex::Kind::triangle: {
+      // Of equal corners the first, so that the result does not hang on the order of comparisons.
       const double a = dot(body.corner[0], direction), b = dot(body.corner[1], direction),
                    c = dot(body.corner[2], direction);
       if (a >= b) return body.corner[a >= c ? 0 : 2];
       return body.corner[b >= c ? 1 : 2];
     }
     case Convex::Kind::box: {
+      // Each coordinate on its own is largest at the end that the direction points to.
       const Vec3 d = to_local(body, direction);
       return body.centre + to_common(body, {std::copysign(body.size.x, d.x), std::copysign(body.size.y, d.y),
                                             std::copysign(body.size.z, d.z)});
     }
     case Convex::Kind::cylinder: {
+      // The rim's point along the direction's part across the axis, of the cap that the direction points to.
       const Vec3 d = to_local(body, direction);
       const double flat = std::sqrt(d.x * d.x + d.y * d.y);
       // Along the axis the whole cap is extreme: its centre, which is no corner, would be as good as any.
@@ -105,6 +111,7 @@ Vec3 support(const Convex& body, const Vec3& direction) {
       return body.centre + to_common(body, {s * scaled.x * body.size.x, s * scaled.y * body.size.y,
                                             s * scaled.z * body.size.z});
     }
+    // Below the switch, so that the compiler sees a value returned on every path.
     case Convex::Kind::hull:
       break;
   }

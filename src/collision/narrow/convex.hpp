@@ -23,8 +23,10 @@ struct Convex {
   Vec3 corner[3];  // triangle: counter-clockwise seen from outside
 };
 
-// The shape with the origin of the common coordinates moved to `origin` (choose it near the contact: rounding
-// grows with the distance from it). Not for planes, meshes and height fields. A hull's data must outlive it.
+// The "common coordinates" are axes of the world with an origin near the contact; both bodies of a pair have
+// the same. The shape with the origin of the common coordinates moved to `origin` (choose it near the
+// contact: rounding grows with the distance from it). Not for planes, meshes and height fields. A hull's data
+// must outlive it.
 Convex make_convex(const Shape& shape, const Transform& frame, const Vec3& origin);
 Convex make_triangle(const Vec3& a, const Vec3& b, const Vec3& c);
 

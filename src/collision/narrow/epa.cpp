@@ -40,11 +40,13 @@ struct Polytope {
   DifferencePoint point[most_points];
   PolytopeFace face[most_faces];
   int unused[most_faces];  // faces removed earlier
+  // Faces are named by their places, which do not move while neighbours refer to them.
   int rim[most_faces][2];  // of the hole: a face that stays, and its edge
   int points, faces, free_faces, rim_edges;
   double rounding;  // of the coordinates
 
-  // The tetrahedron of the first four points; `positive`: the fourth lies behind the first three.
+  // The tetrahedron of the first four points, with all faces seen from outside; `positive`: the fourth lies
+  // behind the first three.
   void start(bool positive) {
     points = 4;
     faces = free_faces = 0;
@@ -57,6 +59,8 @@ struct Polytope {
     for (int f = 0; f < 4; ++f) std::copy_n(across[f], 3, face[f].across);
   }
 
+  // The one whose plane is nearest to the origin, and so bounds the depth from below. A plain loop: there are
+  // a few dozen faces, and a heap would have to follow those that are removed.
   int nearest_face() const {
     int best = -1;
     for (int f = 0; f < faces; ++f)
@@ -79,6 +83,7 @@ struct Polytope {
       const int number = add_face(rim_corner(r, 1), rim_corner(r, 0), points - 1);
       face[number].across[0] = rim[r][0];
       face[rim[r][0]].across[rim[r][1]] = number;
+      // Edge 0 is that of the rim, so that the cone closes with the faces that stay.
       // The faces of the cone follow each other round the apex: edge 2 leads back, edge 1 on.
       if (r == 0)
         first = number;
@@ -107,10 +112,12 @@ struct Polytope {
     if (f.error < 1e-8) f.distance = dot(f.normal, point[i].w);
     return number;
   }
+  // Its place is given to the next face that is added; until then its corners and neighbours stay readable.
   void remove(int number) {
     face[number].removed = true;
     unused[free_faces++] = number;
   }
+  // Two faces of the cone, one after the other around its apex.
   void join(int before, int after) {
     face[before].across[1] = after;
     face[after].across[2] = before;
@@ -208,8 +215,9 @@ int grow_to_tetrahedron(const Convex& a, const Convex& b, const Simplex& s, doub
   return n;
 }
 
-// Both cores lie in one plane, or on one line: they part across it, at no depth. Here belong a segment that
-// cuts a triangle in its own plane, and two spheres on one centre, whose cores are points.
+// The difference is a polygon, a segment or a point, without an inside. Both cores lie in one plane, or on
+// one line: they part across it, at no depth. Here belong a segment that cuts a triangle in its own plane,
+// and two spheres on one centre, whose cores are points.
 void part_flat(const Convex& a, const Convex& b, const Polytope& hull, int points, Separation& result) {
   const Vec3 o = hull.point[0].w;
   Vec3 normal{0, 0, 1};
@@ -226,8 +234,10 @@ void part_flat(const Convex& a, const Convex& b, const Polytope& hull, int point
   result.on_a = result.on_b = 0.5 * (result.on_a + result.on_b);
 }
 
-// The foot of the origin on the plane { <normal, w> = depth }, in the one of the faces in this plane that
-// holds it: with its weights the points of a and b that the corners come from give the deepest points.
+// Several coplanar triangles often make up one face of C, and the foot lies in one of them only, not always
+// in the one that was found nearest. The foot of the origin on the plane { <normal, w> = depth }, in the one
+// of the faces in this plane that holds it: with its weights the points of a and b that the corners come from
+// give the deepest points.
 void set_foot(const Polytope& hull, const Vec3& normal, double depth, double tolerance, Separation& result) {
   double nearest = infinity;
   for (int number = 0; number < hull.faces; ++number) {
@@ -257,7 +267,7 @@ void set_foot(const Polytope& hull, const Vec3& normal, double depth, double tol
 }  // namespace
 
 void penetration(const Convex& a, const Convex& b, const Simplex& simplex, Separation& result) {
-  thread_local Polytope hull;
+  thread_local Polytope hull;  // some 30 kB: too large to be cleared on the stack for every pair
   const PairScale scale = pair_scale(a, b);
   const double rounding = 1e-14 * scale.reach;
   // How far the bounds of the depth may be apart. Flat surfaces are met, round ones approached: triangles
@@ -268,11 +278,13 @@ void penetration(const Convex& a, const Convex& b, const Simplex& simplex, Separ
   const double relative = both_smooth ? 1e-5 : any(Kind::cylinder) || any(Kind::ellipsoid) ? 1e-8 : 1e-10;
   const double converged = relative * scale.size + rounding;
 
+  // A tetrahedron with the origin inside or on it is the first polytope.
   const int points = grow_to_tetrahedron(a, b, simplex, 100 * rounding, hull);
   if (points < 4) return part_flat(a, b, hull, points, result);
   const Vec3 o = hull.point[0].w;
   hull.rounding = rounding;
   hull.start(dot(cross(hull.point[1].w - o, hull.point[2].w - o), hull.point[3].w - o) < 0);
+  // Invariant: the polytope lies within C and holds the origin, up to rounding.
   // Every direction tried is a way out, and the nearest face bounds the shortest one from below. The
   // last face holds the foot of the origin; should rounding have spoilt it, the best direction met has
   // at least the depth right.

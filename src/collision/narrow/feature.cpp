@@ -21,8 +21,9 @@ constexpr double face_cosine = 0.95, edge_sine = 0.3;
 constexpr double segment_sine = 0.5;
 constexpr int cap_corners = 12;
 
-// In the box's own axes: a face if one component of the direction dominates, an edge along the axis whose
-// component is small, or the corner that has the signs of the direction.
+// In the box's own axes the components of the direction are the cosines to its faces: a face if one component
+// of the direction dominates, an edge along the axis whose component is small, or the corner that has the
+// signs of the direction.
 void box_feature(const Convex& body, const Vec3& direction, Feature& feature) {
   const Vec3 d = to_local(body, direction);
   int flat = 0, along = 0;  // the axes nearest to the direction, and most perpendicular to it
@@ -33,8 +34,8 @@ void box_feature(const Convex& body, const Vec3& direction, Feature& feature) {
   Vec3 corner;
   for (int i = 0; i < 3; ++i) corner[i] = d[i] < 0 ? -body.size[i] : body.size[i];
   if (std::abs(d[flat]) >= face_cosine) {
-    // (flat, i, j) is right-handed: on the side where the axis points inwards u turns
-    // round, to keep the order.
+    // (flat, i, j) is right-handed: on the side where the axis points inwards u turns round, to keep the
+    // order.
     const double side = d[flat] < 0 ? -1 : 1;
     const int i = (flat + 1) % 3, j = (flat + 2) % 3;
     const Vec3 m = body.centre + corner[flat] * body.axis[flat];
@@ -55,8 +56,8 @@ Vec3 cap_phase(const Convex& body, const Vec3& n, const Vec3* phase) {
   return norm_squared(flat) > 0.01 ? normalised(flat) : body.axis[0];
 }
 
-// A cap as a regular polygon inscribed in its rim; where it is tilted, with the rim's extreme point besides.
-// c: the cosine between the body's axis and the direction.
+// Clipping knows polygons only, so a cap is one. A regular polygon inscribed in its rim; where it is tilted,
+// with the rim's extreme point besides. c: the cosine between the body's axis and the direction.
 void cap_feature(const Convex& body, const Vec3& direction, double c, const Vec3* phase, Feature& feature) {
   const double side = c < 0 ? -1 : 1;
   const Vec3 n = side * body.axis[2], m = body.centre + side * body.size.z * body.axis[2];
@@ -68,8 +69,10 @@ void cap_feature(const Convex& body, const Vec3& direction, double c, const Vec3
     angle = std::atan2(dot(down, f), dot(down, e)) * (cap_corners / 6.283185307179586);
     if (angle < 0) angle += cap_corners;
   }
-  // (cos, sin) of the corners on the unit circle. Twelve leave out 1 - cos(15 degrees), 3 % of the radius, at
-  // the middle of a side.
+  // Where the polygon would hide the extreme point, on a cap that is tilted, the exact one is put in its
+  // place in the order of the corners: the deepest point of a rocking drum is then never lost between two
+  // corners. (cos, sin) of the corners on the unit circle. Twelve leave out 1 - cos(15 degrees), 3 % of the
+  // radius, at the middle of a side.
   static const auto polygon = [] {
     std::array<std::array<double, 2>, cap_corners> table;
     for (int k = 0; k < cap_corners; ++k) {
@@ -87,7 +90,8 @@ void cap_feature(const Convex& body, const Vec3& direction, double c, const Vec3
   }
 }
 
-// A cap, a generator of the side, or a point of the rim.
+// A cap, a generator of the side (the straight line in it that is extreme along the direction), or a point of
+// the rim.
 void cylinder_feature(const Convex& body, const Vec3& direction, const Vec3* phase, Feature& feature) {
   const double c = dot(body.axis[2], direction);
   if (std::abs(c) >= face_cosine) return cap_feature(body, direction, c, phase, feature);
@@ -97,7 +101,9 @@ void cylinder_feature(const Convex& body, const Vec3& direction, const Vec3* pha
   feature.set({body.centre + radial + half, body.centre + radial - half});
 }
 
-// The face best aligned with the direction d (in the hull's frame) that holds a point, if one is close to it.
+// All faces are looked at: hulls have tens of them, and the best aligned one need not be next to the extreme
+// corner. The face best aligned with the direction d (in the hull's frame) that holds a point, if one is
+// close to it.
 bool hull_face(const Convex& body, const Vec3& d, const Vec3& held, Feature& feature) {
   const ConvexHull& hull = *body.hull;
   const double tolerance = 1e-6 * body.extent;
@@ -111,6 +117,7 @@ bool hull_face(const Convex& body, const Vec3& d, const Vec3& held, Feature& fea
     }
   }
   if (face == hull.faces.size()) return false;
+  // A face of many corners is thinned out evenly.
   const auto& corners = hull.faces[face];
   const std::size_t n = corners.size(), kept = std::min<std::size_t>(n, Feature::capacity - 1);
   feature.count = static_cast<int>(kept);
@@ -119,6 +126,7 @@ bool hull_face(const Convex& body, const Vec3& d, const Vec3& held, Feature& fea
   return true;
 }
 
+// The slope of an edge is the sine of the angle by which it falls away from the plane across the direction.
 // Of the corners `others` that edges join to the extreme one the one that falls least along the direction:
 // with it the extreme corner makes an edge, unless that is too steep, which leaves a point. `at`: where a
 // corner is.
@@ -169,6 +177,8 @@ void triangle_feature(const Convex& body, const Vec3& direction, Feature& featur
 
 }  // namespace
 
+// A capsule counts as its generator: the part of its side that the direction names. Ellipsoids and spheres
+// are round all over, and have nothing but the extreme point.
 void supporting_feature(const Convex& body, const Vec3& direction, const Vec3* through, const Vec3* phase,
                         Feature& feature) {
   switch (body.kind) {

@@ -14,6 +14,7 @@ struct Feature {
   Vec3 normal;                         // of a face, unit, outwards
   Vec3 points[capacity];               // faces: counter-clockwise seen from outside
 
+  // The normal of a face is set apart.
   void set(std::initializer_list<Vec3> corners) {
     count = static_cast<int>(corners.size());
     std::copy(corners.begin(), corners.end(), points);

@@ -22,6 +22,7 @@ Nearest nearest_on_point(const Simplex& s, int i) {
   return {{i, 0, 0}, {1, 0, 0}, 1, s.point[i].w, norm_squared(s.point[i].w)};
 }
 
+// The ends keep what lies beyond them; a segment of no length counts as its first end.
 // The foot of the origin on the line is at t = -<p, e> / <e, e> along e = q - p.
 Nearest nearest_on_segment(const Simplex& s, int i, int j) {
   const Vec3 &p = s.point[i].w, &q = s.point[j].w;
@@ -81,7 +82,9 @@ bool holds(const Simplex& s, const Vec3& w) {
 }
 
 // The direction of v, the simplex's point nearest to the origin. v is the difference of nearby points and has
-// lost digits where the bodies are close; the simplex has not.
+// lost digits where the bodies are close: at a gap of 1e-9 of their size only seven are left, which would
+// tilt the plane of a contact. The simplex is as large as the bodies and has lost none: v is perpendicular to
+// its face, or to its edge, from which the part along the edge is taken out. A corner has nothing but v.
 Vec3 sharpened_normal(const Simplex& s, const Vec3& v) {
   if (s.count == 3) {
     const Vec3 ab = s.point[1].w - s.point[0].w, ac = s.point[2].w - s.point[0].w, n = cross(ab, ac);
@@ -119,6 +122,8 @@ Nearest nearest_on_triangle(const Simplex& s, int i, int j, int k) {
 }
 
 Cores distance_of_cores(const Convex& a, const Convex& b, double limit, Simplex& s, Separation& result) {
+  // Polyhedra take a handful of steps, round bodies some tens; the limit ends what rounding would go round
+  // in.
   constexpr int most_iterations = 128;
   const PairScale scale = pair_scale(a, b);
   // Below this the direction of v is rounding: the cores touch. The rounding of w is about 1e-16 of
@@ -132,6 +137,8 @@ Cores distance_of_cores(const Convex& a, const Convex& b, double limit, Simplex&
   // Any direction would do to start with; along the line of centres the first support point is a good one.
   Vec3 v = a.centre - b.centre;
   if (norm_squared(v) == 0) v = a.axis[0];
+  // Invariant: v is the point of the simplex s nearest to the origin (but for the first v, whose simplex is
+  // empty).
   for (int iteration = 0; iteration < most_iterations; ++iteration) {
     const DifferencePoint p = difference_support(a, b, -v);
     const double vv = norm_squared(v), vw = dot(v, p.w);

@@ -36,6 +36,7 @@ struct TangentFrame {
     u = rotate(q, {1, 0, 0});
     v = rotate(q, {0, 1, 0});
   }
+  // Coordinates of a point in the plane and over it, and back.
   Lifted lift(const Vec3& p) const {
     const Vec3 d = p - origin;
     return {dot(u, d), dot(v, d), dot(normal, d)};
@@ -97,6 +98,7 @@ bool is_on_line(const Lifted& p, const Lifted& a, const Lifted& b, double merge)
 }
 
 // Of a face or an edge; what counts as the same point is relative to it.
+// Squares are compared, and one root is taken at the end.
 double shortest_edge(const Feature& f) {
   double least = infinity;
   for (int i = 0; i < f.count; ++i)
@@ -104,8 +106,10 @@ double shortest_edge(const Feature& f) {
   return std::sqrt(least);
 }
 
-// Emits the points of c.clipped with their gaps. Of points closer together than a thousandth of the shortest
-// edge only one stays: nearly aligned corners would come twice, and say the same.
+// Emits the points of c.clipped with their gaps, each half-way between the two surfaces: its height is that
+// of the clipped feature, and the other surface lies by the gap below or above it. Of points closer together
+// than a thousandth of the shortest edge only one stays: nearly aligned corners would come twice, and say the
+// same.
 double emit(Clipper& c, const TangentFrame& frame, double merge, double margin, bool clipped_above,
             std::vector<ContactPoint>& points) {
   double least = infinity;
@@ -132,7 +136,8 @@ double clip_by_face(Clipper& c, const Feature& clipped, const Feature& face, boo
   c.count = clipped.count;
   for (int i = 0; i < clipped.count; ++i) c.clipped[i] = frame.lift(clipped.points[i]);
   for (int i = 0; i < face.count; ++i) c.corner[i] = frame.lift(face.points[i]);
-  // Seen against the normal the face of body b runs counter-clockwise, that of a clockwise.
+  // A polygon is inside an edge if it lies to the left of it, for polygons that run counter-clockwise. Seen
+  // against the normal the face of body b runs counter-clockwise, that of a clockwise.
   for (int i = 0; i < face.count && c.count > 0; ++i) {
     const Lifted &p = c.corner[i], &q = c.corner[i + 1 < face.count ? i + 1 : 0];
     clip_by_edge(c, above ? p : q, above ? q : p, c.count > 2, 1e-9 * size);
@@ -195,11 +200,12 @@ int drop_between(Lifted* corner, int count, double merge) {
 // A face clips what the other body turns to it; of two faces that of b clips that of a.
 double clip_features(const Convex& a, const Convex& b, const Vec3& normal, const Separation* deepest,
                      double margin, std::vector<ContactPoint>& points) {
+  // What each body turns to the other: that of a looks against the normal, that of b along it.
   thread_local Clipper c;
   const bool both_round = a.kind == Convex::Kind::cylinder && b.kind == Convex::Kind::cylinder;
   supporting_feature(a, -normal, deepest ? &deepest->on_a : nullptr, nullptr, c.feature_a);
-  // Two caps as polygons of one orientation: coaxial ones then share their corners instead
-  // of crossing between them.
+  // Two caps as polygons of one orientation: coaxial ones then share their corners instead of crossing
+  // between them.
   supporting_feature(b, normal, deepest ? &deepest->on_b : nullptr, both_round ? &a.axis[0] : nullptr,
                      c.feature_b);
   const TangentFrame frame(c.feature_a.points[0], normal);

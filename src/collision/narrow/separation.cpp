@@ -20,6 +20,8 @@ struct View {
   double u, v;  // the part of w across n, in fixed tangent directions
 };
 
+// `u`, `v`: unit, across the normal about which n varies. They stay as n does not, so that the views are
+// comparable.
 View look(const Convex& a, const Convex& b, const Vec3& n, const Vec3& u, const Vec3& v) {
   const Vec3 on_a = support(a, -n) - a.radius * n, on_b = support(b, n) + b.radius * n, w = on_a - on_b;
   const double distance = dot(n, w);
@@ -27,9 +29,11 @@ View look(const Convex& a, const Convex& b, const Vec3& n, const Vec3& u, const 
   return {{true, distance, n, on_a, on_b}, dot(u, across), dot(v, across)};
 }
 
-// The best normal n of two smooth bodies is parallel to the difference w(n) of their support points: w is the
-// gradient of the separation <n, w(n)>, which is largest over the unit sphere where the gradient has no part
-// across n. Newton's method for that part, in two tangent coordinates, with differences for its derivative.
+// EPA's polytope has corners on the surface of C and its faces below it: where C is curved the depth is off
+// by the height of a cap, the normal by its angle, which is the root of that. The best normal n of two smooth
+// bodies is parallel to the difference w(n) of their support points: w is the gradient of the separation <n,
+// w(n)>, which is largest over the unit sphere where the gradient has no part across n. Newton's method for
+// that part, in two tangent coordinates, with differences for its derivative.
 void sharpen_smooth(const Convex& a, const Convex& b, Separation& s) {
   // Radians: the root of the rounding of w, about, where truncation and rounding of the difference balance.
   // From the root of EPA's tolerance between smooth bodies, 3e-3, two quadratic steps end in rounding; four
@@ -60,6 +64,7 @@ void sharpen_smooth(const Convex& a, const Convex& b, Separation& s) {
   }
 }
 
+// Of the shapes whose cores can overlap only ellipsoids are curved in both directions everywhere.
 bool is_smooth(const Convex& body) { return body.kind == Convex::Kind::ellipsoid; }
 
 // The separation of the bodies by a unit normal: a lower bound of their distance, and for the best normal the
@@ -68,7 +73,8 @@ double separated_by(const Convex& a, const Convex& b, const Vec3& n) {
   return dot(n, support(a, -n) - support(b, n)) - a.radius - b.radius;
 }
 
-// The side of a cylinder is that of the capsule around its axis.
+// A cylinder has an edge where its side ends, which a capsule has not; on the side itself they are the same
+// surface. The side of a cylinder is that of the capsule around its axis.
 Convex as_capsule(const Convex& body) {
   Convex capsule = body;
   capsule.kind = Convex::Kind::segment;

@@ -14,11 +14,15 @@ constexpr double same_point = 1e-5;
 // would else have a contact per triangle, which costs the solver more than it tells it. Sixteen outermost
 // ones and the deepest hold the width of the area to 2 % (1 - cos(pi / 16)).
 constexpr std::size_t many = 16;
+// About 8 degrees: less than the edges of a body or of the ground turn by, more than a fine mesh from one
+// triangle to the next.
 constexpr double same_normal = 0.99;  // cosine
 
+// Gaps are negative where the bodies overlap.
 bool is_deeper(const ContactPoint& a, const ContactPoint& b) { return a.gap < b.gap; }
 
-// Of points that lie together with about the same normal the deepest one stays, in the place of the first.
+// Each point is compared with all that stay: a body on a surface has tens of points, not thousands. Of points
+// that lie together with about the same normal the deepest one stays, in the place of the first.
 void remove_doubles(std::vector<ContactPoint>& points, std::size_t first, double length) {
   const double tolerance = same_point * length;
   std::size_t end = first;
@@ -48,9 +52,7 @@ std::size_t select(std::vector<ContactPoint>& points, std::size_t first, std::si
     std::size_t best = first;
     for (std::size_t i = first; i < last; ++i)
       if (dot(direction, points[i].point) > dot(direction, points[best].point)) best = i;
-    if (best < end) continue;
-    std::iter_swap(at(best), at(end));
-    ++end;
+    if (best >= end) std::iter_swap(at(best), at(end++));
   }
   return end;
 }
@@ -66,6 +68,8 @@ Vec3 point_inside(const Shape& shape, const Quat& rotation) {
 
 }  // namespace
 
+// `box` is in the coordinates of the surface, which finds its triangles by it; all else is about the origin
+// of the shape.
 SurfaceBody::SurfaceBody(const Shape& shape, const Transform& frame, double margin_)
     : convex(make_convex(shape, frame, frame.position)),
       local(bounds(shape, {})),
@@ -82,6 +86,7 @@ SurfaceBody::SurfaceBody(const Shape& shape, const Transform& frame, double marg
 void reduce_points(std::vector<ContactPoint>& points, std::size_t first, double length) {
   remove_doubles(points, first, length);
   if (points.size() - first <= many) return;
+  // A body in a corner has contacts with several faces, each of which needs points of its own.
   // Groups of about the same normal as the first point that is in none yet.
   std::size_t out = first;
   for (std::size_t group = first; group < points.size();) {

@@ -61,6 +61,7 @@ struct SurfaceBody {
     return true;
   }
 
+  // These planes divide space over a flat mesh without gaps: every point is over one triangle at least.
   // Whether a point lies between the planes that stand on the edges of a facet.
   bool is_over(const Facet& facet, const Vec3& p) const {
     bool yes = true;
@@ -85,10 +86,13 @@ struct SurfaceBody {
 // outermost ones. The points from index `first` on; `length` is the size of the body.
 void reduce_points(std::vector<ContactPoint>& points, std::size_t first, double length);
 
+// One call of the algorithm; the members are what it learns on the way. All lengths are in m, all points in
+// the coordinates of the body (SurfaceBody::origin) unless a function says otherwise.
+//
 // A Surface has, in coordinates of its own and with triangles named by integers:
-//   void for_each_near(const Aabb&, visit) const   F(triangle) for all that may touch the box
+//   void for_each_near(const Aabb&, visit) const   visit(triangle) for all that may touch the box
 //   Facet facet(triangle) const
-//   template <class F> void for_each_neighbour(vertex, F) const   F(position) for all joined to it by an edge
+//   void for_each_neighbour(vertex, visit) const   visit(position) for all joined to it by an edge
 //   bool is_active(vertex) const             whether an edge ends there that is not flat
 //   bool is_outside(p, triangle, closest) const   p, whose closest point on the surface is given
 template <class Surface>
@@ -195,7 +199,9 @@ class SurfaceContact {
       points_.push_back({0.5 * (s.on_a + s.on_b), s.normal, s.distance});
   }
 
-  // Contact along a normal that an edge or a corner of the surface has.
+  // Contact along a normal that an edge or a corner of the surface has. A body that was lifted to find the
+  // normal is clipped where it really is; if its feature misses the triangle there the point of the surface
+  // that was nearest to the lifted body takes the gap of the lowest point.
   void touch_edge(const Facet& facet, const Convex& triangle, const Separation& s) {
     if (lift_ == Vec3{}) {
       manifold(body_.convex, triangle, s, body_.margin, points_);
@@ -239,7 +245,8 @@ class SurfaceContact {
     return dot(d, to) <= flat_angle * norm(to);
   }
 
-  // Whether no vertex around corner k lies farther along d than that corner.
+  // Whether no vertex around corner k lies farther along d than that corner. It then supports the surface
+  // along d, and d is a normal of it.
   bool is_supporting(const Facet& facet, int k, const Vec3& d) const {
     bool yes = true;
     surface_.for_each_neighbour(facet.vertex[k], [&](const Vec3& position) {
@@ -366,18 +373,22 @@ class SurfaceContact {
       add(n, side.points[i], dot(n, side.points[i] - face.corner[0]), -0.5);
   }
 
+  // Scratch is part of the object, on the stack: no allocation per pair but that of the points.
   const Surface& surface_;
   SurfaceBody& body_;
   std::vector<ContactPoint>& points_;
   bool blocked_ = false;  // whether an overlap has no allowed way out
   double overlap_ = 0;    // the deepest
   Vec3 outwards_;         // sum of the normals of triangles that overlap
-  Vec3 lift_;             // how far the body is moved to find directions
+  // While lift_ is not zero the triangles are moved against it instead of the body, whose features stay
+  // valid.
+  Vec3 lift_;  // how far the body is moved to find directions
   ClipPoint clip_[Feature::capacity + 8], clipped_[Feature::capacity + 8];
 };
 
 // Appends the contact points of a convex shape with a surface, in world coordinates; the normals point from
-// the surface to the shape.
+// the surface to the shape. The body is brought into the coordinates of the surface: `inverse(frame_surface)
+// * frame` is its pose there.
 template <class Surface>
 void collide_surface(const Surface& surface, const Transform& frame_surface, const Shape& shape,
                      const Transform& frame, double margin, std::vector<ContactPoint>& points) {

@@ -42,12 +42,13 @@ struct Axis {
   int box, index, other;  // box 0, 1: face `index` of a, b; box 2: edges `index` of a and `other` of b
 };
 
-// The other two axes: (i, next, last) is right-handed.
+// The other two axes: (i, next, last) is right-handed. By comparison, as a remainder is slow.
 int next_axis(int i) { return i == 2 ? 0 : i + 1; }
 int last_axis(int i) { return i == 0 ? 2 : i - 1; }
 
-// Along the normal of a face the centres are |<normal, offset>| apart, and a box of half edges h reaches
-// sum_i h_i |<axis i, normal>| to either side. False: farther apart than the margin.
+// The six faces, all at once for either box, since the coordinates of one box along the axes of the other are
+// there already. Along the normal of a face the centres are |<normal, offset>| apart, and a box of half edges
+// h reaches sum_i h_i |<axis i, normal>| to either side. False: farther apart than the margin.
 bool separate_by_faces(const BoxPair& p, double margin, Axis& best) {
   const Mat3& q = p.size_of_turn;
   const auto& [a, b] = p.half;
@@ -67,9 +68,8 @@ bool separate_by_faces(const BoxPair& p, double margin, Axis& best) {
   return true;
 }
 
-// Along the product of edge i of a and edge j of b, e x f, in the coordinates of a: its
-// components are (0, -turn(i2, j), turn(i1, j)) for (i, i1, i2), so that only the other two edges
-// of either box reach along it.
+// Along the product of edge i of a and edge j of b, e x f, in the coordinates of a: its components are (0,
+// -turn(i2, j), turn(i1, j)) for (i, i1, i2), so that only the other two edges of either box reach along it.
 bool separate_by_edges(const BoxPair& p, double margin, Axis& best) {
   const Mat3& q = p.size_of_turn;
   const auto& [a, b] = p.half;
@@ -92,8 +92,9 @@ bool separate_by_edges(const BoxPair& p, double margin, Axis& best) {
   return true;
 }
 
-// Keeps what lies at sign * coordinate <= limit, up to rounding: Sutherland and Hodgman's clipping by a line
-// along an axis. Returns the number of corners.
+// Clipping in the coordinates of the reference face, where every edge that clips is a line along an axis: one
+// comparison per corner instead of a dot product. Keeps what lies at sign * coordinate <= limit, up to
+// rounding: Sutherland and Hodgman's clipping by a line along an axis. Returns the number of corners.
 template <double Lifted::* coordinate>
 int cut(const Lifted* in, int n, double sign, double limit, double rounding, Lifted* out) {
   int m = 0;
@@ -182,6 +183,7 @@ double clip_box_faces(const BoxPair& p, int box, int index, double margin,
   const double merge = 2e-3 * std::min(std::min(width, depth), other_least);
   const Vec3 outwards = r.side * axes.row[index], normal = box == 0 ? -outwards : outwards;
   const Vec3 origin = p.centre[box] + r.half[index] * outwards;
+  // The smallest gap is that of all corners, those that are left out below included.
   double least = 1e300;
   for (int k = 0; k < n; ++k) least = std::min(least, corner[k].height);
   n = keep_corners(corner, n, merge, clipped);
@@ -194,7 +196,8 @@ double clip_box_faces(const BoxPair& p, int box, int index, double margin,
   return least;
 }
 
-// The nearest points of the two edges that a product of edges singles out.
+// Of each box the edge along the axis that lies farthest towards the other box. The nearest points of the two
+// edges that a product of edges singles out.
 Separation edge_contact(const BoxPair& p, const Axis& axis) {
   const Vec3 &e = p.axes[0].row[axis.index], &f = p.axes[1].row[axis.other];
   const Vec3 offset = p.centre[1] - p.centre[0];
@@ -215,6 +218,7 @@ Separation edge_contact(const BoxPair& p, const Axis& axis) {
   return {true, axis.separation, normal, on_a + s * e, on_b + r * f};
 }
 
+// All that the tests need of the two poses, once per pair.
 BoxPair make_pair(const Posed& a, const Posed& b) {
   BoxPair p;
   for (int box : {0, 1}) {
@@ -231,8 +235,9 @@ BoxPair make_pair(const Posed& a, const Posed& b) {
   return p;
 }
 
-// Whether the normal of a face takes the place of that of the best axis: the face is the best axis, or within
-// 0.1 rad of the product of two nearly parallel edges.
+// Nearly parallel edges have a product close to the normal of a face, and then touch along a line or an area,
+// which the product would reduce to one point. Whether the normal of a face takes the place of that of the
+// best axis: the face is the best axis, or within 0.1 rad of the product of two nearly parallel edges.
 bool is_face_normal(const BoxPair& p, const Axis& face, const Axis& best) {
   if (best.box != 2) return true;
   const Vec3 product = normalised(cross(p.axes[0].row[best.index], p.axes[1].row[best.other]));
@@ -240,7 +245,8 @@ bool is_face_normal(const BoxPair& p, const Axis& face, const Axis& best) {
   return std::abs(dot(product, normal)) > 0.995;
 }
 
-// What no face decides: corners and edges side by side, where the separating axes miss the true distance.
+// Two edges that cross: the separating axis gives depth and points. Else what no face decides: corners and
+// edges side by side, where the separating axes miss the true distance.
 void collide_without_face(const BoxPair& p, const Axis& best, const Posed& a, const Posed& b, double margin,
                           std::vector<ContactPoint>& points) {
   if (best.separation > 0 || best.box != 2) return collide_convex(a, b, margin, points);

@@ -14,6 +14,7 @@ namespace collision {
 
 namespace {
 
+// Shapes whose distance from a point has a closed form, or for ellipsoids a root that Newton's method finds.
 constexpr Kinds near_known = kinds<Sphere, Capsule, Box, Cylinder, Ellipsoid>;
 
 // The first row that holds both kinds serves the pair: special ways first, what always works last. A special
@@ -31,17 +32,14 @@ constexpr std::array rows{
 
 // The rows by kinds, worked out by the compiler, so that a pair costs one look-up. Only a <= b is filled: the
 // caller has put the two shapes in order.
-using RowIndex = std::array<std::array<const PairRow*, kind_count>, kind_count>;
-
-constexpr RowIndex make_index() {
-  RowIndex index{};
+constexpr auto index_of_rows = [] {
+  std::array<std::array<const PairRow*, kind_count>, kind_count> index{};
   for (std::size_t a = 0; a < kind_count; ++a)
     for (std::size_t b = a; b < kind_count; ++b)
       for (const PairRow& row : rows)
         if (!index[a][b] && holds(row.a, a) && holds(row.b, b)) index[a][b] = &row;
   return index;
-}
-constexpr RowIndex index_of_rows = make_index();
+}();
 
 // An order of poses, for two shapes of one kind: by position, then by rotation. Two of one kind in one and
 // the same pose stay in the order of the caller.

@@ -28,11 +28,14 @@ void collide_convex(const Posed& a, const Posed& b, double margin, std::vector<C
   for (std::size_t i = before; i < points.size(); ++i) points[i].point += origin;
 }
 
+// The pose of the shape relative to the surface is all that matters; collide_surface() works in the
+// coordinates of the surface, where its triangles need not be turned, and takes the points back to the world.
 void collide_mesh(const Posed& a, const Posed& b, double margin, std::vector<ContactPoint>& points) {
   const TriangleSurface surface{{*std::get<Mesh>(b.shape).data}};
   collide_surface(surface, b.frame, a.shape, a.frame, margin, points);
 }
 
+// The same for a height field, which only finds its triangles in another way.
 void collide_height_field(const Posed& a, const Posed& b, double margin, std::vector<ContactPoint>& points) {
   const HeightSurface surface{{*std::get<HeightField>(b.shape).data}};
   collide_surface(surface, b.frame, a.shape, a.frame, margin, points);

@@ -43,8 +43,8 @@ SurfaceDistance distance_to_box(const Vec3& half, const Vec3& p) {
   return {std::abs(p[shallow]) - half[shallow], normal};
 }
 
-// In the half plane through the axis and p the cylinder is a rectangle; `out` and `up` are the distances from
-// its side and its cap.
+// By symmetry a problem of two dimensions: in the half plane through the axis and p the cylinder is a
+// rectangle; `out` and `up` are the distances from its side and its cap.
 SurfaceDistance distance_to_cylinder(const Cylinder& s, const Vec3& p) {
   const double rho = std::sqrt(p.x * p.x + p.y * p.y), side = p.z < 0 ? -1 : 1;
   const Vec3 radial = rho > 0 ? Vec3{p.x / rho, p.y / rho, 0} : Vec3{1, 0, 0};
@@ -85,6 +85,7 @@ SurfaceDistance distance_to_ellipsoid(const Vec3& radii, const Vec3& p) {
     y[i] = std::abs(p[i]) / radii[least];
     excess[i] = (e[i] - 1) * (e[i] + 1);  // e^2 - 1 without cancellation
   }
+  // e, y and the excesses are not negative, so that F falls for all s > 0 and has one root there.
   // On the symmetry plane of the smallest axis, within the evolute, s vanishes with y:
   // the limit is the answer.
   y[least] = std::max(y[least], 1e-30);
@@ -150,6 +151,8 @@ void collide_sphere(const Posed& a, const Posed& b, double margin, std::vector<C
   points.push_back({a.frame.position - (radius + 0.5 * gap) * n, n, gap});
 }
 
+// The gap of two capsules is the distance of their axes less both radii: exact in every position, as long as
+// the axes do not cross. Then a way out along their common perpendicular is taken.
 void collide_capsules(const Posed& posed_a, const Posed& posed_b, double margin,
                       std::vector<ContactPoint>& points) {
   const Capsule &a = std::get<Capsule>(posed_a.shape), &b = std::get<Capsule>(posed_b.shape);

@@ -10,6 +10,7 @@
 
 namespace amontons {
 
+// Checks the input, copies the heights and marks the active vertices.
 HeightField make_height_field(std::span<const double> heights, std::size_t rows, std::size_t columns,
                               double size_x, double size_y) {
   AMONTONS_REQUIRE(rows >= 2 && columns >= 2,
@@ -26,8 +27,9 @@ HeightField make_height_field(std::span<const double> heights, std::size_t rows,
     AMONTONS_REQUIRE(std::isfinite(heights[i]), "height field: the height in row " +
                                                     std::to_string(i / columns) + ", column " +
                                                     std::to_string(i % columns) + " is not finite");
-  // The range of heights is a quick test for bodies above the field, the active vertices one for normals:
-  // both are worked out once, as the field never changes.
+  // Nothing else can be wrong: any finite heights make a surface. The range of heights is a quick test for
+  // bodies above the field, the active vertices one for normals: both are worked out once, as the field never
+  // changes.
   const auto [lowest, highest] = std::minmax_element(heights.begin(), heights.end());
   const auto r = static_cast<std::int64_t>(rows), c = static_cast<std::int64_t>(columns);
   auto grid = std::make_shared<HeightGrid>(

@@ -20,8 +20,7 @@ namespace amontons {
 //         (r, c) +-----+ (r, c + 1)
 //
 // Nothing but the heights is stored per cell: corners, normals and the kinds of edges follow from them when a
-// body comes near, which takes less than a twentieth of the memory
-// of a mesh, and no tree.
+// body comes near, which takes less than a twentieth of the memory of a mesh, and no tree.
 struct HeightGrid {
   std::vector<double> heights;
   std::int64_t rows, columns;
@@ -87,6 +86,7 @@ struct GridSurface {
       }
   }
 
+  // Triangle t with its neighbourhood, worked out anew for every call from six heights in three rows.
   // The neighbours of a triangle follow from the pattern of cells: across its leg in the next cell, across
   // the diagonal in its own.
   Facet facet(std::int64_t t) const {
@@ -115,6 +115,7 @@ struct GridSurface {
     return f;
   }
 
+  // Upwards, for corners that run counter-clockwise seen from above.
   static Vec3 normal_of(const Vec3& a, const Vec3& b, const Vec3& c) {
     return normalised(cross(b - a, c - a));
   }

@@ -26,7 +26,7 @@ namespace {
 using Triangle = std::array<std::int32_t, 3>;
 using Index = std::int32_t;
 
-// A directed edge of a triangle.
+// A directed edge of a triangle, ordered by its ends: the edges that start at one vertex lie together.
 struct HalfEdge {
   Index from, to, triangle;
 };
@@ -34,6 +34,7 @@ bool operator<(const HalfEdge& a, const HalfEdge& b) {
   return a.from != b.from ? a.from < b.from : a.to < b.to;
 }
 
+// For messages: a triangle is named by its corners, which the user can find in a file.
 std::string name_of(const Triangle& t) {
   return "(" + std::to_string(t[0]) + ", " + std::to_string(t[1]) + ", " + std::to_string(t[2]) + ")";
 }
@@ -75,7 +76,7 @@ Index opposite(const std::vector<HalfEdge>& edges, Index from, Index to) {
   return found != edges.end() && !(key < *found) ? found->triangle : -1;
 }
 
-// Every edge must be there once, and once the other way round.
+// Sorted, a repeated edge follows itself. Every edge must be there once, and once the other way round.
 void check_closed(const std::vector<HalfEdge>& edges) {
   for (std::size_t i = 0; i < edges.size(); ++i) {
     const HalfEdge& e = edges[i];
@@ -88,7 +89,8 @@ void check_closed(const std::vector<HalfEdge>& edges) {
   }
 }
 
-// Twice the area along the outward normal.
+// Twice the area of a triangle along its outward normal: by its length triangles are ranked, and volumes are
+// sums of it.
 Vec3 area_vector(std::span<const Vec3> vertices, const Triangle& t) {
   const Vec3& a = vertices[t[0]];
   return cross(vertices[t[1]] - a, vertices[t[2]] - a);
@@ -107,6 +109,8 @@ std::vector<Index> by_falling_area(std::span<const Vec3> vertices, std::span<con
 
 // The face of every triangle: triangles whose corners lie within the tolerance of one plane, joined from the
 // largest on, so that needles, whose normals are rounding, never set a plane.
+// The plane is that of the first, largest triangle, and does not follow those that join: a chain of small
+// angles cannot bend a face round a corner.
 std::vector<Index> group_coplanar(std::span<const Vec3> vertices, std::span<const Triangle> triangles,
                                   const std::vector<HalfEdge>& edges, double tolerance, Index& groups) {
   std::vector<Index> group(triangles.size(), -1), front;
@@ -140,7 +144,8 @@ std::vector<Index> group_coplanar(std::span<const Vec3> vertices, std::span<cons
   return group;
 }
 
-// The rim of every group, as one loop of corners each.
+// The rim of every group, as one loop of corners each, counter-clockwise as its triangles are: an edge
+// belongs to the rim if the triangle beyond it is in another group.
 std::vector<std::vector<Index>> trace_rims(std::span<const Triangle> triangles,
                                            const std::vector<HalfEdge>& edges,
                                            const std::vector<Index>& group, Index groups) {
@@ -174,8 +179,8 @@ std::vector<std::vector<Index>> trace_rims(std::span<const Triangle> triangles,
 
 // Keeps the points that at least three faces share, in their order: the others lie within a face or an edge.
 void keep_corners(std::span<const Vec3> vertices, std::vector<std::vector<Index>> faces, ConvexHull& hull) {
-  // Around a corner of a polyhedron at least three faces meet; around a point amid an
-  // edge two, amid a face one.
+  // Around a corner of a polyhedron at least three faces meet; around a point amid an edge two, amid a face
+  // one.
   std::vector<int> uses(vertices.size(), 0);
   for (const auto& face : faces)
     for (Index i : face) ++uses[i];

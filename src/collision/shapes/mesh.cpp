@@ -13,14 +13,25 @@
 #include "collision/shapes/triangle_mesh.hpp"
 
 // What make_mesh() checks and works out once: which triangles lie beside each other, which edges and vertices
-// stand out of the surface, and a tree of boxes over the triangles.
+// stand out of the surface, and a tree of boxes over the triangles. In steps:
+//   1. weld vertices at one place, so that triangles know that they share them;
+//   2. normals, which refuse degenerate triangles;
+//   3. per edge the neighbour across it and the dihedral angle, as flat, convex, concave or border: contact
+//      normals other than the face's exist at convex and border edges only (narrow/surface.hpp);
+//   4. per vertex whether any such edge ends there, what it is joined to, and a normal that tells inside from
+//      outside;
+//   5. the tree.
+// Meshes of files are rarely perfect. Open borders, edges of more than two triangles and unused vertices are
+// all allowed; only what makes no sense for a surface is refused, by name.
 namespace amontons {
 namespace {
 
 using Triangle = TriangleMesh::Triangle;
 
+// For messages: triangles by their numbers in the input.
 std::string name_of(std::size_t t) { return "triangle mesh: triangle " + std::to_string(t); }
 
+// What can be said before any geometry.
 void check(std::span<const Vec3> vertices, std::span<const Triangle> triangles) {
   AMONTONS_REQUIRE(!triangles.empty(), "triangle mesh: it has no triangle");
   for (std::size_t i = 0; i < vertices.size(); ++i)
@@ -32,9 +43,9 @@ void check(std::span<const Vec3> vertices, std::span<const Triangle> triangles) 
                            std::to_string(vertices.size()));
 }
 
-// Vertices at the same place become the first of them, so that triangles of files that repeat vertices (STL)
-// know their neighbours. Only equal coordinates are welded: a tolerance would have to guess the size of
-// details.
+// Step 1. Vertices at the same place become the first of them, so that triangles of files that repeat
+// vertices (STL) know their neighbours. Only equal coordinates are welded: a tolerance would have to guess
+// the size of details.
 void weld(std::span<const Vec3> vertices, std::span<const Triangle> triangles, TriangleMesh& mesh) {
   std::vector<std::int32_t> by_place(vertices.size()), first(vertices.size());
   std::iota(by_place.begin(), by_place.end(), 0);
@@ -49,7 +60,7 @@ void weld(std::span<const Vec3> vertices, std::span<const Triangle> triangles, T
   for (const Triangle& t : triangles) mesh.triangles.push_back({first[t[0]], first[t[1]], first[t[2]]});
 }
 
-// The unit normal of every triangle, right-handed over its corners.
+// Step 2. The unit normal of every triangle, right-handed over its corners.
 void find_normals(TriangleMesh& mesh) {
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
     const Vec3 &a = mesh.corner(t, 0), ab = mesh.corner(t, 1) - a, ac = mesh.corner(t, 2) - a;
@@ -63,8 +74,8 @@ void find_normals(TriangleMesh& mesh) {
   }
 }
 
-// Edge k of a triangle, named by its ends: sorted by them, the edges that several
-// triangles share lie together.
+// Edge k of a triangle, named by its ends: sorted by them, the edges that several triangles share lie
+// together.
 struct HalfEdge {
   std::int32_t low, high, triangle, k;
   bool up;  // from low to high
@@ -83,7 +94,8 @@ double outer_angle(const TriangleMesh& mesh, const HalfEdge& e, const HalfEdge& 
   return angle > 1e-9 ? angle : angle + 2 * std::numbers::pi;
 }
 
-// All edges, those between the same two ends one after the other.
+// Sorting stands in for a hash table of edges: no allocation per edge, and an order that depends on the mesh
+// only. All edges, those between the same two ends one after the other.
 std::vector<HalfEdge> sorted_edges(const TriangleMesh& mesh) {
   std::vector<HalfEdge> edges;
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
@@ -116,8 +128,8 @@ void set_neighbour(TriangleMesh& mesh, const HalfEdge& e, std::span<const HalfEd
       mesh.normals[best->triangle], mesh.corner(best->triangle, best->k + 2));
 }
 
-// What lies across every edge, and of which kind the edge is. Two triangles that run the same way along it
-// show different sides to the outside.
+// Step 3. What lies across every edge, and of which kind the edge is. Two triangles that run the same way
+// along it show different sides to the outside.
 void find_neighbours(TriangleMesh& mesh) {
   const std::vector<HalfEdge> edges = sorted_edges(mesh);
   mesh.neighbours.assign(mesh.triangles.size(), {-1, -1, -1});
@@ -136,9 +148,9 @@ void find_neighbours(TriangleMesh& mesh) {
   }
 }
 
-// The normal of a vertex is the sum of those of its triangles, weighted by their angles there: the sign of a
-// point's distance from the vertex along it is right wherever the vertex is the closest point of a closed
-// mesh (Baerentzen and Aanaes, 2005).
+// Step 4. The normal of a vertex is the sum of those of its triangles, weighted by their angles there: the
+// sign of a point's distance from the vertex along it is right wherever the vertex is the closest point of a
+// closed mesh (Baerentzen and Aanaes, 2005).
 void describe_vertices(TriangleMesh& mesh) {
   const std::size_t n = mesh.vertices.size();
   mesh.vertex_normals.assign(n, {});
@@ -171,10 +183,10 @@ void describe_vertices(TriangleMesh& mesh) {
   for (std::size_t v = 0; v < n; ++v) mesh.around_start[v + 1] += mesh.around_start[v];
 }
 
-// A node over order[first, last), and below it the halves, split at the median of the centres along their
-// longest extent: the tree is balanced, and boxes of siblings overlap little. Leaves of up to four triangles:
-// testing a few boxes more in a row costs less than another level. Within a half the triangles keep their
-// order.
+// Step 5. A node over order[first, last), and below it the halves, split at the median of the centres along
+// their longest extent: the tree is balanced, and boxes of siblings overlap little. Leaves of up to four
+// triangles: testing a few boxes more in a row costs less than another level. Within a half the triangles
+// keep their order.
 void build_tree(TriangleMesh& mesh, const std::vector<Vec3>& centres, std::int32_t first, std::int32_t last) {
   Aabb box = empty_box(), middle = empty_box();
   for (std::int32_t i = first; i < last; ++i) {

@@ -21,6 +21,7 @@ namespace {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
+// `what` names the shape and the size, so that the message tells which of a scene's numbers is wrong.
 void require_size(double value, const char* what) {
   AMONTONS_REQUIRE(std::isfinite(value) && value > 0,
                    std::string(what) + " must be positive and finite, not " + std::to_string(value));
@@ -51,6 +52,7 @@ Aabb box_of(const Aabb& local, const Transform& frame) {
   });
 }
 
+// Round all over: the same in every direction, so that the rotation does not enter.
 void check(const Sphere& s) { require_size(s.radius, "sphere: the radius"); }
 double radius_of(const Sphere& s) { return s.radius; }
 Aabb box_of(const Sphere& s, const Transform& frame) {
@@ -68,6 +70,7 @@ Aabb box_of(const Capsule& s, const Transform& frame) {
 }
 
 void check(const Box& s) { require_sizes(s.half, "box: every half edge"); }
+// The corners are farthest.
 double radius_of(const Box& s) { return norm(s.half); }
 Aabb box_of(const Box& s, const Transform& frame) { return box_of(Aabb{-s.half, s.half}, frame); }
 
@@ -75,6 +78,7 @@ void check(const Cylinder& s) {
   require_size(s.radius, "cylinder: the radius");
   require_size(s.half_length, "cylinder: the half length");
 }
+// The rims are farthest.
 double radius_of(const Cylinder& s) { return std::sqrt(s.radius * s.radius + s.half_length * s.half_length); }
 // A segment along z and a disc across it: |d_z| l + r |(d_x, d_y)|.
 Aabb box_of(const Cylinder& s, const Transform& frame) {
@@ -108,6 +112,7 @@ Aabb box_of(const Hull& s, const Transform& frame) {
   return {frame.position + box.lower, frame.position + box.upper};
 }
 
+// A half space has no size, and no box in most orientations: its pairs are all that lies near it.
 void check(const Plane&) {}
 double radius_of(const Plane&) { return infinity; }
 Aabb box_of(const Plane&, const Transform&) {
@@ -117,6 +122,7 @@ Aabb box_of(const Plane&, const Transform&) {
 void check(const Mesh& s) {
   AMONTONS_REQUIRE(s.data != nullptr, "triangle mesh is empty; make it with make_mesh()");
 }
+// The root of the tree has the box around all triangles.
 double radius_of(const Mesh& s) { return radius_of(s.data->nodes[0].box); }
 Aabb box_of(const Mesh& s, const Transform& frame) { return box_of(s.data->nodes[0].box, frame); }
 
@@ -128,6 +134,7 @@ Aabb box_of(const HeightField& s, const Transform& frame) { return box_of(s.data
 
 }  // namespace
 
+// The doors: each picks the overload of the kind that the shape holds.
 void validate(const Shape& shape) {
   std::visit([](const auto& s) { check(s); }, shape);
 }

@@ -65,12 +65,14 @@ struct MeshSurface {
     }
   }
 
+  // Of one triangle; made when it is needed, as storing it would add a third to the memory of the mesh.
   Aabb bounds_of(std::int32_t t) const {
     const Vec3 &a = mesh.corner(t, 0), &b = mesh.corner(t, 1), &c = mesh.corner(t, 2);
     return {{std::min({a.x, b.x, c.x}), std::min({a.y, b.y, c.y}), std::min({a.z, b.z, c.z})},
             {std::max({a.x, b.x, c.x}), std::max({a.y, b.y, c.y}), std::max({a.z, b.z, c.z})}};
   }
 
+  // The triangle with what lies around it.
   Facet facet(std::int32_t t) const {
     Facet f;
     f.normal = mesh.normals[t];
@@ -93,6 +95,7 @@ struct MeshSurface {
       visit(mesh.vertices[mesh.around[i]]);
   }
 
+  // Whether an edge that is not flat ends at a vertex.
   bool is_active(std::int64_t vertex) const { return mesh.is_active[vertex]; }
 
   // By the normal at the closest point: of the face, the sum of two at an edge, weighted by angles at a
@@ -101,6 +104,7 @@ struct MeshSurface {
   bool is_outside(const Vec3& p, std::int32_t t, const TrianglePoint& closest) const {
     const Vec3 to = p - closest.at;
     const unsigned feature = closest.feature;
+    // Bits of the corners that hold the closest point: all three, one, or two, which name an edge.
     if (feature == 7) return dot(mesh.normals[t], to) > 0;
     if (feature == 1 || feature == 2 || feature == 4) {
       const std::int32_t v = mesh.triangles[t][feature == 1 ? 0 : feature == 2 ? 1 : 2];
