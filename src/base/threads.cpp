@@ -32,7 +32,8 @@ inline void pause() {
 }
 
 // Spins while `value` equals `old`, then lets other threads run. False if the patience ran out. 4000 pauses
-// are about 50 microseconds, the time between two loops of a solve, or less on processors with short ones.
+// are ten to two hundred microseconds, depending on the processor: longer than the time between two loops of
+// a solve.
 template <class T>
 bool changed(const std::atomic<T>& value, T old) {
   constexpr int spins = 4000, yields = 64;

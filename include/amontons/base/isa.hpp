@@ -16,9 +16,8 @@ Isa active_isa();
 
 // AMONTONS_FOR_EACH_ISA(declaration) declares a kernel in the namespace of each instruction set, and
 //   AMONTONS_DISPATCH(f, args...)
-// calls the variant for this processor: two comparisons with a constant, which the branch predictor learns,
-// and no pointer to a function, so that the call can be seen through. Dispatch whole loops, not single
-// operations.
+// calls the variant for this processor. The choice costs some nanoseconds and the call is never inlined:
+// dispatch whole loops, not single operations.
 #if defined(AMONTONS_X86)
 #define AMONTONS_DISPATCH(f, ...)                                                           \
   (::amontons::active_isa() == ::amontons::Isa::avx512 ? ::amontons::avx512::f(__VA_ARGS__) \

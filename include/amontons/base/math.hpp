@@ -15,8 +15,7 @@ namespace amontons {
 struct Vec3 {
   double x = 0, y = 0, z = 0;
 
-  // Component i = 0, 1, 2. Comparisons, as components need not lie in an array for the compiler to see
-  // through them.
+  // Component i = 0, 1, 2. By comparisons: an index known to the compiler costs nothing.
   constexpr double operator[](int i) const { return i == 0 ? x : i == 1 ? y : z; }
   constexpr double& operator[](int i) { return i == 0 ? x : i == 1 ? y : z; }
   constexpr Vec3& operator+=(const Vec3& b) { return x += b.x, y += b.y, z += b.z, *this; }
@@ -108,8 +107,8 @@ inline Quat normalised(const Quat& q) {
   const double s = 1 / norm(q);
   return {s * q.w, s * q.x, s * q.y, s * q.z};
 }
-// R = 1 + 2 w skew(v) + 2 skew(v)^2 for q = (w, v); its columns are the axes of the body in the world. Worth
-// its cost for more than two vectors; rotate() is cheaper for one.
+// R = 1 + 2 w skew(v) + 2 skew(v)^2 for q = (w, v); its columns are the axes of the body in the world. Many
+// vectors are turned faster by the matrix, one by rotate().
 constexpr Mat3 to_matrix(const Quat& q) {
   const double xx = q.x * q.x, yy = q.y * q.y, zz = q.z * q.z, xy = q.x * q.y, xz = q.x * q.z, yz = q.y * q.z,
                wx = q.w * q.x, wy = q.w * q.y, wz = q.w * q.z;
