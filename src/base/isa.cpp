@@ -6,6 +6,8 @@
 namespace amontons {
 
 namespace {
+// The AVX-512 variant needs conversions of integers (dq) and masks on shorter registers (vl) besides the base
+// set (f); processors with f alone count as AVX2. A wish for more than there is has no effect.
 Isa detect() {
 #if defined(AMONTONS_X86)
   Isa best = Isa::baseline;
@@ -25,6 +27,7 @@ Isa detect() {
 }
 }  // namespace
 
+// Asked once: the processor does not change, and the environment must not change results half-way.
 Isa active_isa() {
   static const Isa isa = detect();
   return isa;

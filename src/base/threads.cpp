@@ -9,10 +9,20 @@
 #include <unistd.h>
 #endif
 
+// How a call runs. The caller writes what is to be done into fields that all workers read, and publishes it
+// by raising a counter (release); a worker that sees the counter rise (acquire) sees the fields as well. It
+// runs its range and lowers a second counter (release); when the caller reads zero there (acquire), it sees
+// all that the workers have written. These two counters, on cache lines of their own, are all that is shared.
+//
+// Waiting is where short loops lose their time: waking a thread that sleeps in the kernel takes some tens of
+// microseconds, as long as a whole loop. So a worker first spins, which reacts within a fraction of a
+// microsecond; then yields, so that a machine with fewer cores than threads goes on; then sleeps, so that an
+// idle pool costs nothing.
 namespace amontons {
 
 namespace {
 
+// Tells the processor that this is a spinning loop, so that it saves power and leaves the core to its twin.
 inline void pause() {
 #if defined(__x86_64__) || defined(__i386__)
   __builtin_ia32_pause();
@@ -21,7 +31,9 @@ inline void pause() {
 #endif
 }
 
-// Spins while `value` equals `old`, then lets other threads run. False if the patience ran out.
+// Spins while `value` equals `old`, then lets other threads run. False if the patience ran out. 4000 pauses
+// are ten to two hundred microseconds, depending on the processor: longer than the time between two loops of
+// a solve.
 template <class T>
 bool changed(const std::atomic<T>& value, T old) {
   constexpr int spins = 4000, yields = 64;
@@ -49,9 +61,12 @@ struct ThreadPool::Workers {
   alignas(64) std::atomic<unsigned> call{0};
   alignas(64) std::atomic<unsigned> running{0};
 
+  // Contiguous ranges whose lengths differ by one at most; the same for every call of as many tasks.
   std::size_t first_task(std::size_t thread) const { return tasks * thread / (threads.size() + 1); }
   void work(std::size_t thread) const { range(body, first_task(thread), first_task(thread + 1)); }
 
+  // The life of a worker. Counters may not skip a value: the next call is published only after all workers
+  // have answered this one, so each sees every one of them.
   void loop(std::size_t thread) {
     for (unsigned seen = 0;;) {
       while (!changed(call, seen)) call.wait(seen, std::memory_order_acquire);
@@ -62,6 +77,7 @@ struct ThreadPool::Workers {
     }
   }
 
+  // Wakes those that sleep; no system call if nobody does.
   void publish() {
     call.fetch_add(1, std::memory_order_release);
     call.notify_all();
@@ -88,6 +104,7 @@ unsigned ThreadPool::threads() const {
   return workers_ ? static_cast<unsigned>(workers_->threads.size()) + 1 : 1;
 }
 
+// The caller is worker 0: it works rather than waits, and then waits for the slowest of the others.
 void ThreadPool::run_ranges(std::size_t tasks, Range range, const void* body) {
   Workers& w = *workers_;
   w.range = range;
@@ -102,6 +119,7 @@ void ThreadPool::run_ranges(std::size_t tasks, Range range, const void* body) {
 
 namespace {
 
+// The number of this process; a fork changes it.
 long process() {
 #if defined(__unix__) || defined(__APPLE__)
   return static_cast<long>(getpid());
@@ -125,6 +143,8 @@ struct IdlePools {
   }
 };
 
+// Made at the first lease of several threads, and destroyed at the end of the process, which joins all
+// workers.
 IdlePools& idle_pools() {
   static IdlePools pools;
   return pools;
@@ -132,6 +152,7 @@ IdlePools& idle_pools() {
 
 }  // namespace
 
+// An idle pool with as many threads, or a new one. One thread needs no pool and takes no lock.
 PoolLease::PoolLease(unsigned threads) {
   if (threads > 1) {
     IdlePools& idle = idle_pools();
@@ -148,6 +169,7 @@ PoolLease::PoolLease(unsigned threads) {
   pool_ = std::make_unique<ThreadPool>(threads);
 }
 
+// Back to the idle ones, where its threads sleep until the next lease or the end of the process.
 PoolLease::~PoolLease() {
   if (pool_->threads() <= 1) return;
   IdlePools& idle = idle_pools();

@@ -10,6 +10,10 @@
 #include <emmintrin.h>
 #endif
 
+// The broad phase: out of n boxes the pairs that overlap, in about n log n steps rather than n^2. It is a
+// bounding volume hierarchy (Ericson, Real-Time Collision Detection, section 6.2) made anew for every call,
+// as all bodies move.
+//
 // A tree with eight children per node over the boxes, stored without pointers: leaf k lies in node k / 8 of
 // level 0, in node k / 64 of level 1, and so on. The order of the leaves makes it a k-d tree: ranges are
 // split at the median of the centres, along the axis that shrinks the halves most, at multiples of powers of
@@ -26,15 +30,19 @@ namespace {
 
 constexpr float inf = std::numeric_limits<float>::infinity();
 
+// The longest side: what decides how many others a box can meet.
 double extent(const Aabb& box) {
   const Vec3 d = box.upper - box.lower;
   return std::max({d.x, d.y, d.z});
 }
 
+// Halved before the sum, which cannot overflow then.
 Vec3 centre(const Aabb& box) { return 0.5 * box.lower + 0.5 * box.upper; }
 
-// A class holds sizes within a factor of four; class 0 holds boxes without extent. The exponents of doubles,
-// from the smallest denormal's -1074 to 1023, shifted to be positive, give a class for every size.
+// A class holds sizes within a factor of four; class 0 holds boxes without extent. Four is coarse enough that
+// a pile of grains of mixed sizes stays in one or two trees, and fine enough that no node is blown up by a
+// box much larger than its neighbours. The exponents of doubles, from the smallest denormal's -1074 to 1023,
+// shifted to be positive, give a class for every size.
 constexpr std::size_t classes = 1 + 2200 / 2;
 std::size_t size_class(double size) {
   return size > 0 ? 1 + static_cast<std::size_t>(std::ilogb(size) + 1075) / 2 : 0;
@@ -50,95 +58,86 @@ float narrow(double x, double origin) {
 
 // Bit k: child k of the node overlaps the box {lower, upper}. Boxes overlap if on every axis each begins
 // before the other ends; four children fill a vector, axis by axis.
-template <class Node>
-unsigned overlap_mask(const Node& node, const float* box) {
+unsigned overlap_mask(const auto& node, const float* box) {
+  unsigned mask = 0;
 #if defined(__SSE2__)
-  unsigned mask = 0;
-  for (int half = 0; half < 2; ++half) {
-    const auto lower = [&](int axis) { return _mm_load_ps(node.bound[axis] + 4 * half); };
-    const auto upper = [&](int axis) { return _mm_load_ps(node.bound[axis + 3] + 4 * half); };
-    __m128 m =
-        _mm_and_ps(_mm_cmple_ps(lower(0), _mm_set1_ps(box[3])), _mm_cmpge_ps(upper(0), _mm_set1_ps(box[0])));
-    m = _mm_and_ps(m, _mm_and_ps(_mm_cmple_ps(lower(1), _mm_set1_ps(box[4])),
-                                 _mm_cmpge_ps(upper(1), _mm_set1_ps(box[1]))));
-    m = _mm_and_ps(m, _mm_and_ps(_mm_cmple_ps(lower(2), _mm_set1_ps(box[5])),
-                                 _mm_cmpge_ps(upper(2), _mm_set1_ps(box[2]))));
-    mask |= static_cast<unsigned>(_mm_movemask_ps(m)) << (4 * half);
+  for (int half = 0; half < 8; half += 4) {
+    const auto meets = [&](int axis) {
+      return _mm_and_ps(_mm_cmple_ps(_mm_load_ps(node.bound[axis] + half), _mm_set1_ps(box[axis + 3])),
+                        _mm_cmpge_ps(_mm_load_ps(node.bound[axis + 3] + half), _mm_set1_ps(box[axis])));
+    };
+    const __m128 all = _mm_and_ps(meets(0), _mm_and_ps(meets(1), meets(2)));
+    mask |= static_cast<unsigned>(_mm_movemask_ps(all)) << half;
   }
-  return mask;
 #else
-  unsigned mask = 0;
   for (unsigned k = 0; k < 8; ++k) {
     bool in = true;
     for (int axis = 0; axis < 3; ++axis)
       in = in & (node.bound[axis][k] <= box[axis + 3]) & (node.bound[axis + 3][k] >= box[axis]);
     mask |= unsigned{in} << k;
   }
-  return mask;
 #endif
+  return mask;
 }
 
-// The box around all children: lower, then upper corner.
-template <class Node>
-void enclose(const Node& node, float* box) {
+// The box of one child, and the box around all of them: lower, then upper corner.
+void copy_child(const auto& node, std::size_t child, float* box) {
+  for (int row = 0; row < 6; ++row) box[row] = node.bound[row][child];
+}
+void enclose(const auto& node, float* box) {
   for (int axis = 0; axis < 3; ++axis) {
     box[axis] = *std::min_element(node.bound[axis], node.bound[axis] + 8);
     box[axis + 3] = *std::max_element(node.bound[axis + 3], node.bound[axis + 3] + 8);
   }
 }
 
-// Empty places overlap nothing.
-template <class Node>
-void clear(Node& node) {
-  for (int axis = 0; axis < 3; ++axis)
-    for (int k = 0; k < 8; ++k) {
-      node.bound[axis][k] = inf;
-      node.bound[axis + 3][k] = -inf;
-    }
+// Empty places begin at infinity and end at minus infinity, so that they overlap nothing.
+void clear(auto& node) {
+  for (int row = 0; row < 6; ++row) std::fill_n(node.bound[row], 8, row < 3 ? inf : -inf);
 }
 
 }  // namespace
 
 void BroadPhase::find_pairs(std::span<const Aabb> boxes, std::span<const unsigned char> fixed,
                             std::vector<IndexPair>& pairs) {
+  fixed_ = fixed;
   found_.clear();
   set_aside_infinite(boxes);
-  // The order of an earlier call holds for any boxes; it only gets slower as they move through each other. It
-  // is given up as soon as it costs half as much again as when it was new.
+  // The order of an earlier call holds for any boxes; it only gets slower as they move through each other,
+  // and from one step of a simulation to the next nothing moves far. It is given up as soon as it costs half
+  // as much again as when it was new.
   bool done = false;
   if (built_for_ == boxes.size() && infinite_ == last_infinite_) {
     fit(boxes);
-    done = search(fixed, built_visits_ + built_visits_ / 2);
+    done = search(built_visits_ + built_visits_ / 2);
   }
   if (!done) {
     found_.clear();
     build(boxes);
     fit(boxes);
-    search(fixed, std::numeric_limits<std::size_t>::max());
+    search(std::numeric_limits<std::size_t>::max());
     built_for_ = boxes.size();
     last_infinite_ = infinite_;
     built_visits_ = visits_;
   }
-  add_pairs_of_infinite(boxes, fixed);
+  add_pairs_of_infinite(boxes);
   sort(boxes.size(), pairs);
 }
 
-// Boxes with a bound that is not a finite number have no centre: they stay outside the tree.
+// Boxes with a bound that is not a finite number, or whose extent overflows, have no centre: they stay
+// outside the tree.
 void BroadPhase::set_aside_infinite(std::span<const Aabb> boxes) {
   infinite_.clear();
-  for (std::size_t i = 0; i < boxes.size(); ++i)
-    if (!is_finite(boxes[i].lower) || !is_finite(boxes[i].upper) || !std::isfinite(extent(boxes[i])))
-      infinite_.push_back(static_cast<std::int32_t>(i));
+  finite_.clear();
+  for (std::size_t i = 0; i < boxes.size(); ++i) {
+    const Aabb& box = boxes[i];
+    const bool finite = is_finite(box.lower) && is_finite(box.upper) && std::isfinite(extent(box));
+    (finite ? finite_ : infinite_).push_back(static_cast<std::int32_t>(i));
+  }
 }
 
 // Finds an order of the leaves for the finite boxes.
 void BroadPhase::build(std::span<const Aabb> boxes) {
-  finite_.clear();
-  for (std::size_t i = 0, k = 0; i < boxes.size(); ++i)
-    if (k < infinite_.size() && static_cast<std::size_t>(infinite_[k]) == i)
-      ++k;
-    else
-      finite_.push_back(static_cast<std::int32_t>(i));
   choose_origin(boxes);
   sort_by_size(boxes);
   for (std::size_t k = 0; k < start_.size(); k += 2) split(start_[k], start_[k + 1]);
@@ -159,8 +158,9 @@ void BroadPhase::choose_origin(std::span<const Aabb> boxes) {
   }
 }
 
-// Counting sort by class; each class starts a new group of leaves. Afterwards start_ holds where the items of
-// each class that has any begin and end.
+// A class much smaller than its neighbours shares no node with them: the tree above is then that of a few
+// subtrees side by side. Counting sort by class, in linear time; each class starts a new group of leaves.
+// Afterwards start_ holds where the items of each class that has any begin and end.
 void BroadPhase::sort_by_size(std::span<const Aabb> boxes) {
   count_.assign(classes + 1, 0);
   for (std::int32_t i : finite_) ++count_[size_class(extent(boxes[i])) + 1];
@@ -169,10 +169,7 @@ void BroadPhase::sort_by_size(std::span<const Aabb> boxes) {
   for (std::size_t c = 0; c < classes; ++c) {
     const std::size_t size = count_[c + 1];
     count_[c] = leaves;
-    if (size) {
-      start_.push_back(leaves);
-      start_.push_back(leaves + size);
-    }
+    if (size) start_.insert(start_.end(), {leaves, leaves + size});
     leaves += (size + width - 1) / width * width;
   }
   items_.assign(leaves, {{}, {}, -1});
@@ -188,8 +185,9 @@ void BroadPhase::sort_by_size(std::span<const Aabb> boxes) {
   }
 }
 
-// Splits the range near its middle, at a multiple of the largest power of eight of which one lies inside: the
-// halves then fill whole nodes of the level that they belong to.
+// The construction of a k-d tree (Bentley, 1975), by medians, so that its depth is fixed by the number of
+// leaves and no pointer is needed. Splits the range near its middle, at a multiple of the largest power of
+// eight of which one lies inside: the halves then fill whole nodes of the level that they belong to.
 void BroadPhase::split(std::size_t first, std::size_t last) {
   if (last - first <= width) return;
   std::size_t block = width;
@@ -209,8 +207,7 @@ void BroadPhase::split(std::size_t first, std::size_t last) {
 // With centres spread over s and boxes as long as e on average, the halves are about s / 2 + e long: along
 // which axis is that the smallest part of s + e? Where s / (s + e) is largest.
 int BroadPhase::best_axis(std::size_t first, std::size_t last) const {
-  float lower[3], upper[3], sum[3] = {0, 0, 0};
-  for (int axis = 0; axis < 3; ++axis) lower[axis] = upper[axis] = items_[first].centre[axis];
+  float lower[3] = {inf, inf, inf}, upper[3] = {-inf, -inf, -inf}, sum[3] = {0, 0, 0};
   for (std::size_t k = first; k < last; ++k)
     for (int axis = 0; axis < 3; ++axis) {
       lower[axis] = std::min(lower[axis], items_[k].centre[axis]);
@@ -231,7 +228,9 @@ int BroadPhase::best_axis(std::size_t first, std::size_t last) const {
   return best;
 }
 
-// Puts the boxes into the tree, in the present order, level by level from the leaves up.
+// Puts the boxes into the tree, in the present order, level by level from the leaves up: the box of a node is
+// that around its children's. This is all that a call does before the search if the order of the last one
+// still serves; it is linear, and reads memory in order.
 void BroadPhase::fit(std::span<const Aabb> boxes) {
   boxes_.resize(order_.size());
   std::size_t nodes = std::max<std::size_t>(order_.size() / width, 1), depth = 0;
@@ -259,13 +258,16 @@ void BroadPhase::fit(std::span<const Aabb> boxes) {
   levels_.resize(depth);
 }
 
-// Every pair of overlapping boxes in the tree. Gives up, returning false, after more visits than the limit.
-bool BroadPhase::search(std::span<const unsigned char> fixed, std::size_t limit) {
+// Every pair of overlapping boxes in the tree. The search runs group by group and not over pairs of nodes:
+// the box of eight leaves is tight, and one group's descent stays in the cache. Gives up, returning false,
+// after more visits than the limit.
+bool BroadPhase::search(std::size_t limit) {
   visits_ = 0;
   const std::size_t groups = order_.size() / width;
   for (std::size_t g = 0; g < groups; ++g) {
-    cross_self(fixed, g);
-    cross_later_groups(fixed, g);
+    // The pairs within the group: each leaf with those after it.
+    for (int i = 0; i + 1 < width; ++i) cross_leaf(g, i, g, ~1u << i);
+    cross_later_groups(g);
     if (visits_ > limit) return false;
   }
   return true;
@@ -273,7 +275,7 @@ bool BroadPhase::search(std::span<const unsigned char> fixed, std::size_t limit)
 
 // Descends from the top into all nodes that overlap the box of group g and hold later groups: each pair of
 // groups is met once, from the earlier one.
-void BroadPhase::cross_later_groups(std::span<const unsigned char> fixed, std::size_t g) {
+void BroadPhase::cross_later_groups(std::size_t g) {
   const std::size_t top = levels_.size() - 1;
   if (top == 0) return;
   float box[6];
@@ -291,64 +293,52 @@ void BroadPhase::cross_later_groups(std::span<const unsigned char> fixed, std::s
     for (unsigned mask = overlap_mask(levels_[level][index], box); mask; mask &= mask - 1) {
       const std::size_t child = index * width + static_cast<std::size_t>(std::countr_zero(mask));
       if (((child + 1) << shift) - 1 <= g) continue;  // all its groups come before g or are g
-      if (level > 1) {
+      if (level > 1)
         stack[size++] = {level - 1, child};
-      } else {
-        ++visits_;
-        cross(fixed, g, child, levels_[1][index], child % width);
-      }
+      else
+        cross(g, child);
     }
   }
 }
 
-// The pairs within a group: each leaf with those after it.
-void BroadPhase::cross_self(std::span<const unsigned char> fixed, std::size_t g) {
-  for (int i = 0; i + 1 < width; ++i) cross_leaf(fixed, g, i, g, ~1u << i);
-}
-
-// All pairs between the leaves of group g and those of a later group h, whose box is
-// that of a child of `parent`.
-void BroadPhase::cross(std::span<const unsigned char> fixed, std::size_t g, std::size_t h, const Node& parent,
-                       std::size_t child) {
+// All pairs between the leaves of group g and those of a later group h: first which leaves of g overlap the
+// box of h, which its parent knows, then each of them with the leaves of h.
+void BroadPhase::cross(std::size_t g, std::size_t h) {
+  ++visits_;
   float box[6];
-  for (int row = 0; row < 6; ++row) box[row] = parent.bound[row][child];
+  copy_child(levels_[1][h / width], h % width, box);
   for (unsigned mask = overlap_mask(levels_[0][g], box); mask; mask &= mask - 1)
-    cross_leaf(fixed, g, std::countr_zero(mask), h, ~0u);
+    cross_leaf(g, std::countr_zero(mask), h, ~0u);
 }
 
 // The pairs of leaf i of group g with those leaves of group h whose bit is set.
-void BroadPhase::cross_leaf(std::span<const unsigned char> fixed, std::size_t g, int i, std::size_t h,
-                            unsigned which) {
+void BroadPhase::cross_leaf(std::size_t g, int i, std::size_t h, unsigned which) {
   float box[6];
-  for (int row = 0; row < 6; ++row) box[row] = levels_[0][g].bound[row][i];
+  copy_child(levels_[0][g], static_cast<std::size_t>(i), box);
   for (unsigned mask = which & overlap_mask(levels_[0][h], box); mask; mask &= mask - 1) {
     const std::size_t leaf_a = g * width + static_cast<std::size_t>(i);
     const std::size_t leaf_b = h * width + static_cast<std::size_t>(std::countr_zero(mask));
-    add(order_[leaf_a], order_[leaf_b], boxes_[leaf_a], boxes_[leaf_b], fixed);
+    add(order_[leaf_a], order_[leaf_b], boxes_[leaf_a], boxes_[leaf_b]);
   }
 }
 
-// Infinite boxes are few (planes): each against all.
-void BroadPhase::add_pairs_of_infinite(std::span<const Aabb> boxes, std::span<const unsigned char> fixed) {
-  for (std::size_t k = 0; k < infinite_.size(); ++k) {
-    const std::int32_t a = infinite_[k];
-    std::size_t met = 0;  // infinite boxes up to b: pairs of two of them are found from the first one
-    for (std::int32_t b = 0; b < static_cast<std::int32_t>(boxes.size()); ++b) {
-      const bool is_infinite = met < infinite_.size() && infinite_[met] == b;
-      met += is_infinite;
-      if (!is_infinite || b > a) add(a, b, boxes[a], boxes[b], fixed);
-    }
+// Infinite boxes are few (planes): each against all the others, two of them from the first one only.
+void BroadPhase::add_pairs_of_infinite(std::span<const Aabb> boxes) {
+  for (auto a = infinite_.begin(); a != infinite_.end(); ++a) {
+    for (std::int32_t b : finite_) add(*a, b, boxes[*a], boxes[b]);
+    for (auto b = a + 1; b != infinite_.end(); ++b) add(*a, *b, boxes[*a], boxes[*b]);
   }
 }
 
-// What the floats let pass is decided here, in double.
-void BroadPhase::add(std::int32_t a, std::int32_t b, const Aabb& box_a, const Aabb& box_b,
-                     std::span<const unsigned char> fixed) {
-  if ((fixed[a] && fixed[b]) || !is_overlap(box_a, box_b)) return;
+// What the floats let pass is decided here, in double, with the boxes as they were given: rounding to float
+// has an effect on time only.
+void BroadPhase::add(std::int32_t a, std::int32_t b, const Aabb& box_a, const Aabb& box_b) {
+  if ((fixed_[a] && fixed_[b]) || !is_overlap(box_a, box_b)) return;
   found_.emplace_back(std::min(a, b), std::max(a, b));
 }
 
-// Counting sorts by the second and then by the first box: linear however many partners one box has.
+// A radix sort with two digits: counting sorts by the second and then by the first box, the later of which
+// keeps the order of the earlier one among equal keys. Linear however many partners one box has.
 void BroadPhase::sort(std::size_t boxes, std::vector<IndexPair>& pairs) {
   pairs.resize(found_.size());
   const auto pass = [&](auto key, const std::vector<IndexPair>& from, std::vector<IndexPair>& to) {

@@ -2,7 +2,7 @@
 
 #include "check.hpp"
 #include "collision/pairs/general.hpp"
-#include "collision/pairs/table.hpp"
+#include "collision/pairs/pair.hpp"
 #include "collision_scenes.hpp"
 
 // The narrow phase against closed forms, pair by pair, and what holds for all pairs: swapping, units, motion.

@@ -2,8 +2,10 @@
 
 namespace amontons {
 
-// Hot kernels (src/**/*.isa.cpp) are compiled once per instruction set and chosen here at run time. All
-// variants give the same bits: the same eight-lane vectors, no contraction into fused multiply-adds.
+// Hot kernels (src/**/*.isa.cpp) are compiled once per instruction set and chosen here at run time, so that
+// one binary runs everywhere and uses what the processor has. All variants give the same bits: each element
+// goes through the same operations in the same order, sums run over eight lanes whatever the width of a
+// register, and nothing is contracted into fused multiply-adds (-ffp-contract=off).
 enum class Isa : unsigned char { baseline, avx2, avx512 };
 
 // The best set that this processor and this build have. The environment variable AMONTONS_ISA
@@ -12,7 +14,10 @@ Isa active_isa();
 
 }  // namespace amontons
 
-// Declares f in the namespace of each instruction set, and dispatch calls:  AMONTONS_DISPATCH(f, args...)
+// AMONTONS_FOR_EACH_ISA(declaration) declares a kernel in the namespace of each instruction set, and
+//   AMONTONS_DISPATCH(f, args...)
+// calls the variant for this processor. The choice costs some nanoseconds and the call is never inlined:
+// dispatch whole loops, not single operations.
 #if defined(AMONTONS_X86)
 #define AMONTONS_DISPATCH(f, ...)                                                           \
   (::amontons::active_isa() == ::amontons::Isa::avx512 ? ::amontons::avx512::f(__VA_ARGS__) \

@@ -1,6 +1,7 @@
 // Private to *.isa.cpp: a register of doubles of the instruction set that the file is compiled for. GCC 12
-// turns wider vectors into code through memory. Everything
-// lives in the namespace of the instruction set, so that no two variants share a symbol.
+// turns wider vectors into code through memory. Everything lives in the namespace of the instruction set, so
+// that no two variants share a symbol: the linker would keep one of them, perhaps that with instructions
+// which the processor lacks.
 #pragma once
 
 namespace amontons::AMONTONS_ISA {

@@ -21,6 +21,8 @@ class ThreadPool {
 
   unsigned threads() const;
 
+  // F is called through one pointer to a function per range, not per task: the loop over the tasks is
+  // compiled with the body of F in it.
   template <class F>
   void run(std::size_t tasks, F&& f) {
     using Body = std::remove_reference_t<F>;

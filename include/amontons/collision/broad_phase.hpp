@@ -9,6 +9,7 @@
 
 namespace amontons {
 
+// Two boxes by their numbers.
 using IndexPair = std::pair<std::int32_t, std::int32_t>;  // first < second
 
 // All pairs of boxes that overlap (touching counts), sorted, each once; boxes may be infinite (planes).
@@ -26,13 +27,14 @@ class BroadPhase {
   struct alignas(32) Node {
     float bound[6][width];
   };
-  // A leaf while the order is sought; box -1: a gap.
+  // A leaf while the order is sought; box -1: a gap, that fills the last group of a class.
   struct Item {
     float centre[3], extent[3];
     std::int32_t box;
   };
 
-  // The order of the leaves.
+  // The order of the leaves. Boxes that are near each other in space shall be near each other in the order,
+  // as eight neighbours in it share a node.
   void set_aside_infinite(std::span<const Aabb> boxes);
   void build(std::span<const Aabb> boxes);
   void choose_origin(std::span<const Aabb> boxes);
@@ -40,28 +42,27 @@ class BroadPhase {
   void split(std::size_t first, std::size_t last);
   int best_axis(std::size_t first, std::size_t last) const;
 
-  // The tree over them, and its pairs.
+  // The tree over them, and its pairs. g, h: numbers of groups of eight leaves.
   void fit(std::span<const Aabb> boxes);
-  bool search(std::span<const unsigned char> fixed, std::size_t limit);
-  void cross_later_groups(std::span<const unsigned char> fixed, std::size_t g);
-  void cross_self(std::span<const unsigned char> fixed, std::size_t g);
-  void cross(std::span<const unsigned char> fixed, std::size_t g, std::size_t h, const Node& parent,
-             std::size_t child);
-  void cross_leaf(std::span<const unsigned char> fixed, std::size_t g, int i, std::size_t h, unsigned which);
-  void add_pairs_of_infinite(std::span<const Aabb> boxes, std::span<const unsigned char> fixed);
-  void add(std::int32_t a, std::int32_t b, const Aabb& box_a, const Aabb& box_b,
-           std::span<const unsigned char> fixed);
+  bool search(std::size_t limit);
+  void cross_later_groups(std::size_t g);
+  void cross(std::size_t g, std::size_t h);
+  void cross_leaf(std::size_t g, int i, std::size_t h, unsigned which);
+  void add_pairs_of_infinite(std::span<const Aabb> boxes);
+  void add(std::int32_t a, std::int32_t b, const Aabb& box_a, const Aabb& box_b);
   void sort(std::size_t boxes, std::vector<IndexPair>& pairs);
 
   // Of this call.
+  std::span<const unsigned char> fixed_;   // of the caller
   std::vector<std::int32_t> infinite_;     // boxes outside the tree, ascending
-  std::vector<std::int32_t> finite_;       // the others
+  std::vector<std::int32_t> finite_;       // the others, ascending
   std::vector<std::vector<Node>> levels_;  // levels_[0]: the groups of eight leaves; the last level: one node
   std::vector<Aabb> boxes_;                // in the order of the leaves
   std::size_t visits_ = 0;                 // nodes looked at by the search
   std::vector<IndexPair> found_;           // not sorted
 
-  // Of the order that was found last.
+  // Of the order that was found last. It only decides how long the search takes, so that it may be as old as
+  // it likes.
   std::vector<std::int32_t> order_;  // leaf -> box, -1 in gaps
   Vec3 origin_;                      // subtracted before coordinates are rounded to float
   std::size_t built_for_ = 0;        // the number of boxes

@@ -5,69 +5,60 @@
 
 namespace amontons::collision {
 
-// Over all corners, or for large hulls uphill along the edges, where a local maximum of a linear function on
-// a convex body is the maximum.
+// Over all corners, or for large hulls uphill along the edges: a local maximum of a linear function on a
+// convex body is the maximum. The walk visits about the root of the number of corners, but each step jumps
+// through memory and waits for a comparison.
 std::int32_t extreme_corner(const ConvexHull& hull, const Vec3& direction) {
   constexpr std::size_t few = 48;
   std::int32_t best = 0;
   double height = dot(hull.vertices[0], direction);
+  const auto climbs_to = [&](std::int32_t i) {
+    const double h = dot(hull.vertices[i], direction);
+    if (!(h > height)) return false;
+    height = h;
+    best = i;
+    return true;
+  };
   if (hull.vertices.size() <= few) {
     // Straight through memory is faster than the walk until there are many.
-    for (std::size_t i = 1; i < hull.vertices.size(); ++i) {
-      const double h = dot(hull.vertices[i], direction);
-      if (h > height) {
-        height = h;
-        best = static_cast<std::int32_t>(i);
-      }
-    }
+    for (std::size_t i = 1; i < hull.vertices.size(); ++i) climbs_to(static_cast<std::int32_t>(i));
     return best;
   }
   for (bool higher = true; higher;) {
     higher = false;
-    for (std::int32_t j : hull.neighbours[best]) {
-      const double h = dot(hull.vertices[j], direction);
-      if (h > height) {
-        height = h;
-        best = j;
-        higher = true;
-      }
-    }
+    for (std::int32_t j : hull.neighbours[best]) higher |= climbs_to(j);
   }
   return best;
 }
 
-// The core is what is left of a shape when a ball of the radius is taken from all around it: a point of a
-// sphere, a segment of a capsule, the others as they are.
+// A shape in the form that the algorithms use: kind, axes and up to three lengths, so that support() is one
+// switch over plain data without a virtual call. The core is what is left of a shape when a ball of the
+// radius is taken from all around it: a point of a sphere, a segment of a capsule, the others as they are.
 Convex make_convex(const Shape& shape, const Transform& frame, const Vec3& origin) {
   Convex body;
   body.centre = frame.position - origin;
   const Mat3 rotation = to_matrix(frame.rotation);
   for (int i = 0; i < 3; ++i) body.axis[i] = rotation.column(i);
-  if (const auto* hull = std::get_if<Hull>(&shape)) {
-    body.kind = Convex::Kind::hull;
-    body.hull = hull->data.get();
-    body.extent = hull->data->extent;
+  const auto make = [&](Convex::Kind kind, double extent, const Vec3& size, double radius = 0) {
+    body.kind = kind;
+    body.extent = extent;
+    body.size = size;
+    body.radius = radius;
     return body;
+  };
+  // A hull knows its extent; the radius about its origin would cost a pass over the corners.
+  if (const auto* hull = std::get_if<Hull>(&shape)) {
+    body.hull = hull->data.get();
+    return make(Convex::Kind::hull, body.hull->extent, {});
   }
-  body.extent = bounding_radius(shape);
-  if (const auto* sphere = std::get_if<Sphere>(&shape)) {
-    body.kind = Convex::Kind::point;
-    body.radius = sphere->radius;
-  } else if (const auto* capsule = std::get_if<Capsule>(&shape)) {
-    body.kind = Convex::Kind::segment;
-    body.radius = capsule->radius;
-    body.size = {0, 0, capsule->half_length};
-  } else if (const auto* box = std::get_if<Box>(&shape)) {
-    body.kind = Convex::Kind::box;
-    body.size = box->half;
-  } else if (const auto* cylinder = std::get_if<Cylinder>(&shape)) {
-    body.kind = Convex::Kind::cylinder;
-    body.size = {cylinder->radius, cylinder->radius, cylinder->half_length};
-  } else {
-    body.kind = Convex::Kind::ellipsoid;
-    body.size = std::get<Ellipsoid>(shape).radii;
-  }
-  return body;
+  const double extent = bounding_radius(shape);
+  if (const auto* s = std::get_if<Sphere>(&shape)) return make(Convex::Kind::point, extent, {}, s->radius);
+  if (const auto* s = std::get_if<Capsule>(&shape))
+    return make(Convex::Kind::segment, extent, {0, 0, s->half_length}, s->radius);
+  if (const auto* s = std::get_if<Box>(&shape)) return make(Convex::Kind::box, extent, s->half);
+  if (const auto* s = std::get_if<Cylinder>(&shape))
+    return make(Convex::Kind::cylinder, extent, {s->radius, s->radius, s->half_length});
+  return make(Convex::Kind::ellipsoid, extent, std::get<Ellipsoid>(shape).radii);
 }
 
 // The triangle has corners in place of axes: it is made anew for every triangle near a body.
@@ -89,19 +80,23 @@ Vec3 support(const Convex& body, const Vec3& direction) {
     case Convex::Kind::point:
       return body.centre;
     case Convex::Kind::segment:
+      // One of the two ends; of a direction across the segment the upper one.
       return body.centre + (dot(body.axis[2], direction) < 0 ? -body.size.z : body.size.z) * body.axis[2];
     case Convex::Kind::triangle: {
+      // Of equal corners the first, so that the result does not hang on the order of comparisons.
       const double a = dot(body.corner[0], direction), b = dot(body.corner[1], direction),
                    c = dot(body.corner[2], direction);
       if (a >= b) return body.corner[a >= c ? 0 : 2];
       return body.corner[b >= c ? 1 : 2];
     }
     case Convex::Kind::box: {
+      // Each coordinate on its own is largest at the end that the direction points to.
       const Vec3 d = to_local(body, direction);
       return body.centre + to_common(body, {std::copysign(body.size.x, d.x), std::copysign(body.size.y, d.y),
                                             std::copysign(body.size.z, d.z)});
     }
     case Convex::Kind::cylinder: {
+      // The rim's point along the direction's part across the axis, of the cap that the direction points to.
       const Vec3 d = to_local(body, direction);
       const double flat = std::sqrt(d.x * d.x + d.y * d.y);
       // Along the axis the whole cap is extreme: its centre, which is no corner, would be as good as any.
@@ -116,13 +111,15 @@ Vec3 support(const Convex& body, const Vec3& direction) {
       return body.centre + to_common(body, {s * scaled.x * body.size.x, s * scaled.y * body.size.y,
                                             s * scaled.z * body.size.z});
     }
+    // Below the switch, so that the compiler sees a value returned on every path.
     case Convex::Kind::hull:
       break;
   }
   return corner_of(body, extreme_corner(*body.hull, to_local(body, direction)));
 }
 
-// Rounding of a difference of two points is 1e-16 of their coordinates, at most those of the far ends.
+// Tolerances of shapes are relative to the smaller body: a pebble on a planet. Rounding of a difference of
+// two points is 1e-16 of their coordinates, at most those of the far ends.
 PairScale pair_scale(const Convex& a, const Convex& b) {
   return {std::min(a.extent, b.extent), a.extent + b.extent + norm(a.centre - b.centre)};
 }

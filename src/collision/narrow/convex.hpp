@@ -14,8 +14,8 @@ struct Convex {
   Kind kind;
   Vec3 centre;
   Vec3 axis[3];  // columns of its rotation: the body's axes in the common coordinates
-  // box: half edges; ellipsoid: semi-axes; segment: z is the half length; cylinder: x the
-  // radius, z the half length.
+  // box: half edges; ellipsoid: semi-axes; segment: z is the half length; cylinder: x the radius, z the half
+  // length.
   Vec3 size;
   double radius = 0;
   double extent = 0;  // about the radius of the core: what tolerances are relative to
@@ -23,12 +23,15 @@ struct Convex {
   Vec3 corner[3];  // triangle: counter-clockwise seen from outside
 };
 
-// The shape with the origin of the common coordinates moved to `origin` (choose it near the contact: rounding
-// grows with the distance from it). Not for planes, meshes and height fields. A hull's data must outlive it.
+// The "common coordinates" are axes of the world with an origin near the contact; both bodies of a pair have
+// the same. The shape with the origin of the common coordinates moved to `origin` (choose it near the
+// contact: rounding grows with the distance from it). Not for planes, meshes and height fields. A hull's data
+// must outlive it.
 Convex make_convex(const Shape& shape, const Transform& frame, const Vec3& origin);
 Convex make_triangle(const Vec3& a, const Vec3& b, const Vec3& c);
 
-// A point of the core that is extreme along `direction` (of any length but zero).
+// A point of the core that is extreme along `direction` (of any length but zero): one p with the largest
+// <direction, p>. This support function is all that GJK and EPA know of a shape.
 Vec3 support(const Convex& body, const Vec3& direction);
 
 // Directions between the coordinates of a body's own axes and the common ones.
@@ -45,8 +48,8 @@ inline Vec3 corner_of(const Convex& body, std::int32_t i) {
   return body.centre + to_common(body, body.hull->vertices[i]);
 }
 
-// How the sizes of two bodies enter tolerances: `size` is the smaller body's, `reach` bounds the coordinates
-// and with them rounding.
+// How the sizes of two bodies enter tolerances, in m: `size` is the smaller body's, `reach` bounds the
+// coordinates and with them rounding.
 struct PairScale {
   double size, reach;
 };

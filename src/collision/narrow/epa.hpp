@@ -1,5 +1,5 @@
 #pragma once
-#include "collision/narrow/simplex.hpp"
+#include "collision/narrow/gjk.hpp"
 
 namespace amontons::collision {
 

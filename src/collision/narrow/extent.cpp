@@ -4,6 +4,7 @@
 
 namespace amontons {
 
+// The support function about `from` as origin; the radius around a core adds the same along every direction.
 double extent_along(const Shape& shape, const Transform& frame, const Vec3& direction, const Vec3& from) {
   const collision::Convex body = collision::make_convex(shape, frame, from);
   return dot(direction, collision::support(body, direction)) + body.radius;

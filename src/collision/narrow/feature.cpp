@@ -4,8 +4,11 @@
 #include <array>
 #include <cmath>
 
-// What a body rests on along a direction. The thresholds below decide between face, edge and point; they are
-// angles, so that they hold in any unit.
+// What a body rests on along a direction. The support function names one extreme point; a manifold needs all
+// that are nearly extreme, because a box that is tilted by rounding still rests on a face. The thresholds
+// below decide between face, edge and point; they are angles, so that they hold in any unit. They are wide on
+// purpose: a feature that is too large only gives points beyond the margin, which clipping drops, one that is
+// too small loses a support.
 namespace amontons::collision {
 
 namespace {
@@ -18,18 +21,9 @@ constexpr double face_cosine = 0.95, edge_sine = 0.3;
 constexpr double segment_sine = 0.5;
 constexpr int cap_corners = 12;
 
-void set_point(Feature& feature, const Vec3& p) {
-  feature.count = 1;
-  feature.points[0] = p;
-}
-void set_edge(Feature& feature, const Vec3& p, const Vec3& q) {
-  feature.count = 2;
-  feature.points[0] = p;
-  feature.points[1] = q;
-}
-
-// In the box's own axes: a face if one component of the direction dominates, an edge along the axis whose
-// component is small, or the corner that has the signs of the direction.
+// In the box's own axes the components of the direction are the cosines to its faces: a face if one component
+// of the direction dominates, an edge along the axis whose component is small, or the corner that has the
+// signs of the direction.
 void box_feature(const Convex& body, const Vec3& direction, Feature& feature) {
   const Vec3 d = to_local(body, direction);
   int flat = 0, along = 0;  // the axes nearest to the direction, and most perpendicular to it
@@ -40,36 +34,18 @@ void box_feature(const Convex& body, const Vec3& direction, Feature& feature) {
   Vec3 corner;
   for (int i = 0; i < 3; ++i) corner[i] = d[i] < 0 ? -body.size[i] : body.size[i];
   if (std::abs(d[flat]) >= face_cosine) {
-    // (flat, i, j) is right-handed: on the side where the axis points inwards u turns
-    // round, to keep the order.
+    // (flat, i, j) is right-handed: on the side where the axis points inwards u turns round, to keep the
+    // order.
     const double side = d[flat] < 0 ? -1 : 1;
     const int i = (flat + 1) % 3, j = (flat + 2) % 3;
     const Vec3 m = body.centre + corner[flat] * body.axis[flat];
     const Vec3 u = side * body.size[i] * body.axis[i], v = body.size[j] * body.axis[j];
-    feature.count = 4;
     feature.normal = side * body.axis[flat];
-    feature.points[0] = m + u + v;
-    feature.points[1] = m - u + v;
-    feature.points[2] = m - u - v;
-    feature.points[3] = m + u - v;
-    return;
+    return feature.set({m + u + v, m - u + v, m - u - v, m + u - v});
   }
   const Vec3 p = body.centre + to_common(body, corner);
-  if (std::abs(d[along]) > edge_sine) return set_point(feature, p);
-  set_edge(feature, p, p - 2 * corner[along] * body.axis[along]);
-}
-
-// The corners of a regular polygon on the unit circle.
-const std::array<std::array<double, 2>, cap_corners>& cap_polygon() {
-  static const auto polygon = [] {
-    std::array<std::array<double, 2>, cap_corners> table;
-    for (int k = 0; k < cap_corners; ++k) {
-      const double a = 6.283185307179586 * k / cap_corners;
-      table[k] = {std::cos(a), std::sin(a)};
-    }
-    return table;
-  }();
-  return polygon;
+  if (std::abs(d[along]) > edge_sine) return feature.set({p});
+  feature.set({p, p - 2 * corner[along] * body.axis[along]});
 }
 
 // The direction of a cap's first corner, perpendicular to its normal n: along `phase` unless that stands on
@@ -80,8 +56,8 @@ Vec3 cap_phase(const Convex& body, const Vec3& n, const Vec3* phase) {
   return norm_squared(flat) > 0.01 ? normalised(flat) : body.axis[0];
 }
 
-// A cap as a regular polygon inscribed in its rim; where it is tilted, with the rim's extreme point besides.
-// c: the cosine between the body's axis and the direction.
+// Clipping knows polygons only, so a cap is one. A regular polygon inscribed in its rim; where it is tilted,
+// with the rim's extreme point besides. c: the cosine between the body's axis and the direction.
 void cap_feature(const Convex& body, const Vec3& direction, double c, const Vec3* phase, Feature& feature) {
   const double side = c < 0 ? -1 : 1;
   const Vec3 n = side * body.axis[2], m = body.centre + side * body.size.z * body.axis[2];
@@ -93,27 +69,41 @@ void cap_feature(const Convex& body, const Vec3& direction, double c, const Vec3
     angle = std::atan2(dot(down, f), dot(down, e)) * (cap_corners / 6.283185307179586);
     if (angle < 0) angle += cap_corners;
   }
+  // Where the polygon would hide the extreme point, on a cap that is tilted, the exact one is put in its
+  // place in the order of the corners: the deepest point of a rocking drum is then never lost between two
+  // corners. (cos, sin) of the corners on the unit circle. Twelve leave out 1 - cos(15 degrees), 3 % of the
+  // radius, at the middle of a side.
+  static const auto polygon = [] {
+    std::array<std::array<double, 2>, cap_corners> table;
+    for (int k = 0; k < cap_corners; ++k) {
+      const double a = 6.283185307179586 * k / cap_corners;
+      table[k] = {std::cos(a), std::sin(a)};
+    }
+    return table;
+  }();
   feature.count = 0;
   feature.normal = n;
   for (int k = 0; k < cap_corners; ++k) {
-    const auto& point = cap_polygon()[k];
-    feature.points[feature.count++] = m + body.size.x * (point[0] * e + point[1] * f);
+    feature.points[feature.count++] = m + body.size.x * (polygon[k][0] * e + polygon[k][1] * f);
     if (angle >= k && angle < k + 1)
       feature.points[feature.count++] = m + (body.size.x / tilt) * (down - dot(down, n) * n);
   }
 }
 
-// A cap, a generator of the side, or a point of the rim.
+// A cap, a generator of the side (the straight line in it that is extreme along the direction), or a point of
+// the rim.
 void cylinder_feature(const Convex& body, const Vec3& direction, const Vec3* phase, Feature& feature) {
   const double c = dot(body.axis[2], direction);
   if (std::abs(c) >= face_cosine) return cap_feature(body, direction, c, phase, feature);
   const Vec3 radial = body.size.x * normalised(direction - c * body.axis[2]);
   const Vec3 half = (c < 0 ? -body.size.z : body.size.z) * body.axis[2];
-  if (std::abs(c) > edge_sine) return set_point(feature, body.centre + radial + half);
-  set_edge(feature, body.centre + radial + half, body.centre + radial - half);
+  if (std::abs(c) > edge_sine) return feature.set({body.centre + radial + half});
+  feature.set({body.centre + radial + half, body.centre + radial - half});
 }
 
-// The face best aligned with the direction d (in the hull's frame) that holds a point, if one is close to it.
+// All faces are looked at: hulls have tens of them, and the best aligned one need not be next to the extreme
+// corner. The face best aligned with the direction d (in the hull's frame) that holds a point, if one is
+// close to it.
 bool hull_face(const Convex& body, const Vec3& d, const Vec3& held, Feature& feature) {
   const ConvexHull& hull = *body.hull;
   const double tolerance = 1e-6 * body.extent;
@@ -127,6 +117,7 @@ bool hull_face(const Convex& body, const Vec3& d, const Vec3& held, Feature& fea
     }
   }
   if (face == hull.faces.size()) return false;
+  // A face of many corners is thinned out evenly.
   const auto& corners = hull.faces[face];
   const std::size_t n = corners.size(), kept = std::min<std::size_t>(n, Feature::capacity - 1);
   feature.count = static_cast<int>(kept);
@@ -135,70 +126,70 @@ bool hull_face(const Convex& body, const Vec3& d, const Vec3& held, Feature& fea
   return true;
 }
 
-// A face, or of the edges at the extreme corner the one that falls least along the direction, or that corner.
-void hull_feature(const Convex& body, const Vec3& direction, const Vec3* through, Feature& feature) {
-  const ConvexHull& hull = *body.hull;
-  const Vec3 d = to_local(body, direction);
-  const std::int32_t extreme = extreme_corner(hull, d);
-  const Vec3& top = hull.vertices[extreme];
-  if (hull_face(body, d, through ? to_local(body, *through - body.centre) : top, feature)) return;
-  std::int32_t other = -1;
+// The slope of an edge is the sine of the angle by which it falls away from the plane across the direction.
+// Of the corners `others` that edges join to the extreme one the one that falls least along the direction:
+// with it the extreme corner makes an edge, unless that is too steep, which leaves a point. `at`: where a
+// corner is.
+void edge_or_point(int extreme, const auto& others, const Vec3& direction, Feature& feature, auto&& at) {
+  int other = -1;
   double slope = -edge_sine;
-  for (std::int32_t j : hull.neighbours[extreme]) {
-    const Vec3 edge = hull.vertices[j] - top;
-    const double s = dot(edge, d) / norm(edge);
+  for (int j : others) {
+    const Vec3 edge = at(j) - at(extreme);
+    const double s = dot(edge, direction) / norm(edge);
     if (s > slope) {
       slope = s;
       other = j;
     }
   }
-  if (other < 0) return set_point(feature, corner_of(body, extreme));
-  set_edge(feature, corner_of(body, extreme), corner_of(body, other));
+  feature.count = other < 0 ? 1 : 2;
+  feature.points[0] = at(extreme);
+  if (other >= 0) feature.points[1] = at(other);
+}
+
+// A face, or what is left at the extreme corner.
+void hull_feature(const Convex& body, const Vec3& direction, const Vec3* through, Feature& feature) {
+  const ConvexHull& hull = *body.hull;
+  const Vec3 d = to_local(body, direction);
+  const std::int32_t extreme = extreme_corner(hull, d);
+  const Vec3 held = through ? to_local(body, *through - body.centre) : hull.vertices[extreme];
+  if (hull_face(body, d, held, feature)) return;
+  edge_or_point(extreme, hull.neighbours[extreme], d, feature,
+                [&](int i) -> const Vec3& { return hull.vertices[i]; });
+  for (int i = 0; i < feature.count; ++i)
+    feature.points[i] = body.centre + to_common(body, feature.points[i]);
 }
 
 // The same for a triangle, either side of which may be the face.
 void triangle_feature(const Convex& body, const Vec3& direction, Feature& feature) {
-  const Vec3 n = normalised(cross(body.corner[1] - body.corner[0], body.corner[2] - body.corner[0]));
+  const Vec3 *corner = body.corner, n = normalised(cross(corner[1] - corner[0], corner[2] - corner[0]));
   const double c = dot(n, direction);
   if (std::abs(c) >= face_cosine) {
     const bool front = c > 0;
-    feature.count = 3;
     feature.normal = front ? n : -n;
-    feature.points[0] = body.corner[0];
-    feature.points[1] = body.corner[front ? 1 : 2];
-    feature.points[2] = body.corner[front ? 2 : 1];
-    return;
+    return feature.set({corner[0], corner[front ? 1 : 2], corner[front ? 2 : 1]});
   }
-  int extreme = 0, other = -1;
+  int extreme = 0;
   for (int i = 1; i < 3; ++i)
-    if (dot(body.corner[i] - body.corner[extreme], direction) > 0) extreme = i;
-  double slope = -edge_sine;
-  for (int i = 0; i < 3; ++i) {
-    if (i == extreme) continue;
-    const Vec3 edge = body.corner[i] - body.corner[extreme];
-    const double s = dot(edge, direction) / norm(edge);
-    if (s > slope) {
-      slope = s;
-      other = i;
-    }
-  }
-  if (other < 0) return set_point(feature, body.corner[extreme]);
-  set_edge(feature, body.corner[extreme], body.corner[other]);
+    if (dot(corner[i] - corner[extreme], direction) > 0) extreme = i;
+  const int others[] = {extreme == 0 ? 1 : 0, extreme == 2 ? 1 : 2};
+  edge_or_point(extreme, others, direction, feature, [&](int i) -> const Vec3& { return corner[i]; });
 }
 
 }  // namespace
 
+// A capsule counts as its generator: the part of its side that the direction names. Ellipsoids and spheres
+// are round all over, and have nothing but the extreme point.
 void supporting_feature(const Convex& body, const Vec3& direction, const Vec3* through, const Vec3* phase,
                         Feature& feature) {
   switch (body.kind) {
     case Convex::Kind::point:
-      return set_point(feature, body.centre + body.radius * direction);
+      return feature.set({body.centre + body.radius * direction});
     case Convex::Kind::segment: {
       const double c = dot(body.axis[2], direction);
       const Vec3 p = body.centre + body.radius * direction;
       const Vec3 half = (c < 0 ? -body.size.z : body.size.z) * body.axis[2];
-      return std::abs(c) > segment_sine ? set_point(feature, p + half)
-                                        : set_edge(feature, p + half, p - half);
+      if (std::abs(c) > segment_sine) return feature.set({p + half});
+      return feature.set({p + half, p - half});
     }
     case Convex::Kind::triangle:
       return triangle_feature(body, direction, feature);
@@ -207,7 +198,7 @@ void supporting_feature(const Convex& body, const Vec3& direction, const Vec3* t
     case Convex::Kind::cylinder:
       return cylinder_feature(body, direction, phase, feature);
     case Convex::Kind::ellipsoid:
-      return set_point(feature, support(body, direction));
+      return feature.set({support(body, direction)});
     case Convex::Kind::hull:
       return hull_feature(body, direction, through, feature);
   }

@@ -1,4 +1,7 @@
 #pragma once
+#include <algorithm>
+#include <initializer_list>
+
 #include "collision/narrow/convex.hpp"
 
 namespace amontons::collision {
@@ -10,6 +13,12 @@ struct Feature {
   int count = 0;                       // 1: a point, 2: an edge, 3 and more: a flat face
   Vec3 normal;                         // of a face, unit, outwards
   Vec3 points[capacity];               // faces: counter-clockwise seen from outside
+
+  // The normal of a face is set apart.
+  void set(std::initializer_list<Vec3> corners) {
+    count = static_cast<int>(corners.size());
+    std::copy(corners.begin(), corners.end(), points);
+  }
 };
 // `through` (a point on the body's surface, or null): of several faces choose one that holds this point, so
 // that the contact's deepest point is never missed. `phase`: the direction of the first corner of a round cap

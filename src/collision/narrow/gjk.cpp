@@ -1,5 +1,6 @@
 #include "collision/narrow/gjk.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 // The distance of two convex sets by the algorithm of Gilbert, Johnson and Keerthi (1988): the point v of
@@ -9,18 +10,81 @@
 // the plane through w with the normal v; |v| bounds it from above, as v is in C. The simplex joined by w
 // holds a point nearer to the origin than v unless the two bounds agree; it is reduced to the corners that
 // hold that point, so that it never has more than four. For polyhedra this ends after finitely many steps.
+//
+// The nearest point of a simplex is found by the regions of Ericson, Real-Time Collision Detection,
+// section 5.1, with the areas as triple products, which lose fewer digits.
 namespace amontons::collision {
 
 namespace {
 
+// Each of these returns the subset of the corners i, j, ... that holds the point nearest to the origin.
+Nearest nearest_on_point(const Simplex& s, int i) {
+  return {{i, 0, 0}, {1, 0, 0}, 1, s.point[i].w, norm_squared(s.point[i].w)};
+}
+
+// The ends keep what lies beyond them; a segment of no length counts as its first end.
+// The foot of the origin on the line is at t = -<p, e> / <e, e> along e = q - p.
+Nearest nearest_on_segment(const Simplex& s, int i, int j) {
+  const Vec3 &p = s.point[i].w, &q = s.point[j].w;
+  const Vec3 e = q - p;
+  const double along = -dot(p, e), length = norm_squared(e);
+  if (along <= 0 || length == 0) return nearest_on_point(s, i);
+  if (along >= length) return nearest_on_point(s, j);
+  const double t = along / length;
+  const Vec3 v = p + t * e;
+  return {{i, j, 0}, {1 - t, t, 0}, 2, v, norm_squared(v)};
+}
+
+Nearest nearer(const Nearest& a, const Nearest& b) { return b.squared < a.squared ? b : a; }
+
+// The nearest point lies on a face that the origin is seen from, that is, on whose outer side it lies: where
+// the apex d and the origin are on different sides of the plane of a, b, c. A flat tetrahedron has no inside;
+// all its faces are candidates. False: the origin lies inside.
+bool nearest_on_tetrahedron(const Simplex& s, Nearest& result) {
+  constexpr int faces[4][4] = {{0, 1, 2, 3}, {0, 2, 3, 1}, {0, 3, 1, 2}, {1, 3, 2, 0}};
+  bool outside = false;
+  for (const auto& f : faces) {
+    const Vec3 &a = s.point[f[0]].w, &d = s.point[f[3]].w;
+    const Vec3 ab = s.point[f[1]].w - a, ac = s.point[f[2]].w - a, n = cross(ab, ac);
+    const double apex = dot(n, d - a), origin = -dot(n, a);
+    const bool flat = apex * apex <= 1e-26 * norm_squared(ab) * norm_squared(ac) * norm_squared(d - a);
+    if (!flat && (apex > 0) == (origin > 0)) continue;
+    const Nearest candidate = nearest_on_triangle(s, f[0], f[1], f[2]);
+    result = outside ? nearer(result, candidate) : candidate;
+    outside = true;
+  }
+  return outside;
+}
+
+// Reduces the simplex to what holds its point v nearest to the origin; false if that is the origin itself,
+// inside a tetrahedron, which then stays as it is.
+bool reduce(Simplex& s, Vec3& v) {
+  Nearest nearest;
+  if (s.count == 4) {
+    if (!nearest_on_tetrahedron(s, nearest)) return false;
+  } else {
+    nearest = s.count == 1   ? nearest_on_point(s, 0)
+              : s.count == 2 ? nearest_on_segment(s, 0, 1)
+                             : nearest_on_triangle(s, 0, 1, 2);
+  }
+  DifferencePoint kept[3];
+  for (int i = 0; i < nearest.count; ++i) kept[i] = s.point[nearest.index[i]];
+  std::copy_n(kept, nearest.count, s.point);
+  std::copy_n(nearest.weight, nearest.count, s.weight);
+  s.count = nearest.count;
+  v = nearest.point;
+  return true;
+}
+
+// Whether w is a corner already: then C reaches no farther along -v, and v is the answer.
 bool holds(const Simplex& s, const Vec3& w) {
-  for (int i = 0; i < s.count; ++i)
-    if (s.point[i].w == w) return true;
-  return false;
+  return std::any_of(s.point, s.point + s.count, [&](const DifferencePoint& p) { return p.w == w; });
 }
 
 // The direction of v, the simplex's point nearest to the origin. v is the difference of nearby points and has
-// lost digits where the bodies are close; the simplex has not.
+// lost digits where the bodies are close: at a gap of 1e-9 of their size only seven are left, which would
+// tilt the plane of a contact. The simplex is as large as the bodies and has lost none: v is perpendicular to
+// its face, or to its edge, from which the part along the edge is taken out. A corner has nothing but v.
 Vec3 sharpened_normal(const Simplex& s, const Vec3& v) {
   if (s.count == 3) {
     const Vec3 ab = s.point[1].w - s.point[0].w, ac = s.point[2].w - s.point[0].w, n = cross(ab, ac);
@@ -35,28 +99,52 @@ Vec3 sharpened_normal(const Simplex& s, const Vec3& v) {
   return normalised(v);
 }
 
-// Whether <v, w> proves a distance beyond the limit, without a root.
-bool is_beyond(double vw, double vv, double limit) {
-  if (limit < 0) return vw > 0;
-  return vw > 0 && vw * vw > limit * limit * vv;
-}
-
 }  // namespace
 
+// The weights of a point of the plane are the areas of the triangles that it makes with the edges; all
+// positive, the foot of the origin lies inside. Otherwise the nearest point lies on an edge.
+Nearest nearest_on_triangle(const Simplex& s, int i, int j, int k) {
+  const Vec3 &a = s.point[i].w, &b = s.point[j].w, &c = s.point[k].w;
+  const Vec3 ab = b - a, ac = c - a, n = cross(ab, ac);
+  const double area = norm_squared(n);
+  // Twice the areas of the triangles that the origin's projection makes with the edges, times |n|: <n, b x c>
+  // = <n, (b - o) x (c - o)> for any o along n. Their ratios are the weights of the corners.
+  const double u = dot(n, cross(b, c)), v = dot(n, cross(c, a)), w = dot(n, cross(a, b));
+  // A needle has no usable normal; its edges hold its nearest point as well as it can be told.
+  const bool needle = area <= 1e-24 * norm_squared(ab) * norm_squared(ac);
+  if (!needle && u > 0 && v > 0 && w > 0) {
+    const double sum = u + v + w;
+    const Vec3 p = (dot(n, a) / area) * n;
+    return {{i, j, k}, {u / sum, v / sum, w / sum}, 3, p, norm_squared(p)};
+  }
+  return nearer(nearer(nearest_on_segment(s, i, j), nearest_on_segment(s, j, k)),
+                nearest_on_segment(s, i, k));
+}
+
 Cores distance_of_cores(const Convex& a, const Convex& b, double limit, Simplex& s, Separation& result) {
+  // Polyhedra take a handful of steps, round bodies some tens; the limit ends what rounding would go round
+  // in.
   constexpr int most_iterations = 128;
   const PairScale scale = pair_scale(a, b);
-  // Below this the direction of v is rounding: the cores touch.
+  // Below this the direction of v is rounding: the cores touch. The rounding of w is about 1e-16 of
+  // the reach, and 1e-9 of the size is no distance that a contact could tell from none.
   const double touching = 1e-9 * scale.size + 1e-14 * scale.reach;
   const bool flat = a.kind != Convex::Kind::ellipsoid && b.kind != Convex::Kind::ellipsoid;
+  // How far the squared bounds may differ, relatively: rounding of dot products, and for ellipsoids of the
+  // root in their support function as well.
   const double gap_tolerance = flat ? 1e-14 : 1e-13;
 
+  // Any direction would do to start with; along the line of centres the first support point is a good one.
   Vec3 v = a.centre - b.centre;
   if (norm_squared(v) == 0) v = a.axis[0];
+  // Invariant: v is the point of the simplex s nearest to the origin (but for the first v, whose simplex is
+  // empty).
   for (int iteration = 0; iteration < most_iterations; ++iteration) {
     const DifferencePoint p = difference_support(a, b, -v);
     const double vv = norm_squared(v), vw = dot(v, p.w);
-    if (is_beyond(vw, vv, limit)) return Cores::beyond_limit;
+    // <v, w> / |v| > limit, without a root: most pairs that the broad phase finds end here within a few
+    // steps.
+    if (vw > 0 && (limit < 0 || vw * vw > limit * limit * vv)) return Cores::beyond_limit;
     // The bounds agree, or C has nothing new along -v. (The first v is no point of C and proves nothing.)
     if (s.count > 0 && (vv - vw <= gap_tolerance * vv || holds(s, p.w))) break;
     const Simplex before = s;
@@ -73,6 +161,8 @@ Cores distance_of_cores(const Convex& a, const Convex& b, double limit, Simplex&
     if (squared <= touching * touching) return Cores::overlap;
   }
 
+  // The corners of the simplex have equal height along the normal; the first one gives the distance with one
+  // rounding instead of the weighted sum's.
   result.normal = sharpened_normal(s, v);
   result.on_a = result.on_b = {};
   for (int i = 0; i < s.count; ++i) {

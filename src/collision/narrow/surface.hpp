@@ -1,5 +1,6 @@
 // Contact of a convex body with a static surface of triangles, seen from the outside only. The two kinds of
-// surface differ in how they find triangles and neighbours, so the algorithm is a template over that.
+// surface differ in how they find triangles and neighbours, so the algorithm is a template over that. It
+// takes the triangles near the body one by one, and each alone: what the body did before is not remembered.
 //
 // Contact normals. A triangle alone would push a body that slides across it off its edges, although the
 // surface goes on behind them. A normal is therefore only allowed if the surface, not the triangle, has it:
@@ -12,7 +13,10 @@
 // Contact points on a face: the supporting feature of the body along the face normal, clipped by the three
 // planes that stand on the edges. Points made by clipping are kept only where the surface really has an edge:
 // triangles of one flat face together give the corners of the body and the corners of the common area,
-// nothing in between.
+// nothing in between. How a flat face is cut into triangles thus leaves no trace in the contacts.
+//
+// Depth. A body whose centre is outside is pushed out of the faces it went through; one whose centre has got
+// behind the surface is pushed out along the normal of the closest face (push_out).
 #pragma once
 #include <algorithm>
 #include <cmath>
@@ -22,18 +26,73 @@
 
 #include "collision/narrow/manifold.hpp"
 #include "collision/narrow/separation.hpp"
-#include "collision/narrow/surface_body.hpp"
+#include "collision/shapes/facet.hpp"
 
 namespace amontons::collision {
+
+// A convex body over a static surface, in the coordinates of the surface with the origin moved to the body,
+// where rounding is least.
+struct SurfaceBody {
+  Convex convex;
+  Aabb local;     // the box around it along its own axes
+  Vec3 inside;    // a point inside it
+  Vec3 origin;    // of these coordinates, in those of the surface
+  Aabb box;       // around it and its margin, in the coordinates of the surface
+  double margin;  // up to which gaps count
+
+  // `frame`: of the shape, in the coordinates of the surface.
+  SurfaceBody(const Shape& shape, const Transform& frame, double margin);
+
+  double size() const { return convex.extent + convex.radius; }
+  // Points as near to a plane as this are on both its sides, so that none is lost between two triangles.
+  double tolerance() const { return 1e-9 * size(); }
+  // The point of it that is lowest over a plane with the normal n.
+  Vec3 lowest_along(const Vec3& n) const { return support(convex, -n) - convex.radius * n; }
+
+  // Most triangles near a slanting body are out of its reach: a cheap test before the others, of the
+  // triangle's box along the axes of the body against the body's own box (three of the separating axes).
+  bool is_in_reach(const Facet& facet, double reach) const {
+    for (int k = 0; k < 3; ++k) {
+      const double a = dot(convex.axis[k], facet.corner[0]), b = dot(convex.axis[k], facet.corner[1]),
+                   c = dot(convex.axis[k], facet.corner[2]);
+      if (std::min({a, b, c}) > local.upper[k] + reach || std::max({a, b, c}) < local.lower[k] - reach)
+        return false;
+    }
+    return true;
+  }
+
+  // These planes divide space over a flat mesh without gaps: every point is over one triangle at least.
+  // Whether a point lies between the planes that stand on the edges of a facet.
+  bool is_over(const Facet& facet, const Vec3& p) const {
+    bool yes = true;
+    for (int k = 0; k < 3; ++k) yes = yes && dot(inward_of(facet, k), p - facet.corner[k]) >= -tolerance();
+    return yes;
+  }
+
+  // What the body turns to a face. Kept for the next face: on flat ground all have the same normal.
+  // `lowest`: the point of the body that is lowest over the face, which the feature must hold.
+  const Feature& feature_towards(const Vec3& n, const Vec3& lowest) {
+    if (!(n == feature_normal_)) supporting_feature(convex, -n, &lowest, nullptr, feature_);
+    feature_normal_ = n;
+    return feature_;
+  }
+
+ private:
+  Feature feature_;
+  Vec3 feature_normal_;  // that feature_ belongs to
+};
 
 // Removes points that lie together and, of many with about the same normal, all but the deepest and the
 // outermost ones. The points from index `first` on; `length` is the size of the body.
 void reduce_points(std::vector<ContactPoint>& points, std::size_t first, double length);
 
+// One call of the algorithm; the members are what it learns on the way. All lengths are in m, all points in
+// the coordinates of the body (SurfaceBody::origin) unless a function says otherwise.
+//
 // A Surface has, in coordinates of its own and with triangles named by integers:
-//   template <class F> void for_each_near(const Aabb&, F) const   F(triangle) for all that may touch the box
+//   void for_each_near(const Aabb&, visit) const   visit(triangle) for all that may touch the box
 //   Facet facet(triangle) const
-//   template <class F> void for_each_neighbour(vertex, F) const   F(position) for all joined to it by an edge
+//   void for_each_neighbour(vertex, visit) const   visit(position) for all joined to it by an edge
 //   bool is_active(vertex) const             whether an edge ends there that is not flat
 //   bool is_outside(p, triangle, closest) const   p, whose closest point on the surface is given
 template <class Surface>
@@ -42,13 +101,14 @@ class SurfaceContact {
   SurfaceContact(const Surface& surface, SurfaceBody& body, std::vector<ContactPoint>& points)
       : surface_(surface), body_(body), points_(points) {}
 
-  // Appends the points, in the coordinates of the body.
+  // Appends the points, in the coordinates of the body. Triangle by triangle; then once more with directions
+  // from outside if an overlap had no allowed way out; then without the points that several triangles found.
   void find() {
     const std::size_t first = points_.size();
     const bool any_behind = touch_all();
-    // Where the body overlaps an edge or a corner, the shortest way out of one triangle may lead
-    // into the next. Then directions are taken from the body moved out a little, where they are
-    // those of shortest distances.
+    // Where the body overlaps an edge or a corner, the shortest way out of one triangle may lead into the
+    // next. Then directions are taken from the body moved out a little, where they are those of shortest
+    // distances. An attempt that still finds an overlap moves it farther.
     for (int attempt = 0; attempt < 4 && blocked_ && norm_squared(outwards_) > 0; ++attempt) {
       points_.resize(first);
       lift_ = (2 * overlap_) * normalised(outwards_);
@@ -71,6 +131,7 @@ class SurfaceContact {
     int edge;  // that the side to the next point lies on; -1: a side of the body's feature
   };
 
+  // A triangle in the coordinates of the body.
   Facet shifted(auto triangle) const {
     Facet facet = surface_.facet(triangle);
     for (int k = 0; k < 3; ++k) {
@@ -80,7 +141,7 @@ class SurfaceContact {
     return facet;
   }
 
-  // Returns whether some triangles are seen from behind.
+  // All triangles near the body, lifted or not. Returns whether some of them are seen from behind.
   bool touch_all() {
     bool any_behind = false;
     blocked_ = false;
@@ -96,37 +157,34 @@ class SurfaceContact {
     return any_behind;
   }
 
+  // One triangle that faces the body. The cheap tests come first; only a triangle with an edge that a normal
+  // of its own can belong to needs the search for the separation.
   void touch(const Facet& facet) {
     const double reach = body_.margin + norm(lift_);
     if (!body_.is_in_reach(facet, reach)) return;
     const Vec3 n = facet.normal, lowest = body_.lowest_along(n);
     if (dot(n, lowest - facet.corner[0]) > body_.margin) return;
-    bool rounded = false;  // whether a normal other than the face's is possible
-    for (EdgeKind kind : facet.edge)
-      rounded = rounded || kind == EdgeKind::convex || kind == EdgeKind::border;
-    if (!rounded) {
-      touch_face(facet, lowest, false);
-      return;
-    }
+    // Flat and concave edges have no normal but the face's.
+    const bool rounded = std::any_of(facet.edge, facet.edge + 3, [](EdgeKind kind) {
+      return kind == EdgeKind::convex || kind == EdgeKind::border;
+    });
+    if (!rounded) return static_cast<void>(touch_face(facet, lowest, false));
     const Convex triangle =
         make_triangle(facet.corner[0] - lift_, facet.corner[1] - lift_, facet.corner[2] - lift_);
     const Separation s = separation(body_.convex, triangle, reach);
     if (!s.within) return;
     const bool allowed = is_allowed(facet, s.normal);
     const double core_depth = -s.distance - body_.convex.radius;
-    if (core_depth >= 0) note_overlap(n, core_depth, allowed);
+    if (core_depth >= 0) {  // the cores of body and triangle overlap
+      blocked_ = blocked_ || !allowed;
+      outwards_ += n;  // no way out of one face alone, but away from all of them
+      // Never less than what tells two bodies apart.
+      overlap_ = std::max({overlap_, core_depth, 1e-7 * body_.size()});
+    }
     if (allowed)
       touch_along(facet, triangle, s, lowest);
     else
       touch_face(facet, lowest, false);
-  }
-
-  // The cores of body and triangle overlap.
-  void note_overlap(const Vec3& n, double core_depth, bool allowed) {
-    blocked_ = blocked_ || !allowed;
-    outwards_ += n;
-    // Never less than what tells two bodies apart.
-    overlap_ = std::max({overlap_, core_depth, 1e-7 * body_.size()});
   }
 
   // Contact along the normal of the separation. Flat bodies prefer the face's normal to one that is almost
@@ -141,7 +199,9 @@ class SurfaceContact {
       points_.push_back({0.5 * (s.on_a + s.on_b), s.normal, s.distance});
   }
 
-  // Contact along a normal that an edge or a corner of the surface has.
+  // Contact along a normal that an edge or a corner of the surface has. A body that was lifted to find the
+  // normal is clipped where it really is; if its feature misses the triangle there the point of the surface
+  // that was nearest to the lifted body takes the gap of the lowest point.
   void touch_edge(const Facet& facet, const Convex& triangle, const Separation& s) {
     if (lift_ == Vec3{}) {
       manifold(body_.convex, triangle, s, body_.margin, points_);
@@ -167,6 +227,7 @@ class SurfaceContact {
       length = std::max(length, norm(facet.corner[(k + 1) % 3] - facet.corner[k]));
     }
     const double top = std::max({along[0], along[1], along[2]});
+    // The corners that support d, up to the angle that counts as flat.
     bool on_top[3];
     int count = 0, last = 0;
     for (int k = 0; k < 3; ++k) {
@@ -177,14 +238,15 @@ class SurfaceContact {
     }
     if (count == 3) return dot(d, facet.normal) > 0;
     if (count != 2) return surface_.is_active(facet.vertex[last]) && is_supporting(facet, last, d);
-    const int k = !on_top[2] ? 0 : !on_top[0] ? 1 : 2;
+    const int k = !on_top[2] ? 0 : !on_top[0] ? 1 : 2;  // the edge between the two
     if (facet.edge[k] == EdgeKind::border) return dot(d, facet.normal) >= 0;
     if (facet.edge[k] != EdgeKind::convex) return false;
     const Vec3 to = facet.opposite[k] - facet.corner[k];
     return dot(d, to) <= flat_angle * norm(to);
   }
 
-  // Whether no vertex around corner k lies farther along d than that corner.
+  // Whether no vertex around corner k lies farther along d than that corner. It then supports the surface
+  // along d, and d is a normal of it.
   bool is_supporting(const Facet& facet, int k, const Vec3& d) const {
     bool yes = true;
     surface_.for_each_neighbour(facet.vertex[k], [&](const Vec3& position) {
@@ -210,6 +272,7 @@ class SurfaceContact {
     if (raised > thinned_out * body_.convex.extent && body_.is_over(facet, lowest))
       clip_[count++] = {lowest, true, -1};
     if (count == 0) return infinite;
+    // Of the whole part over the triangle: corner by corner a step would be told from a riser at some only.
     Vec3 middle;
     for (int i = 0; i < count; ++i) middle += clip_[i].at / count;
     if (!sure && is_behind_another(facet, middle)) return infinite;
@@ -282,7 +345,8 @@ class SurfaceContact {
     return {centre - reach, centre + reach};
   }
 
-  // A body whose centre has got behind the surface: out along the normal of the closest face.
+  // A body whose centre has got behind the surface: out along the normal of the closest face, with all of the
+  // feature that it turns there as contacts, so that it is pushed without being turned.
   void push_out(std::size_t first) {
     double best = infinite;
     Facet face{};
@@ -309,18 +373,22 @@ class SurfaceContact {
       add(n, side.points[i], dot(n, side.points[i] - face.corner[0]), -0.5);
   }
 
+  // Scratch is part of the object, on the stack: no allocation per pair but that of the points.
   const Surface& surface_;
   SurfaceBody& body_;
   std::vector<ContactPoint>& points_;
   bool blocked_ = false;  // whether an overlap has no allowed way out
   double overlap_ = 0;    // the deepest
   Vec3 outwards_;         // sum of the normals of triangles that overlap
-  Vec3 lift_;             // how far the body is moved to find directions
+  // While lift_ is not zero the triangles are moved against it instead of the body, whose features stay
+  // valid.
+  Vec3 lift_;  // how far the body is moved to find directions
   ClipPoint clip_[Feature::capacity + 8], clipped_[Feature::capacity + 8];
 };
 
 // Appends the contact points of a convex shape with a surface, in world coordinates; the normals point from
-// the surface to the shape.
+// the surface to the shape. The body is brought into the coordinates of the surface: `inverse(frame_surface)
+// * frame` is its pose there.
 template <class Surface>
 void collide_surface(const Surface& surface, const Transform& frame_surface, const Shape& shape,
                      const Transform& frame, double margin, std::vector<ContactPoint>& points) {

@@ -5,70 +5,84 @@
 #include <cmath>
 
 #include "collision/narrow/manifold.hpp"
-#include "collision/narrow/polygon.hpp"
-#include "collision/narrow/separation.hpp"
+#include "collision/pairs/general.hpp"
 
-// Two boxes by the separating axis theorem (Gottschalk, Lin, Manocha, OBBTree, 1996): of the six face normals
-// and nine products of edges the one with the largest separation is the way out of an overlap, and bounds the
-// distance from below. The manifold is the face of one box clipped by that of the other.
+// Two boxes by the separating axis theorem (Gottschalk, Lin, Manocha, OBBTree, 1996, section 5). Two convex
+// polyhedra are disjoint if and only if their projections onto some axis are, and it is enough to try the
+// normals of the faces of either and the products of an edge of one with an edge of the other: the normals of
+// the faces of the difference of the two. For boxes these are 3 + 3 + 9 axes.
+//
+// The separation along a unit axis n is |<n, offset>| less the reaches of both boxes. The largest of the 15
+// is the way out of an overlap (exactly: the difference of the boxes has no other faces), and bounds the
+// distance from below. If it belongs to a face, or to edges that are nearly parallel to one, the manifold is
+// the face of one box clipped by that of the other. Otherwise two edges cross in one point, or the nearest
+// features are corners, which separating axes do not find: then GJK takes over.
+//
+// This is the pair of walls and piles. It is faster than the general way, and a box that lies flat
+// gets its depth from one dot product, without iteration.
 namespace amontons::collision {
 
 namespace {
 
+// The boxes a = 0 and b = 1, and how they lie to each other. Coordinates along the axes of a box make its own
+// part of every test below a sum over its half edges.
 struct BoxPair {
-  Vec3 a, b;    // half edges
-  Mat3 axes_a;  // rows: the axes of a in the world
-  Mat3 axes_b;
+  Vec3 half[2];       // half edges, m
+  Mat3 axes[2];       // rows: the axes of the box in the world
+  Vec3 centre[2];     // in the world
+  Vec3 from[2];       // centre of b from that of a, along a's axes and along b's
   Mat3 turn;          // turn(i, j) = <axis i of a, axis j of b>
   Mat3 size_of_turn;  // its absolute values
-  Vec3 from_a;        // centre of b from that of a, along a's axes
-  Vec3 from_b;        // the same along b's axes
-  Vec3 centre_a, centre_b;
-  double size;  // of the smaller box
+  double size;        // of the smaller box: half its diagonal
 };
 
+// An axis that separates best so far, with the separation along it (m, negative: overlap).
 struct Axis {
   double separation;
   int box, index, other;  // box 0, 1: face `index` of a, b; box 2: edges `index` of a and `other` of b
 };
 
-// The other two axes: (i, next, last) is right-handed.
+// The other two axes: (i, next, last) is right-handed. By comparison, as a remainder is slow.
 int next_axis(int i) { return i == 2 ? 0 : i + 1; }
 int last_axis(int i) { return i == 0 ? 2 : i - 1; }
 
-// Along the normal of a face the centres are |<normal, offset>| apart, and a box of half edges h reaches
-// sum_i h_i |<axis i, normal>| to either side. False: farther apart than the margin.
+// The six faces, all at once for either box, since the coordinates of one box along the axes of the other are
+// there already. Along the normal of a face the centres are |<normal, offset>| apart, and a box of half edges
+// h reaches sum_i h_i |<axis i, normal>| to either side. False: farther apart than the margin.
 bool separate_by_faces(const BoxPair& p, double margin, Axis& best) {
   const Mat3& q = p.size_of_turn;
+  const auto& [a, b] = p.half;
   // A face of b must win clearly: between parallel faces the choice must not hang on rounding.
   const double clearly = 1e-6 * p.size;
   best.separation = -1e300;
   for (int i = 0; i < 3; ++i) {
-    const double s = std::abs(p.from_a[i]) - (p.a[i] + dot(q.row[i], p.b));
+    const double s = std::abs(p.from[0][i]) - (a[i] + dot(q.row[i], b));
     if (s > margin) return false;
     if (s > best.separation + clearly) best = {s, 0, i, 0};
   }
   for (int j = 0; j < 3; ++j) {
-    const double s = std::abs(p.from_b[j]) - (p.b[j] + q(0, j) * p.a.x + q(1, j) * p.a.y + q(2, j) * p.a.z);
+    const double s = std::abs(p.from[1][j]) - (b[j] + q(0, j) * a.x + q(1, j) * a.y + q(2, j) * a.z);
     if (s > margin) return false;
     if (s > best.separation + clearly) best = {s, 1, j, 0};
   }
   return true;
 }
 
-// Along the product of edge i of a and edge j of b, e x f, in the coordinates of a: its
-// components are (0, -turn(i2, j), turn(i1, j)) for (i, i1, i2), so that only the other two edges
-// of either box reach along it.
+// Along the product of edge i of a and edge j of b, e x f, in the coordinates of a: its components are (0,
+// -turn(i2, j), turn(i1, j)) for (i, i1, i2), so that only the other two edges of either box reach along it.
 bool separate_by_edges(const BoxPair& p, double margin, Axis& best) {
   const Mat3& q = p.size_of_turn;
+  const auto& [a, b] = p.half;
+  const Vec3& offset = p.from[0];
   for (int i = 0; i < 3; ++i) {
     const int i1 = next_axis(i), i2 = last_axis(i);
     for (int j = 0; j < 3; ++j) {
       const int j1 = next_axis(j), j2 = last_axis(j);
       const double squared = p.turn(i1, j) * p.turn(i1, j) + p.turn(i2, j) * p.turn(i2, j);
-      const double s = std::abs(p.from_a[i2] * p.turn(i1, j) - p.from_a[i1] * p.turn(i2, j)) -
-                       (p.a[i1] * q(i2, j) + p.a[i2] * q(i1, j) + p.b[j1] * q(i, j2) + p.b[j2] * q(i, j1));
-      // s is the separation times the length of the product; parallel edges add nothing to the faces.
+      const double s = std::abs(offset[i2] * p.turn(i1, j) - offset[i1] * p.turn(i2, j)) -
+                       (a[i1] * q(i2, j) + a[i2] * q(i1, j) + b[j1] * q(i, j2) + b[j2] * q(i, j1));
+      // s is the separation times the length of the product; parallel edges (within 1e-6 rad) add nothing to
+      // the faces.
       if (squared < 1e-12) continue;
       if (s > 0 && s * s > margin * margin * squared) return false;
       const double length = std::sqrt(squared);
@@ -78,8 +92,9 @@ bool separate_by_edges(const BoxPair& p, double margin, Axis& best) {
   return true;
 }
 
-// Keeps what lies at sign * coordinate <= limit, up to rounding: Sutherland and Hodgman's clipping by a line
-// along an axis. Returns the number of corners.
+// Clipping in the coordinates of the reference face, where every edge that clips is a line along an axis: one
+// comparison per corner instead of a dot product. Keeps what lies at sign * coordinate <= limit, up to
+// rounding: Sutherland and Hodgman's clipping by a line along an axis. Returns the number of corners.
 template <double Lifted::* coordinate>
 int cut(const Lifted* in, int n, double sign, double limit, double rounding, Lifted* out) {
   int m = 0;
@@ -104,37 +119,18 @@ int keep_corners(const Lifted* in, int n, double merge, Lifted* out) {
     for (int i = 0; i < m; ++i) repeated |= is_near(in[k], out[i], merge);
     if (!repeated) out[m++] = in[k];
   }
-  for (int k = 0; k < m && m > 2;) {
-    if (!is_on_line(out[k], out[k > 0 ? k - 1 : m - 1], out[k + 1 < m ? k + 1 : 0], merge)) {
-      ++k;
-      continue;
-    }
-    std::copy(out + k + 1, out + m, out + k);
-    --m;
-  }
-  return m;
+  return drop_between(out, m, merge);
 }
 
 // One box of a pair as the reference, whose face clips the other box, in the coordinates of its own axes.
 struct Reference {
-  const Mat3& axes;
-  const Vec3 &centre, &half, &other;  // `other`: the half edges of the other box
-  Vec3 towards;                       // the other centre
-  Mat3 turn;                          // turn(i, j) = <own axis i, other axis j>
-  int index, iu, iv;                  // the face's axis and the two along it
-  double side;                        // of the face: the one that looks at the other box
-
-  Reference(const BoxPair& p, int box, int face_axis)
-      : axes(box == 0 ? p.axes_a : p.axes_b),
-        centre(box == 0 ? p.centre_a : p.centre_b),
-        half(box == 0 ? p.a : p.b),
-        other(box == 0 ? p.b : p.a),
-        towards(box == 0 ? p.from_a : -p.from_b),
-        turn(box == 0 ? p.turn : transposed(p.turn)),
-        index(face_axis),
-        iu(next_axis(face_axis)),
-        iv(last_axis(face_axis)),
-        side(towards[face_axis] < 0 ? -1 : 1) {}
+  const BoxPair& p;
+  int box, index;                                            // the box, and the axis that its face belongs to
+  const Vec3 &half = p.half[box], &other = p.half[1 - box];  // half edges of this box and of the other one
+  Vec3 towards = box == 0 ? p.from[0] : -p.from[1];          // the other centre
+  Mat3 turn = box == 0 ? p.turn : transposed(p.turn);        // turn(i, j) = <own axis i, other axis j>
+  int iu = next_axis(index), iv = last_axis(index);          // the two axes along the face
+  double side = towards[index] < 0 ? -1 : 1;  // of the face: the one that looks at the other box
 
   // The axis of the other box that is turned most along the face's; of nearly equal ones the first.
   int facing_axis() const {
@@ -144,8 +140,8 @@ struct Reference {
     return facing;
   }
 
-  // The corners of the other box's face about axis `facing` that is turned against the
-  // reference face, over that face.
+  // The corners of the other box's face about axis `facing` that is turned against the reference face, over
+  // that face.
   void lift_facing(int facing, Lifted* corner) const {
     const double sign = turn(index, facing) * side > 0 ? -1 : 1;
     const int j1 = next_axis(facing), j2 = last_axis(facing);
@@ -170,7 +166,8 @@ struct Reference {
 // the points within the margin. Returns the smallest gap.
 double clip_box_faces(const BoxPair& p, int box, int index, double margin,
                       std::vector<ContactPoint>& points) {
-  const Reference r(p, box, index);
+  const Reference r{p, box, index};
+  const Mat3& axes = p.axes[box];
   const int facing = r.facing_axis();
   const double width = r.half[r.iu], depth = r.half[r.iv];
   Lifted corner[12], clipped[12];
@@ -182,97 +179,91 @@ double clip_box_faces(const BoxPair& p, int box, int index, double margin,
   n = cut<&Lifted::v>(clipped, n, -1, depth, rounding, corner);
 
   const double other_least = std::min(r.other[next_axis(facing)], r.other[last_axis(facing)]);
+  // Points within a thousandth of the shortest edge are one; these are half edges.
   const double merge = 2e-3 * std::min(std::min(width, depth), other_least);
-  const Vec3 outwards = r.side * r.axes.row[index], normal = box == 0 ? -outwards : outwards;
-  const Vec3 origin = r.centre + r.half[index] * outwards;
+  const Vec3 outwards = r.side * axes.row[index], normal = box == 0 ? -outwards : outwards;
+  const Vec3 origin = p.centre[box] + r.half[index] * outwards;
+  // The smallest gap is that of all corners, those that are left out below included.
   double least = 1e300;
   for (int k = 0; k < n; ++k) least = std::min(least, corner[k].height);
   n = keep_corners(corner, n, merge, clipped);
   for (int k = 0; k < n; ++k) {
     const Lifted c = clipped[k];
     if (c.height > margin) continue;
-    const Vec3 on_face = origin + c.u * r.axes.row[r.iu] + c.v * r.axes.row[r.iv];
+    const Vec3 on_face = origin + c.u * axes.row[r.iu] + c.v * axes.row[r.iv];
     points.push_back({on_face + (0.5 * c.height) * outwards, normal, c.height});
   }
   return least;
 }
 
-// The nearest points of the two edges that a product of edges singles out.
+// Of each box the edge along the axis that lies farthest towards the other box. The nearest points of the two
+// edges that a product of edges singles out.
 Separation edge_contact(const BoxPair& p, const Axis& axis) {
-  const Vec3 &e = p.axes_a.row[axis.index], &f = p.axes_b.row[axis.other];
-  const Vec3 offset = p.centre_b - p.centre_a;
+  const Vec3 &e = p.axes[0].row[axis.index], &f = p.axes[1].row[axis.other];
+  const Vec3 offset = p.centre[1] - p.centre[0];
   Vec3 normal = normalised(cross(e, f));
   if (dot(normal, offset) > 0) normal = -normal;
-  Vec3 on_a = p.centre_a, on_b = p.centre_b;  // the middles of the two edges
+  Vec3 on_a = p.centre[0], on_b = p.centre[1];  // the middles of the two edges
   for (int i = 0; i < 3; ++i) {
-    const Vec3 &ea = p.axes_a.row[i], &eb = p.axes_b.row[i];
-    if (i != axis.index) on_a -= std::copysign(p.a[i], dot(ea, normal)) * ea;
-    if (i != axis.other) on_b += std::copysign(p.b[i], dot(eb, normal)) * eb;
+    const Vec3 &ea = p.axes[0].row[i], &eb = p.axes[1].row[i];
+    if (i != axis.index) on_a -= std::copysign(p.half[0][i], dot(ea, normal)) * ea;
+    if (i != axis.other) on_b += std::copysign(p.half[1][i], dot(eb, normal)) * eb;
   }
   const Vec3 t = on_b - on_a;
   // The parameters s, r at which (s e) and (t + r f) are nearest: s - r ef = <e, t>, s ef - r = <f, t>.
   const double ef = dot(e, f), det = 1 - ef * ef;
-  const double half_a = p.a[axis.index], half_b = p.b[axis.other];
+  const double half_a = p.half[0][axis.index], half_b = p.half[1][axis.other];
   const double s = std::clamp((dot(e, t) - ef * dot(f, t)) / det, -half_a, half_a);
   const double r = std::clamp((ef * dot(e, t) - dot(f, t)) / det, -half_b, half_b);
-  Separation result;
-  result.within = true;
-  result.distance = axis.separation;
-  result.normal = normal;
-  result.on_a = on_a + s * e;
-  result.on_b = on_b + r * f;
-  return result;
+  return {true, axis.separation, normal, on_a + s * e, on_b + r * f};
 }
 
-BoxPair make_pair(const Box& a, const Transform& frame_a, const Box& b, const Transform& frame_b) {
+// All that the tests need of the two poses, once per pair.
+BoxPair make_pair(const Posed& a, const Posed& b) {
   BoxPair p;
-  p.a = a.half;
-  p.b = b.half;
-  p.axes_a = transposed(to_matrix(frame_a.rotation));
-  const Mat3 columns_b = to_matrix(frame_b.rotation);
-  p.axes_b = transposed(columns_b);
-  p.turn = p.axes_a * columns_b;
+  for (int box : {0, 1}) {
+    const Posed& posed = box == 0 ? a : b;
+    p.half[box] = std::get<Box>(posed.shape).half;
+    p.axes[box] = transposed(to_matrix(posed.frame.rotation));
+    p.centre[box] = posed.frame.position;
+  }
+  p.turn = p.axes[0] * transposed(p.axes[1]);
   for (int i = 0; i < 3; ++i)
     for (int j = 0; j < 3; ++j) p.size_of_turn(i, j) = std::abs(p.turn(i, j));
-  const Vec3 offset = frame_b.position - frame_a.position;
-  p.from_a = p.axes_a * offset;
-  p.from_b = p.axes_b * offset;
-  p.centre_a = frame_a.position;
-  p.centre_b = frame_b.position;
-  p.size = std::sqrt(std::min(norm_squared(p.a), norm_squared(p.b)));
+  for (int box : {0, 1}) p.from[box] = p.axes[box] * (p.centre[1] - p.centre[0]);
+  p.size = std::sqrt(std::min(norm_squared(p.half[0]), norm_squared(p.half[1])));
   return p;
 }
 
-// Whether the normal of a face takes the place of that of the best axis: the face is the best axis, or within
-// 0.1 rad of the product of two nearly parallel edges.
+// Nearly parallel edges have a product close to the normal of a face, and then touch along a line or an area,
+// which the product would reduce to one point. Whether the normal of a face takes the place of that of the
+// best axis: the face is the best axis, or within 0.1 rad of the product of two nearly parallel edges.
 bool is_face_normal(const BoxPair& p, const Axis& face, const Axis& best) {
   if (best.box != 2) return true;
-  const Vec3 product = normalised(cross(p.axes_a.row[best.index], p.axes_b.row[best.other]));
-  const Vec3& normal = (face.box == 0 ? p.axes_a : p.axes_b).row[face.index];
+  const Vec3 product = normalised(cross(p.axes[0].row[best.index], p.axes[1].row[best.other]));
+  const Vec3& normal = p.axes[face.box].row[face.index];
   return std::abs(dot(product, normal)) > 0.995;
 }
 
-// What no face decides: corners and edges side by side, where the separating axes miss the true distance.
+// Two edges that cross: the separating axis gives depth and points. Else what no face decides: corners and
+// edges side by side, where the separating axes miss the true distance.
 void collide_without_face(const BoxPair& p, const Axis& best, const Posed& a, const Posed& b, double margin,
                           std::vector<ContactPoint>& points) {
+  if (best.separation > 0 || best.box != 2) return collide_convex(a, b, margin, points);
   const Vec3& origin = a.frame.position;
-  const Convex body_a = make_convex(a.shape, a.frame, origin), body_b = make_convex(b.shape, b.frame, origin);
   const std::size_t before = points.size();
-  if (best.separation <= 0 && best.box == 2) {
-    Separation deepest = edge_contact(p, best);
-    deepest.on_a -= origin;
-    deepest.on_b -= origin;
-    manifold(body_a, body_b, deepest, margin, points);
-  } else if (const Separation s = separation(body_a, body_b, margin); s.within) {
-    manifold(body_a, body_b, s, margin, points);
-  }
+  Separation deepest = edge_contact(p, best);
+  deepest.on_a -= origin;
+  deepest.on_b -= origin;
+  manifold(make_convex(a.shape, a.frame, origin), make_convex(b.shape, b.frame, origin), deepest, margin,
+           points);
   for (std::size_t i = before; i < points.size(); ++i) points[i].point += origin;
 }
 
 }  // namespace
 
 void collide_boxes(const Posed& a, const Posed& b, double margin, std::vector<ContactPoint>& points) {
-  const BoxPair p = make_pair(std::get<Box>(a.shape), a.frame, std::get<Box>(b.shape), b.frame);
+  const BoxPair p = make_pair(a, b);
   Axis face;
   if (!separate_by_faces(p, margin, face)) return;
   Axis best = face;

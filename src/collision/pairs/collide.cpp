@@ -1,32 +1,69 @@
 #include "amontons/collision/pairs/collide.hpp"
 
-#include "collision/pairs/table.hpp"
+#include <array>
+#include <tuple>
 
+#include "collision/pairs/boxes.hpp"
+#include "collision/pairs/general.hpp"
+#include "collision/pairs/plane.hpp"
+#include "collision/pairs/round.hpp"
+
+// Which way serves which pair: a table, and collide(), which looks it up.
 namespace amontons {
+namespace collision {
 
 namespace {
 
-// An order of poses, for two shapes of one kind.
+// Shapes whose distance from a point has a closed form, or for ellipsoids a root that Newton's method finds.
+constexpr Kinds near_known = kinds<Sphere, Capsule, Box, Cylinder, Ellipsoid>;
+
+// The first row that holds both kinds serves the pair: special ways first, what always works last. A special
+// way needs a reason beyond speed alone, which stands in its row: an exact result where the general way
+// iterates, or points that the general way would have to choose among.
+constexpr std::array rows{
+    PairRow{convex_kinds, kinds<Plane>, collide_plane, "every corner is a constraint of its own"},
+    PairRow{convex_kinds, kinds<Mesh>, collide_mesh, "triangle by triangle, normals of active edges only"},
+    PairRow{convex_kinds, kinds<HeightField>, collide_height_field, "as a mesh, found by rows and columns"},
+    PairRow{kinds<Sphere>, near_known, collide_sphere, "the distance of a point: exact, one point"},
+    PairRow{kinds<Capsule>, kinds<Capsule>, collide_capsules, "the distance of two segments: exact"},
+    PairRow{kinds<Box>, kinds<Box>, collide_boxes, "separating axes: faster than GJK, exact when resting"},
+    PairRow{convex_kinds, convex_kinds, collide_convex, "GJK, EPA and clipping need support functions only"},
+};
+
+// The rows by kinds, worked out by the compiler, so that a pair costs one look-up. Only a <= b is filled: the
+// caller has put the two shapes in order.
+constexpr auto index_of_rows = [] {
+  std::array<std::array<const PairRow*, kind_count>, kind_count> index{};
+  for (std::size_t a = 0; a < kind_count; ++a)
+    for (std::size_t b = a; b < kind_count; ++b)
+      for (const PairRow& row : rows)
+        if (!index[a][b] && holds(row.a, a) && holds(row.b, b)) index[a][b] = &row;
+  return index;
+}();
+
+// An order of poses, for two shapes of one kind: by position, then by rotation. Two of one kind in one and
+// the same pose stay in the order of the caller.
 bool comes_after(const Transform& a, const Transform& b) {
-  const Vec3 &p = a.position, &q = b.position;
-  if (p.x != q.x) return p.x > q.x;
-  if (p.y != q.y) return p.y > q.y;
-  if (p.z != q.z) return p.z > q.z;
-  const Quat &r = a.rotation, &s = b.rotation;
-  if (r.w != s.w) return r.w > s.w;
-  if (r.x != s.x) return r.x > s.x;
-  if (r.y != s.y) return r.y > s.y;
-  return r.z > s.z;
+  const auto key = [](const Transform& t) {
+    const auto& [p, q] = t;
+    return std::tie(p.x, p.y, p.z, q.w, q.x, q.y, q.z);
+  };
+  return key(a) > key(b);
 }
 
 }  // namespace
 
-// Every pair is treated in one order, so that swapping the shapes cannot change the result: by their kinds in
-// the order of Shape, two of one kind by their poses.
+const PairRow* find_row(std::size_t a, std::size_t b) { return index_of_rows[a][b]; }
+
+}  // namespace collision
+
+// Every pair is treated in one order, so that swapping the shapes cannot change the result, not even its last
+// bits: by their kinds in the order of Shape, two of one kind by their poses. The normals of a swapped pair
+// are turned round; points and gaps are symmetric.
 void collide(const Shape& a, const Transform& frame_a, const Shape& b, const Transform& frame_b,
              double margin, std::vector<ContactPoint>& points) {
   const std::size_t kind_a = a.index(), kind_b = b.index();
-  const bool swap = kind_a != kind_b ? kind_a > kind_b : comes_after(frame_a, frame_b);
+  const bool swap = kind_a != kind_b ? kind_a > kind_b : collision::comes_after(frame_a, frame_b);
   const collision::Posed first{swap ? b : a, swap ? frame_b : frame_a};
   const collision::Posed second{swap ? a : b, swap ? frame_a : frame_b};
   const collision::PairRow* row = collision::find_row(first.shape.index(), second.shape.index());

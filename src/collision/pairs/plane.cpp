@@ -4,31 +4,39 @@
 
 #include "collision/narrow/convex.hpp"
 
-// Shapes on a half space. Each point of a shape is a valid constraint of its own, so every corner within the
-// margin is taken whose faces look down at all: none can be lost to a choice between faces.
+// Shapes on a half space. The gap of a point p is its height <n, p - at> over the plane: linear, so that the
+// gap of a convex shape is the least one of its extreme points, and no search is needed. Each point of a
+// shape is a valid constraint of its own, so every corner within the margin is taken whose faces look down at
+// all: none can be lost to a choice between faces.
 namespace amontons::collision {
 
 namespace {
 
+// A face that is tilted to within 6 degrees of upright still counts as a wall: a box that rocks by less keeps
+// its four corners.
 constexpr double looks_down = -0.1;  // cosine; the walls of an upright box do not count
 
+// The plane and what is asked of it, for the functions below; `at` is any point of it.
 struct PlaneContact {
   Vec3 at, normal;
   double margin;
   std::vector<ContactPoint>& points;
 
+  // Over the plane, negative below it.
   double height(const Vec3& p) const { return dot(normal, p - at); }
+  // A point of the shape, if it is near enough: the contact lies half-way down to the plane.
   void add(const Vec3& p) const {
     const double gap = height(p);
     if (gap <= margin) points.push_back({p - (0.5 * gap) * normal, normal, gap});
   }
 };
 
+// Of a box that lies flat the four corners below: each of the upper four has a face that looks up and two
+// that stand upright.
 void box_on_plane(const Box& box, const Transform& frame, const PlaneContact& plane) {
   const Mat3 r = to_matrix(frame.rotation);
   // A corner is left out if all three of its faces look up: <column, normal> times the corner's sign.
-  const Vec3 up{dot(r.column(0), plane.normal), dot(r.column(1), plane.normal),
-                dot(r.column(2), plane.normal)};
+  const Vec3 up = transposed(r) * plane.normal;
   for (int k = 0; k < 8; ++k) {
     // In turns around the z faces: neighbours follow each other.
     const Vec3 side{(k & 1) != (k >> 1 & 1) ? 1.0 : -1.0, k & 2 ? 1.0 : -1.0, k & 4 ? 1.0 : -1.0};
@@ -37,6 +45,7 @@ void box_on_plane(const Box& box, const Transform& frame, const PlaneContact& pl
   }
 }
 
+// Both ends, each with its own gap: with them the capsule lies, or rolls over an end.
 void capsule_on_plane(const Capsule& capsule, const Transform& frame, const PlaneContact& plane) {
   const Vec3 half = rotate(frame.rotation, {0, 0, capsule.half_length});
   const Vec3 down = frame.position - capsule.radius * plane.normal;
@@ -84,6 +93,8 @@ void hull_on_plane(const ConvexHull& hull, const Transform& frame, const PlaneCo
 
 }  // namespace
 
+// In coordinates of the world, but for hulls: their corners are many, and turning the plane into their frame
+// costs one rotation.
 void collide_plane(const Posed& a, const Posed& b, double margin, std::vector<ContactPoint>& points) {
   const PlaneContact contact{b.frame.position, rotate(b.frame.rotation, {0, 0, 1}), margin, points};
   if (const auto* box = std::get_if<Box>(&a.shape)) return box_on_plane(*box, a.frame, contact);
@@ -91,7 +102,7 @@ void collide_plane(const Posed& a, const Posed& b, double margin, std::vector<Co
     return capsule_on_plane(*capsule, a.frame, contact);
   if (const auto* drum = std::get_if<Cylinder>(&a.shape)) return cylinder_on_plane(*drum, a.frame, contact);
   if (const auto* hull = std::get_if<Hull>(&a.shape)) return hull_on_plane(*hull->data, a.frame, contact);
-  // Round all over: the lowest point alone.
+  // Spheres and ellipsoids are round all over: the lowest point alone.
   const Convex body = make_convex(a.shape, a.frame, contact.at);
   contact.add(contact.at + support(body, -contact.normal) - body.radius * contact.normal);
 }

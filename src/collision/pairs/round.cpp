@@ -4,23 +4,115 @@
 #include <cmath>
 #include <utility>
 
-#include "collision/narrow/point_distance.hpp"
-
+// Closed forms: the distance of a point from a shape, which is that of a sphere but for its radius, and the
+// distance of two segments, which is that of two capsules. They are exact where the general way approaches
+// round surfaces by planes, and they know the way out of any depth.
 namespace amontons::collision {
 
-// The gap is the distance of the sphere's centre from the surface less the radius,
-// along that surface's normal.
-void collide_sphere(const Posed& a, const Posed& b, double margin, std::vector<ContactPoint>& points) {
-  const double radius = std::get<Sphere>(a.shape).radius;
-  const Vec3 offset = a.frame.position - b.frame.position;
-  const SurfaceDistance d = distance_to(b.shape, rotate(conjugate(b.frame.rotation), offset));
-  const double gap = d.distance - radius;
-  if (!(gap <= margin)) return;
-  const Vec3 n = rotate(b.frame.rotation, d.normal);
-  points.push_back({a.frame.position - (radius + 0.5 * gap) * n, n, gap});
+namespace {
+
+// A point of a surface near a given point: at `distance` from it (negative inside) against `normal`.
+struct SurfaceDistance {
+  double distance;
+  Vec3 normal;  // unit, outwards
+};
+
+// `offset` from the nearest point of a core (a point, a segment) with a radius around it.
+SurfaceDistance from_core(const Vec3& offset, double radius, const Vec3& fallback) {
+  const double d = norm(offset);
+  return {d - radius, d > 0 ? offset / d : fallback};
 }
 
-namespace {
+// Outside the distance of the nearest point, whose coordinates are those of p cut off at the half edges;
+// inside that of the nearest face.
+SurfaceDistance distance_to_box(const Vec3& half, const Vec3& p) {
+  Vec3 offset;
+  int shallow = 0;
+  bool outside = false;
+  for (int i = 0; i < 3; ++i) {
+    const double excess = std::abs(p[i]) - half[i];
+    if (excess > 0) {
+      offset[i] = std::copysign(excess, p[i]);
+      outside = true;
+    }
+    if (excess > std::abs(p[shallow]) - half[shallow]) shallow = i;
+  }
+  if (outside) return from_core(offset, 0, {});
+  Vec3 normal;
+  normal[shallow] = p[shallow] < 0 ? -1 : 1;
+  return {std::abs(p[shallow]) - half[shallow], normal};
+}
+
+// By symmetry a problem of two dimensions: in the half plane through the axis and p the cylinder is a
+// rectangle; `out` and `up` are the distances from its side and its cap.
+SurfaceDistance distance_to_cylinder(const Cylinder& s, const Vec3& p) {
+  const double rho = std::sqrt(p.x * p.x + p.y * p.y), side = p.z < 0 ? -1 : 1;
+  const Vec3 radial = rho > 0 ? Vec3{p.x / rho, p.y / rho, 0} : Vec3{1, 0, 0};
+  const double out = rho - s.radius, up = std::abs(p.z) - s.half_length;
+  if (out > 0 && up > 0) return from_core(out * radial + Vec3{0, 0, side * up}, 0, {});
+  return out > up ? SurfaceDistance{out, radial} : SurfaceDistance{up, {0, 0, side}};
+}
+
+// The largest root s of F(s) = sum (e_i y_i / (s + excess_i))^2 - 1 where F falls and is convex: Newton's
+// method from the left, where F > 0, never oversteps it, so that it may run until nothing changes. At the
+// start no term exceeds 1, so that F <= 2: the root is near, and a handful of steps reach it.
+double ellipsoid_root(const Vec3& e, const Vec3& y, const Vec3& excess, double s) {
+  for (int iteration = 0; iteration < 100; ++iteration) {
+    double f = -1, slope = 0;
+    for (int i = 0; i < 3; ++i) {
+      const double q = e[i] * y[i] / (s + excess[i]);
+      f += q * q;
+      slope -= 2 * q * q / (s + excess[i]);
+    }
+    const double next = s - f / slope;
+    if (!(f > 0) || !(next > s)) break;
+    s = next;
+  }
+  return s;
+}
+
+// The nearest point x of an ellipsoid solves x_i = r_i^2 p_i / (t + r_i^2) with the largest t for which x
+// lies on it (Eberly, Distance from a point to an ellipse, an ellipsoid, or a hyperellipsoid). In units of
+// the smallest axis, with e = r / r_min, y = |p| / r_min and s = t / r_min^2 + 1 > 0, that condition is
+// F(s) = sum (e_i y_i / (s + e_i^2 - 1))^2 - 1 = 0.
+SurfaceDistance distance_to_ellipsoid(const Vec3& radii, const Vec3& p) {
+  int least = 0;
+  for (int i = 1; i < 3; ++i)
+    if (radii[i] < radii[least]) least = i;
+  Vec3 e, y, excess;
+  for (int i = 0; i < 3; ++i) {
+    e[i] = radii[i] / radii[least];
+    y[i] = std::abs(p[i]) / radii[least];
+    excess[i] = (e[i] - 1) * (e[i] + 1);  // e^2 - 1 without cancellation
+  }
+  // e, y and the excesses are not negative, so that F falls for all s > 0 and has one root there.
+  // On the symmetry plane of the smallest axis, within the evolute, s vanishes with y:
+  // the limit is the answer.
+  y[least] = std::max(y[least], 1e-30);
+  double s = y[least];
+  for (int i = 0; i < 3; ++i) s = std::max(s, e[i] * y[i] - excess[i]);  // one term alone reaches 1 here
+  s = ellipsoid_root(e, y, excess, s);
+  Vec3 x, normal;
+  for (int i = 0; i < 3; ++i) {
+    x[i] = std::copysign(radii[least] * e[i] * e[i] * y[i] / (s + excess[i]), p[i]);
+    normal[i] = x[i] / (e[i] * e[i]);
+  }
+  normal = normalised(normal);
+  return {dot(normal, p - x), normal};
+}
+
+// The distance of a point in the shape's own frame. On the axis of a round shape every normal is as good as
+// any other; the one that is taken is fixed in the shape.
+SurfaceDistance distance_to(const Shape& shape, const Vec3& p) {
+  if (const auto* sphere = std::get_if<Sphere>(&shape)) return from_core(p, sphere->radius, {0, 0, 1});
+  if (const auto* capsule = std::get_if<Capsule>(&shape)) {
+    const double z = std::clamp(p.z, -capsule->half_length, capsule->half_length);
+    return from_core(p - Vec3{0, 0, z}, capsule->radius, {1, 0, 0});
+  }
+  if (const auto* box = std::get_if<Box>(&shape)) return distance_to_box(box->half, p);
+  if (const auto* cylinder = std::get_if<Cylinder>(&shape)) return distance_to_cylinder(*cylinder, p);
+  return distance_to_ellipsoid(std::get<Ellipsoid>(shape).radii, p);
+}
 
 // The parameters in [-1, 1] of the nearest points of the segments +-u and t +- w (Ericson, Real-Time
 // Collision Detection, section 5.1.9, for segments given by their middles).
@@ -38,66 +130,70 @@ std::pair<double, double> nearest_parameters(const Vec3& u, const Vec3& w, const
   return {s, r};
 }
 
-// Two capsules with the middle of a as origin.
-struct CapsulePair {
-  Capsule a, b;
-  Vec3 u, w;  // their half axes
-  Vec3 t;     // the middle of b
-
-  double radii() const { return a.radius + b.radius; }
-  double sine() const { return norm(cross(u, w)) / (a.half_length * b.half_length); }
-};
-
-// The way out where the axes cross is perpendicular to both.
-Vec3 normal_of_crossing_axes(const CapsulePair& p, const Quat& rotation_a) {
-  const Vec3 normal = p.sine() > 1e-6 ? normalised(cross(p.u, p.w)) : rotate(rotation_a, {1, 0, 0});
-  return dot(normal, p.t) > 0 ? -normal : normal;
-}
-
-// The points of a's axis, in units of length along it, between which b lies beside it.
-std::pair<double, double> common_length(const CapsulePair& p, const Vec3& along) {
-  const double middle = dot(along, p.t), half = std::abs(dot(along, p.w));
-  return {std::max(-p.a.half_length, middle - half), std::min(p.a.half_length, middle + half)};
+// The way out where the axes cross is perpendicular to both, and to the side where a's middle already is.
+// Axes on one line have no such direction: any perpendicular one will do.
+Vec3 normal_of_crossing_axes(const Vec3& u, const Vec3& w, const Vec3& t, double sine, const Quat& rotation) {
+  const Vec3 normal = sine > 1e-6 ? normalised(cross(u, w)) : rotate(rotation, {1, 0, 0});
+  return dot(normal, t) > 0 ? -normal : normal;
 }
 
 }  // namespace
 
+// The gap is the distance of the sphere's centre from the surface less the radius, along that surface's
+// normal.
+void collide_sphere(const Posed& a, const Posed& b, double margin, std::vector<ContactPoint>& points) {
+  const double radius = std::get<Sphere>(a.shape).radius;
+  const Vec3 offset = a.frame.position - b.frame.position;
+  const SurfaceDistance d = distance_to(b.shape, rotate(conjugate(b.frame.rotation), offset));
+  const double gap = d.distance - radius;
+  if (!(gap <= margin)) return;
+  const Vec3 n = rotate(b.frame.rotation, d.normal);
+  points.push_back({a.frame.position - (radius + 0.5 * gap) * n, n, gap});
+}
+
+// The gap of two capsules is the distance of their axes less both radii: exact in every position, as long as
+// the axes do not cross. Then a way out along their common perpendicular is taken.
 void collide_capsules(const Posed& posed_a, const Posed& posed_b, double margin,
                       std::vector<ContactPoint>& points) {
   const Capsule &a = std::get<Capsule>(posed_a.shape), &b = std::get<Capsule>(posed_b.shape);
   const Transform &frame_a = posed_a.frame, &frame_b = posed_b.frame;
-  const CapsulePair p{a, b, rotate(frame_a.rotation, {0, 0, a.half_length}),
-                      rotate(frame_b.rotation, {0, 0, b.half_length}), frame_b.position - frame_a.position};
-  const double radii = p.radii(), reach = radii + margin;
-  const auto [s, r] = nearest_parameters(p.u, p.w, p.t);
-  const Vec3 offset = s * p.u - p.t - r * p.w;
+  // With the middle of a as origin, in the directions of the world: both half axes and the middle of b.
+  const Vec3 u = rotate(frame_a.rotation, {0, 0, a.half_length});
+  const Vec3 w = rotate(frame_b.rotation, {0, 0, b.half_length}), t = frame_b.position - frame_a.position;
+  const double radii = a.radius + b.radius, reach = radii + margin;
+  const auto [s, r] = nearest_parameters(u, w, t);
+  const Vec3 offset = s * u - t - r * w;
   const double distance = norm(offset);
   if (distance > reach) return;
+  const double sine = norm(cross(u, w)) / (a.half_length * b.half_length);  // of the angle between the axes
   const Vec3 normal =
-      distance > 1e-12 * radii ? offset / distance : normal_of_crossing_axes(p, frame_a.rotation);
+      distance > 1e-12 * radii ? offset / distance : normal_of_crossing_axes(u, w, t, sine, frame_a.rotation);
   const auto add = [&](const Vec3& on_axis_a, double gap) {
     if (gap <= margin)
       points.push_back({frame_a.position + on_axis_a - (a.radius + 0.5 * gap) * normal, normal, gap});
   };
   // Side by side they touch along a line: at both its ends, each with its own gap, and at the nearest point
   // too where the axes are so far from parallel that this lies clearly deeper.
-  constexpr double parallel = 0.1;
-  if (distance > 0.5 * radii && p.sine() < parallel) {
-    const Vec3 along = p.u / a.half_length;
-    const auto [begin, end] = common_length(p, along);
+  constexpr double parallel = 0.1;  // rad
+  if (distance > 0.5 * radii && sine < parallel) {
+    const Vec3 along = u / a.half_length;
+    // The points of a's axis, in units of length along it, between which b lies beside it.
+    const double middle = dot(along, t), half = std::abs(dot(along, w));
+    const double begin = std::max(-a.half_length, middle - half),
+                 end = std::min(a.half_length, middle + half);
     if (end - begin > 1e-3 * std::min(a.half_length, b.half_length)) {
       double least = 2 * reach;
       for (double z : {begin, end}) {
         const Vec3 on_a = z * along;
-        const double q = std::clamp(dot(p.w, on_a - p.t) / dot(p.w, p.w), -1.0, 1.0);
-        const double gap = norm(on_a - p.t - q * p.w) - radii;
+        const double q = std::clamp(dot(w, on_a - t) / dot(w, w), -1.0, 1.0);
+        const double gap = norm(on_a - t - q * w) - radii;
         least = std::min(least, gap);
         add(on_a, gap);
       }
       if (least - (distance - radii) <= 1e-3 * radii) return;
     }
   }
-  add(s * p.u, distance - radii);
+  add(s * u, distance - radii);
 }
 
 }  // namespace amontons::collision

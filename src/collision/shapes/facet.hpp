@@ -12,6 +12,8 @@ namespace amontons::collision {
 // angle is the tolerance of directions in general.
 constexpr double flat_angle = 1e-4;
 
+// Seen from outside: at a convex edge the surface bends away, at a concave one towards the viewer; beyond a
+// border it ends.
 enum class EdgeKind : unsigned char { flat, convex, concave, border };
 
 // Edge k goes from corner k to corner k + 1.

@@ -6,19 +6,17 @@
 #include <utility>
 
 #include "amontons/base/error.hpp"
-#include "amontons/collision/shapes/primitives.hpp"
 #include "collision/shapes/height_grid.hpp"
 
 namespace amontons {
 
-namespace {
-
-// What make_height_field() refuses, with the reason.
-void check(std::span<const double> heights, std::size_t rows, std::size_t columns, double size_x,
-           double size_y) {
+// Checks the input, copies the heights and marks the active vertices.
+HeightField make_height_field(std::span<const double> heights, std::size_t rows, std::size_t columns,
+                              double size_x, double size_y) {
   AMONTONS_REQUIRE(rows >= 2 && columns >= 2,
                    "height field: it needs at least two rows and two columns, not " + std::to_string(rows) +
                        " and " + std::to_string(columns));
+  // By division: rows times columns could overflow.
   AMONTONS_REQUIRE(heights.size() / rows == columns && heights.size() % rows == 0,
                    "height field: " + std::to_string(rows) + " rows of " + std::to_string(columns) +
                        " heights are needed, but there are " + std::to_string(heights.size()) + " heights");
@@ -29,47 +27,16 @@ void check(std::span<const double> heights, std::size_t rows, std::size_t column
     AMONTONS_REQUIRE(std::isfinite(heights[i]), "height field: the height in row " +
                                                     std::to_string(i / columns) + ", column " +
                                                     std::to_string(i % columns) + " is not finite");
-}
-
-}  // namespace
-
-HeightField make_height_field(std::span<const double> heights, std::size_t rows, std::size_t columns,
-                              double size_x, double size_y) {
-  check(heights, rows, columns, size_x, size_y);
-  // The range of heights is a quick test for bodies above the field, the active vertices one for normals.
+  // Nothing else can be wrong: any finite heights make a surface. The range of heights is a quick test for
+  // bodies above the field, the active vertices one for normals: both are worked out once, as the field never
+  // changes.
   const auto [lowest, highest] = std::minmax_element(heights.begin(), heights.end());
-  auto grid = std::make_shared<HeightGrid>();
-  grid->heights.assign(heights.begin(), heights.end());
-  grid->rows = static_cast<std::int64_t>(rows);
-  grid->columns = static_cast<std::int64_t>(columns);
-  grid->size_x = size_x;
-  grid->size_y = size_y;
-  grid->lowest = *lowest;
-  grid->highest = *highest;
+  const auto r = static_cast<std::int64_t>(rows), c = static_cast<std::int64_t>(columns);
+  auto grid = std::make_shared<HeightGrid>(
+      HeightGrid{std::vector(heights.begin(), heights.end()), r, c, size_x, size_y, *lowest, *highest, {}});
   const collision::GridSurface surface{*grid};
-  for (std::int64_t v = 0; v < grid->rows * grid->columns; ++v)
-    grid->is_active.push_back(surface.has_active_edge(v));
+  for (std::int64_t v = 0; v < r * c; ++v) grid->is_active.push_back(surface.has_active_edge(v));
   return {std::move(grid)};
 }
 
-namespace collision {
-
-namespace {
-
-Aabb local_box(const HeightGrid& grid) {
-  const double x = grid.size_x / 2, y = grid.size_y / 2;
-  return {{-x, -y, grid.lowest}, {x, y, grid.highest}};
-}
-
-}  // namespace
-
-void require_valid(const HeightField& shape) {
-  AMONTONS_REQUIRE(shape.data != nullptr, "height field is empty; make it with make_height_field()");
-}
-double radius_about_origin(const HeightField& shape) { return radius_about_origin(local_box(*shape.data)); }
-Aabb box_around(const HeightField& shape, const Transform& frame) {
-  return box_around(local_box(*shape.data), frame);
-}
-
-}  // namespace collision
 }  // namespace amontons

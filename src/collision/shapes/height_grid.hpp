@@ -1,5 +1,6 @@
 #pragma once
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <vector>
@@ -10,23 +11,36 @@
 namespace amontons {
 
 // Cell (r, c) lies between rows r and r + 1 and columns c and c + 1. Its diagonal goes from the corner (r, c)
-// to (r + 1, c + 1), as in MuJoCo.
+// to (r + 1, c + 1), as in MuJoCo:
+//
+//     (r + 1, c) +-----+ (r + 1, c + 1)     y
+//                |  1 /|                    ^
+//                |  /  |                    |
+//                |/  0 |                    +--> x
+//         (r, c) +-----+ (r, c + 1)
+//
+// Nothing but the heights is stored per cell: corners, normals and the kinds of edges follow from them when a
+// body comes near, which takes less than a twentieth of the memory of a mesh, and no tree.
 struct HeightGrid {
   std::vector<double> heights;
   std::int64_t rows, columns;
-  double size_x, size_y;
-  double lowest, highest;
+  double size_x, size_y;                 // of the rectangle below, m
+  double lowest, highest;                // height
   std::vector<unsigned char> is_active;  // per vertex: whether an edge ends there that is not flat
+
+  // Around all of it, in its own frame.
+  Aabb box() const { return {{-size_x / 2, -size_y / 2, lowest}, {size_x / 2, size_y / 2, highest}}; }
 };
 
 namespace collision {
 
-// What narrow/surface.hpp asks of a surface. Triangle 2 k of cell k has the corners (r, c), (r, c + 1),
-// (r + 1, c + 1), below the diagonal; triangle 2 k + 1 has (r, c), (r + 1, c + 1), (r + 1, c). Vertex
-// r columns + c is (r, c).
+// What narrow/surface.hpp asks of a surface, by arithmetic alone. Triangle 2 k of cell k has the corners (r,
+// c), (r, c + 1), (r + 1, c + 1), below the diagonal; triangle 2 k + 1 has (r, c), (r + 1, c + 1), (r + 1,
+// c). Vertex r columns + c is (r, c).
 struct GridSurface {
   const HeightGrid& grid;
 
+  // Whether (r, c) is a vertex, for the neighbours of those at the border.
   bool has(std::int64_t r, std::int64_t c) const {
     return r >= 0 && r < grid.rows && c >= 0 && c < grid.columns;
   }
@@ -35,37 +49,34 @@ struct GridSurface {
     return {(static_cast<double>(c) / static_cast<double>(grid.columns - 1) - 0.5) * grid.size_x,
             (static_cast<double>(r) / static_cast<double>(grid.rows - 1) - 0.5) * grid.size_y, height(r, c)};
   }
-  // Coordinates in cells.
+  // Coordinates in cells: the vertex (r, c) has row_at = r and column_at = c.
   double column_at(double x) const { return (x / grid.size_x + 0.5) * static_cast<double>(grid.columns - 1); }
   double row_at(double y) const { return (y / grid.size_y + 0.5) * static_cast<double>(grid.rows - 1); }
 
   // The first and last index of the cells that [lower, upper] meets along one axis, `last` being the last
   // cell there is; none for an interval that lies beside the grid.
-  struct Range {
-    std::int64_t first, last;
-  };
   static bool is_beside(double lower, double upper, std::int64_t last) {
     return !(upper >= 0 && lower <= static_cast<double>(last + 1));
   }
-  static Range cells(double lower, double upper, std::int64_t last) {
+  static std::array<std::int64_t, 2> cells(double lower, double upper, std::int64_t last) {
     const auto cell = [&](double at) {
       return static_cast<std::int64_t>(std::clamp(std::floor(at), 0.0, static_cast<double>(last)));
     };
     return {cell(lower), cell(upper)};
   }
 
-  // What lies above the box by up to the box's own size counts as near: the field is solid below its surface.
-  template <class F>
-  void for_each_near(const Aabb& box, F&& visit) const {
+  // What lies above the box by up to the box's own size counts as near: the field is solid below its surface,
+  // and a body that has sunk into it by no more than its own height must still find the triangles over it.
+  void for_each_near(const Aabb& box, auto&& visit) const {
     const double c0 = column_at(box.lower.x), c1 = column_at(box.upper.x);
     const double r0 = row_at(box.lower.y), r1 = row_at(box.upper.y);
     if (is_beside(c0, c1, grid.columns - 2) || is_beside(r0, r1, grid.rows - 2)) return;
     const Vec3 size = box.upper - box.lower;
     const double top = box.upper.z + std::max({size.x, size.y, size.z});
     if (grid.highest < box.lower.z || grid.lowest > top) return;
-    const Range row = cells(r0, r1, grid.rows - 2), column = cells(c0, c1, grid.columns - 2);
-    for (std::int64_t r = row.first; r <= row.last; ++r)
-      for (std::int64_t c = column.first; c <= column.last; ++c) {
+    const auto rows = cells(r0, r1, grid.rows - 2), columns = cells(c0, c1, grid.columns - 2);
+    for (std::int64_t r = rows[0]; r <= rows[1]; ++r)
+      for (std::int64_t c = columns[0]; c <= columns[1]; ++c) {
         const double a = height(r, c), d = height(r + 1, c + 1);
         for (int upper = 0; upper < 2; ++upper) {
           const double b = upper ? height(r + 1, c) : height(r, c + 1);
@@ -75,45 +86,45 @@ struct GridSurface {
       }
   }
 
+  // Triangle t with its neighbourhood, worked out anew for every call from six heights in three rows.
   // The neighbours of a triangle follow from the pattern of cells: across its leg in the next cell, across
   // the diagonal in its own.
   Facet facet(std::int64_t t) const {
     const std::int64_t r = t / 2 / (grid.columns - 1), c = t / 2 % (grid.columns - 1);
-    struct Site {
-      std::int64_t r, c;
-    };
+    using Site = std::array<std::int64_t, 2>;  // row and column
     const Site origin{r, c}, diagonal{r + 1, c + 1};
     const Site corners[2][3] = {{origin, {r, c + 1}, diagonal}, {origin, diagonal, {r + 1, c}}};
     const Site opposite[2][3] = {{{r - 1, c}, {r + 1, c + 2}, {r + 1, c}},
                                  {{r, c + 1}, {r + 2, c + 1}, {r, c - 1}}};
     Facet f;
     for (int k = 0; k < 3; ++k) {
-      const Site at = corners[t % 2][k];
-      f.corner[k] = point(at.r, at.c);
-      f.vertex[k] = at.r * grid.columns + at.c;
+      const auto [row, column] = corners[t % 2][k];
+      f.corner[k] = point(row, column);
+      f.vertex[k] = row * grid.columns + column;
     }
     f.normal = normal_of(f.corner[0], f.corner[1], f.corner[2]);
     for (int k = 0; k < 3; ++k) {
-      const Site at = opposite[t % 2][k];
+      const auto [row, column] = opposite[t % 2][k];
       f.edge[k] = EdgeKind::border;
       f.opposite[k] = f.corner[k];
-      if (!has(at.r, at.c)) continue;
+      if (!has(row, column)) continue;
       const Vec3 &a = f.corner[k], &b = f.corner[(k + 1) % 3];
-      f.opposite[k] = point(at.r, at.c);
+      f.opposite[k] = point(row, column);
       f.edge[k] = edge_kind(a, b, f.normal, normal_of(b, a, f.opposite[k]), f.opposite[k]);
     }
     return f;
   }
 
+  // Upwards, for corners that run counter-clockwise seen from above.
   static Vec3 normal_of(const Vec3& a, const Vec3& b, const Vec3& c) {
     return normalised(cross(b - a, c - a));
   }
 
-  // The six around (r, c), counter-clockwise.
+  // The six that edges join to (r, c), counter-clockwise: those along the row and the column, and the two
+  // along the diagonals that end there.
   static constexpr int around[6][2] = {{0, 1}, {1, 1}, {1, 0}, {0, -1}, {-1, -1}, {-1, 0}};
 
-  template <class F>
-  void for_each_neighbour(std::int64_t vertex, F&& visit) const {
+  void for_each_neighbour(std::int64_t vertex, auto&& visit) const {
     const std::int64_t r = vertex / grid.columns, c = vertex % grid.columns;
     for (const auto& [dr, dc] : around)
       if (has(r + dr, c + dc)) visit(point(r + dr, c + dc));
@@ -121,7 +132,8 @@ struct GridSurface {
 
   bool is_active(std::int64_t vertex) const { return grid.is_active[vertex]; }
 
-  // Whether one of the six edges at a vertex is not flat; those on the border of the grid never are.
+  // Whether one of the six edges at a vertex is not flat; those on the border of the grid never are. Edge k
+  // lies between the triangles (at, ring k, ring k + 1) and (at, ring k - 1, ring k).
   bool has_active_edge(std::int64_t vertex) const {
     const std::int64_t r = vertex / grid.columns, c = vertex % grid.columns;
     if (r == 0 || c == 0 || r == grid.rows - 1 || c == grid.columns - 1) return true;
@@ -136,6 +148,7 @@ struct GridSurface {
     return false;
   }
 
+  // Above the surface, or beside the rectangle, where there is no ground.
   bool is_outside(const Vec3& p, std::int64_t, const TrianglePoint&) const {
     const double column = column_at(p.x), row = row_at(p.y);
     if (!(column >= 0 && row >= 0 && column <= static_cast<double>(grid.columns - 1) &&

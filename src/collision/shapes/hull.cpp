@@ -8,9 +8,17 @@
 
 #include "amontons/base/error.hpp"
 
-// A convex polyhedron from the triangles of its surface: checks that they close, joins coplanar ones to faces
-// and keeps the corners of those. A closed surface runs along every edge once in either direction; so a
-// directed edge is named by its ends, and the triangle beyond it is the one that runs back.
+// A convex polyhedron from the triangles of its surface, in these steps:
+//   1. check that the surface closes, faces outwards and has a volume;
+//   2. join coplanar triangles to faces, because a face cut into triangles would give the manifold of one of
+//      them at a time, and another one as soon as the body rocks;
+//   3. trace the rim of every face, and keep the points where at least three faces meet: the corners;
+//   4. set the planes of the faces anew from their corners, and check that no corner lies beyond one.
+// The triangles may come from any convex hull program. It is not computed here from points alone, so that the
+// geometry is the one that the user sees.
+//
+// A closed surface runs along every edge once in either direction; so a directed edge is named by its ends,
+// and the triangle beyond it is the one that runs back.
 namespace amontons {
 
 namespace {
@@ -18,7 +26,7 @@ namespace {
 using Triangle = std::array<std::int32_t, 3>;
 using Index = std::int32_t;
 
-// A directed edge of a triangle.
+// A directed edge of a triangle, ordered by its ends: the edges that start at one vertex lie together.
 struct HalfEdge {
   Index from, to, triangle;
 };
@@ -26,10 +34,12 @@ bool operator<(const HalfEdge& a, const HalfEdge& b) {
   return a.from != b.from ? a.from < b.from : a.to < b.to;
 }
 
+// For messages: a triangle is named by its corners, which the user can find in a file.
 std::string name_of(const Triangle& t) {
   return "(" + std::to_string(t[0]) + ", " + std::to_string(t[1]) + ", " + std::to_string(t[2]) + ")";
 }
 
+// What can be said of the lists alone, before any geometry.
 void check_input(std::span<const Vec3> vertices, std::span<const Triangle> triangles) {
   AMONTONS_REQUIRE(vertices.size() >= 4,
                    "convex hull: it needs at least four corners, not " + std::to_string(vertices.size()));
@@ -66,7 +76,7 @@ Index opposite(const std::vector<HalfEdge>& edges, Index from, Index to) {
   return found != edges.end() && !(key < *found) ? found->triangle : -1;
 }
 
-// Every edge must be there once, and once the other way round.
+// Sorted, a repeated edge follows itself. Every edge must be there once, and once the other way round.
 void check_closed(const std::vector<HalfEdge>& edges) {
   for (std::size_t i = 0; i < edges.size(); ++i) {
     const HalfEdge& e = edges[i];
@@ -79,19 +89,15 @@ void check_closed(const std::vector<HalfEdge>& edges) {
   }
 }
 
-// Twice the area along the outward normal.
+// Twice the area of a triangle along its outward normal: by its length triangles are ranked, and volumes are
+// sums of it.
 Vec3 area_vector(std::span<const Vec3> vertices, const Triangle& t) {
   const Vec3& a = vertices[t[0]];
   return cross(vertices[t[1]] - a, vertices[t[2]] - a);
 }
 
-// Whether all corners of a triangle lie within the tolerance of the plane { p : <normal, p> = offset }.
-bool is_in_plane(std::span<const Vec3> vertices, const Triangle& t, const Vec3& normal, double offset,
-                 double tolerance) {
-  return std::all_of(t.begin(), t.end(),
-                     [&](Index i) { return std::abs(dot(normal, vertices[i]) - offset) <= tolerance; });
-}
-
+// The numbers of the triangles, the largest first; equal ones in their order, so that the result depends on
+// the input only.
 std::vector<Index> by_falling_area(std::span<const Vec3> vertices, std::span<const Triangle> triangles) {
   std::vector<double> squared;
   for (const Triangle& t : triangles) squared.push_back(norm_squared(area_vector(vertices, t)));
@@ -103,6 +109,8 @@ std::vector<Index> by_falling_area(std::span<const Vec3> vertices, std::span<con
 
 // The face of every triangle: triangles whose corners lie within the tolerance of one plane, joined from the
 // largest on, so that needles, whose normals are rounding, never set a plane.
+// The plane is that of the first, largest triangle, and does not follow those that join: a chain of small
+// angles cannot bend a face round a corner.
 std::vector<Index> group_coplanar(std::span<const Vec3> vertices, std::span<const Triangle> triangles,
                                   const std::vector<HalfEdge>& edges, double tolerance, Index& groups) {
   std::vector<Index> group(triangles.size(), -1), front;
@@ -115,6 +123,9 @@ std::vector<Index> group_coplanar(std::span<const Vec3> vertices, std::span<cons
     const Vec3 normal = normalised(area);
     const double offset = dot(normal, vertices[triangles[seed][0]]);
     // Floods the surface from the seed across edges, as far as it stays in the seed's plane.
+    const auto is_in_plane = [&](Index i) {
+      return std::abs(dot(normal, vertices[i]) - offset) <= tolerance;
+    };
     group[seed] = groups;
     front.assign(1, seed);
     while (!front.empty()) {
@@ -122,7 +133,8 @@ std::vector<Index> group_coplanar(std::span<const Vec3> vertices, std::span<cons
       front.pop_back();
       for (std::size_t k = 0; k < 3; ++k) {
         const Index next = opposite(edges, corners[k], corners[(k + 1) % 3]);
-        if (group[next] >= 0 || !is_in_plane(vertices, triangles[next], normal, offset, tolerance)) continue;
+        const Triangle& t = triangles[next];
+        if (group[next] >= 0 || !std::all_of(t.begin(), t.end(), is_in_plane)) continue;
         group[next] = groups;
         front.push_back(next);
       }
@@ -132,15 +144,16 @@ std::vector<Index> group_coplanar(std::span<const Vec3> vertices, std::span<cons
   return group;
 }
 
-// The rim of every group, as one loop of corners each.
+// The rim of every group, as one loop of corners each, counter-clockwise as its triangles are: an edge
+// belongs to the rim if the triangle beyond it is in another group.
 std::vector<std::vector<Index>> trace_rims(std::span<const Triangle> triangles,
                                            const std::vector<HalfEdge>& edges,
                                            const std::vector<Index>& group, Index groups) {
   std::vector<std::vector<HalfEdge>> rims(static_cast<std::size_t>(groups));
   for (const HalfEdge& e : edges) {
+    // Sorted by `from`, as `edges` is.
     const Index own = group[e.triangle];
-    if (group[opposite(edges, e.from, e.to)] != own)
-      rims[own].push_back(e);  // sorted by `from`, as `edges` is
+    if (group[opposite(edges, e.from, e.to)] != own) rims[own].push_back(e);
   }
   std::vector<std::vector<Index>> faces;
   for (const auto& rim : rims) {
@@ -166,8 +179,8 @@ std::vector<std::vector<Index>> trace_rims(std::span<const Triangle> triangles,
 
 // Keeps the points that at least three faces share, in their order: the others lie within a face or an edge.
 void keep_corners(std::span<const Vec3> vertices, std::vector<std::vector<Index>> faces, ConvexHull& hull) {
-  // Around a corner of a polyhedron at least three faces meet; around a point amid an
-  // edge two, amid a face one.
+  // Around a corner of a polyhedron at least three faces meet; around a point amid an edge two, amid a face
+  // one.
   std::vector<int> uses(vertices.size(), 0);
   for (const auto& face : faces)
     for (Index i : face) ++uses[i];
@@ -212,14 +225,9 @@ void set_neighbours(ConvexHull& hull) {
   for (auto& list : hull.neighbours) std::sort(list.begin(), list.end());
 }
 
-// What tolerances of the narrow phase are relative to.
-void set_extent(ConvexHull& hull) {
-  Aabb box = empty_box();
-  for (const Vec3& p : hull.vertices) include(box, p);
-  hull.extent = 0.5 * norm(box.upper - box.lower);
-}
-
-// No corner may lie beyond any face, up to what merging coplanar triangles has moved the planes.
+// No corner may lie beyond any face, up to what merging coplanar triangles has moved the planes. That every
+// point lies behind every face is convexity itself; testing across edges alone would miss surfaces that wind
+// around twice.
 void check_convex(const ConvexHull& hull, double tolerance) {
   for (std::size_t f = 0; f < hull.faces.size(); ++f)
     for (const Vec3& p : hull.vertices)
@@ -229,7 +237,10 @@ void check_convex(const ConvexHull& hull, double tolerance) {
                            ", " + std::to_string(hull.normals[f].z) + "); use its convex hull, or split it");
 }
 
-// The volume is that of the tetrahedra from the centre to every triangle, positive for outward triangles.
+// By the divergence theorem the volume is that of the tetrahedra from any point to every triangle,
+//   V = sum <a - centre, (b - a) x (c - a)> / 6,
+// positive for outward triangles; from the centre of the corners rounding is least. A volume below 1e-9 of
+// the cubed size is that of a flat body, with sides of 1e-9 of its length, whose normals are rounding.
 // Returns the size: the distance of the farthest corner from the centre.
 double check_volume(std::span<const Vec3> vertices, std::span<const Triangle> triangles,
                     const std::vector<HalfEdge>& edges) {
@@ -252,7 +263,8 @@ Hull make_hull(std::span<const Vec3> vertices, std::span<const Triangle> triangl
   const std::vector<HalfEdge> edges = sorted_edges(triangles);
   check_closed(edges);
   const double size = check_volume(vertices, triangles, edges);
-  // Coordinates in single precision, as many files hold, leave flat faces flat to about 1e-7 of their size.
+  // Coordinates in single precision, as many files hold, leave flat faces flat to about 1e-7 of their size:
+  // ten times that is flat. A corner may stick out by the tolerance of two planes, on either side of it.
   const double tolerance = 1e-6 * size;
   Index groups = 0;
   const std::vector<Index> group = group_coplanar(vertices, triangles, edges, tolerance, groups);
@@ -260,29 +272,12 @@ Hull make_hull(std::span<const Vec3> vertices, std::span<const Triangle> triangl
   keep_corners(vertices, trace_rims(triangles, edges, group, groups), *hull);
   set_planes(*hull);
   set_neighbours(*hull);
-  set_extent(*hull);
+  // What tolerances of the narrow phase are relative to.
+  Aabb box = empty_box();
+  for (const Vec3& p : hull->vertices) include(box, p);
+  hull->extent = 0.5 * norm(box.upper - box.lower);
   check_convex(*hull, 4 * tolerance);
   return {std::move(hull)};
 }
 
-namespace collision {
-
-void require_valid(const Hull& shape) {
-  AMONTONS_REQUIRE(shape.data != nullptr, "convex hull is empty; make it with make_hull()");
-}
-
-double radius_about_origin(const Hull& shape) {
-  double squared = 0;
-  for (const Vec3& p : shape.data->vertices) squared = std::max(squared, norm_squared(p));
-  return std::sqrt(squared);
-}
-
-Aabb box_around(const Hull& shape, const Transform& frame) {
-  const Mat3 r = to_matrix(frame.rotation);
-  Aabb box = empty_box();
-  for (const Vec3& p : shape.data->vertices) include(box, r * p);
-  return {frame.position + box.lower, frame.position + box.upper};
-}
-
-}  // namespace collision
 }  // namespace amontons

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <compare>
 #include <numbers>
 #include <numeric>
 #include <string>
@@ -9,18 +10,28 @@
 #include <utility>
 
 #include "amontons/base/error.hpp"
-#include "amontons/collision/shapes/primitives.hpp"
 #include "collision/shapes/triangle_mesh.hpp"
 
 // What make_mesh() checks and works out once: which triangles lie beside each other, which edges and vertices
-// stand out of the surface, and a tree of boxes over the triangles.
+// stand out of the surface, and a tree of boxes over the triangles. In steps:
+//   1. weld vertices at one place, so that triangles know that they share them;
+//   2. normals, which refuse degenerate triangles;
+//   3. per edge the neighbour across it and the dihedral angle, as flat, convex, concave or border: contact
+//      normals other than the face's exist at convex and border edges only (narrow/surface.hpp);
+//   4. per vertex whether any such edge ends there, what it is joined to, and a normal that tells inside from
+//      outside;
+//   5. the tree.
+// Meshes of files are rarely perfect. Open borders, edges of more than two triangles and unused vertices are
+// all allowed; only what makes no sense for a surface is refused, by name.
 namespace amontons {
 namespace {
 
 using Triangle = TriangleMesh::Triangle;
 
+// For messages: triangles by their numbers in the input.
 std::string name_of(std::size_t t) { return "triangle mesh: triangle " + std::to_string(t); }
 
+// What can be said before any geometry.
 void check(std::span<const Vec3> vertices, std::span<const Triangle> triangles) {
   AMONTONS_REQUIRE(!triangles.empty(), "triangle mesh: it has no triangle");
   for (std::size_t i = 0; i < vertices.size(); ++i)
@@ -32,7 +43,9 @@ void check(std::span<const Vec3> vertices, std::span<const Triangle> triangles) 
                            std::to_string(vertices.size()));
 }
 
-// Vertices at the same place become the first of them.
+// Step 1. Vertices at the same place become the first of them, so that triangles of files that repeat
+// vertices (STL) know their neighbours. Only equal coordinates are welded: a tolerance would have to guess
+// the size of details.
 void weld(std::span<const Vec3> vertices, std::span<const Triangle> triangles, TriangleMesh& mesh) {
   std::vector<std::int32_t> by_place(vertices.size()), first(vertices.size());
   std::iota(by_place.begin(), by_place.end(), 0);
@@ -47,11 +60,10 @@ void weld(std::span<const Vec3> vertices, std::span<const Triangle> triangles, T
   for (const Triangle& t : triangles) mesh.triangles.push_back({first[t[0]], first[t[1]], first[t[2]]});
 }
 
-// The unit normal of every triangle, right-handed over its corners.
+// Step 2. The unit normal of every triangle, right-handed over its corners.
 void find_normals(TriangleMesh& mesh) {
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-    const auto [i, j, k] = mesh.triangles[t];
-    const Vec3 ab = mesh.vertices[j] - mesh.vertices[i], ac = mesh.vertices[k] - mesh.vertices[i];
+    const Vec3 &a = mesh.corner(t, 0), ab = mesh.corner(t, 1) - a, ac = mesh.corner(t, 2) - a;
     // Scaled before the product, so that it does not underflow in any unit.
     const double length = std::sqrt(std::max({dot(ab, ab), dot(ac, ac), norm_squared(ac - ab)}));
     const Vec3 normal = length > 0 ? cross(ab / length, ac / length) : Vec3{};
@@ -62,26 +74,28 @@ void find_normals(TriangleMesh& mesh) {
   }
 }
 
-// Edge k of a triangle, named by its ends: sorted by them, the edges that several
-// triangles share lie together.
+// Edge k of a triangle, named by its ends: sorted by them, the edges that several triangles share lie
+// together.
 struct HalfEdge {
   std::int32_t low, high, triangle, k;
   bool up;  // from low to high
-  auto key() const { return std::tuple(low, high, triangle, k); }
+  auto operator<=>(const HalfEdge&) const = default;
 };
 
-// The angle through the outside from triangle e to triangle other about their common edge, in (0, 2 pi].
+// The angle through the outside from triangle e to triangle other about their common edge, in (0, 2 pi]: in
+// the plane across the edge `inward` points into triangle e and its normal n to the outside, so that the
+// third corner of the other triangle lies at atan2(<n, to>, <inward, to>).
 double outer_angle(const TriangleMesh& mesh, const HalfEdge& e, const HalfEdge& other) {
-  const Triangle &t = mesh.triangles[e.triangle], &u = mesh.triangles[other.triangle];
-  const Vec3 &a = mesh.vertices[t[e.k]], &b = mesh.vertices[t[(e.k + 1) % 3]];
-  const Vec3 n = mesh.normals[e.triangle], inward = cross(n, normalised(b - a));
-  const Vec3 to = mesh.vertices[u[(other.k + 2) % 3]] - a;
+  const Vec3 &a = mesh.corner(e.triangle, e.k), &b = mesh.corner(e.triangle, e.k + 1);
+  const Vec3 &n = mesh.normals[e.triangle], inward = cross(n, normalised(b - a));
+  const Vec3 to = mesh.corner(other.triangle, other.k + 2) - a;
   const double angle = std::atan2(dot(n, to), dot(inward, to));
   // The back of a sheet lies on its front: all the way round, not at no angle at all.
   return angle > 1e-9 ? angle : angle + 2 * std::numbers::pi;
 }
 
-// All edges, those between the same two ends one after the other.
+// Sorting stands in for a hash table of edges: no allocation per edge, and an order that depends on the mesh
+// only. All edges, those between the same two ends one after the other.
 std::vector<HalfEdge> sorted_edges(const TriangleMesh& mesh) {
   std::vector<HalfEdge> edges;
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
@@ -89,8 +103,7 @@ std::vector<HalfEdge> sorted_edges(const TriangleMesh& mesh) {
       const std::int32_t a = mesh.triangles[t][k], b = mesh.triangles[t][(k + 1) % 3];
       edges.push_back({std::min(a, b), std::max(a, b), static_cast<std::int32_t>(t), k, a < b});
     }
-  std::sort(edges.begin(), edges.end(),
-            [](const HalfEdge& a, const HalfEdge& b) { return a.key() < b.key(); });
+  std::sort(edges.begin(), edges.end());
   return edges;
 }
 
@@ -109,15 +122,14 @@ void set_neighbour(TriangleMesh& mesh, const HalfEdge& e, std::span<const HalfEd
   }
   mesh.edges[e.triangle][e.k] = collision::EdgeKind::border;
   if (!best) return;
-  const Triangle &t = mesh.triangles[e.triangle], &u = mesh.triangles[best->triangle];
   mesh.neighbours[e.triangle][e.k] = best->triangle;
-  mesh.edges[e.triangle][e.k] =
-      collision::edge_kind(mesh.vertices[t[e.k]], mesh.vertices[t[(e.k + 1) % 3]], mesh.normals[e.triangle],
-                           mesh.normals[best->triangle], mesh.vertices[u[(best->k + 2) % 3]]);
+  mesh.edges[e.triangle][e.k] = collision::edge_kind(
+      mesh.corner(e.triangle, e.k), mesh.corner(e.triangle, e.k + 1), mesh.normals[e.triangle],
+      mesh.normals[best->triangle], mesh.corner(best->triangle, best->k + 2));
 }
 
-// What lies across every edge, and of which kind the edge is. Two triangles that run the same way along it
-// show different sides to the outside.
+// Step 3. What lies across every edge, and of which kind the edge is. Two triangles that run the same way
+// along it show different sides to the outside.
 void find_neighbours(TriangleMesh& mesh) {
   const std::vector<HalfEdge> edges = sorted_edges(mesh);
   mesh.neighbours.assign(mesh.triangles.size(), {-1, -1, -1});
@@ -136,9 +148,9 @@ void find_neighbours(TriangleMesh& mesh) {
   }
 }
 
-// The normal of a vertex is the sum of those of its triangles, weighted by their angles there: the sign of a
-// point's distance from the vertex along it is right wherever the vertex is the closest point of a closed
-// mesh (Baerentzen and Aanaes, 2005).
+// Step 4. The normal of a vertex is the sum of those of its triangles, weighted by their angles there: the
+// sign of a point's distance from the vertex along it is right wherever the vertex is the closest point of a
+// closed mesh (Baerentzen and Aanaes, 2005).
 void describe_vertices(TriangleMesh& mesh) {
   const std::size_t n = mesh.vertices.size();
   mesh.vertex_normals.assign(n, {});
@@ -147,12 +159,11 @@ void describe_vertices(TriangleMesh& mesh) {
   std::vector<std::pair<std::int32_t, std::int32_t>> joined;
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
     for (int k = 0; k < 3; ++k) {
-      const std::int32_t v = mesh.triangles[t][k], next = mesh.triangles[t][(k + 1) % 3],
-                         last = mesh.triangles[t][(k + 2) % 3];
+      const std::int32_t v = mesh.triangles[t][k], next = mesh.triangles[t][(k + 1) % 3];
       joined.emplace_back(v, next);
       joined.emplace_back(next, v);
-      const Vec3 a = normalised(mesh.vertices[next] - mesh.vertices[v]);
-      const Vec3 b = normalised(mesh.vertices[last] - mesh.vertices[v]);
+      const Vec3 a = normalised(mesh.corner(t, k + 1) - mesh.corner(t, k));
+      const Vec3 b = normalised(mesh.corner(t, k + 2) - mesh.corner(t, k));
       mesh.vertex_normals[v] += std::atan2(norm(cross(a, b)), dot(a, b)) * mesh.normals[t];
       const collision::EdgeKind kind = mesh.edges[t][k];
       for (std::int32_t end : {v, next}) {
@@ -160,6 +171,8 @@ void describe_vertices(TriangleMesh& mesh) {
         mesh.is_border[end] |= kind == collision::EdgeKind::border;
       }
     }
+  // Sorted by vertex the lists of those joined to each lie one after the other; an edge of two triangles came
+  // from both.
   std::sort(joined.begin(), joined.end());
   joined.erase(std::unique(joined.begin(), joined.end()), joined.end());
   mesh.around_start.assign(n + 1, 0);
@@ -170,8 +183,10 @@ void describe_vertices(TriangleMesh& mesh) {
   for (std::size_t v = 0; v < n; ++v) mesh.around_start[v + 1] += mesh.around_start[v];
 }
 
-// A node over order[first, last), and below it the halves, split at the median of the centres
-// along their longest extent.
+// Step 5. A node over order[first, last), and below it the halves, split at the median of the centres along
+// their longest extent: the tree is balanced, and boxes of siblings overlap little. Leaves of up to four
+// triangles: testing a few boxes more in a row costs less than another level. Within a half the triangles
+// keep their order.
 void build_tree(TriangleMesh& mesh, const std::vector<Vec3>& centres, std::int32_t first, std::int32_t last) {
   Aabb box = empty_box(), middle = empty_box();
   for (std::int32_t i = first; i < last; ++i) {
@@ -215,15 +230,4 @@ Mesh make_mesh(std::span<const Vec3> vertices, std::span<const std::array<std::i
   return {std::move(mesh)};
 }
 
-namespace collision {
-
-void require_valid(const Mesh& shape) {
-  AMONTONS_REQUIRE(shape.data != nullptr, "triangle mesh is empty; make it with make_mesh()");
-}
-double radius_about_origin(const Mesh& shape) { return radius_about_origin(shape.data->nodes[0].box); }
-Aabb box_around(const Mesh& shape, const Transform& frame) {
-  return box_around(shape.data->nodes[0].box, frame);
-}
-
-}  // namespace collision
 }  // namespace amontons

@@ -1,12 +1,17 @@
 #pragma once
 #include <algorithm>
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <vector>
 
 #include "amontons/collision/shapes/aabb.hpp"
 #include "collision/shapes/facet.hpp"
 
+// What a mesh knows besides its corners. Contact with a triangle needs what lies across its edges and around
+// its corners (see narrow/surface.hpp on active edges), and a body needs the few triangles near it out of
+// many; all of that is worked out once by make_mesh() and stored in flat arrays named by the numbers of
+// triangles and vertices.
 namespace amontons {
 
 struct TriangleMesh {
@@ -29,6 +34,9 @@ struct TriangleMesh {
   };
   std::vector<Node> nodes;
   std::vector<std::int32_t> order;
+
+  // Corner k of triangle t; k counts on round the triangle, so that k + 1 and k + 2 are always the other two.
+  const Vec3& corner(std::size_t t, int k) const { return vertices[triangles[t][k % 3]]; }
 };
 
 namespace collision {
@@ -37,8 +45,8 @@ namespace collision {
 struct MeshSurface {
   const TriangleMesh& mesh;
 
-  template <class F>
-  void for_each_near(const Aabb& box, F&& visit) const {
+  // Depth first, left child first: triangles come in the order of `order`, whatever the box.
+  void for_each_near(const Aabb& box, auto&& visit) const {
     // The halves of a split differ by one triangle at most: 64 levels are more than memory has room for.
     std::int32_t stack[64];
     int size = 0;
@@ -57,37 +65,37 @@ struct MeshSurface {
     }
   }
 
+  // Of one triangle; made when it is needed, as storing it would add a third to the memory of the mesh.
   Aabb bounds_of(std::int32_t t) const {
-    const auto [i, j, k] = mesh.triangles[t];
-    const Vec3 &a = mesh.vertices[i], &b = mesh.vertices[j], &c = mesh.vertices[k];
+    const Vec3 &a = mesh.corner(t, 0), &b = mesh.corner(t, 1), &c = mesh.corner(t, 2);
     return {{std::min({a.x, b.x, c.x}), std::min({a.y, b.y, c.y}), std::min({a.z, b.z, c.z})},
             {std::max({a.x, b.x, c.x}), std::max({a.y, b.y, c.y}), std::max({a.z, b.z, c.z})}};
   }
 
+  // The triangle with what lies around it.
   Facet facet(std::int32_t t) const {
     Facet f;
     f.normal = mesh.normals[t];
     for (int k = 0; k < 3; ++k) {
       f.vertex[k] = mesh.triangles[t][k];
-      f.corner[k] = mesh.vertices[mesh.triangles[t][k]];
+      f.corner[k] = mesh.corner(t, k);
       f.edge[k] = mesh.edges[t][k];
       f.opposite[k] = f.corner[k];
+      // The neighbour shares two corners; the third one is that which is not on the edge.
       if (const std::int32_t other = mesh.neighbours[t][k]; other >= 0)
-        for (int m = 0; m < 3; ++m) {
-          const std::int32_t v = mesh.triangles[other][m];
+        for (std::int32_t v : mesh.triangles[other])
           if (v != mesh.triangles[t][k] && v != mesh.triangles[t][(k + 1) % 3])
             f.opposite[k] = mesh.vertices[v];
-        }
     }
     return f;
   }
 
-  template <class F>
-  void for_each_neighbour(std::int64_t vertex, F&& visit) const {
+  void for_each_neighbour(std::int64_t vertex, auto&& visit) const {
     for (std::int32_t i = mesh.around_start[vertex]; i < mesh.around_start[vertex + 1]; ++i)
       visit(mesh.vertices[mesh.around[i]]);
   }
 
+  // Whether an edge that is not flat ends at a vertex.
   bool is_active(std::int64_t vertex) const { return mesh.is_active[vertex]; }
 
   // By the normal at the closest point: of the face, the sum of two at an edge, weighted by angles at a
@@ -96,6 +104,7 @@ struct MeshSurface {
   bool is_outside(const Vec3& p, std::int32_t t, const TrianglePoint& closest) const {
     const Vec3 to = p - closest.at;
     const unsigned feature = closest.feature;
+    // Bits of the corners that hold the closest point: all three, one, or two, which name an edge.
     if (feature == 7) return dot(mesh.normals[t], to) > 0;
     if (feature == 1 || feature == 2 || feature == 4) {
       const std::int32_t v = mesh.triangles[t][feature == 1 ? 0 : feature == 2 ? 1 : 2];

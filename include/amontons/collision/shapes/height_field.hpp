@@ -8,8 +8,10 @@
 namespace amontons {
 
 // A static grid of heights over the rectangle centred at the origin: row r, column c lies at
-// x = (c / (columns - 1) - 1/2) size_x, y = (r / (rows - 1) - 1/2) size_y, z = heights[r * columns + c]; two
-// triangles a cell. Contact from above only.
+//   x = (c / (columns - 1) - 1/2) size_x,  y = (r / (rows - 1) - 1/2) size_y,  z = heights[r columns + c]
+// in the frame of the shape, all in m; two triangles a cell, as in src/collision/shapes/height_grid.hpp.
+// Contact from above only: the field is solid below its surface. Copies share the heights, which never
+// change.
 struct HeightGrid;
 struct HeightField {
   std::shared_ptr<const HeightGrid> data;
@@ -20,11 +22,4 @@ struct HeightField {
 HeightField make_height_field(std::span<const double> heights, std::size_t rows, std::size_t columns,
                               double size_x, double size_y);
 
-namespace collision {  // see primitives.hpp
-
-void require_valid(const HeightField& shape);
-double radius_about_origin(const HeightField& shape);
-Aabb box_around(const HeightField& shape, const Transform& frame);
-
-}  // namespace collision
 }  // namespace amontons

@@ -10,7 +10,9 @@
 namespace amontons {
 
 // A convex polyhedron: the corners and, per face, their indices counter-clockwise seen from outside. Coplanar
-// triangles are merged into one face, so that manifolds are complete.
+// triangles are merged into one face, so that manifolds are complete: a box given by twelve triangles rests
+// on four corners, not on the three of one triangle. Coordinates are those of the shape's frame, in m; its
+// origin may lie anywhere.
 struct ConvexHull {
   std::vector<Vec3> vertices;
   std::vector<std::vector<std::int32_t>> faces;
@@ -19,6 +21,7 @@ struct ConvexHull {
   std::vector<std::vector<std::int32_t>> neighbours;  // per vertex: those joined to it by an edge, ascending
   double extent = 0;                                  // half the diagonal of the box around it
 };
+// What bodies carry; copies share the polyhedron, which never changes.
 struct Hull {
   std::shared_ptr<const ConvexHull> data;
 };
@@ -27,11 +30,4 @@ struct Hull {
 // body or face inwards, degenerate triangles, indices out of range.
 Hull make_hull(std::span<const Vec3> vertices, std::span<const std::array<std::int32_t, 3>> triangles);
 
-namespace collision {  // see primitives.hpp
-
-void require_valid(const Hull& shape);
-double radius_about_origin(const Hull& shape);
-Aabb box_around(const Hull& shape, const Transform& frame);
-
-}  // namespace collision
 }  // namespace amontons

@@ -8,8 +8,10 @@
 
 namespace amontons {
 
-// Static triangles, counter-clockwise seen from outside; contact from the outside only. What the narrow phase
-// needs of edges and the tree over the triangles are made once, by make_mesh().
+// Static triangles, counter-clockwise seen from outside; contact from the outside only, so that the mesh may
+// be open. What the narrow phase needs of edges and the tree over the triangles are made once, by
+// make_mesh(). Copies share them. Convex bodies that move are hulls instead: a mesh has no inside to be
+// pushed out of where it is open, and its contacts cost as much as there are triangles near.
 struct TriangleMesh;
 struct Mesh {
   std::shared_ptr<const TriangleMesh> data;
@@ -19,11 +21,4 @@ struct Mesh {
 // triangles that run along their common edge in the same direction.
 Mesh make_mesh(std::span<const Vec3> vertices, std::span<const std::array<std::int32_t, 3>> triangles);
 
-namespace collision {  // see primitives.hpp
-
-void require_valid(const Mesh& shape);
-double radius_about_origin(const Mesh& shape);
-Aabb box_around(const Mesh& shape, const Transform& frame);
-
-}  // namespace collision
 }  // namespace amontons
