@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from ..problem.cones import Free, Friction, Interval, NonNegative
+from ..problem.cones import Free, Interval, NonNegative
 from ..problem.operators import Contacts, Factored
 from ..problem.problem import Problem
 from .spectrum import spectrum
@@ -26,7 +26,7 @@ def facts(problem: Problem) -> Iterator[tuple[str, str]]:
     yield "bilateral rows", str(sum(c.rows for c in problem.cones if isinstance(c, Free)))
     others = sum(c.rows for c in problem.cones if isinstance(c, NonNegative | Interval))
     yield "other bounded rows", str(others)
-    if any(isinstance(cone, Friction) and cone.n for cone in problem.cones):
+    if problem.contacts:
         yield "mu", f"{problem.mu.min():g} to {problem.mu.max():g}"
     if isinstance(A, Factored | Contacts):
         moving = A.inverse_mass[A.inverse_mass > 0]
