@@ -137,7 +137,7 @@ struct RollingFriction {
       std::fill(rho, rho + 5, 0.0);
       each([&](ConeBarrier<3>& cone, const int*) {
         cone.aim(mu, corrector);
-        const double(*Q)[5] = rows_of(cone);
+        const double (*Q)[5] = rows_of(cone);
         for (int i = 0; i < 3; ++i)
           for (int k = 0; k < 5; ++k) rho[k] += Q[i][k] * cone.rho[i];
       });
@@ -148,7 +148,7 @@ struct RollingFriction {
         for (int k = i; k < 5; ++k) dx[i] += R_[i][k] * z[k];
       each([&](ConeBarrier<3>& cone, const int* row) {
         second_order::V<3> rest = cone.rho;
-        const double(*Q)[5] = rows_of(cone);
+        const double (*Q)[5] = rows_of(cone);
         for (int i = 0; i < 3; ++i) {
           cone.dx[i] = cone.live[i] ? cone.D[i] * dx[row[i]] : 0;
           for (int k = 0; k < 5; ++k) rest[i] -= Q[i][k] * z[k];
@@ -241,7 +241,8 @@ struct RollingFriction {
     double size[2];  // |t|, |m|
     bool bound[2];   // whether a disc holds its part back
   };
-  // With a growing from zero, the part with the smaller |part| / coefficient is let go first.
+  // With a growing from zero, the part with the smaller |part| / coefficient is let go first; the other one
+  // is held back, or the point would be inside.
   Foot foot(const double* x) const {
     Foot f{0, {std::sqrt(x[1] * x[1] + x[2] * x[2]), std::sqrt(x[3] * x[3] + x[4] * x[4])}, {true, true}};
     if (f.size[0] <= mu * x[0] && f.size[1] <= mu_r * x[0]) return {x[0], {f.size[0], f.size[1]}, {}};
@@ -259,9 +260,8 @@ struct RollingFriction {
     };
     const int first = release(0) <= release(1) ? 0 : 1;
     f.a = balance();
-    for (int part : {first, 1 - first}) {
-      if (!(f.a > release(part))) break;
-      f.bound[part] = false;
+    if (f.a > release(first)) {
+      f.bound[first] = false;
       f.a = balance();
     }
     return f;
