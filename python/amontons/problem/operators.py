@@ -100,10 +100,10 @@ def _inverse_inertia(values: ArrayLike, bodies: int) -> Array:
 
 
 def balanced_length(forces: Array, moments: Array) -> Array:
-    """The length (m), a power of two, that brings moments with this mean of diag(A) to that of the forces;
-    1 where either has none."""
+    """The length (m) that brings moments with this mean of diag(A) to that of the forces; 1 where either has
+    none."""
     with np.errstate(divide="ignore", invalid="ignore"):
-        length = 2.0 ** np.round(0.5 * np.log2(forces / moments))
+        length = np.sqrt(forces / moments)
     return np.where(np.isfinite(length) & (length > 0), length, 1.0)
 
 
@@ -358,9 +358,7 @@ class Contacts(_BodyBased):
         if not np.any(self.rows > 3):
             return None
         contact, moment = self._moment_rows()
-        return np.append(
-            np.where(moment, self.moment_length[contact], 1.0), np.ones(len(self.joint_body_a))
-        )
+        return np.append(np.where(moment, self.moment_length[contact], 1.0), np.ones(len(self.joint_body_a)))
 
     @property
     def shape(self) -> tuple[int, int]:

@@ -74,6 +74,7 @@ class Problem:
             raise InputError(f"b has {len(right)} entries but A has {rows} rows")
         self._cones: tuple[Cone, ...] | None = cones_.normalise(cones, rows, mu)
         self._scale = S = units.scale_of(self._A, self._cones)
+        self._b: Array | None = None if S is None else right.copy()
         core_b = right if S is None else S * right
         self._core = _core.Problem(units.scaled(self._A, S), core_b, cones_.to_core(self._cones, S))
         self.name, self.description, self.source = name, description, source
@@ -89,7 +90,8 @@ class Problem:
         """The problem that the core made and keeps: shared, and read back only where it is asked for."""
         problem = cls.__new__(cls)
         problem._core, problem._A, problem._cones = core, None, None
-        problem._scale = problem.A.moment_scale() if core.has_moments else None
+        problem._scale = S = problem.A.moment_scale() if core.has_moments else None
+        problem._b = None if S is None else core.b / S
         problem.name, problem.description, problem.source = name, description, source
         problem.notes, problem.f, problem.guesses = (), None, ()
         return problem
@@ -104,7 +106,7 @@ class Problem:
     @property
     def b(self) -> Array:
         """(m,) constraint velocities without impulses (m/s)."""
-        return frozen(self._core.b if self._scale is None else self._core.b / self._scale)
+        return frozen(self._core.b if self._b is None else self._b)
 
     @property
     def cones(self) -> list[Cone]:

@@ -7,13 +7,12 @@ border: with S = diag(1 for forces, l for moments), l of each block in m,
     x = S x_core,   u = S^-1 u_core,   A_core = S A S,   b_core = S b,   and coefficients in m over l.
 
 The set keeps its form, <x, u> its value. l^2 is the mean of diag(A) of the forces of the block over that of
-its moments, which makes both alike; it is rounded to a power of two, so that the change rounds nothing.
+its moments: both become alike, and the residual does not change with the unit of length.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import Any
 
 import numpy as np
 import scipy.sparse as sp

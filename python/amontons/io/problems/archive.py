@@ -15,8 +15,15 @@ import scipy.io
 import scipy.sparse as sp
 
 from ...errors import FileError, InputError
-from ...problem.cones import FRICTIONAL, Cone, EllipticFriction, Free, Friction, Interval, NonNegative
-from ...problem.cones import RollingFriction
+from ...problem.cones import (
+    Cone,
+    EllipticFriction,
+    Free,
+    Friction,
+    Interval,
+    NonNegative,
+    RollingFriction,
+)
 from ...problem.operators import Contacts, Factored
 from ...problem.problem import Problem
 from ..files import replacing
@@ -155,7 +162,9 @@ def _stored_cone(archive: Path, kind: str, count: int, take: Callable[[str, int]
         take("mu", count)
         table = take("elliptic", count)
         if table.ndim != 2 or table.shape[1] != 5:
-            raise FileError(f"{archive}: the array 'elliptic' has shape {table.shape}; it must be (contacts, 5)")
+            raise FileError(
+                f"{archive}: the array 'elliptic' has shape {table.shape}; it must be (contacts, 5)"
+            )
         width = ELLIPTIC[kind]
         torsion, rolling = table[:, 2] if width > 2 else None, table[:, 3:] if width > 3 else None
         return EllipticFriction(table[:, :2], torsion, rolling, n=count)

@@ -26,9 +26,7 @@ class BodySpace:
     note: str
 
 
-def factored(
-    M: sp.csr_array, D: sp.csr_array, f: Array, contact_rows: int, block: int
-) -> BodySpace | None:
+def factored(M: sp.csr_array, D: sp.csr_array, f: Array, contact_rows: int, block: int) -> BodySpace | None:
     """A = D M^-1 D' in body space, or None unless M is symmetric and block-diagonal by six, and every contact
     (`block` rows) and every other row of D touches at most two of its blocks.
 
