@@ -89,7 +89,8 @@ std::array<double, S::dim> random_point(small::Random& random, bool extreme) {
   // Where coefficients are extreme the rest is of the size of one of them, so that all regions are met.
   const double rest = extreme && random.below(2) ? values[1 + random.below(std::size(values) - 1)] : 1;
   const double size = extreme ? std::pow(10, random.uniform(-30, 30)) : 1;
-  for (double& v : x) v = size * rest * random.normal();
+  const bool axis = random.below(10) == 0;
+  for (double& v : x) v = axis ? 0 : size * rest * random.normal();
   x[0] = size * random.normal() * (random.below(2) ? 1 : rest);
   return x;
 }

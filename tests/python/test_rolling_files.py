@@ -1,4 +1,4 @@
-"""Rolling and elliptic friction in files: FCLIB's rolling problems, archives, and two files of other engines."""
+"""Rolling and elliptic friction in files: FCLIB's rolling problems, archives, two files of other engines."""
 
 import amontons
 import h5py

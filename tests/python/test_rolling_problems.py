@@ -176,8 +176,8 @@ def test_other_methods(kind, method):
     assert missed <= 1
 
 
-# Coulomb's law, written out: u_n >= 0, x_n u_n = 0, maximal dissipation. Breaks for a wrong De Saxce term or a
-# wrong derivative of it; no method is sure to converge here.
+# Coulomb's law, written out: u_n >= 0, x_n u_n = 0, maximal dissipation. Breaks for a wrong De Saxce term or
+# a wrong derivative of it; no method is sure to converge here.
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("method", ["auto", "interior-point", "newton", "apgd", "p-spg-fb", "admm"])
 def test_coulomb(kind, method):

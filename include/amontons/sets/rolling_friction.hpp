@@ -245,7 +245,8 @@ struct RollingFriction {
   // is held back, or the point would be inside.
   Foot foot(const double* x) const {
     Foot f{0, {std::sqrt(x[1] * x[1] + x[2] * x[2]), std::sqrt(x[3] * x[3] + x[4] * x[4])}, {true, true}};
-    if (f.size[0] <= mu * x[0] && f.size[1] <= mu_r * x[0]) return {x[0], {f.size[0], f.size[1]}, {}};
+    const bool inside = x[0] >= 0 && f.size[0] <= mu * x[0] && f.size[1] <= mu_r * x[0];
+    if (inside) return {x[0], {f.size[0], f.size[1]}, {}};
     const auto release = [&](int part) {
       return coefficient(part) > 0 ? f.size[part] / coefficient(part) : INFINITY;
     };

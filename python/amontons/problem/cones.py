@@ -26,45 +26,39 @@ def _count(name: str, n: object) -> int:
 
 
 @dataclass(frozen=True)
-class Free:
+class _Rows:
+    """n rows of one kind without parameters."""
+
+    n: int = 1
+    kind: ClassVar[str]
+    parameters: ClassVar[tuple[Array, ...]] = ()
+    moments: ClassVar[bool] = False
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "n", _count(type(self).__name__, self.n))
+
+    @property
+    def rows(self) -> int:
+        """Number of rows of A that the cone covers."""
+        return self.n
+
+
+class Free(_Rows):
     """R^n: n bilateral rows, whose impulse may have either sign and whose velocity must vanish.
 
     n: number of rows.
     """
 
-    n: int = 1
-    kind: ClassVar[str] = "free"
-    parameters: ClassVar[tuple[Array, ...]] = ()
-    moments: ClassVar[bool] = False
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "n", _count("Free", self.n))
-
-    @property
-    def rows(self) -> int:
-        """Number of rows of A that the cone covers."""
-        return self.n
+    kind = "free"
 
 
-@dataclass(frozen=True)
-class NonNegative:
+class NonNegative(_Rows):
     """R+^n: n unilateral rows without friction; x >= 0 pushes apart, u >= 0 separates.
 
     n: number of rows.
     """
 
-    n: int = 1
-    kind: ClassVar[str] = "nonnegative"
-    parameters: ClassVar[tuple[Array, ...]] = ()
-    moments: ClassVar[bool] = False
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "n", _count("NonNegative", self.n))
-
-    @property
-    def rows(self) -> int:
-        """Number of rows of A that the cone covers."""
-        return self.n
+    kind = "nonnegative"
 
 
 @dataclass(frozen=True, eq=False, init=False)
@@ -203,9 +197,9 @@ class EllipticFriction:
     EllipticFriction(0.5, torsion=0.01, n=100)           a hundred contacts of four rows
     EllipticFriction([0.3, 0.5], rolling=1e-3)           two of six rows, without resistance to torsion
 
-    mu: coefficients of sliding (dimensionless): one, (n,), or (n, 2) along both tangents. torsion: (m), one or
-        (n,). rolling: (m), one, (n,), or (n, 2) about both tangents. n: number of contacts where all are single
-        numbers. All finite and not negative, else InputError; zero lets its row carry nothing.
+    mu: coefficients of sliding (dimensionless): one, (n,), or (n, 2) along both tangents. torsion: (m), one
+        or (n,). rolling: (m), one, (n,), or (n, 2) about both tangents. n: number of contacts where all are
+        single numbers. All finite and not negative, else InputError; zero lets its row carry nothing.
     """
 
     n: int
@@ -273,8 +267,8 @@ class RollingFriction:
     """Sliding and rolling friction side by side, |f_t| <= mu f_n and |m_t| <= rolling f_n: the set of FCLIB's
     rolling problems, five rows per contact in the order f_n, f_1, f_2, m_1, m_2.
 
-    mu: coefficients of sliding (dimensionless), one or (n,). rolling: of rolling (m), one or (n,). n: number of
-    contacts where both are single numbers. Finite and not negative, else InputError.
+    mu: coefficients of sliding (dimensionless), one or (n,). rolling: of rolling (m), one or (n,). n: number
+        of contacts where both are single numbers. Finite and not negative, else InputError.
     """
 
     n: int

@@ -117,7 +117,7 @@ class Problem:
 
     @property
     def mu(self) -> Array:
-        """(contacts,) coefficients of sliding in row order, of anisotropic contacts the one along tangent 1."""
+        """(contacts,) coefficients of sliding in row order; of anisotropic ones that along tangent 1."""
         return cones_.friction_coefficients(self.cones)
 
     @property
