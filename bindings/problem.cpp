@@ -1,5 +1,7 @@
 #include "amontons/problem/problem.hpp"
 
+#include <algorithm>
+
 #include "amontons/base/math.hpp"
 #include "amontons/problem/residual.hpp"
 #include "bindings.hpp"
@@ -99,6 +101,12 @@ nb::dict operator_arrays(const Problem& problem) {
   return system->contacts.empty() ? arrays_of(*system, "") : arrays_with_contacts(*system);
 }
 
+bool has_moments(const Problem& problem) {
+  const auto* system = std::get_if<ContactSystem>(&problem.A);
+  return system != nullptr && std::any_of(system->contacts.begin(), system->contacts.end(),
+                                          [](const Contact& c) { return c.rows > 3; });
+}
+
 }  // namespace
 
 void bind_problem(nb::module_& m) {
@@ -115,6 +123,7 @@ void bind_problem(nb::module_& m) {
       .def_prop_ro(
           "b", [](const std::shared_ptr<Problem>& p) { return view_of(p->b, p); }, nb::rv_policy::automatic,
           "A view; not to be written.")
+      .def_prop_ro("has_moments", &has_moments, "Whether a contact has moments, over its length.")
       .def("sets", &sets_of, "The sets in row order: (name, count, parameters ...).")
       .def("operator_arrays", &operator_arrays, "Arguments of amontons.Contacts or amontons.Factored.")
       .def_prop_ro(

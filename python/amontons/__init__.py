@@ -44,10 +44,12 @@ from .model.parts import PairMaterial as PairMaterial
 from .model.presets import Actuator as Actuator
 from .model.presets import Keyframe as Keyframe
 from .model.transforms import Transform as Transform
+from .problem.cones import EllipticFriction as EllipticFriction
 from .problem.cones import Free as Free
 from .problem.cones import Friction as Friction
 from .problem.cones import Interval as Interval
 from .problem.cones import NonNegative as NonNegative
+from .problem.cones import RollingFriction as RollingFriction
 from .problem.operators import Contacts as Contacts
 from .problem.operators import Factored as Factored
 from .problem.options import methods as methods

@@ -95,6 +95,10 @@ class Problem:
     def b(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,))]:
         """A view; not to be written."""
 
+    @property
+    def has_moments(self) -> bool:
+        """Whether a contact has moments, over its length."""
+
     def sets(self) -> list:
         """The sets in row order: (name, count, parameters ...)."""
 

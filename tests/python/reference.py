@@ -11,6 +11,7 @@ import scipy.sparse as sp
 def conic_rows(cones):
     """The conditions x in K as G x + s = h with s in a product of Clarabel's cones: (G, h, cones)."""
     rows = {"zero": [], "nonnegative": [], "cone": []}
+    sizes = []  # of the second-order cones
     at = 0
     for cone in cones:
         if isinstance(cone, amontons.NonNegative):
@@ -29,6 +30,14 @@ def conic_rows(cones):
                     rows["zero"] += [([(n + 1, 1.0)], 0.0), ([(n + 2, 1.0)], 0.0)]
                 else:
                     rows["cone"] += [([(n, -mu)], 0.0), ([(n + 1, -1.0)], 0.0), ([(n + 2, -1.0)], 0.0)]
+                    sizes.append(3)
+        elif isinstance(cone, amontons.EllipticFriction):
+            for i, mu in enumerate(np.stack(cone.parameters, axis=1)):
+                _add_cone(rows, sizes, at + cone.block * i, range(1, cone.block), mu)
+        elif isinstance(cone, amontons.RollingFriction):
+            for i in range(cone.n):
+                _add_cone(rows, sizes, at + 5 * i, (1, 2), [cone.mu[i]] * 2)
+                _add_cone(rows, sizes, at + 5 * i, (3, 4), [cone.rolling[i]] * 2)
         at += cone.rows
     listed = rows["zero"] + rows["nonnegative"] + rows["cone"]
     entries = [(i, j, v) for i, (row, _) in enumerate(listed) for j, v in row]
@@ -40,8 +49,20 @@ def conic_rows(cones):
         sets.append(clarabel.ZeroConeT(counts["zero"]))
     if counts["nonnegative"]:
         sets.append(clarabel.NonnegativeConeT(counts["nonnegative"]))
-    sets += [clarabel.SecondOrderConeT(3)] * (counts["cone"] // 3)
+    sets += [clarabel.SecondOrderConeT(size) for size in sizes]
     return G, np.array([h for _, h in listed]), sets
+
+
+def _add_cone(rows, sizes, n, places, mu):
+    """|(x[n + k] / mu_k)| <= x[n] over the places k; a row whose mu is zero is zero."""
+    live = [(k, m) for k, m in zip(places, mu, strict=True) if m >= 1e-9]
+    rows["zero"] += [([(n + k, 1.0)], 0.0) for k, m in zip(places, mu, strict=True) if m < 1e-9]
+    if not live:
+        rows["nonnegative"].append(([(n, -1.0)], 0.0))
+        return
+    largest = max(m for _, m in live)
+    rows["cone"] += [([(n, -largest)], 0.0)] + [([(n + k, -largest / m)], 0.0) for k, m in live]
+    sizes.append(1 + len(live))
 
 
 def minimise(A, b, cones):

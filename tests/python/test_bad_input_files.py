@@ -72,7 +72,7 @@ def fails(path, message):
         ({"vectors/q": [1, 2, np.inf, 4, 5, 6]}, r"/fclib_local/vectors/q\[2\] is not finite"),
         ({"vectors/mu": np.ones(1)}, "/fclib_local/vectors/mu has 1 entries; the matrices ask for 2"),
         ({"vectors/mu": [0.1, -0.1]}, r"/fclib_local/vectors/mu\[1\] = -0.1; it must not be negative"),
-        ({"vectors/mu_r": np.ones(2)}, "mu_r: rolling friction is not supported"),
+        ({"vectors/mu_r": np.ones(2)}, "mu_r: rolling friction belongs in the group /fclib_local_rolling"),
         ({"R": None}, "the group /fclib_local/R is missing"),
         ({"V/m": [5]}, "/fclib_local/V/p must hold 6 ascending pointers|do not fit together"),
         ({"vectors/s": None}, "the dataset /fclib_local/vectors/s is missing"),
@@ -81,6 +81,33 @@ def fails(path, message):
 def test_local_file(changes, message, local):
     replace(local, {f"fclib_local/{name}": value for name, value in changes.items()})
     fails(local, message)
+
+
+# Breaks when a rolling file without its coefficients, or with rows for other contacts, is read.
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"spacedim": [3]}, "spacedim = 3 is not supported; .* whose spacedim is 5 with rolling friction"),
+        ({"vectors/mu_r": None}, "the dataset /fclib_local_rolling/vectors/mu_r is missing"),
+        ({"vectors/mu_r": [0.1, -0.1]}, r"/fclib_local_rolling/vectors/mu_r\[1\] = -0.1; it must not be neg"),
+        ({"vectors/mu": np.ones(3)}, "/fclib_local_rolling/vectors/mu has 3 entries; the matrices ask for 2"),
+    ],
+)
+def test_rolling_file(changes, message, tmp_path):
+    path = tmp_path / "rolling.hdf5"
+    amontons.Problem(random_spd(10), np.ones(10), amontons.RollingFriction(0.3, 0.1, n=2)).write(path)
+    replace(path, {f"fclib_local_rolling/{name}": value for name, value in changes.items()})
+    fails(path, message)
+
+
+# Breaks when rows of three are cut into contacts of five.
+def test_rolling_file_of_other_rows(tmp_path):
+    path = tmp_path / "rolling.hdf5"
+    amontons.Problem(random_spd(9), np.ones(9), "friction", mu=0.3).write(path)
+    with h5py.File(path, "a") as file:
+        file.move("fclib_local", "fclib_local_rolling")
+    replace(path, {"fclib_local_rolling/spacedim": [5]})
+    fails(path, "W has 9 rows, which is no multiple of five")
 
 
 # Breaks when a global problem of mismatched or singular parts is read.
@@ -137,10 +164,6 @@ def test_foreign_files(tmp_path):
     with h5py.File(path, "w"):
         pass
     fails(path, "nor /fclib_local but nothing")
-    for group in ("fclib_global_rolling", "fclib_local_rolling"):
-        with h5py.File(path, "w") as file:
-            file.create_group(group)
-        fails(path, f"/{group} holds rolling friction, which is not supported")
     with h5py.File(path, "w") as file:
         file["fclib_local"] = 3
     fails(path, "the group /fclib_local is missing")

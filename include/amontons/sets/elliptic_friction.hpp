@@ -13,10 +13,11 @@ namespace amontons {
 // the foot on the boundary. There, with the multiplier lambda >= 0 of 1/2 (|D^-1 s|^2 - a^2) = 0,
 //   a (1 - lambda) = n,   s_k = t_k mu_k^2 / (mu_k^2 + lambda),   a = |D^-1 s| =: h(lambda).
 // (1 - lambda) h(lambda) - n falls strictly from |D^-1 t| - n > 0 to -|D t| - n < 0, so that lambda is its
-// only root. In tau = lambda / (1 + lambda), with D_k = mu_k^2 (1 - tau) + tau, nothing is singular at a = 0
-// or lambda = 1:
-//   F(tau) = (1 - 2 tau) K(tau) - n,   K = |(t_k mu_k / D_k)|,   a = (1 - tau) K,
-//   s_k = t_k mu_k^2 (1 - tau) / D_k.
+// only root. In tau = lambda / (1 + lambda) and w = 1 - tau, with D_k = mu_k^2 w + tau, nothing is singular
+// at a = 0 or lambda = 1:
+//   F(tau) = (w - tau) K(tau) - n,   K = |(t_k mu_k / D_k)|,   a = w K,   s_k = t_k mu_k^2 w / D_k.
+// F(1/2) = -n: the sign of n tells which of tau and w is the smaller, and that one is sought, so that its
+// digits are not lost in 1 - tau where coefficients are large.
 template <int n>
 struct EllipticFriction {
   static_assert(n == 3 || n == 4 || n == 6, "sliding; with torsion; with torsion and rolling");
@@ -39,8 +40,9 @@ struct EllipticFriction {
         for (int k = 1; k < n; ++k) out[k] = mu[k - 1] > 0 ? x[k] : 0;
         break;
       case Region::boundary: {
-        const double tau = root(x), a = (1 - tau) * norm_K(x, tau);
-        for (int k = 1; k < n; ++k) out[k] = x[k] * mu2(k) * (1 - tau) / D(k, tau);
+        const Root r = root(x);
+        const double a = r.w * norm_K(x, r);
+        for (int k = 1; k < n; ++k) out[k] = x[k] * (mu2(k) * r.w / D(k, r));
         out[0] = a;
       }
     }
@@ -49,10 +51,10 @@ struct EllipticFriction {
     natural_map_of_cone(*this, x, step, out);
   }
 
-  // The derivative of the equations above. With g_k = t_k / D_k, h_k = mu_k^2 / D_k, G = sum g h dt, S = sum
-  // g^2 h and w = 1 - tau (all divided by their powers of w):
-  //   ds_0 = w (K G + S dn) / (K^2 + (1 - 2 tau) S)
-  //   ds_k = w h_k dt_k - g_k h_k ((1 - 2 tau) ds_0 - w dn) / K
+  // The derivative of the equations above. With g_k = t_k / D_k, h_k = mu_k^2 / D_k, G = sum g h dt and S =
+  // sum g^2 h (all divided by their powers of w):
+  //   ds_0 = w (K G + S dn) / (K^2 + (w - tau) S)
+  //   ds_k = w h_k dt_k - g_k h_k ((w - tau) ds_0 - w dn) / K
   Face<n> face(const double* y) const {
     const Region where = region(y);
     if (where != Region::boundary) {
@@ -61,12 +63,13 @@ struct EllipticFriction {
         if (mu[k - 1] == 0) all.value[k] = 0;
       return all;
     }
-    const double tau = root(y), K = norm_K(y, tau), w = 1 - tau, bend = 1 - 2 * tau;
+    const Root r = root(y);
+    const double K = norm_K(y, r), w = r.w, bend = w - r.tau;
     double g[n] = {}, h[n] = {}, S = 0;
     for (int k = 1; k < n; ++k) {
       if (mu[k - 1] == 0) continue;
-      g[k] = y[k] / D(k, tau);
-      h[k] = mu2(k) / D(k, tau);
+      g[k] = y[k] / D(k, r);
+      h[k] = mu2(k) / D(k, r);
       S += g[k] * g[k] * h[k];
     }
     const double below = K * K + bend * S;
@@ -108,7 +111,10 @@ struct EllipticFriction {
  private:
   enum class Region { inside, polar, boundary };
   double mu2(int k) const { return mu[k - 1] * mu[k - 1]; }
-  double D(int k, double tau) const { return mu2(k) * (1 - tau) + tau; }
+  struct Root {
+    double tau, w;
+  };
+  double D(int k, const Root& r) const { return mu2(k) * r.w + r.tau; }
 
   Region region(const double* z) const {
     double stretched = 0, shrunk = 0;
@@ -121,45 +127,49 @@ struct EllipticFriction {
     return std::sqrt(stretched) <= z[0] ? Region::inside : Region::boundary;
   }
 
-  double norm_K(const double* z, double tau) const {
+  double norm_K(const double* z, const Root& r) const {
     double sum = 0;
     for (int k = 1; k < n; ++k) {
-      const double part = mu[k - 1] > 0 ? z[k] * mu[k - 1] / D(k, tau) : 0;
+      const double part = mu[k - 1] > 0 ? z[k] * mu[k - 1] / D(k, r) : 0;
       sum += part * part;
     }
     return std::sqrt(sum);
   }
 
-  // Newton's method on F inside a bracket; from the root of the circular cone with the mean coefficient.
-  double root(const double* z) const {
-    double below = 0, above = 1, shrunk = 0, size = 0;
+  // Newton's method on F inside a bracket; from the root of the circular cone with the mean coefficient. The
+  // unknown is the smaller of tau and w: F falls with tau and rises with w.
+  Root root(const double* z) const {
+    double below = 0, above = 0.5, shrunk = 0, size = 0;
     for (int k = 1; k < n; ++k) {
       shrunk += mu2(k) * z[k] * z[k];
       size += z[k] * z[k];
     }
+    const bool seek_tau = z[0] > 0;
+    const auto at = [&](double s) { return seek_tau ? Root{s, 1 - s} : Root{1 - s, s}; };
     const double mean = std::sqrt(shrunk / size), t = std::sqrt(size);
-    const double guess = (t * mean - z[0] * mean * mean) / (z[0] + t * mean);
-    double tau = guess > 0 && std::isfinite(guess) ? guess / (1 + guess) : 0.5;
+    const double up = t * mean - z[0] * mean * mean, down = z[0] + t * mean;  // lambda = up / down
+    double s = (seek_tau ? up : down) / (up + down);
+    if (!(s > 0 && s < 0.5)) s = 0.25;
     for (int iteration = 0; iteration < 100; ++iteration) {
-      double K = 0, slope = 0;  // K^2 and half its derivative
+      const Root r = at(s);
+      const double K = norm_K(z, r);
+      if (!(K > 0)) return {1, 0};  // nothing of t counts
+      double slope = 0;             // K dK / dtau
       for (int k = 1; k < n; ++k) {
-        if (mu[k - 1] == 0) continue;
-        const double d = D(k, tau), part = z[k] * mu[k - 1] / d;
-        K += part * part;
-        slope -= part * part * (1 - mu2(k)) / d;
+        const double part = mu[k - 1] > 0 ? z[k] * mu[k - 1] / D(k, r) : 0;
+        slope -= part * part * (1 - mu2(k)) / D(k, r);
       }
-      K = std::sqrt(K);
-      if (!(K > 0)) return 1;  // nothing of t counts
-      const double F = (1 - 2 * tau) * K - z[0];
-      if (std::abs(F) <= 1e-16 * (K + std::abs(z[0]))) break;
-      (F > 0 ? below : above) = tau;
-      double next = tau - F / ((1 - 2 * tau) * slope / K - 2 * K);
-      if (!(next > below && next < above)) next = 0.5 * (below + above);
-      const double change = std::abs(next - tau);
-      tau = next;
-      if (change <= 2e-16 * tau) break;
+      const double F = (r.w - r.tau) * K - z[0];
+      if (std::abs(F) <= 1e-16 * (K + std::abs(z[0]))) return r;
+      ((F > 0) == seek_tau ? below : above) = s;
+      const double newton = F / ((r.w - r.tau) * slope / K - 2 * K);
+      double next = seek_tau ? s - newton : s + newton;
+      if (!(next > below && next < above)) next = below > 0 ? std::sqrt(below * above) : 1e-2 * above;
+      const double change = std::abs(next - s);
+      s = next;
+      if (change <= 2e-16 * s) break;
     }
-    return tau;
+    return at(s);
   }
 };
 

@@ -88,8 +88,9 @@ struct RollingFriction {
   bool has_friction() const { return mu > 0 || mu_r > 0; }
 
   // Two second-order cones B_j x in L that share the normal, u = sum_j B_j' z_j. With dz_j = W_j (rho_j -
-  // W_j B_j dx) the block of the Newton system is H = sum_j B_j' W_j^2 B_j = L L', R = L^-T, and its target
-  // R' sum_j B_j' W_j rho_j. No product of cones is symmetric in itself, each factor is.
+  // W_j B_j dx) the block of the Newton system is H = M'M of the stacked M = (W_1 B_1; W_2 B_2). With M = Q U
+  // the factor is R = U^-1, its target R' M' rho = Q' rho, and W_j B_j dx the rows of M R z = Q z: H, which
+  // squares the condition of M, is never formed. No product of cones is symmetric in itself, each factor is.
   class Barrier {
    public:
     Barrier(const RollingFriction& set, double)
@@ -101,12 +102,12 @@ struct RollingFriction {
     }
     double degree() const { return used_[0] + used_[1]; }
     void start_factor(double* R) {
-      double H[5][5] = {};
-      each([&](ConeBarrier<3>& cone, const int* row) {
-        for (int k = 0; k < 3; ++k)
-          if (cone.live[k]) H[row[k]][row[k]] += cone.D[k] * cone.D[k];
+      stack([](ConeBarrier<3>& cone, int k) {
+        second_order::V<3> column{};
+        column[k] = cone.D[k];
+        return column;
       });
-      factor_of(H, R);
+      factor_stack(R);
     }
     void start(const double* solution) {
       each([&](ConeBarrier<3>& cone, const int* row) {
@@ -124,41 +125,34 @@ struct RollingFriction {
       each([&](ConeBarrier<3>& cone, const int*) { cone.push(more_x / least * cone.D[0], more_u); });
     }
     void factor(double* R) {
-      double H[5][5] = {};
-      each([&](ConeBarrier<3>& cone, const int* row) {
-        cone.W = second_order::Scaling<3>(cone.u, cone.x);
-        for (int k = 0; k < 3; ++k) {
-          if (!cone.live[k]) continue;
-          second_order::V<3> unit{};
-          unit[k] = cone.D[k];
-          const second_order::V<3> column = cone.W.times(cone.W.times(unit));
-          for (int i = 0; i < 3; ++i)
-            if (cone.live[i]) H[row[i]][row[k]] += cone.D[i] * column[i];
-        }
+      each([](ConeBarrier<3>& cone, const int*) { cone.W = second_order::Scaling<3>(cone.u, cone.x); });
+      stack([](ConeBarrier<3>& cone, int k) {
+        second_order::V<3> unit{};
+        unit[k] = cone.D[k];
+        return cone.W.times(unit);
       });
-      factor_of(H, R);
+      factor_stack(R);
     }
     void target(double mu, bool corrector, double* rho) {
-      double sum[5] = {};
-      each([&](ConeBarrier<3>& cone, const int* row) {
+      std::fill(rho, rho + 5, 0.0);
+      each([&](ConeBarrier<3>& cone, const int*) {
         cone.aim(mu, corrector);
-        const second_order::V<3> v = cone.W.times(cone.rho);
-        for (int k = 0; k < 3; ++k) sum[row[k]] += cone.D[k] * v[k];
+        const double (*Q)[5] = rows_of(cone);
+        for (int i = 0; i < 3; ++i)
+          for (int k = 0; k < 5; ++k) rho[k] += Q[i][k] * cone.rho[i];
       });
-      for (int k = 0; k < 5; ++k) {
-        rho[k] = 0;
-        for (int i = 0; i < 5; ++i) rho[k] += R_[i][k] * sum[i];
-      }
     }
     void recover(double, const double* z) {
       double dx[5] = {};
       for (int i = 0; i < 5; ++i)
-        for (int k = 0; k < 5; ++k) dx[i] += R_[i][k] * z[k];
+        for (int k = i; k < 5; ++k) dx[i] += R_[i][k] * z[k];
       each([&](ConeBarrier<3>& cone, const int* row) {
-        second_order::V<3> rest;
-        for (int k = 0; k < 3; ++k) cone.dx[k] = cone.live[k] ? cone.D[k] * dx[row[k]] : 0;
-        const second_order::V<3> z_of_cone = cone.W.times(cone.dx);
-        for (int k = 0; k < 3; ++k) rest[k] = cone.rho[k] - z_of_cone[k];
+        second_order::V<3> rest = cone.rho;
+        const double (*Q)[5] = rows_of(cone);
+        for (int i = 0; i < 3; ++i) {
+          cone.dx[i] = cone.live[i] ? cone.D[i] * dx[row[i]] : 0;
+          for (int k = 0; k < 5; ++k) rest[i] -= Q[i][k] * z[k];
+        }
         cone.du = cone.W.times(rest);
       });
     }
@@ -195,36 +189,49 @@ struct RollingFriction {
       for (int j = 0; j < 2; ++j)
         if (used_[j]) f(cone_[j], rows[j]);
     }
-    // R = L^-T of H = L L'; rows that nothing moves get zeros.
-    void factor_of(const double (&H)[5][5], double* out) {
-      double L[5][5] = {};
-      for (auto& row : R_) std::fill(row, row + 5, 0.0);
-      for (int i = 0; i < 5; ++i) {
-        if (!(H[i][i] > 0)) continue;
-        for (int j = 0; j <= i; ++j) {
-          double sum = H[i][j];
-          for (int k = 0; k < j; ++k) sum -= L[i][k] * L[j][k];
-          if (i == j)
-            L[i][i] = std::sqrt(std::max(sum, 1e-300));
-          else
-            L[i][j] = L[j][j] > 0 ? sum / L[j][j] : 0;
+    const double (*rows_of(const ConeBarrier<3>& cone) const)[5] { return Q_ + 3 * (&cone - cone_); }
+    // M, into Q: column(cone, k) is W B e of the row k of a cone.
+    template <class F>
+    void stack(F&& column) {
+      for (auto& row : Q_) std::fill(row, row + 5, 0.0);
+      each([&](ConeBarrier<3>& cone, const int* row) {
+        for (int k = 0; k < 3; ++k) {
+          if (!cone.live[k]) continue;
+          const second_order::V<3> v = column(cone, k);
+          for (int i = 0; i < 3; ++i) Q_[3 * (&cone - cone_) + i][row[k]] = v[i];
         }
+      });
+    }
+    // M = Q U by Gram and Schmidt, twice (Bjorck 1994), and R = U^-1; rows that nothing moves get zeros.
+    void factor_stack(double* out) {
+      double U[5][5] = {};
+      const auto along = [&](int j, int k) {
+        double sum = 0;
+        for (const auto& row : Q_) sum += row[j] * row[k];
+        return sum;
+      };
+      for (int k = 0; k < 5; ++k) {
+        for (int twice = 0; twice < 2; ++twice)
+          for (int j = 0; j < k; ++j) {
+            const double c = along(j, k);
+            U[j][k] += c;
+            for (auto& row : Q_) row[k] -= c * row[j];
+          }
+        U[k][k] = std::sqrt(along(k, k));
+        for (auto& row : Q_) row[k] = U[k][k] > 0 ? row[k] / U[k][k] : 0;
       }
-      for (int k = 0; k < 5; ++k) {  // column k of L^-T: L' r = e_k by back substitution
-        if (!(L[k][k] > 0)) continue;
-        for (int i = k; i >= 0; --i) {
-          if (!(L[i][i] > 0)) continue;
+      for (int k = 0; k < 5; ++k)  // column k of U^-1: U r = e_k by back substitution
+        for (int i = 4; i >= 0; --i) {
           double sum = i == k;
-          for (int j = i + 1; j <= k; ++j) sum -= L[j][i] * R_[j][k];
-          R_[i][k] = sum / L[i][i];
+          for (int j = i + 1; j <= k; ++j) sum -= U[i][j] * R_[j][k];
+          R_[i][k] = i <= k && U[i][i] > 0 ? sum / U[i][i] : 0;
         }
-      }
       for (int i = 0; i < 5; ++i) std::copy(R_[i], R_[i] + 5, out + 5 * i);
     }
 
     ConeBarrier<3> cone_[2];
     bool used_[2];
-    double R_[5][5] = {};
+    double Q_[6][5] = {}, R_[5][5] = {};
   };
 
  private:
@@ -234,10 +241,12 @@ struct RollingFriction {
     double size[2];  // |t|, |m|
     bool bound[2];   // whether a disc holds its part back
   };
-  // With a growing from zero, the part with the smaller |part| / coefficient is let go first.
+  // With a growing from zero, the part with the smaller |part| / coefficient is let go first; the other one
+  // is held back, or the point would be inside.
   Foot foot(const double* x) const {
     Foot f{0, {std::sqrt(x[1] * x[1] + x[2] * x[2]), std::sqrt(x[3] * x[3] + x[4] * x[4])}, {true, true}};
-    if (f.size[0] <= mu * x[0] && f.size[1] <= mu_r * x[0]) return {x[0], {f.size[0], f.size[1]}, {}};
+    const bool inside = x[0] >= 0 && f.size[0] <= mu * x[0] && f.size[1] <= mu_r * x[0];
+    if (inside) return {x[0], {f.size[0], f.size[1]}, {}};
     const auto release = [&](int part) {
       return coefficient(part) > 0 ? f.size[part] / coefficient(part) : INFINITY;
     };
@@ -252,9 +261,8 @@ struct RollingFriction {
     };
     const int first = release(0) <= release(1) ? 0 : 1;
     f.a = balance();
-    for (int part : {first, 1 - first}) {
-      if (!(f.a > release(part))) break;
-      f.bound[part] = false;
+    if (f.a > release(first)) {
+      f.bound[first] = false;
       f.a = balance();
     }
     return f;

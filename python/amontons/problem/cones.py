@@ -1,11 +1,15 @@
-"""The sets of which K is the product: free, unilateral and bounded rows, and friction cones."""
+"""The sets of which K is the product: free, unilateral and bounded rows, and friction cones.
+
+A cone object is a run of equal sets of the core, whose name is `kind` and whose parameters, one array each
+with one entry per set, are `parameters`; `moments` tells whether rows after the third are moments.
+"""
 
 from __future__ import annotations
 
 import numbers
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -22,39 +26,39 @@ def _count(name: str, n: object) -> int:
 
 
 @dataclass(frozen=True)
-class Free:
+class _Rows:
+    """n rows of one kind without parameters."""
+
+    n: int = 1
+    kind: ClassVar[str]
+    parameters: ClassVar[tuple[Array, ...]] = ()
+    moments: ClassVar[bool] = False
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "n", _count(type(self).__name__, self.n))
+
+    @property
+    def rows(self) -> int:
+        """Number of rows of A that the cone covers."""
+        return self.n
+
+
+class Free(_Rows):
     """R^n: n bilateral rows, whose impulse may have either sign and whose velocity must vanish.
 
     n: number of rows.
     """
 
-    n: int = 1
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "n", _count("Free", self.n))
-
-    @property
-    def rows(self) -> int:
-        """Number of rows of A that the cone covers."""
-        return self.n
+    kind = "free"
 
 
-@dataclass(frozen=True)
-class NonNegative:
+class NonNegative(_Rows):
     """R+^n: n unilateral rows without friction; x >= 0 pushes apart, u >= 0 separates.
 
     n: number of rows.
     """
 
-    n: int = 1
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "n", _count("NonNegative", self.n))
-
-    @property
-    def rows(self) -> int:
-        """Number of rows of A that the cone covers."""
-        return self.n
+    kind = "nonnegative"
 
 
 @dataclass(frozen=True, eq=False, init=False)
@@ -67,6 +71,8 @@ class Interval:
 
     lo: Array
     hi: Array
+    kind: ClassVar[str] = "interval"
+    moments: ClassVar[bool] = False
 
     def __init__(self, lo: ArrayLike, hi: ArrayLike) -> None:
         lower, upper = vector("Interval: lo", lo), vector("Interval: hi", hi)
@@ -80,9 +86,19 @@ class Interval:
         object.__setattr__(self, "hi", frozen(upper))
 
     @property
+    def n(self) -> int:
+        """Number of intervals."""
+        return len(self.lo)
+
+    @property
     def rows(self) -> int:
         """Number of rows of A that the cone covers."""
         return len(self.lo)
+
+    @property
+    def parameters(self) -> tuple[Array, ...]:
+        """lo, hi"""
+        return (self.lo, self.hi)
 
     def __repr__(self) -> str:
         return f"Interval({self.rows} rows)"
@@ -102,6 +118,8 @@ class Friction:
 
     n: int
     mu: Array | None
+    kind: ClassVar[str] = "friction"
+    moments: ClassVar[bool] = False
 
     def __init__(self, mu: ArrayLike | None = None, *, n: int | None = None) -> None:
         if isinstance(mu, numbers.Integral) and not isinstance(mu, bool) and n is None:
@@ -124,6 +142,11 @@ class Friction:
         """Number of rows of A that the cone covers, three per contact."""
         return 3 * self.n
 
+    @property
+    def parameters(self) -> tuple[Array, ...]:
+        """mu, once it is known"""
+        return () if self.mu is None else (self.mu,)
+
     def __repr__(self) -> str:
         if self.mu is None:
             return f"Friction(n={self.n})"
@@ -132,7 +155,152 @@ class Friction:
         return f"Friction(mu in [{self.mu.min():g}, {self.mu.max():g}], n={self.n})"
 
 
-Cone = Free | NonNegative | Interval | Friction
+def _per_contact(
+    what: str, n: int | None, columns: dict[str, tuple[ArrayLike, int]]
+) -> tuple[int, list[Array]]:
+    """The number of contacts and each value, given with its width, as (n,) or (n, 2)."""
+    arrays = []
+    for name, (values, width) in columns.items():
+        try:
+            array = np.asarray(values, dtype=np.float64)
+        except (TypeError, ValueError):
+            raise InputError(f"{what}: {name} must be numbers") from None
+        if array.ndim < 2 and width == 2:
+            array = np.stack([array, array], axis=-1)  # the same along both tangents
+        array = np.atleast_1d(array) if width == 1 else np.atleast_2d(array)
+        if array.ndim != width or (width == 2 and array.shape[1] != 2):
+            one = "one number per contact" + (", or two, (n, 2)" if width == 2 else "")
+            raise InputError(f"{what}: {name} has shape {np.shape(values)}; give {one}")
+        arrays.append(array)
+    lengths = {len(array) for array in arrays} - {1}
+    count = _count(what, n) if n is not None else lengths.pop() if lengths else 1
+    for name, array in zip(columns, arrays, strict=True):
+        if len(array) not in (1, count):
+            raise InputError(f"{what}: {name} has {len(array)} entries but there are {count} contacts")
+    return count, [np.broadcast_to(array, (count, *array.shape[1:])).copy() for array in arrays]
+
+
+def _spread(name: str, values: Array) -> str:
+    low, high = values.min(initial=np.inf), values.max(initial=-np.inf)
+    return f"{name}={low:g}" if low == high else f"{name} in [{low:g}, {high:g}]"
+
+
+@dataclass(frozen=True, eq=False, init=False)
+class EllipticFriction:
+    """Elliptic friction cones, anisotropic, with torsion and rolling as they are asked for:
+    (f_1/mu_1)^2 + (f_2/mu_2)^2 + (m_n/torsion)^2 + (m_1/rolling_1)^2 + (m_2/rolling_2)^2 <= f_n^2.
+
+    Rows per contact: f_n, f_1, f_2 (normal and both tangents); with torsion also the moment about the normal,
+    m_n; with rolling also the moments about both tangents, m_1 and m_2: three, four or six.
+
+    EllipticFriction([[0.3, 0.6]])                       one contact, mu along tangent 1 and 2
+    EllipticFriction(0.5, torsion=0.01, n=100)           a hundred contacts of four rows
+    EllipticFriction([0.3, 0.5], rolling=1e-3)           two of six rows, without resistance to torsion
+
+    mu: coefficients of sliding (dimensionless): one, (n,), or (n, 2) along both tangents. torsion: (m), one
+        or (n,). rolling: (m), one, (n,), or (n, 2) about both tangents. n: number of contacts where all are
+        single numbers. All finite and not negative, else InputError; zero lets its row carry nothing.
+    """
+
+    n: int
+    mu: Array
+    """(n, 2)"""
+    torsion: Array | None
+    """(n,), m"""
+    rolling: Array | None
+    """(n, 2), m"""
+
+    def __init__(
+        self,
+        mu: ArrayLike,
+        torsion: ArrayLike | None = None,
+        rolling: ArrayLike | None = None,
+        *,
+        n: int | None = None,
+    ) -> None:
+        columns: dict[str, tuple[ArrayLike, int]] = {"mu": (mu, 2)}
+        if torsion is not None or rolling is not None:
+            columns["torsion"] = (0.0 if torsion is None else torsion, 1)
+        if rolling is not None:
+            columns["rolling"] = (rolling, 2)
+        count, arrays = _per_contact("EllipticFriction", n, columns)
+        object.__setattr__(self, "n", count)
+        for name, array in zip(("mu", "torsion", "rolling"), [*arrays, None, None], strict=False):
+            object.__setattr__(self, name, None if array is None else frozen(array))
+        _core.SetProduct().add(self.kind, count, list(self.parameters))
+
+    @property
+    def block(self) -> int:
+        """Rows per contact."""
+        return 6 if self.rolling is not None else 4 if self.torsion is not None else 3
+
+    @property
+    def rows(self) -> int:
+        """Number of rows of A that the cone covers."""
+        return self.block * self.n
+
+    @property
+    def kind(self) -> str:
+        """elliptic-3, elliptic-4 or elliptic-6"""
+        return f"elliptic-{self.block}"
+
+    @property
+    def moments(self) -> bool:
+        """Whether there are moments among the rows."""
+        return self.torsion is not None
+
+    @property
+    def parameters(self) -> tuple[Array, ...]:
+        """One coefficient per row after the normal."""
+        parts = [self.mu, self.torsion, self.rolling]
+        columns = [part.reshape(self.n, -1).T for part in parts if part is not None]
+        return tuple(np.ascontiguousarray(column) for column in np.concatenate(columns))
+
+    def __repr__(self) -> str:
+        parts = [("mu", self.mu), ("torsion", self.torsion), ("rolling", self.rolling)]
+        told = ", ".join(_spread(name, part) for name, part in parts if part is not None and self.n)
+        return f"EllipticFriction({told}{', ' if told else ''}n={self.n})"
+
+
+@dataclass(frozen=True, eq=False, init=False)
+class RollingFriction:
+    """Sliding and rolling friction side by side, |f_t| <= mu f_n and |m_t| <= rolling f_n: the set of FCLIB's
+    rolling problems, five rows per contact in the order f_n, f_1, f_2, m_1, m_2.
+
+    mu: coefficients of sliding (dimensionless), one or (n,). rolling: of rolling (m), one or (n,). n: number
+        of contacts where both are single numbers. Finite and not negative, else InputError.
+    """
+
+    n: int
+    mu: Array
+    rolling: Array
+    kind: ClassVar[str] = "rolling"
+    moments: ClassVar[bool] = True
+
+    def __init__(self, mu: ArrayLike, rolling: ArrayLike, *, n: int | None = None) -> None:
+        count, arrays = _per_contact("RollingFriction", n, {"mu": (mu, 1), "rolling": (rolling, 1)})
+        _core.SetProduct().add("rolling", count, arrays)
+        object.__setattr__(self, "n", count)
+        object.__setattr__(self, "mu", frozen(arrays[0]))
+        object.__setattr__(self, "rolling", frozen(arrays[1]))
+
+    @property
+    def rows(self) -> int:
+        """Number of rows of A that the cone covers, five per contact."""
+        return 5 * self.n
+
+    @property
+    def parameters(self) -> tuple[Array, ...]:
+        """mu, rolling"""
+        return (self.mu, self.rolling)
+
+    def __repr__(self) -> str:
+        told = f"{_spread('mu', self.mu)}, {_spread('rolling', self.rolling)}, " if self.n else ""
+        return f"RollingFriction({told}n={self.n})"
+
+
+Cone = Free | NonNegative | Interval | Friction | EllipticFriction | RollingFriction
+FRICTIONAL = (Friction, EllipticFriction, RollingFriction)
 _BY_NAME = {"free": Free, "nonnegative": NonNegative, "friction": Friction}
 
 
@@ -162,12 +330,14 @@ def normalise(cones: str | Cone | Iterable[Cone], rows: int, mu: ArrayLike | Non
     for i, cone in enumerate(listed):
         if not isinstance(cone, Cone):
             raise InputError(
-                f"cones[{i}] is a {type(cone).__name__}; it must be Free, NonNegative, Interval or Friction"
+                f"cones[{i}] is a {type(cone).__name__}; it must be Free, NonNegative, Interval, Friction, "
+                "EllipticFriction or RollingFriction"
             )
     total = sum(cone.rows for cone in listed)
     if total != rows:
         raise InputError(
-            f"the cones have {total} rows in all but A has {rows} (a friction cone takes three rows)"
+            f"the cones have {total} rows in all but A has {rows} (a friction cone takes three rows, "
+            "EllipticFriction three, four or six, RollingFriction five)"
         )
     return _with_friction(listed, mu)
 
@@ -203,37 +373,62 @@ def _with_friction(cones: Sequence[Cone], mu: ArrayLike | None) -> tuple[Cone, .
 
 
 def friction_coefficients(cones: Iterable[Cone]) -> Array:
-    """The coefficients of all contacts in row order."""
-    parts = [cone.mu for cone in cones if isinstance(cone, Friction) and cone.mu is not None]
+    """The coefficients of sliding of all contacts in row order, of anisotropic ones that along tangent 1."""
+    parts = [cone.parameters[0] for cone in cones if isinstance(cone, FRICTIONAL)]
     return np.concatenate(parts) if parts else np.empty(0)
 
 
-def to_core(cones: Iterable[Cone]) -> _core.SetProduct:
-    product = _core.SetProduct()
+def _lengths(cone: Cone, row: int, scale: Array | None) -> Array | float:
+    """The length of the moments of each contact of a cone that starts at a row."""
+    if scale is None or not cone.moments or cone.n == 0:
+        return 1.0
+    return scale[row + 3 : row + cone.rows : cone.rows // cone.n]
+
+
+def _of_moments(cone: Cone, k: int) -> bool:
+    """Whether parameter k is in metres."""
+    return cone.moments and k >= (1 if isinstance(cone, RollingFriction) else 2)
+
+
+def to_core(cones: Iterable[Cone], scale: Array | None = None) -> _core.SetProduct:
+    """The product of the cones; scale: of the rows, see amontons.problem.units."""
+    product, row = _core.SetProduct(), 0
     for cone in cones:
-        match cone:
-            case Free(n=n):
-                product.add("free", n, [])
-            case NonNegative(n=n):
-                product.add("nonnegative", n, [])
-            case Interval(lo=lo, hi=hi):
-                product.add("interval", len(lo), [lo, hi])
-            case Friction(mu=mu) if mu is not None:
-                product.add("friction", len(mu), [mu])
+        length = _lengths(cone, row, scale)
+        columns = [p / length if _of_moments(cone, k) else p for k, p in enumerate(cone.parameters)]
+        product.add(cone.kind, cone.n, columns)
+        row += cone.rows
     return product
 
 
-def from_core(sets: Iterable[tuple[Any, ...]]) -> tuple[Cone, ...]:
+def _made(kind: str, count: int, parameters: Sequence[Any]) -> Cone:
+    match kind:
+        case "free":
+            return Free(count)
+        case "nonnegative":
+            return NonNegative(count)
+        case "interval":
+            return Interval(*parameters)
+        case "friction":
+            return Friction(*parameters)
+        case "rolling":
+            return RollingFriction(*parameters)
+        case _:
+            torsion = parameters[2] if len(parameters) > 2 else None
+            rolling = np.stack(parameters[3:], axis=1) if len(parameters) > 3 else None
+            return EllipticFriction(np.stack(parameters[:2], axis=1), torsion, rolling)
+
+
+def from_core(sets: Iterable[tuple[Any, ...]], scale: Array | None = None) -> tuple[Cone, ...]:
     """The cones of (name, count, parameters ...), as a problem of the core lists them."""
     made: list[Cone] = []
+    row = 0
     for kind, count, *parameters in sets:
-        match kind:
-            case "free":
-                made.append(Free(count))
-            case "nonnegative":
-                made.append(NonNegative(count))
-            case "interval":
-                made.append(Interval(*parameters))
-            case _:
-                made.append(Friction(*parameters))
+        cone = _made(kind, count, parameters)
+        if cone.moments and scale is not None:
+            length = _lengths(cone, row, scale)
+            in_metres = [p * length if _of_moments(cone, k) else p for k, p in enumerate(parameters)]
+            cone = _made(kind, count, in_metres)
+        made.append(cone)
+        row += cone.rows
     return tuple(made)

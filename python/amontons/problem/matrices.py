@@ -93,14 +93,17 @@ def _sparse(A: Any) -> sp.csr_array:
     return sp.csr_array(parts, shape=matrix.shape)
 
 
-def _diagonal(A: LinearMap) -> np.ndarray:
+def diagonal(A: Matrix) -> np.ndarray:
+    """diag(A), (m,), of a canonical A; ones for a function that does not tell."""
     m = A.shape[0]
+    if isinstance(A, np.ndarray | sp.csr_array | Factored | Contacts):
+        return A.diagonal()
     if not hasattr(A, "diagonal"):
         return np.ones(m)
-    diagonal = vector("A.diagonal()", A.diagonal())
-    if len(diagonal) != m:
-        raise InputError(f"A.diagonal() has {len(diagonal)} entries but A has {m} rows")
-    return diagonal
+    entries = vector("A.diagonal()", A.diagonal())
+    if len(entries) != m:
+        raise InputError(f"A.diagonal() has {len(entries)} entries but A has {m} rows")
+    return entries
 
 
 def to_core(A: Matrix) -> _core.Operator:
@@ -111,8 +114,13 @@ def to_core(A: Matrix) -> _core.Operator:
         return _core.sparse_operator(A.indptr, A.indices, A.data)
     if isinstance(A, np.ndarray):
         return _core.dense_operator(A)
+    return function_to_core(A)
+
+
+def function_to_core(A: LinearMap, S: np.ndarray | float = 1.0) -> _core.Operator:
+    """The core's operator for S A S, S diagonal."""
 
     def product(x: np.ndarray) -> np.ndarray:
-        return np.ascontiguousarray(A.matvec(x), dtype=np.float64).reshape(-1)
+        return S * np.ascontiguousarray(A.matvec(S * x), dtype=np.float64).reshape(-1)
 
-    return _core.callback_operator(product, _diagonal(A))
+    return _core.callback_operator(product, S * diagonal(A) * S)

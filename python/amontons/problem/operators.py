@@ -56,6 +56,13 @@ def _nonnegative(name: str, values: ArrayLike | None, count: int) -> Array:
     return array
 
 
+def _positive_lengths(values: ArrayLike, contacts: int) -> Array:
+    lengths = _nonnegative("moment_length", values, contacts)
+    if not np.all(lengths > 0):
+        raise InputError("moment_length must be positive")
+    return lengths
+
+
 def _row_counts(values: ArrayLike, contacts: int) -> Indices:
     counts = np.broadcast_to(np.asarray(values), (contacts,)) if np.ndim(values) == 0 else np.asarray(values)
     if (
@@ -90,6 +97,14 @@ def _inverse_inertia(values: ArrayLike, bodies: int) -> Array:
         raise InputError(f"inverse_inertia[{wrong[0]}] is not positive semidefinite")
     rows, columns = [0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2]
     return np.ascontiguousarray(array[:, rows, columns])
+
+
+def balanced_length(forces: Array, moments: Array) -> Array:
+    """The length (m) that brings moments with this mean of diag(A) to that of the forces; 1 where either has
+    none."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        length = np.sqrt(forces / moments)
+    return np.where(np.isfinite(length) & (length > 0), length, 1.0)
 
 
 class _BodyBased(ABC):
@@ -138,14 +153,22 @@ class _BodyBased(ABC):
 
     def matvec(self, x: ArrayLike) -> Array:
         """A x: constraint velocities (m/s), (m,), of the impulses x (N s), (m,)."""
-        return self._operator().product(vector("x", x))
+        x, S = vector("x", x), self.moment_scale()
+        if S is None or len(x) != len(S):
+            return self._operator().product(x)
+        return self._operator().product(x / S) / S
 
     def __matmul__(self, x: ArrayLike) -> Array:
         return self.matvec(x)
 
     def diagonal(self) -> Array:
         """diag(A), (m,)."""
-        return self._operator().diagonal()
+        diagonal, S = self._operator().diagonal(), self.moment_scale()
+        return diagonal if S is None else diagonal / S**2
+
+    def moment_scale(self) -> Array | None:
+        """By what the core divides x and multiplies u: see amontons.problem.units; None for nothing."""
+        return None
 
     def inverse_mass_matrix(self) -> sp.csr_array:
         """M^-1, (6 n, 6 n), in blocks of (linear, angular) per body."""
@@ -256,8 +279,11 @@ class Contacts(_BodyBased):
     integers, -1 for the world. r_a, r_b: (c, 3) (m). normal: (c, 3) of unit length. compliance: (c,) or one,
     the same for all rows of a contact. direction: (c, 3) along which the first tangent lies; zeros where it
     follows from the normal alone. rows: (c,) or one, 3, 4, 5 or 6. moment_length: (c,) or one (m), by which
-    moments are divided, and spins multiplied, to be impulses and velocities like the others. joint_*: the
-    rows that follow the contacts, as in `Factored`.
+    solvers divide moments, and multiply spins, to have impulses and velocities like the others; None for the
+    length that makes their diag(A) alike. It changes no result but the meaning of a compliance, which holds
+    for moments over the length. joint_*: the rows that follow the contacts, as in `Factored`.
+
+    Moments of x are in N m s, spins of u in rad/s.
 
     Raises InputError that names the array and the index.
     """
@@ -275,7 +301,7 @@ class Contacts(_BodyBased):
         *,
         direction: ArrayLike | None = None,
         rows: ArrayLike = 3,
-        moment_length: ArrayLike = 1.0,
+        moment_length: ArrayLike | None = None,
         joint_body_a: ArrayLike = (),
         joint_body_b: ArrayLike = (),
         joint_jacobian_a: ArrayLike = (),
@@ -300,9 +326,7 @@ class Contacts(_BodyBased):
             raise InputError(f"normal[{i}] has length {length[i]:g}; it must be a unit vector, normalise it")
         self.direction = np.zeros((c, 3)) if direction is None else matrix("direction", direction, c, 3)
         self.rows = _row_counts(rows, c)
-        self.moment_length = _nonnegative("moment_length", moment_length, c)
-        if not np.all(self.moment_length > 0):
-            raise InputError("moment_length must be positive")
+        self.moment_length = np.ones(c) if moment_length is None else _positive_lengths(moment_length, c)
         self.compliance = _nonnegative("compliance", compliance, c)
         self.joint_body_a = _bodies("joint_body_a", joint_body_a, self.bodies)
         self.joint_body_b = _bodies("joint_body_b", joint_body_b, self.bodies)
@@ -311,6 +335,30 @@ class Contacts(_BodyBased):
         self.joint_jacobian_a = matrix("joint_jacobian_a", joint_jacobian_a, m, 6)
         self.joint_jacobian_b = matrix("joint_jacobian_b", joint_jacobian_b, m, 6)
         self.joint_compliance = _nonnegative("joint_compliance", joint_compliance, m)
+        if moment_length is None and np.any(self.rows > 3):
+            self.moment_length = self._balanced_lengths()
+
+    def _moment_rows(self) -> tuple[NDArray[Any], NDArray[Any]]:
+        """Of every row of a contact, the contact and whether the row is a moment."""
+        contact = np.repeat(np.arange(len(self.rows)), self.rows)
+        place = np.arange(len(contact)) - (np.cumsum(self.rows) - self.rows)[contact]
+        return contact, place >= 3
+
+    def _balanced_lengths(self) -> Array:
+        c = len(self.rows)
+        rigid = Contacts.from_arrays({**vars(self), "compliance": np.zeros(c)})
+        contact, moment = self._moment_rows()
+        diagonal = rigid.diagonal()[: len(contact)]
+        forces = np.bincount(contact, np.where(moment, 0, diagonal), c) / 3
+        moments = np.bincount(contact, np.where(moment, diagonal, 0), c) / np.maximum(self.rows - 3, 1)
+        return balanced_length(forces, moments)
+
+    def moment_scale(self) -> Array | None:
+        """(m,) the length of the contact for its moments and 1 for all other rows; None without moments."""
+        if not np.any(self.rows > 3):
+            return None
+        contact, moment = self._moment_rows()
+        return np.append(np.where(moment, self.moment_length[contact], 1.0), np.ones(len(self.joint_body_a)))
 
     @property
     def shape(self) -> tuple[int, int]:
@@ -347,15 +395,17 @@ class Contacts(_BodyBased):
     def stored(self) -> Factored:
         """The same operator with the Jacobian of every row stored."""
         body_a, body_b, jacobian_a, jacobian_b, compliance = self._operator().stored()
+        S = self.moment_scale()
+        unit = np.ones(len(body_a)) if S is None else S
         return Factored.from_arrays(
             {
                 "inverse_mass": self.inverse_mass,
                 "inverse_inertia": self.inverse_inertia,
                 "body_a": body_a.astype(np.int32),
                 "body_b": body_b.astype(np.int32),
-                "jacobian_a": jacobian_a.reshape(-1, 6),
-                "jacobian_b": jacobian_b.reshape(-1, 6),
-                "compliance": compliance,
+                "jacobian_a": jacobian_a.reshape(-1, 6) / unit[:, None],
+                "jacobian_b": jacobian_b.reshape(-1, 6) / unit[:, None],
+                "compliance": compliance / unit**2,
             }
         )
 

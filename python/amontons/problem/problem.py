@@ -14,7 +14,7 @@ from ..checks import Array, chosen, frozen, vector
 from ..errors import InputError
 from ..hooks import hook
 from . import cones as cones_
-from . import matrices, operators, options
+from . import matrices, operators, options, units
 from .cones import Cone
 from .solution import Solution, from_core
 
@@ -40,8 +40,9 @@ class Problem:
     A: (m, m) symmetric positive semidefinite, impulses (N s) to velocities (m/s): a SciPy sparse matrix or
         array with both triangles, a dense array, a LinearOperator, `Factored` or `Contacts`.
     b: (m,) velocities of the constraints without impulses (m/s), u = A x + b.
-    cones: cone objects in row order (`Free`, `NonNegative`, `Interval`, `Friction`), or one name for all
-        rows: "free", "nonnegative", "friction".
+    cones: cone objects in row order (`Free`, `NonNegative`, `Interval`, `Friction`, `EllipticFriction`,
+        `RollingFriction`), or one name for all rows: "free", "nonnegative", "friction". Rows of moments take
+        N m s in x and rad/s in u.
     mu: friction coefficients, one or one per contact, for friction cones that do not carry theirs.
     name, description, source: free text; notes: what a reader changed or wants to say.
     f: (6 n,) generalised impulse of the free motion when A is `Factored` (b already contains D M^-1 f); kept
@@ -72,7 +73,10 @@ class Problem:
         if len(right) != rows:
             raise InputError(f"b has {len(right)} entries but A has {rows} rows")
         self._cones: tuple[Cone, ...] | None = cones_.normalise(cones, rows, mu)
-        self._core = _core.Problem(matrices.to_core(self._A), right, cones_.to_core(self._cones))
+        self._scale = S = units.scale_of(self._A, self._cones)
+        self._b: Array | None = None if S is None else right.copy()
+        core_b = right if S is None else S * right
+        self._core = _core.Problem(units.scaled(self._A, S), core_b, cones_.to_core(self._cones, S))
         self.name, self.description, self.source = name, description, source
         self.notes = tuple(notes)
         self.f = None if f is None else vector("f", f)
@@ -86,6 +90,8 @@ class Problem:
         """The problem that the core made and keeps: shared, and read back only where it is asked for."""
         problem = cls.__new__(cls)
         problem._core, problem._A, problem._cones = core, None, None
+        problem._scale = S = problem.A.moment_scale() if core.has_moments else None
+        problem._b = None if S is None else core.b / S
         problem.name, problem.description, problem.source = name, description, source
         problem.notes, problem.f, problem.guesses = (), None, ()
         return problem
@@ -100,18 +106,18 @@ class Problem:
     @property
     def b(self) -> Array:
         """(m,) constraint velocities without impulses (m/s)."""
-        return frozen(self._core.b)
+        return frozen(self._core.b if self._b is None else self._b)
 
     @property
     def cones(self) -> list[Cone]:
         """The sets of K in row order; friction cones carry their coefficients."""
         if self._cones is None:
-            self._cones = cones_.from_core(self._core.sets())
+            self._cones = cones_.from_core(self._core.sets(), self._scale)
         return list(self._cones)
 
     @property
     def mu(self) -> Array:
-        """(contacts,) friction coefficients in row order."""
+        """(contacts,) coefficients of sliding in row order; of anisotropic ones that along tangent 1."""
         return cones_.friction_coefficients(self.cones)
 
     @property
@@ -123,6 +129,17 @@ class Problem:
     def contacts(self) -> int:
         """Number of friction cones."""
         return len(self.mu)
+
+    def _to_core(self, what: str, x: ArrayLike) -> Array:
+        """x of the user as the core has it, moments over lengths."""
+        values = vector(what, x)
+        # A wrong length is the core's to complain about.
+        return values if self._scale is None or len(values) != self.rows else values / self._scale
+
+    def _product(self, x: Array) -> Array:
+        """A x"""
+        y = self._core.product(self._to_core("x", x))
+        return y if self._scale is None else y / self._scale
 
     def solve(
         self,
@@ -152,13 +169,14 @@ class Problem:
         )
         if callback is not None and not callable(callback):
             raise InputError(f"callback is a {type(callback).__name__}; it must be callable with one record")
-        start = None if x0 is None else vector("x0", x0)
-        return from_core(_core.solve(self._core, method, opts, start, callback), history)
+        start = None if x0 is None else self._to_core("x0", x0)
+        result = _core.solve(self._core, method, opts, start, callback)
+        return from_core(result, history, self._scale)
 
     def residual(self, x: ArrayLike, *, law: str = "associated", norm: str = "natural") -> float:
         """The residual of x; see `amontons.residual`."""
         return self._core.residual(
-            vector("x", x),
+            self._to_core("x", x),
             chosen("law", law, options.LAWS),
             chosen("norm", norm, options.NORMS),
         )
@@ -258,11 +276,12 @@ def residual(problem: Problem, x: ArrayLike, *, law: str = "associated", norm: s
     law: "associated" or "coulomb".
     norm: "natural": |P^1/2 (x - Pi_K(x - u / P))| over the same at x = 0, with P the mean of diag(A) per cone
         block; "plain": |x - Pi_K(x - u)|_2; "plain_inf": its maximum norm; "siconos": the plain one over
-        max(|b|, |x|, |u|). u contains the De Saxce term under coulomb.
+        max(|b|, |x|, |u|). u contains the De Saxce term under coulomb. Moments count over the length (m) that
+        makes their diag(A) that of the forces of their cone, spins times it.
     """
     return problem.residual(x, law=law, norm=norm)
 
 
 def violations(problem: Problem, x: ArrayLike, *, law: str = "associated") -> Violations:
     """The violations of x, (m,), in physical units."""
-    return Violations(*problem._core.violations(vector("x", x), chosen("law", law, options.LAWS)))
+    return Violations(*problem._core.violations(problem._to_core("x", x), chosen("law", law, options.LAWS)))

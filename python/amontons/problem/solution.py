@@ -42,9 +42,9 @@ class Solution:
     """The outcome of a solve; also when it did not converge, x is the best iterate seen."""
 
     x: Array
-    """(m,) impulses (N s), in the order and frame of the rows of A"""
+    """(m,) impulses (N s; moments N m s), in the order and frame of the rows of A"""
     u: Array
-    """(m,) constraint velocities A x + b (m/s), without the De Saxce term; u_n > 0 separates"""
+    """(m,) constraint velocities A x + b (m/s; spins rad/s), without the De Saxce term; u_n > 0 separates"""
     status: str
     """converged | iteration_limit | deadline | stalled | interrupted | infeasible"""
     residual: float
@@ -87,10 +87,11 @@ class Solution:
         return "amontons.Solution\n  " + "\n  ".join(lines)
 
 
-def from_core(result: _core.Result, history: bool) -> Solution:
+def from_core(result: _core.Result, history: bool, scale: Array | None) -> Solution:
+    """scale: by what moments of x are multiplied and spins of u divided; None where there are none."""
     return Solution(
-        x=result.x,
-        u=result.u,
+        x=result.x if scale is None else result.x * scale,
+        u=result.u if scale is None else result.u / scale,
         status=result.status,
         residual=result.residual,
         objective=result.objective,

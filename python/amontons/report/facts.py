@@ -39,7 +39,7 @@ def _sets(problem: Problem) -> Iterator[tuple[str, str]]:
     yield "bilateral rows", str(sum(c.rows for c in problem.cones if isinstance(c, Free)))
     others = sum(c.rows for c in problem.cones if isinstance(c, NonNegative | Interval))
     yield "other bounded rows", str(others)
-    if len(problem.mu):
+    if problem.contacts:
         yield "mu", f"{problem.mu.min():g} to {problem.mu.max():g}"
 
 

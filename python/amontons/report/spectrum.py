@@ -59,7 +59,7 @@ def _dense(problem: Problem, A: Any) -> Array:
         return A.toarray()
     if isinstance(A, np.ndarray):
         return A
-    columns = np.array([problem._core.product(e) for e in np.eye(problem.rows)])
+    columns = np.array([problem._product(e) for e in np.eye(problem.rows)])
     return (columns + columns.T) / 2
 
 
@@ -103,7 +103,7 @@ def _ritz(problem: Problem, start: Array, steps: int) -> tuple[Array, Array]:
     basis = [start]
     alpha, beta = [], []
     for _ in range(min(steps, problem.rows)):
-        w = problem._core.product(basis[-1])
+        w = problem._product(basis[-1])
         alpha.append(float(basis[-1] @ w))
         Q = np.array(basis)
         for _ in range(2):

@@ -22,9 +22,11 @@ def read_problem(path: str | PathLike[str]) -> Problem:
     """Read a problem from a file, in the row order and frame of the file.
 
     path: FCLIB (.hdf5, .h5), local (W q mu) or global (M H f w mu, bilateral G b), stored as triplet, CSC or
-        CSR; Matrix Market (x.mtx with b, cones and mu in x.npz beside it); or x.npz alone.
+        CSR, with rolling friction (mu_r) or without; Matrix Market (x.mtx with b, cones and mu in x.npz
+        beside it); or x.npz alone, that of `Problem.write` or one of arrays W, q, mu (and mu_r).
 
-    Rows are three per contact (normal, tangent 1, tangent 2; u_n > 0 separates), then the bilateral rows. A
+    Rows of FCLIB are three per contact (normal, tangent 1, tangent 2; u_n > 0 separates), five with rolling
+    friction (moments about both tangents, N m s), then the bilateral rows. A
     global problem in which every contact joins at most two bodies of six velocities becomes `Factored`; else
     W = H' M^-1 H is formed. A W that is unsymmetric by up to 1e-2 is symmetrised,
     with a SymmetrisedWarning and a note.

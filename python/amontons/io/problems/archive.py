@@ -1,8 +1,12 @@
-"""Matrix Market with a NumPy archive beside it, or the archive alone: any product of cones round-trips."""
+"""Matrix Market with a NumPy archive beside it, or the archive alone: any product of cones round-trips.
+
+Read as well: archives of W, q, mu, and mu_r of rolling friction, the names of a local FCLIB problem.
+"""
 
 from __future__ import annotations
 
 import zipfile
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -11,12 +15,21 @@ import scipy.io
 import scipy.sparse as sp
 
 from ...errors import FileError, InputError
-from ...problem.cones import Cone, Free, Friction, Interval, NonNegative
+from ...problem.cones import (
+    Cone,
+    EllipticFriction,
+    Free,
+    Friction,
+    Interval,
+    NonNegative,
+    RollingFriction,
+)
 from ...problem.operators import Contacts, Factored
 from ...problem.problem import Problem
 from ..files import replacing
 
-KINDS: tuple[type[Cone], ...] = (Free, NonNegative, Interval, Friction)
+ELLIPTIC = {"elliptic-3": 2, "elliptic-4": 3, "elliptic-6": 5}
+"""How many of the columns of `elliptic` a cone of a kind has: mu, mu across, torsion, rolling about both."""
 FACTORED = (
     "inverse_mass",
     "inverse_inertia",
@@ -40,7 +53,7 @@ def read_archive(path: Path) -> Problem:
         A = _read_matrix(path) if path.suffix.lower() == ".mtx" else _stored_matrix(archive, entries)
         return Problem(
             A,
-            _entry(archive, entries, "b"),
+            _entry(archive, entries, "q" if _is_local(entries) else "b"),
             _stored_cones(archive, entries, A.shape[0]),
             name=_text(entries, "name") or path.stem,
             description=_text(entries, "description"),
@@ -71,6 +84,10 @@ def _entry(archive: Path, entries: dict[str, np.ndarray], key: str) -> np.ndarra
     return entries[key]
 
 
+def _is_local(entries: dict[str, np.ndarray]) -> bool:
+    return "W" in entries and "q" in entries and "b" not in entries
+
+
 def _text(entries: dict[str, np.ndarray], key: str) -> str:
     return str(entries[key]) if key in entries else ""
 
@@ -86,6 +103,8 @@ def _read_matrix(path: Path) -> Any:
 def _stored_matrix(archive: Path, entries: dict[str, np.ndarray]) -> Any:
     if "A_dense" in entries:
         return entries["A_dense"]
+    if _is_local(entries):
+        return entries["W"]
     if "inverse_mass" in entries:
         arrays = {key: _entry(archive, entries, key) for key in FACTORED}
         return Factored(**{**arrays, "inverse_inertia": _unpacked(arrays["inverse_inertia"])})
@@ -109,31 +128,48 @@ def _unpacked(six: np.ndarray) -> np.ndarray:
 
 def _stored_cones(archive: Path, entries: dict[str, np.ndarray], rows: int) -> list[Cone]:
     """The runs of cones; an archive without them but with mu holds friction cones only."""
-    mu = entries.get("mu", np.empty(0))
     if "cone_kinds" not in entries:
         if "mu" not in entries:
             raise FileError(
                 f"{archive}: neither 'cone_kinds' and 'cone_counts' nor 'mu' says what the cones are"
             )
+        mu = entries["mu"]
+        if "mu_r" in entries:
+            return [RollingFriction(mu, entries["mu_r"], n=rows // 5)]
         return [Friction(np.full(rows // 3, mu) if mu.ndim == 0 else mu)]
-    cones: list[Cone] = []
-    contacts = bounded = 0
     counts = _entry(archive, entries, "cone_counts")
-    for kind, count in zip(entries["cone_kinds"].tolist(), counts.tolist(), strict=False):
-        if kind == "friction":
-            cones.append(Friction(mu[contacts : contacts + count]))
-            contacts += count
-        elif kind == "interval":
-            lo, hi = _entry(archive, entries, "lo"), _entry(archive, entries, "hi")
-            cones.append(Interval(lo[bounded : bounded + count], hi[bounded : bounded + count]))
-            bounded += count
-        elif kind in ("free", "nonnegative"):
-            cones.append(Free(count) if kind == "free" else NonNegative(count))
-        else:
+    used = dict.fromkeys(("mu", "mu_r", "elliptic", "lo", "hi"), 0)
+
+    def take(key: str, count: int) -> np.ndarray:
+        """The next entries of an array that belongs to all cones of a kind."""
+        used[key] += count
+        return _entry(archive, entries, key)[used[key] - count : used[key]]
+
+    pairs = zip(entries["cone_kinds"].tolist(), counts.tolist(), strict=False)
+    return [_stored_cone(archive, kind, count, take) for kind, count in pairs]
+
+
+def _stored_cone(archive: Path, kind: str, count: int, take: Callable[[str, int], np.ndarray]) -> Cone:
+    if kind in ("free", "nonnegative"):
+        return Free(count) if kind == "free" else NonNegative(count)
+    if kind == "interval":
+        return Interval(take("lo", count), take("hi", count))
+    if kind == "friction":
+        return Friction(take("mu", count))
+    if kind == "rolling":
+        return RollingFriction(take("mu", count), take("mu_r", count), n=count)
+    if kind in ELLIPTIC:
+        take("mu", count)
+        table = take("elliptic", count)
+        if table.ndim != 2 or table.shape[1] != 5:
             raise FileError(
-                f"{archive}: unknown cone {kind!r}; known are free, nonnegative, interval, friction"
+                f"{archive}: the array 'elliptic' has shape {table.shape}; it must be (contacts, 5)"
             )
-    return cones
+        width = ELLIPTIC[kind]
+        torsion, rolling = table[:, 2] if width > 2 else None, table[:, 3:] if width > 3 else None
+        return EllipticFriction(table[:, :2], torsion, rolling, n=count)
+    known = ", ".join(("free", "nonnegative", "interval", "friction", "rolling", *ELLIPTIC))
+    raise FileError(f"{archive}: unknown cone {kind!r}; known are {known}")
 
 
 def write_archive(problem: Problem, path: Path) -> None:
@@ -159,18 +195,23 @@ def write_archive(problem: Problem, path: Path) -> None:
 
 def _cone_entries(problem: Problem) -> dict[str, Any]:
     cones = problem.cones
-    names = {Free: "free", NonNegative: "nonnegative", Interval: "interval", Friction: "friction"}
     bounded = [cone for cone in cones if isinstance(cone, Interval)]
+    rolling = [cone for cone in cones if isinstance(cone, RollingFriction)]
+    elliptic = [cone for cone in cones if isinstance(cone, EllipticFriction)]
     empty = [np.empty(0)]
-    return {
-        "cone_kinds": np.array([names[type(cone)] for cone in cones], dtype="U11"),
-        "cone_counts": np.array(
-            [cone.n if isinstance(cone, Friction) else cone.rows for cone in cones], dtype=np.int64
-        ),
+    entries: dict[str, Any] = {
+        "cone_kinds": np.array([cone.kind for cone in cones], dtype="U11"),
+        "cone_counts": np.array([cone.n for cone in cones], dtype=np.int64),
         "mu": problem.mu,
         "lo": np.concatenate(empty + [np.asarray(cone.lo) for cone in bounded]),
         "hi": np.concatenate(empty + [np.asarray(cone.hi) for cone in bounded]),
     }
+    if rolling:
+        entries["mu_r"] = np.concatenate([cone.rolling for cone in rolling])
+    if elliptic:
+        tables = [np.stack(cone.parameters, axis=1) for cone in elliptic]
+        entries["elliptic"] = np.concatenate([np.pad(t, ((0, 0), (0, 5 - t.shape[1]))) for t in tables])
+    return entries
 
 
 def _matrix_entries(A: Any, path: Path) -> dict[str, Any]:

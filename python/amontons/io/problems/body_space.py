@@ -26,18 +26,18 @@ class BodySpace:
     note: str
 
 
-def factored(M: sp.csr_array, D: sp.csr_array, f: Array, contacts: int) -> BodySpace | None:
+def factored(M: sp.csr_array, D: sp.csr_array, f: Array, contact_rows: int, block: int) -> BodySpace | None:
     """A = D M^-1 D' in body space, or None unless M is symmetric and block-diagonal by six, and every contact
-    (three rows) and every other row of D touches at most two of its blocks.
+    (`block` rows) and every other row of D touches at most two of its blocks.
 
-    M: (6 n, 6 n). D: (m, 6 n), contacts first. f: (6 n,).
+    M: (6 n, 6 n). D: (m, 6 n), the rows of contacts first. f: (6 n,).
     """
     blocks = _mass_blocks(M)
     if blocks is None:
         return None
     D = sp.csr_array(D)
     D.eliminate_zeros()
-    pairs = _bodies_of_rows(D, contacts, len(blocks))
+    pairs = _bodies_of_rows(D, contact_rows, block, len(blocks))
     if pairs is None:
         return None
     _require_positive_definite(blocks)
@@ -71,15 +71,19 @@ def _mass_blocks(M: sp.csr_array) -> Array | None:
     return blocks if skew <= ASYMMETRY * np.abs(blocks).max(initial=0.0) else None
 
 
-def _bodies_of_rows(D: sp.csr_array, contacts: int, bodies: int) -> tuple[Array, Array] | None:
+def _bodies_of_rows(
+    D: sp.csr_array, contact_rows: int, block: int, bodies: int
+) -> tuple[Array, Array] | None:
     """The two bodies of every row (-1 for none), the lower index first, or None if a row has more."""
     m = D.shape[0]
     rows = np.repeat(np.arange(m), np.diff(D.indptr))
-    # The three rows of a contact count together; every other row is a group of its own.
-    group_of_row = np.where(np.arange(m) < 3 * contacts, np.arange(m) // 3, np.arange(m) - 2 * contacts)
+    # The rows of a contact count together; every other row is a group of its own.
+    contacts = contact_rows // block
+    of_joints = np.arange(m) - contact_rows + contacts
+    group_of_row = np.where(np.arange(m) < contact_rows, np.arange(m) // block, of_joints)
     keys = np.unique(group_of_row[rows] * max(bodies, 1) + D.indices // 6)
     groups, touched = keys // max(bodies, 1), keys % max(bodies, 1)
-    group_count = m - 2 * contacts
+    group_count = m - contact_rows + contacts
     counts = np.bincount(groups, minlength=group_count)
     if counts.max(initial=0) > 2:
         return None

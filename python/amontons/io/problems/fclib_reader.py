@@ -12,7 +12,7 @@ import scipy.sparse as sp
 
 from ...checks import Array
 from ...errors import FileError, InputError, SymmetrisedWarning
-from ...problem.cones import Cone, Free, Friction
+from ...problem.cones import Cone, Free, Friction, RollingFriction
 from ...problem.matrices import ASYMMETRY
 from ...problem.problem import Problem
 from ..hdf5 import Reader
@@ -40,22 +40,18 @@ def read_fclib(path: Path) -> Problem:
 
 
 def _read(root: Reader) -> Problem:
-    rolling = [key for key in root.group if "rolling" in key]
-    if rolling:
-        raise root.fail(
-            f"/{rolling[0]} holds rolling friction, which is not supported; cones here have three rows"
-        )
-    if root.has("fclib_global"):
-        return _read_global(root, root.sub("fclib_global"))
-    if root.has("fclib_local"):
-        return _read_local(root, root.sub("fclib_local"))
+    for kind in ("", "_rolling"):
+        if root.has(f"fclib_global{kind}"):
+            return _read_global(root, root.sub(f"fclib_global{kind}"), bool(kind))
+        if root.has(f"fclib_local{kind}"):
+            return _read_local(root, root.sub(f"fclib_local{kind}"), bool(kind))
     found = ", ".join(f"/{key}" for key in root.group) or "nothing"
     raise root.fail(f"is no FCLIB file: it has neither /fclib_global nor /fclib_local but {found}")
 
 
-def _read_global(root: Reader, g: Reader) -> Problem:
+def _read_global(root: Reader, g: Reader, rolling: bool) -> Problem:
     """M v = H r + G lambda + f, u = H'v + w, 0 = G'v + b: so A = D M^-1 D' with D' = [H G]."""
-    _require_three_dimensions(g)
+    _require_dimensions(g, rolling)
     M, H = g.matrix("M"), g.matrix("H")
     G = g.matrix("G") if g.has("G") else sp.csr_array((M.shape[0], 0))
     if M.shape[0] != M.shape[1]:
@@ -64,15 +60,15 @@ def _read_global(root: Reader, g: Reader) -> Problem:
         if matrix.shape[0] != M.shape[0]:
             raise g.fail(f"{key} has {matrix.shape[0]} rows but M has {M.shape[0]}")
     vectors = g.sub("vectors")
-    contacts, cones = _cones(g, vectors, H.shape[1], "H", "columns", G.shape[1])
+    contact_rows, cones = _cones(g, vectors, rolling, H.shape[1], f"H has {H.shape[1]} columns", G.shape[1])
     f = vectors.vector("f", M.shape[0])
-    b = vectors.vector("w", 3 * contacts)
+    b = vectors.vector("w", contact_rows)
     if G.shape[1]:
         b = np.concatenate([b, vectors.vector("b", G.shape[1])])
 
     notes: list[str] = []
     D = sp.csr_array(sp.hstack([H, G]).T)
-    found = factored(M, D, f, contacts)
+    found = factored(M, D, f, contact_rows, 5 if rolling else 3)
     if found is not None:
         A: Any = found.A
         f_kept: Array | None = found.f
@@ -89,9 +85,9 @@ def _read_global(root: Reader, g: Reader) -> Problem:
     return _problem(root, g, A, b, cones, notes, f_kept)
 
 
-def _read_local(root: Reader, g: Reader) -> Problem:
+def _read_local(root: Reader, g: Reader, rolling: bool) -> Problem:
     """u = W r + V lambda + q, 0 = V'r + R lambda + s: so A = [W V; V' R]."""
-    _require_three_dimensions(g)
+    _require_dimensions(g, rolling)
     W = g.matrix("W")
     if W.shape[0] != W.shape[1]:
         raise g.fail(f"W is {W.shape[0]} x {W.shape[1]}; it must be square")
@@ -102,8 +98,8 @@ def _read_local(root: Reader, g: Reader) -> Problem:
         if R.shape != (bilateral, bilateral) or V.shape != (W.shape[0], bilateral):
             raise g.fail(f"W is {W.shape}, V {V.shape} and R {R.shape}; these do not fit together")
     vectors = g.sub("vectors")
-    contacts, cones = _cones(g, vectors, W.shape[0], "W", "rows", bilateral)
-    b = vectors.vector("q", 3 * contacts)
+    contact_rows, cones = _cones(g, vectors, rolling, W.shape[0], f"W has {W.shape[0]} rows", bilateral)
+    b = vectors.vector("q", contact_rows)
     A = W
     if bilateral:
         b = np.concatenate([b, vectors.vector("s", bilateral)])
@@ -113,26 +109,36 @@ def _read_local(root: Reader, g: Reader) -> Problem:
     return _problem(root, g, A, b, cones, notes, None)
 
 
-def _require_three_dimensions(g: Reader) -> None:
-    spacedim = g.integer("spacedim")
-    if spacedim != 3:
-        raise g.fail(f"spacedim = {spacedim} is not supported; only three-dimensional contacts are")
+def _require_dimensions(g: Reader, rolling: bool) -> None:
+    """Rows per contact: FCLIB counts rolling moments as dimensions."""
+    spacedim, expected = g.integer("spacedim"), 5 if rolling else 3
+    if spacedim != expected:
+        raise g.fail(
+            f"spacedim = {spacedim} is not supported; only three-dimensional contacts are, "
+            f"whose spacedim is {expected} {'with' if rolling else 'without'} rolling friction"
+        )
 
 
 def _cones(
-    g: Reader, vectors: Reader, size: int, matrix: str, sides: str, bilateral: int
+    g: Reader, vectors: Reader, rolling: bool, rows: int, found: str, bilateral: int
 ) -> tuple[int, list[Cone]]:
-    if vectors.has("mu_r"):
-        raise g.fail(f"{vectors.name('mu_r')}: rolling friction is not supported")
-    if size % 3:
-        raise g.fail(f"{matrix} has {size} {sides}, which is no multiple of three (normal and two tangents)")
-    contacts = size // 3
-    mu = vectors.vector("mu", contacts)
-    negative = np.flatnonzero(mu < 0)
-    if negative.size:
-        raise g.fail(f"{vectors.name('mu')}[{negative[0]}] = {mu[negative[0]]:g}; it must not be negative")
-    cones: list[Cone] = [Friction(mu)] if contacts else []
-    return contacts, cones + ([Free(bilateral)] if bilateral else [])
+    """The number of rows of contacts, and the cones; found: which matrix says so."""
+    block = 5 if rolling else 3
+    if not rolling and vectors.has("mu_r"):
+        raise g.fail(f"{vectors.name('mu_r')}: rolling friction belongs in the group {g.group.name}_rolling")
+    if rows % block:
+        parts = "normal, two tangents, two moments" if rolling else "normal and two tangents"
+        raise g.fail(f"{found}, which is no multiple of {'five' if rolling else 'three'} ({parts})")
+    coefficients = [vectors.vector(key, rows // block) for key in ("mu", "mu_r")[: 1 + rolling]]
+    for key, values in zip(("mu", "mu_r"), coefficients, strict=False):
+        negative = np.flatnonzero(values < 0)
+        if negative.size:
+            i = negative[0]
+            raise g.fail(f"{vectors.name(key)}[{i}] = {values[i]:g}; it must not be negative")
+    cones: list[Cone] = []
+    if rows:
+        cones.append(RollingFriction(*coefficients) if rolling else Friction(*coefficients))
+    return rows, cones + ([Free(bilateral)] if bilateral else [])
 
 
 def _is_diagonal(matrix: sp.csr_array) -> bool:
@@ -167,7 +173,7 @@ def _problem(
     if g.has("info"):
         info = g.sub("info")
         title, description, source = info.text("title"), info.text("description"), info.text("source")
-    contact_rows = sum(cone.rows for cone in cones if isinstance(cone, Friction))
+    contact_rows = sum(cone.rows for cone in cones if not isinstance(cone, Free))
     return Problem(
         A,
         b,

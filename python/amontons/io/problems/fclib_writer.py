@@ -11,7 +11,7 @@ import scipy.sparse as sp
 
 from ...checks import Array, vector
 from ...errors import FileError, InputError
-from ...problem.cones import Free, Friction
+from ...problem.cones import Free, Friction, RollingFriction
 from ...problem.operators import Contacts, Factored, block_diagonal
 from ...problem.problem import Problem
 from ...problem.solution import Solution
@@ -47,20 +47,36 @@ def write_fclib(
 
 
 def _contact_rows(problem: Problem, path: Path) -> int:
-    """The number of rows in friction cones, which must come before the bilateral rows."""
+    """The number of rows in friction cones, which must be of one kind and come before the bilateral rows."""
     rows, bilateral = 0, False
+    kinds = set()
     for cone in problem.cones:
         if cone.rows == 0:
             continue
-        if isinstance(cone, Friction):
+        if isinstance(cone, Friction | RollingFriction):
             if bilateral:
                 raise FileError(f"{path}: FCLIB holds friction cones before bilateral rows; {REMEDY}")
+            kinds.add(cone.kind)
             rows += cone.rows
         elif isinstance(cone, Free):
             bilateral = True
         else:
             raise FileError(f"{path}: FCLIB cannot hold {type(cone).__name__} rows; {REMEDY}")
+    if len(kinds) > 1:
+        raise FileError(f"{path}: FCLIB holds contacts with rolling friction or without, not both; {REMEDY}")
     return rows
+
+
+def _group(file: h5py.File, problem: Problem, form: str) -> tuple[h5py.Group, h5py.Group]:
+    """The group of the problem and its vectors, with what is the same in both forms."""
+    rolling = [cone.rolling for cone in problem.cones if isinstance(cone, RollingFriction) and cone.n]
+    g = file.create_group(f"fclib_{form}_rolling" if rolling else f"fclib_{form}")
+    write_integer(g, "spacedim", 5 if rolling else 3)
+    vectors = g.create_group("vectors")
+    vectors.create_dataset("mu", data=problem.mu)
+    if rolling:
+        vectors.create_dataset("mu_r", data=np.concatenate(rolling))
+    return g, vectors
 
 
 def _impulses(problem: Problem, solution: Any) -> Array | None:
@@ -91,14 +107,11 @@ def _write_global(
     # w and b are what is left of u at x = 0 without the free motion: D M^-1 f is part of problem.b.
     free = A.jacobian() @ (A.inverse_mass_matrix() @ problem.f) if problem.f is not None else 0.0
     w = problem.b - free
-    g = file.create_group("fclib_global")
-    write_integer(g, "spacedim", 3)
+    g, vectors = _group(file, problem, "global")
     write_matrix(g, "M", mass, storage)
     write_matrix(g, "H", sp.csc_array(D[:contact_rows].T), storage)
-    vectors = g.create_group("vectors")
     vectors.create_dataset("f", data=f)
     vectors.create_dataset("w", data=w[:contact_rows])
-    vectors.create_dataset("mu", data=problem.mu)
     if problem.rows > contact_rows:
         write_matrix(g, "G", sp.csc_array(D[contact_rows:].T), storage)
         vectors.create_dataset("b", data=w[contact_rows:])
@@ -143,12 +156,9 @@ def _write_local(
     file: h5py.File, problem: Problem, A: sp.csr_array, contact_rows: int, storage: str, x: Array | None
 ) -> None:
     c = contact_rows
-    g = file.create_group("fclib_local")
-    write_integer(g, "spacedim", 3)
+    g, vectors = _group(file, problem, "local")
     write_matrix(g, "W", A[:c, :c], storage)
-    vectors = g.create_group("vectors")
     vectors.create_dataset("q", data=problem.b[:c])
-    vectors.create_dataset("mu", data=problem.mu)
     if problem.rows > c:
         write_matrix(g, "V", A[:c, c:], storage)
         write_matrix(g, "R", A[c:, c:], storage)
@@ -169,7 +179,7 @@ def _write_solutions(
     file: h5py.File, problem: Problem, contact_rows: int, x: Array | None, velocity: Any
 ) -> None:
     def write(group: h5py.Group, impulses: Array) -> None:
-        u = problem._core.product(impulses) + problem.b
+        u = problem._product(impulses) + problem.b
         if velocity is not None:
             group.create_dataset("v", data=velocity(impulses))
         group.create_dataset("u", data=u[:contact_rows])
