@@ -71,7 +71,8 @@ void cap_feature(const Convex& body, const Vec3& direction, double c, const Vec3
   }
   // Where the polygon would hide the extreme point, on a cap that is tilted, the exact one is put in its
   // place in the order of the corners: the deepest point of a rocking drum is then never lost between two
-  // corners. (cos, sin) of the corners on the unit circle. Twelve leave out 1 - cos(15 degrees), 3 % of the
+  // corners.
+  // (cos, sin) of the corners on the unit circle. Twelve leave out 1 - cos(15 degrees), 3 % of the
   // radius, at the middle of a side.
   static const auto polygon = [] {
     std::array<std::array<double, 2>, cap_corners> table;

@@ -14,9 +14,7 @@
 // All corners of the common shadow are kept: no choice of four is made that could change from step to step.
 // What would flicker instead are points that exist by rounding only, and each kind of them is dealt with
 // where it arises:
-//   - a corner on the edge that clips counts as inside, up to 1e-9 of the size, so that it is not lost to
-//   both
-//     sides;
+//   - a corner on the edge that clips counts as inside, up to 1e-9 of the size: neither side loses it;
 //   - a crossing is computed from the inside to the outside, whichever way the polygon runs, so that both
 //     bodies give the same one;
 //   - corners of the two faces that nearly fall together are one point;

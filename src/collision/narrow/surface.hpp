@@ -346,7 +346,7 @@ class SurfaceContact {
   }
 
   // A body whose centre has got behind the surface: out along the normal of the closest face, with all of the
-  // feature that it turns there as contacts, so that it is pushed without being turned.
+  // feature that it turns there as contacts: no point alone takes the whole push.
   void push_out(std::size_t first) {
     double best = infinite;
     Facet face{};
@@ -387,8 +387,7 @@ class SurfaceContact {
 };
 
 // Appends the contact points of a convex shape with a surface, in world coordinates; the normals point from
-// the surface to the shape. The body is brought into the coordinates of the surface: `inverse(frame_surface)
-// * frame` is its pose there.
+// the surface to the shape. The work is done in the coordinates of the surface.
 template <class Surface>
 void collide_surface(const Surface& surface, const Transform& frame_surface, const Shape& shape,
                      const Transform& frame, double margin, std::vector<ContactPoint>& points) {

@@ -68,8 +68,9 @@ bool separate_by_faces(const BoxPair& p, double margin, Axis& best) {
   return true;
 }
 
-// Along the product of edge i of a and edge j of b, e x f, in the coordinates of a: its components are (0,
-// -turn(i2, j), turn(i1, j)) for (i, i1, i2), so that only the other two edges of either box reach along it.
+// Along the product of edge i of a and edge j of b, e x f, in the coordinates of a: its components are
+// (0, -turn(i2, j), turn(i1, j)) for (i, i1, i2), so that only the other two edges of either box reach along
+// it.
 bool separate_by_edges(const BoxPair& p, double margin, Axis& best) {
   const Mat3& q = p.size_of_turn;
   const auto& [a, b] = p.half;
