@@ -28,6 +28,7 @@ std::vector<double>& body_scratch(std::size_t bodies) {
   return scratch;
 }
 
+// On A with sign 1, on B with -1: D has opposite signs on its two bodies.
 void add_wrench(double* w, const Vec3& force, const Vec3& moment, double sign) {
   for (int k = 0; k < 3; ++k) {
     w[k] += sign * force[k];

@@ -1,3 +1,7 @@
+// The dual certificate of a convex quadratic programme (Banjac, Goulart, Stellato, Boyd, "Infeasibility
+// detection in the alternating direction method of multipliers for convex optimization", JOTA 2019), for a
+// cone or a set with an unbounded direction. Which d to try is the driver's: the impulses that grow, or
+// their last change.
 #include "amontons/problem/infeasibility.hpp"
 
 #include <cmath>

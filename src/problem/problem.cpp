@@ -134,7 +134,6 @@ void check_bodies(const Bodies& bodies) {
     // Positive semidefinite by its principal minors, all seven, with room for rounding: a minor of order k
     // is a sum of products of k entries, and is compared with the k-th power of the trace.
     const double scale = xx + yy + zz, eps = 1e-10;
-    // The determinant by its first row.
     const double det = xx * (yy * zz - yz * yz) - xy * (xy * zz - yz * xz) + xz * (xy * yz - yy * xz);
     AMONTONS_REQUIRE(xx >= 0 && yy >= 0 && zz >= 0 && xx * yy - xy * xy >= -eps * scale * scale &&
                          xx * zz - xz * xz >= -eps * scale * scale &&
@@ -149,8 +148,8 @@ void check_index(Index body, std::size_t bodies, const std::string& where) {
                        std::to_string(bodies) + "; -1 is the world)");
 }
 
-// A row on one body twice would be counted as two bodies in D M^-1 D'; on no body at all it is allowed and
-// empty.
+// A row with one body on both sides would lack the product of the two in the diagonal and in the
+// factorisation; one on no body at all is allowed and empty.
 void check_row(const ContactSystem& A, std::size_t i) {
   const JacobianRow& row = A.jacobian[i];
   const std::string where = "row " + std::to_string(i);

@@ -26,6 +26,9 @@ enum class ContactState : unsigned char { open, stick, slip };
 // One contact point, from its detection to the table of the user: A and B touch, or nearly so, at `point`.
 // All vectors are in world axes; impulses act on A and, opposite, on B. The normal points from B to A, so
 // that a positive normal impulse pushes A away and a positive normal velocity opens the contact.
+//
+// Who finds the contact fills the first part, who solves the step the second; a solver reads
+// bodies, arms, normal, direction, rows and moment_length.
 struct Contact {
   Index body_a = world, body_b = world, geom_a = -1, geom_b = -1;
   Vec3 point, normal;  // m; the normal has unit length and points from B to A

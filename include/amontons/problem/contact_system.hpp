@@ -8,8 +8,10 @@
 
 namespace amontons {
 
-// Inverse masses, block-diagonal: per body 1/m (1/kg) and the inverse inertia tensor at the centre of mass in
-// the frame in which the angular velocity is expressed (1/(kg m^2)), stored xx, yy, zz, xy, xz, yz.
+// Inverse masses, block-diagonal: per body 1/m (1/kg) and the inverse inertia tensor at the centre of mass
+// in the frame in which the angular velocity is expressed (1/(kg m^2)), stored xx, yy, zz, xy, xz, yz. Six
+// numbers of a body are (linear, angular) everywhere: velocities (v, omega) of the centre of mass, impulses
+// (f, tau) at it.
 struct Bodies {
   std::vector<double> inverse_mass;
   std::vector<std::array<double, 6>> inverse_inertia;

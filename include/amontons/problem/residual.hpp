@@ -6,12 +6,15 @@
 namespace amontons {
 
 // The measures of the error of x. All are zero exactly at a solution of the law asked for.
-//   natural    | P^1/2 (x - Pi_K(x - P^-1 u)) |_2 / max(same at x = 0, tiny): the residual that every method,
-//              tolerance and report means
-//   plain      | x - Pi_K(x - u) |_2
-//   plain_inf  the same in the maximum norm
-//   siconos    | x - Pi_K(x - u) |_2 / max(|b|_2, |x|_2, |u|_2)
+//  natural    | P^1/2 (x - Pi_K(x - P^-1 u)) |_2 / max(same at x = 0, tiny): the residual that every method,
+//             tolerance and report means
+//  plain      | x - Pi_K(x - u) |_2
+//  plain_inf  the same in the maximum norm
+//  siconos    | x - Pi_K(x - u) |_2 / max(|b|_2, |x|_2, |u|_2)
 // with u = A x + b (+ the De Saxce term under coulomb).
+//
+// Natural, because the P metric makes all rows of one unit, the root of an energy: the measure changes
+// neither with the units nor with a common factor of the masses, and is 1 at x = 0.
 enum class Norm : unsigned char { natural, plain, plain_inf, siconos };
 
 // p |x - Pi_K(x - u / p)|^2 of one block: the one definition of the natural map, shared by residual() and by

@@ -19,8 +19,8 @@ double power(const Mat3& inverse_inertia, const Vec3& torque) {
 // Where x lies in its set decides what the contact does: it carries nothing where the projection of the trial
 // point x - g / p is the apex, and sticks where the trial point is inside. At a solution x is that
 // projection; the trial point decides cleanly, where x alone would ask how near the boundary is near. Rolling
-// beside sliding is no slip: of the product only the sliding rows count. An elliptic cone gives way in all rows
-// together.
+// beside sliding is no slip: of the product only the sliding rows count. An elliptic cone gives way in all
+// rows together.
 template <class S>
 ContactState state_of(const S& set, double p, Law law, const double* x, const double* u) {
   double g[S::dim], trial[S::dim], foot[S::dim];

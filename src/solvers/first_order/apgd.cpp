@@ -11,9 +11,9 @@
 //        beta := theta_j (1 - theta_j) / (theta_j^2 + theta_j+1)
 //    4.  y_j+1 := x_j+1 + beta (x_j+1 - x_j); where the momentum points uphill, y_j+1 := x_j+1, theta := 1
 //
-// Why 1 is the test of descent: f is quadratic, f(y + d) = f(y) + <g, d> + 1/2 d'Ad, so that d'Ad <= L d'Pd
-// is the upper model of Nesterov's proof at y + d itself. L starts at 1 because P is the mean of diag(A) of
-// each block: the eigenvalues of P^-1 A have the mean 1.
+// Why step 1 is the test of descent: f is quadratic, f(y + d) = f(y) + <g, d> + 1/2 d'Ad, so that d'Ad <= L
+// d'Pd is the upper model of Nesterov's proof at y + d itself. L starts at 1 because P is the mean of diag(A)
+// of each block: the eigenvalues of P^-1 A have the mean 1.
 #include "amontons/solvers/first_order/apgd.hpp"
 
 #include <algorithm>
@@ -60,7 +60,7 @@ class Apgd {
     // 3. The sums of the direction tell the angle of the momentum: x_j+1 - x_j = d + (y - x), hence in the P
     // metric
     //  <y - x+, x+ - x> = -<d, d> - <d, y - x>.
-    // y - x+ is the gradient (of the projected step) over L: where the sum is positive, the move x+ - x goes
+    // y - x+ is the projected gradient over L: where the sum is positive, the move x+ - x goes
     // uphill. The momentum is dropped, and builds up anew from theta = 1 (the gradient scheme of O'Donoghue
     // and Candes).
     const bool uphill = -(d.dPd + d.dPm) > 0;

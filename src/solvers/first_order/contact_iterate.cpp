@@ -52,7 +52,7 @@ struct ContactIterate::State {
   std::size_t contacts, joints, size;  // size: of x, u, d in the layout of the passes
   bool coulomb;
   double dEd = 0;  // of the last direction
-  // Of the three buffers of x.
+  // The current and the best of the three buffers of x.
   int now = 0, best = 0;
   std::vector<std::uint32_t> lane_of;  // contact -> lane
   // Constant during a solve: batches, rows, masses, compliance, b. The rest varies: `lines` within an

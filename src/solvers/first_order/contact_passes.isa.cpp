@@ -84,7 +84,9 @@ void clear_lines(const PassData& data, const Chunk& chunk) {
   for (double* p = data.lines + 8 * chunk.first_line; p < end; p += width) store(p, zero);
 }
 
-// One line or one side of a joint row: eight doubles, of which the last two mean nothing.
+// One line or one side of a joint row: eight doubles, of which the last two mean nothing. Single rows are
+// worked on one by one, components side by side in a register: joints differ too much to fill lanes of
+// eight.
 struct Line {
   Vec v[8 / width];
 };

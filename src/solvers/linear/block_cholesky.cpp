@@ -92,10 +92,9 @@ std::vector<int> postorder(const std::vector<int>& parent) {
 
 BlockCholesky::BlockCholesky(std::span<const int> sizes, std::span<const std::pair<int, int>> edges) {
   order(sizes, edges);
-  // The panels, the largest front and the largest stack of update matrices.
   // Memory, by playing the factorisation through: the panels one behind the other, room for the largest
-  // front, and for the stack at its highest, where each supernode takes the updates of its children and
-  // leaves its own.
+  // front, and for the stack of update matrices at its highest, where each supernode takes those of its
+  // children and leaves its own.
   std::size_t panel_entries = 0, largest_front = 0, stack = 0, largest_stack = 0;
   for (Supernode& s : supernodes_) {
     s.panel = panel_entries;
@@ -276,6 +275,8 @@ void BlockCholesky::extend_add(const Supernode& child, const double* update, int
   }
 }
 
+// Fronts on the way to the root: take the panel and the children's updates, factor, hand back the panel,
+// leave U.
 int BlockCholesky::factor() {
   int replaced = 0;
   std::size_t top = 0;

@@ -4,9 +4,9 @@
 namespace amontons {
 
 // Factors the first `columns` columns of the lower triangle of a dense symmetric front x front matrix
-// (column-major, leading dimension `stride`) and subtracts their outer product from the rest. `pack` is
-// scratch of front_pack_size(front) doubles. Returns the number of non-positive pivots that were replaced by
-// a huge one.
+// (column-major, leading dimension `stride`) and subtracts their outer product from the rest. What lies
+// above the diagonal is read and overwritten, and never used. `pack` is scratch of front_pack_size(front)
+// doubles. Returns the number of non-positive pivots that were replaced by a huge one.
 AMONTONS_FOR_EACH_ISA(int partial_cholesky(double* front_matrix, int front, int stride, int columns,
                                            double* pack);)
 

@@ -310,10 +310,13 @@ void ShiftedSystem::solve_once(std::span<const double> q, std::span<double> z) {
   std::fill(node_vectors_.begin(), node_vectors_.end(), 0.0);
   // Kernels have eight doubles per node, the factorisation six.
   double* nodes = node_vectors_.data();
+  // nodes = G'w
   AMONTONS_DISPATCH(scatter_rows, rows, z.data(), nodes);
   for (int i = 0; i < nodes_; ++i) std::copy(nodes + 8 * i, nodes + 8 * i + 6, &packed_[6 * i]);
+  // v = S^-1 nodes
   cholesky_.solve(packed_);
   for (int i = 0; i < nodes_; ++i) std::copy(&packed_[6 * i], &packed_[6 * i] + 6, nodes + 8 * i);
+  // work = G v
   AMONTONS_DISPATCH(gather_rows, rows, nodes, work_.data());
   for (std::size_t i = 0; i < z.size(); ++i) z[i] -= work_[i];
   divide_by_L_transposed(z);

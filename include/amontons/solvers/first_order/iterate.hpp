@@ -31,7 +31,7 @@ struct MomentumDirection {
 // natural map; the driver divides its root by the value at x = 0.
 //
 // Always:
-//   start(x0)         x = Pi_K(x0), zeros if x0 is empty; u = A x + b; the residual
+//   start(x0)         x = Pi_K(x0), of zeros if x0 is empty; u = A x + b; the residual
 //   refresh()         u = A x + b from scratch, without the rounding that updates gather; the residual
 //   keep_best()       the current x becomes the best one; called often, so that it must cost nothing
 //   extract_best(x), extract(x)   the best x, and the current one, in the order of the problem

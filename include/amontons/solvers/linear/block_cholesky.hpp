@@ -6,12 +6,15 @@
 
 namespace amontons {
 
-// Multifrontal Cholesky factorisation L L' of a symmetric positive definite matrix given in blocks: bodies of
-// 6 rows in body space, cones of 1 or 3 rows in impulse space, or one block for a dense matrix. The order is
-// found once per pattern (approximate minimum degree on the graph of blocks); factor() then runs on dense
+// Multifrontal Cholesky factorisation L L' of a symmetric positive definite matrix given in blocks: bodies
+// of 6 rows in body space, cones of 1 to 6 rows in impulse space, or one block for a dense matrix. The order
+// is found once per pattern (approximate minimum degree on the graph of blocks); factor() then runs on dense
 // fronts only. Source of the method: Duff, Reid 1983; Liu, "The multifrontal method for sparse matrix
 // solution", SIAM Review 1992. Our own code because no permissive library offers it: the reasons and the
 // ratio are in ARCHITECTURE.md.
+//
+// Use: the constructor analyses the pattern; slot() says where a block goes, once. Then as often as the
+// values change: set_zero(), add the blocks to panels(), factor(), and any number of solve().
 class BlockCholesky {
  public:
   BlockCholesky() = default;

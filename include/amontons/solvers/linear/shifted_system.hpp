@@ -8,16 +8,19 @@
 
 namespace amontons {
 
-// Solves (A + Theta^-1) y = r, the linear system inside ADMM (Theta constant), the interior point (Theta from
-// the Nesterov-Todd scaling) and the semismooth Newton method (Theta from the derivative of the projection).
-// Theta = R R' is block diagonal with one dim x dim factor R per cone block; singular R is allowed, where the
-// system means y in range(R). In terms of z, y = R z:
+// Solves (A + Theta^-1) y = r, the linear system inside ADMM (Theta constant), the interior point (Theta
+// from the Nesterov-Todd scaling) and the semismooth Newton method (Theta from the derivative of the
+// projection). Theta = R R' is block diagonal with one dim x dim factor R per cone block; singular R is
+// allowed, where the system means y in range(R): an open contact has R = 0, a sliding one rank below dim. In
+// terms of z, y = R z:
 //
-//     (I + R' A R) z = R' r.
+//    (I + R' A R) z = R' r.
 //
-// Body space, A = D M^-1 D' + E: with M^-1 = C C', I + R'ER = L L' and G = L^-1 R' D C this is
-// L (I + G G') L' z = q, and by Woodbury (I + G G')^-1 = I - G (I + G' G)^-1 G': six unknowns per body
-// whatever the number of contacts. Impulse space (A given as a matrix): I + R'AR is factored directly.
+// Body space, A = D M^-1 D' + E: with M^-1 = C C', I + R'ER = L L' and G = L^-1 R' D C this is L (I + G G')
+// L' z = q, and by Woodbury (I + G G')^-1 = I - G (I + G' G)^-1 G': six unknowns per body whatever the
+// number of contacts. Impulse space (A given as a matrix): I + R'AR is factored directly. The steps are
+// derived in shifted_system.cpp. The pattern is analysed once; factor() serves each new Theta, and after it
+// any number of right-hand sides.
 class ShiftedSystem {
  public:
   // Analyses the pattern. InputError for a callback operator, which cannot be factored, and for an indefinite
