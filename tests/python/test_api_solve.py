@@ -102,7 +102,9 @@ def test_phases_are_what_ran():
     assert min(phase.residual for phase in solution.phases) == pytest.approx(solution.residual, rel=1e-6)
     best = min(solution.phases, key=lambda phase: phase.residual)
     assert best.method == solution.method
-    told = (f"{p.method} ({p.iterations} iterations, residual {p.residual:.1e}: {p.why})" for p in solution.phases)
+    told = (
+        f"{p.method} ({p.iterations} iterations, residual {p.residual:.1e}: {p.why})" for p in solution.phases
+    )
     assert solution.reason.endswith(": " + ", ".join(told))
     assert solution.objective == pytest.approx(0.5 * solution.x @ (solution.u + problem.b))
     alone = problem.solve(method="apgd", max_iterations=2)

@@ -22,7 +22,7 @@ HISTORY = np.dtype(
         ("backtracks", np.uint64),
     ]
 )
-"""The fields of Solution.history, those of IterationRecord in include/amontons/solvers/driver/solution.hpp."""
+"""The fields of Solution.history: IterationRecord in include/amontons/solvers/driver/solution.hpp."""
 
 
 class Phase(NamedTuple):
