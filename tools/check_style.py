@@ -24,8 +24,6 @@ BOILERPLATE: dict[tuple[str, str], str] = {
     ("python/amontons/model/shapes", "python/amontons/model/shapes"): "closed forms of like shapes",
     ("python/amontons/problem/problem", "python/amontons/problem/problem"): "solve() as function and method",
     ("python/amontons/problem/operators", "python/amontons/problem/operators"): "arrays of the bindings",
-    ("python/amontons/problem/cones", "python/amontons/problem/cones"): "two sets without parameters",
-    ("src/solvers/first_order/contact_passes", "src/solvers/first_order/contact_passes"): "loads of a batch",
 }
 BEGIN, END = "<!-- figures: begin -->", "<!-- figures: end -->"
 

@@ -161,6 +161,8 @@ Solution solve_by_islands(const Problem& problem, const Options& options, Method
   const auto* A = std::get_if<ContactSystem>(&problem.A);
   if (!A || options.history || options.callback) return method(problem, options);
   std::vector<Index> island;
+  // A warm start, options and law go to every part; the parts are solved in turn, so that results do not
+  // depend on threads, and the memory of one part at a time is in use.
   std::size_t count = find_islands(problem.graph, island);
   if (count > 1) count = gather(A->contacts.size(), count, island);
   if (count <= 1) return method(problem, options);

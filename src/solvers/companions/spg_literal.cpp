@@ -28,7 +28,7 @@ namespace {
 
 using Vector = std::vector<double>;
 
-// Each multiplies lambda by sigma_max at most: beyond 60 of 0.9 or less the step is lost in rounding.
+// Ends the loop where rounding decides the test; by then lambda is between sigma_min^60 and sigma_max^60.
 constexpr std::size_t max_backtracks = 60;
 
 double dot(const Vector& a, const Vector& b) {

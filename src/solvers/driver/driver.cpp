@@ -45,6 +45,8 @@ Monitor::Monitor(const Options& options, const Limits& limits)
 
 std::optional<Status> Monitor::observe(double residual, double objective, double step,
                                        std::size_t backtracks) {
+  // The record comes first, so that the history ends with the iterate that ended the solve; then the reasons
+  // to stop in the order in which they are reported where several hold.
   const double now = elapsed();
   improved_ = residual < best_;
   if (improved_) best_ = residual;
@@ -58,6 +60,7 @@ std::optional<Status> Monitor::observe(double residual, double objective, double
     if (options_.interrupted()) return Status::interrupted;
   }
   if (iterations_ >= limit_) return Status::iteration_limit;
+  // Stagnation is measured on the best residual, which the rise and fall of the current one does not touch.
   if (best_ <= progress * milestone_) {
     milestone_ = best_;
     last_progress_ = iterations_;
@@ -76,6 +79,7 @@ void require_curvature(double dAd, double dPd) {
                                            "; check the signs of its rows");
 }
 
+// Not fused with the natural map: the methods that call it have other work per iteration that costs more.
 double evaluate(const Problem& problem, Law law, const std::vector<double>& x, std::vector<double>& u,
                 Monitor& monitor) {
   product(problem.A, x, u);
@@ -93,7 +97,7 @@ double objective(const Problem& problem, const std::vector<double>& x, const std
 Start starting_point(const Problem& problem, const Options& options, Monitor& monitor) {
   const std::size_t m = problem.rows();
   Start cold{std::vector<double>(m, 0.0), problem.b, 0};
-  // 0 may lie outside an interval; in the other sets it is feasible and u = b costs no product.
+  // 0 may lie outside an interval; where it lies in K, u = b costs no product.
   project(problem.K, cold.x, cold.x);
   if (std::all_of(cold.x.begin(), cold.x.end(), [](double v) { return v == 0; }))
     cold.map = natural_map(problem, options.law, cold.x, cold.u);

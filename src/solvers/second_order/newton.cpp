@@ -77,15 +77,9 @@ void apply(const Face<n>& face, const double* d, double* out) {
 // the normal rows of sliding contacts alone, so that few basis vectors do.
 class NewtonStep {
  public:
-  NewtonStep(const Problem& problem, Law law)
-      : problem_(problem),
-        law_(law),
-        system_(problem),
-        R_(system_.factor_size()),
-        F_(problem.rows()),
-        work_(F_),
-        Av_(F_),
-        y_(F_) {
+  NewtonStep(const Problem& problem, Law law) : problem_(problem), law_(law), system_(problem) {
+    R_.resize(system_.factor_size());
+    for (Vector* v : {&F_, &work_, &Av_, &y_}) v->resize(problem.rows());
     if (law != Law::coulomb) return;
     basis_.assign(krylov + 1, F_);
     image_.assign(krylov, F_);
