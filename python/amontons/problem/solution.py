@@ -22,11 +22,7 @@ HISTORY = np.dtype(
         ("backtracks", np.uint64),
     ]
 )
-<<<<<<< HEAD
 """The fields of Solution.history, those of IterationRecord (amontons/solvers/driver/solution.hpp)."""
-=======
-"""The fields of Solution.history: IterationRecord in include/amontons/solvers/driver/solution.hpp."""
->>>>>>> wt-second-order
 
 
 class Phase(NamedTuple):
