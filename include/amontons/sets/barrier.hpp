@@ -17,8 +17,8 @@
 //   worst(x, u)                lowers both to the smallest eigenvalues of x and u
 //   push(x, u)                 adds so much to both, so that they lie inside
 //   factor(R)                  the scaling W of the iterate; R = W^-1, so that R R' is the inverse Hessian
-//   target(mu, corrector, rho) rho of the step: of  W dx + W^-1 du = lambda \ (mu e - lambda o lambda -
-//   second) recover(mu, z)             dx = R z, du = W (rho - z) from the solution z = W dx of the system
+//   target(mu, corrector, rho) of W dx + W^-1 du = rho: rho = lambda \ (mu e - lambda o lambda - second)
+//   recover(mu, z)             dx = R z, du = W (rho - z) from the solution z = W dx of the system
 //   longest_step()             how far x + t dx, u + t du stay inside
 //   gap(t)                     <x + t dx, u + t du>
 //   move(t)                    the step
