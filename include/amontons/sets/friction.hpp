@@ -29,15 +29,17 @@ struct Friction {
     const double n = x[0];
     const double t = std::sqrt(x[1] * x[1] + x[2] * x[2]);
     if (mu * t <= -n) {  // first: with mu = 0 the other test is 0 <= -0 on the negative axis
-      out[0] = out[1] = out[2] = 0.0;
+      for (int k = 0; k < 3; ++k) out[k] = 0;
     } else if (t <= mu * n) {
-      out[0] = n, out[1] = x[1], out[2] = x[2];
+      for (int k = 0; k < 3; ++k) out[k] = x[k];
     } else {
       const double c = 1.0 / std::sqrt(1.0 + mu * mu), s = mu * c;
       const double foot = c * n + s * t;
       // t > 0 here: t = 0 is inside for n >= 0 and polar for n < 0.
       const double scale = foot * s / t;
-      out[0] = foot * c, out[1] = scale * x[1], out[2] = scale * x[2];
+      out[0] = foot * c;
+      out[1] = scale * x[1];
+      out[2] = scale * x[2];
     }
   }
 
@@ -46,9 +48,9 @@ struct Friction {
     const double n = x[0] - step[0], t1 = x[1] - step[1], t2 = x[2] - step[2];
     const double t = std::sqrt(t1 * t1 + t2 * t2);
     if (mu * t <= -n) {
-      out[0] = x[0], out[1] = x[1], out[2] = x[2];
+      for (int k = 0; k < 3; ++k) out[k] = x[k];
     } else if (t <= mu * n) {
-      out[0] = step[0], out[1] = step[1], out[2] = step[2];
+      for (int k = 0; k < 3; ++k) out[k] = step[k];
     } else {
       const double c = 1.0 / std::sqrt(1.0 + mu * mu), s = mu * c;
       const double ray[3] = {c, s * t1 / t, s * t2 / t};
