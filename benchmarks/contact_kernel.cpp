@@ -8,11 +8,9 @@
 // order them in memory is the library's work. A run starts at x = 0 and does as many iterations as a solver
 // that is on its way; its time per iteration and contact is one sample. Columns:
 //   ns       median over the runs, best  the fastest run, which neighbours on the machine disturb least
-//   GB/s     compulsory traffic, counted as at the head of src/vi/contact_passes.isa.cpp (400 bytes per
-//   contact,
-//            24 more under coulomb, and 384 per body; a second copy of a body is not counted), by the median
-//   triad    a = b + s c, two loads and one store of eight bytes per element as STREAM counts them, median
-//   over
+//   GB/s     compulsory traffic by the median: 400 bytes per contact, 24 more under coulomb, 384 per body, as
+//            counted in ARCHITECTURE.md; a second copy of a body is not counted
+//   triad    a = b + s c, two loads and one store of eight bytes per element as STREAM counts them: median of
 //            passes right before and right after the runs, with as many threads, on arrays of 768 MiB each,
 //            so that no cache holds a useful part
 // Small problems stay in the cache of a core; the comparison with the triad is meant for the largest.

@@ -4,6 +4,7 @@
 - Every name of amontons.__all__ has a docstring or a mention in backquotes in docs/, and every public method
   and property of its classes has a docstring or is named in that of the class.
 - Every make target that a document names in code exists.
+- Every source file that a document names in code, or a comment of a C++ source, exists (X is any name).
 """
 
 import inspect
@@ -17,18 +18,24 @@ ROOT = Path(__file__).resolve().parent.parent
 LINK = re.compile(r"!?\[[^\]]*\]\(\s*<?([^)\s>]+)>?[^)]*\)|^\[[^\]]+\]:\s*(\S+)", re.MULTILINE)
 FENCE = re.compile(r"^(```+|~~~+).*?^\1\s*$", re.MULTILINE | re.DOTALL)
 CODE = re.compile(r"`[^`\n]*`")
+SOURCE = re.compile(r"(?<![\w./*-])(?:[\w-]+/)*[\w-]+(?:\.isa)?\.(?:cpp|hpp|py)\b")
 BLOCK = re.compile(r"^```python[^\S\n]*\n(.*?)^```\s*$", re.MULTILINE | re.DOTALL)
 
 
-def documents(root: Path) -> list[Path]:
-    """The Markdown files of the repository: those that git does not ignore."""
-    command = ["git", "-C", str(root), "ls-files", "--cached", "--others", "--exclude-standard", "*.md"]
+def files(root: Path, *endings: str) -> list[Path]:
+    """The files of the repository with these endings: those that git does not ignore."""
+    command = ["git", "-C", str(root), "ls-files", "--cached", "--others", "--exclude-standard"]
     run = subprocess.run(command, capture_output=True, text=True)
     if run.returncode == 0:
-        return sorted(root / name for name in set(run.stdout.splitlines()) if (root / name).is_file())
-    return sorted(
-        p for p in root.rglob("*.md") if not {".venv", "build", "out"} & set(p.relative_to(root).parts)
-    )
+        found = {root / name for name in run.stdout.splitlines()}
+    else:
+        ignored = {".venv", "build", "out"}
+        found = {p for p in root.rglob("*") if not ignored & set(p.relative_to(root).parts)}
+    return sorted(p for p in found if p.suffix in endings and p.is_file())
+
+
+def documents(root: Path) -> list[Path]:
+    return files(root, ".md")
 
 
 def anchors(text: str) -> set[str]:
@@ -89,6 +96,16 @@ def check_targets(root: Path) -> Iterator[str]:
                     yield f"{file.relative_to(root)}: make has no target {target}"
 
 
+def check_files(root: Path) -> Iterator[str]:
+    sources = ["/" + str(p.relative_to(root)) for p in files(root, ".cpp", ".hpp", ".py")]
+    texts = [(p, CODE.findall(FENCE.sub("", p.read_text()))) for p in documents(root)]
+    texts += [(p, re.findall(r"//.*", p.read_text())) for p in files(root, ".cpp", ".hpp")]
+    for file, parts in texts:
+        for name in {name for part in parts for name in SOURCE.findall(part)}:
+            if not re.match(r"(.*/)?(test_)?X\.", name) and not any(s.endswith("/" + name) for s in sources):
+                yield f"{file.relative_to(root)}: there is no file {name}"
+
+
 def python_blocks(file: Path) -> list[tuple[int, str]]:
     """(line, source) of the fenced Python blocks of a Markdown file."""
     text = file.read_text()
@@ -96,7 +113,7 @@ def python_blocks(file: Path) -> list[tuple[int, str]]:
 
 
 def faults(root: Path) -> list[str]:
-    return [*check_links(root), *check_targets(root), *check_names(root)]
+    return [*check_links(root), *check_targets(root), *check_files(root), *check_names(root)]
 
 
 if __name__ == "__main__":

@@ -56,7 +56,12 @@ def test_example_runs(tmp_path, monkeypatch, capsys, example):
     assert len(example.read_text().splitlines()) < 60
 
 
-# Breaks when the checker of links misses one: then the first test proves nothing.
+def faults_of(root):
+    checks = (check_docs.check_links, check_docs.check_targets, check_docs.check_files)
+    return [fault for check in checks for fault in check(root)]
+
+
+# Breaks when a checker misses a fault: then the first test proves nothing.
 @pytest.mark.parametrize(
     ("text", "fault"),
     [
@@ -66,12 +71,13 @@ def test_example_runs(tmp_path, monkeypatch, capsys, example):
         ("[a]: gone.md", "dead link gone.md"),
         ("run `make nothing`", "make has no target nothing"),
         ("```sh\nmake nothing\n```", "make has no target nothing"),
+        ("see `src/gone.cpp`", "there is no file src/gone.cpp"),
     ],
 )
 def test_fault_is_found(tmp_path, text, fault):
     (tmp_path / "Makefile").write_text("demo: install\n")
     (tmp_path / "A.md").write_text(text)
-    found = [*check_docs.check_links(tmp_path), *check_docs.check_targets(tmp_path)]
+    found = faults_of(tmp_path)
     assert any(fault in line for line in found), found
 
 
@@ -82,4 +88,13 @@ def test_good_document_passes(tmp_path):
         "# What it is, in short\n[a](#what-it-is-in-short) [b](https://example.org/x) [c](A.md) `[d](gone)`\n"
         "```\n[e](gone)\nmake demo\n```\n"
     )
-    assert [*check_docs.check_links(tmp_path), *check_docs.check_targets(tmp_path)] == []
+    (tmp_path / "lib").mkdir()
+    (tmp_path / "lib" / "a.cpp").write_text("// As lib/a.cpp; a/b.cppx\n")
+    assert faults_of(tmp_path) == []
+
+
+# Breaks when comments may go on naming a file that was moved.
+def test_comment_names_a_file_that_exists(tmp_path):
+    (tmp_path / "Makefile").write_text("demo: install\n")
+    (tmp_path / "a.cpp").write_text('#include "b.hpp"\nint x;  // see lib/gone.isa.cpp and X.hpp\n')
+    assert faults_of(tmp_path) == ["a.cpp: there is no file lib/gone.isa.cpp"]

@@ -35,8 +35,7 @@ struct Face {
 //   violation(u)     the speed (m/s) at which u violates the constraint, negative if it separates
 //   complaint(i)     what is wrong with the parameters of block i of a user; empty if nothing is
 //   saxce(u)         of frictional sets: the term that turns the VI into Coulomb's law, g = u + saxce(u) e_n
-//                    (De Saxce 1992). The dual cone is { u_n >= saxce(u) }, so that g lies in it where u_n >=
-//                    0.
+//                    (De Saxce 1992). The dual cone is { u_n >= saxce(u) }: g lies in it where u_n >= 0.
 //   saxce_gradient(u, out)  its derivative with respect to u, dim entries
 //   has_friction()   of frictional sets: whether the term is ever other than zero
 //   Barrier          how the block enters an interior-point method: see barrier.hpp
