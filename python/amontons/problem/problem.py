@@ -214,7 +214,7 @@ class Violations(NamedTuple):
     penetration_velocity: float
     """max of -u_n over contacts and unilateral rows, and of |u| over bilateral rows (m/s)"""
     cone: float
-    """max distance of x to its cone (N s)"""
+    """max distance of x to its cone (N s); moments count divided by the length of their units"""
     complementarity: float
     """max |<x, u>| over blocks, u with the De Saxce term under coulomb (J)"""
     energy: float
