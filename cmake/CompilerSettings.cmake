@@ -1,3 +1,5 @@
+include(CheckCXXCompilerFlag)
+
 # What every C++ target of this project is compiled with. Nothing here reaches a consumer.
 function(amontons_settings target)
   target_compile_features(${target} PUBLIC cxx_std_20)
@@ -7,6 +9,12 @@ function(amontons_settings target)
     # Contraction into fused multiply-adds would round differently on processors that have them: results must
     # not depend on the instruction set, nor on what the compiler chose to contract.
     -ffp-contract=off)
+  # GCC copies structures of this size with `rep movsq`, whose start takes as long as a contact (368 bytes) in
+  # vector registers; contacts are copied into the problem and the state in every step.
+  check_cxx_compiler_flag(-mmemcpy-strategy=vector_loop:512:noalign,libcall:-1:noalign AMONTONS_HAS_VECTOR_COPY)
+  if(AMONTONS_HAS_VECTOR_COPY)
+    target_compile_options(${target} PRIVATE -mmemcpy-strategy=vector_loop:512:noalign,libcall:-1:noalign)
+  endif()
   if(AMONTONS_WARNINGS_AS_ERRORS)
     target_compile_options(${target} PRIVATE -Werror)
   endif()

@@ -285,6 +285,43 @@ TEST(history_is_consistent) {
       }
 }
 
+// Who watches changes nothing: products, iterations and bits are the same. Breaks when a method works for the
+// history what it would not have worked anyway, as minres once did for the objective.
+TEST(history_costs_no_products) {
+  for (const Case& c : {Case{"mechanism", small::mechanism()}, Case{"chain", small::chain(8)}})
+    for (std::string_view method : method_names()) {
+      if (is_linear_only(method) && !c.problem.K.all_free()) continue;
+      const Law law = Law::coulomb;
+      Options options;
+      options.law = law;
+      const Solution plain = solve(c.problem, method, options);
+      options.history = true;
+      const Solution watched = solve(c.problem, method, options);
+      EXPECT(watched.products == plain.products && watched.iterations == plain.iterations);
+      EXPECT(watched.x == plain.x);
+    }
+}
+
+// The objective in the history of the Krylov methods is that of the iterate, which a solve that is stopped
+// there returns and evaluates by a product. Breaks when the u that a recurrence carries is not A x + b.
+TEST(objective_of_krylov_history_is_that_of_the_iterate) {
+  const Case c{"chain", small::chain(8)};
+  const Law law = Law::associated;
+  for (std::string_view method : {"cg", "minres"}) {
+    Options options;
+    options.history = true;
+    options.tolerance = 1e-10;
+    for (const IterationRecord& r : solve(c.problem, method, options).history) {
+      if (r.iteration == 0 || r.residual > r.best_residual) continue;
+      Options stopped;
+      stopped.tolerance = 0;
+      stopped.max_iterations = r.iteration;
+      const Solution s = solve(c.problem, method, stopped);
+      EXPECT(std::abs(s.objective - r.objective) <= 1e-9 * std::abs(s.objective));
+    }
+  }
+}
+
 // The loop of the paper with every vector and every objective kept: objective, alpha and backtracks of each
 // iteration under the associated law.
 std::vector<IterationRecord> spg_of_the_paper(const Problem& p, const SpgOptions& o, std::size_t iterations) {

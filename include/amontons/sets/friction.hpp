@@ -43,20 +43,20 @@ struct Friction {
     }
   }
 
-  // On the boundary the foot is <trial, ray> ray, and x - foot = (x - <x, ray> ray) + <step, ray> ray.
+  // With the trial point z = x - step it is step + (z - Pi(z)). Outside, z - Pi(z) is the distance c |t| - s
+  // n to the boundary ray times its outer normal (-s, c t/|t|).
   void natural_map(const double* x, const double* step, double* out) const {
-    const double n = x[0] - step[0], t1 = x[1] - step[1], t2 = x[2] - step[2];
-    const double t = std::sqrt(t1 * t1 + t2 * t2);
+    const double n = x[0] - step[0], tangent[2] = {x[1] - step[1], x[2] - step[2]};
+    const double t = std::sqrt(tangent[0] * tangent[0] + tangent[1] * tangent[1]);
     if (mu * t <= -n) {
       for (int k = 0; k < 3; ++k) out[k] = x[k];
     } else if (t <= mu * n) {
       for (int k = 0; k < 3; ++k) out[k] = step[k];
     } else {
       const double c = 1.0 / std::sqrt(1.0 + mu * mu), s = mu * c;
-      const double ray[3] = {c, s * t1 / t, s * t2 / t};
-      const double along_x = ray[0] * x[0] + ray[1] * x[1] + ray[2] * x[2];
-      const double along_step = ray[0] * step[0] + ray[1] * step[1] + ray[2] * step[2];
-      for (int k = 0; k < 3; ++k) out[k] = (x[k] - along_x * ray[k]) + along_step * ray[k];
+      const double outside = c * t - s * n;
+      out[0] = step[0] - s * outside;
+      for (int k = 0; k < 2; ++k) out[k + 1] = step[k + 1] + c * outside / t * tangent[k];
     }
   }
 

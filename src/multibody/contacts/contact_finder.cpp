@@ -28,8 +28,6 @@ Vec3 in_world(const Vec3& v, const Geom& geom, const BodyFrames& bodies) {
   return geom.body < 0 ? v : rotate(bodies[geom.body].pose.rotation, v);
 }
 
-std::pair<Index, Index> pair_of(const Contact& contact) { return {contact.geom_a, contact.geom_b}; }
-
 // What all contacts of two geoms have in common. The surface velocity is that of A's less B's in world axes
 // here; contact_at takes away what is along the normal of a point.
 Contact contact_of(const Model& model, Index a, Index b, const BodyFrames& bodies) {
@@ -54,16 +52,16 @@ Contact contact_of(const Model& model, Index a, Index b, const BodyFrames& bodie
   return c;
 }
 
-// The contact at a point, for bodies whose centres of mass stand there. The velocity of surfaces counts along
-// the surface only: a conveyor does not lift what lies on it.
-Contact contact_at(const ContactPoint& p, Contact c, const Vec3& centre_a, const Vec3& centre_b) {
+// Makes the contact of a pair that of a point of it, for bodies whose centres of mass stand there. The
+// velocity of surfaces counts along the surface only: a conveyor does not lift what lies on it.
+void move_to(const ContactPoint& p, const Vec3& centre_a, const Vec3& centre_b, const Vec3& surface_velocity,
+             Contact& c) {
   c.point = p.point;
   c.normal = p.normal;
   c.gap = p.gap;
   c.r_a = p.point - centre_a;
   if (c.body_b >= 0) c.r_b = p.point - centre_b;
-  c.surface_velocity -= dot(p.normal, c.surface_velocity) * p.normal;
-  return c;
+  c.surface_velocity = surface_velocity - dot(p.normal, surface_velocity) * p.normal;
 }
 
 // How fast the gap opens.
@@ -72,15 +70,6 @@ double opening(const Contact& c, const BodyVelocities& v) {
 }
 
 }  // namespace
-
-// Stable, so that contacts of one pair stay in the order of their discovery: results shall not depend on the
-// sort.
-void ContactFinder::sort_by_pair(const std::vector<Contact>& contacts) {
-  by_pair_.resize(contacts.size());
-  for (std::size_t i = 0; i < contacts.size(); ++i) by_pair_[i] = i;
-  std::stable_sort(by_pair_.begin(), by_pair_.end(),
-                   [&](auto i, auto j) { return pair_of(contacts[i]) < pair_of(contacts[j]); });
-}
 
 // Where the geoms stand, how fast they are, and the boxes that they may reach. Two geoms can touch within the
 // step only if their gap is at most margin + h (speed_a + speed_b). Each box grows by its own share of that,
@@ -123,11 +112,11 @@ void ContactFinder::visit(const Reach& reach, F&& f) {
             reach.margin + reach.h * (speeds_[a] + speeds_[b]), points_);
     // Materials and frames are looked up for pairs that touch only; the broad phase finds many more.
     if (points_.empty()) continue;
-    const Contact common = contact_of(model, a, b, reach.bodies);
-    const Vec3 centre_a = reach.bodies[common.body_a].centre;
-    const Vec3 centre_b = common.body_b >= 0 ? reach.bodies[common.body_b].centre : Vec3{};
+    Contact c = contact_of(model, a, b, reach.bodies);
+    const Vec3 surface_velocity = c.surface_velocity, centre_a = reach.bodies[c.body_a].centre;
+    const Vec3 centre_b = c.body_b >= 0 ? reach.bodies[c.body_b].centre : Vec3{};
     for (const ContactPoint& p : points_) {
-      const Contact c = contact_at(p, common, centre_a, centre_b);
+      move_to(p, centre_a, centre_b, surface_velocity, c);
       f(c, p.gap + reach.h * opening(c, reach.v));
     }
   }
@@ -149,7 +138,7 @@ void ContactFinder::find(const Reach& reach, std::vector<Contact>& contacts) {
   // In place and in order: the rest of the step goes pair by pair.
   std::size_t kept = 0;
   for (std::size_t i = 0; i < contacts.size(); ++i)
-    if (!passed_[i]) contacts[kept++] = contacts[i];
+    if (!passed_[i] && kept++ != i) contacts[kept - 1] = contacts[i];
   contacts.resize(kept);
 }
 
@@ -180,18 +169,18 @@ void ContactFinder::find_missed(const Reach& reach, const BodyVelocities& free, 
                                           bounding_radius(geoms[g].shape)));
   }
   if (2 * reach.h * change <= reach.margin + allowance) return;
-  sort_by_pair(contacts);
+  sort_by_pair(contacts, by_pair_, [](std::size_t) { return true; });
   seams_.start(contacts);
-  const auto key = [&](std::size_t i) { return pair_of(contacts[i]); };
   visit(reach, [&](const Contact& contact, double closing) {
     if (closing >= -allowance) return;
     if (seams_.passes(reach, frames_, contacts, contact)) return;
-    const std::pair pair = pair_of(contact);
     // Points within a thousandth of the margin are one: the same features of the same pair.
     const double same = 1e-6 * reach.margin * reach.margin;
-    auto i = std::partition_point(by_pair_.begin(), by_pair_.end(), [&](auto k) { return key(k) < pair; });
-    for (; i != by_pair_.end() && key(*i) == pair; ++i)
-      if (norm_squared(contacts[*i].point - contact.point) <= same) return;
+    const auto [first, last] = keys_of(by_pair_, pair_of(contact));
+    if (std::any_of(first, last, [&](const PairKey& key) {
+          return norm_squared(contacts[key.contact].point - contact.point) <= same;
+        }))
+      return;
     contacts.push_back(contact);
   });
 }
@@ -208,20 +197,21 @@ void ContactFinder::find_overlaps(const Reach& reach, double allowance, std::vec
   const auto end_centre = [&](Index body) {
     return body < 0 ? Vec3{} : reach.bodies[body].centre + reach.h * reach.v[body].linear;
   };
-  sort_by_pair(contacts);
-  const std::size_t known = contacts.size();
-  for (std::size_t i = 0; i < known; ++i) {
+  sort_by_pair(contacts, by_pair_, [](std::size_t) { return true; });
+  for (std::size_t i = 0; i < by_pair_.size(); ++i) {
     // One search per pair, from the first of its contacts, which lends what all of them share.
-    const Contact first = contacts[by_pair_[i]];
-    if (i > 0 && pair_of(contacts[by_pair_[i - 1]]) == pair_of(first)) continue;
-    if (turn(first.body_a) + turn(first.body_b) < least_turn) continue;
-    const Geom &a = reach.model.geom(first.geom_a), &b = reach.model.geom(first.geom_b);
+    if (i > 0 && by_pair_[i - 1].pair == by_pair_[i].pair) continue;
+    const auto [geom_a, geom_b] = by_pair_[i].pair;
+    const Geom &a = reach.model.geom(geom_a), &b = reach.model.geom(geom_b);
+    if (turn(a.body) + turn(b.body) < least_turn) continue;
+    Contact c = contacts[by_pair_[i].contact];
+    c.impulse = c.angular_impulse = {};  // an impact was that of the first
+    const Vec3 surface_velocity = c.surface_velocity;
     points_.clear();
     collide(a.shape, end_frame(a), b.shape, end_frame(b), 0, points_);
     for (const ContactPoint& p : points_) {
       if (p.gap >= -allowance) continue;
-      Contact c = contact_at(p, first, end_centre(first.body_a), end_centre(first.body_b));
-      c.impulse = c.angular_impulse = {};  // an impact was that of the first
+      move_to(p, end_centre(c.body_a), end_centre(c.body_b), surface_velocity, c);
       // The gap is that of the start if this point had been there: with u of the rows, gap + h u closes it.
       c.gap -= reach.h * opening(c, reach.v);
       contacts.push_back(c);

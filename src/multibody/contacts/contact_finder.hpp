@@ -6,6 +6,7 @@
 #include "amontons/collision/pairs/collide.hpp"
 #include "amontons/multibody/bodies/bodies.hpp"
 #include "amontons/problem/contact.hpp"
+#include "multibody/contacts/pair_order.hpp"
 #include "multibody/contacts/seams.hpp"
 
 namespace amontons {
@@ -30,7 +31,6 @@ class ContactFinder {
   // these points are those of the end of the step, so that they ask for nothing that the motion does not.
   void find_overlaps(const Reach& reach, double allowance, std::vector<Contact>& contacts);
   void place_geoms(const Reach& reach);
-  void sort_by_pair(const std::vector<Contact>& contacts);
   template <class F>
   void visit(const Reach& reach, F&& f);
 
@@ -41,7 +41,7 @@ class ContactFinder {
   std::vector<double> speeds_;
   std::vector<IndexPair> pairs_;
   std::vector<ContactPoint> points_;
-  std::vector<std::size_t> by_pair_;
+  std::vector<PairKey> by_pair_;
   Seams seams_;
 };
 

@@ -85,17 +85,6 @@ void append_set(const Contact& contact, SetProduct& K) {
     K.append(EllipticFriction<6>{m.friction, across(m), torsion, rolling, rolling});
 }
 
-// A's point relative to B's, at the arms that the contact was found with: linear in v, as the rows are.
-ContactImpulse relative_motion(const Contact& c, const BodyVelocities& v) {
-  ContactImpulse u{v[c.body_a].linear + cross(v[c.body_a].angular, c.r_a) + c.surface_velocity,
-                   v[c.body_a].angular};
-  if (c.body_b >= 0) {
-    u.linear -= v[c.body_b].linear + cross(v[c.body_b].angular, c.r_b);
-    u.angular -= v[c.body_b].angular;
-  }
-  return u;
-}
-
 // Contacts are the first blocks of the problem, in their order. Impulses are added, as those of impacts at
 // the start of the step are in them already.
 void store_impulses(const Problem& problem, Law law, const Solution& solution, const BodyVelocities& v,

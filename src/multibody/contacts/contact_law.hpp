@@ -20,8 +20,17 @@ double moment_length(const Contact& contact, const BodyMobilities& mobility);
 // Appends the set of a contact to K.
 void append_set(const Contact& contact, SetProduct& K);
 
-// u = v_A + w_A x r_A - v_B - w_B x r_B + surface velocity, and w_A - w_B, of the given velocities.
-ContactImpulse relative_motion(const Contact& contact, const BodyVelocities& v);
+// u = v_A + w_A x r_A - v_B - w_B x r_B + surface velocity, and w_A - w_B, of the given velocities: A's point
+// relative to B's, at the arms that the contact was found with, linear in v as the rows are.
+inline ContactImpulse relative_motion(const Contact& c, const BodyVelocities& v) {
+  ContactImpulse u{v[c.body_a].linear + cross(v[c.body_a].angular, c.r_a) + c.surface_velocity,
+                   v[c.body_a].angular};
+  if (c.body_b >= 0) {
+    u.linear -= v[c.body_b].linear + cross(v[c.body_b].angular, c.r_b);
+    u.angular -= v[c.body_b].angular;
+  }
+  return u;
+}
 
 // Adds the solution of a problem that starts with these contacts to them: impulses, and of the velocities v
 // after it the motion and the state.

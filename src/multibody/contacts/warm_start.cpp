@@ -2,11 +2,11 @@
 
 #include <algorithm>
 
+#include "multibody/contacts/pair_order.hpp"
+
 namespace amontons {
 
 namespace {
-
-std::pair<Index, Index> pair_of(const Contact& c) { return {c.geom_a, c.geom_b}; }
 
 // Impulses are kept as world vectors: a contact of this step has another basis, and its rows follow from its
 // own. Moments are divided by the length of the present contact. A normal impulse that the turn of the basis
@@ -24,20 +24,19 @@ void rows_of(const Contact& c, const Contact& last, double scale, double* x) {
 // a pair by bisection.
 void keep_for_warm_start(const Problem& problem, std::span<const double> x, const BodyFrames& bodies,
                          std::vector<Contact>& kept) {
-  kept.clear();
   const auto& contacts = std::get<ContactSystem>(problem.A).contacts;
-  for (std::size_t i = 0; i < contacts.size(); ++i) {
-    const double* rows = &x[problem.graph.first_row[i]];
-    if (!(rows[0] > 0)) continue;
-    Contact c = contacts[i];
-    const ContactImpulse impulse = to_world(c, rows);
+  const auto rows_of_contact = [&](std::size_t i) { return &x[problem.graph.first_row[i]]; };
+  std::vector<PairKey> keys;
+  sort_by_pair(contacts, keys, [&](std::size_t i) { return rows_of_contact(i)[0] > 0; });
+  kept.resize(keys.size());
+  for (std::size_t k = 0; k < keys.size(); ++k) {
+    const std::size_t i = keys[k].contact;
+    const ContactImpulse impulse = to_world(contacts[i], rows_of_contact(i));
+    Contact& c = kept[k] = contacts[i];
     c.impulse = impulse.linear;
     c.angular_impulse = impulse.angular;
     c.local = inverse(bodies[c.body_a].pose)(c.point);
-    kept.push_back(c);
   }
-  std::stable_sort(kept.begin(), kept.end(),
-                   [](const Contact& a, const Contact& b) { return pair_of(a) < pair_of(b); });
 }
 
 // Contacts come pair by pair. Within one, each point takes the nearest of the last step that is not taken

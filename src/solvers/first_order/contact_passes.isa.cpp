@@ -227,30 +227,23 @@ PassSums direction(const PassData& data, const Chunk& chunk, double alpha) {
 }
 
 // p |x - Pi_K(x - step)|^2 with step = g / p, as natural_map_squared() in problem/residual.hpp: formed
-// without cancellation, as Friction::natural_map() does. Inside the cone e is step, in the polar cone x. On
-// the boundary, with the ray v = n + mu tau through the foot and |v|^2 = 1 + mu^2,
-//  e = (x - <x, v> v / |v|^2) + <step, v> v / |v|^2,
-//  |e|^2 = |x - <x, v> v / |v|^2|^2 + <step, v>^2 / |v|^2,
-// as the first part is orthogonal to v. The polar case is that with both products zero.
-//
-// One division serves for both: with `inverse` = 1 / (|v|^2 t), mu tau = mu |v|^2 inverse z_t and
-// 1 / |v|^2 = t inverse.
+// without cancellation, as Friction::natural_map() does. With the trial point z = x - step it is
+//  e = step + (z - Pi(z)),   z - Pi(z) = k z_t - mu k t n,   k = (t - mu z_n) / ((1 + mu^2) t),   t = |z_t|
+// on the boundary; inside that part is zero, however large x is, and in the polar cone it is z_t + z_n n.
 AMONTONS_INLINE Vec natural_map(const ContactBatch& batch, int lane, const Vec3& x, const Vec3& g,
                                 const Vec3& n) {
-  constexpr double tiny = 1e-150;  // keeps v finite where t = 0 and v is not used
   const Vec zero = {}, one = zero + 1.0, mu = load(batch.mu + lane);
   const Vec3 step = load(batch.p_inverse + lane) * g, z = x - step;
   const Vec zn = dot(z, n);
   const Vec3 zt = z - zn * n;
-  const Vec t = square_root(dot(zt, zt)), v2 = one + mu * mu, inverse = one / (v2 * t + tiny);
-  const Vec3 v = n + (mu * v2 * inverse) * zt;
+  const Vec t = square_root(dot(zt, zt));
+  const Vec k = (t - mu * zn) / ((one + mu * mu) * t);  // not used where t = 0
+  const auto inside = t <= mu * zn;
   const auto polar = mu * t <= -zn;
-  const auto inside = (t <= mu * zn) & ~polar;  // with mu = 0 both hold on the negative axis
-  const Vec per_v2 = polar ? zero : t * inverse, along_step = dot(step, v);
-  const Vec along_x = along_step + (zn + mu * t);  // <x, v> = <step, v> + <z, v>
-  const Vec3 across = x - (along_x * per_v2) * v;
-  const Vec outside = dot(across, across) + along_step * along_step * per_v2;
-  return load(batch.p + lane) * (inside ? dot(step, step) : outside);
+  const Vec a = polar ? one : inside ? zero : k;  // polar first: with mu = 0 inside is 0 <= -0
+  const Vec b = polar ? zn : inside ? zero : -(mu * k * t);
+  const Vec3 e = step + (a * zt + b * n);
+  return load(batch.p + lane) * dot(e, e);
 }
 // The same of a row: x - lo or x - hi where the trial point is clipped, the step itself where it is not.
 AMONTONS_INLINE double natural_map(const JointRow& row, double x, double u) {

@@ -75,6 +75,9 @@ struct Minres : VectorIterate {
   //
   //     w_k = (z_k - rho3 w_{k-2} - rho2 w_{k-1}) / rho1,   x := x + c eta w_k,   eta := -s eta.
   //
+  // The residual is eta times the last basis vector, turned back by all rotations. Of these only the last one
+  // is new, hence u := s^2 u + (c eta / rho1) beta_{k+1} v_{k+1}, with the eta of before.
+  //
   // False for a null direction: what is left of the residual cannot be reached.
   bool rotate(double alpha, double beta_next) {
     const double delta = c * alpha - c_old * s * beta_old;
@@ -91,15 +94,10 @@ struct Minres : VectorIterate {
     for (std::size_t i = 0; i < x.size(); ++i) {
       w[i] = (z[i] - rho3 * w_older[i] - rho2 * w_old[i]) / rho1;
       x[i] += c * eta * w[i];
+      u[i] = s * s * u[i] + c * eta / rho1 * v_next[i];
     }
     eta = -s * eta;
     return true;
-  }
-
-  // u is not carried along: it is formed in refresh(), and here for those who watch.
-  double objective() {
-    evaluate();
-    return VectorIterate::objective();
   }
 };
 
