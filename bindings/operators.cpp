@@ -66,8 +66,6 @@ std::array<double, 6> six(const Matrix& a, std::size_t i) {
   return row;
 }
 
-std::array<double, 3> three(const Matrix& a, std::size_t i) { return {a(i, 0), a(i, 1), a(i, 2)}; }
-
 Vec3 vec3(const Matrix& a, std::size_t i) { return {a(i, 0), a(i, 1), a(i, 2)}; }
 
 // A system without contacts.
