@@ -277,13 +277,16 @@ def test_sets_that_mean_the_same(law):
 @pytest.mark.parametrize(
     ("make", "message"),
     [
-        (lambda: amontons.EllipticFriction([0.1, -0.2]), "coefficient 0 of elliptic friction cone 1"),
+        (
+            lambda: amontons.EllipticFriction([0.1, -0.2]),
+            "mu along tangent 1 of elliptic friction cone 1 is -0.2",
+        ),
         (lambda: amontons.EllipticFriction(0.1, torsion=np.nan), "coefficient 2 of elliptic"),
         (lambda: amontons.EllipticFriction(np.ones((2, 3))), r"mu has shape \(2, 3\)"),
         (lambda: amontons.EllipticFriction([0.1, 0.2], torsion=[1, 2, 3]), "entries but there are"),
         (lambda: amontons.EllipticFriction([0.1, 0.2], n=3), "mu has 2 entries but there are 3 contacts"),
         (lambda: amontons.EllipticFriction("a"), "mu must be numbers"),
-        (lambda: amontons.RollingFriction(0.1, -1), "a coefficient of rolling friction cone 0"),
+        (lambda: amontons.RollingFriction(0.1, -1), "^rolling of rolling friction cone 0 is -1"),
         (lambda: amontons.RollingFriction([[0.1, 0.2]], 1), r"mu has shape \(1, 2\); give one number"),
         (lambda: amontons.Problem(np.eye(7), np.ones(7), [amontons.RollingFriction(1, 1)]), "have 5 rows"),
         (lambda: amontons.Problem(np.eye(5), np.ones(5), ["rolling"]), "EllipticFriction or RollingFriction"),

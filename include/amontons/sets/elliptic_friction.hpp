@@ -86,10 +86,12 @@ struct EllipticFriction {
 
   double violation(const double* u) const { return -u[0]; }
   std::string complaint(std::size_t i) const {
+    static constexpr const char* names[] = {"mu along tangent 1", "mu along tangent 2", "torsion",
+                                            "rolling about tangent 1", "rolling about tangent 2"};
     for (int k = 0; k + 1 < n; ++k)
       if (!(mu[k] >= 0 && std::isfinite(mu[k])))
-        return "coefficient " + std::to_string(k) + " of elliptic friction cone " + std::to_string(i) +
-               " is " + std::to_string(mu[k]) + "; it must be finite and not negative";
+        return std::string(names[k]) + " of elliptic friction cone " + std::to_string(i) + " is " +
+               std::to_string(mu[k]) + "; it must be finite and not negative";
     return {};
   }
 

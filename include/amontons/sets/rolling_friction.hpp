@@ -66,10 +66,12 @@ struct RollingFriction {
 
   double violation(const double* u) const { return -u[0]; }
   std::string complaint(std::size_t i) const {
-    for (double value : {mu, mu_r})
+    for (int part = 0; part < 2; ++part) {
+      const double value = coefficient(part);
       if (!(value >= 0 && std::isfinite(value)))
-        return "a coefficient of rolling friction cone " + std::to_string(i) + " is " +
-               std::to_string(value) + "; it must be finite and not negative";
+        return std::string(part == 0 ? "mu" : "rolling") + " of rolling friction cone " + std::to_string(i) +
+               " is " + std::to_string(value) + "; it must be finite and not negative";
+    }
     return {};
   }
 
