@@ -281,7 +281,7 @@ def test_sets_that_mean_the_same(law):
             lambda: amontons.EllipticFriction([0.1, -0.2]),
             "mu along tangent 1 of elliptic friction cone 1 is -0.2",
         ),
-        (lambda: amontons.EllipticFriction(0.1, torsion=np.nan), "coefficient 2 of elliptic"),
+        (lambda: amontons.EllipticFriction(0.1, torsion=np.nan), "torsion of elliptic"),
         (lambda: amontons.EllipticFriction(np.ones((2, 3))), r"mu has shape \(2, 3\)"),
         (lambda: amontons.EllipticFriction([0.1, 0.2], torsion=[1, 2, 3]), "entries but there are"),
         (lambda: amontons.EllipticFriction([0.1, 0.2], n=3), "mu has 2 entries but there are 3 contacts"),
