@@ -256,7 +256,7 @@ TEST(friction_sets_longest_step) {
 TEST(bad_friction_sets_are_named) {
   SetProduct K;
   CHECK_THROWS(K.add(EllipticFriction<4>{0.1, 0.2, -1}), "torsion of elliptic friction cone 0");
-  CHECK_THROWS(K.add(EllipticFriction<6>{0.1, NAN, 0, 0, 0}), "coefficient 1");
+  CHECK_THROWS(K.add(EllipticFriction<6>{0.1, NAN, 0, 0, 0}), "mu along tangent 2");
   CHECK_THROWS(K.add(RollingFriction{0.1, INFINITY}), "rolling friction cone 0");
   CHECK(K.rows() == 0);
 }
