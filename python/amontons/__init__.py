@@ -23,6 +23,7 @@ from . import shapes as shapes
 from ._core import IterationRecord as IterationRecord
 from .errors import FileError as FileError
 from .errors import InputError as InputError
+from .errors import ModelWarning as ModelWarning
 from .errors import SimulationError as SimulationError
 from .errors import StepWarning as StepWarning
 from .errors import SymmetrisedWarning as SymmetrisedWarning
@@ -43,6 +44,7 @@ from .model.parts import Motor as Motor
 from .model.parts import PairMaterial as PairMaterial
 from .model.presets import Actuator as Actuator
 from .model.presets import Keyframe as Keyframe
+from .model.presets import Unread as Unread
 from .model.transforms import Transform as Transform
 from .problem.cones import EllipticFriction as EllipticFriction
 from .problem.cones import Free as Free

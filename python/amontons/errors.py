@@ -19,5 +19,9 @@ class SimulationError(RuntimeError):
     """A time step failed; the state of the simulation is that before the step."""
 
 
-class UnsupportedWarning(UserWarning):
-    """A model file asked for things that are not supported; they were left out, as strict=False allows."""
+class ModelWarning(UserWarning):
+    """A model file leaves open what a reader must decide, such as whether a robot's base is fixed."""
+
+
+class UnsupportedWarning(ModelWarning):
+    """A model file asks for things that are not read; they were left out, as strict=False allows."""

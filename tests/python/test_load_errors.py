@@ -1,5 +1,6 @@
-"""What is not supported in an MJCF file is listed, what is wrong is named, with its line and element."""
+"""What is not read of an MJCF file is listed, what is wrong is named, with its line and element."""
 
+import pickle
 import sys
 
 import pytest
@@ -10,10 +11,10 @@ from amontons.io.models import load_model
 pytest.importorskip("mujoco")
 
 
-def load(tmp_path, body, *, tail=""):
+def load(tmp_path, body, *, tail="", strict=True):
     path = tmp_path / "model.xml"
     path.write_text(f"<mujoco>\n\n<worldbody>\n{body}\n</worldbody>\n{tail}\n</mujoco>\n")
-    return load_model(path)
+    return load_model(path, strict=strict)
 
 
 UNSUPPORTED = [
@@ -98,7 +99,7 @@ def test_all_is_listed_once_and_the_rest_loads(tmp_path):
         "</worldbody></mujoco>"
     )
     with pytest.raises(InputError) as error:
-        load_model(path)
+        load_model(path, strict=True)
     lines = str(error.value).splitlines()
     assert "3 things are not supported" in lines[0]
     assert [line.strip().split(": ")[0] for line in lines[1:4]] == [
@@ -106,11 +107,47 @@ def test_all_is_listed_once_and_the_rest_loads(tmp_path):
         f"{path}:5",
         f"{tmp_path / 'part.xml'}:2",
     ]
-    with pytest.warns(UnsupportedWarning, match="3 things are not supported and left out") as caught:
-        model = load_model(path, strict=False)
+    with pytest.warns(UnsupportedWarning, match="3 things are not read") as caught:
+        model = load_model(path)
     assert len(caught) == 1
     assert caught[0].filename == __file__
     assert len(model.bodies) == 4
+    assert [entry.place for entry in model.unread] == [line.strip().split(": ")[0] for line in lines[1:4]]
+    assert pickle.loads(pickle.dumps(model)).unread == model.unread
+
+
+# Breaks when the list is not in the order of what matters, lines that say the same are not put together, or
+# strict refuses what does not change the motion.
+def test_worst_first(tmp_path):
+    path = tmp_path / "robot.urdf"
+    path.write_text(
+        '<robot name="r">\n<drake:joint_filter/>\n<wing a="1"/>\n<wing a="2"/>\n<xacro:macro/>\n'
+        '<link name="world"/></robot>'
+    )
+    with pytest.warns(UnsupportedWarning) as caught:
+        model = load_model(path)
+    assert [entry.effect for entry in model.unread] == ["large", "small", "small", "none"]
+    lines = str(caught[0].message).splitlines()
+    assert [line.strip().removeprefix(f"{path}:") for line in lines] == [
+        " 4 things are not read (model.unread has the list).",
+        "Changes the motion; strict=True refuses it:",
+        "5: <xacro:macro>: a macro; run xacro first",
+        "3: <wing>: this element is not known (and 1 more like it)",
+        "Does not change the motion:",
+        "2: <drake:joint_filter>: an element for drake, which MuJoCo does not read either",
+    ]
+    path.write_text('<robot name="r"><drake:joint_filter/><link name="world"/></robot>')
+    with pytest.warns(UnsupportedWarning, match="Does not change the motion"):
+        assert not load_model(path, strict=True).unread[0].changes_motion
+
+
+# Breaks when a long list floods the terminal: 12 lines of each part, the rest counted.
+def test_long_list_is_cut(tmp_path):
+    body = "".join(f'<geom size="1" margin="{i}"/>' for i in range(1, 21))
+    with pytest.warns(UnsupportedWarning, match=r"(?s)20 things.*and 8 more\Z") as caught:
+        model = load(tmp_path, body, strict=False)
+    assert len(str(caught[0].message).splitlines()) == 2 + 12 + 1
+    assert len(model.unread) == 20
 
 
 WRONG = [

@@ -2,15 +2,17 @@
 
 import math
 import shutil
+import warnings
 
 import amontons
 import numpy as np
 import pytest
-from amontons import FileError, InputError, UnsupportedWarning, shapes
+from amontons import FileError, InputError, ModelWarning, UnsupportedWarning, shapes
 from amontons.io.models import load_model
 from amontons.model.transforms import axis_angle, multiply, rotate, rotation_matrix
 
 mujoco = pytest.importorskip("mujoco")
+pytestmark = pytest.mark.filterwarnings("ignore:.*the base link")
 
 
 @pytest.fixture(scope="module")
@@ -110,6 +112,20 @@ def test_floating_base(tmp_path):
     assert load_model(drone).bodies[0].motion == "dynamic"
 
 
+# Breaks when loading does not say what became of the base, or says it where the user or the file has decided.
+def test_base_is_said(tmp_path):
+    path = write(tmp_path, link("base"))
+    with pytest.warns(ModelWarning, match='"base" moves freely; floating_base=False fixes it') as caught:
+        load_model(path)
+    assert [w.category for w in caught] == [ModelWarning]
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        load_model(path, floating_base=True)
+        load_model(write(tmp_path, link("world", "")))
+    with pytest.warns(ModelWarning, match='"base" is fixed; floating_base=True frees it'):
+        load_model(write(tmp_path, link("base", "")))
+
+
 # Breaks when a joint type of URDF gets other freedoms: planar moves in the plane across its axis.
 def test_planar_joint(tmp_path):
     model = load_model(
@@ -200,9 +216,9 @@ def test_collada(tmp_path):
     (tmp_path / "a.dae").write_text("")
     path = write(tmp_path, link("base", more=MESH.format("a.dae")))
     with pytest.raises(InputError, match=r":2: <mesh>: a\.dae is no \.stl, \.obj, \.msh file; convert it"):
-        load_model(path)
+        load_model(path, strict=True)
     with pytest.warns(UnsupportedWarning, match="convert it"):
-        assert load_model(path, strict=False).geom_names == ()
+        assert load_model(path).geom_names == ()
 
 
 # Breaks when inertias of no solid are taken, or stop at the first. Their mean keeps the trace.
@@ -217,9 +233,9 @@ def test_impossible_inertias(tmp_path):
     with pytest.raises(
         InputError, match='2 things.*\n.*:3: <link name="a">.*1, 1, 2.5.*\n.*:4: <link name="b">'
     ):
-        load_model(path)
-    with pytest.warns(UnsupportedWarning, match="strict=False takes their mean"):
-        model = load_model(path, strict=False)
+        load_model(path, strict=True)
+    with pytest.warns(UnsupportedWarning, match="Their mean is taken"):
+        model = load_model(path)
     assert model.bodies[1].inertia[0][0] == pytest.approx(1.5)
     assert model.body_names == ("base", "a", "b")
 
@@ -243,7 +259,7 @@ UNSUPPORTED = [
 @pytest.mark.parametrize(("line", "message"), UNSUPPORTED)
 def test_unsupported(tmp_path, line, message):
     with pytest.raises(InputError, match=message):
-        load_model(write(tmp_path, link("base"), line))
+        load_model(write(tmp_path, link("base"), line), strict=True)
 
 
 # Breaks when the pose of a chain of fixed links is composed in another order.

@@ -1,10 +1,12 @@
 """amontons run, scenes and export: files, tables, exit codes, bad input, Ctrl-C."""
 
 import csv
+import re
 import signal
 import subprocess
 import sys
 import time
+from dataclasses import replace
 
 import amontons
 import numpy as np
@@ -88,6 +90,41 @@ def test_steps_that_do_not_converge(tmp_path):
     assert "did not (10 deadline), the first at t = 0.005 s" in result.stdout
 
 
+# Breaks when the options of load_model do not reach it from the command, or --set and --keyframe do something
+# else than the library would.
+def test_run_a_model(tmp_path, root):
+    pytest.importorskip("mujoco")
+    path, saved = root / "examples" / "models" / "arm.xml", tmp_path / "end.h5"
+    result = run(
+        "run", path, "--keyframe", "bent", "--set", "elbow=-0.4", "--set", "gravity=0,0,-1", "--strict",
+        "--duration", "0.05", "--save", saved,
+    )  # fmt: skip
+    assert result.exit_code == 0, result.output
+    assert "elbow=-0.4 gravity=0,0,-1" in result.stdout
+    sim = amontons.Simulation(replace(amontons.load_model(path), gravity=(0, 0, -1)))
+    sim.apply_keyframe("bent")
+    sim.set_control("elbow", -0.4)
+    sim.run(0.05)
+    np.testing.assert_array_equal(amontons.Simulation.load(saved).state.positions, sim.state.positions)
+    urdf = tmp_path / "r.urdf"
+    urdf.write_text(
+        '<robot name="r"><wing/><link name="base"><inertial><mass value="1"/>'
+        '<inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link></robot>'
+    )
+    for option, motion in (("--fixed-base", "fixed"), ("--floating-base", "dynamic")):
+        run("run", urdf, option, "--duration", "0.01", "--save", saved)
+        assert amontons.Simulation.load(saved).model.bodies[0].motion == motion
+    assert amontons.Simulation.load(saved).model.unread[0].element == "<wing>"
+    for options, message in (
+        (["--strict"], "error: .*r.urdf: 1 thing is not supported"),
+        (["--set", "elbow=1"], "error: --set elbow=1: the model has gravity to set"),
+        (["--keyframe", "bent"], 'error: there is no keyframe "bent"'),
+    ):
+        result = run("run", urdf, *options)
+        assert result.exit_code == 2
+        assert re.search(message, result.stderr)
+
+
 # Breaks when an error is more than one line, has a traceback, names nothing, or comes after the run.
 @pytest.mark.parametrize(
     ("arguments", "message"),
@@ -97,7 +134,10 @@ def test_steps_that_do_not_converge(tmp_path):
         (["run", "gone.h5"], "gone.h5: no such file"),
         (["run", "text.h5"], "text.h5: is no HDF5 file"),
         (["run", "text.txt"], "text.txt: unknown kind of file; known suffixes are .xml"),
-        (["run", "text.h5", "--set", "a=1"], "text.h5: only scenes have parameters"),
+        (["run", "text.h5", "--set", "a=1"], "text.h5: only scenes and models have parameters"),
+        (["run", "text.h5", "--strict"], "text.h5: --strict is for model files"),
+        (["run", "stack", "--fixed-base"], "stack: --floating-base is for model files"),
+        (["run", "stack", "--keyframe", "k"], "stack: --keyframe is for model files"),
         (["run", "stack", "--set", "boxes"], "--set boxes: write KEY=VALUE"),
         (["run", "stack", "--set", "bricks=3"], "--set bricks=3: scene 'stack' has the parameters boxes, "),
         (["run", "stack", "--set", "boxes=many"], "--set boxes=many: the value must be like the default, 10"),

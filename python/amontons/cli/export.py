@@ -17,12 +17,16 @@ from ..simulation.simulation import Simulation
 from .common import NOT_CONVERGED, Threads, notes, one_line_errors, progress, say
 from .subject import (
     Budget,
+    Choices,
+    FloatingBase,
+    KeyframeName,
     Law,
     MaxIterations,
     Method,
     Name,
     Parameters,
     Step,
+    Strict,
     Subject,
     Tolerance,
     open_subject,
@@ -53,6 +57,9 @@ def export(
     threads: Threads = 1,
     budget: Budget = None,
     settings: Parameters = None,
+    strict: Strict = False,
+    floating_base: FloatingBase = None,
+    keyframe: KeyframeName = None,
 ) -> None:
     """Simulate up to a step and write its problem, with the solution found, for `compare` and other solvers.
 
@@ -61,18 +68,14 @@ def export(
     The exit code is 0 if the steps written converged, 1 if some did not, 2 for input that could not be used.
     """
     given = {
-        "dt": dt,
-        "law": law,
-        "method": method,
-        "tolerance": tolerance,
-        "max_iterations": max_iterations,
-        "budget": budget,
-        "threads": threads,
-    }
+        "dt": dt, "law": law, "method": method, "tolerance": tolerance,
+        "max_iterations": max_iterations, "budget": budget, "threads": threads,
+    }  # fmt: skip
+    choices = Choices(settings or (), strict, floating_base, keyframe)
     with one_line_errors():
         _require_output(output)
         with notes():
-            chosen = open_subject(subject, settings or [], given)
+            chosen = open_subject(subject, choices, given)
         reports = _export(chosen, output, _last_step(chosen, step, at, touch), every, touch)
     if not all(report.converged for report in reports):
         raise typer.Exit(NOT_CONVERGED)

@@ -21,12 +21,16 @@ from ..simulation.outcome import Report, reports_array
 from .common import NOT_CONVERGED, Threads, complain, err, make_folder, notes, one_line_errors, out, say
 from .subject import (
     Budget,
+    Choices,
+    FloatingBase,
+    KeyframeName,
     Law,
     MaxIterations,
     Method,
     Name,
     Parameters,
     Step,
+    Strict,
     Subject,
     Tolerance,
     open_subject,
@@ -59,6 +63,9 @@ def run(
     threads: Threads = 1,
     budget: Budget = None,
     settings: Parameters = None,
+    strict: Strict = False,
+    floating_base: FloatingBase = None,
+    keyframe: KeyframeName = None,
     record: Annotated[Path | None, typer.Option(help="Record states, contacts and reports (HDF5).")] = None,
     record_every: Annotated[int, typer.Option(help="Steps between recorded states.")] = 1,
     record_contacts: Annotated[bool, typer.Option(help="Record contact tables.")] = True,
@@ -82,17 +89,13 @@ def run(
     could not be used.
     """
     given = {
-        "dt": dt,
-        "law": law,
-        "method": method,
-        "tolerance": tolerance,
-        "max_iterations": max_iterations,
-        "budget": budget,
-        "threads": threads,
-    }
+        "dt": dt, "law": law, "method": method, "tolerance": tolerance,
+        "max_iterations": max_iterations, "budget": budget, "threads": threads,
+    }  # fmt: skip
+    choices = Choices(settings or (), strict, floating_base, keyframe)
     with one_line_errors():
         with notes():
-            chosen = open_subject(subject, settings or [], given)
+            chosen = open_subject(subject, choices, given)
         steps = _steps(chosen, duration)
         _require(snapshots, save)
     if report is not None:

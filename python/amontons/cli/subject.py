@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import ast
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -30,7 +30,22 @@ Name = Annotated[
     ),
 ]
 Parameters = Annotated[
-    list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="A parameter of the scene; repeatable.")
+    list[str] | None,
+    typer.Option(
+        "--set",
+        metavar="KEY=VALUE",
+        help="A parameter of the scene; of a model the control of an actuator, or gravity=x,y,z; repeatable.",
+    ),
+]
+Strict = Annotated[
+    bool, typer.Option("--strict", help="Refuse a model of which something that moves it is not read.")
+]
+FloatingBase = Annotated[
+    bool | None,
+    typer.Option("--floating-base/--fixed-base", help="Of URDF: whether the root link moves freely."),
+]
+KeyframeName = Annotated[
+    str | None, typer.Option("--keyframe", help="A keyframe of the model to start from.")
 ]
 Step = Annotated[float | None, typer.Option(help="Time step (s); that of the scene, else 5e-3.")]
 Law = Annotated[str | None, typer.Option(help="coulomb (default) or associated (convex relaxation).")]
@@ -55,7 +70,17 @@ class Subject:
     """simulated time worth watching (s)"""
 
 
-def open_subject(name: str, settings: Sequence[str], given: dict[str, Any]) -> Subject:
+@dataclass(frozen=True)
+class Choices:
+    """What the options of the command say of the subject, beside the options of `Simulation`."""
+
+    settings: Sequence[str] = ()
+    strict: bool = False
+    floating_base: bool | None = None
+    keyframe: str | None = None
+
+
+def open_subject(name: str, choices: Choices, given: dict[str, Any]) -> Subject:
     """given: options of `Simulation`; those that are None keep their defaults.
 
     Raises InputError or FileNotFoundError.
@@ -64,7 +89,8 @@ def open_subject(name: str, settings: Sequence[str], given: dict[str, Any]) -> S
 
     options = {key: value for key, value in given.items() if value is not None}
     if name in scenes.names():
-        return _scene(name, settings, options)
+        _require_model(name, choices)
+        return _scene(name, choices.settings, options)
     path = Path(name)
     suffix = path.suffix.lower()
     if suffix not in (*MODELS, *SAVED):
@@ -72,17 +98,45 @@ def open_subject(name: str, settings: Sequence[str], given: dict[str, Any]) -> S
             known = ", ".join((*MODELS, *SAVED))
             raise InputError(f"{path}: unknown kind of file; known suffixes are {known}")
         raise InputError(f"there is no scene or file {name!r}; scenes are {', '.join(scenes.names())}")
-    if settings:
-        raise InputError(f"{name}: only scenes have parameters to --set")
+    if suffix in SAVED:
+        _require_model(name, choices)
+        if choices.settings:
+            raise InputError(f"{name}: only scenes and models have parameters to --set")
     if not path.exists():
         raise FileNotFoundError(f"{path}: no such file")
     if suffix in SAVED:
         simulation = Simulation.load(path, on_failure="ignore", **options)
         return Subject(path.stem, str(path), simulation, DURATION)
+    return _model(path, choices, options)
+
+
+def _require_model(name: str, choices: Choices) -> None:
+    wanted = {
+        "--strict": choices.strict,
+        "--floating-base": choices.floating_base is not None,
+        "--keyframe": choices.keyframe is not None,
+    }
+    for option in (option for option, given in wanted.items() if given):
+        raise InputError(f"{name}: {option} is for model files ({', '.join(MODELS)})")
+
+
+def _model(path: Path, choices: Choices, options: dict[str, Any]) -> Subject:
+    """The model of a file in its keyframe, with gravity and controls as they are set."""
     from .. import load_model
 
-    simulation = Simulation(load_model(path), on_failure="ignore", **options)
-    return Subject(path.stem, str(path), simulation, DURATION)
+    model = load_model(path, strict=choices.strict, floating_base=choices.floating_base)
+    values = dict(_key_and_text(setting) for setting in choices.settings)
+    if (gravity := values.pop("gravity", None)) is not None:
+        model = replace(model, gravity=_value(f"gravity={gravity}", gravity, model.gravity))
+    simulation = Simulation(model, on_failure="ignore", **options)
+    if choices.keyframe is not None:
+        simulation.apply_keyframe(choices.keyframe)
+    for key, text in values.items():
+        if key not in model.actuators:
+            known = ", ".join(("gravity", *model.actuators))
+            raise InputError(f"--set {key}={text}: the model has {known} to set")
+        simulation.set_control(key, _value(f"{key}={text}", text, 0.0))
+    return Subject(path.stem, " ".join([str(path), *choices.settings]), simulation, DURATION)
 
 
 def _scene(name: str, settings: Sequence[str], options: dict[str, Any]) -> Subject:
@@ -104,15 +158,19 @@ def scene_parameters(entry: Scene, settings: Sequence[str]) -> dict[str, Any]:
     """The values of KEY=VALUE, of the kinds that the defaults of the parameters have."""
     parameters: dict[str, Any] = {}
     for setting in settings:
-        key, equals, text = setting.partition("=")
-        key = key.strip()
-        if not equals or not key:
-            raise InputError(f"--set {setting}: write KEY=VALUE")
+        key, text = _key_and_text(setting)
         if key not in entry.parameters:
             known = ", ".join(entry.parameters) or "none"
             raise InputError(f"--set {setting}: scene {entry.name!r} has the parameters {known}")
-        parameters[key] = _value(setting, text.strip(), entry.parameters[key])
+        parameters[key] = _value(setting, text, entry.parameters[key])
     return parameters
+
+
+def _key_and_text(setting: str) -> tuple[str, str]:
+    key, equals, text = setting.partition("=")
+    if not equals or not key.strip():
+        raise InputError(f"--set {setting}: write KEY=VALUE")
+    return key.strip(), text.strip()
 
 
 def _value(setting: str, text: str, default: Any) -> Any:

@@ -28,7 +28,7 @@ from .parts import (
     Motor,
     PairMaterial,
 )
-from .presets import Actuator, Keyframe
+from .presets import Actuator, Keyframe, Unread
 from .shapes import Shape
 from .transforms import Transform
 
@@ -64,6 +64,8 @@ class Model:
     """states to start from, by name: `Simulation.apply_keyframe`"""
     actuators: Mapping[str, Actuator] = _by_name()
     """how the model file commands the motors, by name: `Simulation.set_control`"""
+    unread: tuple[Unread, ...] = field(default=(), repr=False, compare=False, metadata={"core": False})
+    """what the model file asks for and was not read, worst first"""
     core: _core.Model = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:

@@ -1,4 +1,4 @@
-"""What a model brings along to start and drive it by name: keyframes and actuators. SI units."""
+"""What a model brings from its file: keyframes and actuators by name, and what was not read. SI units."""
 
 from __future__ import annotations
 
@@ -44,3 +44,30 @@ class Actuator:
     def target(self, control: float) -> float:
         """The target of the motor for a control, which is clipped to its limits first."""
         return self.scale * min(max(control, self.lower), self.upper) + self.offset
+
+
+EFFECTS = ("large", "small", "none")
+"""How much what was not read changes the motion, worst first."""
+
+
+@dataclass(frozen=True)
+class Unread:
+    """Something that a model file asks for and that was not read, see `Model.unread`."""
+
+    place: str
+    """file:line"""
+    element: str
+    """as in the file: <geom name="foot">; empty if it is not known which"""
+    what: str
+    """what was not read, why, and what to do about it"""
+    effect: str
+    """large (a part of the mechanism or of its drive is missing) | small (a force or a coefficient is another
+    one) | none (the motion is the same)"""
+
+    @property
+    def changes_motion(self) -> bool:
+        """Whether the model moves otherwise than the file asks for."""
+        return self.effect != "none"
+
+    def __str__(self) -> str:
+        return ": ".join(filter(None, (self.place, self.element, self.what)))

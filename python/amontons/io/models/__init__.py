@@ -22,15 +22,19 @@ from .xml_lines import expand_includes, read_xml
 SUFFIXES = (".xml", ".mjcf", ".urdf")
 
 
-def load_model(path: str | PathLike[str], *, strict: bool = True, floating_base: bool | None = None) -> Model:
+def load_model(
+    path: str | PathLike[str], *, strict: bool = False, floating_base: bool | None = None
+) -> Model:
     """Read a MuJoCo (MJCF .xml) or URDF (.urdf, or <robot> in .xml) model file.
 
-    strict: raise InputError with the list of everything that is not supported; if False, leave it out and
-        warn once with that list (UnsupportedWarning).
-    floating_base: of URDF: whether the root link moves freely. By default it does if it has an <inertial>
-        with mass and is not called "world".
+    What the file asks for and amontons does not do is left out: `Model.unread` has the list, and one warning
+    (UnsupportedWarning) shows it, worst first.
 
-    docs/models.md tells what is supported. Needs MuJoCo: pip install amontons[models].
+    strict: raise InputError with the list in place of leaving out anything that changes the motion.
+    floating_base: of URDF: whether the root link moves freely. By default it does if it has an <inertial>
+        with mass and is not called "world", and a ModelWarning says which it is.
+
+    docs/models.md tells what is read. Needs MuJoCo: pip install amontons[models].
     Raises FileNotFoundError, or FileError naming file, line and element of what is missing or wrong.
     """
     path = existing(path, "a model file")
@@ -71,6 +75,7 @@ def _model(compiled: Compiled, *, strict: bool) -> Model:
             excluded_bodies=tuple(excluded),
             keyframes=keyframes,
             actuators=actuators,
+            unread=compiled.issues.unread(),
         )
     except InputError as error:
         raise FileError(f"{compiled.path}: {error}") from None

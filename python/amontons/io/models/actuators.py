@@ -23,7 +23,7 @@ def read_actuators(compiled: Compiled, joints: Joints) -> dict[str, Actuator]:
             continue
         reason = _reason(compiled, i, joints, driven)
         if reason:
-            compiled.refuse("actuator", i, reason)
+            compiled.refuse("actuator", i, reason, "large")
             continue
         j = int(m.actuator_trnid[i, 0])
         driven.add(j)

@@ -66,12 +66,15 @@ class Compiled:
         found = [e for s in self.root.children if s.tag == section for e in s.children if tag in ("", e.tag)]
         return found if len(found) == getattr(self.model, count) else None
 
-    def refuse(self, kind: str, index: int, what: str) -> None:
-        """Lists what is known only after compiling, unless the scan of the file has listed its cause."""
+    def refuse(self, kind: str, index: int, what: str, effect: str = "small") -> None:
+        """Lists what is known only after compiling, unless the scan of the file has listed its cause.
+
+        effect: how much of the motion it changes, one of EFFECTS.
+        """
         element = self.element(kind, index)
         if element is None or not self.issues.lists(element):
             name = "" if element else f'{TAGS[kind][0]} "{self.name(kind, index)}": '
-            self.issues.add(element, name + what)
+            self.issues.add(element, name + what, effect)
 
     def enabled(self, flag: str) -> bool:
         """Whether <option><flag> leaves a part of the dynamics switched on."""
@@ -147,7 +150,8 @@ def compile_file(path: Path, root: Element, issues: Issues, floating_base: bool 
     for text in said:  # of what it left out, such as a <mimic> of nothing, or takes for a mistake
         element = _mentioned(text, root)
         if "deprecated" not in text and not (element and issues.lists(element)):
-            issues.add(element, f"MuJoCo warns: {' '.join(text.split())}")
+            effect = "none" if "conflict" in text else "small"  # an option of an attached file is not taken
+            issues.add(element, f"MuJoCo warns: {' '.join(text.split())}", effect)
     return Compiled(path, root, mujoco, spec, model, data, issues)
 
 

@@ -91,7 +91,7 @@ def _coupling(compiled: Compiled, joints: Joints, e: int, name: str) -> list[Cou
     first, second = int(m.eq_obj1id[e]), int(m.eq_obj2id[e])
     polynomial = Polynomial(m.eq_data[e, :5])
     if first not in joints.dof or (second >= 0 and second not in joints.dof):
-        compiled.refuse("eq", e, "an equality of joints that are not supported")
+        compiled.refuse("eq", e, "an equality of joints that are not supported", "large")
         return []
     joint_a, dof_a = joints.dof[first]
     joint_b, dof_b = joints.dof[second] if second >= 0 else (-1, 0)
@@ -100,6 +100,6 @@ def _coupling(compiled: Compiled, joints: Joints, e: int, name: str) -> list[Cou
     polynomial = (polynomial + float(m.qpos0[m.jnt_qposadr[first]])).trim()
     coefficients = tuple(map(float, polynomial.coef))
     if not all(map(math.isfinite, coefficients)):
-        compiled.refuse("eq", e, "coefficients that are not finite")
+        compiled.refuse("eq", e, "coefficients that are not finite", "large")
         return []
     return [Coupling(name, joint_a, dof_a, joint_b, dof_b, coefficients)]

@@ -100,14 +100,16 @@ def _shape(compiled: Compiled, g: int, known: dict[int, Shape], static: bool) ->
             data = int(m.geom_dataid[g])
             return known.setdefault(-1 - data, _height_field(m, data))
         case kind.mjGEOM_HFIELD:
-            compiled.refuse("geom", g, "a height field on a body that moves; use meshes or primitives")
+            compiled.refuse(
+                "geom", g, "a height field on a body that moves; use meshes or primitives", "large"
+            )
         case kind.mjGEOM_MESH if not touches_nothing(m, g):
             data = int(m.geom_dataid[g])
             if data not in known:
                 known[data] = _hull(compiled, g, data)
             return known[data]
         case kind.mjGEOM_SDF:
-            compiled.refuse("geom", g, "a signed distance field; use a mesh")
+            compiled.refuse("geom", g, "a signed distance field; use a mesh", "large")
     return None
 
 

@@ -1,13 +1,18 @@
-"""What a model file asks for that is not supported, collected so that the user sees all of it at once."""
+"""What a model file asks for that is not read, collected so that the user sees all of it at once."""
 
 from __future__ import annotations
 
 import warnings
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from ...errors import InputError, UnsupportedWarning
+from ...errors import InputError, ModelWarning, UnsupportedWarning
+from ...model.presets import EFFECTS, Unread
 from .xml_lines import Element
+
+SHOWN = 12
+"""Lines of each part of the warning; `Model.unread` has all."""
 
 
 @dataclass
@@ -15,30 +20,62 @@ class Issues:
     """Findings about the file `path`, each naming a line and an element."""
 
     path: Path
-    found: list[tuple[str, str]] = field(default_factory=list)
-    """(place, what) in the order in which they were found"""
+    found: list[Unread] = field(default_factory=list)
+    """in the order in which they were found"""
+    notes: list[str] = field(default_factory=list)
+    """what was decided for the user where the file leaves it open, with the option that changes it"""
 
-    def add(self, where: Element | None, what: str) -> None:
-        """Once per place and text: one element of a <replicate> stands for all its copies."""
-        place = f"{where.place}: {where}" if where is not None else str(self.path)
-        if (place, what) not in self.found:
-            self.found.append((place, what))
+    def add(self, where: Element | None, what: str, effect: str = "small") -> None:
+        """Once per place and text: one element of a <replicate> stands for all its copies.
+
+        effect: how much of the motion what is not read changes, one of EFFECTS.
+        """
+        place, element = (where.place, str(where)) if where is not None else (str(self.path), "")
+        entry = Unread(place, element, what, effect)
+        if entry not in self.found:
+            self.found.append(entry)
 
     def lists(self, where: Element) -> bool:
         """Whether something of this element is listed."""
-        return any(place == f"{where.place}: {where}" for place, _ in self.found)
+        return any((entry.place, entry.element) == (where.place, str(where)) for entry in self.found)
+
+    def unread(self) -> tuple[Unread, ...]:
+        """All of it, worst first, else in the order of the file."""
+        return tuple(sorted(self.found, key=lambda entry: EFFECTS.index(entry.effect)))
 
     def report(self, *, strict: bool) -> None:
-        """Raises InputError with the whole list if strict, else warns once."""
-        if not self.found:
-            return
-        count = f"{len(self.found)} things are" if len(self.found) > 1 else "1 thing is"
-        lines = "".join(f"\n  {place}: {what}" for place, what in self.found)
-        if strict:
+        """Warns once with the whole list, or raises InputError with what changes the motion if strict."""
+        unread = self.unread()
+        changing = [entry for entry in unread if entry.changes_motion]
+        if strict and changing:
+            lines = "\n".join(f"  {entry}" for entry in changing)
             raise InputError(
-                f"{self.path}: {count} not supported:{lines}\n"
-                "Change the file, or load it without them by strict=False."
+                f"{self.path}: {_things(changing)} not supported:\n{lines}\n"
+                "Change the file, or load it without them: strict=False."
             )
-        warnings.warn(
-            f"{self.path}: {count} not supported and left out:{lines}", UnsupportedWarning, stacklevel=4
-        )
+        parts = [f"{self.path}: {note}" for note in self.notes]
+        if unread:
+            parts.append(f"{self.path}: {_things(unread)} not read (model.unread has the list).")
+        if changing:
+            parts += ["Changes the motion; strict=True refuses it:", *_lines(changing)]
+        if len(changing) < len(unread):
+            parts += ["Does not change the motion:", *_lines(unread[len(changing) :])]
+        if parts:
+            category = UnsupportedWarning if unread else ModelWarning
+            warnings.warn("\n".join(parts), category, stacklevel=4)
+
+
+def _things(entries: Iterable[Unread]) -> str:
+    count = len(list(entries))
+    return f"{count} things are" if count > 1 else "1 thing is"
+
+
+def _lines(entries: Iterable[Unread]) -> Iterator[str]:
+    """A line for all entries that say the same, in the order of the first of each."""
+    alike: dict[str, list[Unread]] = {}
+    for entry in entries:
+        alike.setdefault(entry.what, []).append(entry)
+    for group in list(alike.values())[:SHOWN]:
+        yield f"  {group[0]}" + (f" (and {len(group) - 1} more like it)" if len(group) > 1 else "")
+    if len(alike) > SHOWN:
+        yield f"  and {sum(map(len, list(alike.values())[SHOWN:]))} more"

@@ -81,7 +81,7 @@ def _chain(compiled: Compiled, bodies: Bodies, body: int, own: list[int], joints
             continue
         axis, anchor = _vector(m.jnt_axis[j]), _vector(m.jnt_pos[j])
         if ball is not None:
-            compiled.refuse("jnt", ball, "a ball joint before other joints of the body; put it last")
+            compiled.refuse("jnt", ball, "a ball joint before other joints of the body; put it last", "large")
             continue
         axes.append((j, rotate(shift.rotation, axis), shift(anchor)))
         shift = shift @ _exponential(

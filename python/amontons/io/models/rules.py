@@ -1,6 +1,6 @@
-"""What of MJCF and URDF is read, what is ignored because it does not change the motion, and what is refused.
+"""What of MJCF and URDF is read, what is ignored because it does not change the motion, and what is listed.
 
-An element or attribute in none of these tables is refused: a file never loses anything unsaid. The names are
+An element or attribute in none of these tables is listed: a file never loses anything unsaid. The names are
 those of MuJoCo's XML reference and of the URDF specification.
 """
 
@@ -22,8 +22,13 @@ class Rule:
     read: frozenset[str] = frozenset()
     ignored: frozenset[str] = frozenset()
     checked: dict[str, tuple[Check, str]] = field(default_factory=dict)
-    subtree: bool = False  # all that is below is ignored
-    refused: str = ""  # why the whole element is not supported
+    """the reason why other values are listed"""
+    subtree: bool = False
+    """all that is below is ignored"""
+    unread: str = ""
+    """why the whole element is listed"""
+    effect: str = "large"
+    """of an element that is listed, on the motion"""
 
 
 def words(text: str) -> frozenset[str]:
@@ -160,10 +165,10 @@ COMPILER = Rule(
         "savecanonical savecompiled saveinertial settotalmass strippath texturedir usethread"
     )
 )
-PLUGIN = Rule(refused="a plugin")
+PLUGIN = Rule(unread="a plugin")
 DRIVE = "this kind of actuator; motor, position, velocity and their general forms are supported"
-TENDON = Rule(refused="a tendon; couple joints by an equality")
-FLEX = Rule(refused="a deformable body")
+TENDON = Rule(unread="a tendon; couple joints by an equality")
+FLEX = Rule(unread="a deformable body")
 
 # By "parent tag/tag"; a parent that only groups its children ("*") stands for any.
 MJCF: dict[str, Rule] = {
@@ -216,7 +221,7 @@ MJCF: dict[str, Rule] = {
     "equality/connect": EQUALITY,
     "equality/weld": EQUALITY,
     "equality/joint": EQUALITY,
-    "equality/tendon": Rule(refused="an equality of tendons; couple joints by an equality"),
+    "equality/tendon": Rule(unread="an equality of tendons; couple joints by an equality"),
     "equality/flex": FLEX,
     "equality/flexstrain": FLEX,
     "mujoco/actuator": GROUP,
@@ -225,7 +230,7 @@ MJCF: dict[str, Rule] = {
     **{f"*/{tag}": IGNORED for tag in words("site camera light texture material skin")},
     **{f"*/{tag}": ACTUATOR for tag in words("general motor position velocity")},
     **{
-        f"{parent}/{tag}": Rule(refused=DRIVE) if parent == "actuator" else IGNORED
+        f"{parent}/{tag}": Rule(unread=DRIVE) if parent == "actuator" else IGNORED
         for parent in ("actuator", "default")
         for tag in words("intvelocity orientation pid damper cylinder muscle adhesion dcmotor plugin")
     },
@@ -250,9 +255,7 @@ URDF: dict[str, Rule] = {
     "geometry/capsule": Rule(words("radius length")),
     "geometry/mesh": Rule(words("filename scale")),
     "robot/joint": Rule(words("name type"), words("dont_collapse disableFixedJointLumping")),
-    "link/contact": Rule(
-        refused="Bullet's contact parameters; set the friction of the model's geoms in code"
-    ),
+    "link/contact": Rule(unread="Bullet's contact parameters; set the friction of the model's geoms in code"),
     "joint/parent": Rule(words("link")),
     "joint/child": Rule(words("link")),
     "joint/axis": Rule(words("xyz")),
@@ -267,6 +270,7 @@ URDF: dict[str, Rule] = {
     "robot/transmission": IGNORED,
     "robot/ros2_control": IGNORED,
     "robot/sensor": IGNORED,
+    "joint/joint_properties": IGNORED,
     "robot/mujoco": GROUP,
     "mujoco/compiler": COMPILER,
     "mujoco/option": OPTION,

@@ -23,7 +23,7 @@ def rule_of(element: Element, rules: dict[str, Rule]) -> Rule | None:
 
 
 def scan(root: Element, issues: Issues, folder: Path) -> None:
-    """Adds what is not supported to the issues; raises FileError for values that cannot be right.
+    """Adds what is not read to the issues; raises FileError for values that cannot be right.
 
     folder: that of the main file, from which attached models are found.
     """
@@ -33,11 +33,10 @@ def scan(root: Element, issues: Issues, folder: Path) -> None:
     def visit(element: Element) -> None:
         rule = rule_of(element, rules)
         if rule is None:
-            prefixed = ":" in element.tag
-            issues.add(element, "a macro; run xacro first" if prefixed else "this element is not known")
+            _unknown(element, issues)
             return
-        if rule.refused:
-            issues.add(element, rule.refused)
+        if rule.unread:
+            issues.add(element, rule.unread, rule.effect)
             return
         if rule.subtree:
             return
@@ -63,6 +62,16 @@ def scan(root: Element, issues: Issues, folder: Path) -> None:
     visit(root)
     if wrong:
         raise FileError("\n".join(wrong))
+
+
+def _unknown(element: Element, issues: Issues) -> None:
+    prefix, colon, _ = element.tag.partition(":")
+    if not colon:
+        issues.add(element, "this element is not known")
+    elif prefix == "xacro":
+        issues.add(element, "a macro; run xacro first", "large")
+    else:
+        issues.add(element, f"an element for {prefix}, which MuJoCo does not read either", "none")
 
 
 def _check(element: Element, attribute: str, rule: Rule, issues: Issues) -> None:

@@ -27,8 +27,15 @@ def prepare(spec: Any, root: Element, issues: Issues, floating_base: bool | None
     for body in spec.worldbody.bodies:
         floats = _has_mass(body.name, root) if floating_base is None else floating_base
         # A link of a floating joint to the root called world is free already.
-        if floats and not list(body.joints) and _is_root(body.name, root):
+        if list(body.joints) or not _is_root(body.name, root):
+            continue
+        if floats:
             body.add_freejoint()
+        if floating_base is None:
+            how = (
+                "moves freely; floating_base=False fixes" if floats else "is fixed; floating_base=True frees"
+            )
+            issues.notes.append(f'the base link "{body.name}" {how} it')
 
 
 def _find_meshes(spec: Any, root: Element, issues: Issues) -> None:
@@ -64,7 +71,7 @@ def _check_inertia(body: Any, root: Element, issues: Issues) -> None:
         issues.add(
             link,
             f"its principal moments of inertia are {shown}: of a solid they are positive and the largest is "
-            "at most the sum of the others. Correct them; strict=False takes their mean",
+            "at most the sum of the others. Their mean is taken; correct them",
         )
         body.fullinertia = [max(moments.mean(), 2 * NONE)] * 3 + [0.0] * 3
 

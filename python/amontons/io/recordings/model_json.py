@@ -11,7 +11,7 @@ import numpy as np
 
 from ...model.model import Model
 from ...model.parts import Body, Coupling, Dof, Geom, Joint, Material, Motor, PairMaterial
-from ...model.presets import Actuator, Keyframe
+from ...model.presets import Actuator, Keyframe, Unread
 from ...model.shapes import KINDS, Shape
 from ...model.transforms import Transform
 
@@ -68,6 +68,7 @@ def model_from_json(text: str) -> Model:
         for name, frame in d["keyframes"].items()
     }
     d["actuators"] = {name: Actuator(**actuator) for name, actuator in d["actuators"].items()}
+    d["unread"] = tuple(Unread(**entry) for entry in d.get("unread", ()))
     d["excluded_bodies"] = tuple((a, b) for a, b in d["excluded_bodies"])
     return Model(**d)
 
