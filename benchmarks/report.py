@@ -53,7 +53,7 @@ class Results:
         self.literal = read_csv(folder / "literal_summary.csv")
         self.bilateral = read_csv(folder / "literal_bilateral.csv")
         self.simulation, self.physics = read_csv(folder / "simulation.csv"), read_csv(folder / "physics.csv")
-        self.broad_phase = read_csv(folder / "broad_phase.csv")
+        self.broad_phase, self.robots = read_csv(folder / "broad_phase.csv"), read_csv(folder / "robots.csv")
 
     def accuracy(self, law: str, tolerance: float) -> Rows:
         return [r for r in self.files if r["law"] == law and float(r["tolerance"]) == tolerance]
@@ -257,6 +257,26 @@ def physics_table(r: Results) -> str:
     return table(("claim", "figure", "measured", "wanted", "met"), rows)
 
 
+def robot_table(r: Results) -> str:
+    """Models of others beside MuJoCo, lengths in mm, times in ms."""
+
+    def cell(row: dict[str, str], key: str, scale: float = 1.0) -> str:
+        return f"{scale * float(row[key]):.2g}" if row[key] else ""
+
+    rows = [
+        (row["model"], row["outcome"].split(":")[0], row["not_read"],
+         f"{row['contacts']} / {row['mujoco_contacts']}", cell(row, "missed_percent"),
+         cell(row, "residual"), cell(row, "penetration", 1e3), cell(row, "energy_gain_relative"),
+         cell(row, "free", 1e3), cell(row, "free_in_errors"), cell(row, "motion", 1e3),
+         cell(row, "step_median", 1e3), cell(row, "longest_in_medians"),
+         f"{cell(row, 'steps_per_second')} / {cell(row, 'mujoco_steps_per_second')}")
+        for row in r.robots
+    ]  # fmt: skip
+    header = ("model", "outcome", "not read", "contacts", "missed %", "residual", "penetration", "gain",
+              "free motion", "in errors", "motion", "median step", "longest, medians", "steps/s")  # fmt: skip
+    return table(header, rows)
+
+
 def broad_phase_table(r: Results) -> str:
     return table(
         ("scene", "bodies", "pairs", "first call (ns per body)", "next (ns per body)"),
@@ -276,6 +296,7 @@ def page(r: Results, method: str) -> str:
         ("Targets", targets(r), bool(targets(r))),
         ("Simulated scenes", f"{scene_table(r)}\n\n{phase_table(r)}", bool(r.simulation)),
         ("Physics", physics_table(r), bool(r.physics)),
+        ("Models of others beside MuJoCo", robot_table(r), bool(r.robots)),
         ("Time steps, default method", step_table(r), bool(r.steps)),
         ("Every method, associated", method_table(r, "associated"), bool(r.methods)),
         ("Every method, coulomb", method_table(r, "coulomb"), bool(r.methods)),

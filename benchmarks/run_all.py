@@ -23,9 +23,9 @@ import report
 from common import ROOT, arguments, processor, with_folders, write_csv
 
 HERE = Path(__file__).resolve().parent
-PARTS = ("files", "steps", "literal", "simulation", "physics")
+PARTS = ("files", "steps", "literal", "simulation", "physics", "robots")
 PROGRAMS = {"contact_kernel": "kernel.csv", "broad_phase": "broad_phase.csv"}
-PACKAGES = ("amontons", "clarabel", "numpy", "scipy", "h5py")
+PACKAGES = ("amontons", "clarabel", "mujoco-core", "numpy", "scipy", "h5py")
 
 
 def compiler(build: Path) -> str:

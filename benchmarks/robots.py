@@ -1,0 +1,214 @@
+"""Every model file of a folder beside MuJoCo: does it load, run, and move alike?
+
+    python benchmarks/robots.py [FOLDER] [--duration 2] [--dt 5e-3] [--only PART ...] [--jobs N] [--limit 60]
+
+Finds MJCF (files with the root <mujoco> that no other includes) and URDF files, runs each with the defaults
+in a process of its own with a limit of wall clock, prints a table, and writes robots.csv, a row per model.
+docs/benchmarks.md tells what the columns mean. Speeds are comparable with --jobs 1 only.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+import subprocess
+import sys
+import tempfile
+from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from typing import Any
+
+from common import SAMPLE, arguments, progress, with_folders, write_csv
+from rich.console import Console
+from rich.table import Table
+
+WORKER = Path(__file__).with_name("robot_run.py")
+MISSED, MEDIANS, GAIN, ERRORS = 1.0, 10.0, 0.01, 3.0
+"""From where on a row counts: missed steps (%), longest step (medians), relative gain of a step, difference
+of free motion (errors of the step)."""
+SHORT = 2e-3
+"""A step below this (s) is not long, however short the median: memory that is new costs as much."""
+COLUMNS = (
+    "model", "outcome", "load", "not_read", "what", "mujoco_refuses", "bodies", "load_time", "steps",
+    "wanted_steps", "simulated", "contacts", "mujoco_contacts", "missed", "missed_percent", "residual",
+    "penetration_start", "penetration", "energy_gain", "energy_gain_relative", "energy_rise", "free",
+    "free_error", "free_in_errors", "free_time", "motion", "motion_time", "step_median",
+    "longest_in_medians", "steps_per_second", "mujoco_steps_per_second", "stopped",
+)  # fmt: skip
+Row = dict[str, Any]
+
+
+def models(folder: Path) -> list[Path]:
+    """MJCF and URDF files below the folder, without those that another one includes."""
+    found, included = [], set()
+    for path in sorted(p for p in folder.rglob("*") if p.suffix in (".xml", ".mjcf", ".urdf")):
+        text = re.sub(r"<!--.*?-->", "", path.read_text(errors="replace"), flags=re.DOTALL)
+        root = re.search(r"<([A-Za-z]\w*)", text)
+        if root is None or root[1] not in ("mujoco", "robot"):
+            continue
+        found.append(path)
+        names = re.findall(r"<include\s[^>]*?file\s*=\s*[\"']([^\"']+)[\"']", text)
+        included |= {(path.parent / name).resolve() for name in names}
+    return [path for path in found if path.resolve() not in included]
+
+
+def run(path: Path, options: Any) -> Row:
+    """The last line that the worker printed, and how it ended."""
+    command = [sys.executable, WORKER, path, "--duration", options.duration, "--limit", options.limit]
+    command += ["--dt", options.dt] if options.dt else []
+    with tempfile.TemporaryFile("w+") as out, tempfile.TemporaryFile("w+") as err:
+        try:
+            code = subprocess.run(map(str, command), stdout=out, stderr=err, timeout=options.limit).returncode
+        except subprocess.TimeoutExpired:
+            code = None
+        out.seek(0)
+        err.seek(0)
+        lines, errors = out.read().splitlines(), err.read().splitlines()
+    row = dict.fromkeys(COLUMNS)
+    for line in lines:  # the last one may be cut off
+        try:
+            row |= json.loads(line)
+        except json.JSONDecodeError:
+            break
+    row["model"] = path.relative_to(options.folder).as_posix()
+    row["outcome"] = outcome(row, code, errors)
+    return row
+
+
+def outcome(row: Row, code: int | None, errors: list[str]) -> str:
+    if code not in (0, None):
+        return f"crashed ({code}): {errors[-1] if errors else 'no message'}"[:200]
+    if row["load"] is None:
+        return "loading did not end"
+    if row["load"] == "refused":
+        return "refused" if not row["mujoco_refuses"] else "refused, by MuJoCo too"
+    if row["stopped"] or (row["steps"] or 0) < (row["wanted_steps"] or 1):
+        return "unfinished"
+    return "finished"
+
+
+Cell = Callable[[Row], str]
+
+
+def number(key: str, digits: int = 2, scale: float = 1.0, above: float = float("inf")) -> Cell:
+    """The value of a key, blank if there is none, red above a bound."""
+
+    def cell(row: Row) -> str:
+        value = row[key]
+        if value is None:
+            return ""
+        text = f"{scale * value:.{digits}g}" if isinstance(value, float) else str(value)
+        return f"[red]{text}[/red]" if not value <= above else text
+
+    return cell
+
+
+def loaded(row: Row) -> str:
+    bad = row["outcome"] != "finished" or row["load"] != "ok"
+    text = row["load"] if row["outcome"] == "finished" else row["outcome"]
+    text = text.split(":")[0] + (f", {row['not_read']} not read" if row["not_read"] else "")
+    return f"[red]{text}[/red]" if bad else text
+
+
+def long(row: Row) -> bool:
+    return (row["longest_in_medians"] or 0) * (row["step_median"] or 0) > SHORT
+
+
+def beside(ours: str, theirs: str, digits: int) -> Cell:
+    def cell(row: Row) -> str:
+        return " / ".join("" if row[k] is None else f"{row[k]:.{digits}g}" for k in (ours, theirs))
+
+    return cell
+
+
+SHOWN: tuple[tuple[str, Cell], ...] = (
+    ("model", lambda row: row["model"]),
+    ("load", loaded),
+    ("contacts", beside("contacts", "mujoco_contacts", 6)),
+    ("missed %", number("missed_percent", above=MISSED)),
+    ("residual", number("residual", 1)),
+    ("pen. start, later mm", lambda row: ", ".join(
+        number(key, 2, 1e3)(row) for key in ("penetration_start", "penetration"))),
+    ("gain J", number("energy_gain", 1)),
+    ("of scale", number("energy_gain_relative", 1, above=GAIN)),
+    ("rise J", number("energy_rise", 1)),
+    ("free mm", number("free", 2, 1e3)),
+    ("in errors", number("free_in_errors", 2, above=ERRORS)),
+    ("as is mm", number("motion", 2, 1e3)),
+    ("median ms", number("step_median", 2, 1e3)),
+    ("longest", lambda row: number("longest_in_medians", 2, above=MEDIANS if long(row) else 1e300)(row)),
+    ("steps/s", beside("steps_per_second", "mujoco_steps_per_second", 2)),
+)  # fmt: skip
+
+
+def show(rows: list[Row]) -> None:
+    table = Table(box=None, header_style="bold", padding=(0, 1))
+    for k, (title, _) in enumerate(SHOWN):
+        table.add_column(title, justify="right" if k > 1 else "left", no_wrap=k > 1)
+    for row in rows:
+        table.add_row(*(cell(row) for _, cell in SHOWN))
+    # A file or a pipe has no width: let nothing be cut off there.
+    console = Console() if sys.stdout.isatty() else Console(width=240)
+    console.print(table)
+    for line in sums(rows):
+        console.print(line, highlight=False)
+
+
+def sums(rows: list[Row]) -> Iterator[str]:
+    """How many models do what none should, and which."""
+
+    def line(what: str, test: Callable[[Row], bool]) -> str:
+        names = [row["model"] for row in rows if test(row)]
+        return f"{what}: {len(names)}" + (f" ({', '.join(names)})" if names else "")
+
+    def above(key: str, bound: float) -> Callable[[Row], bool]:
+        return lambda row: row[key] is not None and not row[key] <= bound
+
+    yield f"models: {len(rows)}, loaded {sum(row['bodies'] is not None for row in rows)}"
+    yield line("refused by default, not by MuJoCo", lambda r: r["load"] != "ok" and not r["mujoco_refuses"])
+    yield line("something not read", lambda r: bool(r["not_read"]))
+    yield line("unfinished or crashed", lambda r: not r["outcome"].startswith(("finished", "refused")))
+    yield line(f"more than {MISSED:g} % of the steps missed", above("missed_percent", MISSED))
+    yield line(f"longest step above {MEDIANS:g} medians",
+               lambda r: long(r) and r["longest_in_medians"] > MEDIANS)  # fmt: skip
+    yield line(f"a step gains more than {100 * GAIN:g} % of the energy's scale",
+               above("energy_gain_relative", GAIN))  # fmt: skip
+    yield line(f"free motion further off than {ERRORS:g} errors of the step", above("free_in_errors", ERRORS))
+    yield line("free motion not compared", lambda r: r["outcome"] == "finished" and r["free"] is None)
+
+
+def main() -> int:
+    parser = arguments(__doc__)
+    parser.add_argument("folder", type=Path, nargs="?", help="of models (default: robots in the data folder)")
+    parser.add_argument("--duration", type=float, help="simulated time of a run (default: 2 s)")
+    parser.add_argument("--dt", type=float, help="time step (default: that of Simulation)")
+    parser.add_argument("--only", nargs="+", metavar="PART", help="models whose path holds one of these")
+    parser.add_argument("--jobs", type=int, default=1, help="models at a time")
+    parser.add_argument("--limit", type=float, help="wall clock of a model (default: 60 s)")
+    options = parser.parse_args()
+    ours = options.folder is None
+    if not ours or options.only or options.duration or options.dt:  # not the run whose results are kept
+        options.out = options.out or SAMPLE
+    with_folders(options)
+    options.folder = (options.data / "robots" if ours else options.folder).resolve()
+    options.duration = options.duration or (0.2 if options.quick else 2.0)
+    options.limit = options.limit or (20.0 if options.quick else 60.0)
+    if not options.folder.is_dir():
+        print(f"robots: skipped, there is no folder {options.folder}; name one with models")
+        return 0 if ours else 1
+    paths = [p for p in models(options.folder) if not options.only or any(s in str(p) for s in options.only)]
+    rows = []
+    with progress() as bar, ThreadPoolExecutor(options.jobs) as pool:
+        task = bar.add_task("robots", total=len(paths), item="")
+        for path, row in zip(paths, pool.map(lambda p: run(p, options), paths), strict=True):
+            bar.update(task, item=path.name, advance=1)
+            rows.append(row)
+            write_csv(options.out / "robots.csv", [{key: r[key] for key in COLUMNS} for r in rows])
+    show(rows)
+    print(f"written to {options.out / 'robots.csv'}")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

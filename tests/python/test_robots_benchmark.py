@@ -1,0 +1,78 @@
+"""benchmarks/robots.py: every model is a row, whatever happens to it."""
+
+import sys
+
+import pytest
+
+pytest.importorskip("mujoco")
+
+BALL = """<mujoco>
+  <option timestep="0.002"/>
+  <worldbody>
+    <geom type="plane" size="1 1 1"/>
+    <body pos="0 0 0.3"><freejoint/><geom size="0.1"/></body>
+    <body name="arm" pos="2 0 1">
+      <joint axis="0 1 0"/><geom type="capsule" fromto="0 0 0 0.5 0 0" size="0.05"/>
+    </body>
+  </worldbody>
+</mujoco>"""
+
+
+@pytest.fixture
+def robots(root, monkeypatch):
+    monkeypatch.syspath_prepend(str(root / "benchmarks"))
+    import robots
+
+    yield robots
+    for name in ("robots", "common"):
+        sys.modules.pop(name, None)
+
+
+def run(robots, monkeypatch, tmp_path, *arguments):
+    command = ["robots.py", str(tmp_path), "--out", str(tmp_path / "out"), "--duration", "0.05"]
+    monkeypatch.setattr(sys, "argv", [*command, *arguments])
+    assert robots.main() == 0
+    from common import read_csv
+
+    return {row["model"]: row for row in read_csv(tmp_path / "out" / "robots.csv")}
+
+
+# Breaks when a file that another one includes, or that is no model, gets a row, when what happens to one
+# model ends the run, or when free motion no longer agrees with MuJoCo's.
+def test_every_model_is_a_row(robots, monkeypatch, tmp_path, capsys):
+    (tmp_path / "ball.xml").write_text(BALL)
+    (tmp_path / "scene.xml").write_text(
+        '<mujoco><!-- <include file="ball.xml"/> --><include file="part.xml"/></mujoco>'
+    )
+    (tmp_path / "part.xml").write_text(BALL)
+    (tmp_path / "other.xml").write_text("<html/>")
+    (tmp_path / "broken.xml").write_text("<mujoco><worldbody><body></mujoco>")
+    (tmp_path / "arm.urdf").write_text('<robot name="r"><link name="base"/></robot>')
+    rows = run(robots, monkeypatch, tmp_path)
+    assert set(rows) == {"arm.urdf", "ball.xml", "broken.xml", "scene.xml"}
+    assert rows["broken.xml"]["outcome"] == "refused, by MuJoCo too"
+    for name in ("ball.xml", "scene.xml"):
+        assert rows[name]["outcome"] == "finished"
+        assert rows[name]["steps"] == rows[name]["wanted_steps"] == "10"
+        assert float(rows[name]["free_in_errors"]) < robots.ERRORS
+        assert float(rows[name]["missed_percent"]) == 0
+        assert float(rows[name]["energy_gain_relative"]) < 1e-9
+    assert "more than 1 % of the steps missed: 0" in capsys.readouterr().out
+
+
+# Breaks when a model that takes too long holds up the others.
+def test_a_limit_of_time(robots, monkeypatch, tmp_path):
+    (tmp_path / "ball.xml").write_text(BALL)
+    rows = run(robots, monkeypatch, tmp_path, "--limit", "0.01")
+    assert rows["ball.xml"]["outcome"] == "loading did not end"
+
+
+# Breaks when what the worker said before it crashed is lost, or a crash is taken for an end.
+def test_a_crash(robots, monkeypatch, tmp_path):
+    (tmp_path / "ball.xml").write_text(BALL)
+    worker = tmp_path / "worker.py"
+    worker.write_text('print(\'{"load": "ok", "bodies": 3}\', flush=True); raise SystemExit(\'gone\')')
+    monkeypatch.setattr(robots, "WORKER", worker)
+    rows = run(robots, monkeypatch, tmp_path)
+    assert rows["ball.xml"]["outcome"] == "crashed (1): gone"
+    assert rows["ball.xml"]["bodies"] == "3"
