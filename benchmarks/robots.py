@@ -30,11 +30,11 @@ of free motion (errors of the step)."""
 SHORT = 2e-3
 """A step below this (s) is not long, however short the median: memory that is new costs as much."""
 COLUMNS = (
-    "model", "outcome", "load", "not_read", "what", "mujoco_refuses", "bodies", "load_time", "steps",
-    "wanted_steps", "simulated", "contacts", "mujoco_contacts", "missed", "missed_percent", "residual",
-    "penetration_start", "penetration", "energy_gain", "energy_gain_relative", "energy_rise", "free",
-    "free_error", "free_in_errors", "free_time", "motion", "motion_time", "step_median",
-    "longest_in_medians", "steps_per_second", "mujoco_steps_per_second", "stopped",
+    "model", "outcome", "load", "changes_motion", "not_read", "what", "mujoco_refuses", "bodies",
+    "load_time", "steps", "wanted_steps", "simulated", "contacts", "mujoco_contacts", "missed",
+    "missed_percent", "residual", "penetration_start", "penetration", "energy_gain", "energy_gain_relative",
+    "energy_rise", "free", "free_error", "free_in_errors", "free_time", "motion", "motion_time",
+    "step_median", "longest_in_medians", "steps_per_second", "mujoco_steps_per_second", "stopped",
 )  # fmt: skip
 Row = dict[str, Any]
 
@@ -105,10 +105,10 @@ def number(key: str, digits: int = 2, scale: float = 1.0, above: float = float("
 
 
 def loaded(row: Row) -> str:
-    bad = row["outcome"] != "finished" or row["load"] != "ok"
-    text = row["load"] if row["outcome"] == "finished" else row["outcome"]
-    text = text.split(":")[0] + (f", {row['not_read']} not read" if row["not_read"] else "")
-    return f"[red]{text}[/red]" if bad else text
+    text = "" if row["outcome"] == "finished" else f"[red]{row['outcome'].split(':')[0]}[/red] "
+    return text + (
+        f"{row['changes_motion']} + {row['not_read'] - row['changes_motion']}" if row["not_read"] else ""
+    )
 
 
 def long(row: Row) -> bool:
@@ -124,7 +124,7 @@ def beside(ours: str, theirs: str, digits: int) -> Cell:
 
 SHOWN: tuple[tuple[str, Cell], ...] = (
     ("model", lambda row: row["model"]),
-    ("load", loaded),
+    ("not read", loaded),
     ("contacts", beside("contacts", "mujoco_contacts", 6)),
     ("missed %", number("missed_percent", above=MISSED)),
     ("residual", number("residual", 1)),
@@ -166,8 +166,9 @@ def sums(rows: list[Row]) -> Iterator[str]:
         return lambda row: row[key] is not None and not row[key] <= bound
 
     yield f"models: {len(rows)}, loaded {sum(row['bodies'] is not None for row in rows)}"
-    yield line("refused by default, not by MuJoCo", lambda r: r["load"] != "ok" and not r["mujoco_refuses"])
-    yield line("something not read", lambda r: bool(r["not_read"]))
+    yield line("refused, not by MuJoCo", lambda r: r["load"] == "refused" and not r["mujoco_refuses"])
+    yield line("refused by MuJoCo, not by us", lambda r: r["load"] == "ok" and bool(r["mujoco_refuses"]))
+    yield line("something not read that changes the motion", lambda r: bool(r["changes_motion"]))
     yield line("unfinished or crashed", lambda r: not r["outcome"].startswith(("finished", "refused")))
     yield line(f"more than {MISSED:g} % of the steps missed", above("missed_percent", MISSED))
     yield line(f"longest step above {MEDIANS:g} medians",
