@@ -33,6 +33,7 @@ from .io import read_problem as read_problem
 from .io import read_recording as read_recording
 from .io import record as record
 from .model.builder import ModelBuilder as ModelBuilder
+from .model.builder import on_floor as on_floor
 from .model.model import Model as Model
 from .model.parts import Body as Body
 from .model.parts import Coupling as Coupling

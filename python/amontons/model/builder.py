@@ -2,21 +2,27 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
 from ..checks import about, changed, chosen, positive, vector3
 from ..errors import InputError
-from .joint_builder import JointBuilder
+from .composing import KeyframePart, bottom, whole_keyframe
 from .mass import NOTHING, MassProperties
 from .model import FRICTION_RULES, Model, index_of
+from .part_builder import PartBuilder, require_movable
 from .parts import WORLD, Body, Coupling, Geom, Material, PairMaterial
-from .shapes import Shape
+from .presets import Actuator, Unread
+from .shapes import Plane, Shape
 from .transforms import IDENTITY, Transform
 
+EVERYTHING = 2**32 - 1
+"""Bits of a floor: what touches anything touches it."""
 
-class ModelBuilder(JointBuilder):
+
+class ModelBuilder(PartBuilder):
     """Collects bodies, geoms and joints, then makes a Model of them.
 
     gravity: m/s^2. friction_rule: how the frictions of two surfaces combine, "geometric_mean", "maximum",
@@ -39,6 +45,9 @@ class ModelBuilder(JointBuilder):
         self._couplings: list[Coupling] = []
         self._pair_materials: list[PairMaterial] = []
         self._excluded: list[tuple[int, int]] = []
+        self._actuators: dict[str, Actuator] = {}
+        self._keyframes: dict[str, list[KeyframePart]] = {}
+        self._unread: list[Unread] = []
         self._names: dict[str, dict[str, int]] = {kind: {} for kind in ("body", "geom", "joint", "coupling")}
 
     def add_body(
@@ -99,7 +108,7 @@ class ModelBuilder(JointBuilder):
         if motion == "fixed" and (any(body.linear_velocity) or any(body.angular_velocity)):
             raise InputError(f"{who}: a fixed body has no velocity; make it kinematic")
         if geom is not None:
-            _require_movable(who, geom.shape, motion)
+            require_movable(who, geom.shape, motion)
             self._append("geom", self._geoms, geom)
         return self._append("body", self._bodies, body)
 
@@ -142,7 +151,7 @@ class ModelBuilder(JointBuilder):
         )
         if index != WORLD:
             carrier = self._bodies[index]
-            _require_movable(f'{who} of body "{carrier.name}"', shape, carrier.motion)
+            require_movable(f'{who} of body "{carrier.name}"', shape, carrier.motion)
             if density is not None:
                 part = shape.mass_properties(positive(f"{who}: density", density)).moved(geom.frame)
                 solid = MassProperties(carrier.mass, carrier.centre_of_mass, carrier.inertia) + part
@@ -197,6 +206,24 @@ class ModelBuilder(JointBuilder):
             raise InputError("exclude: a body never touches itself; give two bodies")
         self._excluded.append((a, b))
 
+    def add_floor(
+        self, *, height: float = 0.0, material: Material | None = None, name: str | None = None
+    ) -> int:
+        """Add a horizontal plane to the world, which every shape touches that may touch anything.
+
+        height: m. Returns the index of the geom, called "floor" unless there is one already.
+        """
+        free = "floor" not in self._names["geom"]
+        return self.add_geom(
+            None,
+            Plane(),
+            position=(0.0, 0.0, height),
+            material=material,
+            name="floor" if name is None and free else name,
+            category=EVERYTHING,
+            mask=EVERYTHING,
+        )
+
     def build(self) -> Model:
         """The model of all that was added, checked as a whole. The builder can go on and build again."""
         for body in self._bodies:
@@ -205,7 +232,7 @@ class ModelBuilder(JointBuilder):
                     f'body "{body.name}" is dynamic but has no mass: give mass= and inertia=, a shape with '
                     'density= or mass=, or motion="fixed"'
                 )
-        return Model(
+        model = Model(
             self._gravity,
             self._friction_rule,
             tuple(self._bodies),
@@ -214,7 +241,11 @@ class ModelBuilder(JointBuilder):
             tuple(self._couplings),
             tuple(self._pair_materials),
             tuple(self._excluded),
+            actuators=dict(self._actuators),
+            unread=tuple(self._unread),
         )
+        keyframes = {name: whole_keyframe(model, parts) for name, parts in self._keyframes.items()}
+        return changed(model, keyframes=keyframes)
 
     def _body(self, body: int | str | None) -> int:
         return WORLD if body is None or body == "world" else self._index("body", body)
@@ -242,6 +273,23 @@ class ModelBuilder(JointBuilder):
         self._names[kind][thing.name] = len(things)
         things.append(thing)
         return len(things) - 1
+
+
+def on_floor(model: Model, *, material: Material | None = None) -> Model:
+    """The model on a plane z = 0, moved up or down so that its lowest shape touches it at the initial poses.
+
+    Gravity and friction rule stay those of the model, indices and names too; its keyframes move with it.
+    material: of the plane. Raises InputError if nothing in the model can touch it.
+    """
+    if not isinstance(model, Model):
+        raise InputError(f"on_floor: model is a {type(model).__name__}; give a Model")
+    low = bottom(model.geoms, model.bodies)
+    if not math.isfinite(low):
+        raise InputError("on_floor: no body of the model has a shape that can touch a floor; add a geom")
+    builder = ModelBuilder(gravity=model.gravity, friction_rule=model.friction_rule)
+    builder.add_model(model, position=(0.0, 0.0, -low))
+    builder.add_floor(material=material)
+    return builder.build()
 
 
 def _mass_properties(
@@ -278,13 +326,3 @@ def _require_one_source(who: str, shape: Shape | None, density: Any, mass: Any, 
 
 def _or_default(material: Material | None) -> Material:
     return Material() if material is None else material
-
-
-def _require_movable(who: str, shape: Shape, motion: str) -> None:
-    if shape.static_only and motion == "dynamic":
-        remedy = (
-            "use shapes.Hull(vertices), or several hulls of its convex parts"
-            if hasattr(shape, "vertices")
-            else 'use another shape, or motion="fixed"'
-        )
-        raise InputError(f"{who}: a {type(shape).__name__} does not move by forces; {remedy}")

@@ -1,0 +1,268 @@
+"""A model as a part of another one: its parts, moved to where they are put, and their keyframes."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, replace
+from typing import TypeVar
+
+import numpy as np
+
+from .. import _core
+from ..checks import changed
+from .model import Model
+from .parts import WORLD, Body, Coupling, Geom, Joint, PairMaterial
+from .presets import Actuator, Keyframe
+from .shapes import Plane
+from .transforms import ORIGIN, Transform, multiply, rotate
+
+T = TypeVar("T", Body, Geom, Joint, Coupling)
+
+
+@dataclass(frozen=True)
+class Added:
+    """Where `ModelBuilder.add_model` put the parts of a model: their indices, in the order of the model."""
+
+    bodies: tuple[int, ...]
+    """a body without mass that was fixed to the world of the model is part of the parent"""
+    geoms: range
+    joints: range
+    couplings: range
+
+
+@dataclass(frozen=True)
+class Seat:
+    """Where the world of a model comes to lie: `frame` in a body of the builder, or in its world."""
+
+    parent: int
+    frame: Transform
+    in_world: Transform
+    """the same in the world, at the initial pose of the parent"""
+    carries: bool
+    """whether the parent is a body that may move, so that what is fixed to the world must hold on to it"""
+
+
+@dataclass(frozen=True)
+class Counts:
+    """Of what the builder had before."""
+
+    bodies: int
+    geoms: int
+    joints: int
+    couplings: int
+    dofs: int
+
+
+@dataclass(frozen=True)
+class Parts:
+    """What a model adds to a builder; indices are those of the builder, its former parts before them."""
+
+    bodies: list[Body]
+    geoms: list[Geom]
+    joints: list[Joint]
+    couplings: list[Coupling]
+    pair_materials: list[PairMaterial]
+    excluded: list[tuple[int, int]]
+    actuators: dict[str, Actuator]
+    keyframes: dict[str, KeyframePart]
+    added: Added
+
+
+@dataclass(frozen=True)
+class KeyframePart:
+    """The keyframe of a model for the bodies and degrees of freedom that came from it."""
+
+    bodies: tuple[int, ...]
+    first_dof: int
+    keyframe: Keyframe
+
+
+class Move:
+    """How indices and frames of a model change on its way into a builder."""
+
+    def __init__(self, model: Model, seat: Seat, before: Counts) -> None:
+        merged = merged_bodies(model, seat)
+        self.before = before
+        self.kept = [b for b in range(len(model.bodies)) if b not in merged]
+        """the bodies of the model that stay bodies"""
+        self.where = {WORLD: seat.frame, **{b: seat.frame @ model.bodies[b].pose for b in merged}}
+        """the frames, in the parent, of what becomes part of it"""
+        self.index = {b: before.bodies + i for i, b in enumerate(self.kept)}
+        self.index |= dict.fromkeys(self.where, seat.parent)
+
+    def frame(self, body: int, local: Transform) -> Transform:
+        return self.where[body] @ local if body in self.where else local
+
+    def geom(self, geom: Geom) -> Geom:
+        moved = changed(geom, body=self.index[geom.body])
+        if geom.body not in self.where:
+            return moved
+        turn = self.where[geom.body].rotation
+        along = geom.friction_direction
+        return changed(
+            moved,
+            frame=self.frame(geom.body, geom.frame),
+            surface_velocity=rotate(turn, geom.surface_velocity),
+            friction_direction=along and rotate(turn, along),
+        )
+
+    def joint(self, joint: Joint) -> Joint:
+        return changed(
+            joint,
+            body_a=self.index[joint.body_a],
+            body_b=self.index[joint.body_b],
+            frame_a=self.frame(joint.body_a, joint.frame_a),
+            frame_b=self.frame(joint.body_b, joint.frame_b),
+        )
+
+    def joint_index(self, joint: int) -> int:
+        return WORLD if joint == WORLD else self.before.joints + joint
+
+    def coupling(self, coupling: Coupling) -> Coupling:
+        a, b = map(self.joint_index, (coupling.joint_a, coupling.joint_b))
+        return changed(coupling, joint_a=a, joint_b=b)
+
+    def pair(self, pair: PairMaterial) -> PairMaterial:
+        first = self.before.geoms
+        return changed(pair, geom_a=first + pair.geom_a, geom_b=first + pair.geom_b)
+
+
+def parts_of(model: Model, seat: Seat, prefix: str, before: Counts, new_name: Callable[[str], str]) -> Parts:
+    """The parts of a model in their seat. new_name: of the joint that fixes the body of this name."""
+    move = Move(model, seat, before)
+    mounts = [
+        hold(seat, new_name(prefix + model.bodies[b].name), model.bodies[b], move.index[b])
+        for b in held(model, seat)
+        if b in move.kept
+    ]
+    excluded = [(move.index[a], move.index[b]) for a, b in model.excluded_bodies]
+    return Parts(
+        bodies=named(prefix, (moved_body(model.bodies[b], seat) for b in move.kept)),
+        geoms=named(prefix, map(move.geom, model.geoms)),
+        joints=[*named(prefix, map(move.joint, model.joints)), *mounts],
+        couplings=named(prefix, map(move.coupling, model.couplings)),
+        pair_materials=list(map(move.pair, model.pair_materials)),
+        excluded=[(a, b) for a, b in excluded if a != b],
+        actuators={
+            prefix + name: replace(actuator, joint=move.joint_index(actuator.joint))
+            for name, actuator in model.actuators.items()
+        },
+        keyframes={
+            prefix + name: keyframe_part(keyframe, seat, move) for name, keyframe in model.keyframes.items()
+        },
+        added=Added(
+            tuple(move.index[b] for b in range(len(model.bodies))),
+            range(before.geoms, before.geoms + len(model.geoms)),
+            range(before.joints, before.joints + len(model.joints) + len(mounts)),
+            range(before.couplings, before.couplings + len(model.couplings)),
+        ),
+    )
+
+
+def named(prefix: str, things: Iterable[T]) -> list[T]:
+    return [changed(thing, name=prefix + thing.name) if prefix else thing for thing in things]
+
+
+def merged_bodies(model: Model, seat: Seat) -> set[int]:
+    """Fixed bodies without mass on a parent that may move: they cannot be bodies of their own there."""
+    if not seat.carries:
+        return set()
+    return {b for b, body in enumerate(model.bodies) if body.motion == "fixed" and body.mass == 0}
+
+
+def moved_body(body: Body, seat: Seat) -> Body:
+    turn = seat.in_world.rotation
+    return changed(
+        body,
+        motion="dynamic" if seat.carries and body.motion == "fixed" else body.motion,
+        pose=seat.in_world @ body.pose,
+        linear_velocity=rotate(turn, body.linear_velocity),
+        angular_velocity=rotate(turn, body.angular_velocity),
+    )
+
+
+def held(model: Model, seat: Seat) -> list[int]:
+    """The bodies that a fixed joint must hold on the parent.
+
+    Those that were fixed to the world, and the first one of every group of bodies that joints join to each
+    other, but neither to the world nor to a fixed one.
+    """
+    if seat.parent == WORLD:
+        return []
+    leader = list(range(len(model.bodies)))
+
+    def find(b: int) -> int:
+        while leader[b] != b:
+            b = leader[b]
+        return b
+
+    bound = set()
+    for joint in model.joints:
+        ends = (joint.body_a, joint.body_b)
+        if WORLD in ends:
+            bound.add(max(ends))
+        else:
+            low, high = sorted(map(find, ends))
+            leader[high] = low
+    still = {b for b, body in enumerate(model.bodies) if body.motion != "dynamic"}
+    held_by_others = {find(b) for b in bound | still}
+    free = [b for b in range(len(model.bodies)) if leader[b] == b and b not in held_by_others]
+    fixed = [b for b in still if model.bodies[b].motion == "fixed" and seat.carries]
+    return sorted({*free, *fixed})
+
+
+def hold(seat: Seat, name: str, body: Body, index: int) -> Joint:
+    """The joint that fixes a body of the model to the parent as it stands."""
+    return Joint(name=name, body_a=index, body_b=seat.parent, frame_b=seat.frame @ body.pose)
+
+
+def keyframe_part(keyframe: Keyframe, seat: Seat, move: Move) -> KeyframePart:
+    turn = seat.in_world.rotation
+    moved = replace(
+        keyframe,
+        positions=tuple(seat.in_world(keyframe.positions[b]) for b in move.kept),
+        orientations=tuple(multiply(turn, keyframe.orientations[b]) for b in move.kept),
+        linear_velocities=tuple(rotate(turn, keyframe.linear_velocities[b]) for b in move.kept),
+        angular_velocities=tuple(rotate(turn, keyframe.angular_velocities[b]) for b in move.kept),
+    )
+    return KeyframePart(tuple(move.index[b] for b in move.kept), move.before.dofs, moved)
+
+
+def whole_keyframe(model: Model, parts: Sequence[KeyframePart]) -> Keyframe:
+    """The initial state of a model with some of its parts as keyframes have them."""
+    start = _core.Simulation(model.core, _core.SimulationOptions())
+    by_body = {
+        name: np.array(getattr(start, name))
+        for name in ("positions", "orientations", "linear_velocities", "angular_velocities")
+    }
+    by_dof = {name: np.array(getattr(start, name)) for name in ("joint_coordinates", "targets")}
+    for part in parts:
+        for name, values in by_body.items():
+            if part.bodies:
+                values[list(part.bodies)] = getattr(part.keyframe, name)
+        for name, values in by_dof.items():
+            given = getattr(part.keyframe, name)
+            values[part.first_dof : part.first_dof + len(given)] = given
+    rows = {name: tuple(map(tuple, values.tolist())) for name, values in by_body.items()}
+    numbers = {name: tuple(values.tolist()) for name, values in by_dof.items()}
+    return Keyframe(time=parts[0].keyframe.time, **rows, **numbers)  # type: ignore[arg-type]
+
+
+def top(geoms: Iterable[Geom], bodies: Sequence[Body]) -> float:
+    """The highest z of shapes at the initial poses (m), -inf without any; of a plane, that of its origin."""
+    return max((extent(geom, bodies)[1] for geom in geoms), default=-math.inf)
+
+
+def bottom(geoms: Iterable[Geom], bodies: Sequence[Body]) -> float:
+    """The lowest z of shapes of bodies that may touch something (m), inf without any."""
+    solid = (geom for geom in geoms if geom.body != WORLD and (geom.category or geom.mask))
+    return min((extent(geom, bodies)[0] for geom in solid), default=math.inf)
+
+
+def extent(geom: Geom, bodies: Sequence[Body]) -> tuple[float, float]:
+    frame = (ORIGIN if geom.body == WORLD else bodies[geom.body].pose) @ geom.frame
+    if isinstance(geom.shape, Plane):
+        return frame.position[2], frame.position[2]
+    lower, upper = geom.shape.core.bounds(frame.position, frame.rotation)
+    return lower[2], upper[2]

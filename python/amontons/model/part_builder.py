@@ -1,0 +1,156 @@
+"""Models added to a builder as a whole."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+from ..checks import changed
+from ..errors import InputError
+from .composing import Added, Counts, KeyframePart, Parts, Seat, bottom, parts_of, top
+from .joint_builder import JointBuilder
+from .model import Model
+from .parts import WORLD, Coupling, Geom, PairMaterial
+from .presets import Actuator, Unread
+from .shapes import Shape
+from .transforms import IDENTITY, ORIGIN, Transform, add
+
+
+class PartBuilder(JointBuilder):
+    """The function add_model; what is in composing.py does not know the builder."""
+
+    _geoms: list[Geom]
+    _couplings: list[Coupling]
+    _pair_materials: list[PairMaterial]
+    _excluded: list[tuple[int, int]]
+    _actuators: dict[str, Actuator]
+    _keyframes: dict[str, list[KeyframePart]]
+    _unread: list[Unread]
+    _names: dict[str, dict[str, int]]
+
+    def add_model(
+        self,
+        model: Model,
+        *,
+        position: Sequence[float] = (0.0, 0.0, 0.0),
+        orientation: Sequence[float] = IDENTITY,
+        prefix: str = "",
+        parent: int | str | None = None,
+        on: str | None = None,
+    ) -> Added:
+        """Add all parts of a model: bodies, geoms, joints, couplings, materials, actuators, keyframes.
+
+        position, orientation: of the model's world in the world of the builder, or in the frame of `parent`
+        (m; unit quaternion w, x, y, z).
+        prefix: in front of all its names. Keyframes of the same name become one; where a part has none of
+        that name, it stands as at the start.
+        parent: the body that takes the place of the model's world: what was fixed or jointed to it is so to
+        the parent, and what was free is held by a fixed joint of its first body.
+        on: the geom or body of the builder on which the model stands: position[2] is then measured from
+        the highest point there to the lowest of its shapes, both at the initial poses.
+
+        Gravity and friction rule are those of the builder. Returns the indices that the parts got.
+        """
+        if not isinstance(model, Model):
+            raise InputError(f"add_model: model is a {type(model).__name__}; give a Model")
+        if not isinstance(prefix, str):
+            raise InputError(f"add_model: prefix is {prefix!r}; give a string")
+        if on is not None and parent is not None:
+            raise InputError("add_model: on and parent are both given; keep one of them")
+        place = Transform.named("add_model", position, orientation)
+        if on is not None:
+            place = changed(place, position=add(place.position, (0.0, 0.0, self._rise(model, place, on))))
+        carrier = self._body(parent)
+        pose = ORIGIN if carrier == WORLD else self._bodies[carrier].pose
+        carries = carrier != WORLD and self._bodies[carrier].motion != "fixed"
+        seat = Seat(carrier, place, pose @ place, carries)
+        before = Counts(
+            len(self._bodies),
+            len(self._geoms),
+            len(self._joints),
+            len(self._couplings),
+            sum(len(joint.dofs) for joint in self._joints),
+        )
+        parts = parts_of(model, seat, prefix, before, self._holding_name)
+        self._require_new(parts)
+        if carries:
+            for geom in parts.geoms:
+                if geom.body == carrier:
+                    motion = self._bodies[carrier].motion
+                    require_movable(
+                        f'geom "{geom.name}" of body "{self._bodies[carrier].name}"', geom.shape, motion
+                    )
+        self._take(parts, model)
+        return parts.added
+
+    def _rise(self, model: Model, place: Transform, on: str) -> float:
+        """How far up a model must go to stand on a geom or body."""
+        if not isinstance(on, str):
+            raise InputError(f"add_model: on is {on!r}; give the name of a geom or body")
+        if on in self._names["geom"]:
+            below = [self._geoms[self._names["geom"][on]]]
+        elif on in self._names["body"]:
+            below = [geom for geom in self._geoms if geom.body == self._names["body"][on]]
+        else:
+            raise InputError(f'add_model: on="{on}" is no geom or body of the builder; add it first')
+        turned = [changed(b, pose=Transform((0, 0, 0), place.rotation) @ b.pose) for b in model.bodies]
+        rise = top(below, self._bodies) - bottom(model.geoms, turned)
+        if not math.isfinite(rise):
+            raise InputError(
+                f'add_model: on="{on}" needs shapes on both that can touch; give position instead'
+            )
+        return rise
+
+    def _holding_name(self, body: str) -> str:
+        name = f"{body}_mount"
+        while name in self._names["joint"]:
+            name += "_"
+        return name
+
+    def _require_new(self, parts: Parts) -> None:
+        """Nothing may be added when a name is taken."""
+        added = {
+            "body": parts.bodies,
+            "geom": parts.geoms,
+            "joint": parts.joints,
+            "coupling": parts.couplings,
+        }
+        for kind, things in added.items():
+            known = dict(self._names[kind])
+            for thing in things:
+                if thing.name in known or thing.name == "world":
+                    raise InputError(
+                        f'add_model: there is a {kind} "{thing.name}" already; give the model a prefix='
+                    )
+                known[thing.name] = 0
+        for name in parts.actuators:
+            if name in self._actuators:
+                raise InputError(
+                    f'add_model: there is an actuator "{name}" already; give the model a prefix='
+                )
+
+    def _take(self, parts: Parts, model: Model) -> None:
+        for kind, own, new in (
+            ("body", self._bodies, parts.bodies),
+            ("geom", self._geoms, parts.geoms),
+            ("joint", self._joints, parts.joints),
+            ("coupling", self._couplings, parts.couplings),
+        ):
+            for thing in new:
+                self._append(kind, own, thing)  # type: ignore[arg-type]
+        self._pair_materials += parts.pair_materials
+        self._excluded += parts.excluded
+        self._actuators |= parts.actuators
+        for name, part in parts.keyframes.items():
+            self._keyframes.setdefault(name, []).append(part)
+        self._unread += model.unread
+
+
+def require_movable(who: str, shape: Shape, motion: str) -> None:
+    if shape.static_only and motion == "dynamic":
+        remedy = (
+            "use shapes.Hull(vertices), or several hulls of its convex parts"
+            if hasattr(shape, "vertices")
+            else 'use another shape, or motion="fixed"'
+        )
+        raise InputError(f"{who}: a {type(shape).__name__} does not move by forces; {remedy}")
