@@ -57,9 +57,14 @@ def run(path: Path, options: Any) -> Row:
     """The last line that the worker printed, and how it ended."""
     command = [sys.executable, WORKER, path, "--duration", options.duration, "--limit", options.limit]
     command += ["--dt", options.dt] if options.dt else []
-    with tempfile.TemporaryFile("w+") as out, tempfile.TemporaryFile("w+") as err:
+    with (
+        tempfile.TemporaryFile("w+") as out,
+        tempfile.TemporaryFile("w+") as err,
+        tempfile.TemporaryDirectory() as folder,  # where MuJoCo leaves its log
+    ):
+        arguments = {"stdout": out, "stderr": err, "cwd": folder, "timeout": options.limit}
         try:
-            code = subprocess.run(map(str, command), stdout=out, stderr=err, timeout=options.limit).returncode
+            code = subprocess.run(list(map(str, command)), **arguments).returncode
         except subprocess.TimeoutExpired:
             code = None
         out.seek(0)
