@@ -103,7 +103,8 @@ void bind_joints(nb::module_& m) {
       .def_rw("lower_distance", &Joint::lower_distance)
       .def_rw("upper_distance", &Joint::upper_distance)
       .def_rw("compliance", &Joint::compliance)
-      .def_rw("collide", &Joint::collide);
+      .def_rw("collide", &Joint::collide)
+      .def_rw("closes_loop", &Joint::closes_loop);
   nb::class_<Coupling>(m, "Coupling")
       .def(nb::init<>())
       .def_rw("name", &Coupling::name)

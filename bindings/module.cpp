@@ -16,4 +16,5 @@ NB_MODULE(_core, m) {
   bind_model(m);
   bind_state(m);
   bind_simulation(m);
+  bind_kinematics(m);
 }

@@ -161,6 +161,20 @@ void bind_simulation(nb::module_& m) {
             return std::make_shared<Simulation>(std::move(model), options);
           }),
           nb::arg("model"), nb::arg("options"))
+      .def("copy", [](const Simulation& s) { return std::make_shared<Simulation>(s); })
+      .def(
+          "assign", [](Simulation& s, const Simulation& other) { s = other; }, nb::arg("other"))
+      .def("reset", &Simulation::reset)
+      .def(
+          "set_joint_coordinates",
+          [](Simulation& s, const Vector& values) {
+            std::vector<double>& to = s.state().coordinates;
+            AMONTONS_REQUIRE(values.shape(0) == to.size(), "joint_coordinates has another length");
+            std::copy_n(values.data(), to.size(), to.data());
+          },
+          nb::arg("values"))
+      .def(
+          "set_time", [](Simulation& s, double time) { s.state().time = time; }, nb::arg("time"))
       .def("step", &Simulation::step, nb::call_guard<nb::gil_scoped_release>())
       .def("snapshot", [](const Simulation& s) { return s.state(); })
       .def("restore", &restore, nb::arg("state"))

@@ -218,7 +218,7 @@ def test_targets():
     sim.run(0.5)
     assert sim.state.angular_velocities[0, 1] == pytest.approx(2.0, rel=1e-5)
     assert sim.coordinate("hinge") == pytest.approx(1.0, rel=0.02)
-    assert sim.coordinate(0) == sim.state.joint_coordinates[0]
+    assert sim.coordinate(0) == sim.q[0]
     for call, message in [
         (lambda: sim.set_target("knee", 1.0), 'no joint "knee"; known are hinge'),
         (lambda: sim.set_target("hinge", math.nan), "target is nan"),

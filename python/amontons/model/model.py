@@ -9,11 +9,13 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from functools import cached_property
+from types import MappingProxyType
 from typing import Any
 
 from .. import _core
 from ..checks import Vector3, chosen, vector3
 from ..errors import InputError
+from .coordinates import Coordinate, coordinates_of
 from .parts import (
     DOFS,
     JOINTS,
@@ -79,6 +81,12 @@ class Model:
     def __reduce__(self) -> tuple[Any, ...]:  # the compiled model is made again
         return Model, tuple(getattr(self, f.name) for f in fields(self) if f.init)
 
+    def __copy__(self) -> Model:  # it never changes
+        return self
+
+    def __deepcopy__(self, memo: object) -> Model:
+        return self
+
     @cached_property
     def body_names(self) -> tuple[str, ...]:
         """Names by index."""
@@ -93,6 +101,40 @@ class Model:
     def joint_names(self) -> tuple[str, ...]:
         """Names by index."""
         return tuple(joint.name for joint in self.joints)
+
+    @cached_property
+    def tree(self) -> _core.Tree:
+        """The joints that place the bodies one after the other; the others close loops."""
+        return _core.Tree(self.core)
+
+    @cached_property
+    def coordinates(self) -> Mapping[str, Coordinate]:
+        """The generalised coordinates by name, in the order of `Simulation.q`.
+
+        Of a joint with one degree of freedom the name is that of the joint, of a floating base that of its
+        body; files name every degree of freedom.
+        """
+        return MappingProxyType(coordinates_of(self))
+
+    @property
+    def nq(self) -> int:
+        """The length of `Simulation.q`."""
+        return self.tree.nq
+
+    @property
+    def nv(self) -> int:
+        """The length of `Simulation.qd`: degrees of freedom of the tree."""
+        return self.tree.nv
+
+    @cached_property
+    def q_names(self) -> tuple[str, ...]:
+        """A name for every entry of `Simulation.q`."""
+        return tuple(name for c in self.coordinates.values() for name in c.q_names)
+
+    @cached_property
+    def qd_names(self) -> tuple[str, ...]:
+        """A name for every entry of `Simulation.qd`."""
+        return tuple(name for c in self.coordinates.values() for name in c.qd_names)
 
     @property
     def dofs(self) -> int:

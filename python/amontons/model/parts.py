@@ -109,6 +109,8 @@ class Dof:
     armature: float = 0.0
     """inertia of the drive (kg or kg m^2)"""
     motor: Motor = Motor()
+    name: str = field(default="", metadata={"core": False})
+    """of its coordinate in `Model.coordinates`; "" takes that of the joint"""
 
     def __post_init__(self) -> None:
         chosen("kind of degree of freedom", self.kind, DOFS)
@@ -244,11 +246,14 @@ class Joint:
     """of the locked directions (m/N), 0 is rigid"""
     collide: bool = False
     """whether the two bodies may touch each other"""
+    closes_loop: bool = False
+    """a condition between bodies that other joints place: never among `Simulation.q`"""
 
     def __post_init__(self) -> None:
         who = f'joint "{self.name}": '
         chosen("kind of joint", self.kind, JOINTS)
         _set(self, dofs=tuple(self.dofs), spherical=bool(self.spherical), collide=bool(self.collide))
+        _set(self, closes_loop=bool(self.closes_loop))
         _numbers(self, who, "ball_stiffness", "ball_damping", "ball_friction", "lower_distance", "compliance")
         _numbers(self, who, "ball_limit", "upper_distance", infinite=True)
         lower, upper = self.lower_distance, self.upper_distance

@@ -45,6 +45,9 @@ class Actuator:
         """The target of the motor for a control, which is clipped to its limits first."""
         return self.scale * min(max(control, self.lower), self.upper) + self.offset
 
+    def control(self, target: float) -> float:
+        """The control that gives a target of the motor; 0 where none has an effect."""
+        return (target - self.offset) / self.scale if self.scale else 0.0
 
 EFFECTS = ("large", "small", "none")
 """How much what was not read changes the motion, worst first."""

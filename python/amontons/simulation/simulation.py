@@ -2,24 +2,27 @@
 
 from __future__ import annotations
 
+import copy
 import math
 import sys
 import warnings
 from collections.abc import Callable, Mapping
-from dataclasses import fields
 from os import PathLike
 from types import MappingProxyType
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from .. import _core
 from ..checks import Array, Vector3, chosen, integer, number, positive_number
 from ..errors import InputError, SimulationError, StepWarning
 from ..hooks import hook
 from ..model.model import Model
+from ..model.presets import Keyframe
 from ..problem.options import LAWS, require_method
 from ..problem.problem import Problem
+from .coordinates import GeneralisedCoordinates, Values
 from .forces import contact_sums, contact_table, effort_table, reaction_table
 from .outcome import Report, Table, from_core
 from .state import State
@@ -39,7 +42,7 @@ def load_file(path: str | PathLike[str], options: dict[str, Any]) -> Simulation:
     raise NotImplementedError("import amontons.io, which reads files")
 
 
-class Simulation:
+class Simulation(GeneralisedCoordinates):
     """A model and its state, advanced in time steps, each one variational inequality.
 
     dt: time step (s). law: "coulomb" or "associated". method, tolerance, max_iterations, threads: of the
@@ -95,10 +98,10 @@ class Simulation:
             max_substeps=max_substeps,
         )
         given = {name: v.item() if isinstance(v, np.generic) else v for name, v in given.items()}
-        self._core = _core.Simulation(model.core, _core_options(given))
         self._model, self._options = model, given | {"on_failure": on_failure}
-        self._state = State(self._core)
-        self._contacts: Table | None = None
+        self._state: State
+        self._contacts: Table | None
+        self._take(_core.Simulation(model.core, _core_options(given)))
         self.force_callbacks = []
 
     @property
@@ -248,10 +251,6 @@ class Simulation:
         linear, angular = self._core.momentum()
         return tuple(linear), tuple(angular)  # type: ignore[return-value]
 
-    def coordinate(self, joint: int | str, dof: int = 0) -> float:
-        """The coordinate of a joint's degree of freedom (m, or rad with full turns counted)."""
-        return float(self._state.joint_coordinates[self._model.dof_index(joint, dof)])
-
     def set_target(self, joint: int | str, value: float, dof: int = 0) -> None:
         """Set the target of a motor: effort (N, N m), speed (m/s, rad/s) or position (m, rad)."""
         index = self._model.dof_index(joint, dof)
@@ -259,6 +258,30 @@ class Simulation:
         if self._model.joints[j].dofs[dof].motor.kind == "none":
             raise InputError(f'joint "{self._model.joints[j].name}" has no motor; give it one in the model')
         self._state.targets[index] = number("target", value)
+
+    @property
+    def controls(self) -> Array:
+        """The controls of all actuators in the order of `Model.actuators`; read only, assign a whole array.
+
+        In the units of the model file, as their motors have them: clipped to the limits.
+        """
+        drives = self._model.actuators.values()
+        targets = self._state.targets
+        values = [d.control(float(targets[self._model.dof_index(d.joint, d.dof)])) for d in drives]
+        array = np.array(values, dtype=np.float64)
+        array.flags.writeable = False
+        return array
+
+    @controls.setter
+    def controls(self, values: ArrayLike) -> None:
+        drives = self._model.actuators
+        array = np.array(values, dtype=np.float64)
+        if array.shape != (len(drives),):
+            raise InputError(f"controls has the shape {array.shape}; the model asks for ({len(drives)},)")
+        for name, value in zip(drives, array, strict=True):
+            number(f'control of "{name}"', float(value))
+        for drive, value in zip(drives.values(), array.tolist(), strict=True):
+            self._state.targets[self._model.dof_index(drive.joint, drive.dof)] = drive.target(value)
 
     def set_control(self, actuator: str, control: float) -> None:
         """Set the control of an actuator of the model file, in the file's units, clipped to its limits."""
@@ -271,13 +294,88 @@ class Simulation:
 
     def apply_keyframe(self, name: str) -> None:
         """Put bodies, coordinates and targets into the state of a keyframe, loads to zero; time goes on."""
+        frame = self._keyframe(name)
+        state = self._state
+        state.positions, state.orientations = frame.positions, frame.orientations
+        state.linear_velocities, state.angular_velocities = frame.linear_velocities, frame.angular_velocities
+        self._core.set_joint_coordinates(np.array(frame.joint_coordinates, dtype=np.float64))
+        state.targets = frame.targets
+        state.forces = state.torques = 0.0
+
+    def _keyframe(self, name: str) -> Keyframe:
         known = self._model.keyframes
         if name not in known:
             raise InputError(f'there is no keyframe "{name}"; known are {", ".join(known) or "none"}')
-        for field_ in fields(known[name]):
-            if field_.name != "time":
-                setattr(self._state, field_.name, getattr(known[name], field_.name))
-        self._state.forces = self._state.torques = 0.0
+        return known[name]
+
+    def reset(
+        self, keyframe: str | None = None, *, q: Values | None = None, qd: Values | None = None
+    ) -> None:
+        """Begin again: the model's initial state or a keyframe, and then q and qd where they are given.
+
+        Time goes back to zero, or to that of the keyframe; loads, motors and impulses are those of a new
+        simulation. q, qd: as in `set_q` and `set_qd`. If they are refused, nothing has changed.
+        """
+        frame = None if keyframe is None else self._keyframe(keyframe)
+        before = self._core.copy()
+        self._core.reset()
+        self._contacts = None
+        try:
+            if frame is not None and keyframe is not None:
+                self.apply_keyframe(keyframe)
+                self._core.set_time(frame.time)
+            if q is not None:
+                self.set_q(q)
+            if qd is not None:
+                self.set_qd(qd)
+        except InputError:
+            self._core.assign(before)
+            raise
+
+    def copy(self) -> Simulation:
+        """A simulation that goes on from here bit for bit, and shares with this one only the model.
+
+        Its list of `force_callbacks` is its own and holds the same functions. `copy.copy` and
+        `copy.deepcopy` do the same. Pickling leaves out the tables of the last step (contacts, reactions,
+        problem), which the next step makes anew.
+        """
+        other = object.__new__(type(self))
+        other.__dict__.update(self.__dict__)
+        other.force_callbacks = list(self.force_callbacks)
+        other._options = dict(self._options)
+        other._take(self._core.copy())
+        return other
+
+    def __copy__(self) -> Simulation:
+        return self.copy()
+
+    def __deepcopy__(self, memo: dict[int, Any]) -> Simulation:
+        other = self.copy()
+        memo[id(self)] = other
+        own = {"_core", "_model", "_options", "_state", "_contacts", "force_callbacks"}
+        for name, value in self.__dict__.items():  # what a user has put there
+            if name not in own:
+                setattr(other, name, copy.deepcopy(value, memo))
+        return other
+
+    def __getstate__(self) -> dict[str, Any]:
+        values = {
+            name: v for name, v in self.__dict__.items() if name not in ("_core", "_state", "_contacts")
+        }
+        snapshot = self._core.snapshot()
+        return values | {"_arrays": snapshot.arrays}
+
+    def __setstate__(self, values: dict[str, Any]) -> None:
+        arrays = values.pop("_arrays")
+        self.__dict__.update(values)
+        core = _core.Simulation(self._model.core, _core_options(self._options))
+        scalars = {name: arrays.pop(name) for name in ("time", "steps", "impulse_step")}
+        core.restore(_core.State(self._model.core, arrays=arrays, **scalars))
+        self._take(core)
+
+    def _take(self, core: _core.Simulation) -> None:
+        """Go on with another compiled simulation."""
+        self._core, self._state, self._contacts = core, State(core), None
 
     def save(self, path: str | PathLike[str]) -> None:
         """Write model, options and state to an HDF5 file from which `load` continues bit for bit.

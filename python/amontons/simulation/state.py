@@ -14,8 +14,10 @@ class State:
 
     positions (n, 3) and linear_velocities (n, 3) of the origins of the body frames, orientations (n, 4)
     (unit quaternions w, x, y, z), angular_velocities (n, 3), forces and torques (n, 3) at the centres of
-    mass, held until changed; all in world axes, SI units. joint_coordinates and targets (of motors) of every
-    degree of freedom (`Model.dof_index`). Assigning to an attribute copies into the view.
+    mass, held until changed; all in world axes, SI units. targets (of motors) of every degree of freedom
+    (`Model.dof_index`). Assigning to an attribute copies into the view.
+    joint_coordinates, of every degree of freedom at the start of the last step, follow from the poses and are
+    read only: `Simulation.q` sets coordinates.
     """
 
     positions: Array
@@ -40,10 +42,16 @@ class State:
     def __init__(self, core: _core.Simulation) -> None:
         for name in self.__slots__:
             object.__setattr__(self, name, getattr(core, name))
+        self.joint_coordinates.flags.writeable = False
 
     def __setattr__(self, name: str, value: ArrayLike) -> None:
         if name not in self.__slots__:
             raise AttributeError(f"the state has no {name}; it has {', '.join(self.__slots__)}")
+        if name == "joint_coordinates":
+            raise InputError(
+                "state.joint_coordinates follow from the poses of the bodies; set simulation.q, or "
+                'simulation.set_q({"joint": value}), which moves the bodies'
+            )
         view = getattr(self, name)
         try:
             view[...] = value

@@ -150,14 +150,18 @@ double locked_springs(const Model& model, std::size_t j, const BodyFrames& bodie
 
 // Joint by joint: coordinates are those of one joint's bodies relative to each other, loops do not matter
 // here. Their misfit is what the locked rows take back.
-void update_coordinates(const Model& model, const BodyFrames& bodies, State& state) {
-  state.coordinates.resize(model.dofs());
+void update_coordinates(const Model& model, const BodyFrames& bodies, std::span<double> coordinates) {
   for (std::size_t j = 0; j < model.joints(); ++j) {
     const Joint& joint = model.joint(static_cast<Index>(j));
     if (joint.dofs.empty()) continue;
-    const std::span<double> q = std::span(state.coordinates).subspan(model.first_dof(j), joint.dofs.size());
-    update_joint(joint, joint_pose(joint, bodies).relative, model.length(), q);
+    update_joint(joint, joint_pose(joint, bodies).relative, model.length(),
+                 coordinates.subspan(model.first_dof(j), joint.dofs.size()));
   }
+}
+
+void update_coordinates(const Model& model, const BodyFrames& bodies, State& state) {
+  state.coordinates.resize(model.dofs());
+  update_coordinates(model, bodies, std::span(state.coordinates));
 }
 
 // Dofs of a joint whose bodies do not fit T(0) get the coordinates of the given poses, not zeros; motors get

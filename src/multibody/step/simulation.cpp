@@ -75,8 +75,37 @@ Simulation::Simulation(std::shared_ptr<const Model> model, SimulationOptions opt
   check(options_);
   state_ = initial_state(*model_);
 }
+// Scratch is memory only, but for the state from which the last step began.
+Simulation::Simulation(const Simulation& other)
+    : model_(other.model_), options_(other.options_), scratch_(std::make_unique<Scratch>()) {
+  *this = other;
+}
+Simulation& Simulation::operator=(const Simulation& other) {
+  AMONTONS_REQUIRE(model_ == other.model_, "a simulation takes over only one of the same model");
+  options_ = other.options_;
+  state_ = other.state_;
+  contacts_ = other.contacts_;
+  reactions_ = other.reactions_;
+  problem_ = other.problem_;
+  x_ = other.x_;
+  scratch_->before = other.scratch_->before;
+  return *this;
+}
 // Here, where Scratch is complete.
 Simulation::~Simulation() = default;
+
+const State& Simulation::last_state() const { return scratch_->before; }
+
+// Copied, not moved: the memory of the arrays stays, of which users hold views.
+void Simulation::reset() {
+  const State initial = initial_state(*model_);
+  state_ = initial;
+  scratch_->before = {};
+  contacts_.clear();
+  reactions_.clear();
+  problem_.reset();
+  x_.clear();
+}
 
 // Automatic options follow from the model, not from the state: they stay the same for a whole run.
 double Simulation::margin() const { return options_.margin > 0 ? options_.margin : model_->length() / 50; }

@@ -113,6 +113,8 @@ struct Joint {
   double lower_distance = 0, upper_distance = 0;  // m
   double compliance = 0;                          // of the locked directions, m/N; 0 is rigid
   bool collide = false;                           // whether the two bodies may touch each other
+  // A condition between bodies that other joints place: its dofs are never generalised coordinates.
+  bool closes_loop = false;
 };
 
 // coordinate(joint_a, dof_a) = polynomial in coordinate(joint_b, dof_b); joint_b = -1: the constant

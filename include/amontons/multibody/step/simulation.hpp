@@ -47,7 +47,14 @@ class StepClock;  // wall clock and budget of a step, step/accounting.hpp
 class Simulation {
  public:
   Simulation(std::shared_ptr<const Model> model, SimulationOptions options);
+  // A copy goes on bit for bit, and shares only what never changes: the model and the last problem.
+  Simulation(const Simulation& other);
+  // Of the same model; the memory of the state's arrays stays.
+  Simulation& operator=(const Simulation& other);
   ~Simulation();
+
+  // Back to the initial state, as if there had been no step.
+  void reset();
 
   // Advances the state by dt. Throws InputError if the state, forces or targets are not usable (then nothing
   // has changed). When velocities come out not finite, the state is put back and the status says so.
@@ -57,6 +64,8 @@ class Simulation {
   const SimulationOptions& options() const { return options_; }
   State& state() { return state_; }
   const State& state() const { return state_; }
+  // The state at the start of the last step; without bodies before the first one.
+  const State& last_state() const;
   // Of the last step (the last substep), open ones included.
   const std::vector<Contact>& contacts() const { return contacts_; }
   // One per joint; empty before the first step.

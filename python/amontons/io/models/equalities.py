@@ -61,6 +61,7 @@ def _loop(compiled: Compiled, bodies: Bodies, e: int, name: str, *, ball: bool) 
         frame_b=frame_b,
         spherical=ball,
         collide=True,
+        closes_loop=True,
     )
 
 

@@ -137,6 +137,7 @@ def _dof(compiled: Compiled, j: int, axis: Vector3, anchor: Vector3) -> Dof:
         friction=float(m.dof_frictionloss[v]) if compiled.enabled("frictionloss") else 0.0,
         armature=float(m.dof_armature[v]),
         motor=Motor(),
+        name=compiled.name("jnt", j),
     )
 
 

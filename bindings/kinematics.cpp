@@ -1,0 +1,152 @@
+#include "amontons/multibody/kinematics/closure.hpp"
+#include "amontons/multibody/kinematics/dynamics.hpp"
+#include "amontons/multibody/step/simulation.hpp"
+#include "bindings.hpp"
+#include "math_casters.hpp"
+
+namespace amontons::python {
+
+namespace {
+
+using Flags = nb::ndarray<const unsigned char, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
+
+std::vector<double> to_vector(const Vector& a, std::size_t count, const char* name) {
+  AMONTONS_REQUIRE(a.shape(0) == count, std::string(name) + " has " + std::to_string(a.shape(0)) +
+                                            " entries; the model asks for " + std::to_string(count));
+  return {a.data(), a.data() + count};
+}
+
+std::span<const Vec3> to_vectors(const Matrix& a, std::size_t count, const char* name) {
+  AMONTONS_REQUIRE(a.shape(0) == count && a.shape(1) == 3,
+                   std::string(name) + " must have shape (" + std::to_string(count) + ", 3)");
+  return {reinterpret_cast<const Vec3*>(a.data()), count};
+}
+
+// (body, parent, joint, reversed, first of q, number of q, first of qd, number of qd) per dynamic body.
+nb::list links_of(const Tree& tree) {
+  nb::list out;
+  for (const Link& l : tree.links())
+    out.append(nb::make_tuple(l.body, l.parent, l.joint, l.reversed, l.first_q, l.q, l.first_v, l.v));
+  return out;
+}
+
+nb::tuple coordinates(const Tree& tree, const State& state) {
+  Coordinates c = read_coordinates(tree, state);
+  return nb::make_tuple(to_numpy(std::move(c.q)), to_numpy(std::move(c.qd)));
+}
+
+// The mean accelerations of the last step: the change of qd over it.
+OutVector rates(const Tree& tree, const Simulation& s) {
+  const State& before = s.last_state();
+  std::vector<double> qdd(tree.nv());
+  if (!before.positions.empty()) {
+    const std::vector<double> first = read_coordinates(tree, before).qd,
+                              last = read_coordinates(tree, s.state()).qd;
+    for (std::size_t i = 0; i < qdd.size(); ++i) qdd[i] = (last[i] - first[i]) / s.options().dt;
+  }
+  return to_numpy(std::move(qdd));
+}
+
+std::span<const unsigned char> flags(const Tree& tree, const Flags& held) {
+  AMONTONS_REQUIRE(held.shape(0) == tree.nv(), "held needs one entry per velocity");
+  return {held.data(), tree.nv()};
+}
+
+// Bodies go to q and keep qd, as far as loops allow it there. Nothing changes if q cannot be had.
+void set_q(const Tree& tree, Simulation& s, const Vector& given, const Flags& held) {
+  std::vector<double> q = to_vector(given, tree.nq(), "q"), qd = read_coordinates(tree, s.state()).qd;
+  check_coordinates(tree, q, qd);
+  close_loops(tree, s.state(), flags(tree, held), q);
+  close_velocities(tree, s.state(), q, std::vector<unsigned char>(tree.nv()), qd);
+  write_poses(tree, q, s.state());
+  write_velocities(tree, q, qd, s.state());
+}
+
+void set_qd(const Tree& tree, Simulation& s, const Vector& given, const Flags& held) {
+  std::vector<double> q = read_coordinates(tree, s.state()).q, qd = to_vector(given, tree.nv(), "qd");
+  check_coordinates(tree, q, qd);
+  close_velocities(tree, s.state(), q, flags(tree, held), qd);
+  write_velocities(tree, q, qd, s.state());
+}
+
+// Of the dofs of all joints, those that close loops included.
+OutVector joint_coordinates(const Tree& tree, const Simulation& s) {
+  const State& state = s.state();
+  std::vector<Transform> poses;
+  for (std::size_t i = 0; i < state.positions.size(); ++i)
+    poses.push_back({state.positions[i], state.orientations[i]});
+  return to_numpy(fitted_coordinates(tree.model(), poses, state.coordinates));
+}
+
+TreePose present_pose(const Tree& tree, const Simulation& s) {
+  return pose_of(tree, s.state(), read_coordinates(tree, s.state()).q);
+}
+
+OutMatrix jacobian(const Tree& tree, const Simulation& s, Index body, const Vec3& point) {
+  AMONTONS_REQUIRE(body >= world && body < static_cast<Index>(s.model().bodies()),
+                   "jacobian: there is no such body");
+  return to_numpy(point_jacobian(tree, present_pose(tree, s), body, point),
+                  std::max<std::size_t>(tree.nv(), 1));
+}
+
+OutVector inverse(const Tree& tree, const Simulation& s, const Vector& qdd) {
+  const Coordinates c = read_coordinates(tree, s.state());
+  return to_numpy(inverse_dynamics(tree, s.state(), pose_of(tree, s.state(), c.q), c.qd,
+                                   to_vector(qdd, tree.nv(), "qdd")));
+}
+
+// Of the origin of each body frame: velocity, angular velocity, acceleration, angular acceleration (world).
+OutMatrix motion(const Tree& tree, const Simulation& s, const Vector& qdd) {
+  const Coordinates c = read_coordinates(tree, s.state());
+  const TreePose pose = pose_of(tree, s.state(), c.q);
+  const TreeMotion m = motion_of(tree, s.state(), pose, c.qd, to_vector(qdd, tree.nv(), "qdd"));
+  std::vector<double> rows;
+  for (std::size_t i = 0; i < pose.bodies.size(); ++i) {
+    const Vec3 &p = pose.bodies[i].position, &w = m.velocities[i].angular;
+    const Vec3 v = velocity_at(m.velocities[i], p);
+    // The acceleration of the particle there: that of the flow, and omega x v for its way through it.
+    const Vec3 a = velocity_at(m.accelerations[i], p) + cross(w, v);
+    for (const Vec3& x : {v, w, a, m.accelerations[i].angular}) rows.insert(rows.end(), {x.x, x.y, x.z});
+  }
+  return to_numpy(std::move(rows), 12);
+}
+
+}  // namespace
+
+void bind_kinematics(nb::module_& m) {
+  nb::class_<Tree>(m, "Tree", "The spanning tree of a model's joints, and what follows from it.")
+      .def(nb::new_([](std::shared_ptr<Model> model) { return std::make_shared<Tree>(std::move(model)); }),
+           nb::arg("model"))
+      .def_prop_ro("nq", &Tree::nq)
+      .def_prop_ro("nv", &Tree::nv)
+      .def_prop_ro("links", &links_of)
+      .def_prop_ro("loops", &Tree::loops)
+      .def(
+          "coordinates", [](const Tree& tree, const Simulation& s) { return coordinates(tree, s.state()); },
+          nb::arg("simulation"))
+      .def("rates", &rates, nb::arg("simulation"))
+      .def("set_q", &set_q, nb::arg("simulation"), nb::arg("q"), nb::arg("held"))
+      .def("set_qd", &set_qd, nb::arg("simulation"), nb::arg("qd"), nb::arg("held"))
+      .def("joint_coordinates", &joint_coordinates, nb::arg("simulation"))
+      .def("jacobian", &jacobian, nb::arg("simulation"), nb::arg("body"), nb::arg("point"))
+      .def(
+          "mass_matrix",
+          [](const Tree& tree, const Simulation& s) {
+            return to_numpy(amontons::mass_matrix(tree, present_pose(tree, s)),
+                            std::max<std::size_t>(tree.nv(), 1));
+          },
+          nb::arg("simulation"))
+      .def("inverse_dynamics", &inverse, nb::arg("simulation"), nb::arg("qdd"))
+      .def("motion", &motion, nb::arg("simulation"), nb::arg("qdd"))
+      .def(
+          "generalised_forces",
+          [](const Tree& tree, const Simulation& s, const Matrix& forces, const Matrix& torques) {
+            const std::size_t n = s.model().bodies();
+            return to_numpy(amontons::generalised_forces(tree, present_pose(tree, s),
+                                                         to_vectors(forces, n, "forces"),
+                                                         to_vectors(torques, n, "torques")));
+          },
+          nb::arg("simulation"), nb::arg("forces"), nb::arg("torques"));
+}
+
+}  // namespace amontons::python

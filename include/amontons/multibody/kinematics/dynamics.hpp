@@ -1,0 +1,27 @@
+#pragma once
+#include <span>
+#include <vector>
+
+#include "amontons/multibody/kinematics/motion.hpp"
+
+// The equations of motion of the tree, M(q) qdd + c(q, qd) = tau, with everything that acts in tau.
+namespace amontons {
+
+// Matrices by rows. Forces along qd are N for ways and N m for angles.
+
+// 6 x nv: the velocity of a point of a body (world axes), then its angular velocity, per unit of qd.
+std::vector<double> point_jacobian(const Tree& tree, const TreePose& pose, Index body, const Vec3& point);
+
+// M, nv x nv, armatures of dofs on its diagonal: the composite-rigid-body algorithm (Featherstone, 2008,
+// ch. 6).
+std::vector<double> mass_matrix(const Tree& tree, const TreePose& pose);
+
+// M qdd + c, with gravity in c: the recursive Newton-Euler algorithm (ibid., ch. 5).
+std::vector<double> inverse_dynamics(const Tree& tree, const State& state, const TreePose& pose,
+                                     std::span<const double> qd, std::span<const double> qdd);
+
+// The forces along qd of forces at the centres of mass and torques on each body (world axes).
+std::vector<double> generalised_forces(const Tree& tree, const TreePose& pose, std::span<const Vec3> forces,
+                                       std::span<const Vec3> torques);
+
+}  // namespace amontons

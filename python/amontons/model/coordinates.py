@@ -1,0 +1,81 @@
+"""Generalised coordinates of a model: their order and names."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from .model import Model
+
+QUATERNION = ("qw", "qx", "qy", "qz")
+PARTS = {
+    "free": (("x", "y", "z", *QUATERNION), ("vx", "vy", "vz", "wx", "wy", "wz")),
+    "ball": (QUATERNION, ("wx", "wy", "wz")),
+}
+"""What the entries of q and qd are called after the name of the coordinate and a dot."""
+
+
+@dataclass(frozen=True)
+class Coordinate:
+    """What moves one body against another by itself: a hinge, a slide, a ball, or nothing (a floating base).
+
+    docs/simulation.md says what its entries of q and qd mean.
+    """
+
+    name: str
+    kind: str
+    """hinge | slide | ball | free"""
+    body: int
+    """which it moves"""
+    joint: int
+    """-1 of a floating base"""
+    dof: int
+    """of the joint; -1 of a ball or a floating base"""
+    q: slice
+    """its entries in `Simulation.q`"""
+    qd: slice
+    """its entries in `Simulation.qd`"""
+
+    @property
+    def q_names(self) -> tuple[str, ...]:
+        """Of its entries in q: hip, or torso.x, ..., torso.qw, ..."""
+        return tuple(f"{self.name}.{part}" for part in PARTS[self.kind][0]) if self.dof < 0 else (self.name,)
+
+    @property
+    def qd_names(self) -> tuple[str, ...]:
+        """Of its entries in qd: hip, or torso.vx, ..., torso.wx, ..."""
+        return tuple(f"{self.name}.{part}" for part in PARTS[self.kind][1]) if self.dof < 0 else (self.name,)
+
+
+def coordinates_of(model: Model) -> dict[str, Coordinate]:
+    """By name, in the order of q: that of the bodies, and of the degrees of freedom of their joints."""
+    found: dict[str, Coordinate] = {}
+    for name, kind, body, joint, dof, q, qd in _parts(model):
+        while name in found:
+            name += "_"
+        nq, nv = (len(part) for part in PARTS.get(kind, ("1", "1")))
+        found[name] = Coordinate(name, kind, body, joint, dof, slice(q, q + nq), slice(qd, qd + nv))
+    return found
+
+
+def _parts(model: Model) -> Iterator[tuple[str, str, int, int, int, int, int]]:
+    """name, kind, body, joint, dof, first of q, first of qd."""
+    for body, _, joint, _, q, nq, v, _ in model.tree.links:
+        if joint < 0:
+            yield model.bodies[body].name, "free", body, -1, -1, q, v
+            continue
+        own = model.joints[joint]
+        dofs = len(own.dofs)
+        for k, dof in enumerate(own.dofs):
+            alone = dofs == 1 and nq == 1
+            name = dof.name or (own.name if alone else f"{own.name}[{k}]")
+            yield name, dof.kind, body, joint, k, q + k, v + k
+        if nq > dofs:
+            yield own.name + (".ball" if dofs else ""), "ball", body, joint, -1, q + dofs, v + dofs
+
+
+def known(names: Sequence[str]) -> str:
+    """The names, as an error lists them."""
+    return ", ".join(names[:30]) + (", ..." if len(names) > 30 else "") or "none"

@@ -1,0 +1,185 @@
+"""A simulation in generalised coordinates: reading and setting them, and the equations of motion in them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from .. import _core
+from ..checks import Array, vector3
+from ..errors import InputError
+from ..model.coordinates import known
+from ..model.model import Model
+from ..model.parts import WORLD
+
+Values = ArrayLike | Mapping[str, Any]
+"""All entries, or some by the names of their coordinates."""
+
+
+class GeneralisedCoordinates:
+    """What `Simulation` knows of q and qd; docs/simulation.md has order, frames and units."""
+
+    _core: _core.Simulation
+    _model: Model
+
+    @property
+    def q(self) -> Array:
+        """Generalised coordinates, (nq,), of the present poses; read only, assign a whole array to set them.
+
+        In the order of `Model.coordinates`: of hinges and slides rad and m, of a floating base the position
+        of its body frame and its orientation (w, x, y, z), of a ball the rotation (w, x, y, z).
+        """
+        return _read_only(self._model.tree.coordinates(self._core)[0])
+
+    @q.setter
+    def q(self, values: ArrayLike) -> None:
+        self.set_q(values)
+
+    @property
+    def qd(self) -> Array:
+        """Generalised velocities, (nv,); read only, assign a whole array to set them.
+
+        Of hinges and slides rad/s and m/s; of a floating base the velocity of its frame's origin in world
+        axes, then its angular velocity in body axes; of a ball the angular velocity in the axes of body A.
+        """
+        return _read_only(self._model.tree.coordinates(self._core)[1])
+
+    @qd.setter
+    def qd(self, values: ArrayLike) -> None:
+        self.set_qd(values)
+
+    @property
+    def qdd(self) -> Array:
+        """Generalised accelerations, (nv,): the change of qd over the last step, by dt; zeros before it."""
+        return _read_only(self._model.tree.rates(self._core))
+
+    def set_q(self, values: Values) -> None:
+        """Move the bodies to coordinates, all of them (nq,) or some by name: {"hip": 0.3}.
+
+        Bodies go where the tree of joints puts them; qd stays. Quaternions are normalised. Where joints close
+        loops or are coupled, the coordinates that were not named follow, as little as it takes; of an array
+        all may. Raises InputError naming the joint and its gap if a loop does not close, or the coordinate
+        that is not finite; nothing has changed then.
+        """
+        q, held = self._spread(values, "q")
+        self._model.tree.set_q(self._core, q, held)
+
+    def set_qd(self, values: Values) -> None:
+        """Set generalised velocities, all of them (nv,) or some by name; as `set_q`, and poses stay."""
+        qd, held = self._spread(values, "qd")
+        self._model.tree.set_qd(self._core, qd, held)
+
+    def _spread(self, values: Values, what: str) -> tuple[Array, Any]:
+        """All entries of q or qd, and which velocities are held."""
+        tree, coordinates = self._model.tree, self._model.coordinates
+        held = np.zeros(tree.nv, np.uint8)
+        size = tree.nq if what == "q" else tree.nv
+        if not isinstance(values, Mapping):
+            return _entries(what, values, size), held
+        full = tree.coordinates(self._core)[what == "qd"]
+        for name, value in values.items():
+            if name not in coordinates:
+                raise InputError(f'there is no coordinate "{name}"; known are {known(tuple(coordinates))}')
+            part = getattr(coordinates[name], what)
+            full[part] = _entries(f'{what} of "{name}"', value, part.stop - part.start)
+            held[coordinates[name].qd] = 1
+        return full, held
+
+    def coordinate(self, joint: int | str, dof: int = 0) -> float:
+        """The coordinate of a joint's degree of freedom (m, or rad with full turns counted).
+
+        joint: index or name, or the name of a degree of freedom; also of joints that close loops.
+        """
+        joint, dof = self._degree(joint, dof)
+        values = self._model.tree.joint_coordinates(self._core)
+        return float(values[self._model.dof_index(joint, dof)])
+
+    def rate(self, joint: int | str, dof: int = 0) -> float:
+        """The velocity of a joint's degree of freedom (m/s, rad/s); InputError if it closes a loop."""
+        joint, dof = self._degree(joint, dof)
+        self._model.dof_index(joint, dof)
+        j = self._model.joint_index(joint)
+        found = [c for c in self._model.coordinates.values() if (c.joint, c.dof) == (j, dof)]
+        if not found:
+            raise InputError(f'joint "{self._model.joints[j].name}" closes a loop and has no entry in qd')
+        return float(self.qd[found[0].qd][0])
+
+    def _degree(self, joint: int | str, dof: int) -> tuple[int | str, int]:
+        if isinstance(joint, str) and joint not in self._model.joint_names:
+            named = self._model.coordinates.get(joint)
+            if named is not None and named.dof >= 0:
+                return named.joint, named.dof
+        return joint, dof
+
+    def jacobian(self, body: int | str | None, point: Sequence[float] | None = None) -> Array:
+        """(6, nv): velocity of a point of a body (3 rows, world axes), then its angular velocity, over qd.
+
+        point: in the body frame (m), by default its origin. `jacobian(...) @ qd` is the velocity but for what
+        a kinematic body brings along.
+        """
+        index = WORLD if body is None or body == "world" else self._model.body_index(body)
+        at = np.zeros(3) if point is None else np.array(vector3("point", point))
+        if index != WORLD:
+            pose = self._core.positions[index], self._core.orientations[index]
+            at = pose[0] + rotation_matrix(pose[1]) @ at
+        return self._model.tree.jacobian(self._core, index, tuple(at.tolist()))
+
+    def mass_matrix(self) -> Array:
+        """M(q), (nv, nv), with the armatures of degrees of freedom; of the tree, without loops."""
+        return self._model.tree.mass_matrix(self._core)
+
+    def bias_forces(self) -> Array:
+        """c(q, qd), (nv,): Coriolis, centrifugal and gravity forces, so that M qdd + c = tau (N, N m)."""
+        return self.inverse_dynamics(np.zeros(self._model.nv))
+
+    def inverse_dynamics(self, qdd: ArrayLike) -> Array:
+        """tau = M qdd + c, (nv,): what springs, dampers, motors, contacts and loads must add up to."""
+        return self._model.tree.inverse_dynamics(self._core, _entries("qdd", qdd, self._model.nv))
+
+    def generalised_forces(self, forces: ArrayLike, torques: ArrayLike | None = None) -> Array:
+        """The forces along qd, (nv,), of forces at the centres of mass and torques on bodies, (n, 3) each.
+
+        World axes; what `contact_forces()` returns, for example.
+        """
+        shape = (len(self._model.bodies), 3)
+        given = [
+            np.zeros(shape) if x is None else np.ascontiguousarray(x, np.float64) for x in (forces, torques)
+        ]
+        for name, x in zip(("forces", "torques"), given, strict=True):
+            if x.shape != shape:
+                raise InputError(f"{name} has the shape {x.shape}; the model asks for {shape}")
+        return self._model.tree.generalised_forces(self._core, *given)
+
+
+def rotation_matrix(quaternion: ArrayLike) -> Array:
+    """Of a unit quaternion (w, x, y, z): its columns are the axes of the body in the world."""
+    w, x, y, z = np.asarray(quaternion, dtype=np.float64)
+    return np.array(
+        [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+        ]
+    )
+
+
+def _entries(what: str, values: Any, size: int) -> Array:
+    try:
+        array = np.array(values, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise InputError(f"{what} is {values!r}; it must be numbers") from None
+    if array.ndim == 0 and size == 1:
+        array = array[None]
+    if array.shape != (size,):
+        raise InputError(f"{what} has the shape {array.shape}; the model asks for ({size},)")
+    if not np.isfinite(array).all():
+        raise InputError(f"{what}[{int(np.argmin(np.isfinite(array)))}] is not finite")
+    return array
+
+
+def _read_only(array: Array) -> Array:
+    array.flags.writeable = False
+    return array

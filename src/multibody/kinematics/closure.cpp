@@ -1,0 +1,324 @@
+// Loops by Newton's method. A loop is closed when the locked directions of its joint have no error; the
+// derivative of an error along qd is the power of its wrench on the columns of the tree.
+#include "amontons/multibody/kinematics/closure.hpp"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include "amontons/base/error.hpp"
+#include "multibody/joints/chain.hpp"
+#include "multibody/joints/couplings.hpp"
+#include "multibody/joints/joint_context.hpp"
+
+namespace amontons {
+
+namespace {
+
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+// A wrench about the world's origin on body A, and its opposite on B: how fast a condition changes.
+struct Pull {
+  Index body_a, body_b;
+  Vec3 force, torque;
+};
+
+// C = 0, in m (angles times length), and dC/dt as the power of pulls.
+struct Condition {
+  double value;
+  std::vector<Pull> pulls;
+  Index joint, coupling;  // of which it is one; the other is -1
+};
+
+double power(const Pull& pull, const Twist& twist) {
+  return dot(pull.force, twist.linear) + dot(pull.torque, twist.angular);
+}
+
+// Where joints stand for given poses of bodies and coordinates of all dofs.
+struct Placed {
+  const Model& model;
+  std::span<const Transform> bodies;
+  std::span<const double> coordinates;
+
+  Transform of(Index body) const { return body < 0 ? Transform{} : bodies[body]; }
+  Transform frame_b(const Joint& joint) const { return of(joint.body_b) * joint.frame_b; }
+  Transform relative(const Joint& joint) const {
+    return inverse(frame_b(joint)) * (of(joint.body_a) * joint.frame_a);
+  }
+  ChainKinematics chain(Index j) const {
+    const std::size_t first = model.first_dof(j);
+    return chain_kinematics(model.joint(j), relative(model.joint(j)),
+                            coordinates.subspan(first, model.first_dof(j + 1) - first));
+  }
+  // The wrench (axes of frame_b, about a point given there) in the world.
+  Pull pull(const Joint& joint, const Screw& wrench, const Vec3& point, double scale) const {
+    const Transform b = frame_b(joint);
+    const Vec3 f = scale * rotate(b.rotation, wrench.linear);
+    return {joint.body_a, joint.body_b, f, scale * rotate(b.rotation, wrench.angular) + cross(b(point), f)};
+  }
+  Pull rate_of(Index j, Index dof, double scale) const {
+    const ChainKinematics k = chain(j);
+    return pull(model.joint(j), dual_wrenches(k, model.length())[dof], k.reference, scale);
+  }
+};
+
+void append_chain(const Placed& placed, Index j, std::vector<Condition>& conditions) {
+  const ChainKinematics chain = placed.chain(j);
+  std::array<Screw, 6> wrenches;
+  const std::size_t count = locked_wrenches(chain, placed.model.length(), wrenches);
+  for (std::size_t i = 0; i < count; ++i)
+    conditions.push_back({dot(wrenches[i], chain.error),
+                          {placed.pull(placed.model.joint(j), wrenches[i], chain.reference, 1)},
+                          j,
+                          -1});
+}
+
+// A distance within its range asks for nothing.
+void append_distance(const Placed& placed, Index j, std::vector<Condition>& conditions) {
+  const Joint& rod = placed.model.joint(j);
+  const Vec3 between = placed.relative(rod).position;
+  const double distance = norm(between);
+  const double excess = distance - std::clamp(distance, rod.lower_distance, rod.upper_distance);
+  if (excess == 0 && rod.lower_distance < rod.upper_distance) return;
+  const Vec3 direction = distance > 0 ? between / distance : Vec3{0, 0, 1};
+  conditions.push_back({excess, {placed.pull(rod, {direction, {}}, between, 1)}, j, -1});
+}
+
+void append_coupling(const Placed& placed, std::size_t index, std::vector<Condition>& conditions) {
+  const Coupling& coupling = placed.model.description().couplings[index];
+  const Joint& joint = placed.model.joint(coupling.joint_a);
+  State at;
+  at.coordinates.assign(placed.coordinates.begin(), placed.coordinates.end());
+  const CouplingValue value = coupling_value(placed.model, coupling, at);
+  const double scale = joint.dofs[coupling.dof_a].kind == Dof::Kind::hinge ? placed.model.length() : 1;
+  Condition condition{scale * value.violation, {}, -1, static_cast<Index>(index)};
+  condition.pulls.push_back(placed.rate_of(coupling.joint_a, coupling.dof_a, scale));
+  if (coupling.joint_b >= 0)
+    condition.pulls.push_back(placed.rate_of(coupling.joint_b, coupling.dof_b, -scale * value.slope));
+  conditions.push_back(std::move(condition));
+}
+
+// Of all rigid loops; what is compliant is a spring and closes nothing.
+std::vector<Condition> conditions_at(const Tree& tree, const Placed& placed) {
+  std::vector<Condition> conditions;
+  for (const Index j : tree.loops()) {
+    if (tree.model().joint(j).compliance > 0) continue;
+    (is_chain(tree.model().joint(j)) ? append_chain : append_distance)(placed, j, conditions);
+  }
+  const auto& couplings = tree.model().description().couplings;
+  for (std::size_t k = 0; k < couplings.size(); ++k)
+    if (couplings[k].compliance == 0) append_coupling(placed, k, conditions);
+  return conditions;
+}
+
+// The loops at q: errors, and their derivatives along qd, a row each.
+struct Loops {
+  TreePose pose;
+  std::vector<double> coordinates;
+  std::vector<Condition> conditions;
+  VectorXd errors;
+};
+
+Loops loops_at(const Tree& tree, const State& state, std::span<const double> q, std::vector<double> near) {
+  Loops loops;
+  const Model& model = tree.model();
+  loops.pose = pose_of(tree, state, q);
+  loops.coordinates = fitted_coordinates(model, loops.pose.bodies, std::move(near));
+  for (const Link& link : tree.links())
+    if (link.joint >= 0)
+      std::copy_n(q.begin() + static_cast<std::ptrdiff_t>(link.first_q), model.joint(link.joint).dofs.size(),
+                  loops.coordinates.begin() + static_cast<std::ptrdiff_t>(model.first_dof(link.joint)));
+  loops.conditions = conditions_at(tree, {model, loops.pose.bodies, loops.coordinates});
+  loops.errors.resize(static_cast<Eigen::Index>(loops.conditions.size()));
+  for (Eigen::Index i = 0; i < loops.errors.size(); ++i) loops.errors[i] = loops.conditions[i].value;
+  return loops;
+}
+
+// m of the entries of qd: 1 for ways, length for angles.
+std::vector<double> units(const Tree& tree) {
+  std::vector<double> unit(tree.nv(), tree.model().length());
+  for (const Link& link : tree.links()) {
+    if (link.joint < 0) {
+      std::fill_n(unit.begin() + static_cast<std::ptrdiff_t>(link.first_v), 3, 1.0);
+      continue;
+    }
+    const auto& dofs = tree.model().joint(link.joint).dofs;
+    for (std::size_t i = 0; i < dofs.size(); ++i)
+      if (dofs[i].kind == Dof::Kind::slide) unit[link.first_v + i] = 1;
+  }
+  return unit;
+}
+
+// Rows of conditions, columns in units of length; held entries have none.
+MatrixXd jacobian(const Tree& tree, const Loops& loops, std::span<const double> unit,
+                  std::span<const unsigned char> held) {
+  MatrixXd J = MatrixXd::Zero(loops.errors.size(), static_cast<Eigen::Index>(tree.nv()));
+  for (Eigen::Index i = 0; i < J.rows(); ++i)
+    for (const Pull& pull : loops.conditions[i].pulls)
+      for (const double sign : {1.0, -1.0})
+        for (Index k = tree.link_of(sign > 0 ? pull.body_a : pull.body_b); k >= 0;
+             k = tree.link_of(tree.links()[k].parent)) {
+          const Link& link = tree.links()[k];
+          for (std::size_t c = link.first_v; c < link.first_v + link.v; ++c)
+            if (!held[c])
+              J(i, static_cast<Eigen::Index>(c)) += sign * power(pull, loops.pose.columns[c]) / unit[c];
+        }
+  return J;
+}
+
+// The least change z with J z = -r, nearly: redundant loops make J J' singular, poses near dead centre nearly
+// so. Levenberg's term vanishes with the square of the error, which keeps the convergence quadratic
+// (Yamashita and Fukushima, "On the rate of convergence of the Levenberg-Marquardt method", 2001).
+VectorXd least_change(const MatrixXd& J, const VectorXd& r, double relative_error) {
+  MatrixXd N = J * J.transpose();
+  const double size = N.trace() / static_cast<double>(N.rows());
+  N.diagonal().array() += size * (1e-14 + std::min(1e-2, relative_error * relative_error)) + 1e-300;
+  return -J.transpose() * N.ldlt().solve(r);
+}
+
+void add_quaternion(std::vector<double>& q, std::size_t at, const Vec3& turn) {
+  const Quat r = normalised(Quat{q[at], q[at + 1], q[at + 2], q[at + 3]} * exponential(turn));
+  std::copy_n(std::array{r.w, r.x, r.y, r.z}.begin(), 4, q.begin() + static_cast<std::ptrdiff_t>(at));
+}
+
+// q moved by s z / unit along qd.
+std::vector<double> moved(const Tree& tree, std::vector<double> q, const VectorXd& z,
+                          std::span<const double> unit, double s) {
+  const auto step = [&](std::size_t v) { return s * z[static_cast<Eigen::Index>(v)] / unit[v]; };
+  for (const Link& link : tree.links()) {
+    const std::size_t plain = link.joint < 0 ? 3 : tree.model().joint(link.joint).dofs.size();
+    for (std::size_t i = 0; i < plain; ++i) q[link.first_q + i] += step(link.first_v + i);
+    const std::size_t v = link.first_v + plain;
+    if (link.q > plain) add_quaternion(q, link.first_q + plain, {step(v), step(v + 1), step(v + 2)});
+  }
+  return q;
+}
+
+std::string quoted(const std::string& kind, const std::string& name, Index index) {
+  return name.empty() ? kind + " " + std::to_string(index) : kind + " \"" + name + "\"";
+}
+
+[[noreturn]] void refuse(const Tree& tree, const Loops& loops, bool any_held, bool velocity) {
+  Eigen::Index worst = 0;
+  loops.errors.cwiseAbs().maxCoeff(&worst);
+  const Condition& condition = loops.conditions[worst];
+  const Model& model = tree.model();
+  const std::string which =
+      condition.joint >= 0
+          ? quoted("joint", model.joint(condition.joint).name, condition.joint)
+          : quoted("coupling", model.description().couplings[condition.coupling].name, condition.coupling);
+  char gap[64];
+  std::snprintf(gap, sizeof gap, "%.3g %s", std::abs(condition.value), velocity ? "m/s" : "m");
+  throw InputError(std::string(velocity ? "qd does not keep " : "q does not close ") + which + ": a gap of " +
+                   gap + " is left (angles times the length of the model); " +
+                   (any_held
+                        ? "give values that fit together, or fewer of them, so that the others can follow"
+                        : "begin nearer to a pose in which the loop is closed"));
+}
+
+// A length for what counts as closed: the model's, or the distances of its bodies if they are larger.
+double extent(const Tree& tree, const TreePose& pose) {
+  double size = tree.model().length();
+  for (const Link& link : tree.links()) {
+    const Vec3& origin = pose.bodies[link.parent < 0 ? link.body : link.parent].position;
+    size = std::max(size, norm(pose.bodies[link.body].position - origin));
+  }
+  return size;
+}
+
+constexpr double closed = 1e-9;     // times the extent: good enough where rounding allows no more
+constexpr double rounding = 1e-14;  // times the extent
+
+}  // namespace
+
+void check_coordinates(const Tree& tree, std::span<double> q, std::span<const double> qd) {
+  for (const Link& link : tree.links()) {
+    const auto who = [&] {
+      const Model& model = tree.model();
+      return link.joint < 0 ? quoted("body", model.body(link.body).name, link.body)
+                            : quoted("joint", model.joint(link.joint).name, link.joint);
+    };
+    const auto finite = [](double x) { return std::isfinite(x); };
+    const std::span<double> own = q.subspan(link.first_q, link.q);
+    const auto rates = qd.subspan(link.first_v, link.v);
+    AMONTONS_REQUIRE(std::all_of(own.begin(), own.end(), finite), "q of " + who() + " is not finite");
+    AMONTONS_REQUIRE(std::all_of(rates.begin(), rates.end(), finite), "qd of " + who() + " is not finite");
+    const std::size_t plain = link.joint < 0 ? 3 : tree.model().joint(link.joint).dofs.size();
+    if (link.q == plain) continue;
+    const auto ball = own.subspan(plain);
+    const double size = norm(Quat{ball[0], ball[1], ball[2], ball[3]});
+    AMONTONS_REQUIRE(size > 1e-6 && size < 1e6,
+                     "q of " + who() + " has a quaternion of length " + std::to_string(size) +
+                         "; give a unit quaternion (w, x, y, z), (1, 0, 0, 0) is no rotation");
+    // What is normalised to rounding stays as it is, so that q comes back bit for bit.
+    if (std::abs(size - 1) > 1e-15)
+      for (double& c : ball) c /= size;
+  }
+}
+
+void close_loops(const Tree& tree, const State& state, std::span<const unsigned char> held,
+                 std::vector<double>& q) {
+  constexpr int most_steps = 100, most_halvings = 8;
+  constexpr double largest_turn = 0.5;  // rad in one step: beyond, errors are far from linear
+  const std::vector<double> unit = units(tree);
+  std::vector<double> now = q;
+  Loops loops = loops_at(tree, state, now, state.coordinates);
+  if (loops.conditions.empty()) return;
+  const double size = extent(tree, loops.pose), length = tree.model().length();
+  for (int step = 0; step < most_steps; ++step) {
+    const double error = loops.errors.norm();
+    if (error <= rounding * size) break;
+    const VectorXd z = least_change(jacobian(tree, loops, unit, held), loops.errors, error / size);
+    const double longest = z.size() ? z.cwiseAbs().maxCoeff() / length : 0;
+    double s = longest > largest_turn ? largest_turn / longest : 1;
+    // Ends of ranges come and go as conditions: a step is good if the errors become smaller.
+    bool better = false;
+    for (int halving = 0; halving < most_halvings && !better; ++halving, s /= 2) {
+      std::vector<double> trial = moved(tree, now, z, unit, s);
+      Loops there = loops_at(tree, state, trial, loops.coordinates);
+      better = there.errors.norm() < error;
+      if (!better) continue;
+      now = std::move(trial);
+      loops = std::move(there);
+    }
+    if (!better) break;
+  }
+  const bool any_held = std::any_of(held.begin(), held.end(), [](unsigned char h) { return h != 0; });
+  if (!(loops.errors.norm() <= closed * size)) refuse(tree, loops, any_held, false);
+  q = std::move(now);
+}
+
+void close_velocities(const Tree& tree, const State& state, std::span<const double> q,
+                      std::span<const unsigned char> held, std::vector<double>& qd) {
+  Loops loops = loops_at(tree, state, q, state.coordinates);
+  if (loops.conditions.empty()) return;
+  const std::vector<double> unit = units(tree), none(tree.nv());
+  const auto rates = [&] {
+    const TreeMotion motion = motion_of(tree, state, loops.pose, qd, none);
+    for (Eigen::Index i = 0; i < loops.errors.size(); ++i) {
+      loops.errors[i] = 0;
+      for (const Pull& pull : loops.conditions[i].pulls) {
+        if (pull.body_a >= 0) loops.errors[i] += power(pull, motion.velocities[pull.body_a]);
+        if (pull.body_b >= 0) loops.errors[i] -= power(pull, motion.velocities[pull.body_b]);
+      }
+    }
+    return loops.errors.norm();
+  };
+  const double before = rates();
+  const MatrixXd J = jacobian(tree, loops, unit, held);
+  // Twice, as a refinement of what the damping leaves.
+  double left = before;
+  for (int pass = 0; pass < 3 && left > rounding * before; ++pass) {
+    const VectorXd z = least_change(J, loops.errors, 0);
+    for (std::size_t i = 0; i < qd.size(); ++i) qd[i] += z[static_cast<Eigen::Index>(i)] / unit[i];
+    left = rates();
+  }
+  double speed = before;
+  for (std::size_t i = 0; i < qd.size(); ++i) speed = std::max(speed, std::abs(qd[i]) * unit[i]);
+  const bool any_held = std::any_of(held.begin(), held.end(), [](unsigned char h) { return h != 0; });
+  if (!(left <= closed * std::max(speed, 1e-300))) refuse(tree, loops, any_held, true);
+}
+
+}  // namespace amontons

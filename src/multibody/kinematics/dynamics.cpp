@@ -1,0 +1,141 @@
+// Momenta and forces are taken about the world's origin, as twists are: those of bodies then add.
+#include "amontons/multibody/kinematics/dynamics.hpp"
+
+#include <cmath>
+
+namespace amontons {
+
+namespace {
+
+// A force (or momentum), and its moment about the world's origin.
+struct Wrench {
+  Vec3 force, moment;
+};
+Wrench& operator+=(Wrench& a, const Wrench& b) {
+  a.force += b.force;
+  a.moment += b.moment;
+  return a;
+}
+double power(const Wrench& w, const Twist& t) { return dot(w.force, t.linear) + dot(w.moment, t.angular); }
+
+// Of one body or of several that move as one: mass, first moment m c, and inertia about the world's origin.
+struct SpatialInertia {
+  double mass = 0;
+  Vec3 first;
+  Mat3 second;
+};
+SpatialInertia& operator+=(SpatialInertia& a, const SpatialInertia& b) {
+  a.mass += b.mass;
+  a.first += b.first;
+  a.second = a.second + b.second;
+  return a;
+}
+
+// I_O = R I R' + m (<c, c> 1 - c c') by Steiner's theorem; skew(c)' skew(c) is that bracket.
+SpatialInertia inertia_of(const Body& body, const Transform& pose) {
+  const Mat3 R = to_matrix(pose.rotation), c = skew(pose(body.centre_of_mass));
+  return {body.mass, body.mass * pose(body.centre_of_mass),
+          R * body.inertia * transposed(R) + body.mass * (transposed(c) * c)};
+}
+
+// p = m v_O + omega x m c, L_O = I_O omega + m c x v_O.
+Wrench momentum_of(const SpatialInertia& inertia, const Twist& t) {
+  return {inertia.mass * t.linear + cross(t.angular, inertia.first),
+          inertia.second * t.angular + cross(inertia.first, t.linear)};
+}
+
+}  // namespace
+
+std::vector<double> point_jacobian(const Tree& tree, const TreePose& pose, Index body, const Vec3& point) {
+  const std::size_t nv = tree.nv();
+  std::vector<double> J(6 * nv);
+  for (Index k = tree.link_of(body); k >= 0; k = tree.link_of(tree.links()[k].parent)) {
+    const Link& link = tree.links()[k];
+    for (std::size_t c = link.first_v; c < link.first_v + link.v; ++c) {
+      const Vec3 v = velocity_at(pose.columns[c], point), &w = pose.columns[c].angular;
+      for (int i = 0; i < 3; ++i) {
+        J[static_cast<std::size_t>(i) * nv + c] = v[i];
+        J[static_cast<std::size_t>(i + 3) * nv + c] = w[i];
+      }
+    }
+  }
+  return J;
+}
+
+// With the inertia I of all that hangs on a link, a unit of its column s gives the momentum I s, and
+// M = <s', I s> for every column s' of the link and of those that carry it.
+std::vector<double> mass_matrix(const Tree& tree, const TreePose& pose) {
+  const Model& model = tree.model();
+  const std::size_t nv = tree.nv();
+  std::vector<double> M(nv * nv);
+  std::vector<SpatialInertia> inertia(tree.links().size());
+  for (std::size_t k = 0; k < inertia.size(); ++k) {
+    const Index body = tree.links()[k].body;
+    inertia[k] = inertia_of(model.body(body), pose.bodies[body]);
+  }
+  for (std::size_t n = tree.order().size(); n-- > 0;) {
+    const std::size_t k = tree.order()[n];
+    const Link& link = tree.links()[k];
+    for (std::size_t c = link.first_v; c < link.first_v + link.v; ++c) {
+      const Wrench momentum = momentum_of(inertia[k], pose.columns[c]);
+      for (Index l = static_cast<Index>(k); l >= 0; l = tree.link_of(tree.links()[l].parent)) {
+        const Link& carrier = tree.links()[l];
+        for (std::size_t d = carrier.first_v; d < carrier.first_v + carrier.v; ++d)
+          M[c * nv + d] = M[d * nv + c] = power(momentum, pose.columns[d]);
+      }
+    }
+    if (const Index parent = tree.link_of(link.parent); parent >= 0) inertia[parent] += inertia[k];
+    if (link.joint < 0) continue;
+    const auto& dofs = model.joint(link.joint).dofs;
+    for (std::size_t i = 0; i < dofs.size(); ++i) M[(link.first_v + i) * (nv + 1)] += dofs[i].armature;
+  }
+  return M;
+}
+
+// Of each body the force I a + v x* (I v) that its motion asks for; what hangs on a link adds up, and the
+// columns of the link take their part. Gravity is an acceleration of the ground upwards.
+std::vector<double> inverse_dynamics(const Tree& tree, const State& state, const TreePose& pose,
+                                     std::span<const double> qd, std::span<const double> qdd) {
+  const Model& model = tree.model();
+  const TreeMotion motion = motion_of(tree, state, pose, qd, qdd);
+  std::vector<Wrench> force(tree.links().size());
+  std::vector<double> tau(tree.nv());
+  for (std::size_t n = tree.order().size(); n-- > 0;) {
+    const std::size_t k = tree.order()[n];
+    const Link& link = tree.links()[k];
+    const SpatialInertia inertia = inertia_of(model.body(link.body), pose.bodies[link.body]);
+    const Twist& v = motion.velocities[link.body];
+    Twist a = motion.accelerations[link.body];
+    a.linear -= model.description().gravity;
+    const Wrench p = momentum_of(inertia, v);
+    force[k] += momentum_of(inertia, a);
+    force[k] += {cross(v.angular, p.force), cross(v.angular, p.moment) + cross(v.linear, p.force)};
+    for (std::size_t c = link.first_v; c < link.first_v + link.v; ++c)
+      tau[c] = power(force[k], pose.columns[c]);
+    if (const Index parent = tree.link_of(link.parent); parent >= 0) force[parent] += force[k];
+    if (link.joint < 0) continue;
+    const auto& dofs = model.joint(link.joint).dofs;
+    for (std::size_t i = 0; i < dofs.size(); ++i)
+      tau[link.first_v + i] += dofs[i].armature * qdd[link.first_v + i];
+  }
+  return tau;
+}
+
+std::vector<double> generalised_forces(const Tree& tree, const TreePose& pose, std::span<const Vec3> forces,
+                                       std::span<const Vec3> torques) {
+  const Model& model = tree.model();
+  std::vector<Wrench> sum(tree.links().size());
+  std::vector<double> tau(tree.nv());
+  for (std::size_t n = tree.order().size(); n-- > 0;) {
+    const std::size_t k = tree.order()[n];
+    const Link& link = tree.links()[k];
+    const Vec3 centre = pose.bodies[link.body](model.body(link.body).centre_of_mass);
+    sum[k] += {forces[link.body], torques[link.body] + cross(centre, forces[link.body])};
+    for (std::size_t c = link.first_v; c < link.first_v + link.v; ++c)
+      tau[c] = power(sum[k], pose.columns[c]);
+    if (const Index parent = tree.link_of(link.parent); parent >= 0) sum[parent] += sum[k];
+  }
+  return tau;
+}
+
+}  // namespace amontons

@@ -1,0 +1,243 @@
+// From coordinates to bodies and back: the product of exponentials of every joint, put one after the other.
+#include "amontons/multibody/kinematics/motion.hpp"
+
+#include <algorithm>
+
+#include "amontons/multibody/joints/coordinates.hpp"
+#include "multibody/joints/chain.hpp"
+#include "multibody/joints/joint_context.hpp"
+
+namespace amontons {
+
+namespace {
+
+Quat quaternion_at(std::span<const double> q, std::size_t i) { return {q[i], q[i + 1], q[i + 2], q[i + 3]}; }
+
+Transform pose_in(const State& state, Index body) {
+  return body < 0 ? Transform{} : Transform{state.positions[body], state.orientations[body]};
+}
+
+// The twist about the world's origin of one that is known at a point.
+Twist from_point(const Vec3& linear, const Vec3& angular, const Vec3& point) {
+  return {linear - cross(angular, point), angular};
+}
+
+// Fixed bodies have no velocity, whatever the state says.
+Twist velocity_in(const Model& model, const State& state, Index body) {
+  if (body < 0 || model.body(body).motion == Motion::fixed) return {};
+  return from_point(state.linear_velocities[body], state.angular_velocities[body], state.positions[body]);
+}
+
+Twist operator*(double s, const Twist& t) { return {s * t.linear, s * t.angular}; }
+Twist& operator+=(Twist& a, const Twist& b) {
+  a.linear += b.linear;
+  a.angular += b.angular;
+  return a;
+}
+// The rate of a twist s that is carried along with the velocity v (Featherstone's v x s).
+Twist carried(const Twist& v, const Twist& s) {
+  return {cross(v.angular, s.linear) + cross(v.linear, s.angular), cross(v.angular, s.angular)};
+}
+
+// The three columns of an angular velocity given along the axes of a frame, about its origin.
+void turn_columns(const Transform& frame, double sign, std::span<Twist> out) {
+  const Mat3 axes = to_matrix(frame.rotation);
+  for (int k = 0; k < 3; ++k) out[k] = from_point({}, sign * axes.column(k), frame.position);
+}
+
+// The pose of a body on a joint, and its columns. The twists of the dofs are those of A relative to B, in the
+// axes of frame_b; where B is the body that moves, they count backwards.
+Transform place_on_joint(const Joint& joint, const Link& link, const Transform& parent,
+                         std::span<const double> q, std::span<Twist> columns) {
+  const std::size_t dofs = joint.dofs.size();
+  const ChainKinematics chain = chain_kinematics(joint, {}, q.first(dofs));
+  Transform relative = chain.target;  // frame_a in frame_b
+  if (chain.spherical) relative.rotation = normalised(relative.rotation * quaternion_at(q, dofs));
+  Transform b = parent * joint.frame_b, a = b * relative;
+  if (link.reversed) {
+    a = parent * joint.frame_a;
+    b = a * inverse(relative);
+  }
+  const double sign = link.reversed ? -1 : 1;
+  for (std::size_t i = 0; i < dofs; ++i)
+    columns[i] = sign * from_point(rotate(b.rotation, chain.screws[i].linear),
+                                   rotate(b.rotation, chain.screws[i].angular), b(chain.reference));
+  if (chain.spherical) turn_columns(a, sign, columns.subspan(dofs));
+  const Transform pose = link.reversed ? b * inverse(joint.frame_b) : a * inverse(joint.frame_a);
+  return {pose.position, normalised(pose.rotation)};
+}
+
+Transform place_freely(std::span<const double> q, std::span<Twist> columns) {
+  const Transform pose{{q[0], q[1], q[2]}, quaternion_at(q, 3)};
+  columns[0] = {{1, 0, 0}, {}};
+  columns[1] = {{0, 1, 0}, {}};
+  columns[2] = {{0, 0, 1}, {}};
+  turn_columns(pose, 1, columns.subspan(3));
+  return pose;
+}
+
+// Rates of the dofs of a joint, and of a ball the angular velocity that is left, from the velocities of its
+// bodies: the way back of place_on_joint().
+void read_joint(const Model& model, const State& state, const Link& link, std::span<const double> coordinates,
+                std::span<double> q, std::span<double> qd) {
+  const Joint& joint = model.joint(link.joint);
+  const std::size_t dofs = joint.dofs.size();
+  const Transform a = pose_in(state, joint.body_a) * joint.frame_a,
+                  b = pose_in(state, joint.body_b) * joint.frame_b;
+  const Transform relative = inverse(b) * a;
+  std::copy_n(coordinates.begin(), dofs, q.begin());
+  const ChainKinematics chain = chain_kinematics(joint, relative, q.first(dofs));
+  const auto duals = dual_wrenches(chain, model.length());
+  const Twist of_a = velocity_in(model, state, joint.body_a), of_b = velocity_in(model, state, joint.body_b);
+  const Vec3 point = b(chain.reference);
+  const Quat to_b = conjugate(b.rotation);
+  const Screw twist{rotate(to_b, velocity_at(of_a, point) - velocity_at(of_b, point)),
+                    rotate(to_b, of_a.angular - of_b.angular)};
+  Vec3 left = twist.angular;
+  for (std::size_t i = 0; i < dofs; ++i) {
+    qd[i] = dot(duals[i], twist);
+    left -= qd[i] * chain.screws[i].angular;
+  }
+  if (!chain.spherical) return;
+  Quat ball = conjugate(chain.target.rotation) * relative.rotation;
+  if (ball.w < 0) ball = {-ball.w, -ball.x, -ball.y, -ball.z};
+  const Vec3 spin = rotate(conjugate(relative.rotation), left);
+  std::copy_n(std::array{ball.w, ball.x, ball.y, ball.z}.begin(), 4, q.begin() + dofs);
+  std::copy_n(spin.array().begin(), 3, qd.begin() + dofs);
+}
+
+void read_freely(const State& state, Index body, std::span<double> q, std::span<double> qd) {
+  const Quat& r = state.orientations[body];
+  const Vec3 spin = rotate(conjugate(r), state.angular_velocities[body]);
+  std::copy_n(state.positions[body].array().begin(), 3, q.begin());
+  std::copy_n(std::array{r.w, r.x, r.y, r.z}.begin(), 4, q.begin() + 3);
+  std::copy_n(state.linear_velocities[body].array().begin(), 3, qd.begin());
+  std::copy_n(spin.array().begin(), 3, qd.begin() + 3);
+}
+
+std::vector<Transform> poses_in(const State& state) {
+  std::vector<Transform> poses;
+  for (std::size_t i = 0; i < state.positions.size(); ++i)
+    poses.push_back(pose_in(state, static_cast<Index>(i)));
+  return poses;
+}
+
+// Adds the motion of a link's coordinates to that of its parent, in the order in which they follow each other
+// from the parent on: each column is carried along by all before it. The three of a ball (and of a floating
+// base) turn together, so that none carries another.
+void add_motion(const Link& link, std::size_t dofs, std::span<const Twist> columns,
+                std::span<const double> qd, std::span<const double> qdd, Twist& v, Twist& a) {
+  const auto add = [&](std::size_t first, std::size_t count) {
+    Twist dv{};
+    for (std::size_t i = first; i < first + count; ++i) {
+      dv += qd[i] * columns[i];
+      a += qdd[i] * columns[i];
+    }
+    a += carried(v, dv);
+    v += dv;
+  };
+  const std::size_t ball = link.v - dofs;
+  if (link.reversed && ball > 0) add(dofs, ball);
+  for (std::size_t i = 0; i < dofs; ++i) add(link.reversed ? dofs - 1 - i : i, 1);
+  if (!link.reversed && ball > 0) add(dofs, ball);
+}
+
+}  // namespace
+
+std::vector<double> fitted_coordinates(const Model& model, std::span<const Transform> poses,
+                                       std::vector<double> near) {
+  BodyFrames frames(poses.size());
+  for (std::size_t i = 0; i < frames.size(); ++i) frames[i].pose = poses[i];
+  update_coordinates(model, frames, near);
+  return near;
+}
+
+// The coordinates in the state are those of the poses at the start of the last step.
+Coordinates read_coordinates(const Tree& tree, const State& state) {
+  const Model& model = tree.model();
+  const std::vector<double> coordinates = fitted_coordinates(model, poses_in(state), state.coordinates);
+  Coordinates out{std::vector<double>(tree.nq()), std::vector<double>(tree.nv())};
+  for (const Link& link : tree.links()) {
+    const std::span<double> q = std::span(out.q).subspan(link.first_q, link.q),
+                            qd = std::span(out.qd).subspan(link.first_v, link.v);
+    if (link.joint < 0) {
+      read_freely(state, link.body, q, qd);
+      continue;
+    }
+    const auto first = static_cast<std::size_t>(model.first_dof(link.joint));
+    read_joint(model, state, link, std::span(coordinates).subspan(first), q, qd);
+  }
+  return out;
+}
+
+TreePose pose_of(const Tree& tree, const State& state, std::span<const double> q) {
+  TreePose pose;
+  pose.columns.resize(tree.nv());
+  pose.bodies = poses_in(state);
+  for (const std::size_t k : tree.order()) {
+    const Link& link = tree.links()[k];
+    const std::span<const double> own = q.subspan(link.first_q, link.q);
+    const std::span<Twist> columns = std::span(pose.columns).subspan(link.first_v, link.v);
+    const Transform parent = link.parent < 0 ? Transform{} : pose.bodies[link.parent];
+    pose.bodies[link.body] = link.joint < 0
+                                 ? place_freely(own, columns)
+                                 : place_on_joint(tree.model().joint(link.joint), link, parent, own, columns);
+  }
+  return pose;
+}
+
+// A body that keeps its velocity has the spatial acceleration -omega x v: the flow at a fixed place changes
+// as the body moves on.
+TreeMotion motion_of(const Tree& tree, const State& state, const TreePose& pose, std::span<const double> qd,
+                     std::span<const double> qdd) {
+  const Model& model = tree.model();
+  TreeMotion motion{std::vector<Twist>(model.bodies()), std::vector<Twist>(model.bodies())};
+  for (std::size_t i = 0; i < model.bodies(); ++i) {
+    if (model.body(static_cast<Index>(i)).motion != Motion::kinematic) continue;
+    motion.velocities[i] = velocity_in(model, state, static_cast<Index>(i));
+    motion.accelerations[i] = {-cross(state.angular_velocities[i], state.linear_velocities[i]), {}};
+  }
+  for (const std::size_t k : tree.order()) {
+    const Link& link = tree.links()[k];
+    Twist v{}, a{};
+    if (link.parent >= 0) {
+      v = motion.velocities[link.parent];
+      a = motion.accelerations[link.parent];
+    }
+    // A floating base slides along three axes, then turns.
+    const std::size_t dofs = link.joint < 0 ? 3 : model.joint(link.joint).dofs.size();
+    add_motion(link, dofs, std::span(pose.columns).subspan(link.first_v, link.v),
+               qd.subspan(link.first_v, link.v), qdd.subspan(link.first_v, link.v), v, a);
+    motion.velocities[link.body] = v;
+    motion.accelerations[link.body] = a;
+  }
+  return motion;
+}
+
+void write_poses(const Tree& tree, std::span<const double> q, State& state) {
+  const Model& model = tree.model();
+  const TreePose pose = pose_of(tree, state, q);
+  for (const Link& link : tree.links()) {
+    state.positions[link.body] = pose.bodies[link.body].position;
+    state.orientations[link.body] = pose.bodies[link.body].rotation;
+    if (link.joint < 0) continue;
+    std::copy_n(q.begin() + static_cast<std::ptrdiff_t>(link.first_q), model.joint(link.joint).dofs.size(),
+                state.coordinates.begin() + static_cast<std::ptrdiff_t>(model.first_dof(link.joint)));
+  }
+  // The joints that close loops follow; those of the tree are kept to the last bit.
+  const std::vector<double> all = fitted_coordinates(model, pose.bodies, state.coordinates);
+  for (const Index j : tree.loops())
+    for (std::size_t i = model.first_dof(j); i < model.first_dof(j + 1); ++i) state.coordinates[i] = all[i];
+}
+
+void write_velocities(const Tree& tree, std::span<const double> q, std::span<const double> qd, State& state) {
+  const TreePose pose = pose_of(tree, state, q);
+  const TreeMotion motion = motion_of(tree, state, pose, qd, std::vector<double>(tree.nv()));
+  for (const Link& link : tree.links()) {
+    const Twist& twist = motion.velocities[link.body];
+    state.linear_velocities[link.body] = velocity_at(twist, pose.bodies[link.body].position);
+    state.angular_velocities[link.body] = twist.angular;
+  }
+}
+
+}  // namespace amontons

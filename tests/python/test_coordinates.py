@@ -1,0 +1,422 @@
+"""Generalised coordinates against MuJoCo, against closed forms of loops, and against differences."""
+
+import copy
+import math
+import pickle
+
+import amontons
+import numpy as np
+import pytest
+from amontons import InputError, ModelBuilder, Motor, Simulation, shapes
+
+# Products of the same rotations in another order: a few roundings apart, of numbers around one.
+ROUNDING = 1e-13
+
+# A floating base whose frame is not at its centre of mass, a chain of hinge and slide with reference values
+# that is read as one joint, a ball after a hinge, a welded tip, and a second tree on the world.
+ROBOT = """
+<mujoco>
+  <option gravity="0.3 -0.2 -9.81"/>
+  <worldbody>
+    <body name="torso" pos="0 0 1">
+      <freejoint name="root"/>
+      <inertial pos="0.1 0.02 -0.05" mass="3" fullinertia="0.05 0.06 0.07 0.01 -0.005 0.002"/>
+      <body name="leg" pos="0.2 0.1 0" quat="0.9 0.1 0.2 -0.3">
+        <joint name="hip" type="hinge" axis="0.2 1 0" pos="0.03 0 0.01" ref="0.4" armature="0.02"/>
+        <joint name="thigh" type="slide" axis="1 0 0.5" ref="-0.1"/>
+        <geom type="capsule" size="0.04 0.15" density="900"/>
+        <body name="foot" pos="0 0 -0.3">
+          <joint name="ankle_x" type="hinge" axis="1 0 0" pos="0 0.2 0"/>
+          <joint name="ankle" type="ball"/>
+          <geom type="box" size="0.1 0.05 0.02" pos="0.03 0 0"/>
+          <body name="toe" pos="0.12 0 0"><geom type="sphere" size="0.02"/></body>
+        </body>
+      </body>
+    </body>
+    <body name="pole" pos="2 0 0"><joint name="swing" axis="0 1 0"/><geom size="0.1" pos="0 0 -0.4"/></body>
+  </worldbody>
+  <actuator>
+    <motor name="m" joint="hip" gear="3" ctrlrange="-1 1"/><position name="p" joint="swing" kp="20"/>
+  </actuator>
+  <keyframe>
+    <key name="start" time="0.25" qpos="1 2 3 0.6 0 0.8 0 0.1 0.2 0.3 1 0 0 0 0.5" ctrl="0.5 0.25"/>
+  </keyframe>
+</mujoco>
+"""
+
+
+@pytest.fixture(scope="module")
+def mujoco():
+    return pytest.importorskip("mujoco")
+
+
+def robot(mujoco, tmp_path):
+    path = tmp_path / "robot.xml"
+    path.write_text(ROBOT)
+    m = mujoco.MjModel.from_xml_path(str(path))
+    return amontons.load_model(path), m, mujoco.MjData(m)
+
+
+def random_state(mujoco, m, d, seed=0):
+    rng = np.random.default_rng(seed)
+    d.qpos[:] = m.qpos0
+    mujoco.mj_integratePos(m, d.qpos, rng.normal(size=m.nv), 1.0)
+    d.qvel[:] = rng.normal(size=m.nv)
+    mujoco.mj_forward(m, d)
+
+
+def box(builder, name, position, **options):
+    return builder.add_body(name, shape=shapes.Box((0.1, 0.05, 0.05)), mass=1.0, position=position, **options)
+
+
+def four_bar(crank=1.0, coupler=2.0, rocker=2.0, ground=2.0):
+    """A planar linkage in the x z plane, drawn open along x so that only the loop places the rocker."""
+    builder = ModelBuilder()
+    for name, x in (("crank", crank / 2), ("coupler", crank + coupler / 2)):
+        box(builder, name, (x, 0, 0))
+    box(builder, "rocker", (ground, 0, rocker / 2))
+    axis = (0, -1, 0)  # positive angles turn x towards z
+    builder.add_revolute_joint("crank", point=(0, 0, 0), axis=axis, name="A")
+    builder.add_revolute_joint("coupler", "crank", point=(crank, 0, 0), axis=axis, name="B")
+    builder.add_revolute_joint("rocker", point=(ground, 0, 0), axis=axis, name="D")
+    builder.add_joint(
+        amontons.Joint(
+            name="C",
+            body_a="coupler",
+            body_b="rocker",
+            frame_a=amontons.Transform((coupler / 2, 0, 0), axis_to_y()),
+            frame_b=amontons.Transform((0, 0, rocker / 2), axis_to_y()),
+            dofs=(amontons.Dof(),),
+        )
+    )
+    return builder.build()
+
+
+def axis_to_y():
+    return (0.5**0.5, 0.5**0.5, 0, 0)  # z to -y
+
+
+def rocker_tip(model, sim):
+    i = model.body_index("rocker")
+    return sim.state.positions[i] + (sim.state.positions[i] - np.array((2.0, 0, 0)))
+
+
+# Breaks when names or order are not those of MuJoCo's qpos and qvel.
+def test_names(mujoco, tmp_path):
+    model, m, _ = robot(mujoco, tmp_path)
+    assert (model.nq, model.nv) == (m.nq, m.nv)
+    assert tuple(model.coordinates) == ("torso", "hip", "thigh", "ankle_x", "ankle_x+ankle.ball", "swing")
+    kinds = [c.kind for c in model.coordinates.values()]
+    assert kinds == ["free", "hinge", "slide", "hinge", "ball", "hinge"]
+    for c, j in zip(model.coordinates.values(), range(m.njnt), strict=True):
+        assert (c.q.start, c.qd.start) == (m.jnt_qposadr[j], m.jnt_dofadr[j])
+    assert model.q_names[:8] == (*(f"torso.{x}" for x in ("x", "y", "z", "qw", "qx", "qy", "qz")), "hip")
+    assert len(model.q_names) == m.nq
+    assert len(model.qd_names) == m.nv
+    with pytest.raises(InputError, match='no coordinate "knee"; known are torso, hip'):
+        Simulation(model).set_q({"knee": 1.0})
+
+
+# Breaks when forward kinematics, velocities of bodies or reading them back are not MuJoCo's.
+def test_bodies_follow_q_and_qd_as_in_mujoco(mujoco, tmp_path):
+    model, m, d = robot(mujoco, tmp_path)
+    sim = Simulation(model)
+    for seed in range(5):
+        random_state(mujoco, m, d, seed)
+        sim.q, sim.qd = d.qpos, d.qvel
+        velocity = np.zeros(6)
+        for i, name in enumerate(model.body_names):
+            b = mujoco.mj_name2id(m, mujoco.mjtObj.mjOBJ_BODY, name)
+            mujoco.mj_objectVelocity(m, d, mujoco.mjtObj.mjOBJ_XBODY, b, velocity, 0)
+            np.testing.assert_allclose(sim.state.positions[i], d.xpos[b], atol=ROUNDING)
+            assert abs(sim.state.orientations[i] @ d.xquat[b]) == pytest.approx(1, abs=ROUNDING)
+            np.testing.assert_allclose(sim.state.angular_velocities[i], velocity[:3], atol=ROUNDING)
+            np.testing.assert_allclose(sim.state.linear_velocities[i], velocity[3:], atol=10 * ROUNDING)
+        ball = model.coordinates["ankle_x+ankle.ball"].q
+        d.qpos[ball] *= math.copysign(1, d.qpos[ball.start])
+        np.testing.assert_allclose(sim.q, d.qpos, atol=ROUNDING)
+        np.testing.assert_allclose(sim.qd, d.qvel, atol=10 * ROUNDING)
+
+
+# Breaks when a term of the equations of motion, an armature or a column of a Jacobian is wrong.
+def test_equations_of_motion_are_those_of_mujoco(mujoco, tmp_path):
+    model, m, d = robot(mujoco, tmp_path)
+    sim = Simulation(model)
+    rng = np.random.default_rng(9)
+    for seed in range(5):
+        random_state(mujoco, m, d, seed)
+        sim.q, sim.qd = d.qpos, d.qvel
+        M = np.zeros((m.nv, m.nv))
+        mujoco.mj_fullM(m, d, M)
+        np.testing.assert_allclose(sim.mass_matrix(), M, atol=1e-11)
+        np.testing.assert_allclose(sim.bias_forces(), d.qfrc_bias, atol=1e-10)
+        qdd = rng.normal(size=m.nv)
+        np.testing.assert_allclose(sim.inverse_dynamics(qdd), M @ qdd + d.qfrc_bias, atol=1e-10)
+        b = mujoco.mj_name2id(m, mujoco.mjtObj.mjOBJ_BODY, "foot")
+        point = rng.normal(size=3)
+        Jp, Jr = np.zeros((3, m.nv)), np.zeros((3, m.nv))
+        mujoco.mj_jac(m, d, Jp, Jr, d.xpos[b] + d.xmat[b].reshape(3, 3) @ point, b)
+        np.testing.assert_allclose(sim.jacobian("foot", point), np.vstack([Jp, Jr]), atol=1e-12)
+        d.xfrc_applied[1:] = rng.normal(size=(m.nbody - 1, 6))
+        tau = np.zeros(m.nv)
+        for i in range(1, m.nbody):
+            f = d.xfrc_applied[i]
+            mujoco.mj_applyFT(m, d, f[:3].copy(), f[3:].copy(), d.xipos[i].copy(), i, tau)
+        forces, torques = d.xfrc_applied[1:, :3], d.xfrc_applied[1:, 3:]  # no body is merged here
+        np.testing.assert_allclose(sim.generalised_forces(forces, torques), tau, atol=1e-11)
+
+
+# Breaks when the joint of a body that is B of it is walked the wrong way, or a base is not the first body.
+def test_joints_are_walked_both_ways():
+    builder = ModelBuilder(gravity=(0, 0, 0))
+    box(builder, "hand", (2, 0, 0))
+    box(builder, "arm", (1, 0, 0))
+    box(builder, "far", (3, 0.2, 0))
+    builder.add_revolute_joint("arm", "hand", point=(1.5, 0, 0.1), axis=(0, 1, 0), name="elbow")
+    builder.add_joint(amontons.Joint(
+        name="wrist", body_a="hand", body_b="far", spherical=True,
+        frame_a=amontons.Transform((0.5, 0, 0)), frame_b=amontons.Transform((-0.5, -0.2, 0)),
+        dofs=(amontons.Dof(kind="slide", axis=(0, 0, 1)),),
+    ))  # fmt: skip
+    model = builder.build()
+    assert [c.kind for c in model.coordinates.values()] == ["free", "hinge", "slide", "ball"]
+    assert next(iter(model.coordinates)) == "hand"
+    sim = Simulation(model)
+    rng = np.random.default_rng(1)
+    sim.q = [1, 2, 3, *rng.normal(size=4), 0.5, 0.2, *rng.normal(size=4)]
+    q, qd = sim.q, rng.normal(size=model.nv)
+    sim.qd = qd
+    np.testing.assert_allclose(sim.qd, qd, atol=1e-13)
+    assert 0.5 * qd @ sim.mass_matrix() @ qd == pytest.approx(kinetic_energy(sim), rel=1e-12)
+    for i in range(3):
+        v = sim.jacobian(i) @ qd
+        np.testing.assert_allclose(v[:3], sim.state.linear_velocities[i], atol=1e-12)
+        np.testing.assert_allclose(v[3:], sim.state.angular_velocities[i], atol=1e-12)
+    # The elbow turns the arm by 0.5 rad about y from the hand.
+    rotation = [np.array(amontons.model.transforms.rotation_matrix(tuple(r))) for r in sim.state.orientations]
+    relative = rotation[0].T @ rotation[1]
+    assert math.atan2(relative[0, 2], relative[0, 0]) == pytest.approx(0.5, abs=1e-12)
+    sim.q = q
+    np.testing.assert_allclose(sim.q, q, atol=1e-14)
+    np.testing.assert_allclose(sim.qd, qd, atol=1e-12)
+
+
+def kinetic_energy(sim):
+    """The sum over bodies; the frames of these boxes are at their centres of mass."""
+    total = 0.0
+    for body, v, w, q in zip(
+        sim.model.bodies,
+        sim.state.linear_velocities,
+        sim.state.angular_velocities,
+        sim.state.orientations,
+        strict=True,
+    ):
+        R = np.array(amontons.model.transforms.rotation_matrix(tuple(q)))
+        local = R.T @ w
+        total += 0.5 * (body.mass * v @ v + local @ np.array(body.inertia) @ local)
+    return total
+
+
+# Breaks when loops stay open, the named coordinate moves, or velocities do not fit the loop.
+@pytest.mark.parametrize("angle", [0.3, 1.2, 2.5])
+def test_loops_are_closed(angle):
+    model = four_bar()
+    assert [model.joints[j].name for j in model.tree.loops] == ["C"]
+    sim = Simulation(model)
+    sim.set_q({"B": 0.5})
+    for a in np.linspace(0.1, angle, 8):  # a path, so that the branch is the same
+        sim.set_q({"A": a})
+    assert sim.coordinate("A") == pytest.approx(angle, abs=1e-15)
+    # Freudenstein: the distance of the ends of coupler and rocker's pivots, with the tip on both circles.
+    pin = np.array((math.cos(angle), 0, math.sin(angle)))
+    i = model.body_index("coupler")
+    tip = 2 * sim.state.positions[i] - pin
+    assert np.linalg.norm(tip - pin) == pytest.approx(2, abs=1e-10)
+    assert np.linalg.norm(tip - (2, 0, 0)) == pytest.approx(2, abs=1e-10)
+    np.testing.assert_allclose(rocker_tip(model, sim), tip, atol=1e-10)
+    sim.set_qd({"A": 1.0})
+    k = model.coordinates
+    assert sim.qd[k["A"].qd] == pytest.approx(1.0, abs=1e-12)
+    e = 1e-6
+    q = sim.q
+    sim.set_q({"A": angle + e})
+    np.testing.assert_allclose((sim.q - q) / e, sim.qd, atol=1e-4)
+    report = sim.step()
+    assert report.joint_error < 1e-9
+    assert sim.coordinate("C") == pytest.approx(sim.state.joint_coordinates[model.dof_index("C")], abs=0.1)
+
+
+# Breaks when a loop that cannot be closed passes, or leaves something behind.
+def test_loops_that_cannot_be_closed():
+    model = four_bar(crank=1, coupler=0.4, rocker=0.5, ground=2)
+    sim = Simulation(model)
+    before = copy.deepcopy(sim)
+    with pytest.raises(InputError, match=r'q does not close joint "C": a gap of .* m is left'):
+        sim.set_q({"A": math.pi})
+    np.testing.assert_array_equal(sim.state.positions, before.state.positions)
+    np.testing.assert_array_equal(sim.q, before.q)
+
+
+# Breaks when coupled coordinates do not follow.
+def test_couplings_follow():
+    builder = ModelBuilder()
+    for i in range(2):
+        box(builder, f"gear{i}", (i, 0, 0))
+        builder.add_revolute_joint(f"gear{i}", point=(i, 0, 0), axis=(0, 1, 0), name=f"g{i}")
+    builder.add_coupling("g0", "g1", coefficients=(0.1, -2.0), name="mesh")
+    sim = Simulation(builder.build())
+    sim.set_q({"g1": 1.0})
+    assert sim.q == pytest.approx([-1.9, 1.0], abs=1e-12)
+    sim.set_qd({"g0": 1.0})
+    assert sim.qd == pytest.approx([1.0, -0.5], abs=1e-12)
+    with pytest.raises(InputError, match=r'coupling "mesh": .*; give values that fit together, or fewer'):
+        sim.set_q({"g0": 0.0, "g1": 1.0})
+
+
+# Breaks when bad values pass, or turns of hinges are lost.
+def test_bad_coordinates(mujoco, tmp_path):
+    model, m, _ = robot(mujoco, tmp_path)
+    sim = Simulation(model)
+    before = sim.q
+    for values, message in [
+        (np.zeros(3), r"q has the shape \(3,\); the model asks for \(15,\)"),
+        (np.zeros(m.nq), r'q of body "torso" has a quaternion of length 0'),
+        (np.full(m.nq, math.nan), r"q\[0\] is not finite"),
+        ({"hip": "x"}, 'q of "hip" is'),
+        ({"torso": (1, 2)}, r'q of "torso" has the shape \(2,\)'),
+    ]:
+        with pytest.raises(InputError, match=message):
+            sim.q = values
+        np.testing.assert_array_equal(sim.q, before)
+    with pytest.raises(InputError, match="set simulation.q"):
+        sim.state.joint_coordinates = 1.0
+    for array in (sim.q, sim.qd, sim.qdd, sim.controls, sim.state.joint_coordinates):
+        with pytest.raises(ValueError, match="read-only"):
+            array[0] = 1.0
+    sim.set_q({"swing": 20.0})  # three turns and more
+    assert sim.coordinate("swing") == 20.0
+    sim.step()
+    assert sim.coordinate("swing") == pytest.approx(20.0, abs=0.1)
+    assert sim.coordinate("hip") == sim.q[model.coordinates["hip"].q][0]
+    assert sim.rate("swing") == sim.qd[-1]
+
+
+# Breaks when accelerations are not those of the equations of motion, to the order of the step.
+def test_accelerations(mujoco, tmp_path):
+    model, m, d = robot(mujoco, tmp_path)
+    random_state(mujoco, m, d, 2)
+    errors = []
+    for dt in (1e-4, 5e-5):
+        sim = Simulation(model, dt=dt)
+        sim.q, sim.qd = d.qpos, d.qvel
+        assert not sim.qdd.any()
+        for _ in range(10):  # velocities settle to how the step looks at joints
+            sim.step()
+        expected = np.linalg.solve(sim.mass_matrix(), -sim.bias_forces())
+        sim.step()
+        errors.append(np.abs(expected - sim.qdd)[:-1].max())  # but for the servo of the pole
+    assert errors[0] < 0.05
+    assert errors[1] < 0.6 * errors[0]
+
+
+# Breaks when time, state, targets or loads are not those of a new simulation or of the keyframe.
+def test_reset(mujoco, tmp_path):
+    model, m, _d = robot(mujoco, tmp_path)
+    sim, new = Simulation(model), Simulation(model)
+    view = sim.state.positions
+    sim.state.forces[:] = 1
+    sim.controls = (0.5, 0.1)
+    sim.run(0.1)
+    sim.reset()
+    assert (sim.time, sim.steps, len(sim.contacts)) == (0, 0, 0)
+    assert not sim.controls.any()
+    assert not sim.state.forces.any()
+    sim.run(0.05), new.run(0.05)
+    np.testing.assert_array_equal(sim.state.positions, new.state.positions)
+    assert view is sim.state.positions
+    sim.reset("start", qd={"swing": 0.5})
+    assert sim.time == 0.25
+    assert sim.controls == pytest.approx([0.5, 0.25])
+    np.testing.assert_allclose(sim.q, m.key_qpos[0], atol=ROUNDING)
+    assert sim.rate("swing") == pytest.approx(0.5)
+    sim.step()
+    assert sim.time == pytest.approx(0.25 + sim.dt)
+    positions, time = sim.state.positions.copy(), sim.time
+    for call, message in [
+        (lambda: sim.reset("end"), 'no keyframe "end"; known are start'),
+        (lambda: sim.reset("start", q={"hip": math.inf}), "is not finite"),
+    ]:
+        with pytest.raises(InputError, match=message):
+            call()
+        assert sim.time == time
+        np.testing.assert_array_equal(sim.state.positions, positions)
+
+
+# Breaks when controls are not clipped, not in the order of the actuators, or a bad one is taken.
+def test_controls(mujoco, tmp_path):
+    model, *_ = robot(mujoco, tmp_path)
+    sim = Simulation(model)
+    assert tuple(model.actuators) == ("m", "p")
+    sim.controls = (2.0, 0.7)
+    assert sim.controls == pytest.approx([1.0, 0.7])
+    assert sim.state.targets[model.dof_index("hip+thigh")] == 3.0
+    sim.set_control("m", -0.5)
+    assert sim.controls == pytest.approx([-0.5, 0.7])
+    for values, message in [((1.0,), r"shape \(1,\)"), ((math.nan, 0), 'control of "m" is nan')]:
+        with pytest.raises(InputError, match=message):
+            sim.controls = values
+    assert sim.controls == pytest.approx([-0.5, 0.7])
+
+
+def stack():
+    builder = ModelBuilder()
+    builder.add_geom(None, shapes.Plane())
+    for i in range(3):
+        box(builder, f"box{i}", (0.01 * i, 0, 0.05 + 0.1 * i))
+    builder.add_revolute_joint("box2", "box1", point=(0, 0, 0.2), axis=(0, 0, 1), name="pivot",
+                               motor=Motor("speed", 0.5, max_effort=5.0))  # fmt: skip
+    return builder.build()
+
+
+# Breaks when a copy does not go on bit for bit, or shares something with the original.
+@pytest.mark.parametrize(
+    "make",
+    [lambda s: s.copy(), copy.copy, copy.deepcopy, lambda s: pickle.loads(pickle.dumps(s))],
+    ids=["copy()", "copy.copy", "deepcopy", "pickle"],
+)
+def test_copies_go_on_bit_for_bit(make):
+    sim = Simulation(stack(), dt=2e-3, restitution_speed=0.1)
+    sim.run(0.1)
+    other = make(sim)
+    assert other.time == sim.time
+    assert dict(other.options) == dict(sim.options)
+    assert other.state.positions.base is not sim.state.positions.base
+    expected = []
+    for _ in range(20):
+        sim.step()
+        expected.append(sim.state.positions.copy())
+    for positions in expected:  # after, so that a shared state would have moved
+        other.step()
+        np.testing.assert_array_equal(other.state.positions, positions)
+    np.testing.assert_array_equal(other.impulses, sim.impulses)
+    other.force_callbacks.append(lambda sim: None)
+    assert not sim.force_callbacks
+
+
+# Breaks when what the last step found is lost in a copy, or a subclass loses its own attributes.
+def test_copies_keep_the_last_step():
+    class Mine(Simulation):
+        pass
+
+    sim = Mine(stack())
+    sim.notes = ["a"]
+    sim.run(0.05)
+    other, deep = sim.copy(), copy.deepcopy(sim)
+    np.testing.assert_array_equal(other.contacts["force"], sim.contacts["force"])
+    np.testing.assert_array_equal(other.qdd, sim.qdd)
+    assert type(other) is Mine
+    assert other.notes is sim.notes
+    assert deep.notes == ["a"]
+    assert deep.notes is not sim.notes
+    assert deep.model is sim.model
+    assert copy.deepcopy(sim.model) is sim.model
