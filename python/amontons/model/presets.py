@@ -49,6 +49,7 @@ class Actuator:
         """The control that gives a target of the motor; 0 where none has an effect."""
         return (target - self.offset) / self.scale if self.scale else 0.0
 
+
 EFFECTS = ("large", "small", "none")
 """How much what was not read changes the motion, worst first."""
 
