@@ -117,6 +117,17 @@ def test_names(mujoco, tmp_path):
         Simulation(model).set_q({"knee": 1.0})
 
 
+# Breaks when degrees of freedom of a model that is part of another one keep their names, which are taken.
+def test_names_of_a_model_put_into_another(mujoco, tmp_path):
+    model, m, _ = robot(mujoco, tmp_path)
+    builder = ModelBuilder()
+    for prefix in ("a/", "b/"):
+        builder.add_model(model, prefix=prefix)
+    both = builder.build()
+    assert tuple(both.coordinates) == tuple(p + name for p in ("a/", "b/") for name in model.coordinates)
+    assert both.nq == 2 * m.nq
+
+
 # Breaks when forward kinematics, velocities of bodies or reading them back are not MuJoCo's.
 def test_bodies_follow_q_and_qd_as_in_mujoco(mujoco, tmp_path):
     model, m, d = robot(mujoco, tmp_path)

@@ -140,7 +140,7 @@ def parts_of(model: Model, seat: Seat, prefix: str, before: Counts, new_name: Ca
     return Parts(
         bodies=named(prefix, (moved_body(model.bodies[b], seat) for b in move.kept)),
         geoms=named(prefix, map(move.geom, model.geoms)),
-        joints=[*named(prefix, map(move.joint, model.joints)), *mounts],
+        joints=[*named(prefix, (with_dofs_named(prefix, move.joint(j)) for j in model.joints)), *mounts],
         couplings=named(prefix, map(move.coupling, model.couplings)),
         pair_materials=list(map(move.pair, model.pair_materials)),
         excluded=[(a, b) for a, b in excluded if a != b],
@@ -162,6 +162,10 @@ def parts_of(model: Model, seat: Seat, prefix: str, before: Counts, new_name: Ca
 
 def named(prefix: str, things: Iterable[T]) -> list[T]:
     return [changed(thing, name=prefix + thing.name) if prefix else thing for thing in things]
+
+
+def with_dofs_named(prefix: str, joint: Joint) -> Joint:
+    return changed(joint, dofs=tuple(changed(d, name=d.name and prefix + d.name) for d in joint.dofs))
 
 
 def merged_bodies(model: Model, seat: Seat) -> set[int]:
