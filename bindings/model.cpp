@@ -34,6 +34,8 @@ void bind_bodies(nb::module_& m) {
       .def_rw("friction", &Material::friction)
       .def_rw("restitution", &Material::restitution)
       .def_rw("compliance", &Material::compliance)
+      .def_rw("relaxation_time", &Material::relaxation_time)
+      .def_rw("rest_offset", &Material::rest_offset)
       .def_rw("friction_across", &Material::friction_across)
       .def_rw("torsional_friction", &Material::torsional_friction)
       .def_rw("rolling_friction", &Material::rolling_friction);

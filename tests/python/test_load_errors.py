@@ -18,14 +18,12 @@ def load(tmp_path, body, *, tail="", strict=True):
 
 
 UNSUPPORTED = [
-    ("geom", '<geom name="x" size="1" margin="0.01"/>', "margin"),
     ("geom", '<geom name="x" size="1" adhesion="1"/>', "adhesion"),
     ("geom", '<geom name="x" size="1" surfacevel="0 0 0 0 0 1"/>', "surface velocity that rotates"),
     ("body", '<body name="x" gravcomp="1"><geom size="1"/></body>', "gravity compensation"),
     ("joint", '<body><joint name="x" springyield="1"/><geom size="1"/></body>', "yields"),
     ("joint", '<body><joint name="x" stiffness="1 2"/><geom size="1"/></body>', "nonlinear spring"),
     ("joint", '<body><joint name="x" damping="1 0 2"/><geom size="1"/></body>', "nonlinear damper"),
-    ("joint", '<body><joint name="x" margin="0.1" range="0 1"/><geom size="1"/></body>', "margin"),
     ("joint", '<body><joint name="x" type="free" damping="1"/><geom size="1"/></body>', "damping of a free"),
     (
         "joint",
@@ -94,9 +92,9 @@ def test_all_is_listed_once_and_the_rest_loads(tmp_path):
     (tmp_path / "part.xml").write_text('<mujoco>\n<body gravcomp="1">\n<geom size="1"/></body></mujoco>')
     path = tmp_path / "model.xml"
     path.write_text(
-        '<mujoco>\n<default><geom margin="0.1"/></default>\n<worldbody>\n<replicate count="3" offset="3 0 0">'
-        '\n<body><freejoint/><geom size="1" adhesion="1"/></body></replicate>\n<include file="part.xml"/>\n'
-        "</worldbody></mujoco>"
+        '<mujoco>\n<default><geom adhesion="0.1"/></default>\n<worldbody>\n'
+        '<replicate count="3" offset="3 0 0">\n<body><freejoint/><geom size="1" adhesion="1"/></body>'
+        '</replicate>\n<include file="part.xml"/>\n</worldbody></mujoco>'
     )
     with pytest.raises(InputError) as error:
         load_model(path, strict=True)
@@ -143,7 +141,7 @@ def test_worst_first(tmp_path):
 
 # Breaks when a long list floods the terminal: 12 lines of each part, the rest counted.
 def test_long_list_is_cut(tmp_path):
-    body = "".join(f'<geom size="1" margin="{i}"/>' for i in range(1, 21))
+    body = "".join(f'<geom size="1" adhesion="{i}"/>' for i in range(1, 21))
     with pytest.warns(UnsupportedWarning, match=r"(?s)20 things.*and 8 more\Z") as caught:
         model = load(tmp_path, body, strict=False)
     assert len(str(caught[0].message).splitlines()) == 2 + 12 + 1

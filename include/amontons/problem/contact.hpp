@@ -15,6 +15,8 @@ struct Material {
   double friction = 0.5;          // Coulomb's mu, >= 0
   double restitution = 0;         // e in [0, 1]: u_n^+ = -e u_n^-
   double compliance = 0;          // of one contact point, m/N, >= 0; 0 is rigid
+  double relaxation_time = 0;     // damping of a compliant contact over its stiffness, s, >= 0
+  double rest_offset = 0;         // the distance of two surfaces at which they touch, m, >= 0
   double friction_across = -1;    // mu across the friction direction; negative: friction in all directions
   double torsional_friction = 0;  // largest moment about the normal over the normal force, m
   double rolling_friction = 0;    // the same of moments in the tangent plane, m
@@ -32,13 +34,14 @@ enum class ContactState : unsigned char { open, stick, slip };
 struct Contact {
   Index body_a = world, body_b = world, geom_a = -1, geom_b = -1;
   Vec3 point, normal;  // m; the normal has unit length and points from B to A
-  double gap = 0;      // m, at the start of the step, > 0 apart
+  double gap = 0;      // m, at the start of the step, > 0 apart; less the material's rest_offset
   Vec3 r_a, r_b;       // from each centre of mass (the origin for the world) to the point, m
   Material material;
-  Vec3 direction;            // that `material.friction` is along; zero where friction is the same all round
-  Vec3 surface_velocity;     // of A's surface over its body less that of B's, tangential, m/s
-  int rows = 3;              // normal, two tangents; 4: and a moment about the normal; 5: and two about the
-                             // tangents; 6: all three
+  Vec3 direction;         // that `material.friction` is along; zero where friction is the same all round
+  Vec3 surface_velocity;  // of A's surface over its body less that of B's, tangential, m/s
+  int rows = 3;           // normal, two tangents; 4: and a moment about the normal; 5: and two about the
+                          // tangents; 6: all three
+  Vec3 held;              // of a compliant contact: the impulse of the last step, in units of this one, N s
   double moment_length = 1;  // moments enter the rows divided by this length, spins multiplied by it, m
 
   // What a step finds; impacts at its start are in the impulses.

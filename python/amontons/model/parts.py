@@ -36,7 +36,7 @@ class Material:
     """What a surface brings into a contact.
 
     Frictions of two surfaces combine by the model's rule; of restitutions, torsional and rolling frictions
-    the larger one holds; compliances add. docs/physics.md has the laws.
+    the larger one holds; compliances and rest offsets add. docs/physics.md has the laws.
     """
 
     friction: float = 0.5
@@ -45,6 +45,10 @@ class Material:
     """e in [0, 1]: u_n after = -e u_n before"""
     compliance: float = 0.0
     """of one contact point (m/N), 0 is rigid"""
+    relaxation_time: float = 0.0
+    """of a compliant contact, damping over stiffness (s), >= 0; of two the mean by compliance"""
+    rest_offset: float = 0.0
+    """the distance from the surface at which things touch it (m), >= 0"""
     friction_across: float | None = None
     """mu across the geom's friction_direction, >= 0, `friction` then is that along it; None: the same all
     round"""
@@ -54,7 +58,10 @@ class Material:
     """largest moment in the tangent plane over the normal force, of each contact point (m), >= 0"""
 
     def __post_init__(self) -> None:
-        limits = ("friction", "compliance", "torsional_friction", "rolling_friction")
+        limits = (
+            "friction", "compliance", "relaxation_time", "rest_offset", "torsional_friction",
+            "rolling_friction",
+        )  # fmt: skip
         if self.friction_across is not None:
             limits = (*limits, "friction_across")
         _numbers(self, "material: ", "restitution", *limits)

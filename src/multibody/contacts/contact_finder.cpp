@@ -58,7 +58,7 @@ void move_to(const ContactPoint& p, const Vec3& centre_a, const Vec3& centre_b, 
              Contact& c) {
   c.point = p.point;
   c.normal = p.normal;
-  c.gap = p.gap;
+  c.gap = p.gap - c.material.rest_offset;
   c.r_a = p.point - centre_a;
   if (c.body_b >= 0) c.r_b = p.point - centre_b;
   c.surface_velocity = surface_velocity - dot(p.normal, surface_velocity) * p.normal;
@@ -72,8 +72,9 @@ double opening(const Contact& c, const BodyVelocities& v) {
 }  // namespace
 
 // Where the geoms stand, how fast they are, and the boxes that they may reach. Two geoms can touch within the
-// step only if their gap is at most margin + h (speed_a + speed_b). Each box grows by its own share of that,
-// half of the margin and h times its speed, so that such pairs have boxes that overlap.
+// step only if their gap is at most margin + h (speed_a + speed_b), and their rest offset more. Each box
+// grows by its own share of that, half of the margin and h times its speed, so that such pairs have boxes
+// that overlap.
 void ContactFinder::place_geoms(const Reach& reach) {
   const Model& model = reach.model;
   const auto& geoms = model.description().geoms;
@@ -91,7 +92,7 @@ void ContactFinder::place_geoms(const Reach& reach) {
     speeds_[g] = stands ? 0
                         : speed_bound(reach.v[body], frames_[g].position - reach.bodies[body].centre,
                                       bounding_radius(geom.shape));
-    const double grow = 0.5 * reach.margin + reach.h * speeds_[g];
+    const double grow = 0.5 * reach.margin + reach.h * speeds_[g] + model.rest_offset(static_cast<Index>(g));
     boxes_[g].lower -= {grow, grow, grow};
     boxes_[g].upper += {grow, grow, grow};
   }
@@ -108,8 +109,10 @@ void ContactFinder::visit(const Reach& reach, F&& f) {
     // A is the one that moves, so that normals point to a body that feels them.
     if (fixed_[a] && !fixed_[b]) std::swap(a, b);
     points_.clear();
-    collide(model.geom(a).shape, frames_[a], model.geom(b).shape, frames_[b],
-            reach.margin + reach.h * (speeds_[a] + speeds_[b]), points_);
+    collide(
+        model.geom(a).shape, frames_[a], model.geom(b).shape, frames_[b],
+        reach.margin + reach.h * (speeds_[a] + speeds_[b]) + (model.rest_offset(a) + model.rest_offset(b)),
+        points_);
     // Materials and frames are looked up for pairs that touch only; the broad phase finds many more.
     if (points_.empty()) continue;
     Contact c = contact_of(model, a, b, reach.bodies);
@@ -117,7 +120,7 @@ void ContactFinder::visit(const Reach& reach, F&& f) {
     const Vec3 centre_b = c.body_b >= 0 ? reach.bodies[c.body_b].centre : Vec3{};
     for (const ContactPoint& p : points_) {
       move_to(p, centre_a, centre_b, surface_velocity, c);
-      f(c, p.gap + reach.h * opening(c, reach.v));
+      f(c, c.gap + reach.h * opening(c, reach.v));
     }
   }
 }
@@ -205,12 +208,12 @@ void ContactFinder::find_overlaps(const Reach& reach, double allowance, std::vec
     const Geom &a = reach.model.geom(geom_a), &b = reach.model.geom(geom_b);
     if (turn(a.body) + turn(b.body) < least_turn) continue;
     Contact c = contacts[by_pair_[i].contact];
-    c.impulse = c.angular_impulse = {};  // an impact was that of the first
+    c.impulse = c.angular_impulse = c.held = {};  // those were of the first
     const Vec3 surface_velocity = c.surface_velocity;
     points_.clear();
-    collide(a.shape, end_frame(a), b.shape, end_frame(b), 0, points_);
+    collide(a.shape, end_frame(a), b.shape, end_frame(b), c.material.rest_offset, points_);
     for (const ContactPoint& p : points_) {
-      if (p.gap >= -allowance) continue;
+      if (p.gap - c.material.rest_offset >= -allowance) continue;
       move_to(p, end_centre(c.body_a), end_centre(c.body_b), surface_velocity, c);
       // The gap is that of the start if this point had been there: with u of the rows, gap + h u closes it.
       c.gap -= reach.h * opening(c, reach.v);

@@ -39,16 +39,15 @@ void keep_for_warm_start(const Problem& problem, std::span<const double> x, cons
   }
 }
 
-// Contacts come pair by pair. Within one, each point takes the nearest of the last step that is not taken
-// yet: two points shall not start from the same impulse, which would count it twice.
-void warm_start_contacts(const Model& model, const std::vector<Contact>& last, double scale,
-                         const BodyFrames& bodies, const std::vector<Contact>& contacts,
-                         std::vector<double>& x0) {
-  // x0 may hold rows already; those of all contacts follow, zero until something is found for them.
+namespace {
+
+// f(i, the contact of the last step that contacts[i] was), for those that were one. Contacts come pair by
+// pair. Within one, each point takes the nearest of the last step that is not taken yet: two points shall not
+// start from the same impulse, which would count it twice.
+template <class F>
+void for_each_known(const Model& model, const std::vector<Contact>& last, const BodyFrames& bodies,
+                    const std::vector<Contact>& contacts, F&& f) {
   std::vector<unsigned char> used(last.size(), 0);
-  std::size_t row = x0.size(), rows = row;
-  for (const Contact& c : contacts) rows += static_cast<std::size_t>(c.rows);
-  x0.resize(rows, 0.0);
   for (std::size_t i = 0; i < contacts.size();) {
     const std::pair pair = pair_of(contacts[i]);
     std::size_t end = i;
@@ -63,7 +62,7 @@ void warm_start_contacts(const Model& model, const std::vector<Contact>& last, d
                                          bounding_radius(model.geom(pair.second).shape));
     const bool single = end - i == 1 && after - first == 1;
     const Transform to_local = inverse(bodies[contacts[i].body_a].pose);
-    for (; i < end; row += static_cast<std::size_t>(contacts[i].rows), ++i) {
+    for (; i < end; ++i) {
       const Vec3 local = to_local(contacts[i].point);
       double best = single ? infinity : reach * reach;
       auto nearest = after;
@@ -76,9 +75,33 @@ void warm_start_contacts(const Model& model, const std::vector<Contact>& last, d
       }
       if (nearest == after) continue;
       used[nearest - last.begin()] = 1;
-      rows_of(contacts[i], *nearest, scale, &x0[row]);
+      f(i, *nearest);
     }
   }
+}
+
+}  // namespace
+
+void warm_start_contacts(const Model& model, const std::vector<Contact>& last, double scale,
+                         const BodyFrames& bodies, const std::vector<Contact>& contacts,
+                         std::vector<double>& x0) {
+  // x0 may hold rows already; those of all contacts follow, zero until something is found for them.
+  std::vector<std::size_t> first_row(contacts.size() + 1, x0.size());
+  for (std::size_t i = 0; i < contacts.size(); ++i)
+    first_row[i + 1] = first_row[i] + static_cast<std::size_t>(contacts[i].rows);
+  x0.resize(first_row.back(), 0.0);
+  for_each_known(model, last, bodies, contacts, [&](std::size_t i, const Contact& was) {
+    rows_of(contacts[i], was, scale, &x0[first_row[i]]);
+  });
+}
+
+void hold_contacts(const Model& model, const std::vector<Contact>& last, double scale,
+                   const BodyFrames& bodies, std::vector<Contact>& contacts) {
+  if (std::none_of(contacts.begin(), contacts.end(),
+                   [](const Contact& c) { return c.material.compliance > 0; }))
+    return;
+  for_each_known(model, last, bodies, contacts,
+                 [&](std::size_t i, const Contact& was) { contacts[i].held = scale * was.impulse; });
 }
 
 }  // namespace amontons

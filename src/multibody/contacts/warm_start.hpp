@@ -18,4 +18,8 @@ void warm_start_contacts(const Model& model, const std::vector<Contact>& last, d
                          const BodyFrames& bodies, const std::vector<Contact>& contacts,
                          std::vector<double>& x0);
 
+// Tells compliant contacts what they carried in the last step, in the units of this one (Contact::held).
+void hold_contacts(const Model& model, const std::vector<Contact>& last, double scale,
+                   const BodyFrames& bodies, std::vector<Contact>& contacts);
+
 }  // namespace amontons

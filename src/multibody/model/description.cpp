@@ -98,7 +98,9 @@ void check_material(const Material& m, const std::string& who) {
   check_not_negative(who, {{m.friction, "the coefficient of friction"},
                            {m.torsional_friction, "torsional friction"},
                            {m.rolling_friction, "rolling friction"},
-                           {m.compliance, "compliance"}});
+                           {m.compliance, "compliance"},
+                           {m.relaxation_time, "relaxation time"},
+                           {m.rest_offset, "rest offset"}});
   require(std::isfinite(m.friction_across), who, "the friction across the direction is not finite");
   require(m.restitution >= 0 && m.restitution <= 1, who, "restitution must lie in [0, 1]");
 }

@@ -58,6 +58,9 @@ Model::Model(ModelDescription description) : d_(std::move(description)) {
   for (const auto& [a, b] : d_.excluded_bodies) excluded_.push_back(ordered(a, b));
   std::sort(excluded_.begin(), excluded_.end());
   for (const PairMaterial& p : d_.pair_materials) pairs_.push_back({ordered(p.geom_a, p.geom_b), p.material});
+  for (const Geom& geom : d_.geoms) rest_offset_.push_back(geom.material.rest_offset);
+  for (const PairMaterial& p : d_.pair_materials)
+    for (Index g : {p.geom_a, p.geom_b}) rest_offset_[g] = std::max(rest_offset_[g], p.material.rest_offset);
   // Of two materials for one pair the later one holds.
   std::stable_sort(pairs_.begin(), pairs_.end(),
                    [](const auto& a, const auto& b) { return a.first < b.first; });
@@ -71,9 +74,9 @@ bool Model::may_touch(Index geom_a, Index geom_b) const {
   return !std::binary_search(excluded_.begin(), excluded_.end(), ordered(a.body, b.body));
 }
 
-// A pair's own material, else the combination of the two. Restitution and moments take the larger value and
-// compliances add, see FrictionRule. Friction across the direction is that of the geom which has one, with
-// the plain coefficient of the other.
+// A pair's own material, else the combination of the two. Restitution and moments take the larger value,
+// compliances and rest offsets add, see FrictionRule. Friction across the direction is that of the geom which
+// has one, with the plain coefficient of the other.
 Material Model::material(Index geom_a, Index geom_b) const {
   const auto key = ordered(geom_a, geom_b);
   // The last entry with the key, for the same pair twice.
@@ -90,6 +93,9 @@ Material Model::material(Index geom_a, Index geom_b) const {
   m.rolling_friction = std::max(a.rolling_friction, b.rolling_friction);
   m.restitution = std::max(a.restitution, b.restitution);
   m.compliance = a.compliance + b.compliance;
+  if (m.compliance > 0)
+    m.relaxation_time = (a.compliance * a.relaxation_time + b.compliance * b.relaxation_time) / m.compliance;
+  m.rest_offset = a.rest_offset + b.rest_offset;
   return m;
 }
 

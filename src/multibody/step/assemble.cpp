@@ -37,13 +37,39 @@ Bodies bodies_of(const StepBodies& step, const std::vector<double>& auxiliary) {
   return bodies;
 }
 
+// A compliant contact is a spring of compliance e with the damper tau / e beside it, both implicit:
+//
+//   x_n = -h (gap + h u_n + tau u_n) / e,   that is   u_n + E x_n + gap / (h + tau) = 0,   E = e / (h (h +
+//   tau)).
+//
+// While the gap is open the damper does nothing, and the spring nothing until it is closed:
+// x_n = -(h + tau) (gap / h + u_n) h / e, where the way beyond the closed gap counts for both.
+//
+// What bounces does so by its restitution, whatever its compliance.
+double contact_compliance(const Material& m, const Assembly& options) {
+  if (options.impact && m.restitution > 0) return 0;
+  return m.compliance / (options.h * (options.h + m.relaxation_time));
+}
+
 // c_n of a contact: a gap may close within the step, a penetration is taken back at no more than
-// recovery_speed. A compliant contact is a spring, x_n = -(gap + h u_n) / (h compliance / h^2), of which
-// nothing may be cut off. An impact closes no gap: u_n^+ = -e u_n^-.
+// recovery_speed. Of the force of a compliant contact nothing may be cut off. An impact closes no gap:
+// u_n^+ = -e u_n^-.
 double contact_bias(const Contact& contact, double approach, const Assembly& options) {
-  if (options.impact) return contact.material.restitution * std::min(approach, 0.0);
+  const Material& m = contact.material;
+  if (options.impact) return m.restitution * std::min(approach, 0.0);
   const double rate = contact.gap / options.h;
-  return contact.material.compliance > 0 ? rate : std::max(rate, -options.recovery_speed);
+  if (!(m.compliance > 0)) return std::max(rate, -options.recovery_speed);
+  return contact.gap < 0 ? contact.gap / (options.h + m.relaxation_time) : rate;
+}
+
+// c_t of a compliant contact. E stands on the diagonal of all rows of a contact. By itself u_t + E x_t = 0 is
+// a viscous law, by which a soft foot under a load along the ground creeps for ever. With E times the change
+// of x_t in its place it is a spring: u_t h is what the change of the force stretches it by, and what sticks
+// under a constant load rests.
+void hold_tangents(const Contact& contact, double E, double* b) {
+  const ContactBasis basis(contact);
+  b[1] -= E * dot(basis.tangent_1, contact.held);
+  b[2] -= E * dot(basis.tangent_2, contact.held);
 }
 
 }  // namespace
@@ -64,7 +90,9 @@ Problem assemble(const StepBodies& bodies, std::vector<Contact>& contacts, const
     to_rows(c, u.linear, u.angular, c.moment_length, &b[row]);
     b[row] += contact_bias(c, b[row], options);
     append_set(c, K);
-    A.contact_compliance.push_back(c.material.compliance / (options.h * options.h));
+    const double E = contact_compliance(c.material, options);
+    A.contact_compliance.push_back(E);
+    if (E > 0 && !options.impact) hold_tangents(c, E, &b[row]);
   }
   // A copy: those of the simulation go on to collect impulses, while a Problem is constant and may be shared.
   A.contacts = contacts;

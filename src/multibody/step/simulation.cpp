@@ -277,7 +277,9 @@ void Simulation::advance(double h, StepClock& clock, Report& report) {
   // 7. Joint rows.
   s.vi.rows.clear();
   append_joint_rows(model, bodies, state_, joint_options, s.vi.rows);
-  // 8. Assemble, and start from the impulses of the last step.
+  // 8. Assemble, and start from the impulses of the last step, which compliant contacts remember anyway.
+  if (state_.impulse_step > 0)
+    hold_contacts(model, state_.contacts, h / state_.impulse_step, s.frames, contacts_);
   s.vi.problem = std::make_shared<Problem>(assemble(bodies, contacts_, s.vi.rows, assembly));
   s.vi.x0.clear();
   if (options_.warm_start) warm_start(model, state_, h, s.frames, contacts_, s.vi);

@@ -34,7 +34,8 @@ struct Body {
 };
 
 // How the materials of two geoms give those of their contact. Restitution is always the larger one,
-// compliances add (springs in series), and of torsional and rolling friction the larger one counts: they are
+// compliances add (springs in series; each relaxes at its own rate, and the pair at the mean by compliance),
+// rest offsets add, and of torsional and rolling friction the larger one counts: they are
 // often given for one of the two only.
 enum class FrictionRule : unsigned char { geometric_mean, maximum, minimum, mean };
 

@@ -32,12 +32,15 @@ class Model {
   bool may_touch(Index geom_a, Index geom_b) const;
   // Of the contact of two geoms, in either order.
   Material material(Index geom_a, Index geom_b) const;
+  // The rest offset of a pair is at most the sum of these of its geoms.
+  double rest_offset(Index geom) const { return rest_offset_[geom]; }
 
  private:
   ModelDescription d_;
   std::vector<std::size_t> first_dof_;
   std::vector<std::pair<Index, Index>> excluded_;                    // sorted body pairs, first < second
   std::vector<std::pair<std::pair<Index, Index>, Material>> pairs_;  // sorted geom pairs
+  std::vector<double> rest_offset_;
   double length_ = 1, total_mass_ = 0;
 };
 

@@ -12,10 +12,20 @@ from ...model.parts import Material, PairMaterial
 from .bodies import Bodies, fixed_groups
 from .compiled import Compiled
 from .geoms import BITS, Geoms, coefficients, with_friction
+from .softness import (
+    DEFAULT_IMPEDANCE,
+    DEFAULT_REFERENCE,
+    Softness,
+    inverse_weights,
+    loads,
+    mixed,
+    softness,
+)
 
 Pairs = set[tuple[int, int]]
-Coefficients = tuple[float, ...]
-"""Sliding friction, torsional and rolling friction (m)."""
+Values = dict[str, float]
+"""Fields of a Material."""
+FRICTIONS = ("friction", "torsional_friction", "rolling_friction")
 
 
 def excluded_bodies(compiled: Compiled, bodies: Bodies) -> Pairs:
@@ -53,19 +63,35 @@ def excluded_bodies(compiled: Compiled, bodies: Bodies) -> Pairs:
 def read_contacts(
     compiled: Compiled, bodies: Bodies, geoms: Geoms
 ) -> tuple[list[PairMaterial], list[tuple[int, int]]]:
-    """Pair materials and exclusions; <pair> may add bits to the masks of geoms."""
+    """Pair materials and exclusions; makes geoms soft, and <pair> may add bits to their masks."""
     excluded = excluded_bodies(compiled, bodies)
-    pairs = _combined(compiled, geoms)
+    frictions = _frictions(compiled, geoms)
+    soft = _soften(compiled, geoms)
+    pairs = {}
+    for a, b in sorted({*frictions, *soft}):
+        material = combined(geoms.geoms[a].material, geoms.geoms[b].material)
+        pairs[a, b] = replace(material, **frictions.get((a, b), {}), **soft.get((a, b), {}))
     if compiled.enabled("contact"):
         pairs |= _explicit(compiled, geoms, excluded)
-    materials = [
-        PairMaterial(a, b, Material(friction=mu, torsional_friction=torsion, rolling_friction=rolling))
-        for (a, b), (mu, torsion, rolling) in sorted(pairs.items())
-    ]
-    return materials, sorted(excluded)
+    return [PairMaterial(a, b, material) for (a, b), material in sorted(pairs.items())], sorted(excluded)
 
 
-def _combined(compiled: Compiled, geoms: Geoms) -> dict[tuple[int, int], Coefficients]:
+def combined(a: Material, b: Material) -> Material:
+    """The material of a pair without one of its own, by the rules of the model: frictions and restitutions
+    the larger one, compliances and offsets the sum."""
+    total = a.compliance + b.compliance
+    return Material(
+        friction=max(a.friction, b.friction),
+        torsional_friction=max(a.torsional_friction, b.torsional_friction),
+        rolling_friction=max(a.rolling_friction, b.rolling_friction),
+        restitution=max(a.restitution, b.restitution),
+        compliance=total,
+        relaxation_time=(a.compliance * a.relaxation_time + b.compliance * b.relaxation_time) / (total or 1),
+        rest_offset=a.rest_offset + b.rest_offset,
+    )
+
+
+def _frictions(compiled: Compiled, geoms: Geoms) -> dict[tuple[int, int], Values]:
     """The coefficients of pairs for which MuJoCo's rule is not the larger of the materials of both.
 
     The geom of higher priority decides alone. Of equal ones the larger condim counts, and of each coefficient
@@ -73,28 +99,102 @@ def _combined(compiled: Compiled, geoms: Geoms) -> dict[tuple[int, int], Coeffic
     """
     m = compiled.model
     ids = np.array(list(geoms.index), dtype=int)
-    friction, dim, priority = m.geom_friction[ids], m.geom_condim[ids], m.geom_priority[ids]
+    dim, priority = m.geom_condim[ids], m.geom_priority[ids]
     if (dim == 1).all():
         geoms.geoms[:] = [with_friction(geom, 0.0) for geom in geoms.geoms]
         return {}
     if np.ptp(dim) == 0 and np.ptp(priority) == 0:
         return {}
-    higher = priority[:, None] - priority[None, :]
-
-    def of_pairs(values: Array) -> Array:
-        a, b = values[:, None], values[None, :]
-        return np.where(higher > 0, a, np.where(higher < 0, b, np.maximum(a, b)))
-
-    rule = coefficients(of_pairs(dim), np.stack([of_pairs(column) for column in friction.T], axis=-1))
-    own = coefficients(dim, friction)
-    own[:, 0] = friction[:, 0]
+    rule = coefficients(*_condim_and_friction(compiled, ids[:, None], ids[None, :]))
+    own = coefficients(dim, m.geom_friction[ids])
+    own[:, 0] = m.geom_friction[ids, 0]
     differs = (rule != np.maximum(own[:, None], own[None, :])).any(axis=-1)
     a, b = np.nonzero(np.triu(differs, 1))
     return {
-        (i, j): tuple(rule[i, j].tolist())
+        (i, j): dict(zip(FRICTIONS, rule[i, j].tolist(), strict=True))
         for i, j in zip(a.tolist(), b.tolist(), strict=True)
         if _may_touch(geoms, i, j)
     }
+
+
+def _condim_and_friction(compiled: Compiled, a: Array, b: Array) -> tuple[Array, Array]:
+    """condim (...) and the three coefficients (..., 3) of pairs of MuJoCo's geoms, by its rule."""
+    m = compiled.model
+    higher = m.geom_priority[a] - m.geom_priority[b]
+
+    def of_pairs(values: Array) -> Array:
+        return np.where(
+            higher > 0, values[a], np.where(higher < 0, values[b], np.maximum(values[a], values[b]))
+        )
+
+    return of_pairs(m.geom_condim), np.stack([of_pairs(column) for column in m.geom_friction.T], axis=-1)
+
+
+def _soften(compiled: Compiled, geoms: Geoms) -> dict[tuple[int, int], Values]:
+    """Gives geoms the softness of their contact with what does not move, or else with their like; returns
+    that of the pairs of which the combination of both is not the one of MuJoCo."""
+    m = compiled.model
+    ids = np.array(list(geoms.index), dtype=int)
+    plain = (m.geom_solref[ids] == DEFAULT_REFERENCE).all(axis=1)
+    plain &= (m.geom_solimp[ids] == DEFAULT_IMPEDANCE).all(axis=1)
+    if plain.all() or not compiled.enabled("contact"):
+        return {}
+    category, mask = (np.array([getattr(g, name) for g in geoms.geoms]) for name in ("category", "mask"))
+    meets = (category[:, None] & mask[None, :] != 0) | (mask[:, None] & category[None, :] != 0)
+    touching = np.zeros(m.ngeom, dtype=bool)
+    touching[ids[meets.any(axis=1)]] = True
+    load = loads(compiled, touching)
+    fixed = m.body_weldid[m.geom_bodyid[ids]] == 0
+    partner = np.arange(len(ids))
+    for i in np.nonzero(~fixed)[0].tolist():
+        against = np.nonzero(meets[i] & fixed)[0]
+        partner[i] = against[0] if len(against) else i
+    own = _softness_of(compiled, ids, ids[partner], load)
+    own.compliance[fixed] = own.restitution[fixed] = 0.0
+    alone = partner == np.arange(len(ids))
+    own.compliance[alone] *= 0.5  # of two of its like
+    for i, geom in enumerate(geoms.geoms):
+        if own.compliance[i] or (own.restitution[i]):
+            geoms.geoms[i] = replace(geom, material=replace(geom.material, **_values(own, i)))
+    meets &= ~(plain[:, None] & plain[None, :])
+    meets &= ~(fixed[:, None] & fixed[None, :])
+    a, b = np.nonzero(np.triu(meets, 1))
+    if not len(a):
+        return {}
+    pair = _softness_of(compiled, ids[a], ids[b], load)
+    expected = [combined(geoms.geoms[i].material, geoms.geoms[j].material) for i, j in zip(a, b, strict=True)]
+    return {
+        (i, j): _values(pair, k)
+        for k, (i, j) in enumerate(zip(a.tolist(), b.tolist(), strict=True))
+        if geoms.geoms[i].body != geoms.geoms[j].body and _differs(pair, k, expected[k])
+    }
+
+
+def _softness_of(compiled: Compiled, a: Array, b: Array, load: Array) -> Softness:
+    """Of contacts of MuJoCo's geoms a (n,) and b (n,)."""
+    m = compiled.model
+    dim, friction = _condim_and_friction(compiled, a, b)
+    solref, solimp = mixed(compiled, a, b)
+    pair = np.stack([m.geom_bodyid[a], m.geom_bodyid[b]], axis=-1)
+    weight = inverse_weights(compiled, pair, dim, friction[:, 0])
+    # What does not move brings no load; of two that move the smaller one counts.
+    moves = m.body_weldid[pair] != 0
+    both = np.where(moves, load[np.stack([a, b], axis=-1)], np.inf).min(axis=1)
+    return softness(compiled, solref, solimp, weight, np.where(moves.any(axis=1), both, 0.0))
+
+
+def _values(soft: Softness, k: int) -> Values:
+    return {
+        "compliance": float(soft.compliance[k]),
+        "relaxation_time": float(soft.relaxation_time[k]),
+        "restitution": float(soft.restitution[k]),
+    }
+
+
+def _differs(soft: Softness, k: int, material: Material) -> bool:
+    """Beyond some per cent, within which loads are not known anyway."""
+    near = abs(material.compliance - soft.compliance[k]) <= 0.05 * soft.compliance[k]
+    return not near or abs(material.restitution - soft.restitution[k]) > 0.01
 
 
 def _may_touch(geoms: Geoms, i: int, j: int) -> bool:
@@ -102,10 +202,11 @@ def _may_touch(geoms: Geoms, i: int, j: int) -> bool:
     return a.body != b.body and bool(a.category & b.mask or b.category & a.mask)
 
 
-def _explicit(compiled: Compiled, geoms: Geoms, excluded: Pairs) -> dict[tuple[int, int], Coefficients]:
-    """<pair>: friction of its own, and contact even if the masks of the geoms do not ask for it."""
+def _explicit(compiled: Compiled, geoms: Geoms, excluded: Pairs) -> dict[tuple[int, int], Material]:
+    """<pair>: a material of its own, and contact even if the masks of the geoms do not ask for it."""
     m = compiled.model
-    found: dict[tuple[int, int], Coefficients] = {}
+    found: dict[tuple[int, int], Material] = {}
+    soft = _softness_of_pairs(compiled)
     bits: dict[int, int] = {}  # by first geom: the bit that stands for its pairs
     for p in range(m.npair):
         a, b = (geoms.index.get(int(g[p])) for g in (m.pair_geom1, m.pair_geom2))
@@ -121,8 +222,24 @@ def _explicit(compiled: Compiled, geoms: Geoms, excluded: Pairs) -> dict[tuple[i
             continue
         # Sliding, torsional and rolling friction; the others are those along the second tangent.
         values = coefficients(m.pair_dim[p], m.pair_friction[p, [0, 2, 3]])
-        found[min(a, b), max(a, b)] = tuple(values.tolist())
+        frictions = dict(zip(FRICTIONS, values.tolist(), strict=True))
+        margin = float(m.pair_margin[p])
+        found[min(a, b), max(a, b)] = Material(**frictions, rest_offset=margin, **_values(soft, p))
     return found
+
+
+def _softness_of_pairs(compiled: Compiled) -> Softness:
+    """Of all <pair>s, under the load of the body that moves."""
+    m = compiled.model
+    geoms = np.stack([m.pair_geom1, m.pair_geom2], axis=-1)
+    pair = m.geom_bodyid[geoms]
+    weight = inverse_weights(compiled, pair, m.pair_dim, m.pair_friction[:, 0])
+    moves = m.body_weldid[pair] != 0
+    touching = np.zeros(m.ngeom, dtype=bool)
+    touching[geoms.reshape(-1)] = True
+    both = np.where(moves, loads(compiled, touching)[geoms], np.inf).min(axis=1)
+    load = np.where(moves.any(axis=1), both, 0.0)
+    return softness(compiled, m.pair_solref, m.pair_solimp, weight, load)
 
 
 def _share_bit(geoms: Geoms, a: int, b: int, bits: dict[int, int]) -> bool:

@@ -64,7 +64,10 @@ def _material(model: Any, geom: int) -> Material:
     dim = model.geom_condim[geom]
     _, torsion, rolling = coefficients(dim, model.geom_friction[geom]).tolist()
     return Material(
-        friction=float(model.geom_friction[geom, 0]), torsional_friction=torsion, rolling_friction=rolling
+        friction=float(model.geom_friction[geom, 0]),
+        torsional_friction=torsion,
+        rolling_friction=rolling,
+        rest_offset=max(float(model.geom_margin[geom]), 0.0),
     )
 
 

@@ -12,6 +12,9 @@ from .bodies import Bodies
 from .compiled import Compiled
 from .urdf import fixed_joint_names
 
+SMALL_ANGLE = 1e-6
+"""rad: what is left of the range of a ball joint at least"""
+
 
 @dataclass
 class Joints:
@@ -118,19 +121,29 @@ def _exponential(slides: bool, axis: Vector3, anchor: Vector3, by: float) -> Tra
     return Transform(subtract(anchor, rotate(rotation, anchor)), rotation)
 
 
+def _limits(compiled: Compiled, j: int) -> tuple[float, float]:
+    """Of a hinge or slide; <joint margin> is how far before its limits it is held."""
+    m = compiled.model
+    if not m.jnt_limited[j] or not compiled.enabled("limit"):
+        return -math.inf, math.inf
+    lower, upper = m.jnt_range[j].tolist()
+    margin = min(float(m.jnt_margin[j]), 0.5 * (upper - lower))
+    return lower + margin, upper - margin
+
+
 def _dof(compiled: Compiled, j: int, axis: Vector3, anchor: Vector3) -> Dof:
     m = compiled.model
     v, q = m.jnt_dofadr[j], m.jnt_qposadr[j]
     slides = m.jnt_type[j] == compiled.mujoco.mjtJoint.mjJNT_SLIDE
     if not slides and abs(m.qpos0[q]) > math.pi:
         compiled.refuse("jnt", j, f"ref of {m.qpos0[q]:g} rad, more than half a turn; take turns off it")
-    limited = m.jnt_limited[j] and compiled.enabled("limit")
+    lower, upper = _limits(compiled, j)
     return Dof(
         kind="slide" if slides else "hinge",
         axis=axis,
         anchor=anchor,
-        lower=float(m.jnt_range[j, 0]) if limited else -math.inf,
-        upper=float(m.jnt_range[j, 1]) if limited else math.inf,
+        lower=lower,
+        upper=upper,
         stiffness=float(m.jnt_stiffness[j]) if compiled.enabled("spring") else 0.0,
         rest=float(m.qpos_spring[q]),
         damping=float(m.dof_damping[v]) if compiled.enabled("damper") else 0.0,
@@ -153,5 +166,5 @@ def _with_ball(compiled: Compiled, joint: Joint, j: int) -> Joint:
         ball_stiffness=float(m.jnt_stiffness[j]) if compiled.enabled("spring") else 0.0,
         ball_damping=float(m.dof_damping[v]) if compiled.enabled("damper") else 0.0,
         ball_friction=float(m.dof_frictionloss[v]) if compiled.enabled("frictionloss") else 0.0,
-        ball_limit=float(m.jnt_range[j, 1]) if limited else math.inf,
+        ball_limit=max(float(m.jnt_range[j, 1] - m.jnt_margin[j]), SMALL_ANGLE) if limited else math.inf,
     )

@@ -68,7 +68,6 @@ GROUP = Rule()
 FRAME = words("pos quat axisangle xyaxes zaxis euler")
 SOFTNESS = words("solref solimp solreflimit solimplimit solreffriction solimpfriction solmix gap")
 
-MARGIN = "margin (surfaces and limits are hard, without an offset); enlarge the geom or narrow the range"
 ADHESION = "adhesion"
 DELAY = "delay of an actuator"
 
@@ -80,11 +79,10 @@ BODY = Rule(
 JOINT = Rule(
     words(
         "name class type group pos axis springdamper limited range ref springref armature frictionloss "
-        "actuatorfrclimited actuatorfrcrange"
+        "actuatorfrclimited actuatorfrcrange margin"
     ),
     words("user actuatorgravcomp") | SOFTNESS,
     {
-        "margin": (zero, MARGIN),
         "springyield": (zero, "a spring that yields"),
         "stiffness": (zero_from(1), "a nonlinear spring; its linear part is the first number"),
         "damping": (zero_from(1), "a nonlinear damper; its linear part is the first number"),
@@ -93,23 +91,21 @@ JOINT = Rule(
 GEOM = Rule(
     words(
         "name class contype conaffinity condim priority friction mass density shellinertia size fromto mesh "
-        "hfield fitscale"
+        "hfield fitscale margin solref solimp solmix"
     )
     | FRAME,
-    words("group user material rgba castshadow fluidshape fluidcoef") | SOFTNESS,
+    words("group user material rgba castshadow fluidshape fluidcoef gap"),
     {
         "type": (none_of("sdf"), "a signed distance field; use a mesh or primitives"),
-        "margin": (zero, MARGIN),
         "adhesion": (zero, ADHESION),
         "surfacevel": (zero_from(3), "a surface velocity that rotates"),
     },
 )
 PAIR = Rule(
-    words("name class geom1 geom2 condim"),
-    SOFTNESS,
+    words("name class geom1 geom2 condim margin solref solimp"),
+    words("gap solreffriction"),
     {
         "friction": (isotropic, "anisotropic friction along tangents that MuJoCo chooses; give one number"),
-        "margin": (zero, MARGIN),
         "adhesion": (zero, ADHESION),
     },
 )
