@@ -2,7 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
+#include <cstdint>
 
 namespace amontons::collision {
 namespace {
@@ -10,52 +10,63 @@ namespace {
 // Points closer than this part of the body's size are one: triangles that share an edge or corner both find
 // it, each with rounding of its own.
 constexpr double same_point = 1e-5;
-// Of more points than this with about the same normal some are left out: a body on a finely triangulated bump
-// would else have a contact per triangle, which costs the solver more than it tells it. Sixteen outermost
-// ones and the deepest hold the width of the area to 2 % (1 - cos(pi / 16)).
-constexpr std::size_t many = 16;
 // About 8 degrees: less than the edges of a body or of the ground turn by, more than a fine mesh from one
 // triangle to the next.
 constexpr double same_normal = 0.99;  // cosine
 
-// Gaps are negative where the bodies overlap.
-bool is_deeper(const ContactPoint& a, const ContactPoint& b) { return a.gap < b.gap; }
+// Where points lie along a direction that no grid has: those that lie together are neighbours in this order,
+// and few others are.
+struct Place {
+  double along;
+  std::uint32_t point;
+};
+constexpr Vec3 askew{0.5773, 0.5138, 0.6346};
 
-// Each point is compared with all that stay: a body on a surface has tens of points, not thousands. Of points
-// that lie together with about the same normal the deepest one stays, in the place of the first.
+}  // namespace
+
+// Of points that lie together with about the same normal the deepest one stays, in the place of the first. In
+// place and in the order in which they were found; the cost is that of sorting them.
 void remove_doubles(std::vector<ContactPoint>& points, std::size_t first, double length) {
+  thread_local std::vector<Place> places;
+  thread_local std::vector<std::uint32_t> order, slot;
   const double tolerance = same_point * length;
-  std::size_t end = first;
-  for (std::size_t i = first; i < points.size(); ++i) {
-    std::size_t j = first;
-    while (j < end && !(norm_squared(points[i].point - points[j].point) <= tolerance * tolerance &&
-                        dot(points[i].normal, points[j].normal) > same_normal))
-      ++j;
-    if (j == end)
-      points[end++] = points[i];
-    else if (is_deeper(points[i], points[j]))
-      points[j] = points[i];
+  const std::size_t n = points.size() - first;
+  places.resize(n);
+  order.resize(n);
+  slot.assign(n, 0xffffffff);  // of a point that stays: where it is now, from `first` on
+  for (std::uint32_t i = 0; i < n; ++i) places[i] = {dot(askew, points[first + i].point), i};
+  std::sort(places.begin(), places.end(), [](const Place& a, const Place& b) {
+    return a.along != b.along ? a.along < b.along : a.point < b.point;
+  });
+  for (std::uint32_t k = 0; k < n; ++k) order[places[k].point] = k;
+  std::uint32_t end = 0;
+  for (std::uint32_t i = 0; i < n; ++i) {
+    const ContactPoint p = points[first + i];
+    std::uint32_t same = end;
+    const auto look = [&](std::size_t k) {
+      // What is in a slot may have come from the other end of the tolerance.
+      if (std::abs(places[k].along - places[order[i]].along) > 2 * tolerance) return false;
+      const std::uint32_t j = slot[places[k].point];
+      if (j < same && norm_squared(p.point - points[first + j].point) <= tolerance * tolerance &&
+          dot(p.normal, points[first + j].normal) > same_normal)
+        same = j;
+      return true;
+    };
+    for (std::size_t k = order[i] + 1; k < n && look(k); ++k) {
+    }
+    for (std::size_t k = order[i]; k-- > 0 && look(k);) {
+    }
+    if (same == end) {
+      slot[i] = end;
+      points[first + end++] = p;
+    } else if (p.gap < points[first + same].gap) {
+      points[first + same] = p;  // deeper, as gaps are negative where the bodies overlap
+    }
   }
-  points.resize(end);
+  points.resize(first + end);
 }
 
-// Moves the points to keep of [first, last) to its front: the deepest and those farthest out in sixteen
-// directions across the normal. Returns the end of them.
-std::size_t select(std::vector<ContactPoint>& points, std::size_t first, std::size_t last) {
-  const auto at = [&](std::size_t i) { return points.begin() + static_cast<std::ptrdiff_t>(i); };
-  std::iter_swap(at(first), std::min_element(at(first), at(last), is_deeper));
-  const Quat frame = rotation_to_z(points[first].normal);
-  std::size_t end = first + 1;
-  for (std::size_t k = 0; k < many && end < last; ++k) {
-    const double angle = 2 * std::numbers::pi * static_cast<double>(k) / many;
-    const Vec3 direction = rotate(frame, {std::cos(angle), std::sin(angle), 0});
-    std::size_t best = first;
-    for (std::size_t i = first; i < last; ++i)
-      if (dot(direction, points[i].point) > dot(direction, points[best].point)) best = i;
-    if (best >= end) std::iter_swap(at(best), at(end++));
-  }
-  return end;
-}
+namespace {
 
 // The origin of the shape, which lies inside all shapes but hulls: for those the mean of the corners.
 Vec3 point_inside(const Shape& shape, const Quat& rotation) {
@@ -80,26 +91,6 @@ SurfaceBody::SurfaceBody(const Shape& shape, const Transform& frame, double marg
   const Vec3 reach{margin, margin, margin};
   box.lower -= reach;
   box.upper += reach;
-}
-
-// In place, and in the order in which the points were found: first the doubles, then group by group.
-void reduce_points(std::vector<ContactPoint>& points, std::size_t first, double length) {
-  remove_doubles(points, first, length);
-  if (points.size() - first <= many) return;
-  // A body in a corner has contacts with several faces, each of which needs points of its own.
-  // Groups of about the same normal as the first point that is in none yet.
-  std::size_t out = first;
-  for (std::size_t group = first; group < points.size();) {
-    const Vec3 normal = points[group].normal;
-    const auto begin = points.begin() + static_cast<std::ptrdiff_t>(group);
-    const auto end = std::partition(
-        begin, points.end(), [&](const ContactPoint& p) { return dot(p.normal, normal) > same_normal; });
-    const auto next = static_cast<std::size_t>(end - points.begin());
-    const std::size_t kept = next - group > many ? select(points, group, next) : next;
-    for (std::size_t i = group; i < kept; ++i) points[out++] = points[i];
-    group = next;
-  }
-  points.resize(out);
 }
 
 }  // namespace amontons::collision

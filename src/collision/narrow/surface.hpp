@@ -82,9 +82,9 @@ struct SurfaceBody {
   Vec3 feature_normal_;  // that feature_ belongs to
 };
 
-// Removes points that lie together and, of many with about the same normal, all but the deepest and the
-// outermost ones. The points from index `first` on; `length` is the size of the body.
-void reduce_points(std::vector<ContactPoint>& points, std::size_t first, double length);
+// Removes points that lie together, with about the same normal. The points from index `first` on; `length` is
+// the size of the body.
+void remove_doubles(std::vector<ContactPoint>& points, std::size_t first, double length);
 
 // One call of the algorithm; the members are what it learns on the way. All lengths are in m, all points in
 // the coordinates of the body (SurfaceBody::origin) unless a function says otherwise.
@@ -115,7 +115,7 @@ class SurfaceContact {
       touch_all();
     }
     if (any_behind) push_out(first);
-    reduce_points(points_, first, body_.size());
+    remove_doubles(points_, first, body_.size());
   }
 
  private:

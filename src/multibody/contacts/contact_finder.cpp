@@ -64,11 +64,6 @@ void move_to(const ContactPoint& p, const Vec3& centre_a, const Vec3& centre_b, 
   c.surface_velocity = surface_velocity - dot(p.normal, surface_velocity) * p.normal;
 }
 
-// How fast the gap opens.
-double opening(const Contact& c, const BodyVelocities& v) {
-  return dot(c.normal, relative_motion(c, v).linear);
-}
-
 }  // namespace
 
 // Where the geoms stand, how fast they are, and the boxes that they may reach. Two geoms can touch within the
@@ -143,6 +138,7 @@ void ContactFinder::find(const Reach& reach, std::vector<Contact>& contacts) {
   for (std::size_t i = 0; i < contacts.size(); ++i)
     if (!passed_[i] && kept++ != i) contacts[kept - 1] = contacts[i];
   contacts.resize(kept);
+  spares_.set_aside(reach, contacts);
 }
 
 // Both searches ask for overlaps of more than a tenth of the margin: less is no fault, as contacts close gaps
@@ -150,6 +146,7 @@ void ContactFinder::find(const Reach& reach, std::vector<Contact>& contacts) {
 void ContactFinder::find_unforeseen(const Reach& reach, const BodyVelocities& free,
                                     std::vector<Contact>& contacts) {
   const double allowance = reach.margin / 10;
+  spares_.call_in(reach, contacts);
   find_missed(reach, free, allowance, contacts);
   find_overlaps(reach, allowance, contacts);
 }
@@ -190,7 +187,8 @@ void ContactFinder::find_missed(const Reach& reach, const BodyVelocities& free, 
 
 // Contacts see the velocity of a point along a constant normal. Where a body turns by the angle a, that is
 // wrong by the order of a times the way: what slides along a face that turns comes to lie inside it. So the
-// pairs that turn are collided once more, in the poses at the end of the step.
+// pairs that turn are collided once more, in the poses at the end of the step. What overlaps no deeper than
+// the rows of its pair leave it is known to them: they take back an overlap as fast as they may.
 void ContactFinder::find_overlaps(const Reach& reach, double allowance, std::vector<Contact>& contacts) {
   const auto turn = [&](Index body) { return body < 0 ? 0.0 : reach.h * norm(reach.v[body].angular); };
   const auto end_frame = [&](const Geom& geom) {
@@ -201,24 +199,29 @@ void ContactFinder::find_overlaps(const Reach& reach, double allowance, std::vec
     return body < 0 ? Vec3{} : reach.bodies[body].centre + reach.h * reach.v[body].linear;
   };
   sort_by_pair(contacts, by_pair_, [](std::size_t) { return true; });
-  for (std::size_t i = 0; i < by_pair_.size(); ++i) {
-    // One search per pair, from the first of its contacts, which lends what all of them share.
-    if (i > 0 && by_pair_[i - 1].pair == by_pair_[i].pair) continue;
-    const auto [geom_a, geom_b] = by_pair_[i].pair;
+  // One search per pair, from the first of its contacts, which lends what all of them share.
+  for (std::size_t first = 0, end = 0; first < by_pair_.size(); first = end) {
+    while (end < by_pair_.size() && by_pair_[end].pair == by_pair_[first].pair) ++end;
+    const auto [geom_a, geom_b] = by_pair_[first].pair;
     const Geom &a = reach.model.geom(geom_a), &b = reach.model.geom(geom_b);
     if (turn(a.body) + turn(b.body) < least_turn) continue;
-    Contact c = contacts[by_pair_[i].contact];
+    Contact c = contacts[by_pair_[first].contact];
     c.impulse = c.angular_impulse = c.held = {};  // those were of the first
     const Vec3 surface_velocity = c.surface_velocity;
+    const double offset = c.material.rest_offset;
     points_.clear();
-    collide(a.shape, end_frame(a), b.shape, end_frame(b), c.material.rest_offset, points_);
+    collide(a.shape, end_frame(a), b.shape, end_frame(b), offset, points_);
+    if (points_.empty()) continue;
+    const double held = deepest(contacts, std::span(by_pair_).subspan(first, end - first), reach);
+    found_.clear();
     for (const ContactPoint& p : points_) {
-      if (p.gap - c.material.rest_offset >= -allowance) continue;
+      if (p.gap - offset >= held - allowance) continue;
       move_to(p, end_centre(c.body_a), end_centre(c.body_b), surface_velocity, c);
       // The gap is that of the start if this point had been there: with u of the rows, gap + h u closes it.
       c.gap -= reach.h * opening(c, reach.v);
-      contacts.push_back(c);
+      found_.push_back(c);
     }
+    spares_.add(reach, found_, contacts);
   }
 }
 

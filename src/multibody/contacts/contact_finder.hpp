@@ -8,6 +8,7 @@
 #include "amontons/problem/contact.hpp"
 #include "multibody/contacts/pair_order.hpp"
 #include "multibody/contacts/seams.hpp"
+#include "multibody/contacts/spares.hpp"
 
 namespace amontons {
 
@@ -42,7 +43,9 @@ class ContactFinder {
   std::vector<IndexPair> pairs_;
   std::vector<ContactPoint> points_;
   std::vector<PairKey> by_pair_;
+  std::vector<Contact> found_;  // of one pair
   Seams seams_;
+  Spares spares_;
 };
 
 }  // namespace amontons

@@ -2,19 +2,9 @@
 #pragma once
 #include <vector>
 
-#include "amontons/multibody/bodies/bodies.hpp"
-#include "amontons/problem/contact.hpp"
+#include "multibody/contacts/reach.hpp"
 
 namespace amontons {
-
-// What a search for contacts reads: where bodies stand, where the velocities v take them over h, and up to
-// which gap points count.
-struct Reach {
-  const Model& model;
-  const BodyFrames& bodies;
-  const BodyVelocities& v;
-  double h, margin;
-};
 
 // A box that slides over the joint between two slabs must not strike the side of the second one: as long as
 // it rests on the first it stays above both. Ahead of the joint, though, the nearest way to the second slab

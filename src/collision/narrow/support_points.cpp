@@ -1,0 +1,144 @@
+// A hull that lies on a plane has hundreds of corners within a margin, a box on bumpy ground one per
+// triangle. Each row of a solve costs the same, whether it tells anything or not. Of many points three kinds
+// are kept, with heights (gaps) over the plane across the normal:
+//   1. the lowest one, now and at the end of the step;
+//   2. the support polygon: of the points as low as the lowest, the corners of their convex outline, less
+//      those that add next to nothing to its area (M. Visvalingam, J. D. Whyatt, Line generalisation by
+//      repeated elimination of points, 1993: the corner with the smallest triangle goes first);
+//   3. the points that would be lowest if the body turned a little about any axis in the plane: those that
+//      minimise  height - slope <direction, (u, v)>  for eight directions, if none that is kept comes near.
+// A turn adds a linear function to the heights, and neither 2 nor 3 sees a linear function but by the range
+// that it looks at: what is kept changes little when a body rocks.
+#include "amontons/collision/narrow/support_points.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace amontons {
+
+namespace {
+
+// As many as a round cap has. A regular dodecagon covers 95 % of its circle.
+constexpr std::size_t most_corners = 12;
+// Corners that together add less than this part of the area are left out.
+constexpr double least_area = 0.01;
+// How far above the lowest point others can be reached by the turns that are looked at, in tolerances: a
+// slope that lifts one side of the support by as much.
+constexpr double reach = 10;
+// What differs by less, in what it is compared with, is alike; and a kept point that lies higher by less, in
+// tolerances, stands for the lowest one.
+constexpr double rounding = 1e-6, held_alike = 1e-2;
+
+// Twice the area of a triangle, positive if it runs counter-clockwise.
+double area(const auto& a, const auto& b, const auto& c) {
+  return (b.u - a.u) * (c.v - a.v) - (c.u - a.u) * (b.v - a.v);
+}
+
+}  // namespace
+
+// The lowest one. Of points that are alike within rounding the first, but for one that is kept already.
+const SupportPoints::Site& SupportPoints::lowest(double tolerance,
+                                                 std::span<const unsigned char> kept) const {
+  double least = std::numeric_limits<double>::infinity();
+  for (const Site& s : sites_) least = std::min(least, s.height);
+  const double alike = least + rounding * tolerance;
+  const auto find = [&](auto&& wanted) { return std::find_if(sites_.begin(), sites_.end(), wanted); };
+  const auto known =
+      find([&](const Site& s) { return kept[s.point] && s.height <= least + held_alike * tolerance; });
+  return known != sites_.end() ? *known : *find([&](const Site& s) { return s.height <= alike; });
+}
+
+// The convex outline of flat_, counter-clockwise (A. M. Andrew, Another efficient algorithm for convex hulls
+// in two dimensions, 1979): along the lower side to the right, then back along the upper one.
+void SupportPoints::make_outline() {
+  std::sort(flat_.begin(), flat_.end(), [](const Site& a, const Site& b) {
+    return a.u != b.u ? a.u < b.u : a.v != b.v ? a.v < b.v : a.point < b.point;
+  });
+  outline_.clear();
+  const auto add = [&](const Site& s, std::size_t fixed) {
+    while (outline_.size() >= fixed + 2 && !(area(outline_.end()[-2], outline_.back(), s) > 0))
+      outline_.pop_back();
+    outline_.push_back(s);
+  };
+  for (const Site& s : flat_) add(s, 0);
+  const std::size_t lower = outline_.size() - 1;
+  for (std::size_t k = flat_.size() - 1; k-- > 0;) add(flat_[k], lower);
+  if (outline_.size() > 1) outline_.pop_back();  // the first corner, once more
+}
+
+// Of corners whose loss is alike the last one found goes first.
+void SupportPoints::simplify_outline() {
+  double whole = 0, lost = 0;
+  for (std::size_t k = 2; k < outline_.size(); ++k) whole += area(outline_[0], outline_[k - 1], outline_[k]);
+  while (outline_.size() > 3) {
+    const std::size_t n = outline_.size();
+    const auto loss = [&](std::size_t k) {
+      return std::abs(area(outline_[(k + n - 1) % n], outline_[k], outline_[(k + 1) % n]));
+    };
+    double least = std::numeric_limits<double>::infinity();
+    for (std::size_t k = 0; k < n; ++k) least = std::min(least, loss(k));
+    if (n <= most_corners && !(lost + least <= least_area * whole)) return;
+    std::size_t last = n;
+    for (std::size_t k = 0; k < n; ++k)
+      if (loss(k) <= least + rounding * whole && (last == n || outline_[k].point > outline_[last].point))
+        last = k;
+    lost += least;
+    outline_.erase(outline_.begin() + static_cast<std::ptrdiff_t>(last));
+  }
+}
+
+void SupportPoints::keep_outline(double tolerance, std::span<unsigned char> kept) {
+  const double limit = lowest(tolerance, kept).height + tolerance;
+  flat_.clear();
+  for (const Site& s : sites_)
+    if (s.height <= limit) flat_.push_back(s);
+  make_outline();
+  simplify_outline();
+  for (const Site& s : outline_) kept[s.point] = 1;
+}
+
+void SupportPoints::keep_lowest(double tolerance, std::span<unsigned char> kept) const {
+  const Site& base = lowest(tolerance, kept);
+  kept[base.point] = 1;
+  const double limit = base.height + reach * tolerance;
+  double width = 0;
+  for (const Site& s : sites_)
+    if (s.height <= limit) width = std::max(width, std::hypot(s.u - base.u, s.v - base.v));
+  if (!(width > 0)) return;
+  const double slope = reach * tolerance / width, half = std::sqrt(0.5);
+  const double around[8][2] = {{1, 0},  {half, half},   {0, 1},  {-half, half},
+                               {-1, 0}, {-half, -half}, {0, -1}, {half, -half}};
+  for (const auto& [cu, cv] : around) {
+    double least = base.height, held = base.height;  // of all, of those that are kept
+    const Site* best = &base;
+    for (const Site& s : sites_) {
+      if (!(s.height <= limit)) continue;
+      const double h = s.height - slope * (cu * (s.u - base.u) + cv * (s.v - base.v));
+      if (kept[s.point]) held = std::min(held, h);
+      if (!(h < least - rounding * tolerance)) continue;
+      least = h;
+      best = &s;
+    }
+    if (least < held - tolerance) kept[best->point] = 1;
+  }
+}
+
+void SupportPoints::select(std::span<const SupportPoint> points, const Vec3& normal, double tolerance,
+                           std::span<unsigned char> kept) {
+  if (points.empty()) return;
+  const Quat frame = rotation_to_z(normal);
+  const Vec3 u = rotate(frame, {1, 0, 0}), v = rotate(frame, {0, 1, 0}), &origin = points[0].point;
+  sites_.clear();
+  for (std::uint32_t i = 0; i < points.size(); ++i) {
+    const Vec3 d = points[i].point - origin;
+    sites_.push_back({dot(u, d), dot(v, d), points[i].gap, i});
+  }
+  keep_outline(tolerance, kept);
+  keep_lowest(tolerance, kept);
+  // The same at the end of the step, but for the polygon: where the body lands is looked at again there.
+  for (Site& s : sites_) s.height = points[s.point].end;
+  keep_lowest(tolerance, kept);
+}
+
+}  // namespace amontons
