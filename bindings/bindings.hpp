@@ -94,5 +94,6 @@ void bind_model(nb::module_& m);
 void bind_state(nb::module_& m);
 void bind_simulation(nb::module_& m);
 void bind_kinematics(nb::module_& m);
+void bind_worlds(nb::module_& m);
 
 }  // namespace amontons::python

@@ -17,4 +17,5 @@ NB_MODULE(_core, m) {
   bind_state(m);
   bind_simulation(m);
   bind_kinematics(m);
+  bind_worlds(m);
 }

@@ -24,7 +24,7 @@ LAYERS: dict[str, list[str]] = {
     "problem": [],
     "solvers": ["linear", "driver", "first_order", "krylov", "second_order", "companions", "choice"],
     "collision": ["shapes", "narrow", "broad_phase", "pairs"],
-    "multibody": ["model", "bodies", "joints", "kinematics", "contacts", "step"],
+    "multibody": ["model", "bodies", "joints", "kinematics", "contacts", "step", "worlds"],
 }
 # Sources that declare nothing and so have no header: the file and the reason.
 WITHOUT_HEADER: dict[str, str] = {}

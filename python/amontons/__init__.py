@@ -63,6 +63,8 @@ from .problem.problem import solve as solve
 from .problem.problem import violations as violations
 from .problem.solution import Solution as Solution
 from .simulation.outcome import Report as Report
+from .simulation.rollout import Rollout as Rollout
+from .simulation.rollout import rollout as rollout
 from .simulation.simulation import Simulation as Simulation
 
 if TYPE_CHECKING:

@@ -1,0 +1,51 @@
+#include "amontons/multibody/worlds/worlds.hpp"
+
+#include "bindings.hpp"
+
+namespace amontons::python {
+
+namespace {
+
+using Rows = nb::ndarray<const double, nb::ndim<3>, nb::c_contig, nb::device::cpu>;
+
+// (worlds, records, columns) of a course.
+nb::ndarray<nb::numpy, double, nb::ndim<3>> cube(std::vector<double> values, std::size_t worlds,
+                                                 std::size_t records, std::size_t columns) {
+  auto* owner = new std::vector<double>(std::move(values));
+  nb::capsule capsule(owner, [](void* p) noexcept { delete static_cast<std::vector<double>*>(p); });
+  return nb::ndarray<nb::numpy, double, nb::ndim<3>>(owner->data(), {worlds, records, columns}, capsule);
+}
+
+nb::tuple run(const Tree& tree, const std::vector<std::shared_ptr<Simulation>>& worlds,
+              const std::optional<Rows>& targets, std::size_t records, std::size_t repeat, unsigned threads) {
+  Schedule schedule{records, repeat, {}, threads};
+  if (targets) {
+    AMONTONS_REQUIRE(targets->shape(0) == worlds.size() && targets->shape(1) == records,
+                     "targets must have one row per world and record");
+    schedule.targets = {targets->data(), targets->size()};
+  }
+  Course course;
+  {
+    nb::gil_scoped_release release;
+    course = run_worlds(tree, worlds, schedule, [] {
+      nb::gil_scoped_acquire acquire;
+      return PyErr_CheckSignals() != 0;
+    });
+  }
+  if (PyErr_Occurred()) throw nb::python_error();
+  const std::size_t n = worlds.size();
+  return nb::make_tuple(
+      cube(std::move(course.q), n, records, tree.nq()), cube(std::move(course.qd), n, records, tree.nv()),
+      to_numpy(std::move(course.residuals), records), std::move(course.done), std::move(course.failures));
+}
+
+}  // namespace
+
+void bind_worlds(nb::module_& m) {
+  m.def("run_worlds", &run, nb::arg("tree"), nb::arg("worlds"), nb::arg("targets").none(), nb::arg("records"),
+        nb::arg("repeat"), nb::arg("threads"),
+        "Advances simulations side by side, without the GIL: q, qd, residuals by world and record, how many "
+        "records each world completed, and why it stopped.");
+}
+
+}  // namespace amontons::python

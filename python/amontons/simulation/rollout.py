@@ -1,0 +1,178 @@
+"""Many simulations of one model at once, on all cores."""
+
+from __future__ import annotations
+
+import os
+import warnings
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from .. import _core
+from ..checks import Array, integer, reals
+from ..errors import InputError, SimulationError, StepWarning
+from ..model.model import Model
+from .simulation import Simulation
+
+
+@dataclass(frozen=True)
+class Rollout:
+    """Where the worlds of `rollout` went: a row per world, and in it one per row of controls."""
+
+    q: Array
+    """(worlds, rows, nq), after the last step of each row"""
+    qd: Array
+    """(worlds, rows, nv)"""
+    residuals: Array
+    """(worlds, rows), the largest of the steps of a row; above the tolerance a step has missed it"""
+    time: Array
+    """(rows,), since the start (s)"""
+    simulations: list[Simulation]
+    """the worlds at their ends, from which they can go on"""
+
+
+def rollout(
+    model: Model,
+    states: ArrayLike | Sequence[Simulation],
+    controls: ArrayLike | None = None,
+    *,
+    steps: int | None = None,
+    repeat: int = 1,
+    threads: int | None = None,
+    **options: Any,
+) -> Rollout:
+    """Advance many worlds of a model side by side in C++, without Python's lock.
+
+    states: (worlds, nq + nv), q and then qd of each world; or simulations of the model, which are copied and
+        so go on bit for bit, with their own options.
+    controls: (worlds, rows, actuators), or (rows, actuators) for all worlds alike: each row is set and held
+        for `repeat` steps. None leaves them as they are, for `steps` rows.
+    threads: worlds at a time, by default as many as there are cores to use. Every world has the bits that it
+        has by itself, whatever their number.
+    options: those of `Simulation`, for all worlds; on_failure too.
+
+    Raises InputError naming the argument, and SimulationError naming the world whose velocities came out not
+    finite or, with on_failure="raise", whose steps missed their tolerance.
+    """
+    if not isinstance(model, Model):
+        raise InputError(f"model is a {type(model).__name__}; give a Model, from ModelBuilder or a file")
+    worlds = _worlds(model, states, options)
+    rows = _controls(model, controls, len(worlds), steps)
+    repeat = integer("repeat", repeat, 1)
+    q, qd, residuals = run_worlds(worlds, rows, repeat, threads)
+    _report(worlds, residuals)
+    time = worlds[0].dt * repeat * np.arange(1, q.shape[1] + 1)
+    return Rollout(q, qd, residuals, time, worlds)
+
+
+def run_worlds(
+    worlds: Sequence[Simulation], controls: Array | int, repeat: int, threads: int | None
+) -> tuple[Array, Array, Array]:
+    """Advance simulations of one model by controls (worlds, rows, actuators), or by so many rows without.
+
+    q, qd and residuals, as in `Rollout`.
+    """
+    threads = usable_cores() if threads is None else integer("threads", threads, 1)
+    model = worlds[0].model
+    targets = None if isinstance(controls, int) else targets_of(model, worlds, controls)
+    rows = controls if isinstance(controls, int) else controls.shape[1]
+    cores = [world._core for world in worlds]
+    q, qd, residuals, done, failures = _core.run_worlds(model.tree, cores, targets, rows, repeat, threads)
+    for world in worlds:
+        world._contacts = None
+    for k, failure in enumerate(failures):
+        if failure:
+            raise SimulationError(
+                f"world {k}, row {done[k]}: {failure}; look for loads or speeds out of proportion, or make "
+                "dt smaller"
+            )
+    return q, qd, residuals
+
+
+def targets_of(model: Model, worlds: Sequence[Simulation], controls: Array) -> Array:
+    """Targets of the motors of all degrees of freedom: those of a world but for what controls drive."""
+    own = np.stack([world.state.targets for world in worlds])
+    targets = np.repeat(own[:, None], controls.shape[1], axis=1)
+    for k, drive in enumerate(model.actuators.values()):
+        clipped = np.clip(controls[:, :, k], drive.lower, drive.upper)
+        targets[:, :, model.dof_index(drive.joint, drive.dof)] = drive.scale * clipped + drive.offset
+    return targets
+
+
+def usable_cores() -> int:
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
+def _worlds(model: Model, states: Any, options: dict[str, Any]) -> list[Simulation]:
+    if isinstance(states, Sequence) and states and all(isinstance(s, Simulation) for s in states):
+        if options:
+            raise InputError(f"{', '.join(options)}: simulations have their own options; give states instead")
+        for k, world in enumerate(states):
+            if world.model is not model:
+                raise InputError(f"states[{k}] is a simulation of another model")
+            if world.dt != states[0].dt:
+                raise InputError(f"states[{k}] has dt = {world.dt:g} s, states[0] {states[0].dt:g} s")
+        return [world.copy() for world in states]
+    first = Simulation(model, **options)
+    rows = reals("states", states)
+    size = model.nq + model.nv
+    if rows.ndim != 2 or rows.shape[1] != size or not len(rows):
+        raise InputError(
+            f"states has the shape {rows.shape}; it must be (worlds, {size}): nq = {model.nq} coordinates, "
+            f"then nv = {model.nv} velocities"
+        )
+    worlds = [first.copy() for _ in rows]
+    for k, (world, row) in enumerate(zip(worlds, rows, strict=True)):
+        try:
+            world.reset(q=row[: model.nq], qd=row[model.nq :])
+        except InputError as error:
+            raise InputError(f"states[{k}]: {error}") from None
+    return worlds
+
+
+def _controls(model: Model, controls: Any, worlds: int, steps: int | None) -> Array | int:
+    """(worlds, rows, actuators), or the number of rows."""
+    if controls is None:
+        if steps is None:
+            raise InputError("rollout needs controls, or steps to go without")
+        return integer("steps", steps, 1)
+    given = reals("controls", controls)
+    count = len(model.actuators)
+    if given.ndim == 2:
+        given = np.broadcast_to(given, (worlds, *given.shape))
+    if given.ndim != 3 or given.shape[0] != worlds or given.shape[2] != count or not given.shape[1]:
+        raise InputError(
+            f"controls has the shape {np.shape(controls)}; it must be (worlds, rows, actuators) = "
+            f"({worlds}, rows, {count}), or (rows, {count})"
+        )
+    if steps is not None and steps != given.shape[1]:
+        raise InputError(f"steps = {steps}, but controls has {given.shape[1]} rows; give one of them")
+    if not np.isfinite(given).all():
+        where = ", ".join(map(str, np.argwhere(~np.isfinite(given))[0]))
+        raise InputError(f"controls[{where}] is not finite")
+    return given
+
+
+def _report(worlds: Sequence[Simulation], residuals: Array) -> None:
+    """What `Simulation.step` says of steps that missed their tolerance, once for all."""
+    missed = [
+        (k, row, float(residuals[k, row]))
+        for k, world in enumerate(worlds)
+        if world.options["on_failure"] != "ignore"
+        for row in np.flatnonzero(residuals[k] > world.options["tolerance"])
+    ]
+    if not missed:
+        return
+    k, row, residual = max(missed, key=lambda entry: entry[2])
+    message = (
+        f"{len(missed)} of {residuals.size} rows have steps above their tolerance, the largest residual is "
+        f"{residual:.2e}, of world {k} in row {row}"
+    )
+    if any(worlds[k].options["on_failure"] == "raise" for k, _, _ in missed):
+        raise SimulationError(f"{message}; allow max_substeps, more iterations or a looser tolerance")
+    warnings.warn(message, StepWarning, stacklevel=3)

@@ -1,0 +1,115 @@
+#include "amontons/multibody/worlds/worlds.hpp"
+
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <cmath>
+#include <limits>
+#include <thread>
+
+#include "amontons/base/error.hpp"
+#include "amontons/base/threads.hpp"
+#include "amontons/multibody/kinematics/motion.hpp"
+
+namespace amontons {
+
+namespace {
+
+// Asks the caller now and then, on the thread that called, whether to stop; every thread sees the answer.
+class StopSign {
+ public:
+  explicit StopSign(const std::function<bool()>& interrupted) : interrupted_(interrupted) {}
+
+  bool stopped() {
+    using namespace std::chrono_literals;
+    if (std::this_thread::get_id() == caller_ && interrupted_) {
+      const auto now = std::chrono::steady_clock::now();
+      if (now - asked_ > 100ms) {
+        asked_ = now;
+        if (interrupted_()) stop_.store(true, std::memory_order_relaxed);
+      }
+    }
+    return stop_.load(std::memory_order_relaxed);
+  }
+
+ private:
+  const std::function<bool()>& interrupted_;
+  std::thread::id caller_ = std::this_thread::get_id();
+  std::chrono::steady_clock::time_point asked_ = std::chrono::steady_clock::now();
+  std::atomic<bool> stop_{false};
+};
+
+void check(const Tree& tree, Worlds worlds, const Schedule& schedule) {
+  std::vector<const Simulation*> sorted;
+  for (const auto& world : worlds) {
+    AMONTONS_REQUIRE(&world->model() == &tree.model(), "the worlds must be simulations of one model");
+    sorted.push_back(world.get());
+  }
+  std::sort(sorted.begin(), sorted.end(), std::less<>());
+  AMONTONS_REQUIRE(std::adjacent_find(sorted.begin(), sorted.end()) == sorted.end(),
+                   "a world is there twice; give a copy of it");
+  const std::size_t entries = worlds.size() * schedule.records * tree.model().dofs();
+  AMONTONS_REQUIRE(schedule.targets.empty() || schedule.targets.size() == entries,
+                   "targets must have one row per world and record");
+}
+
+// `repeat` steps with one row of controls. The largest residual; throws if a step cannot be made.
+double advance(Simulation& world, std::size_t repeat, StopSign& sign) {
+  double residual = 0;
+  for (std::size_t k = 0; k < repeat && !sign.stopped(); ++k) {
+    const Report report = world.step();
+    AMONTONS_REQUIRE(report.advanced,
+                     "the velocities came out not finite at t = " + std::to_string(report.time) + " s");
+    residual = std::max(residual, report.residual);
+  }
+  return residual;
+}
+
+// All of one world, into its rows.
+void run(const Tree& tree, Simulation& world, std::size_t row, const Schedule& schedule, StopSign& sign,
+         Course& course) {
+  const std::size_t dofs = tree.model().dofs(), first = row * schedule.records;
+  std::size_t& done = course.done[row];
+  try {
+    for (; done < schedule.records; ++done) {
+      const std::size_t at = first + done;
+      if (!schedule.targets.empty())
+        std::copy_n(schedule.targets.data() + at * dofs, dofs, world.state().targets.data());
+      course.residuals[at] = advance(world, schedule.repeat, sign);
+      if (sign.stopped()) return;
+      const Coordinates c = read_coordinates(tree, world.state());
+      std::copy(c.q.begin(), c.q.end(), course.q.begin() + static_cast<std::ptrdiff_t>(at * tree.nq()));
+      std::copy(c.qd.begin(), c.qd.end(), course.qd.begin() + static_cast<std::ptrdiff_t>(at * tree.nv()));
+    }
+  } catch (const std::exception& error) {
+    course.failures[row] = error.what();
+  }
+}
+
+}  // namespace
+
+Course run_worlds(const Tree& tree, Worlds worlds, const Schedule& schedule,
+                  const std::function<bool()>& interrupted) {
+  check(tree, worlds, schedule);
+  constexpr double nothing = std::numeric_limits<double>::quiet_NaN();
+  const std::size_t rows = worlds.size() * schedule.records;
+  Course course;
+  course.q.assign(rows * tree.nq(), nothing);
+  course.qd.assign(rows * tree.nv(), nothing);
+  course.residuals.assign(rows, nothing);
+  course.done.assign(worlds.size(), 0);
+  course.failures.resize(worlds.size());
+  // Worlds differ in what their steps cost: whoever is free takes the next one.
+  const auto threads = static_cast<unsigned>(std::clamp<std::size_t>(worlds.size(), 1, schedule.threads));
+  std::atomic<std::size_t> next{0};
+  StopSign sign(interrupted);
+  PoolLease pool(threads);
+  pool->run(threads, [&](std::size_t) {
+    for (std::size_t i; (i = next.fetch_add(1, std::memory_order_relaxed)) < worlds.size();)
+      run(tree, *worlds[i], i, schedule, sign, course);
+  });
+  course.interrupted = sign.stopped();
+  return course;
+}
+
+}  // namespace amontons

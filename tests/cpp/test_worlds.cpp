@@ -1,0 +1,139 @@
+// Many simulations at once. The thread sanitizer runs this too.
+#include <cmath>
+#include <cstring>
+#include <limits>
+
+#include "amontons/base/error.hpp"
+#include "amontons/multibody/kinematics/motion.hpp"
+#include "amontons/multibody/worlds/worlds.hpp"
+#include "check.hpp"
+
+using namespace amontons;
+
+namespace {
+
+constexpr std::size_t records = 7, repeat = 3;
+
+// A box that slides on the floor, pulled by a motor along x.
+std::shared_ptr<Model> driven_box() {
+  ModelDescription d;
+  d.gravity = {0, 0, -10};
+  Geom floor;
+  floor.shape = Plane{};
+  d.geoms.push_back(floor);
+  Body body;
+  body.mass = 2;
+  body.inertia = Mat3::diagonal(1, 1, 1);
+  body.pose.position = {0, 0, 0.5};
+  d.bodies.push_back(body);
+  Geom box;
+  box.body = 0;
+  box.shape = Box{{0.5, 0.5, 0.5}};
+  d.geoms.push_back(box);
+  Body pusher = body;
+  pusher.pose.position = {-1.2, 0, 0.6};
+  d.bodies.push_back(pusher);
+  Geom tip;
+  tip.body = 1;
+  tip.shape = Sphere{0.4};
+  d.geoms.push_back(tip);
+  Joint slide;
+  slide.body_a = 1;
+  slide.frame_b.position = {-1.2, 0, 0.6};
+  Dof dof;
+  dof.kind = Dof::Kind::slide;
+  dof.axis = {1, 0, 0};
+  dof.motor.kind = MotorKind::effort;
+  slide.dofs.push_back(dof);
+  d.joints.push_back(slide);
+  return std::make_shared<Model>(d);
+}
+
+std::vector<std::shared_ptr<Simulation>> make_worlds(const std::shared_ptr<Model>& model, std::size_t count,
+                                                     unsigned threads_of_each = 1) {
+  std::vector<std::shared_ptr<Simulation>> worlds;
+  for (std::size_t i = 0; i < count; ++i) {
+    SimulationOptions options;
+    options.threads = threads_of_each;
+    worlds.push_back(std::make_shared<Simulation>(model, options));
+    worlds.back()->state().linear_velocities[0].x = 0.1 * static_cast<double>(i);
+  }
+  return worlds;
+}
+
+std::vector<double> efforts(std::size_t worlds) {
+  std::vector<double> out(worlds * records);
+  for (std::size_t i = 0; i < out.size(); ++i) out[i] = 30 * std::sin(static_cast<double>(i));
+  return out;
+}
+
+bool same_bits(const std::vector<double>& a, const std::vector<double>& b) {
+  return a.size() == b.size() && !std::memcmp(a.data(), b.data(), a.size() * sizeof(double));
+}
+
+}  // namespace
+
+// Breaks when a world gets the controls or the rows of another one, or its bits depend on the threads: the
+// reference is a plain loop.
+TEST(worlds_are_as_alone) {
+  const auto model = driven_box();
+  const Tree tree(model);
+  constexpr std::size_t count = 5;
+  const std::vector<double> targets = efforts(count);
+  std::vector<double> q, qd;
+  for (auto worlds = make_worlds(model, count); const auto& world : worlds) {
+    const auto row = static_cast<std::size_t>(&world - worlds.data());
+    for (std::size_t r = 0; r < records; ++r) {
+      world->state().targets[0] = targets[row * records + r];
+      for (std::size_t k = 0; k < repeat; ++k) world->step();
+      const Coordinates c = read_coordinates(tree, world->state());
+      q.insert(q.end(), c.q.begin(), c.q.end());
+      qd.insert(qd.end(), c.qd.begin(), c.qd.end());
+    }
+  }
+  for (unsigned threads : {1u, 2u, 3u, 8u})
+    for (unsigned threads_of_each : {1u, 2u}) {
+      const auto worlds = make_worlds(model, count, threads_of_each);
+      const Course course = run_worlds(tree, worlds, {records, repeat, targets, threads}, {});
+      CHECK(same_bits(course.q, q) && same_bits(course.qd, qd));
+      CHECK(course.done == std::vector<std::size_t>(count, records) && !course.interrupted);
+      CHECK(worlds[0]->state().steps == records * repeat);
+    }
+}
+
+// Breaks when a world that cannot go on stops the others, is not told of, or leaves rows that look like a
+// motion.
+TEST(a_world_that_fails) {
+  const auto model = driven_box();
+  const Tree tree(model);
+  std::vector<double> targets = efforts(3);
+  targets[records + 4] = std::numeric_limits<double>::infinity();
+  const Course course = run_worlds(tree, make_worlds(model, 3), {records, repeat, targets, 2}, {});
+  CHECK(course.failures[0].empty() && course.failures[2].empty());
+  CHECK(course.failures[1].find("target 0") != std::string::npos);
+  CHECK(course.done == (std::vector<std::size_t>{records, 4, records}));
+  const std::size_t row = (records + 4) * tree.nq();
+  CHECK(std::isfinite(course.q[row - 1]) && std::isnan(course.q[row]));
+  CHECK(std::isfinite(course.residuals[records + 3]) && std::isnan(course.residuals[records + 4]));
+}
+
+// Breaks when worlds go on after the caller was told to stop.
+TEST(worlds_stop) {
+  const auto model = driven_box();
+  const Tree tree(model);
+  const auto worlds = make_worlds(model, 2);
+  const Course course = run_worlds(tree, worlds, {2, 1000000, {}, 2}, [] { return true; });
+  CHECK(course.interrupted && course.done == (std::vector<std::size_t>{0, 0}));
+}
+
+// Breaks when two threads may step one world, or worlds are read by the tree of another model.
+TEST(worlds_that_are_refused) {
+  const auto model = driven_box();
+  const Tree tree(model), other(driven_box());
+  auto worlds = make_worlds(model, 2);
+  CHECK_THROWS(run_worlds(other, worlds, {}, {}), "one model");
+  CHECK_THROWS(run_worlds(tree, worlds, {2, 1, std::vector<double>(3), 1}, {}),
+               "one row per world and record");
+  worlds.push_back(worlds[0]);
+  CHECK_THROWS(run_worlds(tree, worlds, {}, {}), "twice");
+}
