@@ -25,14 +25,14 @@ class ThreadPool {
   // compiled with the body of F in it.
   template <class F>
   void run(std::size_t tasks, F&& f) {
-    using Body = std::remove_reference_t<F>;
+    using Task = std::remove_reference_t<F>;
     if (!workers_) {
       for (std::size_t task = 0; task < tasks; ++task) f(task);
       return;
     }
     const auto range = [](const void* body, std::size_t first, std::size_t last) {
       for (std::size_t task = first; task < last; ++task)
-        (*static_cast<Body*>(const_cast<void*>(body)))(task);
+        (*static_cast<Task*>(const_cast<void*>(body)))(task);
     };
     run_ranges(tasks, range, &f);
   }
