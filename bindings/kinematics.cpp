@@ -1,5 +1,6 @@
 #include "amontons/multibody/kinematics/closure.hpp"
 #include "amontons/multibody/kinematics/dynamics.hpp"
+#include "amontons/multibody/kinematics/rays.hpp"
 #include "amontons/multibody/step/simulation.hpp"
 #include "bindings.hpp"
 #include "math_casters.hpp"
@@ -111,9 +112,31 @@ OutMatrix motion(const Tree& tree, const Simulation& s, const Vector& qdd) {
   return to_numpy(std::move(rows), 12);
 }
 
+// (n,) distances, infinite without a hit; (n,) geoms, -1 without; (n, 3) normals.
+nb::tuple cast_rays(const Simulation& s, const Matrix& origins, const Matrix& directions,
+                    const Flags& excluded) {
+  const std::size_t n = origins.shape(0);
+  AMONTONS_REQUIRE(excluded.shape(0) == s.model().description().geoms.size(),
+                   "excluded needs one entry per geom");
+  const auto from = to_vectors(origins, n, "origins"), along = to_vectors(directions, n, "directions");
+  std::vector<double> distances, normals;
+  std::vector<Index> geoms;
+  for (std::size_t i = 0; i < n; ++i) {
+    const GeomHit hit =
+        cast_ray(s.model(), s.state(), {from[i], along[i]}, {excluded.data(), excluded.shape(0)});
+    distances.push_back(hit.hit.distance);
+    geoms.push_back(hit.geom);
+    normals.insert(normals.end(), {hit.hit.normal.x, hit.hit.normal.y, hit.hit.normal.z});
+  }
+  return nb::make_tuple(to_numpy(std::move(distances)), to_numpy(std::move(geoms)),
+                        to_numpy(std::move(normals), 3));
+}
+
 }  // namespace
 
 void bind_kinematics(nb::module_& m) {
+  m.def("cast_rays", &cast_rays, nb::arg("simulation"), nb::arg("origins"), nb::arg("directions"),
+        nb::arg("excluded"), "Distances, geoms, normals.");
   nb::class_<Tree>(m, "Tree", "The spanning tree of a model's joints, and what follows from it.")
       .def(nb::new_([](std::shared_ptr<Model> model) { return std::make_shared<Tree>(std::move(model)); }),
            nb::arg("model"))

@@ -2,6 +2,7 @@
 
 #include "amontons/collision/broad_phase.hpp"
 #include "amontons/collision/pairs/collide.hpp"
+#include "amontons/collision/rays/ray.hpp"
 #include "bindings.hpp"
 #include "math_casters.hpp"
 
@@ -91,6 +92,13 @@ void bind_shapes(nb::module_& m) {
           },
           nb::arg("heights"), nb::arg("size_x"), nb::arg("size_y"))
       .def_prop_ro("bounding_radius", &bounding_radius)
+      .def(
+          "cast_ray",
+          [](const Shape& shape, const Vec3& origin, const Vec3& direction) {
+            const RayHit hit = cast_ray(shape, {origin, direction});
+            return std::make_pair(hit.distance, hit.normal);
+          },
+          nb::arg("origin"), nb::arg("direction"), "Distance, normal; in the frame of the shape.")
       .def(
           "bounds",
           [](const Shape& shape, const Vec3& position, const Quat& orientation) {

@@ -23,7 +23,7 @@ LAYERS: dict[str, list[str]] = {
     "sets": [],
     "problem": [],
     "solvers": ["linear", "driver", "first_order", "krylov", "second_order", "companions", "choice"],
-    "collision": ["shapes", "narrow", "broad_phase", "pairs"],
+    "collision": ["shapes", "narrow", "broad_phase", "pairs", "rays"],
     "multibody": ["model", "bodies", "joints", "kinematics", "contacts", "step", "worlds"],
 }
 # Sources that declare nothing and so have no header: the file and the reason.

@@ -15,6 +15,7 @@ from .model import FRICTION_RULES, Model, index_of
 from .part_builder import PartBuilder, require_movable
 from .parts import WORLD, Body, Coupling, Geom, Material, PairMaterial
 from .presets import Actuator, Unread
+from .sensing import Sensor, Site
 from .shapes import Plane, Shape
 from .transforms import IDENTITY, Transform
 
@@ -48,7 +49,10 @@ class ModelBuilder(PartBuilder):
         self._actuators: dict[str, Actuator] = {}
         self._keyframes: dict[str, list[KeyframePart]] = {}
         self._unread: list[Unread] = []
-        self._names: dict[str, dict[str, int]] = {kind: {} for kind in ("body", "geom", "joint", "coupling")}
+        self._sites: list[Site] = []
+        self._sensors: list[Sensor] = []
+        kinds = ("body", "geom", "joint", "coupling", "site", "sensor")
+        self._names: dict[str, dict[str, int]] = {kind: {} for kind in kinds}
 
     def add_body(
         self,
@@ -158,6 +162,23 @@ class ModelBuilder(PartBuilder):
                 self._bodies[index] = changed(carrier, **vars(solid))
         return self._append("geom", self._geoms, geom)
 
+    def add_site(
+        self,
+        body: int | str | None,
+        *,
+        position: Sequence[float] = (0.0, 0.0, 0.0),
+        orientation: Sequence[float] = IDENTITY,
+        name: str | None = None,
+    ) -> int:
+        """Add a frame to look at, fixed in a body or in the world, and return its index.
+
+        position, orientation: in the body frame (m; unit quaternion w, x, y, z). `Simulation.sites` tells
+        where it is and how it moves.
+        """
+        name = self._new_name("site", name)
+        frame = Transform.named(f'site "{name}"', position, orientation)
+        return self._append("site", self._sites, Site(name, self._body(body), frame))
+
     def add_coupling(
         self,
         joint_a: int | str,
@@ -243,6 +264,8 @@ class ModelBuilder(PartBuilder):
             tuple(self._excluded),
             actuators=dict(self._actuators),
             unread=tuple(self._unread),
+            sites=tuple(self._sites),
+            sensors=tuple(self._sensors),
         )
         keyframes = {name: whole_keyframe(model, parts) for name, parts in self._keyframes.items()}
         return changed(model, keyframes=keyframes)

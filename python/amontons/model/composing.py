@@ -14,10 +14,11 @@ from ..checks import changed
 from .model import Model
 from .parts import WORLD, Body, Coupling, Geom, Joint, PairMaterial
 from .presets import Actuator, Keyframe
+from .sensing import Sensor, Site
 from .shapes import Plane
 from .transforms import ORIGIN, Transform, multiply, rotate
 
-T = TypeVar("T", Body, Geom, Joint, Coupling)
+T = TypeVar("T", Body, Geom, Joint, Coupling, Site, Sensor)
 
 
 @dataclass(frozen=True)
@@ -66,6 +67,8 @@ class Parts:
     excluded: list[tuple[int, int]]
     actuators: dict[str, Actuator]
     keyframes: dict[str, KeyframePart]
+    sites: list[Site]
+    sensors: list[Sensor]
     added: Added
 
 
@@ -116,6 +119,23 @@ class Move:
             frame_b=self.frame(joint.body_b, joint.frame_b),
         )
 
+    def site(self, site: Site) -> Site:
+        return changed(site, body=self.index[site.body], frame=self.frame(site.body, site.frame))
+
+    def sensor(self, sensor: Sensor, prefix: str) -> Sensor:
+        there = sensor.reference
+        return changed(
+            sensor,
+            body=self.index[sensor.body],
+            frame=self.frame(sensor.body, sensor.frame),
+            reference=self.index.get(there, WORLD) if there is not None else None,
+            reference_frame=sensor.reference_frame
+            if there is None
+            else self.frame(there, sensor.reference_frame),
+            source=sensor.source and prefix + sensor.source,
+            bodies=tuple(sorted(self.index[b] for b in sensor.bodies if b not in self.where)),
+        )
+
     def joint_index(self, joint: int) -> int:
         return WORLD if joint == WORLD else self.before.joints + joint
 
@@ -151,6 +171,8 @@ def parts_of(model: Model, seat: Seat, prefix: str, before: Counts, new_name: Ca
         keyframes={
             prefix + name: keyframe_part(keyframe, seat, move) for name, keyframe in model.keyframes.items()
         },
+        sites=named(prefix, map(move.site, model.sites)),
+        sensors=named(prefix, (move.sensor(sensor, prefix) for sensor in model.sensors)),
         added=Added(
             tuple(move.index[b] for b in range(len(model.bodies))),
             range(before.geoms, before.geoms + len(model.geoms)),

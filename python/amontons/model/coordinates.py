@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from .model import Model
+    from .parts import Joint
 
 QUATERNION = ("qw", "qx", "qy", "qz")
 PARTS = {
@@ -69,11 +70,17 @@ def _parts(model: Model) -> Iterator[tuple[str, str, int, int, int, int, int]]:
         own = model.joints[joint]
         dofs = len(own.dofs)
         for k, dof in enumerate(own.dofs):
-            alone = dofs == 1 and nq == 1
-            name = dof.name or (own.name if alone else f"{own.name}[{k}]")
-            yield name, dof.kind, body, joint, k, q + k, v + k
+            yield coordinate_name(own, k), dof.kind, body, joint, k, q + k, v + k
         if nq > dofs:
-            yield own.name + (".ball" if dofs else ""), "ball", body, joint, -1, q + dofs, v + dofs
+            yield coordinate_name(own, -1), "ball", body, joint, -1, q + dofs, v + dofs
+
+
+def coordinate_name(joint: Joint, dof: int) -> str:
+    """The name of a degree of freedom of a joint, or of its ball (-1)."""
+    if dof < 0:
+        return joint.name + (".ball" if joint.dofs else "")
+    alone = len(joint.dofs) == 1 and not joint.spherical
+    return joint.dofs[dof].name or (joint.name if alone else f"{joint.name}[{dof}]")
 
 
 def known(names: Sequence[str]) -> str:

@@ -31,6 +31,7 @@ from .parts import (
     PairMaterial,
 )
 from .presets import Actuator, Keyframe, Unread
+from .sensing import Sensor, Site
 from .shapes import Shape
 from .transforms import Transform
 
@@ -68,6 +69,10 @@ class Model:
     """how the model file commands the motors, by name: `Simulation.set_control`"""
     unread: tuple[Unread, ...] = field(default=(), repr=False, compare=False, metadata={"core": False})
     """what the model file asks for and was not read, worst first"""
+    sites: tuple[Site, ...] = field(default=(), repr=False, compare=False, metadata={"core": False})
+    """frames to look at: `Simulation.sites`"""
+    sensors: tuple[Sensor, ...] = field(default=(), repr=False, compare=False, metadata={"core": False})
+    """what is measured: `Simulation.sensors`"""
     core: _core.Model = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
@@ -162,6 +167,15 @@ class Model:
     def joint_index(self, joint: int | str) -> int:
         """The index of a joint given by index or name; InputError if there is none."""
         return index_of("joint", joint, self.joint_names)
+
+    @cached_property
+    def site_names(self) -> tuple[str, ...]:
+        """Names by index."""
+        return tuple(site.name for site in self.sites)
+
+    def site_index(self, site: int | str) -> int:
+        """The index of a site given by index or name; InputError if there is none."""
+        return index_of("site", site, self.site_names)
 
     def dof_index(self, joint: int | str, dof: int = 0) -> int:
         """The index of a joint's degree of freedom among the coordinates of all joints."""

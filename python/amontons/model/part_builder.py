@@ -12,6 +12,7 @@ from .joint_builder import JointBuilder
 from .model import Model
 from .parts import WORLD, Coupling, Geom, PairMaterial
 from .presets import Actuator, Unread
+from .sensing import Sensor, Site
 from .shapes import Shape
 from .transforms import IDENTITY, ORIGIN, Transform, add
 
@@ -25,6 +26,8 @@ class PartBuilder(JointBuilder):
     _excluded: list[tuple[int, int]]
     _actuators: dict[str, Actuator]
     _keyframes: dict[str, list[KeyframePart]]
+    _sites: list[Site]
+    _sensors: list[Sensor]
     _unread: list[Unread]
     _names: dict[str, dict[str, int]]
 
@@ -114,6 +117,8 @@ class PartBuilder(JointBuilder):
             "geom": parts.geoms,
             "joint": parts.joints,
             "coupling": parts.couplings,
+            "site": parts.sites,
+            "sensor": parts.sensors,
         }
         for kind, things in added.items():
             known = dict(self._names[kind])
@@ -135,6 +140,8 @@ class PartBuilder(JointBuilder):
             ("geom", self._geoms, parts.geoms),
             ("joint", self._joints, parts.joints),
             ("coupling", self._couplings, parts.couplings),
+            ("site", self._sites, parts.sites),
+            ("sensor", self._sensors, parts.sensors),
         ):
             for thing in new:
                 self._append(kind, own, thing)  # type: ignore[arg-type]

@@ -22,9 +22,10 @@ from ..model.model import Model
 from ..model.presets import Keyframe
 from ..problem.options import LAWS, require_method
 from ..problem.problem import Problem
-from .coordinates import GeneralisedCoordinates, Values
+from .coordinates import Values
 from .forces import contact_sums, contact_table, effort_table, reaction_table
 from .outcome import Report, Table, from_core
+from .queries import Queries
 from .state import State
 
 ON_FAILURE = {"warn": None, "raise": None, "ignore": None}
@@ -42,7 +43,7 @@ def load_file(path: str | PathLike[str], options: dict[str, Any]) -> Simulation:
     raise NotImplementedError("import amontons.io, which reads files")
 
 
-class Simulation(GeneralisedCoordinates):
+class Simulation(Queries):
     """A model and its state, advanced in time steps, each one variational inequality.
 
     dt: time step (s). law: "coulomb" or "associated". method, tolerance, max_iterations, threads: of the

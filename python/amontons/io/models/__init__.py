@@ -17,6 +17,8 @@ from .issues import Issues
 from .joints import read_joints
 from .keyframes import read_keyframes
 from .scan import scan
+from .sensors import read_sensors
+from .sites import read_sites
 from .xml_lines import expand_includes, read_xml
 
 SUFFIXES = (".xml", ".mjcf", ".urdf")
@@ -61,6 +63,8 @@ def _model(compiled: Compiled, *, strict: bool) -> Model:
     couplings = read_equalities(compiled, bodies, joints)
     pair_materials, excluded = read_contacts(compiled, bodies, geoms)
     keyframes = read_keyframes(compiled, bodies, joints, actuators)
+    sites = read_sites(compiled, bodies)
+    sensors = read_sensors(compiled, bodies, joints, sites)
     compiled.issues.report(strict=strict)
     gravity = compiled.model.opt.gravity.tolist() if compiled.enabled("gravity") else (0.0, 0.0, 0.0)
     try:
@@ -75,6 +79,8 @@ def _model(compiled: Compiled, *, strict: bool) -> Model:
             excluded_bodies=tuple(excluded),
             keyframes=keyframes,
             actuators=actuators,
+            sites=sites,
+            sensors=sensors,
             unread=compiled.issues.unread(),
         )
     except InputError as error:

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from ...errors import FileError, InputError
+from ...model.sensing import SENSORS
 from ...model.transforms import Transform
 from .issues import Issues
 from .urdf import prepare
@@ -92,15 +93,16 @@ class Compiled:
 LISTS = {
     "actuator": ("actuator", "", "nactuator"), "eq": ("equality", "", "neq"),
     "pair": ("contact", "pair", "npair"), "exclude": ("contact", "exclude", "nexclude"),
+    "sensor": ("sensor", "", "nsensor"),
 }  # fmt: skip
 SPECS = {
     "body": "bodies", "geom": "geoms", "jnt": "joints", "actuator": "actuators", "eq": "equalities",
-    "pair": "pairs", "exclude": "excludes",
+    "pair": "pairs", "exclude": "excludes", "sensor": "sensors",
 }  # fmt: skip
 TAGS = {
     "body": ("body", "link"), "geom": ("geom", "collision"), "jnt": ("joint", "freejoint"),
     "actuator": ("general", "motor", "position", "velocity"), "eq": ("connect", "weld", "joint", "mimic"),
-    "pair": ("pair",), "exclude": ("exclude",),
+    "pair": ("pair",), "exclude": ("exclude",), "sensor": tuple(SENSORS),
 }  # fmt: skip
 
 

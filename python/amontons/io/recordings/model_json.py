@@ -12,6 +12,7 @@ import numpy as np
 from ...model.model import Model
 from ...model.parts import Body, Coupling, Dof, Geom, Joint, Material, Motor, PairMaterial
 from ...model.presets import Actuator, Keyframe, Unread
+from ...model.sensing import Sensor, Site
 from ...model.shapes import KINDS, Shape
 from ...model.transforms import Transform
 
@@ -20,10 +21,10 @@ def model_to_json(model: Model) -> str:
     """Every number comes back exactly; infinity is written as Infinity, as Python's json reads it."""
     shapes: dict[int, int] = {}
     listed: list[Shape] = []
-    for geom in model.geoms:
-        if id(geom.shape) not in shapes:
-            shapes[id(geom.shape)] = len(listed)
-            listed.append(geom.shape)
+    for thing in (*model.geoms, *model.sites, *model.sensors):
+        if thing.shape is not None and id(thing.shape) not in shapes:
+            shapes[id(thing.shape)] = len(listed)
+            listed.append(thing.shape)
 
     def plain(value: Any) -> Any:
         if isinstance(value, Shape):
@@ -68,6 +69,8 @@ def model_from_json(text: str) -> Model:
         for name, frame in d["keyframes"].items()
     }
     d["actuators"] = {name: Actuator(**actuator) for name, actuator in d["actuators"].items()}
+    for name, kind in (("sites", Site), ("sensors", Sensor)):
+        d[name] = tuple(_looking(kind, parts, shapes) for parts in d.get(name, ()))
     d["unread"] = tuple(Unread(**entry) for entry in d.get("unread", ()))
     d["excluded_bodies"] = tuple((a, b) for a, b in d["excluded_bodies"])
     return Model(**d)
@@ -88,6 +91,13 @@ def _shape(parts: dict[str, Any]) -> Shape:
 
 def _tuples(value: Any) -> Any:
     return tuple(_tuples(part) for part in value) if isinstance(value, list) else value
+
+
+def _looking(kind: type[Any], parts: dict[str, Any], shapes: list[Shape]) -> Any:
+    """A site or a sensor."""
+    frames = {name: Transform(**parts[name]) for name in ("frame", "reference_frame") if name in parts}
+    shape = None if parts["shape"] is None else shapes[parts["shape"]]
+    return kind(**{**parts, **frames, "shape": shape})
 
 
 def _joint(parts: dict[str, Any]) -> Joint:

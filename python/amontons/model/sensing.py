@@ -1,0 +1,74 @@
+"""Where a model is looked at: sites, frames fixed in bodies, and sensors, what is measured there."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from ..checks import Vector3, chosen
+from .parts import WORLD
+from .shapes import Shape
+from .transforms import ORIGIN, Transform
+
+SENSORS: dict[str, int] = {
+    # at a site, in its axes
+    "accelerometer": 3, "velocimeter": 3, "gyro": 3, "magnetometer": 3, "force": 3, "torque": 3,
+    "touch": 1, "rangefinder": 1,
+    # of a coordinate
+    "jointpos": 1, "jointvel": 1, "jointactuatorfrc": 1, "ballquat": 4, "ballangvel": 3,
+    "jointlimitpos": 1, "jointlimitvel": 1, "jointlimitfrc": 1,
+    # of a frame, in the world or in that of a reference
+    "framepos": 3, "framequat": 4, "framexaxis": 3, "frameyaxis": 3, "framezaxis": 3,
+    "framelinvel": 3, "frameangvel": 3, "framelinacc": 3, "frameangacc": 3,
+    # of a body with all that hangs on it
+    "subtreecom": 3, "subtreelinvel": 3, "subtreeangmom": 3,
+    "clock": 1,
+}  # fmt: skip
+"""Kinds of sensors, named as in MJCF, with the number of values; docs/models.md says what they measure."""
+
+
+@dataclass(frozen=True)
+class Site:
+    """A frame fixed in a body, to look at and to measure in."""
+
+    name: str = ""
+    body: int = WORLD
+    frame: Transform = ORIGIN
+    """in the body frame"""
+    shape: Shape | None = None
+    """the volume in which a touch sensor feels; None: anywhere on the body"""
+
+
+@dataclass(frozen=True)
+class Sensor:
+    """Something that is measured, see `Simulation.sensors`."""
+
+    name: str
+    kind: str
+    """one of SENSORS"""
+    body: int = WORLD
+    """of the frame that is looked at"""
+    frame: Transform = ORIGIN
+    """in the body frame"""
+    reference: int | None = None
+    """the body of the frame in which frame sensors tell; None: the world"""
+    reference_frame: Transform = ORIGIN
+    source: str = ""
+    """the coordinate, tendon or actuator, by name"""
+    shape: Shape | None = None
+    """of touch sensors, at `frame`"""
+    bodies: tuple[int, ...] = ()
+    """of force, torque and subtree sensors: the body and all that hangs on it"""
+    field: Vector3 = (0.0, 0.0, 0.0)
+    """of magnetometers: the field in the world"""
+    cutoff: float = 0.0
+    """values are clipped to +- this; 0: they are not"""
+
+    def __post_init__(self) -> None:
+        chosen("kind of sensor", self.kind, SENSORS)
+        object.__setattr__(self, "bodies", tuple(self.bodies))
+        object.__setattr__(self, "field", tuple(self.field))
+
+    @property
+    def size(self) -> int:
+        """Number of values."""
+        return SENSORS[self.kind]

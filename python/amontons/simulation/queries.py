@@ -1,0 +1,132 @@
+"""Questions about the present state: sites, sensors, rays."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from .. import _core
+from ..checks import Array, Vector3, vector3
+from ..errors import InputError
+from ..model.model import Model
+from ..model.parts import WORLD
+from ..model.transforms import multiply
+from . import sensors
+from .coordinates import GeneralisedCoordinates, rotation_matrix
+from .outcome import Table
+
+SITES = np.dtype(
+    [
+        ("body", np.int32),
+        ("position", np.float64, 3),
+        ("orientation", np.float64, 4),
+        ("linear_velocity", np.float64, 3),
+        ("angular_velocity", np.float64, 3),
+    ]
+)
+"""The fields of Simulation.sites."""
+
+
+class RayHit(NamedTuple):
+    """What a ray meets first."""
+
+    distance: float
+    """m; infinite where it meets nothing"""
+    geom: int
+    """-1 where it meets nothing"""
+    normal: Vector3
+    """of the surface there, outwards, world axes"""
+
+
+class Queries(GeneralisedCoordinates):
+    """What `Simulation` answers about the present state beside coordinates."""
+
+    _core: _core.Simulation
+    _model: Model
+
+    @property
+    def sites(self) -> Table:
+        """All sites: body, position (m), orientation (w, x, y, z), velocities of the site (world axes).
+
+        A structured array; `site(name)` is one row.
+        """
+        table = np.zeros(len(self._model.sites), SITES)
+        for row, site in zip(table, self._model.sites, strict=True):
+            position, rotation = np.array(site.frame.position), site.frame.rotation
+            row["body"] = site.body
+            if site.body != WORLD:
+                body = site.body
+                q = self._core.orientations[body]
+                arm = rotation_matrix(q) @ position
+                position = self._core.positions[body] + arm
+                rotation = multiply(tuple(q.tolist()), rotation)
+                if self._model.bodies[body].motion != "fixed":
+                    w = self._core.angular_velocities[body]
+                    row["linear_velocity"] = self._core.linear_velocities[body] + np.cross(w, arm)
+                    row["angular_velocity"] = w
+            row["position"], row["orientation"] = position, rotation
+        return table
+
+    def site(self, site: int | str) -> Table:
+        """One row of `sites`, by index or name."""
+        return self.sites[self._model.site_index(site)]
+
+    def site_jacobian(self, site: int | str) -> Array:
+        """(6, nv): velocity of a site (3 rows), then its angular velocity, per unit of qd; world axes."""
+        found = self._model.sites[self._model.site_index(site)]
+        return self.jacobian(None if found.body == WORLD else found.body, found.frame.position)
+
+    @property
+    def sensors(self) -> sensors.Readings:
+        """What the sensors of the model read now: arrays by name, and all of them as `values_array`.
+
+        Forces and accelerations are means over the last step. docs/models.md lists the kinds.
+        """
+        return sensors.read(self)  # type: ignore[arg-type]
+
+    def ray(
+        self, origin: Sequence[float], direction: Sequence[float], *, exclude: Iterable[int | str | None] = ()
+    ) -> RayHit:
+        """The first geom that a ray meets: distance, geom and normal.
+
+        origin, direction: in the world (m; of any length, not zero). exclude: bodies, by index or name, that
+        the ray passes through; None is the world. Geoms that touch nothing count too. From inside a shape it
+        is where the ray leaves; planes are met from above only.
+        """
+        distances, geoms, normals = self.rays(
+            [vector3("origin", origin)], [vector3("direction", direction)], exclude=exclude
+        )
+        return RayHit(float(distances[0]), int(geoms[0]), tuple(normals[0].tolist()))
+
+    def rays(
+        self, origins: ArrayLike, directions: ArrayLike, *, exclude: Iterable[int | str | None] = ()
+    ) -> tuple[Array, Array, Array]:
+        """Many rays at once: origins and directions (n, 3); distances (n,), geoms (n,), normals (n, 3)."""
+        starts, along = np.broadcast_arrays(_points("origins", origins), _points("directions", directions))
+        lengths = np.linalg.norm(along, axis=1, keepdims=True)
+        if not (lengths > 0).all():
+            raise InputError("a direction is zero; give one of any other length")
+        hidden = {-1 if b in (None, "world", -1) else self._model.body_index(b) for b in _listed(exclude)}
+        excluded = np.array([geom.body in hidden for geom in self._model.geoms], dtype=np.uint8)
+        return _core.cast_rays(
+            self._core, np.ascontiguousarray(starts), np.ascontiguousarray(along / lengths), excluded
+        )
+
+
+def _listed(bodies: Iterable[int | str | None]) -> list[int | str | None]:
+    return [bodies] if isinstance(bodies, str | int) else list(bodies)
+
+
+def _points(what: str, values: ArrayLike) -> Array:
+    try:
+        array = np.atleast_2d(np.asarray(values, dtype=np.float64))
+    except (TypeError, ValueError):
+        raise InputError(f"{what} must be numbers of shape (n, 3)") from None
+    if array.ndim != 2 or array.shape[1] != 3:
+        raise InputError(f"{what} has the shape {array.shape}; it must be (n, 3)")
+    if not np.isfinite(array).all():
+        raise InputError(f"{what} has an entry that is not finite")
+    return array

@@ -1,0 +1,41 @@
+#include "amontons/multibody/kinematics/rays.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace amontons {
+
+namespace {
+
+// Whether the ray passes within `radius` of a point, before `distance`.
+bool comes_near(const Ray& ray, const Vec3& centre, double radius, double distance) {
+  const Vec3 to = centre - ray.origin;
+  const double along = dot(to, ray.direction);
+  const double beside = norm_squared(to - along * ray.direction);
+  return beside <= radius * radius && along + radius >= 0 && along - radius <= distance;
+}
+
+}  // namespace
+
+// One after the other, past those whose bounding sphere the ray misses: a ray costs less than the pairs of a
+// step, which has the tree for them.
+GeomHit cast_ray(const Model& model, const State& state, const Ray& ray,
+                 std::span<const unsigned char> excluded) {
+  GeomHit nearest;
+  const auto& geoms = model.description().geoms;
+  for (std::size_t g = 0; g < geoms.size(); ++g) {
+    const Geom& geom = geoms[g];
+    if (excluded[g]) continue;
+    const Transform body =
+        geom.body < 0 ? Transform{} : Transform{state.positions[geom.body], state.orientations[geom.body]};
+    const Transform frame = body * geom.frame;
+    // A little wider, so that rounding drops no ray that grazes.
+    const double radius = bounding_radius(geom.shape) * (1 + 1e-9);
+    if (std::isfinite(radius) && !comes_near(ray, frame.position, radius, nearest.hit.distance)) continue;
+    const RayHit hit = cast_ray(geom.shape, frame, ray);
+    if (hit.distance < nearest.hit.distance) nearest = {hit, static_cast<Index>(g)};
+  }
+  return nearest;
+}
+
+}  // namespace amontons
