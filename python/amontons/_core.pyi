@@ -334,6 +334,9 @@ class Shape:
     @property
     def bounding_radius(self) -> float: ...
 
+    def cast_ray(self, origin: Sequence[float], direction: Sequence[float]) -> tuple[float, list[float]]:
+        """Distance, normal; in the frame of the shape."""
+
     def bounds(self, position: Sequence[float], orientation: Sequence[float]) -> tuple[list[float], list[float]]:
         """Corners of the box around it, world axes."""
 
@@ -1132,6 +1135,9 @@ class Simulation:
 
     @property
     def coupling_impulses(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,))]: ...
+
+def cast_rays(simulation: Simulation, origins: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], directions: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], excluded: Annotated[NDArray[numpy.uint8], dict(shape=(None,), order='C', device='cpu', writable=False)]) -> tuple:
+    """Distances, geoms, normals."""
 
 class Tree:
     """The spanning tree of a model's joints, and what follows from it."""

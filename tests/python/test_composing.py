@@ -97,7 +97,7 @@ def test_a_part_moves_like_the_whole(keyframe):
 def test_every_part_is_known():
     known = {
         "gravity", "friction_rule", "bodies", "geoms", "joints", "couplings", "pair_materials",
-        "excluded_bodies", "keyframes", "actuators", "unread", "core",
+        "excluded_bodies", "keyframes", "actuators", "unread", "sites", "sensors", "core",
     }  # fmt: skip
     assert {f.name for f in fields(Model)} == known
 

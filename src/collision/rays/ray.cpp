@@ -175,24 +175,13 @@ std::array<double, 2> interval(const Aabb& box, const Ray& ray) {
 RayHit cast(const Mesh& shape, const Ray& ray) {
   const TriangleMesh& mesh = *shape.data;
   RayHit hit;
-  std::int32_t stack[64];
-  int size = 0;
-  stack[size++] = 0;
-  while (size > 0) {
-    const std::int32_t k = stack[--size];
-    const TriangleMesh::Node& node = mesh.nodes[k];
-    const auto [enter, leave] = interval(node.box, ray);
-    if (enter > leave || enter > hit.distance) continue;
-    if (node.count == 0) {
-      stack[size++] = node.first;
-      stack[size++] = k + 1;
-      continue;
-    }
-    for (std::int32_t i = node.first; i < node.first + node.count; ++i) {
-      const std::int32_t t = mesh.order[i];
-      keep_triangle(mesh.corner(t, 0), mesh.corner(t, 1), mesh.corner(t, 2), mesh.normals[t], ray, hit);
-    }
-  }
+  const auto enters = [&](const Aabb& box) {
+    const auto [enter, leave] = interval(box, ray);
+    return enter <= leave && enter <= hit.distance;
+  };
+  collision::MeshSurface{mesh}.for_each(enters, [&](std::int32_t t) {
+    keep_triangle(mesh.corner(t, 0), mesh.corner(t, 1), mesh.corner(t, 2), mesh.normals[t], ray, hit);
+  });
   return hit;
 }
 

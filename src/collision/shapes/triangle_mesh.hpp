@@ -45,8 +45,9 @@ namespace collision {
 struct MeshSurface {
   const TriangleMesh& mesh;
 
-  // Depth first, left child first: triangles come in the order of `order`, whatever the box.
-  void for_each_near(const Aabb& box, auto&& visit) const {
+  // Triangles in boxes of the tree that `enters` lets pass. Depth first, left child first: they come in the
+  // order of `order`.
+  void for_each(auto&& enters, auto&& visit) const {
     // The halves of a split differ by one triangle at most: 64 levels are more than memory has room for.
     std::int32_t stack[64];
     int size = 0;
@@ -54,15 +55,20 @@ struct MeshSurface {
     while (size > 0) {
       const std::int32_t k = stack[--size];
       const TriangleMesh::Node& node = mesh.nodes[k];
-      if (!is_overlap(node.box, box)) continue;
+      if (!enters(node.box)) continue;
       if (node.count == 0) {
         stack[size++] = node.first;
         stack[size++] = k + 1;
         continue;
       }
-      for (std::int32_t i = node.first; i < node.first + node.count; ++i)
-        if (is_overlap(bounds_of(mesh.order[i]), box)) visit(mesh.order[i]);
+      for (std::int32_t i = node.first; i < node.first + node.count; ++i) visit(mesh.order[i]);
     }
+  }
+  void for_each_near(const Aabb& box, auto&& visit) const {
+    for_each([&](const Aabb& around) { return is_overlap(around, box); },
+             [&](std::int32_t t) {
+               if (is_overlap(bounds_of(t), box)) visit(t);
+             });
   }
 
   // Of one triangle; made when it is needed, as storing it would add a third to the memory of the mesh.

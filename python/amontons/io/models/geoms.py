@@ -82,23 +82,31 @@ def touches_nothing(model: Any, geom: int) -> bool:
     return not (model.geom_contype[geom] or model.geom_conaffinity[geom] or paired)
 
 
+def primitive(compiled: Compiled, kind: Any, size: list[float]) -> Shape | None:
+    """The shape of a geom or site that a few lengths describe; None for other kinds."""
+    kinds = compiled.mujoco.mjtGeom
+    match kind:
+        case kinds.mjGEOM_SPHERE:
+            return shapes.Sphere(size[0])
+        case kinds.mjGEOM_CAPSULE:
+            return shapes.Capsule(size[0], size[1])
+        case kinds.mjGEOM_ELLIPSOID:
+            return shapes.Ellipsoid(tuple(size))  # type: ignore[arg-type]
+        case kinds.mjGEOM_CYLINDER:
+            return shapes.Cylinder(size[0], size[1])
+        case kinds.mjGEOM_BOX:
+            return shapes.Box(tuple(size))  # type: ignore[arg-type]
+    return None
+
+
 def _shape(compiled: Compiled, g: int, known: dict[int, Shape], static: bool) -> Shape | None:
     """The shape of a geom; None for what is only seen, or not supported and listed."""
     m, kind = compiled.model, compiled.mujoco.mjtGeom
-    size = tuple(m.geom_size[g].tolist())
+    if solid := primitive(compiled, m.geom_type[g], m.geom_size[g].tolist()):
+        return solid
     match m.geom_type[g]:
         case kind.mjGEOM_PLANE:
             return shapes.Plane()
-        case kind.mjGEOM_SPHERE:
-            return shapes.Sphere(size[0])
-        case kind.mjGEOM_CAPSULE:
-            return shapes.Capsule(size[0], size[1])
-        case kind.mjGEOM_ELLIPSOID:
-            return shapes.Ellipsoid(size)
-        case kind.mjGEOM_CYLINDER:
-            return shapes.Cylinder(size[0], size[1])
-        case kind.mjGEOM_BOX:
-            return shapes.Box(size)
         case kind.mjGEOM_HFIELD if static:
             data = int(m.geom_dataid[g])
             return known.setdefault(-1 - data, _height_field(m, data))
