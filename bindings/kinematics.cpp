@@ -96,20 +96,47 @@ OutVector inverse(const Tree& tree, const Simulation& s, const Vector& qdd) {
                                    to_vector(qdd, tree.nv(), "qdd")));
 }
 
-// Of the origin of each body frame: velocity, angular velocity, acceleration, angular acceleration (world).
-OutMatrix motion(const Tree& tree, const Simulation& s, const Vector& qdd) {
-  const Coordinates c = read_coordinates(tree, s.state());
-  const TreePose pose = pose_of(tree, s.state(), c.q);
-  const TreeMotion m = motion_of(tree, s.state(), pose, c.qd, to_vector(qdd, tree.nv(), "qdd"));
-  std::vector<double> rows;
-  for (std::size_t i = 0; i < pose.bodies.size(); ++i) {
-    const Vec3 &p = pose.bodies[i].position, &w = m.velocities[i].angular;
-    const Vec3 v = velocity_at(m.velocities[i], p);
+void append(std::vector<double>& row, std::initializer_list<Vec3> vectors) {
+  for (const Vec3& v : vectors) row.insert(row.end(), {v.x, v.y, v.z});
+}
+
+// What sensors ask of bodies at an acceleration. First (n, 28), per frame on a body (-1: the world): its
+// position, its axes as the rows of a matrix (3, 3), its orientation, velocity, angular velocity,
+// acceleration and angular acceleration of its origin. Then (bodies, 15): centre of mass, momentum and its
+// moment, force and its moment.
+nb::tuple observe(const Tree& tree, const Simulation& s, const Vector& qdd, const IndexVector& bodies,
+                  const Matrix& frames) {
+  AMONTONS_REQUIRE(frames.shape(0) == bodies.shape(0) && frames.shape(1) == 7,
+                   "frames must have seven columns");
+  const State& state = s.state();
+  const Coordinates c = read_coordinates(tree, state);
+  const TreePose pose = pose_of(tree, state, c.q);
+  const std::vector<double> rates = to_vector(qdd, tree.nv(), "qdd");
+  const TreeMotion motion = motion_of(tree, state, pose, c.qd, rates);
+  std::vector<double> rows, momenta;
+  for (std::size_t i = 0; i < bodies.shape(0); ++i) {
+    const Index body = bodies(i);
+    const Transform frame{{frames(i, 0), frames(i, 1), frames(i, 2)},
+                          {frames(i, 3), frames(i, 4), frames(i, 5), frames(i, 6)}};
+    Transform in_world = frame;
+    Twist v{}, a{};
+    if (body >= 0) {
+      in_world = Transform{state.positions[body], state.orientations[body]} * frame;
+      v = motion.velocities[body];
+      a = motion.accelerations[body];
+    }
+    const Vec3& p = in_world.position;
+    const Quat& q = in_world.rotation;
+    const Mat3 axes = to_matrix(q);
+    append(rows, {p, axes.row[0], axes.row[1], axes.row[2]});
+    rows.insert(rows.end(), {q.w, q.x, q.y, q.z});
     // The acceleration of the particle there: that of the flow, and omega x v for its way through it.
-    const Vec3 a = velocity_at(m.accelerations[i], p) + cross(w, v);
-    for (const Vec3& x : {v, w, a, m.accelerations[i].angular}) rows.insert(rows.end(), {x.x, x.y, x.z});
+    append(rows, {velocity_at(v, p), v.angular, velocity_at(a, p) + cross(v.angular, velocity_at(v, p)),
+                  a.angular});
   }
-  return to_numpy(std::move(rows), 12);
+  for (const BodyMomentum& b : body_momenta(tree, state, pose, c.qd, rates))
+    append(momenta, {b.centre, b.momentum.force, b.momentum.moment, b.force.force, b.force.moment});
+  return nb::make_tuple(to_numpy(std::move(rows), 28), to_numpy(std::move(momenta), 15));
 }
 
 // (n,) distances, infinite without a hit; (n,) geoms, -1 without; (n, 3) normals.
@@ -160,7 +187,7 @@ void bind_kinematics(nb::module_& m) {
           },
           nb::arg("simulation"))
       .def("inverse_dynamics", &inverse, nb::arg("simulation"), nb::arg("qdd"))
-      .def("motion", &motion, nb::arg("simulation"), nb::arg("qdd"))
+      .def("observe", &observe, nb::arg("simulation"), nb::arg("qdd"), nb::arg("bodies"), nb::arg("frames"))
       .def(
           "generalised_forces",
           [](const Tree& tree, const Simulation& s, const Matrix& forces, const Matrix& torques) {

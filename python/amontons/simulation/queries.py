@@ -13,9 +13,8 @@ from ..checks import Array, Vector3, vector3
 from ..errors import InputError
 from ..model.model import Model
 from ..model.parts import WORLD
-from ..model.transforms import multiply
 from . import sensors
-from .coordinates import GeneralisedCoordinates, rotation_matrix
+from .coordinates import GeneralisedCoordinates
 from .outcome import Table
 
 SITES = np.dtype(
@@ -46,6 +45,8 @@ class Queries(GeneralisedCoordinates):
 
     _core: _core.Simulation
     _model: Model
+    _plan: sensors.Plan | None = None
+    """how the sensors are read, made when they are first"""
 
     @property
     def sites(self) -> Table:
@@ -53,21 +54,14 @@ class Queries(GeneralisedCoordinates):
 
         A structured array; `site(name)` is one row.
         """
-        table = np.zeros(len(self._model.sites), SITES)
-        for row, site in zip(table, self._model.sites, strict=True):
-            position, rotation = np.array(site.frame.position), site.frame.rotation
-            row["body"] = site.body
-            if site.body != WORLD:
-                body = site.body
-                q = self._core.orientations[body]
-                arm = rotation_matrix(q) @ position
-                position = self._core.positions[body] + arm
-                rotation = multiply(tuple(q.tolist()), rotation)
-                if self._model.bodies[body].motion != "fixed":
-                    w = self._core.angular_velocities[body]
-                    row["linear_velocity"] = self._core.linear_velocities[body] + np.cross(w, arm)
-                    row["angular_velocity"] = w
-            row["position"], row["orientation"] = position, rotation
+        sites, tree = self._model.sites, self._model.tree
+        table = np.zeros(len(sites), SITES)
+        table["body"] = [site.body for site in sites]
+        frames = sensors.frame_rows([site.frame for site in sites])
+        rows, _ = tree.observe(self._core, np.zeros(tree.nv), np.ascontiguousarray(table["body"]), frames)
+        seen = sensors.Frames(rows)
+        table["position"], table["orientation"] = seen.position, seen.orientation
+        table["linear_velocity"], table["angular_velocity"] = seen.velocity, seen.angular_velocity
         return table
 
     def site(self, site: int | str) -> Table:
@@ -85,7 +79,9 @@ class Queries(GeneralisedCoordinates):
 
         Forces and accelerations are means over the last step. docs/models.md lists the kinds.
         """
-        return sensors.read(self)  # type: ignore[arg-type]
+        if self._plan is None:
+            self._plan = sensors.plan_of(self._model)
+        return sensors.read(self, self._plan)  # type: ignore[arg-type]
 
     def ray(
         self, origin: Sequence[float], direction: Sequence[float], *, exclude: Iterable[int | str | None] = ()

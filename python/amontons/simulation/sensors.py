@@ -1,19 +1,20 @@
 """Readings of sensors: what MuJoCo's sensor of the same name measures, over the last step where it is a force
-or an acceleration."""
+or an acceleration. Sensors of one kind are read together, as arrays."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ..checks import Array
-from ..model.parts import WORLD, Body
+from ..model.model import Model
+from ..model.parts import WORLD
 from ..model.sensing import Sensor
 from ..model.transforms import Transform
-from .coordinates import rotation_matrix
 from .outcome import Table
 
 if TYPE_CHECKING:
@@ -43,37 +44,104 @@ class Readings(Mapping[str, Array]):
         return f"amontons.Readings({', '.join(f'{name}: {value}' for name, value in self.items())})"
 
 
-def read(simulation: Simulation) -> Readings:
+@dataclass
+class Group:
+    """The sensors of one kind."""
+
+    sensors: list[Sensor]
+    rows: Array
+    """of each among all sensors"""
+    entries: Array
+    """(k, size): where their values go"""
+    inside: Array
+    """(k, bodies): 1 for the bodies that a sum of theirs is about"""
+
+
+@dataclass
+class Plan:
+    """How the sensors of a model are read: what does not change."""
+
+    groups: dict[str, Group]
+    slices: dict[str, slice]
+    size: int
+    bodies: Array
+    """of the frames of all sensors, then of their references"""
+    frames: Array
+    """(2 n, 7)"""
+
+
+def plan_of(model: Model) -> Plan:
+    """The plan for all sensors of a model."""
+    sensors = model.sensors
+    ends = np.cumsum([0, *(sensor.size for sensor in sensors)])
+    groups: dict[str, Group] = {}
+    for kind in dict.fromkeys(sensor.kind for sensor in sensors):
+        rows = np.array([i for i, sensor in enumerate(sensors) if sensor.kind == kind])
+        own = [sensors[i] for i in rows]
+        inside = np.zeros((len(own), len(model.bodies)))
+        for row, sensor in zip(inside, own, strict=True):
+            row[list(sensor.bodies)] = 1
+        groups[kind] = Group(own, rows, ends[rows, None] + np.arange(own[0].size), inside)
+    references = [WORLD if sensor.reference is None else sensor.reference for sensor in sensors]
+    frames = [sensor.frame for sensor in sensors] + [sensor.reference_frame for sensor in sensors]
+    return Plan(
+        groups,
+        {s.name: slice(a, b) for s, a, b in zip(sensors, ends[:-1].tolist(), ends[1:].tolist(), strict=True)},
+        int(ends[-1]),
+        np.array([sensor.body for sensor in sensors] + references, dtype=np.int32),
+        frame_rows(frames),
+    )
+
+
+def frame_rows(frames: Sequence[Transform]) -> Array:
+    """(n, 7): positions and quaternions."""
+    return np.array([(*f.position, *f.rotation) for f in frames], dtype=np.float64).reshape(-1, 7)
+
+
+def read(simulation: Simulation, plan: Plan) -> Readings:
     """The readings of all sensors of the model."""
-    sensors = simulation.model.sensors
-    now = Moment(simulation)
-    values, slices, first = [], {}, 0
-    for sensor in sensors:
-        value = np.atleast_1d(KINDS[sensor.kind](now, sensor))
+    values = np.zeros(plan.size)
+    if plan.size:
+        now = Moment(simulation, plan, simulation.qdd)
+        for kind, group in plan.groups.items():
+            found = KINDS[kind](now, group)
+            values[group.entries] = np.reshape(found, group.entries.shape)
+    for sensor in simulation.model.sensors:
         if sensor.cutoff > 0:
-            value = np.clip(value, -sensor.cutoff, sensor.cutoff)
-        values.append(value)
-        slices[sensor.name] = slice(first, first + sensor.size)
-        first += sensor.size
-    return Readings(np.concatenate(values) if values else np.zeros(0), slices)
+            own = plan.slices[sensor.name]
+            values[own] = np.clip(values[own], -sensor.cutoff, sensor.cutoff)
+    return Readings(values, plan.slices)
+
+
+class Frames:
+    """The columns of Tree.observe for some frames, a row each."""
+
+    def __init__(self, rows: Array) -> None:
+        self.position = rows[:, :3]
+        self.axes = rows[:, 3:12].reshape(-1, 3, 3)
+        """the columns of each matrix"""
+        self.orientation = rows[:, 12:16]
+        self.velocity, self.angular_velocity = rows[:, 16:19], rows[:, 19:22]
+        self.acceleration, self.angular_acceleration = rows[:, 22:25], rows[:, 25:28]
+
+    def local(self, vectors: Array) -> Array:
+        """Vectors of the world in the axes of the frames."""
+        return np.einsum("kij,ki->kj", self.axes, vectors)
 
 
 class Moment:
     """A simulation between two steps, with what several sensors need worked out once."""
 
-    def __init__(self, simulation: Simulation) -> None:
+    def __init__(self, simulation: Simulation, plan: Plan, qdd: Array) -> None:
         self.simulation, self.model, self.core = simulation, simulation.model, simulation._core
+        self.rows, self.momenta = self.model.tree.observe(self.core, qdd, plan.bodies, plan.frames)
+        self.gravity = np.array(self.model.gravity)
 
-    @cached_property
-    def rotations(self) -> Array:
-        """(n, 3, 3), of all bodies."""
-        return np.array([rotation_matrix(q) for q in self.core.orientations]).reshape(-1, 3, 3)
+    def frames(self, group: Group) -> Frames:
+        return Frames(self.rows[group.rows])
 
-    @cached_property
-    def motion(self) -> Array:
-        """(n, 12): velocity and acceleration of the frames' origins and angular ones, world axes."""
-        tree = self.model.tree
-        return tree.motion(self.core, tree.rates(self.core))
+    def references(self, group: Group) -> Frames:
+        return Frames(self.rows[len(self.rows) // 2 + group.rows])
 
     @cached_property
     def coordinates(self) -> tuple[Array, Array]:
@@ -84,252 +152,194 @@ class Moment:
         return self.simulation.contacts
 
     @cached_property
-    def gravity(self) -> Array:
-        return np.array(self.model.gravity)
+    def from_carriers(self) -> Array:
+        """(bodies, 6): per body what its motion asks for less loads, contacts and loops, about the origin."""
+        left = self.momenta[:, 9:].copy()
+        moving = np.array([body.motion == "dynamic" for body in self.model.bodies], dtype=bool)
+        forces = self.core.forces[moving]
+        left[moving, :3] -= forces
+        left[moving, 3:] -= self.core.torques[moving] + np.cross(self.momenta[moving, :3], forces)
+        table = self.contacts
+        moments = np.cross(table["point"], table["force"]) + table["torque"]
+        wrenches = [(table["body_a"], table["body_b"], np.concatenate([table["force"], moments], axis=1))]
+        if loops := self.model.tree.loops:
+            held = self.simulation.joint_reactions[loops]
+            moments = np.cross(held["point"], held["force"]) + held["torque"]
+            wrenches.append((held["body_a"], held["body_b"], np.concatenate([held["force"], moments], 1)))
+        for a, b, wrench in wrenches:
+            np.subtract.at(left, a[a != WORLD], wrench[a != WORLD])
+            np.add.at(left, b[b != WORLD], wrench[b != WORLD])
+        return left
 
-    def place(self, body: int, frame: Transform) -> tuple[Array, Array]:
-        """Position and axes (columns) of a frame in the world."""
-        position, axes = np.array(frame.position), rotation_matrix(frame.rotation)
-        if body == WORLD:
-            return position, axes
-        R = self.rotations[body]
-        return self.core.positions[body] + R @ position, R @ axes
 
-    def velocity(self, body: int, point: Array) -> tuple[Array, Array]:
-        """Of a point of a body, and angular."""
-        if body == WORLD or self.model.bodies[body].motion == "fixed":
-            return np.zeros(3), np.zeros(3)
-        w = self.core.angular_velocities[body]
-        return self.core.linear_velocities[body] + np.cross(w, point - self.core.positions[body]), w
+Kind = Callable[[Moment, Group], Any]
 
-    def acceleration(self, body: int, point: Array) -> tuple[Array, Array]:
-        """Of a point of a body against free fall, and angular: what a mass on a spring there feels."""
-        if body == WORLD:
-            return -self.gravity, np.zeros(3)
-        w, a, turning = self.motion[body, 3:6], self.motion[body, 6:9], self.motion[body, 9:]
-        arm = point - self.core.positions[body]
-        return a + np.cross(turning, arm) + np.cross(w, np.cross(w, arm)) - self.gravity, turning
 
-    def centre(self, body: int) -> Array:
-        return self.core.positions[body] + self.rotations[body] @ np.array(
-            self.model.bodies[body].centre_of_mass
+def _feeling(now: Moment, group: Group) -> Array:
+    """Acceleration against free fall: what a mass on a spring feels."""
+    return now.frames(group).acceleration - now.gravity
+
+
+def _in_frame(vectors: Callable[[Moment, Group], Array]) -> Kind:
+    return lambda now, group: now.frames(group).local(vectors(now, group))
+
+
+def _force(now: Moment, group: Group) -> Array:
+    return now.frames(group).local(group.inside @ now.from_carriers[:, :3])
+
+
+def _torque(now: Moment, group: Group) -> Array:
+    """About the site."""
+    frames, sums = now.frames(group), group.inside @ now.from_carriers
+    return frames.local(sums[:, 3:] - np.cross(frames.position, sums[:, :3]))
+
+
+def _touch(now: Moment, group: Group) -> list[float]:
+    """Sums of normal forces on the body whose line into it passes through the sensor's volume."""
+    frames, table = now.frames(group), now.contacts
+    normal_force = np.einsum("ij,ij->i", table["force"], table["normal"])
+    totals = [0.0] * len(group.sensors)
+    for k, sensor in enumerate(group.sensors):
+        sign = (table["body_a"] == sensor.body).astype(float) - (table["body_b"] == sensor.body)
+        for i in np.flatnonzero((sign != 0) & (normal_force > 0)):
+            start = (table["point"][i] - frames.position[k]) @ frames.axes[k]
+            along = sign[i] * table["normal"][i] @ frames.axes[k]
+            seen = sensor.shape is None or np.isfinite(
+                sensor.shape.core.cast_ray(tuple(start.tolist()), tuple(along.tolist()))[0]
+            )
+            totals[k] += float(normal_force[i]) if seen else 0.0
+    return totals
+
+
+def _rangefinder(now: Moment, group: Group) -> Array:
+    """Distances along the z axes of sites to the first geom of another body; -1 if there is none."""
+    frames, found = now.frames(group), np.empty(len(group.sensors))
+    bodies = np.array([sensor.body for sensor in group.sensors])
+    for body in set(bodies.tolist()):
+        own = bodies == body
+        found[own], geoms, _ = now.simulation.rays(
+            frames.position[own], frames.axes[own, :, 2], exclude=(body,)
         )
-
-    def inertia(self, body: int) -> Array:
-        """About the centre of mass, world axes."""
-        R = self.rotations[body]
-        return R @ np.array(self.model.bodies[body].inertia) @ R.T
+        found[own] = np.where(geoms < 0, -1.0, found[own])
+    return found
 
 
-Kind = Callable[[Moment, Sensor], Any]
-
-
-def _at_site(vector: Callable[[Moment, Sensor, Array], Array]) -> Kind:
-    """A vector of the world in the axes of the site."""
-
-    def reading(now: Moment, sensor: Sensor) -> Array:
-        position, axes = now.place(sensor.body, sensor.frame)
-        return axes.T @ vector(now, sensor, position)
-
-    return reading
-
-
-def _interaction(now: Moment, sensor: Sensor, point: Array) -> tuple[Array, Array]:
-    """Force and torque about a point on a body, and all that hangs on it, from what carries it.
-
-    By its change of momentum: what it needs to move as it does, less loads, contacts and loops.
-    """
-    force, torque = np.zeros(3), np.zeros(3)
-
-    def add(f: Array, at: Array, t: Array) -> None:
-        nonlocal force, torque
-        force, torque = force + f, torque + t + np.cross(at - point, f)
-
-    for body in sensor.bodies:
-        own: Body = now.model.bodies[body]
-        centre = now.centre(body)
-        a, turning = now.acceleration(body, centre)
-        w, inertia = now.motion[body, 3:6], now.inertia(body)
-        add(own.mass * a, centre, inertia @ turning + np.cross(w, inertia @ w))
-        if own.motion == "dynamic":
-            add(-now.core.forces[body], centre, -now.core.torques[body])
-    inside = np.isin(now.contacts["body_a"], sensor.bodies).astype(int)
-    inside -= np.isin(now.contacts["body_b"], sensor.bodies)
-    for contact, sign in zip(now.contacts[inside != 0], inside[inside != 0], strict=True):
-        add(-sign * contact["force"], contact["point"], -sign * contact["torque"])
-    reactions = now.simulation.joint_reactions if len(now.model.tree.loops) else ()
-    for j in now.model.tree.loops:
-        joint, reaction = now.model.joints[j], reactions[j]
-        sign = int(joint.body_a in sensor.bodies) - int(joint.body_b in sensor.bodies)
-        if sign:
-            add(-sign * reaction["force"], reaction["point"], -sign * reaction["torque"])
-    return force, torque
-
-
-def _touch(now: Moment, sensor: Sensor) -> float:
-    """The sum of normal forces on the body whose line into it passes through the sensor's volume."""
-    position, axes = now.place(sensor.body, sensor.frame)
-    total = 0.0
-    for contact in now.contacts:
-        sides = contact["body_a"], contact["body_b"]
-        if sensor.body not in sides:
-            continue
-        if sensor.shape is not None:
-            inwards = contact["normal"] if sensor.body == sides[0] else -contact["normal"]
-            start, along = axes.T @ (contact["point"] - position), axes.T @ inwards
-            if not np.isfinite(sensor.shape.core.cast_ray(tuple(start), tuple(along))[0]):
-                continue
-        total += float(contact["force"] @ contact["normal"])
-    return total
-
-
-def _rangefinder(now: Moment, sensor: Sensor) -> float:
-    """The distance along the z axis of the site to the first geom of another body; -1 if there is none."""
-    position, axes = now.place(sensor.body, sensor.frame)
-    hit = now.simulation.ray(position, axes[:, 2], exclude=(sensor.body,))
-    return hit.distance if hit.geom >= 0 else -1.0
-
-
-def _entry(which: int) -> Kind:
+def _entries(which: int) -> Kind:
     """Of q or qd."""
 
-    def reading(now: Moment, sensor: Sensor) -> Array:
-        coordinate = now.model.coordinates[sensor.source]
-        return now.coordinates[which][coordinate.qd if which else coordinate.q]
+    def reading(now: Moment, group: Group) -> list[Array]:
+        coordinates = [now.model.coordinates[sensor.source] for sensor in group.sensors]
+        return [now.coordinates[which][c.qd if which else c.q] for c in coordinates]
 
     return reading
 
 
-def _effort(column: int) -> Kind:
-    """Of what acts along a degree of freedom: 1 the motor, 3 the limit."""
+def _efforts(column: int) -> Kind:
+    """Of what acts along degrees of freedom: 1 the motor, 3 the limit."""
 
-    def reading(now: Moment, sensor: Sensor) -> float:
-        coordinate = now.model.coordinates[sensor.source]
-        dof = now.model.dof_index(coordinate.joint, coordinate.dof)
-        return float(now.core.dof_impulses[dof, column]) / (now.core.impulse_step or 1.0)
+    def reading(now: Moment, group: Group) -> Array:
+        coordinates = [now.model.coordinates[sensor.source] for sensor in group.sensors]
+        dofs = [now.model.dof_index(c.joint, c.dof) for c in coordinates]
+        return now.core.dof_impulses[dofs, column] / (now.core.impulse_step or 1.0)
 
     return reading
 
 
-def _limit(now: Moment, sensor: Sensor) -> tuple[float, float]:
-    """The gap to the nearer limit and the side on which it is, (0, 0) within the limits."""
-    coordinate = now.model.coordinates[sensor.source]
-    dof = now.model.joints[coordinate.joint].dofs[coordinate.dof]
-    q = float(now.coordinates[0][coordinate.q][0])
-    gap, side = min((q - dof.lower, 1.0), (dof.upper - q, -1.0))
-    return (gap, side) if gap < 0 else (0.0, 0.0)
+def _limits(now: Moment, group: Group) -> Array:
+    """(k, 2): the gap to the nearer limit and the side on which it is, (0, 0) within the limits."""
+    found = np.zeros((len(group.sensors), 2))
+    for row, sensor in zip(found, group.sensors, strict=True):
+        coordinate = now.model.coordinates[sensor.source]
+        dof = now.model.joints[coordinate.joint].dofs[coordinate.dof]
+        q = float(now.coordinates[0][coordinate.q][0])
+        gap, side = min((q - dof.lower, 1.0), (dof.upper - q, -1.0))
+        row[:] = (gap, side) if gap < 0 else (0.0, 0.0)
+    return found
 
 
-def _limit_velocity(now: Moment, sensor: Sensor) -> float:
-    return _limit(now, sensor)[1] * float(_entry(1)(now, sensor)[0])
+def _has_reference(group: Group) -> Array:
+    return np.array([sensor.reference is not None for sensor in group.sensors])
 
 
-def _frame_position(now: Moment, sensor: Sensor) -> Array:
-    position, _ = now.place(sensor.body, sensor.frame)
-    if sensor.reference is None:
-        return position
-    origin, axes = now.place(sensor.reference, sensor.reference_frame)
-    return axes.T @ (position - origin)
+def _positions(now: Moment, group: Group) -> Array:
+    there = now.references(group)
+    return there.local(now.frames(group).position - there.position)
 
 
-def _frame_rotation(now: Moment, sensor: Sensor) -> Array:
-    def quaternion(body: int, frame: Transform) -> Array:
-        own = np.array(frame.rotation)
-        return own if body == WORLD else _product(now.core.orientations[body], own)
-
-    q = quaternion(sensor.body, sensor.frame)
-    if sensor.reference is None:
-        return q
-    return _product(quaternion(sensor.reference, sensor.reference_frame) * (1, -1, -1, -1), q)
-
-
-def _product(a: Array, b: Array) -> Array:
-    scalar = a[0] * b[0] - a[1:] @ b[1:]
-    return np.array([scalar, *(a[0] * b[1:] + b[0] * a[1:] + np.cross(a[1:], b[1:]))])
+def _orientations(now: Moment, group: Group) -> Array:
+    """conj(a) b of the reference a and the frame b."""
+    a, b = now.references(group).orientation, now.frames(group).orientation
+    u, v, s, t = a[:, 1:], b[:, 1:], a[:, :1], b[:, :1]
+    scalar = s[:, 0] * t[:, 0] + np.einsum("ij,ij->i", u, v)
+    return np.concatenate([scalar[:, None], s * v - t * u - np.cross(u, v)], axis=1)
 
 
 def _axis(k: int) -> Kind:
-    def reading(now: Moment, sensor: Sensor) -> Array:
-        axis = now.place(sensor.body, sensor.frame)[1][:, k]
-        if sensor.reference is None:
-            return axis
-        return now.place(sensor.reference, sensor.reference_frame)[1].T @ axis
-
-    return reading
+    return lambda now, group: now.references(group).local(now.frames(group).axes[:, :, k])
 
 
-def _frame_velocity(angular: bool) -> Kind:
+def _velocities(now: Moment, group: Group) -> Array:
     """Seen from the reference: its own motion and turning are taken off."""
-
-    def reading(now: Moment, sensor: Sensor) -> Array:
-        position, _ = now.place(sensor.body, sensor.frame)
-        v, w = now.velocity(sensor.body, position)
-        if sensor.reference is None:
-            return w if angular else v
-        _, axes = now.place(sensor.reference, sensor.reference_frame)
-        v_there, w_there = now.velocity(sensor.reference, position)
-        return axes.T @ (w - w_there if angular else v - v_there)
-
-    return reading
+    frames, there = now.frames(group), now.references(group)
+    carried = there.velocity + np.cross(there.angular_velocity, frames.position - there.position)
+    return there.local(frames.velocity - carried)
 
 
-def _frame_acceleration(angular: bool) -> Kind:
-    def reading(now: Moment, sensor: Sensor) -> Array:
-        return now.acceleration(sensor.body, now.place(sensor.body, sensor.frame)[0])[angular]
-
-    return reading
+def _angular_velocities(now: Moment, group: Group) -> Array:
+    there = now.references(group)
+    return there.local(now.frames(group).angular_velocity - there.angular_velocity)
 
 
-def _subtree(now: Moment, sensor: Sensor) -> tuple[Array, Array, float]:
-    """Centre of mass, its velocity, and the mass."""
-    masses = np.array([now.model.bodies[b].mass for b in sensor.bodies])
-    mass = masses.sum()
-    if mass == 0:
-        return now.place(sensor.body, sensor.frame)[0], np.zeros(3), 0.0
-    centres = np.array([now.centre(b) for b in sensor.bodies])
-    speeds = np.array([now.velocity(b, c)[0] for b, c in zip(sensor.bodies, centres, strict=True)])
-    return masses @ centres / mass, masses @ speeds / mass, float(mass)
+def _sums(now: Moment, group: Group) -> tuple[Array, Array, Array]:
+    """Mass (k, 1), centre of mass and momentum of the bodies of each sensor."""
+    masses = np.array([body.mass for body in now.model.bodies])
+    mass = (group.inside @ masses)[:, None]
+    with np.errstate(invalid="ignore"):
+        centre = group.inside @ (masses[:, None] * now.momenta[:, :3]) / mass
+    centre = np.where(mass > 0, centre, now.frames(group).position)
+    return mass, centre, group.inside @ now.momenta[:, 3:6]
 
 
-def _angular_momentum(now: Moment, sensor: Sensor) -> Array:
-    """About the centre of mass of the subtree."""
-    centre, velocity, _ = _subtree(now, sensor)
-    total = np.zeros(3)
-    for b in sensor.bodies:
-        own = now.centre(b)
-        v, w = now.velocity(b, own)
-        total += now.model.bodies[b].mass * np.cross(own - centre, v - velocity) + now.inertia(b) @ w
-    return total
+def _sum_velocity(now: Moment, group: Group) -> Array:
+    mass, _, momentum = _sums(now, group)
+    return momentum / np.where(mass > 0, mass, 1.0)
+
+
+def _angular_momentum(now: Moment, group: Group) -> Array:
+    """About the centres of mass: sum m (c - c0) x (v - v0) + I omega = L - c0 x p."""
+    _, centre, momentum = _sums(now, group)
+    return group.inside @ now.momenta[:, 6:9] - np.cross(centre, momentum)
 
 
 KINDS: dict[str, Kind] = {
-    "accelerometer": _at_site(lambda now, s, p: now.acceleration(s.body, p)[0]),
-    "velocimeter": _at_site(lambda now, s, p: now.velocity(s.body, p)[0]),
-    "gyro": _at_site(lambda now, s, p: now.velocity(s.body, p)[1]),
-    "magnetometer": _at_site(lambda now, s, p: np.array(s.field)),
-    "force": _at_site(lambda now, s, p: _interaction(now, s, p)[0]),
-    "torque": _at_site(lambda now, s, p: _interaction(now, s, p)[1]),
+    "accelerometer": _in_frame(_feeling),
+    "velocimeter": _in_frame(lambda now, group: now.frames(group).velocity),
+    "gyro": _in_frame(lambda now, group: now.frames(group).angular_velocity),
+    "magnetometer": _in_frame(lambda now, group: np.array([sensor.field for sensor in group.sensors])),
+    "force": _force,
+    "torque": _torque,
     "touch": _touch,
     "rangefinder": _rangefinder,
-    "jointpos": _entry(0),
-    "jointvel": _entry(1),
-    "jointactuatorfrc": _effort(1),
-    "ballquat": _entry(0),
-    "ballangvel": _entry(1),
-    "jointlimitpos": lambda now, s: _limit(now, s)[0],
-    "jointlimitvel": _limit_velocity,
-    "jointlimitfrc": lambda now, s: abs(_effort(3)(now, s)),
-    "framepos": _frame_position,
-    "framequat": _frame_rotation,
+    "jointpos": _entries(0),
+    "jointvel": _entries(1),
+    "jointactuatorfrc": _efforts(1),
+    "ballquat": _entries(0),
+    "ballangvel": _entries(1),
+    "jointlimitpos": lambda now, group: _limits(now, group)[:, 0],
+    "jointlimitvel": lambda now, group: _limits(now, group)[:, 1] * np.ravel(_entries(1)(now, group)),
+    "jointlimitfrc": lambda now, group: np.abs(_efforts(3)(now, group)),
+    "framepos": _positions,
+    "framequat": _orientations,
     "framexaxis": _axis(0),
     "frameyaxis": _axis(1),
     "framezaxis": _axis(2),
-    "framelinvel": _frame_velocity(False),
-    "frameangvel": _frame_velocity(True),
-    "framelinacc": _frame_acceleration(False),
-    "frameangacc": _frame_acceleration(True),
-    "subtreecom": lambda now, s: _subtree(now, s)[0],
-    "subtreelinvel": lambda now, s: _subtree(now, s)[1],
+    "framelinvel": _velocities,
+    "frameangvel": _angular_velocities,
+    "framelinacc": _feeling,
+    "frameangacc": lambda now, group: now.frames(group).angular_acceleration,
+    "subtreecom": lambda now, group: _sums(now, group)[1],
+    "subtreelinvel": _sum_velocity,
     "subtreeangmom": _angular_momentum,
-    "clock": lambda now, s: now.simulation.time,
+    "clock": lambda now, group: [now.simulation.time] * len(group.sensors),
 }
+"""A function that reads all sensors of a kind, (k, size) or (k,)."""

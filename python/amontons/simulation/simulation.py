@@ -353,7 +353,7 @@ class Simulation(Queries):
     def __deepcopy__(self, memo: dict[int, Any]) -> Simulation:
         other = self.copy()
         memo[id(self)] = other
-        own = {"_core", "_model", "_options", "_state", "_contacts", "force_callbacks"}
+        own = {"_core", "_model", "_options", "_state", "_contacts", "_plan", "force_callbacks"}
         for name, value in self.__dict__.items():  # what a user has put there
             if name not in own:
                 setattr(other, name, copy.deepcopy(value, memo))
@@ -361,7 +361,9 @@ class Simulation(Queries):
 
     def __getstate__(self) -> dict[str, Any]:
         values = {
-            name: v for name, v in self.__dict__.items() if name not in ("_core", "_state", "_contacts")
+            name: v
+            for name, v in self.__dict__.items()
+            if name not in ("_core", "_state", "_contacts", "_plan")
         }
         snapshot = self._core.snapshot()
         return values | {"_arrays": snapshot.arrays}

@@ -7,10 +7,6 @@ namespace amontons {
 
 namespace {
 
-// A force (or momentum), and its moment about the world's origin.
-struct Wrench {
-  Vec3 force, moment;
-};
 Wrench& operator+=(Wrench& a, const Wrench& b) {
   a.force += b.force;
   a.moment += b.moment;
@@ -42,6 +38,15 @@ SpatialInertia inertia_of(const Body& body, const Transform& pose) {
 Wrench momentum_of(const SpatialInertia& inertia, const Twist& t) {
   return {inertia.mass * t.linear + cross(t.angular, inertia.first),
           inertia.second * t.angular + cross(inertia.first, t.linear)};
+}
+
+// I a + v x* (I v), with gravity as an acceleration of the ground upwards.
+Wrench force_of(const SpatialInertia& inertia, const Twist& v, Twist a, const Vec3& gravity) {
+  a.linear -= gravity;
+  const Wrench p = momentum_of(inertia, v);
+  Wrench force = momentum_of(inertia, a);
+  force += {cross(v.angular, p.force), cross(v.angular, p.moment) + cross(v.linear, p.force)};
+  return force;
 }
 
 }  // namespace
@@ -92,8 +97,22 @@ std::vector<double> mass_matrix(const Tree& tree, const TreePose& pose) {
   return M;
 }
 
-// Of each body the force I a + v x* (I v) that its motion asks for; what hangs on a link adds up, and the
-// columns of the link take their part. Gravity is an acceleration of the ground upwards.
+std::vector<BodyMomentum> body_momenta(const Tree& tree, const State& state, const TreePose& pose,
+                                       std::span<const double> qd, std::span<const double> qdd) {
+  const Model& model = tree.model();
+  const TreeMotion motion = motion_of(tree, state, pose, qd, qdd);
+  std::vector<BodyMomentum> out;
+  for (std::size_t i = 0; i < model.bodies(); ++i) {
+    const Body& body = model.body(static_cast<Index>(i));
+    const SpatialInertia inertia = inertia_of(body, pose.bodies[i]);
+    out.push_back(
+        {pose.bodies[i](body.centre_of_mass), momentum_of(inertia, motion.velocities[i]),
+         force_of(inertia, motion.velocities[i], motion.accelerations[i], model.description().gravity)});
+  }
+  return out;
+}
+
+// The forces of bodies add up along the tree, and the columns of each link take their part.
 std::vector<double> inverse_dynamics(const Tree& tree, const State& state, const TreePose& pose,
                                      std::span<const double> qd, std::span<const double> qdd) {
   const Model& model = tree.model();
@@ -104,12 +123,8 @@ std::vector<double> inverse_dynamics(const Tree& tree, const State& state, const
     const std::size_t k = tree.order()[n];
     const Link& link = tree.links()[k];
     const SpatialInertia inertia = inertia_of(model.body(link.body), pose.bodies[link.body]);
-    const Twist& v = motion.velocities[link.body];
-    Twist a = motion.accelerations[link.body];
-    a.linear -= model.description().gravity;
-    const Wrench p = momentum_of(inertia, v);
-    force[k] += momentum_of(inertia, a);
-    force[k] += {cross(v.angular, p.force), cross(v.angular, p.moment) + cross(v.linear, p.force)};
+    force[k] += force_of(inertia, motion.velocities[link.body], motion.accelerations[link.body],
+                         model.description().gravity);
     for (std::size_t c = link.first_v; c < link.first_v + link.v; ++c)
       tau[c] = power(force[k], pose.columns[c]);
     if (const Index parent = tree.link_of(link.parent); parent >= 0) force[parent] += force[k];

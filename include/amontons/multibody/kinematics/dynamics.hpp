@@ -7,6 +7,20 @@
 // The equations of motion of the tree, M(q) qdd + c(q, qd) = tau, with everything that acts in tau.
 namespace amontons {
 
+// A force (or momentum), and its moment about the world's origin.
+struct Wrench {
+  Vec3 force, moment;
+};
+// Of one body: momentum, and the force that its motion asks for against gravity, the rate of the momentum
+// less the weight. A sum over bodies is what the world outside gives them.
+struct BodyMomentum {
+  Vec3 centre;  // of mass, world
+  Wrench momentum, force;
+};
+// Of all bodies of the model, those that are not dynamic with the mass that their description has.
+std::vector<BodyMomentum> body_momenta(const Tree& tree, const State& state, const TreePose& pose,
+                                       std::span<const double> qd, std::span<const double> qdd);
+
 // Matrices by rows. Forces along qd are N for ways and N m for angles.
 
 // 6 x nv: the velocity of a point of a body (world axes), then its angular velocity, per unit of qd.
