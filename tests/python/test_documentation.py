@@ -27,6 +27,7 @@ def test_documentation_holds(root):
         "docs/models.md",
         "docs/physics.md",
         "docs/scenes.md",
+        "docs/tutorials.md",
     ],
 )
 def test_blocks_run(root, tmp_path, monkeypatch, document):
