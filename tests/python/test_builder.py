@@ -349,8 +349,32 @@ WRONG_CALLS = {
     ),
     "coupling": (lambda b: b.add_coupling("shaft", None), 'no joint "shaft"; known are none'),
     "pair": (lambda b: b.set_pair_material(0, 1, Material()), "no geom 0"),
+    "motor of nothing": (lambda b: b.set_motor("shaft", Motor()), 'no joint "shaft"'),
+    "no motor": (
+        lambda b: b.set_motor(b.add_fixed_joint("a", name="weld"), "speed"),
+        "set_motor: joint \"weld\": motor is 'speed'; give a Motor",
+    ),
+    "motor of a weld": (
+        lambda b: b.set_motor(b.add_fixed_joint("a", name="weld"), Motor()),
+        'joint "weld" has 0 degrees of freedom; dof = 0 is none of them',
+    ),
     "exclude": (lambda b: b.exclude("a", "a"), "two bodies"),
 }
+
+
+# Breaks when a motor goes to another degree of freedom, or the largest effort of a file is lost without one.
+def test_motor_of_a_joint():
+    builder = two_bodies()
+    file = Motor(max_effort=30.0)  # as URDF's <limit effort>
+    builder.add_cylindrical_joint("a", point=POINT, axis=AXIS, name="shaft", motor=file)
+    before = builder.build()
+    builder.set_motor("shaft", Motor("position", gain=5.0), dof=1)
+    way, turn = builder.build().joints[0].dofs
+    assert way.motor == file
+    assert turn.motor == Motor("position", gain=5.0, max_effort=30.0)
+    builder.set_motor(0, Motor("speed", max_effort=40.0), dof=1)
+    assert builder.build().joints[0].dofs[1].motor.max_effort == 40.0
+    assert before.joints[0].dofs[1].motor == file
 
 
 # Breaks when a bad call is taken or leaves something behind.
@@ -362,7 +386,12 @@ def test_wrong_call(case):
     with pytest.raises(amontons.InputError) as error:
         call(builder)
     assert message in str(error.value)
-    if case not in ("same geom name", "pair across nothing"):  # of which the first calls are good
+    if case not in (
+        "same geom name",
+        "pair across nothing",
+        "no motor",
+        "motor of a weld",
+    ):  # of which the first calls are good
         assert builder.build() == before
 
 

@@ -23,6 +23,7 @@ def test_documentation_holds(root):
         "docs/python.md",
         "docs/simulation.md",
         "docs/files.md",
+        "docs/learning.md",
         "docs/methods.md",
         "docs/models.md",
         "docs/physics.md",

@@ -13,7 +13,7 @@ from .composing import KeyframePart, bottom, whole_keyframe
 from .mass import NOTHING, MassProperties
 from .model import FRICTION_RULES, Model, index_of
 from .part_builder import PartBuilder, require_movable
-from .parts import WORLD, Body, Coupling, Geom, Material, PairMaterial
+from .parts import WORLD, Body, Coupling, Geom, Material, Motor, PairMaterial
 from .presets import Actuator, Unread
 from .sensing import Sensor, Site
 from .shapes import Plane, Shape
@@ -208,6 +208,26 @@ class ModelBuilder(PartBuilder):
             raise InputError(f"{who} couples a coordinate to itself; give two joints")
         coupling = Coupling(name, ends[0], dof_a, ends[1], dof_b, coefficients, compliance)  # type: ignore[arg-type]
         return self._append("coupling", self._couplings, coupling)
+
+    def set_motor(self, joint: int | str, motor: Motor, *, dof: int = 0) -> None:
+        """Give a joint's degree of freedom a motor, in place of the one that it has.
+
+        Where motor.max_effort is infinite, that of the present one stays: URDF's <limit effort>.
+        """
+        j = self._index("joint", joint)
+        former = self._joints[j]
+        who = f'set_motor: joint "{former.name}"'
+        if not isinstance(motor, Motor):
+            raise InputError(f"{who}: motor is {motor!r}; give a Motor")
+        if isinstance(dof, bool) or not isinstance(dof, int) or not 0 <= dof < len(former.dofs):
+            raise InputError(
+                f"{who} has {len(former.dofs)} degrees of freedom; dof = {dof!r} is none of them"
+            )
+        if math.isinf(motor.max_effort):
+            motor = replace(motor, max_effort=former.dofs[dof].motor.max_effort)
+        dofs = list(former.dofs)
+        dofs[dof] = replace(dofs[dof], motor=motor)
+        self._joints[j] = changed(former, dofs=tuple(dofs))
 
     def set_pair_material(self, geom_a: int | str, geom_b: int | str, material: Material) -> None:
         """Give the contact of two geoms a material of its own, in place of what their materials make."""

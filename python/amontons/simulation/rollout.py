@@ -62,34 +62,44 @@ def rollout(
     worlds = _worlds(model, states, options)
     rows = _controls(model, controls, len(worlds), steps)
     repeat = integer("repeat", repeat, 1)
-    q, qd, residuals = run_worlds(worlds, rows, repeat, threads)
-    _report(worlds, residuals)
-    time = worlds[0].dt * repeat * np.arange(1, q.shape[1] + 1)
-    return Rollout(q, qd, residuals, time, worlds)
+    course = advance_worlds(worlds, rows, repeat, threads)
+    for k, failure in enumerate(course.failures):
+        if failure:
+            raise SimulationError(
+                f"world {k}, row {course.done[k]}: {failure}; look for loads or speeds out of proportion, or "
+                "make dt smaller"
+            )
+    _report(worlds, course.residuals)
+    time = worlds[0].dt * repeat * np.arange(1, course.q.shape[1] + 1)
+    return Rollout(course.q, course.qd, course.residuals, time, worlds)
 
 
-def run_worlds(
+@dataclass(frozen=True)
+class Course:
+    """What worlds did, failures included: their rows are NaN from there on."""
+
+    q: Array
+    qd: Array
+    residuals: Array
+    done: list[int]
+    """rows that each world completed"""
+    failures: list[str]
+    """why a world stopped, empty if it did not"""
+
+
+def advance_worlds(
     worlds: Sequence[Simulation], controls: Array | int, repeat: int, threads: int | None
-) -> tuple[Array, Array, Array]:
-    """Advance simulations of one model by controls (worlds, rows, actuators), or by so many rows without.
-
-    q, qd and residuals, as in `Rollout`.
-    """
+) -> Course:
+    """Advance simulations of one model by controls (worlds, rows, actuators), or by so many rows without."""
     threads = usable_cores() if threads is None else integer("threads", threads, 1)
     model = worlds[0].model
     targets = None if isinstance(controls, int) else targets_of(model, worlds, controls)
     rows = controls if isinstance(controls, int) else controls.shape[1]
     cores = [world._core for world in worlds]
-    q, qd, residuals, done, failures = _core.run_worlds(model.tree, cores, targets, rows, repeat, threads)
+    course = Course(*_core.run_worlds(model.tree, cores, targets, rows, repeat, threads))
     for world in worlds:
         world._contacts = None
-    for k, failure in enumerate(failures):
-        if failure:
-            raise SimulationError(
-                f"world {k}, row {done[k]}: {failure}; look for loads or speeds out of proportion, or make "
-                "dt smaller"
-            )
-    return q, qd, residuals
+    return course
 
 
 def targets_of(model: Model, worlds: Sequence[Simulation], controls: Array) -> Array:
