@@ -1,4 +1,4 @@
-"""An arm draws a circle: inverse kinematics by Jacobians on a copy, then computed torques in the simulation."""
+"""An arm draws a circle: inverse kinematics by Jacobians on a copy, then computed torques."""
 
 import numpy as np
 from amontons import ModelBuilder, Motor, Simulation, shapes
@@ -35,7 +35,7 @@ speeds = np.gradient(path, dt, axis=0)
 accelerations = np.gradient(speeds, dt, axis=0)
 
 
-def track(simulation):
+def track(simulation: Simulation) -> None:
     """tau = M (qdd + kp e + kd e') + c: the errors die out like those of a damped spring."""
     k = min(simulation.steps, len(path) - 1)
     error, rate = path[k] - simulation.q, speeds[k] - simulation.qd

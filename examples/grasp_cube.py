@@ -12,11 +12,11 @@ simulation.reset("open", q={"cube": (0.002, 0.004, 0.025, np.cos(turned / 2), 0,
 open_width, closed = 0.05, 0.0  # m, of each finger
 
 
-def move(lift, fingers, seconds):
+def move(lift: float, fingers: float, seconds: float) -> None:
     """Glide from the present controls to others, so that nothing is thrown."""
     start, first = simulation.controls, simulation.time
 
-    def glide(sim):
+    def glide(sim: amontons.Simulation) -> None:
         s = min(1.0, (sim.time - first) / (0.7 * seconds))
         sim.controls = (1 - s) * start + s * np.array([lift, fingers, fingers])
 
@@ -24,7 +24,7 @@ def move(lift, fingers, seconds):
     simulation.run(seconds)
 
 
-def cube():
+def cube() -> np.ndarray:
     """Its position and rotation in the world."""
     return simulation.q[model.coordinates["cube"].q]
 

@@ -19,7 +19,7 @@ in_qd = np.array([joint.qd.start for joint in joints])
 stiffness, damping = 80.0, 2.0  # N m/rad, N m s/rad
 
 
-def hold(simulation):
+def hold(simulation: amontons.Simulation) -> None:
     """Torques towards a pose that goes from crouching to standing within a second."""
     s = min(simulation.time, 1.0)
     target = (1 - s) * crouching + s * standing

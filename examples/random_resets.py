@@ -1,4 +1,4 @@
-"""Many quadrupeds start from random poses and are held by the same controller: which of them stay on their feet?"""
+"""Many quadrupeds start from random poses, held by the same controller: which stay on their feet?"""
 
 from pathlib import Path
 
