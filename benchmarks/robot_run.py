@@ -47,11 +47,13 @@ def main() -> None:
 def stages(options: argparse.Namespace) -> Iterator[dict[str, Any]]:
     """What is known after each stage; one that runs out of its share of the limit leaves the rest theirs."""
     start = perf_counter()
-    theirs, refusal = their_model(options.file)
-    yield {"mujoco_refuses": refusal}
-    loading = perf_counter()
     model, facts = our_model(options.file)
-    yield {**facts, "load_time": perf_counter() - loading}
+    yield {**facts, "load_time": perf_counter() - start}
+    floor = None
+    if model is not None and options.file.suffix == ".urdf":
+        model, floor = with_floor(model)
+    theirs, refusal = their_model(options.file, floor)
+    yield {"mujoco_refuses": refusal, "floor": floor}
     if theirs is not None:
         yield their_run(theirs, options.duration)
     if model is None:
@@ -71,23 +73,28 @@ def stages(options: argparse.Namespace) -> Iterator[dict[str, Any]]:
 # Loading
 
 
-def their_model(path: Path) -> tuple[Any, str]:
-    """MuJoCo's model, or None with what it says; a URDF with the base and the meshes that ours has."""
+def their_model(path: Path, floor: float | None) -> tuple[Any, str]:
+    """MuJoCo's model, or None with what it says; a URDF with the base, meshes and floor that ours has."""
     try:
         if path.suffix == ".urdf":
-            return compiled_urdf(path), ""
+            return compiled_urdf(path, floor), ""
         return mujoco.MjModel.from_xml_path(str(path)), ""
     except (ValueError, mujoco.FatalError, amontons.InputError, OSError) as error:
         return None, " ".join(str(error).split())[:300]
 
 
-def compiled_urdf(path: Path) -> Any:
+def compiled_urdf(path: Path, floor: float | None) -> Any:
     """MuJoCo's own reader knows neither packages nor free bases, so the preparation is ours."""
     from amontons.io.models import Issues, compile_file, expand_includes, read_xml
 
     root = read_xml(path)
     expand_includes(root, path.parent)
-    return compile_file(path, root, Issues(path), None).model
+    compiled = compile_file(path, root, Issues(path), None)
+    if floor is None:
+        return compiled.model
+    plane = mujoco.mjtGeom.mjGEOM_PLANE
+    compiled.spec.worldbody.add_geom(type=plane, size=(0, 0, 1), pos=(0, 0, floor))
+    return compiled.spec.compile()
 
 
 def our_model(path: Path) -> tuple[amontons.Model | None, dict[str, Any]]:
@@ -102,6 +109,21 @@ def our_model(path: Path) -> tuple[amontons.Model | None, dict[str, Any]]:
     changes = sum(entry.changes_motion for entry in model.unread)
     facts = {"load": "ok", "not_read": len(what), "changes_motion": changes, "bodies": len(model.bodies)}
     return model, {**facts, "what": "; ".join(what)[:1000]}
+
+
+def with_floor(model: amontons.Model) -> tuple[amontons.Model, float | None]:
+    """A robot that floats, on a plane at its lowest point, and where that is: URDF has no floors."""
+    if not any(c.kind == "free" for c in model.coordinates.values()):
+        return model, None
+    try:
+        standing = amontons.on_floor(model)
+    except amontons.InputError:  # nothing that could touch it
+        return model, None
+    height = model.bodies[0].pose.position[2] - standing.bodies[0].pose.position[2]
+    builder = amontons.ModelBuilder(gravity=model.gravity, friction_rule=model.friction_rule)
+    builder.add_model(model)
+    builder.add_floor(height=height, material=amontons.Material(friction=1.0))  # MuJoCo's default
+    return builder.build(), height
 
 
 # Runs

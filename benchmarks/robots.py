@@ -30,7 +30,7 @@ of free motion (errors of the step)."""
 SHORT = 2e-3
 """A step below this (s) is not long, however short the median: memory that is new costs as much."""
 COLUMNS = (
-    "model", "outcome", "load", "changes_motion", "not_read", "what", "mujoco_refuses", "bodies",
+    "model", "outcome", "load", "changes_motion", "not_read", "what", "mujoco_refuses", "floor", "bodies",
     "load_time", "steps", "wanted_steps", "simulated", "contacts", "mujoco_contacts", "missed",
     "missed_percent", "residual", "penetration_start", "penetration", "energy_gain", "energy_gain_relative",
     "energy_rise", "free", "free_error", "free_in_errors", "free_time", "motion", "motion_time",
