@@ -46,6 +46,7 @@ void bind_bodies(nb::module_& m) {
       .def_rw("mass", &Body::mass)
       .def_rw("centre_of_mass", &Body::centre_of_mass)
       .def_rw("inertia", &Body::inertia)
+      .def_rw("gravity_scale", &Body::gravity_scale)
       .def_rw("pose", &Body::pose)
       .def_rw("linear_velocity", &Body::linear_velocity)
       .def_rw("angular_velocity", &Body::angular_velocity);
@@ -57,6 +58,7 @@ void bind_bodies(nb::module_& m) {
       .def_rw("shape", &Geom::shape)
       .def_rw("material", &Geom::material)
       .def_rw("surface_velocity", &Geom::surface_velocity)
+      .def_rw("surface_spin", &Geom::surface_spin)
       .def_rw("friction_direction", &Geom::friction_direction)
       .def_rw("category", &Geom::category)
       .def_rw("mask", &Geom::mask);
@@ -100,6 +102,7 @@ void bind_joints(nb::module_& m) {
       .def_rw("spherical", &Joint::spherical)
       .def_rw("ball_stiffness", &Joint::ball_stiffness)
       .def_rw("ball_damping", &Joint::ball_damping)
+      .def_rw("ball_armature", &Joint::ball_armature)
       .def_rw("ball_friction", &Joint::ball_friction)
       .def_rw("ball_limit", &Joint::ball_limit)
       .def_rw("lower_distance", &Joint::lower_distance)
@@ -118,12 +121,26 @@ void bind_joints(nb::module_& m) {
       .def_rw("compliance", &Coupling::compliance);
 }
 
+void bind_fluid(nb::module_& m) {
+  nb::class_<Fluid>(m, "Fluid")
+      .def(nb::init<>())
+      .def_rw("density", &Fluid::density)
+      .def_rw("viscosity", &Fluid::viscosity)
+      .def_rw("wind", &Fluid::wind);
+  nb::class_<FluidBox>(m, "FluidBox")
+      .def(nb::init<>())
+      .def_rw("body", &FluidBox::body)
+      .def_rw("frame", &FluidBox::frame)
+      .def_rw("size", &FluidBox::size);
+}
+
 }  // namespace
 
 void bind_model(nb::module_& m) {
   bind_names(m);
   bind_bodies(m);
   bind_joints(m);
+  bind_fluid(m);
   using D = ModelDescription;
   nb::class_<D>(m, "ModelDescription")
       .def(nb::init<>())
@@ -134,6 +151,8 @@ void bind_model(nb::module_& m) {
       .def_rw("couplings", &D::couplings)
       .def_rw("pair_materials", &D::pair_materials)
       .def_rw("excluded_bodies", &D::excluded_bodies)
+      .def_rw("fluid", &D::fluid)
+      .def_rw("fluid_boxes", &D::fluid_boxes)
       .def_rw("friction_rule", &D::friction_rule);
   nb::class_<Model>(m, "Model", "A checked description, which never changes.")
       .def(nb::new_([](const D& description) { return std::make_shared<Model>(description); }),

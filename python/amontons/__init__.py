@@ -38,6 +38,8 @@ from .model.model import Model as Model
 from .model.parts import Body as Body
 from .model.parts import Coupling as Coupling
 from .model.parts import Dof as Dof
+from .model.parts import Fluid as Fluid
+from .model.parts import FluidBox as FluidBox
 from .model.parts import Geom as Geom
 from .model.parts import Joint as Joint
 from .model.parts import Material as Material

@@ -135,6 +135,20 @@ def test_belts_of_moving_bodies():
     assert v[cargo, 0] + 2 * v[conveyor, 0] == pytest.approx(0.0, abs=1e-5)
 
 
+def test_turntable():
+    # A box at the radius of half a metre rides on the spinning surface of a disc that stands: it keeps its
+    # place on the surface: its speed is w r, its spin w. Friction of 0.5 g holds w^2 r = 0.5 m/s^2.
+    b = amontons.ModelBuilder()
+    b.add_geom(None, shapes.Cylinder(1.0, 0.05), position=(0.2, 0.1, 0.0), surface_spin=(0.0, 0.0, 1.0))
+    b.add_body("box", position=(0.7, 0.1, 0.1), shape=shapes.Box((0.05, 0.05, 0.05)), mass=1.0)
+    sim = amontons.Simulation(b.build(), dt=2e-3)
+    sim.run(1.0)
+    x, y, _ = sim.state.positions[0] - (0.2, 0.1, 0.0)
+    assert math.hypot(x, y) == pytest.approx(0.5, abs=0.01)
+    np.testing.assert_allclose(sim.state.linear_velocities[0], (-y, x, 0), atol=0.01)
+    np.testing.assert_allclose(sim.state.angular_velocities[0], (0, 0, 1), atol=0.01)
+
+
 def test_compliance_of_surfaces_adds():
     # Four points carry a quarter of the weight each, on springs in series: depth = m g / 4 (c1 + c2). Damping
     # of implicit Euler, h w^2 / 2 with w^2 = 4 / (m c) = 2000 / s^2: 5 / s, e^-25 is left after 5 s.

@@ -6,7 +6,18 @@ from dataclasses import fields, replace
 import amontons
 import numpy as np
 import pytest
-from amontons import Actuator, Keyframe, Material, Model, ModelBuilder, Motor, Simulation, shapes
+from amontons import (
+    Actuator,
+    Fluid,
+    FluidBox,
+    Keyframe,
+    Material,
+    Model,
+    ModelBuilder,
+    Motor,
+    Simulation,
+    shapes,
+)
 from amontons.model.transforms import Transform, axis_angle, multiply, rotate
 
 SHIFT, TURN = (3.0, -2.0, 0.5), axis_angle((0, 0, 1), 0.7)
@@ -98,8 +109,29 @@ def test_every_part_is_known():
     known = {
         "gravity", "friction_rule", "bodies", "geoms", "joints", "couplings", "pair_materials",
         "excluded_bodies", "keyframes", "actuators", "unread", "sites", "sensors", "core",
+        "fluid", "fluid_boxes",
     }  # fmt: skip
     assert {f.name for f in fields(Model)} == known
+
+
+# Breaks when what feels the fluid does not come along, on the body that it belongs to there.
+def test_fluid_boxes_come_along():
+    model = replace(
+        cube(), fluid=Fluid(1000.0), fluid_boxes=(FluidBox(0, Transform((0, 0, 0.1)), (1, 2, 3)),)
+    )
+    builder = ModelBuilder(fluid=model.fluid)
+    builder.add_model(model, prefix="a ")
+    builder.add_model(model, prefix="b ", position=(5, 0, 0))
+    again = builder.build()
+    assert again.fluid == model.fluid
+    assert [box.body for box in again.fluid_boxes] == [0, 1]
+    assert again.fluid_boxes[1].frame == model.fluid_boxes[0].frame
+
+
+def cube() -> Model:
+    builder = ModelBuilder()
+    builder.add_body("cube", shape=shapes.Box((0.1, 0.1, 0.1)), mass=1.0)
+    return builder.build()
 
 
 # Breaks when a model that is added as it is does not come out as it went in.

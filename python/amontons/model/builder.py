@@ -13,7 +13,18 @@ from .composing import KeyframePart, bottom, whole_keyframe
 from .mass import NOTHING, MassProperties
 from .model import FRICTION_RULES, Model, index_of
 from .part_builder import PartBuilder, require_movable
-from .parts import WORLD, Body, Coupling, Geom, Material, Motor, PairMaterial
+from .parts import (
+    NO_FLUID,
+    WORLD,
+    Body,
+    Coupling,
+    Fluid,
+    FluidBox,
+    Geom,
+    Material,
+    Motor,
+    PairMaterial,
+)
 from .presets import Actuator, Unread
 from .sensing import Sensor, Site
 from .shapes import Plane, Shape
@@ -27,7 +38,7 @@ class ModelBuilder(PartBuilder):
     """Collects bodies, geoms and joints, then makes a Model of them.
 
     gravity: m/s^2. friction_rule: how the frictions of two surfaces combine, "geometric_mean", "maximum",
-    "minimum" or "mean".
+    "minimum" or "mean". fluid: what bodies of added models that feel one move through.
 
     Bodies, geoms and joints are named by the index that their add_* function returns or by their name; None
     or "world" is the world. Raises InputError naming the thing and the remedy; a call that fails adds
@@ -35,17 +46,23 @@ class ModelBuilder(PartBuilder):
     """
 
     def __init__(
-        self, *, gravity: Sequence[float] = (0.0, 0.0, -9.81), friction_rule: str = "geometric_mean"
+        self,
+        *,
+        gravity: Sequence[float] = (0.0, 0.0, -9.81),
+        friction_rule: str = "geometric_mean",
+        fluid: Fluid = NO_FLUID,
     ) -> None:
         self._gravity = vector3("gravity", gravity)
         chosen("friction rule", friction_rule, FRICTION_RULES)
         self._friction_rule = friction_rule
+        self._fluid = fluid
         self._bodies: list[Body] = []
         self._geoms: list[Geom] = []
         self._joints = []
         self._couplings: list[Coupling] = []
         self._pair_materials: list[PairMaterial] = []
         self._excluded: list[tuple[int, int]] = []
+        self._fluid_boxes: list[FluidBox] = []
         self._actuators: dict[str, Actuator] = {}
         self._keyframes: dict[str, list[KeyframePart]] = {}
         self._unread: list[Unread] = []
@@ -126,6 +143,7 @@ class ModelBuilder(PartBuilder):
         material: Material | None = None,
         name: str | None = None,
         surface_velocity: Sequence[float] = (0.0, 0.0, 0.0),
+        surface_spin: Sequence[float] = (0.0, 0.0, 0.0),
         category: int = 1,
         mask: int = 1,
         density: float | None = None,
@@ -134,8 +152,9 @@ class ModelBuilder(PartBuilder):
         """Add a shape to a body, or to the world, and return the index of the geom.
 
         position, orientation: of the shape in the body frame. surface_velocity: of the surface relative to
-        the body, in body axes (m/s). category, mask: bits; two geoms may touch if the category of one shares
-        a bit with the mask of the other.
+        the body, in body axes (m/s); surface_spin: of its turning about the geom's origin (rad/s).
+        category, mask: bits; two geoms may touch if the category of one shares a bit with the mask of the
+        other.
         density: adds the mass of this shape to the body (kg/m^3); without it the geom has no mass.
         friction_direction: in body axes, along which `material.friction` is; friction_across needs it.
         """
@@ -149,6 +168,7 @@ class ModelBuilder(PartBuilder):
             shape=shape,
             material=_or_default(material),
             surface_velocity=surface_velocity,  # type: ignore[arg-type]
+            surface_spin=surface_spin,  # type: ignore[arg-type]
             category=category,
             mask=mask,
             friction_direction=friction_direction,  # type: ignore[arg-type]
@@ -282,6 +302,8 @@ class ModelBuilder(PartBuilder):
             tuple(self._couplings),
             tuple(self._pair_materials),
             tuple(self._excluded),
+            fluid=self._fluid,
+            fluid_boxes=tuple(self._fluid_boxes),
             actuators=dict(self._actuators),
             unread=tuple(self._unread),
             sites=tuple(self._sites),
@@ -329,7 +351,7 @@ def on_floor(model: Model, *, material: Material | None = None) -> Model:
     low = bottom(model.geoms, model.bodies)
     if not math.isfinite(low):
         raise InputError("on_floor: no body of the model has a shape that can touch a floor; add a geom")
-    builder = ModelBuilder(gravity=model.gravity, friction_rule=model.friction_rule)
+    builder = ModelBuilder(gravity=model.gravity, friction_rule=model.friction_rule, fluid=model.fluid)
     builder.add_model(model, position=(0.0, 0.0, -low))
     builder.add_floor(material=material)
     return builder.build()

@@ -12,7 +12,7 @@ import numpy as np
 from .. import _core
 from ..checks import changed
 from .model import Model
-from .parts import WORLD, Body, Coupling, Geom, Joint, PairMaterial
+from .parts import WORLD, Body, Coupling, FluidBox, Geom, Joint, PairMaterial
 from .presets import Actuator, Keyframe
 from .sensing import Sensor, Site
 from .shapes import Plane
@@ -65,6 +65,7 @@ class Parts:
     couplings: list[Coupling]
     pair_materials: list[PairMaterial]
     excluded: list[tuple[int, int]]
+    fluid_boxes: list[FluidBox]
     actuators: dict[str, Actuator]
     keyframes: dict[str, KeyframePart]
     sites: list[Site]
@@ -107,6 +108,7 @@ class Move:
             moved,
             frame=self.frame(geom.body, geom.frame),
             surface_velocity=rotate(turn, geom.surface_velocity),
+            surface_spin=rotate(turn, geom.surface_spin),
             friction_direction=along and rotate(turn, along),
         )
 
@@ -164,6 +166,10 @@ def parts_of(model: Model, seat: Seat, prefix: str, before: Counts, new_name: Ca
         couplings=named(prefix, map(move.coupling, model.couplings)),
         pair_materials=list(map(move.pair, model.pair_materials)),
         excluded=[(a, b) for a, b in excluded if a != b],
+        fluid_boxes=[
+            replace(box, body=move.index[box.body], frame=move.frame(box.body, box.frame))
+            for box in model.fluid_boxes
+        ],
         actuators={
             prefix + name: replace(actuator, joint=move.joint_index(actuator.joint))
             for name, actuator in model.actuators.items()

@@ -40,6 +40,8 @@ class BallOptions(JointOptions, total=False):
     """largest torque of dry friction (N m)"""
     limit: float | None
     """the largest angle of rotation (rad), None for no bound"""
+    armature: float
+    """inertia of the drive (kg m^2)"""
 
 
 class DofOptions(JointOptions, total=False):
@@ -79,6 +81,7 @@ _BALL = {
     "damping": "ball_damping",
     "friction": "ball_friction",
     "limit": "ball_limit",
+    "armature": "ball_armature",
 }
 
 

@@ -21,9 +21,12 @@ from .parts import (
     JOINTS,
     MOTIONS,
     MOTORS,
+    NO_FLUID,
     Body,
     Coupling,
     Dof,
+    Fluid,
+    FluidBox,
     Geom,
     Joint,
     Material,
@@ -63,6 +66,9 @@ class Model:
     pair_materials: tuple[PairMaterial, ...] = ()
     excluded_bodies: tuple[tuple[int, int], ...] = ()
     """pairs that never touch"""
+    fluid: Fluid = NO_FLUID
+    """around the bodies that have a fluid box"""
+    fluid_boxes: tuple[FluidBox, ...] = ()
     keyframes: Mapping[str, Keyframe] = _by_name()
     """states to start from, by name: `Simulation.apply_keyframe`"""
     actuators: Mapping[str, Actuator] = _by_name()
@@ -219,6 +225,8 @@ _CORE: dict[type, Any] = {
     Joint: _core.Joint,
     Coupling: _core.Coupling,
     PairMaterial: _core.PairMaterial,
+    Fluid: _core.Fluid,
+    FluidBox: _core.FluidBox,
     Model: _core.ModelDescription,
 }
 _NAMES: dict[tuple[type, str], dict[str, Any]] = {

@@ -10,7 +10,7 @@ from ..errors import InputError
 from .composing import Added, Counts, KeyframePart, Parts, Seat, bottom, parts_of, top
 from .joint_builder import JointBuilder
 from .model import Model
-from .parts import WORLD, Coupling, Geom, PairMaterial
+from .parts import WORLD, Coupling, FluidBox, Geom, PairMaterial
 from .presets import Actuator, Unread
 from .sensing import Sensor, Site
 from .shapes import Shape
@@ -24,6 +24,7 @@ class PartBuilder(JointBuilder):
     _couplings: list[Coupling]
     _pair_materials: list[PairMaterial]
     _excluded: list[tuple[int, int]]
+    _fluid_boxes: list[FluidBox]
     _actuators: dict[str, Actuator]
     _keyframes: dict[str, list[KeyframePart]]
     _sites: list[Site]
@@ -52,7 +53,7 @@ class PartBuilder(JointBuilder):
         on: the geom or body of the builder on which the model stands: position[2] is then measured from
         the highest point there to the lowest of its shapes, both at the initial poses.
 
-        Gravity and friction rule are those of the builder. Returns the indices that the parts got.
+        Gravity, friction rule and fluid are those of the builder. Returns the indices that the parts got.
         """
         if not isinstance(model, Model):
             raise InputError(f"add_model: model is a {type(model).__name__}; give a Model")
@@ -147,6 +148,7 @@ class PartBuilder(JointBuilder):
                 self._append(kind, own, thing)  # type: ignore[arg-type]
         self._pair_materials += parts.pair_materials
         self._excluded += parts.excluded
+        self._fluid_boxes += parts.fluid_boxes
         self._actuators |= parts.actuators
         for name, part in parts.keyframes.items():
             self._keyframes.setdefault(name, []).append(part)

@@ -150,11 +150,13 @@ class Body:
     """initial, of the origin of the frame, world axes (m/s)"""
     angular_velocity: Vector3 = (0.0, 0.0, 0.0)
     """initial, world axes (rad/s)"""
+    gravity_scale: float = 1.0
+    """its weight over mass times gravity: 0 floats, 1 is usual"""
 
     def __post_init__(self) -> None:
         who = f'body "{self.name}": '
         chosen("motion", self.motion, MOTIONS)
-        _numbers(self, who, "mass")
+        _numbers(self, who, "mass", "gravity_scale")
         for name in ("centre_of_mass", "linear_velocity", "angular_velocity"):
             _set(self, **{name: vector3(who + name, getattr(self, name))})
         _set(self, inertia=inertia_matrix(who + "inertia", self.inertia))
@@ -193,6 +195,8 @@ class Geom:
     mask: int = 1
     friction_direction: Vector3 | None = None
     """along which `material.friction` is, in body axes, of any length; its tangential part counts"""
+    surface_spin: Vector3 = (0.0, 0.0, 0.0)
+    """of the surface about the origin of the geom, in body axes (rad/s): turntables, rollers"""
 
     def __post_init__(self) -> None:
         who = f'geom "{self.name}": '
@@ -201,6 +205,7 @@ class Geom:
         if not isinstance(self.material, Material):
             raise InputError(f"{who}material is {self.material!r}; give a Material")
         _set(self, surface_velocity=vector3(who + "surface_velocity", self.surface_velocity))
+        _set(self, surface_spin=vector3(who + "surface_spin", self.surface_spin))
         if self.friction_direction is not None:
             direction = unit_vector(who + "friction_direction", self.friction_direction)
             _set(self, friction_direction=direction)
@@ -245,6 +250,8 @@ class Joint:
     """N m"""
     ball_limit: float = math.inf
     """the largest angle of rotation (rad)"""
+    ball_armature: float = 0.0
+    """inertia of the drive (kg m^2)"""
     lower_distance: float = 0.0
     """m"""
     upper_distance: float = 0.0
@@ -261,7 +268,8 @@ class Joint:
         chosen("kind of joint", self.kind, JOINTS)
         _set(self, dofs=tuple(self.dofs), spherical=bool(self.spherical), collide=bool(self.collide))
         _set(self, closes_loop=bool(self.closes_loop))
-        _numbers(self, who, "ball_stiffness", "ball_damping", "ball_friction", "lower_distance", "compliance")
+        _numbers(self, who, "ball_stiffness", "ball_damping", "ball_friction", "ball_armature")
+        _numbers(self, who, "lower_distance", "compliance")
         _numbers(self, who, "ball_limit", "upper_distance", infinite=True)
         lower, upper = self.lower_distance, self.upper_distance
         if self.kind == "distance" and not 0 <= lower <= upper:
@@ -304,3 +312,42 @@ class PairMaterial:
     def __post_init__(self) -> None:
         if not isinstance(self.material, Material):
             raise InputError(f"material is {self.material!r}; give a Material")
+
+
+@dataclass(frozen=True)
+class Fluid:
+    """What bodies with a `FluidBox` move through."""
+
+    density: float = 0.0
+    """kg/m^3, >= 0: air 1.2, water 1000"""
+    viscosity: float = 0.0
+    """dynamic (Pa s), >= 0: air 2e-5, water 1e-3"""
+    wind: Vector3 = (0.0, 0.0, 0.0)
+    """velocity of the fluid, world axes (m/s)"""
+
+    def __post_init__(self) -> None:
+        _numbers(self, "fluid: ", "density", "viscosity")
+        _set(self, wind=vector3("fluid: wind", self.wind))
+
+
+NO_FLUID = Fluid()
+
+
+@dataclass(frozen=True)
+class FluidBox:
+    """How a body feels the fluid: as a box, by Stokes' drag and the dynamic pressure on its faces.
+
+    Of the mean edge d, edges b, and the velocity v and spin w along its axes: the force
+    -(3 pi d viscosity + density / 2 b_j b_k |v_i|) v_i and the torque
+    -(pi d^3 viscosity + density / 64 b_i (b_j^4 + b_k^4) |w_i|) w_i (MuJoCo, Computation, Fluid forces,
+    inertia model).
+    """
+
+    body: int
+    frame: Transform
+    """of its centre and axes in the body frame"""
+    size: Vector3
+    """edges (m), >= 0"""
+
+    def __post_init__(self) -> None:
+        _set(self, size=vector3("fluid box: size", self.size))

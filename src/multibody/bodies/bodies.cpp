@@ -72,7 +72,8 @@ double gravity_energy(const Model& model, const BodyFrames& frames, const BodyVe
                       double before) {
   double energy = 0;
   for_each_dynamic(model, [&](std::size_t i, double mass) {
-    energy -= mass * dot(model.description().gravity, frames[i].centre - before * velocities[i].linear);
+    const double weight = mass * model.description().bodies[i].gravity_scale;
+    energy -= weight * dot(model.description().gravity, frames[i].centre - before * velocities[i].linear);
   });
   return energy;
 }

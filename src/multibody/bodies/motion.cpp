@@ -116,7 +116,8 @@ void make_free_velocities(const Model& model, const State& state, double h, cons
     const auto& [inverse_mass, inverse_inertia, stiffened] = mobility[i];
     spins[i] = gyroscopic_spin(model.description().bodies[i], frames[i].pose.rotation, start[i].angular, h);
     const Vec3& mean = spins[i].mean;
-    free[i].linear += h * gravity + inverse_mass * (h * state.forces[i] + loads[i].force);
+    const Vec3 g = model.description().bodies[i].gravity_scale * gravity;
+    free[i].linear += h * g + inverse_mass * (h * state.forces[i] + loads[i].force);
     free[i].angular = mean + inverse_inertia * (h * state.torques[i] + loads[i].torque);
     // A stiffened body: (I + h^2 K) w = I w_mean + torque.
     if (stiffened) free[i].angular += inverse_inertia * (frames[i].inertia * mean) - mean;

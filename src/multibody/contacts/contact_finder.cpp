@@ -28,8 +28,22 @@ Vec3 in_world(const Vec3& v, const Geom& geom, const BodyFrames& bodies) {
   return geom.body < 0 ? v : rotate(bodies[geom.body].pose.rotation, v);
 }
 
-// What all contacts of two geoms have in common. The surface velocity is that of A's less B's in world axes
-// here; contact_at takes away what is along the normal of a point.
+// The velocity of the surface of A over its body less that of B: at the world's origin, and its spin.
+struct SurfaceMotion {
+  Vec3 linear, spin;
+};
+
+SurfaceMotion surface_motion(const Geom& a, const Transform& frame_a, const Geom& b, const Transform& frame_b,
+                             const BodyFrames& bodies) {
+  const auto of = [&](const Geom& geom, const Transform& frame) {
+    const Vec3 spin = in_world(geom.surface_spin, geom, bodies);
+    return SurfaceMotion{in_world(geom.surface_velocity, geom, bodies) - cross(spin, frame.position), spin};
+  };
+  const SurfaceMotion on_a = of(a, frame_a), on_b = of(b, frame_b);
+  return {on_a.linear - on_b.linear, on_a.spin - on_b.spin};
+}
+
+// What all contacts of two geoms have in common.
 Contact contact_of(const Model& model, Index a, Index b, const BodyFrames& bodies) {
   const Geom &geom_a = model.geom(a), &geom_b = model.geom(b);
   Contact c;
@@ -39,8 +53,6 @@ Contact contact_of(const Model& model, Index a, Index b, const BodyFrames& bodie
   c.geom_b = b;
   c.material = model.material(a, b);
   c.rows = rows_of(c.material);
-  c.surface_velocity =
-      in_world(geom_a.surface_velocity, geom_a, bodies) - in_world(geom_b.surface_velocity, geom_b, bodies);
   // The grain of the surface that has one; of A if both do.
   if (c.material.friction_across >= 0) {
     // The direction belongs to the geom that brings the second coefficient; A's counts where both do, or
@@ -54,13 +66,14 @@ Contact contact_of(const Model& model, Index a, Index b, const BodyFrames& bodie
 
 // Makes the contact of a pair that of a point of it, for bodies whose centres of mass stand there. The
 // velocity of surfaces counts along the surface only: a conveyor does not lift what lies on it.
-void move_to(const ContactPoint& p, const Vec3& centre_a, const Vec3& centre_b, const Vec3& surface_velocity,
+void move_to(const ContactPoint& p, const Vec3& centre_a, const Vec3& centre_b, const SurfaceMotion& surface,
              Contact& c) {
   c.point = p.point;
   c.normal = p.normal;
   c.gap = p.gap - c.material.rest_offset;
   c.r_a = p.point - centre_a;
   if (c.body_b >= 0) c.r_b = p.point - centre_b;
+  const Vec3 surface_velocity = surface.linear + cross(surface.spin, p.point);
   c.surface_velocity = surface_velocity - dot(p.normal, surface_velocity) * p.normal;
 }
 
@@ -111,10 +124,12 @@ void ContactFinder::visit(const Reach& reach, F&& f) {
     // Materials and frames are looked up for pairs that touch only; the broad phase finds many more.
     if (points_.empty()) continue;
     Contact c = contact_of(model, a, b, reach.bodies);
-    const Vec3 surface_velocity = c.surface_velocity, centre_a = reach.bodies[c.body_a].centre;
+    const SurfaceMotion surface =
+        surface_motion(model.geom(a), frames_[a], model.geom(b), frames_[b], reach.bodies);
+    const Vec3 centre_a = reach.bodies[c.body_a].centre;
     const Vec3 centre_b = c.body_b >= 0 ? reach.bodies[c.body_b].centre : Vec3{};
     for (const ContactPoint& p : points_) {
-      move_to(p, centre_a, centre_b, surface_velocity, c);
+      move_to(p, centre_a, centre_b, surface, c);
       f(c, c.gap + reach.h * opening(c, reach.v));
     }
   }
@@ -207,16 +222,17 @@ void ContactFinder::find_overlaps(const Reach& reach, double allowance, std::vec
     if (turn(a.body) + turn(b.body) < least_turn) continue;
     Contact c = contacts[by_pair_[first].contact];
     c.impulse = c.angular_impulse = c.held = {};  // those were of the first
-    const Vec3 surface_velocity = c.surface_velocity;
+    const Transform frame_a = end_frame(a), frame_b = end_frame(b);
+    const SurfaceMotion surface = surface_motion(a, frame_a, b, frame_b, reach.bodies);
     const double offset = c.material.rest_offset;
     points_.clear();
-    collide(a.shape, end_frame(a), b.shape, end_frame(b), offset, points_);
+    collide(a.shape, frame_a, b.shape, frame_b, offset, points_);
     if (points_.empty()) continue;
     const double held = deepest(contacts, std::span(by_pair_).subspan(first, end - first), reach);
     found_.clear();
     for (const ContactPoint& p : points_) {
       if (p.gap - offset >= held - allowance) continue;
-      move_to(p, end_centre(c.body_a), end_centre(c.body_b), surface_velocity, c);
+      move_to(p, end_centre(c.body_a), end_centre(c.body_b), surface, c);
       // The gap is that of the start if this point had been there: with u of the rows, gap + h u closes it.
       c.gap -= reach.h * opening(c, reach.v);
       found_.push_back(c);

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 
+#include "multibody/bodies/motion.hpp"
 #include "multibody/joints/couplings.hpp"
 #include "multibody/joints/dof_rows.hpp"
 #include "multibody/joints/joint_context.hpp"
@@ -65,6 +66,29 @@ void append_distance_rows(const RowInput& in, const JointContext& joint, JointRo
   }
 }
 
+// The spin from which that of the solve differs by the change over the step. The solve works with the mean
+// spin W of a torque-free turn in place of the one at the start W0, and the turn itself changes the spin by
+// 2 (W - W0), of which W has half (bodies/motion.cpp): W - (2 W0 - W) is all of it.
+Vec3 spin_before(const RowInput& in, Index body) {
+  if (body < 0) return {};
+  const Vec3& spin = in.bodies.start[body].angular;
+  if (!in.model.is_dynamic(body)) return spin;
+  const Quat& turn = in.bodies.frames[body].pose.rotation;
+  const Vec3 mean =
+      torque_free_mean(in.model.body(body).inertia, rotate(conjugate(turn), spin), in.options.h);
+  return 2 * spin - rotate(turn, mean);
+}
+
+// Of A relative to B, in the axes of frame_b. The inertia of the drive turns with A: its torque is a times
+// the rate of the spin's components in A, which is that in space less omega_A x spin.
+Vec3 drive_spin_before(const RowInput& in, const JointContext& joint) {
+  const auto [a, b] = std::pair{joint.joint->body_a, joint.joint->body_b};
+  const Vec3& omega = in.bodies.start[a].angular;
+  const Vec3 spin = omega - (b < 0 ? Vec3{} : in.bodies.start[b].angular);
+  const Vec3 before = spin_before(in, a) - spin_before(in, b) + in.options.h * cross(omega, spin);
+  return rotate(conjugate(joint.pose.b.rotation), before);
+}
+
 // The free rotation of a ball joint: spring and damper, dry friction, and the limit of its angle. The
 // rotation vector r of the ball has r' = omega to first order in r, and d|r|/dt = <omega, r / |r|> exactly.
 // Rows about the axes of frame_b are D v = s omega_i, with s = length.
@@ -77,12 +101,17 @@ void append_ball_rows(const RowInput& in, const JointContext& joint, JointRows& 
   const auto axis = [](int k) { return Vec3{k == 0 ? 1.0 : 0.0, k == 1 ? 1.0 : 0.0, k == 2 ? 1.0 : 0.0}; };
   const auto tag_of = [&](RowKind kind, Index k) { return RowTag{kind, joint.index, k, 1, {}, {}, s}; };
 
-  // Spring k towards r = 0 and damper d, as the drive of a dof (append_drive): with r+ = r + h omega
-  //   omega + E x + c = 0,  E = 1 / (h^2 k + h d),  c = E h k r.
-  const double stiff = (h * h * ball.ball_stiffness + h * ball.ball_damping) / (s * s);
-  for (int k = 0; stiff > 0 && k < 3; ++k)
-    rows.append(Free{}, rotation_row(axis(k)), {1 / stiff, h * ball.ball_stiffness * r[k] / (s * stiff)},
-                last[k] / s, tag_of(RowKind::ball, k));
+  // Spring k towards r = 0, damper d and inertia a, as the drive of a dof (append_drive): with r+ = r + h
+  // omega
+  //   omega + E x + c = 0,  E = 1 / (h^2 k + h d + a),  c = E (h k r - a omega-),
+  // where omega - omega- is the change of the spin over the step (spin_before).
+  const double a = ball.ball_armature / (s * s);
+  const double stiff = (h * h * ball.ball_stiffness + h * ball.ball_damping) / (s * s) + a;
+  const Vec3 before = a > 0 ? s * drive_spin_before(in, joint) : Vec3{};
+  for (int k = 0; stiff > 0 && k < 3; ++k) {
+    const double c = (h * ball.ball_stiffness * r[k] / s - a * before[k]) / stiff;
+    rows.append(Free{}, rotation_row(axis(k)), {1 / stiff, c}, last[k] / s, tag_of(RowKind::ball, k));
+  }
 
   // Friction. The state holds its sum with spring and damper, which then take all of it as their start.
   const double bound = h * ball.ball_friction / s;

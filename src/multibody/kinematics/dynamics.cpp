@@ -93,6 +93,8 @@ std::vector<double> mass_matrix(const Tree& tree, const TreePose& pose) {
     if (link.joint < 0) continue;
     const auto& dofs = model.joint(link.joint).dofs;
     for (std::size_t i = 0; i < dofs.size(); ++i) M[(link.first_v + i) * (nv + 1)] += dofs[i].armature;
+    for (std::size_t i = dofs.size(); i < link.v; ++i)
+      M[(link.first_v + i) * (nv + 1)] += model.joint(link.joint).ball_armature;
   }
   return M;
 }
@@ -105,9 +107,9 @@ std::vector<BodyMomentum> body_momenta(const Tree& tree, const State& state, con
   for (std::size_t i = 0; i < model.bodies(); ++i) {
     const Body& body = model.body(static_cast<Index>(i));
     const SpatialInertia inertia = inertia_of(body, pose.bodies[i]);
-    out.push_back(
-        {pose.bodies[i](body.centre_of_mass), momentum_of(inertia, motion.velocities[i]),
-         force_of(inertia, motion.velocities[i], motion.accelerations[i], model.description().gravity)});
+    out.push_back({pose.bodies[i](body.centre_of_mass), momentum_of(inertia, motion.velocities[i]),
+                   force_of(inertia, motion.velocities[i], motion.accelerations[i],
+                            model.description().bodies[i].gravity_scale * model.description().gravity)});
   }
   return out;
 }
@@ -124,7 +126,7 @@ std::vector<double> inverse_dynamics(const Tree& tree, const State& state, const
     const Link& link = tree.links()[k];
     const SpatialInertia inertia = inertia_of(model.body(link.body), pose.bodies[link.body]);
     force[k] += force_of(inertia, motion.velocities[link.body], motion.accelerations[link.body],
-                         model.description().gravity);
+                         model.body(link.body).gravity_scale * model.description().gravity);
     for (std::size_t c = link.first_v; c < link.first_v + link.v; ++c)
       tau[c] = power(force[k], pose.columns[c]);
     if (const Index parent = tree.link_of(link.parent); parent >= 0) force[parent] += force[k];
@@ -132,6 +134,8 @@ std::vector<double> inverse_dynamics(const Tree& tree, const State& state, const
     const auto& dofs = model.joint(link.joint).dofs;
     for (std::size_t i = 0; i < dofs.size(); ++i)
       tau[link.first_v + i] += dofs[i].armature * qdd[link.first_v + i];
+    for (std::size_t i = dofs.size(); i < link.v; ++i)
+      tau[link.first_v + i] += model.joint(link.joint).ball_armature * qdd[link.first_v + i];
   }
   return tau;
 }

@@ -80,6 +80,7 @@ void check_body(const Body& body, const std::string& who) {
   require(is_finite(body.linear_velocity) && is_finite(body.angular_velocity), who,
           "the initial velocity is not finite");
   require(is_finite(body.centre_of_mass), who, "the centre of mass is not finite");
+  require(std::isfinite(body.gravity_scale), who, "the gravity scale is not finite");
   // A kinematic body keeps the velocity that it is given; a fixed one would seem to move by it and does not.
   if (body.motion != Motion::dynamic) {
     require(body.motion == Motion::kinematic ||
@@ -138,6 +139,7 @@ void check_joint(const Joint& joint, const std::string& who, Index bodies) {
   check_not_negative(who, {{joint.compliance, "compliance"},
                            {joint.ball_stiffness, "stiffness"},
                            {joint.ball_damping, "damping"},
+                           {joint.ball_armature, "armature"},
                            {joint.ball_friction, "friction"}});
   require(joint.ball_limit > 0, who, "the limit of the rotation must be positive");
   require(joint.dofs.size() <= 6, who, "a joint has at most six degrees of freedom");
@@ -167,7 +169,8 @@ void check_geom(const ModelDescription& d, const Geom& geom, const std::string& 
                    who + ": body " + std::to_string(geom.body) + " does not exist");
   check_frame(geom.frame, who, "frame");
   check_material(geom.material, who);
-  require(is_finite(geom.surface_velocity), who, "the surface velocity is not finite");
+  require(is_finite(geom.surface_velocity) && is_finite(geom.surface_spin), who,
+          "the surface velocity is not finite");
   require(is_finite(geom.friction_direction), who, "the friction direction is not finite");
   require(geom.material.friction_across < 0 || !(geom.friction_direction == Vec3{}), who,
           "friction across a direction needs the direction; give friction_direction");
@@ -218,6 +221,18 @@ void check_pairs(const ModelDescription& d) {
   }
 }
 
+void check_fluid(const ModelDescription& d) {
+  check_not_negative("fluid", {{d.fluid.density, "density"}, {d.fluid.viscosity, "viscosity"}});
+  AMONTONS_REQUIRE(is_finite(d.fluid.wind), "fluid: the wind is not finite");
+  for (const FluidBox& box : d.fluid_boxes) {
+    AMONTONS_REQUIRE(box.body >= 0 && box.body < static_cast<Index>(d.bodies.size()),
+                     "fluid box: a body does not exist");
+    const std::string who = "fluid box of body \"" + d.bodies[box.body].name + "\"";
+    check_frame(box.frame, who, "frame");
+    check_not_negative(who, {{box.size.x, "size"}, {box.size.y, "size"}, {box.size.z, "size"}});
+  }
+}
+
 }  // namespace
 
 // In the order in which a user writes a model, so that the first message is about the first cause.
@@ -235,6 +250,7 @@ void check(const ModelDescription& d) {
   for (std::size_t k = 0; k < d.couplings.size(); ++k)
     check_coupling(d, d.couplings[k], label("coupling", d.couplings[k].name, k));
   check_pairs(d);
+  check_fluid(d);
 }
 
 }  // namespace amontons

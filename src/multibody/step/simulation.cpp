@@ -9,6 +9,7 @@
 #include "amontons/multibody/joints/coordinates.hpp"
 #include "amontons/multibody/joints/joints.hpp"
 #include "amontons/solvers/solvers.hpp"
+#include "multibody/bodies/fluid.hpp"
 #include "multibody/bodies/motion.hpp"
 #include "multibody/contacts/contact_finder.hpp"
 #include "multibody/contacts/contact_law.hpp"
@@ -259,6 +260,7 @@ void Simulation::advance(double h, StepClock& clock, Report& report) {
   // would be added here.
   s.loads.assign(model.bodies(), BodyImpulse{});
   add_motor_loads(model, s.frames, state_, h, s.loads);
+  add_fluid_loads(model, s.frames, s.mobility, s.start, h, s.loads);
   make_free_velocities(model, state_, h, s.frames, s.mobility, s.start, s.loads, s.free, s.spins);
   clock.lap(report.timings.assembly);
   // 4. Contacts that the free velocities could close.

@@ -29,6 +29,7 @@ struct Body {
   double mass = 0;                         // kg, > 0 if dynamic
   Vec3 centre_of_mass;                     // in the body frame, m
   Mat3 inertia;                            // about the centre of mass, body axes, kg m^2
+  double gravity_scale = 1;                // its weight over mass times gravity; 0 floats
   Transform pose;                          // initial, body frame in the world
   Vec3 linear_velocity, angular_velocity;  // initial, of the frame's origin, world axes, m/s, rad/s
 };
@@ -48,6 +49,7 @@ struct Geom {
   Shape shape = Sphere{1};
   Material material;
   Vec3 surface_velocity;  // of the surface relative to the body, body frame, m/s (conveyors, tracks)
+  Vec3 surface_spin;  // its rotation about the origin of the geom, body frame, rad/s (turntables, rollers)
   // Along which material.friction is, body frame; zero only without friction_across.
   Vec3 friction_direction;
   // Two geoms may touch if one's category has a bit of the other's mask.
@@ -109,7 +111,8 @@ struct Joint {
   std::vector<Dof> dofs;  // up to six
   bool spherical = false;
   // Of a spherical joint: stiffness and damping towards zero rotation (N m/rad, N m s/rad), dry friction
-  // (N m), the largest rotation angle (rad).
+  // (N m), the largest rotation angle (rad); inertia of the drive (kg m^2).
+  double ball_armature = 0;
   double ball_stiffness = 0, ball_damping = 0, ball_friction = 0, ball_limit = infinity;
   double lower_distance = 0, upper_distance = 0;  // m
   double compliance = 0;                          // of the locked directions, m/N; 0 is rigid
@@ -134,6 +137,20 @@ struct PairMaterial {
   Material material;
 };
 
+// What bodies move through: a fluid at rest but for the wind, which pushes on boxes.
+struct Fluid {
+  double density = 0;    // kg/m^3
+  double viscosity = 0;  // dynamic, Pa s
+  Vec3 wind;             // world axes, m/s
+};
+
+// How a body feels the fluid: as a box (forces: bodies/fluid.hpp).
+struct FluidBox {
+  Index body = world;
+  Transform frame;  // of its centre and axes in the body frame
+  Vec3 size;        // edges, m
+};
+
 // Plain data in the order in which things refer to each other: geoms and joints name bodies by their index,
 // couplings joints. Nothing is checked until a Model is made of it.
 struct ModelDescription {
@@ -145,6 +162,8 @@ struct ModelDescription {
   std::vector<PairMaterial> pair_materials;
   std::vector<std::pair<Index, Index>> excluded_bodies;  // pairs that never touch; world allowed
   FrictionRule friction_rule = FrictionRule::geometric_mean;
+  Fluid fluid;
+  std::vector<FluidBox> fluid_boxes;
 };
 
 // Throws InputError naming the body, geom or joint and the remedy: mass or inertia not positive (or against

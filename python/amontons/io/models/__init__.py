@@ -6,9 +6,10 @@ from os import PathLike
 
 from ...errors import FileError, InputError
 from ...model.model import Model
+from ...model.parts import Fluid
 from ..files import existing
 from .actuators import read_actuators
-from .bodies import read_bodies
+from .bodies import fluid_boxes, read_bodies
 from .compiled import Compiled, compile_file, import_mujoco
 from .contacts import read_contacts
 from .equalities import read_equalities
@@ -65,8 +66,10 @@ def _model(compiled: Compiled, *, strict: bool) -> Model:
     keyframes = read_keyframes(compiled, bodies, joints, actuators)
     sites = read_sites(compiled, bodies)
     sensors = read_sensors(compiled, bodies, joints, sites)
+    boxes = fluid_boxes(compiled, bodies)
     compiled.issues.report(strict=strict)
-    gravity = compiled.model.opt.gravity.tolist() if compiled.enabled("gravity") else (0.0, 0.0, 0.0)
+    m = compiled.model
+    gravity = m.opt.gravity.tolist() if compiled.enabled("gravity") else (0.0, 0.0, 0.0)
     try:
         return Model(
             gravity=tuple(gravity),
@@ -81,6 +84,8 @@ def _model(compiled: Compiled, *, strict: bool) -> Model:
             actuators=actuators,
             sites=sites,
             sensors=sensors,
+            fluid=Fluid(*map(float, (m.opt.density, m.opt.viscosity)), tuple(m.opt.wind.tolist())),
+            fluid_boxes=tuple(boxes),
             unread=compiled.issues.unread(),
         )
     except InputError as error:

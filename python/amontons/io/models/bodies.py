@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...model.mass import MassProperties, principal
-from ...model.parts import WORLD, Body
+from ...model.parts import WORLD, Body, FluidBox
 from ...model.transforms import Transform
 from .compiled import Compiled, transform
 
@@ -41,6 +41,7 @@ def read_bodies(compiled: Compiled) -> Bodies:
     owner = _owners(compiled)
     frame = [Transform()] * m.nbody
     mass = {}
+    weightless = m.body_mass * m.body_gravcomp
     for i in range(m.nbody):
         mass[i] = _mass_properties(compiled, i)
         if owner[i] != i:
@@ -48,6 +49,11 @@ def read_bodies(compiled: Compiled) -> Bodies:
             # On the way to the owner all bodies are merged into it, so that the parent's frame is in it too.
             frame[i] = frame[parent] @ compiled.body_frame(i)
             mass[owner[i]] = mass[owner[i]] + mass[i].moved(frame[i])
+            weightless[owner[i]] += weightless[i]
+            if m.body_mass[i] and m.body_gravcomp[i] != m.body_gravcomp[owner[i]]:
+                compiled.refuse(
+                    "body", i, "gravcomp unlike that of the body that it is part of; the mean counts"
+                )
     names = unique_names(compiled, "body", m.nbody)
     bodies, index = [], {0: WORLD}
     for i in range(1, m.nbody):
@@ -61,6 +67,7 @@ def read_bodies(compiled: Compiled) -> Bodies:
                 mass=mass[i].mass,
                 centre_of_mass=mass[i].centre_of_mass,
                 inertia=mass[i].inertia,
+                gravity_scale=1 - weightless[i] / mass[i].mass if weightless[i] else 1.0,
                 pose=transform(d.xpos[i], d.xquat[i]),
             )
         )
@@ -111,6 +118,28 @@ def _owners(compiled: Compiled) -> list[int]:
         elif not solid[i]:
             owner[i] = owner[m.body_parentid[i]]
     return owner
+
+
+def fluid_boxes(compiled: Compiled, bodies: Bodies) -> list[FluidBox]:
+    """Of every body with mass that moves, the box of its mass and inertia in its own axes:
+    I_x = m (b_y^2 + b_z^2) / 12. Of a body with a geom that feels the fluid by itself: listed."""
+    m = compiled.model
+    found: list[FluidBox] = []
+    if not (m.opt.density or m.opt.viscosity):
+        return found
+    # The first of the coefficients of a geom says whether it feels the fluid.
+    ellipsoids = set(m.geom_bodyid[m.geom_fluid[:, 0] > 0].tolist())
+    for i in range(1, m.nbody):
+        if bodies.at(i) == WORLD or bodies.bodies[bodies.at(i)].motion != "dynamic" or m.body_mass[i] <= 0:
+            continue
+        if i in ellipsoids:
+            compiled.refuse("body", i, 'fluidshape="ellipsoid"; the box of its inertia feels the fluid')
+        x, y, z = m.body_inertia[i].tolist()
+        squares = np.array([y + z - x, z + x - y, x + y - z]) * 6 / m.body_mass[i]
+        frame = bodies.frame[i] @ transform(m.body_ipos[i], m.body_iquat[i])
+        size = tuple(np.sqrt(np.maximum(squares, 0.0)).tolist())
+        found.append(FluidBox(bodies.at(i), frame, size))
+    return found
 
 
 def fixed_groups(compiled: Compiled, bodies: Bodies) -> dict[int, list[int]]:

@@ -68,9 +68,13 @@ def read_contacts(
     frictions = _frictions(compiled, geoms)
     soft = _soften(compiled, geoms)
     pairs = {}
+    made: dict[tuple, Material] = {}  # many pairs share few materials
     for a, b in sorted({*frictions, *soft}):
-        material = combined(geoms.geoms[a].material, geoms.geoms[b].material)
-        pairs[a, b] = replace(material, **frictions.get((a, b), {}), **soft.get((a, b), {}))
+        changes = {**frictions.get((a, b), {}), **soft.get((a, b), {})}
+        key = (geoms.geoms[a].material, geoms.geoms[b].material, *changes.items())
+        if key not in made:
+            made[key] = replace(combined(key[0], key[1]), **changes)
+        pairs[a, b] = made[key]
     if compiled.enabled("contact"):
         pairs |= _explicit(compiled, geoms, excluded)
     return [PairMaterial(a, b, material) for (a, b), material in sorted(pairs.items())], sorted(excluded)
@@ -162,12 +166,16 @@ def _soften(compiled: Compiled, geoms: Geoms) -> dict[tuple[int, int], Values]:
     if not len(a):
         return {}
     pair = _softness_of(compiled, ids[a], ids[b], load)
-    expected = [combined(geoms.geoms[i].material, geoms.geoms[j].material) for i, j in zip(a, b, strict=True)]
-    return {
-        (i, j): _values(pair, k)
-        for k, (i, j) in enumerate(zip(a.tolist(), b.tolist(), strict=True))
-        if geoms.geoms[i].body != geoms.geoms[j].body and _differs(pair, k, expected[k])
-    }
+    materials = [geom.material for geom in geoms.geoms]
+    compliance, restitution = (
+        np.array([getattr(m, name) for m in materials]) for name in ("compliance", "restitution")
+    )
+    # Some per cent more or less are nothing: loads are not known better.
+    differs = np.abs(compliance[a] + compliance[b] - pair.compliance) > 0.05 * pair.compliance
+    differs |= np.abs(np.maximum(restitution[a], restitution[b]) - pair.restitution) > 0.01
+    body = np.array([geom.body for geom in geoms.geoms])
+    differs &= body[a] != body[b]
+    return {(int(a[k]), int(b[k])): _values(pair, k) for k in np.nonzero(differs)[0].tolist()}
 
 
 def _softness_of(compiled: Compiled, a: Array, b: Array, load: Array) -> Softness:
@@ -189,12 +197,6 @@ def _values(soft: Softness, k: int) -> Values:
         "relaxation_time": float(soft.relaxation_time[k]),
         "restitution": float(soft.restitution[k]),
     }
-
-
-def _differs(soft: Softness, k: int, material: Material) -> bool:
-    """Beyond some per cent, within which loads are not known anyway."""
-    near = abs(material.compliance - soft.compliance[k]) <= 0.05 * soft.compliance[k]
-    return not near or abs(material.restitution - soft.restitution[k]) > 0.01
 
 
 def _may_touch(geoms: Geoms, i: int, j: int) -> bool:

@@ -41,7 +41,9 @@ def read_geoms(compiled: Compiled, bodies: Bodies) -> Geoms:
             continue
         body = int(m.geom_bodyid[g])
         frame = bodies.frame[body] @ transform(m.geom_pos[g], m.geom_quat[g])
-        surface = rotate(frame.rotation, tuple(m.geom_surfacevel[g, :3].tolist()))
+        surface, spin = (
+            rotate(frame.rotation, tuple(part.tolist())) for part in m.geom_surfacevel[g].reshape(2, 3)
+        )
         contact = compiled.enabled("contact")
         geoms.index[g] = len(geoms.geoms)
         geoms.geoms.append(
@@ -52,6 +54,7 @@ def read_geoms(compiled: Compiled, bodies: Bodies) -> Geoms:
                 shape=shape,
                 material=_material(m, g),
                 surface_velocity=surface,
+                surface_spin=spin,
                 category=int(m.geom_contype[g]) & BITS if contact else 0,
                 mask=int(m.geom_conaffinity[g]) & BITS if contact else 0,
             )

@@ -7,9 +7,9 @@ from dataclasses import dataclass, replace
 
 from ...checks import Vector3
 from ...model.parts import Dof, Joint, Motor
-from ...model.transforms import Transform, axis_angle, rotate, subtract
+from ...model.transforms import IDENTITY, Transform, axis_angle, conjugate, rotate, subtract
 from .bodies import Bodies
-from .compiled import Compiled
+from .compiled import Compiled, transform
 from .urdf import fixed_joint_names
 
 SMALL_ANGLE = 1e-6
@@ -23,11 +23,13 @@ class Joints:
     joints: list[Joint]
     dof: dict[int, tuple[int, int]]
     """(joint, dof) of ours by MuJoCo joint, hinges and slides only."""
+    free: dict[int, int]
+    """Our joint by MuJoCo's free joint, of those that are a joint here: with springs, dampers and so on."""
 
 
 def read_joints(compiled: Compiled, bodies: Bodies) -> Joints:
     m = compiled.model
-    joints = Joints([], {})
+    joints = Joints([], {}, {})
     fixed = fixed_joint_names(compiled.root)
     taken = {compiled.name("jnt", j) for j in range(m.njnt)}
     for body, ours in bodies.index.items():
@@ -35,7 +37,9 @@ def read_joints(compiled: Compiled, bodies: Bodies) -> Joints:
             continue
         own = range(m.body_jntadr[body], m.body_jntadr[body] + m.body_jntnum[body])
         if any(m.jnt_type[j] == compiled.mujoco.mjtJoint.mjJNT_FREE for j in own):
-            _check_free(compiled, own[0])
+            if (free := _free(compiled, bodies, body, own[0])) is not None:
+                joints.free[own[0]] = len(joints.joints)
+                joints.joints.append(free)
             continue
         joint = _chain(compiled, bodies, body, list(own), joints)
         name = "+".join(filter(None, (compiled.name("jnt", j) for j in own)))
@@ -50,15 +54,51 @@ def read_joints(compiled: Compiled, bodies: Bodies) -> Joints:
     return joints
 
 
-def _check_free(compiled: Compiled, joint: int) -> None:
+def _free(compiled: Compiled, bodies: Bodies, body: int, j: int) -> Joint | None:
+    """A free joint with a spring, damper, friction or armature: three slides along the axes of the world and
+    a ball, with MuJoCo's coordinates. Without any the body just moves freely: None."""
     m = compiled.model
-    dofs = slice(m.jnt_dofadr[joint], m.jnt_dofadr[joint] + 6)
-    values = {
-        "stiffness": m.jnt_stiffness[joint], "damping": m.dof_damping[dofs].any(),
-        "frictionloss": m.dof_frictionloss[dofs].any(), "armature": m.dof_armature[dofs].any(),
-    }  # fmt: skip
-    for name in (name for name, value in values.items() if value):
-        compiled.refuse("jnt", joint, f"{name} of a free joint; use <freejoint>")
+    v, q = int(m.jnt_dofadr[j]), int(m.jnt_qposadr[j])
+    acting = _acting(compiled, j)
+    if not any(acting.values()):
+        return None
+    # The spring of the rotation is at rest where the frames coincide.
+    rest = transform(m.qpos_spring[q : q + 3], m.qpos_spring[q + 3 : q + 7])
+    turn = rest.rotation if acting["stiffness"] else IDENTITY
+    name = compiled.name("jnt", j) or f"{bodies.bodies[bodies.index[body]].name}_free"
+    dofs = tuple(
+        Dof(
+            "slide",
+            rotate(conjugate(turn), axis),
+            rest=rest.position[k],
+            name=f"{name}.{'xyz'[k]}",
+            **acting,
+        )
+        for k, axis in enumerate(((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)))
+    )
+    rotation = {f"ball_{key}": float(value) for key, value in _acting(compiled, j, v + 3).items()}
+    return Joint(
+        name=name,
+        body_a=bodies.index[body],
+        frame_b=Transform((0.0, 0.0, 0.0), turn),
+        dofs=dofs,
+        spherical=True,
+        collide=True,
+        **rotation,
+    )
+
+
+def _acting(compiled: Compiled, j: int, v: int | None = None) -> dict[str, float]:
+    """Spring, damper, dry friction and armature of a joint, as far as they are switched on. v: of which of
+    its velocities, the first by default."""
+    m = compiled.model
+    v = int(m.jnt_dofadr[j]) if v is None else v
+    return {
+        "stiffness": float(m.jnt_stiffness[j]) if compiled.enabled("spring") else 0.0,
+        "damping": float(m.dof_damping[v]) if compiled.enabled("damper") else 0.0,
+        "friction": float(m.dof_frictionloss[v]) if compiled.enabled("frictionloss") else 0.0,
+        "armature": float(m.dof_armature[v]),
+    }
 
 
 def _chain(compiled: Compiled, bodies: Bodies, body: int, own: list[int], joints: Joints) -> Joint:
@@ -133,7 +173,7 @@ def _limits(compiled: Compiled, j: int) -> tuple[float, float]:
 
 def _dof(compiled: Compiled, j: int, axis: Vector3, anchor: Vector3) -> Dof:
     m = compiled.model
-    v, q = m.jnt_dofadr[j], m.jnt_qposadr[j]
+    q = m.jnt_qposadr[j]
     slides = m.jnt_type[j] == compiled.mujoco.mjtJoint.mjJNT_SLIDE
     if not slides and abs(m.qpos0[q]) > math.pi:
         compiled.refuse("jnt", j, f"ref of {m.qpos0[q]:g} rad, more than half a turn; take turns off it")
@@ -144,27 +184,19 @@ def _dof(compiled: Compiled, j: int, axis: Vector3, anchor: Vector3) -> Dof:
         anchor=anchor,
         lower=lower,
         upper=upper,
-        stiffness=float(m.jnt_stiffness[j]) if compiled.enabled("spring") else 0.0,
         rest=float(m.qpos_spring[q]),
-        damping=float(m.dof_damping[v]) if compiled.enabled("damper") else 0.0,
-        friction=float(m.dof_frictionloss[v]) if compiled.enabled("frictionloss") else 0.0,
-        armature=float(m.dof_armature[v]),
         motor=Motor(),
+        **_acting(compiled, j),
         name=compiled.name("jnt", j),
     )
 
 
 def _with_ball(compiled: Compiled, joint: Joint, j: int) -> Joint:
     m = compiled.model
-    v = m.jnt_dofadr[j]
-    if m.dof_armature[v]:
-        compiled.refuse("jnt", j, "armature of a ball joint; add it to the inertia")
     limited = m.jnt_limited[j] and compiled.enabled("limit")
     return replace(
         joint,
         spherical=True,
-        ball_stiffness=float(m.jnt_stiffness[j]) if compiled.enabled("spring") else 0.0,
-        ball_damping=float(m.dof_damping[v]) if compiled.enabled("damper") else 0.0,
-        ball_friction=float(m.dof_frictionloss[v]) if compiled.enabled("frictionloss") else 0.0,
         ball_limit=max(float(m.jnt_range[j, 1] - m.jnt_margin[j]), SMALL_ANGLE) if limited else math.inf,
+        **{f"ball_{key}": value for key, value in _acting(compiled, j).items()},
     )

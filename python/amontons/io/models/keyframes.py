@@ -40,6 +40,8 @@ def _keyframe(
     for j, (joint, dof) in joints.dof.items():
         coordinates[first[joint] + dof] = data.qpos[m.jnt_qposadr[j]]
         targets[first[joint] + dof] = joints.joints[joint].dofs[dof].motor.target
+    for j, joint in joints.free.items():
+        coordinates[first[joint] : first[joint] + 3] = data.qpos[m.jnt_qposadr[j] : m.jnt_qposadr[j] + 3]
     ids = {compiled.name("actuator", i) or f"actuator_{i}": i for i in range(m.nactuator)}
     for name, actuator in actuators.items():
         control = float(data.ctrl[m.actuator_ctrladr[ids[name]]])

@@ -13,6 +13,8 @@ from .xml_lines import Element
 
 Check = Callable[[Element, str], bool]
 """Whether the value of an attribute is supported."""
+Condition = tuple[Check, str] | tuple[Check, str, str]
+"""A check, why other values are listed, and their effect on the motion: small unless it is given"""
 
 
 @dataclass(frozen=True)
@@ -21,8 +23,7 @@ class Rule:
 
     read: frozenset[str] = frozenset()
     ignored: frozenset[str] = frozenset()
-    checked: dict[str, tuple[Check, str]] = field(default_factory=dict)
-    """the reason why other values are listed"""
+    checked: dict[str, Condition] = field(default_factory=dict)
     subtree: bool = False
     """all that is below is ignored"""
     unread: str = ""
@@ -72,9 +73,9 @@ ADHESION = "adhesion"
 DELAY = "delay of an actuator"
 
 BODY = Rule(
-    words("name childclass mocap") | FRAME,
+    words("name childclass mocap gravcomp") | FRAME,
     words("user simple sleep fuse"),
-    {"gravcomp": (zero, "gravity compensation; apply the force in a callback")},
+    {},
 )
 JOINT = Rule(
     words(
@@ -91,14 +92,13 @@ JOINT = Rule(
 GEOM = Rule(
     words(
         "name class contype conaffinity condim priority friction mass density shellinertia size fromto mesh "
-        "hfield fitscale margin solref solimp solmix"
+        "hfield fitscale margin solref solimp solmix surfacevel"
     )
     | FRAME,
     words("group user material rgba castshadow fluidshape fluidcoef gap"),
     {
         "type": (none_of("sdf"), "a signed distance field; use a mesh or primitives"),
         "adhesion": (zero, ADHESION),
-        "surfacevel": (zero_from(3), "a surface velocity that rotates"),
     },
 )
 PAIR = Rule(
@@ -109,7 +109,7 @@ PAIR = Rule(
         "adhesion": (zero, ADHESION),
     },
 )
-ACTIVE = (one_of("true"), "an equality that is not active from the start")
+ACTIVE = (one_of("true"), "an equality that is not active from the start; it stays so", "none")
 EQUALITY = Rule(
     words("name class body1 body2 anchor relpose site1 site2 joint1 joint2 polycoef"),
     SOFTNESS | words("torquescale"),
@@ -132,16 +132,12 @@ ACTUATOR = Rule(
     },
 )
 OPTION = Rule(
-    words("gravity actuatorgroupdisable"),
+    words("gravity actuatorgroupdisable density viscosity wind"),
     words(
         "ccd_iterations ccd_tolerance cone impratio integrator iterations jacobian ls_iterations "
         "ls_tolerance magnetic noslip_iterations noslip_tolerance o_friction o_margin o_solimp o_solref "
-        "sdf_initpoints sdf_iterations sleep_tolerance solver timestep tolerance wind"
+        "sdf_initpoints sdf_iterations sleep_tolerance solver timestep tolerance"
     ),
-    {
-        "density": (zero, "forces of a surrounding fluid; apply them in a callback"),
-        "viscosity": (zero, "forces of a surrounding fluid; apply them in a callback"),
-    },
 )
 FLAG = Rule(
     words(

@@ -76,9 +76,9 @@ def _unknown(element: Element, issues: Issues) -> None:
 
 def _check(element: Element, attribute: str, rule: Rule, issues: Issues) -> None:
     if attribute in rule.checked:
-        check, reason = rule.checked[attribute]
+        check, reason, *effect = rule.checked[attribute]
         if not check(element, attribute):
-            issues.add(element, f'{attribute}="{element.attributes[attribute]}": {reason}')
+            issues.add(element, f'{attribute}="{element.attributes[attribute]}": {reason}', *effect)
     elif attribute not in rule.read | rule.ignored and not attribute.startswith("xmlns"):
         issues.add(element, f'{attribute}="{element.attributes[attribute]}": this attribute is not known')
 

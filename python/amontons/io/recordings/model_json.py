@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from ...model.model import Model
-from ...model.parts import Body, Coupling, Dof, Geom, Joint, Material, Motor, PairMaterial
+from ...model.parts import Body, Coupling, Dof, Fluid, FluidBox, Geom, Joint, Material, Motor, PairMaterial
 from ...model.presets import Actuator, Keyframe, Unread
 from ...model.sensing import Sensor, Site
 from ...model.shapes import KINDS, Shape
@@ -71,6 +71,11 @@ def model_from_json(text: str) -> Model:
     d["actuators"] = {name: Actuator(**actuator) for name, actuator in d["actuators"].items()}
     for name, kind in (("sites", Site), ("sensors", Sensor)):
         d[name] = tuple(_looking(kind, parts, shapes) for parts in d.get(name, ()))
+    if "fluid" in d:
+        d["fluid"] = Fluid(**d["fluid"])
+        d["fluid_boxes"] = tuple(
+            FluidBox(**{**box, "frame": Transform(**box["frame"])}) for box in d["fluid_boxes"]
+        )
     d["unread"] = tuple(Unread(**entry) for entry in d.get("unread", ()))
     d["excluded_bodies"] = tuple((a, b) for a, b in d["excluded_bodies"])
     return Model(**d)

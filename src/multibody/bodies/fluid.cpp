@@ -1,0 +1,53 @@
+// MuJoCo's inertia model (its documentation, Computation, Fluid forces): with the edges b, their mean d, and
+// the velocity v and spin w of the box relative to the fluid along its axes i (j, k the others), Stokes' drag
+// of a sphere of the diameter d and the dynamic pressure on the faces are
+//
+//   f_i = -(3 pi d viscosity + density / 2 b_j b_k |v_i|) v_i,
+//   t_i = -(pi d^3 viscosity + density / 64 b_i (b_j^4 + b_k^4) |w_i|) w_i.
+#include "multibody/bodies/fluid.hpp"
+
+#include <array>
+#include <cmath>
+#include <numbers>
+
+namespace amontons {
+
+namespace {
+
+// The impulse over h of f = -c v on what moves alone with the inverse mass w: implicit, x = -h c (v + w x).
+// So it stops a light body in a thick fluid and never turns it round.
+double drag(double c, double v, double inverse_mass, double h) {
+  return -h * c * v / (1 + h * c * inverse_mass);
+}
+
+}  // namespace
+
+void add_fluid_loads(const Model& model, const BodyFrames& frames, const BodyMobilities& mobility,
+                     const BodyVelocities& v, double h, std::vector<BodyImpulse>& loads) {
+  const Fluid& fluid = model.description().fluid;
+  if (fluid.density == 0 && fluid.viscosity == 0) return;
+  for (const FluidBox& box : model.description().fluid_boxes) {
+    if (!model.is_dynamic(box.body)) continue;
+    const Transform frame = frames[box.body].pose * box.frame;
+    const Vec3 arm = frame.position - frames[box.body].centre;
+    const Vec3 flow = v[box.body].linear + cross(v[box.body].angular, arm) - fluid.wind;
+    const BodyMobility& w = mobility[box.body];
+    const std::array<double, 3> b{box.size.x, box.size.y, box.size.z};
+    const double mean = (b[0] + b[1] + b[2]) / 3;
+    for (int i = 0; i < 3; ++i) {
+      const double side = b[i], j = b[(i + 1) % 3], k = b[(i + 2) % 3];
+      const Vec3 axis = rotate(frame.rotation, {i == 0 ? 1.0 : 0.0, i == 1 ? 1.0 : 0.0, i == 2 ? 1.0 : 0.0});
+      const double speed = dot(axis, flow), spin = dot(axis, v[box.body].angular);
+      const double c =
+          3 * std::numbers::pi * mean * fluid.viscosity + 0.5 * fluid.density * j * k * std::abs(speed);
+      const double turning = std::numbers::pi * mean * mean * mean * fluid.viscosity +
+                             fluid.density / 64 * side * (j * j * j * j + k * k * k * k) * std::abs(spin);
+      const Vec3 push = drag(c, speed, w.inverse_mass, h) * axis;
+      const double turned = dot(axis, w.inverse_inertia * axis);
+      loads[box.body].force += push;
+      loads[box.body].torque += cross(arm, push) + drag(turning, spin, turned, h) * axis;
+    }
+  }
+}
+
+}  // namespace amontons
