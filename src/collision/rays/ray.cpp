@@ -185,19 +185,21 @@ RayHit cast(const Mesh& shape, const Ray& ray) {
   return hit;
 }
 
-// Column by column: between two lines of the grid the ray passes a run of rows, often one or two. One cell
-// more on each side makes up for rounding.
+// Column by column: between two lines of the grid the ray passes a run of rows, often one or two. A ray along
+// a line of the grid may be on either side of it by rounding: what counts as passed is wider by `room`, in
+// cells.
 RayHit cast(const HeightField& field, const Ray& ray) {
   const HeightGrid& grid = *field.data;
   const collision::GridSurface surface{grid};
   const auto [enter, leave] = interval(grid.box(), ray);
+  constexpr double room = 1e-9;
   RayHit hit;
   if (enter > leave) return hit;
   const auto column = [&](double t) { return surface.column_at(at(ray, t).x); };
   const auto row = [&](double t) { return surface.row_at(at(ray, t).y); };
   const auto columns =
-      collision::GridSurface::cells(std::min(column(enter), column(leave)) - 1e-9,
-                                    std::max(column(enter), column(leave)) + 1e-9, grid.columns - 2);
+      collision::GridSurface::cells(std::min(column(enter), column(leave)) - room,
+                                    std::max(column(enter), column(leave)) + room, grid.columns - 2);
   const double speed = ray.direction.x / grid.size_x * static_cast<double>(grid.columns - 1);
   for (std::int64_t n = 0; n <= columns[1] - columns[0]; ++n) {
     const std::int64_t c = speed >= 0 ? columns[0] + n : columns[1] - n;
@@ -206,13 +208,13 @@ RayHit cast(const HeightField& field, const Ray& ray) {
     if (speed != 0) {
       const double origin = surface.column_at(ray.origin.x);
       const double a = (static_cast<double>(c) - origin) / speed,
-                   b = (static_cast<double>(c + 1) - origin) / speed;
-      t0 = std::max(t0, std::min(a, b));
-      t1 = std::min(t1, std::max(a, b));
+                   b = (static_cast<double>(c + 1) - origin) / speed, more = room / std::abs(speed);
+      t0 = std::max(t0, std::min(a, b) - more);
+      t1 = std::min(t1, std::max(a, b) + more);
     }
     if (t0 > hit.distance) break;
-    const auto rows = collision::GridSurface::cells(std::min(row(t0), row(t1)) - 1e-9,
-                                                    std::max(row(t0), row(t1)) + 1e-9, grid.rows - 2);
+    const auto rows = collision::GridSurface::cells(std::min(row(t0), row(t1)) - room,
+                                                    std::max(row(t0), row(t1)) + room, grid.rows - 2);
     for (std::int64_t r = rows[0]; r <= rows[1]; ++r)
       for (int upper = 0; upper < 2; ++upper) {
         const Vec3 p = surface.point(r, c), q = surface.point(r + 1, c + 1),
