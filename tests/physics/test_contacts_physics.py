@@ -411,7 +411,7 @@ def test_a_long_rest_stays():
 def test_sliding_over_slabs_feels_no_joints(h, mu):
     # Boxes side by side, level: the way is 3 t, or that of v_k = v - k mu g h, v^2 / (2 mu g) - v h / 2 up to
     # h^2. A contact with the side of the next slab, found before the body is above it, stops it at the joint.
-    # (Balls still hop: the next edge is below them, not beside them.)
+    # (What rolls: test_seams.py.)
     cube = np.array([[x, y, z] for x in (-0.1, 0.1) for y in (-0.1, 0.1) for z in (-0.1, 0.1)])
     for shape in (shapes.Box((0.1, 0.1, 0.1)), shapes.Cylinder(0.1, 0.1), shapes.Hull(cube)):
         for yaw in (0.0, 0.2):

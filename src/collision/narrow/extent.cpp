@@ -1,6 +1,7 @@
 #include "amontons/collision/narrow/extent.hpp"
 
 #include "collision/narrow/convex.hpp"
+#include "collision/narrow/feature.hpp"
 
 namespace amontons {
 
@@ -8,6 +9,13 @@ namespace amontons {
 double extent_along(const Shape& shape, const Transform& frame, const Vec3& direction, const Vec3& from) {
   const collision::Convex body = collision::make_convex(shape, frame, from);
   return dot(direction, collision::support(body, direction)) + body.radius;
+}
+
+bool has_face(const Shape& shape, const Transform& frame, const Vec3& direction) {
+  thread_local collision::Feature feature;
+  const collision::Convex body = collision::make_convex(shape, frame, frame.position);
+  collision::supporting_feature(body, direction, nullptr, nullptr, feature);
+  return feature.count > 2;
 }
 
 }  // namespace amontons

@@ -3,6 +3,7 @@
 #include <array>
 #include <tuple>
 
+#include "collision/narrow/manifold.hpp"
 #include "collision/pairs/boxes.hpp"
 #include "collision/pairs/general.hpp"
 #include "collision/pairs/plane.hpp"
@@ -72,6 +73,15 @@ void collide(const Shape& a, const Transform& frame_a, const Shape& b, const Tra
   row->collide(first, second, margin, points);
   if (!swap) return;
   for (std::size_t i = before; i < points.size(); ++i) points[i].normal = -points[i].normal;
+}
+
+void collide_along(const Vec3& normal, const Shape& a, const Transform& frame_a, const Shape& b,
+                   const Transform& frame_b, double margin, std::vector<ContactPoint>& points) {
+  const Vec3& origin = frame_a.position;
+  const std::size_t before = points.size();
+  collision::clip_features(collision::make_convex(a, frame_a, origin),
+                           collision::make_convex(b, frame_b, origin), normal, nullptr, margin, points);
+  for (std::size_t i = before; i < points.size(); ++i) points[i].point += origin;
 }
 
 }  // namespace amontons

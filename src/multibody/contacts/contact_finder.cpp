@@ -43,6 +43,9 @@ SurfaceMotion surface_motion(const Geom& a, const Transform& frame_a, const Geom
   return {on_a.linear - on_b.linear, on_a.spin - on_b.spin};
 }
 
+// Arms from the world are those from its origin.
+Vec3 centre_of(const Reach& reach, Index body) { return body < 0 ? Vec3{} : reach.bodies[body].centre; }
+
 // What all contacts of two geoms have in common.
 Contact contact_of(const Model& model, Index a, Index b, const BodyFrames& bodies) {
   const Geom &geom_a = model.geom(a), &geom_b = model.geom(b);
@@ -126,8 +129,7 @@ void ContactFinder::visit(const Reach& reach, F&& f) {
     Contact c = contact_of(model, a, b, reach.bodies);
     const SurfaceMotion surface =
         surface_motion(model.geom(a), frames_[a], model.geom(b), frames_[b], reach.bodies);
-    const Vec3 centre_a = reach.bodies[c.body_a].centre;
-    const Vec3 centre_b = c.body_b >= 0 ? reach.bodies[c.body_b].centre : Vec3{};
+    const Vec3 centre_a = centre_of(reach, c.body_a), centre_b = centre_of(reach, c.body_b);
     for (const ContactPoint& p : points_) {
       move_to(p, centre_a, centre_b, surface, c);
       f(c, c.gap + reach.h * opening(c, reach.v));
@@ -142,18 +144,39 @@ void ContactFinder::find(const Reach& reach, std::vector<Contact>& contacts) {
   visit(reach, [&](const Contact& contact, double closing) {
     if (contact.gap <= reach.margin || closing <= reach.margin) contacts.push_back(contact);
   });
-  // What a body rests on is known only now. All are judged before any is taken away: they are one another's
-  // witnesses.
-  seams_.start(contacts);
-  passed_.assign(contacts.size(), 0);
-  for (std::size_t i = 0; i < contacts.size(); ++i)
-    passed_[i] = seams_.passes(reach, frames_, contacts, contacts[i]);
-  // In place and in order: the rest of the step goes pair by pair.
-  std::size_t kept = 0;
-  for (std::size_t i = 0; i < contacts.size(); ++i)
-    if (!passed_[i] && kept++ != i) contacts[kept - 1] = contacts[i];
-  contacts.resize(kept);
+  // What a body rests on is known only now.
+  level(reach, seams_.find(reach, frames_, contacts), contacts);
   spares_.set_aside(reach, contacts);
+}
+
+// The pairs of the passages get the points along the neighbour's normal. In order, as the rest of the step
+// goes pair by pair; in most steps there is nothing to do.
+void ContactFinder::level(const Reach& reach, std::span<const Seams::Passage> passages,
+                          std::vector<Contact>& contacts) {
+  if (passages.empty()) return;
+  found_.clear();
+  std::size_t next = 0;
+  const auto copy_to = [&](std::size_t end) {
+    for (; next < end; ++next) found_.push_back(contacts[next]);
+  };
+  for (const Seams::Passage& p : passages) {
+    copy_to(p.first);
+    Contact c = contacts[p.first];
+    const SurfaceMotion surface = surface_motion(reach.model.geom(c.geom_a), frames_[c.geom_a],
+                                                 reach.model.geom(c.geom_b), frames_[c.geom_b], reach.bodies);
+    const Index x = p.a_passes ? c.geom_a : c.geom_b, y = p.a_passes ? c.geom_b : c.geom_a;
+    points_.clear();
+    collide_along(p.normal, reach.model.geom(x).shape, frames_[x], reach.model.geom(y).shape, frames_[y],
+                  reach.margin + c.material.rest_offset + reach.h * (speeds_[x] + speeds_[y]), points_);
+    for (ContactPoint& point : points_) {
+      if (!p.a_passes) point.normal = -point.normal;
+      move_to(point, centre_of(reach, c.body_a), centre_of(reach, c.body_b), surface, c);
+      if (c.gap <= reach.margin || end_gap(c, reach) <= reach.margin) found_.push_back(c);
+    }
+    next = p.end;
+  }
+  copy_to(contacts.size());
+  contacts.swap(found_);
 }
 
 // Both searches ask for overlaps of more than a tenth of the margin: less is no fault, as contacts close gaps
@@ -162,6 +185,7 @@ void ContactFinder::find_unforeseen(const Reach& reach, const BodyVelocities& fr
                                     std::vector<Contact>& contacts) {
   const double allowance = reach.margin / 10;
   spares_.call_in(reach, contacts);
+  seams_.call_in(reach, contacts);
   find_missed(reach, free, allowance, contacts);
   find_overlaps(reach, allowance, contacts);
 }
@@ -185,10 +209,9 @@ void ContactFinder::find_missed(const Reach& reach, const BodyVelocities& free, 
   }
   if (2 * reach.h * change <= reach.margin + allowance) return;
   sort_by_pair(contacts, by_pair_, [](std::size_t) { return true; });
-  seams_.start(contacts);
   visit(reach, [&](const Contact& contact, double closing) {
     if (closing >= -allowance) return;
-    if (seams_.passes(reach, frames_, contacts, contact)) return;
+    if (seams_.passes(reach, frames_, contact)) return;
     // Points within a thousandth of the margin are one: the same features of the same pair.
     const double same = 1e-6 * reach.margin * reach.margin;
     const auto [first, last] = keys_of(by_pair_, pair_of(contact));

@@ -31,6 +31,8 @@ class ContactFinder {
   // turns while something slides along it is where its old normal does not tell. Arms, normal and gap of
   // these points are those of the end of the step, so that they ask for nothing that the motion does not.
   void find_overlaps(const Reach& reach, double allowance, std::vector<Contact>& contacts);
+  // Gives pairs that pass a seam the points that they have along the neighbour's normal.
+  void level(const Reach& reach, std::span<const Seams::Passage> passages, std::vector<Contact>& contacts);
   void place_geoms(const Reach& reach);
   template <class F>
   void visit(const Reach& reach, F&& f);
@@ -38,12 +40,12 @@ class ContactFinder {
   BroadPhase broad_phase_;
   std::vector<Transform> frames_;
   std::vector<Aabb> boxes_;
-  std::vector<unsigned char> fixed_, passed_;
+  std::vector<unsigned char> fixed_;
   std::vector<double> speeds_;
   std::vector<IndexPair> pairs_;
   std::vector<ContactPoint> points_;
   std::vector<PairKey> by_pair_;
-  std::vector<Contact> found_;  // of one pair
+  std::vector<Contact> found_;
   Seams seams_;
   Spares spares_;
 };

@@ -11,6 +11,13 @@ namespace amontons {
 
 inline std::pair<Index, Index> pair_of(const Contact& c) { return {c.geom_a, c.geom_b}; }
 
+// Of contacts that come pair by pair, the end of those of one pair that begin at `first`.
+inline std::size_t end_of_pair(const std::vector<Contact>& contacts, std::size_t first) {
+  std::size_t end = first + 1;
+  while (end < contacts.size() && pair_of(contacts[end]) == pair_of(contacts[first])) ++end;
+  return end;
+}
+
 // Where a contact stands among others. Records of contacts are large: what is sorted are their keys.
 struct PairKey {
   std::pair<Index, Index> pair;

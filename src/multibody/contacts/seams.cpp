@@ -1,11 +1,16 @@
-// Why a search needs to know of seams: see Seams. Judged by geometry alone, at the start of the step; what is
-// passed in one step is looked at again in the next.
+// Why a search needs to know of seams: see Seams. Judged by geometry alone, at the start of the step: the
+// free velocities of what rests mean little. Should the solve move the neighbours apart, the contacts come
+// back.
+//
+// Let X touch Z with the normal m, X being above the plane of that contact and Z below it. A geom Y that does
+// not rise above that plane either is parted from X by it, whatever the nearest way from X to Y is: m is a
+// normal of the pair X, Y as well, and along it the pair has the points where X is over a face of Y. The ones
+// that it had along the way to its rim are those that a surface of triangles has at inner edges.
 #include "multibody/contacts/seams.hpp"
 
 #include <algorithm>
 
 #include "amontons/collision/narrow/extent.hpp"
-#include "multibody/contacts/contact_law.hpp"
 
 namespace amontons {
 
@@ -15,53 +20,142 @@ namespace {
 // margin is taken for.
 double level_of(double margin) { return 0.01 * margin; }
 
-// With a lowest point that means something: spheres roll over a seam anyway, and static shapes are no slabs.
-bool is_solid(const Shape& shape) { return !is_static_only(shape) && !std::holds_alternative<Sphere>(shape); }
+// The cosine of 1e-4 rad. Contacts that differ by less have one normal.
+constexpr double same_normal = 1 - 5e-9;
 
-// Whether a contact that is still open would close within the step, between two solids of which B does not
-// move: the only ones that a body may pass instead.
-bool may_pass(const Reach& reach, const Contact& contact) {
-  const Model& model = reach.model;
-  const double closing = reach.h * dot(contact.normal, relative_motion(contact, reach.v).linear);
-  return contact.gap >= -level_of(reach.margin) && !model.is_dynamic(contact.body_b) &&
-         contact.gap + closing < 0 && is_solid(model.geom(contact.geom_a).shape) &&
-         is_solid(model.geom(contact.geom_b).shape);
+// Spheres, boxes and so on of bodies that impulses move.
+bool may_pass(const Model& model, Index body, Index geom) {
+  return model.is_dynamic(body) && !is_static_only(model.geom(geom).shape);
+}
+
+bool is_still(const Model& model, Index geom) {
+  const Index body = model.geom(geom).body;
+  return body < 0 || model.body(body).motion == Motion::fixed;
+}
+
+// How far one geom rises beside another one within the step, at a point and along a direction.
+double rise_of(const Reach& reach, Index geom, Index beside, const Vec3& point, const Vec3& up) {
+  const auto speed = [&](Index g) {
+    const Index body = reach.model.geom(g).body;
+    if (body < 0) return 0.0;
+    const BodyVelocity& v = reach.v[body];
+    return dot(up, v.linear + cross(v.angular, point - reach.bodies[body].centre));
+  };
+  return reach.h * (speed(geom) - speed(beside));
 }
 
 }  // namespace
 
-void Seams::start(const std::vector<Contact>& contacts) {
-  by_body_.clear();
-  known_ = contacts.size();
+Seams::Touch Seams::touch_of(const Contact& c, bool of_a, std::uint32_t pair) {
+  const Vec3 up = of_a ? c.normal : -c.normal;
+  const Vec3 half = (0.5 * (c.gap + c.material.rest_offset)) * up;
+  return {of_a ? c.geom_a : c.geom_b, of_a ? c.geom_b : c.geom_a, up, c.point + half, c.point - half, pair};
 }
 
-// Of what A rests on, every neighbour of the geom that it would strike is tried: the body B is the same, the
-// geom another, the gap level and the normal across that of the contact. Then A passes if its lowest point
-// along the neighbour's normal stands above the highest of the geom, both sought near the contact: a slab
-// that is lower somewhere else, or higher, does not matter there.
-bool Seams::passes(const Reach& reach, const std::vector<Transform>& frames,
-                   const std::vector<Contact>& contacts, const Contact& contact) {
-  if (!may_pass(reach, contact)) return false;
-  if (by_body_.empty()) {
-    by_body_.resize(known_);
-    for (std::size_t i = 0; i < known_; ++i) by_body_[i] = i;
-    std::stable_sort(by_body_.begin(), by_body_.end(),
-                     [&](std::size_t i, std::size_t j) { return contacts[i].body_a < contacts[j].body_a; });
-  }
-  const Shape &a = reach.model.geom(contact.geom_a).shape, &b = reach.model.geom(contact.geom_b).shape;
+std::span<const Seams::Touch> Seams::touches_of(Index geom) const {
+  const auto g = static_cast<std::size_t>(geom);
+  return std::span(touches_).subspan(start_[g], start_[g + 1] - start_[g]);
+}
+
+// The pair that parts the two geoms of a touch. rise(t): by how much the ground of the touch may rise beside
+// that of t.
+const Seams::Touch* Seams::find_level(const Reach& reach, const std::vector<Transform>& frames,
+                                      const Touch& touch, auto&& rises) const {
+  const Shape &x = reach.model.geom(touch.body).shape, &y = reach.model.geom(touch.ground).shape;
+  if (is_static_only(y)) return nullptr;
   const double level = level_of(reach.margin);
-  auto k = std::partition_point(by_body_.begin(), by_body_.end(),
-                                [&](std::size_t i) { return contacts[i].body_a < contact.body_a; });
-  for (; k != by_body_.end() && contacts[*k].body_a == contact.body_a; ++k) {
-    const Contact& rest = contacts[*k];
-    if (rest.body_b != contact.body_b || rest.geom_b == contact.geom_b) continue;
-    if (std::abs(rest.gap) > level || dot(rest.normal, contact.normal) > 0.5) continue;
-    const Vec3& up = rest.normal;
-    const double lowest = -extent_along(a, frames[contact.geom_a], -up, contact.point),
-                 highest = extent_along(b, frames[contact.geom_b], up, contact.point);
-    if (lowest - highest >= -level) return true;
+  const Transform& ground = frames[touch.ground];
+  for (const Touch& t : touches_of(touch.body)) {
+    if (states_[t.pair].passed || t.ground == touch.ground || dot(touch.up, t.up) > same_normal) continue;
+    if (dot(t.up, ground.position - t.on_ground) > level) continue;  // mostly it is far above the plane
+    const double rise = extent_along(y, ground, t.up, t.on_ground);
+    if (rise + rises(t) > level || extent_along(x, frames[t.body], -t.up, t.on_body) > level) continue;
+    // Of two that each look like the neighbour of the other the lower one is.
+    const Shape& z = reach.model.geom(t.ground).shape;
+    if (!is_static_only(z) && extent_along(z, frames[t.ground], touch.up, touch.on_ground) < rise) continue;
+    // A ball is held by the plane wherever it goes; others, which may tip, need a face to come to lie on.
+    if (std::holds_alternative<Sphere>(x) || has_face(y, ground, t.up)) return &t;
   }
-  return false;
+  return nullptr;
+}
+
+// Of two geoms that move the one that touches less passes, which keeps the search short.
+const Seams::Touch* Seams::judge(const Reach& reach, const std::vector<Transform>& frames,
+                                 const Contact& contact, auto&& rises) const {
+  const bool a = may_pass(reach.model, contact.body_a, contact.geom_a);
+  const bool b = may_pass(reach.model, contact.body_b, contact.geom_b);
+  const std::size_t of_a = touches_of(contact.geom_a).size(), of_b = touches_of(contact.geom_b).size();
+  const Touch* level = nullptr;
+  if (a && (!b || of_a <= of_b)) level = find_level(reach, frames, touch_of(contact, true, 0), rises);
+  if (!level && b && (!a || of_b <= of_a))
+    level = find_level(reach, frames, touch_of(contact, false, 0), rises);
+  return level;
+}
+
+// The touches of all geoms that may pass, geom by geom, in the order of the pairs.
+void Seams::collect(const Model& model, const std::vector<Contact>& contacts) {
+  found_.clear();
+  states_.clear();
+  start_.assign(model.description().geoms.size() + 1, 0);
+  for (std::size_t first = 0, end = 0; first < contacts.size(); first = end) {
+    end = end_of_pair(contacts, first);
+    // The deepest point stands for the pair.
+    std::size_t deepest = first;
+    for (std::size_t i = first + 1; i < end; ++i)
+      if (contacts[i].gap < contacts[deepest].gap) deepest = i;
+    const Contact& c = contacts[deepest];
+    const auto pair = static_cast<std::uint32_t>(states_.size());
+    states_.push_back({first, end, deepest, false, false});
+    if (may_pass(model, c.body_a, c.geom_a)) found_.push_back(touch_of(c, true, pair));
+    if (may_pass(model, c.body_b, c.geom_b)) found_.push_back(touch_of(c, false, pair));
+  }
+  for (const Touch& t : found_) ++start_[static_cast<std::size_t>(t.body) + 1];
+  for (std::size_t g = 1; g < start_.size(); ++g) start_[g] += start_[g - 1];
+  touches_.resize(found_.size());
+  place_.assign(start_.begin(), start_.end());
+  for (const Touch& t : found_) touches_[place_[static_cast<std::size_t>(t.body)]++] = t;
+}
+
+std::span<const Seams::Passage> Seams::find(const Reach& reach, const std::vector<Transform>& frames,
+                                            const std::vector<Contact>& contacts) {
+  passages_.clear();
+  passed_.clear();
+  collect(reach.model, contacts);
+  for (PairState& pair : states_) {
+    const auto all = std::span(contacts).subspan(pair.first, pair.end - pair.first);
+    // What does not close within the step does nothing. What another pair relies on stays.
+    if (pair.holds ||
+        std::none_of(all.begin(), all.end(), [&](const Contact& c) { return end_gap(c, reach) < 0; }))
+      continue;
+    const Touch* level = judge(reach, frames, contacts[pair.deepest], [](const Touch&) { return 0.0; });
+    if (!level) continue;
+    pair.passed = true;
+    states_[level->pair].holds = true;
+    const bool a_passes = level->body == all[0].geom_a;
+    const Index ground = a_passes ? all[0].geom_b : all[0].geom_a;
+    passages_.push_back({pair.first, pair.end, level->up, a_passes});
+    if (is_still(reach.model, ground) && is_still(reach.model, level->ground)) continue;
+    for (const Contact& c : all) passed_.push_back({c, ground, level->ground, level->up});
+  }
+  return passages_;
+}
+
+void Seams::call_in(const Reach& reach, std::vector<Contact>& contacts) {
+  const double level = level_of(reach.margin);
+  std::erase_if(passed_, [&](const Passed& p) {
+    if (end_gap(p.contact, reach) >= -level ||
+        !(rise_of(reach, p.ground, p.level, p.contact.point, p.up) > level))
+      return false;
+    contacts.push_back(p.contact);
+    return true;
+  });
+}
+
+bool Seams::passes(const Reach& reach, const std::vector<Transform>& frames, const Contact& contact) const {
+  return judge(reach, frames, contact, [&](const Touch& t) {
+           const Index ground = t.body == contact.geom_a ? contact.geom_b : contact.geom_a;
+           return rise_of(reach, ground, t.ground, contact.point, t.up);
+         }) != nullptr;
 }
 
 }  // namespace amontons

@@ -21,13 +21,6 @@ bool has_many_corners(const Shape& shape) {
          std::holds_alternative<HeightField>(shape);
 }
 
-// The end of the contacts from `first` on that are of one pair.
-std::size_t end_of_pair(const std::vector<Contact>& contacts, std::size_t first) {
-  std::size_t end = first + 1;
-  while (end < contacts.size() && pair_of(contacts[end]) == pair_of(contacts[first])) ++end;
-  return end;
-}
-
 }  // namespace
 
 void Spares::choose(const Reach& reach, std::span<const Contact> contacts) {

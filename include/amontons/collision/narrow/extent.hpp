@@ -8,4 +8,8 @@ namespace amontons {
 // `from`. Not for shapes that are static only.
 double extent_along(const Shape& shape, const Transform& frame, const Vec3& direction, const Vec3& from);
 
+// Whether a flat face of a convex shape supports it along a unit direction: one whose normal is within 18
+// degrees of it. Not for shapes that are static only.
+bool has_face(const Shape& shape, const Transform& frame, const Vec3& direction);
+
 }  // namespace amontons

@@ -14,4 +14,10 @@ namespace amontons {
 void collide(const Shape& a, const Transform& frame_a, const Shape& b, const Transform& frame_b,
              double margin, std::vector<ContactPoint>& points);
 
+// The same for two convex shapes along a given unit normal from B to A, which need not be the shortest way
+// apart: what A turns against the normal is cut by what B turns along it, so that only the part of A over a
+// face of B has points.
+void collide_along(const Vec3& normal, const Shape& a, const Transform& frame_a, const Shape& b,
+                   const Transform& frame_b, double margin, std::vector<ContactPoint>& points);
+
 }  // namespace amontons
