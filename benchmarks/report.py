@@ -53,6 +53,7 @@ class Results:
         self.literal = read_csv(folder / "literal_summary.csv")
         self.bilateral = read_csv(folder / "literal_bilateral.csv")
         self.simulation, self.physics = read_csv(folder / "simulation.csv"), read_csv(folder / "physics.csv")
+        self.rollout = read_csv(folder / "rollout.csv")
         self.broad_phase, self.robots = read_csv(folder / "broad_phase.csv"), read_csv(folder / "robots.csv")
 
     def accuracy(self, law: str, tolerance: float) -> Rows:
@@ -277,6 +278,14 @@ def robot_table(r: Results) -> str:
     return table(header, rows)
 
 
+def rollout_table(r: Results) -> str:
+    rows = [
+        (row["name"], row["threads"], f"{float(row['steps_per_second']):.0f}",
+         f"{1e6 * float(row['processor_per_step']):.1f}") for row in r.rollout
+    ]  # fmt: skip
+    return table(("", "threads", "steps per second", "processor time per step (us)"), rows)
+
+
 def broad_phase_table(r: Results) -> str:
     return table(
         ("scene", "bodies", "pairs", "first call (ns per body)", "next (ns per body)"),
@@ -297,6 +306,7 @@ def page(r: Results, method: str) -> str:
         ("Simulated scenes", f"{scene_table(r)}\n\n{phase_table(r)}", bool(r.simulation)),
         ("Physics", physics_table(r), bool(r.physics)),
         ("Models of others beside MuJoCo", robot_table(r), bool(r.robots)),
+        ("Many worlds at once", rollout_table(r), bool(r.rollout)),
         ("Time steps, default method", step_table(r), bool(r.steps)),
         ("Every method, associated", method_table(r, "associated"), bool(r.methods)),
         ("Every method, coulomb", method_table(r, "coulomb"), bool(r.methods)),

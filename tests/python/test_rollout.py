@@ -9,6 +9,7 @@ import amontons
 import numpy as np
 import pytest
 from amontons import Actuator, ModelBuilder, Motor, Simulation, rollout, shapes
+from amontons.model.sensing import Sensor
 
 ROWS, REPEAT = 6, 2
 
@@ -95,6 +96,23 @@ def test_from_simulations(model, states, controls):
         assert np.array_equal(result.q[k, -1], world.q)
         assert np.array_equal(result.simulations[k].q, world.q)
         assert result.simulations[k].step().residual == world.step().residual
+
+
+# Breaks when sensors are read of another world, before the last step of a row, or reading them changes bits.
+def test_sensors(states, controls):
+    model = replace(
+        hopper(),
+        sensors=(Sensor("height", "framepos", body=0), Sensor("turn", "gyro", body=2)),
+    )
+    result = rollout(model, states, controls, repeat=REPEAT, sensors=True)
+    plain = rollout(model, states, controls, repeat=REPEAT)
+    assert np.array_equal(result.q, plain.q)
+    assert plain.sensors.shape == (5, ROWS, 0)
+    assert result.sensors.shape == (5, ROWS, 6)
+    assert np.array_equal(result.sensors[:, :, :3], result.q[:, :, :3])  # the base is the body
+    for k, world in enumerate(result.simulations):
+        assert np.array_equal(result.sensors[k, -1], world.sensors.values_array)
+    assert rollout(model, states, steps=2, sensors=True).sensors.shape == (5, 2, 6)
 
 
 # Breaks when one row of controls for all worlds, or none, is read as something else.

@@ -30,6 +30,8 @@ class Rollout:
     """(worlds, rows), the largest of the steps of a row; above the tolerance a step has missed it"""
     time: Array
     """(rows,), since the start (s)"""
+    sensors: Array
+    """(worlds, rows, values), as `Simulation.sensors.values_array`; no values unless they were asked for"""
     simulations: list[Simulation]
     """the worlds at their ends, from which they can go on"""
 
@@ -42,6 +44,7 @@ def rollout(
     steps: int | None = None,
     repeat: int = 1,
     threads: int | None = None,
+    sensors: bool = False,
     **options: Any,
 ) -> Rollout:
     """Advance many worlds of a model side by side in C++, without Python's lock.
@@ -52,6 +55,7 @@ def rollout(
         for `repeat` steps. None leaves them as they are, for `steps` rows.
     threads: worlds at a time, by default as many as there are cores to use. Every world has the bits that it
         has by itself, whatever their number.
+    sensors: read the sensors of the model after each row, one world after the other with Python's lock held.
     options: those of `Simulation`, for all worlds; on_failure too.
 
     Raises InputError naming the argument, and SimulationError naming the world whose velocities came out not
@@ -62,16 +66,26 @@ def rollout(
     worlds = _worlds(model, states, options)
     rows = _controls(model, controls, len(worlds), steps)
     repeat = integer("repeat", repeat, 1)
-    course = advance_worlds(worlds, rows, repeat, threads)
-    for k, failure in enumerate(course.failures):
-        if failure:
-            raise SimulationError(
-                f"world {k}, row {course.done[k]}: {failure}; look for loads or speeds out of proportion, or "
-                "make dt smaller"
-            )
-    _report(worlds, course.residuals)
-    time = worlds[0].dt * repeat * np.arange(1, course.q.shape[1] + 1)
-    return Rollout(course.q, course.qd, course.residuals, time, worlds)
+    courses, readings, done = [], [], 0
+    for part in _in_single_rows(rows) if sensors else [rows]:
+        course = advance_worlds(worlds, part, repeat, threads)
+        for k, failure in enumerate(course.failures):
+            if failure:
+                raise SimulationError(
+                    f"world {k}, row {done + course.done[k]}: {failure}; look for loads or speeds out of "
+                    "proportion, or make dt smaller"
+                )
+        courses.append(course)
+        done += course.q.shape[1]
+        values = [world.sensors.values_array for world in worlds] if sensors else np.zeros((len(worlds), 0))
+        readings.append(np.repeat(np.array(values)[:, None], course.q.shape[1], axis=1))
+    q, qd, residuals = (
+        np.concatenate([getattr(course, name) for course in courses], axis=1)
+        for name in ("q", "qd", "residuals")
+    )
+    _report(worlds, residuals)
+    time = worlds[0].dt * repeat * np.arange(1, done + 1)
+    return Rollout(q, qd, residuals, time, np.concatenate(readings, axis=1), worlds)
 
 
 @dataclass(frozen=True)
@@ -110,6 +124,10 @@ def targets_of(model: Model, worlds: Sequence[Simulation], controls: Array) -> A
         clipped = np.clip(controls[:, :, k], drive.lower, drive.upper)
         targets[:, :, model.dof_index(drive.joint, drive.dof)] = drive.scale * clipped + drive.offset
     return targets
+
+
+def _in_single_rows(rows: Array | int) -> list[Array | int]:
+    return [1] * rows if isinstance(rows, int) else [rows[:, k : k + 1] for k in range(rows.shape[1])]
 
 
 def usable_cores() -> int:
