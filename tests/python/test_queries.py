@@ -202,7 +202,7 @@ def test_sensors_of_what_stands(mujoco, tmp_path):
     assert sim.sensors["lp"] == pytest.approx(-0.01)
     assert sim.sensors["lv"] == pytest.approx(-0.5)
     again = copy.deepcopy(sim)
-    np.testing.assert_array_equal(again.sensors.values_array, sim.sensors.values_array)
+    np.testing.assert_array_equal(again.sensors.array, sim.sensors.array)
 
 
 # Breaks when a site of the builder is in another place, moves otherwise, or is lost in a file or a part.
@@ -240,7 +240,7 @@ def test_sites(mujoco, tmp_path):
     assert again.model.sites == model.sites
     assert len(again.model.sensors) == len(model.sensors)
     sim.step(), again.step()
-    np.testing.assert_array_equal(again.sensors.values_array, sim.sensors.values_array)
+    np.testing.assert_array_equal(again.sensors.array, sim.sensors.array)
 
 
 SCENE = """

@@ -75,7 +75,7 @@ class Queries(GeneralisedCoordinates):
 
     @property
     def sensors(self) -> sensors.Readings:
-        """What the sensors of the model read now: arrays by name, and all of them as `values_array`.
+        """What the sensors of the model read now: arrays by name, and all of them as `array`.
 
         Forces and accelerations are means over the last step. docs/models.md lists the kinds.
         """

@@ -22,14 +22,14 @@ if TYPE_CHECKING:
 
 
 class Readings(Mapping[str, Array]):
-    """The values of all sensors, (size,) each by name; `values_array` is all of them one after the other."""
+    """The values of all sensors, (size,) each by name; `array` is all of them one after the other."""
 
     def __init__(self, values: Array, slices: Mapping[str, slice]) -> None:
-        self.values_array = values
+        self.array = values
         self._slices = slices
 
     def __getitem__(self, name: str) -> Array:
-        return self.values_array[self._slices[name]]
+        return self.array[self._slices[name]]
 
     def __iter__(self) -> Iterator[str]:
         return iter(self._slices)
@@ -38,7 +38,7 @@ class Readings(Mapping[str, Array]):
         return len(self._slices)
 
     def __array__(self, dtype: Any = None, copy: bool | None = None) -> Array:
-        return np.array(self.values_array, dtype=dtype)
+        return np.array(self.array, dtype=dtype)
 
     def __repr__(self) -> str:
         return f"amontons.Readings({', '.join(f'{name}: {value}' for name, value in self.items())})"
