@@ -117,6 +117,23 @@ def test_names(mujoco, tmp_path):
         Simulation(model).set_q({"knee": 1.0})
 
 
+# Breaks when a free joint with damping, which is a joint here, is asked for otherwise than one without.
+def test_damped_floating_base(mujoco, tmp_path):
+    text = ROBOT.replace('<freejoint name="root"/>', '<joint name="root" type="free" damping="0.1"/>')
+    path = tmp_path / "damped.xml"
+    path.write_text(text)
+    damped, (plain, *_) = amontons.load_model(path), robot(mujoco, tmp_path)
+    assert len(damped.joints) == len(plain.joints) + 1
+    assert damped.q_names == plain.q_names
+    assert damped.qd_names == plain.qd_names
+    sim = Simulation(damped)
+    sim.set_q({"torso": (1, 2, 3, 0.6, 0, 0.8, 0)})
+    sim.set_qd({"torso": (1, 2, 3, 4, 5, 6)})
+    np.testing.assert_allclose(sim.state.positions[0], (1, 2, 3), atol=1e-15)
+    np.testing.assert_allclose(sim.qd[:6], (1, 2, 3, 4, 5, 6), atol=1e-13)
+    assert sim.rate("root", 1) == pytest.approx(2)
+
+
 # Breaks when degrees of freedom of a model that is part of another one keep their names, which are taken.
 def test_names_of_a_model_put_into_another(mujoco, tmp_path):
     model, m, _ = robot(mujoco, tmp_path)

@@ -6,9 +6,13 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from .parts import WORLD, Joint
+from .transforms import ORIGIN
+
 if TYPE_CHECKING:
     from .model import Model
-    from .parts import Joint
+
+AXES = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 
 QUATERNION = ("qw", "qx", "qy", "qz")
 PARTS = {
@@ -31,7 +35,7 @@ class Coordinate:
     body: int
     """which it moves"""
     joint: int
-    """-1 of a floating base"""
+    """-1 of a floating base that no joint holds"""
     dof: int
     """of the joint; -1 of a ball or a floating base"""
     q: slice
@@ -69,10 +73,20 @@ def _parts(model: Model) -> Iterator[tuple[str, str, int, int, int, int, int]]:
             continue
         own = model.joints[joint]
         dofs = len(own.dofs)
+        if is_floating(own):
+            yield model.bodies[body].name, "free", body, joint, -1, q, v
+            continue
         for k, dof in enumerate(own.dofs):
             yield coordinate_name(own, k), dof.kind, body, joint, k, q + k, v + k
         if nq > dofs:
             yield coordinate_name(own, -1), "ball", body, joint, -1, q + dofs, v + dofs
+
+
+def is_floating(joint: Joint) -> bool:
+    """Whether the coordinates of a joint to the world are those of a floating base: x, y, z, then a ball."""
+    along = tuple(dof.axis for dof in joint.dofs if dof.kind == "slide")
+    frames = joint.frame_a == joint.frame_b == ORIGIN
+    return frames and joint.spherical and joint.body_b == WORLD and along == AXES and len(joint.dofs) == 3
 
 
 def coordinate_name(joint: Joint, dof: int) -> str:

@@ -102,10 +102,10 @@ class GeneralisedCoordinates:
         joint, dof = self._degree(joint, dof)
         self._model.dof_index(joint, dof)
         j = self._model.joint_index(joint)
-        found = [c for c in self._model.coordinates.values() if (c.joint, c.dof) == (j, dof)]
+        found = [link for link in self._model.tree.links if link[2] == j]
         if not found:
             raise InputError(f'joint "{self._model.joints[j].name}" closes a loop and has no entry in qd')
-        return float(self.qd[found[0].qd][0])
+        return float(self.qd[found[0][6] + dof])
 
     def _degree(self, joint: int | str, dof: int) -> tuple[int | str, int]:
         if isinstance(joint, str) and joint not in self._model.joint_names:
