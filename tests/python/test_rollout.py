@@ -111,7 +111,7 @@ def test_sensors(states, controls):
     assert result.sensors.shape == (5, ROWS, 6)
     assert np.array_equal(result.sensors[:, :, :3], result.q[:, :, :3])  # the base is the body
     for k, world in enumerate(result.simulations):
-        assert np.array_equal(result.sensors[k, -1], world.sensors.values_array)
+        assert np.array_equal(result.sensors[k, -1], world.sensors.array)
     assert rollout(model, states, steps=2, sensors=True).sensors.shape == (5, 2, 6)
 
 

@@ -31,7 +31,7 @@ class Rollout:
     time: Array
     """(rows,), since the start (s)"""
     sensors: Array
-    """(worlds, rows, values), as `Simulation.sensors.values_array`; no values unless they were asked for"""
+    """(worlds, rows, values), as `Simulation.sensors.array`; no values unless they were asked for"""
     simulations: list[Simulation]
     """the worlds at their ends, from which they can go on"""
 
@@ -77,7 +77,7 @@ def rollout(
                 )
         courses.append(course)
         done += course.q.shape[1]
-        values = [world.sensors.values_array for world in worlds] if sensors else np.zeros((len(worlds), 0))
+        values = [world.sensors.array for world in worlds] if sensors else np.zeros((len(worlds), 0))
         readings.append(np.repeat(np.array(values)[:, None], course.q.shape[1], axis=1))
     q, qd, residuals = (
         np.concatenate([getattr(course, name) for course in courses], axis=1)
