@@ -14,7 +14,6 @@ import math
 import re
 import warnings
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
 from pathlib import Path
 from statistics import median
 from time import perf_counter, thread_time
@@ -23,10 +22,8 @@ from typing import Any
 import amontons
 import mujoco
 import numpy as np
+from robot_motion import Ends, as_it_is, free_motion
 
-Array = np.ndarray[Any, Any]
-COMPARED, STEP = 0.5, 2e-3  # s: how long motions are compared, and with which step
-FINER = 8  # MuJoCo's step over that of its reference
 START = 0.2  # s, after which overlaps of the initial pose should be gone
 
 
@@ -214,132 +211,6 @@ class Energy:
         return {
             "energy_gain": self.gain, "energy_gain_relative": self.gain_relative, "energy_rise": self.rise,
         }  # fmt: skip
-
-
-# Motion
-
-
-@dataclass(frozen=True)
-class Ends:
-    """Bases and end effectors: bodies whose parent does not move, and those without children."""
-
-    ours: list[int]
-    theirs: list[int]
-    length: float
-    """by which an angle is a distance (m)"""
-
-    @staticmethod
-    def of(model: amontons.Model, m: Any) -> Ends:
-        number = {}  # MuJoCo's by ours; what has no name there is called body_<index>
-        for i, name in enumerate(model.body_names):
-            k = mujoco.mj_name2id(m, mujoco.mjtObj.mjOBJ_BODY, name)
-            unnamed = re.fullmatch(r"body_(\d+)_*", name)
-            number[i] = int(unnamed[1]) if k < 0 and unnamed else k
-        moving = {i: k for i, k in number.items() if k > 0 and m.body_weldid[k] != 0}
-        inner: set[int] = set()
-        for k in moving.values():
-            while k := int(m.body_parentid[k]):
-                inner.add(k)
-        chosen = {i: k for i, k in moving.items() if k not in inner or m.body_weldid[m.body_parentid[k]] == 0}
-        return Ends(list(chosen), list(chosen.values()), model.length)
-
-    def distance(self, a: Motion, b: Motion) -> float:
-        """The largest distance of a body at equal times, its rotation times `length` added (m)."""
-        n = min(len(a.positions), len(b.positions))
-        if not n or not self.ours:
-            return math.nan
-        shift = np.linalg.norm(a.positions[:n] - b.positions[:n], axis=-1)
-        cosine = np.abs((a.orientations[:n] * b.orientations[:n]).sum(axis=-1))
-        # |p - q| or |p + q| of unit quaternions is 2 sin(angle / 4), exact also where the angle is tiny.
-        chord = np.sqrt(np.maximum(0.0, 2 - 2 * np.minimum(cosine, 1.0)))
-        total = shift + self.length * 4 * np.arcsin(np.minimum(0.5 * chord, 1.0))
-        return float(total.max()) if np.isfinite(total).all() else math.inf
-
-
-@dataclass(frozen=True)
-class Motion:
-    """Of some bodies at multiples of STEP."""
-
-    positions: Array  # (times, bodies, 3)
-    orientations: Array  # (times, bodies, 4)
-
-
-def our_motion(model: amontons.Model, ends: Ends, parts: int, until: float) -> Motion:
-    """With `parts` steps in each STEP; shorter if the time is up or the simulation fails."""
-    simulation = amontons.Simulation(model, dt=STEP / parts, on_failure="ignore")
-    positions, orientations = [], []
-    for _ in range(round(COMPARED / STEP)):
-        try:
-            for _ in range(parts):
-                simulation.step()
-        except amontons.SimulationError:
-            break
-        positions.append(simulation.state.positions[ends.ours])
-        orientations.append(simulation.state.orientations[ends.ours])
-        if perf_counter() > until:
-            break
-    return Motion(np.array(positions), np.array(orientations))
-
-
-def their_motion(m: Any, ends: Ends, parts: int) -> Motion:
-    data = mujoco.MjData(m)
-    before = m.opt.timestep
-    m.opt.timestep = STEP / parts
-    positions, orientations = [], []
-    for _ in range(round(COMPARED / STEP)):
-        for _ in range(parts):
-            mujoco.mj_step(m, data)
-        mujoco.mj_kinematics(m, data)
-        positions.append(data.xpos[ends.theirs])
-        orientations.append(data.xquat[ends.theirs])
-    m.opt.timestep = before
-    return Motion(np.array(positions), np.array(orientations))
-
-
-def free_motion(model: amontons.Model, m: Any, ends: Ends, until: float) -> dict[str, Any]:
-    """Without contacts and limits on both sides, against MuJoCo's implicit integrator with a finer step.
-
-    Both methods are of first order, so that the error of a step is about twice what halving it changes (for
-    MuJoCo, 8/7 of what the finer one changes). The larger of both errors is what a difference is measured by.
-    """
-    flags, integrator = int(m.opt.disableflags), int(m.opt.integrator)
-    m.opt.disableflags = flags | mujoco.mjtDisableBit.mjDSBL_CONTACT | mujoco.mjtDisableBit.mjDSBL_LIMIT
-    m.opt.integrator = mujoco.mjtIntegrator.mjINT_IMPLICIT
-    finer, coarse = their_motion(m, ends, FINER), their_motion(m, ends, 1)
-    m.opt.disableflags, m.opt.integrator = flags, integrator
-    loose = without_limits(model)
-    ours = our_motion(loose, ends, 1, until)
-    halved = our_motion(loose, ends, 2, until)
-    error = max(
-        2 * ends.distance(ours, halved),
-        FINER / (FINER - 1) * ends.distance(coarse, finer),
-        1e-9 * ends.length,
-    )
-    difference = ends.distance(ours, finer)
-    return {
-        "free_time": STEP * min(len(ours.positions), len(halved.positions)), "free": difference,
-        "free_error": error, "free_in_errors": difference / error,
-    }  # fmt: skip
-
-
-def without_limits(model: amontons.Model) -> amontons.Model:
-    joints = [
-        replace(
-            joint,
-            ball_limit=math.inf,
-            dofs=tuple(replace(d, lower=-math.inf, upper=math.inf) for d in joint.dofs),
-        )
-        for joint in model.joints
-    ]
-    geoms = [replace(geom, category=0, mask=0) for geom in model.geoms]
-    # Pairs with a material of their own touch whatever the masks say.
-    return replace(model, joints=tuple(joints), geoms=tuple(geoms), pair_materials=())
-
-
-def as_it_is(model: amontons.Model, m: Any, ends: Ends, until: float) -> dict[str, Any]:
-    ours = our_motion(model, ends, 1, until)
-    difference = ends.distance(ours, their_motion(m, ends, 1))
-    return {"motion_time": STEP * len(ours.positions), "motion": difference}
 
 
 if __name__ == "__main__":
