@@ -172,22 +172,30 @@ class Energy:
 
     The energy of a step is kinetic (armatures included), of gravity and of springs; the work of motors is
     their effort over the coordinate's way, all else that acts along coordinates only takes. Blank where
-    surfaces or kinematic bodies drive, whose work is not told.
+    surfaces or kinematic bodies drive, or soft contacts and tendons act, whose work is not told. Beside it
+    the balance that reports tell themselves.
     """
 
     def __init__(self, simulation: amontons.Simulation) -> None:
         model = simulation.model
         self.simulation = simulation
         self.armature = np.array([d.armature for joint in model.joints for d in joint.dofs])
-        self.driven = any(any(g.surface_velocity) for g in model.geoms) or any(
-            b.motion == "kinematic" and any(b.linear_velocity + b.angular_velocity) for b in model.bodies
+        materials = [g.material for g in model.geoms] + [pair.material for pair in model.pair_materials]
+        self.untold = (
+            any(any(g.surface_velocity) for g in model.geoms)
+            or any(
+                b.motion == "kinematic" and any(b.linear_velocity + b.angular_velocity) for b in model.bodies
+            )
+            or any(material.compliance for material in materials)
+            or bool(getattr(model, "tendons", ()))
         )
         # Plus the largest kinetic energy so far; without gravity, that of a thousandth of a length in 1 s.
         weight = float(np.linalg.norm(model.gravity)) + 1e-6 * model.length
         self.scale = model.total_mass * weight * model.length
         self.coordinates = simulation.state.joint_coordinates.copy()
         self.last: float | None = None
-        self.gain, self.gain_relative, self.above, self.rise, self.largest = 0.0, 0.0, 0.0, 0.0, 0.0
+        self.gain, self.above, self.rise, self.largest = 0.0, 0.0, 0.0, 0.0
+        self.told: float | None = None
 
     def add(self, report: amontons.Report) -> None:
         moved = self.simulation.state.joint_coordinates - self.coordinates
@@ -198,19 +206,23 @@ class Energy:
         self.largest = max(self.largest, report.kinetic_energy)
         if self.last is not None:
             gain = energy - self.last - work
-            scale = max(self.scale + self.largest, 1e-300)
-            self.gain, self.gain_relative = max(self.gain, gain), max(self.gain_relative, gain / scale)
+            self.gain = max(self.gain, gain)
             # How far it climbs above the lowest value so far: what many small gains add up to.
             self.above = max(0.0, self.above + gain)
             self.rise = max(self.rise, self.above)
         self.last = energy
+        if hasattr(report, "energy_balance"):
+            self.told = max(self.told or 0.0, report.energy_balance)
 
     def facts(self) -> dict[str, Any]:
-        if self.driven:
-            return {"energy_gain": None, "energy_gain_relative": None, "energy_rise": None}
+        scale = max(self.scale + self.largest, 1e-300)
+        gains = [gain for gain in (None if self.untold else self.gain, self.told) if gain is not None]
         return {
-            "energy_gain": self.gain, "energy_gain_relative": self.gain_relative, "energy_rise": self.rise,
-        }  # fmt: skip
+            "energy_gain": None if self.untold else self.gain,
+            "energy_rise": None if self.untold else self.rise,
+            "energy_balance": self.told,
+            "energy_gain_relative": max(gains) / scale if gains else None,
+        }
 
 
 if __name__ == "__main__":

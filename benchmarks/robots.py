@@ -32,10 +32,10 @@ SHORT = 2e-3
 COLUMNS = (
     "model", "outcome", "load", "changes_motion", "not_read", "what", "mujoco_refuses", "floor", "bodies",
     "load_time", "steps", "wanted_steps", "simulated", "contacts", "mujoco_contacts", "missed",
-    "missed_percent", "residual", "penetration_start", "penetration", "energy_gain", "energy_gain_relative",
-    "energy_rise", "free", "free_error", "free_in_errors", "free_time", "free_kicked", "motion",
-    "motion_time", "compared", "step_median", "longest_in_medians", "steps_per_second",
-    "mujoco_steps_per_second", "stopped",
+    "missed_percent", "residual", "penetration_start", "penetration", "energy_gain", "energy_balance",
+    "energy_gain_relative", "energy_rise", "free", "free_error", "free_in_errors", "free_time",
+    "free_kicked", "motion", "motion_time", "compared", "step_median", "longest_in_medians",
+    "steps_per_second", "mujoco_steps_per_second", "stopped",
 )  # fmt: skip
 Row = dict[str, Any]
 
@@ -137,6 +137,7 @@ SHOWN: tuple[tuple[str, Cell], ...] = (
     ("pen. start, later mm", lambda row: ", ".join(
         number(key, 2, 1e3)(row) for key in ("penetration_start", "penetration"))),
     ("gain J", number("energy_gain", 1)),
+    ("balance J", number("energy_balance", 1)),
     ("of scale", number("energy_gain_relative", 1, above=GAIN)),
     ("rise J", number("energy_rise", 1)),
     ("free mm", number("free", 2, 1e3)),
