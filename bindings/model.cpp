@@ -26,6 +26,20 @@ void bind_names(nb::module_& m) {
   nb::enum_<JointKind>(m, "JointKind")
       .value("chain", JointKind::chain)
       .value("distance", JointKind::distance);
+  nb::enum_<PathElement::Kind>(m, "PathKind")
+      .value("point", PathElement::Kind::point)
+      .value("sphere", PathElement::Kind::sphere)
+      .value("cylinder", PathElement::Kind::cylinder)
+      .value("pulley", PathElement::Kind::pulley);
+  nb::enum_<Transmission::Kind>(m, "TransmissionKind")
+      .value("dof", Transmission::Kind::dof)
+      .value("tendon", Transmission::Kind::tendon)
+      .value("wrench", Transmission::Kind::wrench)
+      .value("slider_crank", Transmission::Kind::slider_crank);
+  nb::enum_<ActivationKind>(m, "ActivationKind")
+      .value("none", ActivationKind::none)
+      .value("integrator", ActivationKind::integrator)
+      .value("filter", ActivationKind::filter);
 }
 
 void bind_bodies(nb::module_& m) {
@@ -118,7 +132,74 @@ void bind_joints(nb::module_& m) {
       .def_rw("joint_b", &Coupling::joint_b)
       .def_rw("dof_b", &Coupling::dof_b)
       .def_rw("coefficients", &Coupling::coefficients)
-      .def_rw("compliance", &Coupling::compliance);
+      .def_rw("compliance", &Coupling::compliance)
+      .def_rw("tendon_a", &Coupling::tendon_a)
+      .def_rw("tendon_b", &Coupling::tendon_b);
+}
+
+void bind_tendons(nb::module_& m) {
+  nb::class_<TendonTerm>(m, "TendonTerm")
+      .def(nb::init<>())
+      .def_rw("joint", &TendonTerm::joint)
+      .def_rw("dof", &TendonTerm::dof)
+      .def_rw("coefficient", &TendonTerm::coefficient);
+  nb::class_<PathElement>(m, "PathElement")
+      .def(nb::init<>())
+      .def_rw("kind", &PathElement::kind)
+      .def_rw("body", &PathElement::body)
+      .def_rw("frame", &PathElement::frame)
+      .def_rw("radius", &PathElement::radius)
+      .def_rw("side", &PathElement::side, nb::arg().none())
+      .def_rw("side_body", &PathElement::side_body)
+      .def_rw("divisor", &PathElement::divisor);
+  nb::class_<Tendon>(m, "Tendon")
+      .def(nb::init<>())
+      .def_rw("name", &Tendon::name)
+      .def_rw("terms", &Tendon::terms)
+      .def_rw("path", &Tendon::path)
+      .def_rw("lower", &Tendon::lower)
+      .def_rw("upper", &Tendon::upper)
+      .def_rw("stiffness", &Tendon::stiffness)
+      .def_rw("rest_lower", &Tendon::rest_lower)
+      .def_rw("rest_upper", &Tendon::rest_upper)
+      .def_rw("damping", &Tendon::damping)
+      .def_rw("friction", &Tendon::friction)
+      .def_rw("armature", &Tendon::armature);
+}
+
+void bind_actuators(nb::module_& m) {
+  nb::class_<Transmission>(m, "Transmission")
+      .def(nb::init<>())
+      .def_rw("kind", &Transmission::kind)
+      .def_rw("joint", &Transmission::joint)
+      .def_rw("dof", &Transmission::dof)
+      .def_rw("tendon", &Transmission::tendon)
+      .def_rw("body", &Transmission::body)
+      .def_rw("reference_body", &Transmission::reference_body)
+      .def_rw("frame", &Transmission::frame)
+      .def_rw("reference", &Transmission::reference)
+      .def_rw("force", &Transmission::force)
+      .def_rw("torque", &Transmission::torque)
+      .def_rw("own_axes", &Transmission::own_axes)
+      .def_rw("rod", &Transmission::rod)
+      .def_rw("gear", &Transmission::gear);
+  nb::class_<Actuator>(m, "Actuator")
+      .def(nb::init<>())
+      .def_rw("name", &Actuator::name)
+      .def_rw("transmission", &Actuator::transmission)
+      .def_rw("gain", &Actuator::gain)
+      .def_rw("bias", &Actuator::bias)
+      .def_rw("lower_force", &Actuator::lower_force)
+      .def_rw("upper_force", &Actuator::upper_force)
+      .def_rw("control", &Actuator::control)
+      .def_rw("lower_control", &Actuator::lower_control)
+      .def_rw("upper_control", &Actuator::upper_control)
+      .def_rw("dynamics", &Actuator::dynamics)
+      .def_rw("time_constant", &Actuator::time_constant)
+      .def_rw("activation", &Actuator::activation)
+      .def_rw("lower_activation", &Actuator::lower_activation)
+      .def_rw("upper_activation", &Actuator::upper_activation)
+      .def_rw("early", &Actuator::early);
 }
 
 void bind_fluid(nb::module_& m) {
@@ -141,6 +222,8 @@ void bind_model(nb::module_& m) {
   bind_bodies(m);
   bind_joints(m);
   bind_fluid(m);
+  bind_tendons(m);
+  bind_actuators(m);
   using D = ModelDescription;
   nb::class_<D>(m, "ModelDescription")
       .def(nb::init<>())
@@ -148,7 +231,9 @@ void bind_model(nb::module_& m) {
       .def_rw("bodies", &D::bodies)
       .def_rw("geoms", &D::geoms)
       .def_rw("joints", &D::joints)
+      .def_rw("tendons", &D::tendons)
       .def_rw("couplings", &D::couplings)
+      .def_rw("actuators", &D::actuators)
       .def_rw("pair_materials", &D::pair_materials)
       .def_rw("excluded_bodies", &D::excluded_bodies)
       .def_rw("fluid", &D::fluid)

@@ -2,6 +2,8 @@
 
 #include <type_traits>
 
+#include "amontons/multibody/joints/actuators.hpp"
+#include "amontons/multibody/joints/coordinates.hpp"
 #include "bindings.hpp"
 #include "math_casters.hpp"
 
@@ -50,6 +52,10 @@ void restore(Simulation& simulation, const State& saved) {
   copy(state.dof_impulses, saved.dof_impulses);
   copy(state.ball_impulses, saved.ball_impulses);
   copy(state.coupling_impulses, saved.coupling_impulses);
+  copy(state.tendon_impulses, saved.tendon_impulses);
+  copy(state.controls, saved.controls);
+  copy(state.activations, saved.activations);
+  copy(state.actuator_impulses, saved.actuator_impulses);
   state.contacts = saved.contacts;
   state.time = saved.time;
   state.steps = saved.steps;
@@ -107,6 +113,21 @@ nb::ndarray<nb::numpy, double, nb::ndim<2>> joint_reactions(const Simulation& s)
     for (const Vec3& v : {r.point, r.impulse, r.angular}) rows.insert(rows.end(), {v.x, v.y, v.z});
   rows.resize(9 * s.model().joints());
   return to_numpy(std::move(rows), 9);
+}
+
+// Length and rate of each line in the present state, (n, 2).
+template <auto Lines>
+nb::ndarray<nb::numpy, double, nb::ndim<2>> lines_of(const Simulation& s) {
+  BodyFrames frames;
+  BodyMobilities mobility;
+  BodyVelocities velocities;
+  place_bodies(s.model(), s.state(), frames, mobility, velocities);
+  State state = s.state();
+  update_coordinates(s.model(), frames, state);
+  std::vector<double> rows;
+  for (const LineState& line : Lines(s.model(), frames, velocities, state))
+    rows.insert(rows.end(), {line.length, line.rate});
+  return to_numpy(std::move(rows), 2);
 }
 
 void bind_options_and_report(nb::module_& m) {
@@ -189,6 +210,8 @@ void bind_simulation(nb::module_& m) {
           "impulses", [](const Simulation& s) { return to_numpy(s.impulses()); }, nb::rv_policy::automatic)
       .def("contact_arms", &contact_arms)
       .def("joint_reactions", &joint_reactions)
+      .def("tendon_lines", &lines_of<&tendon_lines>)
+      .def("actuator_lines", &lines_of<&actuator_lines>)
       .def_prop_ro(
           "problem", [](const Simulation& s) { return s.problem(); },
           nb::for_getter(nb::sig("def problem(self) -> Problem | None")),
@@ -209,6 +232,10 @@ void bind_simulation(nb::module_& m) {
   def_view<&State::dof_impulses>(cls, "dof_impulses");
   def_view<&State::ball_impulses>(cls, "ball_impulses");
   def_vector_view<&State::coupling_impulses>(cls, "coupling_impulses");
+  def_view<&State::tendon_impulses>(cls, "tendon_impulses");
+  def_vector_view<&State::controls>(cls, "controls");
+  def_vector_view<&State::activations>(cls, "activations");
+  def_vector_view<&State::actuator_impulses>(cls, "actuator_impulses");
 }
 
 }  // namespace amontons::python

@@ -11,7 +11,7 @@ namespace {
 // Entries of a State are plain structs of doubles, or start with two indices: as rows of numbers they go into
 // files and come back.
 static_assert(sizeof(Vec3) == 24 && sizeof(Quat) == 32 && sizeof(JointWrench) == 48 &&
-                  sizeof(DofImpulse) == 32,
+                  sizeof(DofImpulse) == 32 && sizeof(TendonImpulse) == 32,
               "the arrays of a state take these structs as rows of doubles");
 template <class T>
 OutMatrix rows_of(const std::vector<T>& values) {
@@ -84,6 +84,10 @@ nb::dict arrays_of(const State& s) {
   d["dof_impulses"] = rows_of(s.dof_impulses);
   d["ball_impulses"] = rows_of(s.ball_impulses);
   d["coupling_impulses"] = to_numpy(s.coupling_impulses);
+  d["tendon_impulses"] = rows_of(s.tendon_impulses);
+  d["controls"] = to_numpy(s.controls);
+  d["activations"] = to_numpy(s.activations);
+  d["actuator_impulses"] = to_numpy(s.actuator_impulses);
   return d;
 }
 
@@ -119,6 +123,14 @@ State state_of(const Model& model, double time, std::uint64_t steps, double impu
   set_rows(s.dof_impulses, matrix_of(d, "dof_impulses"), "dof_impulses");
   set_rows(s.ball_impulses, matrix_of(d, "ball_impulses"), "ball_impulses");
   set_entries(s.coupling_impulses, vector_of(d, "coupling_impulses"), "coupling_impulses");
+  // Files from before there were tendons and actuators of the core have none of these.
+  if (!s.tendon_impulses.empty())
+    set_rows(s.tendon_impulses, matrix_of(d, "tendon_impulses"), "tendon_impulses");
+  if (!s.controls.empty()) {
+    set_entries(s.controls, vector_of(d, "controls"), "controls");
+    set_entries(s.activations, vector_of(d, "activations"), "activations");
+    set_entries(s.actuator_impulses, vector_of(d, "actuator_impulses"), "actuator_impulses");
+  }
   validate(model, s);
   return s;
 }

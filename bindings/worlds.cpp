@@ -17,12 +17,13 @@ nb::ndarray<nb::numpy, double, nb::ndim<3>> cube(std::vector<double> values, std
 }
 
 nb::tuple run(const Tree& tree, const std::vector<std::shared_ptr<Simulation>>& worlds,
-              const std::optional<Rows>& targets, std::size_t records, std::size_t repeat, unsigned threads) {
+              const std::optional<Rows>& controls, std::size_t records, std::size_t repeat,
+              unsigned threads) {
   Schedule schedule{records, repeat, {}, threads};
-  if (targets) {
-    AMONTONS_REQUIRE(targets->shape(0) == worlds.size() && targets->shape(1) == records,
-                     "targets must have one row per world and record");
-    schedule.targets = {targets->data(), targets->size()};
+  if (controls) {
+    AMONTONS_REQUIRE(controls->shape(0) == worlds.size() && controls->shape(1) == records,
+                     "controls must have one row per world and record");
+    schedule.controls = {controls->data(), controls->size()};
   }
   Course course;
   {
@@ -42,8 +43,8 @@ nb::tuple run(const Tree& tree, const std::vector<std::shared_ptr<Simulation>>& 
 }  // namespace
 
 void bind_worlds(nb::module_& m) {
-  m.def("run_worlds", &run, nb::arg("tree"), nb::arg("worlds"), nb::arg("targets").none(), nb::arg("records"),
-        nb::arg("repeat"), nb::arg("threads"),
+  m.def("run_worlds", &run, nb::arg("tree"), nb::arg("worlds"), nb::arg("controls").none(),
+        nb::arg("records"), nb::arg("repeat"), nb::arg("threads"),
         "Advances simulations side by side, without the GIL: q, qd, residuals by world and record, how many "
         "records each world completed, and why it stopped.");
 }

@@ -13,7 +13,7 @@ simulation.reset("crouch")
 crouching = simulation.q
 
 # Each motor is called as its joint: where the joints' entries are in q and qd.
-joints = [model.coordinates[name] for name in model.actuators]
+joints = [model.coordinates[name] for name in model.actuator_names]
 in_q = np.array([joint.q.start for joint in joints])
 in_qd = np.array([joint.qd.start for joint in joints])
 stiffness, damping = 80.0, 2.0  # N m/rad, N m s/rad

@@ -6,7 +6,7 @@ import amontons
 import numpy as np
 
 model = amontons.load_model(Path(__file__).parent / "models" / "arm.xml")  # pip install amontons[models]
-print(model, "actuators:", ", ".join(model.actuators))
+print(model, "actuators:", ", ".join(model.actuator_names))
 
 simulation = amontons.Simulation(model, dt=2e-3)
 simulation.apply_keyframe("bent")
@@ -37,6 +37,6 @@ pushes: list[float] = []
 simulation.force_callbacks.append(control)
 simulation.run(6.0, watch)
 print(f"the hand pushed with {np.median([p for p in pushes if p]):.2f} N (median)")
-for effort in simulation.joint_efforts:
-    joint, coordinate = model.joint_names[effort["joint"]], effort["coordinate"]
-    print(f"{joint} holds {coordinate:.3f} of {effort['target']:.3f} rad with {effort['motor']:.2f} N m")
+for drive in simulation.actuator_efforts:
+    name, angle = model.actuator_names[drive["actuator"]], drive["length"]
+    print(f"{name} holds {angle:.3f} of {drive['control']:.3f} rad with {drive['effort']:.2f} N m")

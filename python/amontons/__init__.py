@@ -34,6 +34,11 @@ from .io import read_recording as read_recording
 from .io import record as record
 from .model.builder import ModelBuilder as ModelBuilder
 from .model.builder import on_floor as on_floor
+from .model.drives import Actuator as Actuator
+from .model.drives import PathElement as PathElement
+from .model.drives import Tendon as Tendon
+from .model.drives import TendonTerm as TendonTerm
+from .model.drives import Transmission as Transmission
 from .model.model import Model as Model
 from .model.parts import Body as Body
 from .model.parts import Coupling as Coupling
@@ -45,7 +50,6 @@ from .model.parts import Joint as Joint
 from .model.parts import Material as Material
 from .model.parts import Motor as Motor
 from .model.parts import PairMaterial as PairMaterial
-from .model.presets import Actuator as Actuator
 from .model.presets import Keyframe as Keyframe
 from .model.presets import Unread as Unread
 from .model.transforms import Transform as Transform

@@ -43,9 +43,12 @@ std::shared_ptr<Model> driven_box() {
   Dof dof;
   dof.kind = Dof::Kind::slide;
   dof.axis = {1, 0, 0};
-  dof.motor.kind = MotorKind::effort;
   slide.dofs.push_back(dof);
   d.joints.push_back(slide);
+  Actuator motor;
+  motor.name = "motor";
+  motor.transmission.joint = 0;
+  d.actuators.push_back(motor);
   return std::make_shared<Model>(d);
 }
 
@@ -79,12 +82,12 @@ TEST(worlds_are_as_alone) {
   const auto model = driven_box();
   const Tree tree(model);
   constexpr std::size_t count = 5;
-  const std::vector<double> targets = efforts(count);
+  const std::vector<double> controls = efforts(count);
   std::vector<double> q, qd;
   for (auto worlds = make_worlds(model, count); const auto& world : worlds) {
     const auto row = static_cast<std::size_t>(&world - worlds.data());
     for (std::size_t r = 0; r < records; ++r) {
-      world->state().targets[0] = targets[row * records + r];
+      world->state().controls[0] = controls[row * records + r];
       for (std::size_t k = 0; k < repeat; ++k) world->step();
       const Coordinates c = read_coordinates(tree, world->state());
       q.insert(q.end(), c.q.begin(), c.q.end());
@@ -94,7 +97,7 @@ TEST(worlds_are_as_alone) {
   for (unsigned threads : {1u, 2u, 3u, 8u})
     for (unsigned threads_of_each : {1u, 2u}) {
       const auto worlds = make_worlds(model, count, threads_of_each);
-      const Course course = run_worlds(tree, worlds, {records, repeat, targets, threads}, {});
+      const Course course = run_worlds(tree, worlds, {records, repeat, controls, threads}, {});
       CHECK(same_bits(course.q, q) && same_bits(course.qd, qd));
       CHECK(course.done == std::vector<std::size_t>(count, records) && !course.interrupted);
       CHECK(worlds[0]->state().steps == records * repeat);
@@ -106,11 +109,11 @@ TEST(worlds_are_as_alone) {
 TEST(a_world_that_fails) {
   const auto model = driven_box();
   const Tree tree(model);
-  std::vector<double> targets = efforts(3);
-  targets[records + 4] = std::numeric_limits<double>::infinity();
-  const Course course = run_worlds(tree, make_worlds(model, 3), {records, repeat, targets, 2}, {});
+  std::vector<double> controls = efforts(3);
+  controls[records + 4] = std::numeric_limits<double>::infinity();
+  const Course course = run_worlds(tree, make_worlds(model, 3), {records, repeat, controls, 2}, {});
   CHECK(course.failures[0].empty() && course.failures[2].empty());
-  CHECK(course.failures[1].find("target 0") != std::string::npos);
+  CHECK(course.failures[1].find("\"motor\"") != std::string::npos);
   CHECK(course.done == (std::vector<std::size_t>{records, 4, records}));
   const std::size_t row = (records + 4) * tree.nq();
   CHECK(std::isfinite(course.q[row - 1]) && std::isnan(course.q[row]));

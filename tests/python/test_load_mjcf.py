@@ -187,22 +187,19 @@ def test_actuators_push_like_mujoco(arm):
         d.qpos[:], d.qvel[:] = m.key_qpos[0], rng.normal(size=m.nv)
         d.ctrl[:] = rng.normal(scale=2, size=m.nu)
         mujoco.mj_forward(m, d)
-        for name, actuator in model.actuators.items():
+        for actuator in model.actuators:
+            name, gear = actuator.name, actuator.transmission.gear
             j = index(m, name, "joint")
-            q, v = d.qpos[m.jnt_qposadr[j]], d.qvel[m.jnt_dofadr[j]]
-            motor = model.joints[actuator.joint].dofs[actuator.dof].motor
-            target = actuator.target(d.ctrl[index(m, name, "actuator")])
-            effort = {
-                "effort": target,
-                "position": motor.gain * (target - q) - motor.damping_gain * v,
-                "speed": motor.gain * (target - v),
-            }[motor.kind]
-            effort = min(max(effort, -motor.max_effort), motor.max_effort)
+            state = np.array([1, gear * d.qpos[m.jnt_qposadr[j]], gear * d.qvel[m.jnt_dofadr[j]]])
+            u = actuator.clipped(d.ctrl[index(m, name, "actuator")])
+            effort = np.dot(actuator.gain, state) * u + np.dot(actuator.bias, state)
+            effort = gear * min(max(effort, actuator.lower_force), actuator.upper_force)
             assert effort == pytest.approx(d.qfrc_actuator[m.jnt_dofadr[j]], rel=1e-12, abs=1e-12)
-    assert model.joints[model.joint_index("shoulder")].dofs[0].motor.max_effort == 40
+    shoulder = model.actuators[model.actuator_index("shoulder")]
+    assert shoulder.upper_force * abs(shoulder.transmission.gear) == 40
     sim = amontons.Simulation(model)
     sim.set_control("yaw", 7.0)
-    assert sim.state.targets[model.dof_index("yaw")] == 25.0  # 50 * 0.5, the end of the control's range
+    assert sim.controls[0] == 0.5  # the end of the control's range
     with pytest.raises(InputError, match='no actuator "tail"; known are yaw, shoulder'):
         sim.set_control("tail", 0)
 
@@ -446,17 +443,17 @@ def test_flags(tmp_path):
 
     def facts(model):
         dof = model.joints[0].dofs[0]
-        upper = model.actuators["m"].upper if "m" in model.actuators else None
+        upper = model.actuators[0].upper_control if model.actuators else None
         return {
             "limit": dof.upper, "spring": dof.stiffness, "damper": dof.damping, "frictionloss": dof.friction,
-            "contact": model.geoms[1].mask, "gravity": model.gravity, "actuation": dof.motor.kind,
+            "contact": model.geoms[1].mask, "gravity": model.gravity, "actuation": model.actuator_names,
             "equality": len(model.couplings), "clampctrl": upper,
         }  # fmt: skip
 
     on = facts(load(tmp_path, body, tail=tail)[0])
     off = {
         "limit": math.inf, "spring": 0, "damper": 0, "frictionloss": 0, "contact": 0, "gravity": (0, 0, 0),
-        "actuation": "none", "equality": 0, "clampctrl": math.inf,
+        "actuation": (), "equality": 0, "clampctrl": math.inf,
     }  # fmt: skip
     for flag in flags:
         head = f'<option><flag {flag}="disable"/></option>'

@@ -71,7 +71,7 @@ def test_wrong_assignment():
     state = stack().state
     with pytest.raises(amontons.InputError, match=r"state.forces has the shape \(4, 3\)"):
         state.forces = [1, 2]
-    with pytest.raises(AttributeError, match="it has angular_velocities"):
+    with pytest.raises(AttributeError, match="it has activations, angular_velocities"):
         state.velocities = 0
 
 

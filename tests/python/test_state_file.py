@@ -9,13 +9,13 @@ import h5py
 import numpy as np
 import pytest
 from amontons import (
-    Actuator,
     Dof,
     Joint,
     Keyframe,
     Material,
     ModelBuilder,
     Motor,
+    PathElement,
     Simulation,
     Transform,
     shapes,
@@ -63,6 +63,26 @@ def everything():
     b.add_joint(
         Joint("general", body_a="body0", body_b=None, frame_b=frame, dofs=[Dof("slide")] * 1, spherical=True)
     )
+    b.add_tendon(
+        "rope",
+        path=[
+            (None, (0, 2, 2)),
+            PathElement("sphere", "arm", radius=0.05, side=(0, 1, 0)),
+            ("tool", (0, 0, 0)),
+        ],
+        limits=(None, 1.2),
+        stiffness=10.0,
+        rest=(0.1, 0.2),
+        damping=0.1,
+        friction=0.01,
+        armature=0.02,
+    )
+    b.add_tendon(joints={0: 1.0, 1: -0.5}, damping=0.2)
+    b.add_actuator("drive", joint=0, gear=2.0, law="position", kp=1.0, control=0.3, control_limits=(-1, 1))
+    b.add_actuator(
+        "pull", tendon="rope", force_limits=(None, 3), dynamics="filter", time_constant=0.1, control=1.0
+    )
+    b.add_actuator("lift", body="bob", force=(0, 0, 1), torque=(0.1, 0, 0), position=(0.1, 0, 0), control=0.2)
     b.add_coupling(0, 1, coefficients=(0, 2.0, 0.5), compliance=1e-4)
     b.set_pair_material(floor, 3, Material(0.9))
     b.exclude("arm", "tool")
@@ -77,7 +97,7 @@ def everything():
         *[((0.0,) * 3,) * n] * 2,
         *[(0.3,) * dofs] * 2,
     )
-    return replace(model, keyframes={"up": key}, actuators={"drive": Actuator(0, 0, 2.0, upper=1.0)})
+    return replace(model, keyframes={"up": key})
 
 
 def advanced(sim, steps):

@@ -132,8 +132,8 @@ def _model(path: Path, choices: Choices, options: dict[str, Any]) -> Subject:
     if choices.keyframe is not None:
         simulation.apply_keyframe(choices.keyframe)
     for key, text in values.items():
-        if key not in model.actuators:
-            known = ", ".join(("gravity", *model.actuators))
+        if key not in model.actuator_names:
+            known = ", ".join(("gravity", *model.actuator_names))
             raise InputError(f"--set {key}={text}: the model has {known} to set")
         simulation.set_control(key, _value(f"{key}={text}", text, 0.0))
     return Subject(path.stem, " ".join([str(path), *choices.settings]), simulation, DURATION)

@@ -51,8 +51,8 @@ class Worlds:
 
 
 def action_space(task: Task) -> gymnasium.spaces.Box:
-    drives = task.model.actuators.values()
-    lower, upper = (np.array([getattr(d, side) for d in drives], np.float32) for side in ("lower", "upper"))
+    drives, sides = task.model.actuators, ("lower_control", "upper_control")
+    lower, upper = (np.array([getattr(d, side) for d in drives], np.float32) for side in sides)
     return gymnasium.spaces.Box(lower, upper, dtype=np.float32)
 
 

@@ -10,6 +10,7 @@ from typing import Any
 from ..checks import about, changed, chosen, positive, vector3
 from ..errors import InputError
 from .composing import KeyframePart, bottom, whole_keyframe
+from .drives import Actuator, Tendon
 from .mass import NOTHING, MassProperties
 from .model import FRICTION_RULES, Model, index_of
 from .part_builder import PartBuilder, require_movable
@@ -25,7 +26,7 @@ from .parts import (
     Motor,
     PairMaterial,
 )
-from .presets import Actuator, Unread
+from .presets import Unread
 from .sensing import Sensor, Site
 from .shapes import Plane, Shape
 from .transforms import IDENTITY, Transform
@@ -35,12 +36,12 @@ EVERYTHING = 2**32 - 1
 
 
 class ModelBuilder(PartBuilder):
-    """Collects bodies, geoms and joints, then makes a Model of them.
+    """Collects bodies, geoms, joints, tendons and actuators, then makes a Model of them.
 
     gravity: m/s^2. friction_rule: how the frictions of two surfaces combine, "geometric_mean", "maximum",
     "minimum" or "mean". fluid: what bodies of added models that feel one move through.
 
-    Bodies, geoms and joints are named by the index that their add_* function returns or by their name; None
+    All of them are named by the index that their add_* function returns or by their name; None
     or "world" is the world. Raises InputError naming the thing and the remedy; a call that fails adds
     nothing.
     """
@@ -60,15 +61,16 @@ class ModelBuilder(PartBuilder):
         self._geoms: list[Geom] = []
         self._joints = []
         self._couplings: list[Coupling] = []
+        self._tendons: list[Tendon] = []
+        self._actuators: list[Actuator] = []
         self._pair_materials: list[PairMaterial] = []
         self._excluded: list[tuple[int, int]] = []
         self._fluid_boxes: list[FluidBox] = []
-        self._actuators: dict[str, Actuator] = {}
         self._keyframes: dict[str, list[KeyframePart]] = {}
         self._unread: list[Unread] = []
         self._sites: list[Site] = []
         self._sensors: list[Sensor] = []
-        kinds = ("body", "geom", "joint", "coupling", "site", "sensor")
+        kinds = ("body", "geom", "joint", "coupling", "site", "sensor", "tendon", "actuator")
         self._names: dict[str, dict[str, int]] = {kind: {} for kind in kinds}
 
     def add_body(
@@ -201,32 +203,45 @@ class ModelBuilder(PartBuilder):
 
     def add_coupling(
         self,
-        joint_a: int | str,
+        joint_a: int | str | None = None,
         joint_b: int | str | None = None,
         *,
         dof_a: int = 0,
         dof_b: int = 0,
+        tendon_a: int | str | None = None,
+        tendon_b: int | str | None = None,
         coefficients: Sequence[float] = (0.0, 1.0),
         compliance: float = 0.0,
         name: str | None = None,
     ) -> int:
-        """Couple two joint coordinates: coordinate a = c0 + c1 b + c2 b^2 ... of coordinate b.
+        """Couple two coordinates: coordinate a = c0 + c1 b + c2 b^2 ... of coordinate b.
 
-        joint_b None: coordinate a stays at coefficients[0]. dof_a, dof_b: which degree of freedom.
-        compliance: m/N; 0 is rigid.
+        A coordinate is that of a joint's degree of freedom (dof_a, dof_b say which), or the length of a
+        tendon. Neither joint_b nor tendon_b: coordinate a stays at coefficients[0]. compliance: m/N; 0 is
+        rigid.
         """
         name = self._new_name("coupling", name)
         who = f'coupling "{name}"'
         ends = []
-        for joint, dof in ((joint_a, dof_a), (joint_b, dof_b)):
-            ends.append(WORLD if joint is None else self._index("joint", joint))
-            if joint is not None and not (type(dof) is int and 0 <= dof < len(self._joints[ends[-1]].dofs)):
-                raise InputError(
-                    f'{who}: joint "{self._joints[ends[-1]].name}" has no degree of freedom {dof!r}'
+        for joint, dof, tendon in ((joint_a, dof_a, tendon_a), (joint_b, dof_b, tendon_b)):
+            if joint is not None and tendon is not None:
+                raise InputError(f"{who}: a joint and a tendon in one place; give one of them")
+            ends.append(
+                (
+                    WORLD if joint is None else self._index("joint", joint),
+                    dof,
+                    WORLD if tendon is None else self._index("tendon", tendon),
                 )
-        if ends[0] == ends[1] and dof_a == dof_b:
+            )
+            if joint is not None:
+                with about(who):
+                    self._require_dof(ends[-1][0], dof)
+        (a, _, line_a), (b, _, line_b) = ends
+        if a == line_a == WORLD:
+            raise InputError(f"{who}: give the joint or tendon that follows")
+        if (a, line_a) == (b, line_b) and (a == WORLD or dof_a == dof_b):
             raise InputError(f"{who} couples a coordinate to itself; give two joints")
-        coupling = Coupling(name, ends[0], dof_a, ends[1], dof_b, coefficients, compliance)  # type: ignore[arg-type]
+        coupling = Coupling(name, a, dof_a, b, dof_b, coefficients, compliance, line_a, line_b)  # type: ignore[arg-type]
         return self._append("coupling", self._couplings, coupling)
 
     def set_motor(self, joint: int | str, motor: Motor, *, dof: int = 0) -> None:
@@ -302,9 +317,10 @@ class ModelBuilder(PartBuilder):
             tuple(self._couplings),
             tuple(self._pair_materials),
             tuple(self._excluded),
+            tendons=tuple(self._tendons),
+            actuators=tuple(self._actuators),
             fluid=self._fluid,
             fluid_boxes=tuple(self._fluid_boxes),
-            actuators=dict(self._actuators),
             unread=tuple(self._unread),
             sites=tuple(self._sites),
             sensors=tuple(self._sensors),

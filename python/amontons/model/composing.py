@@ -11,14 +11,15 @@ import numpy as np
 
 from .. import _core
 from ..checks import changed
+from .drives import Actuator, PathElement, Tendon, Transmission
 from .model import Model
 from .parts import WORLD, Body, Coupling, FluidBox, Geom, Joint, PairMaterial
-from .presets import Actuator, Keyframe
+from .presets import Keyframe
 from .sensing import Sensor, Site
 from .shapes import Plane
 from .transforms import ORIGIN, Transform, multiply, rotate
 
-T = TypeVar("T", Body, Geom, Joint, Coupling, Site, Sensor)
+T = TypeVar("T", Body, Geom, Joint, Coupling, Tendon, Actuator, Site, Sensor)
 
 
 @dataclass(frozen=True)
@@ -30,6 +31,8 @@ class Added:
     geoms: range
     joints: range
     couplings: range
+    tendons: range
+    actuators: range
 
 
 @dataclass(frozen=True)
@@ -52,6 +55,8 @@ class Counts:
     geoms: int
     joints: int
     couplings: int
+    tendons: int
+    actuators: int
     dofs: int
 
 
@@ -66,7 +71,8 @@ class Parts:
     pair_materials: list[PairMaterial]
     excluded: list[tuple[int, int]]
     fluid_boxes: list[FluidBox]
-    actuators: dict[str, Actuator]
+    tendons: list[Tendon]
+    actuators: list[Actuator]
     keyframes: dict[str, KeyframePart]
     sites: list[Site]
     sensors: list[Sensor]
@@ -79,6 +85,7 @@ class KeyframePart:
 
     bodies: tuple[int, ...]
     first_dof: int
+    first_actuator: int
     keyframe: Keyframe
 
 
@@ -143,7 +150,41 @@ class Move:
 
     def coupling(self, coupling: Coupling) -> Coupling:
         a, b = map(self.joint_index, (coupling.joint_a, coupling.joint_b))
-        return changed(coupling, joint_a=a, joint_b=b)
+        lines = map(self.tendon_index, (coupling.tendon_a, coupling.tendon_b))
+        return changed(
+            coupling, joint_a=a, joint_b=b, **dict(zip(("tendon_a", "tendon_b"), lines, strict=True))
+        )
+
+    def tendon_index(self, tendon: int) -> int:
+        return tendon if tendon < 0 else self.before.tendons + tendon
+
+    def stop(self, stop: PathElement) -> PathElement:
+        """A stop of a tendon's path, whose bodies may have become parts of others."""
+        side = stop.side and self.frame(stop.side_body, Transform(stop.side)).position
+        return changed(
+            stop,
+            body=self.index[stop.body],
+            frame=self.frame(stop.body, stop.frame),
+            side=side,
+            side_body=self.index[stop.side_body],
+        )
+
+    def tendon(self, tendon: Tendon) -> Tendon:
+        terms = tuple(changed(t, joint=self.joint_index(t.joint)) for t in tendon.terms)
+        return changed(tendon, terms=terms, path=tuple(map(self.stop, tendon.path)))
+
+    def actuator(self, actuator: Actuator) -> Actuator:
+        moved: Transmission = actuator.transmission
+        moved = changed(
+            moved,
+            joint=self.joint_index(moved.joint),
+            tendon=self.tendon_index(moved.tendon),
+            body=self.index[moved.body],
+            reference_body=self.index[moved.reference_body],
+            frame=self.frame(moved.body, moved.frame),
+            reference=self.frame(moved.reference_body, moved.reference),
+        )
+        return changed(actuator, transmission=moved)
 
     def pair(self, pair: PairMaterial) -> PairMaterial:
         first = self.before.geoms
@@ -170,10 +211,8 @@ def parts_of(model: Model, seat: Seat, prefix: str, before: Counts, new_name: Ca
             replace(box, body=move.index[box.body], frame=move.frame(box.body, box.frame))
             for box in model.fluid_boxes
         ],
-        actuators={
-            prefix + name: replace(actuator, joint=move.joint_index(actuator.joint))
-            for name, actuator in model.actuators.items()
-        },
+        tendons=named(prefix, map(move.tendon, model.tendons)),
+        actuators=named(prefix, map(move.actuator, model.actuators)),
         keyframes={
             prefix + name: keyframe_part(keyframe, seat, move) for name, keyframe in model.keyframes.items()
         },
@@ -184,6 +223,8 @@ def parts_of(model: Model, seat: Seat, prefix: str, before: Counts, new_name: Ca
             range(before.geoms, before.geoms + len(model.geoms)),
             range(before.joints, before.joints + len(model.joints) + len(mounts)),
             range(before.couplings, before.couplings + len(model.couplings)),
+            range(before.tendons, before.tendons + len(model.tendons)),
+            range(before.actuators, before.actuators + len(model.actuators)),
         ),
     )
 
@@ -258,7 +299,9 @@ def keyframe_part(keyframe: Keyframe, seat: Seat, move: Move) -> KeyframePart:
         linear_velocities=tuple(rotate(turn, keyframe.linear_velocities[b]) for b in move.kept),
         angular_velocities=tuple(rotate(turn, keyframe.angular_velocities[b]) for b in move.kept),
     )
-    return KeyframePart(tuple(move.index[b] for b in move.kept), move.before.dofs, moved)
+    return KeyframePart(
+        tuple(move.index[b] for b in move.kept), move.before.dofs, move.before.actuators, moved
+    )
 
 
 def whole_keyframe(model: Model, parts: Sequence[KeyframePart]) -> Keyframe:
@@ -269,6 +312,7 @@ def whole_keyframe(model: Model, parts: Sequence[KeyframePart]) -> Keyframe:
         for name in ("positions", "orientations", "linear_velocities", "angular_velocities")
     }
     by_dof = {name: np.array(getattr(start, name)) for name in ("joint_coordinates", "targets")}
+    by_actuator = {name: np.array(getattr(start, name)) for name in ("controls", "activations")}
     for part in parts:
         for name, values in by_body.items():
             if part.bodies:
@@ -276,8 +320,11 @@ def whole_keyframe(model: Model, parts: Sequence[KeyframePart]) -> Keyframe:
         for name, values in by_dof.items():
             given = getattr(part.keyframe, name)
             values[part.first_dof : part.first_dof + len(given)] = given
+        for name, values in by_actuator.items():
+            given = getattr(part.keyframe, name)
+            values[part.first_actuator : part.first_actuator + len(given)] = given
     rows = {name: tuple(map(tuple, values.tolist())) for name, values in by_body.items()}
-    numbers = {name: tuple(values.tolist()) for name, values in by_dof.items()}
+    numbers = {name: tuple(values.tolist()) for name, values in (by_dof | by_actuator).items()}
     return Keyframe(time=parts[0].keyframe.time, **rows, **numbers)  # type: ignore[arg-type]
 
 

@@ -16,6 +16,16 @@ from .. import _core
 from ..checks import Vector3, chosen, vector3
 from ..errors import InputError
 from .coordinates import Coordinate, coordinates_of
+from .drives import (
+    ACTIVATIONS,
+    PATHS,
+    TRANSMISSIONS,
+    Actuator,
+    PathElement,
+    Tendon,
+    TendonTerm,
+    Transmission,
+)
 from .parts import (
     DOFS,
     JOINTS,
@@ -33,7 +43,7 @@ from .parts import (
     Motor,
     PairMaterial,
 )
-from .presets import Actuator, Keyframe, Unread
+from .presets import Keyframe, Unread
 from .sensing import Sensor, Site
 from .shapes import Shape
 from .transforms import Transform
@@ -50,9 +60,9 @@ def _by_name() -> Any:
 
 @dataclass(frozen=True)
 class Model:
-    """Bodies, geoms and joints, checked as a whole; simulations share it and never change it.
+    """Bodies, geoms, joints and drives, checked as a whole; simulations share it and never change it.
 
-    Raises InputError naming the body, geom or joint and the remedy.
+    Raises InputError naming the thing and the remedy.
     """
 
     gravity: Vector3 = (0.0, 0.0, -9.81)
@@ -69,10 +79,11 @@ class Model:
     fluid: Fluid = NO_FLUID
     """around the bodies that have a fluid box"""
     fluid_boxes: tuple[FluidBox, ...] = ()
+    tendons: tuple[Tendon, ...] = ()
+    actuators: tuple[Actuator, ...] = ()
+    """what controls drive: `Simulation.set_control`"""
     keyframes: Mapping[str, Keyframe] = _by_name()
     """states to start from, by name: `Simulation.apply_keyframe`"""
-    actuators: Mapping[str, Actuator] = _by_name()
-    """how the model file commands the motors, by name: `Simulation.set_control`"""
     unread: tuple[Unread, ...] = field(default=(), repr=False, compare=False, metadata={"core": False})
     """what the model file asks for and was not read, worst first"""
     sites: tuple[Site, ...] = field(default=(), repr=False, compare=False, metadata={"core": False})
@@ -147,6 +158,16 @@ class Model:
         """A name for every entry of `Simulation.qd`."""
         return tuple(name for c in self.coordinates.values() for name in c.qd_names)
 
+    @cached_property
+    def tendon_names(self) -> tuple[str, ...]:
+        """Names by index."""
+        return tuple(tendon.name for tendon in self.tendons)
+
+    @cached_property
+    def actuator_names(self) -> tuple[str, ...]:
+        """Names by index."""
+        return tuple(actuator.name for actuator in self.actuators)
+
     @property
     def dofs(self) -> int:
         """Number of coordinates of all joints, the length of `Simulation.state.joint_coordinates`."""
@@ -182,6 +203,14 @@ class Model:
     def site_index(self, site: int | str) -> int:
         """The index of a site given by index or name; InputError if there is none."""
         return index_of("site", site, self.site_names)
+
+    def tendon_index(self, tendon: int | str) -> int:
+        """The index of a tendon given by index or name; InputError if there is none."""
+        return index_of("tendon", tendon, self.tendon_names)
+
+    def actuator_index(self, actuator: int | str) -> int:
+        """The index of an actuator given by index or name; InputError if there is none."""
+        return index_of("actuator", actuator, self.actuator_names)
 
     def dof_index(self, joint: int | str, dof: int = 0) -> int:
         """The index of a joint's degree of freedom among the coordinates of all joints."""
@@ -227,6 +256,11 @@ _CORE: dict[type, Any] = {
     PairMaterial: _core.PairMaterial,
     Fluid: _core.Fluid,
     FluidBox: _core.FluidBox,
+    TendonTerm: _core.TendonTerm,
+    PathElement: _core.PathElement,
+    Tendon: _core.Tendon,
+    Transmission: _core.Transmission,
+    Actuator: _core.Actuator,
     Model: _core.ModelDescription,
 }
 _NAMES: dict[tuple[type, str], dict[str, Any]] = {
@@ -234,6 +268,9 @@ _NAMES: dict[tuple[type, str], dict[str, Any]] = {
     (Dof, "kind"): DOFS,
     (Body, "motion"): MOTIONS,
     (Joint, "kind"): JOINTS,
+    (PathElement, "kind"): PATHS,
+    (Transmission, "kind"): TRANSMISSIONS,
+    (Actuator, "dynamics"): ACTIVATIONS,
     (Model, "friction_rule"): FRICTION_RULES,
 }
 

@@ -8,16 +8,16 @@ from collections.abc import Sequence
 from ..checks import changed
 from ..errors import InputError
 from .composing import Added, Counts, KeyframePart, Parts, Seat, bottom, parts_of, top
-from .joint_builder import JointBuilder
+from .drive_builder import DriveBuilder
 from .model import Model
 from .parts import WORLD, Coupling, FluidBox, Geom, PairMaterial
-from .presets import Actuator, Unread
+from .presets import Unread
 from .sensing import Sensor, Site
 from .shapes import Shape
 from .transforms import IDENTITY, ORIGIN, Transform, add
 
 
-class PartBuilder(JointBuilder):
+class PartBuilder(DriveBuilder):
     """The function add_model; what is in composing.py does not know the builder."""
 
     _geoms: list[Geom]
@@ -25,7 +25,6 @@ class PartBuilder(JointBuilder):
     _pair_materials: list[PairMaterial]
     _excluded: list[tuple[int, int]]
     _fluid_boxes: list[FluidBox]
-    _actuators: dict[str, Actuator]
     _keyframes: dict[str, list[KeyframePart]]
     _sites: list[Site]
     _sensors: list[Sensor]
@@ -42,7 +41,8 @@ class PartBuilder(JointBuilder):
         parent: int | str | None = None,
         on: str | None = None,
     ) -> Added:
-        """Add all parts of a model: bodies, geoms, joints, couplings, materials, actuators, keyframes.
+        """Add all parts of a model: bodies, geoms, joints, tendons, couplings, actuators, materials,
+        keyframes.
 
         position, orientation: of the model's world in the world of the builder, or in the frame of `parent`
         (m; unit quaternion w, x, y, z).
@@ -73,6 +73,8 @@ class PartBuilder(JointBuilder):
             len(self._geoms),
             len(self._joints),
             len(self._couplings),
+            len(self._tendons),
+            len(self._actuators),
             sum(len(joint.dofs) for joint in self._joints),
         )
         parts = parts_of(model, seat, prefix, before, self._holding_name)
@@ -120,6 +122,8 @@ class PartBuilder(JointBuilder):
             "coupling": parts.couplings,
             "site": parts.sites,
             "sensor": parts.sensors,
+            "tendon": parts.tendons,
+            "actuator": parts.actuators,
         }
         for kind, things in added.items():
             known = dict(self._names[kind])
@@ -129,11 +133,6 @@ class PartBuilder(JointBuilder):
                         f'add_model: there is a {kind} "{thing.name}" already; give the model a prefix='
                     )
                 known[thing.name] = 0
-        for name in parts.actuators:
-            if name in self._actuators:
-                raise InputError(
-                    f'add_model: there is an actuator "{name}" already; give the model a prefix='
-                )
 
     def _take(self, parts: Parts, model: Model) -> None:
         for kind, own, new in (
@@ -143,13 +142,14 @@ class PartBuilder(JointBuilder):
             ("coupling", self._couplings, parts.couplings),
             ("site", self._sites, parts.sites),
             ("sensor", self._sensors, parts.sensors),
+            ("tendon", self._tendons, parts.tendons),
+            ("actuator", self._actuators, parts.actuators),
         ):
             for thing in new:
                 self._append(kind, own, thing)  # type: ignore[arg-type]
         self._pair_materials += parts.pair_materials
         self._excluded += parts.excluded
         self._fluid_boxes += parts.fluid_boxes
-        self._actuators |= parts.actuators
         for name, part in parts.keyframes.items():
             self._keyframes.setdefault(name, []).append(part)
         self._unread += model.unread

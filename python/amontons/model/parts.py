@@ -21,14 +21,16 @@ DOFS = {name: getattr(_core.DofKind, name) for name in ("hinge", "slide")}
 JOINTS = {name: getattr(_core.JointKind, name) for name in ("chain", "distance")}
 
 
-def _set(thing: object, **values: Any) -> None:
+def fill(thing: object, **values: Any) -> None:
+    """Set fields of a frozen part while it is made."""
     for name, value in values.items():
         object.__setattr__(thing, name, value)
 
 
-def _numbers(thing: Any, what: str, *names: str, infinite: bool = False) -> None:
+def numbers(thing: Any, what: str, *names: str, infinite: bool = False) -> None:
+    """Make floats of the fields of these names; InputError if one is none."""
     for name in names:
-        _set(thing, **{name: number(f"{what}{name}", getattr(thing, name), infinite=infinite)})
+        fill(thing, **{name: number(f"{what}{name}", getattr(thing, name), infinite=infinite)})
 
 
 @dataclass(frozen=True)
@@ -64,7 +66,7 @@ class Material:
         )  # fmt: skip
         if self.friction_across is not None:
             limits = (*limits, "friction_across")
-        _numbers(self, "material: ", "restitution", *limits)
+        numbers(self, "material: ", "restitution", *limits)
         for name in limits:
             if getattr(self, name) < 0:
                 raise InputError(f"material: {name} is {getattr(self, name):g}; it must not be negative")
@@ -89,8 +91,8 @@ class Motor:
 
     def __post_init__(self) -> None:
         chosen("motor kind", self.kind, MOTORS)
-        _numbers(self, "motor: ", "target", "gain", "damping_gain")
-        _numbers(self, "motor: ", "max_effort", infinite=True)
+        numbers(self, "motor: ", "target", "gain", "damping_gain")
+        numbers(self, "motor: ", "max_effort", infinite=True)
 
 
 @dataclass(frozen=True)
@@ -121,12 +123,12 @@ class Dof:
 
     def __post_init__(self) -> None:
         chosen("kind of degree of freedom", self.kind, DOFS)
-        _set(self, axis=unit_vector("axis", self.axis), anchor=vector3("anchor", self.anchor))
-        _numbers(self, "", "lower", "upper", infinite=True)
+        fill(self, axis=unit_vector("axis", self.axis), anchor=vector3("anchor", self.anchor))
+        numbers(self, "", "lower", "upper", infinite=True)
         lower, upper = self.lower, self.upper
         if lower > upper:
             raise InputError(f"the lower limit {lower:g} exceeds the upper one {upper:g}; swap them")
-        _numbers(self, "", "stiffness", "rest", "damping", "friction", "armature")
+        numbers(self, "", "stiffness", "rest", "damping", "friction", "armature")
         if not isinstance(self.motor, Motor):
             raise InputError(f"motor is {self.motor!r}; give a Motor")
 
@@ -156,10 +158,10 @@ class Body:
     def __post_init__(self) -> None:
         who = f'body "{self.name}": '
         chosen("motion", self.motion, MOTIONS)
-        _numbers(self, who, "mass", "gravity_scale")
+        numbers(self, who, "mass", "gravity_scale")
         for name in ("centre_of_mass", "linear_velocity", "angular_velocity"):
-            _set(self, **{name: vector3(who + name, getattr(self, name))})
-        _set(self, inertia=inertia_matrix(who + "inertia", self.inertia))
+            fill(self, **{name: vector3(who + name, getattr(self, name))})
+        fill(self, inertia=inertia_matrix(who + "inertia", self.inertia))
 
 
 def inertia_matrix(what: str, values: Any) -> Matrix3:
@@ -204,11 +206,11 @@ class Geom:
             raise InputError(f"{who}shape is {self.shape!r}; give one of amontons.shapes")
         if not isinstance(self.material, Material):
             raise InputError(f"{who}material is {self.material!r}; give a Material")
-        _set(self, surface_velocity=vector3(who + "surface_velocity", self.surface_velocity))
-        _set(self, surface_spin=vector3(who + "surface_spin", self.surface_spin))
+        fill(self, surface_velocity=vector3(who + "surface_velocity", self.surface_velocity))
+        fill(self, surface_spin=vector3(who + "surface_spin", self.surface_spin))
         if self.friction_direction is not None:
             direction = unit_vector(who + "friction_direction", self.friction_direction)
-            _set(self, friction_direction=direction)
+            fill(self, friction_direction=direction)
         elif self.material.friction_across is not None:
             raise InputError(
                 f"{who}friction_across = {self.material.friction_across:g} is friction across a direction; "
@@ -266,11 +268,11 @@ class Joint:
     def __post_init__(self) -> None:
         who = f'joint "{self.name}": '
         chosen("kind of joint", self.kind, JOINTS)
-        _set(self, dofs=tuple(self.dofs), spherical=bool(self.spherical), collide=bool(self.collide))
-        _set(self, closes_loop=bool(self.closes_loop))
-        _numbers(self, who, "ball_stiffness", "ball_damping", "ball_friction", "ball_armature")
-        _numbers(self, who, "lower_distance", "compliance")
-        _numbers(self, who, "ball_limit", "upper_distance", infinite=True)
+        fill(self, dofs=tuple(self.dofs), spherical=bool(self.spherical), collide=bool(self.collide))
+        fill(self, closes_loop=bool(self.closes_loop))
+        numbers(self, who, "ball_stiffness", "ball_damping", "ball_friction", "ball_armature")
+        numbers(self, who, "lower_distance", "compliance")
+        numbers(self, who, "ball_limit", "upper_distance", infinite=True)
         lower, upper = self.lower_distance, self.upper_distance
         if self.kind == "distance" and not 0 <= lower <= upper:
             raise InputError(f"{who}limits are ({lower:g}, {upper:g}); they must be 0 <= lower <= upper")
@@ -278,23 +280,28 @@ class Joint:
 
 @dataclass(frozen=True)
 class Coupling:
-    """coordinate(joint_a, dof_a) = a polynomial in coordinate(joint_b, dof_b): gears, racks, mimics."""
+    """Coordinate a = a polynomial in coordinate b: gears, racks, mimics.
+
+    A coordinate is that of a joint's degree of freedom or, where a tendon is named, its length.
+    """
 
     name: str = ""
     joint_a: int = -1
     dof_a: int = 0
     joint_b: int = -1
-    """-1: the constant coefficient alone"""
+    """-1, without tendon_b: the constant coefficient alone"""
     dof_b: int = 0
     coefficients: tuple[float, ...] = (0.0, 1.0)
     """ascending powers"""
     compliance: float = 0.0
+    tendon_a: int = -1
+    tendon_b: int = -1
 
     def __post_init__(self) -> None:
         who = f'coupling "{self.name}": '
         values = tuple(self.coefficients)
-        _set(self, coefficients=entries(f"{who}coefficients", values, len(values)))
-        _numbers(self, who, "compliance")
+        fill(self, coefficients=entries(f"{who}coefficients", values, len(values)))
+        numbers(self, who, "compliance")
 
 
 @dataclass(frozen=True)
@@ -326,8 +333,8 @@ class Fluid:
     """velocity of the fluid, world axes (m/s)"""
 
     def __post_init__(self) -> None:
-        _numbers(self, "fluid: ", "density", "viscosity")
-        _set(self, wind=vector3("fluid: wind", self.wind))
+        numbers(self, "fluid: ", "density", "viscosity")
+        fill(self, wind=vector3("fluid: wind", self.wind))
 
 
 NO_FLUID = Fluid()
@@ -350,4 +357,4 @@ class FluidBox:
     """edges (m), >= 0"""
 
     def __post_init__(self) -> None:
-        _set(self, size=vector3("fluid box: size", self.size))
+        fill(self, size=vector3("fluid box: size", self.size))

@@ -1,8 +1,7 @@
-"""What a model brings from its file: keyframes and actuators by name, and what was not read. SI units."""
+"""What a model brings from its file: keyframes by name, and what was not read. SI units."""
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
 from ..checks import Quaternion, Vector3
@@ -25,25 +24,9 @@ class Keyframe:
     """of all degrees of freedom (m, rad)"""
     targets: tuple[float, ...]
     """of the motors of all degrees of freedom"""
-
-
-@dataclass(frozen=True)
-class Actuator:
-    """A motor as its model file commands it, see `Simulation.set_control`."""
-
-    joint: int
-    dof: int
-    scale: float = 1.0
-    """target of the motor per unit of control"""
-    offset: float = 0.0
-    """target of the motor at zero control"""
-    lower: float = -math.inf
-    upper: float = math.inf
-    """limits of the control"""
-
-    def target(self, control: float) -> float:
-        """The target of the motor for a control, which is clipped to its limits first."""
-        return self.scale * min(max(control, self.lower), self.upper) + self.offset
+    controls: tuple[float, ...] = ()
+    activations: tuple[float, ...] = ()
+    """of all actuators; none: as they are"""
 
     def control(self, target: float) -> float:
         """The control that gives a target of the motor; 0 where none has an effect."""

@@ -57,6 +57,30 @@ EFFORTS = np.dtype(
 )
 """The fields of Simulation.joint_efforts."""
 
+TENDONS = np.dtype(
+    [
+        ("tendon", np.int32),
+        ("length", np.float64),
+        ("rate", np.float64),
+        ("drive", np.float64),
+        ("friction", np.float64),
+        ("limit", np.float64),
+    ]
+)
+"""The fields of Simulation.tendon_efforts."""
+
+ACTUATORS = np.dtype(
+    [
+        ("actuator", np.int32),
+        ("control", np.float64),
+        ("activation", np.float64),
+        ("length", np.float64),
+        ("rate", np.float64),
+        ("effort", np.float64),
+    ]
+)
+"""The fields of Simulation.actuator_efforts."""
+
 _STATES = np.array(["open", "stick", "slip"], dtype="U5")
 
 
@@ -103,4 +127,33 @@ def effort_table(core: _core.Simulation, model: Model) -> Table:
     table["coordinate"], table["target"] = core.joint_coordinates, core.targets
     for name, impulses in zip(("drive", "motor", "friction", "limit"), core.dof_impulses.T, strict=True):
         table[name] = impulses / step
+    table["motor"] = motor_impulses(core, model) / step
+    return table
+
+
+def motor_impulses(core: _core.Simulation, model: Model) -> Array:
+    """Of the motor of each degree of freedom and the actuators on it, in the last step (N s, N m s)."""
+    impulses = core.dof_impulses[:, 1].copy()
+    for actuator, impulse in zip(model.actuators, core.actuator_impulses, strict=True):
+        if (t := actuator.transmission).kind == "dof":
+            impulses[model.core.first_dof(t.joint) + t.dof] += t.gear * impulse
+    return impulses
+
+
+def tendon_table(core: _core.Simulation, model: Model) -> Table:
+    table = np.zeros(len(model.tendons), TENDONS)
+    step = core.impulse_step or 1.0
+    table["tendon"] = np.arange(len(table))
+    table["length"], table["rate"] = core.tendon_lines().T
+    drive, spring, friction, limit = core.tendon_impulses.T / step
+    table["drive"], table["friction"], table["limit"] = drive + spring, friction, limit
+    return table
+
+
+def actuator_table(core: _core.Simulation, model: Model) -> Table:
+    table = np.zeros(len(model.actuators), ACTUATORS)
+    table["actuator"] = np.arange(len(table))
+    table["control"], table["activation"] = core.controls, core.activations
+    table["length"], table["rate"] = core.actuator_lines().T
+    table["effort"] = core.actuator_impulses / (core.impulse_step or 1.0)
     return table

@@ -107,23 +107,22 @@ def advance_worlds(
     """Advance simulations of one model by controls (worlds, rows, actuators), or by so many rows without."""
     threads = usable_cores() if threads is None else integer("threads", threads, 1)
     model = worlds[0].model
-    targets = None if isinstance(controls, int) else targets_of(model, worlds, controls)
+    given = None if isinstance(controls, int) else clipped(model, controls)
     rows = controls if isinstance(controls, int) else controls.shape[1]
     cores = [world._core for world in worlds]
-    course = Course(*_core.run_worlds(model.tree, cores, targets, rows, repeat, threads))
+    course = Course(*_core.run_worlds(model.tree, cores, given, rows, repeat, threads))
     for world in worlds:
         world._contacts = None
     return course
 
 
-def targets_of(model: Model, worlds: Sequence[Simulation], controls: Array) -> Array:
-    """Targets of the motors of all degrees of freedom: those of a world but for what controls drive."""
-    own = np.stack([world.state.targets for world in worlds])
-    targets = np.repeat(own[:, None], controls.shape[1], axis=1)
-    for k, drive in enumerate(model.actuators.values()):
-        clipped = np.clip(controls[:, :, k], drive.lower, drive.upper)
-        targets[:, :, model.dof_index(drive.joint, drive.dof)] = drive.scale * clipped + drive.offset
-    return targets
+def clipped(model: Model, controls: Array) -> Array:
+    """Controls (worlds, rows, actuators) within the limits of their actuators."""
+    lower, upper = (
+        np.array([getattr(drive, name) for drive in model.actuators], dtype=np.float64)
+        for name in ("lower_control", "upper_control")
+    )
+    return np.ascontiguousarray(np.clip(controls, lower, upper))
 
 
 def _in_single_rows(rows: Array | int) -> list[Array | int]:

@@ -15,6 +15,7 @@ from ..model.model import Model
 from ..model.parts import WORLD
 from ..model.sensing import Sensor
 from ..model.transforms import Transform
+from .forces import motor_impulses
 from .outcome import Table
 
 if TYPE_CHECKING:
@@ -235,12 +236,13 @@ def _entries(which: int) -> Kind:
 
 
 def _efforts(column: int) -> Kind:
-    """Of what acts along degrees of freedom: 1 the motor, 3 the limit."""
+    """Of what acts along degrees of freedom: 1 motor and actuators, 3 the limit."""
 
     def reading(now: Moment, group: Group) -> Array:
         coordinates = [now.model.coordinates[sensor.source] for sensor in group.sensors]
         dofs = [now.model.dof_index(c.joint, c.dof) for c in coordinates]
-        return now.core.dof_impulses[dofs, column] / (now.core.impulse_step or 1.0)
+        impulses = motor_impulses(now.core, now.model) if column == 1 else now.core.dof_impulses[:, column]
+        return impulses[dofs] / (now.core.impulse_step or 1.0)
 
     return reading
 

@@ -23,7 +23,14 @@ from ..model.presets import Keyframe
 from ..problem.options import LAWS, require_method
 from ..problem.problem import Problem
 from .coordinates import Values
-from .forces import contact_sums, contact_table, effort_table, reaction_table
+from .forces import (
+    actuator_table,
+    contact_sums,
+    contact_table,
+    effort_table,
+    reaction_table,
+    tendon_table,
+)
 from .outcome import Report, Table, from_core
 from .queries import Queries
 from .state import State
@@ -214,9 +221,28 @@ class Simulation(Queries):
     def joint_efforts(self) -> Table:
         """What acted along each degree of freedom in the last step (N or N m), and its coordinate.
 
-        Fields: joint, dof, coordinate, target, drive (spring, damper and armature), motor, friction, limit.
+        Fields: joint, dof, coordinate, target, drive (spring, damper and armature), motor (with
+        the actuators on it), friction, limit.
         """
         return effort_table(self._core, self._model)
+
+    @property
+    def tendon_efforts(self) -> Table:
+        """What acted along each tendon in the last step (N, N m), and where the tendon is now.
+
+        Fields: tendon, length (m, or the unit of its joints), rate, drive (spring, damper and armature),
+        friction, limit; efforts are positive where they lengthen it. Actuators are in `actuator_efforts`.
+        """
+        return tendon_table(self._core, self._model)
+
+    @property
+    def actuator_efforts(self) -> Table:
+        """What each actuator did in the last step, and where it is now.
+
+        Fields: actuator, control, activation, length, rate (of its transmission, gear included), effort (N,
+        N m).
+        """
+        return actuator_table(self._core, self._model)
 
     def contact_forces(self) -> tuple[Array, Array]:
         """Sums over the contacts of each body in the last step: forces (n, 3) (N) and torques (n, 3) (N m).
@@ -257,19 +283,19 @@ class Simulation(Queries):
         index = self._model.dof_index(joint, dof)
         j = self._model.joint_index(joint)
         if self._model.joints[j].dofs[dof].motor.kind == "none":
-            raise InputError(f'joint "{self._model.joints[j].name}" has no motor; give it one in the model')
+            drives = self._model.actuators
+            by = [a.name for a in drives if a.transmission.kind == "dof" and a.transmission.joint == j]
+            remedy = f'use set_control("{by[0]}", ...)' if by else "give it one in the model"
+            raise InputError(f'joint "{self._model.joints[j].name}" has no motor; {remedy}')
         self._state.targets[index] = number("target", value)
 
     @property
     def controls(self) -> Array:
         """The controls of all actuators in the order of `Model.actuators`; read only, assign a whole array.
 
-        In the units of the model file, as their motors have them: clipped to the limits.
+        Each is clipped to the limits of its actuator.
         """
-        drives = self._model.actuators.values()
-        targets = self._state.targets
-        values = [d.control(float(targets[self._model.dof_index(d.joint, d.dof)])) for d in drives]
-        array = np.array(values, dtype=np.float64)
+        array = self._state.controls.copy()
         array.flags.writeable = False
         return array
 
@@ -279,28 +305,27 @@ class Simulation(Queries):
         array = np.array(values, dtype=np.float64)
         if array.shape != (len(drives),):
             raise InputError(f"controls has the shape {array.shape}; the model asks for ({len(drives)},)")
-        for name, value in zip(drives, array, strict=True):
-            number(f'control of "{name}"', float(value))
-        for drive, value in zip(drives.values(), array.tolist(), strict=True):
-            self._state.targets[self._model.dof_index(drive.joint, drive.dof)] = drive.target(value)
+        values = [
+            drive.clipped(number(f'control of "{drive.name}"', value))
+            for drive, value in zip(drives, array.tolist(), strict=True)
+        ]
+        self._state.controls = values
 
-    def set_control(self, actuator: str, control: float) -> None:
-        """Set the control of an actuator of the model file, in the file's units, clipped to its limits."""
-        known = self._model.actuators
-        if actuator not in known:
-            raise InputError(f'there is no actuator "{actuator}"; known are {", ".join(known) or "none"}')
-        drive = known[actuator]
-        target = drive.target(number("control", control))
-        self._state.targets[self._model.dof_index(drive.joint, drive.dof)] = target
+    def set_control(self, actuator: int | str, control: float) -> None:
+        """Set the control of an actuator, clipped to its limits."""
+        index = self._model.actuator_index(actuator)
+        self._state.controls[index] = self._model.actuators[index].clipped(number("control", control))
 
     def apply_keyframe(self, name: str) -> None:
-        """Put bodies, coordinates and targets into the state of a keyframe, loads to zero; time goes on."""
+        """Put bodies, coordinates, targets and controls as a keyframe says, loads to zero; time goes on."""
         frame = self._keyframe(name)
         state = self._state
         state.positions, state.orientations = frame.positions, frame.orientations
         state.linear_velocities, state.angular_velocities = frame.linear_velocities, frame.angular_velocities
         self._core.set_joint_coordinates(np.array(frame.joint_coordinates, dtype=np.float64))
         state.targets = frame.targets
+        if frame.controls:
+            state.controls, state.activations = frame.controls, frame.activations
         state.forces = state.torques = 0.0
 
     def _keyframe(self, name: str) -> Keyframe:

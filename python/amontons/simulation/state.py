@@ -15,7 +15,8 @@ class State:
     positions (n, 3) and linear_velocities (n, 3) of the origins of the body frames, orientations (n, 4)
     (unit quaternions w, x, y, z), angular_velocities (n, 3), forces and torques (n, 3) at the centres of
     mass, held until changed; all in world axes, SI units. targets (of motors) of every degree of freedom
-    (`Model.dof_index`). Assigning to an attribute copies into the view.
+    (`Model.dof_index`); controls and activations of every actuator. Assigning to an attribute copies into the
+    view.
     joint_coordinates, of every degree of freedom at the start of the last step, follow from the poses and are
     read only: `Simulation.q` sets coordinates.
     """
@@ -28,8 +29,12 @@ class State:
     torques: Array
     joint_coordinates: Array
     targets: Array
+    controls: Array
+    activations: Array
     __slots__ = (
+        "activations",
         "angular_velocities",
+        "controls",
         "forces",
         "joint_coordinates",
         "linear_velocities",

@@ -9,6 +9,7 @@
 
 #include "multibody/joints/couplings.hpp"
 #include "multibody/joints/joint_context.hpp"
+#include "multibody/joints/tendons.hpp"
 
 namespace amontons {
 namespace {
@@ -182,6 +183,12 @@ State initial_state(const Model& model) {
   s.joint_wrenches.resize(model.joints());
   s.ball_impulses.resize(model.joints());
   s.coupling_impulses.resize(model.description().couplings.size());
+  s.tendon_impulses.resize(model.description().tendons.size());
+  s.actuator_impulses.resize(model.description().actuators.size());
+  for (const Actuator& actuator : model.description().actuators) {
+    s.controls.push_back(actuator.control);
+    s.activations.push_back(actuator.activation);
+  }
   for (const Joint& joint : model.description().joints)
     for (const Dof& dof : joint.dofs) s.targets.push_back(dof.motor.target);
   BodyFrames frames;
@@ -210,7 +217,8 @@ JointError joint_error(const Model& model, const BodyFrames& bodies, const State
   return worst;
 }
 
-// Springs of dofs, of balls, of compliant joints and couplings: 1/2 k s^2 each, summed as twice the energy.
+// Springs of dofs, of balls, of compliant joints and couplings, of tendons: 1/2 k s^2 each, summed as twice
+// the energy.
 double spring_energy(const Model& model, const BodyFrames& bodies, const State& state) {
   double twice = 0;
   for (std::size_t j = 0; j < model.joints(); ++j) {
@@ -224,8 +232,16 @@ double spring_energy(const Model& model, const BodyFrames& bodies, const State& 
     twice += locked_springs(model, j, bodies, state);
   }
   for (const Coupling& coupling : model.description().couplings) {
-    const double violation = coupling_value(model, coupling, state).violation;
-    if (coupling.compliance > 0) twice += violation * violation / coupling.compliance;
+    if (coupling.compliance == 0) continue;
+    const double violation = coupling_value(model, coupling, bodies, state).violation;
+    twice += violation * violation / coupling.compliance;
+  }
+  const auto& tendons = model.description().tendons;
+  for (std::size_t t = 0; t < tendons.size(); ++t) {
+    if (tendons[t].stiffness == 0) continue;
+    const double length = tendon_length(model, bodies, state, static_cast<Index>(t));
+    const double stretch = tendon_stretch(tendons[t], length);
+    twice += tendons[t].stiffness * stretch * stretch;
   }
   return 0.5 * twice;
 }

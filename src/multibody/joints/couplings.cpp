@@ -1,137 +1,76 @@
-// A coupling is an equality between coordinates of two joints, or of one and a constant. Unlike the other
-// rows it is about up to four bodies; where there are more than two it is split.
+// A coupling is an equality between two coordinates, each of a joint or the length of a tendon, or of one and
+// a constant. Unlike the rows of a joint it is about any number of bodies.
 #include "multibody/joints/couplings.hpp"
 
-#include <algorithm>
-
 #include "multibody/joints/joint_context.hpp"
+#include "multibody/joints/tendons.hpp"
+#include "multibody/joints/wide_rows.hpp"
 
 namespace amontons {
 namespace {
 
-using Vec6 = std::array<double, 6>;
-
-// A row over all bodies that it touches, in order of appearance: two joints have four sides, and those that
-// are the same body share an entry, where their parts add.
-struct WideRow {
-  std::size_t n = 0;
-  std::array<Index, 4> body;
-  std::array<Vec6, 4> j;
-
-  // The world has no part: it does not move.
-  void add(Index which, const Vec6& part, double sign) {
-    if (which < 0) return;
-    std::size_t i = 0;
-    while (i < n && body[i] != which) ++i;
-    if (i == n) {
-      body[n] = which;
-      j[n] = Vec6{};
-      ++n;
-    }
-    for (int k = 0; k < 6; ++k) j[i][k] += sign * part[k];
-  }
-  void add(const JacobianRow& row, double sign) {
-    add(row.body_a, row.a, sign);
-    add(row.body_b, row.b, sign);
-  }
-  JacobianRow part(std::size_t i) const { return {body[i], world, j[i], {}}; }
-};
-
-// A row of the problem holds two bodies. A wider one, sum_i J_i v_i = 0 with n > 2 bodies, becomes n rows
-// over an auxiliary body whose velocity components z_i follow the parts:
-//   J_i v_i - z_i = 0 (i < n),   J_n v_n + z_1 + ... + z_(n-1) = 0.
-// Each then carries nearly the impulse of the coupling: the inertia of z_i, that of the lightest part times
-// `lightness`, is added to the mechanism. z starts the step at J_i v_i, else its inertia would brake.
-constexpr double lightness = 1e-4;
-
-// Eliminating z shows that: with M_z = 1 / w the parts' impulses differ from each other by M_z (z_i+ - z_i-),
-// which is lightness times a part's own momentum. c of a link is -z_i-, of the last row plus all of them, so
-// that a motion which obeys the coupling asks for no impulse.
-void append_wide_row(const WideRow& wide, const StepBodies& bodies, RowTerms terms, double x0,
-                     const RowTag& tag, JointRows& rows) {
-  const std::size_t links = wide.n - 1;
-  const Index auxiliary = static_cast<Index>(bodies.frames.size() + rows.auxiliary_inverse_mass.size());
-  double heaviest = 0;
-  for (std::size_t i = 0; i < wide.n; ++i)
-    heaviest = std::max(heaviest, inverse_effective_mass(wide.part(i), bodies.mobility));
-  rows.auxiliary_inverse_mass.push_back(heaviest / lightness);
-  RowTag helper = tag;
-  helper.dof = -1;
-  JacobianRow last = wide.part(links);
-  last.body_b = auxiliary;
-  for (std::size_t i = 0; i < links; ++i) {
-    JacobianRow link = wide.part(i);
-    const double before = row_velocity(link, bodies.start);
-    link.body_b = auxiliary;
-    link.b[i] = -1;
-    last.b[i] = 1;
-    terms.c += before;
-    rows.append(Free{}, link, {0, -before}, x0, helper);
-  }
-  rows.append(Free{}, last, terms, x0, tag);
+double coordinate(const Model& model, const BodyFrames& bodies, const State& state, Index joint, Index dof,
+                  Index tendon) {
+  return tendon >= 0 ? tendon_length(model, bodies, state, tendon)
+                     : state.coordinates[model.first_dof(joint) + dof];
 }
 
-// D = dC/dt: rate_a - p'(q_b) rate_b, times the scale s of a, over up to four bodies. A coupling of two dofs
-// that share a body (gears on one frame) has three, of one joint two.
-WideRow coupling_row(const RowInput& in, const Coupling& coupling, const JointContext& a, double slope) {
-  const double s = a.scale(coupling.dof_a);
-  WideRow wide;
-  wide.add(joint_row(a, s * a.duals[coupling.dof_a]), 1);
-  if (coupling.joint_b < 0 || slope == 0) return wide;
-  const JointContext b = joint_context(in.model, in.bodies.frames, in.state, coupling.joint_b);
-  wide.add(joint_row(b, s * b.duals[coupling.dof_b]), -slope);
-  return wide;
+// Adds the row of a coordinate's rate, times s and a factor.
+void add_rate(const RowInput& in, Index joint, Index dof, Index tendon, double s, double factor,
+              WideRow& wide) {
+  if (tendon >= 0) {
+    const WideRow row = tendon_line(in.model, in.bodies.frames, in.state, tendon).row;
+    for (std::size_t i = 0; i < row.body.size(); ++i) wide.add(row.body[i], row.j[i], s * factor);
+    return;
+  }
+  const JointContext context = joint_context(in.model, in.bodies.frames, in.state, joint);
+  wide.add(joint_row(context, s * context.duals[dof]), factor);
 }
 
 }  // namespace
 
 // Coordinates count turns, so that a gear of ratio n stays right over many.
-CouplingValue coupling_value(const Model& model, const Coupling& coupling, const State& state) {
-  const auto coordinate = [&](Index joint, Index dof) {
-    return state.coordinates[model.first_dof(joint) + dof];
-  };
-  const double q = coupling.joint_b >= 0 ? coordinate(coupling.joint_b, coupling.dof_b) : 0;
+CouplingValue coupling_value(const Model& model, const Coupling& c, const BodyFrames& bodies,
+                             const State& state) {
+  const bool has_b = c.joint_b >= 0 || c.tendon_b >= 0;
+  const double q = has_b ? coordinate(model, bodies, state, c.joint_b, c.dof_b, c.tendon_b) : 0;
   // Horner's rule, with the derivative.
   double value = 0, slope = 0;
-  for (std::size_t i = coupling.coefficients.size(); i-- > 0;) {
+  for (std::size_t i = c.coefficients.size(); i-- > 0;) {
     slope = slope * q + value;
-    value = value * q + coupling.coefficients[i];
+    value = value * q + c.coefficients[i];
   }
-  if (coupling.joint_b < 0) slope = 0;
-  return {coordinate(coupling.joint_a, coupling.dof_a) - value, slope};
+  if (!has_b) slope = 0;
+  return {coordinate(model, bodies, state, c.joint_a, c.dof_a, c.tendon_a) - value, slope};
 }
 
+double coupling_scale(const Model& model, const Coupling& c) {
+  if (c.tendon_a >= 0) return tendon_scale(model, c.tendon_a);
+  return model.joint(c.joint_a).dofs[c.dof_a].kind == Dof::Kind::hinge ? model.length() : 1;
+}
+
+// D = dC/dt: rate_a - p'(b) rate_b, times the scale s of a. A coupling of two dofs that share a body (gears
+// on one frame) is over three bodies, of one joint over two.
 void append_coupling_rows(const RowInput& in, JointRows& rows) {
   const auto& couplings = in.model.description().couplings;
   for (std::size_t k = 0; k < couplings.size(); ++k) {
-    const Coupling& coupling = couplings[k];
-    const CouplingValue value = coupling_value(in.model, coupling, in.state);
-    const JointContext a = joint_context(in.model, in.bodies.frames, in.state, coupling.joint_a);
-    const double s = a.scale(coupling.dof_a);
-    const WideRow wide = coupling_row(in, coupling, a, value.slope);
-    // D M^-1 D' is the sum over bodies, as M is block-diagonal.
-    double inverse_mass = 0;
-    for (std::size_t i = 0; i < wide.n; ++i)
-      inverse_mass += inverse_effective_mass(wide.part(i), in.bodies.mobility);
+    const Coupling& c = couplings[k];
+    const CouplingValue value = coupling_value(in.model, c, in.bodies.frames, in.state);
+    const double s = coupling_scale(in.model, c);
+    WideRow wide;
+    add_rate(in, c.joint_a, c.dof_a, c.tendon_a, s, 1, wide);
+    if (value.slope != 0) add_rate(in, c.joint_b, c.dof_b, c.tendon_b, s, -value.slope, wide);
+    const double inverse_mass = inverse_effective_mass(wide, in.bodies.mobility);
     if (inverse_mass == 0) continue;  // nothing that moves
     // The row is s C: a compliance of the coordinate is s^2 times that of the row, its impulse 1 / s.
-    const RowTerms terms =
-        equality_terms(s * value.violation, s * s * coupling.compliance, inverse_mass, in.options);
+    RowTerms terms = equality_terms(s * value.violation, s * s * c.compliance, inverse_mass, in.options);
     const double x0 = in.state.coupling_impulses[k] / s;
-    // One row, or one over an auxiliary body; the row that bears the tag with dof 0 is the one that is
-    // reported.
+    // The row that bears the tag with dof 0 is the one that is reported.
     RowTag tag{RowKind::coupling, static_cast<Index>(k), 0};
     tag.scale = s;
-    if (wide.n > 2) {
-      append_wide_row(wide, in.bodies, terms, x0, tag, rows);
-      continue;
-    }
-    JacobianRow row = wide.part(0);
-    if (wide.n == 2) {
-      row.body_b = wide.body[1];
-      row.b = wide.j[1];
-    }
-    rows.append(Free{}, row, terms, x0, tag);
+    const NarrowRow narrow = narrowed(wide, in.bodies, x0, tag, rows);
+    terms.c += narrow.offset;
+    rows.append(Free{}, narrow.row, terms, x0, tag);
   }
 }
 

@@ -5,18 +5,12 @@
 #include <numbers>
 
 #include "multibody/bodies/motion.hpp"
+#include "multibody/joints/actuator_rows.hpp"
 
 // A degree of freedom q has the row D = s times its dual wrench: D v = s q', with s = length for an angle and
 // 1 for a displacement. An impulse x along the row is s x along q.
 namespace amontons {
-namespace {
-
-// A body at the start of the last step, and the velocity of the solve that brought it here.
-struct Past {
-  Transform pose;
-  Vec3 centre;
-  BodyVelocity velocity;
-};
+namespace {}  // namespace
 
 // The step is undone from what the state has: poses went from there to here with constant velocities, the
 // angular one being the mean of the gyroscopic rotation.
@@ -27,9 +21,9 @@ Past past(const BodyFrame& body, const BodyVelocity& v, double h) {
   return {moved(body, velocity, -h), body.centre - h * v.linear, velocity};
 }
 
-// The rates of a joint's coordinates q that the last step ended with, for the inertia of drives: those of the
-// start velocities on the Jacobian of that step. On the present one they differ by h J' v, which over many
-// steps is not small (q'' = J v' + J' v) where the axes of one joint turn with its other degrees of freedom.
+// Those of the start velocities on the Jacobian of that step. On the present one they differ by h J' v, which
+// over many steps is not small (q'' = J v' + J' v) where the axes of one joint turn with its other degrees of
+// freedom.
 std::array<double, 6> rates_before(const JointContext& now, const StepBodies& bodies,
                                    std::span<const double> q, double h) {
   const auto past_of = [&](Index body) {
@@ -53,6 +47,8 @@ std::array<double, 6> rates_before(const JointContext& now, const StepBodies& bo
   return rates;
 }
 
+namespace {
+
 // One degree of freedom, ready to make rows. Velocities and impulses of the row are those of the coordinate
 // times s and over s.
 struct DofRow {
@@ -62,23 +58,16 @@ struct DofRow {
   double q, target;    // m or rad; of the motor
   DofImpulse last;     // along q
   JacobianRow row;     // D v = s q'
-  double before;       // s q' that the last step ended with
+  double before;       // q' that the last step ended with
 
   RowTag tag(RowKind kind, double sign = 1) const { return {kind, joint, index, sign, {}, {}, scale}; }
 };
 
-// The row of an implicit spring k, damper d and inertia a along q follows from its impulse
-//   x = -h k (q + h q'+ - rest) - h d q'+ - a (q'+ - q'-):
-//   q'+ + E x + c = 0,  E = 1 / (h^2 k + h d + a),  c = E (h k (q - rest) - a q'-)
-// (Catto, "Soft constraints", GDC 2011, with the inertia of the drive added). k, d and a of an angle are
-// divided by s^2, as D v is s q' and x is the impulse over s.
 void append_drive(const RowInput& in, const DofRow& d, JointRows& rows) {
-  const double h = in.options.h, s = d.scale;
-  const double k = d.dof.stiffness / (s * s), a = d.dof.armature / (s * s);
-  const double stiff = h * h * k + h * d.dof.damping / (s * s) + a;
-  if (stiff == 0) return;
-  const double c = (h * k * s * (d.q - d.dof.rest) - a * d.before) / stiff;
-  rows.append(Free{}, d.row, {1 / stiff, c}, d.last.drive / s, d.tag(RowKind::drive));
+  const Dof& dof = d.dof;
+  const auto terms = drive_terms({dof.stiffness, d.q - dof.rest, dof.damping, dof.armature, d.before, 0},
+                                 d.scale, in.options.h);
+  if (terms) rows.append(Free{}, d.row, *terms, d.last.drive / d.scale, d.tag(RowKind::drive));
 }
 
 // The speed of a position motor at the distance `way` of its target: the way within the step, but no faster
@@ -126,7 +115,9 @@ double append_motor(const RowInput& in, const DofRow& d, JointRows& rows) {
   const double h = in.options.h;
   if (motor.kind == MotorKind::none) return 0;
   if (motor.kind == MotorKind::effort) {
-    rows.efforts.push_back({d.index, h * std::clamp(d.target, -motor.max_effort, motor.max_effort)});
+    RowTag tag = d.tag(RowKind::motor);
+    tag.scale = 1;
+    rows.efforts.push_back({tag, h * std::clamp(d.target, -motor.max_effort, motor.max_effort)});
     return 0;
   }
   RowTerms terms = motor_terms(in, d);
@@ -169,9 +160,11 @@ void append_dof_rows(const RowInput& in, const JointContext& joint, JointRows& r
                    target,
                    in.state.dof_impulses[first + i],
                    joint_row(joint, s * joint.duals[i]),
-                   dof.armature > 0 ? s * rates[i] : 0};
+                   dof.armature > 0 ? rates[i] : 0};
     append_drive(in, d, rows);
     const double motor_speed = append_motor(in, d, rows);
+    for (const Index k : in.model.actuators_of_dof(first + i))
+      append_actuator(in, k, {d.row, s, q[i], row_velocity(d.row, in.bodies.start) / s}, rows);
     // Dry friction of a given size: the rate is zero as long as |x| < h friction, else x stands at the bound
     // against it, which is what the variational inequality over that interval says with c = 0.
     if (dof.friction > 0)

@@ -6,10 +6,12 @@
 #include <algorithm>
 
 #include "multibody/bodies/motion.hpp"
+#include "multibody/joints/actuator_rows.hpp"
 #include "multibody/joints/couplings.hpp"
 #include "multibody/joints/dof_rows.hpp"
 #include "multibody/joints/joint_context.hpp"
 #include "multibody/joints/row_terms.hpp"
+#include "multibody/joints/tendons.hpp"
 
 namespace amontons {
 namespace {
@@ -133,8 +135,8 @@ void append_ball_rows(const RowInput& in, const JointContext& joint, JointRows& 
 
 }  // namespace
 
-// Rows of a joint stand together, couplings last, as they may bring auxiliary bodies along. The order is that
-// of the model, so that the same model gives the same bits.
+// Rows of a joint stand together, then those of tendons and couplings, which may bring auxiliary bodies
+// along. The order is that of the model, so that the same model gives the same bits.
 void append_joint_rows(const Model& model, const StepBodies& bodies, const State& state,
                        const JointOptions& options, JointRows& rows) {
   const RowInput in{model, bodies, state, options};
@@ -151,6 +153,8 @@ void append_joint_rows(const Model& model, const StepBodies& bodies, const State
     append_dof_rows(in, context, rows);
     if (joint.spherical) append_ball_rows(in, context, rows);
   }
+  append_tendon_rows(in, rows);
+  append_actuator_rows(in, rows);
   append_coupling_rows(in, rows);
 }
 

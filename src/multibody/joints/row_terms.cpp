@@ -14,17 +14,26 @@ namespace {
 // the weight.
 constexpr double locked_regularisation = 1e-7;
 
-// Whether an inequality at distance `gap` may matter in this step. The velocity after the step is unknown;
-// twice the fastest of those known is allowed for, and for what collisions and other joints may add, a tenth
-// of a length (or rad). A limit that was missed is caught in the next step, as a violation. Rows that cannot
-// act would change nothing but the size of the problem.
-bool within_reach(const RowInput& in, const JacobianRow& row, double gap, double motor_speed) {
-  const double start = std::abs(row_velocity(row, in.bodies.start));
-  const double free = std::abs(row_velocity(row, in.bodies.free));
-  return gap <= 2 * in.options.h * std::max({start, free, motor_speed}) + 0.1 * in.options.length;
+}  // namespace
+
+// The velocity after the step is unknown; twice the fastest of those known is allowed for, and for what
+// collisions and other joints may add, a tenth of a length (or rad). A limit that was missed is caught in the
+// next step, as a violation. Rows that cannot act would change nothing but the size of the problem.
+bool within_reach(double gap, double speed, const JointOptions& options) {
+  return gap <= 2 * options.h * speed + 0.1 * options.length;
 }
 
-}  // namespace
+// The row of an implicit spring k, damper d, inertia a and constant effort F along q follows from its impulse
+//   x = h F - h k (stretch + h q'+) - h d q'+ - a (q'+ - q'-):
+//   q'+ + E x + c = 0,  E = 1 / (h^2 k + h d + a),  c = E (h k stretch - a q'- - h F)
+// (Catto, "Soft constraints", GDC 2011, with the inertia of the drive added). k, d and a of an angle are
+// divided by s^2, and F by s, as D v is s q' and x is the impulse over s.
+std::optional<RowTerms> drive_terms(const Drive& d, double s, double h) {
+  const double k = d.stiffness / (s * s), a = d.inertia / (s * s);
+  const double stiff = h * h * k + h * d.damping / (s * s) + a;
+  if (stiff == 0) return std::nullopt;
+  return RowTerms{1 / stiff, (h * k * s * d.stretch - a * (s * d.rate) - h * d.effort / s) / stiff};
+}
 
 // A rigid error is taken back within the step, but no faster than the recovery speed: a model that starts
 // badly assembled shall not explode. Of a spring nothing may be cut off, it would not be the spring any more.
@@ -46,7 +55,10 @@ void append_equality(const RowInput& in, const JacobianRow& row, double error, d
 
 void append_inequality(const RowInput& in, const JacobianRow& row, double gap, double e, double motor_speed,
                        double last, const RowTag& tag, JointRows& rows) {
-  if (!(gap < infinity) || !within_reach(in, row, gap, motor_speed)) return;
+  if (!(gap < infinity)) return;
+  const double start = std::abs(row_velocity(row, in.bodies.start));
+  const double free = std::abs(row_velocity(row, in.bodies.free));
+  if (!within_reach(gap, std::max({start, free, motor_speed}), in.options)) return;
   const double h = in.options.h;
   const RowTerms terms{e / (h * h), e > 0 ? gap / h : closing(gap, in.options)};
   rows.append(NonNegative{}, row, terms, std::max(last, 0.0), tag);
@@ -54,9 +66,14 @@ void append_inequality(const RowInput& in, const JacobianRow& row, double gap, d
 
 void append_bounded(double bound, const JacobianRow& row, const RowTerms& terms, double last,
                     const RowTag& tag, JointRows& rows) {
+  append_bounded(-bound, bound, row, terms, last, tag, rows);
+}
+
+void append_bounded(double lower, double upper, const JacobianRow& row, const RowTerms& terms, double last,
+                    const RowTag& tag, JointRows& rows) {
   // An interval without ends is the whole line, and linear systems are solved faster.
-  if (bound == infinity) return rows.append(Free{}, row, terms, last, tag);
-  rows.append(Interval{-bound, bound}, row, terms, std::clamp(last, -bound, bound), tag);
+  if (lower == -infinity && upper == infinity) return rows.append(Free{}, row, terms, last, tag);
+  rows.append(Interval{lower, upper}, row, terms, std::clamp(last, lower, upper), tag);
 }
 
 }  // namespace amontons

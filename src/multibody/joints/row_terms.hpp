@@ -1,4 +1,6 @@
 #pragma once
+#include <optional>
+
 #include "amontons/multibody/bodies/bodies.hpp"
 #include "amontons/multibody/joints/rows.hpp"
 
@@ -38,6 +40,23 @@ void append_inequality(const RowInput& in, const JacobianRow& row, double gap, d
 // bound: of |x|, N s; infinite for an effort without one.
 void append_bounded(double bound, const JacobianRow& row, const RowTerms& terms, double last,
                     const RowTag& tag, JointRows& rows);
+// The same with bounds of x that are not symmetric.
+void append_bounded(double lower, double upper, const JacobianRow& row, const RowTerms& terms, double last,
+                    const RowTag& tag, JointRows& rows);
+
+// What acts along a coordinate by a law: spring, damper and inertia, and an effort that does not change.
+struct Drive {
+  double stiffness = 0, stretch = 0;  // of the spring
+  double damping = 0;
+  double inertia = 0, rate = 0;  // the rate that the last step ended with
+  double effort = 0;
+};
+// E and c of a drive in the row of a coordinate q, D v = s q'; nothing for one without spring, damper and
+// inertia, as its impulse is known.
+std::optional<RowTerms> drive_terms(const Drive& drive, double s, double h);
+
+// Whether an inequality at distance `gap` may matter in this step, with the fastest known speed along it.
+bool within_reach(double gap, double speed, const JointOptions& options);
 
 // Products of one Jacobian row j, a wrench on each of its bodies, with the bodies' velocities and inverse
 // masses.
@@ -64,11 +83,12 @@ inline double side_inverse_mass(const std::array<double, 6>& j, const BodyMobili
 }
 
 // The inverse of the row's effective mass, j M^-1 j': the velocity along the row that a unit impulse along it
-// makes.
+// makes. Auxiliary bodies do not count.
 inline double inverse_effective_mass(const JacobianRow& row, const BodyMobilities& bodies) {
+  const Index n = static_cast<Index>(bodies.size());
   double w = 0;
-  if (row.body_a >= 0) w += side_inverse_mass(row.a, bodies[row.body_a]);
-  if (row.body_b >= 0) w += side_inverse_mass(row.b, bodies[row.body_b]);
+  if (row.body_a >= 0 && row.body_a < n) w += side_inverse_mass(row.a, bodies[row.body_a]);
+  if (row.body_b >= 0 && row.body_b < n) w += side_inverse_mass(row.b, bodies[row.body_b]);
   return w;
 }
 

@@ -3,6 +3,7 @@
 #include "amontons/multibody/joints/rows.hpp"
 
 #include <algorithm>
+#include <array>
 
 namespace amontons {
 
@@ -35,6 +36,12 @@ double* place_of(const RowTag& tag, State& state) {
       return &state.ball_impulses[tag.joint][tag.dof];
     case RowKind::coupling:
       return &state.coupling_impulses[tag.joint];
+    case RowKind::tendon: {
+      TendonImpulse& tendon = state.tendon_impulses[tag.joint];
+      return std::array{&tendon.drive, &tendon.spring, &tendon.friction, &tendon.limit}[tag.dof];
+    }
+    case RowKind::actuator:
+      return &state.actuator_impulses[tag.joint];
     case RowKind::locked:
     case RowKind::distance:
       break;
@@ -44,8 +51,8 @@ double* place_of(const RowTag& tag, State& state) {
 
 // Several rows may act on one coordinate (both limits) or one joint (its locked directions): impulses add.
 void store(const RowTag& tag, double x, State& state) {
-  // The helpers of a wide coupling carry the impulse of its last row once more.
-  if (tag.kind == RowKind::coupling && tag.dof < 0) return;
+  // The helpers of a wide row carry its impulse once more.
+  if ((tag.kind == RowKind::coupling || tag.kind == RowKind::tendon) && tag.dof < 0) return;
   if (double* along = place_of(tag, state)) {
     *along += tag.sign * tag.scale * x;
     return;
@@ -63,7 +70,9 @@ void store_joint_impulses(const JointRows& rows, std::span<const double> x, Stat
   std::fill(state.dof_impulses.begin(), state.dof_impulses.end(), DofImpulse{});
   std::fill(state.ball_impulses.begin(), state.ball_impulses.end(), Vec3{});
   std::fill(state.coupling_impulses.begin(), state.coupling_impulses.end(), 0.0);
-  for (const KnownImpulse& effort : rows.efforts) state.dof_impulses[effort.dof].motor = effort.impulse;
+  std::fill(state.tendon_impulses.begin(), state.tendon_impulses.end(), TendonImpulse{});
+  std::fill(state.actuator_impulses.begin(), state.actuator_impulses.end(), 0.0);
+  for (const KnownImpulse& effort : rows.efforts) store(effort.tag, effort.impulse, state);
   for (std::size_t i = 0; i < rows.tags.size(); ++i) store(rows.tags[i], x[i], state);
 }
 

@@ -11,6 +11,7 @@
 #include "multibody/joints/chain.hpp"
 #include "multibody/joints/couplings.hpp"
 #include "multibody/joints/joint_context.hpp"
+#include "multibody/joints/tendons.hpp"
 
 namespace amontons {
 
@@ -86,17 +87,34 @@ void append_distance(const Placed& placed, Index j, std::vector<Condition>& cond
   conditions.push_back({excess, {placed.pull(rod, {direction, {}}, between, 1)}, j, -1});
 }
 
+// Adds how fast a coordinate of a coupling changes, a joint's or a tendon's, times a factor.
+void append_rate(const Placed& placed, const BodyFrames& frames, const State& at, Index joint, Index dof,
+                 Index tendon, double factor, std::vector<Pull>& pulls) {
+  if (tendon < 0) return pulls.push_back(placed.rate_of(joint, dof, factor));
+  const WideRow row = tendon_line(placed.model, frames, at, tendon).row;
+  for (std::size_t i = 0; i < row.body.size(); ++i) {
+    const auto& j = row.j[i];
+    const Vec3 f = factor * Vec3{j[0], j[1], j[2]}, t = factor * Vec3{j[3], j[4], j[5]};
+    pulls.push_back({row.body[i], world, f, t + cross(frames[row.body[i]].centre, f)});
+  }
+}
+
 void append_coupling(const Placed& placed, std::size_t index, std::vector<Condition>& conditions) {
-  const Coupling& coupling = placed.model.description().couplings[index];
-  const Joint& joint = placed.model.joint(coupling.joint_a);
+  const Coupling& c = placed.model.description().couplings[index];
   State at;
   at.coordinates.assign(placed.coordinates.begin(), placed.coordinates.end());
-  const CouplingValue value = coupling_value(placed.model, coupling, at);
-  const double scale = joint.dofs[coupling.dof_a].kind == Dof::Kind::hinge ? placed.model.length() : 1;
+  // Of a frame, pose and centre are read.
+  BodyFrames frames(placed.bodies.size());
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    frames[i].pose = placed.bodies[i];
+    frames[i].centre = frames[i].pose(placed.model.body(static_cast<Index>(i)).centre_of_mass);
+  }
+  const CouplingValue value = coupling_value(placed.model, c, frames, at);
+  const double scale = coupling_scale(placed.model, c);
   Condition condition{scale * value.violation, {}, -1, static_cast<Index>(index)};
-  condition.pulls.push_back(placed.rate_of(coupling.joint_a, coupling.dof_a, scale));
-  if (coupling.joint_b >= 0)
-    condition.pulls.push_back(placed.rate_of(coupling.joint_b, coupling.dof_b, -scale * value.slope));
+  append_rate(placed, frames, at, c.joint_a, c.dof_a, c.tendon_a, scale, condition.pulls);
+  if (c.joint_b >= 0 || c.tendon_b >= 0)
+    append_rate(placed, frames, at, c.joint_b, c.dof_b, c.tendon_b, -scale * value.slope, condition.pulls);
   conditions.push_back(std::move(condition));
 }
 

@@ -185,22 +185,109 @@ void check_geom(const ModelDescription& d, const Geom& geom, const std::string& 
           "planes, meshes and height fields do not move; give the body convex shapes");
 }
 
-// A coupling relates two different dofs, or holds one at a constant.
-void check_coupling(const ModelDescription& d, const Coupling& c, const std::string& who) {
-  const Index joints = static_cast<Index>(d.joints.size());
-  require(c.joint_a >= 0 && c.joint_a < joints && c.joint_b >= -1 && c.joint_b < joints, who,
-          "that joint does not exist");
-  // Joints and dofs are two levels of one index: both must exist.
-  const auto has_dof = [&](Index joint, Index dof) {
-    return dof >= 0 && dof < static_cast<Index>(d.joints[joint].dofs.size());
-  };
-  require(has_dof(c.joint_a, c.dof_a) && (c.joint_b < 0 || has_dof(c.joint_b, c.dof_b)), who,
+// Indices of joints and dofs are two levels of one index: both must exist.
+void require_dof(const ModelDescription& d, Index joint, Index dof, const std::string& who) {
+  require(joint >= 0 && joint < static_cast<Index>(d.joints.size()), who, "that joint does not exist");
+  require(dof >= 0 && dof < static_cast<Index>(d.joints[joint].dofs.size()), who,
           "that joint has no such degree of freedom");
+}
+void require_tendon(const ModelDescription& d, Index tendon, const std::string& who) {
+  require(tendon >= 0 && tendon < static_cast<Index>(d.tendons.size()), who, "that tendon does not exist");
+}
+void require_body(const ModelDescription& d, Index body, const std::string& who) {
+  AMONTONS_REQUIRE(body >= world && body < static_cast<Index>(d.bodies.size()),
+                   who + ": body " + std::to_string(body) + " does not exist");
+}
+
+// A coupling relates two different coordinates, or holds one at a constant.
+void check_coupling(const ModelDescription& d, const Coupling& c, const std::string& who) {
+  require(c.joint_a < 0 || c.tendon_a < 0, who, "names a joint and a tendon in one place; give one of them");
+  require(c.joint_b < 0 || c.tendon_b < 0, who, "names a joint and a tendon in one place; give one of them");
+  c.tendon_a >= 0 ? require_tendon(d, c.tendon_a, who) : require_dof(d, c.joint_a, c.dof_a, who);
+  require(c.joint_b >= -1 && c.tendon_b >= -1, who, "that joint does not exist");
+  if (c.joint_b >= 0) require_dof(d, c.joint_b, c.dof_b, who);
+  if (c.tendon_b >= 0) require_tendon(d, c.tendon_b, who);
   AMONTONS_REQUIRE(c.joint_b < 0 || c.joint_a != c.joint_b || c.dof_a != c.dof_b,
                    who + " couples a degree of freedom to itself");
+  AMONTONS_REQUIRE(c.tendon_b < 0 || c.tendon_a != c.tendon_b, who + " couples a tendon to itself");
   require(!c.coefficients.empty(), who, "give the coefficients of the polynomial");
   for (double value : c.coefficients) require(std::isfinite(value), who, "a coefficient is not finite");
   check_not_negative(who, {{c.compliance, "compliance"}});
+}
+
+// A path goes from point to point: obstacles stand between two of them, and both parts beside a pulley have
+// at least two.
+void check_path(const ModelDescription& d, const std::vector<PathElement>& path, const std::string& who) {
+  using Kind = PathElement::Kind;
+  std::size_t points = 0;
+  Kind before = Kind::pulley;
+  for (const PathElement& e : path) {
+    const bool obstacle = e.kind == Kind::sphere || e.kind == Kind::cylinder;
+    require(before == Kind::point || e.kind == Kind::point, who,
+            "its path has an obstacle or a pulley without a point before it; add the point");
+    if (e.kind == Kind::pulley) {
+      require(points > 1, who, "its path has a part of a single point; give it another one");
+      require(e.divisor > 0 && std::isfinite(e.divisor), who, "the divisor of a pulley must be positive");
+      points = 0;
+    } else {
+      require_body(d, e.body, who);
+      check_frame(e.frame, who, "place on the path");
+    }
+    if (obstacle) {
+      require(e.radius > 0 && std::isfinite(e.radius), who, "the radius of an obstacle must be positive");
+      require_body(d, e.side_body, who);
+      require(!e.side || is_finite(*e.side), who, "a side point is not finite");
+    }
+    if (e.kind == Kind::point) ++points;
+    before = e.kind;
+  }
+  require(points > 1 && before == Kind::point, who, "its path must end with a part of two points at least");
+}
+
+void check_tendon(const ModelDescription& d, const Tendon& t, const std::string& who) {
+  require(t.terms.empty() != t.path.empty(), who,
+          "a tendon has either joints with coefficients or a path; give one of them");
+  for (const TendonTerm& term : t.terms) {
+    require_dof(d, term.joint, term.dof, who);
+    require(std::isfinite(term.coefficient), who, "a coefficient is not finite");
+  }
+  if (!t.path.empty()) check_path(d, t.path, who);
+  require(t.lower <= t.upper, who, "the lower limit exceeds the upper limit; swap them");
+  require(t.lower < infinity && t.upper > -infinity, who, "the limits leave no length");
+  check_not_negative(who, {{t.stiffness, "stiffness"},
+                           {t.damping, "damping"},
+                           {t.friction, "friction"},
+                           {t.armature, "armature"}});
+  require(std::isfinite(t.rest_lower) && std::isfinite(t.rest_upper) && t.rest_lower <= t.rest_upper, who,
+          "the rest lengths of the spring must be finite, the lower one first");
+}
+
+void check_transmission(const ModelDescription& d, const Transmission& t, const std::string& who) {
+  using Kind = Transmission::Kind;
+  require(std::isfinite(t.gear), who, "the gear is not finite");
+  if (t.kind == Kind::dof) return require_dof(d, t.joint, t.dof, who);
+  if (t.kind == Kind::tendon) return require_tendon(d, t.tendon, who);
+  require_body(d, t.body, who);
+  require_body(d, t.reference_body, who);
+  check_frame(t.frame, who, "frame");
+  check_frame(t.reference, who, "reference frame");
+  if (t.kind == Kind::wrench)
+    return require(is_finite(t.force) && is_finite(t.torque), who, "force or torque is not finite");
+  require(t.rod > 0 && std::isfinite(t.rod), who, "the rod of a slider-crank must have a positive length");
+}
+
+void check_actuator(const ModelDescription& d, const Actuator& a, const std::string& who) {
+  check_transmission(d, a.transmission, who);
+  for (const auto& law : {a.gain, a.bias})
+    for (double value : law) require(std::isfinite(value), who, "a gain or bias is not finite");
+  require(a.lower_force <= a.upper_force, who, "the limits of the force are in the wrong order; swap them");
+  require(a.lower_force < infinity && a.upper_force > -infinity, who, "the limits leave no force");
+  require(a.lower_control <= a.upper_control, who, "the limits of the control are in the wrong order");
+  require(a.lower_activation <= a.upper_activation, who,
+          "the limits of the activation are in the wrong order");
+  require(std::isfinite(a.control) && std::isfinite(a.activation), who,
+          "the initial control or activation is not finite");
+  check_not_negative(who, {{a.time_constant, "the time constant"}});
 }
 
 // Geoms and bodies of pairs have no name of their own for a message; their order is that of the description.
@@ -241,12 +328,18 @@ void check(const ModelDescription& d) {
   check_names(d.bodies, "body");
   check_names(d.geoms, "geom");
   check_names(d.joints, "joint");
+  check_names(d.tendons, "tendon");
+  check_names(d.actuators, "actuator");
   for (std::size_t i = 0; i < d.bodies.size(); ++i)
     check_body(d.bodies[i], label("body", d.bodies[i].name, i));
   for (std::size_t g = 0; g < d.geoms.size(); ++g)
     check_geom(d, d.geoms[g], label("geom", d.geoms[g].name, g));
   for (std::size_t j = 0; j < d.joints.size(); ++j)
     check_joint(d.joints[j], label("joint", d.joints[j].name, j), static_cast<Index>(d.bodies.size()));
+  for (std::size_t k = 0; k < d.tendons.size(); ++k)
+    check_tendon(d, d.tendons[k], label("tendon", d.tendons[k].name, k));
+  for (std::size_t k = 0; k < d.actuators.size(); ++k)
+    check_actuator(d, d.actuators[k], label("actuator", d.actuators[k].name, k));
   for (std::size_t k = 0; k < d.couplings.size(); ++k)
     check_coupling(d, d.couplings[k], label("coupling", d.couplings[k].name, k));
   check_pairs(d);

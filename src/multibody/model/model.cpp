@@ -55,6 +55,15 @@ Model::Model(ModelDescription description) : d_(std::move(description)) {
     // A joint to the world does not keep a body from touching the rest of the world.
     if (!joint.collide && joint.body_b != world) excluded_.push_back(ordered(joint.body_a, joint.body_b));
   }
+  dof_actuators_.resize(dofs());
+  tendon_actuators_.resize(d_.tendons.size());
+  for (std::size_t k = 0; k < d_.actuators.size(); ++k) {
+    const Transmission& t = d_.actuators[k].transmission;
+    std::vector<Index>& list = t.kind == Transmission::Kind::dof ? dof_actuators_[first_dof(t.joint) + t.dof]
+                               : t.kind == Transmission::Kind::tendon ? tendon_actuators_[t.tendon]
+                                                                      : other_actuators_;
+    list.push_back(static_cast<Index>(k));
+  }
   for (const auto& [a, b] : d_.excluded_bodies) excluded_.push_back(ordered(a, b));
   std::sort(excluded_.begin(), excluded_.end());
   for (const PairMaterial& p : d_.pair_materials) pairs_.push_back({ordered(p.geom_a, p.geom_b), p.material});

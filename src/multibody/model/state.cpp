@@ -27,6 +27,10 @@ void validate(const Model& model, const State& s) {
   for (std::size_t k = 0; k < s.targets.size(); ++k)
     AMONTONS_REQUIRE(std::isfinite(s.targets[k]),
                      "target " + std::to_string(k) + " of a motor is not finite");
+  for (std::size_t k = 0; k < s.controls.size(); ++k)
+    AMONTONS_REQUIRE(std::isfinite(s.controls[k]) && std::isfinite(s.activations[k]),
+                     "actuator \"" + model.description().actuators[k].name +
+                         "\": the control or activation is not finite");
 }
 
 }  // namespace amontons

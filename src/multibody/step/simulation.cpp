@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "amontons/base/error.hpp"
+#include "amontons/multibody/joints/actuators.hpp"
 #include "amontons/multibody/joints/coordinates.hpp"
 #include "amontons/multibody/joints/joints.hpp"
 #include "amontons/solvers/solvers.hpp"
@@ -260,6 +261,7 @@ void Simulation::advance(double h, StepClock& clock, Report& report) {
   // would be added here.
   s.loads.assign(model.bodies(), BodyImpulse{});
   add_motor_loads(model, s.frames, state_, h, s.loads);
+  add_actuator_loads(model, s.frames, s.start, state_, h, s.loads);
   add_fluid_loads(model, s.frames, s.mobility, s.start, h, s.loads);
   make_free_velocities(model, state_, h, s.frames, s.mobility, s.start, s.loads, s.free, s.spins);
   clock.lap(report.timings.assembly);
@@ -296,6 +298,7 @@ void Simulation::advance(double h, StepClock& clock, Report& report) {
   problem_ = std::move(s.vi.problem);
   x_ = std::move(s.vi.solution.x);
   integrate(model, s.frames, s.spins, s.after, h, state_);
+  advance_activations(model, h, state_);
   clock.lap(report.timings.integration);
 }
 

@@ -48,9 +48,9 @@ void check(const Tree& tree, Worlds worlds, const Schedule& schedule) {
   std::sort(sorted.begin(), sorted.end(), std::less<>());
   AMONTONS_REQUIRE(std::adjacent_find(sorted.begin(), sorted.end()) == sorted.end(),
                    "a world is there twice; give a copy of it");
-  const std::size_t entries = worlds.size() * schedule.records * tree.model().dofs();
-  AMONTONS_REQUIRE(schedule.targets.empty() || schedule.targets.size() == entries,
-                   "targets must have one row per world and record");
+  const std::size_t entries = worlds.size() * schedule.records * tree.model().description().actuators.size();
+  AMONTONS_REQUIRE(schedule.controls.empty() || schedule.controls.size() == entries,
+                   "controls must have one row per world and record");
 }
 
 // `repeat` steps with one row of controls. The largest residual; throws if a step cannot be made.
@@ -68,13 +68,13 @@ double advance(Simulation& world, std::size_t repeat, StopSign& sign) {
 // All of one world, into its rows.
 void run(const Tree& tree, Simulation& world, std::size_t row, const Schedule& schedule, StopSign& sign,
          Course& course) {
-  const std::size_t dofs = tree.model().dofs(), first = row * schedule.records;
+  const std::size_t count = tree.model().description().actuators.size(), first = row * schedule.records;
   std::size_t& done = course.done[row];
   try {
     for (; done < schedule.records; ++done) {
       const std::size_t at = first + done;
-      if (!schedule.targets.empty())
-        std::copy_n(schedule.targets.data() + at * dofs, dofs, world.state().targets.data());
+      if (!schedule.controls.empty())
+        std::copy_n(schedule.controls.data() + at * count, count, world.state().controls.data());
       course.residuals[at] = advance(world, schedule.repeat, sign);
       if (sign.stopped()) return;
       const Coordinates c = read_coordinates(tree, world.state());

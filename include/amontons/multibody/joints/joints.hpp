@@ -4,8 +4,8 @@
 
 namespace amontons {
 
-// Appends the rows of every joint, spring, limit, motor, friction and coupling of the model. Joints between
-// bodies that are not dynamic have none.
+// Appends the rows of every joint, spring, limit, motor, friction, tendon, actuator and coupling of the
+// model. Joints between bodies that are not dynamic have none.
 // - Locked directions are taken back within the step, but no faster than recovery_speed (angles times
 //   length).
 // - Limits have rows only within reach: twice the way of the start or free velocity, or a tenth of length (or

@@ -9,13 +9,25 @@
 namespace amontons {
 
 // Which quantity a row of joints is, so that its impulse finds its way back into the state.
-enum class RowKind : unsigned char { locked, drive, motor, friction, limit, ball, distance, coupling };
+enum class RowKind : unsigned char {
+  locked,
+  drive,
+  motor,
+  friction,
+  limit,
+  ball,
+  distance,
+  coupling,
+  tendon,
+  actuator
+};
 // Where the impulse of a row belongs.
 struct RowTag {
   // A distance row of one fixed length is locked; `distance` are those of a range.
   RowKind kind;
-  Index joint;  // or coupling
-  // Global index of the dof; 0..2 the axis of a ball row; -1: limit of a ball, helper of a coupling.
+  Index joint;  // or coupling, tendon, actuator
+  // Global index of the dof; 0..2 the axis of a ball row; 0..3 which of a tendon's impulses; -1: limit of a
+  // ball, helper of a row over many bodies.
   Index dof;
   double sign = 1;  // of the coordinate's direction: -1 for an upper limit
   // Of a locked or distance row or the limit of a ball: the wrench on A of a unit impulse, axes of frame_b,
@@ -32,10 +44,10 @@ struct RowTerms {
   double compliance, c;
 };
 
-// The impulse of an effort motor, known before the step: it acts through the free velocities.
+// The impulse of an effort motor or actuator, known before the step: it acts through the free velocities.
 struct KnownImpulse {
-  Index dof;
-  double impulse;  // N s or N m s
+  RowTag tag;
+  double impulse;  // along the coordinate, N s or N m s
 };
 
 // The joint rows of one step, one entry per row in each array: rows of D (bodies' centre-of-mass velocities,
@@ -46,7 +58,7 @@ struct JointRows {
   SetProduct cones;
   std::vector<RowTag> tags;
   std::vector<KnownImpulse> efforts;  // no rows; only so that store_joint_impulses can report them
-  // Auxiliary bodies that couplings of more than two bodies need; they follow the bodies of the model.
+  // Auxiliary bodies that rows over more than two bodies need; they follow the bodies of the model.
   std::vector<double> auxiliary_inverse_mass;
 
   void clear();

@@ -1,7 +1,9 @@
 #pragma once
+#include <array>
 #include <cstdint>
 #include <limits>
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -121,13 +123,100 @@ struct Joint {
   bool closes_loop = false;
 };
 
-// coordinate(joint_a, dof_a) = polynomial in coordinate(joint_b, dof_b); joint_b = -1: the constant
-// coefficient alone.
+// One joint coordinate in a fixed tendon.
+struct TendonTerm {
+  Index joint = -1, dof = 0;
+  double coefficient = 1;
+};
+
+// One stop of a spatial tendon on its way.
+struct PathElement {
+  enum class Kind : unsigned char {
+    point,     // the tendon passes through the origin of the frame
+    sphere,    // the tendon goes around, or through, the obstacle about the origin of the frame, if it meets
+    cylinder,  // it; a cylinder is about the frame's third axis and has no ends
+    pulley,    // the tendon begins anew at the next point, and lengths from here on count 1 / divisor
+  } kind = Kind::point;
+  Index body = world;
+  Transform frame;    // in the body frame
+  double radius = 0;  // of an obstacle, m
+  // Of an obstacle: a point of side_body, in its frame (m), on whose side the tendon passes; where it lies
+  // inside the obstacle, the tendon passes through. Without it, the tendon takes the shorter way round.
+  std::optional<Vec3> side;
+  Index side_body = world;
+  double divisor = 1;  // of a pulley
+};
+
+// A length that several joints or bodies change, and what acts along it. `fixed` tendons are a linear
+// combination of joint coordinates, their unit is that of the coordinates; spatial ones the length of a path.
+// Forces pull where the length is to shrink: a positive effort works along a growing length.
+struct Tendon {
+  std::string name;
+  std::vector<TendonTerm> terms;               // of a fixed tendon
+  std::vector<PathElement> path;               // of a spatial one
+  double lower = -infinity, upper = infinity;  // limits of the length, m or unit of the terms
+  // A spring without force between the two rest lengths, N/m (N m/rad).
+  double stiffness = 0, rest_lower = 0, rest_upper = 0;
+  double damping = 0, friction = 0, armature = 0;  // as of a Dof
+};
+
+// coordinate a = polynomial in coordinate b. A coordinate is that of a dof of a joint, or, where a tendon is
+// named, its length; b may be none (joint_b = tendon_b = -1): the constant coefficient alone.
 struct Coupling {
   std::string name;
   Index joint_a = -1, dof_a = 0, joint_b = -1, dof_b = 0;
   std::vector<double> coefficients;  // ascending powers
   double compliance = 0;
+  Index tendon_a = -1, tendon_b = -1;
+};
+
+// What an actuator moves: a length l (m or rad), of which the bodies' velocities are the rate. A unit effort
+// of the actuator is a unit of work per unit of l.
+struct Transmission {
+  enum class Kind : unsigned char {
+    dof,     // l = gear q
+    tendon,  // l = gear times the tendon's length
+    // A wrench `force`, `torque` per unit of effort, at the origin of `frame` on the body; the opposite acts
+    // on the reference body. In the axes of the reference frame, l = <force, p> + <torque, r> with p the
+    // position and r the rotation vector of frame as seen from there. In the frame's own axes (a thruster;
+    // the reference body only takes the reaction) the force has no length: l = <torque, r>.
+    wrench,
+    // A rod of length `rod` joins the origin of `frame` (the crank) to a slider on the third axis of the
+    // reference frame: l = gear times the slider's place on that axis.
+    slider_crank,
+  } kind = Kind::dof;
+  Index joint = -1, dof = 0, tendon = -1;
+  Index body = world, reference_body = world;
+  Transform frame, reference;  // in these bodies
+  Vec3 force, torque;
+  bool own_axes = false;
+  double rod = 0;
+  double gear = 1;
+};
+
+// How the activation w of an actuator follows its control u.
+enum class ActivationKind : unsigned char {
+  none,        // w = u
+  integrator,  // w' = u
+  filter,      // w' = (u - w) / time_constant
+};
+
+// An effort that is affine in control, length and rate:
+//   effort = clip(gain_0 w + gain_1 w l + gain_2 w l' + bias_0 + bias_1 l + bias_2 l', force limits).
+// What of it holds back (the coefficients of l and l' that are not positive) acts within the step, as a row
+// of the problem, the rest with the values at the start of the step.
+struct Actuator {
+  std::string name;
+  Transmission transmission;
+  std::array<double, 3> gain{1, 0, 0}, bias{0, 0, 0};
+  double lower_force = -infinity, upper_force = infinity;  // N or N m
+  double control = 0;                                      // initial
+  double lower_control = -infinity, upper_control = infinity;
+  ActivationKind dynamics = ActivationKind::none;
+  double time_constant = 0;  // of a filter, s; 0: at once
+  double activation = 0;     // initial
+  double lower_activation = -infinity, upper_activation = infinity;
+  bool early = false;  // the effort takes the activation of the end of the step
 };
 
 // A pair of geoms with a material of its own, in place of the combination of theirs; the last one given
@@ -152,13 +241,16 @@ struct FluidBox {
 };
 
 // Plain data in the order in which things refer to each other: geoms and joints name bodies by their index,
-// couplings joints. Nothing is checked until a Model is made of it.
+// tendons, couplings and actuators joints, the last two tendons. Nothing is checked until a Model is made of
+// it.
 struct ModelDescription {
   Vec3 gravity{0, 0, -9.81};  // m/s^2
   std::vector<Body> bodies;
   std::vector<Geom> geoms;
   std::vector<Joint> joints;
+  std::vector<Tendon> tendons;
   std::vector<Coupling> couplings;
+  std::vector<Actuator> actuators;
   std::vector<PairMaterial> pair_materials;
   std::vector<std::pair<Index, Index>> excluded_bodies;  // pairs that never touch; world allowed
   FrictionRule friction_rule = FrictionRule::geometric_mean;

@@ -22,6 +22,10 @@ class Model {
   const Body& body(Index i) const { return d_.bodies[i]; }
   const Joint& joint(Index j) const { return d_.joints[j]; }
   const Geom& geom(Index g) const { return d_.geoms[g]; }
+  // Actuators on a dof (global index), on a tendon, and on nothing of these, in the order of the model.
+  const std::vector<Index>& actuators_of_dof(std::size_t dof) const { return dof_actuators_[dof]; }
+  const std::vector<Index>& actuators_of_tendon(std::size_t t) const { return tendon_actuators_[t]; }
+  const std::vector<Index>& other_actuators() const { return other_actuators_; }
   // Whether impulses can move a body: the one definition of it. The world is none.
   bool is_dynamic(Index body) const { return body >= 0 && d_.bodies[body].motion == Motion::dynamic; }
   // A length that grows with the unit of length: the median bounding radius of the shapes of dynamic bodies
@@ -38,6 +42,8 @@ class Model {
  private:
   ModelDescription d_;
   std::vector<std::size_t> first_dof_;
+  std::vector<std::vector<Index>> dof_actuators_, tendon_actuators_;
+  std::vector<Index> other_actuators_;
   std::vector<std::pair<Index, Index>> excluded_;                    // sorted body pairs, first < second
   std::vector<std::pair<std::pair<Index, Index>, Material>> pairs_;  // sorted geom pairs
   std::vector<double> rest_offset_;

@@ -18,6 +18,14 @@ struct DofImpulse {
   double limit = 0;  // > 0 pushes away from the lower limit
 };
 
+// The impulses along a tendon's length.
+struct TendonImpulse {
+  double drive = 0;   // damper and armature, and the spring if it has one rest length
+  double spring = 0;  // one with a range of rest lengths
+  double friction = 0;
+  double limit = 0;  // > 0 pushes away from the lower limit
+};
+
 // What a simulation changes, and all that it needs to go on bit for bit: a saved state continues as if it had
 // never stopped. Coordinates are part of it because poses tell them but for full turns; impulses because a
 // solve starts from them, and because stiffening takes the joints' forces from them.
@@ -33,6 +41,9 @@ struct State {
   // Arrays of one entry per dof go by Model::first_dof().
   std::vector<double> coordinates;  // of every dof, m or rad, turns counted
   std::vector<double> targets;      // of every dof's motor
+  // Of every actuator: control, activation (not read of one without dynamics), effort impulse along its
+  // length.
+  std::vector<double> controls, activations, actuator_impulses;
   // Contacts that carried something in the last step, without impacts, sorted by (geom_a, geom_b): of them
   // the next step reads geoms, `local` and the impulses.
   std::vector<Contact> contacts;
@@ -40,6 +51,7 @@ struct State {
   std::vector<DofImpulse> dof_impulses;
   std::vector<Vec3> ball_impulses;  // per joint: spring, damper, friction of spherical joints, N m s
   std::vector<double> coupling_impulses;
+  std::vector<TendonImpulse> tendon_impulses;
 };
 
 // Throws InputError naming the body whose position, orientation or velocity is not finite, or whose

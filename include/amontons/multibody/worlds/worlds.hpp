@@ -17,8 +17,8 @@ using Worlds = std::span<const std::shared_ptr<Simulation>>;
 // they are.
 struct Schedule {
   std::size_t records = 1, repeat = 1;
-  // (worlds, records, entries of State::targets) by rows; empty: targets stay as they are.
-  std::span<const double> targets;
+  // (worlds, records, entries of State::controls) by rows; empty: controls stay as they are.
+  std::span<const double> controls;
   unsigned threads = 1;
 };
 

@@ -20,6 +20,7 @@ from .keyframes import read_keyframes
 from .scan import scan
 from .sensors import read_sensors
 from .sites import read_sites
+from .tendons import read_tendons
 from .xml_lines import expand_includes, read_xml
 
 SUFFIXES = (".xml", ".mjcf", ".urdf")
@@ -60,10 +61,11 @@ def _model(compiled: Compiled, *, strict: bool) -> Model:
     bodies = read_bodies(compiled)
     geoms = read_geoms(compiled, bodies)
     joints = read_joints(compiled, bodies)
-    actuators = read_actuators(compiled, joints)
-    couplings = read_equalities(compiled, bodies, joints)
+    tendons, tendon_of = read_tendons(compiled, bodies, joints)
+    actuators, actuator_ids = read_actuators(compiled, bodies, joints, tendons, tendon_of)
+    couplings = read_equalities(compiled, bodies, joints, tendon_of)
     pair_materials, excluded = read_contacts(compiled, bodies, geoms)
-    keyframes = read_keyframes(compiled, bodies, joints, actuators)
+    keyframes = read_keyframes(compiled, bodies, joints, actuator_ids)
     sites = read_sites(compiled, bodies)
     sensors = read_sensors(compiled, bodies, joints, sites)
     boxes = fluid_boxes(compiled, bodies)
@@ -80,8 +82,9 @@ def _model(compiled: Compiled, *, strict: bool) -> Model:
             couplings=tuple(couplings),
             pair_materials=tuple(pair_materials),
             excluded_bodies=tuple(excluded),
+            tendons=tuple(tendons),
+            actuators=tuple(actuators),
             keyframes=keyframes,
-            actuators=actuators,
             sites=sites,
             sensors=sensors,
             fluid=Fluid(*map(float, (m.opt.density, m.opt.viscosity)), tuple(m.opt.wind.tolist())),

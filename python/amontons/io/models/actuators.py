@@ -1,114 +1,237 @@
-"""Actuators on hinges and slides: motor, position, velocity, and general ones of the same form."""
+"""Actuators on joints, tendons, sites and slider-cranks: affine laws, with or without an activation."""
 
 from __future__ import annotations
 
 import math
+from collections import Counter
 from dataclasses import replace
+from typing import Any
 
-from ...model.parts import Dof, Motor
-from ...model.presets import Actuator
+from ...model.drives import Actuator, Tendon, Transmission
+from ...model.parts import Motor
+from .bodies import Bodies
 from .compiled import Compiled
 from .joints import Joints
+from .sites import site_frame
 
-KINDS = "motor, position and velocity actuators on hinge and slide joints are supported"
+OTHER = "a drive of this kind; set forces in a callback"
 
 
-def read_actuators(compiled: Compiled, joints: Joints) -> dict[str, Actuator]:
-    """Puts motors, dampers and armatures of actuators into the dofs; returns how to command them by name."""
+def read_actuators(
+    compiled: Compiled, bodies: Bodies, joints: Joints, tendons: list[Tendon], tendon_of: dict[int, int]
+) -> tuple[list[Actuator], list[int]]:
+    """The actuators, and MuJoCo's index of each; puts their dampers and armatures into dofs and tendons."""
     m = compiled.model
-    found: dict[str, Actuator] = {}
-    driven: set[int] = set()
+    reader = _Reader(compiled, bodies, joints, tendons, tendon_of)
+    found: list[Actuator] = []
+    ids: list[int] = []
+    names = {compiled.name("actuator", i) for i in range(m.nactuator)}
     for i in range(m.nactuator if compiled.enabled("actuation") else 0):
         if 0 <= (group := int(m.actuator_group[i])) < 31 and int(m.opt.disableactuator) >> group & 1:
             continue
-        reason = _reason(compiled, i, joints, driven)
-        if reason:
-            compiled.refuse("actuator", i, reason, "large")
+        actuator = reader.read(i)
+        if isinstance(actuator, str):
+            compiled.refuse("actuator", i, actuator, "large")
             continue
-        j = int(m.actuator_trnid[i, 0])
-        driven.add(j)
-        joint, k = joints.dof[j]
-        actuator, dof = _drive(compiled, i, joint, k, joints.joints[joint].dofs[k])
-        dofs = joints.joints[joint].dofs
-        joints.joints[joint] = replace(joints.joints[joint], dofs=(*dofs[:k], dof, *dofs[k + 1 :]))
-        found[compiled.name("actuator", i) or f"actuator_{i}"] = actuator
-    _limit_undriven(compiled, joints, driven)
-    return found
+        name = compiled.name("actuator", i)
+        if not name:
+            name = f"actuator_{i}"
+            while name in names:
+                name += "_"
+            names.add(name)
+        found.append(replace(actuator, name=name))
+        ids.append(i)
+    reader.limit_undriven()
+    return found, ids
 
 
-def _reason(compiled: Compiled, i: int, joints: Joints, driven: set[int]) -> str:
-    """Why an actuator is not supported; empty if it is."""
-    m, trn, dyn = compiled.model, compiled.mujoco.mjtTrn, compiled.mujoco.mjtDyn
-    gain, bias = compiled.mujoco.mjtGain, compiled.mujoco.mjtBias
-    j = int(m.actuator_trnid[i, 0])
-    if int(m.actuator_trntype[i]) not in (trn.mjTRN_JOINT, trn.mjTRN_JOINTINPARENT):
-        return f"an actuator that acts on no joint; {KINDS}"
-    if j not in joints.dof:
-        return f'an actuator on the ball or free joint "{compiled.name("jnt", j)}"; {KINDS}'
-    if m.actuator_dyntype[i] != dyn.mjDYN_NONE:
-        return f"an actuator with an internal state; {KINDS}"
-    if m.actuator_gaintype[i] != gain.mjGAIN_FIXED or int(m.actuator_biastype[i]) not in (
-        bias.mjBIAS_NONE, bias.mjBIAS_AFFINE
-    ):  # fmt: skip
-        return f"this law of force; {KINDS}"
-    if j in driven:
-        return f'a second actuator on the joint "{compiled.name("jnt", j)}"; put both laws into one'
-    _, k, d = _bias(compiled, i)
-    if k < 0 or d < 0:
-        return "a force that grows with the position or speed"
-    if m.actuator_gear[i, 0] == 0:
-        return "gear 0"
-    symmetric = m.actuator_forcerange[i, 0] == -m.actuator_forcerange[i, 1]
-    if m.actuator_forcelimited[i] and not symmetric and (k > 0 or d > 0):
-        return "a servo whose forcerange is not symmetric"
-    if m.jnt_actfrclimited[j] and m.jnt_actfrcrange[j, 0] != -m.jnt_actfrcrange[j, 1]:
-        return "an actuator on a joint whose actuatorfrcrange is not symmetric"
-    return ""
+class _Reader:
+    """What actuators refer to."""
+
+    def __init__(
+        self, compiled: Compiled, bodies: Bodies, joints: Joints, tendons: list[Tendon], of: dict[int, int]
+    ) -> None:
+        self.compiled, self.bodies, self.joints, self.tendons, self.tendon_of = (
+            compiled, bodies, joints, tendons, of
+        )  # fmt: skip
+        m, trn = compiled.model, compiled.mujoco.mjtTrn
+        self.on_joint = {int(trn.mjTRN_JOINT), int(trn.mjTRN_JOINTINPARENT)}
+        # How many act on each joint and tendon, whose limits of force are of the sum.
+        self.drives = Counter(
+            (int(m.actuator_trntype[i]) in self.on_joint, int(m.actuator_trnid[i, 0]))
+            for i in range(m.nactuator)
+        )
+
+    def read(self, i: int) -> Actuator | str:
+        """An actuator without its name, or why it is none."""
+        m, c = self.compiled.model, self.compiled
+        law = _law(c, i)
+        if isinstance(law, str):
+            return law
+        moved = self._transmission(i)
+        if isinstance(moved, str):
+            return moved
+        if _has_no_length(c, i):  # no bias of the length, as MuJoCo's length is zero
+            law = {name: (p[0], 0.0, p[2]) for name, p in law.items()}
+        self._add_drive(i, moved)
+        lower, upper = self._force_limits(i, moved.gear)
+        limits = _control_limits(c, i)
+        return Actuator(
+            "", moved, **law, lower_force=lower, upper_force=upper, control=0.0, lower_control=limits[0],
+            upper_control=limits[1], **_dynamics(c, i), early=bool(m.actuator_actearly[i]),
+        )  # fmt: skip
+
+    def _transmission(self, i: int) -> Transmission | str:
+        m, trn = self.compiled.model, self.compiled.mujoco.mjtTrn
+        kind, thing = int(m.actuator_trntype[i]), int(m.actuator_trnid[i, 0])
+        gear = m.actuator_gear[i].tolist()
+        if kind in self.on_joint:
+            if thing in self.joints.dof:
+                joint, dof = self.joints.dof[thing]
+                return Transmission("dof", joint=joint, dof=dof, gear=gear[0])
+            return self._whole_joint(thing, gear, in_parent=kind == trn.mjTRN_JOINTINPARENT)
+        if kind == trn.mjTRN_TENDON:
+            if thing not in self.tendon_of:
+                return f'an actuator on the tendon "{self.compiled.name("tendon", thing)}", which is not read'
+            return Transmission("tendon", tendon=self.tendon_of[thing], gear=gear[0])
+        if kind not in (trn.mjTRN_SITE, trn.mjTRN_SLIDERCRANK):
+            return OTHER
+        body, frame = site_frame(self.compiled, self.bodies, thing)
+        other = int(m.actuator_trnid[i, 1])
+        there = {}
+        if other >= 0:
+            reference_body, reference = site_frame(self.compiled, self.bodies, other)
+            there = {"reference_body": reference_body, "reference": reference}
+        if kind == trn.mjTRN_SLIDERCRANK:
+            rod = float(m.actuator_cranklength[i])
+            return Transmission("slider_crank", body=body, frame=frame, **there, rod=rod, gear=gear[0])
+        wrench = {"force": tuple(gear[:3]), "torque": tuple(gear[3:])}
+        return Transmission("wrench", body=body, frame=frame, **there, **wrench, own_axes=other < 0)
+
+    def _whole_joint(self, j: int, gear: list[float], *, in_parent: bool) -> Transmission | str:
+        """Of a ball joint a torque in the axes of the child or the parent, which takes the reaction; of a
+        free joint a force in the axes of the world and a torque in those of the body or the world."""
+        m, kinds = self.compiled.model, self.compiled.mujoco.mjtJoint
+        own = int(m.jnt_bodyid[j])
+        if m.jnt_type[j] == kinds.mjJNT_FREE:
+            if any(gear[:3]) and any(gear[3:]) and not in_parent:
+                return "a force and a torque on a free joint in different axes; use an actuator each"
+            return Transmission(
+                "wrench", body=self.bodies.at(own), frame=self.bodies.frame[own], force=tuple(gear[:3]),
+                torque=tuple(gear[3:]), own_axes=any(gear[3:]) and not in_parent,
+            )  # fmt: skip
+        ours = self.bodies.at(own)
+        joint = next((x for x in self.joints.joints if x.body_a == ours and x.spherical and not x.dofs), None)
+        if joint is None:
+            return "an actuator on a ball joint of a body with other joints"
+        return Transmission(
+            "wrench", body=joint.body_a, frame=joint.frame_a, reference_body=joint.body_b,
+            reference=joint.frame_b, torque=tuple(gear[:3]), own_axes=not in_parent,
+        )  # fmt: skip
+
+    def _force_limits(self, i: int, gear: float) -> tuple[float, float]:
+        """Of the actuator itself, within those of the joint or tendon that it acts on."""
+        m = self.compiled.model
+        lower, upper = (
+            m.actuator_forcerange[i].tolist() if m.actuator_forcelimited[i] else (-math.inf, math.inf)
+        )
+        trn = self.compiled.mujoco.mjtTrn
+        on_joint, thing = int(m.actuator_trntype[i]) in self.on_joint, int(m.actuator_trnid[i, 0])
+        if on_joint and m.jnt_actfrclimited[thing] and thing in self.joints.dof and gear:
+            ends = sorted(x / gear for x in m.jnt_actfrcrange[thing].tolist())
+        elif m.actuator_trntype[i] == trn.mjTRN_TENDON and m.tendon_actfrclimited[thing]:
+            ends = m.tendon_actfrcrange[thing].tolist()
+        else:
+            return lower, upper
+        if self.drives[on_joint, thing] > 1:
+            what = "actuatorfrcrange of what several actuators drive limits each of them, not their sum"
+            self.compiled.refuse("actuator", i, what, "small")
+        low, high = (min(max(x, ends[0]), ends[1]) for x in (lower, upper))
+        return low, high
+
+    def _add_drive(self, i: int, moved: Transmission) -> None:
+        """Damping and armature of the actuator, along its length, as those of the dof or tendon: times the
+        square of the gear."""
+        m = self.compiled.model
+        square = moved.gear * moved.gear
+        added = {
+            "damping": square * float(m.actuator_damping[i]) if self.compiled.enabled("damper") else 0.0,
+            "armature": square * float(m.actuator_armature[i]),
+        }
+        if not any(added.values()):
+            return
+        if moved.kind == "tendon":
+            self.tendons[moved.tendon] = _with(self.tendons[moved.tendon], added)
+        elif moved.kind == "dof":
+            joint = self.joints.joints[moved.joint]
+            dofs = list(joint.dofs)
+            dofs[moved.dof] = _with(dofs[moved.dof], added)
+            self.joints.joints[moved.joint] = replace(joint, dofs=tuple(dofs))
+        else:
+            what = "damping and armature of an actuator that acts on neither a hinge, slide nor tendon"
+            self.compiled.refuse("actuator", i, what, "small")
+
+    def limit_undriven(self) -> None:
+        """Keeps the largest effort of joints without actuators, URDF's <limit effort>, for later motors."""
+        m = self.compiled.model
+        for j, (joint, k) in self.joints.dof.items():
+            if self.drives[True, j] or not m.jnt_actfrclimited[j] or m.jnt_actfrcrange[j, 1] <= 0:
+                continue
+            dofs = list(self.joints.joints[joint].dofs)
+            dofs[k] = replace(dofs[k], motor=Motor(max_effort=float(m.jnt_actfrcrange[j, 1])))
+            self.joints.joints[joint] = replace(self.joints.joints[joint], dofs=tuple(dofs))
 
 
-def _bias(compiled: Compiled, i: int) -> tuple[float, float, float]:
-    """b, k, d of the force gain * control + b - k length - d length'."""
-    m = compiled.model
-    if m.actuator_biastype[i] == compiled.mujoco.mjtBias.mjBIAS_NONE:
-        return 0.0, 0.0, 0.0
-    b, k, d = m.actuator_biasprm[i, :3].tolist()
-    return b, -k, -d
+def _with(thing: Any, added: dict[str, float]) -> Any:
+    return replace(thing, **{name: getattr(thing, name) + value for name, value in added.items()})
 
 
-def _drive(compiled: Compiled, i: int, joint: int, k: int, dof: Dof) -> tuple[Actuator, Dof]:
-    """The motor of an actuator. With the gear G the effort on the joint is G (g c + b - k G q - d G q'), so a
-    position motor has the gain G^2 k and the target (g c + b) / (G k), and a speed motor likewise with d."""
-    m = compiled.model
-    gear, gain = float(m.actuator_gear[i, 0]), float(m.actuator_gainprm[i, 0])
-    b, spring, damper = _bias(compiled, i)
-    lower, upper = _control_limits(compiled, i)
-    largest = math.inf
-    if m.actuator_forcelimited[i]:
-        largest = abs(gear) * float(m.actuator_forcerange[i, 1])
-    j = int(m.actuator_trnid[i, 0])
-    if m.jnt_actfrclimited[j]:
-        largest = min(largest, float(m.jnt_actfrcrange[j, 1]))
-    if spring > 0:
-        kind, per_force = "position", 1 / (gear * spring)
-        gains = {"gain": gear * gear * spring, "damping_gain": gear * gear * damper}
-    elif damper > 0:
-        kind, per_force, gains = "speed", 1 / (gear * damper), {"gain": gear * gear * damper}
-    else:
-        kind, per_force, gains = "effort", gear, {}
-        if m.actuator_forcelimited[i] and gain:  # the force is a function of the control alone: limit that
-            ends = sorted((force - b) / gain for force in m.actuator_forcerange[i].tolist())
-            lower, upper = max(lower, ends[0]), min(upper, ends[1])
-        ends = [abs(gear * (gain * c + b)) for c in (lower, upper)] if gain else [abs(gear * b)]
-        largest = min([x for x in (max(ends), float(m.jnt_actfrcrange[j, 1]) if m.jnt_actfrclimited[j] else 0)
-                       if x > 0], default=math.inf)  # fmt: skip
-    actuator = Actuator(joint, k, per_force * gain, per_force * b, lower, upper)
-    damping = float(m.actuator_damping[i]) if compiled.enabled("damper") else 0.0
-    return actuator, replace(
-        dof,
-        damping=dof.damping + gear * gear * damping,
-        armature=dof.armature + gear * gear * float(m.actuator_armature[i]),
-        motor=Motor(kind, actuator.target(0.0), largest, **gains),
+def _has_no_length(compiled: Compiled, i: int) -> bool:
+    """Whether MuJoCo gives the actuator no length: on a site alone, on a free joint."""
+    m, trn, kinds = compiled.model, compiled.mujoco.mjtTrn, compiled.mujoco.mjtJoint
+    kind, thing, other = int(m.actuator_trntype[i]), *map(int, m.actuator_trnid[i])
+    if kind == trn.mjTRN_SITE:
+        return other < 0
+    return kind in (trn.mjTRN_JOINT, trn.mjTRN_JOINTINPARENT) and m.jnt_type[thing] == kinds.mjJNT_FREE
+
+
+def _law(compiled: Compiled, i: int) -> dict[str, tuple[float, float, float]] | str:
+    """Gain and bias, or why they are of another form."""
+    m, gain, bias = compiled.model, compiled.mujoco.mjtGain, compiled.mujoco.mjtBias
+    if m.actuator_ctrlnum[i] != 1 or m.actuator_outnum[i] != 1:
+        return OTHER
+    of_gain, of_bias = int(m.actuator_gaintype[i]), int(m.actuator_biastype[i])
+    if of_gain not in (gain.mjGAIN_FIXED, gain.mjGAIN_AFFINE):
+        return OTHER
+    if of_bias not in (bias.mjBIAS_NONE, bias.mjBIAS_AFFINE):
+        return OTHER
+    dynamics = compiled.mujoco.mjtDyn
+    known = (
+        dynamics.mjDYN_NONE,
+        dynamics.mjDYN_INTEGRATOR,
+        dynamics.mjDYN_FILTER,
+        dynamics.mjDYN_FILTEREXACT,
     )
+    if int(m.actuator_dyntype[i]) not in known:
+        return OTHER
+    g, b = m.actuator_gainprm[i, :3].tolist(), m.actuator_biasprm[i, :3].tolist()
+    return {
+        "gain": (g[0], 0.0, 0.0) if of_gain == gain.mjGAIN_FIXED else tuple(g),
+        "bias": (0.0, 0.0, 0.0) if of_bias == bias.mjBIAS_NONE else tuple(b),
+    }
+
+
+def _dynamics(compiled: Compiled, i: int) -> dict[str, Any]:
+    m, kinds = compiled.model, compiled.mujoco.mjtDyn
+    kind = int(m.actuator_dyntype[i])
+    if kind == kinds.mjDYN_NONE:
+        return {}
+    found: dict[str, Any] = {"dynamics": "integrator" if kind == kinds.mjDYN_INTEGRATOR else "filter"}
+    if found["dynamics"] == "filter":
+        found["time_constant"] = max(0.0, float(m.actuator_dynprm[i, 0]))
+    if m.actuator_actlimited[i]:
+        found["lower_activation"], found["upper_activation"] = m.actuator_actrange[i].tolist()
+    return found
 
 
 def _control_limits(compiled: Compiled, i: int) -> tuple[float, float]:
@@ -118,14 +241,3 @@ def _control_limits(compiled: Compiled, i: int) -> tuple[float, float]:
         return -math.inf, math.inf
     lower, upper = m.actuator_ctrlrange[c].tolist()
     return lower, upper
-
-
-def _limit_undriven(compiled: Compiled, joints: Joints, driven: set[int]) -> None:
-    """Keeps the largest effort of joints without an actuator, URDF's <limit effort>, for motors set later."""
-    m = compiled.model
-    for j, (joint, k) in joints.dof.items():
-        if j in driven or not m.jnt_actfrclimited[j] or m.jnt_actfrcrange[j, 1] <= 0:
-            continue
-        dofs = list(joints.joints[joint].dofs)
-        dofs[k] = replace(dofs[k], motor=Motor(max_effort=float(m.jnt_actfrcrange[j, 1])))
-        joints.joints[joint] = replace(joints.joints[joint], dofs=tuple(dofs))

@@ -92,16 +92,18 @@ class Compiled:
 
 LISTS = {
     "actuator": ("actuator", "", "nactuator"), "eq": ("equality", "", "neq"),
+    "tendon": ("tendon", "", "ntendon"),
     "pair": ("contact", "pair", "npair"), "exclude": ("contact", "exclude", "nexclude"),
     "sensor": ("sensor", "", "nsensor"),
 }  # fmt: skip
 SPECS = {
     "body": "bodies", "geom": "geoms", "jnt": "joints", "actuator": "actuators", "eq": "equalities",
-    "pair": "pairs", "exclude": "excludes", "sensor": "sensors",
+    "pair": "pairs", "exclude": "excludes", "tendon": "tendons", "sensor": "sensors",
 }  # fmt: skip
 TAGS = {
     "body": ("body", "link"), "geom": ("geom", "collision"), "jnt": ("joint", "freejoint"),
-    "actuator": ("general", "motor", "position", "velocity"), "eq": ("connect", "weld", "joint", "mimic"),
+    "actuator": ("general", "motor", "position", "velocity", "intvelocity", "damper", "cylinder"),
+    "tendon": ("spatial", "fixed"), "eq": ("connect", "weld", "joint", "mimic", "tendon"),
     "pair": ("pair",), "exclude": ("exclude",), "sensor": tuple(SENSORS),
 }  # fmt: skip
 

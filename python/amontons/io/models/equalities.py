@@ -13,7 +13,9 @@ from .compiled import Compiled, transform
 from .joints import Joints
 
 
-def read_equalities(compiled: Compiled, bodies: Bodies, joints: Joints) -> list[Coupling]:
+def read_equalities(
+    compiled: Compiled, bodies: Bodies, joints: Joints, tendon_of: dict[int, int]
+) -> list[Coupling]:
     """Adds the joints of connect and weld; returns the couplings."""
     m, kinds = compiled.model, compiled.mujoco.mjtEq
     couplings: list[Coupling] = []
@@ -34,6 +36,8 @@ def read_equalities(compiled: Compiled, bodies: Bodies, joints: Joints) -> list[
                 joints.joints.append(joint)
         elif kind == kinds.mjEQ_JOINT:
             couplings += _coupling(compiled, joints, e, name)
+        elif kind == kinds.mjEQ_TENDON:
+            couplings += _tendon_coupling(compiled, tendon_of, e, name)
     return couplings
 
 
@@ -87,20 +91,41 @@ def _anchors(compiled: Compiled, e: int, *, ball: bool) -> list[tuple[int, Trans
 
 
 def _coupling(compiled: Compiled, joints: Joints, e: int, name: str) -> list[Coupling]:
-    """q_a - ref_a = p(q_b - ref_b), with p of degree four, as a polynomial in q_b."""
+    """q_a - ref_a = p(q_b - ref_b)."""
     m = compiled.model
     first, second = int(m.eq_obj1id[e]), int(m.eq_obj2id[e])
-    polynomial = Polynomial(m.eq_data[e, :5])
     if first not in joints.dof or (second >= 0 and second not in joints.dof):
         compiled.refuse("eq", e, "an equality of joints that are not supported", "large")
         return []
     joint_a, dof_a = joints.dof[first]
     joint_b, dof_b = joints.dof[second] if second >= 0 else (-1, 0)
-    shift = float(m.qpos0[m.jnt_qposadr[second]]) if second >= 0 else 0.0
-    polynomial = polynomial(Polynomial([-shift, 1.0])) if second >= 0 else Polynomial(m.eq_data[e, :1])
-    polynomial = (polynomial + float(m.qpos0[m.jnt_qposadr[first]])).trim()
-    coefficients = tuple(map(float, polynomial.coef))
-    if not all(map(math.isfinite, coefficients)):
-        compiled.refuse("eq", e, "coefficients that are not finite", "large")
+    shifts = [float(m.qpos0[m.jnt_qposadr[j]]) if j >= 0 else None for j in (first, second)]
+    coefficients = _polynomial(compiled, e, shifts[0] or 0.0, shifts[1])
+    return [Coupling(name, joint_a, dof_a, joint_b, dof_b, coefficients)] if coefficients else []
+
+
+def _tendon_coupling(compiled: Compiled, tendon_of: dict[int, int], e: int, name: str) -> list[Coupling]:
+    """l_a - l_a0 = p(l_b - l_b0), with the lengths at the initial configuration."""
+    m = compiled.model
+    first, second = int(m.eq_obj1id[e]), int(m.eq_obj2id[e])
+    if first not in tendon_of or (second >= 0 and second not in tendon_of):
+        compiled.refuse("eq", e, "an equality of tendons that are not supported", "large")
         return []
-    return [Coupling(name, joint_a, dof_a, joint_b, dof_b, coefficients)]
+    shift = float(m.tendon_length0[second]) if second >= 0 else None
+    coefficients = _polynomial(compiled, e, float(m.tendon_length0[first]), shift)
+    ends = {"tendon_a": tendon_of[first], "tendon_b": tendon_of[second] if second >= 0 else -1}
+    return [Coupling(name, coefficients=coefficients, **ends)] if coefficients else []
+
+
+def _polynomial(compiled: Compiled, e: int, shift_a: float, shift_b: float | None) -> tuple[float, ...]:
+    """a - shift_a = p(b - shift_b), p of degree four, as a polynomial in b; empty if it is not finite."""
+    polynomial = Polynomial(compiled.model.eq_data[e, :5])
+    if shift_b is None:
+        polynomial = Polynomial(compiled.model.eq_data[e, :1])
+    else:
+        polynomial = polynomial(Polynomial([-shift_b, 1.0]))
+    coefficients = tuple(map(float, (polynomial + shift_a).trim().coef))
+    if all(map(math.isfinite, coefficients)):
+        return coefficients
+    compiled.refuse("eq", e, "coefficients that are not finite")
+    return ()

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...model.presets import Actuator, Keyframe
+from ...model.presets import Keyframe
 from .bodies import Bodies
 from .compiled import Compiled
 from .joints import Joints
 
 
 def read_keyframes(
-    compiled: Compiled, bodies: Bodies, joints: Joints, actuators: dict[str, Actuator]
+    compiled: Compiled, bodies: Bodies, joints: Joints, actuators: list[int]
 ) -> dict[str, Keyframe]:
     """By name, key_0 and so on for those without one."""
     m, mujoco = compiled.model, compiled.mujoco
@@ -28,7 +28,7 @@ def read_keyframes(
 
 
 def _keyframe(
-    compiled: Compiled, data: object, bodies: Bodies, joints: Joints, actuators: dict[str, Actuator]
+    compiled: Compiled, data: object, bodies: Bodies, joints: Joints, actuators: list[int]
 ) -> Keyframe:
     m, mujoco = compiled.model, compiled.mujoco
     kept = [i for i in bodies.index if i > 0]
@@ -42,10 +42,7 @@ def _keyframe(
         targets[first[joint] + dof] = joints.joints[joint].dofs[dof].motor.target
     for j, joint in joints.free.items():
         coordinates[first[joint] : first[joint] + 3] = data.qpos[m.jnt_qposadr[j] : m.jnt_qposadr[j] + 3]
-    ids = {compiled.name("actuator", i) or f"actuator_{i}": i for i in range(m.nactuator)}
-    for name, actuator in actuators.items():
-        control = float(data.ctrl[m.actuator_ctrladr[ids[name]]])
-        targets[first[actuator.joint] + actuator.dof] = actuator.target(control)
+    address = [int(a) for a in m.actuator_actadr]
     orientations = data.xquat[kept] / np.linalg.norm(data.xquat[kept], axis=1, keepdims=True)
     return Keyframe(
         float(data.time),
@@ -55,6 +52,8 @@ def _keyframe(
         _rows(velocity[:, :3]),
         tuple(coordinates.tolist()),
         tuple(targets.tolist()),
+        tuple(float(data.ctrl[m.actuator_ctrladr[i]]) for i in actuators),
+        tuple(float(data.act[address[i]]) if address[i] >= 0 else 0.0 for i in actuators),
     )
 
 

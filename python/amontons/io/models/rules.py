@@ -111,7 +111,7 @@ PAIR = Rule(
 )
 ACTIVE = (one_of("true"), "an equality that is not active from the start; it stays so", "none")
 EQUALITY = Rule(
-    words("name class body1 body2 anchor relpose site1 site2 joint1 joint2 polycoef"),
+    words("name class body1 body2 anchor relpose site1 site2 joint1 joint2 tendon1 tendon2 polycoef"),
     SOFTNESS | words("torquescale"),
     {"active": ACTIVE},
 )
@@ -119,15 +119,24 @@ ACTUATOR = Rule(
     words(
         "name class joint jointinparent ctrllimited ctrlrange forcelimited forcerange gear kp kv dampratio "
         "inheritrange armature gaintype gainprm biastype biasprm input site tendon body cranksite slidersite "
-        "refsite cranklength"
+        "refsite cranklength timeconst dyntype dynprm actdim actlimited actrange actearly area diameter bias"
     ),
-    words("group user lengthrange dynprm actlimited actrange actearly interp ffrange velrange"),
+    words("group user lengthrange interp ffrange velrange"),
     {
-        "timeconst": (zero, "a filtered actuator"),
-        "dyntype": (one_of("none"), "an actuator with an internal state"),
-        "actdim": (one_of("-1", "0"), "an actuator with an internal state"),
         "delay": (zero, DELAY),
         "nsample": (zero, DELAY),
+        "damping": (zero_from(1), "a nonlinear damper; its linear part is the first number"),
+    },
+)
+TENDON = Rule(
+    words(
+        "name class limited range margin actuatorfrclimited actuatorfrcrange frictionloss springlength "
+        "armature"
+    ),
+    words("group width material rgba user") | SOFTNESS,
+    {
+        "springyield": (zero, "a spring that yields"),
+        "stiffness": (zero_from(1), "a nonlinear spring; its linear part is the first number"),
         "damping": (zero_from(1), "a nonlinear damper; its linear part is the first number"),
     },
 )
@@ -158,8 +167,7 @@ COMPILER = Rule(
     )
 )
 PLUGIN = Rule(unread="a plugin")
-DRIVE = "this kind of actuator; motor, position, velocity and their general forms are supported"
-TENDON = Rule(unread="a tendon; couple joints by an equality")
+DRIVE = "this kind of actuator; those of affine laws are read"
 FLEX = Rule(unread="a deformable body")
 
 # By "parent tag/tag"; a parent that only groups its children ("*") stands for any.
@@ -177,7 +185,7 @@ MJCF: dict[str, Rule] = {
     "mujoco/extension": IGNORED,
     "mujoco/default": Rule(words("class")),
     "default/default": Rule(words("class")),
-    "default/tendon": IGNORED,
+    "default/tendon": TENDON,
     "default/equality": Rule(frozenset(), SOFTNESS, {"active": ACTIVE}),
     "mujoco/asset": GROUP,
     "asset/model": Rule(words("name file content_type")),
@@ -209,22 +217,25 @@ MJCF: dict[str, Rule] = {
     "mujoco/tendon": GROUP,
     "tendon/spatial": TENDON,
     "tendon/fixed": TENDON,
+    "spatial/geom": Rule(words("geom sidesite")),
+    "spatial/pulley": Rule(words("divisor")),
+    "fixed/joint": Rule(words("joint coef")),
     "mujoco/equality": GROUP,
     "equality/connect": EQUALITY,
     "equality/weld": EQUALITY,
     "equality/joint": EQUALITY,
-    "equality/tendon": Rule(unread="an equality of tendons; couple joints by an equality"),
+    "equality/tendon": EQUALITY,
     "equality/flex": FLEX,
     "equality/flexstrain": FLEX,
     "mujoco/actuator": GROUP,
     "mujoco/keyframe": GROUP,
     "keyframe/key": Rule(words("name time qpos qvel ctrl mpos mquat"), words("act plastic")),
     **{f"*/{tag}": IGNORED for tag in words("site camera light texture material skin")},
-    **{f"*/{tag}": ACTUATOR for tag in words("general motor position velocity")},
+    **{f"*/{tag}": ACTUATOR for tag in words("general motor position velocity intvelocity damper cylinder")},
     **{
         f"{parent}/{tag}": Rule(unread=DRIVE) if parent == "actuator" else IGNORED
         for parent in ("actuator", "default")
-        for tag in words("intvelocity orientation pid damper cylinder muscle adhesion dcmotor plugin")
+        for tag in words("orientation pid muscle adhesion dcmotor plugin")
     },
 }
 

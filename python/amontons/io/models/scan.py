@@ -11,8 +11,12 @@ from .xml_lines import Element, expand_includes, not_finite, read_xml
 
 NAMES = words(
     "name class childclass model body frame prefix file mesh hfield material joint jointinparent tendon site "
-    "body1 body2 geom1 geom2 joint1 joint2 site1 site2 link filename content_type type user"
+    "body1 body2 geom1 geom2 joint1 joint2 site1 site2 tendon1 tendon2 geom sidesite refsite cranksite "
+    "slidersite link filename content_type type user"
 )
+
+RANGED = words("joint spatial fixed general motor position velocity intvelocity cylinder")
+"""Elements whose attributes that end in "range" are a lower and an upper limit."""
 
 
 def rule_of(element: Element, rules: dict[str, Rule]) -> Rule | None:
@@ -115,7 +119,7 @@ def _limit_faults(element: Element) -> list[str]:
         values = element.numbers(name) or []
         # Of a switched-off limit, and of "0 0", MuJoCo's way to say none, the order does not matter.
         off = element.attributes.get(name[:-5] + "limited" if name != "range" else "limited") == "false"
-        if element.tag in ("joint", "general", "motor", "position", "velocity") and len(values) == 2:
+        if element.tag in RANGED and len(values) == 2:
             if values[0] != values[0] or values[1] != values[1]:
                 found.append(f'{name}="{element.attributes[name]}" is not a number')
             elif not off and values[0] >= values[1] and any(values):

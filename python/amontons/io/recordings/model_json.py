@@ -9,9 +9,10 @@ from typing import Any
 
 import numpy as np
 
+from ...model.drives import Actuator, PathElement, Tendon, TendonTerm, Transmission
 from ...model.model import Model
 from ...model.parts import Body, Coupling, Dof, Fluid, FluidBox, Geom, Joint, Material, Motor, PairMaterial
-from ...model.presets import Actuator, Keyframe, Unread
+from ...model.presets import Keyframe, Unread
 from ...model.sensing import Sensor, Site
 from ...model.shapes import KINDS, Shape
 from ...model.transforms import Transform
@@ -68,7 +69,10 @@ def model_from_json(text: str) -> Model:
         name: Keyframe(**{key: _tuples(value) for key, value in frame.items()})
         for name, frame in d["keyframes"].items()
     }
-    d["actuators"] = {name: Actuator(**actuator) for name, actuator in d["actuators"].items()}
+    d["tendons"] = tuple(_tendon(tendon) for tendon in d.get("tendons", ()))
+    # Before actuators were parts of a model, these were names of its motors, which it has still.
+    actuators = d["actuators"] if isinstance(d["actuators"], list) else ()
+    d["actuators"] = tuple(_actuator(actuator) for actuator in actuators)
     for name, kind in (("sites", Site), ("sensors", Sensor)):
         d[name] = tuple(_looking(kind, parts, shapes) for parts in d.get(name, ()))
     if "fluid" in d:
@@ -109,3 +113,15 @@ def _joint(parts: dict[str, Any]) -> Joint:
     dofs = tuple(Dof(**{**dof, "motor": Motor(**dof["motor"])}) for dof in parts["dofs"])
     frames = {name: Transform(**parts[name]) for name in ("frame_a", "frame_b")}
     return Joint(**{**parts, "dofs": dofs, **frames})
+
+
+def _tendon(parts: dict[str, Any]) -> Tendon:
+    terms = tuple(TendonTerm(**term) for term in parts["terms"])
+    path = tuple(PathElement(**{**stop, "frame": Transform(**stop["frame"])}) for stop in parts["path"])
+    return Tendon(**{**parts, "terms": terms, "path": path})
+
+
+def _actuator(parts: dict[str, Any]) -> Actuator:
+    given = parts["transmission"]
+    frames = {name: Transform(**given[name]) for name in ("frame", "reference")}
+    return Actuator(**{**parts, "transmission": Transmission(**{**given, **frames})})

@@ -1,0 +1,24 @@
+#pragma once
+#include "amontons/multibody/bodies/bodies.hpp"
+
+namespace amontons {
+
+// Adds the impulses over h of actuators to the loads of dynamic bodies, of those whose effort is known before
+// the step: it depends on neither length nor rate, or pushes with them. `start`: velocities at the start of
+// the step.
+void add_actuator_loads(const Model& model, const BodyFrames& bodies, const BodyVelocities& start,
+                        const State& state, double h, std::vector<BodyImpulse>& loads);
+
+// Activations at the end of a step of length h, with the controls that the state holds.
+void advance_activations(const Model& model, double h, State& state);
+
+// Length and rate of every tendon, and of every actuator (gears applied): m and m/s, or rad and rad/s.
+struct LineState {
+  double length, rate;
+};
+std::vector<LineState> tendon_lines(const Model& model, const BodyFrames& bodies,
+                                    const BodyVelocities& velocities, const State& state);
+std::vector<LineState> actuator_lines(const Model& model, const BodyFrames& bodies,
+                                      const BodyVelocities& velocities, const State& state);
+
+}  // namespace amontons

@@ -1,0 +1,227 @@
+"""The tendons and actuators of ModelBuilder."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+from ..checks import about, number, vector3
+from ..errors import InputError
+from .drives import Actuator, PathElement, Tendon, TendonTerm, Transmission, law
+from .joint_builder import JointBuilder
+from .joint_options import Limits, bounds
+from .parts import WORLD
+from .transforms import IDENTITY, Transform
+
+Joints = Mapping[int | str, float] | Sequence[TendonTerm]
+Path = Sequence[PathElement | tuple[int | str | None, Sequence[float]]]
+
+
+class DriveBuilder(JointBuilder):
+    """What is stretched along joints and bodies, and what drives them."""
+
+    _tendons: list[Tendon]
+    _actuators: list[Actuator]
+
+    def add_tendon(
+        self,
+        name: str | None = None,
+        *,
+        joints: Joints | None = None,
+        path: Path | None = None,
+        limits: Limits = None,
+        stiffness: float = 0.0,
+        rest: float | Sequence[float] = 0.0,
+        damping: float = 0.0,
+        friction: float = 0.0,
+        armature: float = 0.0,
+    ) -> int:
+        """Add a tendon and return its index.
+
+        joints: of a fixed tendon, whose length is the sum of coefficients times joint coordinates:
+        {joint: coefficient}, or TendonTerms where joints have several degrees of freedom.
+        path: of a spatial tendon, the points (body, position in the body frame) that it passes through in
+        this order, and PathElements for obstacles that it bends around and for pulleys.
+        limits: (lower, upper) of the length, None for no bound (m, or the unit of the coordinates).
+        stiffness, rest: of a spring (N/m) without force at the length `rest`, or between two lengths.
+        damping: N s/m. friction: largest force of dry friction (N). armature: inertia of the drive (kg).
+        """
+        name = self._new_name("tendon", name)
+        who = f'tendon "{name}"'
+        if (joints is None) == (path is None):
+            raise InputError(f"{who}: give either joints with coefficients or a path")
+        rests = (rest, rest) if not hasattr(rest, "__len__") else tuple(rest)  # type: ignore[arg-type]
+        if len(rests) != 2:
+            raise InputError(f"{who}: rest = {rest!r}; give one length, or the two between which it is slack")
+        with about(who):
+            lower, upper = bounds((None, None) if limits is None else limits)
+            tendon = Tendon(
+                name,
+                self._terms(joints or ()),
+                tuple(self._stop(stop) for stop in path or ()),
+                lower,
+                upper,
+                stiffness,
+                *rests,
+                damping,
+                friction,
+                armature,
+            )
+        return self._append("tendon", self._tendons, tendon)
+
+    def _terms(self, joints: Joints) -> tuple[TendonTerm, ...]:
+        given = (
+            [TendonTerm(*item[:1], 0, item[1]) for item in joints.items()]
+            if isinstance(joints, Mapping)
+            else list(joints)
+        )
+        terms = []
+        for term in given:
+            if not isinstance(term, TendonTerm):
+                raise InputError(f"joints has {term!r}; give {{joint: coefficient}} or TendonTerms")
+            index = self._index("joint", term.joint)
+            self._require_dof(index, term.dof)
+            terms.append(replace(term, joint=index))
+        return tuple(terms)
+
+    def _stop(self, stop: Any) -> PathElement:
+        if not isinstance(stop, PathElement):
+            try:
+                body, position = stop
+            except (TypeError, ValueError):
+                raise InputError(
+                    f"path has {stop!r}; give (body, position in its frame), or a PathElement"
+                ) from None
+            stop = PathElement(body=body, frame=Transform(vector3("position", position)))
+        return replace(stop, body=self._carrier(stop.body), side_body=self._carrier(stop.side_body))
+
+    def add_actuator(
+        self,
+        name: str | None = None,
+        *,
+        joint: int | str | None = None,
+        dof: int = 0,
+        tendon: int | str | None = None,
+        body: int | str | None = None,
+        position: Sequence[float] = (0.0, 0.0, 0.0),
+        orientation: Sequence[float] = IDENTITY,
+        force: Sequence[float] = (0.0, 0.0, 0.0),
+        torque: Sequence[float] = (0.0, 0.0, 0.0),
+        transmission: Transmission | None = None,
+        gear: float = 1.0,
+        law: str = "effort",
+        kp: float = 0.0,
+        kv: float = 0.0,
+        gain: Sequence[float] | None = None,
+        bias: Sequence[float] | None = None,
+        control: float = 0.0,
+        control_limits: Limits = None,
+        force_limits: Limits = None,
+        dynamics: str = "none",
+        time_constant: float = 0.0,
+        activation: float = 0.0,
+        activation_limits: Limits = None,
+    ) -> int:
+        """Add an actuator and return its index; `Simulation.set_control` commands it.
+
+        It acts on one of: joint with dof, whose coordinate times gear is the length l; tendon, likewise;
+        body, with the wrench force, torque per unit of effort at position, in axes turned by orientation,
+        both in the body frame (a thruster); or a transmission.
+        law: "effort": effort = control - kv l'; "position": effort = kp (control - l) - kv l'; "speed":
+        effort = kv (control - l'). gain, bias: any affine law in place of it, see `Actuator`.
+        control: initial. control_limits, force_limits, activation_limits: (lower, upper), None for no bound.
+        dynamics: "none"; "integrator" or "filter" (with time_constant, s): the control drives an activation,
+        which takes its place in the law.
+        """
+        name = self._new_name("actuator", name)
+        who = f'actuator "{name}"'
+        with about(who):
+            wrench = _wrench(position, orientation, force, torque, gear)
+            moved = self._transmission(transmission, joint, dof, tendon, body, wrench, gear)
+            limits = _limits(control=control_limits, force=force_limits, activation=activation_limits)
+            actuator = Actuator(
+                name,
+                moved,
+                **_law(law, kp, kv, gain, bias),
+                control=control,
+                dynamics=dynamics,
+                time_constant=time_constant,
+                activation=activation,
+                **limits,
+            )
+        return self._append("actuator", self._actuators, actuator)
+
+    def _transmission(
+        self,
+        transmission: Transmission | None,
+        joint: int | str | None,
+        dof: int,
+        tendon: int | str | None,
+        body: int | str | None,
+        wrench: Transmission,
+        gear: float,
+    ) -> Transmission:
+        """What one of the places moves that an actuator may act on."""
+        if sum(place is not None for place in (joint, tendon, body, transmission)) != 1:
+            raise InputError("give one of joint, tendon, body and transmission to act on")
+        if joint is not None:
+            index = self._index("joint", joint)
+            self._require_dof(index, dof)
+            return Transmission("dof", joint=index, dof=dof, gear=gear)
+        if tendon is not None:
+            return Transmission("tendon", tendon=self._index("tendon", tendon), gear=gear)
+        if body is not None:
+            return replace(wrench, body=self._body(body))
+        if not isinstance(transmission, Transmission):
+            raise InputError(f"transmission is {transmission!r}; give a Transmission")
+        ends = self._carrier(transmission.body), self._carrier(transmission.reference_body)
+        return replace(transmission, body=ends[0], reference_body=ends[1])
+
+    def _carrier(self, body: int | str | None) -> int:
+        """The index of a body of a part, whose default is the index of the world."""
+        return WORLD if type(body) is int and body == WORLD else self._body(body)
+
+    def _require_dof(self, joint: int, dof: object) -> None:
+        if not (type(dof) is int and 0 <= dof < len(self._joints[joint].dofs)):
+            raise InputError(f'joint "{self._joints[joint].name}" has no degree of freedom {dof!r}')
+
+    @abstractmethod
+    def _index(self, kind: str, key: object) -> int:
+        """The index of a thing given by index or name."""
+
+
+def _wrench(
+    position: Sequence[float],
+    orientation: Sequence[float],
+    force: Sequence[float],
+    torque: Sequence[float],
+    gear: float,
+) -> Transmission:
+    """Of a thruster; the body is yet to be said."""
+    parts = [tuple(gear * x for x in vector3(name, v)) for name, v in (("force", force), ("torque", torque))]
+    frame = Transform.named("actuator", position, orientation)
+    return Transmission("wrench", frame=frame, force=parts[0], torque=parts[1], own_axes=True)  # type: ignore[arg-type]
+
+
+def _limits(**pairs: Limits) -> dict[str, Any]:
+    """The fields lower_X and upper_X of an actuator."""
+    found = {}
+    for what, pair in pairs.items():
+        found[f"lower_{what}"], found[f"upper_{what}"] = bounds((None, None) if pair is None else pair)
+    return found
+
+
+def _law(
+    kind: str, kp: float, kv: float, gain: Sequence[float] | None, bias: Sequence[float] | None
+) -> dict[str, Any]:
+    for what, value in (("kp", kp), ("kv", kv)):
+        if number(what, value) < 0:
+            raise InputError(f"{what} = {value:g}; it must not be negative")
+    usual = law(kind, kp, kv)
+    if gain is None and bias is None:
+        return usual
+    if kp or kv or kind != "effort":
+        raise InputError("gain and bias say the whole law; leave law, kp and kv out")
+    return {"gain": gain or usual["gain"], "bias": bias or (0.0, 0.0, 0.0)}

@@ -1,0 +1,195 @@
+"""Tendons and actuators: immutable data with the fields of multibody/model/description.hpp."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from .. import _core
+from ..checks import Vector3, chosen, entries, vector3
+from ..errors import InputError
+from .parts import WORLD, fill, numbers
+from .transforms import ORIGIN, Transform
+
+PATHS = {name: getattr(_core.PathKind, name) for name in ("point", "sphere", "cylinder", "pulley")}
+TRANSMISSIONS = {
+    name: getattr(_core.TransmissionKind, name) for name in ("dof", "tendon", "wrench", "slider_crank")
+}
+ACTIVATIONS = {name: getattr(_core.ActivationKind, name) for name in ("none", "integrator", "filter")}
+
+
+@dataclass(frozen=True)
+class TendonTerm:
+    """One joint coordinate in a fixed tendon."""
+
+    joint: int | str
+    """a name only in `ModelBuilder.add_tendon`"""
+    dof: int = 0
+    coefficient: float = 1.0
+
+    def __post_init__(self) -> None:
+        numbers(self, "tendon term: ", "coefficient")
+
+
+@dataclass(frozen=True)
+class PathElement:
+    """One stop of a spatial tendon on its way."""
+
+    kind: str = "point"
+    """point (the tendon passes through the origin of the frame) | sphere, cylinder (an obstacle that it goes
+    around, or through, between the points before and after; a cylinder is about the frame's third axis and
+    has no ends) | pulley (the tendon begins anew at the next point, and counts 1 / divisor from there on)"""
+    body: int | str | None = WORLD
+    """a name, and None for the world, only in `ModelBuilder.add_tendon`"""
+    frame: Transform = ORIGIN
+    """in the body frame"""
+    radius: float = 0.0
+    """of an obstacle (m)"""
+    side: Vector3 | None = None
+    """of an obstacle: a point in the frame of side_body (m) on whose side the tendon passes; inside the
+    obstacle, the tendon passes through it. None: the shorter way round"""
+    side_body: int | str | None = WORLD
+    divisor: float = 1.0
+    """of a pulley"""
+
+    def __post_init__(self) -> None:
+        chosen("kind of path element", self.kind, PATHS)
+        numbers(self, f"{self.kind}: ", "radius", "divisor")
+        if self.side is not None:
+            fill(self, side=vector3("side", self.side))
+
+
+@dataclass(frozen=True)
+class Tendon:
+    """A length that joints or bodies change, and what acts along it.
+
+    Fixed: the linear combination `terms` of joint coordinates, in their unit. Spatial: the length of `path`
+    (m). Efforts along it are positive where they lengthen it.
+    """
+
+    name: str = ""
+    terms: tuple[TendonTerm, ...] = ()
+    path: tuple[PathElement, ...] = ()
+    lower: float = -math.inf
+    upper: float = math.inf
+    """limits of the length (m, or the unit of the terms)"""
+    stiffness: float = 0.0
+    """of a spring without force between the rest lengths (N/m, N m/rad)"""
+    rest_lower: float = 0.0
+    rest_upper: float = 0.0
+    damping: float = 0.0
+    """N s/m, N m s/rad"""
+    friction: float = 0.0
+    """largest effort of dry friction (N, N m)"""
+    armature: float = 0.0
+    """inertia of the drive (kg, kg m^2)"""
+
+    def __post_init__(self) -> None:
+        who = f'tendon "{self.name}": '
+        fill(self, terms=tuple(self.terms), path=tuple(self.path))
+        numbers(self, who, "lower", "upper", infinite=True)
+        if self.lower > self.upper:
+            raise InputError(
+                f"{who}the lower limit {self.lower:g} exceeds the upper one {self.upper:g}; swap them"
+            )
+        numbers(self, who, "stiffness", "rest_lower", "rest_upper", "damping", "friction", "armature")
+
+
+@dataclass(frozen=True)
+class Transmission:
+    """What an actuator moves: a length l (m or rad); a unit effort does a unit of work per unit of l."""
+
+    kind: str = "dof"
+    """dof (l = gear q) | tendon (l = gear times its length) | wrench (force and torque per unit of effort at
+    the frame on a body, the opposite on the reference body) | slider_crank (a rod joins the origin of frame
+    to a slider on the third axis of the reference frame: l = gear times its place there)"""
+    joint: int = -1
+    dof: int = 0
+    tendon: int = -1
+    body: int | str | None = WORLD
+    """a name, and None for the world, only in `ModelBuilder.add_actuator`"""
+    reference_body: int | str | None = WORLD
+    frame: Transform = ORIGIN
+    """in the body frame"""
+    reference: Transform = ORIGIN
+    """in the frame of the reference body"""
+    force: Vector3 = (0.0, 0.0, 0.0)
+    torque: Vector3 = (0.0, 0.0, 0.0)
+    """of a wrench, per unit of effort, in the axes of the reference frame: l = <force, p> + <torque, r> with
+    the position p and rotation vector r of the frame seen from there"""
+    own_axes: bool = False
+    """force and torque are in the axes of the frame (a thruster), and l = <torque, r>"""
+    rod: float = 0.0
+    """length of the rod of a slider-crank (m)"""
+    gear: float = 1.0
+
+    def __post_init__(self) -> None:
+        chosen("kind of transmission", self.kind, TRANSMISSIONS)
+        fill(self, force=vector3("force", self.force), torque=vector3("torque", self.torque))
+        fill(self, own_axes=bool(self.own_axes))
+        numbers(self, "transmission: ", "rod", "gear")
+
+
+@dataclass(frozen=True)
+class Actuator:
+    """A drive with a control: see `Simulation.set_control` and `ModelBuilder.add_actuator`.
+
+    effort = clip((g0 + g1 l + g2 l') w + b0 + b1 l + b2 l', force limits) with gain g, bias b, the length l
+    and rate l' of the transmission, and w the control, clipped to its limits, or the activation. What of this
+    holds the motion back acts within the step, as a motor does; the rest with the values at its start.
+    """
+
+    name: str = ""
+    transmission: Transmission = Transmission()
+    gain: tuple[float, float, float] = (1.0, 0.0, 0.0)
+    bias: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    lower_force: float = -math.inf
+    upper_force: float = math.inf
+    """N or N m"""
+    control: float = 0.0
+    """initial"""
+    lower_control: float = -math.inf
+    upper_control: float = math.inf
+    dynamics: str = "none"
+    """of the activation w: none (w = control) | integrator (w' = control) | filter (w' = (control - w) /
+    time_constant)"""
+    time_constant: float = 0.0
+    """s"""
+    activation: float = 0.0
+    """initial"""
+    lower_activation: float = -math.inf
+    upper_activation: float = math.inf
+    early: bool = False
+    """the effort takes the activation of the end of the step, not of its start"""
+
+    def __post_init__(self) -> None:
+        who = f'actuator "{self.name}": '
+        chosen("dynamics of an actuator", self.dynamics, ACTIVATIONS)
+        if not isinstance(self.transmission, Transmission):
+            raise InputError(f"{who}transmission is {self.transmission!r}; give a Transmission")
+        fill(self, gain=entries(who + "gain", self.gain, 3), bias=entries(who + "bias", self.bias, 3))
+        fill(self, early=bool(self.early))
+        numbers(self, who, "control", "time_constant", "activation")
+        for what in ("force", "control", "activation"):
+            numbers(self, who, f"lower_{what}", f"upper_{what}", infinite=True)
+            lower, upper = getattr(self, f"lower_{what}"), getattr(self, f"upper_{what}")
+            if lower > upper:
+                raise InputError(f"{who}lower_{what} {lower:g} exceeds upper_{what} {upper:g}; swap them")
+
+    def clipped(self, control: float) -> float:
+        """The control within its limits, as it acts."""
+        return min(max(control, self.lower_control), self.upper_control)
+
+
+LAWS = ("effort", "position", "speed")
+
+
+def law(kind: str, kp: float, kv: float) -> dict[str, Sequence[float]]:
+    """Gain and bias of the usual laws: of an effort the control itself, of a servo the difference to it."""
+    chosen("law of an actuator", kind, dict.fromkeys(LAWS))
+    if kind == "effort":
+        return {"gain": (1.0, 0.0, 0.0), "bias": (0.0, 0.0, -kv)}
+    if kind == "position":
+        return {"gain": (kp, 0.0, 0.0), "bias": (0.0, -kp, -kv)}
+    return {"gain": (kv, 0.0, 0.0), "bias": (0.0, 0.0, -kv)}

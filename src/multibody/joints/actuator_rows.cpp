@@ -1,0 +1,99 @@
+// The effort of an actuator is affine in its length L and rate L', given the control: F - k L - d L',
+// clipped. With k, d >= 0 it is a spring and damper of bounded effort, one row of the problem (drive_terms),
+// and acts against what is in its way with all that it has. What would push with the motion instead (k or d <
+// 0) is taken from the start of the step, and an effort without either is a load.
+#include "multibody/joints/actuator_rows.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "multibody/joints/transmissions.hpp"
+
+namespace amontons {
+namespace {
+
+double clipped_control(const Actuator& actuator, double u) {
+  return std::clamp(u, actuator.lower_control, actuator.upper_control);
+}
+
+// What scales the gain: control or activation.
+double drive_of(const Actuator& actuator, const State& state, Index index, double h) {
+  const double u = clipped_control(actuator, state.controls[index]);
+  if (actuator.dynamics == ActivationKind::none) return u;
+  const double w = state.activations[index];
+  return actuator.early ? next_activation(actuator, u, w, h) : w;
+}
+
+// With L = G l: the effort along l is G times that along L, and its coefficients G^2 times theirs.
+Law law_of(const Actuator& actuator, double w, double length, double rate) {
+  const double G = actuator.transmission.gear;
+  const auto coefficient = [&](int i) { return actuator.gain[i] * w + actuator.bias[i]; };
+  if (G == 0) return {};
+  const double k = -G * G * coefficient(1), d = -G * G * coefficient(2);
+  Law law{G * coefficient(0), std::max(k, 0.0), std::max(d, 0.0), G * actuator.lower_force,
+          G * actuator.upper_force};
+  law.effort -= std::min(k, 0.0) * length + std::min(d, 0.0) * rate;
+  if (G < 0) std::swap(law.lower, law.upper);
+  return law;
+}
+
+}  // namespace
+
+double next_activation(const Actuator& actuator, double control, double w, double h) {
+  const double u = clipped_control(actuator, control);
+  if (actuator.dynamics == ActivationKind::integrator) w += h * u;
+  // Exact for a control that is held over the step, stable for any.
+  if (actuator.dynamics == ActivationKind::filter)
+    w = actuator.time_constant > 0 ? w - std::expm1(-h / actuator.time_constant) * (u - w) : u;
+  return std::clamp(w, actuator.lower_activation, actuator.upper_activation);
+}
+
+Law present_law(const Model& model, const State& state, Index index, double length, double rate, double h) {
+  const Actuator& actuator = model.description().actuators[index];
+  return law_of(actuator, drive_of(actuator, state, index, h), length, rate);
+}
+
+double known_effort(const Law& law) { return std::clamp(law.effort, law.lower, law.upper); }
+
+bool has_row(const Model& model, const State& state, Index index, double h) {
+  const Law law = present_law(model, state, index, 0, 0, h);
+  return law.stiffness > 0 || law.damping > 0;
+}
+
+void append_actuator(const RowInput& in, Index index, const ActuatedLine& line, JointRows& rows) {
+  const Actuator& actuator = in.model.description().actuators[index];
+  const double h = in.options.h, s = line.scale, G = actuator.transmission.gear;
+  const Law law = present_law(in.model, in.state, index, line.length, line.rate, h);
+  // A servo of a rotation goes the shorter way round: its target less its length is known but for turns.
+  double length = line.length;
+  const double turn = turn_of(actuator.transmission);
+  if (turn > 0 && law.stiffness > 0)
+    length += turn * std::round((law.effort / law.stiffness - length) / turn);
+  // What is kept is the impulse along L = G l.
+  RowTag tag{RowKind::actuator, index, 0};
+  tag.scale = s / G;
+  auto terms = drive_terms({law.stiffness, length, law.damping, 0, 0, law.effort}, s, h);
+  if (!terms) {
+    tag.scale = 1 / G;
+    if (G != 0) rows.efforts.push_back({tag, h * known_effort(law)});
+    return;
+  }
+  terms->c += line.offset;
+  append_bounded(h * law.lower / s, h * law.upper / s, line.row, *terms,
+                 in.state.actuator_impulses[index] * G / s, tag, rows);
+}
+
+void append_actuator_rows(const RowInput& in, JointRows& rows) {
+  for (const Index a : in.model.other_actuators()) {
+    const Transmission& t = in.model.description().actuators[a].transmission;
+    Line line = transmission_line(in.model, in.bodies.frames, t);
+    const double rate = row_velocity(line.row, in.bodies.start);
+    const double s = turn_of(t) > 0 ? in.model.length() : 1;  // a torque's row is an angle's
+    line.row.scale(s);
+    if (inverse_effective_mass(line.row, in.bodies.mobility) == 0) continue;
+    const NarrowRow narrow = narrowed(line.row, in.bodies, 0, {RowKind::actuator, a, -1}, rows);
+    append_actuator(in, a, {narrow.row, s, line.length, rate}, rows);
+  }
+}
+
+}  // namespace amontons

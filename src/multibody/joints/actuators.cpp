@@ -1,0 +1,101 @@
+// Actuators beside their rows: efforts that are known before a step, activations after it, and what users
+// ask.
+#include "amontons/multibody/joints/actuators.hpp"
+
+#include <algorithm>
+
+#include "multibody/joints/actuator_rows.hpp"
+#include "multibody/joints/joint_context.hpp"
+#include "multibody/joints/tendons.hpp"
+#include "multibody/joints/transmissions.hpp"
+
+namespace amontons {
+namespace {
+
+// Calls visit(actuator, l, l', row of l') for each actuator with a known effort, whatever it acts on.
+template <class Visit>
+void for_each_known(const Model& model, const BodyFrames& bodies, const BodyVelocities& start,
+                    const State& state, double h, const Visit& visit) {
+  const auto known = [&](Index a) { return !has_row(model, state, a, h); };
+  const auto visit_all = [&](const std::vector<Index>& actuators, const auto& make_line) {
+    if (std::none_of(actuators.begin(), actuators.end(), known)) return;
+    const Line line = make_line();
+    const double rate = row_velocity(line.row, start);
+    for (const Index a : actuators)
+      if (known(a)) visit(a, line, rate);
+  };
+  for (std::size_t j = 0; j < model.joints(); ++j) {
+    if (!is_active(model, model.joint(static_cast<Index>(j)))) continue;
+    for (std::size_t i = model.first_dof(j); i < model.first_dof(j + 1); ++i)
+      visit_all(model.actuators_of_dof(i), [&] {
+        const JointContext context = joint_context(model, bodies, state, j);
+        Line line{state.coordinates[i], {}};
+        line.row.add(joint_row(context, context.duals[i - model.first_dof(j)]), 1);
+        return line;
+      });
+  }
+  for (std::size_t t = 0; t < model.description().tendons.size(); ++t)
+    visit_all(model.actuators_of_tendon(t),
+              [&] { return tendon_line(model, bodies, state, static_cast<Index>(t)); });
+  for (const Index a : model.other_actuators()) {
+    const Transmission& t = model.description().actuators[a].transmission;
+    visit_all({a}, [&] { return transmission_line(model, bodies, t); });
+  }
+}
+
+}  // namespace
+
+// An effort that is known before the step has no row. The effort tau along a row J is the wrench J' tau, as a
+// row's wrench is what its unit impulse puts on the bodies.
+void add_actuator_loads(const Model& model, const BodyFrames& bodies, const BodyVelocities& start,
+                        const State& state, double h, std::vector<BodyImpulse>& loads) {
+  for_each_known(model, bodies, start, state, h, [&](Index a, const Line& line, double rate) {
+    const double impulse = h * known_effort(present_law(model, state, a, line.length, rate, h));
+    for (std::size_t i = 0; i < line.row.body.size(); ++i) {
+      const Index body = line.row.body[i];
+      if (!model.is_dynamic(body)) continue;
+      const auto& j = line.row.j[i];
+      loads[body].force += impulse * Vec3{j[0], j[1], j[2]};
+      loads[body].torque += impulse * Vec3{j[3], j[4], j[5]};
+    }
+  });
+}
+
+void advance_activations(const Model& model, double h, State& state) {
+  for (std::size_t a = 0; a < state.activations.size(); ++a) {
+    const Actuator& actuator = model.description().actuators[a];
+    if (actuator.dynamics == ActivationKind::none) continue;
+    state.activations[a] = next_activation(actuator, state.controls[a], state.activations[a], h);
+  }
+}
+
+std::vector<LineState> actuator_lines(const Model& model, const BodyFrames& bodies, const BodyVelocities& v,
+                                      const State& state) {
+  std::vector<LineState> lines;
+  for (const Actuator& actuator : model.description().actuators) {
+    const Transmission& t = actuator.transmission;
+    Line line;
+    if (t.kind == Transmission::Kind::dof) {
+      const JointContext context = joint_context(model, bodies, state, t.joint);
+      line.length = state.coordinates[model.first_dof(t.joint) + t.dof];
+      line.row.add(joint_row(context, context.duals[t.dof]), 1);
+    } else {
+      line = t.kind == Transmission::Kind::tendon ? tendon_line(model, bodies, state, t.tendon)
+                                                  : transmission_line(model, bodies, t);
+    }
+    lines.push_back({t.gear * line.length, t.gear * row_velocity(line.row, v)});
+  }
+  return lines;
+}
+
+std::vector<LineState> tendon_lines(const Model& model, const BodyFrames& bodies, const BodyVelocities& v,
+                                    const State& state) {
+  std::vector<LineState> lines;
+  for (std::size_t t = 0; t < model.description().tendons.size(); ++t) {
+    const Line line = tendon_line(model, bodies, state, static_cast<Index>(t));
+    lines.push_back({line.length, row_velocity(line.row, v)});
+  }
+  return lines;
+}
+
+}  // namespace amontons

@@ -1,0 +1,226 @@
+// A tendon is a coordinate l of many bodies: its length, with l' = J v. What acts along it has the rows of a
+// degree of freedom, D = s J, all over one narrow row. In a spatial tendon J is exact, though the points
+// where it touches obstacles wander: along a shortest way the length does not change with them to first
+// order.
+#include "multibody/joints/tendons.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "multibody/joints/actuator_rows.hpp"
+#include "multibody/joints/dof_rows.hpp"
+#include "multibody/joints/wrapping.hpp"
+
+namespace amontons {
+namespace {
+
+// A point that a body carries, in the world.
+struct Stop {
+  Index body;
+  Vec3 at;
+};
+
+Vec3 in_world(const BodyFrames& bodies, Index body, const Vec3& point) {
+  return body < 0 ? point : bodies[body].pose(point);
+}
+
+// A straight part from p to q: l' = <d, v_q - v_p> with d its direction. Where its ends coincide it has none,
+// and no force.
+void add_straight(const Model& model, const BodyFrames& bodies, const Stop& p, const Stop& q, double share,
+                  Line& line) {
+  const Vec3 way = q.at - p.at;
+  const double length = norm(way);
+  line.length += share * length;
+  if (p.body == q.body || !(length > 1e-15)) return;
+  const Vec3 d = way / length;
+  for (const auto& [stop, sign] : {std::pair{&q, 1.0}, std::pair{&p, -1.0}}) {
+    if (stop->body < 0 || model.body(stop->body).motion == Motion::fixed) continue;
+    const Vec3 m = cross(stop->at - bodies[stop->body].centre, d);
+    line.row.add(stop->body, {d.x, d.y, d.z, m.x, m.y, m.z}, sign * share);
+  }
+}
+
+// From point to point; an obstacle between two of them may bend the way. Its curved part moves with the
+// obstacle's body and has no rate of its own.
+Line spatial(const Model& model, const BodyFrames& bodies, const std::vector<PathElement>& path) {
+  Line line;
+  std::optional<Stop> before;
+  const PathElement* obstacle = nullptr;
+  double share = 1;
+  for (const PathElement& element : path) {
+    if (element.kind == PathElement::Kind::pulley) {
+      share = 1 / element.divisor;
+      before.reset();
+      continue;
+    }
+    if (element.kind != PathElement::Kind::point) {
+      obstacle = &element;
+      continue;
+    }
+    const Stop here{element.body, in_world(bodies, element.body, element.frame.position)};
+    std::optional<Wrap> bend;
+    if (before && obstacle) {
+      const Transform frame =
+          (obstacle->body < 0 ? Transform{} : bodies[obstacle->body].pose) * obstacle->frame;
+      std::optional<Vec3> side;
+      if (obstacle->side) side = in_world(bodies, obstacle->side_body, *obstacle->side);
+      bend = wrap(before->at, here.at, obstacle->kind, frame, obstacle->radius, side);
+    }
+    if (bend) {
+      add_straight(model, bodies, *before, {obstacle->body, bend->first}, share, line);
+      line.length += share * bend->length;
+      add_straight(model, bodies, {obstacle->body, bend->last}, here, share, line);
+    } else if (before) {
+      add_straight(model, bodies, *before, here, share, line);
+    }
+    before = here;
+    obstacle = nullptr;
+  }
+  return line;
+}
+
+// l' as the last step ended with it: as rates_before, with the row where the bodies were at its start.
+double rate_before(const RowInput& in, const Tendon& tendon) {
+  const double h = in.options.h;
+  double rate = 0;
+  for (const TendonTerm& term : tendon.terms) {
+    const JointContext context = joint_context(in.model, in.bodies.frames, in.state, term.joint);
+    rate += term.coefficient *
+            rates_before(context, in.bodies, coordinates_of(in.model, in.state, term.joint), h)[term.dof];
+  }
+  if (tendon.path.empty()) return rate;
+  BodyFrames frames = in.bodies.frames;
+  BodyVelocities velocities = in.bodies.start;
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    const Past then = past(in.bodies.frames[i], in.bodies.start[i], h);
+    frames[i].pose = then.pose;
+    frames[i].centre = then.centre;
+    velocities[i] = then.velocity;
+  }
+  return row_velocity(spatial(in.model, frames, tendon.path).row, velocities);
+}
+
+// A tendon, ready to make rows.
+struct TendonRow {
+  const Tendon& tendon;
+  Index index;
+  double s, length;
+  double speed;        // |D v|, the fastest known
+  TendonImpulse last;  // along l
+  NarrowRow narrow;
+
+  RowTag tag(Index which, double sign = 1) const { return {RowKind::tendon, index, which, sign, {}, {}, s}; }
+};
+enum Part : Index { drive, spring, friction, limit };  // the order of TendonImpulse
+
+// `sign` +1: the row of a gap that grows with the length.
+void append_end(const RowInput& in, const TendonRow& t, double sign, double gap, double compliance, Part part,
+                double last, JointRows& rows) {
+  const std::size_t first = rows.c.size();
+  append_inequality(in, sign * t.narrow.row, t.s * gap, t.s * t.s * compliance, t.speed, sign * last / t.s,
+                    t.tag(part, sign), rows);
+  for (std::size_t i = first; i < rows.c.size(); ++i) rows.c[i] += sign * t.narrow.offset;
+}
+
+// A spring that is slack between two lengths is two inequalities with a compliance, which pull and push.
+void append_springs(const RowInput& in, const TendonRow& t, JointRows& rows) {
+  const Tendon& d = t.tendon;
+  const double h = in.options.h;
+  Drive both{0, 0, d.damping, d.armature, d.armature > 0 ? rate_before(in, d) : 0, 0};
+  if (d.rest_lower == d.rest_upper) {
+    both.stiffness = d.stiffness;
+    both.stretch = t.length - d.rest_lower;
+  } else if (d.stiffness > 0) {
+    append_end(in, t, 1, t.length - d.rest_lower, 1 / d.stiffness, spring, t.last.spring, rows);
+    append_end(in, t, -1, d.rest_upper - t.length, 1 / d.stiffness, spring, t.last.spring, rows);
+  }
+  if (auto terms = drive_terms(both, t.s, h)) {
+    terms->c += t.narrow.offset;
+    rows.append(Free{}, t.narrow.row, *terms, t.last.drive / t.s, t.tag(drive));
+  }
+}
+
+void append_limits(const RowInput& in, const TendonRow& t, double inverse_mass, JointRows& rows) {
+  const Tendon& d = t.tendon;
+  if (d.lower == d.upper) {
+    RowTerms terms = equality_terms(t.s * (t.length - d.lower), 0, inverse_mass, in.options);
+    terms.c += t.narrow.offset;
+    return rows.append(Free{}, t.narrow.row, terms, t.last.limit / t.s, t.tag(limit));
+  }
+  append_end(in, t, 1, t.length - d.lower, 0, limit, t.last.limit, rows);
+  append_end(in, t, -1, d.upper - t.length, 0, limit, t.last.limit, rows);
+}
+
+// Whether a tendon has a row in this step; a string that hangs loose has none, and no helpers.
+bool acts(const RowInput& in, const Tendon& d, double length, double s, double speed) {
+  const auto near = [&](double gap) { return within_reach(s * gap, speed, in.options); };
+  return d.stiffness > 0 || d.damping > 0 || d.friction > 0 || d.armature > 0 || near(length - d.lower) ||
+         near(d.upper - length);
+}
+
+}  // namespace
+
+double tendon_scale(const Model& model, Index index) {
+  const Tendon& tendon = model.description().tendons[index];
+  const auto is_angle = [&](const TendonTerm& term) {
+    return model.joint(term.joint).dofs[term.dof].kind == Dof::Kind::hinge;
+  };
+  const auto& terms = tendon.terms;
+  return !terms.empty() && std::all_of(terms.begin(), terms.end(), is_angle) ? model.length() : 1;
+}
+
+Line tendon_line(const Model& model, const BodyFrames& bodies, const State& state, Index index) {
+  const Tendon& tendon = model.description().tendons[index];
+  Line line = spatial(model, bodies, tendon.path);
+  for (const TendonTerm& term : tendon.terms) {
+    line.length += term.coefficient * state.coordinates[model.first_dof(term.joint) + term.dof];
+    if (!is_active(model, model.joint(term.joint))) continue;
+    const JointContext context = joint_context(model, bodies, state, term.joint);
+    line.row.add(joint_row(context, context.duals[term.dof]), term.coefficient);
+  }
+  return line;
+}
+
+double tendon_length(const Model& model, const BodyFrames& bodies, const State& state, Index index) {
+  return tendon_line(model, bodies, state, index).length;
+}
+
+double tendon_stretch(const Tendon& tendon, double length) {
+  return length - std::clamp(length, tendon.rest_lower, tendon.rest_upper);
+}
+
+void append_tendon_rows(const RowInput& in, JointRows& rows) {
+  const auto& tendons = in.model.description().tendons;
+  for (std::size_t k = 0; k < tendons.size(); ++k) {
+    const Tendon& d = tendons[k];
+    const Index index = static_cast<Index>(k);
+    Line line = tendon_line(in.model, in.bodies.frames, in.state, index);
+    const double s = tendon_scale(in.model, index);
+    line.row.scale(s);
+    const double inverse_mass = inverse_effective_mass(line.row, in.bodies.mobility);
+    if (inverse_mass == 0) continue;
+    const double start = row_velocity(line.row, in.bodies.start);
+    const double speed = std::max(std::abs(start), std::abs(row_velocity(line.row, in.bodies.free)));
+    const auto& actuators = in.model.actuators_of_tendon(k);
+    const auto pulls = [&](Index a) { return has_row(in.model, in.state, a, in.options.h); };
+    const bool pulled = std::any_of(actuators.begin(), actuators.end(), pulls);
+    NarrowRow narrow;
+    if (pulled || acts(in, d, line.length, s, speed)) {
+      const TendonImpulse& last = in.state.tendon_impulses[k];
+      double all = last.drive + last.spring + last.friction + last.limit;
+      for (const Index a : actuators)
+        all += in.model.description().actuators[a].transmission.gear * in.state.actuator_impulses[a];
+      narrow = narrowed(line.row, in.bodies, all / s, {RowKind::tendon, index, -1}, rows);
+      const TendonRow row{d, index, s, line.length, speed, last, narrow};
+      append_springs(in, row, rows);
+      if (d.friction > 0)
+        append_bounded(in.options.h * d.friction / s, narrow.row, {0, narrow.offset}, last.friction / s,
+                       row.tag(friction), rows);
+      append_limits(in, row, inverse_mass, rows);
+    }
+    for (const Index a : actuators)
+      append_actuator(in, a, {narrow.row, s, line.length, start / s, narrow.offset}, rows);
+  }
+}
+
+}  // namespace amontons

@@ -1,0 +1,19 @@
+#pragma once
+#include "multibody/joints/wide_rows.hpp"
+
+namespace amontons {
+
+Line tendon_line(const Model& model, const BodyFrames& bodies, const State& state, Index tendon);
+
+double tendon_length(const Model& model, const BodyFrames& bodies, const State& state, Index tendon);
+
+// Drives, springs, friction and limits of tendons, and the actuators on them.
+void append_tendon_rows(const RowInput& in, JointRows& rows);
+
+// The factor of a tendon's rows: all are velocities in m/s. Model::length() where it is a sum of angles.
+double tendon_scale(const Model& model, Index tendon);
+
+// How far a length is beyond its rest lengths, > 0 if it is too long.
+double tendon_stretch(const Tendon& tendon, double length);
+
+}  // namespace amontons
