@@ -34,7 +34,8 @@ def bare(model):
         )
         for j in model.joints
     )
-    return replace(model, geoms=geoms, joints=joints)
+    tendons = tuple(replace(t, lower=-math.inf, upper=math.inf, friction=0.0) for t in model.tendons)
+    return replace(model, geoms=geoms, joints=joints, tendons=tendons)
 
 
 def of_mujoco(m, names, qd, controls, h):
@@ -65,6 +66,9 @@ def errors(model, m):
     m.opt.disableflags |= int(bits.mjDSBL_CONTACT) | int(bits.mjDSBL_LIMIT) | int(bits.mjDSBL_FRICTIONLOSS)
     m.opt.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
     model = bare(model)
+    if (m.eq_type == mujoco.mjtEq.mjEQ_TENDON).any():  # velocities at random break it, which MuJoCo has soft
+        m.opt.disableflags |= int(bits.mjDSBL_EQUALITY)
+        model = replace(model, couplings=())
     random = np.random.default_rng(1)
     qd = 0.5 * random.normal(size=m.nv)
     width = np.where(m.actuator_ctrllimited == 1, np.ptp(m.actuator_ctrlrange, axis=1), 1.0)
