@@ -142,6 +142,10 @@ def _worlds(model: Model, states: Any, options: dict[str, Any]) -> list[Simulati
         for k, world in enumerate(states):
             if world.model is not model:
                 raise InputError(f"states[{k}] is a simulation of another model")
+            if world.force_callbacks:
+                raise InputError(
+                    f"states[{k}] has force_callbacks, which rollout does not call; give controls"
+                )
             if world.dt != states[0].dt:
                 raise InputError(f"states[{k}] has dt = {world.dt:g} s, states[0] {states[0].dt:g} s")
         return [world.copy() for world in states]
