@@ -29,6 +29,7 @@ SENSING = """
       <geom type="box" size="0.3 0.2 0.1"/>
       <camera name="eye" pos="0.3 0 0.1" euler="0 -90 0"/>
       <site name="imu" pos="0.1 0 0.05" euler="10 0 70"/>
+      <site name="big" pos="0.3 0 -0.2" type="cylinder" size="0.3 0.35" euler="10 0 70"/>
       <body name="upper" pos="0.3 0 0">
         <joint name="hip" axis="0 1 0.2" range="-20 20" limited="true"/>
         <geom name="thigh" type="capsule" fromto="0 0 0 0 0 -0.4" size="0.05"/>
@@ -68,6 +69,8 @@ SENSING = """
     <frameangacc name="faa" objtype="xbody" objname="lower"/>
     <subtreecom name="sc" body="base"/><subtreelinvel name="sv" body="upper"/>
     <subtreeangmom name="sl" body="base"/><clock name="t"/>
+    <insidesite name="in" site="big" objtype="xbody" objname="lower"/>
+    <insidesite name="out" site="big" objtype="site" objname="foot"/>
     <user name="mine" dim="2"/>
   </sensor>
 </mujoco>

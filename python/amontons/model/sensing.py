@@ -18,7 +18,7 @@ SENSORS: dict[str, int] = {
     "jointlimitpos": 1, "jointlimitvel": 1, "jointlimitfrc": 1,
     # of a frame, in the world or in that of a reference
     "framepos": 3, "framequat": 4, "framexaxis": 3, "frameyaxis": 3, "framezaxis": 3,
-    "framelinvel": 3, "frameangvel": 3, "framelinacc": 3, "frameangacc": 3,
+    "framelinvel": 3, "frameangvel": 3, "framelinacc": 3, "frameangacc": 3, "insidesite": 1,
     # of a body with all that hangs on it
     "subtreecom": 3, "subtreelinvel": 3, "subtreeangmom": 3,
     "clock": 1,
@@ -55,7 +55,7 @@ class Sensor:
     source: str = ""
     """the coordinate, tendon or actuator, by name"""
     shape: Shape | None = None
-    """of touch sensors, at `frame`"""
+    """of touch sensors, at `frame`; of insidesite, at `reference_frame`"""
     bodies: tuple[int, ...] = ()
     """of force, torque and subtree sensors: the body and all that hangs on it"""
     field: Vector3 = (0.0, 0.0, 0.0)

@@ -292,6 +292,15 @@ def _angular_velocities(now: Moment, group: Group) -> Array:
     return there.local(now.frames(group).angular_velocity - there.angular_velocity)
 
 
+def _inside(now: Moment, group: Group) -> list[bool]:
+    """Whether points are in the volumes of sites: there a ray meets the surface where it leaves."""
+    found = []
+    for sensor, point in zip(group.sensors, _positions(now, group).tolist(), strict=True):
+        distance, normal = sensor.shape.core.cast_ray(tuple(point), (0.0, 0.0, 1.0))  # type: ignore[union-attr]
+        found.append(bool(np.isfinite(distance)) and normal[2] >= 0)
+    return found
+
+
 def _sums(now: Moment, group: Group) -> tuple[Array, Array, Array]:
     """Mass (k, 1), centre of mass and momentum of the bodies of each sensor."""
     masses = np.array([body.mass for body in now.model.bodies])
@@ -339,6 +348,7 @@ KINDS: dict[str, Kind] = {
     "frameangvel": _angular_velocities,
     "framelinacc": _feeling,
     "frameangacc": lambda now, group: now.frames(group).angular_acceleration,
+    "insidesite": _inside,
     "subtreecom": lambda now, group: _sums(now, group)[1],
     "subtreelinvel": _sum_velocity,
     "subtreeangmom": _angular_momentum,

@@ -67,6 +67,8 @@ def _sensor(
         _, values["reference_frame"], values["reference"] = _frame(
             compiled, bodies, m.sensor_reftype[i], int(m.sensor_refid[i])
         )
+        if kind == "insidesite":
+            values["shape"] = sites[int(m.sensor_refid[i])].shape
         if values["reference"] is None:
             return "a sensor with a reference that is not read", {}
     return "", values
