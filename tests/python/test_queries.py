@@ -133,7 +133,9 @@ def test_sensors_are_those_of_mujoco(mujoco, tmp_path, monkeypatch):
     for seed in range(3):
         with pytest.warns(amontons.UnsupportedWarning, match="Does not change the motion"):
             model, compared = compare_sensors(mujoco, monkeypatch, path, seed)
-    assert compared == set(SENSORS) - {"jointactuatorfrc", "jointlimitpos", "jointlimitvel", "jointlimitfrc"}
+    # Those of actuators, tendons and limits are in test_sensors_of_drives and test_sensors_of_what_stands.
+    others = {kind for kind in SENSORS if kind.startswith(("actuator", "tendon", "jointlimit", "jointact"))}
+    assert compared == set(SENSORS) - others
     (unread,) = model.unread
     assert unread.element == '<user name="mine">'
     assert not unread.changes_motion
@@ -153,6 +155,60 @@ def test_sensors_of_robots(mujoco, root, monkeypatch, name):
     if not found:
         pytest.skip("the robots are not here")
     compare_sensors(mujoco, monkeypatch, found[0], 1)
+
+
+DRIVEN = """
+<mujoco>
+  <worldbody>
+    <body name="a"><joint name="a" axis="0 1 0"/><geom type="capsule" fromto="0 0 0 0 0 -0.5" size="0.05"/>
+      <site name="low" pos="0 0 -0.4"/>
+      <body name="b" pos="0 0 -0.5"><joint name="b" axis="0 1 0"/><geom size="0.1" pos="0 0 -0.2"/></body>
+    </body>
+    <site name="high" pos="0.5 0 0.2"/>
+  </worldbody>
+  <tendon>
+    <fixed name="both" range="-0.1 0.1" limited="true">
+      <joint joint="a" coef="2"/><joint joint="b" coef="-1"/>
+    </fixed>
+    <spatial name="rope"><site site="high"/><site site="low"/></spatial>
+  </tendon>
+  <actuator>
+    <motor name="motor" joint="b" gear="3"/><motor name="winch" tendon="rope" gear="0.5"/>
+    <motor name="pull" tendon="rope"/>
+  </actuator>
+  <sensor>
+    <actuatorpos name="ap" actuator="motor"/><actuatorvel name="av" actuator="winch"/>
+    <actuatorfrc name="af" actuator="motor"/><jointactuatorfrc name="jf" joint="b"/>
+    <tendonpos name="tp" tendon="rope"/><tendonvel name="tv" tendon="both"/>
+    <tendonactuatorfrc name="tf" tendon="rope"/>
+    <tendonlimitpos name="tl" tendon="both"/><tendonlimitvel name="tlv" tendon="both"/>
+    <tendonlimitfrc name="tlf" tendon="both"/>
+  </sensor>
+</mujoco>
+"""
+
+
+# Breaks when a sensor of a drive is another one's, lacks the gear, or limits tell the wrong side.
+def test_sensors_of_drives(mujoco, tmp_path):
+    path = load(tmp_path, DRIVEN)
+    model, m = amontons.load_model(path), mujoco.MjModel.from_xml_path(str(path))
+    d = mujoco.MjData(m)
+    sim = Simulation(model, tolerance=1e-12)
+    d.qpos[:], d.qvel[:], d.ctrl[:] = (0.3, 0.2), (0.5, -0.2), (0.7, -2.0, 3.0)
+    mujoco.mj_forward(m, d)
+    sim.q, sim.qd, sim.controls = d.qpos, d.qvel, d.ctrl
+
+    def same(*names):
+        for name in names:
+            i = mujoco.mj_name2id(m, mujoco.mjtObj.mjOBJ_SENSOR, name)
+            assert sim.sensors[name] == pytest.approx(d.sensordata[m.sensor_adr[i]], abs=1e-10), name
+
+    same("ap", "av", "tp", "tv", "tl", "tlv")  # beyond the limit: 2 a - b = 0.4
+    assert sim.sensors["tl"] == pytest.approx(0.1 - 0.4)
+    assert sim.sensors["tlf"] == 0
+    sim.step()
+    same("af", "jf", "tf")
+    assert sim.sensors["tlf"] > 0
 
 
 STANDING = """

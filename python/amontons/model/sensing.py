@@ -16,6 +16,9 @@ SENSORS: dict[str, int] = {
     # of a coordinate
     "jointpos": 1, "jointvel": 1, "jointactuatorfrc": 1, "ballquat": 4, "ballangvel": 3,
     "jointlimitpos": 1, "jointlimitvel": 1, "jointlimitfrc": 1,
+    # of an actuator or a tendon
+    "actuatorpos": 1, "actuatorvel": 1, "actuatorfrc": 1, "tendonpos": 1, "tendonvel": 1,
+    "tendonactuatorfrc": 1, "tendonlimitpos": 1, "tendonlimitvel": 1, "tendonlimitfrc": 1,
     # of a frame, in the world or in that of a reference
     "framepos": 3, "framequat": 4, "framexaxis": 3, "frameyaxis": 3, "framezaxis": 3,
     "framelinvel": 3, "frameangvel": 3, "framelinacc": 3, "frameangacc": 3, "insidesite": 1,

@@ -11,8 +11,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..checks import Array
+from ..model.drives import Tendon
 from ..model.model import Model
-from ..model.parts import WORLD
+from ..model.parts import WORLD, Dof
 from ..model.sensing import Sensor
 from ..model.transforms import Transform
 from .forces import motor_impulses
@@ -247,15 +248,49 @@ def _efforts(column: int) -> Kind:
     return reading
 
 
+def _drives(table: str, field: str) -> Kind:
+    """Of the tables of actuators and tendons."""
+
+    def reading(now: Moment, group: Group) -> Array:
+        index = now.model.actuator_index if table == "actuator_efforts" else now.model.tendon_index
+        return getattr(now.simulation, table)[field][[index(sensor.source) for sensor in group.sensors]]
+
+    return reading
+
+
+def _on_tendons(now: Moment, group: Group) -> list[float]:
+    """Sums of the efforts of the actuators on tendons, without their gears, as in MuJoCo."""
+    efforts = now.simulation.actuator_efforts["effort"]
+    totals = [0.0] * len(now.model.tendons)
+    for actuator, effort in zip(now.model.actuators, efforts, strict=True):
+        if (t := actuator.transmission).kind == "tendon":
+            totals[t.tendon] += float(effort)
+    return [totals[now.model.tendon_index(sensor.source)] for sensor in group.sensors]
+
+
+def _tendon_limits(now: Moment, group: Group) -> Array:
+    """(k, 2), as _limits()."""
+    table = now.simulation.tendon_efforts
+    found = np.zeros((len(group.sensors), 2))
+    for row, sensor in zip(found, group.sensors, strict=True):
+        t = now.model.tendon_index(sensor.source)
+        row[:] = _gap(float(table["length"][t]), now.model.tendons[t])
+    return found
+
+
+def _gap(value: float, limited: Dof | Tendon) -> tuple[float, float]:
+    """To the nearer limit, and the side on which it is; (0, 0) within the limits."""
+    gap, side = min((value - limited.lower, 1.0), (limited.upper - value, -1.0))
+    return (gap, side) if gap < 0 else (0.0, 0.0)
+
+
 def _limits(now: Moment, group: Group) -> Array:
     """(k, 2): the gap to the nearer limit and the side on which it is, (0, 0) within the limits."""
     found = np.zeros((len(group.sensors), 2))
     for row, sensor in zip(found, group.sensors, strict=True):
         coordinate = now.model.coordinates[sensor.source]
         dof = now.model.joints[coordinate.joint].dofs[coordinate.dof]
-        q = float(now.coordinates[0][coordinate.q][0])
-        gap, side = min((q - dof.lower, 1.0), (dof.upper - q, -1.0))
-        row[:] = (gap, side) if gap < 0 else (0.0, 0.0)
+        row[:] = _gap(float(now.coordinates[0][coordinate.q][0]), dof)
     return found
 
 
@@ -339,6 +374,17 @@ KINDS: dict[str, Kind] = {
     "jointlimitpos": lambda now, group: _limits(now, group)[:, 0],
     "jointlimitvel": lambda now, group: _limits(now, group)[:, 1] * np.ravel(_entries(1)(now, group)),
     "jointlimitfrc": lambda now, group: np.abs(_efforts(3)(now, group)),
+    "actuatorpos": _drives("actuator_efforts", "length"),
+    "actuatorvel": _drives("actuator_efforts", "rate"),
+    "actuatorfrc": _drives("actuator_efforts", "effort"),
+    "tendonpos": _drives("tendon_efforts", "length"),
+    "tendonvel": _drives("tendon_efforts", "rate"),
+    "tendonactuatorfrc": _on_tendons,
+    "tendonlimitpos": lambda now, group: _tendon_limits(now, group)[:, 0],
+    "tendonlimitvel": lambda now, group: (
+        _tendon_limits(now, group)[:, 1] * _drives("tendon_efforts", "rate")(now, group)
+    ),
+    "tendonlimitfrc": lambda now, group: np.abs(_drives("tendon_efforts", "limit")(now, group)),
     "framepos": _positions,
     "framequat": _orientations,
     "framexaxis": _axis(0),

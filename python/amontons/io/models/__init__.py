@@ -67,7 +67,14 @@ def _model(compiled: Compiled, *, strict: bool) -> Model:
     pair_materials, excluded = read_contacts(compiled, bodies, geoms)
     keyframes = read_keyframes(compiled, bodies, joints, actuator_ids)
     sites = read_sites(compiled, bodies)
-    sensors = read_sensors(compiled, bodies, joints, sites)
+    sensors = read_sensors(
+        compiled,
+        bodies,
+        joints,
+        sites,
+        {i: actuator.name for i, actuator in zip(actuator_ids, actuators, strict=True)},
+        {i: tendons[ours].name for i, ours in tendon_of.items()},
+    )
     boxes = fluid_boxes(compiled, bodies)
     compiled.issues.report(strict=strict)
     m = compiled.model

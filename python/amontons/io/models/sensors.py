@@ -18,15 +18,23 @@ SUMS = ("force", "torque", "subtreecom", "subtreelinvel", "subtreeangmom")
 
 
 def read_sensors(
-    compiled: Compiled, bodies: Bodies, joints: Joints, sites: tuple[Site, ...]
+    compiled: Compiled,
+    bodies: Bodies,
+    joints: Joints,
+    sites: tuple[Site, ...],
+    actuators: dict[int, str],
+    tendons: dict[int, str],
 ) -> tuple[Sensor, ...]:
+    """actuators, tendons: their names here by MuJoCo's index."""
     m = compiled.model
+    objects = compiled.mujoco.mjtObj
+    named = {int(objects.mjOBJ_ACTUATOR): actuators, int(objects.mjOBJ_TENDON): tendons}
     found: list[Sensor] = []
     taken: set[str] = set()
     for i in range(m.nsensor):
         kind = compiled.mujoco.mjtSensor(m.sensor_type[i]).name.removeprefix("mjSENS_").lower()
-        kind = {"jointactfrc": "jointactuatorfrc"}.get(kind, kind)
-        reason, values = _sensor(compiled, bodies, joints, sites, i, kind)
+        kind = {"jointactfrc": "jointactuatorfrc", "tendonactfrc": "tendonactuatorfrc"}.get(kind, kind)
+        reason, values = _sensor(compiled, bodies, joints, sites, named, i, kind)
         if reason:
             where = compiled.element("sensor", i)
             compiled.issues.add(where, reason, "none")
@@ -40,7 +48,13 @@ def read_sensors(
 
 
 def _sensor(
-    compiled: Compiled, bodies: Bodies, joints: Joints, sites: tuple[Site, ...], i: int, kind: str
+    compiled: Compiled,
+    bodies: Bodies,
+    joints: Joints,
+    sites: tuple[Site, ...],
+    named: dict[int, dict[int, str]],
+    i: int,
+    kind: str,
 ) -> tuple[str, dict[str, Any]]:
     """Why a sensor is not read, and else what it looks at."""
     m, objects = compiled.model, compiled.mujoco.mjtObj
@@ -49,6 +63,9 @@ def _sensor(
     thing, of = int(m.sensor_objid[i]), m.sensor_objtype[i]
     if kind == "clock":
         return "", {}
+    if int(of) in named:
+        source = named[int(of)].get(thing)
+        return ("", {"source": source}) if source else ("a sensor on a drive that is not read", {})
     if of == objects.mjOBJ_JOINT:
         return _of_joint(compiled, joints, thing, kind)
     body, frame, place = _frame(compiled, bodies, of, thing)
