@@ -79,7 +79,7 @@ class Kick:
             start.qd = SPEED * np.random.default_rng(0).normal(size=model.nv)
             velocities = start.qd.copy()  # as far as loops allow it
         controls = {}
-        for name in model.actuators:
+        for name in model.actuator_names:
             k = mujoco_actuator(m, name)
             low, high = m.actuator_ctrlrange[k] if m.actuator_ctrllimited[k] else (-1.0, 1.0)
             controls[name] = float(min(max(0.0, low), high) + CONTROL * (high - low))
@@ -178,9 +178,10 @@ def free_of_constraints(model: amontons.Model) -> amontons.Model:
         )
         for joint in model.joints
     ]
+    tendons = [replace(t, lower=-math.inf, upper=math.inf, friction=0.0) for t in model.tendons]
     geoms = [replace(geom, category=0, mask=0) for geom in model.geoms]
     # Pairs with a material of their own touch whatever the masks say.
-    return replace(model, joints=tuple(joints), geoms=tuple(geoms), pair_materials=())
+    return replace(model, joints=tuple(joints), tendons=tuple(tendons), geoms=tuple(geoms), pair_materials=())
 
 
 def as_it_is(model: amontons.Model, m: Any, ends: Ends, until: float) -> dict[str, Any]:

@@ -172,7 +172,7 @@ class Energy:
 
     The energy of a step is kinetic (armatures included), of gravity and of springs; the work of motors is
     their effort over the coordinate's way, all else that acts along coordinates only takes. Blank where
-    surfaces or kinematic bodies drive, or soft contacts and tendons act, whose work is not told. Beside it
+    surfaces or kinematic bodies drive, or soft contacts and tendons store, whose work is not told. Beside it
     the balance that reports tell themselves.
     """
 
@@ -187,12 +187,15 @@ class Energy:
                 b.motion == "kinematic" and any(b.linear_velocity + b.angular_velocity) for b in model.bodies
             )
             or any(material.compliance for material in materials)
-            or bool(getattr(model, "tendons", ()))
+            or any(tendon.stiffness or tendon.armature for tendon in model.tendons)
         )
         # Plus the largest kinetic energy so far; without gravity, that of a thousandth of a length in 1 s.
         weight = float(np.linalg.norm(model.gravity)) + 1e-6 * model.length
         self.scale = model.total_mass * weight * model.length
         self.coordinates = simulation.state.joint_coordinates.copy()
+        # Those on degrees of freedom count among the motors there.
+        self.others = np.array([a.transmission.kind != "dof" for a in model.actuators], dtype=bool)
+        self.lengths = simulation.actuator_efforts["length"][self.others]
         self.last: float | None = None
         self.gain, self.above, self.rise, self.largest = 0.0, 0.0, 0.0, 0.0
         self.told: float | None = None
@@ -201,7 +204,9 @@ class Energy:
         moved = self.simulation.state.joint_coordinates - self.coordinates
         self.coordinates += moved
         efforts = self.simulation.joint_efforts
-        work = float(efforts["motor"] @ moved)
+        others = self.simulation.actuator_efforts[self.others]
+        work = float(efforts["motor"] @ moved + others["effort"] @ (others["length"] - self.lengths))
+        self.lengths = others["length"]
         energy = report.energy + 0.5 * float(self.armature @ (moved / self.simulation.dt) ** 2)
         self.largest = max(self.largest, report.kinetic_energy)
         if self.last is not None:

@@ -12,9 +12,14 @@ BALL = """<mujoco>
     <geom type="plane" size="1 1 1"/>
     <body pos="0 0 0.3"><freejoint/><geom size="0.1"/></body>
     <body name="arm" pos="2 0 1">
-      <joint axis="0 1 0"/><geom type="capsule" fromto="0 0 0 0.5 0 0" size="0.05"/>
+      <joint name="elbow" axis="0 1 0" range="-90 90" frictionloss="0.1"/>
+      <geom type="capsule" fromto="0 0 0 0.5 0 0" size="0.05"/>
     </body>
   </worldbody>
+  <tendon>
+    <fixed name="cord" limited="true" range="-1 1" frictionloss="0.1"><joint joint="elbow" coef="1"/></fixed>
+  </tendon>
+  <actuator><motor joint="elbow"/><position tendon="cord" kp="2"/></actuator>
 </mujoco>"""
 
 
@@ -55,6 +60,7 @@ def test_every_model_is_a_row(robots, monkeypatch, tmp_path, capsys):
         assert rows[name]["outcome"] == "finished"
         assert rows[name]["steps"] == rows[name]["wanted_steps"] == "10"
         assert float(rows[name]["free_in_errors"]) < robots.ERRORS
+        assert rows[name]["free_kicked"] == "True"
         assert float(rows[name]["missed_percent"]) == 0
         assert float(rows[name]["energy_gain_relative"]) < 1e-9
     assert "more than 1 % of the steps missed: 0" in capsys.readouterr().out
