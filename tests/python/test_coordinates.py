@@ -269,6 +269,8 @@ def test_loops_are_closed(angle):
     q = sim.q
     sim.set_q({"A": angle + e})
     np.testing.assert_allclose((sim.q - q) / e, sim.qd, atol=1e-4)
+    with pytest.raises(InputError, match='joint "C" closes a loop'):
+        sim.rate("C")
     report = sim.step()
     assert report.joint_error < 1e-9
     assert sim.coordinate("C") == pytest.approx(sim.state.joint_coordinates[model.dof_index("C")], abs=0.1)
@@ -327,6 +329,8 @@ def test_bad_coordinates(mujoco, tmp_path):
     assert sim.coordinate("swing") == pytest.approx(20.0, abs=0.1)
     assert sim.coordinate("hip") == sim.q[model.coordinates["hip"].q][0]
     assert sim.rate("swing") == sim.qd[-1]
+    assert sim.acceleration("swing") == sim.qdd[-1]
+    assert sim.acceleration("swing") != 0
 
 
 # Breaks when accelerations are not those of the equations of motion, to the order of the step.
@@ -449,3 +453,38 @@ def test_copies_keep_the_last_step():
     assert deep.notes is not sim.notes
     assert deep.model is sim.model
     assert copy.deepcopy(sim.model) is sim.model
+
+
+ROBOTS = [
+    "gymnasium/ant", "gymnasium/humanoid", "gymnasium/walker2d_v5", "dm_suite/quadruped", "dm_suite/fish",
+    "dm_suite/manipulator", "dm_walkers/humanoid_CMU_V2020", "car/car", "shadow_hand/scene_right",
+    "ufactory_xarm7/scene", "unitree_go1/scene",
+]  # fmt: skip
+
+
+# Breaks when coordinates or equations of motion of models that others made are not MuJoCo's.
+@pytest.mark.parametrize("name", ROBOTS)
+@pytest.mark.filterwarnings("ignore::UserWarning")
+def test_robots_in_coordinates(mujoco, root, name):
+    found = list((root.parent / "shared" / "data" / "robots").glob(f"**/{name}.xml"))
+    if not found:
+        pytest.skip("the robots are not here")
+    model, m = amontons.load_model(found[0]), mujoco.MjModel.from_xml_path(str(found[0]))
+    d = mujoco.MjData(m)
+    random_state(mujoco, m, d, 4)
+    sim = Simulation(model)
+    sim.q, sim.qd = d.qpos, d.qvel
+    d.qpos[:], d.qvel[:] = sim.q, sim.qd  # with what is coupled closed
+    mujoco.mj_forward(m, d)
+    M, scale = np.zeros((m.nv, m.nv)), np.abs(d.qfrc_bias).max()
+    mujoco.mj_fullM(m, d, M)
+    np.testing.assert_allclose(sim.mass_matrix(), M, atol=1e-10 * np.abs(M).max())
+    np.testing.assert_allclose(sim.bias_forces(), d.qfrc_bias, atol=1e-10 * max(scale, 1.0))
+    for i, body in enumerate(model.body_names):
+        b = mujoco.mj_name2id(m, mujoco.mjtObj.mjOBJ_BODY, body)
+        if b < 0 or model.bodies[i].motion != "dynamic":
+            continue
+        np.testing.assert_allclose(sim.state.positions[i], d.xpos[b], atol=1e-12)
+        Jp, Jr = np.zeros((3, m.nv)), np.zeros((3, m.nv))
+        mujoco.mj_jacBody(m, d, Jp, Jr, b)
+        np.testing.assert_allclose(sim.jacobian(i), np.vstack([Jp, Jr]), atol=1e-11)

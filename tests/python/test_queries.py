@@ -416,6 +416,8 @@ def test_rays_past_bodies():
     assert (hit.distance, hit.geom, hit.normal) == (2.5, sim.model.geom_index(1), (0, 0, 1))
     assert sim.ray((0, 0, 5), (0, 0, -1), exclude=("ball",)).distance == 5
     assert sim.ray((0, 0, 5), (0, 0, -1), exclude=("ball", None)) == (math.inf, -1, (0, 0, 0))
+    assert sim.ray((0, 0, 5), (0, 0, -1), exclude=np.int32(0)).distance == 5
+    assert sim.ray((0, 0, 5), (0, 0, -1), exclude=None).distance == 2.5
     assert sim.ray((0, 0, 2), (1, 0, 0)).distance == 0.5  # from inside to where it leaves
     for call, message in [
         (lambda: sim.ray((0, 0, 5), (0, 0, 0)), "a direction is zero"),

@@ -99,13 +99,21 @@ class GeneralisedCoordinates:
 
     def rate(self, joint: int | str, dof: int = 0) -> float:
         """The velocity of a joint's degree of freedom (m/s, rad/s); InputError if it closes a loop."""
+        return float(self.qd[self._entry(joint, dof)])
+
+    def acceleration(self, joint: int | str, dof: int = 0) -> float:
+        """The acceleration of a joint's degree of freedom over the last step (m/s^2, rad/s^2); as `rate`."""
+        return float(self.qdd[self._entry(joint, dof)])
+
+    def _entry(self, joint: int | str, dof: int) -> int:
+        """Where a degree of freedom is in qd."""
         joint, dof = self._degree(joint, dof)
         self._model.dof_index(joint, dof)
         j = self._model.joint_index(joint)
-        found = [link for link in self._model.tree.links if link[2] == j]
-        if not found:
-            raise InputError(f'joint "{self._model.joints[j].name}" closes a loop and has no entry in qd')
-        return float(self.qd[found[0][6] + dof])
+        for _, _, own, _, _, _, first, _ in self._model.tree.links:
+            if own == j:
+                return first + dof
+        raise InputError(f'joint "{self._model.joints[j].name}" closes a loop and has no entry in qd')
 
     def _degree(self, joint: int | str, dof: int) -> tuple[int | str, int]:
         if isinstance(joint, str) and joint not in self._model.joint_names:

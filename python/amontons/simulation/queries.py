@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -112,8 +112,10 @@ class Queries(GeneralisedCoordinates):
         )
 
 
-def _listed(bodies: Iterable[int | str | None]) -> list[int | str | None]:
-    return [bodies] if isinstance(bodies, str | int) else list(bodies)
+def _listed(bodies: Any) -> list[int | str | None]:
+    if bodies is None:
+        return []
+    return [bodies] if isinstance(bodies, str) or hasattr(bodies, "__index__") else list(bodies)
 
 
 def _points(what: str, values: ArrayLike) -> Array:
