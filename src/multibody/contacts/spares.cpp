@@ -6,7 +6,10 @@ namespace amontons {
 
 namespace {
 
-// Pairs of so few points keep them all.
+// How near a point has to come to be looked at before the solve. It is as far as the choice among many looks.
+double reach_of(const Reach& reach) { return 0.1 * reach.margin; }
+
+// Groups of so few points keep them all.
 constexpr std::size_t few = 4;
 // About 8 degrees: less than the edges of a body or of the ground turn by, more than a fine mesh from one
 // triangle to the next.
@@ -24,8 +27,7 @@ bool has_many_corners(const Shape& shape) {
 }  // namespace
 
 void Spares::choose(const Reach& reach, std::span<const Contact> contacts) {
-  needed_.assign(contacts.size(), contacts.size() <= few);
-  if (contacts.size() <= few) return;
+  needed_.assign(contacts.size(), 0);
   grouped_.assign(contacts.size(), 0);
   for (std::size_t i = 0; i < contacts.size(); ++i) {
     if (grouped_[i]) continue;
@@ -38,8 +40,12 @@ void Spares::choose(const Reach& reach, std::span<const Contact> contacts) {
       group_.push_back(static_cast<std::uint32_t>(k));
       points_.push_back({c.point, c.gap, end_gap(c, reach)});
     }
-    kept_.assign(group_.size(), 0);
-    support_.select(points_, contacts[i].normal, tolerance_of(reach), kept_);
+    // Nothing of a group that stays out of reach is needed, wherever the free velocities lead.
+    if (std::none_of(points_.begin(), points_.end(),
+                     [&](const SupportPoint& p) { return std::min(p.gap, p.end) <= reach_of(reach); }))
+      continue;
+    kept_.assign(group_.size(), group_.size() <= few);
+    if (group_.size() > few) support_.select(points_, contacts[i].normal, tolerance_of(reach), kept_);
     for (std::size_t k = 0; k < group_.size(); ++k) needed_[group_[k]] = kept_[k];
   }
 }
