@@ -24,6 +24,32 @@ constexpr Vec3 askew{0.5773, 0.5138, 0.6346};
 
 }  // namespace
 
+bool SurfaceBody::separate_by_face(const Convex& triangle, const Vec3& n, double limit, Separation& s) const {
+  if (convex.kind != Convex::Kind::box) return false;
+  const Vec3 d = to_local(convex, n);
+  int flat = 0;
+  for (int i = 1; i < 3; ++i)
+    if (std::abs(d[i]) > std::abs(d[flat])) flat = i;
+  // The face looks against n. Heights are over it, outwards.
+  const double side = d[flat] > 0 ? -1 : 1;
+  int nearest = 0;
+  double height[3];
+  for (int k = 0; k < 3; ++k) {
+    height[k] = side * dot(convex.axis[flat], triangle.corner[k] - convex.centre) - convex.size[flat];
+    if (height[k] < height[nearest]) nearest = k;
+  }
+  if (!(height[nearest] >= 0)) return false;
+  const Vec3 at = to_local(convex, triangle.corner[nearest] - convex.centre);
+  for (int i = 0; i < 3; ++i)
+    if (i != flat && !(std::abs(at[i]) <= convex.size[i])) return false;
+  s.distance = height[nearest];
+  s.within = s.distance <= limit;
+  s.normal = -side * convex.axis[flat];
+  s.on_b = triangle.corner[nearest];
+  s.on_a = s.on_b + s.distance * s.normal;
+  return true;
+}
+
 // Of points that lie together with about the same normal the deepest one stays, in the place of the first. In
 // place and in the order in which they were found; the cost is that of sorting them.
 void remove_doubles(std::vector<ContactPoint>& points, std::size_t first, double length) {

@@ -69,6 +69,11 @@ struct SurfaceBody {
     return yes;
   }
 
+  // The separation of a box from a triangle with the normal n that lies over one of its faces, where the
+  // distance of the nearest corner from the face is the distance of the two: most triangles under a box that
+  // rests on many are such. False: not known.
+  bool separate_by_face(const Convex& triangle, const Vec3& n, double limit, Separation& s) const;
+
   // What the body turns to a face. Kept for the next face: on flat ground all have the same normal.
   // `lowest`: the point of the body that is lowest over the face, which the feature must hold.
   const Feature& feature_towards(const Vec3& n, const Vec3& lowest) {
@@ -171,7 +176,8 @@ class SurfaceContact {
     if (!rounded) return static_cast<void>(touch_face(facet, lowest, false));
     const Convex triangle =
         make_triangle(facet.corner[0] - lift_, facet.corner[1] - lift_, facet.corner[2] - lift_);
-    const Separation s = separation(body_.convex, triangle, reach);
+    Separation s;
+    if (!body_.separate_by_face(triangle, n, reach, s)) s = separation(body_.convex, triangle, reach);
     if (!s.within) return;
     const bool allowed = is_allowed(facet, s.normal);
     const double core_depth = -s.distance - body_.convex.radius;
