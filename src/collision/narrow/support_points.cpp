@@ -6,7 +6,8 @@
 //      those that add next to nothing to its area (M. Visvalingam, J. D. Whyatt, Line generalisation by
 //      repeated elimination of points, 1993: the corner with the smallest triangle goes first);
 //   3. the points that would be lowest if the body turned a little about any axis in the plane: those that
-//      minimise  height - slope <direction, (u, v)>  for eight directions, if none that is kept comes near.
+//      minimise  height - slope <direction, (u, v)>  for eight directions and slopes of all sizes, if none
+//      that is kept comes near.
 // A turn adds a linear function to the heights, and neither 2 nor 3 sees a linear function but by the range
 // that it looks at: what is kept changes little when a body rocks.
 #include "amontons/collision/narrow/support_points.hpp"
@@ -23,9 +24,11 @@ namespace {
 constexpr std::size_t most_corners = 12;
 // Corners that together add less than this part of the area are left out.
 constexpr double least_area = 0.01;
-// How far above the lowest point others can be reached by the turns that are looked at, in tolerances: a
-// slope that lifts one side of the support by as much.
-constexpr double reach = 10;
+// By how much the turns that are looked at lift one side of the support, in tolerances: from what may come in
+// a step, down to what tells the three points on which a body stands from those that it nearly stands on.
+constexpr double parts[] = {10, 1, 0.1, 0.01, 0.001};
+// The part of such a lift by which a body may sink in for want of a point.
+constexpr double missed = 0.1;
 // What differs by less, in what it is compared with, is alike; and a kept point that lies higher by less, in
 // tolerances, stands for the lowest one.
 constexpr double rounding = 1e-6, held_alike = 1e-2;
@@ -98,29 +101,29 @@ void SupportPoints::keep_outline(double tolerance, std::span<unsigned char> kept
   for (const Site& s : outline_) kept[s.point] = 1;
 }
 
-void SupportPoints::keep_lowest(double tolerance, std::span<unsigned char> kept) const {
-  const Site& base = lowest(tolerance, kept);
+// Points up to `height` over the lowest one, at a slope that lifts one side of them by as much.
+void SupportPoints::keep_under_turns(double height, std::span<unsigned char> kept) const {
+  const Site& base = lowest(height, kept);
   kept[base.point] = 1;
-  const double limit = base.height + reach * tolerance;
   double width = 0;
   for (const Site& s : sites_)
-    if (s.height <= limit) width = std::max(width, std::hypot(s.u - base.u, s.v - base.v));
+    if (s.height <= base.height + height) width = std::max(width, std::hypot(s.u - base.u, s.v - base.v));
   if (!(width > 0)) return;
-  const double slope = reach * tolerance / width, half = std::sqrt(0.5);
+  const double slope = height / width, half = std::sqrt(0.5);
   const double around[8][2] = {{1, 0},  {half, half},   {0, 1},  {-half, half},
                                {-1, 0}, {-half, -half}, {0, -1}, {half, -half}};
   for (const auto& [cu, cv] : around) {
     double least = base.height, held = base.height;  // of all, of those that are kept
     const Site* best = &base;
     for (const Site& s : sites_) {
-      if (!(s.height <= limit)) continue;
+      if (!(s.height <= base.height + height)) continue;
       const double h = s.height - slope * (cu * (s.u - base.u) + cv * (s.v - base.v));
       if (kept[s.point]) held = std::min(held, h);
-      if (!(h < least - rounding * tolerance)) continue;
+      if (!(h < least - rounding * height)) continue;
       least = h;
       best = &s;
     }
-    if (least < held - tolerance) kept[best->point] = 1;
+    if (least < held - missed * height) kept[best->point] = 1;
   }
 }
 
@@ -135,10 +138,10 @@ void SupportPoints::select(std::span<const SupportPoint> points, const Vec3& nor
     sites_.push_back({dot(u, d), dot(v, d), points[i].gap, i});
   }
   keep_outline(tolerance, kept);
-  keep_lowest(tolerance, kept);
-  // The same at the end of the step, but for the polygon: where the body lands is looked at again there.
+  for (double part : parts) keep_under_turns(part * tolerance, kept);
+  // Roughly the same at the end of the step: where the body lands is looked at again there.
   for (Site& s : sites_) s.height = points[s.point].end;
-  keep_lowest(tolerance, kept);
+  keep_under_turns(parts[0] * tolerance, kept);
 }
 
 }  // namespace amontons

@@ -37,7 +37,7 @@ class SupportPoints {
   const Site& lowest(double tolerance, std::span<const unsigned char> kept) const;
   // The corners of the support polygon; the lowest point, and those that are lowest after small turns.
   void keep_outline(double tolerance, std::span<unsigned char> kept);
-  void keep_lowest(double tolerance, std::span<unsigned char> kept) const;
+  void keep_under_turns(double height, std::span<unsigned char> kept) const;
   void make_outline();
   void simplify_outline();
 
