@@ -15,7 +15,8 @@ double deepest(const std::vector<Contact>& contacts, std::span<const PairKey> ke
 
 // A hull or a surface of triangles gives a point per corner. Those that say nothing beside the others of
 // their pair, and those that the free velocities keep out of reach, are set aside before the solve, and
-// looked at after it: whichever the velocities bring to overlap all the same comes back. What is left out can so never be felt.
+// looked at after it: whichever the velocities bring to overlap all the same comes back. What is left out can
+// so never be felt.
 class Spares {
  public:
   // Moves the spare ones of `contacts`, which come pair by pair, to this list.
