@@ -80,7 +80,8 @@ void bind_bodies(nb::module_& m) {
       .def(nb::init<>())
       .def_rw("geom_a", &PairMaterial::geom_a)
       .def_rw("geom_b", &PairMaterial::geom_b)
-      .def_rw("material", &PairMaterial::material);
+      .def_rw("material", &PairMaterial::material)
+      .def_rw("always", &PairMaterial::always);
 }
 
 void bind_joints(nb::module_& m) {

@@ -2,9 +2,10 @@
 
 import pickle
 import sys
+import warnings
 
 import pytest
-from amontons import FileError, InputError
+from amontons import FileError, InputError, Simulation
 from amontons.errors import UnsupportedWarning
 from amontons.io.models import load_model
 
@@ -17,6 +18,9 @@ def load(tmp_path, body, *, tail="", strict=True):
     return load_model(path, strict=strict)
 
 
+MODEL = """<mujoco><worldbody>
+<body pos="0 0 1"><freejoint/><geom name="ball" size="0.1" friction="0.3"/></body>
+</worldbody></mujoco>"""
 UNSUPPORTED = [
     ("geom", '<geom name="x" size="1" adhesion="1"/>', "adhesion"),
     ("joint", '<body><joint name="x" springyield="1"/><geom size="1"/></body>', "yields"),
@@ -49,7 +53,6 @@ UNSUPPORTED_AFTER = [
     ("motor", '<actuator><motor name="x" joint="free" gear="1 0 0 1 0 0"/></actuator>', "different axes"),
     ("pair", '<contact><pair name="x" geom1="g" geom2="f" friction="1 0.5"/></contact>', "anisotropic"),
     ("pair", '<contact><pair name="x" geom1="g" geom2="f" friction="1 1 0 1 2"/></contact>', "anisotropic"),
-    ("pair", '<contact><pair name="x" geom1="g" geom2="g2"/></contact>', "the same body"),
     ("flag", '<option><flag override="enable"/></option>', "override"),
 ]  # fmt: skip
 SCENE = """<body name="b"><joint name="j"/><geom name="g" size="1"/><geom name="g2" size="1"/>
@@ -163,6 +166,66 @@ WRONG = [
 def test_wrong_files(tmp_path, text, message):
     with pytest.raises(FileError, match=message):
         load(tmp_path, text)
+
+
+SLOPPY = {
+    "a comment": MODEL.replace("<worldbody>", "<!-- a -- b ---><worldbody>"),
+    "latin1": MODEL.replace("<worldbody>", "<!-- caf\xe9 --><worldbody>").encode("latin1"),
+    "an encoding": '<?xml version="1.0" encoding="none"?>' + MODEL,
+    "blanks": "\n \n<?xml version='1.0'?>\n" + MODEL,
+    "text": "A model: " + MODEL,
+    "two roots": MODEL + "<scene/>",
+    "no blanks": MODEL.replace(' size', 'size'),
+    "entities": MODEL.replace("ball", "a & <b"),
+}  # fmt: skip
+
+
+# Breaks when XML that MuJoCo takes is refused, or is taken unsaid, or its elements are misread.
+@pytest.mark.parametrize("what", SLOPPY)
+def test_sloppy_xml(tmp_path, what):
+    path = tmp_path / "model.xml"
+    text = SLOPPY[what]
+    path.write_bytes(text if isinstance(text, bytes) else text.encode())
+    with pytest.warns(UnsupportedWarning, match=r"(?s)Does not change.*line \d+ is malformed XML.*as MuJoCo"):
+        model = load_model(path, strict=True)
+    assert len(model.unread) == 1
+    assert model.geoms[0].material.friction == 0.3
+    assert model.geom_names == (("a & <b" if what == "entities" else "ball"),)
+
+
+# Breaks when a hull without volume is refused or becomes something that a ball falls through.
+@pytest.mark.parametrize("height", [1e-9, 1e-7, 1e-5])
+def test_flat_hull(tmp_path, height):
+    corners = f"0 0 0  1 0 0  0 1 {height}  1 1 0"
+    path = tmp_path / "model.xml"
+    path.write_text(
+        f'<mujoco><asset><mesh name="m" vertex="{corners}" inertia="shell"/></asset><worldbody>'
+        '<geom type="mesh" mesh="m"/><body pos="0.5 0.5 0.2"><freejoint/><geom size="0.1"/></body>'
+        "</worldbody></mujoco>"
+    )
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", UnsupportedWarning)
+        model = load_model(path, strict=True)
+    assert all(entry.effect == "none" for entry in model.unread)
+    sim = Simulation(model)
+    sim.run(1.0)
+    assert sim.state.positions[0, 2] == pytest.approx(0.1, abs=2e-4)
+
+
+# Breaks when a <pair> does not hold where masks and exclusions keep bodies apart: a child lies on its parent.
+def test_pairs_touch_anyway(tmp_path):
+    slide = '<joint type="slide" axis="0 0 1"'
+    body = f"""<body name="a" pos="0 0 1">{slide} name="j"/><geom name="low" size="0.1"/>
+    <body name="b" pos="0 0 0.3">{slide}/><geom name="high" size="0.1" {{}}/></body></body>"""
+    hold = '<equality><joint joint1="j"/></equality>'
+    pair = f'<contact><pair geom1="low" geom2="high"/></contact>{hold}'
+    for options in ("", 'contype="0" conaffinity="0"'):
+        sim = Simulation(load(tmp_path, body.format(options), tail=pair))
+        sim.run(1.0)
+        assert sim.state.positions[1, 2] == pytest.approx(1.2, abs=1e-4)
+    sim = Simulation(load(tmp_path, body.format(""), tail=hold))
+    sim.run(1.0)
+    assert sim.state.positions[1, 2] < 0
 
 
 # Breaks when a reference to something that does not exist does not name the line.

@@ -7,7 +7,7 @@ import warnings
 import amontons
 import numpy as np
 import pytest
-from amontons import FileError, InputError, ModelWarning, UnsupportedWarning, shapes
+from amontons import FileError, InputError, Material, ModelWarning, UnsupportedWarning, shapes
 from amontons.io.models import load_model
 from amontons.model.transforms import axis_angle, multiply, rotate, rotation_matrix
 
@@ -238,6 +238,56 @@ def test_impossible_inertias(tmp_path):
         model = load_model(path)
     assert model.bodies[1].inertia[0][0] == pytest.approx(1.5)
     assert model.body_names == ("base", "a", "b")
+
+
+BOX = '<collision><geometry><box size="1 1 1"/></geometry></collision>'
+CONTACT = """<contact><lateral_friction value="0.3"/><rolling_friction value="0.01"/>
+<spinning_friction value="0.02"/><restitution value="0.4"/><stiffness value="2000"/><damping value="10"/>
+<contact_cfm value="0"/><inertia_scaling value="3"/></contact>"""
+
+
+# Breaks when Bullet's contact parameters are not the material of the link's geoms, or of other links' too.
+def test_contact_of_a_link(tmp_path):
+    path = write(
+        tmp_path, link("base", more=CONTACT + BOX), link("a", more=BOX), joint("j", "continuous", "base", "a")
+    )
+    model = load_model(path, strict=True)
+    assert model.geoms[0].material == Material(0.3, 0.4, 1 / 2000, 10 / 2000, 0, None, 0.02, 0.01)
+    assert model.geoms[1].material == Material(1.0)
+
+
+# Breaks when a joint without a range moves, or moves unsaid.
+@pytest.mark.parametrize(
+    ("kind", "limit", "at"),
+    [
+        ("revolute", "", 0),
+        ("prismatic", "<limit effort='1'/>", 0),
+        ("revolute", "<limit lower='0.2' upper='0.2'/>", 0.2),
+    ],
+)
+def test_joint_without_range(tmp_path, kind, limit, at):
+    path = write(tmp_path, link("base"), link("a"), joint("j", kind, "base", "a", limit))
+    with pytest.warns(UnsupportedWarning, match="no range of motion: it stays"):
+        model = load_model(path)
+    assert (model.joints[0].dofs[0].lower, model.joints[0].dofs[0].upper) == (at, at)
+
+
+# Breaks when a link with mass and no moments of inertia is refused: MuJoCo reads it where its base is fixed.
+def test_no_moments_of_inertia(tmp_path):
+    point = INERTIAL.replace('="1"', '="0"')
+    path = write(tmp_path, link("base", point), link("a"), joint("j", "continuous", "base", "a"))
+    with pytest.warns(UnsupportedWarning, match="2 kg and no moments of inertia; those of a ball"):
+        model = load_model(path)
+    radius = (2 / (4 / 3 * math.pi * 1000)) ** (1 / 3)
+    assert model.bodies[0].inertia[1][1] == pytest.approx(0.4 * 2 * radius**2)
+    held = load_model(path, floating_base=False, strict=True)
+    assert held.bodies[0].motion == "fixed"
+
+
+# Breaks when the error about a macro in a number does not say what to do.
+def test_macro_in_a_number(tmp_path):
+    with pytest.raises(FileError, match="run first"):
+        load_model(write(tmp_path, link("base", INERTIAL.replace('"2"', '"${m}"'))))
 
 
 UNSUPPORTED = [

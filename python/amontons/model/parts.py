@@ -315,6 +315,8 @@ class PairMaterial:
     geom_a: int
     geom_b: int
     material: Material
+    always: bool = False
+    """whether they may touch whatever category, mask, exclusions and joints say"""
 
     def __post_init__(self) -> None:
         if not isinstance(self.material, Material):

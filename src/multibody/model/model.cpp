@@ -67,6 +67,9 @@ Model::Model(ModelDescription description) : d_(std::move(description)) {
   for (const auto& [a, b] : d_.excluded_bodies) excluded_.push_back(ordered(a, b));
   std::sort(excluded_.begin(), excluded_.end());
   for (const PairMaterial& p : d_.pair_materials) pairs_.push_back({ordered(p.geom_a, p.geom_b), p.material});
+  for (const PairMaterial& p : d_.pair_materials)
+    if (p.always) always_.push_back(ordered(p.geom_a, p.geom_b));
+  std::sort(always_.begin(), always_.end());
   for (const Geom& geom : d_.geoms) rest_offset_.push_back(geom.material.rest_offset);
   for (const PairMaterial& p : d_.pair_materials)
     for (Index g : {p.geom_a, p.geom_b}) rest_offset_[g] = std::max(rest_offset_[g], p.material.rest_offset);
@@ -79,6 +82,8 @@ Model::Model(ModelDescription description) : d_(std::move(description)) {
 bool Model::may_touch(Index geom_a, Index geom_b) const {
   const Geom &a = d_.geoms[geom_a], &b = d_.geoms[geom_b];
   if (a.body == b.body || (!is_dynamic(a.body) && !is_dynamic(b.body))) return false;
+  if (!always_.empty() && std::binary_search(always_.begin(), always_.end(), ordered(geom_a, geom_b)))
+    return true;
   if (!((a.category & b.mask) || (b.category & a.mask))) return false;
   return !std::binary_search(excluded_.begin(), excluded_.end(), ordered(a.body, b.body));
 }

@@ -224,6 +224,7 @@ struct Actuator {
 struct PairMaterial {
   Index geom_a, geom_b;
   Material material;
+  bool always = false;  // they may touch whatever masks, exclusions and joints say
 };
 
 // What bodies move through: a fluid at rest but for the wind, which pushes on boxes.

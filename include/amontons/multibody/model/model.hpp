@@ -32,7 +32,8 @@ class Model {
   // (1 without any). Default tolerances are fractions of it, so that results do not depend on units.
   double length() const { return length_; }
   double total_mass() const { return total_mass_; }
-  // Whether two geoms may touch: masks, exclusions, joints that forbid it, same body, none dynamic.
+  // Whether two geoms may touch: masks, exclusions, joints that forbid it, unless their pair says always;
+  // same body, none dynamic.
   bool may_touch(Index geom_a, Index geom_b) const;
   // Of the contact of two geoms, in either order.
   Material material(Index geom_a, Index geom_b) const;
@@ -45,6 +46,7 @@ class Model {
   std::vector<std::vector<Index>> dof_actuators_, tendon_actuators_;
   std::vector<Index> other_actuators_;
   std::vector<std::pair<Index, Index>> excluded_;                    // sorted body pairs, first < second
+  std::vector<std::pair<Index, Index>> always_;                      // sorted geom pairs
   std::vector<std::pair<std::pair<Index, Index>, Material>> pairs_;  // sorted geom pairs
   std::vector<double> rest_offset_;
   double length_ = 1, total_mass_ = 0;

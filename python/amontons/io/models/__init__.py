@@ -21,7 +21,7 @@ from .scan import scan
 from .sensors import read_sensors
 from .sites import read_sites
 from .tendons import read_tendons
-from .xml_lines import expand_includes, read_xml
+from .xml_lines import Faults, expand_includes, read_xml
 
 SUFFIXES = (".xml", ".mjcf", ".urdf")
 
@@ -45,13 +45,16 @@ def load_model(
     if path.suffix.lower() not in SUFFIXES:
         raise FileError(f"{path}: unknown kind of file; known suffixes are {', '.join(SUFFIXES)}")
     import_mujoco()
-    root = read_xml(path)
+    faults: Faults = []
+    root = read_xml(path, faults)
     if root.tag not in ("mujoco", "robot"):
         raise FileError(f"{root.place}: the root is {root}; it must be <mujoco> (MJCF) or <robot> (URDF)")
     if floating_base is not None and root.tag != "robot":
         raise InputError(f"{path}: floating_base is for URDF; give the body a <freejoint> instead")
     issues = Issues(path)
-    expand_includes(root, path.parent)
+    expand_includes(root, path.parent, faults)
+    for element, what in faults:
+        issues.add(element, what, "none")
     scan(root, issues, path.parent)
     compiled = compile_file(path, root, issues, floating_base)
     return _model(compiled, strict=strict)

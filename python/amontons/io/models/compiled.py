@@ -16,11 +16,12 @@ import numpy as np
 from ...errors import FileError, InputError
 from ...model.sensing import SENSORS
 from ...model.transforms import Transform
+from .elements import Element
 from .issues import Issues
 from .urdf import prepare
-from .xml_lines import Element
 
 ADVICE = {
+    "bad format in attribute": "a macro such as ${x} is for xacro, which must be run first",
     "mass and inertia of moving bodies": (
         "a body that moves needs mass and inertia: give it an <inertial> or a geom with mass"
     ),

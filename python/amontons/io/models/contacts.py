@@ -11,7 +11,7 @@ from ...checks import Array
 from ...model.parts import Material, PairMaterial
 from .bodies import Bodies, fixed_groups
 from .compiled import Compiled
-from .geoms import BITS, Geoms, coefficients, with_friction
+from .geoms import Geoms, coefficients, with_friction
 from .softness import (
     DEFAULT_IMPEDANCE,
     DEFAULT_REFERENCE,
@@ -63,7 +63,7 @@ def excluded_bodies(compiled: Compiled, bodies: Bodies) -> Pairs:
 def read_contacts(
     compiled: Compiled, bodies: Bodies, geoms: Geoms
 ) -> tuple[list[PairMaterial], list[tuple[int, int]]]:
-    """Pair materials and exclusions; makes geoms soft, and <pair> may add bits to their masks."""
+    """Pair materials and exclusions; makes geoms soft."""
     excluded = excluded_bodies(compiled, bodies)
     frictions = _frictions(compiled, geoms)
     soft = _soften(compiled, geoms)
@@ -75,9 +75,10 @@ def read_contacts(
         if key not in made:
             made[key] = replace(combined(key[0], key[1]), **changes)
         pairs[a, b] = made[key]
+    found = {pair: PairMaterial(*pair, material) for pair, material in pairs.items()}
     if compiled.enabled("contact"):
-        pairs |= _explicit(compiled, geoms, excluded)
-    return [PairMaterial(a, b, material) for (a, b), material in sorted(pairs.items())], sorted(excluded)
+        found |= _explicit(compiled, geoms)
+    return [found[pair] for pair in sorted(found)], sorted(excluded)
 
 
 def combined(a: Material, b: Material) -> Material:
@@ -204,29 +205,21 @@ def _may_touch(geoms: Geoms, i: int, j: int) -> bool:
     return a.body != b.body and bool(a.category & b.mask or b.category & a.mask)
 
 
-def _explicit(compiled: Compiled, geoms: Geoms, excluded: Pairs) -> dict[tuple[int, int], Material]:
-    """<pair>: a material of its own, and contact even if the masks of the geoms do not ask for it."""
+def _explicit(compiled: Compiled, geoms: Geoms) -> dict[tuple[int, int], PairMaterial]:
+    """<pair>: a material of its own, and contact whatever masks and exclusions say."""
     m = compiled.model
-    found: dict[tuple[int, int], Material] = {}
+    found = {}
     soft = _softness_of_pairs(compiled)
-    bits: dict[int, int] = {}  # by first geom: the bit that stands for its pairs
     for p in range(m.npair):
         a, b = (geoms.index.get(int(g[p])) for g in (m.pair_geom1, m.pair_geom2))
-        if a is None or b is None:
-            continue  # the geom is listed already
-        bodies = sorted((geoms.geoms[a].body, geoms.geoms[b].body))
-        if bodies[0] == bodies[1] or (bodies[0], bodies[1]) in excluded:
-            what = "the same body" if bodies[0] == bodies[1] else "bodies that exclude each other"
-            compiled.refuse("pair", p, f"a contact of geoms of {what}; move the geom to another body")
-            continue
-        if not _may_touch(geoms, a, b) and not _share_bit(geoms, a, b, bits):
-            compiled.refuse("pair", p, "no bit of contype and conaffinity is left for this pair; free some")
-            continue
+        if a is None or b is None or geoms.geoms[a].body == geoms.geoms[b].body:
+            continue  # the geom is listed already, or the two never move against each other
         # Sliding, torsional and rolling friction; the others are those along the second tangent.
         values = coefficients(m.pair_dim[p], m.pair_friction[p, [0, 2, 3]])
         frictions = dict(zip(FRICTIONS, values.tolist(), strict=True))
-        margin = float(m.pair_margin[p])
-        found[min(a, b), max(a, b)] = Material(**frictions, rest_offset=margin, **_values(soft, p))
+        material = Material(**frictions, rest_offset=max(float(m.pair_margin[p]), 0.0), **_values(soft, p))
+        pair = min(a, b), max(a, b)
+        found[pair] = PairMaterial(*pair, material, always=True)
     return found
 
 
@@ -242,17 +235,3 @@ def _softness_of_pairs(compiled: Compiled) -> Softness:
     both = np.where(moves, loads(compiled, touching)[geoms], np.inf).min(axis=1)
     load = np.where(moves.any(axis=1), both, 0.0)
     return softness(compiled, m.pair_solref, m.pair_solimp, weight, load)
-
-
-def _share_bit(geoms: Geoms, a: int, b: int, bits: dict[int, int]) -> bool:
-    """Lets two geoms touch by a bit that no other pair uses; False if all 32 are taken."""
-    if a not in bits:
-        used = 0
-        for geom in geoms.geoms:
-            used |= geom.category | geom.mask
-        if used == BITS:
-            return False
-        bits[a] = ~used & (used + 1)  # the lowest free bit
-    geoms.geoms[a] = replace(geoms.geoms[a], category=geoms.geoms[a].category | bits[a])
-    geoms.geoms[b] = replace(geoms.geoms[b], mask=geoms.geoms[b].mask | bits[a])
-    return True

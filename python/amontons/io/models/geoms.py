@@ -15,8 +15,11 @@ from ...model.shapes import Shape
 from ...model.transforms import rotate
 from .bodies import Bodies, unique_names
 from .compiled import Compiled, transform
+from .urdf import contact_values
 
 BITS = 0xFFFFFFFF
+THIN = 1e-4
+"""The least thickness of a hull over its size"""
 FROM_CONDIM = np.array([3, 4, 6])
 """The condim from which on sliding, torsional and rolling friction count."""
 
@@ -40,6 +43,7 @@ def read_geoms(compiled: Compiled, bodies: Bodies) -> Geoms:
         if shape is None:
             continue
         body = int(m.geom_bodyid[g])
+        of_link = contact_values(compiled.name("body", body), compiled.root)
         frame = bodies.frame[body] @ transform(m.geom_pos[g], m.geom_quat[g])
         surface, spin = (
             rotate(frame.rotation, tuple(part.tolist())) for part in m.geom_surfacevel[g].reshape(2, 3)
@@ -52,7 +56,7 @@ def read_geoms(compiled: Compiled, bodies: Bodies) -> Geoms:
                 bodies.at(body),
                 frame,
                 shape=shape,
-                material=_material(m, g),
+                material=replace(_material(m, g), **of_link),
                 surface_velocity=surface,
                 surface_spin=spin,
                 category=int(m.geom_contype[g]) & BITS if contact else 0,
@@ -148,11 +152,25 @@ def _hull(compiled: Compiled, geom: int, mesh: int) -> Shape:
         vertices = vertices[m.mesh_graph[graph + 2 + corners : graph + 2 + 2 * corners]]
     try:
         return shapes.Hull(vertices)
+    except ValueError:  # flat: no body has a hull without volume, but the ground of some scenes has
+        compiled.refuse("geom", geom, "its hull has no volume; it is a thin plate here", "none")
+    try:
+        return shapes.Hull(_thick(vertices))
     except InputError as error:
         element = compiled.element("geom", geom)
         place = f"{element.place}: {element}" if element else str(compiled.path)
         name = compiled.name("mesh", mesh)
         raise FileError(f'{place}: the convex hull of the mesh "{name}": {error}') from None
+
+
+def _thick(vertices: Array) -> Array:
+    """The points (n, 3) moved both ways along the directions in which they extend by next to nothing."""
+    _, _, axes = np.linalg.svd(vertices - vertices.mean(axis=0), full_matrices=True)
+    extent = np.ptp(vertices @ axes.T, axis=0)
+    for axis in axes[extent < THIN * extent.max()]:
+        shift = 0.5 * THIN * extent.max() * axis
+        vertices = np.concatenate([vertices - shift, vertices + shift])
+    return vertices
 
 
 def with_friction(geom: Geom, friction: float) -> Geom:

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from ...errors import InputError, ModelWarning, UnsupportedWarning
 from ...model.presets import EFFECTS, Unread
-from .xml_lines import Element
+from .elements import Element
 
 SHOWN = 12
 """Lines of each part of the warning; `Model.unread` has all."""

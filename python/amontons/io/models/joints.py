@@ -10,7 +10,7 @@ from ...model.parts import Dof, Joint, Motor
 from ...model.transforms import IDENTITY, Transform, axis_angle, conjugate, rotate, subtract
 from .bodies import Bodies
 from .compiled import Compiled, transform
-from .urdf import fixed_joint_names
+from .urdf import fixed_joint_names, urdf_range
 
 SMALL_ANGLE = 1e-6
 """rad: what is left of the range of a ball joint at least"""
@@ -164,6 +164,8 @@ def _exponential(slides: bool, axis: Vector3, anchor: Vector3, by: float) -> Tra
 def _limits(compiled: Compiled, j: int) -> tuple[float, float]:
     """Of a hinge or slide; <joint margin> is how far before its limits it is held."""
     m = compiled.model
+    if (locked := urdf_range(compiled.element("jnt", j))) is not None:
+        return locked, locked
     if not m.jnt_limited[j] or not compiled.enabled("limit"):
         return -math.inf, math.inf
     lower, upper = m.jnt_range[j].tolist()

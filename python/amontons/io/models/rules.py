@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
-from .xml_lines import Element
+from .elements import Element
 
 Check = Callable[[Element, str], bool]
 """Whether the value of an attribute is supported."""
@@ -258,7 +258,13 @@ URDF: dict[str, Rule] = {
     "geometry/capsule": Rule(words("radius length")),
     "geometry/mesh": Rule(words("filename scale")),
     "robot/joint": Rule(words("name type"), words("dont_collapse disableFixedJointLumping")),
-    "link/contact": Rule(unread="Bullet's contact parameters; set the friction of the model's geoms in code"),
+    # Bullet's; MuJoCo does not read it.
+    "link/contact": GROUP,
+    **{
+        f"contact/{tag}": Rule(words("value"))
+        for tag in words("lateral_friction rolling_friction spinning_friction restitution stiffness damping")
+    },
+    **{f"contact/{tag}": IGNORED for tag in words("contact_cfm contact_erp friction_anchor inertia_scaling")},
     "joint/parent": Rule(words("link")),
     "joint/child": Rule(words("link")),
     "joint/axis": Rule(words("xyz")),

@@ -5,9 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 
 from ...errors import FileError
+from .elements import Element, not_finite
 from .issues import Issues
 from .rules import MJCF, URDF, Rule, words
-from .xml_lines import Element, expand_includes, not_finite, read_xml
+from .xml_lines import Faults, expand_includes, read_xml
 
 NAMES = words(
     "name class childclass model body frame prefix file mesh hfield material joint jointinparent tendon site "
@@ -59,8 +60,11 @@ def scan(root: Element, issues: Issues, folder: Path) -> None:
         if not file.is_file():
             wrong.append(f"{element.place}: {element}: the file {file} does not exist")
             return
-        other = read_xml(file)
-        expand_includes(other, file.parent)
+        faults: Faults = []
+        other = read_xml(file, faults)
+        expand_includes(other, file.parent, faults)
+        for element, what in faults:
+            issues.add(element, what, "none")
         scan(other, issues, file.parent)
 
     visit(root)
@@ -88,10 +92,15 @@ def _check(element: Element, attribute: str, rule: Rule, issues: Issues) -> None
 
 
 def _check_limits(joint: Element, issues: Issues) -> None:
-    """The URDF specification asks for limits of these joints, 0 by default; MuJoCo takes 0 and 0 for none."""
+    """The URDF specification asks for limits of these joints, 0 by default; MuJoCo takes equal ones for
+    none."""
     limit = joint.child("limit")
     if limit is None or limit.numbers("lower") == limit.numbers("upper"):
-        issues.add(joint, "no range of motion; give lower < upper, or the type continuous or fixed")
+        issues.add(
+            joint,
+            "no range of motion: it stays where it is, as the URDF specification has it, while in MuJoCo it "
+            "moves without limits. Give lower < upper, or the type continuous or fixed",
+        )
 
 
 def faults(element: Element) -> list[str]:

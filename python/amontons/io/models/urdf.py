@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 from collections.abc import Iterator
 from pathlib import Path
@@ -10,20 +11,19 @@ from typing import Any
 import numpy as np
 
 from ...errors import FileError
+from .elements import Element
 from .issues import Issues
-from .xml_lines import Element
 
 NONE = 1e-15  # kg m^2: what MuJoCo takes for no inertia
 FORMATS = (".stl", ".obj", ".msh")
+DENSITY = 1000.0
+"""kg/m^3, of what has a mass and no size; MuJoCo's default of geoms"""
 
 
 def prepare(spec: Any, root: Element, issues: Issues, floating_base: bool | None) -> None:
     """Edits the parsed, not yet compiled model: no visuals, meshes found, links kept, base free or not."""
     _find_meshes(spec, root, issues)
     spec.compiler.fusestatic = False
-    for body in spec.bodies[1:]:
-        if body.explicitinertial:
-            _check_inertia(body, root, issues)
     for body in spec.worldbody.bodies:
         floats = _has_mass(body.name, root) if floating_base is None else floating_base
         # A link of a floating joint to the root called world is free already.
@@ -36,6 +36,9 @@ def prepare(spec: Any, root: Element, issues: Issues, floating_base: bool | None
                 "moves freely; floating_base=False fixes" if floats else "is fixed; floating_base=True frees"
             )
             issues.notes.append(f'the base link "{body.name}" {how} it')
+    for body in spec.bodies[1:]:
+        if body.explicitinertial:
+            _check_inertia(body, root, issues, moves=bool(list(body.joints)))
 
 
 def _find_meshes(spec: Any, root: Element, issues: Issues) -> None:
@@ -56,15 +59,23 @@ def _find_meshes(spec: Any, root: Element, issues: Issues) -> None:
     spec.compiler.meshdir = ""
 
 
-def _check_inertia(body: Any, root: Element, issues: Issues) -> None:
+def _check_inertia(body: Any, root: Element, issues: Issues, *, moves: bool) -> None:
     """Lists moments of inertia of no solid, and takes their mean instead, as MuJoCo's balanceinertia does."""
     xx, yy, zz, xy, xz, yz = body.fullinertia
     moments = np.linalg.eigvalsh([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
     if np.isnan(moments).any():
         return
-    if np.abs(moments).max() <= NONE:  # a frame or a point, which only a joint cannot move
+    if np.abs(moments).max() <= NONE:  # a frame or a point
         body.fullinertia = [np.nan] * 6
         body.inertia = [0.0] * 3
+        if moves and body.mass > NONE:
+            radius = (body.mass / (4 / 3 * math.pi * DENSITY)) ** (1 / 3)
+            body.inertia = [0.4 * body.mass * radius**2] * 3
+            issues.add(
+                _link(body.name, root),
+                f"it has a mass of {body.mass:.4g} kg and no moments of inertia; those of a ball of "
+                f"{DENSITY:g} kg/m^3 are taken. Correct them",
+            )
     elif moments[0] <= NONE or moments[0] + moments[1] < moments[2]:
         link = _link(body.name, root)
         shown = ", ".join(f"{x:.4g}" for x in moments)
@@ -74,6 +85,37 @@ def _check_inertia(body: Any, root: Element, issues: Issues) -> None:
             "at most the sum of the others. Their mean is taken; correct them",
         )
         body.fullinertia = [max(moments.mean(), 2 * NONE)] * 3 + [0.0] * 3
+
+
+def urdf_range(joint: Element | None) -> float | None:
+    """Where a revolute or prismatic joint of a URDF without a range stays, 0 without limits; else None."""
+    if joint is None or joint.parent is None or joint.parent.tag != "robot":
+        return None
+    if joint.attributes.get("type") not in ("revolute", "prismatic"):
+        return None
+    limit = joint.child("limit")
+    lower, upper = (((limit and limit.numbers(name)) or [0.0])[0] for name in ("lower", "upper"))
+    return lower if lower == upper else None
+
+
+FIELDS = {
+    "lateral_friction": "friction", "spinning_friction": "torsional_friction",
+    "rolling_friction": "rolling_friction", "restitution": "restitution",
+}  # fmt: skip
+
+
+def contact_values(link: str, root: Element) -> dict[str, float]:
+    """The fields of the material of a link that its <contact> gives: Bullet's, in SI units."""
+    element = _link(link, root) if root.tag == "robot" else None
+    contact = element.child("contact") if element else None
+    if contact is None:
+        return {}
+    given = {child.tag: (child.numbers("value") or [math.nan])[0] for child in contact.children}
+    values = {field: given[tag] for tag, field in FIELDS.items() if given.get(tag, -1.0) >= 0}
+    if given.get("stiffness", 0.0) > 0:
+        values["compliance"] = 1 / given["stiffness"]
+        values["relaxation_time"] = max(given.get("damping", 0.0), 0.0) / given["stiffness"]
+    return values
 
 
 def fixed_joint_names(root: Element) -> dict[str, str]:

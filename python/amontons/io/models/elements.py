@@ -1,0 +1,58 @@
+"""XML elements with the file and line they stand in, which the parsers of the model libraries do not keep."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+
+
+@dataclass
+class Element:
+    """One element; an <include> is replaced by the content of its file."""
+
+    tag: str
+    attributes: dict[str, str]
+    file: Path
+    line: int
+    parent: Element | None = field(default=None, repr=False)
+    children: list[Element] = field(default_factory=list, repr=False)
+
+    @property
+    def name(self) -> str:
+        return self.attributes.get("name", "")
+
+    def walk(self) -> Iterator[Element]:
+        """This element and all below it, in the order of the document."""
+        yield self
+        for child in self.children:
+            yield from child.walk()
+
+    def child(self, tag: str) -> Element | None:
+        return next((c for c in self.children if c.tag == tag), None)
+
+    def ancestors(self) -> Iterator[Element]:
+        node = self.parent
+        while node is not None:
+            yield node
+            node = node.parent
+
+    def __str__(self) -> str:
+        return f'<{self.tag} name="{self.name}">' if self.name else f"<{self.tag}>"
+
+    @property
+    def place(self) -> str:
+        return f"{self.file}:{self.line}"
+
+    def numbers(self, attribute: str) -> list[float] | None:
+        """The values of an attribute of numbers; None without it, or if it holds anything else."""
+        try:
+            return [float(word) for word in self.attributes[attribute].split()]
+        except (KeyError, ValueError):
+            return None
+
+
+def not_finite(element: Element, attribute: str) -> bool:
+    values = element.numbers(attribute)
+    return values is not None and not all(map(math.isfinite, values))
