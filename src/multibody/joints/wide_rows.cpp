@@ -3,12 +3,13 @@
 //   J_i v_i - z_i = 0 (i < n),   D v = J_n v_n + z_1 + ... + z_(n-1).
 // An auxiliary body has six components: where they are used up, their sum goes on as the first component of
 // another one. Each helper then carries nearly the impulse of the row: the inertia of z_i, that of the
-// lightest part times `lightness`, is added to the mechanism. z starts the step at J_i v_i, else its inertia
-// would brake.
+// lightest part times `lightness`, is added to the mechanism. z starts at the free J_i v_i, so that it only
+// acts against what impulses change.
 //
-// Eliminating z shows that: with M_z = 1 / w the parts' impulses differ from each other by M_z (z_i+ - z_i-),
-// which is lightness times a part's own momentum. The problem knows changes of z only: c of a link is -z_i-,
-// and the row itself has their sum as an offset, so that a motion which obeys it asks for no impulse.
+// Eliminating z shows that: with M_z = 1 / w the parts' impulses differ from each other by M_z (z_i+ - z_i),
+// at most lightness times the impulse of the row; so much momentum is lost or won, and no more. The problem
+// knows changes of z only: c of a link is -z_i, and the row itself has their sum as an offset, so that a
+// motion which obeys it asks for no impulse.
 #include "multibody/joints/wide_rows.hpp"
 
 #include <algorithm>
@@ -16,7 +17,7 @@
 namespace amontons {
 namespace {
 
-constexpr double lightness = 1e-4;
+constexpr double lightness = 1e-5;
 constexpr std::size_t components = 6;
 
 }  // namespace
@@ -81,11 +82,11 @@ NarrowRow narrowed(const WideRow& wide, const StepBodies& bodies, double x0, Row
       rows.append(Free{}, sum, {0, 0}, x0, tag);
     }
     JacobianRow link = wide.part(i);
-    const double before = row_velocity(link, bodies.start);
+    const double free = row_velocity(link, bodies.free);
     link.body_b = auxiliary;
     link.b[used++] = -1;
-    narrow.offset += before;
-    rows.append(Free{}, link, {0, -before}, x0, tag);
+    narrow.offset += free;
+    rows.append(Free{}, link, {0, -free}, x0, tag);
   }
   narrow.row.body_b = auxiliary;
   std::fill_n(narrow.row.b.begin(), used, 1.0);
