@@ -33,6 +33,7 @@ def main() -> None:
     parser.add_argument("--duration", type=float, default=2.0)
     parser.add_argument("--dt", type=float)
     parser.add_argument("--limit", type=float, default=60.0)
+    parser.add_argument("--urdf", action="store_true")
     options = parser.parse_args()
     warnings.simplefilter("ignore", amontons.StepWarning)
     row: dict[str, Any] = {}
@@ -47,9 +48,9 @@ def stages(options: argparse.Namespace) -> Iterator[dict[str, Any]]:
     model, facts = our_model(options.file)
     yield {**facts, "load_time": perf_counter() - start}
     floor = None
-    if model is not None and options.file.suffix == ".urdf":
+    if model is not None and options.urdf:
         model, floor = with_floor(model)
-    theirs, refusal = their_model(options.file, floor)
+    theirs, refusal = their_model(options.file, options.urdf, floor)
     yield {"mujoco_refuses": refusal, "floor": floor}
     if theirs is not None:
         yield their_run(theirs, options.duration)
@@ -70,10 +71,10 @@ def stages(options: argparse.Namespace) -> Iterator[dict[str, Any]]:
 # Loading
 
 
-def their_model(path: Path, floor: float | None) -> tuple[Any, str]:
+def their_model(path: Path, urdf: bool, floor: float | None) -> tuple[Any, str]:
     """MuJoCo's model, or None with what it says; a URDF with the base, meshes and floor that ours has."""
     try:
-        if path.suffix == ".urdf":
+        if urdf:
             return compiled_urdf(path, floor), ""
         return mujoco.MjModel.from_xml_path(str(path)), ""
     except (ValueError, mujoco.FatalError, amontons.InputError, OSError) as error:
@@ -82,11 +83,9 @@ def their_model(path: Path, floor: float | None) -> tuple[Any, str]:
 
 def compiled_urdf(path: Path, floor: float | None) -> Any:
     """MuJoCo's own reader knows neither packages nor free bases, so the preparation is ours."""
-    from amontons.io.models import Issues, compile_file, expand_includes, read_xml
+    from amontons.io.models import compiled_model
 
-    root = read_xml(path)
-    expand_includes(root, path.parent)
-    compiled = compile_file(path, root, Issues(path), None)
+    compiled = compiled_model(path)
     if floor is None:
         return compiled.model
     plane = mujoco.mjtGeom.mjGEOM_PLANE

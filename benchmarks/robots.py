@@ -1,6 +1,6 @@
 """Every model file of a folder beside MuJoCo: does it load, run, and move alike?
 
-    python benchmarks/robots.py [FOLDER] [--duration 2] [--dt 5e-3] [--only PART ...] [--jobs N] [--limit 60]
+    python benchmarks/robots.py [FOLDER] [--duration 2] [--dt 5e-3] [--only PART ...] [--jobs N] [--check]
 
 Finds MJCF (files with the root <mujoco> that no other includes) and URDF files, runs each with the defaults
 in a process of its own with a limit of wall clock, prints a table, and writes robots.csv, a row per model.
@@ -40,13 +40,19 @@ COLUMNS = (
 Row = dict[str, Any]
 
 
+def content(path: Path) -> tuple[str, str]:
+    """The text of a file without comments, and the name of its root element."""
+    text = re.sub(r"<!--.*?-->", "", path.read_text(errors="replace"), flags=re.DOTALL)
+    root = re.search(r"<([A-Za-z]\w*)", text)
+    return text, root[1] if root else ""
+
+
 def models(folder: Path) -> list[Path]:
     """MJCF and URDF files below the folder, without those that another one includes."""
     found, included = [], set()
     for path in sorted(p for p in folder.rglob("*") if p.suffix in (".xml", ".mjcf", ".urdf")):
-        text = re.sub(r"<!--.*?-->", "", path.read_text(errors="replace"), flags=re.DOTALL)
-        root = re.search(r"<([A-Za-z]\w*)", text)
-        if root is None or root[1] not in ("mujoco", "robot"):
+        text, root = content(path)
+        if root not in ("mujoco", "robot"):
             continue
         found.append(path)
         names = re.findall(r"<include\s[^>]*?file\s*=\s*[\"']([^\"']+)[\"']", text)
@@ -58,6 +64,7 @@ def run(path: Path, options: Any) -> Row:
     """The last line that the worker printed, and how it ended."""
     command = [sys.executable, WORKER, path, "--duration", options.duration, "--limit", options.limit]
     command += ["--dt", options.dt] if options.dt else []
+    command += ["--urdf"] if content(path)[1] == "robot" else []
     with (
         tempfile.TemporaryFile("w+") as out,
         tempfile.TemporaryFile("w+") as err,
@@ -162,28 +169,34 @@ def show(rows: list[Row]) -> None:
         console.print(line, highlight=False)
 
 
+def above(key: str, bound: float) -> Callable[[Row], bool]:
+    return lambda row: row[key] is not None and not row[key] <= bound
+
+
+NOTES: tuple[tuple[str, Callable[[Row], bool]], ...] = (
+    ("refused by MuJoCo, not by us", lambda r: r["load"] == "ok" and bool(r["mujoco_refuses"])),
+    ("something not read that changes the motion", lambda r: bool(r["changes_motion"])),
+)
+FAULTS: tuple[tuple[str, Callable[[Row], bool]], ...] = (
+    ("refused, not by MuJoCo", lambda r: r["load"] == "refused" and not r["mujoco_refuses"]),
+    ("unfinished or crashed", lambda r: not r["outcome"].startswith(("finished", "refused"))),
+    (f"more than {MISSED:g} % of the steps missed", above("missed_percent", MISSED)),
+    (f"longest step above {MEDIANS:g} medians", lambda r: long(r) and r["longest_in_medians"] > MEDIANS),
+    (f"a step gains more than {100 * GAIN:g} % of the energy's scale", above("energy_gain_relative", GAIN)),
+    (f"free motion further off than {ERRORS:g} errors of the step", above("free_in_errors", ERRORS)),
+    ("free motion not compared", lambda r: r["outcome"] == "finished" and not r["compared"]),
+)
+"""What no model should do."""
+
+
 def sums(rows: list[Row]) -> Iterator[str]:
     """How many models do what none should, and which."""
-
-    def line(what: str, test: Callable[[Row], bool]) -> str:
-        names = [row["model"] for row in rows if test(row)]
-        return f"{what}: {len(names)}" + (f" ({', '.join(names)})" if names else "")
-
-    def above(key: str, bound: float) -> Callable[[Row], bool]:
-        return lambda row: row[key] is not None and not row[key] <= bound
-
     yield f"models: {len(rows)}, loaded {sum(row['bodies'] is not None for row in rows)}"
-    yield line("refused, not by MuJoCo", lambda r: r["load"] == "refused" and not r["mujoco_refuses"])
-    yield line("refused by MuJoCo, not by us", lambda r: r["load"] == "ok" and bool(r["mujoco_refuses"]))
-    yield line("something not read that changes the motion", lambda r: bool(r["changes_motion"]))
-    yield line("unfinished or crashed", lambda r: not r["outcome"].startswith(("finished", "refused")))
-    yield line(f"more than {MISSED:g} % of the steps missed", above("missed_percent", MISSED))
-    yield line(f"longest step above {MEDIANS:g} medians",
-               lambda r: long(r) and r["longest_in_medians"] > MEDIANS)  # fmt: skip
-    yield line(f"a step gains more than {100 * GAIN:g} % of the energy's scale",
-               above("energy_gain_relative", GAIN))  # fmt: skip
-    yield line(f"free motion further off than {ERRORS:g} errors of the step", above("free_in_errors", ERRORS))
-    yield line("free motion not compared", lambda r: r["outcome"] == "finished" and not r["compared"])
+    for what, test in NOTES + FAULTS:
+        names = [row["model"] for row in rows if test(row)]
+        yield f"{what}: {len(names)}" + (f" ({', '.join(names)})" if names else "")
+    faulty = sum(any(test(row) for _, test in FAULTS) for row in rows)
+    yield f"models without a fault: {len(rows) - faulty} of {len(rows)}"
 
 
 def main() -> int:
@@ -194,6 +207,7 @@ def main() -> int:
     parser.add_argument("--only", nargs="+", metavar="PART", help="models whose path holds one of these")
     parser.add_argument("--jobs", type=int, default=1, help="models at a time")
     parser.add_argument("--limit", type=float, help="wall clock of a model (default: 60 s)")
+    parser.add_argument("--check", action="store_true", help="exit with 1 if a model has a fault")
     options = parser.parse_args()
     ours = options.folder is None
     if not ours or options.only or options.duration or options.dt:  # not the run whose results are kept
@@ -215,7 +229,7 @@ def main() -> int:
             write_csv(options.out / "robots.csv", [{key: r[key] for key in COLUMNS} for r in rows])
     show(rows)
     print(f"written to {options.out / 'robots.csv'}")
-    return 0
+    return int(options.check and any(test(row) for row in rows for _, test in FAULTS))
 
 
 if __name__ == "__main__":

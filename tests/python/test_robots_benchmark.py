@@ -21,6 +21,10 @@ BALL = """<mujoco>
   </tendon>
   <actuator><motor joint="elbow"/><position tendon="cord" kp="2"/></actuator>
 </mujoco>"""
+LUMP = """<robot name="lump"><link name="base">
+  <inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>
+  <collision><geometry><sphere radius="0.25"/></geometry></collision>
+</link></robot>"""
 
 
 @pytest.fixture
@@ -36,7 +40,7 @@ def robots(root, monkeypatch):
 def run(robots, monkeypatch, tmp_path, *arguments):
     command = ["robots.py", str(tmp_path), "--out", str(tmp_path / "out"), "--duration", "0.05"]
     monkeypatch.setattr(sys, "argv", [*command, *arguments])
-    assert robots.main() == 0
+    assert robots.main() == ("--check" in arguments)
     from common import read_csv
 
     return {row["model"]: row for row in read_csv(tmp_path / "out" / "robots.csv")}
@@ -52,9 +56,9 @@ def test_every_model_is_a_row(robots, monkeypatch, tmp_path, capsys):
     (tmp_path / "part.xml").write_text(BALL)
     (tmp_path / "other.xml").write_text("<html/>")
     (tmp_path / "broken.xml").write_text("<mujoco><worldbody><body></mujoco>")
-    (tmp_path / "arm.urdf").write_text('<robot name="r"><link name="base"/></robot>')
+    (tmp_path / "lump.urdf").write_text(LUMP)
     rows = run(robots, monkeypatch, tmp_path)
-    assert set(rows) == {"arm.urdf", "ball.xml", "broken.xml", "scene.xml"}
+    assert set(rows) == {"ball.xml", "broken.xml", "lump.urdf", "scene.xml"}
     assert rows["broken.xml"]["outcome"] == "refused, by MuJoCo too"
     for name in ("ball.xml", "scene.xml"):
         assert rows[name]["outcome"] == "finished"
@@ -63,13 +67,16 @@ def test_every_model_is_a_row(robots, monkeypatch, tmp_path, capsys):
         assert rows[name]["free_kicked"] == "True"
         assert float(rows[name]["missed_percent"]) == 0
         assert float(rows[name]["energy_gain_relative"]) < 1e-9
-    assert "more than 1 % of the steps missed: 0" in capsys.readouterr().out
+    assert rows["lump.urdf"]["outcome"] == "finished"
+    assert float(rows["lump.urdf"]["floor"]) == -0.25  # URDF has none
+    assert rows["lump.urdf"]["contacts"] == rows["lump.urdf"]["mujoco_contacts"] == "1"
+    assert "models without a fault: 4 of 4" in capsys.readouterr().out
 
 
 # Breaks when a model that takes too long holds up the others.
 def test_a_limit_of_time(robots, monkeypatch, tmp_path):
     (tmp_path / "ball.xml").write_text(BALL)
-    rows = run(robots, monkeypatch, tmp_path, "--limit", "0.01")
+    rows = run(robots, monkeypatch, tmp_path, "--limit", "0.01", "--check")
     assert rows["ball.xml"]["outcome"] == "loading did not end"
 
 

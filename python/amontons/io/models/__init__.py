@@ -41,6 +41,11 @@ def load_model(
     docs/models.md tells what is read. Needs MuJoCo: pip install amontons[models].
     Raises FileNotFoundError, or FileError naming file, line and element of what is missing or wrong.
     """
+    return _model(compiled_model(path, floating_base), strict=strict)
+
+
+def compiled_model(path: str | PathLike[str], floating_base: bool | None = None) -> Compiled:
+    """A model file as MuJoCo has it, with the meshes and the base that `load_model` gives a URDF."""
     path = existing(path, "a model file")
     if path.suffix.lower() not in SUFFIXES:
         raise FileError(f"{path}: unknown kind of file; known suffixes are {', '.join(SUFFIXES)}")
@@ -56,8 +61,7 @@ def load_model(
     for element, what in faults:
         issues.add(element, what, "none")
     scan(root, issues, path.parent)
-    compiled = compile_file(path, root, issues, floating_base)
-    return _model(compiled, strict=strict)
+    return compile_file(path, root, issues, floating_base)
 
 
 def _model(compiled: Compiled, *, strict: bool) -> Model:
