@@ -53,7 +53,6 @@ UNSUPPORTED_AFTER = [
     ("motor", '<actuator><motor name="x" joint="free" gear="1 0 0 1 0 0"/></actuator>', "different axes"),
     ("pair", '<contact><pair name="x" geom1="g" geom2="f" friction="1 0.5"/></contact>', "anisotropic"),
     ("pair", '<contact><pair name="x" geom1="g" geom2="f" friction="1 1 0 1 2"/></contact>', "anisotropic"),
-    ("flag", '<option><flag override="enable"/></option>', "override"),
 ]  # fmt: skip
 SCENE = """<body name="b"><joint name="j"/><geom name="g" size="1"/><geom name="g2" size="1"/>
 <site name="s"/></body>

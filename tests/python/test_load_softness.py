@@ -1,5 +1,7 @@
 """Softness of contacts, margins and limits of MJCF, at rest and in a bounce, against MuJoCo's own motion."""
 
+from pathlib import Path
+
 import amontons
 import pytest
 from amontons.io.models import load_model
@@ -51,6 +53,16 @@ def test_rest_depth(tmp_path, ball, floor, cone, impratio):
     assert 0.1 - sim.state.positions[0, 2] == pytest.approx(depth, rel=1e-3)
 
 
+# Breaks when the override of contact parameters leaves those of a geom.
+def test_override(tmp_path):
+    option = """<option o_margin="0.03" o_solref="0.1 1" o_solimp="0.5 0.6 0.01" o_friction="0.3 0.3 0 0 0">
+    <flag override="enable"/></option><worldbody>"""
+    text = BALL.format(ball='priority="1" friction="0.7"', floor='margin="0.01"', cone="elliptic", impratio=1)
+    d, sim = settle(*both(tmp_path, text.replace("<worldbody>", option)))
+    assert sim.state.positions[0, 2] == pytest.approx(d.qpos[2], abs=1e-5)
+    assert sim.contacts["friction"].tolist() == [0.3]
+
+
 # Breaks when contacts as stiff as MuJoCo's defaults, or stiffer, become springs: those rest without a depth.
 @pytest.mark.parametrize("ball", ["", 'solref="0.005 1"', 'solimp="0.95 0.99 0.001"', 'solref="-20000 -300"'])
 def test_stiff_contacts_stay_rigid(tmp_path, ball):
@@ -74,6 +86,38 @@ def test_feet_share_the_weight(tmp_path):
     depth = 0.13 - d.qpos[2]
     assert depth > 5e-3
     assert 0.13 - sim.state.positions[0, 2] == pytest.approx(depth, rel=0.05)
+
+
+# Breaks when limits and equalities that give way in MuJoCo are hard here and nobody is told, or when those
+# that are about as stiff as usual make noise.
+def test_soft_limits_and_equalities_are_listed(tmp_path):
+    text = """<mujoco><worldbody><body><joint name="a" range="-1 1" solreflimit="{0} 1"/><geom size="0.1"/>
+    <body><joint name="b"/><geom size="0.1"/></body></body></worldbody>
+    <equality><joint joint1="b" solref="{0} 1"/></equality></mujoco>"""
+    path = tmp_path / "model.xml"
+    path.write_text(text.format(0.03))
+    assert load_model(path, strict=True).unread == ()
+    path.write_text(text.format(0.1))
+    with pytest.warns(amontons.UnsupportedWarning, match="Does not change the motion"):
+        unread = load_model(path, strict=True).unread
+    assert [entry.what.split(";")[0] for entry in unread] == ["a soft limit", "a soft equality"]
+
+
+# A quadruped of others stands on its soft feet as deep as in MuJoCo; breaks when its softness, margins or
+# servos are read otherwise. MuJoCo's feet creep outwards by millimetres in that time, which lowers the trunk.
+def test_go1_rests_as_in_mujoco():
+    path = Path("/work/shared/data/robots/unitree_go1/scene.xml")
+    if not path.exists():
+        pytest.skip(f"no model {path}")
+    m = mujoco.MjModel.from_xml_path(str(path))
+    d, sim = mujoco.MjData(m), amontons.Simulation(load_model(path, strict=True), dt=5e-3)
+    mujoco.mj_resetDataKeyframe(m, d, m.key("home").id)
+    sim.apply_keyframe("home")
+    while d.time < 2.0:
+        mujoco.mj_step(m, d)
+    sim.run(2.0)
+    trunk = sim.model.body_index("trunk")
+    assert sim.state.positions[trunk, 2] == pytest.approx(d.xpos[m.body("trunk").id, 2], abs=1.5e-3)
 
 
 # Breaks when a contact with little damping does not bounce, or bounces otherwise: after a fall from 0.5 m it

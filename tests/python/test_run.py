@@ -96,7 +96,8 @@ def test_run_a_model(tmp_path, root):
     pytest.importorskip("mujoco")
     path, saved = root / "examples" / "models" / "arm.xml", tmp_path / "end.h5"
     result = run(
-        "run", path, "--keyframe", "bent", "--set", "elbow=-0.4", "--set", "gravity=0,0,-1", "--strict",
+        "run", path, "--keyframe", "bent", "--set", "elbow=-0.4", "--set", "gravity=0,0,-1",
+        "--set", "q.elbow=0.2", "--strict",
         "--duration", "0.05", "--save", saved,
     )  # fmt: skip
     assert result.exit_code == 0, result.output
@@ -104,6 +105,7 @@ def test_run_a_model(tmp_path, root):
     sim = amontons.Simulation(replace(amontons.load_model(path), gravity=(0, 0, -1)))
     sim.apply_keyframe("bent")
     sim.set_control("elbow", -0.4)
+    sim.set_q({"elbow": 0.2})
     sim.run(0.05)
     np.testing.assert_array_equal(amontons.Simulation.load(saved).state.positions, sim.state.positions)
     urdf = tmp_path / "r.urdf"
@@ -117,7 +119,7 @@ def test_run_a_model(tmp_path, root):
     assert amontons.Simulation.load(saved).model.unread[0].element == "<wing>"
     for options, message in (
         (["--strict"], "error: .*r.urdf: 1 thing is not supported"),
-        (["--set", "elbow=1"], "error: --set elbow=1: the model has gravity to set"),
+        (["--set", "elbow=1"], "error: --set elbow=1: the model has gravity, q.base to set"),
         (["--keyframe", "bent"], 'error: there is no keyframe "bent"'),
     ):
         result = run("run", urdf, *options)

@@ -34,7 +34,8 @@ Parameters = Annotated[
     typer.Option(
         "--set",
         metavar="KEY=VALUE",
-        help="A parameter of the scene; of a model the control of an actuator, or gravity=x,y,z; repeatable.",
+        help="A parameter of the scene; of a model the control of an actuator, the coordinate q.NAME of a "
+        "joint, or gravity=x,y,z; repeatable.",
     ),
 ]
 Strict = Annotated[
@@ -131,12 +132,27 @@ def _model(path: Path, choices: Choices, options: dict[str, Any]) -> Subject:
     simulation = Simulation(model, on_failure="ignore", **options)
     if choices.keyframe is not None:
         simulation.apply_keyframe(choices.keyframe)
-    for key, text in values.items():
-        if key not in model.actuator_names:
-            known = ", ".join(("gravity", *model.actuator_names))
-            raise InputError(f"--set {key}={text}: the model has {known} to set")
-        simulation.set_control(key, _value(f"{key}={text}", text, 0.0))
+    _set_state(simulation, values)
     return Subject(path.stem, " ".join([str(path), *choices.settings]), simulation, DURATION)
+
+
+def _set_state(simulation: Simulation, values: dict[str, str]) -> None:
+    """Controls of actuators, and coordinates: q.NAME, or NAME where no actuator has it."""
+    model = simulation.model
+    start: dict[str, Any] = {}
+    for key, text in values.items():
+        coordinate = key.removeprefix("q.")
+        if key in model.actuator_names:
+            simulation.set_control(key, _value(f"{key}={text}", text, 0.0))
+        elif coordinate in model.coordinates:
+            several = model.coordinates[coordinate].dof < 0
+            start[coordinate] = _value(f"{key}={text}", text, () if several else 0.0)
+        else:
+            known = ["gravity", *model.actuator_names, *(f"q.{name}" for name in model.coordinates)]
+            shown = ", ".join(known[:20]) + (", ..." if len(known) > 20 else "")
+            raise InputError(f"--set {key}={text}: the model has {shown} to set")
+    if start:
+        simulation.set_q(start)
 
 
 def _scene(name: str, settings: Sequence[str], options: dict[str, Any]) -> Subject:

@@ -150,6 +150,7 @@ def compile_file(path: Path, root: Element, issues: Issues, floating_base: bool 
             raise
         except (ValueError, mujoco.FatalError) as error:
             raise FileError(_translated(str(error), path, root)) from None
+        _override_contacts(mujoco, model)
         data = mujoco.MjData(model)
         mujoco.mj_kinematics(model, data)
     for text in said:  # of what it left out, such as a <mimic> of nothing, or takes for a mistake
@@ -158,6 +159,20 @@ def compile_file(path: Path, root: Element, issues: Issues, floating_base: bool 
             effect = "none" if "conflict" in text else "small"  # an option of an attached file is not taken
             issues.add(element, f"MuJoCo warns: {' '.join(text.split())}", effect)
     return Compiled(path, root, mujoco, spec, model, data, issues)
+
+
+def _override_contacts(mujoco: ModuleType, model: Any) -> None:
+    """Puts the o_* parameters of <option>, where the flag override says so, in the place of all geoms' own.
+    Margins of two geoms add; of the two sliding frictions of a pair a geom has one."""
+    option = model.opt
+    if not int(option.enableflags) & mujoco.mjtEnableBit.mjENBL_OVERRIDE:
+        return
+    model.geom_friction[:] = option.o_friction[[0, 2, 3]]
+    model.pair_friction[:] = option.o_friction
+    model.geom_margin[:], model.pair_margin[:] = 0.5 * option.o_margin, option.o_margin
+    for kind in ("geom", "pair"):
+        getattr(model, f"{kind}_solref")[:] = option.o_solref
+        getattr(model, f"{kind}_solimp")[:] = option.o_solimp
 
 
 @contextmanager

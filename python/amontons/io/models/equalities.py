@@ -11,6 +11,7 @@ from ...model.transforms import IDENTITY, Transform, conjugate, multiply
 from .bodies import Bodies
 from .compiled import Compiled, transform
 from .joints import Joints
+from .softness import is_soft
 
 
 def read_equalities(
@@ -25,6 +26,8 @@ def read_equalities(
     for e in range(m.neq):
         if not m.eq_active0[e]:
             continue  # listed already
+        if is_soft(m.eq_solref[e], m.eq_solimp[e]):
+            compiled.refuse("eq", e, "a soft equality; equalities are hard here", "none")
         kind = int(m.eq_type[e])  # enums compare with int, not with NumPy's integers
         name = compiled.name("eq", e) or f"equality_{e}"
         if kind in (kinds.mjEQ_CONNECT, kinds.mjEQ_WELD):

@@ -10,6 +10,7 @@ from ...model.parts import Dof, Joint, Motor
 from ...model.transforms import IDENTITY, Transform, axis_angle, conjugate, rotate, subtract
 from .bodies import Bodies
 from .compiled import Compiled, transform
+from .softness import is_soft
 from .urdf import fixed_joint_names, urdf_range
 
 SMALL_ANGLE = 1e-6
@@ -168,6 +169,8 @@ def _limits(compiled: Compiled, j: int) -> tuple[float, float]:
         return locked, locked
     if not m.jnt_limited[j] or not compiled.enabled("limit"):
         return -math.inf, math.inf
+    if is_soft(m.jnt_solref[j], m.jnt_solimp[j]):
+        compiled.refuse("jnt", j, "a soft limit; limits are hard here", "none")
     lower, upper = m.jnt_range[j].tolist()
     margin = min(float(m.jnt_margin[j]), 0.5 * (upper - lower))
     return lower + margin, upper - margin

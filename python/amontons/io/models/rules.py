@@ -151,13 +151,12 @@ OPTION = Rule(
 FLAG = Rule(
     words(
         "actuation clampctrl constraint contact damper equality filterparent frictionloss gravity limit "
-        "spring"
+        "spring override"
     ),
     words(
         "autoreset diagexact energy eulerdamp fwdinv invdiscrete ipc island midphase multiccd nativeccd "
         "refsafe sensor sleep speculative warmstart"
     ),
-    {"override": (one_of("disable"), "the override of contact parameters; set those of the geoms")},
 )
 COMPILER = Rule(
     words(

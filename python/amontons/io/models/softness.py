@@ -29,6 +29,7 @@ LEAST, MOST = 1e-4, 1 - 1e-4
 """MuJoCo's limits of the impedance"""
 VISIBLE = 2.0
 """A contact that sinks in less than so many times as deep as one with MuJoCo's defaults is rigid."""
+YIELDING = 10.0
 BOUNCES = 0.05
 """Restitution below this is none."""
 POINTS = {"mjGEOM_SPHERE": 1, "mjGEOM_ELLIPSOID": 1, "mjGEOM_CAPSULE": 2}
@@ -114,6 +115,18 @@ def _softness(compiled: Compiled, solref: Array, solimp: Array, weight: Array, l
     return Softness(
         compliance, np.where(soft, damping, 0.0), np.where(bounce > BOUNCES, np.minimum(bounce, 1.0), 0.0)
     )
+
+
+def is_soft(solref: Array, solimp: Array) -> bool:
+    """Whether a limit or equality with these parameters gives way YIELDING times as much as with MuJoCo's
+    defaults: the stiffness at the largest impedance counts."""
+
+    def stiffness(reference: Array, impedances: Array) -> float:
+        k, _ = _spring_and_damper(reference, impedances, 0.0)
+        d = float(np.clip(impedances[1], LEAST, MOST))
+        return float(k) * d**2 / (1 - d)
+
+    return YIELDING * stiffness(solref, solimp) < stiffness(DEFAULT_REFERENCE, DEFAULT_IMPEDANCE)
 
 
 def inverse_weights(compiled: Compiled, bodies: Array, dim: Array, friction: Array) -> Array:
