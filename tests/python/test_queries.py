@@ -38,6 +38,7 @@ SENSING = """
           <joint name="knee" axis="0 1 0"/>
           <geom type="capsule" fromto="0 0 0 0.1 0 -0.4" size="0.04"/>
           <site name="foot" pos="0.1 0 -0.4" size="0.06" euler="0 180 0"/>
+          <body name="tag" pos="0.02 0.1 -0.1" euler="10 20 30"><site name="tag" pos="0.1 0 0"/></body>
         </body>
       </body>
       <body name="ball" pos="-0.3 0 0"><joint name="socket" type="ball"/>
@@ -51,6 +52,9 @@ SENSING = """
     <force name="f_hip" site="knee_site"/><torque name="t_hip" site="knee_site"/>
     <force name="f_post" site="on_post"/><torque name="t_post" site="on_post"/>
     <force name="f_base" site="imu"/>
+    <accelerometer name="acc_tag" site="tag"/><framepos name="fp_tag" objtype="body" objname="tag"/>
+    <framequat name="fq_tag" objtype="xbody" objname="tag" reftype="xbody" refname="ball"/>
+    <subtreecom name="sc_lower" body="lower"/>
     <rangefinder name="range" site="foot"/><touch name="touch" site="foot"/>
     <jointpos name="p" joint="knee"/><jointvel name="v" joint="knee"/>
     <ballquat name="bq" joint="socket"/><ballangvel name="bw" joint="socket"/>
