@@ -83,6 +83,19 @@ TreePose present_pose(const Tree& tree, const Simulation& s) {
   return pose_of(tree, s.state(), read_coordinates(tree, s.state()).q);
 }
 
+OutMatrix matrix(const Tree& tree, const Simulation& s) {
+  const std::vector<double> q = read_coordinates(tree, s.state()).q;
+  return to_numpy(mass_matrix(tree, s.state(), pose_of(tree, s.state(), q), q),
+                  std::max<std::size_t>(tree.nv(), 1));
+}
+
+OutVector line(const Tree& tree, const Simulation& s, Index tendon) {
+  AMONTONS_REQUIRE(tendon >= 0 && tendon < static_cast<Index>(s.model().description().tendons.size()),
+                   "tendon_jacobian: there is no such tendon");
+  const std::vector<double> q = read_coordinates(tree, s.state()).q;
+  return to_numpy(tendon_jacobian(tree, s.state(), pose_of(tree, s.state(), q), q, tendon));
+}
+
 OutMatrix jacobian(const Tree& tree, const Simulation& s, Index body, const Vec3& point) {
   AMONTONS_REQUIRE(body >= world && body < static_cast<Index>(s.model().bodies()),
                    "jacobian: there is no such body");
@@ -92,7 +105,7 @@ OutMatrix jacobian(const Tree& tree, const Simulation& s, Index body, const Vec3
 
 OutVector inverse(const Tree& tree, const Simulation& s, const Vector& qdd) {
   const Coordinates c = read_coordinates(tree, s.state());
-  return to_numpy(inverse_dynamics(tree, s.state(), pose_of(tree, s.state(), c.q), c.qd,
+  return to_numpy(inverse_dynamics(tree, s.state(), pose_of(tree, s.state(), c.q), c.q, c.qd,
                                    to_vector(qdd, tree.nv(), "qdd")));
 }
 
@@ -179,13 +192,8 @@ void bind_kinematics(nb::module_& m) {
       .def("set_qd", &set_qd, nb::arg("simulation"), nb::arg("qd"), nb::arg("held"))
       .def("joint_coordinates", &joint_coordinates, nb::arg("simulation"))
       .def("jacobian", &jacobian, nb::arg("simulation"), nb::arg("body"), nb::arg("point"))
-      .def(
-          "mass_matrix",
-          [](const Tree& tree, const Simulation& s) {
-            return to_numpy(amontons::mass_matrix(tree, present_pose(tree, s)),
-                            std::max<std::size_t>(tree.nv(), 1));
-          },
-          nb::arg("simulation"))
+      .def("mass_matrix", &matrix, nb::arg("simulation"))
+      .def("tendon_jacobian", &line, nb::arg("simulation"), nb::arg("tendon"))
       .def("inverse_dynamics", &inverse, nb::arg("simulation"), nb::arg("qdd"))
       .def("observe", &observe, nb::arg("simulation"), nb::arg("qdd"), nb::arg("bodies"), nb::arg("frames"))
       .def(

@@ -108,7 +108,7 @@ TEST(mass_matrix_and_inverse_dynamics_belong_together) {
   const Tree tree(model);
   State state = initial_state(*model);
   const auto energy = [&](const std::vector<double>& q, const std::vector<double>& qd) {
-    const std::vector<double> M = mass_matrix(tree, pose_of(tree, state, q));
+    const std::vector<double> M = mass_matrix(tree, state, pose_of(tree, state, q), q);
     double twice = 0;
     for (std::size_t i = 0; i < qd.size(); ++i)
       for (std::size_t j = 0; j < qd.size(); ++j) twice += qd[i] * M[i * qd.size() + j] * qd[j];
@@ -123,7 +123,7 @@ TEST(mass_matrix_and_inverse_dynamics_belong_together) {
     CHECK_NEAR(energy(q, qd), kinetic_energy(*model, state) + armature, 1e-11);
     // Power: qd (M qdd + c) = dT/dt + dV/dt, V = -sum m <g, x>.
     const TreePose pose = pose_of(tree, state, q);
-    const std::vector<double> tau = inverse_dynamics(tree, state, pose, qd, qdd);
+    const std::vector<double> tau = inverse_dynamics(tree, state, pose, q, qd, qdd);
     double power = 0, weight = 0;
     for (std::size_t i = 0; i < qd.size(); ++i) power += tau[i] * qd[i];
     for (std::size_t i = 0; i < model->bodies(); ++i) {

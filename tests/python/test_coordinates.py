@@ -455,6 +455,44 @@ def test_copies_keep_the_last_step():
     assert copy.deepcopy(sim.model) is sim.model
 
 
+TENDONS = """
+<mujoco>
+  <worldbody>
+    <site name="high" pos="0.5 0.2 0.3"/>
+    <body name="a" pos="0 0 0">
+      <joint name="a" axis="0 1 0"/><geom type="capsule" fromto="0 0 0 0 0 -0.5" size="0.05"/>
+      <site name="low" pos="0.05 0 -0.4"/>
+      <body name="b" pos="0 0 -0.5"><joint name="b" axis="1 1 0"/><geom size="0.1" pos="0 0 -0.2"/>
+        <site name="end" pos="0.1 0 -0.3"/></body>
+    </body>
+  </worldbody>
+  <tendon>
+    <fixed name="both" armature="0.3"><joint joint="a" coef="2"/><joint joint="b" coef="-1"/></fixed>
+    <spatial name="rope" armature="0.7"><site site="high"/><site site="low"/><site site="end"/></spatial>
+  </tendon>
+</mujoco>
+"""
+
+
+# Breaks when the line of a tendon over qd is not MuJoCo's, or its armature is left out of M or of c.
+def test_tendons_in_the_equations_of_motion(mujoco, tmp_path):
+    path = tmp_path / "tendons.xml"
+    path.write_text(TENDONS)
+    model, m = amontons.load_model(path), mujoco.MjModel.from_xml_path(str(path))
+    d = mujoco.MjData(m)
+    sim = Simulation(model)
+    for seed in range(3):
+        random_state(mujoco, m, d, seed)
+        sim.q, sim.qd = d.qpos, d.qvel
+        M = np.zeros((m.nv, m.nv))
+        mujoco.mj_fullM(m, d, M)
+        for t in range(m.ntendon):
+            rate = d.ten_velocity[t]
+            assert sim.tendon_jacobian(t) @ sim.qd == pytest.approx(rate, abs=1e-12)
+        np.testing.assert_allclose(sim.mass_matrix(), M, atol=1e-12)
+        np.testing.assert_allclose(sim.bias_forces(), d.qfrc_bias, atol=1e-9)
+
+
 ROBOTS = [
     "gymnasium/ant", "gymnasium/humanoid", "gymnasium/walker2d_v5", "dm_suite/quadruped", "dm_suite/fish",
     "dm_suite/manipulator", "dm_walkers/humanoid_CMU_V2020", "car/car", "shadow_hand/scene_right",

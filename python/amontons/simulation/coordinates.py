@@ -135,8 +135,12 @@ class GeneralisedCoordinates:
             at = pose[0] + rotation_matrix(pose[1]) @ at
         return self._model.tree.jacobian(self._core, index, tuple(at.tolist()))
 
+    def tendon_jacobian(self, tendon: int | str) -> Array:
+        """(nv,): the rate of a tendon's length over qd."""
+        return self._model.tree.tendon_jacobian(self._core, self._model.tendon_index(tendon))
+
     def mass_matrix(self) -> Array:
-        """M(q), (nv, nv), with the armatures of degrees of freedom; of the tree, without loops."""
+        """M(q), (nv, nv), with the armatures of joints and tendons; of the tree, without loops."""
         return self._model.tree.mass_matrix(self._core)
 
     def bias_forces(self) -> Array:

@@ -143,11 +143,7 @@ Loops loops_at(const Tree& tree, const State& state, std::span<const double> q, 
   Loops loops;
   const Model& model = tree.model();
   loops.pose = pose_of(tree, state, q);
-  loops.coordinates = fitted_coordinates(model, loops.pose.bodies, std::move(near));
-  for (const Link& link : tree.links())
-    if (link.joint >= 0)
-      std::copy_n(q.begin() + static_cast<std::ptrdiff_t>(link.first_q), model.joint(link.joint).dofs.size(),
-                  loops.coordinates.begin() + static_cast<std::ptrdiff_t>(model.first_dof(link.joint)));
+  loops.coordinates = joint_coordinates_at(tree, loops.pose, q, std::move(near));
   loops.conditions = conditions_at(tree, {model, loops.pose.bodies, loops.coordinates});
   loops.errors.resize(static_cast<Eigen::Index>(loops.conditions.size()));
   for (Eigen::Index i = 0; i < loops.errors.size(); ++i) loops.errors[i] = loops.conditions[i].value;
@@ -196,22 +192,12 @@ VectorXd least_change(const MatrixXd& J, const VectorXd& r, double relative_erro
   return -J.transpose() * N.ldlt().solve(r);
 }
 
-void add_quaternion(std::vector<double>& q, std::size_t at, const Vec3& turn) {
-  const Quat r = normalised(Quat{q[at], q[at + 1], q[at + 2], q[at + 3]} * exponential(turn));
-  std::copy_n(std::array{r.w, r.x, r.y, r.z}.begin(), 4, q.begin() + static_cast<std::ptrdiff_t>(at));
-}
-
 // q moved by s z / unit along qd.
-std::vector<double> moved(const Tree& tree, std::vector<double> q, const VectorXd& z,
+std::vector<double> moved(const Tree& tree, const std::vector<double>& q, const VectorXd& z,
                           std::span<const double> unit, double s) {
-  const auto step = [&](std::size_t v) { return s * z[static_cast<Eigen::Index>(v)] / unit[v]; };
-  for (const Link& link : tree.links()) {
-    const std::size_t plain = link.joint < 0 ? 3 : tree.model().joint(link.joint).dofs.size();
-    for (std::size_t i = 0; i < plain; ++i) q[link.first_q + i] += step(link.first_v + i);
-    const std::size_t v = link.first_v + plain;
-    if (link.q > plain) add_quaternion(q, link.first_q + plain, {step(v), step(v + 1), step(v + 2)});
-  }
-  return q;
+  std::vector<double> rates(unit.size());
+  for (std::size_t i = 0; i < rates.size(); ++i) rates[i] = z[static_cast<Eigen::Index>(i)] / unit[i];
+  return moved_along(tree, q, rates, s);
 }
 
 std::string quoted(const std::string& kind, const std::string& name, Index index) {

@@ -1,7 +1,10 @@
 // Momenta and forces are taken about the world's origin, as twists are: those of bodies then add.
 #include "amontons/multibody/kinematics/dynamics.hpp"
 
+#include <algorithm>
 #include <cmath>
+
+#include "multibody/joints/tendons.hpp"
 
 namespace amontons {
 
@@ -67,9 +70,59 @@ std::vector<double> point_jacobian(const Tree& tree, const TreePose& pose, Index
   return J;
 }
 
+// A tendon's line is known as wrenches on bodies; their power on the columns of the tree is the rate.
+std::vector<double> tendon_jacobian(const Tree& tree, const State& state, const TreePose& pose,
+                                    std::span<const double> q, Index tendon) {
+  const Model& model = tree.model();
+  State at;
+  at.coordinates = joint_coordinates_at(tree, pose, q, state.coordinates);
+  BodyFrames frames(pose.bodies.size());
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    frames[i].pose = pose.bodies[i];
+    frames[i].centre = pose.bodies[i](model.body(static_cast<Index>(i)).centre_of_mass);
+  }
+  const WideRow row = tendon_line(model, frames, at, tendon).row;
+  std::vector<double> out(tree.nv());
+  for (std::size_t i = 0; i < row.body.size(); ++i) {
+    const auto& j = row.j[i];
+    const Vec3 f{j[0], j[1], j[2]};
+    const Wrench wrench{f, Vec3{j[3], j[4], j[5]} + cross(frames[row.body[i]].centre, f)};
+    for (Index k = tree.link_of(row.body[i]); k >= 0; k = tree.link_of(tree.links()[k].parent))
+      for (std::size_t c = tree.links()[k].first_v; c < tree.links()[k].first_v + tree.links()[k].v; ++c)
+        out[c] += power(wrench, pose.columns[c]);
+  }
+  return out;
+}
+
+namespace {
+
+double product(std::span<const double> a, std::span<const double> b) {
+  double sum = 0;
+  for (std::size_t i = 0; i < a.size(); ++i) sum += a[i] * b[i];
+  return sum;
+}
+
+// The rate of j qd at constant qd, by a central difference of j along qd: the paths of tendons have no second
+// derivatives in closed form here. Of j's third derivative 1e-10 is left, of rounding 1e-11.
+double line_acceleration(const Tree& tree, const State& state, std::span<const double> q,
+                         std::span<const double> qd, Index tendon) {
+  double fastest = 1;
+  for (const double rate : qd) fastest = std::max(fastest, std::abs(rate));
+  const double h = 1e-5 / fastest;
+  double change = 0;
+  for (const double sign : {1.0, -1.0}) {
+    const std::vector<double> there = moved_along(tree, q, qd, sign * h);
+    change += sign * product(tendon_jacobian(tree, state, pose_of(tree, state, there), there, tendon), qd);
+  }
+  return change / (2 * h);
+}
+
+}  // namespace
+
 // With the inertia I of all that hangs on a link, a unit of its column s gives the momentum I s, and
 // M = <s', I s> for every column s' of the link and of those that carry it.
-std::vector<double> mass_matrix(const Tree& tree, const TreePose& pose) {
+std::vector<double> mass_matrix(const Tree& tree, const State& state, const TreePose& pose,
+                                std::span<const double> q) {
   const Model& model = tree.model();
   const std::size_t nv = tree.nv();
   std::vector<double> M(nv * nv);
@@ -96,6 +149,13 @@ std::vector<double> mass_matrix(const Tree& tree, const TreePose& pose) {
     for (std::size_t i = dofs.size(); i < link.v; ++i)
       M[(link.first_v + i) * (nv + 1)] += model.joint(link.joint).ball_armature;
   }
+  const auto& tendons = model.description().tendons;
+  for (std::size_t t = 0; t < tendons.size(); ++t) {
+    if (tendons[t].armature == 0) continue;
+    const std::vector<double> j = tendon_jacobian(tree, state, pose, q, static_cast<Index>(t));
+    for (std::size_t c = 0; c < nv; ++c)
+      for (std::size_t d = 0; d < nv; ++d) M[c * nv + d] += tendons[t].armature * j[c] * j[d];
+  }
   return M;
 }
 
@@ -116,7 +176,8 @@ std::vector<BodyMomentum> body_momenta(const Tree& tree, const State& state, con
 
 // The forces of bodies add up along the tree, and the columns of each link take their part.
 std::vector<double> inverse_dynamics(const Tree& tree, const State& state, const TreePose& pose,
-                                     std::span<const double> qd, std::span<const double> qdd) {
+                                     std::span<const double> q, std::span<const double> qd,
+                                     std::span<const double> qdd) {
   const Model& model = tree.model();
   const TreeMotion motion = motion_of(tree, state, pose, qd, qdd);
   std::vector<Wrench> force(tree.links().size());
@@ -136,6 +197,14 @@ std::vector<double> inverse_dynamics(const Tree& tree, const State& state, const
       tau[link.first_v + i] += dofs[i].armature * qdd[link.first_v + i];
     for (std::size_t i = dofs.size(); i < link.v; ++i)
       tau[link.first_v + i] += model.joint(link.joint).ball_armature * qdd[link.first_v + i];
+  }
+  const auto& tendons = model.description().tendons;
+  for (std::size_t t = 0; t < tendons.size(); ++t) {
+    if (tendons[t].armature == 0) continue;
+    const auto index = static_cast<Index>(t);
+    const std::vector<double> j = tendon_jacobian(tree, state, pose, q, index);
+    const double growth = product(j, qdd) + line_acceleration(tree, state, q, qd, index);
+    for (std::size_t c = 0; c < tau.size(); ++c) tau[c] += tendons[t].armature * growth * j[c];
   }
   return tau;
 }

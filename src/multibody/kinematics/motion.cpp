@@ -186,6 +186,33 @@ TreePose pose_of(const Tree& tree, const State& state, std::span<const double> q
   return pose;
 }
 
+std::vector<double> joint_coordinates_at(const Tree& tree, const TreePose& pose, std::span<const double> q,
+                                         std::vector<double> near) {
+  const Model& model = tree.model();
+  std::vector<double> all = fitted_coordinates(model, pose.bodies, std::move(near));
+  for (const Link& link : tree.links())
+    if (link.joint >= 0)
+      std::copy_n(q.begin() + static_cast<std::ptrdiff_t>(link.first_q), model.joint(link.joint).dofs.size(),
+                  all.begin() + static_cast<std::ptrdiff_t>(model.first_dof(link.joint)));
+  return all;
+}
+
+std::vector<double> moved_along(const Tree& tree, std::span<const double> q, std::span<const double> qd,
+                                double h) {
+  std::vector<double> out(q.begin(), q.end());
+  for (const Link& link : tree.links()) {
+    const std::size_t plain = link.joint < 0 ? 3 : tree.model().joint(link.joint).dofs.size();
+    for (std::size_t i = 0; i < plain; ++i) out[link.first_q + i] += h * qd[link.first_v + i];
+    if (link.q == plain) continue;
+    const std::size_t v = link.first_v + plain;
+    const Quat r = normalised(quaternion_at(q, link.first_q + plain) *
+                              exponential(h * Vec3{qd[v], qd[v + 1], qd[v + 2]}));
+    std::copy_n(std::array{r.w, r.x, r.y, r.z}.begin(), 4,
+                out.begin() + static_cast<std::ptrdiff_t>(link.first_q + plain));
+  }
+  return out;
+}
+
 // A body that keeps its velocity has the spatial acceleration -omega x v: the flow at a fixed place changes
 // as the body moves on.
 TreeMotion motion_of(const Tree& tree, const State& state, const TreePose& pose, std::span<const double> qd,
@@ -215,19 +242,14 @@ TreeMotion motion_of(const Tree& tree, const State& state, const TreePose& pose,
 }
 
 void write_poses(const Tree& tree, std::span<const double> q, State& state) {
-  const Model& model = tree.model();
   const TreePose pose = pose_of(tree, state, q);
   for (const Link& link : tree.links()) {
     state.positions[link.body] = pose.bodies[link.body].position;
     state.orientations[link.body] = pose.bodies[link.body].rotation;
-    if (link.joint < 0) continue;
-    std::copy_n(q.begin() + static_cast<std::ptrdiff_t>(link.first_q), model.joint(link.joint).dofs.size(),
-                state.coordinates.begin() + static_cast<std::ptrdiff_t>(model.first_dof(link.joint)));
   }
-  // The joints that close loops follow; those of the tree are kept to the last bit.
-  const std::vector<double> all = fitted_coordinates(model, pose.bodies, state.coordinates);
-  for (const Index j : tree.loops())
-    for (std::size_t i = model.first_dof(j); i < model.first_dof(j + 1); ++i) state.coordinates[i] = all[i];
+  // Copied in place: users hold views of the memory.
+  const std::vector<double> all = joint_coordinates_at(tree, pose, q, state.coordinates);
+  std::copy(all.begin(), all.end(), state.coordinates.begin());
 }
 
 void write_velocities(const Tree& tree, std::span<const double> q, std::span<const double> qd, State& state) {

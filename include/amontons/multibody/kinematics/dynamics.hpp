@@ -26,13 +26,19 @@ std::vector<BodyMomentum> body_momenta(const Tree& tree, const State& state, con
 // 6 x nv: the velocity of a point of a body (world axes), then its angular velocity, per unit of qd.
 std::vector<double> point_jacobian(const Tree& tree, const TreePose& pose, Index body, const Vec3& point);
 
-// M, nv x nv, armatures of dofs on its diagonal: the composite-rigid-body algorithm (Featherstone, 2008,
+// nv: the rate of a tendon's length per unit of qd.
+std::vector<double> tendon_jacobian(const Tree& tree, const State& state, const TreePose& pose,
+                                    std::span<const double> q, Index tendon);
+
+// M, nv x nv, with the armatures of dofs and tendons: the composite-rigid-body algorithm (Featherstone, 2008,
 // ch. 6).
-std::vector<double> mass_matrix(const Tree& tree, const TreePose& pose);
+std::vector<double> mass_matrix(const Tree& tree, const State& state, const TreePose& pose,
+                                std::span<const double> q);
 
 // M qdd + c, with gravity in c: the recursive Newton-Euler algorithm (ibid., ch. 5).
 std::vector<double> inverse_dynamics(const Tree& tree, const State& state, const TreePose& pose,
-                                     std::span<const double> qd, std::span<const double> qdd);
+                                     std::span<const double> q, std::span<const double> qd,
+                                     std::span<const double> qdd);
 
 // The forces along qd of forces at the centres of mass and torques on each body (world axes).
 std::vector<double> generalised_forces(const Tree& tree, const TreePose& pose, std::span<const Vec3> forces,

@@ -39,8 +39,16 @@ Coordinates read_coordinates(const Tree& tree, const State& state);
 std::vector<double> fitted_coordinates(const Model& model, std::span<const Transform> poses,
                                        std::vector<double> near);
 
+// q after moving along the rates qd for a time h: ways and angles add, orientations turn.
+std::vector<double> moved_along(const Tree& tree, std::span<const double> q, std::span<const double> qd,
+                                double h);
+
 // Forward kinematics; quaternions in q are unit quaternions.
 TreePose pose_of(const Tree& tree, const State& state, std::span<const double> q);
+// Coordinates of the dofs of all joints at q: those of the tree are q's own, the others fitted next to
+// `near`.
+std::vector<double> joint_coordinates_at(const Tree& tree, const TreePose& pose, std::span<const double> q,
+                                         std::vector<double> near);
 // Velocities of all bodies, and accelerations for the rates qdd of qd. Kinematic bodies keep their velocity.
 TreeMotion motion_of(const Tree& tree, const State& state, const TreePose& pose, std::span<const double> qd,
                      std::span<const double> qdd);
