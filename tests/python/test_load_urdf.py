@@ -267,8 +267,9 @@ def test_contact_of_a_link(tmp_path):
 )
 def test_joint_without_range(tmp_path, kind, limit, at):
     path = write(tmp_path, link("base"), link("a"), joint("j", kind, "base", "a", limit))
-    with pytest.warns(UnsupportedWarning, match="no range of motion: it stays"):
-        model = load_model(path)
+    with pytest.warns(ModelWarning, match='without a range of motion stay.*: "j"; give lower < upper'):
+        model = load_model(path, strict=True)
+    assert model.unread == ()
     assert (model.joints[0].dofs[0].lower, model.joints[0].dofs[0].upper) == (at, at)
 
 
@@ -297,7 +298,6 @@ UNSUPPORTED = [
         link("a") + joint("j", "continuous", "base", "a", '<dynamics dampin="2"/>'),
         ':3: <dynamics>: dampin="2": this attribute is not known',
     ),
-    (link("a") + joint("j", "revolute", "base", "a"), ':3: <joint name="j">: no range of motion'),
     (
         link("a") + joint("j", "continuous", "base", "a", '<mimic joint="none"/>'),
         "MuJoCo warns: .*mimic",

@@ -32,6 +32,10 @@ ADVICE = {
 }
 
 
+TOLD = ("deprecated", "equal lower and upper limits")
+"""Parts of MuJoCo's warnings that are of no interest, or told in other words."""
+
+
 @dataclass
 class Compiled:
     """MuJoCo's model at its initial configuration, with the elements it came from."""
@@ -155,7 +159,7 @@ def compile_file(path: Path, root: Element, issues: Issues, floating_base: bool 
         mujoco.mj_kinematics(model, data)
     for text in said:  # of what it left out, such as a <mimic> of nothing, or takes for a mistake
         element = _mentioned(text, root)
-        if "deprecated" not in text and not (element and issues.lists(element)):
+        if not any(known in text for known in TOLD) and not (element and issues.lists(element)):
             effect = "none" if "conflict" in text else "small"  # an option of an attached file is not taken
             issues.add(element, f"MuJoCo warns: {' '.join(text.split())}", effect)
     return Compiled(path, root, mujoco, spec, model, data, issues)

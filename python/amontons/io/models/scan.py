@@ -48,8 +48,6 @@ def scan(root: Element, issues: Issues, folder: Path) -> None:
         for attribute in element.attributes:
             _check(element, attribute, rule, issues)
         wrong.extend(f"{element.place}: {element}: {fault}" for fault in faults(element))
-        if element.tag == "joint" and element.attributes.get("type") in ("revolute", "prismatic"):
-            _check_limits(element, issues)
         if element.tag == "model":
             attached(element)
         for child in element.children:
@@ -89,18 +87,6 @@ def _check(element: Element, attribute: str, rule: Rule, issues: Issues) -> None
             issues.add(element, f'{attribute}="{element.attributes[attribute]}": {reason}', *effect)
     elif attribute not in rule.read | rule.ignored and not attribute.startswith("xmlns"):
         issues.add(element, f'{attribute}="{element.attributes[attribute]}": this attribute is not known')
-
-
-def _check_limits(joint: Element, issues: Issues) -> None:
-    """The URDF specification asks for limits of these joints, 0 by default; MuJoCo takes equal ones for
-    none."""
-    limit = joint.child("limit")
-    if limit is None or limit.numbers("lower") == limit.numbers("upper"):
-        issues.add(
-            joint,
-            "no range of motion: it stays where it is, as the URDF specification has it, while in MuJoCo it "
-            "moves without limits. Give lower < upper, or the type continuous or fixed",
-        )
 
 
 def faults(element: Element) -> list[str]:

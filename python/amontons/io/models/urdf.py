@@ -98,6 +98,18 @@ def urdf_range(joint: Element | None) -> float | None:
     return lower if lower == upper else None
 
 
+def note_locked(root: Element, issues: Issues) -> None:
+    """Says which joints have no range: the URDF specification asks for one, 0 to 0 by default; MuJoCo takes
+    equal limits for none."""
+    names = [f'"{e.name}"' for e in root.children if e.tag == "joint" and urdf_range(e) is not None]
+    if names:
+        shown = ", ".join(names[:3]) + (f" and {len(names) - 3} more" if len(names) > 3 else "")
+        issues.notes.append(
+            "joints without a range of motion stay where they are, as the URDF specification has it, while "
+            f"in MuJoCo they move without limits: {shown}; give lower < upper, or the type continuous"
+        )
+
+
 FIELDS = {
     "lateral_friction": "friction", "spinning_friction": "torsional_friction",
     "rolling_friction": "rolling_friction", "restitution": "restitution",
