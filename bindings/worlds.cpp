@@ -37,7 +37,8 @@ nb::tuple run(const Tree& tree, const std::vector<std::shared_ptr<Simulation>>& 
   const std::size_t n = worlds.size();
   return nb::make_tuple(
       cube(std::move(course.q), n, records, tree.nq()), cube(std::move(course.qd), n, records, tree.nv()),
-      to_numpy(std::move(course.residuals), records), std::move(course.done), std::move(course.failures));
+      to_numpy(std::move(course.residuals), records), to_numpy(std::move(course.missed), records),
+      std::move(course.done), std::move(course.failures));
 }
 
 }  // namespace
@@ -45,7 +46,8 @@ nb::tuple run(const Tree& tree, const std::vector<std::shared_ptr<Simulation>>& 
 void bind_worlds(nb::module_& m) {
   m.def("run_worlds", &run, nb::arg("tree"), nb::arg("worlds"), nb::arg("controls").none(),
         nb::arg("records"), nb::arg("repeat"), nb::arg("threads"),
-        "Advances simulations side by side, without the GIL: q, qd, residuals by world and record, how many "
+        "Advances simulations side by side, without the GIL: q, qd, residuals and missed steps by world and "
+        "record, how many "
         "records each world completed, and why it stopped.");
 }
 

@@ -1632,5 +1632,5 @@ class Tree:
 
 def run_worlds(tree: Tree, worlds: Sequence[Simulation], controls: Annotated[NDArray[numpy.float64], dict(shape=(None, None, None), order='C', device='cpu', writable=False)] | None, records: int, repeat: int, threads: int) -> tuple:
     """
-    Advances simulations side by side, without the GIL: q, qd, residuals by world and record, how many records each world completed, and why it stopped.
+    Advances simulations side by side, without the GIL: q, qd, residuals and missed steps by world and record, how many records each world completed, and why it stopped.
     """

@@ -100,6 +100,7 @@ TEST(worlds_are_as_alone) {
       const Course course = run_worlds(tree, worlds, {records, repeat, controls, threads}, {});
       CHECK(same_bits(course.q, q) && same_bits(course.qd, qd));
       CHECK(course.done == std::vector<std::size_t>(count, records) && !course.interrupted);
+      CHECK(course.missed == std::vector<std::uint64_t>(count * records));
       CHECK(worlds[0]->state().steps == records * repeat);
     }
 }

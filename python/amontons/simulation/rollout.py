@@ -27,7 +27,9 @@ class Rollout:
     qd: Array
     """(worlds, rows, nv)"""
     residuals: Array
-    """(worlds, rows), the largest of the steps of a row; above the tolerance a step has missed it"""
+    """(worlds, rows), the largest of the steps of a row"""
+    missed: Array
+    """(worlds, rows), how many steps of a row did not converge"""
     time: Array
     """(rows,), since the start (s)"""
     sensors: Array
@@ -79,13 +81,13 @@ def rollout(
         done += course.q.shape[1]
         values = [world.sensors.array for world in worlds] if sensors else np.zeros((len(worlds), 0))
         readings.append(np.repeat(np.array(values)[:, None], course.q.shape[1], axis=1))
-    q, qd, residuals = (
+    q, qd, residuals, missed = (
         np.concatenate([getattr(course, name) for course in courses], axis=1)
-        for name in ("q", "qd", "residuals")
+        for name in ("q", "qd", "residuals", "missed")
     )
-    _report(worlds, residuals)
+    _report(worlds, residuals, missed)
     time = worlds[0].dt * repeat * np.arange(1, done + 1)
-    return Rollout(q, qd, residuals, time, np.concatenate(readings, axis=1), worlds)
+    return Rollout(q, qd, residuals, missed, time, np.concatenate(readings, axis=1), worlds)
 
 
 @dataclass(frozen=True)
@@ -95,6 +97,7 @@ class Course:
     q: Array
     qd: Array
     residuals: Array
+    missed: Array
     done: list[int]
     """rows that each world completed"""
     failures: list[str]
@@ -189,21 +192,17 @@ def _controls(model: Model, controls: Any, worlds: int, steps: int | None) -> Ar
     return given
 
 
-def _report(worlds: Sequence[Simulation], residuals: Array) -> None:
-    """What `Simulation.step` says of steps that missed their tolerance, once for all."""
-    missed = [
-        (k, row, float(residuals[k, row]))
-        for k, world in enumerate(worlds)
-        if world.options["on_failure"] != "ignore"
-        for row in np.flatnonzero(residuals[k] > world.options["tolerance"])
-    ]
-    if not missed:
+def _report(worlds: Sequence[Simulation], residuals: Array, missed: Array) -> None:
+    """What `Simulation.step` says of steps that did not converge, once for all."""
+    heard = np.array([world.options["on_failure"] != "ignore" for world in worlds])
+    rows = np.argwhere((missed > 0) & heard[:, None])
+    if not len(rows):
         return
-    k, row, residual = max(missed, key=lambda entry: entry[2])
+    k, row = max(rows, key=lambda at: float(residuals[tuple(at)]))
     message = (
-        f"{len(missed)} of {residuals.size} rows have steps above their tolerance, the largest residual is "
-        f"{residual:.2e}, of world {k} in row {row}"
+        f"{missed[heard].sum()} steps in {len(rows)} of {residuals.size} rows did not converge, the largest "
+        f"residual is {residuals[k, row]:.2e}, of world {k} in row {row}"
     )
-    if any(worlds[k].options["on_failure"] == "raise" for k, _, _ in missed):
+    if any(worlds[k].options["on_failure"] == "raise" for k, _ in rows):
         raise SimulationError(f"{message}; allow max_substeps, more iterations or a looser tolerance")
     warnings.warn(message, StepWarning, stacklevel=3)

@@ -53,16 +53,17 @@ void check(const Tree& tree, Worlds worlds, const Schedule& schedule) {
                    "controls must have one row per world and record");
 }
 
-// `repeat` steps with one row of controls. The largest residual; throws if a step cannot be made.
-double advance(Simulation& world, std::size_t repeat, StopSign& sign) {
+// `repeat` steps with one row of controls, noted in the entry `at`; throws if a step cannot be made.
+void advance(Simulation& world, std::size_t repeat, StopSign& sign, Course& course, std::size_t at) {
   double residual = 0;
   for (std::size_t k = 0; k < repeat && !sign.stopped(); ++k) {
     const Report report = world.step();
     AMONTONS_REQUIRE(report.advanced,
                      "the velocities came out not finite at t = " + std::to_string(report.time) + " s");
     residual = std::max(residual, report.residual);
+    course.missed[at] += report.status != Status::converged;
   }
-  return residual;
+  course.residuals[at] = residual;
 }
 
 // All of one world, into its rows.
@@ -75,7 +76,7 @@ void run(const Tree& tree, Simulation& world, std::size_t row, const Schedule& s
       const std::size_t at = first + done;
       if (!schedule.controls.empty())
         std::copy_n(schedule.controls.data() + at * count, count, world.state().controls.data());
-      course.residuals[at] = advance(world, schedule.repeat, sign);
+      advance(world, schedule.repeat, sign, course, at);
       if (sign.stopped()) return;
       const Coordinates c = read_coordinates(tree, world.state());
       std::copy(c.q.begin(), c.q.end(), course.q.begin() + static_cast<std::ptrdiff_t>(at * tree.nq()));
@@ -97,6 +98,7 @@ Course run_worlds(const Tree& tree, Worlds worlds, const Schedule& schedule,
   course.q.assign(rows * tree.nq(), nothing);
   course.qd.assign(rows * tree.nv(), nothing);
   course.residuals.assign(rows, nothing);
+  course.missed.assign(rows, 0);
   course.done.assign(worlds.size(), 0);
   course.failures.resize(worlds.size());
   // Worlds differ in what their steps cost: whoever is free takes the next one.

@@ -1,4 +1,5 @@
 #pragma once
+#include <cstdint>
 #include <functional>
 #include <memory>
 #include <span>
@@ -26,6 +27,7 @@ struct Schedule {
 struct Course {
   std::vector<double> q, qd;          // (worlds, records, nq) and (worlds, records, nv)
   std::vector<double> residuals;      // (worlds, records): the largest of the steps
+  std::vector<std::uint64_t> missed;  // (worlds, records): steps that did not converge
   std::vector<std::size_t> done;      // per world: records that were completed
   std::vector<std::string> failures;  // per world: why it stopped before the end, empty if it did not
   bool interrupted = false;
