@@ -52,6 +52,8 @@ from .model.parts import Motor as Motor
 from .model.parts import PairMaterial as PairMaterial
 from .model.presets import Keyframe as Keyframe
 from .model.presets import Unread as Unread
+from .model.sensing import Sensor as Sensor
+from .model.sensing import Site as Site
 from .model.transforms import Transform as Transform
 from .problem.cones import EllipticFriction as EllipticFriction
 from .problem.cones import Free as Free
@@ -69,6 +71,7 @@ from .problem.problem import solve as solve
 from .problem.problem import violations as violations
 from .problem.solution import Solution as Solution
 from .simulation.outcome import Report as Report
+from .simulation.queries import RayHit as RayHit
 from .simulation.rollout import Rollout as Rollout
 from .simulation.rollout import rollout as rollout
 from .simulation.simulation import Simulation as Simulation

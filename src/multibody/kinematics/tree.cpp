@@ -103,10 +103,4 @@ void Tree::number_coordinates() {
   }
 }
 
-bool Tree::supports(std::size_t link, Index body) const {
-  for (Index k = link_of(body); k >= 0; k = link_of(links_[k].parent))
-    if (static_cast<std::size_t>(k) == link) return true;
-  return false;
-}
-
 }  // namespace amontons

@@ -40,8 +40,6 @@ class Tree {
   const std::vector<Index>& loops() const { return loops_; }
   std::size_t nq() const { return nq_; }
   std::size_t nv() const { return nv_; }
-  // Whether dynamic `body` follows the link or hangs on it.
-  bool supports(std::size_t link, Index body) const;
 
  private:
   void order_links(const std::vector<std::vector<Index>>& joints_of);
