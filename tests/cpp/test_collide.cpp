@@ -488,3 +488,22 @@ TEST(the_margin_is_complete) {
         }
       }
 }
+
+// Along a normal that is given: the part of the upper body over the lower one's face, at its height along
+// that normal, and nothing beside it. Fails if the way to the edge, which is shorter, comes in again.
+TEST(points_along_a_given_normal) {
+  const Vec3 up{0, 0, 1};
+  const Shape slab = Box{{1, 1, 0.5}}, box = Box{{0.1, 0.1, 0.1}};
+  std::vector<ContactPoint> points;
+  const auto along = [&](const Shape& shape, const Vec3& at) -> const std::vector<ContactPoint>& {
+    points.clear();
+    collide_along(up, shape, {at, {}}, slab, {{0, 0, -0.5}, {}}, 0.01, points);
+    return points;
+  };
+  CHECK(along(Sphere{0.1}, {1.02, 0, 0.1}).empty());
+  check_all(along(Sphere{0.1}, {0.98, 0, 0.105}), {{0.98, 0, 0.0025}}, up, 0.005, 1e-15);
+  CHECK(along(box, {1.11, 0, 0.1}).empty());
+  // Half over the rim, and a millimetre below the top.
+  check_all(along(box, {1, 0, 0.099}),
+            {{0.9, 0.1, -5e-4}, {0.9, -0.1, -5e-4}, {1, 0.1, -5e-4}, {1, -0.1, -5e-4}}, up, -1e-3, 1e-15);
+}

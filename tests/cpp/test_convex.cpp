@@ -183,3 +183,35 @@ TEST(extent_along_a_direction) {
   CHECK_NEAR(extent(Cylinder{0.5, 2}), 0.5 * std::hypot(own.x, own.y) + 2 * std::abs(own.z), 1e-14);
   CHECK_NEAR(extent(Ellipsoid{{1, 2, 3}}), norm(Vec3{own.x, 2 * own.y, 3 * own.z}), 1e-14);
 }
+
+// In turned frames, just within the distance and just beyond it. Fails if a surface of triangles is taken for
+// its back side alone, a convex shape or a plane for its surface without the inside, or a frame is forgotten.
+TEST(points_near_shapes) {
+  const Quat q = turn({3, 1, 2}, 0.7);
+  const Transform frame{{1, -2, 3}, q};
+  const Shape field = make_height_field(std::vector<double>(9, 0.5), 3, 3, 2, 2);
+  const std::vector<Vec3> corners{{-1, -1, 0.5}, {1, -1, 0.5}, {1, 1, 0.5}, {-1, 1, 0.5}};
+  const Shape mesh = make_mesh(corners, std::vector<std::array<std::int32_t, 3>>{{0, 1, 2}, {0, 2, 3}});
+  const double distance = 1e-3;
+  for (const Shape& shape : std::vector<Shape>{Box{{1, 1, 0.5}}, box_hull({1, 1, 0.5}), field, mesh}) {
+    for (double factor : {0.99, 1.01}) {
+      const double d = factor * distance;
+      for (const Vec3& p : {Vec3{0.3, 0.2, 0.5 + d}, Vec3{1 + d, 0.2, 0.5}, Vec3{0.3, -1 - d, 0.5}})
+        CHECK(is_near(shape, frame, frame(p), distance) == (factor < 1));
+    }
+    const bool solid = std::holds_alternative<Box>(shape) || std::holds_alternative<Hull>(shape);
+    CHECK(is_near(shape, frame, frame({0.1, 0.1, 0.2}), distance) == solid);
+  }
+  CHECK(is_near(Plane{}, frame, frame({9, 9, -5}), distance));
+  CHECK(!is_near(Plane{}, frame, frame({9, 9, 1.01e-3}), distance));
+  const Vec3 up = rotate(q, {0, 0, 1});
+  for (const Shape& shape : {field, mesh}) {
+    CHECK(has_triangle(shape, frame, up, frame({1, 0.5, 0.5}), distance));
+    CHECK(!has_triangle(shape, frame, -up, frame({1, 0.5, 0.5}), distance));
+    CHECK(!has_triangle(shape, frame, rotate(q, {2e-4, 0, 1}), frame({1, 0.5, 0.5}), distance));
+    CHECK(!has_triangle(shape, frame, up, frame({1.01, 0.5, 0.5}), distance));
+  }
+  CHECK(has_face(Box{{1, 1, 0.5}}, frame, up) && has_face(box_hull({1, 1, 0.5}), frame, -up));
+  CHECK(!has_face(Box{{1, 1, 0.5}}, frame, rotate(q, normalised(Vec3{1, 1, 1}))));
+  CHECK(!has_face(Sphere{1}, frame, up) && !has_face(Capsule{1, 1}, frame, up));
+}

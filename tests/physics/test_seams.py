@@ -17,6 +17,14 @@ def cuboid(x, y, z):
     return np.array([[i * x, j * y, k * z] for i in (-1, 1) for j in (-1, 1) for k in (-1, 1)])
 
 
+def tile(half, cells=5):
+    x, y = np.meshgrid(np.linspace(-half, half, cells + 1), np.linspace(-1, 1, cells + 1), indexing="ij")
+    first = (np.arange(cells)[:, None] * (cells + 1) + np.arange(cells)).ravel()
+    across = first + cells + 2
+    triangles = [np.stack([first, across - 1, across], 1), np.stack([first, across, first + 1], 1)]
+    return shapes.Mesh(np.stack([x.ravel(), y.ravel(), 0 * x.ravel()], 1), np.concatenate(triangles))
+
+
 def floor(b, kind, count=10, half=0.25, gap=0.0, step=0.0, material=GRIP):
     """Ten slabs in a row along x from -0.3 m on, with their tops at z = 0."""
     for i in range(count):
@@ -33,6 +41,13 @@ def floor(b, kind, count=10, half=0.25, gap=0.0, step=0.0, material=GRIP):
             if i == 0:
                 b.add_geom(None, shapes.Plane(), position=(0, 0, -0.2), material=material)
             b.add_body(f"slab {i}", shape=slab, mass=50, position=position, material=material)
+        elif kind in ("meshes", "height fields", "boxes and tiles"):
+            if kind == "boxes and tiles" and i % 2:
+                b.add_geom(None, slab, position=position, material=material)
+            else:
+                surface = shapes.HeightField(np.zeros((5, 6)), 2 * half, 2.0)
+                surface = tile(half) if kind == "meshes" else surface
+                b.add_geom(None, surface, position=(position[0], 0, position[2] + 0.1), material=material)
         else:  # every other slab is a part of the plane
             if i == 0:
                 b.add_geom(None, shapes.Plane(), material=material)
@@ -82,7 +97,8 @@ def track(sim, duration):
     return np.array(heights), np.array(velocities)
 
 
-FLOORS = ("boxes", "hulls", "fixed bodies", "loose bodies", "beside a plane")
+FLOORS = ("boxes", "hulls", "fixed bodies", "loose bodies", "beside a plane", "meshes", "height fields",
+          "boxes and tiles")  # fmt: skip
 
 
 @pytest.mark.parametrize("kind", FLOORS)
@@ -123,6 +139,45 @@ def test_a_soft_floor_has_no_joints():
     assert np.abs(found[0] - on_plane[0]).max() < 1e-7
     assert np.abs(found[1] - on_plane[1]).max() < 2e-5
     assert found[1][-1, 0] > 0.99 * V
+
+
+@pytest.mark.parametrize("kind", FLOORS)
+def test_a_box_slides_over_ten_slabs(kind):
+    # 2 m/s for 2 s without friction. The side of the next slab, or the border of the next tile, is where the
+    # box would come to touch it first.
+    b = ModelBuilder()
+    smooth = Material(friction=0.0)
+    floor(b, kind, material=smooth)
+    b.add_body("roller", shape=shapes.Box((R, R, R)), mass=1.0, position=(0.01, 0.02, R),
+               linear_velocity=(V, 0, 0), material=smooth)  # fmt: skip
+    heights, velocities = track(Simulation(b.build(), dt=1e-2), 2.0)
+    assert np.abs(heights - R).max() < 1e-7
+    assert np.abs(velocities - [V, 0, 0]).max() < 2e-5
+
+
+@pytest.mark.parametrize("tiles", [2, 4, 8])
+def test_tiles_of_one_terrain_are_the_terrain(tiles):
+    # Waves of 2 cm in one height field and in several that share their borders: a ball rolls alike over both,
+    # to the tolerance of the solver, although the ground bends at the joints, up as well as down.
+    def build(b, count):
+        for i in range(count):
+            length = 4 / count
+            x = np.linspace(i * length, (i + 1) * length, 160 // count + 1) - 1
+            z = np.tile(0.02 * np.sin(3 * x), (9, 1))
+            b.add_geom(
+                None,
+                shapes.HeightField(z, length, 2.0),
+                position=((i + 0.5) * length - 1, 0, 0),
+                material=GRIP,
+            )
+
+    start = (0.013, 0.11, R + 1e-3)
+    one, many = (
+        track(roll("sphere", 5e-3, lambda b, n=n: build(b, n), speed=1.0, position=start), 2.0)
+        for n in (1, tiles)
+    )
+    assert np.abs(many[0] - one[0]).max() < 1e-8
+    assert np.abs(many[1] - one[1]).max() < 1e-6
 
 
 @pytest.mark.parametrize("angle", [0.1, 0.5])

@@ -2,6 +2,9 @@
 
 #include "collision/narrow/convex.hpp"
 #include "collision/narrow/feature.hpp"
+#include "collision/narrow/separation.hpp"
+#include "collision/shapes/height_grid.hpp"
+#include "collision/shapes/triangle_mesh.hpp"
 
 namespace amontons {
 
@@ -16,6 +19,47 @@ bool has_face(const Shape& shape, const Transform& frame, const Vec3& direction)
   const collision::Convex body = collision::make_convex(shape, frame, frame.position);
   collision::supporting_feature(body, direction, nullptr, nullptr, feature);
   return feature.count > 2;
+}
+
+namespace {
+
+// look(triangle) for the triangles within a distance of a point, in the coordinates of
+// the surface. Nothing for other shapes.
+void for_each_triangle_near(const Shape& surface, const Vec3& point, double distance, auto&& look) {
+  const Vec3 reach{distance, distance, distance};
+  const auto search = [&](const auto& triangles) {
+    triangles.for_each_near(Aabb{point - reach, point + reach}, [&](auto triangle) {
+      const collision::Facet facet = triangles.facet(triangle);
+      if (norm(collision::closest_point(facet.corner, point).at - point) <= distance) look(facet);
+    });
+  };
+  if (const auto* mesh = std::get_if<Mesh>(&surface)) search(collision::MeshSurface{*mesh->data});
+  if (const auto* field = std::get_if<HeightField>(&surface)) search(collision::GridSurface{*field->data});
+}
+
+}  // namespace
+
+bool is_near(const Shape& shape, const Transform& frame, const Vec3& point, double distance) {
+  if (!is_static_only(shape)) {
+    const collision::Convex at = collision::make_convex(Sphere{0}, {point, {}}, point);
+    return collision::separation(at, collision::make_convex(shape, frame, point), distance).within;
+  }
+  const Vec3 local = inverse(frame)(point);
+  if (std::holds_alternative<Plane>(shape)) return local.z <= distance;
+  bool found = false;
+  for_each_triangle_near(shape, local, distance, [&](const collision::Facet&) { found = true; });
+  return found;
+}
+
+bool has_triangle(const Shape& surface, const Transform& frame, const Vec3& normal, const Vec3& point,
+                  double distance) {
+  const Transform to_local = inverse(frame);
+  const Vec3 n = rotate(to_local.rotation, normal);
+  bool found = false;
+  for_each_triangle_near(surface, to_local(point), distance, [&](const collision::Facet& facet) {
+    found = found || norm(facet.normal - n) <= collision::flat_angle;
+  });
+  return found;
 }
 
 }  // namespace amontons

@@ -165,6 +165,8 @@ void ContactFinder::level(const Reach& reach, std::span<const Seams::Passage> pa
     const SurfaceMotion surface = surface_motion(reach.model.geom(c.geom_a), frames_[c.geom_a],
                                                  reach.model.geom(c.geom_b), frames_[c.geom_b], reach.bodies);
     const Index x = p.a_passes ? c.geom_a : c.geom_b, y = p.a_passes ? c.geom_b : c.geom_a;
+    next = p.end;
+    if (is_static_only(reach.model.geom(y).shape)) continue;
     points_.clear();
     collide_along(p.normal, reach.model.geom(x).shape, frames_[x], reach.model.geom(y).shape, frames_[y],
                   reach.margin + c.material.rest_offset + reach.h * (speeds_[x] + speeds_[y]), points_);
@@ -173,7 +175,6 @@ void ContactFinder::level(const Reach& reach, std::span<const Seams::Passage> pa
       move_to(point, centre_of(reach, c.body_a), centre_of(reach, c.body_b), surface, c);
       if (c.gap <= reach.margin || end_gap(c, reach) <= reach.margin) found_.push_back(c);
     }
-    next = p.end;
   }
   copy_to(contacts.size());
   contacts.swap(found_);

@@ -62,7 +62,6 @@ std::span<const Seams::Touch> Seams::touches_of(Index geom) const {
 const Seams::Touch* Seams::find_level(const Reach& reach, const std::vector<Transform>& frames,
                                       const Touch& touch, auto&& rises) const {
   const Shape &x = reach.model.geom(touch.body).shape, &y = reach.model.geom(touch.ground).shape;
-  if (is_static_only(y)) return nullptr;
   const double level = level_of(reach.margin);
   const Transform& ground = frames[touch.ground];
   for (const Touch& t : touches_of(touch.body)) {
@@ -79,11 +78,39 @@ const Seams::Touch* Seams::find_level(const Reach& reach, const std::vector<Tran
   return nullptr;
 }
 
+// The same for a contact with the rim of a surface of triangles. Inner edges of such a surface have no
+// normals that the surface has not; at its rim it is the neighbour that tells: a normal that is not that of a
+// triangle is none of the two together if the neighbour begins at the point, and goes on where the normal
+// leans to.
+const Seams::Touch* Seams::find_rim(const Reach& reach, const std::vector<Transform>& frames,
+                                    const Touch& touch) const {
+  const double level = level_of(reach.margin);
+  for (const Touch& t : touches_of(touch.body)) {
+    const double cosine = dot(touch.up, t.up);
+    if (states_[t.pair].passed || t.ground == touch.ground || cosine > same_normal || cosine < -0.01)
+      continue;
+    const Vec3 behind = touch.on_ground + (10 * level) * normalised(touch.up - cosine * t.up);
+    const Shape& z = reach.model.geom(t.ground).shape;
+    if (is_near(z, frames[t.ground], touch.on_ground, level) && is_near(z, frames[t.ground], behind, level) &&
+        !has_triangle(reach.model.geom(touch.ground).shape, frames[touch.ground], touch.up, touch.on_ground,
+                      level))
+      return &t;
+  }
+  return nullptr;
+}
+
 // Of two geoms that move the one that touches less passes, which keeps the search short.
 const Seams::Touch* Seams::judge(const Reach& reach, const std::vector<Transform>& frames,
                                  const Contact& contact, auto&& rises) const {
   const bool a = may_pass(reach.model, contact.body_a, contact.geom_a);
   const bool b = may_pass(reach.model, contact.body_b, contact.geom_b);
+  const Shape &of_geom_a = reach.model.geom(contact.geom_a).shape,
+              &of_geom_b = reach.model.geom(contact.geom_b).shape;
+  // A plane has one normal.
+  if (std::holds_alternative<Plane>(of_geom_a) || std::holds_alternative<Plane>(of_geom_b) || !(a || b))
+    return nullptr;
+  if (is_static_only(of_geom_a) || is_static_only(of_geom_b))
+    return find_rim(reach, frames, touch_of(contact, a, 0));
   const std::size_t of_a = touches_of(contact.geom_a).size(), of_b = touches_of(contact.geom_b).size();
   const Touch* level = nullptr;
   if (a && (!b || of_a <= of_b)) level = find_level(reach, frames, touch_of(contact, true, 0), rises);
@@ -124,20 +151,35 @@ std::span<const Seams::Passage> Seams::find(const Reach& reach, const std::vecto
   for (PairState& pair : states_) {
     const auto all = std::span(contacts).subspan(pair.first, pair.end - pair.first);
     // What does not close within the step does nothing. What another pair relies on stays.
-    if (pair.holds ||
-        std::none_of(all.begin(), all.end(), [&](const Contact& c) { return end_gap(c, reach) < 0; }))
-      continue;
-    const Touch* level = judge(reach, frames, contacts[pair.deepest], [](const Touch&) { return 0.0; });
-    if (!level) continue;
-    pair.passed = true;
-    states_[level->pair].holds = true;
-    const bool a_passes = level->body == all[0].geom_a;
-    const Index ground = a_passes ? all[0].geom_b : all[0].geom_a;
-    passages_.push_back({pair.first, pair.end, level->up, a_passes});
-    if (is_still(reach.model, ground) && is_still(reach.model, level->ground)) continue;
-    for (const Contact& c : all) passed_.push_back({c, ground, level->ground, level->up});
+    const auto closes = [&](const Contact& c) { return end_gap(c, reach) < 0; };
+    if (pair.holds || std::none_of(all.begin(), all.end(), closes)) continue;
+    // Points of a surface of triangles have normals of their own; those of other pairs are judged together.
+    const Model& model = reach.model;
+    if (is_static_only(model.geom(all[0].geom_a).shape) || is_static_only(model.geom(all[0].geom_b).shape)) {
+      for (std::size_t i = pair.first; i < pair.end; ++i)
+        if (closes(contacts[i])) try_passage(reach, frames, contacts, i, {i, i + 1}, pair);
+    } else {
+      try_passage(reach, frames, contacts, pair.deepest, {pair.first, pair.end}, pair);
+    }
   }
   return passages_;
+}
+
+// Of the contacts of `part`, for which one is judged.
+void Seams::try_passage(const Reach& reach, const std::vector<Transform>& frames,
+                        const std::vector<Contact>& contacts, std::size_t judged, const Range& part,
+                        PairState& pair) {
+  const Contact& c = contacts[judged];
+  const Touch* level = judge(reach, frames, c, [](const Touch&) { return 0.0; });
+  if (!level) return;
+  pair.passed = pair.passed || judged == pair.deepest;
+  states_[level->pair].holds = true;
+  const bool a_passes = level->body == c.geom_a;
+  const Index ground = a_passes ? c.geom_b : c.geom_a;
+  passages_.push_back({part.first, part.end, level->up, a_passes});
+  if (is_still(reach.model, ground) && is_still(reach.model, level->ground)) return;
+  for (std::size_t i = part.first; i < part.end; ++i)
+    passed_.push_back({contacts[i], ground, level->ground, level->up});
 }
 
 void Seams::call_in(const Reach& reach, std::vector<Contact>& contacts) {

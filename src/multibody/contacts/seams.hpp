@@ -16,8 +16,8 @@ namespace amontons {
 // within the step.
 class Seams {
  public:
-  // A pair of geoms, contacts [first, end), to be looked at along the normal of a neighbour instead of its
-  // own.
+  // Contacts [first, end) of a pair of geoms, to be looked at along the normal of a neighbour instead of
+  // their own; with a surface of triangles, to be left out.
   struct Passage {
     std::size_t first, end;
     Vec3 normal;    // from the ground to the body that passes
@@ -47,6 +47,9 @@ class Seams {
     bool passed, holds;               // has given up its normal; must not, because another pair relies on it
   };
 
+  struct Range {
+    std::size_t first, end;
+  };
   struct Passed {
     Contact contact;
     Index ground, level;  // geoms: what is passed, and the neighbour on whose account
@@ -59,6 +62,10 @@ class Seams {
                           auto&& rises) const;
   const Touch* judge(const Reach& reach, const std::vector<Transform>& frames, const Contact& contact,
                      auto&& rises) const;
+  const Touch* find_rim(const Reach& reach, const std::vector<Transform>& frames, const Touch& touch) const;
+  void try_passage(const Reach& reach, const std::vector<Transform>& frames,
+                   const std::vector<Contact>& contacts, std::size_t judged, const Range& part,
+                   PairState& pair);
   void collect(const Model& model, const std::vector<Contact>& contacts);
 
   std::vector<PairState> states_;

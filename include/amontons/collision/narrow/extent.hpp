@@ -12,4 +12,12 @@ double extent_along(const Shape& shape, const Transform& frame, const Vec3& dire
 // degrees of it. Not for shapes that are static only.
 bool has_face(const Shape& shape, const Transform& frame, const Vec3& direction);
 
+// Whether some point of a shape of any kind, or of its inside where it has one, is within a distance of a
+// point.
+bool is_near(const Shape& shape, const Transform& frame, const Vec3& point, double distance);
+
+// Whether a triangle of a mesh or a height field within `distance` of a point has a unit normal, to 1e-4 rad.
+bool has_triangle(const Shape& surface, const Transform& frame, const Vec3& normal, const Vec3& point,
+                  double distance);
+
 }  // namespace amontons
