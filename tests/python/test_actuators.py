@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import math
+
 import amontons
 import numpy as np
 import pytest
+from amontons import InputError, Transmission
 from test_tendons import compiled, differences, put
 
 mujoco = pytest.importorskip("mujoco")
@@ -163,3 +166,86 @@ def test_motions(tmp_path, on, law):
         worst.append(differences(model, m, d, dt=dt, duration=0.3, control=control))
     assert worst[0] < 2e-2
     assert worst[1] < 0.65 * worst[0] + 1e-5
+
+
+# Breaks when limits of the effort of a joint or tendon are lost: they hold for what drives it alone,
+# whichever way its gear turns, and where several do, that each is limited and not their sum is listed.
+def test_limits_of_joints_and_tendons(tmp_path):
+    body = """<worldbody><body><joint name="j" actuatorfrcrange="-3 4"/><geom size="0.1"/>
+    <body><joint name="k" actuatorfrcrange="-1 1"/><geom size="0.1" pos="1 0 0"/><site name="s"/></body></body></worldbody>
+    <tendon><fixed name="t" actuatorfrcrange="-5 6"><joint joint="j" coef="1"/></fixed></tendon>"""
+    text = f"""{body}<actuator><motor name="a" joint="j" gear="-2" forcerange="-1 9"/>
+    <motor name="b" joint="k"/><motor name="c" joint="k"/><position name="d" tendon="t" kp="1"/>
+    <motor name="e" site="s"/></actuator>"""
+    path = tmp_path / "model.xml"
+    path.write_text(f"<mujoco>{text}</mujoco>")
+    with pytest.warns(amontons.UnsupportedWarning):
+        model = amontons.load_model(path)
+    limits = {a.name: (a.lower_force, a.upper_force) for a in model.actuators}
+    assert limits == {
+        "a": (-1.0, 1.5),
+        "b": (-1.0, 1.0),
+        "c": (-1.0, 1.0),
+        "d": (-5.0, 6.0),
+        "e": (-math.inf, math.inf),
+    }
+    listed = [(u.element, u.what) for u in model.unread]
+    assert [element.split('"')[1] for element, _ in listed] == ["b", "c", "d", "e"]
+    assert all("actuatorfrcrange" in what for _, what in listed)
+
+
+WRONG = {
+    "nothing": (dict(), "give one of joint, tendon, body and transmission"),
+    "two places": (dict(joint="j", body="b"), "give one of joint"),
+    "no such joint": (dict(joint="knee"), 'there is no joint "knee"'),
+    "no such dof": (dict(joint="j", dof=1), 'joint "j" has no degree of freedom 1'),
+    "no such tendon": (dict(tendon="t"), 'there is no tendon "t"'),
+    "a law": (dict(joint="j", law="torque"), "unknown law of an actuator 'torque'; known are"),
+    "negative": (dict(joint="j", law="position", kp=-1), "kp = -1; it must not be negative"),
+    "both laws": (dict(joint="j", kp=1, gain=(1, 0, 0)), "gain and bias say the whole law"),
+    "limits": (dict(joint="j", force_limits=(1, -1)), "lower_force 1 exceeds upper_force -1; swap them"),
+    "infinite": (dict(joint="j", gain=(math.inf, 0, 0)), "gain"),
+    "time": (dict(joint="j", dynamics="filter", time_constant=-1), "the time constant must be finite"),
+    "rod": (
+        dict(transmission=Transmission("slider_crank", body="b", reference_body=None)),
+        "the rod of a slider-crank must have a positive length",
+    ),
+}
+
+
+# Breaks when an actuator that cannot work is taken, or the message does not name it and the remedy.
+@pytest.mark.parametrize("name", WRONG)
+def test_wrong_actuators(name):
+    arguments, message = WRONG[name]
+    builder = amontons.ModelBuilder()
+    builder.add_body("b", shape=amontons.shapes.Sphere(0.1), density=1000)
+    builder.add_revolute_joint("b", point=(0, 0, 1), axis=(0, 1, 0), name="j")
+
+    def attempt():
+        builder.add_actuator("drive", **arguments)
+        builder.build()
+
+    with pytest.raises(InputError) as error:
+        attempt()
+    assert 'actuator "drive"' in str(error.value)
+    assert message in str(error.value)
+
+
+# Breaks when controls of no actuator, or that are no numbers, are taken.
+def test_wrong_controls():
+    builder = amontons.ModelBuilder()
+    builder.add_body("b", shape=amontons.shapes.Sphere(0.1), density=1000)
+    builder.add_revolute_joint("b", point=(0, 0, 1), axis=(0, 1, 0), name="j")
+    builder.add_actuator("drive", joint="j", control_limits=(-1, 1))
+    sim = amontons.Simulation(builder.build())
+    sim.set_control("drive", 5)
+    assert sim.controls == [1.0]
+    with pytest.raises(InputError, match='there is no actuator "motor"; known are drive'):
+        sim.set_control("motor", 1)
+    with pytest.raises(InputError, match="control is nan"):
+        sim.set_control(0, math.nan)
+    with pytest.raises(InputError, match=r'has no motor; use set_control\("drive"'):
+        sim.set_target("j", 1.0)
+    sim.state.controls[0] = math.inf
+    with pytest.raises(InputError, match='actuator "drive": the control or activation is not finite'):
+        sim.step()

@@ -5,6 +5,7 @@ from __future__ import annotations
 import amontons
 import numpy as np
 import pytest
+from amontons import InputError, PathElement, TendonTerm
 
 mujoco = pytest.importorskip("mujoco")
 
@@ -107,6 +108,60 @@ TENDONS = {
     "damper": '<tendon><spatial damping="3">{}</spatial></tendon>',
     "armature": '<tendon><spatial armature="2">{}</spatial></tendon>',
 }
+
+
+WRONG = {
+    "neither": (dict(), "give either joints with coefficients or a path"),
+    "both": (dict(joints={"j": 1}, path=[]), "give either joints"),
+    "no such joint": (dict(joints={"k": 1}), 'there is no joint "k"'),
+    "no such dof": (dict(joints=[TendonTerm("j", 2)]), 'joint "j" has no degree of freedom 2'),
+    "no term": (dict(joints=["j"]), "give {joint: coefficient} or TendonTerms"),
+    "no point": (dict(path=[(None, (0, 0, 0)), "b"]), "give (body, position in its frame)"),
+    "no such body": (dict(path=[(None, (0, 0, 0)), ("c", (0, 0, 0))]), 'there is no body "c"'),
+    "one point": (dict(path=[("b", (0, 0, 0))]), "its path must end with a part of two points"),
+    "an end": (
+        dict(path=[("b", (0, 0, 0)), (None, (0, 0, 1)), PathElement("sphere", radius=1)]),
+        "its path must end with",
+    ),
+    "two obstacles": (
+        dict(path=[("b", (0, 0, 0)), PathElement("sphere", radius=1), PathElement("sphere", radius=1)]),
+        "without a point before it",
+    ),
+    "a pulley too early": (
+        dict(path=[("b", (0, 0, 0)), PathElement("pulley", divisor=2), ("b", (0, 0, 0))]),
+        "a part of a single point",
+    ),
+    "divisor": (
+        dict(path=[("b", (0, 0, 0)), (None, (0, 0, 1)), PathElement("pulley", divisor=0)]),
+        "the divisor of a pulley must be positive",
+    ),
+    "radius": (
+        dict(path=[("b", (0, 0, 0)), PathElement("sphere"), (None, (0, 0, 1))]),
+        "the radius of an obstacle must be positive",
+    ),
+    "limits": (dict(joints={"j": 1}, limits=(2, 1)), "the lower limit 2 exceeds the upper one 1"),
+    "stiffness": (dict(joints={"j": 1}, stiffness=-1), "stiffness must be finite and not negative"),
+    "rest": (dict(joints={"j": 1}, rest=(2, 1)), "the lower one first"),
+    "rests": (dict(joints={"j": 1}, rest=(1, 2, 3)), "give one length, or the two"),
+}
+
+
+# Breaks when a tendon that cannot be is taken, or the message does not name it and the remedy.
+@pytest.mark.parametrize("name", WRONG)
+def test_wrong_tendons(name):
+    arguments, message = WRONG[name]
+    builder = amontons.ModelBuilder()
+    builder.add_body("b", shape=amontons.shapes.Sphere(0.1), density=1000)
+    builder.add_revolute_joint("b", point=(0, 0, 1), axis=(0, 1, 0), name="j")
+
+    def attempt():
+        builder.add_tendon("string", **arguments)
+        builder.build()
+
+    with pytest.raises(InputError) as error:
+        attempt()
+    assert 'tendon "string"' in str(error.value)
+    assert message in str(error.value)
 
 
 def differences(model, m, d, *, dt, duration, control=None):

@@ -74,6 +74,9 @@ class _Reader:
         if _has_no_length(c, i):  # no bias of the length, as MuJoCo's length is zero
             law = {name: (p[0], 0.0, p[2]) for name, p in law.items()}
         self._add_drive(i, moved)
+        if int(m.actuator_trntype[i]) not in self.on_joint and self._bounded_joint(i):
+            what = "actuatorfrcrange of a joint does not bound what a tendon or site puts on it"
+            self.compiled.refuse("actuator", i, what, "small")
         lower, upper = self._force_limits(i, moved.gear)
         limits = _control_limits(c, i)
         return Actuator(
@@ -148,6 +151,26 @@ class _Reader:
             self.compiled.refuse("actuator", i, what, "small")
         low, high = (min(max(x, ends[0]), ends[1]) for x in (lower, upper))
         return low, high
+
+    def _bounded_joint(self, i: int) -> bool:
+        """Whether an actuator that acts on no joint moves one whose effort is bounded."""
+        m, kinds = self.compiled.model, self.compiled.mujoco.mjtWrap
+        sites: list[int] = []
+        joints: set[int] = set()
+        if m.actuator_trntype[i] == self.compiled.mujoco.mjtTrn.mjTRN_TENDON:
+            t = int(m.actuator_trnid[i, 0])
+            for w in range(m.tendon_adr[t], m.tendon_adr[t] + m.tendon_num[t]):
+                if m.wrap_type[w] == kinds.mjWRAP_JOINT:
+                    joints.add(int(m.wrap_objid[w]))
+                elif m.wrap_type[w] == kinds.mjWRAP_SITE:
+                    sites.append(int(m.wrap_objid[w]))
+        else:
+            sites = [s for s in m.actuator_trnid[i].tolist() if s >= 0]
+        for body in (int(m.site_bodyid[s]) for s in sites):
+            while body > 0:
+                joints.update(range(m.body_jntadr[body], m.body_jntadr[body] + m.body_jntnum[body]))
+                body = int(m.body_parentid[body])
+        return any(m.jnt_actfrclimited[j] for j in joints)
 
     def _add_drive(self, i: int, moved: Transmission) -> None:
         """Damping and armature of the actuator, along its length, as those of the dof or tendon: times the
