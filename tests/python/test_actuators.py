@@ -172,7 +172,8 @@ def test_motions(tmp_path, on, law):
 # whichever way its gear turns, and where several do, that each is limited and not their sum is listed.
 def test_limits_of_joints_and_tendons(tmp_path):
     body = """<worldbody><body><joint name="j" actuatorfrcrange="-3 4"/><geom size="0.1"/>
-    <body><joint name="k" actuatorfrcrange="-1 1"/><geom size="0.1" pos="1 0 0"/><site name="s"/></body></body></worldbody>
+    <body><joint name="k" actuatorfrcrange="-1 1"/><geom size="0.1" pos="1 0 0"/><site name="s"/>
+    </body></body></worldbody>
     <tendon><fixed name="t" actuatorfrcrange="-5 6"><joint joint="j" coef="1"/></fixed></tendon>"""
     text = f"""{body}<actuator><motor name="a" joint="j" gear="-2" forcerange="-1 9"/>
     <motor name="b" joint="k"/><motor name="c" joint="k"/><position name="d" tendon="t" kp="1"/>
