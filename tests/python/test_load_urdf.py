@@ -195,10 +195,6 @@ WRONG = [
     ([link("base"), joint("j", "revolute", "base", "none")], r':3: <joint name="j">: .*missing'),
     ([link("base"), link("a"), joint("j", "bogus", "base", "a")], r':4: <joint name="j">: .*type'),
     ([link("base"), link("a", ""), joint("j", "continuous", "base", "a")], r':3: <link name="a">: .*mass'),
-    (
-        [link("base"), link("a"), joint("j", "revolute", "base", "a", '<limit lower="1" upper="-1"/>')],
-        r":4: <limit>: lower 1 is above upper -1",
-    ),
     ([link("base"), joint("j", "fixed", "base", "base")], "model.urdf"),
     (["<link>"], r":3: malformed XML: mismatched tag; the element open there is <link>"),
 ]
@@ -273,6 +269,20 @@ def test_joint_without_range(tmp_path, kind, limit, at):
     assert (model.joints[0].dofs[0].lower, model.joints[0].dofs[0].upper) == (at, at)
 
 
+# Breaks when limits that are infinite, as some exporters write them, are refused or bound something.
+def test_infinite_limits(tmp_path):
+    limit = '<limit lower="-inf" upper="inf" effort="inf" velocity="inf"/>'
+    path = write(tmp_path, link("base"), link("a"), joint("j", "revolute", "base", "a", limit))
+    dof = load_model(path, strict=True).joints[0].dofs[0]
+    assert (dof.lower, dof.upper, dof.motor.max_effort) == (-math.inf, math.inf, math.inf)
+    with pytest.raises(FileError, match=':4: <limit>: lower="nan" is not finite'):
+        load_model(
+            write(
+                tmp_path, link("base"), link("a"), joint("j", "revolute", "base", "a", "<limit lower='nan'/>")
+            )
+        )
+
+
 # Breaks when a link with mass and no moments of inertia is refused: MuJoCo reads it where its base is fixed.
 def test_no_moments_of_inertia(tmp_path):
     point = INERTIAL.replace('="1"', '="0"')
@@ -297,6 +307,10 @@ UNSUPPORTED = [
     (
         link("a") + joint("j", "continuous", "base", "a", '<dynamics dampin="2"/>'),
         ':3: <dynamics>: dampin="2": this attribute is not known',
+    ),
+    (
+        link("a") + joint("j", "revolute", "base", "a", '<limit lower="1" upper="-1"/>'),
+        ':3: <joint name="j">: lower 1 is above upper -1; it moves without limits',
     ),
     (
         link("a") + joint("j", "continuous", "base", "a", '<mimic joint="none"/>'),

@@ -21,7 +21,6 @@ from .issues import Issues
 from .urdf import prepare
 
 ADVICE = {
-    "bad format in attribute": "a macro such as ${x} is for xacro, which must be run first",
     "mass and inertia of moving bodies": (
         "a body that moves needs mass and inertia: give it an <inertial> or a geom with mass"
     ),
@@ -222,6 +221,8 @@ def _translated(message: str, path: Path, root: Element) -> str:
     text = re.sub(r"^(XML )?Error: (Error: )?", "", message.strip())
     what, _, where = text.partition("\nElement ")
     element = _located(what, where, root) or _mentioned(what, root)
+    if element and any("$" in value for value in element.attributes.values()):
+        what += "; a macro such as ${x} is for xacro, which must be run first"
     advice = next((text for key, text in ADVICE.items() if key in what), "")
     place = f"{element.place}: {element}" if element else f"{path}"
     return f"{place}: {' '.join(what.split())}" + (f"; {advice}" if advice else "")

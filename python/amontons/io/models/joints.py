@@ -11,7 +11,7 @@ from ...model.transforms import IDENTITY, Transform, axis_angle, conjugate, rota
 from .bodies import Bodies
 from .compiled import Compiled, transform
 from .softness import is_soft
-from .urdf import fixed_joint_names, note_locked, urdf_range
+from .urdf import fixed_joint_names, judge_limits, urdf_range
 
 SMALL_ANGLE = 1e-6
 """rad: what is left of the range of a ball joint at least"""
@@ -30,7 +30,7 @@ class Joints:
 
 def read_joints(compiled: Compiled, bodies: Bodies) -> Joints:
     m = compiled.model
-    note_locked(compiled.root, compiled.issues)
+    judge_limits(compiled.root, compiled.issues)
     joints = Joints([], {}, {})
     fixed = fixed_joint_names(compiled.root)
     taken = {compiled.name("jnt", j) for j in range(m.njnt)}

@@ -94,8 +94,11 @@ def faults(element: Element) -> list[str]:
     found = [
         f'{name}="{element.attributes[name]}" is not finite'
         for name in element.attributes
-        if name not in NAMES and not name.endswith("range") and not_finite(element, name)
+        if name not in NAMES and not_finite(element, name) and not _may_be_infinite(element, name)
     ]
+    # What <default> holds is judged where something has it.
+    if any(parent.tag == "default" for parent in element.ancestors()):
+        return found
     for name in ("mass", "density", "stiffness", "damping", "armature", "frictionloss", "kp", "kv"):
         if element.tag != "option" and any(x < 0 for x in (element.numbers(name) or [])[:1]):
             found.append(f'{name}="{element.attributes[name]}" is negative; it must be >= 0')
@@ -103,8 +106,14 @@ def faults(element: Element) -> list[str]:
         found.append(f'value="{element.attributes["value"]}" is negative; a mass must be >= 0')
     if element.tag in ("geom", "pair") and any(x < 0 for x in element.numbers("friction") or []):
         found.append(f'friction="{element.attributes["friction"]}" is negative; it must be >= 0')
-    found += _limit_faults(element)
-    return found
+    return found + _limit_faults(element)
+
+
+def _may_be_infinite(element: Element, name: str) -> bool:
+    """Ranges, which their own check looks at, and infinite limits of URDF."""
+    if element.tag != "limit":
+        return name.endswith("range")
+    return all(value == value for value in element.numbers(name) or [])
 
 
 def _limit_faults(element: Element) -> list[str]:
@@ -121,9 +130,4 @@ def _limit_faults(element: Element) -> list[str]:
                 found.append(
                     f'{name}="{element.attributes[name]}": the lower limit must be below the upper one'
                 )
-    if element.tag == "limit":
-        lower, upper = ((element.numbers(name) or [0.0])[0] for name in ("lower", "upper"))
-        kind = element.parent.attributes.get("type") if element.parent else None
-        if kind in ("revolute", "prismatic") and lower > upper:
-            found.append(f"lower {lower:g} is above upper {upper:g}; swap them")
     return found

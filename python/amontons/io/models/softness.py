@@ -34,8 +34,8 @@ BOUNCES = 0.05
 """Restitution below this is none."""
 POINTS = {"mjGEOM_SPHERE": 1, "mjGEOM_ELLIPSOID": 1, "mjGEOM_CAPSULE": 2}
 """Contact points of a geom that stands; four of the others"""
-SUPPORTS = 4
-"""Contact points that share the weight of a robot, at most"""
+SUPPORTS, PLANAR_SUPPORTS = 4, 2
+"""Contact points that share the weight of a robot, at most, in space and in a plane"""
 
 
 @dataclass(frozen=True)
@@ -176,11 +176,11 @@ def loads(compiled: Compiled, touching: Array) -> Array:
         top[body] = body if parent == 0 else top[parent]
     of_tree = np.bincount(top[m.geom_bodyid], weights=points, minlength=m.nbody)
     joints = compiled.mujoco.mjtJoint
-    moving = np.isin(m.jnt_type, [int(joints.mjJNT_FREE), int(joints.mjJNT_SLIDE)])
-    falls = np.zeros(m.nbody, dtype=bool)
-    falls[m.jnt_bodyid[moving]] = True
+    supports = np.zeros(m.nbody)  # of what falls, by the body below the world
+    supports[m.jnt_bodyid[m.jnt_type == int(joints.mjJNT_SLIDE)]] = PLANAR_SUPPORTS
+    supports[m.jnt_bodyid[m.jnt_type == int(joints.mjJNT_FREE)]] = SUPPORTS
     tree = top[m.geom_bodyid]
-    share = m.body_subtreemass[tree] / np.clip(of_tree[tree], 1, SUPPORTS)
+    share = m.body_subtreemass[tree] / np.clip(of_tree[tree], 1, np.maximum(supports[tree], 1))
     weight = m.body_invweight0[m.geom_bodyid, 0]
     felt = np.divide(1.0, weight, out=np.zeros_like(weight), where=weight > 0)
-    return gravity * np.where(falls[tree], share, felt)
+    return gravity * np.where(supports[tree] > 0, share, felt)

@@ -93,14 +93,25 @@ def urdf_range(joint: Element | None) -> float | None:
         return None
     if joint.attributes.get("type") not in ("revolute", "prismatic"):
         return None
-    limit = joint.child("limit")
-    lower, upper = (((limit and limit.numbers(name)) or [0.0])[0] for name in ("lower", "upper"))
+    lower, upper = _limits(joint)
     return lower if lower == upper else None
 
 
-def note_locked(root: Element, issues: Issues) -> None:
-    """Says which joints have no range: the URDF specification asks for one, 0 to 0 by default; MuJoCo takes
-    equal limits for none."""
+def _limits(joint: Element) -> tuple[float, float]:
+    limit = joint.child("limit")
+    lower, upper = (((limit and limit.numbers(name)) or [0.0])[0] for name in ("lower", "upper"))
+    return lower, upper
+
+
+def judge_limits(root: Element, issues: Issues) -> None:
+    """Lists limits in the wrong order, and says which joints have no range.
+
+    The URDF specification asks for a range, 0 to 0 by default; MuJoCo takes equal limits for none.
+    """
+    for e in root.children:
+        lower, upper = _limits(e)
+        if e.tag == "joint" and e.attributes.get("type") in ("revolute", "prismatic") and lower > upper:
+            issues.add(e, f"lower {lower:g} is above upper {upper:g}; it moves without limits, as in MuJoCo")
     names = [f'"{e.name}"' for e in root.children if e.tag == "joint" and urdf_range(e) is not None]
     if names:
         shown = ", ".join(names[:3]) + (f" and {len(names) - 3} more" if len(names) > 3 else "")
