@@ -2,6 +2,7 @@
 
 import math
 import shutil
+import struct
 import warnings
 
 import amontons
@@ -175,6 +176,28 @@ def test_meshes_are_found(tmp_path, root, filename, monkeypatch):
     corners = np.array([geom.frame(v) for v in geom.shape.vertices])
     assert corners.max(axis=0) == pytest.approx((0.1, 0.1, 0.1), abs=1e-6)  # meshes are float32
     assert corners.min(axis=0) == pytest.approx((-0.1, -0.1, -0.1), abs=1e-6)
+
+
+# Breaks when an STL file in text is refused, as MuJoCo does, or scaled otherwise than a binary one, or when a
+# binary one that begins like text is taken for it.
+@pytest.mark.parametrize("text", [True, False])
+def test_stl(tmp_path, text):
+    corners = [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)]
+    triangles = [[corners[i] for i in face] for face in ((0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3))]
+    if text:
+        lines = [
+            "facet normal 0 0 0\nouter loop\n"
+            + "".join(f"vertex {x} {y} {z:e}\n" for x, y, z in triangle)
+            + "endloop\nendfacet\n"
+            for triangle in triangles
+        ]
+        (tmp_path / "a.STL").write_text(f"solid a\n{''.join(lines)}endsolid a\n")
+    else:
+        parts = [struct.pack("<12fH", 0, 0, 0, *np.ravel(triangle), 0) for triangle in triangles]
+        (tmp_path / "a.STL").write_bytes(b"solid".ljust(80) + struct.pack("<I", 4) + b"".join(parts))
+    (geom,) = load_model(write(tmp_path, link("base", more=MESH.format("a.STL")))).geoms
+    found = np.array([geom.frame(v) for v in geom.shape.vertices])
+    assert sorted(map(tuple, np.round(found, 6) + 0.0)) == [(0, 0, 0), (0, 0, 0.2), (0, 0.1, 0), (0.1, 0, 0)]
 
 
 # Breaks when <compiler meshdir> of the MuJoCo extension is not obeyed.

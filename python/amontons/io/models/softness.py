@@ -32,6 +32,8 @@ VISIBLE = 2.0
 YIELDING = 10.0
 BOUNCES = 0.05
 """Restitution below this is none."""
+GRAVITY = 9.81
+"""m/s^2, of files without any: contacts are as soft as they would be on earth"""
 POINTS = {"mjGEOM_SPHERE": 1, "mjGEOM_ELLIPSOID": 1, "mjGEOM_CAPSULE": 2}
 """Contact points of a geom that stands; four of the others"""
 SUPPORTS, PLANAR_SUPPORTS = 4, 2
@@ -167,7 +169,7 @@ def loads(compiled: Compiled, touching: Array) -> Array:
     touching: which geoms (ngeom,) collide at all.
     """
     m, kinds = compiled.model, compiled.mujoco.mjtGeom
-    gravity = float(np.linalg.norm(m.opt.gravity))
+    gravity = float(np.linalg.norm(m.opt.gravity)) or GRAVITY
     few = {int(getattr(kinds, name)): count for name, count in POINTS.items()}
     points = np.array([few.get(int(kind), SUPPORTS) for kind in m.geom_type]) * touching
     top = np.zeros(m.nbody, dtype=int)  # by body: the one below the world that carries it

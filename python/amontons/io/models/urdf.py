@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from ...errors import FileError
+from . import stl_text
 from .elements import Element
 from .issues import Issues
 
@@ -54,6 +55,9 @@ def _find_meshes(spec: Any, root: Element, issues: Issues) -> None:
             spec.delete(mesh)
         else:
             mesh.file = str(file)
+            if (corners := stl_text.read(file)) is not None:
+                mesh.file = ""
+                mesh.uservert, mesh.userface = corners.ravel(), np.arange(len(corners))
             # Masses are those of <inertial>; MuJoCo's default refuses meshes that are not closed.
             mesh.inertia = type(mesh.inertia).mjMESH_INERTIA_CONVEX
     spec.compiler.meshdir = ""
