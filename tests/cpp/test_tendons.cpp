@@ -187,3 +187,27 @@ TEST(wide_rows_act_like_one_row) {
     CHECK_NEAR(row_velocity(wide, after), 0, 1e-9);
   }
 }
+
+// Breaks when an error of a coupling or tendon is not seen, or in another unit: of a hinge beyond what a
+// coupling says by 0.3 rad, of a string by 0.2 m.
+TEST(errors_of_couplings_and_tendons) {
+  ModelDescription d;
+  d.bodies = {unit_body(), unit_body({{3, 0, 0}, {}})};
+  d.joints.push_back(joint_of(0, world, {hinge({0, 0, 1})}));
+  d.couplings.push_back({"held", 0, 0, -1, 0, {0.3}});
+  Tendon string;
+  string.path = {stop(world, {}), stop(1, {})};
+  string.upper = 3.1;
+  d.tendons.push_back(string);
+  const auto error = [&] {
+    const Model model(d);
+    const Placed placed(model);
+    return line_error(model, placed.frames, placed.state) / model.length();
+  };
+  CHECK_NEAR(error(), 0.3, 1e-12);
+  d.tendons[0].upper = 2.8;
+  d.couplings[0].compliance = 1;  // a spring, no error
+  CHECK_NEAR(error(), 0.2, 1e-12);
+  d.tendons[0].lower = d.tendons[0].upper = 3.5;
+  CHECK_NEAR(error(), 0.5, 1e-12);
+}

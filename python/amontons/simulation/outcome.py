@@ -45,7 +45,7 @@ class Report:
     penetration: float
     """deepest at the start of the step, >= 0 (m)"""
     joint_error: float
-    """largest violation of a joint at the start of the step (m)"""
+    """largest violation of a joint, rigid coupling or limit of a tendon at the start of the step (m)"""
     joint_angle_error: float
     """rad"""
     kinetic_energy: float

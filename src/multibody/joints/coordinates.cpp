@@ -217,6 +217,25 @@ JointError joint_error(const Model& model, const BodyFrames& bodies, const State
   return worst;
 }
 
+// Lengths and coordinates as they stand; those that no impulse can change count too.
+double line_error(const Model& model, const BodyFrames& bodies, const State& state) {
+  double worst = 0;
+  for (const Coupling& c : model.description().couplings) {
+    if (c.compliance > 0) continue;
+    const double violation = coupling_value(model, c, bodies, state).violation;
+    worst = std::max(worst, coupling_scale(model, c) * std::abs(violation));
+  }
+  const auto& tendons = model.description().tendons;
+  for (std::size_t k = 0; k < tendons.size(); ++k) {
+    const Tendon& t = tendons[k];
+    if (t.lower == -infinity && t.upper == infinity) continue;
+    const Index index = static_cast<Index>(k);
+    const double length = tendon_length(model, bodies, state, index);
+    worst = std::max(worst, tendon_scale(model, index) * std::max(length - t.upper, t.lower - length));
+  }
+  return worst;
+}
+
 // Springs of dofs, of balls, of compliant joints and couplings, of tendons: 1/2 k s^2 each, summed as twice
 // the energy.
 double spring_energy(const Model& model, const BodyFrames& bodies, const State& state) {

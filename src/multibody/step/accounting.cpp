@@ -32,7 +32,7 @@ void add_errors(const Model& model, const BodyFrames& frames, const State& state
                 const std::vector<Contact>& contacts, Report& report) {
   for (const Contact& c : contacts) report.penetration = std::max(report.penetration, -c.gap);
   const JointError error = joint_error(model, frames, state);
-  report.joint_error = std::max(report.joint_error, error.distance);
+  report.joint_error = std::max({report.joint_error, error.distance, line_error(model, frames, state)});
   report.joint_angle_error = std::max(report.joint_angle_error, error.angle);
 }
 

@@ -22,6 +22,9 @@ struct JointError {
 };
 JointError joint_error(const Model& model, const BodyFrames& bodies, const State& state);
 
+// The largest violation of rigid couplings and of the limits of tendons, m, angles times Model::length().
+double line_error(const Model& model, const BodyFrames& bodies, const State& state);
+
 // Energy of all joint springs, J: 1/2 k (q - rest)^2, that of ball joints, and what compliant joints and
 // couplings hold. Gains of motors are not springs.
 double spring_energy(const Model& model, const BodyFrames& bodies, const State& state);

@@ -24,7 +24,8 @@ struct Report {
   std::size_t contacts = 0, joint_rows = 0;
   unsigned substeps = 1;
   double penetration = 0;                         // m, the largest -gap at the start of the step, >= 0
-  double joint_error = 0, joint_angle_error = 0;  // m, rad, at the start of the step
+  double joint_error = 0, joint_angle_error = 0;  // m, rad, at the start of the step; the first one
+                                                  // of couplings and limits of tendons too
   // J. The potential energy is that of half a step before the end: symplectic Euler moves with the velocity
   // at the end, so that T(v+) + V(q+) is off by h/2 v . grad V, while with V(q+ - h v+ / 2) the sum is exact
   // for projectiles and second order elsewhere.
