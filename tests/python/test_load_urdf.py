@@ -230,14 +230,44 @@ def test_wrong_files(tmp_path, lines, message):
         load_model(write(tmp_path, *lines))
 
 
-# Breaks when a mesh of a kind that cannot be read gives an obscure error.
-def test_collada(tmp_path):
-    (tmp_path / "a.dae").write_text("")
-    path = write(tmp_path, link("base", more=MESH.format("a.dae")))
-    with pytest.raises(InputError, match=r":2: <mesh>: a\.dae is no \.stl, \.obj, \.msh file; convert it"):
+# Breaks when a mesh of a kind that cannot be read gives an obscure error, or is left out unsaid.
+@pytest.mark.parametrize("name", ["a.dae", "a.fbx"])
+def test_mesh_of_no_kind(tmp_path, name):
+    (tmp_path / name).write_text("")
+    path = write(tmp_path, link("base", more=MESH.format(name)))
+    with pytest.raises(InputError, match=rf":2: <mesh>: {name} is no \.stl, \.obj, \.msh file; convert it"):
         load_model(path, strict=True)
     with pytest.warns(UnsupportedWarning, match="convert it"):
-        assert load_model(path).geom_names == ()
+        model = load_model(path)
+    assert (model.geom_names, model.unread[0].effect) == ((), "large")
+
+
+COLLADA = """<?xml version="1.0"?><COLLADA xmlns="http://www.collada.org/2005/11/COLLADASchema">
+<asset><unit name="centimetre" meter="0.01"/><up_axis>Y_UP</up_axis></asset>
+<library_geometries><geometry id="g"><mesh>
+<source id="p"><float_array id="f" count="12">0 0 0 10 0 0 0 20 0 0 0 30</float_array>
+<technique_common><accessor source="#f" count="4" stride="3"/></technique_common></source>
+<vertices id="v"><input semantic="POSITION" source="#p"/></vertices></mesh></geometry></library_geometries>
+<library_nodes><node id="n"><scale>2 1 1</scale><instance_geometry url="#g"/>{}</node></library_nodes>
+<library_visual_scenes><visual_scene id="s">
+<node><translate>100 0 0</translate><rotate>0 0 1 90</rotate><instance_node url="#n"/></node>
+</visual_scene></library_visual_scenes><scene><instance_visual_scene url="#s"/></scene></COLLADA>"""
+
+
+# Breaks when nodes, units or the scale of a Collada file move its points otherwise (worked out by hand), or
+# when nodes that name themselves have no end.
+def test_collada(tmp_path):
+    (tmp_path / "a.dae").write_text(COLLADA.format(""))
+    path = write(tmp_path, link("base", more=MESH.format("a.dae")))
+    (geom,) = load_model(path, strict=True).geoms
+    # 20, 20 and 30 cm along x, y and z from 1 m on, turned about z, then times (0.1, 0.1, 0.2).
+    points = np.array([geom.frame(v) for v in geom.shape.vertices])
+    expected = np.array([(1, 0, 0), (1, 0.2, 0), (0.8, 0, 0), (1, 0, 0.3)]) * (0.1, 0.1, 0.2)
+    order = [sorted(map(tuple, np.round(part, 6) + 0.0)) for part in (points, expected)]
+    np.testing.assert_allclose(*order, atol=1e-6)
+    (tmp_path / "a.dae").write_text(COLLADA.format('<instance_node url="#n"/>'))
+    with pytest.raises(InputError, match="convert it"):
+        load_model(path, strict=True)
 
 
 # Breaks when inertias of no solid are taken, or stop at the first. Their mean keeps the trace.

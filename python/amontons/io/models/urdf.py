@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from ...errors import FileError
-from . import stl_text
+from . import collada, stl_text
 from .elements import Element
 from .issues import Issues
 
@@ -55,7 +55,9 @@ def _find_meshes(spec: Any, root: Element, issues: Issues) -> None:
             spec.delete(mesh)
         else:
             mesh.file = str(file)
-            if (corners := stl_text.read(file)) is not None:
+            if file.suffix.lower() == ".dae":
+                mesh.file, mesh.uservert = "", collada.read(file).ravel()
+            elif (corners := stl_text.read(file)) is not None:
                 mesh.file = ""
                 mesh.uservert, mesh.userface = corners.ravel(), np.arange(len(corners))
             # Masses are those of <inertial>; MuJoCo's default refuses meshes that are not closed.
@@ -181,8 +183,10 @@ def _find_mesh(name: str, meshdir: str, root: Element, issues: Issues) -> Path |
             f'{element.place}: {element}: the file "{name}" does not exist; looked for {looked}. For '
             "package:// set ROS_PACKAGE_PATH to the folders that hold the packages"
         )
+    if found.suffix.lower() == ".dae" and collada.read(found) is not None:
+        return found.resolve()
     if found.suffix.lower() not in FORMATS:
-        issues.add(element, f"{found.name} is no {', '.join(FORMATS)} file; convert it")
+        issues.add(element, f"{found.name} is no {', '.join(FORMATS)} file; convert it", "large")
         return None
     return found.resolve()
 
