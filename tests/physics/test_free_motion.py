@@ -1,12 +1,13 @@
 """Bodies that fly, tumble and swing, against their closed forms."""
 
 import math
+from dataclasses import replace
 
 import amontons
 import amontons.scenes
 import numpy as np
 import pytest
-from amontons import shapes
+from amontons import Fluid, FluidBox, Transform, shapes
 from measures import rotation, run, simulate
 from scipy.special import ellipk
 
@@ -97,3 +98,49 @@ def test_pendulum_period(angle):
     crossings = [times[i] + h * x[i] / (x[i] - x[i + 1]) for i in range(len(x) - 1) if x[i] * x[i + 1] < 0]
     measured = crossings[2] - crossings[0]
     assert measured == pytest.approx(period, rel=1e-5 + (2 * math.pi * h / period) ** 2)
+
+
+@pytest.mark.parametrize("scale", [0.0, 0.3, -1.0])
+def test_gravity_scale(scale):
+    # Falls with scale g: v = scale g t exactly. Its energy counts its own weight.
+    b = amontons.ModelBuilder()
+    b.add_body(shape=shapes.Sphere(0.1), mass=2.0, gravity_scale=scale)
+    sim = amontons.Simulation(b.build(), dt=1e-2)
+    reports = []
+    sim.run(1.0, lambda _, report: reports.append(report))
+    assert sim.state.linear_velocities[0, 2] == pytest.approx(-9.81 * scale, abs=1e-12)
+    energies = [r.kinetic_energy + r.potential_energy for r in reports]
+    assert max(energies) - min(energies) <= 1e-9 * max(1.0, max(map(abs, energies)))
+
+
+def test_drag_of_a_viscous_fluid():
+    # m v' = m g - c v with c = 3 pi d viscosity: v = m g / c (1 - exp(-c t / m)); a spin decays with
+    # pi d^3 viscosity / I. The wind counts. First order: the error halves with the step.
+    d, viscosity, m, inertia, t = 0.2, 5.0, 0.5, 0.01, 0.2
+    box = FluidBox(0, Transform(), (d, d, d))
+    c, turning = 3 * math.pi * d * viscosity, math.pi * d**3 * viscosity
+    errors = []
+    for h in (2e-3, 1e-3):
+        b = amontons.ModelBuilder()
+        b.add_body(mass=m, inertia=(inertia,) * 3, angular_velocity=(0, 0, 2.0))
+        fluid = Fluid(viscosity=viscosity, wind=(0.3, 0, 0))
+        sim = amontons.Simulation(replace(b.build(), fluid=fluid, fluid_boxes=(box,)), dt=h)
+        sim.run(t)
+        fallen = -m * 9.81 / c * (1 - math.exp(-c * t / m))
+        blown = 0.3 * (1 - math.exp(-c * t / m))
+        exact = (blown, 0, fallen, 0, 0, 2 * math.exp(-turning * t / inertia))
+        found = (*sim.state.linear_velocities[0], *sim.state.angular_velocities[0])
+        errors.append(np.abs(np.subtract(found, exact)).max())
+    assert errors[1] < 0.01
+    assert errors[1] < 0.55 * errors[0]
+
+
+def test_drag_of_a_thick_fluid_stops():
+    # A damper of 1e4 / s against a step of 10 ms: the speed falls by 1 + h c / m = 101 and keeps its sign.
+    b = amontons.ModelBuilder(gravity=(0, 0, 0))
+    b.add_body(mass=1.0, inertia=(1, 1, 1), linear_velocity=(1, 2, 3))
+    fluid = Fluid(viscosity=1e4 / (3 * math.pi * 0.1))
+    box = FluidBox(0, Transform(), (0.1, 0.1, 0.1))
+    sim = amontons.Simulation(replace(b.build(), fluid=fluid, fluid_boxes=(box,)), dt=1e-2)
+    sim.step()
+    np.testing.assert_allclose(sim.state.linear_velocities[0], np.array([1, 2, 3]) / 101, rtol=1e-12)

@@ -89,6 +89,7 @@ class ModelBuilder(PartBuilder):
         angular_velocity: Sequence[float] = (0.0, 0.0, 0.0),
         material: Material | None = None,
         friction_direction: Sequence[float] | None = None,
+        gravity_scale: float = 1.0,
     ) -> int:
         """Add a body and return its index.
 
@@ -100,6 +101,7 @@ class ModelBuilder(PartBuilder):
         frame) are given. A dynamic body without any gets its mass from geoms with a density.
         motion: "dynamic"; "kinematic", which keeps the velocity that the state holds; or "fixed".
         linear_velocity (of the frame's origin), angular_velocity: initial, world axes (m/s, rad/s).
+        gravity_scale: its weight over mass times gravity: 0 floats.
         """
         name = self._new_name("body", name)
         who = f'body "{name}"'
@@ -125,6 +127,7 @@ class ModelBuilder(PartBuilder):
             centre_of_mass=solid.centre_of_mass,
             inertia=solid.inertia,
             pose=Transform.named(who, position, orientation),
+            gravity_scale=gravity_scale,
             linear_velocity=linear_velocity,  # type: ignore[arg-type]
             angular_velocity=angular_velocity,  # type: ignore[arg-type]
         )

@@ -97,7 +97,7 @@ GEOM = Rule(
     | FRAME,
     words("group user material rgba castshadow fluidshape fluidcoef gap"),
     {
-        "type": (none_of("sdf"), "a signed distance field; use a mesh or primitives"),
+        "type": (none_of("sdf"), "a signed distance field; use a mesh or primitives", "large"),
         "adhesion": (zero, ADHESION),
     },
 )
