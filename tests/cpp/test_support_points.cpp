@@ -76,7 +76,7 @@ TEST(a_round_sole_keeps_its_area) {
 
 // The same points whatever the last bits of the gaps (those of a body that rests are good to 1e-10 m), and
 // whichever way the normal looks: fails if a choice between points that are alike hangs on rounding. A body
-// that rocks on its rim has all of them and up to four corners of that side more.
+// that rocks on its rim has all of them and up to six corners of that side more.
 TEST(the_choice_does_not_flicker) {
   const auto points = sole(40);
   const auto kept = chosen(points);
@@ -98,7 +98,7 @@ TEST(the_choice_does_not_flicker) {
       p.end = p.gap;
     }
     const auto rocked = chosen(noisy);
-    CHECK(rocked.size() <= kept.size() + 4);
+    CHECK(rocked.size() <= kept.size() + 6);
     CHECK(std::includes(rocked.begin(), rocked.end(), kept.begin(), kept.end()));
   }
 }

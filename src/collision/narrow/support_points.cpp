@@ -27,6 +27,8 @@ constexpr double least_area = 0.01;
 // By how much the turns that are looked at lift one side of the support, in tolerances: from what may come in
 // a step, down to what tells the three points on which a body stands from those that it nearly stands on.
 constexpr double parts[] = {10, 1, 0.1, 0.01, 0.001};
+// What a body stands on when it rests lies in one plane but for so much, in tolerances.
+constexpr double standing = 1e-3;
 // The part of such a lift by which a body may sink in for want of a point.
 constexpr double missed = 0.1;
 // What differs by less, in what it is compared with, is alike; and a kept point that lies higher by less, in
@@ -138,6 +140,7 @@ void SupportPoints::select(std::span<const SupportPoint> points, const Vec3& nor
     sites_.push_back({dot(u, d), dot(v, d), points[i].gap, i});
   }
   keep_outline(tolerance, kept);
+  keep_outline(standing * tolerance, kept);
   for (double part : parts) keep_under_turns(part * tolerance, kept);
   // Roughly the same at the end of the step: where the body lands is looked at again there.
   for (Site& s : sites_) s.height = points[s.point].end;

@@ -210,6 +210,7 @@ void ContactFinder::find_missed(const Reach& reach, const BodyVelocities& free, 
   }
   if (2 * reach.h * change <= reach.margin + allowance) return;
   sort_by_pair(contacts, by_pair_, [](std::size_t) { return true; });
+  found_.clear();
   visit(reach, [&](const Contact& contact, double closing) {
     if (closing >= -allowance) return;
     if (seams_.passes(reach, frames_, contact)) return;
@@ -220,8 +221,12 @@ void ContactFinder::find_missed(const Reach& reach, const BodyVelocities& free, 
           return norm_squared(contacts[key.contact].point - contact.point) <= same;
         }))
       return;
-    contacts.push_back(contact);
+    found_.push_back(contact);
   });
+  for (std::size_t first = 0, end = 0; first < found_.size(); first = end) {
+    end = end_of_pair(found_, first);
+    spares_.add(reach, std::span(found_).subspan(first, end - first), contacts);
+  }
 }
 
 // Contacts see the velocity of a point along a constant normal. Where a body turns by the angle a, that is

@@ -6,6 +6,16 @@ namespace amontons {
 
 namespace {
 
+// What leaving out a point may cost: far below what a margin is taken for, far above rounding.
+double tolerance_of(const Reach& reach) { return 0.01 * reach.margin; }
+
+// How deep a spare one may come to lie: a tenth of its way in the step, but no deeper than the tolerance.
+// What moves fast is on its way past; but a body on a rough sole, which stands now on these points and now on
+// those, would never come to rest.
+double overlap_of(const Contact& c, double end, const Reach& reach) {
+  return std::clamp(0.1 * (c.gap - end), 1e-4 * reach.margin, tolerance_of(reach));
+}
+
 // How near a point has to come to be looked at before the solve. It is as far as the choice among many looks.
 double reach_of(const Reach& reach) { return 0.1 * reach.margin; }
 
@@ -15,13 +25,14 @@ constexpr std::size_t few = 4;
 // triangle to the next.
 constexpr double same_normal = 0.99;  // cosine
 
-// What leaving out a point may cost: far below what a margin is taken for, far above rounding.
-double tolerance_of(const Reach& reach) { return 0.01 * reach.margin; }
-
 // Shapes with any number of corners. The others have few, each of which is known by name.
 bool has_many_corners(const Shape& shape) {
   return std::holds_alternative<Hull>(shape) || std::holds_alternative<Mesh>(shape) ||
          std::holds_alternative<HeightField>(shape);
+}
+
+bool is_reducible(const Model& model, const Contact& c) {
+  return has_many_corners(model.geom(c.geom_a).shape) || has_many_corners(model.geom(c.geom_b).shape);
 }
 
 }  // namespace
@@ -56,9 +67,7 @@ void Spares::set_aside(const Reach& reach, std::vector<Contact>& contacts) {
   std::size_t out = 0;
   for (std::size_t first = 0, end = 0; first < contacts.size(); first = end) {
     end = end_of_pair(contacts, first);
-    const Contact& c = contacts[first];
-    const bool many = has_many_corners(reach.model.geom(c.geom_a).shape) ||
-                      has_many_corners(reach.model.geom(c.geom_b).shape);
+    const bool many = is_reducible(reach.model, contacts[first]);
     if (many) choose(reach, std::span(contacts).subspan(first, end - first));
     for (std::size_t i = first; i < end; ++i) {
       if (many && !needed_[i - first])
@@ -79,10 +88,11 @@ double deepest(const std::vector<Contact>& contacts, std::span<const PairKey> ke
 // Overlaps of what has rows already are no news: the rows take them back as fast as they may. A spare one is
 // missed where it comes to lie deeper than all of its pair that have rows.
 void Spares::call_in(const Reach& reach, std::vector<Contact>& contacts) {
-  const double tolerance = tolerance_of(reach);
-  if (std::none_of(spare_.begin(), spare_.end(),
-                   [&](const Contact& c) { return end_gap(c, reach) < -tolerance; }))
-    return;
+  const auto overlaps = [&](const Contact& c, double held) {
+    const double end = end_gap(c, reach);
+    return end < held - overlap_of(c, end, reach);
+  };
+  if (std::none_of(spare_.begin(), spare_.end(), [&](const Contact& c) { return overlaps(c, 0); })) return;
   sort_by_pair(contacts, by_pair_, [](std::size_t) { return true; });
   called_.clear();
   std::size_t out = 0;
@@ -91,7 +101,7 @@ void Spares::call_in(const Reach& reach, std::vector<Contact>& contacts) {
     const auto [begin, after] = keys_of(by_pair_, pair_of(spare_[first]));
     const double held = deepest(contacts, {begin, after}, reach);
     for (std::size_t i = first; i < end; ++i) {
-      if (end_gap(spare_[i], reach) < held - tolerance)
+      if (overlaps(spare_[i], held))
         called_.push_back(spare_[i]);
       else if (out++ != i)
         spare_[out - 1] = spare_[i];
@@ -105,6 +115,10 @@ void Spares::call_in(const Reach& reach, std::vector<Contact>& contacts) {
 }
 
 void Spares::add(const Reach& reach, std::span<const Contact> found, std::vector<Contact>& contacts) {
+  if (!found.empty() && !is_reducible(reach.model, found[0])) {
+    contacts.insert(contacts.end(), found.begin(), found.end());
+    return;
+  }
   choose(reach, found);
   for (std::size_t i = 0; i < found.size(); ++i) (needed_[i] ? contacts : spare_).push_back(found[i]);
 }
