@@ -368,6 +368,18 @@ def test_friction_is_that_of_mujoco(tmp_path):
     assert len(found) == 21
 
 
+# Breaks when a crowd of frictionless geoms gets a material per pair, of which there are thousands, or another
+# friction among each other or with the floor.
+def test_a_crowd_without_friction_has_no_pairs(tmp_path):
+    balls = "".join(
+        f'<body pos="{i} 0 1"><freejoint/><geom size="0.1" condim="1"/></body>' for i in range(60)
+    )
+    model, _ = load(tmp_path, '<geom type="plane" size="1 1 1"/>' + balls)
+    assert model.pair_materials == ()
+    assert coefficients(model, 1, 2)[0] == 0.0
+    assert coefficients(model, 0, 1)[0] == 1.0
+
+
 def coefficients(model, a, b):
     """Sliding, torsional and rolling friction of two geoms: those of the pair, or the larger ones."""
     for pair in model.pair_materials:

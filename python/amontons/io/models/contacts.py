@@ -25,6 +25,8 @@ from .softness import (
 Pairs = set[tuple[int, int]]
 Values = dict[str, float]
 """Fields of a Material."""
+MANY = 1000
+"""Pairs: so many more with a material of their own are worth it where geoms then keep their friction."""
 FRICTIONS = ("friction", "torsional_friction", "rolling_friction")
 
 
@@ -112,14 +114,27 @@ def _frictions(compiled: Compiled, geoms: Geoms) -> dict[tuple[int, int], Values
         return {}
     rule = coefficients(*_condim_and_friction(compiled, ids[:, None], ids[None, :]))
     own = coefficients(dim, m.geom_friction[ids])
+    differs = _unlike(rule, own)  # a geom of condim 1 slides freely
     own[:, 0] = m.geom_friction[ids, 0]
-    differs = (rule != np.maximum(own[:, None], own[None, :])).any(axis=-1)
-    a, b = np.nonzero(np.triu(differs, 1))
+    with_own = _unlike(rule, own)  # it has the friction that it brings into others' contacts
+    if np.count_nonzero(with_own) <= np.count_nonzero(differs) + MANY:
+        differs = with_own
+    else:
+        geoms.geoms[:] = [
+            with_friction(geom, 0.0) if slides else geom
+            for geom, slides in zip(geoms.geoms, dim == 1, strict=True)
+        ]
+    a, b = np.nonzero(differs)
     return {
         (i, j): dict(zip(FRICTIONS, rule[i, j].tolist(), strict=True))
         for i, j in zip(a.tolist(), b.tolist(), strict=True)
         if _may_touch(geoms, i, j)
     }
+
+
+def _unlike(rule: Array, own: Array) -> Array:
+    """Which pairs i < j have other coefficients than the larger ones of both."""
+    return np.triu((rule != np.maximum(own[:, None], own[None, :])).any(axis=-1), 1)
 
 
 def _condim_and_friction(compiled: Compiled, a: Array, b: Array) -> tuple[Array, Array]:
