@@ -17,7 +17,8 @@ namespace amontons {
 // dynamic.
 class ContactFinder {
  public:
-  // All contact points within the margin, or that the velocities bring there within h.
+  // All contact points within the margin, or that the velocities bring there within h, but for those that
+  // pass a seam and those that others stand for.
   void find(const Reach& reach, std::vector<Contact>& contacts);
   // Appends what the velocities v of a solve lead to and the free ones, with which the contacts were found,
   // did not foresee: an impact gives bodies velocities that nobody could foresee.
