@@ -104,6 +104,8 @@ void bind_joints(nb::module_& m) {
       .def_rw("damping", &Dof::damping)
       .def_rw("friction", &Dof::friction)
       .def_rw("armature", &Dof::armature)
+      .def_rw("lower_effort", &Dof::lower_effort)
+      .def_rw("upper_effort", &Dof::upper_effort)
       .def_rw("motor", &Dof::motor);
   nb::class_<Joint>(m, "Joint")
       .def(nb::init<>())

@@ -120,11 +120,15 @@ class Dof:
     motor: Motor = Motor()
     name: str = field(default="", metadata={"core": False})
     """of its coordinate in `Model.coordinates`; "" takes that of the joint"""
+    lower_effort: float = -math.inf
+    upper_effort: float = math.inf
+    """bounds of the sum that actuators put on it, themselves or by fixed tendons, as far as their efforts do
+    not depend on the motion (N, N m)"""
 
     def __post_init__(self) -> None:
         chosen("kind of degree of freedom", self.kind, DOFS)
         fill(self, axis=unit_vector("axis", self.axis), anchor=vector3("anchor", self.anchor))
-        numbers(self, "", "lower", "upper", infinite=True)
+        numbers(self, "", "lower", "upper", "lower_effort", "upper_effort", infinite=True)
         lower, upper = self.lower, self.upper
         if lower > upper:
             raise InputError(f"the lower limit {lower:g} exceeds the upper one {upper:g}; swap them")

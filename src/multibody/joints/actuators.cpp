@@ -43,22 +43,60 @@ void for_each_known(const Model& model, const BodyFrames& bodies, const BodyVelo
   }
 }
 
+// Where dofs bound the sum of efforts: along each dof what is known, the part of fixed tendons included.
+// False of an actuator that is on neither.
+bool add_effort(const Model& model, Index a, double impulse, std::vector<double>& sums) {
+  const Transmission& t = model.description().actuators[a].transmission;
+  if (t.kind == Transmission::Kind::dof) {
+    sums[model.first_dof(t.joint) + t.dof] += impulse;
+    return true;
+  }
+  if (t.kind != Transmission::Kind::tendon) return false;
+  const Tendon& tendon = model.description().tendons[t.tendon];
+  for (const TendonTerm& term : tendon.terms)
+    sums[model.first_dof(term.joint) + term.dof] += term.coefficient * impulse;
+  return tendon.path.empty();
+}
+
+// The effort tau along a row J is the wrench J' tau, as a row's wrench is what its unit impulse puts on the
+// bodies.
+void add_wrench(const Model& model, Index body, const std::array<double, 6>& j, double impulse,
+                std::vector<BodyImpulse>& loads) {
+  if (!model.is_dynamic(body)) return;
+  loads[body].force += impulse * Vec3{j[0], j[1], j[2]};
+  loads[body].torque += impulse * Vec3{j[3], j[4], j[5]};
+}
+
+void add_sums(const Model& model, const BodyFrames& bodies, const State& state, double h,
+              const std::vector<double>& sums, std::vector<BodyImpulse>& loads) {
+  for (std::size_t j = 0; j < model.joints(); ++j) {
+    const Joint& joint = model.joint(static_cast<Index>(j));
+    for (std::size_t i = 0; i < joint.dofs.size(); ++i) {
+      const double sum = sums[model.first_dof(j) + i];
+      if (sum == 0 || !is_active(model, joint)) continue;
+      const Dof& dof = joint.dofs[i];
+      const JointContext context = joint_context(model, bodies, state, j);
+      const JacobianRow row = joint_row(context, context.duals[i]);
+      const double impulse = std::clamp(sum, h * dof.lower_effort, h * dof.upper_effort);
+      add_wrench(model, row.body_a, row.a, impulse, loads);
+      add_wrench(model, row.body_b, row.b, impulse, loads);
+    }
+  }
+}
+
 }  // namespace
 
-// An effort that is known before the step has no row. The effort tau along a row J is the wrench J' tau, as a
-// row's wrench is what its unit impulse puts on the bodies.
+// An effort that is known before the step has no row.
 void add_actuator_loads(const Model& model, const BodyFrames& bodies, const BodyVelocities& start,
                         const State& state, double h, std::vector<BodyImpulse>& loads) {
+  std::vector<double> sums(model.bounds_efforts() ? model.dofs() : 0);
   for_each_known(model, bodies, start, state, h, [&](Index a, const Line& line, double rate) {
     const double impulse = h * known_effort(present_law(model, state, a, line.length, rate, h));
-    for (std::size_t i = 0; i < line.row.body.size(); ++i) {
-      const Index body = line.row.body[i];
-      if (!model.is_dynamic(body)) continue;
-      const auto& j = line.row.j[i];
-      loads[body].force += impulse * Vec3{j[0], j[1], j[2]};
-      loads[body].torque += impulse * Vec3{j[3], j[4], j[5]};
-    }
+    if (!sums.empty() && add_effort(model, a, impulse, sums)) return;
+    for (std::size_t i = 0; i < line.row.body.size(); ++i)
+      add_wrench(model, line.row.body[i], line.row.j[i], impulse, loads);
   });
+  if (!sums.empty()) add_sums(model, bodies, state, h, sums, loads);
 }
 
 void advance_activations(const Model& model, double h, State& state) {

@@ -123,6 +123,8 @@ void check_dof(const Dof& dof, const std::string& who) {
   require(std::isfinite(dof.rest), who, "the rest coordinate of the spring is not finite");
   require(dof.motor.max_effort > 0, who, "the largest effort of the motor must be positive");
   require(std::isfinite(dof.motor.target), who, "the target of the motor is not finite");
+  require(dof.lower_effort <= dof.upper_effort && dof.lower_effort < infinity && dof.upper_effort > -infinity,
+          who, "the bounds of the effort of actuators leave none; the lower one comes first");
 }
 
 // A joint of more than six dofs has dependent axes in every pose, so that its coordinates mean nothing.

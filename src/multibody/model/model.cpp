@@ -56,6 +56,9 @@ Model::Model(ModelDescription description) : d_(std::move(description)) {
     if (!joint.collide && joint.body_b != world) excluded_.push_back(ordered(joint.body_a, joint.body_b));
   }
   dof_actuators_.resize(dofs());
+  for (const Joint& joint : d_.joints)
+    for (const Dof& dof : joint.dofs)
+      bounds_efforts_ |= dof.lower_effort > -infinity || dof.upper_effort < infinity;
   tendon_actuators_.resize(d_.tendons.size());
   for (std::size_t k = 0; k < d_.actuators.size(); ++k) {
     const Transmission& t = d_.actuators[k].transmission;

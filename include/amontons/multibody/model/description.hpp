@@ -93,6 +93,9 @@ struct Dof {
   double friction = 0;                         // largest force or torque of dry friction, N or N m
   double armature = 0;                         // inertia of the drive, kg or kg m^2
   Motor motor;
+  // Of the sum that actuators put on the dof, themselves or by fixed tendons, as far as their efforts are
+  // known before the step: N or N m.
+  double lower_effort = -infinity, upper_effort = infinity;
 };
 
 enum class JointKind : unsigned char {

@@ -26,6 +26,8 @@ class Model {
   const std::vector<Index>& actuators_of_dof(std::size_t dof) const { return dof_actuators_[dof]; }
   const std::vector<Index>& actuators_of_tendon(std::size_t t) const { return tendon_actuators_[t]; }
   const std::vector<Index>& other_actuators() const { return other_actuators_; }
+  // Whether a dof bounds the sum of what actuators put on it.
+  bool bounds_efforts() const { return bounds_efforts_; }
   // Whether impulses can move a body: the one definition of it. The world is none.
   bool is_dynamic(Index body) const { return body >= 0 && d_.bodies[body].motion == Motion::dynamic; }
   // A length that grows with the unit of length: the median bounding radius of the shapes of dynamic bodies
@@ -45,6 +47,7 @@ class Model {
   std::vector<std::size_t> first_dof_;
   std::vector<std::vector<Index>> dof_actuators_, tendon_actuators_;
   std::vector<Index> other_actuators_;
+  bool bounds_efforts_ = false;
   std::vector<std::pair<Index, Index>> excluded_;                    // sorted body pairs, first < second
   std::vector<std::pair<Index, Index>> always_;                      // sorted geom pairs
   std::vector<std::pair<std::pair<Index, Index>, Material>> pairs_;  // sorted geom pairs

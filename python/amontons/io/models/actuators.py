@@ -41,6 +41,7 @@ def read_actuators(
             names.add(name)
         found.append(replace(actuator, name=name))
         ids.append(i)
+    reader.bound_sums()
     reader.limit_undriven()
     return found, ids
 
@@ -56,6 +57,7 @@ class _Reader:
         )  # fmt: skip
         m, trn = compiled.model, compiled.mujoco.mjtTrn
         self.on_joint = {int(trn.mjTRN_JOINT), int(trn.mjTRN_JOINTINPARENT)}
+        self.of_joint = self._drives_of_joints()
         # How many act on each joint and tendon, whose limits of force are of the sum.
         self.drives = Counter(
             (int(m.actuator_trntype[i]) in self.on_joint, int(m.actuator_trnid[i, 0]))
@@ -140,6 +142,8 @@ class _Reader:
         )
         trn = self.compiled.mujoco.mjtTrn
         on_joint, thing = int(m.actuator_trntype[i]) in self.on_joint, int(m.actuator_trnid[i, 0])
+        if on_joint and self._sums(thing):
+            return lower, upper
         if on_joint and m.jnt_actfrclimited[thing] and thing in self.joints.dof and gear:
             ends = sorted(x / gear for x in m.jnt_actfrcrange[thing].tolist())
         elif m.actuator_trntype[i] == trn.mjTRN_TENDON and m.tendon_actfrclimited[thing]:
@@ -170,7 +174,42 @@ class _Reader:
             while body > 0:
                 joints.update(range(m.body_jntadr[body], m.body_jntadr[body] + m.body_jntnum[body]))
                 body = int(m.body_parentid[body])
-        return any(m.jnt_actfrclimited[j] for j in joints)
+        return any(m.jnt_actfrclimited[j] and not self._sums(j) for j in joints)
+
+    def _drives_of_joints(self) -> dict[int, list[int]]:
+        """The actuators on each hinge and slide, themselves or by a fixed tendon."""
+        m, mujoco = self.compiled.model, self.compiled.mujoco
+        found: dict[int, list[int]] = {}
+        for i in range(m.nactuator):
+            kind, thing = int(m.actuator_trntype[i]), int(m.actuator_trnid[i, 0])
+            joints = [thing] if kind in self.on_joint else []
+            if kind == mujoco.mjtTrn.mjTRN_TENDON:
+                wraps = range(m.tendon_adr[thing], m.tendon_adr[thing] + m.tendon_num[thing])
+                joints = [
+                    int(m.wrap_objid[w]) for w in wraps if m.wrap_type[w] == mujoco.mjtWrap.mjWRAP_JOINT
+                ]
+            for j in joints:
+                found.setdefault(j, []).append(i)
+        return found
+
+    def _sums(self, j: int) -> bool:
+        """Whether the effort of a joint is bounded, and those of all that drives it do not depend on the
+        motion, so that their sum can be."""
+        drives = self.of_joint.get(j, [])
+        if not self.compiled.model.jnt_actfrclimited[j] or j not in self.joints.dof or len(drives) < 1:
+            return False
+        alone = len(drives) == 1 and int(self.compiled.model.actuator_trntype[drives[0]]) in self.on_joint
+        return not alone and all(_is_plain(_law(self.compiled, i)) for i in drives)
+
+    def bound_sums(self) -> None:
+        """Bounds the sum of efforts of those joints."""
+        m = self.compiled.model
+        for j, (joint, k) in self.joints.dof.items():
+            if self._sums(j):
+                lower, upper = m.jnt_actfrcrange[j].tolist()
+                dofs = list(self.joints.joints[joint].dofs)
+                dofs[k] = replace(dofs[k], lower_effort=lower, upper_effort=upper)
+                self.joints.joints[joint] = replace(self.joints.joints[joint], dofs=tuple(dofs))
 
     def _add_drive(self, i: int, moved: Transmission) -> None:
         """Damping and armature of the actuator, along its length, as those of the dof or tendon: times the
@@ -216,6 +255,11 @@ def _has_no_length(compiled: Compiled, i: int) -> bool:
     if kind == trn.mjTRN_SITE:
         return other < 0
     return kind in (trn.mjTRN_JOINT, trn.mjTRN_JOINTINPARENT) and m.jnt_type[thing] == kinds.mjJNT_FREE
+
+
+def _is_plain(law: dict[str, tuple[float, float, float]] | str) -> bool:
+    """Whether an effort depends on its control alone."""
+    return not isinstance(law, str) and not any((*law["gain"][1:], *law["bias"][1:]))
 
 
 def _law(compiled: Compiled, i: int) -> dict[str, tuple[float, float, float]] | str:
