@@ -269,3 +269,18 @@ def test_sums_of_efforts(tmp_path):
         mujoco.mj_step(m, d)
         sim.step()
         np.testing.assert_allclose(sim.qd, d.qvel, rtol=1e-9)
+
+
+# Breaks when a keyframe loses controls or activations, or gives them to other actuators.
+def test_keyframes(tmp_path):
+    text = f"""{ARM}<actuator><motor name="a" joint="hip"/>
+    <general name="b" joint="knee" dyntype="integrator" actlimited="true" actrange="-1 1"/></actuator>
+    <keyframe><key name="k" ctrl="0.3 -0.2" act="0.7"/></keyframe>"""
+    model, _m, _d = compiled(tmp_path, text)
+    sim = amontons.Simulation(model)
+    sim.reset("k")
+    assert sim.controls == pytest.approx([0.3, -0.2])
+    assert sim.state.activations == pytest.approx([0, 0.7])
+    sim.step()
+    assert sim.actuator_efforts["effort"] == pytest.approx([0.3, 0.7])
+    assert sim.state.activations[1] == pytest.approx(0.7 - 0.2 * sim.dt)

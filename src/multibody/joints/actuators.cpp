@@ -3,6 +3,7 @@
 #include "amontons/multibody/joints/actuators.hpp"
 
 #include <algorithm>
+#include <optional>
 
 #include "multibody/joints/actuator_rows.hpp"
 #include "multibody/joints/joint_context.hpp"
@@ -26,11 +27,12 @@ void for_each_known(const Model& model, const BodyFrames& bodies, const BodyVelo
   };
   for (std::size_t j = 0; j < model.joints(); ++j) {
     if (!is_active(model, model.joint(static_cast<Index>(j)))) continue;
+    std::optional<JointContext> context;  // of the joint, made once if at all
     for (std::size_t i = model.first_dof(j); i < model.first_dof(j + 1); ++i)
       visit_all(model.actuators_of_dof(i), [&] {
-        const JointContext context = joint_context(model, bodies, state, j);
+        if (!context) context = joint_context(model, bodies, state, j);
         Line line{state.coordinates[i], {}};
-        line.row.add(joint_row(context, context.duals[i - model.first_dof(j)]), 1);
+        line.row.add(joint_row(*context, context->duals[i - model.first_dof(j)]), 1);
         return line;
       });
   }

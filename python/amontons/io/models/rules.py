@@ -228,7 +228,7 @@ MJCF: dict[str, Rule] = {
     "equality/flexstrain": FLEX,
     "mujoco/actuator": GROUP,
     "mujoco/keyframe": GROUP,
-    "keyframe/key": Rule(words("name time qpos qvel ctrl mpos mquat"), words("act plastic")),
+    "keyframe/key": Rule(words("name time qpos qvel act ctrl mpos mquat"), words("plastic")),
     **{f"*/{tag}": IGNORED for tag in words("site camera light texture material skin")},
     **{f"*/{tag}": ACTUATOR for tag in words("general motor position velocity intvelocity damper cylinder")},
     **{
