@@ -49,6 +49,7 @@ void restore(Simulation& simulation, const State& saved) {
   copy(state.coordinates, saved.coordinates);
   copy(state.targets, saved.targets);
   copy(state.joint_wrenches, saved.joint_wrenches);
+  copy(state.joint_slips, saved.joint_slips);
   copy(state.dof_impulses, saved.dof_impulses);
   copy(state.ball_impulses, saved.ball_impulses);
   copy(state.coupling_impulses, saved.coupling_impulses);
@@ -142,6 +143,11 @@ void bind_options_and_report(nb::module_& m) {
       .def_rw("budget", &O::budget)
       .def_rw("threads", &O::threads)
       .def_rw("margin", &O::margin)
+      .def_prop_rw(
+          "recovery", [](const O& o) { return o.recovery == Recovery::velocity ? "velocity" : "projection"; },
+          [](O& o, const std::string& name) {
+            o.recovery = name == "velocity" ? Recovery::velocity : Recovery::projection;
+          })
       .def_rw("recovery_speed", &O::recovery_speed)
       .def_rw("restitution_speed", &O::restitution_speed)
       .def_rw("warm_start", &O::warm_start)
@@ -169,6 +175,8 @@ void bind_options_and_report(nb::module_& m) {
       .def_ro("kinetic_energy", &Report::kinetic_energy)
       .def_ro("potential_energy", &Report::potential_energy)
       .def_ro("spring_energy", &Report::spring_energy)
+      .def_ro("energy_balance", &Report::energy_balance)
+      .def_ro("balanced", &Report::balanced)
       .def_ro("timings", &Report::timings)
       .def_ro("method", &Report::method);
 }

@@ -81,6 +81,7 @@ nb::dict arrays_of(const State& s) {
   d["targets"] = to_numpy(s.targets);
   d["contacts"] = contact_rows(s);
   d["joint_wrenches"] = rows_of(s.joint_wrenches);
+  d["joint_slips"] = rows_of(s.joint_slips);
   d["dof_impulses"] = rows_of(s.dof_impulses);
   d["ball_impulses"] = rows_of(s.ball_impulses);
   d["coupling_impulses"] = to_numpy(s.coupling_impulses);
@@ -120,6 +121,8 @@ State state_of(const Model& model, double time, std::uint64_t steps, double impu
   set_entries(s.targets, vector_of(d, "targets"), "targets");
   set_contacts(s, model, matrix_of(d, "contacts"));
   set_rows(s.joint_wrenches, matrix_of(d, "joint_wrenches"), "joint_wrenches");
+  // Absent where version 0.1.0 saved the state; a slip that is forgotten costs accuracy in one step.
+  if (d.contains("joint_slips")) set_rows(s.joint_slips, matrix_of(d, "joint_slips"), "joint_slips");
   set_rows(s.dof_impulses, matrix_of(d, "dof_impulses"), "dof_impulses");
   set_rows(s.ball_impulses, matrix_of(d, "ball_impulses"), "ball_impulses");
   set_entries(s.coupling_impulses, vector_of(d, "coupling_impulses"), "coupling_impulses");

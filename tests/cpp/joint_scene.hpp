@@ -113,7 +113,7 @@ struct Scene {
     update_coordinates(*model, bodies, state);
     std::vector<BodyImpulse> loads(model->bodies());
     add_motor_loads(*model, bodies, state, options.h, loads);
-    make_free_velocities(*model, state, options.h, bodies, mobility, start, loads, free, spins);
+    make_free_velocities(*model, state, options.h, bodies, mobility, start, loads, true, free, spins);
     rows.clear();
     append_joint_rows(*model, {bodies, mobility, start, free}, state, options, rows);
   }

@@ -321,16 +321,23 @@ def test_sliding_over_triangles_feels_no_edges(ground):
 @pytest.mark.parametrize("shape", [shapes.Box((0.1, 0.1, 0.1)), shapes.Cylinder(0.1, 0.1)])
 def test_deep_overlap_is_undone_slowly(shape):
     # Half sunk into the ground and into each other: each overlap is undone at recovery_speed, so the upper
-    # body rises at twice that at most (give or take g h of a step), and both rest where they belong.
+    # body rises at twice that at most, without a velocity of its own (a recovery by velocities flings it up by
+    # centimetres), and both rest where they belong, but for the errors that are allowed at two contacts.
     b = amontons.ModelBuilder()
     b.add_geom(None, shapes.Box((1, 1, 0.5)), position=(0, 0, -0.5))
     b.add_body(position=(0, 0, 0.02), shape=shape, mass=1.0)
     b.add_body(position=(0.01, 0, 0.14), shape=shape, mass=1.0)
     sim = amontons.Simulation(b.build())
-    rise = []
-    sim.run(2.0, lambda s, _: rise.append(s.state.linear_velocities[:, 2].max()))
-    assert max(rise) < 2 * sim.recovery_speed + G * sim.dt
-    np.testing.assert_allclose(sim.state.positions[:, 2], (0.1, 0.3), atol=1e-5)
+    rise, heights = [], [sim.state.positions[1, 2]]
+
+    def look(s, _):
+        rise.append(s.state.linear_velocities[:, 2].max())
+        heights.append(s.state.positions[1, 2])
+
+    sim.run(2.0, look)
+    assert max(np.diff(heights)) < (2 * sim.recovery_speed + 1e-6) * sim.dt
+    assert max(rise) < 1e-6
+    np.testing.assert_allclose(sim.state.positions[:, 2], (0.1, 0.3), atol=2.1e-4 * sim.model.length)
 
 
 @pytest.mark.parametrize("plate", ["fixed", "dynamic", "mesh"])

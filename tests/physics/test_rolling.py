@@ -43,7 +43,7 @@ def require_rest(sim, seconds):
     start = np.concatenate([sim.state.positions[0], sim.state.orientations[0]])
     run(sim, seconds)
     end = np.concatenate([sim.state.positions[0], sim.state.orientations[0]])
-    assert np.abs(end - start).max() < 1e-11
+    assert np.abs(end - start).max() < 1e-10
 
 
 @pytest.mark.parametrize("law", LAWS)
@@ -280,7 +280,7 @@ MATERIALS = (
 )
 
 
-def heap(law):
+def heap(law, **options):
     """Shapes of all kinds with all kinds of materials fall on each other, spinning, from no overlap."""
     rng = np.random.default_rng(3)
     kinds = (
@@ -302,7 +302,7 @@ def heap(law):
             material=material,
             friction_direction=(1, 0, 0) if material.friction_across is not None else None,
         )
-    return Simulation(b.build(), dt=5e-3, law=law, on_failure="ignore")
+    return Simulation(b.build(), dt=5e-3, law=law, on_failure="ignore", **options)
 
 
 @pytest.mark.parametrize("law", LAWS)
@@ -311,8 +311,8 @@ def test_forces_and_moments_account_for_all_momentum(law):
     # start of the step, in which x moves along v. The tables hold, whatever the residual: a moment that is
     # lost, counted once for two bodies or scaled in one place only is as large as the bound times a million.
     # L is kept to the accuracy of the contact points that the start of the step shows. No contact drives: the
-    # energy grows by no more than the tolerance of the steps.
-    sim = heap(law)
+    # energy grows by no more than the tolerance of the steps. A correction by projection would move x aside.
+    sim = heap(law, recovery="velocity")
     masses = np.array([b.mass for b in sim.model.bodies])
     gravity = masses[:, None] * np.array(sim.model.gravity)
     torques_seen, energies = 0.0, []

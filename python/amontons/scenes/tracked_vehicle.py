@@ -90,7 +90,7 @@ class Track:
         ]
 
 
-@scene(dt=5e-3, duration=12.0, method="apgd", tolerance=1e-3, margin=5e-3, recovery_speed=0.2)
+@scene(dt=5e-3, duration=12.0, method="apgd", tolerance=1e-3, margin=5e-3)
 def tracked_vehicle(
     *,
     speed: float = 2.5,

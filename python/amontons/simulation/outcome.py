@@ -54,14 +54,19 @@ class Report:
     """of gravity (J)"""
     spring_energy: float
     """of joint springs (J)"""
+    energy_balance: float
+    """work of what can only dissipate: rigid contacts, joints, limits, dry friction (J); above zero it is energy
+    from nothing"""
+    balanced: bool
+    """False if the step made energy from nothing, more than its tolerance explains"""
     timings: Timings
     method: str
     """of the solve"""
 
     @property
     def converged(self) -> bool:
-        """Whether the solve reached its tolerance."""
-        return self.status == "converged"
+        """Whether the solve reached its tolerance and the step made no energy from nothing."""
+        return self.status == "converged" and self.balanced
 
     @property
     def energy(self) -> float:
@@ -94,6 +99,8 @@ REPORTS = np.dtype(
         ("kinetic_energy", np.float64),
         ("potential_energy", np.float64),
         ("spring_energy", np.float64),
+        ("energy_balance", np.float64),
+        ("balanced", np.bool_),
         *((name, np.float64) for name in TIMINGS),
         ("method", "U20"),
     ]

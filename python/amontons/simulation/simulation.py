@@ -35,6 +35,7 @@ from .outcome import Report, Table, from_core
 from .queries import Queries
 from .state import State
 
+RECOVERIES = {"projection": "projection", "velocity": "velocity"}
 ON_FAILURE = {"warn": None, "raise": None, "ignore": None}
 
 
@@ -57,8 +58,11 @@ class Simulation(Queries):
     solve of each step, as in `amontons.solve`.
     budget: wall clock of a step (s), None for no limit; results then depend on the machine.
     margin: contacts are found up to this gap (m), by default a fiftieth of `Model.length`.
-    recovery_speed: penetration and joint errors are taken back no faster (m/s), by default `Model.length` per
-    second. restitution_speed: slower impacts do not bounce (m/s), by default 4 |g| dt.
+    recovery: how errors of position (overlaps, joints apart, violated limits) are taken back: "projection"
+    moves the bodies, without giving them velocities, and smooth motion is of second order; "velocity" pushes
+    them within the problem of the step, as Anitescu and Tasora do, of first order.
+    recovery_speed: errors are taken back no faster (m/s), by default `Model.length` in 0.1 s by projection, in
+    1 s by velocities. restitution_speed: slower impacts do not bounce (m/s), by default 4 |g| dt.
     warm_start: begin each solve with the impulses of the last step.
     max_substeps: a power of two; a step whose residual stays above the tolerance is redone in 2, 4, ...
     parts. on_failure: when it stays there, "warn" (StepWarning), "raise" (SimulationError, with the state put
@@ -82,6 +86,7 @@ class Simulation(Queries):
         budget: float | None = None,
         threads: int = 1,
         margin: float | None = None,
+        recovery: str = "projection",
         recovery_speed: float | None = None,
         restitution_speed: float | None = None,
         warm_start: bool = True,
@@ -100,6 +105,7 @@ class Simulation(Queries):
             budget=budget,
             threads=threads,
             margin=margin,
+            recovery=recovery,
             recovery_speed=recovery_speed,
             restitution_speed=restitution_speed,
             warm_start=bool(warm_start),
@@ -178,6 +184,8 @@ class Simulation(Queries):
             message = (
                 f"the step to t = {report.time:g} s has a residual of {report.residual:.2e}, above the "
                 f"tolerance {self._options['tolerance']:g} ({report.method}: {report.status})"
+                if report.balanced
+                else f"the step to t = {report.time:g} s gained {report.energy_balance:.3g} J from nothing"
             )
             if before is not None:
                 self._core.restore(before)
@@ -434,6 +442,7 @@ def _core_options(given: dict[str, Any]) -> _core.SimulationOptions:
     o.threads = integer("threads", given["threads"], 1)
     o.max_substeps = integer("max_substeps", given["max_substeps"], 1)
     o.warm_start = given["warm_start"]
+    o.recovery = chosen("recovery", given["recovery"], RECOVERIES)
     if given["max_iterations"] is not None:
         o.max_iterations = integer("max_iterations", given["max_iterations"], 1)
     if given["budget"] is not None:

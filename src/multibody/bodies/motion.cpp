@@ -105,7 +105,7 @@ Transform moved(const BodyFrame& body, const BodyVelocity& v, double h) {
 // omega' = torque - omega x I omega with the gyroscopic term dealt with by that rotation.
 void make_free_velocities(const Model& model, const State& state, double h, const BodyFrames& frames,
                           const BodyMobilities& mobility, const BodyVelocities& start,
-                          const std::vector<BodyImpulse>& loads, BodyVelocities& free,
+                          const std::vector<BodyImpulse>& loads, bool damped, BodyVelocities& free,
                           std::vector<GyroscopicSpin>& spins) {
   free = start;
   spins.resize(frames.size());
@@ -119,8 +119,9 @@ void make_free_velocities(const Model& model, const State& state, double h, cons
     const Vec3 g = model.description().bodies[i].gravity_scale * gravity;
     free[i].linear += h * g + inverse_mass * (h * state.forces[i] + loads[i].force);
     free[i].angular = mean + inverse_inertia * (h * state.torques[i] + loads[i].torque);
-    // A stiffened body: (I + h^2 K) w = I w_mean + torque.
-    if (stiffened) free[i].angular += inverse_inertia * (frames[i].inertia * mean) - mean;
+    // A stiffened body has the inertia I + h^2 K for what changes its spin. Damped, which is implicit Euler,
+    // (I + h^2 K) w = I w_mean + torque.
+    if (stiffened && damped) free[i].angular += inverse_inertia * (frames[i].inertia * mean) - mean;
   }
 }
 

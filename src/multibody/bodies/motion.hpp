@@ -20,10 +20,10 @@ Vec3 torque_free_mean(const Mat3& inertia, const Vec3& omega, double h);
 Transform moved(const BodyFrame& body, const BodyVelocity& v, double h);
 
 // v_free = v + h M^-1 f with f of gravity, held loads and `loads` (effort motors), and the mean of the
-// torque-free rotation in place of omega.
+// torque-free rotation in place of omega. `damped`: the inertia that stiffening adds is that of a damper too.
 void make_free_velocities(const Model& model, const State& state, double h, const BodyFrames& frames,
                           const BodyMobilities& mobility, const BodyVelocities& start,
-                          const std::vector<BodyImpulse>& loads, BodyVelocities& free,
+                          const std::vector<BodyImpulse>& loads, bool damped, BodyVelocities& free,
                           std::vector<GyroscopicSpin>& spins);
 
 // Moves the bodies of the state by the velocities v over h.

@@ -80,6 +80,21 @@ void move_to(const ContactPoint& p, const Vec3& centre_a, const Vec3& centre_b, 
   c.surface_velocity = surface_velocity - dot(p.normal, surface_velocity) * p.normal;
 }
 
+// Where bodies are after a time t with the velocities of a reach.
+struct Later {
+  const Reach& reach;
+  double t;
+  Later(const Reach& r, double time) : reach(r), t(time) {}
+
+  double turn(Index body) const { return body < 0 ? 0.0 : t * norm(reach.v[body].angular); }
+  Vec3 centre(Index body) const {
+    return body < 0 ? Vec3{} : reach.bodies[body].centre + t * reach.v[body].linear;
+  }
+  Transform frame(const Geom& geom) const {
+    return geom.body < 0 ? geom.frame : moved(reach.bodies[geom.body], reach.v[geom.body], t) * geom.frame;
+  }
+};
+
 }  // namespace
 
 // Where the geoms stand, how fast they are, and the boxes that they may reach. Two geoms can touch within the
@@ -229,29 +244,45 @@ void ContactFinder::find_missed(const Reach& reach, const BodyVelocities& free, 
   }
 }
 
+const ContactFinder::Middles& ContactFinder::find_middles(const Reach& reach,
+                                                          const std::vector<Contact>& contacts) {
+  middles_.clear();
+  const Later half(reach, 0.5 * reach.h);
+  sort_by_pair(contacts, by_pair_, [](std::size_t) { return true; });
+  for (std::size_t first = 0, end = 0; first < by_pair_.size(); first = end) {
+    while (end < by_pair_.size() && by_pair_[end].pair == by_pair_[first].pair) ++end;
+    const auto [geom_a, geom_b] = by_pair_[first].pair;
+    const Geom &a = reach.model.geom(geom_a), &b = reach.model.geom(geom_b);
+    if (end - first > 1 || half.turn(a.body) + half.turn(b.body) < 0.5 * least_turn) continue;
+    Contact c = contacts[by_pair_[first].contact];
+    points_.clear();
+    const Transform frame_a = half.frame(a), frame_b = half.frame(b);
+    collide(a.shape, frame_a, b.shape, frame_b,
+            reach.margin + reach.h * (speeds_[geom_a] + speeds_[geom_b]) + c.material.rest_offset, points_);
+    if (points_.size() != 1) continue;
+    const SurfaceMotion surface = surface_motion(a, frame_a, b, frame_b, reach.bodies);
+    move_to(points_[0], half.centre(c.body_a), half.centre(c.body_b), surface, c);
+    middles_.emplace_back(by_pair_[first].contact, c);
+  }
+  return middles_;
+}
+
 // Contacts see the velocity of a point along a constant normal. Where a body turns by the angle a, that is
 // wrong by the order of a times the way: what slides along a face that turns comes to lie inside it. So the
 // pairs that turn are collided once more, in the poses at the end of the step. What overlaps no deeper than
 // the rows of its pair leave it is known to them: they take back an overlap as fast as they may.
 void ContactFinder::find_overlaps(const Reach& reach, double allowance, std::vector<Contact>& contacts) {
-  const auto turn = [&](Index body) { return body < 0 ? 0.0 : reach.h * norm(reach.v[body].angular); };
-  const auto end_frame = [&](const Geom& geom) {
-    if (geom.body < 0) return geom.frame;
-    return moved(reach.bodies[geom.body], reach.v[geom.body], reach.h) * geom.frame;
-  };
-  const auto end_centre = [&](Index body) {
-    return body < 0 ? Vec3{} : reach.bodies[body].centre + reach.h * reach.v[body].linear;
-  };
+  const Later later(reach, reach.h);
   sort_by_pair(contacts, by_pair_, [](std::size_t) { return true; });
   // One search per pair, from the first of its contacts, which lends what all of them share.
   for (std::size_t first = 0, end = 0; first < by_pair_.size(); first = end) {
     while (end < by_pair_.size() && by_pair_[end].pair == by_pair_[first].pair) ++end;
     const auto [geom_a, geom_b] = by_pair_[first].pair;
     const Geom &a = reach.model.geom(geom_a), &b = reach.model.geom(geom_b);
-    if (turn(a.body) + turn(b.body) < least_turn) continue;
+    if (later.turn(a.body) + later.turn(b.body) < least_turn) continue;
     Contact c = contacts[by_pair_[first].contact];
     c.impulse = c.angular_impulse = c.held = {};  // those were of the first
-    const Transform frame_a = end_frame(a), frame_b = end_frame(b);
+    const Transform frame_a = later.frame(a), frame_b = later.frame(b);
     const SurfaceMotion surface = surface_motion(a, frame_a, b, frame_b, reach.bodies);
     const double offset = c.material.rest_offset;
     points_.clear();
@@ -261,7 +292,7 @@ void ContactFinder::find_overlaps(const Reach& reach, double allowance, std::vec
     found_.clear();
     for (const ContactPoint& p : points_) {
       if (p.gap - offset >= held - allowance) continue;
-      move_to(p, end_centre(c.body_a), end_centre(c.body_b), surface, c);
+      move_to(p, later.centre(c.body_a), later.centre(c.body_b), surface, c);
       // The gap is that of the start if this point had been there: with u of the rows, gap + h u closes it.
       c.gap -= reach.h * opening(c, reach.v);
       found_.push_back(c);

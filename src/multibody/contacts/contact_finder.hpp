@@ -1,5 +1,6 @@
 // Which points of which geoms may touch within a step.
 #pragma once
+#include <utility>
 #include <vector>
 
 #include "amontons/collision/broad_phase.hpp"
@@ -23,6 +24,10 @@ class ContactFinder {
   // Appends what the velocities v of a solve lead to and the free ones, with which the contacts were found,
   // did not foresee: an impact gives bodies velocities that nobody could foresee.
   void find_unforeseen(const Reach& reach, const BodyVelocities& free, std::vector<Contact>& contacts);
+  // Of the contacts that are the only one of their pair, where the pair turns: index and contact in the
+  // middle of the step that v leads through.
+  using Middles = std::vector<std::pair<std::size_t, Contact>>;
+  const Middles& find_middles(const Reach& reach, const std::vector<Contact>& contacts);
 
  private:
   // The points that v brings deeper than `allowance` and that are not among the contacts.
@@ -47,6 +52,7 @@ class ContactFinder {
   std::vector<ContactPoint> points_;
   std::vector<PairKey> by_pair_;
   std::vector<Contact> found_;
+  Middles middles_;
   Seams seams_;
   Spares spares_;
 };

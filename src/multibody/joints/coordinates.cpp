@@ -181,6 +181,7 @@ State initial_state(const Model& model) {
   s.coordinates.resize(model.dofs());
   s.dof_impulses.resize(model.dofs());
   s.joint_wrenches.resize(model.joints());
+  s.joint_slips.resize(model.joints());
   s.ball_impulses.resize(model.joints());
   s.coupling_impulses.resize(model.description().couplings.size());
   s.tendon_impulses.resize(model.description().tendons.size());

@@ -121,7 +121,10 @@ double append_motor(const RowInput& in, const DofRow& d, JointRows& rows) {
     return 0;
   }
   RowTerms terms = motor_terms(in, d);
-  if (motor.gain == 0 && motor.max_effort == infinity) terms.c = within_limits(d, terms.c, in.options);
+  if (motor.gain == 0 && motor.max_effort == infinity) {
+    terms.c = within_limits(d, terms.c, in.options);
+    terms.restraint = Restraint::held;
+  }
   append_bounded(h * motor.max_effort / d.scale, d.row, terms, d.last.motor / d.scale, d.tag(RowKind::motor),
                  rows);
   return std::abs(terms.c);

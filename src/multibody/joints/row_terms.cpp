@@ -35,12 +35,13 @@ std::optional<RowTerms> drive_terms(const Drive& d, double s, double h) {
   return RowTerms{1 / stiff, (h * k * s * d.stretch - a * (s * d.rate) - h * d.effort / s) / stiff};
 }
 
-// A rigid error is taken back within the step, but no faster than the recovery speed: a model that starts
-// badly assembled shall not explode. Of a spring nothing may be cut off, it would not be the spring any more.
+// A rigid row keeps its position; errors are taken back by moving bodies (step/positions), or, as far as
+// the recovery speed allows, by velocities. Of a spring nothing may be cut off, it would not be the spring
+// any more.
 RowTerms equality_terms(double error, double e, double inverse_mass, const JointOptions& options) {
   const double h = options.h, v = options.recovery_speed;
   if (e > 0) return {e / (h * h), error / h};
-  return {locked_regularisation * inverse_mass, std::clamp(error / h, -v, v)};
+  return {locked_regularisation * inverse_mass, std::clamp(error / h, -v, v), Restraint::equality, error};
 }
 
 double closing(double gap, const JointOptions& options) {
@@ -60,7 +61,8 @@ void append_inequality(const RowInput& in, const JacobianRow& row, double gap, d
   const double free = std::abs(row_velocity(row, in.bodies.free));
   if (!within_reach(gap, std::max({start, free, motor_speed}), in.options)) return;
   const double h = in.options.h;
-  const RowTerms terms{e / (h * h), e > 0 ? gap / h : closing(gap, in.options)};
+  RowTerms terms{e / (h * h), gap / h};
+  if (e == 0) terms = {0, closing(gap, in.options), Restraint::inequality, gap};
   rows.append(NonNegative{}, row, terms, std::max(last, 0.0), tag);
 }
 

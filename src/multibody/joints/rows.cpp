@@ -13,6 +13,8 @@ void JointRows::clear() {
   compliance.clear();
   c.clear();
   x0.clear();
+  position.clear();
+  restraint.clear();
   cones = SetProduct();
   tags.clear();
   efforts.clear();

@@ -6,10 +6,11 @@
 // tension of a heavy load is such a rotational spring: its frequency sqrt(K / I) may be far above 1 / h, and
 // a step that takes the arms from its start is then unstable although every constraint is met.
 //
-// Implicit Euler for that torque, with F from the last step, is (I + h^2 K) w+ = I w + h torque + ...: only
-// the inertia that impulses feel changes. Of the symmetric part of h^2 K only what exceeds I is added
-// (eigenvalues of the pencil above 1; symplectic Euler is stable up to 4), so that mechanisms that the step
-// resolves keep their inertia exactly.
+// Implicit Euler for that torque, with F from the last step, is (I + h^2 K) w+ = I w + h torque + ...: the
+// inertia that impulses feel changes, and the spin w is damped. The inertia alone is enough for stability,
+// and keeps the energy of what swings as a whole (make_free_velocities has both). Of the symmetric part of
+// h^2 K only what exceeds I is added (eigenvalues of the pencil above 1; symplectic Euler is stable up to 4),
+// so that mechanisms that the step resolves keep their inertia exactly.
 #include "multibody/joints/stiffening.hpp"
 
 #include <Eigen/Dense>

@@ -36,6 +36,11 @@ void add_errors(const Model& model, const BodyFrames& frames, const State& state
   report.joint_angle_error = std::max(report.joint_angle_error, error.angle);
 }
 
+void add_balance(const EnergyBalance& balance, Report& report) {
+  report.energy_balance += balance.work;
+  report.balanced = report.balanced && balance.work <= balance.allowed;
+}
+
 // Kinetic and spring energy at the end, gravity half a step earlier: see Report.
 void add_energies(const Model& model, const State& state, const BodyFrames& frames,
                   const BodyVelocities& velocities, double h, Report& report) {

@@ -6,6 +6,7 @@
 #include "amontons/multibody/bodies/bodies.hpp"
 #include "amontons/multibody/step/report.hpp"
 #include "amontons/problem/problem.hpp"
+#include "multibody/step/energy_guard.hpp"
 
 namespace amontons {
 
@@ -37,6 +38,8 @@ void add_solution(const Problem& problem, const Solution& solution, Report& repo
 // Penetration and joint errors of the poses at the start of a substep, the largest so far.
 void add_errors(const Model& model, const BodyFrames& frames, const State& state,
                 const std::vector<Contact>& contacts, Report& report);
+// The work of what can only dissipate, the sum over substeps.
+void add_balance(const EnergyBalance& balance, Report& report);
 // Energies at the end of the step.
 void add_energies(const Model& model, const State& state, const BodyFrames& frames,
                   const BodyVelocities& velocities, double h, Report& report);

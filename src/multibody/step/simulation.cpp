@@ -19,7 +19,10 @@
 #include "multibody/joints/stiffening.hpp"
 #include "multibody/step/accounting.hpp"
 #include "multibody/step/assemble.hpp"
+#include "multibody/step/energy_guard.hpp"
 #include "multibody/step/impact.hpp"
+#include "multibody/step/positions.hpp"
+#include "multibody/step/second_order.hpp"
 #include "multibody/step/solve_step.hpp"
 
 namespace amontons {
@@ -52,6 +55,7 @@ struct StepProblem {
   JointRows rows;
   std::vector<double> x0;  // where the next solve starts; empty: from nothing
   std::shared_ptr<Problem> problem;
+  std::vector<Vec3> turns;  // of the contacts, in b
   Solution solution;
 };
 
@@ -63,6 +67,7 @@ struct Simulation::Scratch {
   BodyFrames frames;
   BodyMobilities mobility;
   BodyVelocities start, free, after;
+  BodyMobilities stiffened;
   std::vector<BodyImpulse> loads;
   std::vector<GyroscopicSpin> spins;
   std::vector<JointWrench> impacts;  // of the locked directions of each joint
@@ -112,15 +117,28 @@ void Simulation::reset() {
 // Automatic options follow from the model, not from the state: they stay the same for a whole run.
 double Simulation::margin() const { return options_.margin > 0 ? options_.margin : model_->length() / 50; }
 double Simulation::recovery_speed() const {
-  return options_.recovery_speed > 0 ? options_.recovery_speed : model_->length();
+  if (options_.recovery_speed > 0) return options_.recovery_speed;
+  return (options_.recovery == Recovery::projection ? 10 : 1) * model_->length();
 }
 double Simulation::restitution_speed() const {
   return options_.restitution_speed > 0 ? options_.restitution_speed
                                         : 4 * options_.dt * norm(model_->description().gravity);
 }
 
+// Of a step that made energy from nothing: halves of halves, then it is reported.
+constexpr unsigned most_repairs = 4;
+
+void Simulation::try_step(const Attempt& attempt, StepClock& clock, Report& report) {
+  report = {};
+  report.substeps = attempt.parts;
+  for (unsigned part = 0; part < attempt.parts && report.advanced; ++part)
+    advance(options_.dt / attempt.parts, attempt.damped, clock, report);
+  if (!report.advanced) state_ = scratch_->before;
+}
+
 // A step that does not converge is done again in twice as many parts, from the state at its start: shorter
-// steps are easier to solve, as impulses are smaller and contacts closer to what the velocities foresee.
+// steps are easier to solve, as impulses are smaller and contacts closer to what the velocities foresee. One
+// that made energy from nothing is done again damped, and then in parts.
 Report Simulation::step() {
   // The user may have written into the state since the last step.
   validate(*model_, state_);
@@ -128,15 +146,18 @@ Report Simulation::step() {
   Scratch& s = *scratch_;
   s.before = state_;
   Report report;
-  for (unsigned parts = 1;; parts *= 2) {
-    report = {};
-    report.substeps = parts;
-    for (unsigned part = 0; part < parts && report.advanced; ++part)
-      advance(options_.dt / parts, clock, report);
-    if (!report.advanced) state_ = s.before;
+  Attempt attempt{1, options_.recovery == Recovery::velocity};
+  for (;;) {
+    try_step(attempt, clock, report);
+    const bool solved = report.advanced && report.residual <= options_.tolerance;
     // Too late to try again once the budget is spent: what there is counts.
-    const bool good = report.advanced && report.residual <= options_.tolerance;
-    if (good || parts == options_.max_substeps || clock.elapsed() > options_.budget) break;
+    if ((solved && report.balanced) || clock.elapsed() > options_.budget) break;
+    if (!report.balanced && !attempt.damped)
+      attempt.damped = true;
+    else if (attempt.parts < std::max(options_.max_substeps, report.balanced ? 1 : most_repairs))
+      attempt.parts *= 2;
+    else
+      break;
     state_ = s.before;
   }
   // Not a sum of substeps: time = n dt without the rounding of n parts.
@@ -195,24 +216,48 @@ void make_room(const std::vector<Contact>& contacts, std::size_t known, StepProb
   vi.x0.insert(vi.x0.begin() + static_cast<std::ptrdiff_t>(before), added, 0.0);
 }
 
+// The velocities that the impulses of the last step would lead to: of smooth motion a prediction of second
+// order.
+BodyVelocities predicted(const BodyVelocities& free, const StepProblem& vi) {
+  BodyVelocities v = free;
+  apply_impulses(*vi.problem, vi.x0, v);
+  return v;
+}
+
+// A turn of contacts by less than this share of what gravity adds to a velocity within the step is not worth
+// another solve.
+constexpr double least_turn = 1e-2;
+
 // Solves the VI, looks where the velocities `after` lead, and solves again as long as that brings contacts
-// that the free velocities did not foresee.
+// that the free velocities did not foresee; once, where contacts turn otherwise than predicted.
 void solve_and_look(const Model& model, const StepBodies& bodies, const Assembly& assembly, double margin,
                     const StepSolver& solver, ContactFinder& finder, std::vector<Contact>& contacts,
                     StepProblem& vi, BodyVelocities& after, Report& report) {
+  const Reach reach{model, bodies.frames, after, assembly.h, margin};
+  const double enough = least_turn * assembly.h * norm(model.description().gravity);
+  bool turned =
+      std::any_of(vi.turns.begin(), vi.turns.end(), [&](const Vec3& turn) { return norm(turn) > enough; });
   for (int detections = 0;; ++detections) {
     vi.solution = solve_step(solver, *vi.problem, vi.x0);
     after = bodies.free;
     apply_impulses(*vi.problem, vi.solution.x, after);
     solver.clock.lap(report.timings.solve);
     const std::size_t known = contacts.size();
-    if (detections < most_detections)
-      finder.find_unforeseen({model, bodies.frames, after, assembly.h, margin}, bodies.free, contacts);
+    if (detections < most_detections) finder.find_unforeseen(reach, bodies.free, contacts);
     solver.clock.lap(report.timings.collision);
-    if (contacts.size() == known) break;
+    if (contacts.size() == known) {
+      if (!turned || !(turn_contacts(reach, finder, vi.turns, *vi.problem) > enough)) break;
+      turned = false;
+      add_cost(vi.solution, report);
+      vi.x0 = vi.solution.x;
+      continue;
+    }
     add_cost(vi.solution, report);
     make_room(contacts, known, vi);
     vi.problem = std::make_shared<Problem>(assemble(bodies, contacts, vi.rows, assembly));
+    const bool smooth = !vi.turns.empty();
+    vi.turns.clear();
+    if (smooth) turn_contacts(reach, finder, vi.turns, *vi.problem);
     solver.clock.lap(report.timings.assembly);
   }
   add_solution(*vi.problem, vi.solution, report);
@@ -242,16 +287,10 @@ void fill_reactions(const Model& model, const BodyFrames& frames, const State& s
 
 }  // namespace
 
-// One step of length h: the list "A time step" of ARCHITECTURE.md, with its numbers. Every call names what it
-// reads and, last, what it writes.
-void Simulation::advance(double h, StepClock& clock, Report& report) {
+// Calls 1 to 4: what a step finds, with the free velocities that follow.
+void Simulation::look(double h, bool damped, StepClock& clock, Report& report) {
   Scratch& s = *scratch_;
   const Model& model = *model_;
-  const JointOptions joint_options{h, recovery_speed(), model.length()};
-  const Assembly assembly{h, recovery_speed()};
-  const StepSolver solver{options_.method, solver_options(options_), clock};
-  const StepBodies bodies{s.frames, s.mobility, s.start, s.free};
-
   // 1. Frames: poses, inertias, start velocities.
   place_bodies(model, state_, s.frames, s.mobility, s.start);
   // 2. Joint coordinates, from the poses.
@@ -263,35 +302,69 @@ void Simulation::advance(double h, StepClock& clock, Report& report) {
   add_motor_loads(model, s.frames, state_, h, s.loads);
   add_actuator_loads(model, s.frames, s.start, state_, h, s.loads);
   add_fluid_loads(model, s.frames, s.mobility, s.start, h, s.loads);
-  make_free_velocities(model, state_, h, s.frames, s.mobility, s.start, s.loads, s.free, s.spins);
+  make_free_velocities(model, state_, h, s.frames, s.mobility, s.start, s.loads, damped, s.free, s.spins);
   clock.lap(report.timings.assembly);
   // 4. Contacts that the free velocities could close.
   s.finder.find({model, s.frames, s.free, h, margin()}, contacts_);
-  add_errors(model, s.frames, state_, contacts_, report);
   clock.lap(report.timings.collision);
-  // 5. Impacts, which change the start velocities.
+}
+
+// One step of length h: the list "A time step" of ARCHITECTURE.md, with its numbers. Every call names what it
+// reads and, last, what it writes.
+void Simulation::advance(double h, bool damped, StepClock& clock, Report& report) {
+  Scratch& s = *scratch_;
+  const Model& model = *model_;
+  // What velocities take back.
+  const double recovery = options_.recovery == Recovery::velocity ? recovery_speed() : 0;
+  const JointOptions joint_options{h, recovery, model.length()};
+  const Assembly assembly{h, recovery};
+  const StepSolver solver{options_.method, solver_options(options_), clock};
+  const StepBodies bodies{s.frames, s.mobility, s.start, s.free};
+
+  look(h, damped, clock, report);
+  add_errors(model, s.frames, state_, contacts_, report);
+  // 5. Stiffening, which changes the mobility, and the correction of positions, after which all is seen anew.
+  s.stiffened = s.mobility;
+  bool stiffened = stiffen_rotations(model, state_, h, s.frames, s.stiffness, s.stiffened);
+  if (options_.recovery == Recovery::projection &&
+      correct_positions({model, s.frames, s.stiffened, contacts_, joint_options, recovery_speed()}, clock,
+                        state_)) {
+    clock.lap(report.timings.assembly);
+    look(h, damped, clock, report);
+    s.stiffened = s.mobility;
+    stiffened = stiffen_rotations(model, state_, h, s.frames, s.stiffness, s.stiffened);
+  }
+  // 6. Impacts, which change the start velocities; they are over before stiffness could act. The free
+  // velocities follow from both.
   const bool bounced =
       resolve_impacts({model, state_, s.frames, s.mobility, joint_options, restitution_speed(), solver},
                       s.start, contacts_, s.impacts, report);
-  // 6. Stiffening, which changes the mobility (impacts are over before it could act). The free velocities
-  // follow from both.
-  const bool stiffened = stiffen_rotations(model, state_, h, s.frames, s.stiffness, s.mobility);
+  if (stiffened) s.mobility = s.stiffened;
   if (bounced || stiffened)
-    make_free_velocities(model, state_, h, s.frames, s.mobility, s.start, s.loads, s.free, s.spins);
+    make_free_velocities(model, state_, h, s.frames, s.mobility, s.start, s.loads, damped, s.free, s.spins);
   // 7. Joint rows.
   s.vi.rows.clear();
   append_joint_rows(model, bodies, state_, joint_options, s.vi.rows);
+  if (!damped) reflect_joints({model, s.frames, s.start, s.spins, contacts_, h}, state_, s.vi.rows);
   // 8. Assemble, and start from the impulses of the last step, which compliant contacts remember anyway.
   if (state_.impulse_step > 0)
     hold_contacts(model, state_.contacts, h / state_.impulse_step, s.frames, contacts_);
   s.vi.problem = std::make_shared<Problem>(assemble(bodies, contacts_, s.vi.rows, assembly));
   s.vi.x0.clear();
+  s.vi.turns.clear();
   if (options_.warm_start) warm_start(model, state_, h, s.frames, contacts_, s.vi);
+  if (!damped) {
+    s.after = s.vi.x0.empty() ? s.start : predicted(s.free, s.vi);
+    turn_contacts({model, s.frames, s.after, h, margin()}, s.finder, s.vi.turns, *s.vi.problem);
+  }
   clock.lap(report.timings.assembly);
   // 9. Solve, look where the velocities lead, solve again for what nobody could foresee.
   solve_and_look(model, bodies, assembly, margin(), solver, s.finder, contacts_, s.vi, s.after, report);
   report.advanced = all_finite(s.after);
   if (!report.advanced) return;
+  add_balance(energy_balance({model, s.frames, s.mobility, s.start, s.free, s.after, s.spins, *s.vi.problem,
+                              s.vi.solution, s.vi.rows, options_.dt}),
+              report);
   // 10. Integrate: impulses go to tables and state, then the bodies move.
   keep_impulses(s.vi, options_.law, h, s.frames, s.after, contacts_, state_);
   fill_reactions(model, s.frames, state_, s.impacts, reactions_);

@@ -38,10 +38,16 @@ struct RowTag {
   double scale = 1;
 };
 
+// What a row asks of positions: nothing (springs, friction, motors that give way), C = 0, C >= 0, or to be left
+// as they are, by a motor that never gives way.
+enum class Restraint : unsigned char { none, equality, inequality, held };
 // E and c of a row, which asks that -(D v+ + E x + c) is in the normal cone of its set at x: the compliance
-// over h^2, 1/kg, and the velocity that stabilises or drives, m/s.
+// over h^2, 1/kg, and the velocity that drives, or that lets a gap close, m/s. Of a rigid row also what it
+// asks of positions, and C at the start of the step, m.
 struct RowTerms {
   double compliance, c;
+  Restraint restraint = Restraint::none;
+  double position = 0;
 };
 
 // The impulse of an effort motor or actuator, known before the step: it acts through the free velocities.
@@ -54,7 +60,8 @@ struct KnownImpulse {
 // world axes), E, c, sets, warm start, and tags.
 struct JointRows {
   std::vector<JacobianRow> jacobian;
-  std::vector<double> compliance, c, x0;
+  std::vector<double> compliance, c, x0, position;
+  std::vector<Restraint> restraint;
   SetProduct cones;
   std::vector<RowTag> tags;
   std::vector<KnownImpulse> efforts;  // no rows; only so that store_joint_impulses can report them
@@ -70,6 +77,8 @@ struct JointRows {
     compliance.push_back(terms.compliance);
     c.push_back(terms.c);
     x0.push_back(start);
+    position.push_back(terms.position);
+    restraint.push_back(terms.restraint);
     tags.push_back(tag);
   }
 };
@@ -77,7 +86,7 @@ struct JointRows {
 // What rows depend on besides model and state.
 struct JointOptions {
   double h;               // s
-  double recovery_speed;  // m/s, bound of the speed at which an error of position is taken back
+  double recovery_speed;  // m/s, at which velocities take back errors of position at most; 0: not at all
   double length;          // Model::length(), turns angular errors into lengths
 };
 

@@ -10,6 +10,10 @@ namespace amontons {
 struct JointWrench {
   Vec3 force, torque;  // N s, N m s
 };
+// A twist of A relative to B in the locked directions of a joint, at its reference, axes of frame_b.
+struct JointSlip {
+  Vec3 linear, angular;  // m/s, rad/s
+};
 // The impulses of one degree of freedom along its coordinate, N s or N m s.
 struct DofImpulse {
   double drive = 0;  // spring, damper and armature
@@ -48,6 +52,7 @@ struct State {
   // the next step reads geoms, `local` and the impulses.
   std::vector<Contact> contacts;
   std::vector<JointWrench> joint_wrenches;
+  std::vector<JointSlip> joint_slips;  // in the middle of the step before the last, see step/second_order
   std::vector<DofImpulse> dof_impulses;
   std::vector<Vec3> ball_impulses;  // per joint: spring, damper, friction of spherical joints, N m s
   std::vector<double> coupling_impulses;

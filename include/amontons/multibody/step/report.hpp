@@ -30,6 +30,11 @@ struct Report {
   // at the end, so that T(v+) + V(q+) is off by h/2 v . grad V, while with V(q+ - h v+ / 2) the sum is exact
   // for projectiles and second order elsewhere.
   double kinetic_energy = 0, potential_energy = 0, spring_energy = 0;
+  // J, the work of what can only dissipate: rigid contacts, joints, limits and dry friction. Positive is
+  // energy from nothing; `balanced` is false where that is more than rounding and the tolerance explain, in a
+  // step that its repair did not help.
+  double energy_balance = 0;
+  bool balanced = true;
   Timings timings;
   std::string method;
 };

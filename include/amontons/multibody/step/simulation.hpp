@@ -10,6 +10,15 @@
 
 namespace amontons {
 
+// How errors of position (overlaps, joints that came apart, violated limits) are taken back.
+enum class Recovery : unsigned char {
+  // Bodies are moved, velocities are not changed, and smooth motion is of second order.
+  projection,
+  // By velocities that are part of the step's VI (Anitescu, Potra 1997; Tasora, Anitescu 2011): of first
+  // order, and what is pushed apart keeps its speed.
+  velocity,
+};
+
 // Every field: default, unit, range. Fields of 0 that say "automatic" follow from the model, so that results
 // do not depend on the units.
 struct SimulationOptions {
@@ -23,8 +32,9 @@ struct SimulationOptions {
   // m, contacts are found up to this gap; 0: a fiftieth of Model::length(). Wide enough that what a step
   // cannot foresee rarely matters, narrow enough that few contacts are open.
   double margin = 0;
-  // m/s, of the correction of penetration and joint errors; 0: Model::length() per second. What is faster
-  // pushes bodies apart visibly.
+  Recovery recovery = Recovery::projection;
+  // m/s, of the correction of penetration and joint errors; 0: Model::length() in 0.1 s by projection, in 1 s
+  // by velocities, as what is faster pushes bodies apart visibly.
   double recovery_speed = 0;
   // m/s, slower impacts do not bounce; 0: 4 |g| dt. A body at rest gains |g| dt before each step's contacts
   // act; below a few times that, an approach is no impact.
@@ -80,7 +90,14 @@ class Simulation {
 
  private:
   struct Scratch;
-  void advance(double h, StepClock& clock, Report& report);
+  // What one attempt at a step is made of. `damped`: of first order, which loses energy and never gains any.
+  struct Attempt {
+    unsigned parts = 1;
+    bool damped = false;
+  };
+  void try_step(const Attempt& attempt, StepClock& clock, Report& report);
+  void look(double h, bool damped, StepClock& clock, Report& report);
+  void advance(double h, bool damped, StepClock& clock, Report& report);
 
   std::shared_ptr<const Model> model_;
   SimulationOptions options_;

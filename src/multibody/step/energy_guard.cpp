@@ -1,0 +1,73 @@
+// Impulses x act along the mean of the velocities before and after them: their work is x' (u- + u+) / 2 with
+// u = D v, and for any x it is the change of the kinetic energy that is theirs. Of a contact u has the
+// velocity of its surfaces, and bodies that are driven move in it: what they do to others is no energy from
+// nothing.
+#include "multibody/step/energy_guard.hpp"
+
+#include <algorithm>
+
+#include "multibody/contacts/contact_law.hpp"
+#include "multibody/joints/row_terms.hpp"
+
+namespace amontons {
+
+namespace {
+
+// Of the kinetic energy, and of that which gravity gives in a step to what is free: what the residual of a
+// solve and the second order of a step may add.
+constexpr double of_motion = 1e-3, of_gravity = 0.1;
+
+double contact_work(const EnergyInput& in, const BodyVelocities& after) {
+  const auto& contacts = std::get<ContactSystem>(in.problem.A).contacts;
+  double work = 0;
+  for (std::size_t i = 0; i < contacts.size(); ++i) {
+    const Contact& c = contacts[i];
+    if (c.material.compliance > 0) continue;  // a spring, which gives back what it has
+    const double* x = &in.solution.x[in.problem.graph.first_row[i]];
+    const ContactImpulse impulse = to_world(c, x);
+    const ContactImpulse before = relative_motion(c, in.start), then = relative_motion(c, after);
+    work += 0.5 * dot(impulse.linear, before.linear + then.linear) +
+            0.5 * dot(impulse.angular, before.angular + then.angular);
+  }
+  return work;
+}
+
+double joint_work(const EnergyInput& in, const BodyVelocities& after) {
+  const std::size_t first = in.problem.rows() - in.rows.tags.size();
+  double work = 0;
+  for (std::size_t i = 0; i < in.rows.tags.size(); ++i) {
+    const Restraint r = in.rows.restraint[i];
+    const bool passive = r == Restraint::equality || r == Restraint::inequality;
+    if (!passive && in.rows.tags[i].kind != RowKind::friction) continue;
+    const JacobianRow& row = in.rows.jacobian[i];
+    // A row over many bodies is several over auxiliary ones, whose work is counted by none.
+    if (std::max(row.body_a, row.body_b) >= static_cast<Index>(after.size())) continue;
+    work += 0.5 * in.solution.x[first + i] * (row_velocity(row, in.start) + row_velocity(row, after));
+  }
+  return work;
+}
+
+}  // namespace
+
+EnergyBalance energy_balance(const EnergyInput& in) {
+  // Impulses act on the spin of the start, of which the mean over the step is short by the lag.
+  BodyVelocities after = in.after;
+  double inertial = 0, gravity = 0;
+  for (std::size_t i = 0; i < after.size(); ++i) {
+    if (!in.model.is_dynamic(static_cast<Index>(i))) continue;
+    after[i].angular += in.spins[i].lag;
+    gravity +=
+        0.5 * in.model.description().bodies[i].mass * norm_squared(in.dt * in.model.description().gravity);
+    // What the inertia that stiffening adds takes up is no energy of the body.
+    if (!in.mobility[i].stiffened) continue;
+    const Vec3 change = in.after[i].angular - in.free[i].angular;
+    const Vec3 felt = inverse(in.mobility[i].inverse_inertia) * change;
+    inertial += 0.5 * dot(in.start[i].angular + after[i].angular, in.frames[i].inertia * change - felt);
+  }
+  const double kinetic =
+      kinetic_energy(in.model, in.frames, in.start) + kinetic_energy(in.model, in.frames, after);
+  return {contact_work(in, after) + joint_work(in, after) + inertial,
+          of_motion * kinetic + of_gravity * gravity};
+}
+
+}  // namespace amontons

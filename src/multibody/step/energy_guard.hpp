@@ -1,0 +1,29 @@
+// Whether a step made energy from nothing.
+#pragma once
+#include "amontons/multibody/joints/joints.hpp"
+#include "amontons/problem/problem.hpp"
+#include "amontons/solvers/driver/solution.hpp"
+#include "multibody/bodies/motion.hpp"
+
+namespace amontons {
+
+// One solve and the velocities before and after it.
+struct EnergyInput {
+  const Model& model;
+  const BodyFrames& frames;
+  const BodyMobilities& mobility;
+  const BodyVelocities &start, &free, &after;
+  const std::vector<GyroscopicSpin>& spins;
+  const Problem& problem;
+  const Solution& solution;
+  const JointRows& rows;
+  double dt;  // s, of the whole step, for what is allowed
+};
+
+// J: the work of what can only dissipate, and how much of it may be positive.
+struct EnergyBalance {
+  double work, allowed;
+};
+EnergyBalance energy_balance(const EnergyInput& in);
+
+}  // namespace amontons

@@ -1,0 +1,133 @@
+// The smallest displacement p of the bodies that takes errors back, 1/2 p' M p -> min: equalities C + D p =
+// 0, inequalities C + D p >= 0, among them the gaps of all contacts, so that what is pushed out of one body
+// is not pushed into the next. Its optimality conditions are a VI of the form of the step's, with impulses
+// without friction for multipliers and p / h for velocities (Acary, "Projected event-capturing time-stepping
+// schemes for nonsmooth mechanical systems with unilateral contact and Coulomb's friction", CMAME 256, 2013).
+//
+// Inequalities are soft: where joints forbid what contacts or limits ask for, joints win and the rest is
+// shared; what can be met is met to that softness, and what is left is the next step's.
+#include "multibody/step/positions.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "amontons/multibody/joints/coordinates.hpp"
+#include "amontons/solvers/solvers.hpp"
+#include "multibody/bodies/motion.hpp"
+#include "multibody/joints/row_terms.hpp"
+#include "multibody/step/assemble.hpp"
+
+namespace amontons {
+
+namespace {
+
+// Times the length of the model: errors below it stay, as bodies that rest shall not be moved.
+constexpr double allowed_error = 1e-4;
+// E of inequalities over D M^-1 D' of their row.
+constexpr double softness = 1e-3;
+// Linear systems are solved to rounding, in one factorisation: of light bodies between heavy ones a rough
+// solution is none. With inequalities this precision is enough, as a step is followed by others.
+constexpr double precision = 1e-9, rough_precision = 1e-4;
+// Up to so many rows the solver chosen for them; beyond, a first-order method, stopped early.
+constexpr std::size_t few_rows = 100;
+constexpr std::size_t most_iterations = 100;
+
+bool is_rigid(const Contact& c) { return c.material.compliance == 0; }
+
+// The largest error in m, angles times length.
+double largest_error(const PositionInput& in, const State& state) {
+  double worst = 0;
+  for (const Contact& c : in.contacts)
+    if (is_rigid(c)) worst = std::max(worst, -c.gap);
+  const JointError error = joint_error(in.model, in.frames, state);
+  worst = std::max({worst, error.distance, in.options.length * error.angle});
+  for (std::size_t j = 0; j < in.model.joints(); ++j) {
+    const auto& dofs = in.model.joint(static_cast<Index>(j)).dofs;
+    for (std::size_t i = 0; i < dofs.size(); ++i) {
+      const double q = state.coordinates[in.model.first_dof(j) + i];
+      const double s = dofs[i].kind == Dof::Kind::hinge ? in.options.length : 1;
+      worst = std::max({worst, s * (q - dofs[i].upper), s * (dofs[i].lower - q)});
+    }
+  }
+  return worst;
+}
+
+// The normal of a contact as a row.
+JacobianRow normal_row(const Contact& c) {
+  const auto wrench = [](const Vec3& n, const Vec3& r) {
+    const Vec3 t = cross(r, n);
+    return std::array<double, 6>{n.x, n.y, n.z, t.x, t.y, t.z};
+  };
+  JacobianRow row{c.body_a, c.body_b, wrench(c.normal, c.r_a), {}};
+  if (c.body_b >= 0) row.b = wrench(-c.normal, c.r_b);
+  return row;
+}
+
+// Of the rows of the joints those that ask for positions, then the contacts.
+JointRows position_rows(const PositionInput& in, const BodyVelocities& rest, const State& state) {
+  JointRows all, rows;
+  append_joint_rows(in.model, {in.frames, in.mobility, rest, rest}, state, in.options, all);
+  rows.auxiliary_inverse_mass = all.auxiliary_inverse_mass;
+  const double h = in.options.h;
+  const auto append_inequality = [&](const JacobianRow& row, double gap, const RowTag& tag) {
+    const double E = softness * inverse_effective_mass(row, in.mobility);
+    rows.append(NonNegative{}, row, {E, std::max(gap / h, -in.speed)}, 0, tag);
+  };
+  for (std::size_t i = 0; i < all.tags.size(); ++i) {
+    const double C = all.position[i];
+    const Restraint restraint = all.restraint[i];
+    if (restraint == Restraint::inequality)
+      append_inequality(all.jacobian[i], C, all.tags[i]);
+    else if (restraint != Restraint::none)  // what is held has C = 0
+      rows.append(Free{}, all.jacobian[i], {all.compliance[i], std::clamp(C / h, -in.speed, in.speed)}, 0,
+                  all.tags[i]);
+  }
+  for (const Contact& c : in.contacts)
+    if (is_rigid(c)) append_inequality(normal_row(c), c.gap, {RowKind::limit, -1, -1});
+  return rows;
+}
+
+// The displacements, as velocities over h.
+BodyVelocities displacements(const PositionInput& in, const BodyVelocities& rest, const JointRows& rows,
+                             StepClock& clock) {
+  std::vector<Contact> none;
+  const Problem problem = assemble({in.frames, in.mobility, rest, rest}, none, rows, {in.options.h, 0});
+  const bool linear = problem.K.all_free();
+  Options options;
+  options.law = Law::associated;
+  options.tolerance = linear ? precision : rough_precision;
+  options.max_iterations = most_iterations;
+  options.deadline = clock.left();
+  const Solution s = solve(problem, linear || rows.tags.size() <= few_rows ? "auto" : "apgd", options);
+  BodyVelocities p = rest;
+  apply_impulses(problem, s.x, p);
+  return p;
+}
+
+}  // namespace
+
+bool correct_positions(const PositionInput& in, StepClock& clock, State& state) {
+  if (!(largest_error(in, state) > allowed_error * in.options.length)) return false;
+  const BodyVelocities rest(in.frames.size());
+  const JointRows rows = position_rows(in, rest, state);
+  if (rows.tags.empty()) return false;
+  const BodyVelocities p = displacements(in, rest, rows, clock);
+  for (std::size_t i = 0; i < p.size(); ++i) {
+    if (!in.model.is_dynamic(static_cast<Index>(i)) || !is_finite(p[i].linear) || !is_finite(p[i].angular))
+      continue;
+    const Quat turn = exponential(in.options.h * p[i].angular);
+    const Vec3 arm = in.frames[i].centre - state.positions[i];
+    const Vec3 omega = state.angular_velocities[i];
+    const Vec3 velocity = state.linear_velocities[i] + cross(omega, arm);
+    // The angular momentum of the body stays, whose inertia turns.
+    const Vec3 momentum = rotate(conjugate(turn), in.frames[i].inertia * omega);
+    const Transform to = moved(in.frames[i], p[i], in.options.h);
+    state.positions[i] = to.position;
+    state.orientations[i] = normalised(to.rotation);
+    state.angular_velocities[i] = rotate(turn, inverse(in.frames[i].inertia) * momentum);
+    state.linear_velocities[i] = velocity - cross(state.angular_velocities[i], rotate(turn, arm));
+  }
+  return true;
+}
+
+}  // namespace amontons

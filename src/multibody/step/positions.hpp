@@ -1,0 +1,22 @@
+// Errors of position are taken back by moving bodies, not by giving them velocities.
+#pragma once
+#include "amontons/multibody/joints/joints.hpp"
+#include "multibody/step/accounting.hpp"
+
+namespace amontons {
+
+struct PositionInput {
+  const Model& model;
+  const BodyFrames& frames;
+  const BodyMobilities& mobility;  // stiffened: what is under tension is moved along it, not folded
+  const std::vector<Contact>& contacts;
+  JointOptions options;
+  double speed;  // m/s, at which errors are taken back at most
+};
+
+// Moves bodies so that overlaps and errors of rigid joints and limits vanish, as far as they can, and no
+// further than speed * h. Spins stay in the axes of the bodies, velocities of centres of mass in the world,
+// but for what the motion of the corrected bodies pays. Returns whether anything moved.
+bool correct_positions(const PositionInput& in, StepClock& clock, State& state);
+
+}  // namespace amontons

@@ -1,0 +1,172 @@
+// The step is a leapfrog: impulses act on the velocities in the pose q at its start, and bodies then move
+// with v+ for h. With v- the velocities of the step before, the kinetic energy changes by x' D (v- + v+) / 2,
+// the work of the impulses x along the mean of the velocities.
+//
+// Joints. D v+ = 0 in the pose q is of first order: what moves on a circle moves along its tangent, a step
+// long, and is projected onto the next one, at the cost of the share (h w)^2 / 2 of its energy per step. In
+// its place D (v- + v+) = 0: the work is zero, whatever x, so that energy is kept to rounding and cannot
+// grow; v- and v+ are the chords of the circle before and after q, which its tangent halves, so that the
+// error of the way is of third order. It is the midpoint rule for the velocities, and needs no pose but q.
+//
+// Where the motion is not smooth, after an impact, v- is no chord of the circle on which v+ moves on, and the
+// difference e would be reflected in every step that follows, to and fro: energy is kept, but forces are not
+// smooth. e is the velocity D v- in the pose in the middle of the last step, where a chord has none. It is
+// taken out, D (v- + v+) = e, where it is large beside D v-, and in part where it alternates in sign. In
+// smooth motion e is small, of second order, and does not alternate: half of it is undone in the next step.
+//
+// Rows of torques are always D (v- + v+) = e. Reflected, light bodies that spin about a locked direction
+// couple with the turn of the axes to a motion that grows; the energy that these rows carry is small.
+#include "multibody/step/second_order.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "multibody/contacts/contact_law.hpp"
+#include "multibody/joints/joint_context.hpp"
+#include "multibody/joints/row_terms.hpp"
+
+namespace amontons {
+
+namespace {
+
+// |e| of this share of |D v-| is taken out completely. Where the velocity of a smooth motion changes by a
+// tenth per step, e is about a twentieth of D v-.
+constexpr double rough = 0.6;
+// Of the impulse of the last step, how much of its sag is taken back. The regularisation of locked rows lets
+// a joint give way by E x in every step; E (x - x_last) does not. Not all of it: the share of redundant rows
+// in the load, which nothing else decides, would be a sum of roundings.
+constexpr double remembered = 0.9;
+
+// The bodies in the middle of the last step, of length h, through which they moved with the velocities v.
+struct LastStep {
+  const BodyFrames& now;
+  BodyVelocities v;
+  double h;
+
+  Transform pose(Index body) const { return moved(now[body], v[body], -0.5 * h); }
+  Vec3 centre(Index body) const { return body < 0 ? Vec3{} : now[body].centre - 0.5 * h * v[body].linear; }
+};
+
+// The joint there, with its coordinates to first order, which is enough for directions.
+JointContext middle(const JointContext& now, std::span<const double> q, const LastStep& bodies) {
+  std::array<double, 6> coordinates{};
+  for (std::size_t i = 0; i < now.chain.dofs; ++i)
+    coordinates[i] = q[i] - 0.5 * bodies.h * row_velocity(joint_row(now, now.duals[i]), bodies.v);
+  JointContext then = now;
+  JointPose pose = now.pose;
+  if (now.body_a >= 0) pose.a = bodies.pose(now.body_a) * now.joint->frame_a;
+  if (now.body_b >= 0) pose.b = bodies.pose(now.body_b) * now.joint->frame_b;
+  pose.relative = inverse(pose.b) * pose.a;
+  place(then, pose, bodies.centre(now.body_a), bodies.centre(now.body_b),
+        std::span(coordinates).first(now.chain.dofs));
+  return then;
+}
+
+// The part of a relative twist that the joint locks. The wrenches w_k of the locked rows are orthonormal with
+// respect to <f, f> + <t, t> / L^2: the twist is sum_k u_k (f_k, t_k / L^2) with u_k = <w_k, twist>.
+JointSlip slip(const JointContext& joint, const BodyVelocities& v) {
+  std::array<Screw, 6> wrenches;
+  std::size_t count = 1;
+  const Vec3& between = joint.pose.relative.position;
+  if (is_chain(*joint.joint))
+    count = locked_wrenches(joint.chain, joint.length, wrenches);
+  else if (norm(between) > 0)
+    wrenches[0] = {between / norm(between), {}};
+  else
+    return {};
+  JointSlip sum;
+  for (std::size_t k = 0; k < count; ++k) {
+    const double u = row_velocity(joint_row(joint, wrenches[k]), v);
+    sum.linear += u * wrenches[k].linear;
+    sum.angular += (u / (joint.length * joint.length)) * wrenches[k].angular;
+  }
+  return sum;
+}
+
+// What of the slip e of the last step is not reflected, with `before` that of the step before it and
+// `reflected` the slip of v- in the pose q.
+JointSlip taken_out(const JointSlip& e, const JointSlip& before, const JointSlip& reflected) {
+  const double size = rough * norm(reflected.linear);
+  double share = 0;
+  if (norm(e.linear) >= size) {
+    share = 1;
+  } else if (dot(before.linear, e.linear) < 0)
+    share = norm_squared(e.linear) / (size * size);
+  return {share * e.linear, e.angular};
+}
+
+}  // namespace
+
+void reflect_joints(const SmoothInput& in, State& state, JointRows& rows) {
+  if (in.model.joints() == 0) return;
+  // A first step has no last one: as if bodies had come here with the velocities that they have. Its slip is
+  // that of a pose which they were never in, and is taken out.
+  const bool first = !(state.impulse_step > 0);
+  LastStep last{in.frames, in.start, first ? in.h : state.impulse_step};
+  // Impulses act on the mean spin of the step, v+; the spin at its start and the one that the impulses leave
+  // there are off by the same lag: D (omega + (omega+ + lag)) = 0.
+  BodyVelocities before = in.start;
+  for (std::size_t i = 0; i < before.size(); ++i) {
+    if (!in.model.is_dynamic(static_cast<Index>(i))) continue;
+    before[i].angular += in.spins[i].lag;
+    last.v[i].angular = -torque_free_mean(in.frames[i].inertia, -in.start[i].angular, last.h);
+  }
+  // What touches something is no smooth motion: there D v+ = 0, which damps.
+  std::vector<unsigned char> touching(in.model.bodies(), 0);
+  for (const Contact& c : in.contacts)
+    for (const Index body : {c.body_a, c.body_b})
+      if (body >= 0) touching[body] = 1;
+  const auto touched = [&](Index body) { return body >= 0 && touching[body]; };
+  Index joint = -1;
+  bool smooth = true;
+  JointContext now;
+  JointSlip out;
+  for (std::size_t i = 0; i < rows.tags.size(); ++i) {
+    const RowTag& tag = rows.tags[i];
+    if (tag.kind != RowKind::locked || rows.restraint[i] != Restraint::equality) continue;
+    if (tag.joint != joint) {
+      joint = tag.joint;
+      const auto j = static_cast<std::size_t>(joint);
+      now = joint_context(in.model, in.frames, state, j);
+      const JointSlip e = slip(middle(now, coordinates_of(in.model, state, j), last), last.v);
+      out = first ? e : taken_out(e, state.joint_slips[j], slip(now, before));
+      state.joint_slips[j] = e;
+      smooth = !touched(now.body_a) && !touched(now.body_b);
+    }
+    if (!smooth) continue;
+    // The tag's torque is about the origin of frame_a, the slip is that of the reference.
+    const Vec3 torque = tag.torque - cross(now.arm, tag.force);
+    rows.c[i] +=
+        row_velocity(rows.jacobian[i], before) - dot(tag.force, out.linear) - dot(torque, out.angular);
+    if (!first) rows.c[i] -= remembered * rows.compliance[i] * rows.x0[i] * (in.h / last.h);
+  }
+}
+
+// Contacts are no circles of one point: what rolls brings new points to the ground. Where a pair touches in
+// one point the condition is that of the point in the middle of the step, D_m v+ >= -gap / h; the rows keep
+// D, as A is symmetric, and (D_m - D) v of velocities v near v+ joins b. Of pairs with several points nothing
+// is known about which of them stay.
+double turn_contacts(const Reach& reach, ContactFinder& finder, std::vector<Vec3>& turns, Problem& problem) {
+  const auto& contacts = std::get<ContactSystem>(problem.A).contacts;
+  turns.resize(contacts.size());
+  double change = 0;
+  for (const auto& [i, middle] : finder.find_middles(reach, contacts)) {
+    const Contact& c = contacts[i];
+    // Tangents are carried from the one normal to the other by the rotation that turns it there.
+    const Vec3 axis = cross(middle.normal, c.normal);
+    const double sine = norm(axis);
+    Vec3 u = relative_motion(middle, reach.v).linear;
+    if (sine > 0) u = rotate(exponential((std::asin(std::min(sine, 1.0)) / sine) * axis), u);
+    double turn[3];
+    ContactBasis(c).to_contact(u - relative_motion(c, reach.v).linear, turn);
+    double* b = &problem.b[problem.graph.first_row[i]];
+    for (int k = 0; k < 3; ++k) {
+      change = std::max(change, std::abs(turn[k] - turns[i][k]));
+      b[k] += turn[k] - turns[i][k];
+      turns[i][k] = turn[k];
+    }
+  }
+  return change;
+}
+
+}  // namespace amontons

@@ -1,0 +1,27 @@
+// What rows ask beyond D v+ = 0, so that smooth motion is of second order.
+#pragma once
+#include "amontons/multibody/joints/joints.hpp"
+#include "amontons/problem/problem.hpp"
+#include "multibody/bodies/motion.hpp"
+#include "multibody/contacts/contact_finder.hpp"
+
+namespace amontons {
+
+// The velocities from which a step of length h starts, and how the last one came there.
+struct SmoothInput {
+  const Model& model;
+  const BodyFrames& frames;
+  const BodyVelocities& start;
+  const std::vector<GyroscopicSpin>& spins;
+  const std::vector<Contact>& contacts;
+  double h;
+};
+
+// Adds to c of the rigid locked rows; the slips in the state become those of the last step.
+void reflect_joints(const SmoothInput& in, State& state, JointRows& rows);
+
+// Adds to b of the contacts that turn as bodies roll, for bodies that move with v. `turns` are what has been
+// added, per contact; they are replaced. Returns the largest change of them (m/s).
+double turn_contacts(const Reach& reach, ContactFinder& finder, std::vector<Vec3>& turns, Problem& problem);
+
+}  // namespace amontons
