@@ -1,5 +1,8 @@
 #include "amontons/multibody/model/model.hpp"
 
+#include "amontons/multibody/contacts/overlaps.hpp"
+#include "amontons/multibody/joints/coordinates.hpp"
+
 #include "bindings.hpp"
 #include "math_casters.hpp"
 
@@ -239,6 +242,7 @@ void bind_model(nb::module_& m) {
       .def_rw("actuators", &D::actuators)
       .def_rw("pair_materials", &D::pair_materials)
       .def_rw("excluded_bodies", &D::excluded_bodies)
+      .def_rw("excluded_geoms", &D::excluded_geoms)
       .def_rw("fluid", &D::fluid)
       .def_rw("fluid_boxes", &D::fluid_boxes)
       .def_rw("friction_rule", &D::friction_rule);
@@ -248,6 +252,9 @@ void bind_model(nb::module_& m) {
       .def_prop_ro("dofs", &Model::dofs)
       .def_prop_ro("length", &Model::length)
       .def_prop_ro("total_mass", &Model::total_mass)
+      .def(
+          "overlaps", [](const Model& m, double depth) { return overlapping_geoms(m, initial_state(m), depth); },
+          nb::arg("depth"), "Pairs of geoms that may touch and overlap by more in the initial state.")
       .def(
           "first_dof",
           [](const Model& model, std::size_t joint) {

@@ -598,12 +598,6 @@ class PairMaterial:
     @material.setter
     def material(self, arg: Material, /) -> None: ...
 
-    @property
-    def always(self) -> bool: ...
-
-    @always.setter
-    def always(self, arg: bool, /) -> None: ...
-
 class Motor:
     def __init__(self) -> None: ...
 
@@ -1295,6 +1289,12 @@ class ModelDescription:
     def excluded_bodies(self, arg: Sequence[tuple[int, int]], /) -> None: ...
 
     @property
+    def excluded_geoms(self) -> list[tuple[int, int]]: ...
+
+    @excluded_geoms.setter
+    def excluded_geoms(self, arg: Sequence[tuple[int, int]], /) -> None: ...
+
+    @property
     def fluid(self) -> Fluid: ...
 
     @fluid.setter
@@ -1325,6 +1325,11 @@ class Model:
 
     @property
     def total_mass(self) -> float: ...
+
+    def overlaps(self, depth: float) -> list[tuple[int, int]]:
+        """
+        Pairs of geoms that may touch and overlap by more in the initial state.
+        """
 
     def first_dof(self, joint: int) -> int: ...
 
@@ -1395,6 +1400,12 @@ class SimulationOptions:
 
     @margin.setter
     def margin(self, arg: float, /) -> None: ...
+
+    @property
+    def recovery(self) -> str: ...
+
+    @recovery.setter
+    def recovery(self, arg: str, /) -> None: ...
 
     @property
     def recovery_speed(self) -> float: ...
@@ -1484,6 +1495,12 @@ class Report:
 
     @property
     def spring_energy(self) -> float: ...
+
+    @property
+    def energy_balance(self) -> float: ...
+
+    @property
+    def balanced(self) -> bool: ...
 
     @property
     def timings(self) -> Timings: ...
@@ -1634,8 +1651,6 @@ class Tree:
 
     def mass_matrix(self, simulation: Simulation) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None))]: ...
 
-    def tendon_jacobian(self, simulation: Simulation, tendon: int) -> Annotated[NDArray[numpy.float64], dict(shape=(None,))]: ...
-
     def inverse_dynamics(self, simulation: Simulation, qdd: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)]) -> Annotated[NDArray[numpy.float64], dict(shape=(None,))]: ...
 
     def observe(self, simulation: Simulation, qdd: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], bodies: Annotated[NDArray[numpy.int32], dict(shape=(None,), order='C', device='cpu', writable=False)], frames: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)]) -> tuple: ...
@@ -1644,5 +1659,5 @@ class Tree:
 
 def run_worlds(tree: Tree, worlds: Sequence[Simulation], controls: Annotated[NDArray[numpy.float64], dict(shape=(None, None, None), order='C', device='cpu', writable=False)] | None, records: int, repeat: int, threads: int) -> tuple:
     """
-    Advances simulations side by side, without the GIL: q, qd, residuals and missed steps by world and record, how many records each world completed, and why it stopped.
+    Advances simulations side by side, without the GIL: q, qd, residuals by world and record, how many records each world completed, and why it stopped.
     """

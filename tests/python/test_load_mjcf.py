@@ -4,6 +4,7 @@ import math
 import pickle
 import warnings
 from dataclasses import replace
+from itertools import product
 
 import amontons
 import numpy as np
@@ -329,14 +330,18 @@ FILTERS = """<contact><exclude body1="free" body2="arm"/><exclude body1="world" 
 <pair geom1="hermit0" geom2="w0"/><pair geom1="hermit0" geom2="mocap0"/></contact>"""
 
 
-# Breaks when a filter lets other pairs touch than MuJoCo's: all geoms overlap, so every allowed pair does.
+# Breaks when a filter lets other pairs touch than MuJoCo's: all geoms overlap, so every allowed pair does,
+# as long as they are not moved apart. The base, which is fixed, does not touch the link that a joint joins to
+# it; there MuJoCo has contacts.
 @pytest.mark.parametrize("flag", ["", '<option><flag filterparent="disable"/></option>'])
 def test_contact_filters_are_those_of_mujoco(tmp_path, flag):
-    model, m = load(tmp_path, TOUCHING, head=flag, tail=FILTERS)
+    model, m = load(tmp_path, TOUCHING, head=flag, tail=FILTERS, self_overlaps=True)
     d = mujoco.MjData(m)
     mujoco.mj_forward(m, d)
     expected = {tuple(sorted(m.geom(g).name for g in pair)) for pair in d.contact.geom}
-    sim = amontons.Simulation(model, on_failure="ignore")
+    if not flag:
+        expected -= set(product(("arm0", "arm1"), ("s0", "t0")))
+    sim = amontons.Simulation(model, recovery="velocity", on_failure="ignore")
     sim.step()
     names = model.geom_names
     found = {tuple(sorted((names[c["geom_a"]], names[c["geom_b"]]))) for c in sim.contacts}
@@ -360,7 +365,7 @@ def test_friction_is_that_of_mujoco(tmp_path):
     for contact in d.contact:
         key = tuple(sorted(m.geom(g).name for g in contact.geom))
         expected[key] = 0.0 if contact.dim == 1 else contact.friction[0]
-    sim = amontons.Simulation(model, on_failure="ignore")
+    sim = amontons.Simulation(model, recovery="velocity", on_failure="ignore")
     sim.step()
     names = model.geom_names
     found = {tuple(sorted((names[c["geom_a"]], names[c["geom_b"]]))): c["friction"] for c in sim.contacts}

@@ -170,4 +170,4 @@ def test_robots(name):
     if not m.nv or m.nv > 200:
         pytest.skip("nothing moves, or too much")
     step, left = errors(model, m)
-    assert left < 0.2 * step + 1e-5
+    assert left < 0.5 * step + 1e-5

@@ -25,6 +25,7 @@ from .subject import (
     Method,
     Name,
     Parameters,
+    SelfOverlaps,
     Step,
     Strict,
     Subject,
@@ -60,6 +61,7 @@ def export(
     strict: Strict = False,
     floating_base: FloatingBase = None,
     keyframe: KeyframeName = None,
+    self_overlaps: SelfOverlaps = False,
 ) -> None:
     """Simulate up to a step and write its problem, with the solution found, for `compare` and other solvers.
 
@@ -71,7 +73,7 @@ def export(
         "dt": dt, "law": law, "method": method, "tolerance": tolerance,
         "max_iterations": max_iterations, "budget": budget, "threads": threads,
     }  # fmt: skip
-    choices = Choices(settings or (), strict, floating_base, keyframe)
+    choices = Choices(settings or (), strict, floating_base, keyframe, self_overlaps)
     with one_line_errors():
         _require_output(output)
         with notes():

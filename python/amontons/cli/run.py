@@ -29,6 +29,7 @@ from .subject import (
     Method,
     Name,
     Parameters,
+    SelfOverlaps,
     Step,
     Strict,
     Subject,
@@ -66,6 +67,7 @@ def run(
     strict: Strict = False,
     floating_base: FloatingBase = None,
     keyframe: KeyframeName = None,
+    self_overlaps: SelfOverlaps = False,
     record: Annotated[Path | None, typer.Option(help="Record states, contacts and reports (HDF5).")] = None,
     record_every: Annotated[int, typer.Option(help="Steps between recorded states.")] = 1,
     record_contacts: Annotated[bool, typer.Option(help="Record contact tables.")] = True,
@@ -92,7 +94,7 @@ def run(
         "dt": dt, "law": law, "method": method, "tolerance": tolerance,
         "max_iterations": max_iterations, "budget": budget, "threads": threads,
     }  # fmt: skip
-    choices = Choices(settings or (), strict, floating_base, keyframe)
+    choices = Choices(settings or (), strict, floating_base, keyframe, self_overlaps)
     with one_line_errors():
         with notes():
             chosen = open_subject(subject, choices, given)

@@ -45,6 +45,10 @@ FloatingBase = Annotated[
     bool | None,
     typer.Option("--floating-base/--fixed-base", help="Of URDF: whether the root link moves freely."),
 ]
+SelfOverlaps = Annotated[
+    bool,
+    typer.Option("--self-overlaps", help="Links touch each other although they overlap from the start."),
+]
 KeyframeName = Annotated[
     str | None, typer.Option("--keyframe", help="A keyframe of the model to start from.")
 ]
@@ -79,6 +83,7 @@ class Choices:
     strict: bool = False
     floating_base: bool | None = None
     keyframe: str | None = None
+    self_overlaps: bool = False
 
 
 def open_subject(name: str, choices: Choices, given: dict[str, Any]) -> Subject:
@@ -115,6 +120,7 @@ def _require_model(name: str, choices: Choices) -> None:
     wanted = {
         "--strict": choices.strict,
         "--floating-base": choices.floating_base is not None,
+        "--self-overlaps": choices.self_overlaps,
         "--keyframe": choices.keyframe is not None,
     }
     for option in (option for option, given in wanted.items() if given):
@@ -125,7 +131,12 @@ def _model(path: Path, choices: Choices, options: dict[str, Any]) -> Subject:
     """The model of a file in its keyframe, with gravity and controls as they are set."""
     from .. import load_model
 
-    model = load_model(path, strict=choices.strict, floating_base=choices.floating_base)
+    model = load_model(
+        path,
+        strict=choices.strict,
+        floating_base=choices.floating_base,
+        self_overlaps=choices.self_overlaps,
+    )
     values = dict(_key_and_text(setting) for setting in choices.settings)
     if (gravity := values.pop("gravity", None)) is not None:
         model = replace(model, gravity=_value(f"gravity={gravity}", gravity, model.gravity))

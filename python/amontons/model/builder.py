@@ -65,6 +65,7 @@ class ModelBuilder(PartBuilder):
         self._actuators: list[Actuator] = []
         self._pair_materials: list[PairMaterial] = []
         self._excluded: list[tuple[int, int]] = []
+        self._excluded_geoms: list[tuple[int, int]] = []
         self._fluid_boxes: list[FluidBox] = []
         self._keyframes: dict[str, list[KeyframePart]] = {}
         self._unread: list[Unread] = []
@@ -320,6 +321,7 @@ class ModelBuilder(PartBuilder):
             tuple(self._couplings),
             tuple(self._pair_materials),
             tuple(self._excluded),
+            tuple(self._excluded_geoms),
             tendons=tuple(self._tendons),
             actuators=tuple(self._actuators),
             fluid=self._fluid,

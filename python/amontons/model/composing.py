@@ -70,6 +70,7 @@ class Parts:
     couplings: list[Coupling]
     pair_materials: list[PairMaterial]
     excluded: list[tuple[int, int]]
+    excluded_geoms: list[tuple[int, int]]
     fluid_boxes: list[FluidBox]
     tendons: list[Tendon]
     actuators: list[Actuator]
@@ -207,6 +208,7 @@ def parts_of(model: Model, seat: Seat, prefix: str, before: Counts, new_name: Ca
         couplings=named(prefix, map(move.coupling, model.couplings)),
         pair_materials=list(map(move.pair, model.pair_materials)),
         excluded=[(a, b) for a, b in excluded if a != b],
+        excluded_geoms=[(before.geoms + a, before.geoms + b) for a, b in model.excluded_geoms],
         fluid_boxes=[
             replace(box, body=move.index[box.body], frame=move.frame(box.body, box.frame))
             for box in model.fluid_boxes

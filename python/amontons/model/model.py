@@ -76,6 +76,8 @@ class Model:
     pair_materials: tuple[PairMaterial, ...] = ()
     excluded_bodies: tuple[tuple[int, int], ...] = ()
     """pairs that never touch"""
+    excluded_geoms: tuple[tuple[int, int], ...] = ()
+    """the same of geoms"""
     fluid: Fluid = NO_FLUID
     """around the bodies that have a fluid box"""
     fluid_boxes: tuple[FluidBox, ...] = ()

@@ -24,6 +24,7 @@ class PartBuilder(DriveBuilder):
     _couplings: list[Coupling]
     _pair_materials: list[PairMaterial]
     _excluded: list[tuple[int, int]]
+    _excluded_geoms: list[tuple[int, int]]
     _fluid_boxes: list[FluidBox]
     _keyframes: dict[str, list[KeyframePart]]
     _sites: list[Site]
@@ -149,6 +150,7 @@ class PartBuilder(DriveBuilder):
                 self._append(kind, own, thing)  # type: ignore[arg-type]
         self._pair_materials += parts.pair_materials
         self._excluded += parts.excluded
+        self._excluded_geoms += parts.excluded_geoms
         self._fluid_boxes += parts.fluid_boxes
         for name, part in parts.keyframes.items():
             self._keyframes.setdefault(name, []).append(part)

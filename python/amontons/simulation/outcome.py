@@ -55,8 +55,8 @@ class Report:
     spring_energy: float
     """of joint springs (J)"""
     energy_balance: float
-    """work of what can only dissipate: rigid contacts, joints, limits, dry friction (J); above zero it is energy
-    from nothing"""
+    """work of what can only dissipate: rigid contacts, joints, limits, dry friction (J); above zero it is
+    energy from nothing"""
     balanced: bool
     """False if the step made energy from nothing, more than its tolerance explains"""
     timings: Timings

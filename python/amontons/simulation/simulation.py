@@ -61,8 +61,8 @@ class Simulation(Queries):
     recovery: how errors of position (overlaps, joints apart, violated limits) are taken back: "projection"
     moves the bodies, without giving them velocities, and smooth motion is of second order; "velocity" pushes
     them within the problem of the step, as Anitescu and Tasora do, of first order.
-    recovery_speed: errors are taken back no faster (m/s), by default `Model.length` in 0.1 s by projection, in
-    1 s by velocities. restitution_speed: slower impacts do not bounce (m/s), by default 4 |g| dt.
+    recovery_speed: errors are taken back no faster (m/s), by default `Model.length` in 0.1 s by projection,
+    in 1 s by velocities. restitution_speed: slower impacts do not bounce (m/s), by default 4 |g| dt.
     warm_start: begin each solve with the impulses of the last step.
     max_substeps: a power of two; a step whose residual stays above the tolerance is redone in 2, 4, ...
     parts. on_failure: when it stays there, "warn" (StepWarning), "raise" (SimulationError, with the state put

@@ -80,6 +80,14 @@ void move_to(const ContactPoint& p, const Vec3& centre_a, const Vec3& centre_b, 
   c.surface_velocity = surface_velocity - dot(p.normal, surface_velocity) * p.normal;
 }
 
+// Whether normals jump on the surface of a shape.
+bool has_edges(const Shape& shape) {
+  return !std::holds_alternative<Sphere>(shape) && !std::holds_alternative<Capsule>(shape) &&
+         !std::holds_alternative<Ellipsoid>(shape) && !std::holds_alternative<Plane>(shape);
+}
+// Of a normal that a body carries along, as a length.
+constexpr double same_normal = 1e-6;
+
 // Where bodies are after a time t with the velocities of a reach.
 struct Later {
   const Reach& reach;
@@ -261,7 +269,17 @@ const ContactFinder::Middles& ContactFinder::find_middles(const Reach& reach,
             reach.margin + reach.h * (speeds_[geom_a] + speeds_[geom_b]) + c.material.rest_offset, points_);
     if (points_.size() != 1) continue;
     const SurfaceMotion surface = surface_motion(a, frame_a, b, frame_b, reach.bodies);
+    const Vec3 normal = c.normal;
     move_to(points_[0], half.centre(c.body_a), half.centre(c.body_b), surface, c);
+    if (has_edges(a.shape) || has_edges(b.shape)) {
+      // A normal that stays with neither body is that of an edge that has come near, and whether it is one
+      // depends on the neighbours.
+      const auto stays = [&](const Transform& before, const Transform& then) {
+        const Vec3 carried = rotate(then.rotation, rotate(conjugate(before.rotation), normal));
+        return norm_squared(carried - c.normal) < same_normal * same_normal;
+      };
+      if (!stays(frames_[geom_a], frame_a) && !stays(frames_[geom_b], frame_b)) continue;
+    }
     middles_.emplace_back(by_pair_[first].contact, c);
   }
   return middles_;

@@ -298,6 +298,8 @@ void check_pairs(const ModelDescription& d) {
   for (const auto& [a, b] : d.excluded_bodies)
     AMONTONS_REQUIRE(a >= world && a < bodies && b >= world && b < bodies,
                      "excluded pair: a body does not exist");
+  for (const auto& [a, b] : d.excluded_geoms)
+    AMONTONS_REQUIRE(a >= 0 && a < geoms && b >= 0 && b < geoms, "excluded pair: a geom does not exist");
   for (const PairMaterial& p : d.pair_materials) {
     AMONTONS_REQUIRE(p.geom_a >= 0 && p.geom_a < geoms && p.geom_b >= 0 && p.geom_b < geoms,
                      "material of a pair: a geom does not exist");

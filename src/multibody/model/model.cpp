@@ -69,6 +69,8 @@ Model::Model(ModelDescription description) : d_(std::move(description)) {
   }
   for (const auto& [a, b] : d_.excluded_bodies) excluded_.push_back(ordered(a, b));
   std::sort(excluded_.begin(), excluded_.end());
+  for (const auto& [a, b] : d_.excluded_geoms) excluded_geoms_.push_back(ordered(a, b));
+  std::sort(excluded_geoms_.begin(), excluded_geoms_.end());
   for (const PairMaterial& p : d_.pair_materials) pairs_.push_back({ordered(p.geom_a, p.geom_b), p.material});
   for (const PairMaterial& p : d_.pair_materials)
     if (p.always) always_.push_back(ordered(p.geom_a, p.geom_b));
@@ -88,7 +90,8 @@ bool Model::may_touch(Index geom_a, Index geom_b) const {
   if (!always_.empty() && std::binary_search(always_.begin(), always_.end(), ordered(geom_a, geom_b)))
     return true;
   if (!((a.category & b.mask) || (b.category & a.mask))) return false;
-  return !std::binary_search(excluded_.begin(), excluded_.end(), ordered(a.body, b.body));
+  if (std::binary_search(excluded_.begin(), excluded_.end(), ordered(a.body, b.body))) return false;
+  return !std::binary_search(excluded_geoms_.begin(), excluded_geoms_.end(), ordered(geom_a, geom_b));
 }
 
 // A pair's own material, else the combination of the two. Restitution and moments take the larger value,

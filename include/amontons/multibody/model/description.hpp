@@ -257,6 +257,7 @@ struct ModelDescription {
   std::vector<Actuator> actuators;
   std::vector<PairMaterial> pair_materials;
   std::vector<std::pair<Index, Index>> excluded_bodies;  // pairs that never touch; world allowed
+  std::vector<std::pair<Index, Index>> excluded_geoms;   // the same of geoms
   FrictionRule friction_rule = FrictionRule::geometric_mean;
   Fluid fluid;
   std::vector<FluidBox> fluid_boxes;

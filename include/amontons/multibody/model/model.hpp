@@ -50,6 +50,7 @@ class Model {
   bool bounds_efforts_ = false;
   std::vector<std::pair<Index, Index>> excluded_;                    // sorted body pairs, first < second
   std::vector<std::pair<Index, Index>> always_;                      // sorted geom pairs
+  std::vector<std::pair<Index, Index>> excluded_geoms_;              // the same of geoms
   std::vector<std::pair<std::pair<Index, Index>, Material>> pairs_;  // sorted geom pairs
   std::vector<double> rest_offset_;
   double length_ = 1, total_mass_ = 0;

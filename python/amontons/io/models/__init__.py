@@ -17,6 +17,7 @@ from .geoms import read_geoms
 from .issues import Issues
 from .joints import read_joints
 from .keyframes import read_keyframes
+from .overlaps import without_overlaps
 from .scan import scan
 from .sensors import read_sensors
 from .sites import read_sites
@@ -27,7 +28,11 @@ SUFFIXES = (".xml", ".mjcf", ".urdf")
 
 
 def load_model(
-    path: str | PathLike[str], *, strict: bool = False, floating_base: bool | None = None
+    path: str | PathLike[str],
+    *,
+    strict: bool = False,
+    floating_base: bool | None = None,
+    self_overlaps: bool = False,
 ) -> Model:
     """Read a MuJoCo (MJCF .xml) or URDF (.urdf, or <robot> in .xml) model file.
 
@@ -38,10 +43,13 @@ def load_model(
     floating_base: of URDF: whether the root link moves freely. By default it does if it has an <inertial>
         with mass and is not called "world", and a ModelWarning says which it is.
 
+    self_overlaps: whether links of one tree touch each other although they overlap in the pose of the file;
+        by default they do not, and a ModelWarning lists them.
+
     docs/models.md tells what is read. Needs MuJoCo: pip install amontons[models].
     Raises FileNotFoundError, or FileError naming file, line and element of what is missing or wrong.
     """
-    return _model(compiled_model(path, floating_base), strict=strict)
+    return _model(compiled_model(path, floating_base), strict=strict, self_overlaps=self_overlaps)
 
 
 def compiled_model(path: str | PathLike[str], floating_base: bool | None = None) -> Compiled:
@@ -64,7 +72,7 @@ def compiled_model(path: str | PathLike[str], floating_base: bool | None = None)
     return compile_file(path, root, issues, floating_base)
 
 
-def _model(compiled: Compiled, *, strict: bool) -> Model:
+def _model(compiled: Compiled, *, strict: bool, self_overlaps: bool) -> Model:
     bodies = read_bodies(compiled)
     geoms = read_geoms(compiled, bodies)
     joints = read_joints(compiled, bodies)
@@ -83,11 +91,10 @@ def _model(compiled: Compiled, *, strict: bool) -> Model:
         {i: tendons[ours].name for i, ours in tendon_of.items()},
     )
     boxes = fluid_boxes(compiled, bodies)
-    compiled.issues.report(strict=strict)
     m = compiled.model
     gravity = m.opt.gravity.tolist() if compiled.enabled("gravity") else (0.0, 0.0, 0.0)
     try:
-        return Model(
+        model = Model(
             gravity=tuple(gravity),
             friction_rule="maximum",
             bodies=tuple(bodies.bodies),
@@ -106,4 +113,8 @@ def _model(compiled: Compiled, *, strict: bool) -> Model:
             unread=compiled.issues.unread(),
         )
     except InputError as error:
+        compiled.issues.report(strict=strict)
         raise FileError(f"{compiled.path}: {error}") from None
+    model = without_overlaps(compiled, geoms, model, all_too=not self_overlaps)
+    compiled.issues.report(strict=strict)
+    return model

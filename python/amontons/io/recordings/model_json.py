@@ -81,7 +81,8 @@ def model_from_json(text: str) -> Model:
             FluidBox(**{**box, "frame": Transform(**box["frame"])}) for box in d["fluid_boxes"]
         )
     d["unread"] = tuple(Unread(**entry) for entry in d.get("unread", ()))
-    d["excluded_bodies"] = tuple((a, b) for a, b in d["excluded_bodies"])
+    for name in ("excluded_bodies", "excluded_geoms"):
+        d[name] = tuple((a, b) for a, b in d.get(name, ()))
     return Model(**d)
 
 
