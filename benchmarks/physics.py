@@ -21,7 +21,18 @@ import numpy as np
 from common import ROOT, arguments, tracked, with_folders, write_csv
 
 sys.path.insert(0, str(ROOT / "tests" / "physics"))
-from measures import drive, impact, rotation, run, simulate, stand
+from measures import (
+    SMOOTH,
+    drive,
+    energies,
+    energy_loss,
+    impact,
+    rolling_ellipsoid,
+    rotation,
+    run,
+    simulate,
+    stand,
+)
 from units import ratio_of_motion
 
 G = 9.81
@@ -136,6 +147,18 @@ def four_bar(scale: float) -> Figures:
     yield Figure(claim, "out-of-plane motion", float(np.abs(sim.state.positions[:, 1]).max()), 1e-9, "m")
 
 
+def smooth(scale: float) -> Figures:
+    for name, made in SMOOTH.items():
+        claim = f"{name} under gravity, h 5 ms, {10 * scale:g} s"
+        yield Figure(
+            claim, "energy lost or gained, of the peak", abs(energy_loss(made(5e-3), 10 * scale)), 1e-3
+        )
+    total, _ = energies(rolling_ellipsoid(1e-2), 5 * scale)
+    claim = f"rolling ellipsoid, h 10 ms, {5 * scale:g} s"
+    yield Figure(claim, "energy kept", float(total[-1] / total[0]), -0.99)
+    yield Figure(claim, "largest gain", float(total.max() / total[0] - 1), 1e-6)
+
+
 def free_body(scale: float) -> Figures:
     duration = 100.0 * scale
     sim = simulate("free_body")
@@ -197,6 +220,7 @@ PARTS: tuple[Callable[[float], Figures], ...] = (
     plates,
     chain,
     four_bar,
+    smooth,
     free_body,
     cradle,
     units,

@@ -2,7 +2,6 @@
 
 #include "amontons/multibody/contacts/overlaps.hpp"
 #include "amontons/multibody/joints/coordinates.hpp"
-
 #include "bindings.hpp"
 #include "math_casters.hpp"
 
@@ -253,7 +252,8 @@ void bind_model(nb::module_& m) {
       .def_prop_ro("length", &Model::length)
       .def_prop_ro("total_mass", &Model::total_mass)
       .def(
-          "overlaps", [](const Model& m, double depth) { return overlapping_geoms(m, initial_state(m), depth); },
+          "overlaps",
+          [](const Model& m, double depth) { return overlapping_geoms(m, initial_state(m), depth); },
           nb::arg("depth"), "Pairs of geoms that may touch and overlap by more in the initial state.")
       .def(
           "first_dof",

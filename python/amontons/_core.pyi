@@ -598,6 +598,12 @@ class PairMaterial:
     @material.setter
     def material(self, arg: Material, /) -> None: ...
 
+    @property
+    def always(self) -> bool: ...
+
+    @always.setter
+    def always(self, arg: bool, /) -> None: ...
+
 class Motor:
     def __init__(self) -> None: ...
 
@@ -1651,6 +1657,8 @@ class Tree:
 
     def mass_matrix(self, simulation: Simulation) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None))]: ...
 
+    def tendon_jacobian(self, simulation: Simulation, tendon: int) -> Annotated[NDArray[numpy.float64], dict(shape=(None,))]: ...
+
     def inverse_dynamics(self, simulation: Simulation, qdd: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)]) -> Annotated[NDArray[numpy.float64], dict(shape=(None,))]: ...
 
     def observe(self, simulation: Simulation, qdd: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], bodies: Annotated[NDArray[numpy.int32], dict(shape=(None,), order='C', device='cpu', writable=False)], frames: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)]) -> tuple: ...
@@ -1659,5 +1667,5 @@ class Tree:
 
 def run_worlds(tree: Tree, worlds: Sequence[Simulation], controls: Annotated[NDArray[numpy.float64], dict(shape=(None, None, None), order='C', device='cpu', writable=False)] | None, records: int, repeat: int, threads: int) -> tuple:
     """
-    Advances simulations side by side, without the GIL: q, qd, residuals by world and record, how many records each world completed, and why it stopped.
+    Advances simulations side by side, without the GIL: q, qd, residuals and missed steps by world and record, how many records each world completed, and why it stopped.
     """

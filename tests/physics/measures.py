@@ -185,3 +185,54 @@ def rotation(q: np.ndarray) -> np.ndarray:
             [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
         ]
     )
+
+
+def energies(sim: amontons.Simulation, duration: float) -> tuple[np.ndarray, np.ndarray]:
+    """Total and kinetic energy of every step (J); no step may make energy from nothing."""
+    found = [(r.energy, r.kinetic_energy, r.balanced) for r in run(sim, duration)]
+    total, kinetic, balanced = np.array(found).T
+    assert balanced.all()
+    return total, kinetic
+
+
+def energy_loss(sim: amontons.Simulation, duration: float) -> float:
+    """Of the mean energy between the first and the last fiftieth, over the peak of the kinetic energy."""
+    total, kinetic = energies(sim, duration)
+    n = len(total) // 50
+    return float((total[:n].mean() - total[-n:].mean()) / kinetic.max())
+
+
+def pendulum(links: int, h: float, **options: Any) -> amontons.Simulation:
+    """Bars of 1 m and 1 kg on hinges, released from the horizontal."""
+    b = amontons.ModelBuilder()
+    before = None
+    for i in range(links):
+        link = b.add_body(shape=amontons.shapes.Box((0.5, 0.025, 0.025)), mass=1, position=(0.5 + i, 0, 0))
+        b.add_revolute_joint(link, before, point=(i, 0, 0), axis=(0, 1, 0))
+        before = link
+    return amontons.Simulation(b.build(), dt=h, **options)
+
+
+def rolling_ellipsoid(h: float) -> amontons.Simulation:
+    """It rolls over its long axis at 15 rad/s."""
+    b = amontons.ModelBuilder()
+    grip = amontons.Material(friction=0.8)
+    b.add_geom(None, amontons.shapes.Plane(), material=grip)
+    b.add_body(
+        shape=amontons.shapes.Ellipsoid((0.15, 0.1, 0.1)),
+        density=1000,
+        position=(0, 0, 0.1),
+        linear_velocity=(1.5, 0, 0),
+        angular_velocity=(0, 15, 0),
+        material=grip,
+    )
+    return amontons.Simulation(b.build(), dt=h)
+
+
+SMOOTH = {
+    "pendulum": lambda h: pendulum(1, h),
+    "double pendulum": lambda h: pendulum(2, h),
+    "four-bar": lambda h: amontons.Simulation(amontons.scenes.four_bar(driven=False), dt=h),
+    "chain 1000:1": lambda h: amontons.Simulation(amontons.scenes.chain(), dt=h),
+}
+"""Mechanisms without friction, motors or contacts, under gravity."""

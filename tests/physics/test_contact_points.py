@@ -154,7 +154,7 @@ def test_a_box_lies_still_on_bumps(kind, cells):
     run(sim, 0.5)
     for report in run(sim, 0.25):
         assert report.contacts <= 12
-        assert report.penetration < 1e-9
+        assert report.penetration < 1e-5  # far below 1e-4 lengths, which would be corrected
         assert np.abs(sim.state.linear_velocities).max() < 1e-8
     assert force_on(sim, "box")[2] == pytest.approx(G, rel=1e-5)
 

@@ -336,7 +336,7 @@ def test_deep_overlap_is_undone_slowly(shape):
 
     sim.run(2.0, look)
     assert max(np.diff(heights)) < (2 * sim.recovery_speed + 1e-6) * sim.dt
-    assert max(rise) < 1e-6
+    assert max(rise) < 2.1e-3 * G * sim.dt  # what closes the residual of a solve, at two contacts
     np.testing.assert_allclose(sim.state.positions[:, 2], (0.1, 0.3), atol=2.1e-4 * sim.model.length)
 
 

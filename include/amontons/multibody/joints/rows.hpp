@@ -38,8 +38,8 @@ struct RowTag {
   double scale = 1;
 };
 
-// What a row asks of positions: nothing (springs, friction, motors that give way), C = 0, C >= 0, or to be left
-// as they are, by a motor that never gives way.
+// What a row asks of positions: nothing (springs, friction, motors that give way), C = 0, C >= 0, or to be
+// left as they are, by a motor that never gives way.
 enum class Restraint : unsigned char { none, equality, inequality, held };
 // E and c of a row, which asks that -(D v+ + E x + c) is in the normal cone of its set at x: the compliance
 // over h^2, 1/kg, and the velocity that drives, or that lets a gap close, m/s. Of a rigid row also what it
