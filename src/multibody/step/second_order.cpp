@@ -146,7 +146,8 @@ void reflect_joints(const SmoothInput& in, State& state, JointRows& rows) {
 // one point the condition is that of the point in the middle of the step, D_m v+ >= -gap / h; the rows keep
 // D, as A is symmetric, and (D_m - D) v of velocities v near v+ joins b. Of pairs with several points nothing
 // is known about which of them stay.
-double turn_contacts(const Reach& reach, ContactFinder& finder, std::vector<Vec3>& turns, Problem& problem) {
+double turn_contacts(const Reach& reach, double least, ContactFinder& finder, std::vector<Vec3>& turns,
+                     Problem& problem) {
   const auto& contacts = std::get<ContactSystem>(problem.A).contacts;
   turns.resize(contacts.size());
   double change = 0;
@@ -159,6 +160,7 @@ double turn_contacts(const Reach& reach, ContactFinder& finder, std::vector<Vec3
     if (sine > 0) u = rotate(exponential((std::asin(std::min(sine, 1.0)) / sine) * axis), u);
     double turn[3];
     ContactBasis(c).to_contact(u - relative_motion(c, reach.v).linear, turn);
+    if (std::hypot(turn[0], turn[1], turn[2]) < least) turn[0] = turn[1] = turn[2] = 0;
     double* b = &problem.b[problem.graph.first_row[i]];
     for (int k = 0; k < 3; ++k) {
       change = std::max(change, std::abs(turn[k] - turns[i][k]));

@@ -21,7 +21,8 @@ struct SmoothInput {
 void reflect_joints(const SmoothInput& in, State& state, JointRows& rows);
 
 // Adds to b of the contacts that turn as bodies roll, for bodies that move with v. `turns` are what has been
-// added, per contact; they are replaced. Returns the largest change of them (m/s).
-double turn_contacts(const Reach& reach, ContactFinder& finder, std::vector<Vec3>& turns, Problem& problem);
+// added, per contact; they are replaced. Those below `least` (m/s) are none. Returns the largest change.
+double turn_contacts(const Reach& reach, double least, ContactFinder& finder, std::vector<Vec3>& turns,
+                     Problem& problem);
 
 }  // namespace amontons

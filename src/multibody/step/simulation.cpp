@@ -228,9 +228,12 @@ BodyVelocities predicted(const BodyVelocities& free, const StepProblem& vi) {
   return v;
 }
 
-// A turn of contacts by less than this share of what gravity adds to a velocity within the step is not worth
-// another solve.
-constexpr double least_turn = 1e-2;
+// Turns of contacts by less than a share of what gravity adds to a velocity within the step are none: what
+// stands on feet that swing has no energy to lose there, and should not be asked to follow.
+double enough_of_a_turn(const Model& model, double h) {
+  constexpr double share = 1e-2;
+  return share * h * norm(model.description().gravity);
+}
 
 // Solves the VI, looks where the velocities `after` lead, and solves again as long as that brings contacts
 // that the free velocities did not foresee; once, where contacts turn otherwise than predicted.
@@ -238,7 +241,7 @@ void solve_and_look(const Model& model, const StepBodies& bodies, const Assembly
                     const StepSolver& solver, ContactFinder& finder, std::vector<Contact>& contacts,
                     StepProblem& vi, BodyVelocities& after, Report& report) {
   const Reach reach{model, bodies.frames, after, assembly.h, margin};
-  const double enough = least_turn * assembly.h * norm(model.description().gravity);
+  const double enough = enough_of_a_turn(model, assembly.h);
   bool turned =
       std::any_of(vi.turns.begin(), vi.turns.end(), [&](const Vec3& turn) { return norm(turn) > enough; });
   for (int detections = 0;; ++detections) {
@@ -250,7 +253,7 @@ void solve_and_look(const Model& model, const StepBodies& bodies, const Assembly
     if (detections < most_detections) finder.find_unforeseen(reach, bodies.free, contacts);
     solver.clock.lap(report.timings.collision);
     if (contacts.size() == known) {
-      if (!turned || !(turn_contacts(reach, finder, vi.turns, *vi.problem) > enough)) break;
+      if (!turned || !(turn_contacts(reach, enough, finder, vi.turns, *vi.problem) > enough)) break;
       turned = false;
       add_cost(vi.solution, report);
       vi.x0 = vi.solution.x;
@@ -261,7 +264,7 @@ void solve_and_look(const Model& model, const StepBodies& bodies, const Assembly
     vi.problem = std::make_shared<Problem>(assemble(bodies, contacts, vi.rows, assembly));
     const bool smooth = !vi.turns.empty();
     vi.turns.clear();
-    if (smooth) turn_contacts(reach, finder, vi.turns, *vi.problem);
+    if (smooth) turn_contacts(reach, enough, finder, vi.turns, *vi.problem);
     solver.clock.lap(report.timings.assembly);
   }
   add_solution(*vi.problem, vi.solution, report);
@@ -360,7 +363,8 @@ void Simulation::advance(double h, bool damped, StepClock& clock, Report& report
   if (options_.warm_start) warm_start(model, state_, h, s.frames, contacts_, s.vi);
   if (!damped) {
     s.after = s.vi.x0.empty() ? s.start : predicted(s.free, s.vi);
-    turn_contacts({model, s.frames, s.after, h, margin()}, s.finder, s.vi.turns, *s.vi.problem);
+    turn_contacts({model, s.frames, s.after, h, margin()}, enough_of_a_turn(model, h), s.finder, s.vi.turns,
+                  *s.vi.problem);
   }
   clock.lap(report.timings.assembly);
   // 9. Solve, look where the velocities lead, solve again for what nobody could foresee.
