@@ -40,7 +40,8 @@ double largest_error(const PositionInput& in, const State& state) {
   for (const Contact& c : in.contacts)
     if (is_rigid(c)) worst = std::max(worst, -c.gap);
   const JointError error = joint_error(in.model, in.frames, state);
-  worst = std::max({worst, error.distance, in.options.length * error.angle});
+  worst = std::max(
+      {worst, error.distance, in.options.length * error.angle, line_error(in.model, in.frames, state)});
   for (std::size_t j = 0; j < in.model.joints(); ++j) {
     const auto& dofs = in.model.joint(static_cast<Index>(j)).dofs;
     for (std::size_t i = 0; i < dofs.size(); ++i) {
@@ -50,6 +51,23 @@ double largest_error(const PositionInput& in, const State& state) {
     }
   }
   return worst;
+}
+
+// D M^-1 D' of a row that may have an auxiliary body, six numbers of one mass.
+double inverse_mass_felt(const JacobianRow& row, const BodyMobilities& mobility,
+                         const std::vector<double>& auxiliary) {
+  double w = 0;
+  const auto add = [&](Index body, const std::array<double, 6>& j) {
+    if (body < 0) return;
+    const auto i = static_cast<std::size_t>(body);
+    if (i < mobility.size())
+      w += side_inverse_mass(j, mobility[i]);
+    else
+      for (double c : j) w += auxiliary[i - mobility.size()] * c * c;
+  };
+  add(row.body_a, row.a);
+  add(row.body_b, row.b);
+  return w;
 }
 
 // The normal of a contact as a row.
@@ -70,7 +88,7 @@ JointRows position_rows(const PositionInput& in, const BodyVelocities& rest, con
   rows.auxiliary_inverse_mass = all.auxiliary_inverse_mass;
   const double h = in.options.h;
   const auto append_inequality = [&](const JacobianRow& row, double gap, const RowTag& tag) {
-    const double E = softness * inverse_effective_mass(row, in.mobility);
+    const double E = softness * inverse_mass_felt(row, in.mobility, rows.auxiliary_inverse_mass);
     rows.append(NonNegative{}, row, {E, std::max(gap / h, -in.speed)}, 0, tag);
   };
   for (std::size_t i = 0; i < all.tags.size(); ++i) {
