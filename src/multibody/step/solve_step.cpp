@@ -25,10 +25,6 @@ constexpr double aim_of_few = 1e-5, aim_of_many = 0.5;
 // Times the aim of few: not worth another iteration.
 constexpr double close_to_aim = 10;
 constexpr std::size_t polish_iterations = 200;
-// A problem of few rows that is not solved after so many iterations, of all phases together, will hardly be:
-// what jams under friction need not have a solution. The step goes on with the best impulses found and says
-// so.
-constexpr std::size_t most_of_few = 6000;
 
 // x0 as the solution, with the residual that it has.
 Solution accepted(const Problem& problem, std::vector<double> x, std::vector<double> u, double residual) {
@@ -85,8 +81,6 @@ Solution solve_step(const StepSolver& solver, const Problem& problem, std::span<
   const std::string& method = solver.method;
   Options options = solver.options;
   options.deadline = solver.clock.left();
-  if (options.max_iterations == 0 && method == "auto" && problem.rows() <= few_rows)
-    options.max_iterations = most_of_few;
   if (x0.empty() || problem.rows() == 0) return solve(problem, method, options);
   options.x0 = x0;
   // The residual of the start, which decides how the solve goes: u = A x + b, and x in K.
