@@ -61,7 +61,7 @@ void advance(Simulation& world, std::size_t repeat, StopSign& sign, Course& cour
     AMONTONS_REQUIRE(report.advanced,
                      "the velocities came out not finite at t = " + std::to_string(report.time) + " s");
     residual = std::max(residual, report.residual);
-    course.missed[at] += report.status != Status::converged;
+    course.missed[at] += report.status != Status::converged || !report.balanced;
   }
   course.residuals[at] = residual;
 }
