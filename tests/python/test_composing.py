@@ -145,8 +145,8 @@ def test_a_part_moves_like_the_whole(keyframe):
 def test_every_part_is_known():
     known = {
         "gravity", "friction_rule", "bodies", "geoms", "joints", "couplings", "pair_materials",
-        "excluded_bodies", "excluded_geoms", "keyframes", "actuators", "tendons", "unread", "sites", "sensors",
-        "core", "fluid", "fluid_boxes",
+        "excluded_bodies", "excluded_geoms", "keyframes", "actuators", "tendons", "unread", "sites",
+        "sensors", "core", "fluid", "fluid_boxes",
     }  # fmt: skip
     assert {f.name for f in fields(Model)} == known
 
