@@ -29,7 +29,7 @@ constexpr double softness = 1e-3;
 // solution is none. With inequalities this precision is enough, as a step is followed by others.
 constexpr double precision = 1e-9, rough_precision = 1e-4;
 // Up to so many rows the solver chosen for them; beyond, a first-order method, stopped early.
-constexpr std::size_t few_rows = 100;
+constexpr std::size_t few_rows = 300;
 constexpr std::size_t most_iterations = 100;
 
 bool is_rigid(const Contact& c) { return c.material.compliance == 0; }
@@ -81,12 +81,15 @@ JacobianRow normal_row(const Contact& c) {
   return row;
 }
 
-// Of the rows of the joints those that ask for positions, then the contacts.
+// Of the rows of the joints those that ask for positions, then the contacts. Springs and servos have E = 1 /
+// (h^2 k + ...) as in the step: they are not bent where the robot can be lifted. Not in large models, which a
+// first-order method would not solve with them.
 JointRows position_rows(const PositionInput& in, const BodyVelocities& rest, const State& state) {
   JointRows all, rows;
   append_joint_rows(in.model, {in.frames, in.mobility, rest, rest}, state, in.options, all);
   rows.auxiliary_inverse_mass = all.auxiliary_inverse_mass;
   const double h = in.options.h;
+  const bool few = all.tags.size() <= few_rows;
   const auto append_inequality = [&](const JacobianRow& row, double gap, const RowTag& tag) {
     const double E = softness * inverse_mass_felt(row, in.mobility, rows.auxiliary_inverse_mass);
     rows.append(NonNegative{}, row, {E, std::max(gap / h, -in.speed)}, 0, tag);
@@ -96,6 +99,8 @@ JointRows position_rows(const PositionInput& in, const BodyVelocities& rest, con
     const Restraint restraint = all.restraint[i];
     if (restraint == Restraint::inequality)
       append_inequality(all.jacobian[i], C, all.tags[i]);
+    else if (restraint == Restraint::none && all.compliance[i] > 0 && few)
+      rows.append(Free{}, all.jacobian[i], {all.compliance[i], 0}, 0, all.tags[i]);
     else if (restraint != Restraint::none)  // what is held has C = 0
       rows.append(Free{}, all.jacobian[i], {all.compliance[i], std::clamp(C / h, -in.speed, in.speed)}, 0,
                   all.tags[i]);

@@ -111,11 +111,16 @@ void reflect_joints(const SmoothInput& in, State& state, JointRows& rows) {
     before[i].angular += in.spins[i].lag;
     last.v[i].angular = -torque_free_mean(in.frames[i].inertia, -in.start[i].angular, last.h);
   }
-  // What touches something is no smooth motion: there D v+ = 0, which damps.
+  // What touches something, or hangs on what does, is no smooth motion: there D v+ = 0, which damps.
   std::vector<unsigned char> touching(in.model.bodies(), 0);
   for (const Contact& c : in.contacts)
     for (const Index body : {c.body_a, c.body_b})
       if (body >= 0) touching[body] = 1;
+  const std::vector<unsigned char> at_contacts = touching;
+  for (const Joint& j : in.model.description().joints) {
+    if (!in.model.is_dynamic(j.body_a) || !in.model.is_dynamic(j.body_b)) continue;
+    if (at_contacts[j.body_a] || at_contacts[j.body_b]) touching[j.body_a] = touching[j.body_b] = 1;
+  }
   const auto touched = [&](Index body) { return body >= 0 && touching[body]; };
   Index joint = -1;
   bool smooth = true;
