@@ -95,6 +95,20 @@ JointSlip taken_out(const JointSlip& e, const JointSlip& before, const JointSlip
   return {share * e.linear, e.angular};
 }
 
+// Bodies that touch something, and those that hang on one: that is no smooth motion, and D v+ = 0 damps it.
+std::vector<unsigned char> near_contacts(const SmoothInput& in) {
+  std::vector<unsigned char> touching(in.model.bodies(), 0);
+  for (const Contact& c : in.contacts)
+    for (const Index body : {c.body_a, c.body_b})
+      if (body >= 0) touching[body] = 1;
+  std::vector<unsigned char> near = touching;
+  for (const Joint& j : in.model.description().joints) {
+    if (!in.model.is_dynamic(j.body_a) || !in.model.is_dynamic(j.body_b)) continue;
+    if (touching[j.body_a] || touching[j.body_b]) near[j.body_a] = near[j.body_b] = 1;
+  }
+  return near;
+}
+
 }  // namespace
 
 void reflect_joints(const SmoothInput& in, State& state, JointRows& rows) {
@@ -111,16 +125,7 @@ void reflect_joints(const SmoothInput& in, State& state, JointRows& rows) {
     before[i].angular += in.spins[i].lag;
     last.v[i].angular = -torque_free_mean(in.frames[i].inertia, -in.start[i].angular, last.h);
   }
-  // What touches something, or hangs on what does, is no smooth motion: there D v+ = 0, which damps.
-  std::vector<unsigned char> touching(in.model.bodies(), 0);
-  for (const Contact& c : in.contacts)
-    for (const Index body : {c.body_a, c.body_b})
-      if (body >= 0) touching[body] = 1;
-  const std::vector<unsigned char> at_contacts = touching;
-  for (const Joint& j : in.model.description().joints) {
-    if (!in.model.is_dynamic(j.body_a) || !in.model.is_dynamic(j.body_b)) continue;
-    if (at_contacts[j.body_a] || at_contacts[j.body_b]) touching[j.body_a] = touching[j.body_b] = 1;
-  }
+  const std::vector<unsigned char> touching = near_contacts(in);
   const auto touched = [&](Index body) { return body >= 0 && touching[body]; };
   Index joint = -1;
   bool smooth = true;
