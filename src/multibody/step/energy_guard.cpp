@@ -14,7 +14,7 @@ namespace amontons {
 namespace {
 
 // Of the kinetic energy, and of that which gravity gives in a step to what is free: what the residual of a
-// solve and the second order of a step may add.
+// solve and the second order of a step may add. What recovery by velocities gives is bounded by its speed.
 constexpr double of_motion = 1e-3, of_gravity = 0.1;
 
 double contact_work(const EnergyInput& in, const BodyVelocities& after) {
@@ -52,12 +52,13 @@ double joint_work(const EnergyInput& in, const BodyVelocities& after) {
 EnergyBalance energy_balance(const EnergyInput& in) {
   // Impulses act on the spin of the start, of which the mean over the step is short by the lag.
   BodyVelocities after = in.after;
-  double inertial = 0, gravity = 0;
+  double inertial = 0, gravity = 0, recovered = 0;
   for (std::size_t i = 0; i < after.size(); ++i) {
     if (!in.model.is_dynamic(static_cast<Index>(i))) continue;
     after[i].angular += in.spins[i].lag;
-    gravity +=
-        0.5 * in.model.description().bodies[i].mass * norm_squared(in.dt * in.model.description().gravity);
+    const double half_mass = 0.5 * in.model.description().bodies[i].mass;
+    gravity += half_mass * norm_squared(in.dt * in.model.description().gravity);
+    recovered += half_mass * in.recovery * in.recovery;
     // What the inertia that stiffening adds takes up is no energy of the body.
     if (!in.mobility[i].stiffened) continue;
     const Vec3 change = in.after[i].angular - in.free[i].angular;
@@ -67,7 +68,7 @@ EnergyBalance energy_balance(const EnergyInput& in) {
   const double kinetic =
       kinetic_energy(in.model, in.frames, in.start) + kinetic_energy(in.model, in.frames, after);
   return {contact_work(in, after) + joint_work(in, after) + inertial,
-          of_motion * kinetic + of_gravity * gravity};
+          of_motion * kinetic + of_gravity * gravity + recovered};
 }
 
 }  // namespace amontons

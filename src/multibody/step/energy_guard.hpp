@@ -17,7 +17,8 @@ struct EnergyInput {
   const Problem& problem;
   const Solution& solution;
   const JointRows& rows;
-  double dt;  // s, of the whole step, for what is allowed
+  double dt;        // s, of the whole step, for what is allowed
+  double recovery;  // m/s, at which velocities may take back errors of position
 };
 
 // J: the work of what can only dissipate, and how much of it may be positive.

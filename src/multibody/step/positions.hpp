@@ -15,8 +15,8 @@ struct PositionInput {
 };
 
 // Moves bodies so that overlaps and errors of rigid joints and limits vanish, as far as they can, and no
-// further than speed * h. Spins stay in the axes of the bodies, velocities of centres of mass in the world,
-// but for what the motion of the corrected bodies pays. Returns whether anything moved.
+// further than speed * h. Velocities of centres of mass stay, and so do angular momenta. Returns whether
+// anything moved.
 bool correct_positions(const PositionInput& in, StepClock& clock, State& state);
 
 }  // namespace amontons

@@ -88,9 +88,9 @@ JointSlip slip(const JointContext& joint, const BodyVelocities& v) {
 JointSlip taken_out(const JointSlip& e, const JointSlip& before, const JointSlip& reflected) {
   const double size = rough * norm(reflected.linear);
   double share = 0;
-  if (norm(e.linear) >= size) {
+  if (norm(e.linear) >= size)
     share = 1;
-  } else if (dot(before.linear, e.linear) < 0)
+  else if (dot(before.linear, e.linear) < 0)
     share = norm_squared(e.linear) / (size * size);
   return {share * e.linear, e.angular};
 }

@@ -136,13 +136,13 @@ void Simulation::try_step(const Attempt& attempt, StepClock& clock, Report& repo
   report = {};
   report.substeps = attempt.parts;
   for (unsigned part = 0; part < attempt.parts && report.advanced; ++part)
-    advance(options_.dt / attempt.parts, attempt.damped, clock, report);
+    advance(options_.dt / attempt.parts, attempt, clock, report);
   if (!report.advanced) state_ = scratch_->before;
 }
 
 // A step that does not converge is done again in twice as many parts, from the state at its start: shorter
 // steps are easier to solve, as impulses are smaller and contacts closer to what the velocities foresee. One
-// that made energy from nothing is done again damped, and then in parts.
+// that made energy from nothing is done again damped, without recovery by velocities, and then in parts.
 Report Simulation::step() {
   // The user may have written into the state since the last step.
   validate(*model_, state_);
@@ -150,14 +150,15 @@ Report Simulation::step() {
   Scratch& s = *scratch_;
   s.before = state_;
   Report report;
-  Attempt attempt{1, options_.recovery == Recovery::velocity};
+  const bool by_velocities = options_.recovery == Recovery::velocity;
+  Attempt attempt{1, by_velocities, by_velocities};
   for (;;) {
     try_step(attempt, clock, report);
     const bool solved = report.advanced && report.residual <= options_.tolerance;
     // Too late to try again once the budget is spent: what there is counts.
     if ((solved && report.balanced) || clock.elapsed() > options_.budget) break;
-    if (!report.balanced && !attempt.damped)
-      attempt.damped = true;
+    if (!report.balanced && (!attempt.damped || attempt.recovers))
+      attempt = {1, true, false};
     else if (attempt.parts < std::max(options_.max_substeps, report.balanced ? 1 : most_repairs))
       attempt.parts *= 2;
     else
@@ -318,11 +319,12 @@ void Simulation::look(double h, bool damped, StepClock& clock, Report& report) {
 
 // One step of length h: the list "A time step" of ARCHITECTURE.md, with its numbers. Every call names what it
 // reads and, last, what it writes.
-void Simulation::advance(double h, bool damped, StepClock& clock, Report& report) {
+void Simulation::advance(double h, const Attempt& attempt, StepClock& clock, Report& report) {
+  const bool damped = attempt.damped;
   Scratch& s = *scratch_;
   const Model& model = *model_;
   // What velocities take back.
-  const double recovery = options_.recovery == Recovery::velocity ? recovery_speed() : 0;
+  const double recovery = attempt.recovers ? recovery_speed() : 0;
   const JointOptions joint_options{h, recovery, model.length()};
   const double closing = kept_closed * h * norm(model.description().gravity);
   const Assembly assembly{h, std::max(recovery, closing)};
@@ -372,7 +374,7 @@ void Simulation::advance(double h, bool damped, StepClock& clock, Report& report
   report.advanced = all_finite(s.after);
   if (!report.advanced) return;
   add_balance(energy_balance({model, s.frames, s.mobility, s.start, s.free, s.after, s.spins, *s.vi.problem,
-                              s.vi.solution, s.vi.rows, options_.dt}),
+                              s.vi.solution, s.vi.rows, options_.dt, recovery}),
               report);
   // 10. Integrate: impulses go to tables and state, then the bodies move.
   keep_impulses(s.vi, options_.law, h, s.frames, s.after, contacts_, state_);

@@ -91,13 +91,14 @@ class Simulation {
  private:
   struct Scratch;
   // What one attempt at a step is made of. `damped`: of first order, which loses energy and never gains any.
+  // `recovers`: errors of position are taken back by velocities.
   struct Attempt {
     unsigned parts = 1;
-    bool damped = false;
+    bool damped = false, recovers = false;
   };
   void try_step(const Attempt& attempt, StepClock& clock, Report& report);
   void look(double h, bool damped, StepClock& clock, Report& report);
-  void advance(double h, bool damped, StepClock& clock, Report& report);
+  void advance(double h, const Attempt& attempt, StepClock& clock, Report& report);
 
   std::shared_ptr<const Model> model_;
   SimulationOptions options_;
