@@ -253,7 +253,9 @@ void bind_model(nb::module_& m) {
       .def_prop_ro("total_mass", &Model::total_mass)
       .def(
           "overlaps",
-          [](const Model& m, double depth) { return overlapping_geoms(m, initial_state(m), depth); },
+          [](const Model& model, double depth) {
+            return overlapping_geoms(model, initial_state(model), depth);
+          },
           nb::arg("depth"), "Pairs of geoms that may touch and overlap by more in the initial state.")
       .def(
           "first_dof",
