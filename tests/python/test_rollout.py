@@ -144,10 +144,15 @@ def test_not_finite(model, states):
 
 # Breaks when Python's lock is held during a rollout, or Ctrl-C waits for its end.
 def test_interrupt(model, states):
+    # A shell starts what runs in the background with the signal ignored.
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
     timer = threading.Timer(0.3, signal.raise_signal, [signal.SIGINT])
     timer.start()  # cannot run while the lock is held
-    with pytest.raises(KeyboardInterrupt):
-        rollout(model, states, steps=2, repeat=10**7)
+    try:
+        with pytest.raises(KeyboardInterrupt):
+            rollout(model, states, steps=2, repeat=10**7)
+    finally:
+        signal.signal(signal.SIGINT, before)
 
 
 WRONG = {
