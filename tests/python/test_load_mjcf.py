@@ -341,7 +341,7 @@ def test_contact_filters_are_those_of_mujoco(tmp_path, flag):
     expected = {tuple(sorted(m.geom(g).name for g in pair)) for pair in d.contact.geom}
     if not flag:
         expected -= set(product(("arm0", "arm1"), ("s0", "t0")))
-    sim = amontons.Simulation(model, recovery="velocity", on_failure="ignore")
+    sim = amontons.Simulation(model, recovery_speed=1e-9, on_failure="ignore")
     sim.step()
     names = model.geom_names
     found = {tuple(sorted((names[c["geom_a"]], names[c["geom_b"]]))) for c in sim.contacts}
@@ -365,7 +365,7 @@ def test_friction_is_that_of_mujoco(tmp_path):
     for contact in d.contact:
         key = tuple(sorted(m.geom(g).name for g in contact.geom))
         expected[key] = 0.0 if contact.dim == 1 else contact.friction[0]
-    sim = amontons.Simulation(model, recovery="velocity", on_failure="ignore")
+    sim = amontons.Simulation(model, recovery_speed=1e-9, on_failure="ignore")
     sim.step()
     names = model.geom_names
     found = {tuple(sorted((names[c["geom_a"]], names[c["geom_b"]]))): c["friction"] for c in sim.contacts}
