@@ -257,6 +257,8 @@ void bind_model(nb::module_& m) {
             return overlapping_geoms(model, initial_state(model), depth);
           },
           nb::arg("depth"), "Pairs of geoms that may touch and overlap by more in the initial state.")
+      .def("may_touch", &Model::may_touch, nb::arg("geom_a"), nb::arg("geom_b"))
+      .def("material", &Model::material, nb::arg("geom_a"), nb::arg("geom_b"))
       .def(
           "first_dof",
           [](const Model& model, std::size_t joint) {

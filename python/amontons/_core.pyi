@@ -1337,6 +1337,10 @@ class Model:
         Pairs of geoms that may touch and overlap by more in the initial state.
         """
 
+    def may_touch(self, geom_a: int, geom_b: int) -> bool: ...
+
+    def material(self, geom_a: int, geom_b: int) -> Material: ...
+
     def first_dof(self, joint: int) -> int: ...
 
 class State:
