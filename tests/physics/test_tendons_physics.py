@@ -1,6 +1,7 @@
 """Strings, springs and drives on tendons against closed forms."""
 
 import math
+import os
 from pathlib import Path
 
 import amontons
@@ -8,7 +9,8 @@ import numpy as np
 import pytest
 from amontons import ModelBuilder, PathElement, Simulation, TendonTerm, Transform, shapes
 
-ROBOTS = Path("/work/shared/data/robots")
+ROOT = Path(__file__).resolve().parents[2]
+ROBOTS = Path(os.environ.get("AMONTONS_DATA", ROOT.parent / "shared" / "data")) / "robots"
 G = 9.81
 
 

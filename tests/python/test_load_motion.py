@@ -7,7 +7,6 @@ reading.
 
 import math
 from dataclasses import replace
-from pathlib import Path
 
 import amontons
 import numpy as np
@@ -17,11 +16,12 @@ from amontons.io.models.compiled import compile_file
 from amontons.io.models.issues import Issues
 from amontons.io.models.xml_lines import read_xml
 from amontons.model.transforms import rotation_matrix
+from problems import DATA
 
 mujoco = pytest.importorskip("mujoco")
 pytestmark = pytest.mark.filterwarnings("ignore")
 
-ROBOTS = Path("/work/shared/data/robots")
+ROBOTS = DATA / "robots"
 END = 0.5
 
 

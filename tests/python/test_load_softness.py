@@ -1,10 +1,9 @@
 """Softness of contacts, margins and limits of MJCF, at rest and in a bounce, against MuJoCo's own motion."""
 
-from pathlib import Path
-
 import amontons
 import pytest
 from amontons.io.models import load_model
+from problems import DATA
 
 mujoco = pytest.importorskip("mujoco")
 
@@ -106,7 +105,7 @@ def test_soft_limits_and_equalities_are_listed(tmp_path):
 # A quadruped of others stands on its soft feet as deep as in MuJoCo; breaks when its softness, margins or
 # servos are read otherwise. MuJoCo's feet creep outwards by millimetres in that time, which lowers the trunk.
 def test_go1_rests_as_in_mujoco():
-    path = Path("/work/shared/data/robots/unitree_go1/scene.xml")
+    path = DATA / "robots/unitree_go1/scene.xml"
     if not path.exists():
         pytest.skip(f"no model {path}")
     m = mujoco.MjModel.from_xml_path(str(path))
