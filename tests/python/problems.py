@@ -31,6 +31,14 @@ def real_file(name):
     return path
 
 
+def robot_file(name):
+    """The first model of that name among those of others, e.g. "dm_suite/humanoid" of humanoid.xml."""
+    found = sorted((DATA / "robots").glob(f"**/{name}.xml"))
+    if not found:
+        pytest.skip(f"no {name}.xml in {DATA / 'robots'}; set AMONTONS_DATA to the folder that holds robots")
+    return found[0]
+
+
 def references(folder):
     path = DATA / folder / "references.json"
     return json.loads(path.read_text()) if path.exists() else {}

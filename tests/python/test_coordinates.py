@@ -8,6 +8,7 @@ import amontons
 import numpy as np
 import pytest
 from amontons import InputError, ModelBuilder, Motor, Simulation, shapes
+from problems import robot_file
 
 # Products of the same rotations in another order: a few roundings apart, of numbers around one.
 ROUNDING = 1e-13
@@ -503,11 +504,9 @@ ROBOTS = [
 # Breaks when coordinates or equations of motion of models that others made are not MuJoCo's.
 @pytest.mark.parametrize("name", ROBOTS)
 @pytest.mark.filterwarnings("ignore::UserWarning")
-def test_robots_in_coordinates(mujoco, root, name):
-    found = list((root.parent / "shared" / "data" / "robots").glob(f"**/{name}.xml"))
-    if not found:
-        pytest.skip("the robots are not here")
-    model, m = amontons.load_model(found[0]), mujoco.MjModel.from_xml_path(str(found[0]))
+def test_robots_in_coordinates(mujoco, name):
+    path = robot_file(name)
+    model, m = amontons.load_model(path), mujoco.MjModel.from_xml_path(str(path))
     d = mujoco.MjData(m)
     random_state(mujoco, m, d, 4)
     sim = Simulation(model)

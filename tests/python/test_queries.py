@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from amontons import InputError, ModelBuilder, Simulation, shapes
 from amontons.model.sensing import SENSORS
+from problems import robot_file
 
 G = 9.81
 
@@ -154,11 +155,8 @@ def test_sensors_are_those_of_mujoco(mujoco, tmp_path, monkeypatch):
 # Breaks when sensors of models that others made are read wrongly.
 @pytest.mark.parametrize("name", ["dm_suite/humanoid", "dm_suite/quadruped", "dm_suite/finger", "car/car"])
 @pytest.mark.filterwarnings("ignore::UserWarning")
-def test_sensors_of_robots(mujoco, root, monkeypatch, name):
-    found = list((root.parent / "shared" / "data" / "robots").glob(f"**/{name}.xml"))
-    if not found:
-        pytest.skip("the robots are not here")
-    compare_sensors(mujoco, monkeypatch, found[0], 1)
+def test_sensors_of_robots(mujoco, monkeypatch, name):
+    compare_sensors(mujoco, monkeypatch, robot_file(name), 1)
 
 
 DRIVEN = """

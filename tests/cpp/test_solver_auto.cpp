@@ -1,0 +1,102 @@
+#include <cmath>
+#include <span>
+#include <string>
+#include <variant>
+
+#include "amontons/solvers/solvers.hpp"
+#include "check.hpp"
+#include "problems.hpp"
+
+using namespace amontons;
+using small::Vector;
+
+// Breaks when auto does not tell every phase that ran, or names a method that made no x.
+TEST(auto_explains_itself) {
+  const Options options;
+  for (const Problem& p : {small::stack(2), small::chain(3), small::as_callback(small::stack(2))}) {
+    const Solution s = solve(p, "auto", options);
+    CHECK(s.status == Status::converged && s.method != "auto");
+    CHECK(!s.phases.empty());
+    bool made_x = false;
+    for (const PhaseRecord& phase : s.phases) {
+      CHECK(s.reason.find(phase.method + " (" + std::to_string(phase.iterations) + " iterations") !=
+            std::string::npos);
+      made_x = made_x || phase.method == s.method;
+    }
+    CHECK(made_x);
+  }
+}
+
+// Breaks when a long hinge chain, as stiff as a beam and with one redundant row per hinge, is left to plain
+// conjugate gradients, which do not reach 1e-3 in 2000 iterations, or when redundancy spoils the
+// factorisation.
+TEST(auto_solves_redundant_joint_chains_at_once) {
+  for (double compliance : {0.0, 1e-9}) {
+    ContactSystem A;
+    Vector v;
+    for (int i = 0; i < 100; ++i) {
+      const double mass = i == 99 ? 1000 : 1;
+      small::add_body(A, mass, {0.01 * mass, 0.01 * mass, 0.01 * mass});
+      for (double z : {0.0, 0.01})
+        small::add_ball_joint(A, i, i - 1, {-0.05, 0, z}, {i > 0 ? 0.05 : 0.0, 0, z}, compliance);
+      v.insert(v.end(), {0, 0, -0.05, 0, 0, 0});
+    }
+    Vector b = small::row_velocities(A, v);
+    SetProduct K;
+    K.add_count<Free>(A.rows());
+    const Problem p = make_problem(std::move(A), std::move(b), std::move(K));
+    Options options;
+    options.tolerance = 1e-8;
+    const Solution s = solve(p, "auto", options);
+    CHECK(s.status == Status::converged && s.method == "cg");
+    CHECK(s.factorizations == 1 && s.iterations <= 30);
+  }
+}
+
+// Breaks when auto has no bound of its own where the tolerance cannot be reached, or returns less than its
+// best.
+TEST(auto_is_bounded_without_limits) {
+  for (int boxes : {3, 40, 260})  // above 250, contacts are too many for Newton's method
+    for (Law law : {Law::associated, Law::coulomb}) {
+      const Problem p = small::stack(boxes, 30, 0.1 / boxes, 2);
+      Options options;
+      options.law = law;
+      options.tolerance = 0;
+      const Solution s = solve(p, "auto", options);
+      CHECK(s.status == Status::stalled);
+      CHECK(s.iterations < 100000 && s.residual < 1e-3);
+    }
+}
+
+// What a simulation meets: friction from none to 2, a body that cannot move, a joint with a redundant row of
+// tiny compliance, limited efforts. Breaks when auto does not reach its tolerance on one of them, cold or
+// warm.
+TEST(auto_solves_coulomb_steps) {
+  for (double mu : {0.0, 0.3, 1.0, 2.0})
+    for (int boxes : {1, 5, 25}) {
+      const Problem boxes_only = small::stack(boxes, 3, 0.02, mu);
+      ContactSystem A = std::get<ContactSystem>(boxes_only.A);
+      small::add_fixed_body(A);
+      for (int twice = 0; twice < 2; ++twice)
+        small::add_ball_joint(A, 0, boxes, {0.5, 0, 0}, {0, 0, 0}, 1e-9);
+      A.jacobian.push_back({0, boxes, {0.1, 0, 0, 0, 0, 1}, {}});
+      A.compliance.push_back(0);
+      SetProduct K;
+      K.append(std::span(boxes_only.K.all<Friction>()));
+      K.add_count<Free>(6);
+      K.add_each<Interval>(Vector{-1e-3}, Vector{1e-3});
+      Vector v;
+      for (int i = 0; i < boxes; ++i) v.insert(v.end(), {0.02 * i, 0.006 * i, -0.0981, 0, 0, 0});
+      v.insert(v.end(), 6, 0.0);
+      const Vector b = small::row_velocities(A.stored(), v);
+      const Problem p = make_problem(std::move(A), b, std::move(K));
+      Options options;
+      options.law = Law::coulomb;
+      const Solution cold = solve(p, "auto", options);
+      CHECK(cold.status == Status::converged);
+      Vector x0 = cold.x;
+      for (std::size_t i = 0; i < x0.size(); ++i) x0[i] *= 1 + 0.01 * std::sin(i);
+      options.x0 = x0;
+      CHECK(solve(p, "auto", options).status == Status::converged);
+    }
+}
