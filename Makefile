@@ -1,4 +1,4 @@
-# make demo | test | bench | format | lint | sanitize | stubs | clean. Everything made lies in .venv, build and out.
+# make demo | test | docs | bench | format | lint | sanitize | stubs | clean. Everything made lies in .venv, build and out.
 SHELL := /bin/bash -o pipefail
 .DELETE_ON_ERROR:
 .DEFAULT_GOAL := help
@@ -20,10 +20,11 @@ FORMATTED = $(shell find include src bindings tests/cpp benchmarks \( -name '*.h
 NATIVE := $(shell find include src bindings cmake 2>/dev/null) CMakeLists.txt pyproject.toml
 say = @printf '\033[1m%s\033[0m\n'
 
-.PHONY: help demo test cpp_tests bench format lint sanitize stubs clean install
+.PHONY: help demo test cpp_tests docs bench format lint sanitize stubs clean install
 help:
 	@echo 'make demo      a wrecking ball hits a wall of 750 bricks: recording, pictures, figures in out/demo'
 	@echo 'make test      C++ and Python tests'
+	@echo 'make docs      the documentation site, in build/site'
 	@echo 'make bench     benchmarks, written to benchmarks/results'
 	@echo 'make format    format the C++ and Python sources;  make lint  only check'
 	@echo 'make sanitize  C++ tests under the address, undefined-behaviour and thread sanitizers'
@@ -49,6 +50,10 @@ cpp_tests: install
 	$(say) 'C++ tests'
 	@cmake --build $(BUILD) --target amontons_tests
 	@ctest --test-dir $(BUILD) --output-on-failure -j $(JOBS)
+
+# Whatever MkDocs warns about is an error: dead links and headings, pages that no menu leads to, equations that are none.
+docs: .venv/.docs
+	@NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict --quiet && echo 'build/site/index.html'
 
 bench: install
 	@cmake --build $(BUILD) --target amontons_benchmarks
@@ -90,6 +95,11 @@ install: .venv/.amontons
 	@$(BIN)/python tools/requirements.py > .venv/requirements.txt
 	@$(BIN)/python -m pip install --progress-bar off -r .venv/requirements.txt \
 	  $$($(BIN)/python tools/check_environment.py --build-tools) | sed -u -n 's/^Collecting \([^ (]*\).*/  \1/p'
+	@touch $@
+
+.venv/.docs: pyproject.toml | .venv/.requirements
+	$(say) 'Installing what makes the documentation'
+	@$(BIN)/python -m pip install --quiet --progress-bar off $$($(BIN)/python tools/requirements.py docs)
 	@touch $@
 
 # Editable: Python sources are used in place. The build folder stays, so that only what changed is compiled.

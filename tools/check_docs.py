@@ -5,6 +5,8 @@
   and property of its classes has a docstring or is named in that of the class.
 - Every make target that a document names in code exists.
 - Every source file that a document names in code, or a comment of a C++ source, exists (X is any name).
+- Every page of docs/ is in the menu of the site (`mkdocs.yml`), every public name in its reference.
+- Equations are numbered in order, and every one that a source cites, as docs/algorithm.md (3), is there.
 """
 
 import inspect
@@ -19,6 +21,7 @@ LINK = re.compile(r"!?\[[^\]]*\]\(\s*<?([^)\s>]+)>?[^)]*\)|^\[[^\]]+\]:\s*(\S+)"
 FENCE = re.compile(r"^(```+|~~~+).*?^\1\s*$", re.MULTILINE | re.DOTALL)
 CODE = re.compile(r"`[^`\n]*`")
 SOURCE = re.compile(r"(?<![\w./*-])(?:[\w-]+/)*[\w-]+(?:\.isa)?\.(?:cpp|hpp|py)\b")
+CITATION = re.compile(r"docs/(\w+\.md) \((\d+(?:,\s*\d+)*)\)")
 BLOCK = re.compile(r"^```python[^\S\n]*\n(.*?)^```\s*$", re.MULTILINE | re.DOTALL)
 
 
@@ -41,7 +44,13 @@ def documents(root: Path) -> list[Path]:
 def anchors(text: str) -> set[str]:
     """The fragments of the headings, made the way code hosting sites make them."""
     headings = re.findall(r"^#{1,6}\s+(.+?)\s*#*$", FENCE.sub("", text), re.MULTILINE)
-    return {re.sub(r"[^\w\- ]", "", heading.lower()).replace(" ", "-") for heading in headings}
+    slugs = {re.sub(r"[^\w\- ]", "", heading.lower()).replace(" ", "-") for heading in headings}
+    return slugs | {f"eq-{number}" for number in numbers(text)}
+
+
+def numbers(text: str) -> list[str]:
+    """The numbers of the equations of a page, in order."""
+    return [n for block in FENCE.finditer(text) for n in re.findall(r"\\tag\{(\w+)\}", block.group())]
 
 
 def check_links(root: Path) -> Iterator[str]:
@@ -106,6 +115,44 @@ def check_files(root: Path) -> Iterator[str]:
                 yield f"{file.relative_to(root)}: there is no file {name}"
 
 
+def check_menu(root: Path) -> Iterator[str]:
+    menu = root / "mkdocs.yml"
+    if not menu.exists():
+        return
+    pages = set(re.findall(r"[\w/-]+\.md", menu.read_text()))
+    for page in documents(root / "docs"):
+        if str(page.relative_to(root / "docs")) not in pages:
+            yield f"{page.relative_to(root)}: not in the menu of the site; add it to nav in mkdocs.yml"
+
+
+def check_reference(root: Path) -> Iterator[str]:
+    import amontons
+
+    texts = [page.read_text() for page in (root / "docs" / "reference").glob("*.md")]
+    shown = {name for text in texts for name in re.findall(r"^::: (amontons\S*)", text, re.MULTILINE)}
+    public = {f"amontons.{name}" for name in amontons.__all__ if not name.startswith("__")} | {"amontons.gym"}
+    for name in sorted(public - shown):
+        yield f"{name}: not in the reference; add '::: {name}' to a page of docs/reference"
+    for name in sorted(shown - public):
+        yield f"docs/reference shows {name}, which is not public"
+
+
+def check_equations(root: Path) -> Iterator[str]:
+    for page in documents(root):
+        found = numbers(page.read_text())
+        if found != [str(k + 1) for k in range(len(found))]:
+            yield f"{page.relative_to(root)}: equations are numbered {', '.join(found)}"
+    for file in files(root, ".cpp", ".hpp", ".py", ".md"):
+        if file.relative_to(root).parts[0] in {"tests", "tools"}:  # they speak of citations
+            continue
+        for name, cited in CITATION.findall(file.read_text()):
+            page = root / "docs" / name
+            known = numbers(page.read_text()) if page.exists() else []
+            for number in re.split(r",\s*", cited):
+                if number not in known:
+                    yield f"{file.relative_to(root)}: there is no equation ({number}) in docs/{name}"
+
+
 def python_blocks(file: Path) -> list[tuple[int, str]]:
     """(line, source) of the fenced Python blocks of a Markdown file."""
     text = file.read_text()
@@ -113,7 +160,16 @@ def python_blocks(file: Path) -> list[tuple[int, str]]:
 
 
 def faults(root: Path) -> list[str]:
-    return [*check_links(root), *check_targets(root), *check_files(root), *check_names(root)]
+    checks = (
+        check_links,
+        check_targets,
+        check_files,
+        check_names,
+        check_menu,
+        check_reference,
+        check_equations,
+    )
+    return [fault for check in checks for fault in check(root)]
 
 
 if __name__ == "__main__":

@@ -1,14 +1,20 @@
-"""Prints the requirements of pyproject.toml, one per line: to build, to run, to test and to develop."""
+"""Prints the requirements of pyproject.toml, one per line: to build, to run, to test and to develop.
 
+With the name of an extra as argument, those of the extra alone.
+"""
+
+import sys
 import tomllib
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
 
 
-def requirements(root: Path = ROOT) -> list[str]:
+def requirements(root: Path = ROOT, extra: str = "") -> list[str]:
     data = tomllib.loads((root / "pyproject.toml").read_text())
     extras = data["project"]["optional-dependencies"]
+    if extra:
+        return extras[extra]
     return [
         *data["build-system"]["requires"],
         *data["project"]["dependencies"],
@@ -18,4 +24,4 @@ def requirements(root: Path = ROOT) -> list[str]:
 
 
 if __name__ == "__main__":
-    print("\n".join(requirements()))
+    print("\n".join(requirements(extra="".join(sys.argv[1:]))))

@@ -6,7 +6,22 @@ from pathlib import Path
 import check_docs
 import pytest
 
-EXAMPLES = sorted((Path(__file__).resolve().parents[2] / "examples").glob("*.py"))
+ROOT = Path(__file__).resolve().parents[2]
+EXAMPLES = sorted((ROOT / "examples").glob("*.py"))
+# All that have Python blocks.
+DOCUMENTS = [
+    page.relative_to(ROOT)
+    for page in [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
+    if check_docs.python_blocks(page)
+]
+# Those that must, so that a slip of the pattern does not go unseen.
+ESSENTIAL = {
+    "README.md",
+    "docs/simulation.md",
+    "docs/physics.md",
+    "docs/python.md",
+    "docs/tutorials/robots.md",
+}
 
 
 # Breaks when a link dies, a public name loses its documentation, or a named make target is gone.
@@ -14,23 +29,13 @@ def test_documentation_holds(root):
     assert check_docs.faults(root) == []
 
 
-# Breaks when an example of a document no longer runs, or a document loses its examples. Its blocks share one
-# namespace, in order.
-@pytest.mark.parametrize(
-    "document",
-    [
-        "README.md",
-        "docs/python.md",
-        "docs/simulation.md",
-        "docs/files.md",
-        "docs/learning.md",
-        "docs/methods.md",
-        "docs/models.md",
-        "docs/physics.md",
-        "docs/scenes.md",
-        "docs/tutorials.md",
-    ],
-)
+# Breaks when the blocks of a document are no longer found, and so no longer run.
+def test_documents_have_blocks():
+    assert {str(page) for page in DOCUMENTS} >= ESSENTIAL
+
+
+# Breaks when an example of a document no longer runs. Its blocks share one namespace, in order.
+@pytest.mark.parametrize("document", DOCUMENTS, ids=str)
 def test_blocks_run(root, tmp_path, monkeypatch, document):
     monkeypatch.setenv("MPLBACKEND", "Agg")
     # Examples name files relative to the repository and write beside them: run them in a copy of its outline.
@@ -59,7 +64,13 @@ def test_example_runs(tmp_path, monkeypatch, capsys, example):
 
 
 def faults_of(root):
-    checks = (check_docs.check_links, check_docs.check_targets, check_docs.check_files)
+    checks = (
+        check_docs.check_links,
+        check_docs.check_targets,
+        check_docs.check_files,
+        check_docs.check_menu,
+        check_docs.check_equations,
+    )
     return [fault for check in checks for fault in check(root)]
 
 
@@ -74,6 +85,8 @@ def faults_of(root):
         ("run `make nothing`", "make has no target nothing"),
         ("```sh\nmake nothing\n```", "make has no target nothing"),
         ("see `src/gone.cpp`", "there is no file src/gone.cpp"),
+        ("```math\nx \\tag{2}\n```", "equations are numbered 2"),
+        ("as in docs/algorithm.md (7)", "no equation (7) in docs/algorithm.md"),
     ],
 )
 def test_fault_is_found(tmp_path, text, fault):
@@ -100,3 +113,23 @@ def test_comment_names_a_file_that_exists(tmp_path):
     (tmp_path / "Makefile").write_text("demo: install\n")
     (tmp_path / "a.cpp").write_text('#include "b.hpp"\nint x;  // see lib/gone.isa.cpp and X.hpp\n')
     assert faults_of(tmp_path) == ["a.cpp: there is no file lib/gone.isa.cpp"]
+
+
+# Breaks when a page may be written that no menu of the site leads to.
+def test_page_outside_the_menu_is_found(tmp_path):
+    (tmp_path / "Makefile").write_text("")
+    (tmp_path / "mkdocs.yml").write_text("nav:\n  - Home: index.md\n")
+    (tmp_path / "docs").mkdir()
+    for name in ("index", "lost"):
+        (tmp_path / "docs" / f"{name}.md").write_text("# Page\n")
+    (fault,) = faults_of(tmp_path)
+    assert fault.startswith("docs/lost.md: not in the menu")
+
+
+# Breaks when equations that exist may not be cited.
+def test_equation_is_cited(tmp_path):
+    (tmp_path / "Makefile").write_text("")
+    (tmp_path / "docs").mkdir()
+    (tmp_path / "docs" / "a.md").write_text("```math\nx \\tag{1}\n```\n[(1)](#eq-1)\n")
+    (tmp_path / "a.cpp").write_text("// docs/a.md (1)\n")
+    assert faults_of(tmp_path) == []

@@ -1,0 +1,58 @@
+"""What the documentation site does beyond MkDocs; `mkdocs.yml` names this file.
+
+- Documents and sources outside docs/ that a page links to become pages (`outside`).
+- The reference of C++ is made from the public headers (`cpp_reference`).
+- Equations become MathML (`equations`).
+- A page that would load something from the network is a warning, and so an error of `make docs`.
+"""
+
+import logging
+import re
+from pathlib import Path
+
+import cpp_reference
+import equations
+import outside
+from mkdocs.config.defaults import MkDocsConfig
+from mkdocs.structure.files import File, Files, InclusionLevel
+from mkdocs.structure.pages import Page
+
+log = logging.getLogger("mkdocs.plugins.amontons")
+ROOT = Path(__file__).resolve().parents[2]
+# What a browser fetches by itself when it opens a page: all but links that one follows.
+FETCHED = re.compile(
+    r"<(?:script|img|iframe|video|source)\b[^>]*\bsrc=[\"']?(?:https?:)?//[^>]*>"
+    r"|<link\b(?=[^>]*\brel=[\"']?(?:stylesheet|preconnect|preload|icon))[^>]*\bhref=[\"']?(?:https?:)?//[^>]*>"
+    r"|@import\s+(?:url\()?[\"']?(?:https?:)?//[^;]*|url\([\"']?(?:https?:)?//[^)]*\)"
+)
+
+
+def add(files: Files, config: MkDocsConfig, uri: str, text: str) -> None:
+    """Puts a page into the site that no file of docs/ holds."""
+    files.append(File.generated(config, uri, content=text, inclusion=InclusionLevel.NOT_IN_NAV))
+
+
+def on_files(files: Files, config: MkDocsConfig) -> Files:
+    for uri, text in cpp_reference.pages(ROOT).items():
+        add(files, config, uri, text)
+    for uri, text in outside.pages(ROOT).items():
+        add(files, config, uri, text)
+    return files
+
+
+def on_page_markdown(markdown: str, page: Page, config: MkDocsConfig, files: Files) -> str:
+    return outside.links_of_the_site(ROOT, page.file.src_uri, markdown)
+
+
+def on_page_content(html: str, page: Page, config: MkDocsConfig, files: Files) -> str:
+    text, faults = equations.to_mathml(html)
+    for fault in faults:
+        log.warning("%s: %s", page.file.src_uri, fault)
+    return text
+
+
+def on_post_build(config: MkDocsConfig) -> None:
+    site = Path(config.site_dir)
+    for file in [*site.rglob("*.html"), *site.rglob("*.css")]:
+        for match in FETCHED.finditer(file.read_text()):
+            log.warning("%s loads from the network: %s", file.relative_to(site), match.group()[:120])
