@@ -1,4 +1,4 @@
-# make demo | test | docs | bench | format | lint | sanitize | stubs | clean. Everything made lies in .venv, build and out.
+# make demo | test | docs | bench | soak | format | lint | sanitize | stubs | clean. All that is made lies in .venv, build and out.
 SHELL := /bin/bash -o pipefail
 .DELETE_ON_ERROR:
 .DEFAULT_GOAL := help
@@ -20,12 +20,17 @@ FORMATTED = $(shell find include src bindings tests/cpp benchmarks \( -name '*.h
 NATIVE := $(shell find include src bindings cmake 2>/dev/null) CMakeLists.txt pyproject.toml
 say = @printf '\033[1m%s\033[0m\n'
 
-.PHONY: help demo test cpp_tests docs bench format lint sanitize stubs clean install
+# Of make soak: its length (s) and the seed of all its cases.
+SOAK_SECONDS ?= 3600
+SOAK_SEED ?= 1
+
+.PHONY: help demo test cpp_tests docs bench soak format lint sanitize stubs clean install
 help:
 	@echo 'make demo      a wrecking ball hits a wall of 750 bricks: recording, pictures, figures in out/demo'
 	@echo 'make test      C++ and Python tests'
 	@echo 'make docs      the documentation site, in build/site'
 	@echo 'make bench     benchmarks, written to benchmarks/results'
+	@echo 'make soak      random damage, misuse and scenes for an hour; the table goes to benchmarks/results'
 	@echo 'make format    format the C++ and Python sources;  make lint  only check'
 	@echo 'make sanitize  C++ tests under the address, undefined-behaviour and thread sanitizers'
 	@echo 'make stubs     renew the committed stub of the compiled module;  make clean  remove what was built'
@@ -58,6 +63,10 @@ docs: .venv/.docs
 bench: install
 	@cmake --build $(BUILD) --target amontons_benchmarks
 	@$(BIN)/python benchmarks/run_all.py
+
+soak: install
+	@PYTHONPATH=tools $(BIN)/python -m soak --seed $(SOAK_SEED) --seconds $(SOAK_SECONDS) --jobs $(JOBS) \
+	  --csv benchmarks/results/amd-epyc/soak.csv --into tests/python/soak
 
 format: .venv/.requirements
 	@$(BIN)/clang-format -i $(FORMATTED)

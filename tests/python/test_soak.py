@@ -1,0 +1,69 @@
+"""The soak finds what it is there to find; and what it once found, kept in the folder soak, stays mended."""
+
+import os
+from pathlib import Path
+
+import pytest
+from soak.families import families
+from soak.runner import Run
+from soak.shrink import shrink
+from soak.table import rows, show
+
+HERE = Path(__file__).resolve().parent
+MODULE = ("broken_families",)
+FOUND = sorted((HERE / "soak").glob("*/failure.txt"))
+
+
+@pytest.fixture
+def run(tmp_path, monkeypatch):
+    monkeypatch.setenv("PYTHONPATH", os.pathsep.join([str(HERE), os.environ.get("PYTHONPATH", "")]))
+
+    def make(*names, cases, modules=MODULE):
+        known = families(modules)
+        made = Run(
+            [known[name] for name in names or known], 1, cases=cases, seconds=120, sanitized=False,
+            work=tmp_path / "work", scratch=tmp_path / "scratch", modules=modules,
+        )  # fmt: skip
+        made.go(2)
+        return made
+
+    return make
+
+
+# Breaks when a failure passes for a success, or one that ends its process takes the cases after it along.
+def test_every_kind_of_failure_is_counted(run, capsys):
+    made = run("crash", "hang", "memory", "internal", "nonsense", "good", cases=2)
+    table = {row["family"]: row for row in rows(made)}
+    for name, kind in (
+        ("crash", "crash"),
+        ("hang", "hang"),
+        ("memory", "memory"),
+        ("internal", "internal error"),
+        ("nonsense", "accepted nonsense"),
+    ):
+        assert (table[name]["cases"], table[name]["failures"], table[name][kind]) == (2, 2, 2), name
+    assert (table["good"]["accepted"], table["good"]["failures"]) == (2, 0)
+    assert "all" in show(rows(made))
+    assert "internal case 0: internal error: KeyError in" in capsys.readouterr().out
+
+
+# Breaks when a case depends on anything but seed, family and number.
+def test_cases_repeat(run):
+    first, second = (rows(run("good", cases=5))[0] for _ in range(2))
+    assert first["largest height"] == second["largest height"] != ""
+
+
+# Breaks when shrinking keeps what does not matter, or loses the failure.
+def test_failures_shrink(run, tmp_path):
+    made = run("parts", cases=1)
+    place = shrink(families(MODULE)["parts"], made.found[0], tmp_path / "into", made)
+    assert (place / "kept.txt").read_text() == "3\n"
+    assert "without the parts [0, 1, 2, 4]" in (place / "failure.txt").read_text()
+
+
+# Breaks when a failure that the soak found and shrank comes back.
+@pytest.mark.parametrize("found", FOUND, ids=lambda path: path.parent.name)
+def test_what_was_found_stays_mended(found):
+    family = families()[found.read_text().split(" ")[0]]
+    assert family.replay is not None
+    family.replay(found.parent / family.main)
