@@ -21,7 +21,7 @@ LINK = re.compile(r"!?\[[^\]]*\]\(\s*<?([^)\s>]+)>?[^)]*\)|^\[[^\]]+\]:\s*(\S+)"
 FENCE = re.compile(r"^(```+|~~~+).*?^\1\s*$", re.MULTILINE | re.DOTALL)
 CODE = re.compile(r"`[^`\n]*`")
 SOURCE = re.compile(r"(?<![\w./*-])(?:[\w-]+/)*[\w-]+(?:\.isa)?\.(?:cpp|hpp|py)\b")
-CITATION = re.compile(r"docs/(\w+\.md) \((\d+(?:,\s*\d+)*)\)")
+CITATION = re.compile(r"docs/(\w+\.md)(?:\s|//)+\((\d+(?:,\s*\d+)*)\)")
 BLOCK = re.compile(r"^```python[^\S\n]*\n(.*?)^```\s*$", re.MULTILINE | re.DOTALL)
 
 

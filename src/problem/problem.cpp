@@ -221,9 +221,9 @@ void check_blocks(const ContactSystem& A, const SetProduct& K) {
   });
 }
 
-// Per block the mean of diag(A). Blocks that no body carries (zero rows) would divide by zero: any positive
-// value serves them. 1e-14 of the largest entry is such a value, in the units of the problem; 1 where A is
-// zero.
+// docs/algorithm.md (15): per block the mean of diag(A). Blocks that no body carries (zero rows) would divide
+// by zero: any positive value serves them. 1e-14 of the largest entry is such a value, in the units of the
+// problem; 1 where A is zero.
 std::vector<double> preconditioner(const SetProduct& K, std::span<const double> diagonal) {
   double largest = 0;
   for (double d : diagonal) largest = std::max(largest, std::abs(d));

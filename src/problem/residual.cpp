@@ -1,6 +1,6 @@
-// A solution of the VI is a fixed point of x -> Pi_K(x - t P^-1 g(x)) for any t > 0. The natural map is the
-// distance from that, at t = 1 in the metric of P, where a step has the size of the impulse that would bring
-// each block to rest.
+// A solution of the VI, docs/algorithm.md (11, 12), is a fixed point of x -> Pi_K(x - t P^-1 g(x)) for any t
+// > 0. The natural map is the distance from that, at t = 1 in the metric of P, where a step has the size of
+// the impulse that would bring each block to rest.
 #include "amontons/problem/residual.hpp"
 
 #include <algorithm>
@@ -37,8 +37,8 @@ double natural_map(const Problem& problem, Law law, std::span<const double> x, s
   return std::sqrt(sum);
 }
 
-// At x = 0, u = b: the length of Pi_K(-P^-1 b) in the P metric, to which the residual is relative. It is
-// zero where 0 is a solution; 1e-300 then keeps the quotient of two zeros at zero.
+// docs/algorithm.md (16). At x = 0, u = b: the length of Pi_K(-P^-1 b) in the P metric, to which the residual
+// is relative. It is zero where 0 is a solution; 1e-300 then keeps the quotient of two zeros at zero.
 double natural_map_at_zero(const Problem& problem, Law law) {
   const std::vector<double> zero(problem.rows(), 0.0);
   return std::max(natural_map(problem, law, zero, problem.b), 1e-300);

@@ -4,7 +4,7 @@
 
 namespace amontons {
 
-// The Coulomb-Amontons cone { (n, t1, t2) : |t| <= mu n }, mu >= 0 and finite.
+// The Coulomb-Amontons cone, docs/algorithm.md (13, 14), { (n, t1, t2) : |t| <= mu n }, mu >= 0 and finite.
 //
 // Projection (Euclidean). With c = 1/sqrt(1 + mu^2), s = mu c, the boundary ray of the half-plane spanned by
 // the axis and t is (c, s t/|t|). Three regions:

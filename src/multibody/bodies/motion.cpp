@@ -8,10 +8,10 @@ namespace amontons {
 
 namespace {
 
-// One implicit midpoint step of Euler's equations, I (W1 - W0) = s (I Wm) x Wm with Wm = (W0 + W1) / 2. For
-// any s it keeps |I W| and <W, I W>, and the Cayley transform of s Wm, a rotation by 2 atan(s |Wm| / 2),
-// keeps the momentum in space (Simo and Wong, IJNME 1991; Krysl and Endres, IJNME 2005).
-// s = 2 tan(h |Wm| / 2) / |Wm| makes that rotation exp(h Wm), which is exact when W is constant.
+// docs/algorithm.md (4): one implicit midpoint step of Euler's equations, I (W1 - W0) = s (I Wm) x Wm with Wm
+// = (W0 + W1) / 2. For any s it keeps |I W| and <W, I W>, and the Cayley transform of s Wm, a rotation by 2
+// atan(s |Wm| / 2), keeps the momentum in space (Simo and Wong, IJNME 1991; Krysl and Endres, IJNME 2005). s
+// = 2 tan(h |Wm| / 2) / |Wm| makes that rotation exp(h Wm), which is exact when W is constant.
 //
 // Newton's method for F(W) = 2 I (W - W0) - s (I W) x W = 0 in W = Wm, with s taken as constant in the
 // derivative: d((I W) x W) = ([I W]x - [W]x I) dW.
@@ -101,8 +101,9 @@ Transform moved(const BodyFrame& body, const BodyVelocity& v, double h) {
   return {centre + rotate(turn, body.pose.position - body.centre), turn * body.pose.rotation};
 }
 
-// Linear: v + h (g + f / m). Angular: the mean of the torque-free rotation takes the place of omega, as I
-// omega' = torque - omega x I omega with the gyroscopic term dealt with by that rotation.
+// docs/algorithm.md (2). Linear: v + h (g + f / m). Angular: the mean of the torque-free rotation takes the
+// place of omega, as I omega' = torque - omega x I omega with the gyroscopic term dealt with by that
+// rotation.
 void make_free_velocities(const Model& model, const State& state, double h, const BodyFrames& frames,
                           const BodyMobilities& mobility, const BodyVelocities& start,
                           const std::vector<BodyImpulse>& loads, bool damped, BodyVelocities& free,
@@ -125,9 +126,9 @@ void make_free_velocities(const Model& model, const State& state, double h, cons
   }
 }
 
-// Symplectic Euler: positions move with the velocities at the end of the step, rotations by the exponential
-// of theirs, which keeps quaternions of unit length and is exact for constant spin. normalised() takes away
-// the rounding only.
+// docs/algorithm.md (3). Symplectic Euler: positions move with the velocities at the end of the step,
+// rotations by the exponential of theirs, which keeps quaternions of unit length and is exact for constant
+// spin. normalised() takes away the rounding only.
 void integrate(const Model& model, const BodyFrames& frames, const std::vector<GyroscopicSpin>& spins,
                const BodyVelocities& v, double h, State& state) {
   for (std::size_t i = 0; i < frames.size(); ++i) {

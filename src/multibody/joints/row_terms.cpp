@@ -26,8 +26,8 @@ bool within_reach(double gap, double speed, const JointOptions& options) {
 // The row of an implicit spring k, damper d, inertia a and constant effort F along q follows from its impulse
 //   x = h F - h k (stretch + h q'+) - h d q'+ - a (q'+ - q'-):
 //   q'+ + E x + c = 0,  E = 1 / (h^2 k + h d + a),  c = E (h k stretch - a q'- - h F)
-// (Catto, "Soft constraints", GDC 2011, with the inertia of the drive added). k, d and a of an angle are
-// divided by s^2, and F by s, as D v is s q' and x is the impulse over s.
+// (docs/algorithm.md (8); Catto, "Soft constraints", GDC 2011, with the inertia of the drive added). k, d and
+// a of an angle are divided by s^2, and F by s, as D v is s q' and x is the impulse over s.
 std::optional<RowTerms> drive_terms(const Drive& d, double s, double h) {
   const double k = d.stiffness / (s * s), a = d.inertia / (s * s);
   const double stiff = h * h * k + h * d.damping / (s * s) + a;

@@ -4,7 +4,7 @@
 #include "amontons/multibody/bodies/bodies.hpp"
 #include "amontons/multibody/joints/rows.hpp"
 
-// What the rows of joints have in common. A row asks
+// What the rows of joints have in common. A row asks, docs/algorithm.md (5),
 //   u = D v+ + E x + c,  -u in the normal cone of x's set
 // with x the impulse along D'. From a constraint C(q) with the Jacobian D = dC/dq:
 // - a rigid equality C = 0 at the end of the step is, to first order in h, C + h D v+ = 0: E = 0, c = C / h

@@ -3,10 +3,10 @@
 //
 //   v+ = v_free + M^-1 D'x,   u = D v+ + E x + c,   x in K, -u in N_K(x).
 //
-// Put into one another, u = (D M^-1 D' + E) x + D v_free + c: A = D M^-1 D' + E and b = D v_free + c. Row by
-// row, c is what a constraint asks of the velocity at the end of the step beside vanishing: gap / h lets an
-// open contact close within the step and no faster (contacts act before they touch), an error of position
-// over h takes it back.
+// docs/algorithm.md (1, 5, 10). Put into one another, u = (D M^-1 D' + E) x + D v_free + c: A = D M^-1 D' + E
+// and b = D v_free + c. Row by row, c is what a constraint asks of the velocity at the end of the step beside
+// vanishing: gap / h lets an open contact close within the step and no faster (contacts act before they
+// touch), an error of position over h takes it back.
 #include "multibody/step/assemble.hpp"
 
 #include <algorithm>
@@ -37,7 +37,8 @@ Bodies bodies_of(const StepBodies& step, const std::vector<double>& auxiliary) {
   return bodies;
 }
 
-// A compliant contact is a spring of compliance e with the damper tau / e beside it, both implicit:
+// A compliant contact is a spring of compliance e with the damper tau / e beside it, both implicit,
+// docs/algorithm.md (7):
 //
 //   x_n = -h (gap + h u_n + tau u_n) / e,   that is   u_n + E x_n + gap / (h + tau) = 0,   E = e / (h (h +
 //   tau)).
@@ -51,9 +52,9 @@ double contact_compliance(const Material& m, const Assembly& options) {
   return m.compliance / (options.h * (options.h + m.relaxation_time));
 }
 
-// c_n of a contact: a gap may close within the step, a penetration is taken back at no more than
-// recovery_speed. Of the force of a compliant contact nothing may be cut off. An impact closes no gap:
-// u_n^+ = -e u_n^-.
+// c_n of a contact, docs/algorithm.md (6): a gap may close within the step, a penetration is taken back at no
+// more than recovery_speed. Of the force of a compliant contact nothing may be cut off. An impact closes no
+// gap: u_n^+ = -e u_n^-.
 double contact_bias(const Contact& contact, double approach, const Assembly& options) {
   const Material& m = contact.material;
   if (options.impact) return m.restitution * std::min(approach, 0.0);

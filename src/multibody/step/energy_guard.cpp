@@ -1,7 +1,7 @@
-// Impulses x act along the mean of the velocities before and after them: their work is x' (u- + u+) / 2 with
-// u = D v, and for any x it is the change of the kinetic energy that is theirs. Of a contact u has the
-// velocity of its surfaces, and bodies that are driven move in it: what they do to others is no energy from
-// nothing.
+// docs/algorithm.md (29): impulses x act along the mean of the velocities before and after them: their work
+// is x' (u- + u+) / 2 with u = D v, and for any x it is the change of the kinetic energy that is theirs. Of a
+// contact u has the velocity of its surfaces, and bodies that are driven move in it: what they do to others
+// is no energy from nothing.
 #include "multibody/step/energy_guard.hpp"
 
 #include <algorithm>

@@ -1,7 +1,7 @@
 // Restitution by generalised reflections (Smith, Kaufman, Vouga, Tamstorf, Grinspun, SIGGRAPH 2012): all
 // contacts that approach are reflected together, then those that approach now, until none does. Contacts that
 // do not approach take no part, so that momentum travels through a row of balls instead of stopping in it.
-// Energy does not grow in any reflection: see limit_energy.
+// docs/algorithm.md (28). Energy does not grow in any reflection: see limit_energy.
 #include "multibody/step/impact.hpp"
 
 #include <algorithm>

@@ -1,8 +1,9 @@
-// The smallest displacement p of the bodies that takes errors back, 1/2 p' M p -> min: equalities C + D p =
-// 0, inequalities C + D p >= 0, among them the gaps of all contacts, so that what is pushed out of one body
-// is not pushed into the next. Its optimality conditions are a VI of the form of the step's, with impulses
-// without friction for multipliers and p / h for velocities (Acary, "Projected event-capturing time-stepping
-// schemes for nonsmooth mechanical systems with unilateral contact and Coulomb's friction", CMAME 256, 2013).
+// docs/algorithm.md (27): the smallest displacement p of the bodies that takes errors back, 1/2 p' M p ->
+// min: equalities C + D p = 0, inequalities C + D p >= 0, among them the gaps of all contacts, so that what
+// is pushed out of one body is not pushed into the next. Its optimality conditions are a VI of the form of
+// the step's, with impulses without friction for multipliers and p / h for velocities (Acary, "Projected
+// event-capturing time-stepping schemes for nonsmooth mechanical systems with unilateral contact and
+// Coulomb's friction", CMAME 256, 2013).
 //
 // Inequalities are soft: where joints forbid what contacts or limits ask for, joints win and the rest is
 // shared; what can be met is met to that softness, and what is left is the next step's.

@@ -4,9 +4,10 @@
 //
 // Joints. D v+ = 0 in the pose q is of first order: what moves on a circle moves along its tangent, a step
 // long, and is projected onto the next one, at the cost of the share (h w)^2 / 2 of its energy per step. In
-// its place D (v- + v+) = 0: the work is zero, whatever x, so that energy is kept to rounding and cannot
-// grow; v- and v+ are the chords of the circle before and after q, which its tangent halves, so that the
-// error of the way is of third order. It is the midpoint rule for the velocities, and needs no pose but q.
+// its place D (v- + v+) = 0, docs/algorithm.md (9): the work is zero, whatever x, so that energy is kept to
+// rounding and cannot grow; v- and v+ are the chords of the circle before and after q, which its tangent
+// halves, so that the error of the way is of third order. It is the midpoint rule for the velocities, and
+// needs no pose but q.
 //
 // Where the motion is not smooth, after an impact, v- is no chord of the circle on which v+ moves on, and the
 // difference e would be reflected in every step that follows, to and fro: energy is kept, but forces are not

@@ -1,4 +1,4 @@
-// ADMM with over-relaxation on x = z, z in K, in the P metric:
+// ADMM with over-relaxation on x = z, z in K, in the P metric, docs/algorithm.md (26):
 //
 //     x := (A + rho P)^-1 (rho P (z - w) - b),   z := Pi_K(x^ + w),   w := w + x^ - z,
 //     x^ = 1.6 x + (1 - 1.6) z_old,

@@ -3,6 +3,8 @@
 // friction and contact", ACM TOG 2015; O'Donoghue, Candes 2015 (restart). A step d from y is accepted on the
 // curvature d'Ad <= L d'Pd, not on objective values, which stop being comparable near rounding.
 //
+// docs/algorithm.md (21):
+//
 //  x_0 := Pi_K(x_0);  y_0 := x_0;  theta_0 := 1;  L := 1
 //  for j = 0 ..
 //    1.  d := Pi_K(y_j - P^-1 g(y_j) / L) - y_j;  while d'Ad > L d'Pd: raise L, again

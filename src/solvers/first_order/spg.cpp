@@ -78,14 +78,15 @@ class Spg {
   }
 
   std::optional<double> step() {
-    // 1. p := P^-1 g_j;  d := Pi_K(x_j - alpha_j p) - x_j
+    // 1. docs/algorithm.md (17): p := P^-1 g_j;  d := Pi_K(x_j - alpha_j p) - x_j
     const Direction d = iterate_.direction(alpha_);
     // 2. Descent. d is a projection in the P metric, hence <d,g> <= -<d,Pd> / alpha. The sum <d,g> itself
     // drowns in rounding once |d|^2 falls below eps |x| |u|; the bound does not, and carries on to the last
     // digits.
     const double dg = std::min(d.dg, -d.dPd / alpha_);
     if (!(dg < 0)) return std::nullopt;  // d = 0: stationary to the last bit
-    // 3. lambda: the first trial with f(x_j + lambda d) <= max f_j-i + gamma lambda <d,g>
+    // 3. docs/algorithm.md (19): lambda, the first trial with f(x_j + lambda d) <= max f_j-i + gamma lambda
+    // <d,g>
     const double dAd = iterate_.curvature();
     ++monitor_.products;
     require_curvature(dAd, d.dPd);
@@ -94,7 +95,8 @@ class Spg {
     const Update s = iterate_.update(lambda);
     // f_j+1 = f_j + lambda <d,g> + lambda^2/2 d'Ad
     f_.add(lambda * dg + 0.5 * lambda * lambda * dAd);
-    // 5. alpha_j+1 := <s,Ps> / <s,y> for odd j, <s,y> / <y,P^-1 y> for even j, within [alpha_min, alpha_max]
+    // 5. docs/algorithm.md (20): alpha_j+1 := <s,Ps> / <s,y> for odd j, <s,y> / <y,P^-1 y> for even j, within
+    // [alpha_min, alpha_max]
     //    (Fletcher 2005: to alternate is more robust than either); doubled where <s,y> <= 0 tells nothing.
     const double sPs = lambda * lambda * d.dPd;
     const double next = s.sy > 0 ? (odd_ ? sPs / s.sy : s.sy / s.yPy) : 2 * alpha_;
@@ -116,8 +118,9 @@ class Spg {
   std::size_t backtracks() const { return backtracks_; }
 
  private:
-  // 3. Along d, f(x_j + lambda d) - f_j = lambda <d,g> + lambda^2/2 d'Ad, whose minimum -<d,g> / d'Ad is the
-  // next trial, clipped to [sigma_min lambda, sigma_max lambda]. `room` is how far f may rise over f_j.
+  // 3. docs/algorithm.md (18): along d, f(x_j + lambda d) - f_j = lambda <d,g> + lambda^2/2 d'Ad, whose
+  // minimum -<d,g> / d'Ad is the next trial, clipped to [sigma_min lambda, sigma_max lambda]. `room` is how
+  // far f may rise over f_j.
   double line_search(double dg, double dAd) {
     const double room = f_.maximum() - f_.current(), exact = -dg / dAd;
     double lambda = 1;

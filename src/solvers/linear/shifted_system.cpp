@@ -1,4 +1,4 @@
-// From A + Theta^-1 to a matrix with six rows per body, step by step.
+// From A + Theta^-1 to a matrix with six rows per body, step by step: docs/algorithm.md (22, 23).
 //
 // 1. Symmetric, and without an inverse of Theta. With Theta = R R' and y = R z,
 //    (A + Theta^-1) y = r   <=>   (I + R'A R) z = R'r                              (multiply by R')

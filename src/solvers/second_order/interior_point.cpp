@@ -5,7 +5,7 @@
 // o the Jordan product of the sets. The central path replaces 0 by mu e, e the unit of that product: for
 // every mu > 0 it has a point (x, u) inside K and K*, and for mu -> 0 this tends to a solution. A step aims
 // at a smaller mu with Newton's method. The Nesterov-Todd scaling is the symmetric W with W x = W^-1 u =
-// lambda: in scaled coordinates both iterates are one, and the linearised path is
+// lambda: in scaled coordinates both iterates are one, and the linearised path is, docs/algorithm.md (25),
 //
 //     A dx - du = -(A x + b - u),   lambda o (W dx + W^-1 du) = mu e - lambda o lambda - (second-order term).
 //

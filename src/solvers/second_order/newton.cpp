@@ -2,7 +2,7 @@
 //
 // Equation. F is zero exactly at a solution and piecewise smooth. With Q = Pi_K'(x - P^-1 g), an element of
 // the generalised Jacobian, symmetric with eigenvalues in [0, 1] (stick: 1, 1, 1; slide: 1, f, 0; open: 0), a
-// step solves
+// step solves, docs/algorithm.md (24),
 //
 //     (I - Q + Q P^-1 A) dx = -F.
 //
