@@ -16,9 +16,16 @@ from layers_cpp import check_cpp
 
 # Python packages from the bottom up; those in one bracket do not know each other. Modules beside them are
 # below all, but for those that only give a package another name.
-PACKAGES = [("model", "problem"), ("simulation",), ("io",), ("scenes",), ("report",), ("cli", "gym")]
+PACKAGES = [
+    ("model", "problem"),
+    ("simulation",),
+    ("io",),
+    ("scenes",),
+    ("report", "studies"),
+    ("cli", "gym"),
+]
 ALIASES = {"amontons.shapes": "model", "amontons.__main__": "cli"}
-DOOR = "scenes"
+DOOR = "studies"
 
 
 def imports(tree: ast.Module, module: str, is_package: bool) -> Iterator[tuple[str, int]]:

@@ -75,6 +75,7 @@ from .simulation.queries import RayHit as RayHit
 from .simulation.rollout import Rollout as Rollout
 from .simulation.rollout import rollout as rollout
 from .simulation.simulation import Simulation as Simulation
+from .studies.sweep import sweep as sweep
 
 if TYPE_CHECKING:
     from . import scenes as scenes

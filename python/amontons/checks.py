@@ -6,9 +6,10 @@
 from __future__ import annotations
 
 import copy
+import difflib
 import math
 import numbers
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from typing import Any, TypeVar
 
@@ -30,10 +31,16 @@ EXACT = 1e-15
 """|length - 1| of what was normalised: it stays as it is, bit for bit, when it is read back from a file."""
 
 
+def suggestion(name: object, known: Iterable[str]) -> str:
+    """The words "did you mean" for a name that is nearly a known one, else none: goes inside a message."""
+    close = difflib.get_close_matches(str(name), list(known), n=1, cutoff=0.6)
+    return f", did you mean {close[0]!r}?" if close else ""
+
+
 def chosen(what: str, name: object, known: Mapping[str, T]) -> T:
     """What `name` stands for among the known names."""
     if not isinstance(name, str) or name not in known:
-        raise InputError(f"unknown {what} {name!r}; known are {', '.join(known)}")
+        raise InputError(f"unknown {what} {name!r}{suggestion(name, known)}; known are {', '.join(known)}")
     return known[name]
 
 

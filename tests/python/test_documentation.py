@@ -57,6 +57,9 @@ def test_blocks_run(root, tmp_path, monkeypatch, document):
 def test_example_runs(tmp_path, monkeypatch, capsys, example):
     if "load_model" in example.read_text():
         pytest.importorskip("mujoco")
+    if "sweep(" in example.read_text():
+        pytest.importorskip("pyarrow")
+        monkeypatch.setenv("MPLBACKEND", "Agg")
     monkeypatch.chdir(tmp_path)
     runpy.run_path(str(example), run_name="__main__")
     assert capsys.readouterr().out

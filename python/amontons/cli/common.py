@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 import warnings
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated
@@ -12,6 +12,7 @@ from typing import Annotated
 import typer
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+from rich.table import Table
 
 from ..errors import InputError, SimulationError
 from ..io import read_problem
@@ -27,6 +28,8 @@ Files = Annotated[list[Path], typer.Argument(help="Problem files: FCLIB .hdf5, .
 Law = Annotated[str, typer.Option(help="associated (convex relaxation) or coulomb (true Coulomb friction).")]
 Tolerance = Annotated[float, typer.Option(help="Natural residual to reach, relative to that of x = 0.")]
 Threads = Annotated[int, typer.Option(help="Threads; results do not depend on them.")]
+
+AsJson = Annotated[bool, typer.Option("--json", help="Print JSON in place of the table.")]
 
 
 def make_folder(folder: Path) -> None:
@@ -66,6 +69,16 @@ def complain(message: str) -> None:
 def say(line: object, style: str = "") -> None:
     """A line on stdout, as it is."""
     out.print(str(line), style=style, soft_wrap=True, highlight=False, markup=False)
+
+
+def facts_table(facts: Mapping[str, object], title: str | None = None) -> None:
+    """Names and values, one per line, on stdout."""
+    table = Table(show_header=False, box=None, pad_edge=False, title=title, title_justify="left")
+    table.add_column(style="bold", no_wrap=True)
+    table.add_column(overflow="fold")
+    for key, value in facts.items():
+        table.add_row(key, str(value))
+    out.print(table, highlight=False, markup=False)
 
 
 @contextmanager

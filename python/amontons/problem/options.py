@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from .. import _core
-from ..checks import chosen, integer, nonnegative_number, positive_number
+from ..checks import chosen, integer, nonnegative_number, positive_number, suggestion
 from ..errors import InputError
 
 LAWS = {"associated": _core.Law.associated, "coulomb": _core.Law.coulomb}
@@ -34,7 +34,9 @@ def methods() -> tuple[str, ...]:
 
 def require_method(method: object) -> str:
     if not isinstance(method, str) or method not in methods():
-        raise InputError(f"unknown method {method!r}; known are {', '.join(methods())}")
+        raise InputError(
+            f"unknown method {method!r}{suggestion(method, methods())}; known are {', '.join(methods())}"
+        )
     return method
 
 
@@ -62,7 +64,10 @@ def core_options(
     for name, value in method_options.items():
         if name not in valid:
             listed = ", ".join(valid) if valid else "none"
-            raise InputError(f"unknown option {name!r} of method {method!r}; its options are: {listed}")
+            raise InputError(
+                f"unknown option {name!r} of method {method!r}{suggestion(name, valid)}; "
+                f"its options are: {listed}"
+            )
         value = integer(name, value, 0) if name == "memory" else nonnegative_number(name, value)
         setattr(options, valid[name], value)
     return options

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .. import _core
+from .. import _core, watching
 from ..checks import Array, chosen, frozen, vector
 from ..errors import InputError
 from ..hooks import hook
@@ -171,7 +171,9 @@ class Problem:
             raise InputError(f"callback is a {type(callback).__name__}; it must be callable with one record")
         start = None if x0 is None else self._to_core("x0", x0)
         result = _core.solve(self._core, method, opts, start, callback)
-        return from_core(result, history, self._scale)
+        solution = from_core(result, history, self._scale)
+        watching.saw(solution.residual, missed=not solution.converged)
+        return solution
 
     def residual(self, x: ArrayLike, *, law: str = "associated", norm: str = "natural") -> float:
         """The residual of x; see `amontons.residual`."""

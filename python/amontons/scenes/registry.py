@@ -7,6 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
+from ..checks import suggestion
 from ..errors import InputError
 from ..model.model import Model
 
@@ -59,7 +60,9 @@ def names() -> list[str]:
 def get(name: str) -> Scene:
     """The entry of a scene; an unknown name is an InputError that lists those there are."""
     if name not in _scenes:
-        raise InputError(f"there is no scene {name!r}: use one of {', '.join(names())}")
+        raise InputError(
+            f"there is no scene {name!r}{suggestion(name, names())}: use one of {', '.join(names())}"
+        )
     return _scenes[name]
 
 
@@ -69,5 +72,6 @@ def make(name: str, **parameters: Any) -> Model:
     unknown = sorted(set(parameters) - set(entry.parameters))
     if unknown:
         known = ", ".join(entry.parameters)
-        raise InputError(f"scene {name!r} has no parameter {unknown[0]!r}: use one of {known}")
+        near = suggestion(unknown[0], entry.parameters)
+        raise InputError(f"scene {name!r} has no parameter {unknown[0]!r}{near}: use one of {known}")
     return entry.make(**parameters)

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .. import _core
+from .. import _core, watching
 from ..checks import Array, integer, reals
 from ..errors import InputError, SimulationError, StepWarning
 from ..model.model import Model
@@ -85,7 +85,7 @@ def rollout(
         np.concatenate([getattr(course, name) for course in courses], axis=1)
         for name in ("q", "qd", "residuals", "missed")
     )
-    _report(worlds, residuals, missed)
+    _report(worlds, residuals, missed, repeat)
     time = worlds[0].dt * repeat * np.arange(1, done + 1)
     return Rollout(q, qd, residuals, missed, time, np.concatenate(readings, axis=1), worlds)
 
@@ -192,8 +192,9 @@ def _controls(model: Model, controls: Any, worlds: int, steps: int | None) -> Ar
     return given
 
 
-def _report(worlds: Sequence[Simulation], residuals: Array, missed: Array) -> None:
+def _report(worlds: Sequence[Simulation], residuals: Array, missed: Array, repeat: int) -> None:
     """What `Simulation.step` says of steps that did not converge, once for all."""
+    counted = watching.saw(float(residuals.max()), steps=residuals.size * repeat, missed=int(missed.sum()))
     heard = np.array([world.options["on_failure"] != "ignore" for world in worlds])
     rows = np.argwhere((missed > 0) & heard[:, None])
     if not len(rows):
@@ -205,4 +206,5 @@ def _report(worlds: Sequence[Simulation], residuals: Array, missed: Array) -> No
     )
     if any(worlds[k].options["on_failure"] == "raise" for k, _ in rows):
         raise SimulationError(f"{message}; allow max_substeps, more iterations or a looser tolerance")
-    warnings.warn(message, StepWarning, stacklevel=3)
+    if not counted:
+        warnings.warn(message, StepWarning, stacklevel=3)

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .. import _core
+from .. import _core, watching
 from ..checks import Array, Vector3, chosen, integer, number, positive_number
 from ..errors import InputError, SimulationError, StepWarning
 from ..hooks import hook
@@ -180,7 +180,8 @@ class Simulation(Queries):
                 f"the velocities at t = {self.time:g} s came out not finite ({report.status}); the state is "
                 "that before the step. Look for loads or speeds out of any proportion, or make dt smaller"
             )
-        if not report.converged and on_failure != "ignore":
+        counted = watching.saw(report.residual, missed=not report.converged)
+        if not report.converged and on_failure != "ignore" and not (counted and on_failure == "warn"):
             message = (
                 f"the step to t = {report.time:g} s has a residual of {report.residual:.2e}, above the "
                 f"tolerance {self._options['tolerance']:g} ({report.method}: {report.status})"

@@ -1,0 +1,217 @@
+"""Where runs are carried out: processes of this machine, any executor with `submit`, or right here.
+
+Each has `capacity` (runs in flight), `own` (whether its processes are ours: on this machine, and a death
+concerns one run), `start(key, task)`, `wait(seconds)`, which gives what ended since, and `close()`, which
+lets go of what is still running.
+"""
+
+from __future__ import annotations
+
+import os
+import queue
+import re
+import signal
+import threading
+import time
+from dataclasses import dataclass
+from typing import Any, NamedTuple, Protocol
+
+from ..errors import InputError
+from .task import Row, Task, overdue, perform
+
+
+class Died(NamedTuple):
+    """No row came back: the worker is gone."""
+
+    reason: str
+
+
+Ended = list[tuple[str, "Row | Died"]]
+
+
+class Future(Protocol):
+    """What `submit` gives, as that of concurrent.futures."""
+
+    def result(self) -> Any: ...
+    def cancel(self) -> Any: ...
+    def add_done_callback(self, function: Any, /) -> Any: ...
+
+
+class Executor(Protocol):
+    """What `sweep` asks of an executor: those of concurrent.futures and mpi4py have it, Dask's Client too."""
+
+    def submit(self, function: Any, /, *args: Any) -> Future: ...
+
+
+class Here:
+    """One run after the other in this process."""
+
+    capacity, own = 1, True
+
+    def __init__(self) -> None:
+        self._ended: Ended = []
+
+    def start(self, key: str, task: Task) -> None:
+        self._ended.append((key, perform(task)))
+
+    def wait(self, seconds: float) -> Ended:
+        ended, self._ended = self._ended, []
+        return ended
+
+    def close(self) -> None:
+        pass
+
+
+class Submitted:
+    """The executor of the user. Nothing of it is closed; a timeout acts between two steps of a simulation."""
+
+    capacity, own = 256, False
+
+    def __init__(self, executor: Any) -> None:
+        self._executor = executor
+        # Dask takes two calls with equal arguments for one, unless they are said to be impure.
+        self._options = {"pure": False} if type(executor).__module__.startswith("distributed") else {}
+        self._futures: dict[str, Future] = {}
+        self._done: queue.SimpleQueue[str] = queue.SimpleQueue()
+
+    def start(self, key: str, task: Task) -> None:
+        try:
+            future = self._executor.submit(perform, task, **self._options)
+        except Exception as error:
+            raise InputError(
+                f"executor: {type(self._executor).__name__} takes no work ({error}); start a new one "
+                "and call again: a study with out= goes on where it was"
+            ) from error
+        self._futures[key] = future  # Dask forgets what nobody holds
+        future.add_done_callback(lambda _: self._done.put(key))
+
+    def wait(self, seconds: float) -> Ended:
+        ended: Ended = []
+        for key in _all_of(self._done, seconds):
+            future = self._futures.pop(key, None)
+            if future is None:
+                continue
+            try:
+                ended.append((key, future.result()))
+            except Exception as error:  # the run itself raises nothing: the executor lost it
+                ended.append((key, Died(" ".join(f"{type(error).__name__}: {error}".split()))))
+        return ended
+
+    def close(self) -> None:
+        for future in self._futures.values():
+            future.cancel()
+
+
+@dataclass
+class _Slot:
+    """A process, and what runs in it."""
+
+    pool: Any
+    key: str = ""
+    """of the run at hand, none if empty"""
+    number: int = 0
+    """of the run, so that news of an earlier one is told apart"""
+    since: float = float("inf")
+    """when the worker began (s, monotonic)"""
+    timeout: float | None = None
+
+
+class Processes:
+    """Worker processes (loky), each an executor of its own: the death of one concerns its own run only, and
+    one that takes too long can be killed."""
+
+    own = True
+
+    def __init__(self, count: int) -> None:
+        self.capacity = count
+        self._slots = [_Slot(None) for _ in range(count)]
+        self._events: queue.SimpleQueue[tuple[_Slot, int, Any]] = queue.SimpleQueue()
+
+    def start(self, key: str, task: Task) -> None:
+        slot = next(slot for slot in self._slots if not slot.key)
+        slot.key, slot.number, slot.timeout, slot.since = key, slot.number + 1, task.timeout, float("inf")
+        number = slot.number
+
+        def begun(_: Any) -> None:  # imports of a new process do not count
+            if slot.number == number:
+                slot.since = time.monotonic()
+
+        if slot.pool is None:
+            slot.pool = _process()
+        slot.pool.submit(_nothing).add_done_callback(begun)
+        slot.pool.submit(perform, task).add_done_callback(lambda f: self._events.put((slot, number, f)))
+
+    def wait(self, seconds: float) -> Ended:
+        ended: Ended = []
+        for slot, number, future in _all_of(self._events, seconds):
+            if number != slot.number or not slot.key:
+                continue  # of a worker that was killed here
+            try:
+                ended.append((slot.key, future.result()))
+                slot.key = ""
+            except Exception as error:
+                ended.append((slot.key, Died(_cause(error))))
+                self._drop(slot)
+        now = time.monotonic()
+        for slot in self._slots:
+            # The worker itself stops between two steps; what never comes to a step is killed a little later.
+            if slot.key and slot.timeout is not None and now - slot.since > 1.1 * slot.timeout + 1:
+                ended.append((slot.key, {**overdue(slot.timeout), "wall": now - slot.since}))
+                self._drop(slot)
+        return ended
+
+    def _drop(self, slot: _Slot) -> None:
+        slot.pool.shutdown(wait=False, kill_workers=True)
+        slot.pool, slot.key = None, ""
+
+    def close(self) -> None:
+        for slot in self._slots:
+            if slot.pool is not None:
+                slot.pool.shutdown(wait=True, kill_workers=True)
+                slot.pool = None
+
+
+def _all_of(events: queue.SimpleQueue[Any], seconds: float) -> list[Any]:
+    """Everything in the queue, after waiting for the first."""
+    found: list[Any] = []
+    try:
+        found.append(events.get(timeout=seconds))
+        while True:
+            found.append(events.get_nowait())
+    except queue.Empty:
+        return found
+
+
+def _process() -> Any:
+    from loky import ProcessPoolExecutor  # type: ignore[import-untyped]
+
+    # Libraries of linear algebra start a thread per core in each process, unless they are told not to.
+    names = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
+    threads = {name: os.environ.get(name, "1") for name in names}
+    return ProcessPoolExecutor(max_workers=1, initializer=_begin, initargs=(os.getpid(),), env=threads)
+
+
+def _nothing() -> None:
+    pass
+
+
+def _begin(parent: int) -> None:
+    """Ctrl-C is for the study, which ends its workers; a worker whose study was killed ends by itself."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    if not hasattr(os, "getppid"):
+        return
+
+    def watch() -> None:
+        while os.getppid() == parent:
+            time.sleep(0.5)
+        os._exit(1)
+
+    threading.Thread(target=watch, daemon=True).start()
+
+
+def _cause(error: Exception) -> str:
+    """Of loky's advice only the signal."""
+    codes = re.search(r"exit codes of the workers are \{(.*?)\}", str(error))
+    if codes:
+        return f"the worker process ended with {codes.group(1)}"
+    return " ".join(f"{type(error).__name__}: {error}".split())

@@ -1,0 +1,175 @@
+"""The Parquet file of a study: one row per run, at every moment a whole file."""
+
+from __future__ import annotations
+
+import json
+import os
+import time
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from ..errors import FileError, InputError
+from .points import RESERVED, agree, kind
+from .task import Row
+
+if TYPE_CHECKING:
+    import pyarrow
+
+META = b"amontons"
+SHARE = 0.05
+"""of the time of a study that writing may take: rows that come faster wait for each other"""
+LEADING, TRAILING = ("repetition", "seed"), tuple(name for name in RESERVED[3:])
+
+
+class Rows:
+    """The rows of a study by key, in memory and, with a path, in a file that is replaced as they come.
+
+    The file is read when there is one: of a study of the same run and parameters, else InputError.
+    """
+
+    def __init__(self, path: Path | None, run: str, parameters: Sequence[str]) -> None:
+        self._path, self._about = path, {"run": run, "parameters": sorted(parameters)}
+        self._parameters = list(parameters)
+        self._rows: dict[str, Row] = {}
+        self._kinds: dict[str, str] = {}
+        self._stale = False
+        self._written, self._cost = 0.0, 0.0
+        if path is not None and path.exists():
+            self._read(path)
+
+    def __contains__(self, key: str) -> bool:
+        return key in self._rows
+
+    def __getitem__(self, key: str) -> Row:
+        return self._rows[key]
+
+    def add(self, key: str, row: Row) -> Row:
+        """Enter a row, given back as entered; the file follows, at once if the last write was long ago."""
+        for name, value in row.items():
+            mine, theirs = kind(value), self._kinds.get(name, "")
+            if name not in RESERVED and (not agree(mine, theirs) or " and " in mine):
+                row = {known: row[known] for known in row if known in RESERVED or known in self._parameters}
+                row["status"] = "failed"
+                row["error"] = f"the result {name!r} is a {mine}, in other rows a {theirs}: return one kind"
+                break
+        for name, value in row.items():
+            self._kinds[name] = self._kinds.get(name, "") or kind(value)
+        self._rows[key], self._stale = row, True
+        self.write_if_due()
+        return row
+
+    def write_if_due(self) -> None:
+        """Write what is new, if that keeps to the share of time."""
+        if self._stale and time.monotonic() - self._written > self._cost / SHARE:
+            self.write()
+
+    def write(self, first: Iterable[str] = ()) -> None:
+        """Replace the file, the rows of the keys `first` at its head."""
+        order = list(dict.fromkeys([*(key for key in first if key in self._rows), *self._rows]))
+        if self._path is None or not (self._stale or order != list(self._rows)):
+            return
+        import pyarrow.parquet
+
+        start = time.monotonic()
+        self._rows = {key: self._rows[key] for key in order}
+        new = self._path.with_name(f".{self._path.name}.new")
+        try:
+            with open(new, "wb") as file:
+                pyarrow.parquet.write_table(self.table(order), file)
+                file.flush()
+                os.fsync(file.fileno())
+            os.replace(new, self._path)
+        except OSError as error:
+            new.unlink(missing_ok=True)
+            raise FileError(f"{self._path}: cannot be written ({error.strerror or error})") from None
+        self._stale = False
+        self._written = time.monotonic()
+        self._cost = self._written - start
+
+    def table(self, keys: Iterable[str]) -> pyarrow.Table:
+        """The rows of these keys: parameters, results, then what every study tells."""
+        import pyarrow
+
+        rows = [(key, self._rows[key]) for key in keys]
+        names = dict.fromkeys(name for _, row in rows for name in row)
+        results = [name for name in names if name not in RESERVED and name not in self._parameters]
+        leading = [name for name in LEADING if name in names]
+        columns: dict[str, Any] = {"key": pyarrow.array([key for key, _ in rows], pyarrow.string())}
+        for name in [*self._parameters, *leading, *results, *TRAILING]:
+            columns[name] = _column([row.get(name) for _, row in rows], _types().get(name))
+        return pyarrow.table(columns).replace_schema_metadata({META: json.dumps(self._about)})
+
+    def _read(self, path: Path) -> None:
+        import pyarrow
+        import pyarrow.parquet
+
+        try:
+            table = pyarrow.parquet.read_table(path)
+            about = json.loads((table.schema.metadata or {}).get(META, b"null"))
+        except (pyarrow.ArrowException, OSError, ValueError) as error:
+            raise FileError(f"{path}: cannot be read as Parquet ({error}); give another out") from None
+        if about is None:
+            raise FileError(f"{path}: was not written by a study; give another out")
+        if about != self._about:
+            what = "run" if about["run"] != self._about["run"] else "parameters"
+            raise InputError(
+                f"{path}: holds another study, of the {what} {about[what]}, not {self._about[what]}; "
+                "give another out, or delete the file"
+            )
+        self._parameters = [name for name in table.column_names if name in self._parameters]
+        for row in table.to_pylist():
+            key = row.pop("key")
+            self._rows[key] = {name: value for name, value in row.items() if value is not None}
+            for name, value in row.items():
+                self._kinds[name] = self._kinds.get(name, "") or kind(value)
+
+
+def _types() -> dict[str, Any]:
+    """Of the columns that every study has, whatever they hold."""
+    import pyarrow
+
+    types = dict.fromkeys(RESERVED, pyarrow.string())
+    types |= dict.fromkeys(("repetition", "seed", "attempts", "steps", "missed"), pyarrow.int64())
+    types |= dict.fromkeys(("wall", "worst_residual"), pyarrow.float64())
+    return types | {"started": pyarrow.timestamp("us", "UTC")}
+
+
+def _column(values: list[Any], type: Any) -> Any:
+    import pyarrow
+
+    if type is None and {int, float} <= {value.__class__ for value in values}:
+        type = pyarrow.float64()
+    return pyarrow.array(values, type)
+
+
+@contextmanager
+def alone(path: Path | None) -> Iterator[None]:
+    """FileError if another study writes to this file."""
+    if path is None or os.name != "posix":
+        yield
+        return
+    import fcntl
+
+    lock = path.with_name(f".{path.name}.lock")
+    while True:
+        try:
+            file = open(lock, "w")  # noqa: SIM115
+        except OSError as error:
+            raise FileError(f"{path}: cannot be written here ({error.strerror})") from None
+        try:
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except OSError:
+            file.close()
+            raise FileError(
+                f"{path}: another study is writing to it; wait for it, or give another out"
+            ) from None
+        if lock.exists() and os.path.samestat(os.fstat(file.fileno()), lock.stat()):
+            break
+        file.close()  # its owner has just removed it
+    try:
+        yield
+    finally:
+        lock.unlink(missing_ok=True)
+        file.close()
