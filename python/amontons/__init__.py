@@ -76,6 +76,7 @@ from .simulation.rollout import Rollout as Rollout
 from .simulation.rollout import rollout as rollout
 from .simulation.simulation import Simulation as Simulation
 from .studies.sweep import sweep as sweep
+from .viewer import view as view
 
 if TYPE_CHECKING:
     from . import scenes as scenes
