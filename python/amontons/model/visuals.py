@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -13,8 +14,6 @@ from ..errors import InputError
 from .parts import WORLD, fill
 from .shapes import Shape
 from .transforms import ORIGIN, Transform
-
-GREY = (0.7, 0.7, 0.7, 1.0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,13 +52,16 @@ class Visual:
     frame: Transform = ORIGIN
     """of the shape in the body frame"""
     shape: Shape | TriangleMesh = field(kw_only=True)
-    colour: tuple[float, float, float, float] = GREY
-    """red, green, blue and opacity, from 0 to 1"""
+    colour: Sequence[float] | None = None
+    """red, green, blue and opacity, from 0 to 1; None is that of the kind of shape"""
 
     def __post_init__(self) -> None:
         who = f'visual "{self.name}": '
         shape: Any = self.shape
         if not isinstance(shape, Shape | TriangleMesh):
             raise InputError(f"{who}shape is {shape!r}; give one of amontons.shapes or a TriangleMesh")
-        colour = entries(f"{who}colour", self.colour, 4)
-        fill(self, colour=tuple(min(max(part, 0.0), 1.0) for part in colour))
+        if self.colour is not None:
+            colour = entries(f"{who}colour", self.colour, 4)
+            if not all(0 <= part <= 1 for part in colour):
+                raise InputError(f"{who}colour is {colour}; its four parts must lie in [0, 1]")
+            fill(self, colour=colour)

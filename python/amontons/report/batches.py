@@ -50,9 +50,7 @@ def shapes_of(model: Model) -> list[Batch]:
     """The collision geometry but for planes, in colours by the kind of shape."""
     rows: list[Row] = []
     for index, geom in enumerate(model.geoms):
-        at_rest = not _moves(model, geom.body)
-        colour = FIXED if at_rest else colour_of(type(geom.shape).__name__, index)
-        rows.append((index, geom.body, geom, colour, 1.0))
+        rows.append((index, geom.body, geom, _colour(model, geom, index), 1.0))
     return _batches(model, rows)
 
 
@@ -61,18 +59,18 @@ def visuals_of(model: Model) -> list[Batch]:
     seen = {visual.body for visual in model.visuals}
     if not seen:
         return shapes_of(model)
-    rows: list[Row] = [
-        (k, visual.body, visual, np.array(visual.colour[:3]), visual.colour[3])
-        for k, visual in enumerate(model.visuals)
-        if visual.colour[3] > 0
-    ]
-    drawn = _batches(model, rows)
-    left = [
-        (k, geom.body, geom, FIXED if not _moves(model, geom.body) else colour_of("", k), 1.0)
+    rows: list[Row] = []
+    for k, visual in enumerate(model.visuals):
+        if visual.colour is None:
+            rows.append((k, visual.body, visual, _colour(model, visual, k), 1.0))
+        elif visual.colour[3] > 0:
+            rows.append((k, visual.body, visual, np.array(visual.colour[:3]), visual.colour[3]))
+    left: list[Row] = [
+        (k, geom.body, geom, _colour(model, geom, k), 1.0)
         for k, geom in enumerate(model.geoms)
         if geom.body not in seen and (geom.category or geom.mask)
     ]
-    return drawn + _batches(model, left)
+    return _batches(model, rows) + _batches(model, left)
 
 
 def _batches(model: Model, rows: Sequence[Row]) -> list[Batch]:
@@ -108,6 +106,10 @@ def _batch(model: Model, group: list[tuple[Row, tuple[float, float, float]]]) ->
         opacity=opacity,
         moves=moves,
     )
+
+
+def _colour(model: Model, thing: Geom | Visual, index: int) -> Array:
+    return colour_of(type(thing.shape).__name__, index) if _moves(model, thing.body) else FIXED
 
 
 def _moves(model: Model, body: int) -> bool:

@@ -76,7 +76,7 @@ def surface_of(shape: Shape | TriangleMesh) -> Surface:
         case Hull():
             return _surface(*convex_triangles(shape.vertices))
         case HeightField():
-            return _surface(*_height_field(shape))
+            return _surface(*height_field(shape))
         case Mesh() | TriangleMesh():
             return _surface(shape.vertices, shape.triangles)
     raise TypeError(f"{type(shape).__name__} has no surface")
@@ -126,7 +126,7 @@ def _parts(profile: Array) -> tuple[NDArray[np.float32], NDArray[np.uint32]]:
     return np.concatenate(vertices), np.concatenate(triangles).astype(np.uint32)
 
 
-def _height_field(shape: HeightField) -> tuple[Array, Array]:
+def height_field(shape: HeightField) -> tuple[Array, Array]:
     rows, columns = shape.heights.shape
     x = (np.arange(columns) / (columns - 1) - 0.5) * shape.size_x
     y = (np.arange(rows) / (rows - 1) - 0.5) * shape.size_y
