@@ -24,11 +24,12 @@ say = @printf '\033[1m%s\033[0m\n'
 SOAK_SECONDS ?= 3600
 SOAK_SEED ?= 1
 
-.PHONY: help demo test cpp_tests docs bench soak format lint sanitize stubs clean install
+.PHONY: help demo test cpp_tests docs figures notebooks bench soak format lint sanitize stubs clean install
 help:
 	@echo 'make demo      a wrecking ball hits a wall of 750 bricks: recording, pictures, figures in out/demo'
 	@echo 'make test      C++ and Python tests'
 	@echo 'make docs      the documentation site, in build/site'
+	@echo 'make notebooks the tutorials as notebooks, in out/notebooks;  make figures  pictures of docs/concepts.md'
 	@echo 'make bench     benchmarks, written to benchmarks/results'
 	@echo 'make soak      random damage, misuse and scenes for an hour; the table goes to benchmarks/results'
 	@echo 'make format    format the C++ and Python sources;  make lint  only check'
@@ -62,6 +63,13 @@ cpp_tests: install
 # Whatever MkDocs warns about is an error: dead links and headings, pages that no menu leads to, equations that are none.
 docs: .venv/.docs
 	@NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict --quiet && echo 'build/site/index.html'
+
+# Pictures of the concepts, which the pages show.
+figures: install
+	@MPLBACKEND=Agg $(BIN)/python tools/concept_figures.py
+
+notebooks: install
+	@$(BIN)/python tools/website/notebooks.py
 
 bench: install
 	@cmake --build $(BUILD) --target amontons_benchmarks

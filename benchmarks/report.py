@@ -3,7 +3,7 @@
     python benchmarks/report.py FOLDER [--docs]
 
 Reads the CSV files that the benchmarks wrote and writes README.md beside them; --docs also renews the parts
-of docs/benchmarks.md and of the README of the repository between their markers.
+of docs/benchmarks.md, docs/choosing.md and of the README of the repository between their markers.
 """
 
 from __future__ import annotations
@@ -19,7 +19,8 @@ from common import ROOT, read_csv
 
 DOCS = ROOT / "docs" / "benchmarks.md"
 README = ROOT / "README.md"
-MARKS = {DOCS: "results", README: "measured"}
+CHOOSING = ROOT / "docs" / "choosing.md"
+MARKS = {DOCS: "results", README: "measured", CHOOSING: "methods"}
 LARGE = 200  # contacts from which on every file is to be solved faster than by Clarabel
 Rows = list[dict[str, str]]
 
@@ -174,6 +175,25 @@ def method_table(r: Results, law: str) -> str:
         "ms",
     )
     return table(header, rows)
+
+
+def choosing_table(r: Results, link: str) -> str:
+    """What docs/choosing.md shows: how long each method takes to 1e-3 and to 1e-6, by law and scene."""
+
+    def cell(row: dict[str, str] | None) -> str:
+        if row is None or row["status"] == "not applicable":
+            return ""
+        times = [milliseconds(row[key]) or "–" for key in ("time_1e-03", "time_1e-06")]
+        return "–" if times == ["–", "–"] else " / ".join(times)
+
+    parts = []
+    for law in ("associated", "coulomb"):
+        rows = {(m["scene"], m["method"]): m for m in r.methods if m["law"] == law}
+        scenes, methods = (list(dict.fromkeys(key[i] for key in rows)) for i in (0, 1))
+        body = [(f"`{m}`", *(cell(rows.get((scene, m))) for scene in scenes)) for m in methods]
+        parts += [f"**`{law}`**, ms to 1e-3 / to 1e-6:", table(("", *scenes), body)]
+    machine = ", ".join(r.environment.get(key, "") for key in ("processor", "compiler", "date"))
+    return "\n\n".join([f"One core of an {machine}; `make bench`, [all results]({link}).", *parts])
 
 
 def step_table(r: Results) -> str:
@@ -384,9 +404,9 @@ def write(folder: Path, *, docs: bool) -> list[Path]:
     path.write_text(page(results, Path(os.path.relpath(DOCS, folder)).as_posix() if inside else DOCS.name))
     if not docs:
         return [path]
-    for document, make in ((DOCS, summary), (README, measured)):
+    for document, make in ((DOCS, summary), (README, measured), (CHOOSING, choosing_table)):
         renew(document, make(results, Path(os.path.relpath(path, document.parent)).as_posix()))
-    return [path, DOCS, README]
+    return [path, *MARKS]
 
 
 if __name__ == "__main__":

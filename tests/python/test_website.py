@@ -1,16 +1,6 @@
 """The documentation site: what its pages are made of. `make docs` builds it and fails on any warning."""
 
-import sys
-
 import pytest
-
-
-@pytest.fixture(autouse=True)
-def website(root, monkeypatch):
-    monkeypatch.syspath_prepend(str(root / "tools" / "website"))
-    yield
-    for name in ("outside", "equations", "docstrings", "cpp_reference"):
-        sys.modules.pop(name, None)
 
 
 # Breaks when links between files of the repository no longer become links between pages of the site.

@@ -2,6 +2,7 @@
 
 - Documents and sources outside docs/ that a page links to become pages (`outside`).
 - The reference of C++ is made from the public headers (`cpp_reference`).
+- Tutorials can be taken along as notebooks (`notebooks`).
 - Equations become MathML (`equations`).
 - A page that would load something from the network is a warning, and so an error of `make docs`.
 """
@@ -12,13 +13,14 @@ from pathlib import Path
 
 import cpp_reference
 import equations
+import notebooks
 import outside
 from mkdocs.config.defaults import MkDocsConfig
 from mkdocs.structure.files import File, Files, InclusionLevel
 from mkdocs.structure.pages import Page
 
-log = logging.getLogger("mkdocs.plugins.amontons")
 ROOT = Path(__file__).resolve().parents[2]
+log = logging.getLogger("mkdocs.plugins.amontons")
 # What a browser fetches by itself when it opens a page: all but links that one follows.
 FETCHED = re.compile(
     r"<(?:script|img|iframe|video|source)\b[^>]*\bsrc=[\"']?(?:https?:)?//[^>]*>"
@@ -28,7 +30,7 @@ FETCHED = re.compile(
 
 
 def add(files: Files, config: MkDocsConfig, uri: str, text: str) -> None:
-    """Puts a page into the site that no file of docs/ holds."""
+    """Puts a file into the site that docs/ does not hold."""
     files.append(File.generated(config, uri, content=text, inclusion=InclusionLevel.NOT_IN_NAV))
 
 
@@ -37,10 +39,16 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
         add(files, config, uri, text)
     for uri, text in outside.pages(ROOT).items():
         add(files, config, uri, text)
+    for page in notebooks.pages(ROOT):
+        uri = page.with_suffix(".ipynb").relative_to(ROOT / "docs").as_posix()
+        add(files, config, uri, notebooks.as_text(page))
     return files
 
 
 def on_page_markdown(markdown: str, page: Page, config: MkDocsConfig, files: Files) -> str:
+    name = Path(page.file.src_uri).with_suffix(".ipynb")
+    if files.get_file_from_path(name.as_posix()):
+        markdown += f"\n\n[This page as a notebook]({name.name})\n"
     return outside.links_of_the_site(ROOT, page.file.src_uri, markdown)
 
 
