@@ -158,6 +158,8 @@ class Admm : public VectorIterate {
 
 }  // namespace
 
-Solution admm(const Problem& problem, const Options& options) { return drive<Admm>(problem, options); }
+Solution admm(const Problem& problem, const Options& options) {
+  return complete(drive<Admm>(problem, options));
+}
 
 }  // namespace amontons

@@ -155,9 +155,9 @@ struct GaussSeidel : VectorIterate {
 
 }  // namespace
 
-Solution gauss_seidel(const Problem& problem, const Options& options) {
+std::unique_ptr<Run> start_gauss_seidel(const Problem& problem, const Options& options) {
   return std::visit(
-      [&]<class Op>(const Op&) -> Solution {
+      [&]<class Op>(const Op&) -> std::unique_ptr<Run> {
         if constexpr (std::is_same_v<Op, CallbackOperator>)
           throw InputError(
               "gauss-seidel needs the rows of A, which a function operator does not have; use p-spg-fb");
@@ -167,6 +167,10 @@ Solution gauss_seidel(const Problem& problem, const Options& options) {
           return drive<GaussSeidel<MatrixSweep<Op>>>(problem, options);
       },
       problem.A);
+}
+
+Solution gauss_seidel(const Problem& problem, const Options& options) {
+  return complete(start_gauss_seidel(problem, options));
 }
 
 }  // namespace amontons

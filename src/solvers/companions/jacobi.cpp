@@ -70,6 +70,8 @@ struct Jacobi : VectorIterate {
 
 }  // namespace
 
-Solution jacobi(const Problem& problem, const Options& options) { return drive<Jacobi>(problem, options); }
+Solution jacobi(const Problem& problem, const Options& options) {
+  return complete(drive<Jacobi>(problem, options));
+}
 
 }  // namespace amontons

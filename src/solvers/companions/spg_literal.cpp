@@ -164,7 +164,7 @@ class SpgLiteral : public VectorIterate {
 }  // namespace
 
 Solution spg_literal(const Problem& problem, const Options& options) {
-  return drive<SpgLiteral>(problem, options);
+  return complete(drive<SpgLiteral>(problem, options));
 }
 
 }  // namespace amontons

@@ -96,11 +96,16 @@ class Apgd {
 
 }  // namespace
 
-Solution apgd(const Problem& problem, const Options& options) {
-  return with_iterate(problem, options, [&]<class T>(T iterate) {
-    Monitor monitor(options, Apgd<T>::limits);
-    return drive(problem, options, Apgd<T>(monitor, std::move(iterate)), monitor);
+std::unique_ptr<Run> start_apgd(const Problem& problem, const Options& options) {
+  return with_iterate(problem, options, [&]<class T>(T iterate) -> std::unique_ptr<Run> {
+    return std::make_unique<Driven<Apgd<T>>>(problem, options, [&](const Options&, Monitor& monitor) {
+      return Apgd<T>(monitor, std::move(iterate));
+    });
   });
+}
+
+Solution apgd(const Problem& problem, const Options& options) {
+  return complete(start_apgd(problem, options));
 }
 
 }  // namespace amontons

@@ -10,7 +10,7 @@ namespace amontons {
 // one place where a first-order method meets an operator: a device has its line here. f is instantiated for
 // every operator, outside its iteration, so that no call inside one is virtual.
 template <class F>
-Solution with_iterate(const Problem& problem, const Options& options, F&& f) {
+auto with_iterate(const Problem& problem, const Options& options, F&& f) {
   return std::visit(
       [&]<class Op>(const Op& A) {
         if constexpr (std::is_same_v<Op, ContactSystem>)

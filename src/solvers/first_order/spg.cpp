@@ -144,11 +144,16 @@ class Spg {
 
 }  // namespace
 
-Solution spg(const Problem& problem, const Options& options) {
-  return with_iterate(problem, options, [&]<class T>(T iterate) {
-    Monitor monitor(options, Spg<T>::limits);
-    return drive(problem, options, Spg<T>(options, monitor, std::move(iterate)), monitor);
+std::unique_ptr<Run> start_spg(const Problem& problem, const Options& options) {
+  return with_iterate(problem, options, [&]<class T>(T iterate) -> std::unique_ptr<Run> {
+    return std::make_unique<Driven<Spg<T>>>(problem, options, [&](const Options& o, Monitor& monitor) {
+      return Spg<T>(o, monitor, std::move(iterate));
+    });
   });
+}
+
+Solution spg(const Problem& problem, const Options& options) {
+  return complete(start_spg(problem, options));
 }
 
 }  // namespace amontons

@@ -118,11 +118,11 @@ Solution cg(const Problem& problem, const Options& options) {
   AMONTONS_REQUIRE(problem.K.all_free(),
                    "cg solves purely bilateral problems (every cone R) only; this one has inequalities or "
                    "friction: use p-spg-fb");
-  return drive<ConjugateGradients<Diagonal>>(problem, options);
+  return complete(drive<ConjugateGradients<Diagonal>>(problem, options));
 }
 
 Solution factored_cg(const Problem& problem, const Options& options) {
-  return drive<ConjugateGradients<Factored>>(problem, options);
+  return complete(drive<ConjugateGradients<Factored>>(problem, options));
 }
 
 }  // namespace amontons

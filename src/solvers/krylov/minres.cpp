@@ -108,7 +108,7 @@ Solution minres(const Problem& problem, const Options& options) {
       problem.K.all_free(),
       "minres solves purely bilateral problems (every cone R) only; this one has inequalities or "
       "friction: use p-spg-fb");
-  return drive<Minres>(problem, options);
+  return complete(drive<Minres>(problem, options));
 }
 
 }  // namespace amontons

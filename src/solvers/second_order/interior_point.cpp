@@ -244,8 +244,12 @@ std::optional<double> InteriorPoint::step() {
 
 }  // namespace
 
-Solution central_path(const Problem& problem, const Options& options) {
+std::unique_ptr<Run> start_central_path(const Problem& problem, const Options& options) {
   return drive<InteriorPoint>(problem, options);
+}
+
+Solution central_path(const Problem& problem, const Options& options) {
+  return complete(start_central_path(problem, options));
 }
 
 // Contacts between two faces (sliding and sticking, open and closed) hold the central path at sqrt(eps) of

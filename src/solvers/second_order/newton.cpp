@@ -274,6 +274,12 @@ class Newton : public VectorIterate {
 
 }  // namespace
 
-Solution newton(const Problem& problem, const Options& options) { return drive<Newton>(problem, options); }
+std::unique_ptr<Run> start_newton(const Problem& problem, const Options& options) {
+  return drive<Newton>(problem, options);
+}
+
+Solution newton(const Problem& problem, const Options& options) {
+  return complete(start_newton(problem, options));
+}
 
 }  // namespace amontons

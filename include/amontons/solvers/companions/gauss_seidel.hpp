@@ -1,10 +1,11 @@
 #pragma once
-#include "amontons/solvers/driver/options.hpp"
+#include "amontons/solvers/driver/driver.hpp"
 
 namespace amontons {
 
 // "gauss-seidel": cone after cone with the newest impulses, as engines for games do. Good to few digits on
 // small stacks; slow on high stacks and mass ratios. InputError for a function, which has no rows.
 Solution gauss_seidel(const Problem&, const Options&);
+std::unique_ptr<Run> start_gauss_seidel(const Problem&, const Options&);
 
 }  // namespace amontons

@@ -2,8 +2,10 @@
 #include <algorithm>
 #include <chrono>
 #include <limits>
+#include <memory>
 #include <optional>
 #include <span>
+#include <type_traits>
 #include <vector>
 
 #include "amontons/problem/residual.hpp"
@@ -89,7 +91,32 @@ Solution finish(const Problem& problem, const Options& options, const char* meth
 // InputError if d'Ad is negative beyond rounding, relative to d'Pd: A is then not positive semidefinite.
 void require_curvature(double dAd, double dPd);
 
-// The solve that all methods share. A method supplies its step:
+// A solve that can be left and gone on with: it keeps its state between two turns.
+class Run {
+ public:
+  Run() = default;
+  Run(const Run&) = delete;
+  Run& operator=(const Run&) = delete;
+  virtual ~Run() = default;
+  // Goes on for so many iterations, or until the solve ends; true if it has ended. Not at the first call alone
+  // may one iteration be all that happens.
+  virtual bool advance(std::size_t iterations) = 0;
+  // The residual of the best x so far; infinite before the first advance().
+  virtual double best_residual() const = 0;
+  virtual std::size_t iterations() const = 0;
+  // Ends the solve: its best x, measured afresh. Once.
+  virtual Solution finish() = 0;
+};
+
+// How a run is made. Problem and options must outlive it.
+using Starter = std::unique_ptr<Run> (*)(const Problem&, const Options&);
+// The whole of a run.
+inline Solution complete(std::unique_ptr<Run> run) {
+  run->advance(std::numeric_limits<std::size_t>::max());
+  return run->finish();
+}
+
+// The loop that all methods share. A method supplies its step:
 //
 //   name, limits         constants
 //   start(s)             takes over the start; returns the natural map of its first iterate
@@ -111,53 +138,101 @@ void require_curvature(double dAd, double dPd);
 // u is refreshed after every refresh_period steps, and before convergence is believed: a running u may say
 // that the tolerance is reached where the true one does not.
 template <class Method>
-Solution drive(const Problem& problem, const Options& options, Method&& method, Monitor& monitor) {
-  const double scale = natural_map_at_zero(problem, options.law);
-  Start start = starting_point(problem, options, monitor);
-  const double at_start = start.map / scale;
-  if (at_start <= options.tolerance) {  // most methods would leave a solution again before they return
-    monitor.observe(at_start, objective(problem, start.x, start.u), method.step_size(), 0);
-    return finish(problem, options, method.name, std::move(start.x), {}, Status::converged, monitor);
+class Driven final : public Run {
+ public:
+  // make(options, monitor) returns the method; both live as long as the run.
+  Driven(const Problem& problem, const Options& options, auto&& make)
+      : problem_(problem),
+        options_(options),
+        monitor_(options_, std::remove_cvref_t<Method>::limits),
+        method_(make(options_, monitor_)) {}
+
+  bool advance(std::size_t iterations) override {
+    if (!started_) begin();
+    for (; !status_ && iterations > 0; --iterations) {
+      const std::optional<double> map = method_.step();
+      if (!map) {
+        status_ = Status::stalled;
+      } else {
+        residual_ = *map / scale_;
+        ++stale_;
+        look();
+      }
+    }
+    return status_.has_value();
   }
-  const bool watched = options.history || options.callback;
-  // From here on `start.x` serves as the answer of a method that never gets below it.
-  bool kept = false;
-  double r = method.start(start) / scale;
-  Status status = Status::stalled;
-  for (std::size_t stale = 0;;) {  // steps since u was fresh
-    const bool due = stale >= method.limits.refresh_period || r <= options.tolerance;
-    if (method.limits.refresh_period > 0 && stale > 0 && due) {
-      r = method.refresh() / scale;
-      stale = 0;
+  double best_residual() const override { return monitor_.best(); }
+  std::size_t iterations() const override { return monitor_.iterations(); }
+
+  Solution finish() override {
+    if (!started_) begin();
+    // The last iterate, not the best, runs off along a contradiction if there is one. A start that is the
+    // solution has none.
+    std::vector<double> last;
+    if (!at_solution_) {
+      last.resize(best_.size());
+      method_.last(last);
+    }
+    if (kept_) method_.best(best_);
+    return amontons::finish(problem_, options_, method_.name, std::move(best_), last,
+                            status_.value_or(Status::stalled), monitor_);
+  }
+
+ private:
+  // The start: where it meets the tolerance it is the answer, which most methods would leave again before
+  // they return.
+  void begin() {
+    started_ = true;
+    scale_ = natural_map_at_zero(problem_, options_.law);
+    Start start = starting_point(problem_, options_, monitor_);
+    at_start_ = start.map / scale_;
+    if (at_start_ <= options_.tolerance) {
+      monitor_.observe(at_start_, amontons::objective(problem_, start.x, start.u), method_.step_size(), 0);
+      at_solution_ = true;
+      status_ = Status::converged;
+    } else {
+      residual_ = method_.start(start) / scale_;
+      look();
+    }
+    // From here on it serves as the answer of a method that never gets below it.
+    best_ = std::move(start.x);
+  }
+
+  // The driver's look at an iterate: refresh where due, record, keep the best, stop.
+  void look() {
+    const auto& limits = std::remove_cvref_t<Method>::limits;
+    const bool due = stale_ >= limits.refresh_period || residual_ <= options_.tolerance;
+    if (limits.refresh_period > 0 && stale_ > 0 && due) {
+      residual_ = method_.refresh() / scale_;
+      stale_ = 0;
     }
     // The objective may cost a pass over memory: it is only formed for those who look at it.
-    const auto stop =
-        monitor.observe(r, watched ? method.objective() : 0.0, method.step_size(), method.backtracks());
-    if (monitor.improved() && r < at_start) {
-      method.keep_best();
-      kept = true;
+    const bool watched = options_.history || options_.callback;
+    status_ = monitor_.observe(residual_, watched ? method_.objective() : 0.0, method_.step_size(),
+                               method_.backtracks());
+    if (monitor_.improved() && residual_ < at_start_) {
+      method_.keep_best();
+      kept_ = true;
     }
-    if (stop) {
-      status = *stop;
-      break;
-    }
-    const std::optional<double> next = method.step();
-    if (!next) break;
-    r = *next / scale;
-    ++stale;
   }
-  // The last iterate, not the best, runs off along a contradiction if there is one.
-  std::vector<double> last(start.x.size());
-  method.last(last);
-  if (kept) method.best(start.x);
-  return finish(problem, options, method.name, std::move(start.x), last, status, monitor);
-}
 
-// The same for a method that is made from the problem, the options and the monitor alone.
+  const Problem& problem_;
+  const Options options_;
+  Monitor monitor_;
+  Method method_;
+  bool started_ = false, at_solution_ = false, kept_ = false;
+  std::optional<Status> status_;
+  std::vector<double> best_;
+  // The natural map at zero; residuals of the start and of the current iterate; steps since u was fresh.
+  double scale_ = 1, at_start_ = 0, residual_ = 0;
+  std::size_t stale_ = 0;
+};
+
+// For a method that is made from the problem, the options and the monitor alone.
 template <class Method>
-Solution drive(const Problem& problem, const Options& options) {
-  Monitor monitor(options, Method::limits);
-  return drive(problem, options, Method(problem, options, monitor), monitor);
+std::unique_ptr<Run> drive(const Problem& problem, const Options& options) {
+  return std::make_unique<Driven<Method>>(
+      problem, options, [&](const Options& o, Monitor& monitor) { return Method(problem, o, monitor); });
 }
 
 // The iterate of methods on plain vectors, which inherit it and add step(): what drive() asks for besides,

@@ -1,5 +1,5 @@
 #pragma once
-#include "amontons/solvers/driver/options.hpp"
+#include "amontons/solvers/driver/driver.hpp"
 
 namespace amontons {
 
@@ -8,5 +8,6 @@ namespace amontons {
 Solution interior_point(const Problem&, const Options&);
 // The path alone, without that crossover: a phase of other tables.
 Solution central_path(const Problem&, const Options&);
+std::unique_ptr<Run> start_central_path(const Problem&, const Options&);
 
 }  // namespace amontons

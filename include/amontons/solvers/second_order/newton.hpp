@@ -1,10 +1,11 @@
 #pragma once
-#include "amontons/solvers/driver/options.hpp"
+#include "amontons/solvers/driver/driver.hpp"
 
 namespace amontons {
 
 // "newton": semismooth Newton on the natural map, with bursts of p-spg-fb where its steps fail. A few steps
 // from near a solution; far away as slow as its bursts. InputError for a function.
 Solution newton(const Problem&, const Options&);
+std::unique_ptr<Run> start_newton(const Problem&, const Options&);
 
 }  // namespace amontons

@@ -1,0 +1,222 @@
+"""Every method and `auto` on the corpus of `corpus.py`: the performance profile, and a row per solve.
+
+    python benchmarks/performance_profile.py [--quick] [--corpus FOLDER] [--half tuning|held-out|both]
+        [--methods NAME ...] [--reuse CSV] [--limit S] [--every N] [--only PART ...] [--out FOLDER]
+
+Each step is solved four times: to four tolerances, cold and warm, under both laws. A method has `--limit`
+seconds of processor time for each, less where another one has been ten times faster. Writes profile.csv
+(time and residual of every method), auto.csv (per solve: auto over the best method, what auto did) and
+profile.png: for each method the part of the solves that it does within tau times the best time, over tau
+(Dolan, More 2002, "Benchmarking optimization software with performance profiles").
+
+Times are seconds of one core: of short solves the least of several runs, of others the processor time.
+"""
+
+from __future__ import annotations
+
+import argparse
+import signal
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from time import process_time
+from typing import Any
+
+import amontons
+import matplotlib.pyplot as plt
+import numpy as np
+from common import SAMPLE, read_csv, shrink, tracked, use_one_core, write_csv
+from corpus import FOLDER, Step, held_out, load
+
+METHODS = ("apgd", "p-spg-fb", "interior-point", "newton", "gauss-seidel", "admm", "cg")
+TOLERANCES = (1e-2, 1e-3, 1e-6, 1e-8)
+SHORT, REPEATS = 5e-3, 4
+"""Solves below SHORT (s) are run so often again, and the shortest counts."""
+SLOWER = 10.0
+"""What takes so many times the best time is stopped."""
+LEAST = 0.02
+"""s, given to every method."""
+TARGET = 1.5
+"""auto over the best method."""
+
+
+@dataclass(frozen=True)
+class Task:
+    """A solve: a step, a tolerance, a law, a start."""
+
+    step: Step
+    law: str
+    tolerance: float
+    warm: bool
+
+    @property
+    def name(self) -> str:
+        return f"{self.step.name}, {self.law}, {self.tolerance:g}, {'warm' if self.warm else 'cold'}"
+
+
+def tasks(steps: Iterable[Step]) -> Iterator[Task]:
+    """Four of each step: every tolerance once, each law and each start twice, in turns."""
+    for i, step in enumerate(steps):
+        frictional = any("riction" in type(cone).__name__ for cone in step.cones)
+        for k, tolerance in enumerate(TOLERANCES):
+            law = "coulomb" if frictional and (k // 2 + i // 2) % 2 else "associated"
+            yield Task(step, law, tolerance, bool((k + i) % 2 and step.x0.any()))
+
+
+def stop_now(signum: int, frame: object) -> None:
+    """What Ctrl-C does: the solve ends with its best x."""
+    raise KeyboardInterrupt
+
+
+def run(problem: amontons.Problem, task: Task, method: str, limit: float) -> dict[str, Any]:
+    """Time (s) and residual of one solve, within `limit` s of processor time."""
+    options = {"law": task.law, "tolerance": task.tolerance, "x0": task.step.x0 if task.warm else None}
+    times: list[float] = []
+    try:
+        for _ in range(1 + REPEATS):
+            signal.setitimer(signal.ITIMER_PROF, limit)
+            before = process_time()
+            try:
+                solution = problem.solve(method=method, **options)
+            finally:
+                signal.setitimer(signal.ITIMER_PROF, 0)
+            busy = process_time() - before
+            times.append(min(busy, solution.time))
+            if busy > SHORT:
+                break
+    except amontons.InputError:
+        return {"time": "", "residual": "", "status": "refused", "reason": ""}
+    return {
+        "time": min(times), "residual": solution.residual, "status": solution.status,
+        "reason": solution.reason, "iterations": solution.iterations,
+    }  # fmt: skip
+
+
+def solved(row: dict[str, Any]) -> bool:
+    return row["status"] == "converged"
+
+
+def measure(task: Task, methods: Sequence[str], limit: float, known: dict[tuple[str, str], Any]) -> list[dict[str, Any]]:
+    """A row per method and the time of the best of them; `auto` comes last and has the whole limit."""
+    rows: list[dict[str, Any]] = []
+    best = np.inf
+    problem = None
+    for method in [*methods, "auto"]:
+        row = known.get((task.name, method))
+        if row is None:
+            problem = problem or task.step.problem()
+            # A method that is not the best has not to finish: only auto's misses are looked at.
+            allowed = limit if method == "auto" else min(limit, max(LEAST, SLOWER * best))
+            row = run(problem, task, method, allowed)
+        if method != "auto" and solved(row):
+            best = min(best, float(row["time"]))
+        rows.append(
+            {
+                "step": task.step.name, "sequence": task.step.sequence,
+                "half": "held-out" if held_out(task.step.sequence) else "tuning", "task": task.name,
+                "rows": len(task.step.b), "law": task.law, "tolerance": task.tolerance,
+                "warm": task.warm, "method": method, "status": row["status"], "time": row["time"],
+                "residual": row["residual"], "reason": row["reason"],
+            }
+        )  # fmt: skip
+    return rows
+
+
+def compared(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    """Per solve: the best method, and auto beside it."""
+    out = []
+    by_task: dict[str, list[dict[str, Any]]] = {}
+    for row in rows:
+        by_task.setdefault(row["task"], []).append(row)
+    for task, group in by_task.items():
+        auto = next(row for row in group if row["method"] == "auto")
+        others = [row for row in group if row["method"] != "auto" and solved(row)]
+        best = min(others, key=lambda row: float(row["time"]), default=None)
+        out.append(
+            {
+                "task": task, "half": auto["half"], "rows": auto["rows"],
+                "best": best["method"] if best else "", "best_time": float(best["time"]) if best else "",
+                "auto_time": float(auto["time"]), "auto_status": auto["status"],
+                "ratio": float(auto["time"]) / float(best["time"]) if best and solved(auto) else "",
+                "failure": bool(best) and not solved(auto), "auto_reason": auto["reason"],
+            }
+        )  # fmt: skip
+    return out
+
+
+def summary(table: list[dict[str, Any]], half: str) -> str:
+    part = [row for row in table if half in ("both", row["half"])]
+    feasible = [row for row in part if row["best"]]
+    ratios = np.array([row["ratio"] if row["ratio"] != "" else np.inf for row in feasible])
+    if not ratios.size:
+        return f"profile, {half}: nothing"
+    alone = sum(not row["best"] and row["auto_status"] == "converged" for row in part)
+    return (
+        f"profile, {half}: {len(part)} solves, {len(feasible)} that a method does; auto over the best: within "
+        f"{TARGET} {100 * np.mean(ratios <= TARGET):.0f} %, median {np.median(ratios):.2f}, 90 % "
+        f"{np.quantile(ratios, 0.9, method='lower'):.2f}; fails {sum(row['failure'] for row in feasible)}, "
+        f"alone solves {alone}"
+    )
+
+
+def draw(rows: list[dict[str, Any]], path: Path, half: str) -> None:
+    """For each method the part of all solves that anyone does within tau times the best time."""
+    chosen = [row for row in rows if half in ("both", row["half"])]
+    best: dict[str, float] = {}
+    for row in chosen:
+        if solved(row):
+            best[row["task"]] = min(best.get(row["task"], np.inf), float(row["time"]))
+    figure, axes = plt.subplots(figsize=(6, 4), layout="constrained")
+    for method in dict.fromkeys(row["method"] for row in chosen):
+        ratios = sorted(
+            float(row["time"]) / best[row["task"]]
+            for row in chosen
+            if row["method"] == method and solved(row)
+        )
+        part = np.arange(1, len(ratios) + 1) / max(1, len(best))
+        axes.step([1, *ratios, 1e3], [0, *part, part[-1] if len(part) else 0], where="post", label=method,
+                  linewidth=2.2 if method == "auto" else 1.1)  # fmt: skip
+    axes.set(xscale="log", xlim=(1, 30), ylim=(0, 1.01), xlabel="times the best", ylabel="part of the solves")
+    axes.legend(loc="lower right", fontsize=8)
+    figure.savefig(path, dpi=110)
+    shrink(path)
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("--quick", action="store_true", help="every tenth step, 0.3 s")
+    parser.add_argument("--corpus", type=Path, default=FOLDER)
+    parser.add_argument("--half", choices=("tuning", "held-out", "both"), default="both")
+    parser.add_argument("--methods", nargs="*", default=list(METHODS))
+    parser.add_argument("--reuse", type=Path, help="a profile.csv: its times of all but auto are taken over")
+    parser.add_argument("--limit", type=float, default=1.0, help="s of processor time per solve")
+    parser.add_argument("--every", type=int, default=1, help="take every so many step")
+    parser.add_argument("--only", nargs="*", default=[], help="steps whose names contain one of these")
+    parser.add_argument("--out", type=Path, default=SAMPLE)
+    options = parser.parse_args()
+    if options.quick:
+        options.every, options.limit = 10, 0.3
+    use_one_core()
+    signal.signal(signal.SIGPROF, stop_now)
+    options.out.mkdir(parents=True, exist_ok=True)
+    known = {}
+    if options.reuse:
+        known = {(r["task"], r["method"]): r for r in read_csv(options.reuse) if r["method"] != "auto"}
+    steps = list(load(options.corpus))[:: options.every]
+    wanted = [
+        task
+        for task in tasks(steps)
+        if (options.half == "both" or (options.half == "held-out") == held_out(task.step.sequence))
+        and (not options.only or any(part in task.step.name for part in options.only))
+    ]
+    rows = [row for task in tracked(wanted, "profile") for row in measure(task, options.methods, options.limit, known)]
+    table = compared(rows)
+    write_csv(options.out / "profile.csv", rows)
+    write_csv(options.out / "auto.csv", table)
+    draw(rows, options.out / "profile.png", options.half)
+    for half in ("tuning", "held-out"):
+        print(summary(table, half))
+
+
+if __name__ == "__main__":
+    main()
