@@ -9,7 +9,7 @@ seconds of processor time for each, less where another one has been ten times fa
 profile.png: for each method the part of the solves that it does within tau times the best time, over tau
 (Dolan, More 2002, "Benchmarking optimization software with performance profiles").
 
-Times are seconds of one core: of short solves the least of several runs, of others the processor time.
+Times are seconds: of short solves the shortest of several runs, of long ones the processor time.
 """
 
 from __future__ import annotations
@@ -30,8 +30,10 @@ from corpus import FOLDER, Step, held_out, load
 
 METHODS = ("apgd", "p-spg-fb", "interior-point", "newton", "gauss-seidel", "admm", "cg")
 TOLERANCES = (1e-2, 1e-3, 1e-6, 1e-8)
-SHORT, REPEATS = 5e-3, 4
+SHORT, REPEATS = 0.02, 4
 """Solves below SHORT (s) are run so often again, and the shortest counts."""
+LONG = 0.2
+"""From here on (s) processor time counts, which some systems measure in steps of some milliseconds."""
 SLOWER = 10.0
 """What takes so many times the best time is stopped."""
 LEAST = 0.02
@@ -81,14 +83,17 @@ def run(problem: amontons.Problem, task: Task, method: str, limit: float) -> dic
             finally:
                 signal.setitimer(signal.ITIMER_PROF, 0)
             busy = process_time() - before
-            times.append(min(busy, solution.time))
-            if busy > SHORT:
+            times.append(min(busy, solution.time) if busy > LONG else solution.time)
+            if sum(times) > REPEATS * SHORT:
                 break
     except amontons.InputError:
-        return {"time": "", "residual": "", "status": "refused", "reason": ""}
+        return {"time": "", "residual": "", "status": "refused"}
+    except KeyboardInterrupt:  # that came after the last look at it
+        return {"time": limit, "residual": "", "status": "interrupted"}
     return {
-        "time": min(times), "residual": solution.residual, "status": solution.status,
-        "reason": solution.reason, "iterations": solution.iterations,
+        "time": max(min(times), 1e-6), "residual": solution.residual, "status": solution.status,
+        "iterations": solution.iterations, "products": solution.products,
+        "factorizations": solution.factorizations, "reason": solution.reason,
     }  # fmt: skip
 
 
@@ -96,7 +101,10 @@ def solved(row: dict[str, Any]) -> bool:
     return row["status"] == "converged"
 
 
-def measure(task: Task, methods: Sequence[str], limit: float, known: dict[tuple[str, str], Any]) -> list[dict[str, Any]]:
+Row = dict[str, Any]
+
+
+def measure(task: Task, methods: Sequence[str], limit: float, known: dict[tuple[str, str], Any]) -> list[Row]:
     """A row per method and the time of the best of them; `auto` comes last and has the whole limit."""
     rows: list[dict[str, Any]] = []
     best = np.inf
@@ -116,7 +124,8 @@ def measure(task: Task, methods: Sequence[str], limit: float, known: dict[tuple[
                 "half": "held-out" if held_out(task.step.sequence) else "tuning", "task": task.name,
                 "rows": len(task.step.b), "law": task.law, "tolerance": task.tolerance,
                 "warm": task.warm, "method": method, "status": row["status"], "time": row["time"],
-                "residual": row["residual"], "reason": row["reason"],
+                "residual": row["residual"],
+                **{key: row.get(key, "") for key in ("iterations", "products", "factorizations", "reason")},
             }
         )  # fmt: skip
     return rows
@@ -152,8 +161,8 @@ def summary(table: list[dict[str, Any]], half: str) -> str:
         return f"profile, {half}: nothing"
     alone = sum(not row["best"] and row["auto_status"] == "converged" for row in part)
     return (
-        f"profile, {half}: {len(part)} solves, {len(feasible)} that a method does; auto over the best: within "
-        f"{TARGET} {100 * np.mean(ratios <= TARGET):.0f} %, median {np.median(ratios):.2f}, 90 % "
+        f"profile, {half}: {len(part)} solves, {len(feasible)} that a method does; auto over the best: "
+        f"within {TARGET} {100 * np.mean(ratios <= TARGET):.0f} %, median {np.median(ratios):.2f}, 90 % "
         f"{np.quantile(ratios, 0.9, method='lower'):.2f}; fails {sum(row['failure'] for row in feasible)}, "
         f"alone solves {alone}"
     )
@@ -209,7 +218,9 @@ def main() -> None:
         if (options.half == "both" or (options.half == "held-out") == held_out(task.step.sequence))
         and (not options.only or any(part in task.step.name for part in options.only))
     ]
-    rows = [row for task in tracked(wanted, "profile") for row in measure(task, options.methods, options.limit, known)]
+    rows: list[dict[str, Any]] = []
+    for task in tracked(wanted, "profile"):
+        rows += measure(task, options.methods, options.limit, known)
     table = compared(rows)
     write_csv(options.out / "profile.csv", rows)
     write_csv(options.out / "auto.csv", table)

@@ -1,0 +1,104 @@
+"""The corpus and the performance profile that `auto` is judged by."""
+
+import sys
+
+import amontons
+import numpy as np
+import pytest
+
+
+@pytest.fixture(scope="module")
+def programs(root):
+    with pytest.MonkeyPatch.context() as patch:
+        patch.syspath_prepend(str(root / "benchmarks"))
+        import corpus
+        import performance_profile
+
+        yield corpus, performance_profile
+    for name in ("corpus", "performance_profile", "common"):
+        sys.modules.pop(name, None)
+
+
+@pytest.fixture(scope="module")
+def corpus(programs):
+    return programs[0]
+
+
+@pytest.fixture(scope="module")
+def profile(programs):
+    return programs[1]
+
+
+@pytest.fixture(scope="module")
+def stack(corpus):
+    """The first and the fifth step of three boxes at rest."""
+    return list(corpus.steps_of(corpus.of_scene("stack", (1, 5), {}, boxes=3)))
+
+
+# Breaks when the corpus depends on the clock, on memory, or on the choice of `auto`.
+def test_a_sequence_gives_the_same_bits_twice(corpus, stack):
+    again = list(corpus.steps_of(corpus.of_scene("stack", (1, 5), {}, boxes=3)))
+    for a, b in zip(stack, again, strict=True):
+        assert a.name == b.name
+        assert np.array_equal(a.b, b.b)
+        assert np.array_equal(a.x0, b.x0)
+
+
+# Breaks when a stored step is another problem than that of the simulation: its warm start, the impulses of
+# the step before, is a solution of a stack at rest up to what the heap still settles.
+def test_the_warm_start_is_nearly_a_solution(stack):
+    first, later = stack
+    assert not first.x0.any()
+    assert later.problem().residual(later.x0, law="coulomb") < 1e-2
+
+
+# Breaks when a contact of a pair takes the rows of another: matched to itself, every contact keeps its own.
+def test_contacts_are_matched_with_themselves(corpus):
+    sequence = corpus.of_scene("stack", (1,), {}, boxes=3)
+    simulation = amontons.Simulation(sequence.make(), dt=sequence.dt)
+    simulation.step()
+    problem, x = simulation.problem(), simulation.impulses.copy()
+    assert np.array_equal(corpus.matched((simulation.contacts, x, problem), simulation.contacts, problem), x)
+
+
+# Breaks when the halves follow anything but the name, or one of them is nearly empty.
+def test_about_half_of_the_sequences_are_held_out(corpus):
+    names = [sequence.name for sequence in corpus.sequences(None)]
+    assert len(set(names)) == len(names)
+    part = sum(map(corpus.held_out, names)) / len(names)
+    assert 0.35 < part < 0.65
+
+
+# Breaks when a law, a start or a tolerance is never tried.
+def test_the_tasks_of_two_steps_cover_everything(profile, stack):
+    tasks = list(profile.tasks([stack[1], stack[1], stack[1], stack[1]]))
+    assert {t.law for t in tasks} == {"associated", "coulomb"}
+    assert {t.warm for t in tasks} == {True, False}
+    assert {t.tolerance for t in tasks} == set(profile.TOLERANCES)
+
+
+# Breaks when the table counts a solve that `auto` misses as done, or compares with a method that failed.
+def test_auto_is_compared_with_the_best_that_succeeds(profile):
+    def row(method, status, time):
+        return {"task": "t", "half": "tuning", "rows": 3, "method": method, "status": status, "time": time,
+                "reason": ""}  # fmt: skip
+
+    (table,) = profile.compared(
+        [row("apgd", "converged", 2.0), row("newton", "stalled", 1.0), row("auto", "converged", 3.0)]
+    )
+    assert (table["best"], table["ratio"], table["failure"]) == ("apgd", 1.5, False)
+    (table,) = profile.compared([row("apgd", "converged", 2.0), row("auto", "stalled", 3.0)])
+    assert table["failure"]
+    assert "fails 1" in profile.summary([table], "tuning")
+
+
+# Breaks when the programs do not run as their first lines say.
+def test_the_programs_run(corpus, profile, tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr(sys, "argv", ["corpus.py", "--only", "sliding_cube", "--out", str(tmp_path / "c")])
+    corpus.main()
+    monkeypatch.setattr(
+        sys, "argv", ["p.py", "--quick", "--corpus", str(tmp_path / "c"), "--out", str(tmp_path / "r")]
+    )
+    profile.main()
+    assert (tmp_path / "r" / "profile.png").exists()
+    assert "that a method does" in capsys.readouterr().out
