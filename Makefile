@@ -29,7 +29,7 @@ help:
 	@echo 'make demo      a wrecking ball hits a wall of 750 bricks: recording, pictures, figures in out/demo'
 	@echo 'make test      C++ and Python tests'
 	@echo 'make docs      the documentation site, in build/site'
-	@echo 'make notebooks the tutorials as notebooks, in out/notebooks;  make figures  pictures of docs/concepts.md'
+	@echo 'make notebooks the tutorials as notebooks, in out/notebooks;  make figures  pictures of the documents'
 	@echo 'make bench     benchmarks, written to benchmarks/results'
 	@echo 'make soak      random damage, misuse and scenes for an hour; the table goes to benchmarks/results'
 	@echo 'make format    format the C++ and Python sources;  make lint  only check'
@@ -64,9 +64,10 @@ cpp_tests: install
 docs: .venv/.docs
 	@NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict --quiet && echo 'build/site/index.html'
 
-# Pictures of the concepts, which the pages show.
+# Pictures of the concepts and of all scenes, which the pages show.
 figures: install
 	@MPLBACKEND=Agg $(BIN)/python tools/concept_figures.py
+	@$(BIN)/python tools/gallery.py
 
 notebooks: install
 	@$(BIN)/python tools/website/notebooks.py

@@ -4,7 +4,9 @@ import runpy
 from pathlib import Path
 
 import check_docs
+import gallery
 import pytest
+from amontons import scenes
 
 ROOT = Path(__file__).resolve().parents[2]
 EXAMPLES = sorted((ROOT / "examples").glob("*.py"))
@@ -75,6 +77,13 @@ def faults_of(root):
         check_docs.check_equations,
     )
     return [fault for check in checks for fault in check(root)]
+
+
+# Breaks when a scene is missing in the gallery, or the page is not what the tool makes of the scenes.
+def test_gallery_shows_every_scene(root):
+    assert set(gallery.MOMENTS) == set(scenes.names())
+    assert gallery.PAGE.read_text() == gallery.page()
+    assert all((gallery.PICTURES / f"{name}.png").exists() for name in scenes.names())
 
 
 # Breaks when a checker misses a fault: then the first test proves nothing.

@@ -1,0 +1,98 @@
+"""Draws docs/gallery.md and its pictures: python tools/gallery.py [SCENE ...]; without names all scenes.
+
+A picture per scene of `amontons.scenes`, at a moment where one sees what it is about, by the drawing that
+`amontons run --report` uses. The page lists every scene, with the command that runs it.
+"""
+
+import io
+import sys
+from pathlib import Path
+
+import numpy as np
+from amontons import Simulation, scenes
+from amontons.report.snapshots import Frame, Picture, View
+from PIL import Image
+
+ROOT = Path(__file__).resolve().parent.parent
+PICTURES = ROOT / "docs" / "figures" / "gallery"
+PAGE = ROOT / "docs" / "gallery.md"
+WIDTH, HEIGHT = 560, 380
+# s, and where the eye is (degrees about z from the x axis, above the horizon); scene parameters.
+MOMENTS: dict[str, tuple[float, float, float, dict[str, object]]] = {
+    "arch": (0.5, -70, 12, {}),
+    "capstan": (0.5, -80, 10, {}),
+    "card_house": (0.5, -60, 12, {}),
+    "chain": (0.6, -80, 8, {"links": 40}),
+    "domino_run": (0.6, -50, 22, {"count": 14}),
+    "four_bar": (0.4, -75, 12, {}),
+    "free_body": (0.7, -60, 20, {}),
+    "hopper": (1.6, -60, 18, {"count": 200}),
+    "incline": (0.5, -70, 12, {"angle": 20}),
+    "network": (0.4, -60, 20, {"columns": 6, "layers": 6}),
+    "newtons_cradle": (0.9, -70, 12, {"raised": 2}),
+    "pendulum": (0.3, -75, 12, {}),
+    "plates": (0.5, -60, 12, {}),
+    "rolling_balls": (0.8, -60, 15, {}),
+    "rolling_sphere": (0.3, -60, 15, {}),
+    "slider_crank": (0.4, -75, 14, {}),
+    "sliding_cube": (0.6, -60, 15, {}),
+    "spheres_in_box": (0.8, -60, 28, {"count": 300}),
+    "stack": (0.3, -60, 12, {}),
+    "tipping_box": (0.4, -70, 12, {"angle": 25}),
+    "tracked_vehicle": (2.0, -55, 18, {"slabs": 8}),
+    "wall": (0.9, 50, 18, {}),
+    "wall_at_rest": (0.05, -60, 15, {"columns": 16, "rows": 10}),
+}
+HEAD = """# Gallery
+
+Every scene of `amontons.scenes`, a moment of each; what they show and their parameters: [scenes](scenes.md). `amontons view
+NAME` plays any of them in the browser. Drawn by [tools/gallery.py](../tools/gallery.py).
+"""
+
+
+def picture(name: str) -> None:
+    """Runs a scene up to its moment and draws it."""
+    seconds, azimuth, elevation, parameters = MOMENTS[name]
+    scene = scenes.get(name)
+    options = {"tolerance": 1e-3, "on_failure": "ignore"} | dict(scene.options)
+    simulation = Simulation(scene.make(**parameters), dt=scene.dt, **options)
+    simulation.run(seconds)
+    frame = Frame(simulation.time, simulation.state.positions.copy(), simulation.state.orientations.copy())
+    drawing = Picture(simulation.model, View(azimuth, elevation))
+    colours = drawing.draw(frame, drawing.bounds([frame]), WIDTH, HEIGHT)[::-1]
+    image = Image.fromarray(np.round(255 * np.clip(colours, 0, 1)).astype(np.uint8))
+    buffer = io.BytesIO()
+    image.quantize(48, dither=Image.Dither.NONE).save(buffer, "PNG", optimize=True)
+    PICTURES.mkdir(parents=True, exist_ok=True)
+    (PICTURES / f"{name}.png").write_bytes(buffer.getvalue())
+    print(f"{name}: t = {frame.time:.3g} s, {len(buffer.getvalue()) // 1024} KB")
+
+
+def command(name: str) -> str:
+    seconds, _, _, parameters = MOMENTS[name]
+    words = "".join(f" --set {key}={value}" for key, value in parameters.items())
+    return f"amontons run {name}{words} --duration {seconds:g}"
+
+
+def page() -> str:
+    """The page, from the list of scenes and what each says of itself."""
+    rows = []
+    for name in scenes.names():
+        says = (scenes.get(name).make.__doc__ or "").strip().split("\n")[0]
+        image = f"![{name}](figures/gallery/{name}.png)"
+        rows.append(f"| {image} | **{name}**<br>{says}<br>`{command(name)}` |\n")
+    return HEAD + "\n| | |\n|---|---|\n" + "".join(rows)
+
+
+def main(names: list[str]) -> None:
+    unknown = sorted(set(names) - set(MOMENTS))
+    if unknown:
+        raise SystemExit(f"no such scene in the gallery: {', '.join(unknown)}")
+    for name in names or scenes.names():
+        picture(name)
+    PAGE.write_text(page())
+    print(PAGE)
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])
