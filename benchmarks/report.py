@@ -364,27 +364,25 @@ def summary(r: Results, link: str) -> str:
 
 
 def measured(r: Results, link: str) -> str:
-    """What the README shows: the scenes, and the solver in a few lines."""
+    """What the README shows: the scenes, and the solver alone in a sentence."""
     e = r.environment
     machine = f"One core of an {e.get('processor', '')}, {e.get('compiler', '')}"
-    lines = [f"{machine}; `make bench`, see [all results]({link})."]
+    lines = [f"{machine}; `make bench`, [all results]({link})."]
     if r.simulation:
-        lines.append(scene_table(r))
+        header = ("scene", "bodies", "contacts", "h (ms)", "tolerance", "ms a step", "of real time")
+        rows = [
+            (s["name"], s["bodies"], f"{float(s['contacts']):.0f}", milliseconds(s["dt"]),
+             f"{float(s['tolerance']):.0e}", milliseconds(s["step"]), f"{float(s['real_time_factor']):.2g}")
+            for s in r.simulation
+        ]  # fmt: skip
+        lines.append(table(header, rows))
     facts = [
-        f"- {what[0].upper() + what[1:]}: {reached}."
+        f"{what}: {reached}"
         for what, _, reached, _ in file_targets(r)
-        if what.startswith(("files solved", "total time"))
+        if what.startswith("total time") or (what.startswith("files solved") and what.endswith("coulomb"))
     ]
-    single = [row for row in r.kernel if row["law"] == "associated" and row["threads"] == "1"]
-    inside = [float(row["ns_per_contact"]) for row in single if int(row["contacts"]) < 20000]
-    if inside:
-        facts.append(
-            "- One iteration of P-SPG-FB, contact graph in cache: "
-            f"{min(inside):.0f} to {max(inside):.0f} ns per contact."
-        )
     if facts:
-        lines.append("The solver alone; the files are contact problems of other engines in the FCLIB format:")
-        lines.append("\n".join(facts))
+        lines.append(f"The solver alone, on contact problems of other engines (FCLIB): {'; '.join(facts)}.")
     return "\n\n".join(lines)
 
 

@@ -45,8 +45,8 @@ MOMENTS: dict[str, tuple[float, float, float, dict[str, object]]] = {
 }
 HEAD = """# Gallery
 
-Every scene of `amontons.scenes`, a moment of each; what they show and their parameters: [scenes](scenes.md). `amontons view
-NAME` plays any of them in the browser. Drawn by [tools/gallery.py](../tools/gallery.py).
+Every scene of `amontons.scenes`, a moment of each; what they show and their parameters: [scenes](scenes.md).
+`amontons view NAME` plays any of them in the browser. Drawn by [tools/gallery.py](../tools/gallery.py).
 """
 
 
