@@ -2,6 +2,7 @@
 
 #include <type_traits>
 
+#include "amontons/base/patience.hpp"
 #include "amontons/multibody/joints/actuators.hpp"
 #include "amontons/multibody/joints/coordinates.hpp"
 #include "bindings.hpp"
@@ -12,6 +13,31 @@ namespace amontons::python {
 namespace {
 
 using Handle = std::shared_ptr<Simulation>;
+
+// A simulation that no other thread is in a step of: what a step changes is read and written under the lock
+// of the interpreter, which a step does not hold.
+template <class S>
+S& idle(S& s) {
+  AMONTONS_REQUIRE(!s.stepping(),
+                   "this simulation is in the middle of a step on another thread; give each thread a copy");
+  return s;
+}
+
+// Ctrl-C and other signals, whose handlers Python runs on the main thread: what they raise ends the step,
+// which puts its state back.
+Report step(Simulation& s) {
+  Report report;
+  {
+    nb::gil_scoped_release release;
+    const Patience patience(infinity, [] {
+      nb::gil_scoped_acquire gil;
+      return PyErr_CheckSignals() != 0;
+    });
+    report = s.step();
+  }
+  if (PyErr_Occurred()) throw nb::python_error();
+  return report;
+}
 
 // A writable array over a vector of the state: the simulation never changes its length, so the memory stays.
 template <auto Field>
@@ -35,7 +61,7 @@ void def_vector_view(nb::class_<Simulation>& cls, const char* name) {
 
 // Copies into the vectors of the state, whose memory arrays of the package view.
 void restore(Simulation& simulation, const State& saved) {
-  State& state = simulation.state();
+  State& state = idle(simulation).state();
   const auto copy = [](auto& to, const auto& from) {
     AMONTONS_REQUIRE(to.size() == from.size(), "restore: the state is that of another model");
     std::copy(from.begin(), from.end(), to.begin());
@@ -65,7 +91,7 @@ void restore(Simulation& simulation, const State& saved) {
 
 // One array per field of the contact table, by the names that the package gives them.
 nb::dict contacts_of(const Simulation& s) {
-  const std::vector<Contact>& contacts = s.contacts();
+  const std::vector<Contact>& contacts = idle(s).contacts();
   const auto vectors = [&](auto field) {
     std::vector<double> out;
     for (const Contact& c : contacts) {
@@ -100,7 +126,7 @@ nb::dict contacts_of(const Simulation& s) {
 // Arms of the contacts of the last step from both centres of mass, (n, 3) each.
 nb::tuple contact_arms(const Simulation& s) {
   std::vector<double> a, b;
-  for (const Contact& c : s.contacts()) {
+  for (const Contact& c : idle(s).contacts()) {
     a.insert(a.end(), {c.r_a.x, c.r_a.y, c.r_a.z});
     b.insert(b.end(), {c.r_b.x, c.r_b.y, c.r_b.z});
   }
@@ -110,7 +136,7 @@ nb::tuple contact_arms(const Simulation& s) {
 // Point, impulse and angular impulse of each joint in the last step, (n, 9); zeros before the first.
 nb::ndarray<nb::numpy, double, nb::ndim<2>> joint_reactions(const Simulation& s) {
   std::vector<double> rows;
-  for (const JointReaction& r : s.joint_reactions())
+  for (const JointReaction& r : idle(s).joint_reactions())
     for (const Vec3& v : {r.point, r.impulse, r.angular}) rows.insert(rows.end(), {v.x, v.y, v.z});
   rows.resize(9 * s.model().joints());
   return to_numpy(std::move(rows), 9);
@@ -123,7 +149,7 @@ nb::ndarray<nb::numpy, double, nb::ndim<2>> lines_of(const Simulation& s) {
   BodyMobilities mobility;
   BodyVelocities velocities;
   place_bodies(s.model(), s.state(), frames, mobility, velocities);
-  State state = s.state();
+  State state = idle(s).state();
   update_coordinates(s.model(), frames, state);
   std::vector<double> rows;
   for (const LineState& line : Lines(s.model(), frames, velocities, state))
@@ -190,10 +216,10 @@ void bind_simulation(nb::module_& m) {
             return std::make_shared<Simulation>(std::move(model), options);
           }),
           nb::arg("model"), nb::arg("options"))
-      .def("copy", [](const Simulation& s) { return std::make_shared<Simulation>(s); })
+      .def("copy", [](const Simulation& s) { return std::make_shared<Simulation>(idle(s)); })
       .def(
-          "assign", [](Simulation& s, const Simulation& other) { s = other; }, nb::arg("other"))
-      .def("reset", &Simulation::reset)
+          "assign", [](Simulation& s, const Simulation& other) { idle(s) = idle(other); }, nb::arg("other"))
+      .def("reset", [](Simulation& s) { idle(s).reset(); })
       .def(
           "set_joint_coordinates",
           [](Simulation& s, const Vector& values) {
@@ -204,8 +230,8 @@ void bind_simulation(nb::module_& m) {
           nb::arg("values"))
       .def(
           "set_time", [](Simulation& s, double time) { s.state().time = time; }, nb::arg("time"))
-      .def("step", &Simulation::step, nb::call_guard<nb::gil_scoped_release>())
-      .def("snapshot", [](const Simulation& s) { return s.state(); })
+      .def("step", &step)
+      .def("snapshot", [](const Simulation& s) { return idle(s).state(); })
       .def("restore", &restore, nb::arg("state"))
       .def_prop_ro("time", [](const Simulation& s) { return s.state().time; })
       .def_prop_ro("steps", [](const Simulation& s) { return s.state().steps; })
@@ -215,13 +241,14 @@ void bind_simulation(nb::module_& m) {
       .def_prop_ro("restitution_speed", &Simulation::restitution_speed)
       .def_prop_ro("contacts", &contacts_of, nb::rv_policy::automatic)
       .def_prop_ro(
-          "impulses", [](const Simulation& s) { return to_numpy(s.impulses()); }, nb::rv_policy::automatic)
+          "impulses", [](const Simulation& s) { return to_numpy(idle(s).impulses()); },
+          nb::rv_policy::automatic)
       .def("contact_arms", &contact_arms)
       .def("joint_reactions", &joint_reactions)
       .def("tendon_lines", &lines_of<&tendon_lines>)
       .def("actuator_lines", &lines_of<&actuator_lines>)
       .def_prop_ro(
-          "problem", [](const Simulation& s) { return s.problem(); },
+          "problem", [](const Simulation& s) { return idle(s).problem(); },
           nb::for_getter(nb::sig("def problem(self) -> Problem | None")),
           "The VI of the last step, shared and never changed; None before the first.")
       .def("momentum", [](const Simulation& s) {

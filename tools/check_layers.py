@@ -22,11 +22,10 @@ PACKAGES = [
     ("io",),
     ("scenes",),
     ("report", "studies"),
-    ("viewer",),
     ("cli", "gym"),
 ]
 ALIASES = {"amontons.shapes": "model", "amontons.__main__": "cli"}
-DOOR = "viewer"
+DOOR = "studies"
 
 
 def imports(tree: ast.Module, module: str, is_package: bool) -> Iterator[tuple[str, int]]:

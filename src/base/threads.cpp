@@ -6,6 +6,7 @@
 #include <vector>
 
 #if defined(__unix__) || defined(__APPLE__)
+#include <pthread.h>
 #include <unistd.h>
 #endif
 
@@ -147,6 +148,13 @@ struct IdlePools {
 // workers.
 IdlePools& idle_pools() {
   static IdlePools pools;
+#if defined(__unix__) || defined(__APPLE__)
+  // A fork waits for the lock: taken by another thread it would stay locked in the child.
+  static const int registered =
+      pthread_atfork([] { idle_pools().mutex.lock(); }, [] { idle_pools().mutex.unlock(); },
+                     [] { idle_pools().mutex.unlock(); });
+  static_cast<void>(registered);
+#endif
   return pools;
 }
 

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "amontons/base/error.hpp"
+#include "amontons/base/patience.hpp"
 
 namespace amontons {
 
@@ -49,6 +50,7 @@ Method find_method(std::string_view name) {
 Solution solve(const Problem& problem, std::string_view method, const Options& options) {
   const Method run = find_method(method);
   validate(options, problem);
+  const Patience patience(options.deadline, options.interrupted);
   return run(problem, options);
 }
 

@@ -156,7 +156,7 @@ def test_run_a_model(tmp_path, root):
         (["run", "stack", "--record", "a.h5", "--record-every", "0"], "every = 0; it must be an integer"),
         (["run", "stack", "--report", "text.h5"], "text.h5: cannot be made"),
         (["run", "stack", "--report", "r", "--snapshots", "-2"], "snapshots = -2; it must be zero"),
-        (["run", "stack", "--save", "gone/a.h5"], "gone/a.h5: must be a file in a folder that exists"),
+        (["run", "stack", "--save", "gone/a.h5"], "gone/a.h5: the folder gone does not exist"),
         (["scenes", "castle"], "there is no scene 'castle'"),
         (["export", "castle", "--step", "1", "-o", "a.hdf5"], "there is no scene or file 'castle'"),
         (["export", "stack", "-o", "a.hdf5"], "give one of --step, --time and --touch"),

@@ -10,7 +10,7 @@ import typer
 
 from ..errors import FileError, InputError
 from ..io import HDF5, SUFFIXES
-from ..io.files import reserve
+from ..io.files import writable
 from ..report.touch import touched
 from ..simulation.outcome import Report
 from ..simulation.simulation import Simulation
@@ -112,11 +112,7 @@ def _require_output(output: Path) -> None:
     """Before minutes of work."""
     if output.suffix.lower() not in SUFFIXES:
         raise FileError(f"{output}: unknown kind of file; known suffixes are {', '.join(SUFFIXES)}")
-    if not output.parent.is_dir():
-        raise FileError(f"{output}: the folder {output.parent} does not exist; make it first")
-    if output.is_dir():
-        raise FileError(f"{output}: is a directory; give the name of a file")
-    reserve(output).unlink()
+    writable(output)
 
 
 def _last_step(chosen: Subject, step: int | None, at: float | None, touch: str | None) -> int:

@@ -15,9 +15,11 @@ import typer
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
 from ..errors import FileError, InputError, SimulationError
-from ..io.files import reserve
+from ..io import record as record_to
+from ..io.files import writable
 from ..io.recordings.recorder import Recorder
 from ..simulation.outcome import Report, reports_array
+from ..simulation.simulation import Simulation
 from .common import NOT_CONVERGED, Threads, complain, err, make_folder, notes, one_line_errors, out, say
 from .subject import (
     Budget,
@@ -71,6 +73,9 @@ def run(
     record: Annotated[Path | None, typer.Option(help="Record states, contacts and reports (HDF5).")] = None,
     record_every: Annotated[int, typer.Option(help="Steps between recorded states.")] = 1,
     record_contacts: Annotated[bool, typer.Option(help="Record contact tables.")] = True,
+    overwrite: Annotated[
+        bool, typer.Option("--overwrite", help="Replace a recording that is there.")
+    ] = False,
     report: Annotated[
         Path | None, typer.Option(help="Folder for figures and a CSV file of all steps.")
     ] = None,
@@ -85,7 +90,7 @@ def run(
 ) -> None:
     """Simulate a scene, a model or a saved simulation; record it, report on it.
 
-    Ctrl-C ends a run after the step at hand, and what was recorded so far is kept.
+    Ctrl-C ends a run at once, with the step before; what was recorded so far is kept.
 
     The exit code is 0 if all steps converged, 1 if some did not or the run ended early, 2 for input that
     could not be used.
@@ -103,15 +108,13 @@ def run(
     if report is not None:
         with one_line_errors(report):
             make_folder(report)
-    pictures = snapshots if report is not None else 0
     with (
         one_line_errors(record),
-        _interrupts() as interrupted,
-        _recorder(record, chosen, record_every, record_contacts) as recorder,
+        _signals() as signals,
+        _recorder(record, chosen, record_every, record_contacts, overwrite) as recorder,
     ):
-        outcome = _simulate(chosen, steps, recorder, pictures, interrupted)
-        if recorder is not None:
-            recorder.close(complete=not outcome.ended)
+        outcome = _simulate(chosen, steps, recorder, snapshots if report else 0, signals)
+        _close(recorder, outcome)
     if outcome.ended:
         complain(outcome.ended)
     with one_line_errors():
@@ -120,6 +123,15 @@ def run(
     with one_line_errors(report):
         _tell(chosen, outcome, report, (azimuth, elevation))
     _end(outcome, record, save)
+
+
+def _close(recorder: Recorder | None, outcome: Outcome) -> None:
+    if recorder is None:
+        return
+    try:
+        recorder.close(complete=not outcome.ended)
+    except FileError as error:
+        outcome.ended = outcome.ended or str(error)
 
 
 def _end(outcome: Outcome, *written: Path | None) -> None:
@@ -135,19 +147,23 @@ def _require(snapshots: int, save: Path | None) -> None:
     """A state that cannot be saved is refused before minutes of work."""
     if snapshots < 0:
         raise InputError(f"snapshots = {snapshots}; it must be zero or positive")
-    if save is None:
-        return
-    if save.is_dir() or not save.parent.is_dir():
-        raise FileError(f"{save}: must be a file in a folder that exists")
-    reserve(save).unlink()
+    if save is not None:
+        writable(save)
 
 
 def _recorder(
-    path: Path | None, chosen: Subject, every: int, contacts: bool
+    path: Path | None, chosen: Subject, every: int, contacts: bool, overwrite: bool
 ) -> AbstractContextManager[Recorder | None]:
     if path is None:
         return nullcontext()
-    return Recorder(path, chosen.simulation, every=every, contacts=contacts, source=chosen.source)
+    return record_to(
+        path,
+        chosen.simulation,
+        every=every,
+        contacts=contacts,
+        source=chosen.source,
+        overwrite=overwrite,
+    )
 
 
 def _steps(subject: Subject, duration: float | None) -> int:
@@ -158,7 +174,7 @@ def _steps(subject: Subject, duration: float | None) -> int:
 
 
 def _simulate(
-    subject: Subject, steps: int, recorder: Recorder | None, snapshots: int, interrupted: list[int]
+    subject: Subject, steps: int, recorder: Recorder | None, snapshots: int, signals: _Signals
 ) -> Outcome:
     sim = subject.simulation
     pictured = {round(k * steps / max(1, snapshots - 1)) for k in range(snapshots)}
@@ -177,17 +193,21 @@ def _simulate(
             picture()
         for k in range(1, steps + 1):
             try:
-                outcome.reports.append(sim.step())
-            except (SimulationError, InputError) as error:  # such as velocities that are not finite
+                report = signals.step(sim)
+                if report is not None:
+                    outcome.reports.append(report)
+                    if recorder is not None:
+                        recorder.add(report)
+            except (SimulationError, InputError) as error:  # such as velocities not finite, or a full disk
                 outcome.ended = str(error)
                 break
-            if recorder is not None:
-                recorder.add(outcome.reports[-1])
-            if k in pictured:
-                picture()
-            show(k, outcome.reports[-1], time.perf_counter() - start)
-            if interrupted:
-                outcome.ended = f"interrupted at t = {sim.time:g} s, after {k} of {steps} steps"
+            if report is not None:
+                if k in pictured:
+                    picture()
+                show(k, report, time.perf_counter() - start)
+            if signals.caught:
+                done = len(outcome.reports)
+                outcome.ended = f"{signals.word} at t = {sim.time:g} s, after {done} of {steps} steps"
                 break
     outcome.wall = time.perf_counter() - start
     if outcome.ended and snapshots and (not outcome.frames or outcome.frames[-1].time != sim.time):
@@ -195,21 +215,43 @@ def _simulate(
     return outcome
 
 
-@contextmanager
-def _interrupts() -> Iterator[list[int]]:
-    """Collects Ctrl-C in a list, so that a step ends before the run does; a second one interrupts at once."""
-    caught: list[int] = []
+@dataclass
+class _Signals:
+    """Ctrl-C and the wish of the system that the process ends: they end a step, and so the run."""
 
-    def handler(number: int, frame: FrameType | None) -> None:
-        if caught:
+    caught: int = 0
+    """number of the first signal"""
+    in_step: bool = False
+
+    @property
+    def word(self) -> str:
+        return "terminated" if self.caught == signal.SIGTERM else "interrupted"
+
+    def __call__(self, number: int, frame: FrameType | None) -> None:
+        again, self.caught = self.caught != 0, number
+        if self.in_step or again:  # between steps the run looks for itself, and what a step made is recorded
             raise KeyboardInterrupt
-        caught.append(number)
 
-    previous = signal.signal(signal.SIGINT, handler)
+    def step(self, sim: Simulation) -> Report | None:
+        """A step; None where a signal ended it, with the state that was before."""
+        try:
+            self.in_step = True
+            return sim.step()
+        except KeyboardInterrupt:
+            return None
+        finally:
+            self.in_step = False
+
+
+@contextmanager
+def _signals() -> Iterator[_Signals]:
+    signals = _Signals()
+    previous = {number: signal.signal(number, signals) for number in (signal.SIGINT, signal.SIGTERM)}
     try:
-        yield caught
+        yield signals
     finally:
-        signal.signal(signal.SIGINT, previous)
+        for number, handler in previous.items():
+            signal.signal(number, handler)
 
 
 @contextmanager

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import itertools
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -150,6 +152,25 @@ class Reader:
         bad = np.flatnonzero((indices < 0) | (indices >= size))
         if bad.size:
             raise self.fail(f"{self.name(key)}[{bad[0]}] = {indices[bad[0]]} is outside 0..{size - 1}")
+
+
+@contextmanager
+def hdf5_image(
+    libver: tuple[str, str] = ("earliest", "v110"),
+) -> Iterator[tuple[h5py.File, Callable[[], bytes]]]:
+    """A file in memory, and a function that gives its bytes when the block is over.
+
+    HDF5 writes no file itself: where a disk is full it neither closes the file nor lets the process end.
+    """
+    data: list[bytes] = []
+    name = f"amontons-{next(_images)}"  # which HDF5 takes for the identity of the file
+    with h5py.File(name, "w", driver="core", backing_store=False, libver=libver) as file:
+        yield file, lambda: data[0]
+        file.flush()
+        data.append(file.id.get_file_image())
+
+
+_images = itertools.count()
 
 
 def write_integer(group: h5py.Group, key: str, value: int) -> None:

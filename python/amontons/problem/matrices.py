@@ -35,9 +35,10 @@ Matrix = Any
 def canonical(A: Any) -> Matrix:
     """A as a CSR array, a dense float64 array, Factored, Contacts or a linear map.
 
-    A CSC matrix becomes CSR on the same arrays (A is symmetric), so do CSR and dense float64 arrays; other
-    formats, index types and number types are converted. Raises InputError for anything that is no real,
-    square matrix; that it is symmetric is checked where the core makes a problem of it.
+    A CSC matrix becomes CSR on the same values (A is symmetric), CSR and dense float64 arrays keep theirs;
+    indices are copied, so that nobody can change them. Other formats and number types are converted. Raises
+    InputError for anything that is no real, square matrix; that it is symmetric is checked where the core
+    makes a problem of it.
     """
     if isinstance(A, Factored | Contacts):
         return A
@@ -85,11 +86,11 @@ def _sparse(A: Any) -> sp.csr_array:
     if not matrix.has_canonical_format:
         matrix = matrix.copy()
         matrix.sum_duplicates()
-    parts = (
-        np.ascontiguousarray(matrix.data, dtype=np.float64),
-        np.ascontiguousarray(matrix.indices, dtype=np.int32),
-        np.ascontiguousarray(matrix.indptr, dtype=np.int32),
-    )
+    # Values are those of the caller, who may write numbers into them; where they stand is ours, checked once:
+    # a wrong index would lead the core and SciPy out of the arrays.
+    indices, indptr = (np.array(part, dtype=np.int32) for part in (matrix.indices, matrix.indptr))
+    indices.flags.writeable = indptr.flags.writeable = False
+    parts = (np.ascontiguousarray(matrix.data, dtype=np.float64), indices, indptr)
     return sp.csr_array(parts, shape=matrix.shape)
 
 

@@ -52,7 +52,7 @@ def compare(
 
     A method that refuses the problem (CG with contacts, for example) gives a Run with the reason.
     deadline: per method (s). before: called with the names of the problem and of the method before each run.
-    A Ctrl-C ends the comparison after the current method.
+    Ctrl-C ends the comparison with the current method.
     """
     runs = []
     for method in chosen:

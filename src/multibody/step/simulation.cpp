@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "amontons/base/error.hpp"
+#include "amontons/base/patience.hpp"
 #include "amontons/multibody/joints/actuators.hpp"
 #include "amontons/multibody/joints/coordinates.hpp"
 #include "amontons/multibody/joints/joints.hpp"
@@ -132,6 +133,12 @@ constexpr double kept_closed = 1e-3;
 // Of a step that made energy from nothing: halves of halves, then it is reported.
 constexpr unsigned most_repairs = 4;
 
+// What a step marks as begun.
+struct Cleanup {
+  std::atomic<bool>& flag;
+  ~Cleanup() { flag.store(false, std::memory_order_release); }
+};
+
 void Simulation::try_step(const Attempt& attempt, StepClock& clock, Report& report) {
   report = {};
   report.substeps = attempt.parts;
@@ -146,6 +153,9 @@ void Simulation::try_step(const Attempt& attempt, StepClock& clock, Report& repo
 Report Simulation::step() {
   // The user may have written into the state since the last step.
   validate(*model_, state_);
+  AMONTONS_REQUIRE(!stepping_.exchange(true, std::memory_order_acquire),
+                   "this simulation is in the middle of a step on another thread; give each thread a copy");
+  const Cleanup done{stepping_};
   StepClock clock(options_.budget);
   Scratch& s = *scratch_;
   s.before = state_;
@@ -153,7 +163,18 @@ Report Simulation::step() {
   const bool by_velocities = options_.recovery == Recovery::velocity;
   Attempt attempt{1, by_velocities, by_velocities};
   for (;;) {
-    try_step(attempt, clock, report);
+    try {
+      try_step(attempt, clock, report);
+    } catch (...) {
+      state_ = s.before;
+      throw;
+    }
+    if (Patience::interrupted()) {
+      state_ = s.before;
+      report.advanced = false;
+      report.status = Status::interrupted;
+      break;
+    }
     const bool solved = report.advanced && report.residual <= options_.tolerance;
     // Too late to try again once the budget is spent: what there is counts.
     if ((solved && report.balanced) || clock.elapsed() > options_.budget) break;

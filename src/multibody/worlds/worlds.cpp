@@ -8,6 +8,7 @@
 #include <thread>
 
 #include "amontons/base/error.hpp"
+#include "amontons/base/patience.hpp"
 #include "amontons/base/threads.hpp"
 #include "amontons/multibody/kinematics/motion.hpp"
 
@@ -20,11 +21,12 @@ class StopSign {
  public:
   explicit StopSign(const std::function<bool()>& interrupted) : interrupted_(interrupted) {}
 
+  bool asks() const { return std::this_thread::get_id() == caller_ && interrupted_; }
   bool stopped() {
     using namespace std::chrono_literals;
-    if (std::this_thread::get_id() == caller_ && interrupted_) {
+    if (asks()) {
       const auto now = std::chrono::steady_clock::now();
-      if (now - asked_ > 100ms) {
+      if (now - asked_ > 20ms) {
         asked_ = now;
         if (interrupted_()) stop_.store(true, std::memory_order_relaxed);
       }
@@ -58,6 +60,7 @@ void advance(Simulation& world, std::size_t repeat, StopSign& sign, Course& cour
   double residual = 0;
   for (std::size_t k = 0; k < repeat && !sign.stopped(); ++k) {
     const Report report = world.step();
+    if (report.status == Status::interrupted && !report.advanced) return;
     AMONTONS_REQUIRE(report.advanced,
                      "the velocities came out not finite at t = " + std::to_string(report.time) + " s");
     residual = std::max(residual, report.residual);
@@ -103,12 +106,18 @@ Course run_worlds(const Tree& tree, Worlds worlds, const Schedule& schedule,
   course.failures.resize(worlds.size());
   // Worlds differ in what their steps cost: whoever is free takes the next one.
   const auto threads = static_cast<unsigned>(std::clamp<std::size_t>(worlds.size(), 1, schedule.threads));
-  std::atomic<std::size_t> next{0};
+  std::atomic<std::size_t> next{0}, at_work{threads};
   StopSign sign(interrupted);
   PoolLease pool(threads);
   pool->run(threads, [&](std::size_t) {
+    using namespace std::chrono_literals;
+    const Patience patience(infinity, [&] { return sign.stopped(); });
     for (std::size_t i; (i = next.fetch_add(1, std::memory_order_relaxed)) < worlds.size();)
       run(tree, *worlds[i], i, schedule, sign, course);
+    at_work.fetch_sub(1, std::memory_order_acq_rel);
+    // Whoever called goes on asking for the others.
+    while (sign.asks() && at_work.load(std::memory_order_acquire) > 0 && !sign.stopped())
+      std::this_thread::sleep_for(100us);
   });
   course.interrupted = sign.stopped();
   return course;

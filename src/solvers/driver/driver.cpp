@@ -10,9 +10,6 @@ namespace amontons {
 
 namespace {
 
-// s between two looks at the interrupt: in Python a poll takes the lock of the interpreter, which costs more
-// than an iteration of a small problem; nobody waits 2 ms for Ctrl-C.
-constexpr double poll_period = 2e-3;
 // The best residual must shrink by 1 % within the stall window. Less would take tens of windows per digit.
 constexpr double progress = 0.99;
 
@@ -53,12 +50,9 @@ std::optional<Status> Monitor::observe(double residual, double objective, double
   const IterationRecord record{iterations_, products, now, residual, best_, objective, step, backtracks};
   if (options_.history) history.push_back(record);
   if (residual <= options_.tolerance) return Status::converged;
-  if (stopped_ || (options_.callback && options_.callback(record))) return Status::interrupted;
+  if (stopped_ || Patience::interrupted() || (options_.callback && options_.callback(record)))
+    return Status::interrupted;
   if (now > options_.deadline) return Status::deadline;
-  if (options_.interrupted && now - last_poll_ > poll_period) {
-    last_poll_ = now;
-    if (options_.interrupted()) return Status::interrupted;
-  }
   if (iterations_ >= limit_) return Status::iteration_limit;
   // Stagnation is measured on the best residual, which the rise and fall of the current one does not touch.
   if (best_ <= progress * milestone_) {

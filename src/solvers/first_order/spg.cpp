@@ -152,8 +152,6 @@ std::unique_ptr<Run> start_spg(const Problem& problem, const Options& options) {
   });
 }
 
-Solution spg(const Problem& problem, const Options& options) {
-  return complete(start_spg(problem, options));
-}
+Solution spg(const Problem& problem, const Options& options) { return complete(start_spg(problem, options)); }
 
 }  // namespace amontons

@@ -20,7 +20,9 @@
 #include <Eigen/OrderingMethods>
 #include <Eigen/SparseCore>
 #include <algorithm>
+#include <atomic>
 
+#include "amontons/base/patience.hpp"
 #include "solvers/linear/front_kernel.hpp"
 
 namespace amontons {
@@ -32,18 +34,22 @@ namespace {
 // zeros only, single rows and cones of a matrix always. On a wall of bricks it makes 20 % more entries.
 constexpr double relaxed_zeros = 0.15;
 constexpr int small_panel = 6;
+// s per entry of the pattern that its ordering takes, which cannot be left half way: estimated high.
+constexpr double ordering_cost = 1e-7;
 
 // result[k]: the block that is eliminated as k-th. Eigen's AMD wants the pattern of a matrix with its
 // diagonal.
 std::vector<int> minimum_degree(int n, const std::vector<std::vector<int>>& adjacency) {
   std::vector<Eigen::Triplet<char>> entries;
   for (int i = 0; i < n; ++i) {
+    if (i % 64 == 63) Patience::leave_if_due();
     entries.emplace_back(i, i, 1);
     for (int j : adjacency[i]) entries.emplace_back(i, j, 1);
   }
   Eigen::SparseMatrix<char> pattern(n, n);
   pattern.setFromTriplets(entries.begin(), entries.end());
   Eigen::PermutationMatrix<Eigen::Dynamic, Eigen::Dynamic, int> permutation;
+  Patience::leave_if_due(ordering_cost * static_cast<double>(pattern.nonZeros()));
   Eigen::AMDOrdering<int>()(pattern, permutation);
   return {permutation.indices().data(), permutation.indices().data() + n};
 }
@@ -99,6 +105,8 @@ BlockCholesky::BlockCholesky(std::span<const int> sizes, std::span<const std::pa
   for (Supernode& s : supernodes_) {
     s.panel = panel_entries;
     panel_entries += static_cast<std::size_t>(s.front) * s.columns;
+    // Each column k of a front subtracts its square from the triangle right of it.
+    for (double k = 0; k < s.columns; ++k) factor_work_ += 0.5 * (s.front - k) * (s.front - k);
     largest_front = std::max<std::size_t>(largest_front, s.front);
     for (int c : s.children) {
       const std::size_t rest = supernodes_[c].front - supernodes_[c].columns;
@@ -127,6 +135,7 @@ void BlockCholesky::order(std::span<const int> sizes, std::span<const std::pair<
     adjacency[i].push_back(j);
     adjacency[j].push_back(i);
   }
+  Patience::leave_if_due();
   for (auto& neighbours : adjacency) {
     std::sort(neighbours.begin(), neighbours.end());
     neighbours.erase(std::unique(neighbours.begin(), neighbours.end()), neighbours.end());
@@ -134,6 +143,7 @@ void BlockCholesky::order(std::span<const int> sizes, std::span<const std::pair<
   // Relabel in postorder: then a supernode is a range of nodes and children precede parents on a stack.
   const std::vector<int> degree_order = minimum_degree(n, adjacency);
   const std::vector<int> post = postorder(elimination_tree(degree_order, adjacency));
+  Patience::leave_if_due();
   std::vector<int> sequence(n);
   for (int k = 0; k < n; ++k) sequence[k] = degree_order[post[k]];
   const std::vector<int> parent = elimination_tree(sequence, adjacency);
@@ -157,6 +167,7 @@ void BlockCholesky::order(std::span<const int> sizes, std::span<const std::pair<
   std::vector<int> mark(n, -1);
   std::vector<std::vector<int>> children(n);
   for (int k = 0; k < n; ++k) {
+    if (k % 64 == 63) Patience::leave_if_due();
     mark[k] = k;
     // mark[i] = k: node i is in structure[k] already.
     const auto add = [&](int i) {
@@ -275,12 +286,48 @@ void BlockCholesky::extend_add(const Supernode& child, const double* update, int
   }
 }
 
+namespace {
+
+// s per multiplication of a factorisation, as the last one of some length had it: only deadlines ask. The
+// first guess is that of a slow machine.
+std::atomic<double> pace{5e-10};
+constexpr double shortest_measured = 1e6;
+
+// Multiplications between two looks at the clock: a tenth of a millisecond.
+constexpr double unwatched_work = 3e5;
+
+// A front in pieces of some columns each. partial_cholesky subtracts from all that lies right of the columns,
+// so that the next piece is a front of its own, and every entry sees the same operations in the same order.
+int factor_front(double* F, int front, int stride, int columns, double* pack) {
+  int replaced = 0;
+  for (int first = 0; first < columns;) {
+    const double rest = front - first;
+    const int panels = 1 + static_cast<int>(unwatched_work / (front_panel * rest * rest));
+    const int piece = std::min(columns - first, panels * front_panel);
+    double* corner = F + static_cast<std::size_t>(first) * stride + first;
+    replaced += AMONTONS_DISPATCH(partial_cholesky, corner, front - first, stride, piece, pack);
+    first += piece;
+    if (first < columns) Patience::leave_if_due();
+  }
+  return replaced;
+}
+
+}  // namespace
+
 // Fronts on the way to the root: take the panel and the children's updates, factor, hand back the panel,
 // leave U.
 int BlockCholesky::factor() {
   int replaced = 0;
   std::size_t top = 0;
+  Patience::leave_if_due(factor_work_ * pace.load(std::memory_order_relaxed));
+  const auto start = Patience::Clock::now();
+  double watched = 0;  // work since the last look
   for (const Supernode& s : supernodes_) {
+    watched += 0.5 * s.columns * static_cast<double>(s.front) * s.front;
+    if (watched > unwatched_work) {
+      watched = 0;
+      Patience::leave_if_due();
+    }
     // Columns begin a multiple of eight doubles apart: whole registers in the kernel.
     const int stride = (s.front + 7) / 8 * 8;
     // F11 and F21 from the panel, where A was assembled; F22 begins as zero.
@@ -300,7 +347,7 @@ int BlockCholesky::factor() {
       top -= static_cast<std::size_t>(rest) * rest;
       extend_add(child, stack_.data() + top, rest, F, stride);
     }
-    replaced += AMONTONS_DISPATCH(partial_cholesky, F, s.front, stride, s.columns, work_.data());
+    replaced += factor_front(F, s.front, stride, s.columns, work_.data());
     for (int j = 0; j < s.columns; ++j)
       std::copy(F + static_cast<std::size_t>(j) * stride, F + static_cast<std::size_t>(j) * stride + s.front,
                 panel + static_cast<std::size_t>(j) * s.front);
@@ -312,6 +359,9 @@ int BlockCholesky::factor() {
     }
     top += static_cast<std::size_t>(rest) * rest;
   }
+  if (factor_work_ > shortest_measured)
+    pace.store(std::chrono::duration<double>(Patience::Clock::now() - start).count() / factor_work_,
+               std::memory_order_relaxed);
   return replaced;
 }
 

@@ -21,6 +21,7 @@
 #include <cmath>
 
 #include "amontons/base/error.hpp"
+#include "amontons/base/patience.hpp"
 #include "solvers/linear/body_kernel.hpp"
 
 namespace amontons {
@@ -170,6 +171,7 @@ void ShiftedSystem::analyse(std::size_t m, auto&& for_each_entry) {
     // The first entry of a pair makes the pair; stamp[J] = I says that pair_of[J] is of this block row.
     if (J > I || value == 0) return;
     if (stamp[J] != I) {
+      Patience::leave_if_due_at(pairs_.size());
       stamp[J] = I;
       pair_of[J] = static_cast<int>(pairs_.size());
       pairs_.push_back({I, J, pair_values_.size(), {}});
@@ -179,7 +181,10 @@ void ShiftedSystem::analyse(std::size_t m, auto&& for_each_entry) {
     pair_values_[pairs_[pair_of[J]].values + (i - blocks_[I].row) * sizes[J] + (j - blocks_[J].row)] += value;
   });
   cholesky_ = BlockCholesky(sizes, edges);
-  for (Pair& pair : pairs_) pair.slot = cholesky_.slot(pair.i, pair.j);
+  for (Pair& pair : pairs_) {
+    Patience::leave_if_due_at(static_cast<std::size_t>(&pair - pairs_.data()));
+    pair.slot = cholesky_.slot(pair.i, pair.j);
+  }
   for (Block& block : blocks_) {
     const int b = static_cast<int>(&block - blocks_.data());
     block.aa = cholesky_.slot(b, b);
@@ -256,6 +261,7 @@ void ShiftedSystem::assemble_bodies() {
 void ShiftedSystem::assemble_pairs() {
   const std::span<double> H = cholesky_.panels();
   for (const Pair& pair : pairs_) {
+    Patience::leave_if_due_at(static_cast<std::size_t>(&pair - pairs_.data()));
     const int di = blocks_[pair.i].dim, dj = blocks_[pair.j].dim;
     const double *Ri = &R_[offset_[pair.i]], *Rj = &R_[offset_[pair.j]], *A = &pair_values_[pair.values];
     double AR[largest_dim * largest_dim];

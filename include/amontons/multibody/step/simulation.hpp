@@ -1,4 +1,5 @@
 #pragma once
+#include <atomic>
 #include <memory>
 #include <optional>
 #include <string>
@@ -67,8 +68,11 @@ class Simulation {
   void reset();
 
   // Advances the state by dt. Throws InputError if the state, forces or targets are not usable (then nothing
-  // has changed). When velocities come out not finite, the state is put back and the status says so.
+  // has changed), or if another thread is in a step of this simulation. When velocities come out not finite,
+  // or the Patience of the thread was interrupted, the state is put back and the status says so.
   Report step();
+  // Whether a thread is in a step: only it may use what the step changes.
+  bool stepping() const { return stepping_.load(std::memory_order_acquire); }
 
   const Model& model() const { return *model_; }
   const SimulationOptions& options() const { return options_; }
@@ -108,6 +112,7 @@ class Simulation {
   std::shared_ptr<const Problem> problem_;
   std::vector<double> x_;
   std::unique_ptr<Scratch> scratch_;
+  std::atomic<bool> stepping_{false};
 };
 
 }  // namespace amontons

@@ -8,6 +8,7 @@
 #include <type_traits>
 #include <vector>
 
+#include "amontons/base/patience.hpp"
 #include "amontons/problem/residual.hpp"
 #include "amontons/solvers/driver/options.hpp"
 
@@ -60,7 +61,7 @@ class Monitor {
   Time start_;
   std::size_t limit_, stall_window_, iterations_ = 0, last_progress_ = 0;
   // milestone_: the best residual at iteration last_progress_, the last that was 1 % below the one before.
-  double best_ = std::numeric_limits<double>::infinity(), milestone_ = best_, last_poll_ = 0;
+  double best_ = std::numeric_limits<double>::infinity(), milestone_ = best_;
   bool improved_ = false, stopped_ = false;
 };
 
@@ -98,8 +99,8 @@ class Run {
   Run(const Run&) = delete;
   Run& operator=(const Run&) = delete;
   virtual ~Run() = default;
-  // Goes on for so many iterations, or until the solve ends; true if it has ended. Not at the first call alone
-  // may one iteration be all that happens.
+  // Goes on for so many iterations, or until the solve ends; true if it has ended. Not at the first call
+  // alone may one iteration be all that happens.
   virtual bool advance(std::size_t iterations) = 0;
   // The residual of the best x so far; infinite before the first advance().
   virtual double best_residual() const = 0;
@@ -142,23 +143,24 @@ class Driven final : public Run {
  public:
   // make(options, monitor) returns the method; both live as long as the run.
   Driven(const Problem& problem, const Options& options, auto&& make)
-      : problem_(problem),
-        options_(options),
-        monitor_(options_, std::remove_cvref_t<Method>::limits),
-        method_(make(options_, monitor_)) {}
+      : problem_(problem), options_(options), monitor_(options_, Method::limits) {
+    unless_left([&] { method_.reset(new Method(make(options_, monitor_))); });
+  }
 
   bool advance(std::size_t iterations) override {
     if (!started_) begin();
-    for (; !status_ && iterations > 0; --iterations) {
-      const std::optional<double> map = method_.step();
-      if (!map) {
-        status_ = Status::stalled;
-      } else {
-        residual_ = *map / scale_;
-        ++stale_;
-        look();
+    unless_left([&] {
+      for (; !status_ && iterations > 0; --iterations) {
+        const std::optional<double> map = method_->step();
+        if (!map) {
+          status_ = Status::stalled;
+        } else {
+          residual_ = *map / scale_;
+          ++stale_;
+          look();
+        }
       }
-    }
+    });
     return status_.has_value();
   }
   double best_residual() const override { return monitor_.best(); }
@@ -167,18 +169,30 @@ class Driven final : public Run {
   Solution finish() override {
     if (!started_) begin();
     // The last iterate, not the best, runs off along a contradiction if there is one. A start that is the
-    // solution has none.
+    // solution has none, and what was left early may be in the middle of a step.
     std::vector<double> last;
-    if (!at_solution_) {
+    if (!at_solution_ && !left_) {
       last.resize(best_.size());
-      method_.last(last);
+      method_->last(last);
     }
-    if (kept_) method_.best(best_);
-    return amontons::finish(problem_, options_, method_.name, std::move(best_), last,
+    if (kept_) method_->best(best_);
+    return amontons::finish(problem_, options_, Method::name, std::move(best_), last,
                             status_.value_or(Status::stalled), monitor_);
   }
 
  private:
+  // Runs what factors, which is left where the time is up or the user wants to stop. The best so far is the
+  // answer then; without a first iterate, or a method at all, it is the start.
+  void unless_left(auto&& work) {
+    const Patience patience(options_.deadline - monitor_.elapsed(), {}, Patience::Catches::yes);
+    try {
+      work();
+    } catch (const LeftEarly& early) {
+      left_ = true;
+      status_ = early.interrupted ? Status::interrupted : Status::deadline;
+    }
+  }
+
   // The start: where it meets the tolerance it is the answer, which most methods would leave again before
   // they return.
   void begin() {
@@ -187,12 +201,15 @@ class Driven final : public Run {
     Start start = starting_point(problem_, options_, monitor_);
     at_start_ = start.map / scale_;
     if (at_start_ <= options_.tolerance) {
-      monitor_.observe(at_start_, amontons::objective(problem_, start.x, start.u), method_.step_size(), 0);
+      monitor_.observe(at_start_, amontons::objective(problem_, start.x, start.u),
+                       method_ ? method_->step_size() : 0, 0);
       at_solution_ = true;
       status_ = Status::converged;
-    } else {
-      residual_ = method_.start(start) / scale_;
-      look();
+    } else if (method_) {
+      unless_left([&] {
+        residual_ = method_->start(start) / scale_;
+        look();
+      });
     }
     // From here on it serves as the answer of a method that never gets below it.
     best_ = std::move(start.x);
@@ -200,18 +217,18 @@ class Driven final : public Run {
 
   // The driver's look at an iterate: refresh where due, record, keep the best, stop.
   void look() {
-    const auto& limits = std::remove_cvref_t<Method>::limits;
+    constexpr const Limits& limits = Method::limits;
     const bool due = stale_ >= limits.refresh_period || residual_ <= options_.tolerance;
     if (limits.refresh_period > 0 && stale_ > 0 && due) {
-      residual_ = method_.refresh() / scale_;
+      residual_ = method_->refresh() / scale_;
       stale_ = 0;
     }
     // The objective may cost a pass over memory: it is only formed for those who look at it.
     const bool watched = options_.history || options_.callback;
-    status_ = monitor_.observe(residual_, watched ? method_.objective() : 0.0, method_.step_size(),
-                               method_.backtracks());
+    status_ = monitor_.observe(residual_, watched ? method_->objective() : 0.0, method_->step_size(),
+                               method_->backtracks());
     if (monitor_.improved() && residual_ < at_start_) {
-      method_.keep_best();
+      method_->keep_best();
       kept_ = true;
     }
   }
@@ -219,8 +236,8 @@ class Driven final : public Run {
   const Problem& problem_;
   const Options options_;
   Monitor monitor_;
-  Method method_;
-  bool started_ = false, at_solution_ = false, kept_ = false;
+  std::unique_ptr<Method> method_;
+  bool started_ = false, at_solution_ = false, kept_ = false, left_ = false;
   std::optional<Status> status_;
   std::vector<double> best_;
   // The natural map at zero; residuals of the start and of the current iterate; steps since u was fresh.

@@ -69,7 +69,9 @@ struct Options {
   unsigned threads = 1;
   // Called once per iteration if not empty; true stops with Status::interrupted. Costs what history costs.
   std::function<bool(const IterationRecord&)> callback;
-  // Polled between iterations, at most every 2 ms, if not empty; true stops with Status::interrupted.
+  // Asked between iterations and within factorisations, at most every 20 ms, if not empty; true stops with
+  // Status::interrupted. solve() asks it, through a Patience (base/patience.hpp); whoever calls a method
+  // itself makes one.
   std::function<bool()> interrupted;
   SpgOptions spg;
   SorOptions sor;

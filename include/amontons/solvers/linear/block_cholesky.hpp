@@ -35,12 +35,16 @@ class BlockCholesky {
 
   // Factors the assembled matrix in place. A pivot that rounding made non-positive is replaced by a huge one,
   // so that its direction is left out of the solution; returns how many were.
+  // Looks at the Patience of the thread before it begins, by its own estimate of the time, and on the way:
+  // LeftEarly leaves panels() undefined.
   int factor();
   // rhs := (L L')^-1 rhs, rows in the order of the blocks given.
   void solve(std::span<double> rhs);
 
   std::size_t rows() const { return rows_; }
   std::size_t factor_entries() const { return panels_.size(); }
+  // Multiplications of one factor().
+  double factor_work() const { return factor_work_; }
 
  private:
   // Consecutive nodes with one dense panel: their columns of L, and the rows that these have below the
@@ -65,6 +69,7 @@ class BlockCholesky {
   std::vector<Supernode> supernodes_;
   std::vector<double> panels_, front_, stack_, work_;
   std::size_t rows_ = 0;
+  double factor_work_ = 0;
 };
 
 }  // namespace amontons

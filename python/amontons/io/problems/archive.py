@@ -5,6 +5,7 @@ Read as well: archives of W, q, mu, and mu_r of rolling friction, the names of a
 
 from __future__ import annotations
 
+import io
 import zipfile
 from collections.abc import Callable
 from pathlib import Path
@@ -26,7 +27,7 @@ from ...problem.cones import (
 )
 from ...problem.operators import Contacts, Factored
 from ...problem.problem import Problem
-from ..files import replacing
+from ..files import write_whole
 
 ELLIPTIC = {"elliptic-3": 2, "elliptic-4": 3, "elliptic-6": 5}
 """How many of the columns of `elliptic` a cone of a kind has: mu, mu across, torsion, rolling about both."""
@@ -184,13 +185,17 @@ def write_archive(problem: Problem, path: Path) -> None:
         entries["guesses"] = np.array(problem.guesses)
     archive = path.with_suffix(".npz")
     if path.suffix.lower() == ".npz":
-        with replacing(archive) as (new,):
-            np.savez_compressed(new, **entries, **_matrix_entries(problem.A, path))
+        write_whole({archive: _compressed(entries | _matrix_entries(problem.A, path))})
         return
-    matrix = _explicit(problem.A, path)
-    with replacing(archive, path) as (new_archive, new_matrix):
-        np.savez_compressed(new_archive, **entries)
-        scipy.io.mmwrite(new_matrix, matrix, symmetry="symmetric", precision=17)
+    text = io.BytesIO()
+    scipy.io.mmwrite(text, _explicit(problem.A, path), symmetry="symmetric", precision=17)
+    write_whole({archive: _compressed(entries), path: text.getbuffer()})
+
+
+def _compressed(entries: dict[str, Any]) -> memoryview:
+    data = io.BytesIO()
+    np.savez_compressed(data, **entries)
+    return data.getbuffer()
 
 
 def _cone_entries(problem: Problem) -> dict[str, Any]:

@@ -15,8 +15,8 @@ from ...problem.cones import Free, Friction, RollingFriction
 from ...problem.operators import Contacts, Factored, block_diagonal
 from ...problem.problem import Problem
 from ...problem.solution import Solution
-from ..files import replacing
-from ..hdf5 import write_integer, write_matrix, write_text
+from ..files import write_whole
+from ..hdf5 import hdf5_image, write_integer, write_matrix, write_text
 
 STORAGES = ("csc", "csr", "triplet")
 FORMS = ("auto", "global", "local")
@@ -39,11 +39,12 @@ def write_fclib(
         raise FileError(
             f"{path}: the global form needs a factored operator without compliance; use form='local'"
         )
-    with replacing(path) as (temporary,), h5py.File(temporary, "w", libver=("earliest", "v110")) as file:
+    with hdf5_image() as (file, image):
         if body_space and form != "local":
             _write_global(file, problem, A, contact_rows, storage, x)
         else:
             _write_local(file, problem, _matrix(A, path), contact_rows, storage, x)
+    write_whole({path: image()})
 
 
 def _contact_rows(problem: Problem, path: Path) -> int:

@@ -6,6 +6,7 @@ All are HDF5, which is imported when it is used.
 from __future__ import annotations
 
 from os import PathLike
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -21,6 +22,7 @@ def record(
     every: int = 1,
     contacts: bool = True,
     source: str = "",
+    overwrite: bool = False,
 ) -> Recorder:
     """Begin a recording of a simulation; `read_recording` reads it.
 
@@ -28,19 +30,21 @@ def record(
         while sim.time < 2:
             recorder.add(sim.step())
 
-    path: appears when the block ends, whole; until then the frames go to a hidden file beside it, which only
-        a killed process leaves behind. An exception ends the recording with what came before it, marked as
-        not complete.
+    path: names the file from now on. It can be read at any time, and whatever ends the process, all but the
+        last second is in it. close(), or the end of the block, marks it as complete; an exception does not.
     every: states and contacts are recorded every so many steps, beginning with the state that the simulation
         is in now; reports of every step.
     contacts: whether contact tables are recorded, which take by far the most room.
     source: free text, where the model came from.
+    overwrite: replace a file that is there, unless it is being recorded.
 
-    Raises InputError, FileError if the file cannot be written.
+    Raises InputError, FileError if the file exists or cannot be written.
     """
     from .recorder import Recorder
 
-    return Recorder(path, simulation, every=every, contacts=contacts, source=source)
+    return Recorder(
+        Path(path), simulation, every=every, contacts=contacts, source=source, overwrite=overwrite
+    )
 
 
 def read_recording(path: str | PathLike[str]) -> Recording:
@@ -51,20 +55,6 @@ def read_recording(path: str | PathLike[str]) -> Recording:
     from .recording import open_recording
 
     return open_recording(path)
-
-
-def is_recording(path: str | PathLike[str]) -> bool:
-    """Whether a file says that it is a recording; False of what cannot be read."""
-    import h5py
-
-    from .recorder import FORMAT
-
-    try:
-        with h5py.File(path) as file:
-            said = file["format"][()]
-    except (OSError, KeyError, TypeError):
-        return False
-    return said == FORMAT.encode()
 
 
 def save_simulation(simulation: Simulation, path: str | PathLike[str]) -> None:

@@ -3,98 +3,107 @@
 /format "amontons-recording", /version; /model and /options: JSON; /source: where the model came from. One
 frame per recorded step: /frames/step, time, positions, orientations, linear_velocities, angular_velocities,
 joint_coordinates. /contacts/rows: the contact tables of all frames one after the other, that of frame k in
-rows offsets[k] to offsets[k + 1]. /reports: one row per step, of frames or not. /complete: 0 if an exception
-ended the recording.
+rows offsets[k] to offsets[k + 1]. /reports: one row per step, of frames or not. /complete: 1 where the
+recording was closed without an exception; a process that was killed leaves 0.
+
+Of each frame /frames/step is written last: what a killed process left is whole as far as that goes.
 """
 
 from __future__ import annotations
 
 import json
-from os import PathLike
+import weakref
+from pathlib import Path
 from types import TracebackType
-from typing import Any
+from typing import Any, NamedTuple
 
 import h5py
 import numpy as np
 
-from ...errors import FileError, InputError
+from ...errors import InputError
 from ...simulation.forces import CONTACTS
 from ...simulation.outcome import REPORTS, Report, reports_array
 from ...simulation.simulation import Simulation
-from ..files import reserve, settle, writable
-from ..hdf5 import write_integer, write_text
+from ..files import writable
+from ..hdf5 import hdf5_image, write_integer, write_text
+from .background import Background
+from .growing import LIBVER, GrowingFile, extensible
 from .model_json import model_to_json
 
 FORMAT = "amontons-recording"
 VERSION = 1
 BUFFER = 8_000_000
-"""Bytes of frames that are collected before they are written."""
+"""Bytes that are collected before they are written, unless DELAY comes first."""
+DELAY = 0.4
+"""Seconds within which what was recorded is on its way to the disk."""
 STATE = ("positions", "orientations", "linear_velocities", "angular_velocities", "joint_coordinates")
+
+Array = np.ndarray[Any, Any]
+
+
+class _Item(NamedTuple):
+    """What one step adds."""
+
+    frame: dict[str, Any] | None
+    contacts: Array | None
+    report: Report | None
 
 
 class Recorder:
     """Writes a recording while a simulation runs; `amontons.record` makes one.
 
-    add(report) after every step. The file appears under its name at close(), or when a `with` block ends; an
-    exception ends the recording with what came before it, marked as not complete.
+    add(report) after every step. The file has its name from the beginning and can be read at any time;
+    close(), or the end of a `with` block, marks it as complete, unless an exception ended it.
     """
 
     def __init__(
-        self,
-        path: str | PathLike[str],
-        simulation: Simulation,
-        *,
-        every: int = 1,
-        contacts: bool = True,
-        source: str = "",
+        self, path: Path, simulation: Simulation, *, every: int, contacts: bool, source: str, overwrite: bool
     ) -> None:
         if isinstance(every, bool) or not isinstance(every, int) or every < 1:
             raise InputError(f"every = {every!r}; it must be an integer, at least 1")
-        self.path, self.every = writable(path), every
+        self.path, self.every = writable(path, new=not overwrite), every
         self._simulation, self._with_contacts = simulation, contacts
         self._first_step = simulation.steps
-        self._frames: dict[str, list[Any]] = {name: [] for name in ("step", "time", *STATE)}
-        self._contacts: list[np.ndarray[Any, Any]] = []
-        self._reports: list[Report] = []
-        self._buffered, self._written_rows = 0, 0
-        self._temporary = reserve(self.path)
-        self._file: h5py.File | None = h5py.File(self._temporary, "w", libver=("earliest", "v110"))
+        with hdf5_image(LIBVER) as (file, image):
+            self._create(file, source)
+        self._file = GrowingFile(self.path, image(), overwrite=overwrite)
+        writer = _Writer(self._file)
         try:
-            self._create(self._file, source)
-            self._frame()
+            writer([self._item(None)])
         except BaseException:
-            self._discard()
+            self._file.close()
+            self.path.unlink(missing_ok=True)
             raise
+        self._background: Background[_Item] = Background(writer, delay=DELAY, enough=BUFFER)
+        # Of a recorder that nobody closes: at the end of its life, or of the process.
+        self._end = weakref.finalize(self, _finish, self._background, self._file)
 
     def add(self, report: Report) -> None:
-        """Record the step that returned `report`."""
-        if self._file is None:
+        """Record the step that returned `report`.
+
+        Raises FileError where what was added before could not be written: the disk is full, or somebody
+        removed the file. What was written until then stays.
+        """
+        if not self._end.alive:
             raise InputError(f"the recording {self.path} is closed")
-        self._reports.append(report)
-        if (self._simulation.steps - self._first_step) % self.every == 0:
-            self._frame()
-        if self._buffered > BUFFER:
-            self._flush()
+        if not self._background.ours:
+            raise InputError(
+                f"{self.path} is recorded by the process that began it; let each record a file of its own"
+            )
+        item = self._item(report)
+        size = sum(np.asarray(v).nbytes for v in (item.frame or {}).values())
+        self._background.put(item, 200 + size + (0 if item.contacts is None else item.contacts.nbytes))
 
     def close(self, *, complete: bool = True) -> None:
-        """Write what is left and give the file its name."""
-        if self._file is None:
+        """Write what is left, and whether that is all."""
+        if not self._end.alive or not self._background.ours:
             return
         try:
-            self._flush()
-            self._file["complete"][...] = int(complete)
-            self._file.close()
-            settle([self._temporary], [self.path])
-        except OSError as error:  # a full disk
-            raise FileError(f"{self.path}: cannot be written ({error})") from None
+            self._background.close()
+            if complete:
+                self._file.append({}, complete=1)
         finally:
-            self._discard()
-
-    def _discard(self) -> None:
-        if self._file is not None:
-            self._file.close()
-        self._file = None
-        self._temporary.unlink(missing_ok=True)
+            self._end()
 
     def __enter__(self) -> Recorder:
         return self
@@ -112,67 +121,58 @@ class Recorder:
         write_text(file, "model", model_to_json(self._simulation.model))
         write_text(file, "options", json.dumps(dict(self._simulation.options)))
         frames = file.create_group("frames")
-        _extensible(frames, "step", np.dtype(np.int64), ())
-        _extensible(frames, "time", np.dtype(np.float64), ())
+        extensible(frames, "step", np.dtype(np.int64))
+        extensible(frames, "time", np.dtype(np.float64))
         for name in STATE:
             shape = getattr(self._simulation.state, name).shape
-            _extensible(frames, name, np.dtype(np.float64), shape)
+            extensible(frames, name, np.dtype(np.float64), shape)
         contacts = file.create_group("contacts")
-        _extensible(contacts, "rows", storable(CONTACTS), ())
-        offsets = _extensible(contacts, "offsets", np.dtype(np.int64), ())
+        extensible(contacts, "rows", storable(CONTACTS), compressed=True)
+        offsets = extensible(contacts, "offsets", np.dtype(np.int64))
         offsets.resize(1, axis=0)
-        _extensible(file, "reports", storable(REPORTS), ())
+        extensible(file, "reports", storable(REPORTS))
 
-    def _frame(self) -> None:
+    def _item(self, report: Report | None) -> _Item:
         sim = self._simulation
-        self._frames["step"].append(sim.steps)
-        self._frames["time"].append(sim.time)
-        for name in STATE:
-            self._frames[name].append(getattr(sim.state, name).copy())
-            self._buffered += self._frames[name][-1].nbytes
+        if (sim.steps - self._first_step) % self.every:
+            return _Item(None, None, report)
+        frame = {"step": sim.steps, "time": sim.time}
+        frame |= {name: getattr(sim.state, name).copy() for name in STATE}
         table = sim.contacts if self._with_contacts else np.empty(0, CONTACTS)
-        self._contacts.append(table.astype(storable(CONTACTS)))
-        self._buffered += self._contacts[-1].nbytes
+        return _Item(frame, table.astype(storable(CONTACTS)), report)
 
-    def _flush(self) -> None:
-        assert self._file is not None
-        for name, values in self._frames.items():
-            _append(self._file["frames"][name], np.array(values))
-            values.clear()
-        if self._contacts:
-            _append(self._file["contacts/rows"], np.concatenate(self._contacts))
-            offsets = self._written_rows + np.cumsum([len(table) for table in self._contacts])
-            _append(self._file["contacts/offsets"], offsets)
-            self._written_rows = int(offsets[-1])
-            self._contacts.clear()
-        _append(self._file["reports"], reports_array(self._reports).astype(storable(REPORTS)))
-        self._reports.clear()
-        self._buffered = 0
+
+class _Writer:
+    """Items as rows of the file."""
+
+    def __init__(self, file: GrowingFile) -> None:
+        self._file, self._contact_rows = file, 0
+
+    def __call__(self, items: list[_Item]) -> None:
+        rows: dict[str, Array] = {}
+        frames = [item.frame for item in items if item.frame is not None]
+        tables = [item.contacts for item in items if item.contacts is not None]
+        reports = [item.report for item in items if item.report is not None]
+        if frames:
+            rows["contacts/rows"] = np.concatenate(tables)
+            rows["contacts/offsets"] = self._contact_rows + np.cumsum([len(table) for table in tables])
+            for name in (*STATE, "time", "step"):
+                rows[f"frames/{name}"] = np.array([frame[name] for frame in frames])
+        if reports:
+            rows["reports"] = reports_array(reports).astype(storable(REPORTS))
+        self._file.append({name: values for name, values in rows.items() if len(values)})
+        self._contact_rows += sum(map(len, tables))
+
+
+def _finish(background: Background[_Item], file: GrowingFile) -> None:
+    if background.ours:
+        try:
+            background.close()
+        finally:
+            file.close()
 
 
 def storable(dtype: np.dtype[Any]) -> np.dtype[Any]:
     """The same record with strings of bytes, which HDF5 has, in place of those of NumPy."""
     names = dtype.names or ()
     return np.dtype([(n, f"S{dtype[n].itemsize // 4}" if dtype[n].kind == "U" else dtype[n]) for n in names])
-
-
-def _extensible(group: h5py.Group, name: str, dtype: np.dtype[Any], shape: tuple[int, ...]) -> h5py.Dataset:
-    """A dataset that grows along its first axis, in compressed chunks of about 256 kB."""
-    row = max(1, dtype.itemsize * int(np.prod(shape)))
-    return group.create_dataset(
-        name,
-        shape=(0, *shape),
-        maxshape=(None, *(n or None for n in shape)),  # a model without joints: HDF5 has no chunks of nothing
-        dtype=dtype,
-        chunks=(max(1, 262144 // row), *(max(1, n) for n in shape)),
-        compression="gzip",  # which every HDF5 has
-        compression_opts=1,
-        shuffle=True,
-    )
-
-
-def _append(dataset: h5py.Dataset, values: np.ndarray[Any, Any]) -> None:
-    if len(values):
-        first = len(dataset)
-        dataset.resize(first + len(values), axis=0)
-        dataset[first:] = values

@@ -47,21 +47,22 @@ class Recording:
             raise r.fail("is no recording; give a file that `amontons run --record` or Recorder wrote")
         r.require_version(VERSION)
         frames = r.sub("frames")
-        self.times: Table = frames.array("time")
         self.steps: Table = frames.array("step")
+        self.times: Table = frames.array("time")[: len(self.steps)]
         self.complete = bool(r.integer("complete"))
         self.source = r.text("source")
         for name in STATE:
             dataset = frames.group.get(name)
-            if not isinstance(dataset, h5py.Dataset) or len(dataset) != len(self):
+            if not isinstance(dataset, h5py.Dataset) or len(dataset) < len(self):
                 raise r.fail(f"{frames.name(name)} is missing or does not have {len(self)} frames")
-            setattr(self, name, dataset)
-        self._offsets = r.sub("contacts").integers("offsets")
+            # A process that was killed may have begun a frame that /frames/step does not count.
+            setattr(self, name, dataset if len(dataset) == len(self) else dataset[: len(self)])
+        self._offsets = r.sub("contacts").integers("offsets")[: len(self) + 1]
         if len(self._offsets) != len(self) + 1:
             raise r.fail(f"/contacts/offsets must have {len(self) + 1} entries, one more than frames")
 
     def __len__(self) -> int:
-        return len(self.times)
+        return len(self.steps)
 
     @cached_property
     def model(self) -> Model:
@@ -116,11 +117,20 @@ class Recording:
         return frame % len(self)
 
 
+def _opened(path: Path) -> h5py.File:
+    """The file, which may be written at the moment, or have been when its process was killed."""
+    try:
+        # A driver of its own, by which HDF5 tells it from the file that a recorder of this process writes.
+        return h5py.File(path, driver="stdio", locking=False)
+    except OSError:
+        return h5py.File(path, libver="latest", swmr=True, locking=False)
+
+
 def open_recording(path: str | PathLike[str]) -> Recording:
     """See `amontons.read_recording`."""
     path = existing(path, "a recording")
     try:
-        file = h5py.File(path)
+        file = _opened(path)
     except OSError:
         raise FileError(f"{path}: is no HDF5 file, or damaged; give a recording") from None
     try:

@@ -17,8 +17,8 @@ import numpy as np
 from ... import _core
 from ...errors import FileError, InputError
 from ...simulation.simulation import Simulation
-from ..files import existing, replacing, writable
-from ..hdf5 import Reader, write_integer, write_text
+from ..files import existing, writable, write_whole
+from ..hdf5 import Reader, hdf5_image, write_integer, write_text
 from .model_json import model_from_json, model_to_json
 
 FORMAT = "amontons-simulation"
@@ -29,7 +29,7 @@ _SCALARS = ("time", "steps", "impulse_step")
 def save(simulation: Simulation, path: str | PathLike[str]) -> None:
     """See `Simulation.save`."""
     path = writable(path)
-    with replacing(path) as (temporary,), h5py.File(temporary, "w", libver=("earliest", "v110")) as file:
+    with hdf5_image() as (file, image):
         write_text(file, "format", FORMAT)
         write_integer(file, "version", VERSION)
         write_text(file, "model", model_to_json(simulation.model))
@@ -37,6 +37,7 @@ def save(simulation: Simulation, path: str | PathLike[str]) -> None:
         group = file.create_group("state")
         for name, values in simulation._core.snapshot().arrays.items():
             group.create_dataset(name, data=values)
+    write_whole({path: image()})
 
 
 def load(path: str | PathLike[str], changes: dict[str, Any]) -> Simulation:

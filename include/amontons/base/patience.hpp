@@ -1,0 +1,54 @@
+#pragma once
+#include <chrono>
+#include <cstddef>
+#include <functional>
+
+namespace amontons {
+
+// How long the work on this thread may last: until a moment, and until somebody says stop. Whoever sets such
+// a limit makes a Patience on the stack, and work that takes long looks at the innermost one, which knows the
+// outer ones. So a solve within a step within a rollout, and a factorisation within that, end when the user
+// presses Ctrl-C, and none of their functions has an argument for it.
+//
+// A loop that keeps the best it has asks late() or interrupted(). Work in the middle of which nothing can be
+// kept, a factorisation, calls leave_if_due(), which throws LeftEarly to the loop that it belongs to.
+class Patience {
+ public:
+  using Clock = std::chrono::steady_clock;
+  // Whether the loop that makes it catches LeftEarly.
+  enum class Catches : bool { no, yes };
+
+  // seconds: from now on, may be infinite. asked: true is the wish to stop, which stays; may be empty, or
+  // throw. It is called on this thread, at most every 20 ms.
+  explicit Patience(double seconds, std::function<bool()> asked = {}, Catches catches = Catches::no);
+  ~Patience();
+  Patience(const Patience&) = delete;
+  Patience& operator=(const Patience&) = delete;
+
+  static bool interrupted();
+  static bool late();
+  // s, infinite without a limit; not below zero.
+  static double left();
+  // Of loops with short passes: looks at the clock in one of some hundred calls, by a count of the caller's.
+  static void leave_if_due_at(std::size_t pass) {
+    if (pass % 512 == 511) leave_if_due();
+  }
+  // Throws if the work was interrupted, is late or would be: it takes so many seconds yet. Does nothing where
+  // nobody would catch it.
+  static void leave_if_due(double seconds = 0);
+
+ private:
+  bool stop(Clock::time_point now);
+
+  Patience* outer_;
+  Clock::time_point end_, asked_at_;
+  std::function<bool()> asked_;
+  bool stopped_ = false, catches_;
+};
+
+// Work that was left before it was done.
+struct LeftEarly {
+  bool interrupted;  // or else late
+};
+
+}  // namespace amontons

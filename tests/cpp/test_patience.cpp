@@ -1,0 +1,140 @@
+// How long work may last, and what is left of it that ends early.
+#include <cmath>
+#include <numeric>
+#include <random>
+#include <thread>
+
+#include "amontons/base/patience.hpp"
+#include "amontons/solvers/linear/block_cholesky.hpp"
+#include "amontons/solvers/solvers.hpp"
+#include "check.hpp"
+#include "problems.hpp"
+
+using namespace amontons;
+
+namespace {
+
+constexpr double forever = std::numeric_limits<double>::infinity();
+
+void spin(double seconds) {
+  const auto end = Patience::Clock::now() + std::chrono::duration<double>(seconds);
+  while (Patience::Clock::now() < end) {
+  }
+}
+
+// One dense front.
+BlockCholesky dense(int n) {
+  BlockCholesky c(std::vector<int>{n}, {});
+  c.set_zero();
+  const auto slot = c.slot(0, 0);
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> entry(-0.5, 0.5);
+  for (int j = 0; j < n; ++j)
+    for (int i = j; i < n; ++i)
+      c.panels()[slot.offset + static_cast<std::size_t>(j) * slot.stride + i] = i == j ? n : entry(random);
+  return c;
+}
+
+}  // namespace
+
+// Breaks when an inner limit outlives its scope, a looser one replaces a tighter one, or work without any
+// limit is late.
+TEST(limits_nest) {
+  CHECK(!Patience::late() && !Patience::interrupted() && Patience::left() == forever);
+  const Patience outer(100);
+  {
+    const Patience loose(1000);
+    CHECK(Patience::left() < 100.1);
+    const Patience tight(1e-9);
+    CHECK(Patience::late() && Patience::left() == 0);
+  }
+  CHECK(!Patience::late() && Patience::left() > 50);
+  const Patience endless(forever);
+  CHECK(Patience::left() < 100.1);
+}
+
+// Breaks when a wish to stop is asked for at every look, forgotten, not heard by inner work, or heard by
+// another thread.
+TEST(wishes_to_stop_stay) {
+  int asked = 0;
+  {
+    const Patience outer(forever, [&] { return ++asked == 2; });
+    for (int i = 0; i < 1000; ++i) CHECK(!Patience::interrupted());
+    CHECK(asked == 0);
+    spin(0.025);
+    CHECK(!Patience::interrupted() && asked == 1);
+    spin(0.025);
+    const Patience inner(forever);
+    CHECK(Patience::interrupted() && asked == 2);
+    spin(0.025);
+    CHECK(Patience::interrupted() && asked == 2);
+    bool elsewhere = true;
+    std::thread([&] { elsewhere = Patience::interrupted(); }).join();
+    CHECK(!elsewhere);
+  }
+  CHECK(!Patience::interrupted());
+}
+
+// Breaks when work is left where nobody takes care of it, or is not where it is late or would be.
+TEST(left_only_where_caught) {
+  Patience::leave_if_due(1e9);
+  {
+    const Patience late(1e-9);
+    Patience::leave_if_due();
+  }
+  const Patience caught(10, {}, Patience::Catches::yes);
+  Patience::leave_if_due(1);
+  bool left = false;
+  try {
+    Patience::leave_if_due(20);
+  } catch (const LeftEarly& early) {
+    left = !early.interrupted;
+  }
+  CHECK(left);
+}
+
+// Breaks when a front that is factored in pieces, with looks at the clock between them, has other bits than
+// in one piece, or the factorisation is not left. 700 columns: pieces of two sizes, neither of which divides
+// them.
+TEST(factorisation_in_pieces) {
+  BlockCholesky watched = dense(700);
+  {
+    const Patience some(100, {}, Patience::Catches::yes);
+    CHECK(watched.factor() == 0);
+  }
+  BlockCholesky left = dense(700);
+  bool early = false;
+  try {
+    const Patience none(1e-9, {}, Patience::Catches::yes);
+    left.factor();
+  } catch (const LeftEarly&) {
+    early = true;
+  }
+  CHECK(early);
+  // L L' x = rhs for rhs = A e: x = e to rounding.
+  BlockCholesky matrix = dense(700);
+  const auto slot = matrix.slot(0, 0);
+  std::vector<double> rhs(700, 0.0);
+  for (int j = 0; j < 700; ++j)
+    for (int i = j; i < 700; ++i) {
+      const double a = matrix.panels()[slot.offset + static_cast<std::size_t>(j) * slot.stride + i];
+      rhs[i] += a;
+      if (i != j) rhs[j] += a;
+    }
+  watched.solve(rhs);
+  for (double x : rhs) CHECK_NEAR(x, 1.0, 1e-9);
+}
+
+// Breaks when a method that factors does not come back with a valid point when its time is up before the
+// first factor is there.
+TEST(methods_end_in_time) {
+  const Problem problem = small::stack(12);
+  for (const char* method : {"newton", "interior-point", "admm", "auto"}) {
+    Options options;
+    options.deadline = 1e-7;
+    options.tolerance = 0;
+    const Solution s = solve(problem, method, options);
+    CHECK(s.status == Status::deadline);
+    CHECK(s.x.size() == problem.rows() && std::isfinite(s.residual));
+  }
+}
