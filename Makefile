@@ -47,6 +47,9 @@ demo: install
 	@$(BIN)/amontons compare out/demo/impact.npz --deadline 1 --output out/demo || [ $$? -eq 1 ]
 	$(say) 'Open'
 	@for f in snapshots.png report.png convergence.png wall.h5; do echo "$(CURDIR)/out/demo/$$f"; done
+	$(say) 'Watch it in the browser'
+	@echo '$(BIN)/amontons view out/demo/wall.h5 --play      what was recorded'
+	@echo '$(BIN)/amontons view wall --tolerance 1e-3 --play  the simulation itself: pick a brick, pull it'
 
 test: install cpp_tests
 	$(say) 'Python tests'

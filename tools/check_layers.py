@@ -22,10 +22,11 @@ PACKAGES = [
     ("io",),
     ("scenes",),
     ("report", "studies"),
+    ("viewer",),
     ("cli", "gym"),
 ]
 ALIASES = {"amontons.shapes": "model", "amontons.__main__": "cli"}
-DOOR = "studies"
+DOOR = "viewer"
 
 
 def imports(tree: ast.Module, module: str, is_package: bool) -> Iterator[tuple[str, int]]:

@@ -55,6 +55,8 @@ from .model.presets import Unread as Unread
 from .model.sensing import Sensor as Sensor
 from .model.sensing import Site as Site
 from .model.transforms import Transform as Transform
+from .model.visuals import TriangleMesh as TriangleMesh
+from .model.visuals import Visual as Visual
 from .problem.cones import EllipticFriction as EllipticFriction
 from .problem.cones import Free as Free
 from .problem.cones import Friction as Friction
@@ -76,6 +78,7 @@ from .simulation.rollout import Rollout as Rollout
 from .simulation.rollout import rollout as rollout
 from .simulation.simulation import Simulation as Simulation
 from .studies.sweep import sweep as sweep
+from .viewer import view as view
 
 if TYPE_CHECKING:
     from . import scenes as scenes

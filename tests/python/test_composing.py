@@ -20,7 +20,9 @@ from amontons import (
     Transmission,
     shapes,
 )
+from amontons.io.recordings.model_json import model_from_json, model_to_json
 from amontons.model.transforms import Transform, axis_angle, multiply, rotate
+from amontons.model.visuals import TriangleMesh
 
 SHIFT, TURN = (3.0, -2.0, 0.5), axis_angle((0, 0, 1), 0.7)
 STILL = {"mass": 1.0, "inertia": (0.1, 0.2, 0.25)}
@@ -146,7 +148,7 @@ def test_every_part_is_known():
     known = {
         "gravity", "friction_rule", "bodies", "geoms", "joints", "couplings", "pair_materials",
         "excluded_bodies", "excluded_geoms", "keyframes", "actuators", "tendons", "unread", "sites",
-        "sensors", "core", "fluid", "fluid_boxes",
+        "sensors", "core", "fluid", "fluid_boxes", "visuals",
     }  # fmt: skip
     assert {f.name for f in fields(Model)} == known
 
@@ -364,3 +366,29 @@ def test_nothing_is_left_behind():
         with pytest.raises(amontons.InputError, match="already"):
             builder.add_model(other)
         assert builder.build() == before
+
+
+# Breaks when what a model looks like does not come along with the body that it belongs to, or is lost on the
+# way into a recording's text and back.
+def test_visuals_come_along():
+    builder = ModelBuilder()
+    builder.add_body("cube", shape=shapes.Box((0.1, 0.1, 0.1)), mass=1.0)
+    mesh = TriangleMesh([(0, 0, 0), (1, 0, 0), (0, 1, 0)], [(0, 1, 2)])
+    builder.add_visual("cube", mesh, position=(0, 0, 0.1), colour=(1, 0, 0, 0.5))
+    builder.add_visual(None, shapes.Sphere(1))
+    model = builder.build()
+    two = ModelBuilder()
+    two.add_model(model, prefix="a ")
+    two.add_model(model, prefix="b ", position=(5, 0, 0))
+    for again in (two.build(), model_from_json(model_to_json(two.build()))):
+        assert [v.body for v in again.visuals] == [0, -1, 1, -1]
+        assert again.visuals[2].frame == model.visuals[0].frame
+        assert again.visuals[3].frame.position == (5, 0, 0)
+        assert tuple(again.visuals[2].colour) == (1, 0, 0, 0.5)
+        assert again.visuals[3].colour is None
+        assert np.array_equal(again.visuals[2].shape.vertices, mesh.vertices)
+        assert again.visuals[0].shape is again.visuals[2].shape
+    with pytest.raises(amontons.InputError, match="colour"):
+        builder.add_visual("cube", mesh, colour=(2, 0, 0, 1))
+    with pytest.raises(amontons.InputError, match="vertex 3"):
+        TriangleMesh(mesh.vertices, [(0, 1, 3)])

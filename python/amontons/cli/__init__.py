@@ -17,6 +17,7 @@ from .run import run
 from .scenes import scenes
 from .solve import solve
 from .sweep import sweep
+from .view import view
 
 app = typer.Typer(
     help="Rigid bodies with joints and frictional contacts, and the variational inequalities of their steps.",
@@ -24,7 +25,7 @@ app = typer.Typer(
     add_completion=False,
     pretty_exceptions_enable=False,
 )
-for command in (run, scenes, export, sweep):
+for command in (run, view, scenes, export, sweep):
     app.command(rich_help_panel="Simulations")(command)
 for command in (solve, compare, info):
     app.command(rich_help_panel="Problem files")(command)

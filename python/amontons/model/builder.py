@@ -30,6 +30,7 @@ from .presets import Unread
 from .sensing import Sensor, Site
 from .shapes import Plane, Shape
 from .transforms import IDENTITY, Transform
+from .visuals import TriangleMesh, Visual
 
 EVERYTHING = 2**32 - 1
 """Bits of a floor: what touches anything touches it."""
@@ -70,6 +71,7 @@ class ModelBuilder(PartBuilder):
         self._keyframes: dict[str, list[KeyframePart]] = {}
         self._unread: list[Unread] = []
         self._sites: list[Site] = []
+        self._visuals: list[Visual] = []
         self._sensors: list[Sensor] = []
         kinds = ("body", "geom", "joint", "coupling", "site", "sensor", "tendon", "actuator")
         self._names: dict[str, dict[str, int]] = {kind: {} for kind in kinds}
@@ -187,6 +189,23 @@ class ModelBuilder(PartBuilder):
                 solid = MassProperties(carrier.mass, carrier.centre_of_mass, carrier.inertia) + part
                 self._bodies[index] = changed(carrier, **vars(solid))
         return self._append("geom", self._geoms, geom)
+
+    def add_visual(
+        self,
+        body: int | str | None,
+        shape: Shape | TriangleMesh,
+        *,
+        position: Sequence[float] = (0.0, 0.0, 0.0),
+        orientation: Sequence[float] = IDENTITY,
+        colour: Sequence[float] | None = None,
+    ) -> None:
+        """Let a body, or the world, look like this; pictures then do not show its geoms.
+
+        position, orientation: in the body frame (m; unit quaternion w, x, y, z). colour: red, green, blue and
+        opacity from 0 to 1; None is that of the kind of shape.
+        """
+        frame = Transform.named("visual", position, orientation)
+        self._visuals.append(Visual("", self._body(body), frame, shape=shape, colour=colour))
 
     def add_site(
         self,
@@ -329,6 +348,7 @@ class ModelBuilder(PartBuilder):
             unread=tuple(self._unread),
             sites=tuple(self._sites),
             sensors=tuple(self._sensors),
+            visuals=tuple(self._visuals),
         )
         keyframes = {name: whole_keyframe(model, parts) for name, parts in self._keyframes.items()}
         return changed(model, keyframes=keyframes)

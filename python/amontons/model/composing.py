@@ -18,6 +18,7 @@ from .presets import Keyframe
 from .sensing import Sensor, Site
 from .shapes import Plane
 from .transforms import ORIGIN, Transform, multiply, rotate
+from .visuals import Visual
 
 T = TypeVar("T", Body, Geom, Joint, Coupling, Tendon, Actuator, Site, Sensor)
 
@@ -77,6 +78,7 @@ class Parts:
     keyframes: dict[str, KeyframePart]
     sites: list[Site]
     sensors: list[Sensor]
+    visuals: list[Visual]
     added: Added
 
 
@@ -119,6 +121,10 @@ class Move:
             surface_spin=rotate(turn, geom.surface_spin),
             friction_direction=along and rotate(turn, along),
         )
+
+    def visual(self, visual: Visual) -> Visual:
+        frame = self.frame(visual.body, visual.frame)
+        return changed(visual, body=self.index[visual.body], frame=frame)
 
     def joint(self, joint: Joint) -> Joint:
         return changed(
@@ -220,6 +226,7 @@ def parts_of(model: Model, seat: Seat, prefix: str, before: Counts, new_name: Ca
         },
         sites=named(prefix, map(move.site, model.sites)),
         sensors=named(prefix, (move.sensor(sensor, prefix) for sensor in model.sensors)),
+        visuals=named(prefix, map(move.visual, model.visuals)),
         added=Added(
             tuple(move.index[b] for b in range(len(model.bodies))),
             range(before.geoms, before.geoms + len(model.geoms)),

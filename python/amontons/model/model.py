@@ -47,6 +47,7 @@ from .presets import Keyframe, Unread
 from .sensing import Sensor, Site
 from .shapes import Shape
 from .transforms import Transform
+from .visuals import Visual
 
 FRICTION_RULES = {
     name: getattr(_core.FrictionRule, name) for name in ("geometric_mean", "maximum", "minimum", "mean")
@@ -92,6 +93,8 @@ class Model:
     """frames to look at: `Simulation.sites`"""
     sensors: tuple[Sensor, ...] = field(default=(), repr=False, compare=False, metadata={"core": False})
     """what is measured: `Simulation.sensors`"""
+    visuals: tuple[Visual, ...] = field(default=(), repr=False, compare=False, metadata={"core": False})
+    """what it looks like, where that is not its geoms"""
     core: _core.Model = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:

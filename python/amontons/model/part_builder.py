@@ -15,6 +15,7 @@ from .presets import Unread
 from .sensing import Sensor, Site
 from .shapes import Shape
 from .transforms import IDENTITY, ORIGIN, Transform, add
+from .visuals import Visual
 
 
 class PartBuilder(DriveBuilder):
@@ -28,6 +29,7 @@ class PartBuilder(DriveBuilder):
     _fluid_boxes: list[FluidBox]
     _keyframes: dict[str, list[KeyframePart]]
     _sites: list[Site]
+    _visuals: list[Visual]
     _sensors: list[Sensor]
     _unread: list[Unread]
     _names: dict[str, dict[str, int]]
@@ -152,6 +154,7 @@ class PartBuilder(DriveBuilder):
         self._excluded += parts.excluded
         self._excluded_geoms += parts.excluded_geoms
         self._fluid_boxes += parts.fluid_boxes
+        self._visuals += parts.visuals
         for name, part in parts.keyframes.items():
             self._keyframes.setdefault(name, []).append(part)
         self._unread += model.unread

@@ -17,24 +17,13 @@ from ..checks import Array
 from ..model.model import Model
 from ..model.parts import WORLD
 from ..model.shapes import Plane
+from .colours import FIXED, FLOOR, colour_of
 from .raster import Camera, Raster, shadowed
 from .solids import Solid, rotation_matrix, solid_of
 
 LIGHT = (0.25, 0.7, 0.75)
 """Where it comes from: along the view to the right, towards the eye, up."""
 AMBIENT = 0.42
-FLOOR = np.array([0.92, 0.91, 0.885])
-FIXED = np.array([0.74, 0.72, 0.68])
-PALETTE = {
-    "Box": "#cf7a56",
-    "Sphere": "#6f93b5",
-    "Capsule": "#8b8b92",
-    "Cylinder": "#a3967c",
-    "Ellipsoid": "#8fac86",
-    "Hull": "#c4ab68",
-}
-VARIATION = 0.10
-"""Bodies of a kind differ in brightness by up to this fraction, so that they can be told apart."""
 SAMPLES = 2
 """Rays per pixel in each direction."""
 
@@ -112,7 +101,7 @@ class Picture:
                     self.floor = height if self.floor is None else max(height, self.floor)
                 continue
             at_rest = geom.body == WORLD or model.bodies[geom.body].motion == "fixed"
-            solid = solid_of(geom, FIXED if at_rest else _colour(type(geom.shape).__name__, index))
+            solid = solid_of(geom, FIXED if at_rest else colour_of(type(geom.shape).__name__, index))
             (self.fixed if at_rest else self.moving).append(solid)
 
     def bounds(self, frames: Sequence[Frame]) -> tuple[float, float, float, float]:
@@ -197,9 +186,3 @@ def _axes(eye: Array) -> tuple[Array, Array, Array]:
 
 def _unit(v: Array) -> Array:
     return v / np.linalg.norm(v)
-
-
-def _colour(kind: str, index: int) -> Array:
-    base = np.array(matplotlib.colors.to_rgb(PALETTE.get(kind, "#b0aca4")))
-    # Multiples of the golden ratio spread evenly, whatever the number of bodies.
-    return np.clip(base * (1 + VARIATION * (2 * ((index * 0.6180339887) % 1) - 1)), 0, 1)

@@ -12,6 +12,7 @@ from ..model.hulls import convex_triangles
 from ..model.parts import WORLD, Geom
 from ..model.shapes import Box, Capsule, Cylinder, Ellipsoid, HeightField, Hull, Mesh, Sphere
 from .raster import Raster
+from .surfaces import height_field
 
 
 class Moment(Protocol):
@@ -83,7 +84,8 @@ def solid_of(geom: Geom, colour: Array) -> Solid:
         case Mesh():
             vertices, polygons = shape.vertices, tuple(np.asarray(shape.triangles))
         case HeightField():
-            vertices, polygons = _height_field(shape)
+            vertices, triangles = height_field(shape)
+            polygons = tuple(triangles)
     reach = float(np.linalg.norm(vertices, axis=1).max(initial=0))
     return Solid(
         body=geom.body,
@@ -135,14 +137,3 @@ def _turned(profile: Array, around: int = 20) -> tuple[Array, tuple[Array, ...]]
             a, b = j * around + i, j * around + (i + 1) % around
             faces.append(np.array([a, b, b + around, a + around]))
     return vertices, tuple(faces)
-
-
-def _height_field(shape: HeightField) -> tuple[Array, tuple[Array, ...]]:
-    rows, columns = shape.heights.shape
-    x = (np.arange(columns) / (columns - 1) - 0.5) * shape.size_x
-    y = (np.arange(rows) / (rows - 1) - 0.5) * shape.size_y
-    grid = np.stack((*np.meshgrid(x, y), shape.heights), axis=-1).reshape(-1, 3)
-    index = np.arange(rows * columns).reshape(rows, columns)
-    a, b, c, d = index[:-1, :-1], index[:-1, 1:], index[1:, 1:], index[1:, :-1]
-    triangles = np.concatenate([np.stack(t, axis=-1).reshape(-1, 3) for t in ((a, b, c), (a, c, d))])
-    return grid, tuple(triangles)

@@ -51,6 +51,12 @@ def load_file(path: str | PathLike[str], options: dict[str, Any]) -> Simulation:
     raise NotImplementedError("import amontons.io, which reads files")
 
 
+@hook
+def open_viewer(simulation: Simulation, options: dict[str, Any]) -> Any:
+    """What `Simulation.view` calls; amontons.viewer supplies it."""
+    raise NotImplementedError("import amontons.viewer, which shows simulations")
+
+
 class Simulation(Queries):
     """A model and its state, advanced in time steps, each one variational inequality.
 
@@ -367,6 +373,20 @@ class Simulation(Queries):
             self._core.assign(before)
             raise
 
+    def change_options(self, **options: Any) -> None:
+        """Give options of the simulation (dt, law, method, tolerance, ...) other values; the state stays.
+
+        `state` is a new view; arrays taken from the old one show the past. InputError, with nothing changed,
+        if an option is unknown or its value cannot be used.
+        """
+        if unknown := set(options) - set(self._options):
+            known = ", ".join(sorted(self._options))
+            raise InputError(f"unknown option {min(unknown)!r} of a simulation; known are {known}")
+        changed = Simulation(self._model, **{**self._options, **options})
+        changed._core.restore(self._core.snapshot())
+        self._options = changed._options
+        self._take(changed._core)
+
     def copy(self) -> Simulation:
         """A simulation that goes on from here bit for bit, and shares with this one only the model.
 
@@ -420,6 +440,10 @@ class Simulation(Queries):
         force_callbacks are not stored. Raises FileError; no partial file is left behind.
         """
         save_file(self, path)
+
+    def view(self, **options: Any) -> Any:
+        """Show the simulation on a page in the browser: `amontons.view`, which says what the options are."""
+        return open_viewer(self, options)
 
     @classmethod
     def load(cls, path: str | PathLike[str], **options: Any) -> Simulation:

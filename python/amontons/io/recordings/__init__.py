@@ -57,6 +57,20 @@ def read_recording(path: str | PathLike[str]) -> Recording:
     return open_recording(path)
 
 
+def is_recording(path: str | PathLike[str]) -> bool:
+    """Whether a file says that it is a recording; False of what cannot be read."""
+    import h5py
+
+    from .recorder import FORMAT
+
+    try:
+        with h5py.File(path) as file:
+            said = file["format"][()]
+    except (OSError, KeyError, TypeError):
+        return False
+    return said == FORMAT.encode()
+
+
 def save_simulation(simulation: Simulation, path: str | PathLike[str]) -> None:
     """See `Simulation.save`."""
     from .saved_state import save

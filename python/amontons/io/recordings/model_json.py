@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import base64
 import json
+import zlib
 from collections.abc import Mapping
 from dataclasses import fields
 from typing import Any
@@ -16,19 +18,23 @@ from ...model.presets import Keyframe, Unread
 from ...model.sensing import Sensor, Site
 from ...model.shapes import KINDS, Shape
 from ...model.transforms import Transform
+from ...model.visuals import TriangleMesh, Visual
+
+PACKED = {"vertices": "<f4", "triangles": "<i4"}
+"""The arrays of a mesh to look at, with their types in the file."""
 
 
 def model_to_json(model: Model) -> str:
     """Every number comes back exactly; infinity is written as Infinity, as Python's json reads it."""
     shapes: dict[int, int] = {}
-    listed: list[Shape] = []
-    for thing in (*model.geoms, *model.sites, *model.sensors):
+    listed: list[Shape | TriangleMesh] = []
+    for thing in (*model.geoms, *model.sites, *model.sensors, *model.visuals):
         if thing.shape is not None and id(thing.shape) not in shapes:
             shapes[id(thing.shape)] = len(listed)
             listed.append(thing.shape)
 
     def plain(value: Any) -> Any:
-        if isinstance(value, Shape):
+        if isinstance(value, Shape | TriangleMesh):
             return shapes[id(value)]
         if isinstance(value, tuple):
             return [plain(part) for part in value]
@@ -44,7 +50,7 @@ def model_to_json(model: Model) -> str:
 def model_from_json(text: str) -> Model:
     """Raises ValueError, TypeError or KeyError for text that model_to_json did not write."""
     d = json.loads(text)
-    shapes = [_shape(parts) for parts in d.pop("shapes")]
+    shapes: list[Any] = [_shape(parts) for parts in d.pop("shapes")]
     d["bodies"] = tuple(Body(**{**body, "pose": Transform(**body["pose"])}) for body in d["bodies"])
     d["geoms"] = tuple(
         Geom(
@@ -73,7 +79,7 @@ def model_from_json(text: str) -> Model:
     # Before actuators were parts of a model, these were names of its motors, which it has still.
     actuators = d["actuators"] if isinstance(d["actuators"], list) else ()
     d["actuators"] = tuple(_actuator(actuator) for actuator in actuators)
-    for name, kind in (("sites", Site), ("sensors", Sensor)):
+    for name, kind in (("sites", Site), ("sensors", Sensor), ("visuals", Visual)):
         d[name] = tuple(_looking(kind, parts, shapes) for parts in d.get(name, ()))
     if "fluid" in d:
         d["fluid"] = Fluid(**d["fluid"])
@@ -86,25 +92,42 @@ def model_from_json(text: str) -> Model:
     return Model(**d)
 
 
-def _plain_shape(shape: Shape) -> dict[str, Any]:
+def _plain_shape(shape: Shape | TriangleMesh) -> dict[str, Any]:
+    if isinstance(shape, TriangleMesh):  # many numbers, of which pictures need no more than they are
+        packed = {name: _packed(getattr(shape, name)) for name in PACKED}
+        return {"kind": "TriangleMesh", **packed}
     values = {f.name: getattr(shape, f.name) for f in fields(shape)}  # type: ignore[arg-type]
     plain = {name: v.tolist() if isinstance(v, np.ndarray) else v for name, v in values.items()}
     return {"kind": type(shape).__name__, **plain}
 
 
-def _shape(parts: dict[str, Any]) -> Shape:
+def _shape(parts: dict[str, Any]) -> Shape | TriangleMesh:
     values = {name: value for name, value in parts.items() if name != "kind"}
+    if parts["kind"] == "TriangleMesh":
+        return TriangleMesh(*(_unpacked(values[name], kind) for name, kind in PACKED.items()))
     if "triangles" in values:
         values["triangles"] = np.array(values["triangles"], dtype=np.int32).reshape(-1, 3)
     return KINDS[parts["kind"]](**values)
+
+
+def _packed(array: np.ndarray[Any, Any]) -> str:
+    return base64.b64encode(zlib.compress(array.tobytes())).decode()
+
+
+def _unpacked(text: str, kind: str) -> np.ndarray[Any, Any]:
+    try:
+        data = zlib.decompress(base64.b64decode(text))
+    except zlib.error as error:
+        raise ValueError(f"a mesh is damaged: {error}") from None
+    return np.frombuffer(data, dtype=kind).reshape(-1, 3)
 
 
 def _tuples(value: Any) -> Any:
     return tuple(_tuples(part) for part in value) if isinstance(value, list) else value
 
 
-def _looking(kind: type[Any], parts: dict[str, Any], shapes: list[Shape]) -> Any:
-    """A site or a sensor."""
+def _looking(kind: type[Any], parts: dict[str, Any], shapes: list[Any]) -> Any:
+    """A site, a sensor or a visual."""
     frames = {name: Transform(**parts[name]) for name in ("frame", "reference_frame") if name in parts}
     shape = None if parts["shape"] is None else shapes[parts["shape"]]
     return kind(**{**parts, **frames, "shape": shape})

@@ -1,0 +1,103 @@
+"""amontons view: a simulation or a recording on a page in the browser."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from ..errors import InputError
+from ..io.recordings import is_recording, read_recording
+from ..simulation.simulation import Simulation
+from ..viewer import HOST, PORT
+from ..viewer import view as open_view
+from .common import Threads, notes, one_line_errors, say
+from .subject import (
+    SAVED,
+    Budget,
+    Choices,
+    FloatingBase,
+    KeyframeName,
+    Law,
+    MaxIterations,
+    Method,
+    Parameters,
+    SelfOverlaps,
+    Step,
+    Strict,
+    Tolerance,
+    open_subject,
+)
+
+if TYPE_CHECKING:
+    from ..io.recordings.recording import Recording
+
+
+def view(
+    subject: Annotated[
+        str,
+        typer.Argument(
+            metavar="MODEL_OR_SCENE_OR_RECORDING",
+            help="A scene (see `amontons scenes`), a model (MJCF .xml, .urdf), a saved simulation or a "
+            "recording (.h5).",
+            show_default=False,
+        ),
+    ],
+    play: Annotated[bool, typer.Option("--play/--pause", help="Whether it plays at once.")] = False,
+    speed: Annotated[float, typer.Option(help="Simulated over real time.")] = 1.0,
+    host: Annotated[
+        str, typer.Option(help="Where the page can be reached; by default from here alone.")
+    ] = HOST,
+    port: Annotated[int, typer.Option(help="Of the page; the next free one is taken.")] = PORT,
+    browser: Annotated[
+        bool, typer.Option("--browser/--no-browser", help="Ask the desktop to open the page.")
+    ] = True,
+    dt: Step = None,
+    law: Law = None,
+    method: Method = None,
+    tolerance: Tolerance = None,
+    max_iterations: MaxIterations = None,
+    threads: Threads = 1,
+    budget: Budget = None,
+    settings: Parameters = None,
+    strict: Strict = False,
+    floating_base: FloatingBase = None,
+    keyframe: KeyframeName = None,
+    self_overlaps: SelfOverlaps = False,
+) -> None:
+    """Watch a scene, a model, a saved simulation or a recording in the browser, until Ctrl-C.
+
+    The page is served by this command and loads nothing from elsewhere. Needs viser:
+    pip install 'amontons[view]'.
+
+    The exit code is 0, or 2 for input that could not be used.
+    """
+    given = {
+        "dt": dt, "law": law, "method": method, "tolerance": tolerance,
+        "max_iterations": max_iterations, "budget": budget, "threads": threads,
+    }  # fmt: skip
+    choices = Choices(settings or (), strict, floating_base, keyframe, self_overlaps)
+    with one_line_errors():
+        if not 0 < speed < float("inf"):
+            raise InputError(f"speed = {speed:g}; it must be positive and finite")
+        with notes():
+            shown, title = _open(subject, choices, given)
+        viewer = open_view(
+            shown, play=play, speed=speed, host=host, port=port, open_browser=browser, title=title
+        )
+    say(f"{viewer.url}  (Ctrl-C ends)")
+    viewer.wait()
+    viewer.close()
+
+
+def _open(subject: str, choices: Choices, given: dict[str, Any]) -> tuple[Simulation | Recording, str]:
+    """What to show, and its title."""
+    path = Path(subject)
+    if path.suffix.lower() not in SAVED or not is_recording(path):
+        chosen = open_subject(subject, choices, given)
+        return chosen.simulation, chosen.name
+    wanted = [name for name, value in given.items() if value is not None and (name, value) != ("threads", 1)]
+    if wanted or choices != Choices():
+        raise InputError(f"{subject}: a recording is shown as it is; options of simulations are not for it")
+    return read_recording(path), path.stem

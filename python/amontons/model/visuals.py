@@ -1,0 +1,67 @@
+"""What a model looks like where that is not its collision geometry; the simulation knows nothing of it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..checks import entries, frozen
+from ..errors import InputError
+from .parts import WORLD, fill
+from .shapes import Shape
+from .transforms import ORIGIN, Transform
+
+
+@dataclass(frozen=True, eq=False)
+class TriangleMesh:
+    """Triangles to look at, of any form.
+
+    vertices: (n, 3) (m), kept in single precision. triangles: (m, 3) indices, counter-clockwise from outside.
+    """
+
+    vertices: NDArray[np.float32]
+    triangles: NDArray[np.int32]
+
+    def __post_init__(self) -> None:
+        vertices = np.array(self.vertices, dtype=np.float32)
+        triangles = np.array(self.triangles, dtype=np.int32)
+        if vertices.ndim != 2 or vertices.shape[1] != 3 or not np.isfinite(vertices).all():
+            raise InputError("TriangleMesh: vertices must be finite numbers of shape (n, 3)")
+        if triangles.ndim != 2 or triangles.shape[1] != 3:
+            raise InputError("TriangleMesh: triangles must have the shape (m, 3)")
+        if len(triangles) and not (triangles.min() >= 0 and triangles.max() < len(vertices)):
+            raise InputError(
+                f"TriangleMesh: a triangle names vertex {triangles.max()}; there are {len(vertices)}"
+            )
+        fill(self, vertices=frozen(vertices), triangles=frozen(triangles))
+
+    def __repr__(self) -> str:
+        return f"TriangleMesh({len(self.vertices)} vertices, {len(self.triangles)} triangles)"
+
+
+@dataclass(frozen=True)
+class Visual:
+    """Something to be seen on a body, or on the world, that touches nothing."""
+
+    name: str = ""
+    body: int = WORLD
+    frame: Transform = ORIGIN
+    """of the shape in the body frame"""
+    shape: Shape | TriangleMesh = field(kw_only=True)
+    colour: Sequence[float] | None = None
+    """red, green, blue and opacity, from 0 to 1; None is that of the kind of shape"""
+
+    def __post_init__(self) -> None:
+        who = f'visual "{self.name}": '
+        shape: Any = self.shape
+        if not isinstance(shape, Shape | TriangleMesh):
+            raise InputError(f"{who}shape is {shape!r}; give one of amontons.shapes or a TriangleMesh")
+        if self.colour is not None:
+            colour = entries(f"{who}colour", self.colour, 4)
+            if not all(0 <= part <= 1 for part in colour):
+                raise InputError(f"{who}colour is {colour}; its four parts must lie in [0, 1]")
+            fill(self, colour=colour)

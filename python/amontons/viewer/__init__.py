@@ -1,0 +1,69 @@
+"""Simulations and recordings on a page in the browser: `Simulation.view`, and `view` for both."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from ..simulation.simulation import Simulation, open_viewer
+
+if TYPE_CHECKING:
+    from ..io.recordings.recording import Recording
+    from .viewer import Viewer
+
+HOST, PORT = "127.0.0.1", 8080
+
+
+def view(
+    subject: Simulation | Recording,
+    *,
+    play: bool | None = False,
+    speed: float = 1.0,
+    host: str = HOST,
+    port: int = PORT,
+    open_browser: bool = False,
+    title: str = "amontons",
+) -> Viewer:
+    """Show a simulation or a recording on a page; its address is `url` of what is returned.
+
+    play: whether it plays at once. A thread of the viewer then owns the simulation until `close`: do not step
+        it meanwhile. None: the program steps, and calls `update` of the viewer between its steps.
+    speed: simulated over real time.
+    host: where the page can be reached; by default from this machine alone (a tunnel of ssh ends there too).
+    port: the first that is tried; the next free one is taken.
+    open_browser: whether a browser is asked to open the page.
+
+    Needs viser: pip install amontons[view]. Raises InputError.
+    """
+    from ..checks import positive_number
+    from ..errors import InputError
+    from ..io.recordings.recording import Recording
+    from .runs import LiveRun, ReplayRun
+    from .viewer import Viewer, open_page
+
+    positive_number("speed", speed)
+    if isinstance(subject, Simulation):
+        run: LiveRun | ReplayRun = LiveRun(subject)
+    elif isinstance(subject, Recording):
+        run = ReplayRun(subject)
+    else:
+        raise InputError(f"there is no view of a {type(subject).__name__}; give a Simulation or a Recording")
+    run.speed = float(speed)
+    try:
+        viewer = Viewer(run, title=title, host=host, port=port)
+    except BaseException:
+        if isinstance(run, LiveRun):
+            run.close()
+        raise
+    if play is not None:
+        run.playing = bool(play)
+        viewer.start()
+    if open_browser:
+        open_page(viewer.url)
+    return viewer
+
+
+def _of_simulation(simulation: Simulation, options: dict[str, Any]) -> Viewer:
+    return view(simulation, **options)
+
+
+open_viewer.supply(_of_simulation)

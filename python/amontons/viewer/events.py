@@ -1,0 +1,19 @@
+"""What a user does on the page, told apart from what the program sets."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+
+def on_user(handle: Any, call: Callable[[Any], None]) -> None:
+    """Call with the new value (None of a button) when a user has changed it, in the order of the events.
+
+    The callback is a coroutine, which the server runs in its own thread: `call` only posts.
+    """
+
+    async def changed(event: Any) -> None:
+        if event.client is not None:
+            call(getattr(event.target, "value", None))
+
+    (handle.on_click if hasattr(handle, "on_click") else handle.on_update)(changed)

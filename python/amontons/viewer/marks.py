@@ -1,0 +1,137 @@
+"""What is drawn beside the bodies: contacts, forces, joint frames, centres of mass, the spring."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..checks import Array
+from ..model.parts import WORLD
+from ..report.batches import product, turned
+from .runs import LiveRun, ReplayRun
+
+if TYPE_CHECKING:
+    import viser
+
+COLOURS = {"stick": (40, 130, 70), "slip": (215, 80, 40), "open": (120, 140, 200)}
+NORMAL, CENTRE, SPRING = (90, 90, 90), (30, 30, 30), (250, 180, 20)
+MOST = 4000
+"""Contacts drawn; of more, every second, third, ..."""
+KINDS = ("contact points", "normals", "forces", "joint frames", "centres of mass")
+
+
+class Marks:
+    """Each kind is drawn while it is switched on."""
+
+    def __init__(self, server: viser.ViserServer, root: str, run: LiveRun | ReplayRun) -> None:
+        self._scene, self._root, self._run = server.scene, f"{root}/marks", run
+        self._size = run.model.length
+        self._handles: dict[str, Any] = {}
+        self.wanted = dict.fromkeys(KINDS, False)
+        self.force_scale = self._default_scale()
+        """m of arrow per N"""
+
+    def want(self, kind: str, wanted: bool) -> None:
+        """Switch one of KINDS on or off."""
+        self.wanted[kind] = wanted
+
+    def scale_forces(self, factor: float) -> None:
+        """Draw the arrows of forces this many times as long as they are by default."""
+        self.force_scale = factor * self._default_scale()
+
+    def show(self, positions: Array, orientations: Array) -> None:
+        """Draw what is wanted, with the bodies at these poses."""
+        wanted = self.wanted
+        table = None
+        if wanted["contact points"] or wanted["normals"] or wanted["forces"]:
+            table = self._run.contacts
+            table = table[:: max(1, -(-len(table) // MOST))]
+        colours = np.array([COLOURS[state] for state in table["state"]]) if table is not None else None
+        for kind in KINDS:
+            draw = wanted[kind]
+            if not draw:
+                self._hide(kind)
+            elif kind == "contact points":
+                self._points(kind, table["point"], colours)
+            elif kind == "normals":
+                self._arrows(kind, table["point"], 0.5 * self._size * table["normal"], NORMAL)
+            elif kind == "forces":
+                self._arrows(kind, table["point"], self.force_scale * table["force"], colours)
+            elif kind == "joint frames":
+                self._joint_frames(kind, positions, orientations)
+            else:
+                local = np.array([body.centre_of_mass for body in self._run.model.bodies]).reshape(-1, 3)
+                self._points(kind, positions + turned(orientations, local), CENTRE)
+        ends = self._run.spring.ends() if isinstance(self._run, LiveRun) else None
+        if ends is None:
+            self._hide("spring")
+        else:
+            self._arrows("spring", ends[0][None], (ends[1] - ends[0])[None], SPRING)
+
+    def _default_scale(self) -> float:
+        """The weight of a body of median mass is drawn three times as long as the body is large."""
+        masses = [b.mass for b in self._run.model.bodies if b.motion == "dynamic"]
+        weight = float(np.median(masses)) * 9.81 if masses else 1.0
+        return 3 * self._size / max(weight, 1e-12)
+
+    def _points(self, kind: str, points: Array, colours: Any) -> None:
+        points = points.astype(np.float32)
+        rgb = np.broadcast_to(np.array(colours, dtype=np.uint8), points.shape)
+        if not len(points):
+            self._hide(kind)
+        elif (handle := self._handles.get(kind)) is None:
+            self._handles[kind] = self._scene.add_point_cloud(
+                f"{self._root}/{kind}",
+                points,
+                rgb,
+                point_size=0.12 * self._size,
+                point_shape="circle",
+                precision="float32",
+            )
+        else:
+            handle.points, handle.colors, handle.visible = points, rgb, True
+
+    def _arrows(self, kind: str, points: Array, along: Array, colours: Any) -> None:
+        seen = np.linalg.norm(along, axis=1) > 1e-3 * self._size
+        ends = np.stack((points[seen], (points + along)[seen]), axis=1).astype(np.float32)
+        rgb = np.broadcast_to(np.array(colours, dtype=np.uint8), points.shape)[seen]
+        if not len(ends):
+            self._hide(kind)
+        elif (handle := self._handles.get(kind)) is None:
+            thick = 0.03 * self._size
+            self._handles[kind] = self._scene.add_arrows(
+                f"{self._root}/{kind}",
+                ends,
+                rgb,
+                shaft_radius=thick,
+                head_radius=2.5 * thick,
+                head_length=5 * thick,
+            )
+        else:
+            handle.points, handle.colors, handle.visible = ends, rgb, True
+
+    def _joint_frames(self, kind: str, positions: Array, orientations: Array) -> None:
+        joints = self._run.model.joints
+        if not joints:
+            return
+        bodies = np.array([joint.body_a for joint in joints])
+        q = np.where((bodies == WORLD)[:, None], (1.0, 0.0, 0.0, 0.0), orientations[bodies])
+        x = np.where((bodies == WORLD)[:, None], 0.0, positions[bodies])
+        at = x + turned(q, np.array([joint.frame_a.position for joint in joints]))
+        axes = product(q, np.array([joint.frame_a.rotation for joint in joints]))
+        if (handle := self._handles.get(kind)) is None:
+            self._handles[kind] = self._scene.add_batched_axes(
+                f"{self._root}/{kind}",
+                axes.astype(np.float32),
+                at.astype(np.float32),
+                axes_length=0.8 * self._size,
+                axes_radius=0.03 * self._size,
+            )
+        else:
+            handle.batched_positions, handle.batched_wxyzs = at.astype(np.float32), axes.astype(np.float32)
+            handle.visible = True
+
+    def _hide(self, kind: str) -> None:
+        if (handle := self._handles.get(kind)) is not None and handle.visible:
+            handle.visible = False

@@ -1,0 +1,120 @@
+"""The controls beside the scene."""
+
+from __future__ import annotations
+
+import time
+from typing import TYPE_CHECKING
+
+from .events import on_user
+from .inspector import Inspector
+from .marks import KINDS
+from .plots import Plots
+from .runs import LiveRun, ReplayRun
+from .solver_panel import add_solver
+from .stage import COLLISION, VISUAL
+
+if TYPE_CHECKING:
+    import viser
+
+    from .viewer import Viewer
+
+SPEEDS = ("0.1", "0.25", "0.5", "1", "2", "4")
+PAUSE_BETWEEN = 0.2
+"""Texts and plots are renewed no more often (s): they cost more than the scene."""
+
+
+class Panel:
+    """Play, pause, step, speed, reset, what is drawn; below it what its siblings add.
+
+    Callbacks run in the thread of the server: they post to the viewer and touch nothing else.
+    """
+
+    def __init__(self, server: viser.ViserServer, viewer: Viewer) -> None:
+        self._viewer, self._gui, self._server = viewer, server.gui, server
+        self._shown_at = 0.0
+        self._transport()
+        self._drawing()
+        self._inspector = Inspector(server, viewer)
+        self._plots = Plots(server, viewer.run)
+        if isinstance(viewer.run, LiveRun):
+            add_solver(server, viewer, viewer.run)
+
+    def show(self) -> None:
+        """Bring texts and sliders up to date."""
+        run = self._viewer.run
+        self._show_playing()
+        if isinstance(run, ReplayRun) and self._frames.value != run.frame:
+            self._frames.value = run.frame
+        now = time.perf_counter()
+        if run.playing and now - self._shown_at < PAUSE_BETWEEN:
+            return
+        self._shown_at = now
+        pace = f" · {run.achieved:.2f} × real time" if run.playing else " · paused"
+        self._status.content = f"t = {run.time:.3f} s{pace}"
+        self._inspector.show()
+        self._plots.show()
+
+    def show_chosen(self) -> None:
+        """Another body was picked."""
+        self._follow.disabled = self._viewer.chosen is None
+        self._inspector.show()
+
+    def tell(self, message: str) -> None:
+        """A message on every page."""
+        for client in self._server.get_clients().values():
+            client.add_notification("amontons", message, auto_close_seconds=None, color="red")
+        self._show_playing()
+
+    def _show_playing(self) -> None:
+        label = "Pause" if self._viewer.run.playing else "Play"
+        if self._play.label != label:
+            self._play.label = label
+
+    def _transport(self) -> None:
+        gui, viewer, run = self._gui, self._viewer, self._viewer.run
+        self._status = gui.add_markdown("")
+        self._play = gui.add_button("Play")
+        step = gui.add_button("Single step" if isinstance(run, LiveRun) else "Next frame")
+        reset = gui.add_button("Reset" if isinstance(run, LiveRun) else "To the start")
+        speed = gui.add_dropdown("Speed", SPEEDS, initial_value="1", hint="Simulated over real time")
+
+        def toggle() -> None:
+            if not run.playing and isinstance(run, ReplayRun) and run.frame == len(run.recording) - 1:
+                run.reset()  # played to its end: from the start again
+            run.playing = not run.playing
+
+        def one() -> None:
+            run.playing = False
+            run.step()
+
+        def set_speed(value: str) -> None:
+            run.speed = float(value)
+
+        on_user(self._play, lambda _: viewer.post(toggle))
+        on_user(step, lambda _: viewer.post(one))
+        on_user(reset, lambda _: viewer.post(run.reset))
+        on_user(speed, lambda value: viewer.post(lambda: set_speed(value)))
+        if isinstance(run, ReplayRun):
+            self._frames = gui.add_slider("Frame", 0, max(1, len(run.recording) - 1), 1, 0)
+            on_user(self._frames, lambda value: viewer.post(lambda: run.seek(int(value))))
+
+    def _drawing(self) -> None:
+        gui, viewer = self._gui, self._viewer
+        with gui.add_folder("View"):
+            shapes = gui.add_dropdown("Shapes", (VISUAL, COLLISION), initial_value=VISUAL)
+            on_user(shapes, lambda value: viewer.post(lambda: viewer.stage.show_shapes(value)))
+            self._follow = gui.add_checkbox(
+                "Follow", False, disabled=True, hint="The eye goes along with the body that is picked"
+            )
+            on_user(self._follow, lambda value: viewer.post(lambda: viewer.follow(value)))
+            for kind in KINDS:
+                box = gui.add_checkbox(kind.capitalize(), False, hint=HINTS.get(kind))
+                on_user(box, lambda value, kind=kind: viewer.post(lambda: viewer.marks.want(kind, value)))
+            scale = gui.add_slider("Force arrows", -3.0, 3.0, 0.1, 0.0, hint="Decades longer or shorter")
+            on_user(scale, lambda value: viewer.post(lambda: viewer.marks.scale_forces(10**value)))
+
+
+HINTS = {
+    "contact points": "Green sticks, red slips, blue is open",
+    "forces": "On body A of each contact: green sticks, red slips",
+}

@@ -1,0 +1,183 @@
+"""A model in the scene of the page: batches of meshes whose poses follow the bodies."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..checks import Array
+from ..model.model import Model
+from ..model.parts import WORLD, Geom
+from ..model.shapes import Plane
+from ..report.batches import Batch, shapes_of, visuals_of
+
+if TYPE_CHECKING:
+    import viser
+
+ROOT = "/scene"
+CHOSEN = np.array([250, 210, 60], dtype=np.uint8)
+"""The colour of the body that was picked."""
+VISUAL, COLLISION = "visual", "collision"
+
+Grab = Callable[[str, int, Array, Array], None]
+"""phase (start, update, end), body, point that was grabbed, point under the pointer (m)"""
+
+
+class Stage:
+    """The scene of all pages that are open."""
+
+    def __init__(
+        self, server: viser.ViserServer, model: Model, *, pick: Callable[[int], None], grab: Grab
+    ) -> None:
+        """pick: called with a body that was clicked, grab: while one is dragged; both in the server's
+        thread."""
+        self._server, self._model = server, model
+        self._pick, self._grab = pick, grab
+        self._offset = np.zeros(3)
+        self._chosen: int | None = None
+        self._batches: list[tuple[Batch, Any]] = []
+        self._root = server.scene.add_frame(ROOT, show_axes=False)
+        self._light()
+        self.show_shapes(VISUAL)
+
+    @property
+    def root(self) -> str:
+        """The path below which all lies that goes along when the eye follows a body."""
+        return ROOT
+
+    @property
+    def offset(self) -> Array:
+        """By how much the world is moved back (m)."""
+        return self._offset
+
+    def frame(self, positions: Array) -> None:
+        """Ground, and where the eye is first, from where the bodies are (n, 3)."""
+        centre, size = extent(self._model, positions)
+        self._ground(centre, size)
+        camera = self._server.initial_camera
+        camera.look_at = tuple(centre)
+        camera.position = tuple(centre + 0.75 * size * np.array([0.65, -1.0, 0.45]))
+        camera.up = (0.0, 0.0, 1.0)
+        camera.near = 1e-3 * size
+
+    def show_shapes(self, which: str) -> None:
+        """Draw the visuals or the collision shapes."""
+        for _, handle in self._batches:
+            handle.remove()
+        drawn = visuals_of(self._model) if which == VISUAL else shapes_of(self._model)
+        self._batches = [(batch, self._add(f"{ROOT}/{which} {k}", batch)) for k, batch in enumerate(drawn)]
+        self.choose(self._chosen)
+
+    def move(self, positions: Array, orientations: Array) -> None:
+        """Show the bodies at these poses, (n, 3) and (n, 4)."""
+        for batch, handle in self._batches:
+            if batch.moves:
+                at, q = batch.placed(positions, orientations)
+                handle.batched_positions = at.astype(np.float32)
+                handle.batched_wxyzs = q.astype(np.float32)
+
+    def follow(self, offset: Array) -> None:
+        """Move the world back by `offset` (m), so that what has moved by it stays before the eye."""
+        if not np.array_equal(offset, self._offset):
+            self._offset = offset
+            self._root.position = tuple(-offset)
+
+    def choose(self, body: int | None) -> None:
+        """Colour a body as picked, and no other."""
+        self._chosen = body
+        for batch, handle in self._batches:
+            colours = batch.colours
+            if body is not None and (batch.bodies == body).any():
+                colours = np.where((batch.bodies == body)[:, None], CHOSEN, colours)
+            if not np.array_equal(handle.batched_colors, sent := linear(colours)):
+                handle.batched_colors = sent
+
+    def _light(self) -> None:
+        """From above, with shadows, and the rest from all sides; nothing is fetched for it."""
+        scene = self._server.scene
+        scene.configure_environment_map(None)
+        scene.configure_default_lights(cast_shadow=True)
+        scene.add_light_hemisphere(
+            "/sky", sky_color=(255, 255, 255), ground_color=(170, 160, 150), intensity=2.4
+        )
+
+    def _add(self, name: str, batch: Batch) -> Any:
+        handle = self._server.scene.add_batched_meshes_simple(
+            name,
+            batch.surface.vertices,
+            batch.surface.triangles,
+            batch.rotations.astype(np.float32),
+            batch.positions.astype(np.float32),
+            batched_scales=batch.scales.astype(np.float32),
+            batched_colors=linear(batch.colours),
+            opacity=batch.opacity if batch.opacity < 1 else None,
+            flat_shading=batch.surface.flat,
+            side="double" if batch.surface.flat else "front",  # visual meshes may be open
+            lod="off",
+        )
+        if batch.moves:
+            self._listen(batch, handle)
+        return handle
+
+    def _listen(self, batch: Batch, handle: Any) -> None:
+        """Callbacks are coroutines: the server runs them in order, and all they do is to post."""
+
+        @handle.on_click
+        async def _(event: Any) -> None:
+            if event.instance_index is not None:
+                self._pick(int(batch.bodies[event.instance_index]))
+
+        @handle.on_drag
+        async def _(event: Any) -> None:
+            if event.instance_index is not None:
+                body = int(batch.bodies[event.instance_index])
+                grabbed, pointer = np.array(event.start_position), np.array(event.end_position)
+                self._grab(event.phase, body, grabbed + self._offset, pointer + self._offset)
+
+    def _ground(self, centre: Array, size: float) -> None:
+        for k, geom in enumerate(self._model.geoms):
+            if isinstance(geom.shape, Plane) and geom.body == WORLD:
+                self._plane(f"{ROOT}/plane {k}", geom, centre, size)
+
+    def _plane(self, name: str, geom: Geom, centre: Array, size: float) -> None:
+        cell = 10.0 ** np.floor(np.log10(size / 3))
+        width = 20 * cell * np.ceil(size / cell)
+        at = np.array(geom.frame.position)
+        if geom.frame.rotation[0] ** 2 > 0.999:  # a floor: put below what stands on it
+            at[:2] = np.round(centre[:2] / cell) * cell
+        self._server.scene.add_grid(
+            name,
+            width=width,
+            height=width,
+            cell_size=cell,
+            section_size=5 * cell,
+            cell_color=(205, 205, 200),
+            section_color=(175, 175, 170),
+            plane_color=(236, 234, 228),
+            plane_opacity=1.0,
+            shadow_opacity=0.35,
+            fade_distance=8 * size,
+            wxyz=geom.frame.rotation,
+            position=tuple(at),
+        )
+
+
+def extent(model: Model, positions: Array) -> tuple[Array, float]:
+    """The middle of what moves and its largest diameter (m), without the few that are far away."""
+    moving = [k for k, body in enumerate(model.bodies) if body.motion != "fixed"]
+    points = positions[moving] if moving else positions
+    if not len(points):
+        return np.zeros(3), 1.0
+    low, high = np.percentile(points, 1, axis=0), np.percentile(points, 99, axis=0)
+    reach = float(np.linalg.norm(high - low))
+    return (low + high) / 2, max(reach, 2 * model.length)
+
+
+def linear(colours: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    """Colours (n, 3) as the page takes them: of several instances linear in the light, of one as they are."""
+    if len(colours) == 1:
+        return colours
+    return np.round(255 * (colours / 255) ** 2.2).astype(np.uint8)

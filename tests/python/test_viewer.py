@@ -1,0 +1,208 @@
+"""What a page plays and who owns it; the page itself is looked at in test_viewer_browser."""
+
+import threading
+import time
+
+import amontons
+import numpy as np
+import pytest
+from amontons import ModelBuilder, Simulation, scenes, shapes
+from amontons.viewer.runs import LiveRun, ReplayRun
+from amontons.viewer.spring import FREQUENCY, Spring, connected_mass
+
+
+def stack():
+    return Simulation(scenes.make("stack", boxes=3), dt=5e-3, on_failure="ignore")
+
+
+def same_state(a, b):
+    return all(
+        np.array_equal(getattr(a.state, name), getattr(b.state, name))
+        for name in ("positions", "orientations", "linear_velocities", "angular_velocities")
+    )
+
+
+@pytest.fixture
+def served(request):
+    """A function that opens a viewer, which is closed after the test."""
+    pytest.importorskip("viser", reason="needs viser: pip install 'amontons[view]'")
+    opened = []
+
+    def serve(subject, **options):
+        opened.append(amontons.view(subject, **options))
+        return opened[-1]
+
+    yield serve
+    for viewer in opened:
+        viewer.close()
+
+
+# Breaks when what the page plays is not what the simulation does by itself, or reset is not the beginning.
+def test_live_run_is_the_simulation():
+    run, alone = LiveRun(stack()), stack()
+    run.advance(0.1, 10.0)  # 0.1 s of clock with 10 s to do it in: twenty steps
+    alone.run(0.1)
+    assert run.time == alone.time
+    assert same_state(run.simulation, alone)
+    assert run.history.shape == (20, 6)
+    run.reset()
+    assert run.time == 0
+    assert same_state(run.simulation, stack())
+
+
+# Breaks when a page that cannot keep pace freezes to catch up: it may take a part of its period only, and
+# what is behind is dropped.
+def test_live_run_leaves_time_for_the_page():
+    run = LiveRun(stack())
+    run.speed = 1e6
+    start = time.perf_counter()
+    run.advance(1.0, 0.05)  # a million seconds to simulate
+    assert time.perf_counter() - start < 1.0
+    steps = run.simulation.steps
+    run.speed = 1.0
+    run.advance(0.0, 0.05)
+    assert run.simulation.steps <= steps + 1
+
+
+# Breaks when the spring has not the frequency that it says, is not damped, or its load stays after release: a
+# body of mass m that hangs from k = m w^2 rests g / w^2 below the pointer.
+def test_spring_carries_a_body():
+    builder = ModelBuilder()
+    builder.add_body("ball", shape=shapes.Sphere(0.1), density=1000)
+    sim = Simulation(builder.build(), dt=2e-3)
+    spring = Spring(sim)
+    sim.force_callbacks.append(spring.before_step)
+    sim.state.forces[0] = (1.0, 0.0, 0.0)  # the user's own
+    spring.grab(0, np.zeros(3))
+    sim.run(5.0)
+    m, stiffness = sim.model.bodies[0].mass, sim.model.bodies[0].mass * (2 * np.pi * FREQUENCY) ** 2
+    expected = np.array([1.0, 0.0, -9.81 * m]) / stiffness
+    # The spring acts with the state at the start of a step, of which the rest knows nothing.
+    np.testing.assert_allclose(sim.state.positions[0], expected, atol=1e-6)
+    spring.release()
+    assert sim.state.forces[0].tolist() == pytest.approx([1.0, 0.0, 0.0], abs=1e-12)
+    assert np.abs(sim.state.torques[0]).max() < 1e-12
+
+
+# Breaks when pulling a light link at its end shakes it apart: joints connect it with what is a thousand times
+# as heavy.
+def test_spring_is_stable_on_a_light_link():
+    builder = ModelBuilder()
+    builder.add_body("heavy", shape=shapes.Sphere(0.2), density=30000)
+    builder.add_body("light", shape=shapes.Capsule(0.02, 0.1), density=500, position=(0, 0, -0.4))
+    builder.add_ball_joint("light", "heavy", point=(0, 0, -0.25))
+    sim = Simulation(builder.build(), dt=5e-3)
+    masses = connected_mass(sim.model)
+    assert masses[0] == masses[1] == pytest.approx(sum(b.mass for b in sim.model.bodies))
+    spring = Spring(sim)
+    sim.force_callbacks.append(spring.before_step)
+    spring.grab(1, sim.state.positions[1] + (0, 0, -0.12))
+    spring.pull(np.array([1.0, 0.0, 0.0]))
+    sim.run(2.0)
+    assert np.abs(sim.state.angular_velocities).max() < 50
+    assert np.abs(sim.state.positions[1]).max() < 30  # both fall freely, 20 m
+
+
+# Breaks when options that are changed half way disturb the state, or are not those of the next step.
+def test_options_change_while_it_goes_on():
+    sim = stack()
+    sim.run(0.1)
+    other = sim.copy()
+    sim.change_options(dt=1e-3, method="apgd", tolerance=1e-8)
+    assert same_state(sim, other)
+    assert (sim.time, sim.steps, sim.dt) == (other.time, other.steps, 1e-3)
+    report = sim.step()
+    assert report.method == "apgd"
+    assert report.time == pytest.approx(other.time + 1e-3)
+    for bad in ({"methods": "apgd"}, {"dt": -1.0}, {"method": "none"}):
+        before = dict(sim.options)
+        with pytest.raises(amontons.InputError):
+            sim.change_options(**bad)
+        assert dict(sim.options) == before
+
+
+@pytest.fixture
+def recording(tmp_path):
+    sim = stack()
+    with amontons.record(tmp_path / "a.h5", sim, every=2) as recorder:
+        for _ in range(20):
+            recorder.add(sim.step())
+    with amontons.read_recording(tmp_path / "a.h5") as opened:
+        yield opened
+
+
+# Breaks when a recording is played at another speed than it says, past its end, or shows another frame.
+def test_replay_shows_the_frames(recording):
+    run = ReplayRun(recording)
+    run.playing, run.speed = True, 0.5
+    run.advance(0.045, 1.0)  # 22.5 ms of simulated time: two frames of 10 ms have begun
+    assert run.frame == 2
+    assert run.time == pytest.approx(0.02)
+    assert np.array_equal(run.positions, recording.positions[2])
+    assert run.history[:, 0].tolist() == pytest.approx([0.005, 0.01, 0.015, 0.02])
+    run.advance(100.0, 1.0)
+    assert (run.frame, run.playing) == (10, False)
+    run.seek(-5)
+    assert run.frame == 0
+
+
+# Breaks when a command of the page is run by another thread than the one that plays, when they are run in
+# another order than they were posted in, or when closing leaves the simulation with a load or a callback.
+def test_commands_are_run_by_the_owner(served):
+    sim = stack()
+    viewer = served(sim)
+    done = threading.Event()
+    seen = []
+    for k in range(50):
+        viewer.post(lambda k=k: seen.append((k, threading.current_thread().name)))
+    viewer.post(done.set)
+    assert done.wait(20)
+    assert [k for k, _ in seen] == list(range(50))
+    assert {name for _, name in seen} == {"amontons viewer"}
+    with pytest.raises(amontons.InputError, match="play=None"):
+        viewer.update()
+    viewer.close()
+    assert sim.force_callbacks == []
+
+
+# Breaks when an error of a command or of a step ends the thread in place of the play.
+def test_an_error_stops_the_play_only(served):
+    viewer = served(stack(), play=True)
+    done = threading.Event()
+
+    def fault():
+        raise amontons.InputError("no such thing")
+
+    viewer.post(fault)
+    viewer.post(done.set)
+    assert done.wait(20)
+    assert not viewer.run.playing
+
+
+# Breaks when the program that steps by itself does not get what the page asks for, at its own pace.
+def test_a_program_may_step_by_itself(served):
+    sim = stack()
+    viewer = served(sim, play=None)
+    viewer.post(lambda: sim.change_options(tolerance=1e-3))
+    sim.step()
+    viewer.update()
+    assert sim.options["tolerance"] == 1e-3
+    assert viewer.url.startswith("http://localhost:")
+    assert viewer.url in viewer._repr_html_()
+
+
+# Breaks when something that has no view, or a place where no page can be, is not refused by name.
+def test_bad_input_is_refused(served):
+    with pytest.raises(amontons.InputError, match="str"):
+        served("wall")
+    with pytest.raises(amontons.InputError, match="speed"):
+        served(stack(), speed=0.0)
+    sim = stack()
+    for place, named in (
+        ({"host": "no.such.host.invalid"}, "host"),
+        ({"port": 0}, "port"),
+        ({"port": 70000}, "port"),
+    ):
+        with pytest.raises(amontons.InputError, match=named):
+            served(sim, **place)
+    assert sim.force_callbacks == []
