@@ -4,13 +4,16 @@
 - Every name of amontons.__all__ has a docstring or a mention in backquotes in docs/, and every public method
   and property of its classes has a docstring or is named in that of the class.
 - Every make target that a document names in code exists.
+- Every command `amontons ...` exists, with the options that are given to it.
 - Every source file that a document names in code, or a comment of a C++ source, exists (X is any name).
 - Every page of docs/ is in the menu of the site (`mkdocs.yml`), every public name in its reference.
 - Equations are numbered in order, and every one that a source cites, as docs/algorithm.md (3), is there.
 """
 
+import contextlib
 import inspect
 import re
+import shlex
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -105,6 +108,39 @@ def check_targets(root: Path) -> Iterator[str]:
                     yield f"{file.relative_to(root)}: make has no target {target}"
 
 
+def commands(text: str) -> Iterator[list[str]]:
+    """The words of what a document has typed behind `amontons`, in blocks and in code within a line."""
+    lines = [line for match in FENCE.finditer(text) for line in match.group().splitlines()]
+    lines += [code.strip("`") for code in CODE.findall(FENCE.sub("", text))]
+    for line in lines:
+        match = re.match(r"\s*(?:\$ )?(?:\.venv/bin/)?amontons (.+)", line)
+        if match:
+            with contextlib.suppress(ValueError):  # an apostrophe: a sentence, not a command
+                yield shlex.split(match.group(1), comments=True)
+
+
+def check_commands(root: Path) -> Iterator[str]:
+    import typer
+    from amontons.cli import app
+
+    top = typer.main.get_command(app)
+    for file in documents(root):
+        for words in commands(file.read_text()):
+            name, command = "", top
+            while words and hasattr(command, "commands") and re.fullmatch(r"[a-z]+", words[0]):
+                name, *words = words
+                command = command.commands.get(name)
+            if command is None:
+                yield f"{file.relative_to(root)}: there is no command amontons {name}"
+                continue
+            try:
+                command.make_parser(command.context_class(command)).parse_args(list(words))
+            except typer.BadParameter.__base__ as error:  # Click's, of any kind
+                option = getattr(error, "option_name", None)
+                if type(error).__name__ == "NoSuchOption":
+                    yield f"{file.relative_to(root)}: amontons {name} has no option {option}"
+
+
 def check_files(root: Path) -> Iterator[str]:
     sources = ["/" + str(p.relative_to(root)) for p in files(root, ".cpp", ".hpp", ".py")]
     texts = [(p, CODE.findall(FENCE.sub("", p.read_text()))) for p in documents(root)]
@@ -163,6 +199,7 @@ def faults(root: Path) -> list[str]:
     checks = (
         check_links,
         check_targets,
+        check_commands,
         check_files,
         check_names,
         check_menu,

@@ -72,6 +72,7 @@ def faults_of(root):
     checks = (
         check_docs.check_links,
         check_docs.check_targets,
+        check_docs.check_commands,
         check_docs.check_files,
         check_docs.check_menu,
         check_docs.check_equations,
@@ -96,6 +97,9 @@ def test_gallery_shows_every_scene(root):
         ("[a]: gone.md", "dead link gone.md"),
         ("run `make nothing`", "make has no target nothing"),
         ("```sh\nmake nothing\n```", "make has no target nothing"),
+        ("```sh\namontons nothing x\n```", "there is no command amontons nothing"),
+        ("run `amontons run wall --nothing 3`", "amontons run has no option --nothing"),
+        ("```\n$ amontons bench paper --nothing\n```", "amontons paper has no option --nothing"),
         ("see `src/gone.cpp`", "there is no file src/gone.cpp"),
         ("```math\nx \\tag{2}\n```", "equations are numbered 2"),
         ("as in docs/algorithm.md (7)", "no equation (7) in docs/algorithm.md"),
