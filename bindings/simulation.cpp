@@ -25,18 +25,27 @@ S& idle(S& s) {
 
 // Ctrl-C and other signals, whose handlers Python runs on the main thread: what they raise ends the step,
 // which puts its state back.
-Report step(Simulation& s) {
-  Report report;
+template <class Work>
+auto patiently(Work&& work) {
+  decltype(work()) result;
   {
     nb::gil_scoped_release release;
     const Patience patience(infinity, [] {
       nb::gil_scoped_acquire gil;
       return PyErr_CheckSignals() != 0;
     });
-    report = s.step();
+    result = work();
   }
   if (PyErr_Occurred()) throw nb::python_error();
-  return report;
+  return result;
+}
+
+Report step(Simulation& s) {
+  return patiently([&] { return s.step(); });
+}
+
+Simulation::Run run(Simulation& s, std::size_t steps, double seconds) {
+  return patiently([&] { return s.run(steps, seconds); });
 }
 
 // A writable array over a vector of the state: the simulation never changes its length, so the memory stays.
@@ -188,6 +197,7 @@ void bind_options_and_report(nb::module_& m) {
       .def_ro("time", &Report::time)
       .def_ro("advanced", &Report::advanced)
       .def_prop_ro("status", [](const Report& r) { return name_of(r.status); })
+      .def_prop_ro("is_sound", &Report::is_sound)
       .def_ro("residual", &Report::residual)
       .def_ro("iterations", &Report::iterations)
       .def_ro("products", &Report::products)
@@ -205,6 +215,11 @@ void bind_options_and_report(nb::module_& m) {
       .def_ro("balanced", &Report::balanced)
       .def_ro("timings", &Report::timings)
       .def_ro("method", &Report::method);
+  using R = Simulation::Run;
+  nb::class_<R>(m, "Run", "Steps that were made one after the other.")
+      .def_ro("report", &R::report)
+      .def_ro("steps", &R::steps)
+      .def_ro("residual", &R::residual);
 }
 
 }  // namespace
@@ -231,8 +246,12 @@ void bind_simulation(nb::module_& m) {
       .def(
           "set_time", [](Simulation& s, double time) { s.state().time = time; }, nb::arg("time"))
       .def("step", &step)
+      .def("run", &run, nb::arg("steps"), nb::arg("seconds"),
+           "At most so many steps; ends after one that is not sound, and after so many seconds.")
       .def("snapshot", [](const Simulation& s) { return idle(s).state(); })
       .def("restore", &restore, nb::arg("state"))
+      .def(
+          "restore_last", [](Simulation& s) { restore(s, s.last_state()); }, "The state before the last step.")
       .def_prop_ro("time", [](const Simulation& s) { return s.state().time; })
       .def_prop_ro("steps", [](const Simulation& s) { return s.state().steps; })
       .def_prop_ro("impulse_step", [](const Simulation& s) { return s.state().impulse_step; })

@@ -1,21 +1,24 @@
 #include "amontons/problem/contact_graph.hpp"
 
+#include <algorithm>
 #include <numeric>
 
 namespace amontons {
 
 // One link per block of K. All rows of a block act on the same bodies (check_blocks), so that its first row
 // tells which. Contacts come first and are blocks of their own.
-ContactGraph contact_graph(const ContactSystem& A, const SetProduct& K) {
-  ContactGraph graph;
-  graph.moves.assign(A.bodies.size(), 0);
+void make_contact_graph(const ContactSystem& A, const SetProduct& K, ContactGraph& graph) {
+  constexpr unsigned char untouched = 2;
+  graph.moves.resize(A.bodies.size());
+  graph.links.clear();
+  graph.first_row.clear();
   graph.links.reserve(K.blocks());
   graph.first_row.reserve(K.blocks() + 1);
-  std::vector<unsigned char> moving(A.bodies.size());
-  for (std::size_t i = 0; i < moving.size(); ++i) moving[i] = A.bodies.moves(static_cast<Index>(i));
+  for (std::size_t i = 0; i < graph.moves.size(); ++i)
+    graph.moves[i] = A.bodies.moves(static_cast<Index>(i)) ? untouched : 0;
   // A body counts as moving once a block acts on it: those that nothing touches are nodes of no graph.
   const auto node = [&](Index body) {
-    if (body < 0 || !moving[body]) return Index{-1};
+    if (body < 0 || !graph.moves[body]) return Index{-1};
     graph.moves[body] = 1;
     return body;
   };
@@ -32,6 +35,12 @@ ContactGraph contact_graph(const ContactSystem& A, const SetProduct& K) {
     }
   });
   graph.first_row.push_back(static_cast<Index>(K.rows()));
+  std::replace(graph.moves.begin(), graph.moves.end(), untouched, static_cast<unsigned char>(0));
+}
+
+ContactGraph contact_graph(const ContactSystem& A, const SetProduct& K) {
+  ContactGraph graph;
+  make_contact_graph(A, K, graph);
   return graph;
 }
 

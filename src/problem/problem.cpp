@@ -224,29 +224,34 @@ void check_blocks(const ContactSystem& A, const SetProduct& K) {
 // docs/algorithm.md (15): per block the mean of diag(A). Blocks that no body carries (zero rows) would divide
 // by zero: any positive value serves them. 1e-14 of the largest entry is such a value, in the units of the
 // problem; 1 where A is zero.
-std::vector<double> preconditioner(const SetProduct& K, std::span<const double> diagonal) {
+void make_preconditioner(const SetProduct& K, std::span<const double> diagonal, std::vector<double>& P) {
   double largest = 0;
   for (double d : diagonal) largest = std::max(largest, std::abs(d));
   const double floor = largest > 0 ? 1e-14 * largest : 1.0;
-  std::vector<double> P(K.blocks());
+  P.resize(K.blocks());
   for_each_block(K, [&]<class S>(const S&, std::size_t block, std::size_t row) {
     double mean = 0;
     for (int k = 0; k < S::dim; ++k) mean += diagonal[row + k] / S::dim;
     P[block] = std::max(mean, floor);
   });
-  return P;
 }
 
 }  // namespace
 
 // P from the diagonal, the graph from the bodies: what follows from A and K is made once, here.
+void renew(Problem& problem) {
+  static thread_local std::vector<double> diag;
+  diag.resize(problem.rows());
+  diagonal(problem.A, diag);
+  make_preconditioner(problem.K, diag, problem.P);
+  if (const auto* system = std::get_if<ContactSystem>(&problem.A))
+    make_contact_graph(*system, problem.K, problem.graph);
+}
+
 Problem trusted_problem(Operator A, std::vector<double> b, SetProduct K) {
-  std::vector<double> diag(b.size());
-  diagonal(A, diag);
-  std::vector<double> P = preconditioner(K, diag);
-  ContactGraph graph;
-  if (const auto* system = std::get_if<ContactSystem>(&A)) graph = contact_graph(*system, K);
-  return {std::move(A), std::move(b), std::move(K), std::move(P), std::move(graph)};
+  Problem problem{std::move(A), std::move(b), std::move(K), {}, {}};
+  renew(problem);
+  return problem;
 }
 
 // A by itself, then b and K against A, then their blocks; the diagonal last, as it is formed from all of A.

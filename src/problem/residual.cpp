@@ -40,8 +40,14 @@ double natural_map(const Problem& problem, Law law, std::span<const double> x, s
 // docs/algorithm.md (16). At x = 0, u = b: the length of Pi_K(-P^-1 b) in the P metric, to which the residual
 // is relative. It is zero where 0 is a solution; 1e-300 then keeps the quotient of two zeros at zero.
 double natural_map_at_zero(const Problem& problem, Law law) {
-  const std::vector<double> zero(problem.rows(), 0.0);
-  return std::max(natural_map(problem, law, zero, problem.b), 1e-300);
+  double sum = 0;
+  for_each_block(problem.K, [&]<class S>(const S& set, std::size_t block, std::size_t row) {
+    const double zero[S::dim] = {};
+    double g[S::dim];
+    add_saxce_term(set, law, &problem.b[row], g);
+    sum += natural_map_squared(set, problem.P[block], zero, g);
+  });
+  return std::max(std::sqrt(sum), 1e-300);
 }
 
 // The other norms take the step g itself, as if P were 1/kg: they depend on units and serve for comparison

@@ -10,6 +10,7 @@
 #include "amontons/multibody/joints/coordinates.hpp"
 #include "amontons/multibody/joints/joints.hpp"
 #include "multibody/bodies/motion.hpp"
+#include "multibody/joints/joint_context.hpp"
 
 // Small mechanisms for the tests of joints, stepped with dense matrices that are put together here from the
 // rows.
@@ -96,6 +97,7 @@ struct Scene {
   std::vector<BodyMobility> mobility;
   std::vector<BodyVelocity> start, free;
   std::vector<GyroscopicSpin> spins;
+  JointContexts joints;
   JointRows rows;
   JointOptions options{0.01, 1e300, 1};
   bool gravity = false;
@@ -112,10 +114,11 @@ struct Scene {
     place_bodies(*model, state, bodies, mobility, start);
     update_coordinates(*model, bodies, state);
     std::vector<BodyImpulse> loads(model->bodies());
-    add_motor_loads(*model, bodies, state, options.h, loads);
+    place_joints(*model, bodies, state, joints);
+    add_motor_loads(*model, joints, state, options.h, loads);
     make_free_velocities(*model, state, options.h, bodies, mobility, start, loads, true, free, spins);
     rows.clear();
-    append_joint_rows(*model, {bodies, mobility, start, free}, state, options, rows);
+    append_joint_rows(*model, {bodies, mobility, start, free}, joints, state, options, rows);
   }
   std::size_t count(RowKind kind) const {
     return static_cast<std::size_t>(

@@ -104,7 +104,7 @@ TEST(effort_acts_and_reacts) {
   scene.description.joints = {joint};
   scene.build();
   std::vector<BodyImpulse> loads(2);
-  add_motor_loads(*scene.model, scene.bodies, scene.state, 0.5, loads);
+  add_motor_loads(*scene.model, scene.joints, scene.state, 0.5, loads);
   CHECK_NEAR(norm(loads[0].force), 1.5, 1e-12);
   CHECK_NEAR(norm(loads[0].force + loads[1].force), 0, 1e-14);
   Vec3 moment;  // about the world's origin
@@ -113,7 +113,7 @@ TEST(effort_acts_and_reacts) {
   scene.description.bodies[1].motion = Motion::kinematic;
   scene.build();
   loads.assign(2, {});
-  add_motor_loads(*scene.model, scene.bodies, scene.state, 0.5, loads);
+  add_motor_loads(*scene.model, scene.joints, scene.state, 0.5, loads);
   CHECK(norm(loads[0].force) > 1 && loads[1].force == Vec3{} && loads[1].torque == Vec3{});
 }
 

@@ -24,6 +24,8 @@ struct ContactGraph {
   std::size_t bodies() const { return moves.size(); }
 };
 ContactGraph contact_graph(const ContactSystem& A, const SetProduct& K);
+// The same in the memory of `graph`.
+void make_contact_graph(const ContactSystem& A, const SetProduct& K, ContactGraph& graph);
 
 // The island of every block, numbered in the order of their first blocks; blocks without a moving body are
 // one island. Blocks of two islands share no moving body, so that the VI falls apart. Returns how many there

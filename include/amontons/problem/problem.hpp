@@ -34,6 +34,9 @@ struct Problem {
 Problem make_problem(Operator A, std::vector<double> b, SetProduct K);
 // The same of data that has been checked before, or was made by us: not looked at again.
 Problem trusted_problem(Operator A, std::vector<double> b, SetProduct K);
+// P and graph of A, b and K that were replaced in place: a problem that is made anew in every step keeps its
+// memory.
+void renew(Problem& problem);
 
 // u plus the De Saxce term: what the VI of the law asks to be in the normal cone. g may be u.
 template <class S>

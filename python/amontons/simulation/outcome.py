@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -24,44 +25,120 @@ class Timings:
     total: float
 
 
-@dataclass(frozen=True)
 class Report:
-    """What a step did."""
+    """What a step did.
 
-    time: float
-    """at the end of the step (s)"""
-    advanced: bool
-    """False if velocities came out not finite: the state is that before the step"""
-    status: str
-    """of the solve: converged | iteration_limit | deadline | stalled | interrupted | infeasible"""
-    residual: float
-    """natural residual of the law asked for, the worst of the substeps"""
-    iterations: int
-    products: int
-    factorizations: int
-    contacts: int
-    joint_rows: int
-    substeps: int
-    penetration: float
-    """deepest at the start of the step, >= 0 (m)"""
-    joint_error: float
-    """largest violation of a joint, rigid coupling or limit of a tendon at the start of the step (m)"""
-    joint_angle_error: float
-    """rad"""
-    kinetic_energy: float
-    """at the end of the step (J)"""
-    potential_energy: float
-    """of gravity (J)"""
-    spring_energy: float
-    """of joint springs (J)"""
-    energy_balance: float
-    """work of what can only dissipate: rigid contacts, joints, limits, dry friction (J); above zero it is
-    energy from nothing"""
-    balanced: bool
-    """False if the step made energy from nothing, more than its tolerance explains"""
-    timings: Timings
-    method: str
-    """of the solve"""
+    It views what the compiled step returned: a field costs something only when it is read.
+    """
+
+    __slots__ = ("_core",)
+
+    def __init__(self, core: _core.Report) -> None:
+        self._core = core
+
+    @property
+    def time(self) -> float:
+        """At the end of the step (s)."""
+        return self._core.time
+
+    @property
+    def advanced(self) -> bool:
+        """False if velocities came out not finite: the state is that before the step."""
+        return self._core.advanced
+
+    @property
+    def status(self) -> str:
+        """Of the solve: converged | iteration_limit | deadline | stalled | interrupted | infeasible."""
+        return self._core.status
+
+    @property
+    def residual(self) -> float:
+        """Natural residual of the law asked for, the worst of the substeps."""
+        return self._core.residual
+
+    @property
+    def iterations(self) -> int:
+        """Of all solves of the step."""
+        return self._core.iterations
+
+    @property
+    def products(self) -> int:
+        """With the operator A, of all solves of the step."""
+        return self._core.products
+
+    @property
+    def factorizations(self) -> int:
+        """Of all solves of the step."""
+        return self._core.factorizations
+
+    @property
+    def contacts(self) -> int:
+        """Contact points with rows."""
+        return self._core.contacts
+
+    @property
+    def joint_rows(self) -> int:
+        """Rows of joints, drives, limits, tendons and couplings."""
+        return self._core.joint_rows
+
+    @property
+    def substeps(self) -> int:
+        """Parts that the step was made in."""
+        return self._core.substeps
+
+    @property
+    def penetration(self) -> float:
+        """Deepest at the start of the step, >= 0 (m)."""
+        return self._core.penetration
+
+    @property
+    def joint_error(self) -> float:
+        """Largest violation of a joint, rigid coupling or limit of a tendon at the start of the step (m)."""
+        return self._core.joint_error
+
+    @property
+    def joint_angle_error(self) -> float:
+        """The same of angles (rad)."""
+        return self._core.joint_angle_error
+
+    @property
+    def kinetic_energy(self) -> float:
+        """At the end of the step (J)."""
+        return self._core.kinetic_energy
+
+    @property
+    def potential_energy(self) -> float:
+        """Of gravity (J)."""
+        return self._core.potential_energy
+
+    @property
+    def spring_energy(self) -> float:
+        """Of joint springs (J)."""
+        return self._core.spring_energy
+
+    @property
+    def energy_balance(self) -> float:
+        """Work of what can only dissipate: rigid contacts, joints, limits, dry friction (J).
+
+        Above zero it is energy from nothing.
+        """
+        return self._core.energy_balance
+
+    @property
+    def balanced(self) -> bool:
+        """False if the step made energy from nothing, more than its tolerance explains."""
+        return self._core.balanced
+
+    @property
+    def method(self) -> str:
+        """Of the solve."""
+        return self._core.method
+
+    @property
+    def timings(self) -> Timings:
+        """Wall clock by phase."""
+        core = self._core.timings
+        return Timings(*(getattr(core, name) for name in TIMINGS))
 
     @property
     def converged(self) -> bool:
@@ -73,14 +150,30 @@ class Report:
         """Kinetic, potential and spring energy (J)."""
         return self.kinetic_energy + self.potential_energy + self.spring_energy
 
+    def _values(self) -> dict[str, Any]:
+        return {name: getattr(self, name) for name in FIELDS}
 
-def from_core(core: _core.Report) -> Report:
-    values = {f.name: getattr(core, f.name) for f in fields(Report)}
-    values["timings"] = Timings(*(getattr(core.timings, f.name) for f in fields(Timings)))
-    return Report(**values)
+    def __repr__(self) -> str:
+        return f"Report({', '.join(f'{name}={value!r}' for name, value in self._values().items())})"
+
+    def __eq__(self, other: object) -> bool:
+        return self._values() == other._values() if isinstance(other, Report) else NotImplemented
+
+    def __hash__(self) -> int:
+        return hash(tuple(self._values().values()))
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _restored, (self._values(),)
+
+
+def _restored(values: dict[str, Any]) -> Report:
+    """A report that was pickled, of plain numbers."""
+    return Report(SimpleNamespace(**values))  # type: ignore[arg-type]
 
 
 TIMINGS = tuple(f.name for f in fields(Timings))
+FIELDS = tuple(name for name, value in vars(Report).items() if isinstance(value, property))[:-2]
+"""Of a report, without what follows from the others."""
 REPORTS = np.dtype(
     [
         ("time", np.float64),

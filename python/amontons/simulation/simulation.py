@@ -31,12 +31,14 @@ from .forces import (
     reaction_table,
     tendon_table,
 )
-from .outcome import Report, Table, from_core
+from .outcome import Report, Table
 from .queries import Queries
 from .state import State
 
 RECOVERIES = {"projection": "projection", "velocity": "velocity"}
 ON_FAILURE = {"warn": None, "raise": None, "ignore": None}
+PATIENCE = 0.05
+"""of a run without callbacks: after so long (s) the compiled module lets Python look at signals"""
 
 
 @hook
@@ -177,43 +179,59 @@ class Simulation(Queries):
         """
         for callback in self.force_callbacks:
             callback(self)
-        on_failure = self._options["on_failure"]
-        before = self._core.snapshot() if on_failure == "raise" else None
         self._contacts = None
-        report = from_core(self._core.step())
-        if not report.advanced:
+        core = self._core.step()
+        self._check(core, 1, core.residual, stacklevel=4)
+        return Report(core)
+
+    def _check(self, last: _core.Report, steps: int, residual: float, stacklevel: int) -> None:
+        """After some steps, of which only the last can have failed: what `on_failure` says of it."""
+        if not last.advanced:
             raise SimulationError(
-                f"the velocities at t = {self.time:g} s came out not finite ({report.status}); the state is "
+                f"the velocities at t = {self.time:g} s came out not finite ({last.status}); the state is "
                 "that before the step. Look for loads or speeds out of any proportion, or make dt smaller"
             )
-        counted = watching.saw(report.residual, missed=not report.converged)
-        if not report.converged and on_failure != "ignore" and not (counted and on_failure == "warn"):
-            message = (
-                f"the step to t = {report.time:g} s has a residual of {report.residual:.2e}, above the "
-                f"tolerance {self._options['tolerance']:g} ({report.method}: {report.status})"
-                if report.balanced
-                else f"the step to t = {report.time:g} s gained {report.energy_balance:.3g} J from nothing"
+        counted = watching.saw(residual, steps=steps, missed=not last.is_sound)
+        on_failure = self._options["on_failure"]
+        if last.is_sound or on_failure == "ignore" or (counted and on_failure == "warn"):
+            return
+        message = (
+            f"the step to t = {last.time:g} s has a residual of {last.residual:.2e}, above the "
+            f"tolerance {self._options['tolerance']:g} ({last.method}: {last.status})"
+            if last.balanced
+            else f"the step to t = {last.time:g} s gained {last.energy_balance:.3g} J from nothing"
+        )
+        if on_failure == "raise":
+            self._core.restore_last()
+            raise SimulationError(
+                f"{message}; the state is that before the step. Allow max_substeps, more iterations or a "
+                "looser tolerance"
             )
-            if before is not None:
-                self._core.restore(before)
-                raise SimulationError(
-                    f"{message}; the state is that before the step. Allow max_substeps, more iterations or a "
-                    "looser tolerance"
-                )
-            warnings.warn(message, StepWarning, stacklevel=2)
-        return report
+        warnings.warn(message, StepWarning, stacklevel=stacklevel)
 
     def run(self, duration: float, callback: Callable[[Simulation, Report], object] | None = None) -> Report:
         """Step until `duration` (s) has passed and return the last report.
 
-        callback: called as callback(sim, report) after each step; a true result stops.
+        callback: called as callback(sim, report) after each step; a true result stops. Without it and without
+        force_callbacks all steps are made by the compiled module; Ctrl-C ends between two of them.
         """
-        steps = math.ceil(positive_number("duration", duration) / self.dt - 1e-9)
-        for _ in range(max(1, steps)):
+        steps = max(1, math.ceil(positive_number("duration", duration) / self.dt - 1e-9))
+        if callback is None and not self.force_callbacks and type(self).step is Simulation.step:
+            return self._run(steps)
+        for _ in range(steps):
             report = self.step()
             if callback is not None and callback(self, report):
                 break
         return report
+
+    def _run(self, steps: int) -> Report:
+        self._contacts = None
+        while True:  # between two parts Python looks at signals
+            part = self._core.run(steps, PATIENCE)
+            self._check(part.report, part.steps, part.residual, stacklevel=5)
+            steps -= part.steps
+            if steps <= 0:
+                return Report(part.report)
 
     @property
     def contacts(self) -> Table:

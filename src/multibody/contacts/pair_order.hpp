@@ -32,7 +32,7 @@ void sort_by_pair(const std::vector<Contact>& contacts, std::vector<PairKey>& ke
   keys.clear();
   for (std::uint32_t i = 0; i < contacts.size(); ++i)
     if (keep(i)) keys.push_back({pair_of(contacts[i]), i});
-  std::sort(keys.begin(), keys.end());
+  if (!std::is_sorted(keys.begin(), keys.end())) std::sort(keys.begin(), keys.end());
 }
 
 // The keys of one pair among those of many.

@@ -26,7 +26,7 @@ void keep_for_warm_start(const Problem& problem, std::span<const double> x, cons
                          std::vector<Contact>& kept) {
   const auto& contacts = std::get<ContactSystem>(problem.A).contacts;
   const auto rows_of_contact = [&](std::size_t i) { return &x[problem.graph.first_row[i]]; };
-  std::vector<PairKey> keys;
+  static thread_local std::vector<PairKey> keys;
   sort_by_pair(contacts, keys, [&](std::size_t i) { return rows_of_contact(i)[0] > 0; });
   kept.resize(keys.size());
   for (std::size_t k = 0; k < keys.size(); ++k) {
@@ -47,7 +47,8 @@ namespace {
 template <class F>
 void for_each_known(const Model& model, const std::vector<Contact>& last, const BodyFrames& bodies,
                     const std::vector<Contact>& contacts, F&& f) {
-  std::vector<unsigned char> used(last.size(), 0);
+  static thread_local std::vector<unsigned char> used;
+  used.assign(last.size(), 0);
   for (std::size_t i = 0; i < contacts.size();) {
     const std::pair pair = pair_of(contacts[i]);
     std::size_t end = i;
@@ -86,12 +87,12 @@ void warm_start_contacts(const Model& model, const std::vector<Contact>& last, d
                          const BodyFrames& bodies, const std::vector<Contact>& contacts,
                          std::vector<double>& x0) {
   // x0 may hold rows already; those of all contacts follow, zero until something is found for them.
-  std::vector<std::size_t> first_row(contacts.size() + 1, x0.size());
-  for (std::size_t i = 0; i < contacts.size(); ++i)
-    first_row[i + 1] = first_row[i] + static_cast<std::size_t>(contacts[i].rows);
-  x0.resize(first_row.back(), 0.0);
+  std::size_t first = x0.size(), rows = 0, row = first, at = 0;
+  for (const Contact& c : contacts) rows += static_cast<std::size_t>(c.rows);
+  x0.resize(first + rows, 0.0);
   for_each_known(model, last, bodies, contacts, [&](std::size_t i, const Contact& was) {
-    rows_of(contacts[i], was, scale, &x0[first_row[i]]);
+    for (; at < i; ++at) row += static_cast<std::size_t>(contacts[at].rows);  // i ascends
+    rows_of(contacts[i], was, scale, &x0[row]);
   });
 }
 

@@ -3,7 +3,6 @@
 #include "amontons/multibody/joints/actuators.hpp"
 
 #include <algorithm>
-#include <optional>
 
 #include "multibody/joints/actuator_rows.hpp"
 #include "multibody/joints/joint_context.hpp"
@@ -15,8 +14,8 @@ namespace {
 
 // Calls visit(actuator, l, l', row of l') for each actuator with a known effort, whatever it acts on.
 template <class Visit>
-void for_each_known(const Model& model, const BodyFrames& bodies, const BodyVelocities& start,
-                    const State& state, double h, const Visit& visit) {
+void for_each_known(const Model& model, const BodyFrames& bodies, std::span<const JointContext> joints,
+                    const BodyVelocities& start, const State& state, double h, const Visit& visit) {
   const auto known = [&](Index a) { return !has_row(model, state, a, h); };
   const auto visit_all = [&](const std::vector<Index>& actuators, const auto& make_line) {
     if (std::none_of(actuators.begin(), actuators.end(), known)) return;
@@ -27,18 +26,16 @@ void for_each_known(const Model& model, const BodyFrames& bodies, const BodyVelo
   };
   for (std::size_t j = 0; j < model.joints(); ++j) {
     if (!is_active(model, model.joint(static_cast<Index>(j)))) continue;
-    std::optional<JointContext> context;  // of the joint, made once if at all
     for (std::size_t i = model.first_dof(j); i < model.first_dof(j + 1); ++i)
       visit_all(model.actuators_of_dof(i), [&] {
-        if (!context) context = joint_context(model, bodies, state, j);
         Line line{state.coordinates[i], {}};
-        line.row.add(joint_row(*context, context->duals[i - model.first_dof(j)]), 1);
+        line.row.add(joint_row(joints[j], joints[j].duals[i - model.first_dof(j)]), 1);
         return line;
       });
   }
   for (std::size_t t = 0; t < model.description().tendons.size(); ++t)
     visit_all(model.actuators_of_tendon(t),
-              [&] { return tendon_line(model, bodies, state, static_cast<Index>(t)); });
+              [&] { return tendon_line(model, bodies, joints, state, static_cast<Index>(t)); });
   for (const Index a : model.other_actuators()) {
     const Transmission& t = model.description().actuators[a].transmission;
     visit_all({a}, [&] { return transmission_line(model, bodies, t); });
@@ -69,7 +66,7 @@ void add_wrench(const Model& model, Index body, const std::array<double, 6>& j, 
   loads[body].torque += impulse * Vec3{j[3], j[4], j[5]};
 }
 
-void add_sums(const Model& model, const BodyFrames& bodies, const State& state, double h,
+void add_sums(const Model& model, std::span<const JointContext> joints, double h,
               const std::vector<double>& sums, std::vector<BodyImpulse>& loads) {
   for (std::size_t j = 0; j < model.joints(); ++j) {
     const Joint& joint = model.joint(static_cast<Index>(j));
@@ -77,8 +74,7 @@ void add_sums(const Model& model, const BodyFrames& bodies, const State& state, 
       const double sum = sums[model.first_dof(j) + i];
       if (sum == 0 || !is_active(model, joint)) continue;
       const Dof& dof = joint.dofs[i];
-      const JointContext context = joint_context(model, bodies, state, j);
-      const JacobianRow row = joint_row(context, context.duals[i]);
+      const JacobianRow row = joint_row(joints[j], joints[j].duals[i]);
       const double impulse = std::clamp(sum, h * dof.lower_effort, h * dof.upper_effort);
       add_wrench(model, row.body_a, row.a, impulse, loads);
       add_wrench(model, row.body_b, row.b, impulse, loads);
@@ -89,16 +85,18 @@ void add_sums(const Model& model, const BodyFrames& bodies, const State& state, 
 }  // namespace
 
 // An effort that is known before the step has no row.
-void add_actuator_loads(const Model& model, const BodyFrames& bodies, const BodyVelocities& start,
-                        const State& state, double h, std::vector<BodyImpulse>& loads) {
+void add_actuator_loads(const Model& model, const BodyFrames& bodies, std::span<const JointContext> joints,
+                        const BodyVelocities& start, const State& state, double h,
+                        std::vector<BodyImpulse>& loads) {
+  if (model.description().actuators.empty()) return;
   std::vector<double> sums(model.bounds_efforts() ? model.dofs() : 0);
-  for_each_known(model, bodies, start, state, h, [&](Index a, const Line& line, double rate) {
+  for_each_known(model, bodies, joints, start, state, h, [&](Index a, const Line& line, double rate) {
     const double impulse = h * known_effort(present_law(model, state, a, line.length, rate, h));
     if (!sums.empty() && add_effort(model, a, impulse, sums)) return;
     for (std::size_t i = 0; i < line.row.body.size(); ++i)
       add_wrench(model, line.row.body[i], line.row.j[i], impulse, loads);
   });
-  if (!sums.empty()) add_sums(model, bodies, state, h, sums, loads);
+  if (!sums.empty()) add_sums(model, joints, h, sums, loads);
 }
 
 void advance_activations(const Model& model, double h, State& state) {
@@ -112,15 +110,17 @@ void advance_activations(const Model& model, double h, State& state) {
 std::vector<LineState> actuator_lines(const Model& model, const BodyFrames& bodies, const BodyVelocities& v,
                                       const State& state) {
   std::vector<LineState> lines;
+  JointContexts joints;
+  place_joints(model, bodies, state, joints);
   for (const Actuator& actuator : model.description().actuators) {
     const Transmission& t = actuator.transmission;
     Line line;
     if (t.kind == Transmission::Kind::dof) {
-      const JointContext context = joint_context(model, bodies, state, t.joint);
+      const JointContext& context = joints[t.joint];
       line.length = state.coordinates[model.first_dof(t.joint) + t.dof];
       line.row.add(joint_row(context, context.duals[t.dof]), 1);
     } else {
-      line = t.kind == Transmission::Kind::tendon ? tendon_line(model, bodies, state, t.tendon)
+      line = t.kind == Transmission::Kind::tendon ? tendon_line(model, bodies, joints, state, t.tendon)
                                                   : transmission_line(model, bodies, t);
     }
     lines.push_back({t.gear * line.length, t.gear * row_velocity(line.row, v)});
@@ -131,8 +131,10 @@ std::vector<LineState> actuator_lines(const Model& model, const BodyFrames& bodi
 std::vector<LineState> tendon_lines(const Model& model, const BodyFrames& bodies, const BodyVelocities& v,
                                     const State& state) {
   std::vector<LineState> lines;
+  JointContexts joints;
+  place_joints(model, bodies, state, joints);
   for (std::size_t t = 0; t < model.description().tendons.size(); ++t) {
-    const Line line = tendon_line(model, bodies, state, static_cast<Index>(t));
+    const Line line = tendon_line(model, bodies, joints, state, static_cast<Index>(t));
     lines.push_back({line.length, row_velocity(line.row, v)});
   }
   return lines;

@@ -99,7 +99,8 @@ void search(const Joint& joint, const Transform& relative, double length, std::s
 }
 
 // A joint with one hinge has its angle in closed form, however far it is from the last one; the fit then only
-// has to find the slides and to refine. Joints of several hinges may have several poses that fit (elbow up
+// has to find the slides. Without slides the angle is all: what is left of the rotation has no part about the
+// axis, and the dual wrench of a hinge through the reference is a torque about it. Joints of several hinges may have several poses that fit (elbow up
 // and down) or a fit that leads into a local minimum: where the first fit is poor they are searched.
 void update_joint(const Joint& joint, const Transform& relative, double length, std::span<double> q) {
   constexpr double good = 1e-6;  // squared error of a first fit
@@ -116,6 +117,7 @@ void update_joint(const Joint& joint, const Transform& relative, double length, 
     q[hinge] = hinge_angle(relative.rotation, joint.dofs[hinge].axis, q[hinge]);
     if (first) q[hinge] = turned_into_limits(joint.dofs[hinge], q[hinge]);
   }
+  if (q.size() == 1 && hinges == 1 && !joint.spherical) return;
   const Fit found = fit(joint, relative, length, q);
   // Later on the nearest fit is the right one, however badly the joint is violated, unless there is none.
   if ((hinges > 1 || (hinges == 1 && joint.spherical)) &&
@@ -201,21 +203,26 @@ State initial_state(const Model& model) {
 }
 
 // The violation of rigid joints, each seen by the error of its chain.
-JointError joint_error(const Model& model, const BodyFrames& bodies, const State& state) {
+JointError joint_error(const Model& model, std::span<const JointContext> joints) {
   JointError worst;
-  for (std::size_t j = 0; j < model.joints(); ++j) {
-    const Joint& joint = model.joint(static_cast<Index>(j));
+  for (const JointContext& context : joints) {
+    const Joint& joint = *context.joint;
     if (!is_active(model, joint) || joint.compliance > 0) continue;
-    const Transform relative = joint_pose(joint, bodies).relative;
     if (!is_chain(joint)) {
-      worst.distance = std::max(worst.distance, excess(joint, relative));
+      worst.distance = std::max(worst.distance, excess(joint, context.pose.relative));
       continue;
     }
-    const ChainKinematics chain = chain_kinematics(joint, relative, coordinates_of(model, state, j));
+    const ChainKinematics& chain = context.chain;
     worst.distance = std::max(worst.distance, norm(chain.error.linear));
     if (!chain.spherical) worst.angle = std::max(worst.angle, norm(chain.error.angular));
   }
   return worst;
+}
+
+JointError joint_error(const Model& model, const BodyFrames& bodies, const State& state) {
+  JointContexts joints;
+  place_joints(model, bodies, state, joints);
+  return joint_error(model, joints);
 }
 
 // Lengths and coordinates as they stand; those that no impulse can change count too.

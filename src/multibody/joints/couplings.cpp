@@ -19,11 +19,11 @@ double coordinate(const Model& model, const BodyFrames& bodies, const State& sta
 void add_rate(const RowInput& in, Index joint, Index dof, Index tendon, double s, double factor,
               WideRow& wide) {
   if (tendon >= 0) {
-    const WideRow row = tendon_line(in.model, in.bodies.frames, in.state, tendon).row;
+    const WideRow row = tendon_line(in.model, in.bodies.frames, in.joints, in.state, tendon).row;
     for (std::size_t i = 0; i < row.body.size(); ++i) wide.add(row.body[i], row.j[i], s * factor);
     return;
   }
-  const JointContext context = joint_context(in.model, in.bodies.frames, in.state, joint);
+  const JointContext& context = in.joints[joint];
   wide.add(joint_row(context, s * context.duals[dof]), factor);
 }
 

@@ -32,18 +32,15 @@ std::array<double, 6> rates_before(const JointContext& now, const StepBodies& bo
   const Past a = past_of(now.joint->body_a), b = past_of(now.joint->body_b);
   // Coordinates to first order, which is enough for a Jacobian.
   std::array<double, 6> before{};
-  for (std::size_t i = 0; i < now.chain.dofs; ++i)
-    before[i] = q[i] - h * row_velocity(joint_row(now, now.duals[i]), bodies.start);
+  const Screw twist = joint_twist(now, bodies.start);
+  for (std::size_t i = 0; i < now.chain.dofs; ++i) before[i] = q[i] - h * dot(now.duals[i], twist);
   JointContext then = now;
   JointPose pose{a.pose * now.joint->frame_a, b.pose * now.joint->frame_b, {}};
   pose.relative = inverse(pose.b) * pose.a;
   place(then, pose, a.centre, b.centre, std::span(before).first(now.chain.dofs));
   std::array<double, 6> rates{};
-  for (std::size_t i = 0; i < now.chain.dofs; ++i) {
-    const JacobianRow row = joint_row(then, then.duals[i]);
-    if (row.body_a >= 0) rates[i] += power(row.a, a.velocity);
-    if (row.body_b >= 0) rates[i] += power(row.b, b.velocity);
-  }
+  const Screw twist_then = joint_twist(then, a.velocity, b.velocity);
+  for (std::size_t i = 0; i < now.chain.dofs; ++i) rates[i] = dot(then.duals[i], twist_then);
   return rates;
 }
 

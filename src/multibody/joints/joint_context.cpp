@@ -2,7 +2,7 @@
 
 namespace amontons {
 
-// Poses as they are, for all that only measures; joint_context() is for what makes rows.
+// Poses as they are, for all that only measures; place_joints() is for what makes rows.
 JointPose joint_pose(const Joint& joint, const BodyFrames& bodies) {
   const auto in_world = [&](Index body, const Transform& frame) {
     return (body < 0 ? Transform{} : bodies[body].pose) * frame;
@@ -44,13 +44,15 @@ void place(JointContext& joint, const JointPose& pose, const Vec3& centre_a, con
   if (joint.body_b >= 0) joint.r_b = point - centre_b;
 }
 
+namespace {
+
 // A fixed body counts as the world: its velocity is zero, and rows without it are cheaper and, where both
 // sides are fixed, empty. Kinematic bodies stay, as rows must see their velocity.
-JointContext joint_context(const Model& model, const BodyFrames& bodies, const State& state, std::size_t j) {
+void fill(JointContext& context, const Model& model, const BodyFrames& bodies, const State& state,
+          std::size_t j) {
   const auto unless_fixed = [&](Index body) {
     return body >= 0 && model.body(body).motion != Motion::fixed ? body : world;
   };
-  JointContext context;
   context.joint = &model.joint(static_cast<Index>(j));
   context.index = static_cast<Index>(j);
   context.body_a = unless_fixed(context.joint->body_a);
@@ -59,7 +61,32 @@ JointContext joint_context(const Model& model, const BodyFrames& bodies, const S
   const auto centre = [&](Index body) { return body >= 0 ? bodies[body].centre : Vec3{}; };
   place(context, joint_pose(*context.joint, bodies), centre(context.body_a), centre(context.body_b),
         coordinates_of(model, state, j));
-  return context;
+}
+
+}  // namespace
+
+void place_joints(const Model& model, const BodyFrames& bodies, const State& state, JointContexts& joints) {
+  joints.resize(model.joints());
+  for (std::size_t j = 0; j < joints.size(); ++j) fill(joints[j], model, bodies, state, j);
+}
+
+Screw joint_twist(const JointContext& joint, const BodyVelocity& a, const BodyVelocity& b) {
+  Vec3 linear, angular;
+  if (joint.body_a >= 0) {
+    linear = a.linear + cross(a.angular, joint.r_a);
+    angular = a.angular;
+  }
+  if (joint.body_b >= 0) {
+    linear -= b.linear + cross(b.angular, joint.r_b);
+    angular -= b.angular;
+  }
+  const Mat3 to_joint = transposed(joint.axes);
+  return {to_joint * linear, to_joint * angular};
+}
+
+Screw joint_twist(const JointContext& joint, const BodyVelocities& v) {
+  const auto of = [&](Index body) { return body < 0 ? BodyVelocity{} : v[body]; };
+  return joint_twist(joint, of(joint.body_a), of(joint.body_b));
 }
 
 // The power of a wrench (f, t) at a point P of the world on a body is <f, v + w x r> + <t, w> with r from the

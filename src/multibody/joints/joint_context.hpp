@@ -1,5 +1,6 @@
 #pragma once
 #include <span>
+#include <vector>
 
 #include "amontons/multibody/bodies/bodies.hpp"
 #include "amontons/problem/contact_system.hpp"
@@ -15,7 +16,8 @@ struct JointPose {
 };
 JointPose joint_pose(const Joint& joint, const BodyFrames& bodies);
 
-// A joint in the world at the present coordinates, ready to make rows.
+// A joint in the world at the present coordinates, ready to make rows. Made once per pose, for all that asks
+// for joints within a step.
 struct JointContext {
   const Joint* joint = nullptr;
   Index index = -1;
@@ -24,7 +26,7 @@ struct JointContext {
   Mat3 axes;  // of frame_b in the world
   JointPose pose;
   ChainKinematics chain;
-  std::array<Screw, 6> duals;
+  std::array<Screw, 6> duals;   // dual_wrenches() of the chain
   Vec3 arm;       // from the origin of frame_a to the reference point on A, axes of frame_b
   Vec3 r_a, r_b;  // from the centres of mass to the reference point on A, world
   bool rotates(std::size_t dof) const { return joint->dofs[dof].kind == Dof::Kind::hinge; }
@@ -32,8 +34,8 @@ struct JointContext {
   // the residual nor the iterates of a solver depend on the units of the model.
   double scale(std::size_t dof) const { return rotates(dof) ? length : 1; }
 };
-JointContext joint_context(const Model& model, const BodyFrames& bodies, const State& state,
-                           std::size_t joint);
+using JointContexts = std::vector<JointContext>;
+void place_joints(const Model& model, const BodyFrames& bodies, const State& state, JointContexts& joints);
 // Fills what follows from the pose of the joint, the centres of mass and the coordinates.
 void place(JointContext& joint, const JointPose& pose, const Vec3& centre_a, const Vec3& centre_b,
            std::span<const double> q);
@@ -42,6 +44,11 @@ void place(JointContext& joint, const JointPose& pose, const Vec3& centre_a, con
 std::span<const double> coordinates_of(const Model& model, const State& state, std::size_t joint);
 // Whether impulses of the joint can move a body at all.
 bool is_active(const Model& model, const Joint& joint);
+
+// The twist of A relative to B at the reference, axes of frame_b: the velocity along the row of a wrench is
+// their product. Velocities of the world are not read.
+Screw joint_twist(const JointContext& joint, const BodyVelocity& a, const BodyVelocity& b);
+Screw joint_twist(const JointContext& joint, const BodyVelocities& v);
 
 // The row of a wrench on A (axes of frame_b, about the reference) and the opposite one on B.
 JacobianRow joint_row(const JointContext& joint, const Screw& wrench);

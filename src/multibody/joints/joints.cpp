@@ -22,13 +22,12 @@ namespace {
 // the row of w_i (exact at C = 0).
 void append_locked_rows(const RowInput& in, const JointContext& joint, JointRows& rows) {
   const double L = joint.length;
-  std::array<Screw, 6> wrenches;
-  const std::size_t count = locked_wrenches(joint.chain, L, wrenches);
   const JointWrench& last = in.state.joint_wrenches[joint.index];
   // The stored wrench is about the origin of frame_a, the rows are about the reference.
   const Vec3 last_torque = last.torque - cross(joint.arm, last.force);
-  for (std::size_t i = 0; i < count; ++i) {
-    const Screw& w = wrenches[i];
+  std::array<Screw, 6> wrenches;
+  const std::size_t count = locked_wrenches(joint.chain, L, wrenches);
+  for (const Screw& w : std::span(wrenches).first(count)) {
     // The last impulse in this basis, which is orthonormal w.r.t. <f, f> + <t, t> / L^2. The basis may have
     // turned since; the wrench has not, which is why the state holds wrenches and no rows.
     const double x0 = dot(w.linear, last.force) + dot(w.angular, last_torque) / (L * L);
@@ -137,13 +136,13 @@ void append_ball_rows(const RowInput& in, const JointContext& joint, JointRows& 
 
 // Rows of a joint stand together, then those of tendons and couplings, which may bring auxiliary bodies
 // along. The order is that of the model, so that the same model gives the same bits.
-void append_joint_rows(const Model& model, const StepBodies& bodies, const State& state,
-                       const JointOptions& options, JointRows& rows) {
-  const RowInput in{model, bodies, state, options};
+void append_joint_rows(const Model& model, const StepBodies& bodies, std::span<const JointContext> joints,
+                       const State& state, const JointOptions& options, JointRows& rows) {
+  const RowInput in{model, bodies, joints, state, options};
   for (std::size_t j = 0; j < model.joints(); ++j) {
     const Joint& joint = model.joint(static_cast<Index>(j));
     if (!is_active(model, joint)) continue;
-    const JointContext context = joint_context(model, bodies.frames, state, j);
+    const JointContext& context = joints[j];
     // A distance joint has no coordinates and locks one direction at most.
     if (!is_chain(joint)) {
       append_distance_rows(in, context, rows);
@@ -161,7 +160,7 @@ void append_joint_rows(const Model& model, const StepBodies& bodies, const State
 // An effort motor has no row, as its impulse depends on nothing that the step finds. The effort tau along dof
 // i is the wrench tau dual_i on A and its opposite on B: D' of the dof's row, as a row's wrench is what its
 // unit impulse puts on the bodies.
-void add_motor_loads(const Model& model, const BodyFrames& bodies, const State& state, double h,
+void add_motor_loads(const Model& model, std::span<const JointContext> joints, const State& state, double h,
                      std::vector<BodyImpulse>& loads) {
   const auto is_effort = [](const Dof& dof) { return dof.motor.kind == MotorKind::effort; };
   const auto add = [&](Index body, const std::array<double, 6>& w) {
@@ -172,7 +171,7 @@ void add_motor_loads(const Model& model, const BodyFrames& bodies, const State& 
   for (std::size_t j = 0; j < model.joints(); ++j) {
     const Joint& joint = model.joint(static_cast<Index>(j));
     if (!is_active(model, joint) || std::none_of(joint.dofs.begin(), joint.dofs.end(), is_effort)) continue;
-    const JointContext context = joint_context(model, bodies, state, j);
+    const JointContext& context = joints[j];
     for (std::size_t i = 0; i < joint.dofs.size(); ++i) {
       if (!is_effort(joint.dofs[i])) continue;
       const double bound = joint.dofs[i].motor.max_effort;

@@ -1,8 +1,10 @@
 #pragma once
 #include <optional>
+#include <span>
 
 #include "amontons/multibody/bodies/bodies.hpp"
 #include "amontons/multibody/joints/rows.hpp"
+#include "multibody/joints/joint_context.hpp"
 
 // What the rows of joints have in common. A row asks, docs/algorithm.md (5),
 //   u = D v+ + E x + c,  -u in the normal cone of x's set
@@ -20,6 +22,7 @@ namespace amontons {
 struct RowInput {
   const Model& model;
   const StepBodies& bodies;
+  std::span<const JointContext> joints;
   const State& state;
   const JointOptions& options;
 };

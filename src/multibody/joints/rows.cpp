@@ -15,7 +15,7 @@ void JointRows::clear() {
   x0.clear();
   position.clear();
   restraint.clear();
-  cones = SetProduct();
+  cones.clear();
   tags.clear();
   efforts.clear();
   auxiliary_inverse_mass.clear();

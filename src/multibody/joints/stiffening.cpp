@@ -15,7 +15,6 @@
 
 #include <Eigen/Dense>
 
-#include "multibody/joints/joint_context.hpp"
 
 namespace amontons {
 
@@ -60,15 +59,15 @@ bool stiffen(const Mat3& inertia, const Mat3& S, Mat3& inverse_inertia) {
 // B, at the origin of frame_a. Forces of contacts are left out: they do not turn with a body. Pushing forces
 // have negative K; they are no stiff springs, and eigenvalues below 1 are left to the step as it is.
 bool stiffen_rotations(const Model& model, const State& state, double h, const BodyFrames& frames,
-                       std::vector<Mat3>& sums, BodyMobilities& mobility) {
+                       const JointContexts& joints, std::vector<Mat3>& sums, BodyMobilities& mobility) {
   if (state.impulse_step <= 0 || model.joints() == 0) return false;
   sums.assign(frames.size(), Mat3{});
   const auto add = [&](Index body, const Vec3& point, const Vec3& F) {
     if (model.is_dynamic(body)) sums[body] = sums[body] + stiffness(point - frames[body].centre, F);
   };
-  for (std::size_t j = 0; j < model.joints(); ++j) {
-    const Joint& joint = model.description().joints[j];
-    const JointPose pose = joint_pose(joint, frames);
+  for (std::size_t j = 0; j < joints.size(); ++j) {
+    const Joint& joint = *joints[j].joint;
+    const JointPose& pose = joints[j].pose;
     const Vec3 F = rotate(pose.b.rotation, state.joint_wrenches[j].force) / state.impulse_step;
     add(joint.body_a, pose.a.position, F);
     add(joint.body_b, pose.a.position, -F);

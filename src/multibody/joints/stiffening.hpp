@@ -1,7 +1,7 @@
 #pragma once
 #include <vector>
 
-#include "amontons/multibody/bodies/bodies.hpp"
+#include "multibody/joints/joint_context.hpp"
 
 namespace amontons {
 
@@ -9,6 +9,6 @@ namespace amontons {
 // feel, where the step is too long to resolve it: `mobility` becomes that of this inertia. Returns whether
 // any body needs it. `sums` is scratch.
 bool stiffen_rotations(const Model& model, const State& state, double h, const BodyFrames& frames,
-                       std::vector<Mat3>& sums, BodyMobilities& mobility);
+                       const JointContexts& joints, std::vector<Mat3>& sums, BodyMobilities& mobility);
 
 }  // namespace amontons

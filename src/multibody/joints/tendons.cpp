@@ -84,9 +84,8 @@ double rate_before(const RowInput& in, const Tendon& tendon) {
   const double h = in.options.h;
   double rate = 0;
   for (const TendonTerm& term : tendon.terms) {
-    const JointContext context = joint_context(in.model, in.bodies.frames, in.state, term.joint);
     rate += term.coefficient *
-            rates_before(context, in.bodies, coordinates_of(in.model, in.state, term.joint), h)[term.dof];
+            rates_before(in.joints[term.joint], in.bodies, coordinates_of(in.model, in.state, term.joint), h)[term.dof];
   }
   if (tendon.path.empty()) return rate;
   BodyFrames frames = in.bodies.frames;
@@ -169,20 +168,31 @@ double tendon_scale(const Model& model, Index index) {
   return !terms.empty() && std::all_of(terms.begin(), terms.end(), is_angle) ? model.length() : 1;
 }
 
-Line tendon_line(const Model& model, const BodyFrames& bodies, const State& state, Index index) {
+Line tendon_line(const Model& model, const BodyFrames& bodies, std::span<const JointContext> joints,
+                 const State& state, Index index) {
   const Tendon& tendon = model.description().tendons[index];
   Line line = spatial(model, bodies, tendon.path);
   for (const TendonTerm& term : tendon.terms) {
     line.length += term.coefficient * state.coordinates[model.first_dof(term.joint) + term.dof];
     if (!is_active(model, model.joint(term.joint))) continue;
-    const JointContext context = joint_context(model, bodies, state, term.joint);
+    const JointContext& context = joints[term.joint];
     line.row.add(joint_row(context, context.duals[term.dof]), term.coefficient);
   }
   return line;
 }
 
+Line tendon_line(const Model& model, const BodyFrames& bodies, const State& state, Index index) {
+  JointContexts joints;
+  place_joints(model, bodies, state, joints);
+  return tendon_line(model, bodies, joints, state, index);
+}
+
 double tendon_length(const Model& model, const BodyFrames& bodies, const State& state, Index index) {
-  return tendon_line(model, bodies, state, index).length;
+  const Tendon& tendon = model.description().tendons[index];
+  double length = spatial(model, bodies, tendon.path).length;
+  for (const TendonTerm& term : tendon.terms)
+    length += term.coefficient * state.coordinates[model.first_dof(term.joint) + term.dof];
+  return length;
 }
 
 double tendon_stretch(const Tendon& tendon, double length) {
@@ -194,7 +204,7 @@ void append_tendon_rows(const RowInput& in, JointRows& rows) {
   for (std::size_t k = 0; k < tendons.size(); ++k) {
     const Tendon& d = tendons[k];
     const Index index = static_cast<Index>(k);
-    Line line = tendon_line(in.model, in.bodies.frames, in.state, index);
+    Line line = tendon_line(in.model, in.bodies.frames, in.joints, in.state, index);
     const double s = tendon_scale(in.model, index);
     line.row.scale(s);
     const double inverse_mass = inverse_effective_mass(line.row, in.bodies.mobility);

@@ -3,6 +3,10 @@
 
 namespace amontons {
 
+// Its length and the row of its rate.
+Line tendon_line(const Model& model, const BodyFrames& bodies, std::span<const JointContext> joints,
+                 const State& state, Index tendon);
+// The same outside a step, where nobody has placed the joints.
 Line tendon_line(const Model& model, const BodyFrames& bodies, const State& state, Index tendon);
 
 double tendon_length(const Model& model, const BodyFrames& bodies, const State& state, Index tendon);

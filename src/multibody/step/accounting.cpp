@@ -3,7 +3,6 @@
 
 #include <algorithm>
 
-#include "amontons/multibody/joints/coordinates.hpp"
 
 namespace amontons {
 
@@ -28,11 +27,10 @@ void add_solution(const Problem& problem, const Solution& solution, Report& repo
 
 // Errors are those that the step found, not those that it left: the next one tells these. Its own velocities
 // are known too late to say what they do to the poses without another search for contacts.
-void add_errors(const Model& model, const BodyFrames& frames, const State& state,
-                const std::vector<Contact>& contacts, Report& report) {
+void add_errors(const JointError& error, double line_error, const std::vector<Contact>& contacts,
+                Report& report) {
   for (const Contact& c : contacts) report.penetration = std::max(report.penetration, -c.gap);
-  const JointError error = joint_error(model, frames, state);
-  report.joint_error = std::max({report.joint_error, error.distance, line_error(model, frames, state)});
+  report.joint_error = std::max({report.joint_error, error.distance, line_error});
   report.joint_angle_error = std::max(report.joint_angle_error, error.angle);
 }
 

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <chrono>
 
-#include "amontons/multibody/bodies/bodies.hpp"
+#include "amontons/multibody/joints/coordinates.hpp"
 #include "amontons/multibody/step/report.hpp"
 #include "amontons/problem/problem.hpp"
 #include "multibody/step/energy_guard.hpp"
@@ -36,8 +36,8 @@ void add_cost(const Solution& solution, Report& report);
 // The cost and the size of a solve, and its residual, status and method if that is the worst so far.
 void add_solution(const Problem& problem, const Solution& solution, Report& report);
 // Penetration and joint errors of the poses at the start of a substep, the largest so far.
-void add_errors(const Model& model, const BodyFrames& frames, const State& state,
-                const std::vector<Contact>& contacts, Report& report);
+void add_errors(const JointError& error, double line_error, const std::vector<Contact>& contacts,
+                Report& report);
 // The work of what can only dissipate, the sum over substeps.
 void add_balance(const EnergyBalance& balance, Report& report);
 // Energies at the end of the step.

@@ -19,9 +19,11 @@ namespace amontons {
 namespace {
 
 // M^-1 as the problem holds it: of the bodies of the model, then of the auxiliary ones of couplings.
-Bodies bodies_of(const StepBodies& step, const std::vector<double>& auxiliary) {
+void fill(const StepBodies& step, const std::vector<double>& auxiliary, Bodies& bodies) {
   const std::size_t n = step.mobility.size();
-  Bodies bodies{std::vector<double>(n), std::vector<std::array<double, 6>>(n), std::vector<Vec3>(n)};
+  bodies.inverse_mass.resize(n);
+  bodies.inverse_inertia.resize(n);
+  bodies.centre.resize(n);
   for (std::size_t i = 0; i < n; ++i) {
     const Mat3& J = step.mobility[i].inverse_inertia;
     bodies.inverse_mass[i] = step.mobility[i].inverse_mass;
@@ -34,7 +36,6 @@ Bodies bodies_of(const StepBodies& step, const std::vector<double>& auxiliary) {
     bodies.inverse_inertia.push_back({w, w, w, 0, 0, 0});
     bodies.centre.emplace_back();
   }
-  return bodies;
 }
 
 // A compliant contact is a spring of compliance e with the damper tau / e beside it, both implicit,
@@ -75,11 +76,15 @@ void hold_tangents(const Contact& contact, double E, double* b) {
 
 }  // namespace
 
-Problem assemble(const StepBodies& bodies, std::vector<Contact>& contacts, const JointRows& rows,
-                 const Assembly& options) {
-  ContactSystem A;
-  SetProduct K;
-  std::vector<double> b;
+void assemble(const StepBodies& bodies, std::vector<Contact>& contacts, const JointRows& rows,
+              const Assembly& options, Problem& problem) {
+  if (!std::holds_alternative<ContactSystem>(problem.A)) problem.A = ContactSystem{};
+  auto& A = std::get<ContactSystem>(problem.A);
+  SetProduct& K = problem.K;
+  std::vector<double>& b = problem.b;
+  A.contact_compliance.clear();
+  K.clear();
+  b.clear();
   // b = D v_free + c of the contacts, in the frame of each; the velocity of bodies that impulses do not move,
   // and of moving surfaces, is in it.
   A.contact_compliance.reserve(contacts.size());
@@ -101,17 +106,25 @@ Problem assemble(const StepBodies& bodies, std::vector<Contact>& contacts, const
   for (std::size_t i = 0; i < rows.jacobian.size(); ++i)
     b.push_back(row_velocity(rows.jacobian[i], bodies.free, rows.c[i]));
   K.append(rows.cones);
-  A.bodies = bodies_of(bodies, rows.auxiliary_inverse_mass);
+  fill(bodies, rows.auxiliary_inverse_mass, A.bodies);
   A.jacobian = rows.jacobian;
   A.compliance = rows.compliance;
-  return trusted_problem(std::move(A), std::move(b), std::move(K));
+  renew(problem);
+}
+
+Problem assemble(const StepBodies& bodies, std::vector<Contact>& contacts, const JointRows& rows,
+                 const Assembly& options) {
+  Problem problem;
+  assemble(bodies, contacts, rows, options, problem);
+  return problem;
 }
 
 // D'x is gathered per body first, six numbers about its centre of mass, then multiplied by its block of M^-1.
 // Auxiliary bodies have no entry in v: their velocities end with the step.
 void apply_impulses(const Problem& problem, std::span<const double> x, BodyVelocities& v) {
   const auto& A = std::get<ContactSystem>(problem.A);
-  std::vector<double> w(6 * A.bodies.size(), 0.0);
+  static thread_local std::vector<double> w;
+  w.assign(6 * A.bodies.size(), 0.0);
   add_impulses(A, x, w);
   for (std::size_t i = 0; i < v.size(); ++i) {
     double change[6];

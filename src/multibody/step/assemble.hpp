@@ -13,6 +13,8 @@ struct Assembly {
 };
 
 // The VI of a step: bodies, contacts, then joint rows. The lengths of the contacts' moments are set.
+void assemble(const StepBodies& bodies, std::vector<Contact>& contacts, const JointRows& rows,
+              const Assembly& options, Problem& problem);
 Problem assemble(const StepBodies& bodies, std::vector<Contact>& contacts, const JointRows& rows,
                  const Assembly& options);
 

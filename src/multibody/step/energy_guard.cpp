@@ -49,9 +49,9 @@ double joint_work(const EnergyInput& in, const BodyVelocities& after) {
 
 }  // namespace
 
-EnergyBalance energy_balance(const EnergyInput& in) {
+EnergyBalance energy_balance(const EnergyInput& in, BodyVelocities& after) {
   // Impulses act on the spin of the start, of which the mean over the step is short by the lag.
-  BodyVelocities after = in.after;
+  after = in.after;
   double inertial = 0, gravity = 0, recovered = 0;
   for (std::size_t i = 0; i < after.size(); ++i) {
     if (!in.model.is_dynamic(static_cast<Index>(i))) continue;

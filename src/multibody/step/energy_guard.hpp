@@ -25,6 +25,7 @@ struct EnergyInput {
 struct EnergyBalance {
   double work, allowed;
 };
-EnergyBalance energy_balance(const EnergyInput& in);
+// `scratch`: memory.
+EnergyBalance energy_balance(const EnergyInput& in, BodyVelocities& scratch);
 
 }  // namespace amontons

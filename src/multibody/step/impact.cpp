@@ -22,7 +22,7 @@ constexpr int most_reflections = 64;
 // keep the velocities that they have (c = 0). Limits are left to the step that follows.
 JointRows locked_rows(const ImpactInput& in, const BodyVelocities& v) {
   JointRows all, locked;
-  append_joint_rows(in.model, {in.frames, in.mobility, v, v}, in.state, in.options, all);
+  append_joint_rows(in.model, {in.frames, in.mobility, v, v}, in.joints, in.state, in.options, all);
   locked.auxiliary_inverse_mass = all.auxiliary_inverse_mass;
   for (std::size_t i = 0; i < all.tags.size(); ++i)
     if (all.tags[i].kind == RowKind::locked || all.tags[i].kind == RowKind::coupling)
@@ -123,7 +123,7 @@ bool resolve_impacts(const ImpactInput& in, BodyVelocities& v, std::vector<Conta
     if (reflection == 0) locked = locked_rows(in, v);
     active.clear();
     for (std::size_t i : index) active.push_back(contacts[i]);
-    const Problem problem = assemble({in.frames, in.mobility, v, v}, active, locked, {h, 0, true});
+    const Problem problem = assemble({in.frames, in.mobility, v, v}, active, locked, {.h = h, .recovery_speed = 0, .impact = true});
     Solution s = solve_step(in.solver, problem, {});
     add_solution(problem, s, report);
     limit_energy(problem, in.solver, s, report);

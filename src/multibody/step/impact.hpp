@@ -2,6 +2,7 @@
 #include <vector>
 
 #include "amontons/multibody/joints/joints.hpp"
+#include "multibody/joints/joint_context.hpp"
 #include "multibody/step/solve_step.hpp"
 
 namespace amontons {
@@ -13,6 +14,7 @@ struct ImpactInput {
   const State& state;
   const BodyFrames& frames;
   const BodyMobilities& mobility;
+  const JointContexts& joints;
   const JointOptions& options;
   double threshold;  // m/s, slower approaches do not bounce
   const StepSolver& solver;

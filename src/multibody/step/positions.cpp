@@ -40,9 +40,7 @@ double largest_error(const PositionInput& in, const State& state) {
   double worst = 0;
   for (const Contact& c : in.contacts)
     if (is_rigid(c)) worst = std::max(worst, -c.gap);
-  const JointError error = joint_error(in.model, in.frames, state);
-  worst = std::max(
-      {worst, error.distance, in.options.length * error.angle, line_error(in.model, in.frames, state)});
+  worst = std::max({worst, in.error.distance, in.options.length * in.error.angle, in.line_error});
   for (std::size_t j = 0; j < in.model.joints(); ++j) {
     const auto& dofs = in.model.joint(static_cast<Index>(j)).dofs;
     for (std::size_t i = 0; i < dofs.size(); ++i) {
@@ -87,7 +85,7 @@ JacobianRow normal_row(const Contact& c) {
 // first-order method would not solve with them.
 JointRows position_rows(const PositionInput& in, const BodyVelocities& rest, const State& state) {
   JointRows all, rows;
-  append_joint_rows(in.model, {in.frames, in.mobility, rest, rest}, state, in.options, all);
+  append_joint_rows(in.model, {in.frames, in.mobility, rest, rest}, in.joints, state, in.options, all);
   rows.auxiliary_inverse_mass = all.auxiliary_inverse_mass;
   const double h = in.options.h;
   const bool few = all.tags.size() <= few_rows;

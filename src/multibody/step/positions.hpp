@@ -1,6 +1,8 @@
 // Errors of position are taken back by moving bodies, not by giving them velocities.
 #pragma once
+#include "amontons/multibody/joints/coordinates.hpp"
 #include "amontons/multibody/joints/joints.hpp"
+#include "multibody/joints/joint_context.hpp"
 #include "multibody/step/accounting.hpp"
 
 namespace amontons {
@@ -9,7 +11,10 @@ struct PositionInput {
   const Model& model;
   const BodyFrames& frames;
   const BodyMobilities& mobility;  // stiffened: what is under tension is moved along it, not folded
+  const JointContexts& joints;
   const std::vector<Contact>& contacts;
+  JointError error;    // of the joints
+  double line_error;   // of couplings and tendons, m
   JointOptions options;
   double speed;  // m/s, at which errors are taken back at most
 };

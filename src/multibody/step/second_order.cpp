@@ -41,7 +41,7 @@ constexpr double remembered = 0.9;
 // The bodies in the middle of the last step, of length h, through which they moved with the velocities v.
 struct LastStep {
   const BodyFrames& now;
-  BodyVelocities v;
+  const BodyVelocities& v;
   double h;
 
   Transform pose(Index body) const { return moved(now[body], v[body], -0.5 * h); }
@@ -51,8 +51,9 @@ struct LastStep {
 // The joint there, with its coordinates to first order, which is enough for directions.
 JointContext middle(const JointContext& now, std::span<const double> q, const LastStep& bodies) {
   std::array<double, 6> coordinates{};
+  const Screw twist = joint_twist(now, bodies.v);
   for (std::size_t i = 0; i < now.chain.dofs; ++i)
-    coordinates[i] = q[i] - 0.5 * bodies.h * row_velocity(joint_row(now, now.duals[i]), bodies.v);
+    coordinates[i] = q[i] - 0.5 * bodies.h * dot(now.duals[i], twist);
   JointContext then = now;
   JointPose pose = now.pose;
   if (now.body_a >= 0) pose.a = bodies.pose(now.body_a) * now.joint->frame_a;
@@ -63,25 +64,21 @@ JointContext middle(const JointContext& now, std::span<const double> q, const La
   return then;
 }
 
-// The part of a relative twist that the joint locks. The wrenches w_k of the locked rows are orthonormal with
-// respect to <f, f> + <t, t> / L^2: the twist is sum_k u_k (f_k, t_k / L^2) with u_k = <w_k, twist>.
+// The part of a relative twist that the joint locks: what is left of it after the rates of the dofs, which
+// fit it best. Where a ball turns is no part of it.
 JointSlip slip(const JointContext& joint, const BodyVelocities& v) {
-  std::array<Screw, 6> wrenches;
-  std::size_t count = 1;
+  const Screw twist = joint_twist(joint, v);
   const Vec3& between = joint.pose.relative.position;
-  if (is_chain(*joint.joint))
-    count = locked_wrenches(joint.chain, joint.length, wrenches);
-  else if (norm(between) > 0)
-    wrenches[0] = {between / norm(between), {}};
-  else
-    return {};
-  JointSlip sum;
-  for (std::size_t k = 0; k < count; ++k) {
-    const double u = row_velocity(joint_row(joint, wrenches[k]), v);
-    sum.linear += u * wrenches[k].linear;
-    sum.angular += (u / (joint.length * joint.length)) * wrenches[k].angular;
+  if (!is_chain(*joint.joint))  // a rod locks the direction between its points
+    return {norm(between) > 0 ? (dot(between, twist.linear) / norm_squared(between)) * between : Vec3{}, {}};
+  JointSlip left{twist.linear, twist.angular};
+  for (std::size_t i = 0; i < joint.chain.dofs; ++i) {
+    const double rate = dot(joint.duals[i], twist);
+    left.linear -= rate * joint.chain.screws[i].linear;
+    left.angular -= rate * joint.chain.screws[i].angular;
   }
-  return sum;
+  if (joint.chain.spherical) left.angular = {};
+  return left;
 }
 
 // What of the slip e of the last step is not reflected, with `before` that of the step before it and
@@ -97,48 +94,48 @@ JointSlip taken_out(const JointSlip& e, const JointSlip& before, const JointSlip
 }
 
 // Bodies that touch something, and those that hang on one: that is no smooth motion, and D v+ = 0 damps it.
-std::vector<unsigned char> near_contacts(const SmoothInput& in) {
-  std::vector<unsigned char> touching(in.model.bodies(), 0);
+void find_near_contacts(const SmoothInput& in, std::vector<unsigned char>& touching,
+                        std::vector<unsigned char>& near) {
+  touching.assign(in.model.bodies(), 0);
   for (const Contact& c : in.contacts)
     for (const Index body : {c.body_a, c.body_b})
       if (body >= 0) touching[body] = 1;
-  std::vector<unsigned char> near = touching;
+  near = touching;
   for (const Joint& j : in.model.description().joints) {
     if (!in.model.is_dynamic(j.body_a) || !in.model.is_dynamic(j.body_b)) continue;
     if (touching[j.body_a] || touching[j.body_b]) near[j.body_a] = near[j.body_b] = 1;
   }
-  return near;
 }
 
 }  // namespace
 
-void reflect_joints(const SmoothInput& in, State& state, JointRows& rows) {
+void reflect_joints(const SmoothInput& in, State& state, JointRows& rows, SmoothScratch& scratch) {
   if (in.model.joints() == 0) return;
   // A first step has no last one: as if bodies had come here with the velocities that they have. Its slip is
   // that of a pose which they were never in, and is taken out.
   const bool first = !(state.impulse_step > 0);
-  LastStep last{in.frames, in.start, first ? in.h : state.impulse_step};
+  auto& [before, came, touching, near] = scratch;
+  came = before = in.start;
+  const LastStep last{in.frames, came, first ? in.h : state.impulse_step};
   // Impulses act on the mean spin of the step, v+; the spin at its start and the one that the impulses leave
   // there are off by the same lag: D (omega + (omega+ + lag)) = 0.
-  BodyVelocities before = in.start;
   for (std::size_t i = 0; i < before.size(); ++i) {
     if (!in.model.is_dynamic(static_cast<Index>(i))) continue;
     before[i].angular += in.spins[i].lag;
-    last.v[i].angular = -torque_free_mean(in.frames[i].inertia, -in.start[i].angular, last.h);
+    came[i].angular = -torque_free_mean(in.frames[i].inertia, -in.start[i].angular, last.h);
   }
-  const std::vector<unsigned char> touching = near_contacts(in);
-  const auto touched = [&](Index body) { return body >= 0 && touching[body]; };
+  find_near_contacts(in, touching, near);
+  const auto touched = [&](Index body) { return body >= 0 && near[body]; };
   Index joint = -1;
   bool smooth = true;
-  JointContext now;
   JointSlip out;
   for (std::size_t i = 0; i < rows.tags.size(); ++i) {
     const RowTag& tag = rows.tags[i];
     if (tag.kind != RowKind::locked || rows.restraint[i] != Restraint::equality) continue;
+    const JointContext& now = in.joints[tag.joint];
     if (tag.joint != joint) {
       joint = tag.joint;
       const auto j = static_cast<std::size_t>(joint);
-      now = joint_context(in.model, in.frames, state, j);
       const JointSlip e = slip(middle(now, coordinates_of(in.model, state, j), last), last.v);
       out = first ? e : taken_out(e, state.joint_slips[j], slip(now, before));
       state.joint_slips[j] = e;

@@ -4,6 +4,7 @@
 #include "amontons/problem/problem.hpp"
 #include "multibody/bodies/motion.hpp"
 #include "multibody/contacts/contact_finder.hpp"
+#include "multibody/joints/joint_context.hpp"
 
 namespace amontons {
 
@@ -11,14 +12,21 @@ namespace amontons {
 struct SmoothInput {
   const Model& model;
   const BodyFrames& frames;
+  const JointContexts& joints;
   const BodyVelocities& start;
   const std::vector<GyroscopicSpin>& spins;
   const std::vector<Contact>& contacts;
   double h;
 };
 
+// Memory of reflect_joints(): velocities before, and of the last step; bodies that touch something, or hang on
+// one that does.
+struct SmoothScratch {
+  BodyVelocities before, last;
+  std::vector<unsigned char> touching, near;
+};
 // Adds to c of the rigid locked rows; the slips in the state become those of the last step.
-void reflect_joints(const SmoothInput& in, State& state, JointRows& rows);
+void reflect_joints(const SmoothInput& in, State& state, JointRows& rows, SmoothScratch& scratch);
 
 // Adds to b of the contacts that turn as bodies roll, for bodies that move with v. `turns` are what has been
 // added, per contact; they are replaced. Those below `least` (m/s) are none. Returns the largest change.

@@ -66,15 +66,21 @@ struct StepProblem {
 struct Simulation::Scratch {
   State before;
   BodyFrames frames;
+  JointContexts joints;
+  JointError joint_error;
+  double line_error = 0;  // m
   BodyMobilities mobility;
-  BodyVelocities start, free, after;
+  BodyVelocities start, free, after, lagged;
   BodyMobilities stiffened;
   std::vector<BodyImpulse> loads;
   std::vector<GyroscopicSpin> spins;
   std::vector<JointWrench> impacts;  // of the locked directions of each joint
   std::vector<Mat3> stiffness;
   ContactFinder finder;
+  SmoothScratch smooth;
   StepProblem vi;
+  // The problem before the last one, where nobody else holds it.
+  std::shared_ptr<Problem> spare;
 };
 
 Simulation::Simulation(std::shared_ptr<const Model> model, SimulationOptions options)
@@ -133,10 +139,17 @@ constexpr double kept_closed = 1e-3;
 // Of a step that made energy from nothing: halves of halves, then it is reported.
 constexpr unsigned most_repairs = 4;
 
-// What a step marks as begun.
-struct Cleanup {
-  std::atomic<bool>& flag;
-  ~Cleanup() { flag.store(false, std::memory_order_release); }
+// Marks a step as begun, for as long as it lives.
+class Begun {
+ public:
+  explicit Begun(std::atomic<bool>& flag) : flag_(flag) {
+    AMONTONS_REQUIRE(!flag.exchange(true, std::memory_order_acquire),
+                     "this simulation is in the middle of a step on another thread; give each thread a copy");
+  }
+  ~Begun() { flag_.store(false, std::memory_order_release); }
+
+ private:
+  std::atomic<bool>& flag_;
 };
 
 void Simulation::try_step(const Attempt& attempt, StepClock& clock, Report& report) {
@@ -150,16 +163,12 @@ void Simulation::try_step(const Attempt& attempt, StepClock& clock, Report& repo
 // A step that does not converge is done again in twice as many parts, from the state at its start: shorter
 // steps are easier to solve, as impulses are smaller and contacts closer to what the velocities foresee. One
 // that made energy from nothing is done again damped, without recovery by velocities, and then in parts.
-Report Simulation::step() {
+void Simulation::make_step(Report& report) {
   // The user may have written into the state since the last step.
   validate(*model_, state_);
-  AMONTONS_REQUIRE(!stepping_.exchange(true, std::memory_order_acquire),
-                   "this simulation is in the middle of a step on another thread; give each thread a copy");
-  const Cleanup done{stepping_};
   StepClock clock(options_.budget);
   Scratch& s = *scratch_;
   s.before = state_;
-  Report report;
   const bool by_velocities = options_.recovery == Recovery::velocity;
   Attempt attempt{1, by_velocities, by_velocities};
   for (;;) {
@@ -192,11 +201,38 @@ Report Simulation::step() {
     state_.time = s.before.time + options_.dt;
   }
   report.time = state_.time;
-  // Energies are those of the poses at the end.
+  report.timings.total = clock.elapsed();
+}
+
+// What only a reader of the report wants: energies, those of the poses at the end.
+void Simulation::finish_report(Report& report) {
+  StepClock clock(infinity);
+  Scratch& s = *scratch_;
   place_bodies(*model_, state_, s.frames, s.mobility, s.start);
   add_energies(*model_, state_, s.frames, s.start, options_.dt / report.substeps, report);
-  report.timings.total = clock.elapsed();
+  clock.lap(report.timings.total);
+}
+
+Report Simulation::step() {
+  const Begun begun(stepping_);
+  Report report;
+  make_step(report);
+  finish_report(report);
   return report;
+}
+
+Simulation::Run Simulation::run(std::size_t steps, double seconds) {
+  const Begun begun(stepping_);
+  Run run;
+  double spent = 0;
+  do {
+    make_step(run.report);
+    ++run.steps;
+    run.residual = std::max(run.residual, run.report.residual);
+    spent += run.report.timings.total;
+  } while (run.steps < steps && spent < seconds && run.report.is_sound());
+  finish_report(run.report);
+  return run;
 }
 
 namespace {
@@ -244,10 +280,9 @@ void make_room(const std::vector<Contact>& contacts, std::size_t known, StepProb
 
 // The velocities that the impulses of the last step would lead to: of smooth motion a prediction of second
 // order.
-BodyVelocities predicted(const BodyVelocities& free, const StepProblem& vi) {
-  BodyVelocities v = free;
+void predict(const BodyVelocities& free, const StepProblem& vi, BodyVelocities& v) {
+  v = free;
   apply_impulses(*vi.problem, vi.x0, v);
-  return v;
 }
 
 // Turns of contacts by less than a share of what gravity adds to a velocity within the step are none: what
@@ -267,7 +302,7 @@ void solve_and_look(const Model& model, const StepBodies& bodies, const Assembly
   bool turned =
       std::any_of(vi.turns.begin(), vi.turns.end(), [&](const Vec3& turn) { return norm(turn) > enough; });
   for (int detections = 0;; ++detections) {
-    vi.solution = solve_step(solver, *vi.problem, vi.x0);
+    vi.solution = solve_step(solver, *vi.problem, vi.x0, std::move(vi.solution));
     after = bodies.free;
     apply_impulses(*vi.problem, vi.solution.x, after);
     solver.clock.lap(report.timings.solve);
@@ -283,7 +318,7 @@ void solve_and_look(const Model& model, const StepBodies& bodies, const Assembly
     }
     add_cost(vi.solution, report);
     make_room(contacts, known, vi);
-    vi.problem = std::make_shared<Problem>(assemble(bodies, contacts, vi.rows, assembly));
+    assemble(bodies, contacts, vi.rows, assembly, *vi.problem);
     const bool smooth = !vi.turns.empty();
     vi.turns.clear();
     if (smooth) turn_contacts(reach, enough, finder, vi.turns, *vi.problem);
@@ -303,11 +338,11 @@ void keep_impulses(const StepProblem& vi, Law law, double h, const BodyFrames& f
 }
 
 // What held the joints, impacts at the start included.
-void fill_reactions(const Model& model, const BodyFrames& frames, const State& state,
+void fill_reactions(const JointContexts& joints, const State& state,
                     const std::vector<JointWrench>& impacts, std::vector<JointReaction>& reactions) {
-  reactions.resize(model.joints());
+  reactions.resize(joints.size());
   for (std::size_t j = 0; j < reactions.size(); ++j) {
-    const JointPose pose = joint_pose(model.joint(static_cast<Index>(j)), frames);
+    const JointPose& pose = joints[j].pose;
     const JointWrench &step = state.joint_wrenches[j], &impact = impacts[j];
     reactions[j] = {pose.a.position, rotate(pose.b.rotation, step.force + impact.force),
                     rotate(pose.b.rotation, step.torque + impact.torque)};
@@ -322,14 +357,17 @@ void Simulation::look(double h, bool damped, StepClock& clock, Report& report) {
   const Model& model = *model_;
   // 1. Frames: poses, inertias, start velocities.
   place_bodies(model, state_, s.frames, s.mobility, s.start);
-  // 2. Joint coordinates, from the poses.
+  // 2. Joint coordinates, from the poses, and what follows from both.
   update_coordinates(model, s.frames, state_);
+  place_joints(model, s.frames, state_, s.joints);
+  s.joint_error = joint_error(model, s.joints);
+  s.line_error = line_error(model, s.frames, state_);
   // 3. Free velocities, of all loads and no impulses.
   // Motors of known effort are loads; whatever else acts on bodies and does not depend on what the step finds
   // would be added here.
   s.loads.assign(model.bodies(), BodyImpulse{});
-  add_motor_loads(model, s.frames, state_, h, s.loads);
-  add_actuator_loads(model, s.frames, s.start, state_, h, s.loads);
+  add_motor_loads(model, s.joints, state_, h, s.loads);
+  add_actuator_loads(model, s.frames, s.joints, s.start, state_, h, s.loads);
   add_fluid_loads(model, s.frames, s.mobility, s.start, h, s.loads);
   make_free_velocities(model, state_, h, s.frames, s.mobility, s.start, s.loads, damped, s.free, s.spins);
   clock.lap(report.timings.assembly);
@@ -353,39 +391,44 @@ void Simulation::advance(double h, const Attempt& attempt, StepClock& clock, Rep
   const StepBodies bodies{s.frames, s.mobility, s.start, s.free};
 
   look(h, damped, clock, report);
-  add_errors(model, s.frames, state_, contacts_, report);
+  add_errors(s.joint_error, s.line_error, contacts_, report);
   // 5. Stiffening, which changes the mobility, and the correction of positions, after which all is seen anew.
   s.stiffened = s.mobility;
-  bool stiffened = stiffen_rotations(model, state_, h, s.frames, s.stiffness, s.stiffened);
+  bool stiffened = stiffen_rotations(model, state_, h, s.frames, s.joints, s.stiffness, s.stiffened);
   if (options_.recovery == Recovery::projection &&
-      correct_positions({model, s.frames, s.stiffened, contacts_, joint_options, recovery_speed()}, clock,
-                        state_)) {
+      correct_positions({model, s.frames, s.stiffened, s.joints, contacts_, s.joint_error, s.line_error,
+                         joint_options, recovery_speed()},
+                        clock, state_)) {
     clock.lap(report.timings.assembly);
     look(h, damped, clock, report);
     s.stiffened = s.mobility;
-    stiffened = stiffen_rotations(model, state_, h, s.frames, s.stiffness, s.stiffened);
+    stiffened = stiffen_rotations(model, state_, h, s.frames, s.joints, s.stiffness, s.stiffened);
   }
   // 6. Impacts, which change the start velocities; they are over before stiffness could act. The free
   // velocities follow from both.
   const bool bounced =
-      resolve_impacts({model, state_, s.frames, s.mobility, joint_options, restitution_speed(), solver},
+      resolve_impacts({model, state_, s.frames, s.mobility, s.joints, joint_options, restitution_speed(), solver},
                       s.start, contacts_, s.impacts, report);
   if (stiffened) s.mobility = s.stiffened;
   if (bounced || stiffened)
     make_free_velocities(model, state_, h, s.frames, s.mobility, s.start, s.loads, damped, s.free, s.spins);
   // 7. Joint rows.
   s.vi.rows.clear();
-  append_joint_rows(model, bodies, state_, joint_options, s.vi.rows);
-  if (!damped) reflect_joints({model, s.frames, s.start, s.spins, contacts_, h}, state_, s.vi.rows);
+  append_joint_rows(model, bodies, s.joints, state_, joint_options, s.vi.rows);
+  if (!damped) reflect_joints({model, s.frames, s.joints, s.start, s.spins, contacts_, h}, state_, s.vi.rows, s.smooth);
   // 8. Assemble, and start from the impulses of the last step, which compliant contacts remember anyway.
   if (state_.impulse_step > 0)
     hold_contacts(model, state_.contacts, h / state_.impulse_step, s.frames, contacts_);
-  s.vi.problem = std::make_shared<Problem>(assemble(bodies, contacts_, s.vi.rows, assembly));
+  s.vi.problem = s.spare ? std::move(s.spare) : std::make_shared<Problem>();
+  assemble(bodies, contacts_, s.vi.rows, assembly, *s.vi.problem);
   s.vi.x0.clear();
   s.vi.turns.clear();
   if (options_.warm_start) warm_start(model, state_, h, s.frames, contacts_, s.vi);
   if (!damped) {
-    s.after = s.vi.x0.empty() ? s.start : predicted(s.free, s.vi);
+    if (s.vi.x0.empty())
+      s.after = s.start;
+    else
+      predict(s.free, s.vi, s.after);
     turn_contacts({model, s.frames, s.after, h, margin()}, enough_of_a_turn(model, h), s.finder, s.vi.turns,
                   *s.vi.problem);
   }
@@ -395,13 +438,16 @@ void Simulation::advance(double h, const Attempt& attempt, StepClock& clock, Rep
   report.advanced = all_finite(s.after);
   if (!report.advanced) return;
   add_balance(energy_balance({model, s.frames, s.mobility, s.start, s.free, s.after, s.spins, *s.vi.problem,
-                              s.vi.solution, s.vi.rows, options_.dt, recovery}),
+                              s.vi.solution, s.vi.rows, options_.dt, recovery},
+                             s.lagged),
               report);
   // 10. Integrate: impulses go to tables and state, then the bodies move.
   keep_impulses(s.vi, options_.law, h, s.frames, s.after, contacts_, state_);
-  fill_reactions(model, s.frames, state_, s.impacts, reactions_);
+  fill_reactions(s.joints, state_, s.impacts, reactions_);
+  // A problem that was handed out is never changed; of one that was not the memory serves the next step.
+  if (problem_.use_count() == 1) s.spare = std::const_pointer_cast<Problem>(problem_);
   problem_ = std::move(s.vi.problem);
-  x_ = std::move(s.vi.solution.x);
+  std::swap(x_, s.vi.solution.x);
   integrate(model, s.frames, s.spins, s.after, h, state_);
   advance_activations(model, h, state_);
   clock.lap(report.timings.integration);

@@ -26,6 +26,14 @@ constexpr double aim_of_few = 1e-5, aim_of_many = 0.5;
 constexpr double close_to_aim = 10;
 constexpr std::size_t polish_iterations = 200;
 
+// A problem without rows, and its solution.
+Solution nothing() {
+  Solution s;
+  s.status = Status::converged;
+  s.method = "none";
+  return s;
+}
+
 // x0 as the solution, with the residual that it has.
 Solution accepted(const Problem& problem, std::vector<double> x, std::vector<double> u, double residual) {
   Solution s;
@@ -77,14 +85,18 @@ Solution polished(const Problem& problem, const std::string& method, const Optio
 
 // Four cases, from the residual of the start: far from a solution (solve), near enough (accept), many rows
 // (solve to half the tolerance), few rows (solve, then polish).
-Solution solve_step(const StepSolver& solver, const Problem& problem, std::span<const double> x0) {
+Solution solve_step(const StepSolver& solver, const Problem& problem, std::span<const double> x0,
+                    Solution memory) {
+  if (problem.rows() == 0) return nothing();
   const std::string& method = solver.method;
   Options options = solver.options;
   options.deadline = solver.clock.left();
-  if (x0.empty() || problem.rows() == 0) return solve(problem, method, options);
+  if (x0.empty()) return solve(problem, method, options);
   options.x0 = x0;
   // The residual of the start, which decides how the solve goes: u = A x + b, and x in K.
-  std::vector<double> x(problem.rows()), u(problem.rows());
+  std::vector<double>&x = memory.x, &u = memory.u;
+  x.resize(problem.rows());
+  u.resize(problem.rows());
   project(problem.K, x0, x);
   product(problem.A, x, u);
   for (std::size_t i = 0; i < u.size(); ++i) u[i] += problem.b[i];

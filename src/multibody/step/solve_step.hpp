@@ -14,7 +14,9 @@ struct StepSolver {
   StepClock& clock;
 };
 
-// Solves a VI of the step from x0, the impulses of the last step; empty: from nothing.
-Solution solve_step(const StepSolver& solver, const Problem& problem, std::span<const double> x0);
+// Solves a VI of the step from x0, the impulses of the last step; empty: from nothing. A solution that is no
+// longer needed lends its memory.
+Solution solve_step(const StepSolver& solver, const Problem& problem, std::span<const double> x0,
+                    Solution memory = {});
 
 }  // namespace amontons

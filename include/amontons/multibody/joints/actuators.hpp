@@ -1,13 +1,18 @@
 #pragma once
+#include <span>
+
 #include "amontons/multibody/bodies/bodies.hpp"
 
 namespace amontons {
 
+struct JointContext;  // a joint in the world, src/multibody/joints/joint_context.hpp
+
 // Adds the impulses over h of actuators to the loads of dynamic bodies, of those whose effort is known before
 // the step: it depends on neither length nor rate, or pushes with them. `start`: velocities at the start of
 // the step.
-void add_actuator_loads(const Model& model, const BodyFrames& bodies, const BodyVelocities& start,
-                        const State& state, double h, std::vector<BodyImpulse>& loads);
+void add_actuator_loads(const Model& model, const BodyFrames& bodies, std::span<const JointContext> joints,
+                        const BodyVelocities& start, const State& state, double h,
+                        std::vector<BodyImpulse>& loads);
 
 // Activations at the end of a step of length h, with the controls that the state holds.
 void advance_activations(const Model& model, double h, State& state);

@@ -5,6 +5,8 @@
 
 namespace amontons {
 
+struct JointContext;  // a joint in the world, src/multibody/joints/joint_context.hpp
+
 // Renews state.coordinates, or coordinates given apart, from the poses, next to the coordinates there (so
 // that turns are counted). A joint whose coordinates are all zero is searched from several starts, and the
 // turn of a single hinge is the one within the limits, if any is.
@@ -21,6 +23,7 @@ struct JointError {
   double distance = 0, angle = 0;
 };
 JointError joint_error(const Model& model, const BodyFrames& bodies, const State& state);
+JointError joint_error(const Model& model, std::span<const JointContext> joints);
 
 // The largest violation of rigid couplings and of the limits of tendons, m, angles times Model::length().
 double line_error(const Model& model, const BodyFrames& bodies, const State& state);

@@ -1,8 +1,12 @@
 #pragma once
+#include <span>
+
 #include "amontons/multibody/bodies/bodies.hpp"
 #include "amontons/multibody/joints/rows.hpp"
 
 namespace amontons {
+
+struct JointContext;  // a joint in the world, src/multibody/joints/joint_context.hpp
 
 // Appends the rows of every joint, spring, limit, motor, friction, tendon, actuator and coupling of the
 // model. Joints between bodies that are not dynamic have none.
@@ -15,11 +19,12 @@ namespace amontons {
 //   faster than half of its max_effort can brake. A rigid motor without max_effort stops at the limits.
 // - The friction of a ball joint bounds each component of the torque in frame_b: along a diagonal it holds up
 //   to sqrt(3) as much.
-void append_joint_rows(const Model& model, const StepBodies& bodies, const State& state,
-                       const JointOptions& options, JointRows& rows);
+// `joints`: all of the model where the bodies stand.
+void append_joint_rows(const Model& model, const StepBodies& bodies, std::span<const JointContext> joints,
+                       const State& state, const JointOptions& options, JointRows& rows);
 
 // Adds the impulses over h of effort motors to the loads of dynamic bodies.
-void add_motor_loads(const Model& model, const BodyFrames& bodies, const State& state, double h,
+void add_motor_loads(const Model& model, std::span<const JointContext> joints, const State& state, double h,
                      std::vector<BodyImpulse>& loads);
 
 }  // namespace amontons

@@ -37,6 +37,9 @@ struct Report {
   bool balanced = true;
   Timings timings;
   std::string method;
+
+  // Whether the solves reached their tolerance and the step made no energy from nothing.
+  bool is_sound() const { return advanced && status == Status::converged && balanced; }
 };
 
 }  // namespace amontons

@@ -71,6 +71,14 @@ class Simulation {
   // has changed), or if another thread is in a step of this simulation. When velocities come out not finite,
   // or the Patience of the thread was interrupted, the state is put back and the status says so.
   Report step();
+  // At least one and at most `steps` steps; ends after one that is not sound, and after so many seconds of
+  // wall clock.
+  struct Run {
+    Report report;           // of the last step
+    std::size_t steps = 0;   // that were made
+    double residual = 0;     // the largest of their reports
+  };
+  Run run(std::size_t steps, double seconds = infinity);
   // Whether a thread is in a step: only it may use what the step changes.
   bool stepping() const { return stepping_.load(std::memory_order_acquire); }
 
@@ -100,6 +108,8 @@ class Simulation {
     unsigned parts = 1;
     bool damped = false, recovers = false;
   };
+  void make_step(Report& report);
+  void finish_report(Report& report);
   void try_step(const Attempt& attempt, StepClock& clock, Report& report);
   void look(double h, bool damped, StepClock& clock, Report& report);
   void advance(double h, const Attempt& attempt, StepClock& clock, Report& report);
