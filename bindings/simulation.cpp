@@ -251,7 +251,8 @@ void bind_simulation(nb::module_& m) {
       .def("snapshot", [](const Simulation& s) { return idle(s).state(); })
       .def("restore", &restore, nb::arg("state"))
       .def(
-          "restore_last", [](Simulation& s) { restore(s, s.last_state()); }, "The state before the last step.")
+          "restore_last", [](Simulation& s) { restore(s, s.last_state()); },
+          "The state before the last step.")
       .def_prop_ro("time", [](const Simulation& s) { return s.state().time; })
       .def_prop_ro("steps", [](const Simulation& s) { return s.state().steps; })
       .def_prop_ro("impulse_step", [](const Simulation& s) { return s.state().impulse_step; })

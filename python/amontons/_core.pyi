@@ -1468,6 +1468,9 @@ class Report:
     def status(self) -> str: ...
 
     @property
+    def is_sound(self) -> bool: ...
+
+    @property
     def residual(self) -> float: ...
 
     @property
@@ -1518,6 +1521,18 @@ class Report:
     @property
     def method(self) -> str: ...
 
+class Run:
+    """Steps that were made one after the other."""
+
+    @property
+    def report(self) -> Report: ...
+
+    @property
+    def steps(self) -> int: ...
+
+    @property
+    def residual(self) -> float: ...
+
 class Simulation:
     """A model and its state; the arrays view the state's memory."""
 
@@ -1535,9 +1550,17 @@ class Simulation:
 
     def step(self) -> Report: ...
 
+    def run(self, steps: int, seconds: float) -> Run:
+        """
+        At most so many steps; ends after one that is not sound, and after so many seconds.
+        """
+
     def snapshot(self) -> State: ...
 
     def restore(self, state: State) -> None: ...
+
+    def restore_last(self) -> None:
+        """The state before the last step."""
 
     @property
     def time(self) -> float: ...

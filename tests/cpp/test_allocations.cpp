@@ -94,8 +94,9 @@ TEST(iterations_do_not_allocate) {
 }
 
 // Breaks when a step allocates that finds what the last one found: arrays of a step that are made anew, a
-// report that copies more than numbers, a search that begins with empty memory. What has to be solved for costs
-// the memory of its solver; a box at rest on a slope starts solved, and a free one has nothing to solve.
+// report that copies more than numbers, a search that begins with empty memory. What has to be solved for
+// costs the memory of its solver; a box at rest on a slope starts solved, and a free one has nothing to
+// solve.
 TEST(steady_steps_do_not_allocate) {
   ModelDescription slope;
   const Quat tilt = exponential({0.2, 0, 0});

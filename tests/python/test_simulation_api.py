@@ -2,12 +2,16 @@
 
 import gc
 import math
+import pickle
+import signal
 import sys
+import threading
+from pathlib import Path
 
 import amontons
 import numpy as np
 import pytest
-from amontons import Material, ModelBuilder, Motor, Simulation, shapes
+from amontons import Material, ModelBuilder, Motor, Simulation, SimulationError, StepWarning, shapes
 
 G = 9.81
 STEP = 5e-3
@@ -371,3 +375,67 @@ def test_collision_functions():
     lower = np.array([[0.0, 0, 0], [0.5, 0, 0], [2, 0, 0]])
     pairs = amontons._core.broad_phase(lower, lower + 1, np.zeros(3, dtype=bool))
     assert pairs.tolist() == [[0, 1]]
+
+
+# Breaks when a run that stays in the compiled module makes another number of steps, other steps, or leaves
+# the tables of an earlier one: it is that of as many calls of step().
+def test_run_without_callbacks_is_a_loop():
+    whole, single = stack(), stack()
+    assert len(whole.contacts) == 0  # cached
+    last = whole.run(0.1)
+    for _ in range(20):
+        report = single.step()
+    assert (whole.steps, whole.time) == (single.steps, single.time)
+    np.testing.assert_array_equal(whole.state.positions, single.state.positions)
+    np.testing.assert_array_equal(whole.contacts["impulse"], single.contacts["impulse"])
+    assert len(whole.contacts) == 12
+    assert [getattr(last, name) for name in ("time", "residual", "contacts", "energy")] == [
+        getattr(report, name) for name in ("time", "residual", "contacts", "energy")
+    ]
+
+
+# Breaks when a run goes on past a step that failed although it shall raise, or ends at one that it shall warn
+# of, or keeps the state of the failed step.
+def test_run_stops_at_a_step_that_fails():
+    sim = stack(tolerance=1e-300, max_iterations=3, on_failure="raise")
+    with pytest.raises(SimulationError, match="above the tolerance"):
+        sim.run(0.1)
+    assert sim.steps == 0
+    assert sim.time == 0
+    assert (sim.state.linear_velocities == 0).all()
+    sim = stack(tolerance=1e-300, max_iterations=3)
+    with pytest.warns(StepWarning) as heard:
+        sim.run(0.1)
+    assert len(heard) == sim.steps == 20
+    assert {Path(w.filename).name for w in heard} == {Path(__file__).name}
+
+
+# Breaks when Ctrl-C does not end a run between two steps: without a signal this one lasts for minutes.
+def test_ctrl_c_ends_a_run():
+    sim = falling()
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    timer = threading.Timer(0.2, signal.raise_signal, [signal.SIGINT])
+    timer.start()
+    try:
+        with pytest.raises(KeyboardInterrupt):
+            sim.run(1e6)
+    finally:
+        timer.join()
+        signal.signal(signal.SIGINT, before)
+    assert 0 < sim.steps < 2e8
+    assert sim.time == pytest.approx(sim.steps * sim.dt)
+    assert sim.step().advanced
+
+
+# Breaks when a report cannot be sent to another process, compares by identity or can be changed.
+def test_reports_are_values():
+    report = stack().run(0.1)
+    copy = pickle.loads(pickle.dumps(report))
+    assert copy == report
+    assert (hash(copy), copy.energy) == (hash(report), report.energy)
+    assert copy.timings.total == report.timings.total
+    assert copy != stack().step()
+    assert copy != 1
+    assert repr(report).startswith(f"Report(time={report.time}, advanced=True, status='converged'")
+    with pytest.raises(AttributeError):
+        report.time = 0.0

@@ -181,7 +181,7 @@ class Simulation(Queries):
             callback(self)
         self._contacts = None
         core = self._core.step()
-        self._check(core, 1, core.residual, stacklevel=4)
+        self._check(core, 1, core.residual, stacklevel=3)
         return Report(core)
 
     def _check(self, last: _core.Report, steps: int, residual: float, stacklevel: int) -> None:
@@ -228,7 +228,7 @@ class Simulation(Queries):
         self._contacts = None
         while True:  # between two parts Python looks at signals
             part = self._core.run(steps, PATIENCE)
-            self._check(part.report, part.steps, part.residual, stacklevel=5)
+            self._check(part.report, part.steps, part.residual, stacklevel=4)
             steps -= part.steps
             if steps <= 0:
                 return Report(part.report)

@@ -100,8 +100,9 @@ void search(const Joint& joint, const Transform& relative, double length, std::s
 
 // A joint with one hinge has its angle in closed form, however far it is from the last one; the fit then only
 // has to find the slides. Without slides the angle is all: what is left of the rotation has no part about the
-// axis, and the dual wrench of a hinge through the reference is a torque about it. Joints of several hinges may have several poses that fit (elbow up
-// and down) or a fit that leads into a local minimum: where the first fit is poor they are searched.
+// axis, and the dual wrench of a hinge through the reference is a torque about it. Joints of several hinges
+// may have several poses that fit (elbow up and down) or a fit that leads into a local minimum: where the
+// first fit is poor they are searched.
 void update_joint(const Joint& joint, const Transform& relative, double length, std::span<double> q) {
   constexpr double good = 1e-6;  // squared error of a first fit
   // Coordinates that are all zero are those of a state that nobody has found any for, or of a joint that

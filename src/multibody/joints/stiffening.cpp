@@ -15,7 +15,6 @@
 
 #include <Eigen/Dense>
 
-
 namespace amontons {
 
 namespace {

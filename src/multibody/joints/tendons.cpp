@@ -84,8 +84,8 @@ double rate_before(const RowInput& in, const Tendon& tendon) {
   const double h = in.options.h;
   double rate = 0;
   for (const TendonTerm& term : tendon.terms) {
-    rate += term.coefficient *
-            rates_before(in.joints[term.joint], in.bodies, coordinates_of(in.model, in.state, term.joint), h)[term.dof];
+    rate += term.coefficient * rates_before(in.joints[term.joint], in.bodies,
+                                            coordinates_of(in.model, in.state, term.joint), h)[term.dof];
   }
   if (tendon.path.empty()) return rate;
   BodyFrames frames = in.bodies.frames;

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 
-
 namespace amontons {
 
 // Work adds up over all solves of a step, those of impacts and those that were done again included.

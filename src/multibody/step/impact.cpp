@@ -123,7 +123,8 @@ bool resolve_impacts(const ImpactInput& in, BodyVelocities& v, std::vector<Conta
     if (reflection == 0) locked = locked_rows(in, v);
     active.clear();
     for (std::size_t i : index) active.push_back(contacts[i]);
-    const Problem problem = assemble({in.frames, in.mobility, v, v}, active, locked, {.h = h, .recovery_speed = 0, .impact = true});
+    const Problem problem = assemble({in.frames, in.mobility, v, v}, active, locked,
+                                     {.h = h, .recovery_speed = 0, .impact = true});
     Solution s = solve_step(in.solver, problem, {});
     add_solution(problem, s, report);
     limit_energy(problem, in.solver, s, report);

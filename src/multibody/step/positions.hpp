@@ -13,8 +13,8 @@ struct PositionInput {
   const BodyMobilities& mobility;  // stiffened: what is under tension is moved along it, not folded
   const JointContexts& joints;
   const std::vector<Contact>& contacts;
-  JointError error;    // of the joints
-  double line_error;   // of couplings and tendons, m
+  JointError error;   // of the joints
+  double line_error;  // of couplings and tendons, m
   JointOptions options;
   double speed;  // m/s, at which errors are taken back at most
 };

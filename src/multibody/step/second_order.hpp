@@ -19,8 +19,8 @@ struct SmoothInput {
   double h;
 };
 
-// Memory of reflect_joints(): velocities before, and of the last step; bodies that touch something, or hang on
-// one that does.
+// Memory of reflect_joints(): velocities before, and of the last step; bodies that touch something, or hang
+// on one that does.
 struct SmoothScratch {
   BodyVelocities before, last;
   std::vector<unsigned char> touching, near;

@@ -279,10 +279,11 @@ void make_room(const std::vector<Contact>& contacts, std::size_t known, StepProb
 }
 
 // The velocities that the impulses of the last step would lead to: of smooth motion a prediction of second
-// order.
-void predict(const BodyVelocities& free, const StepProblem& vi, BodyVelocities& v) {
-  v = free;
-  apply_impulses(*vi.problem, vi.x0, v);
+// order. Those of the start where nothing is known.
+void predict(const BodyVelocities& start, const BodyVelocities& free, const StepProblem& vi,
+             BodyVelocities& v) {
+  v = vi.x0.empty() ? start : free;
+  if (!vi.x0.empty()) apply_impulses(*vi.problem, vi.x0, v);
 }
 
 // Turns of contacts by less than a share of what gravity adds to a velocity within the step are none: what
@@ -337,9 +338,18 @@ void keep_impulses(const StepProblem& vi, Law law, double h, const BodyFrames& f
   state.impulse_step = h;
 }
 
+// The old problem, if nobody else holds it: a problem that was handed out is never changed, of one that was
+// not the memory serves the next step.
+std::shared_ptr<Problem> exchange(std::shared_ptr<const Problem>& problem, std::shared_ptr<Problem> next) {
+  std::shared_ptr<Problem> old;
+  if (problem.use_count() == 1) old = std::const_pointer_cast<Problem>(problem);
+  problem = std::move(next);
+  return old;
+}
+
 // What held the joints, impacts at the start included.
-void fill_reactions(const JointContexts& joints, const State& state,
-                    const std::vector<JointWrench>& impacts, std::vector<JointReaction>& reactions) {
+void fill_reactions(const JointContexts& joints, const State& state, const std::vector<JointWrench>& impacts,
+                    std::vector<JointReaction>& reactions) {
   reactions.resize(joints.size());
   for (std::size_t j = 0; j < reactions.size(); ++j) {
     const JointPose& pose = joints[j].pose;
@@ -382,40 +392,41 @@ void Simulation::advance(double h, const Attempt& attempt, StepClock& clock, Rep
   const bool damped = attempt.damped;
   Scratch& s = *scratch_;
   const Model& model = *model_;
-  // What velocities take back.
-  const double recovery = attempt.recovers ? recovery_speed() : 0;
+  const double recovery = attempt.recovers ? recovery_speed() : 0;  // by velocities
   const JointOptions joint_options{h, recovery, model.length()};
-  const double closing = kept_closed * h * norm(model.description().gravity);
-  const Assembly assembly{h, std::max(recovery, closing)};
+  const Assembly assembly{h, std::max(recovery, kept_closed * h * norm(model.description().gravity))};
   const StepSolver solver{options_.method, solver_options(options_), clock};
   const StepBodies bodies{s.frames, s.mobility, s.start, s.free};
 
   look(h, damped, clock, report);
   add_errors(s.joint_error, s.line_error, contacts_, report);
   // 5. Stiffening, which changes the mobility, and the correction of positions, after which all is seen anew.
-  s.stiffened = s.mobility;
-  bool stiffened = stiffen_rotations(model, state_, h, s.frames, s.joints, s.stiffness, s.stiffened);
+  const auto stiffen = [&] {
+    s.stiffened = s.mobility;
+    return stiffen_rotations(model, state_, h, s.frames, s.joints, s.stiffness, s.stiffened);
+  };
+  bool stiffened = stiffen();
   if (options_.recovery == Recovery::projection &&
       correct_positions({model, s.frames, s.stiffened, s.joints, contacts_, s.joint_error, s.line_error,
                          joint_options, recovery_speed()},
                         clock, state_)) {
     clock.lap(report.timings.assembly);
     look(h, damped, clock, report);
-    s.stiffened = s.mobility;
-    stiffened = stiffen_rotations(model, state_, h, s.frames, s.joints, s.stiffness, s.stiffened);
+    stiffened = stiffen();
   }
   // 6. Impacts, which change the start velocities; they are over before stiffness could act. The free
   // velocities follow from both.
-  const bool bounced =
-      resolve_impacts({model, state_, s.frames, s.mobility, s.joints, joint_options, restitution_speed(), solver},
-                      s.start, contacts_, s.impacts, report);
+  const bool bounced = resolve_impacts(
+      {model, state_, s.frames, s.mobility, s.joints, joint_options, restitution_speed(), solver}, s.start,
+      contacts_, s.impacts, report);
   if (stiffened) s.mobility = s.stiffened;
   if (bounced || stiffened)
     make_free_velocities(model, state_, h, s.frames, s.mobility, s.start, s.loads, damped, s.free, s.spins);
   // 7. Joint rows.
   s.vi.rows.clear();
   append_joint_rows(model, bodies, s.joints, state_, joint_options, s.vi.rows);
-  if (!damped) reflect_joints({model, s.frames, s.joints, s.start, s.spins, contacts_, h}, state_, s.vi.rows, s.smooth);
+  if (!damped)
+    reflect_joints({model, s.frames, s.joints, s.start, s.spins, contacts_, h}, state_, s.vi.rows, s.smooth);
   // 8. Assemble, and start from the impulses of the last step, which compliant contacts remember anyway.
   if (state_.impulse_step > 0)
     hold_contacts(model, state_.contacts, h / state_.impulse_step, s.frames, contacts_);
@@ -425,10 +436,7 @@ void Simulation::advance(double h, const Attempt& attempt, StepClock& clock, Rep
   s.vi.turns.clear();
   if (options_.warm_start) warm_start(model, state_, h, s.frames, contacts_, s.vi);
   if (!damped) {
-    if (s.vi.x0.empty())
-      s.after = s.start;
-    else
-      predict(s.free, s.vi, s.after);
+    predict(s.start, s.free, s.vi, s.after);
     turn_contacts({model, s.frames, s.after, h, margin()}, enough_of_a_turn(model, h), s.finder, s.vi.turns,
                   *s.vi.problem);
   }
@@ -443,11 +451,9 @@ void Simulation::advance(double h, const Attempt& attempt, StepClock& clock, Rep
               report);
   // 10. Integrate: impulses go to tables and state, then the bodies move.
   keep_impulses(s.vi, options_.law, h, s.frames, s.after, contacts_, state_);
-  fill_reactions(s.joints, state_, s.impacts, reactions_);
-  // A problem that was handed out is never changed; of one that was not the memory serves the next step.
-  if (problem_.use_count() == 1) s.spare = std::const_pointer_cast<Problem>(problem_);
-  problem_ = std::move(s.vi.problem);
   std::swap(x_, s.vi.solution.x);
+  s.spare = exchange(problem_, std::move(s.vi.problem));
+  fill_reactions(s.joints, state_, s.impacts, reactions_);
   integrate(model, s.frames, s.spins, s.after, h, state_);
   advance_activations(model, h, state_);
   clock.lap(report.timings.integration);

@@ -74,9 +74,9 @@ class Simulation {
   // At least one and at most `steps` steps; ends after one that is not sound, and after so many seconds of
   // wall clock.
   struct Run {
-    Report report;           // of the last step
-    std::size_t steps = 0;   // that were made
-    double residual = 0;     // the largest of their reports
+    Report report;          // of the last step
+    std::size_t steps = 0;  // that were made
+    double residual = 0;    // the largest of their reports
   };
   Run run(std::size_t steps, double seconds = infinity);
   // Whether a thread is in a step: only it may use what the step changes.
