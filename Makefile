@@ -50,6 +50,8 @@ demo: install
 	$(say) 'Watch it in the browser'
 	@echo '$(BIN)/amontons view out/demo/wall.h5 --play      what was recorded'
 	@echo '$(BIN)/amontons view wall --tolerance 1e-3 --play  the simulation itself: pick a brick, pull it'
+	$(say) 'Go on with'
+	@echo 'docs/five-minutes.md, or all documents as a site: make docs'
 
 test: install cpp_tests
 	$(say) 'Python tests'
