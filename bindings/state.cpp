@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 
 #include "amontons/multibody/joints/coordinates.hpp"
@@ -54,7 +55,7 @@ void set_contacts(State& state, const Model& model, const Matrix& rows) {
   std::vector<Contact> contacts(rows.shape(0));
   for (std::size_t i = 0; i < contacts.size(); ++i) {
     for (int k = 0; k < 2; ++k)
-      AMONTONS_REQUIRE(rows(i, k) >= 0 && rows(i, k) < geoms,
+      AMONTONS_REQUIRE(rows(i, k) >= 0 && rows(i, k) < geoms && rows(i, k) == std::floor(rows(i, k)),
                        "contacts[" + std::to_string(i) + "] names a geom that the model does not have");
     Contact& c = contacts[i];
     c.geom_a = static_cast<Index>(rows(i, 0));
@@ -141,6 +142,7 @@ State state_of(const Model& model, double time, std::uint64_t steps, double impu
 }  // namespace
 
 void bind_state(nb::module_& m) {
+  m.attr("FARTHEST") = largest_coordinate;
   nb::class_<State>(m, "State", "A copy of all that a simulation changes.")
       .def(nb::new_(&state_of), nb::arg("model"), nb::arg("time"), nb::arg("steps"), nb::arg("impulse_step"),
            nb::arg("arrays"))

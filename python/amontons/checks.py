@@ -11,12 +11,14 @@ import math
 import numbers
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
+from itertools import islice
 from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .errors import InputError
+from .ranges import FARTHEST, LARGEST, MOST_COUNT, OPTIONS
 
 Array = NDArray[np.float64]
 Vector3 = tuple[float, float, float]
@@ -44,15 +46,34 @@ def chosen(what: str, name: object, known: Mapping[str, T]) -> T:
     return known[name]
 
 
-def number(what: str, value: Any, *, infinite: bool = False) -> float:
-    """`value` as a float, finite unless said otherwise."""
+def number(what: str, value: Any, *, infinite: bool = False, most: float = LARGEST) -> float:
+    """`value` as a float of at most `most` in size; `infinite`: it may be anything but NaN."""
     if type(value) is not float:
-        if isinstance(value, bool) or not isinstance(value, numbers.Real):
-            raise InputError(f"{what} is {value!r}; it must be a number")
-        value = float(value)
+        value = _float(f"{what} is", value)
     if math.isnan(value) or (math.isinf(value) and not infinite):
         raise InputError(f"{what} is {value:g}; it must be {'a number' if infinite else 'finite'}")
+    if not infinite and abs(value) > most:
+        raise InputError(f"{what} is {value:g}; it must be between {-most:g} and {most:g}")
     return value
+
+
+def _float(what: str, value: Any) -> float:
+    """A real number as a float; integers that no float reaches are refused."""
+    if isinstance(value, bool | np.bool_) or not isinstance(value, numbers.Real):
+        raise InputError(f"{what} {shown(value)}; it must be a number")
+    try:
+        return float(value)
+    except (OverflowError, ValueError):
+        raise InputError(f"{what} {shown(value)}; it is too large for a number of 64 bits") from None
+
+
+def shown(value: object) -> str:
+    """repr(value), cut to what a message can hold."""
+    try:
+        text = repr(value)
+    except Exception:  # of integers of more than 4300 digits, and of objects of others
+        return f"a {type(value).__name__}"
+    return text if len(text) <= 80 else f"{text[:60]}... of {len(text)} characters"
 
 
 def positive(what: str, value: Any) -> float:
@@ -60,48 +81,61 @@ def positive(what: str, value: Any) -> float:
     value = number(what, value, infinite=True)
     if not value > 0 or math.isinf(value):
         raise InputError(f"{what} is {value:g}; it must be positive and finite")
-    return value
+    return number(what, value)
 
 
-def integer(option: str, value: object, at_least: int) -> int:
+def integer(option: str, value: object, at_least: int, at_most: int = MOST_COUNT) -> int:
     """The value of an option that counts."""
     if isinstance(value, bool) or not isinstance(value, numbers.Integral) or value < at_least:
-        raise InputError(f"{option} = {value!r}; it must be an integer, at least {at_least}")
+        raise InputError(f"{option} = {shown(value)}; it must be an integer, at least {at_least}")
+    if value > at_most:
+        raise InputError(f"{option} = {shown(value)}; it must be an integer, at most {at_most}")
     return int(value)
 
 
-def positive_number(option: str, value: object) -> float:
-    """The value of an option that is above zero, infinity included."""
-    return _option_number(option, value, positive=True)
+def option(name: str, value: object) -> float:
+    """The value of an option within its range; InputError that states the range."""
+    range_ = OPTIONS[name]
+    if range_.whole:
+        return integer(name, value, int(range_.least), int(range_.most))
+    number_ = _float(f"{name} =", value)
+    if math.isnan(number_):
+        raise InputError(f"{name} = {shown(value)}; it must be a number")
+    if number_ not in range_:
+        least = "positive: " if range_.least > 0 or name == "duration" else "zero or positive: "
+        raise InputError(f"{name} = {shown(value)}; it must be {least}{range_}")
+    return number_
 
 
 def nonnegative_number(option: str, value: object) -> float:
     """The value of an option that is zero or above, infinity included."""
-    return _option_number(option, value, positive=False)
+    number_ = _float(f"{option} =", value)
+    if math.isnan(number_):
+        raise InputError(f"{option} = {shown(value)}; it must be a number")
+    if number_ < 0:
+        raise InputError(f"{option} = {shown(value)}; it must be zero or positive")
+    return number_
 
 
-def _option_number(option: str, value: object, *, positive: bool) -> float:
-    if isinstance(value, bool) or not isinstance(value, numbers.Real) or math.isnan(value):
-        raise InputError(f"{option} = {value!r}; it must be a number")
-    if value < 0 or (positive and value == 0):
-        raise InputError(f"{option} = {value!r}; it must be {'positive' if positive else 'zero or positive'}")
-    return float(value)
-
-
-def entries(what: str, values: Any, count: int) -> tuple[float, ...]:
+def entries(what: str, values: Any, count: int, most: float = LARGEST) -> tuple[float, ...]:
     """`values` as a tuple of `count` finite floats."""
     try:
-        listed = tuple(values)
+        listed = tuple(islice(values, count + 1))  # of what has no end, too
     except TypeError:
         listed = ()
-    if len(listed) != count or isinstance(values, str):
-        raise InputError(f"{what} is {values!r}; it must have {count} numbers")
-    return tuple([number(f"{what}[{i}]", x) for i, x in enumerate(listed)])
+    if len(listed) != count or isinstance(values, str | bytes):
+        raise InputError(f"{what} is {shown(values)}; it must have {count} numbers")
+    return tuple([number(f"{what}[{i}]", x, most=most) for i, x in enumerate(listed)])
 
 
 def vector3(what: str, values: Any) -> Vector3:
     """Three finite floats."""
     return entries(what, values, 3)  # type: ignore[return-value]
+
+
+def point(what: str, values: Any) -> Vector3:
+    """A position (m): three floats no farther than FARTHEST."""
+    return entries(what, values, 3, FARTHEST)  # type: ignore[return-value]
 
 
 def unit_vector(what: str, values: Any) -> Vector3:
@@ -133,7 +167,7 @@ def reals(what: str, values: ArrayLike, remedy: str = "") -> Array:
         raise InputError(f"{what} is complex; it must hold real numbers")
     try:
         return np.ascontiguousarray(values, dtype=np.float64)
-    except (TypeError, ValueError) as error:
+    except (TypeError, ValueError, OverflowError) as error:
         raise InputError(f"{what} must hold real numbers{remedy} ({error})") from None
 
 

@@ -14,7 +14,9 @@ import pytest
 from amontons.io.models import load_model
 from amontons.io.models.compiled import compile_file
 from amontons.io.models.issues import Issues
+from amontons.io.models.size import Budget
 from amontons.io.models.xml_lines import read_xml
+from amontons.limits import DEFAULT
 from amontons.model.transforms import rotation_matrix
 from problems import DATA
 
@@ -43,7 +45,7 @@ def bare(model):
 
 def of_urdf(path):
     """MuJoCo's model with the meshes found, the links kept and the base free, as the loader prepares it."""
-    root = read_xml(path, [])
+    root = read_xml(path, [], Budget(DEFAULT))
     return compile_file(path, root, Issues(path), None).model
 
 

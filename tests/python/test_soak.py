@@ -1,9 +1,12 @@
 """The soak finds what it is there to find; and what it once found, kept in the folder soak, stays mended."""
 
 import os
+import warnings
 from pathlib import Path
 
+import amontons
 import pytest
+from soak import readers
 from soak.families import families
 from soak.runner import Run
 from soak.shrink import shrink
@@ -59,6 +62,20 @@ def test_failures_shrink(run, tmp_path):
     place = shrink(families(MODULE)["parts"], made.found[0], tmp_path / "into", made)
     assert (place / "kept.txt").read_text() == "3\n"
     assert "without the parts [0, 1, 2, 4]" in (place / "failure.txt").read_text()
+
+
+# Breaks when a good file of a family is none: its damage would be refused for another reason.
+@pytest.mark.parametrize("name", [f.name for f in readers.FAMILIES])
+def test_undamaged_files_are_read(name, tmp_path):
+    family = families()[name]
+    for k, files in enumerate(readers.SAMPLES[name]().values()):
+        for file, data in files.items():
+            place = tmp_path / str(k) / file
+            place.parent.mkdir(parents=True, exist_ok=True)
+            place.write_bytes(data)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", amontons.ModelWarning)
+            assert family.replay(tmp_path / str(k) / family.main) == {"outcome": "accepted"}
 
 
 # Breaks when a failure that the soak found and shrank comes back.

@@ -201,7 +201,7 @@ DAMAGE = {
     "no state": (lambda f: f.__delitem__("state"), "/state is missing"),
     "no positions": (lambda f: f.__delitem__("state/positions"), "positions is missing"),
     "short positions": (replaced("state/positions", np.zeros((2, 3))), "positions has shape (2, 3)"),
-    "NaN": (replaced("state/positions", np.full((11, 3), np.nan)), "position is not finite"),
+    "NaN": (replaced("state/positions", np.full((11, 3), np.nan)), "positions[0, 0] is not finite"),
     "integers": (replaced("state/forces", np.zeros((11, 3), int)), "must hold real numbers"),
     "no time": (replaced("state/time", np.array([1.0, 2.0])), "must be one number"),
     "contact": (replaced("state/contacts", np.full((1, 8), 99.0)), "does not have"),

@@ -99,6 +99,8 @@ def run_worker(job: dict[str, Any], patience: float) -> tuple[list[dict[str, Any
     if told and (told[-1].get("done") or job.get("replay")) and code == 0:
         return told, None
     tail = "\n".join(log.read_text(errors="replace").splitlines()[:60])
+    if not told and code == 1:
+        raise RuntimeError(f"the worker of {job['family']} did not begin:\n{tail}")
     return told, {"index": current, **how_it_ended(code, timed_out, tail)}
 
 

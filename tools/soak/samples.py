@@ -90,7 +90,7 @@ def archives() -> dict[str, Files]:
 def matrices() -> dict[str, Files]:
     text = _written(amontons.Problem(_matrix(6), np.ones(6), "friction", mu=0.3), "problem.mtx")
     dense = "\n".join(f"{x!r}" for x in _matrix(6).T.ravel().tolist())
-    general = "\n".join(f"{i + 1} {j + 1} {x!r}" for (i, j), x in np.ndenumerate(_matrix(6)))
+    general = "\n".join(f"{i + 1} {j + 1} {float(x)!r}" for (i, j), x in np.ndenumerate(_matrix(6)))
     head = "%%MatrixMarket matrix"
     return {
         "symmetric": text,
@@ -140,17 +140,20 @@ def recordings() -> dict[str, Files]:
 @cache
 def mjcf() -> dict[str, Files]:
     """Those of the tests, and one with an included file."""
-    gears = {"gears.xml": (MODELS / "gears.xml").read_bytes()}
+    gears = {"gears.xml": (MODELS / "gears.xml").read_bytes(), **_meshes()}
     found = {p.stem: {"model.xml": p.read_bytes(), **gears} for p in sorted(MODELS.glob("*.xml"))}
     found["included"] = {"model.xml": _file("including.xml"), "part.xml": _file("part.xml")}
     found["features"] = {"model.xml": _file("features.xml")}
     return found
 
 
+def _meshes() -> Files:
+    return {f"meshes/{p.name}": p.read_bytes() for p in sorted((MODELS / "meshes").iterdir())}
+
+
 @cache
 def urdf() -> dict[str, Files]:
-    meshes = {f"meshes/{p.name}": p.read_bytes() for p in sorted((MODELS / "meshes").iterdir())}
-    return {p.stem: {"model.urdf": p.read_bytes(), **meshes} for p in sorted(MODELS.glob("*.urdf"))}
+    return {p.stem: {"model.urdf": p.read_bytes(), **_meshes()} for p in sorted(MODELS.glob("*.urdf"))}
 
 
 ROBOT = """<robot name="r"><link name="base"/><link name="l"><inertial><mass value="1"/>

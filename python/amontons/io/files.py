@@ -25,6 +25,10 @@ def existing(path: str | PathLike[str], what: str) -> Path:
         raise FileError(f"{path}: is a directory; give {what}")
     if not path.exists():
         raise FileNotFoundError(f"{path}: no such file")
+    if not path.is_file():  # a pipe would wait for its writer, a device has no end
+        raise FileError(f"{path}: is no regular file; give {what}")
+    if not os.access(path, os.R_OK):
+        raise FileError(f"{path}: may not be read; change its mode")
     return path
 
 

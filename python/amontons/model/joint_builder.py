@@ -7,7 +7,8 @@ from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from typing import Any, Unpack
 
-from ..checks import Quaternion, about, changed, number, unit_vector, vector3
+from .. import checks
+from ..checks import Quaternion, about, changed, number, unit_vector
 from ..errors import InputError
 from .joint_options import (
     BallOptions,
@@ -188,7 +189,7 @@ class JointBuilder(ABC):
         """
         name = self._checked("add_distance_joint", options, JointOptions)
         who = f'joint "{name}"'
-        at_a, at_b = vector3(f"{who}: point_a", point_a), vector3(f"{who}: point_b", point_b)
+        at_a, at_b = checks.point(f"{who}: point_a", point_a), checks.point(f"{who}: point_b", point_b)
         if limits is not None and length is not None:
             raise InputError(f"{who}: length and limits are both given; keep one of them")
         if limits is None:
@@ -239,7 +240,9 @@ class JointBuilder(ABC):
         """Adds a joint whose frames meet at `point` of the world, turned by `rotation`, B's if None."""
         who = f'joint "{name}"'
         index_a, index_b = self._ends(who, a, b)
-        origin = self._bodies[index_a].pose.position if point is None else vector3(f"{who}: point", point)
+        origin = (
+            self._bodies[index_a].pose.position if point is None else checks.point(f"{who}: point", point)
+        )
         if rotation is None:
             rotation = IDENTITY if index_b == WORLD else self._bodies[index_b].pose.rotation
         frame = Transform(origin, rotation)

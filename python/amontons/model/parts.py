@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from .. import _core
-from ..checks import Matrix3, Vector3, chosen, entries, number, unit_vector, vector3
+from ..checks import Matrix3, Vector3, chosen, entries, number, point, unit_vector, vector3
 from ..errors import InputError
 from .mass import NOTHING, as_matrix
 from .shapes import Shape
@@ -127,7 +127,7 @@ class Dof:
 
     def __post_init__(self) -> None:
         chosen("kind of degree of freedom", self.kind, DOFS)
-        fill(self, axis=unit_vector("axis", self.axis), anchor=vector3("anchor", self.anchor))
+        fill(self, axis=unit_vector("axis", self.axis), anchor=point("anchor", self.anchor))
         numbers(self, "", "lower", "upper", "lower_effort", "upper_effort", infinite=True)
         lower, upper = self.lower, self.upper
         if lower > upper:

@@ -9,7 +9,8 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from ..checks import Matrix3, Quaternion, Vector3, changed, quaternion, unit_vector, vector3
+from .. import checks
+from ..checks import Matrix3, Quaternion, Vector3, changed, quaternion, unit_vector
 
 IDENTITY: Quaternion = (1.0, 0.0, 0.0, 0.0)
 
@@ -86,17 +87,20 @@ class Transform:
     rotation: Quaternion = IDENTITY
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "position", vector3("position", self.position))
+        object.__setattr__(self, "position", checks.point("position", self.position))
         object.__setattr__(self, "rotation", quaternion("rotation", self.rotation))
 
     @classmethod
     def named(cls, who: str, position: Sequence[float], orientation: Sequence[float]) -> Transform:
         """The same from the arguments of a builder's function; messages begin with `who` and their names."""
-        at, turned = vector3(f"{who}: position", position), quaternion(f"{who}: orientation", orientation)
+        at, turned = (
+            checks.point(f"{who}: position", position),
+            quaternion(f"{who}: orientation", orientation),
+        )
         return changed(ORIGIN, position=at, rotation=turned)
 
     def __call__(self, point: Sequence[float]) -> Vector3:
-        return add(rotate(self.rotation, vector3("point", point)), self.position)
+        return add(rotate(self.rotation, checks.point("point", point)), self.position)
 
     def __matmul__(self, other: Transform) -> Transform:
         return Transform(self(other.position), multiply(self.rotation, other.rotation))

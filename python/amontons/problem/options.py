@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from .. import _core
-from ..checks import chosen, integer, nonnegative_number, positive_number, suggestion
+from ..checks import chosen, nonnegative_number, option, suggestion
 from ..errors import InputError
 
 LAWS = {"associated": _core.Law.associated, "coulomb": _core.Law.coulomb}
@@ -53,13 +53,13 @@ def core_options(
 ) -> _core.Options:
     options = _core.Options()
     options.law = chosen("law", law, LAWS)
-    options.tolerance = nonnegative_number("tolerance", tolerance)
+    options.tolerance = option("tolerance", tolerance)
     if max_iterations is not None:
-        options.max_iterations = integer("max_iterations", max_iterations, 1)
+        options.max_iterations = option("max_iterations", max_iterations)
     if deadline is not None:
-        options.deadline = positive_number("deadline", deadline)
+        options.deadline = option("deadline", deadline)
     options.history = bool(history)
-    options.threads = integer("threads", threads, 1)
+    options.threads = option("threads", threads)
     valid = METHOD_OPTIONS.get(method, {})
     for name, value in method_options.items():
         if name not in valid:
@@ -68,6 +68,6 @@ def core_options(
                 f"unknown option {name!r} of method {method!r}{suggestion(name, valid)}; "
                 f"its options are: {listed}"
             )
-        value = integer(name, value, 0) if name == "memory" else nonnegative_number(name, value)
+        value = option(name, value) if name == "memory" else nonnegative_number(name, value)
         setattr(options, valid[name], value)
     return options

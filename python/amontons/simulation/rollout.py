@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .. import _core, watching
-from ..checks import Array, integer, reals
+from ..checks import Array, option, reals
 from ..errors import InputError, SimulationError, StepWarning
 from ..model.model import Model
 from .simulation import Simulation
@@ -67,7 +67,7 @@ def rollout(
         raise InputError(f"model is a {type(model).__name__}; give a Model, from ModelBuilder or a file")
     worlds = _worlds(model, states, options)
     rows = _controls(model, controls, len(worlds), steps)
-    repeat = integer("repeat", repeat, 1)
+    repeat = option("repeat", repeat)
     courses, readings, done = [], [], 0
     for part in _in_single_rows(rows) if sensors else [rows]:
         course = advance_worlds(worlds, part, repeat, threads)
@@ -108,7 +108,7 @@ def advance_worlds(
     worlds: Sequence[Simulation], controls: Array | int, repeat: int, threads: int | None
 ) -> Course:
     """Advance simulations of one model by controls (worlds, rows, actuators), or by so many rows without."""
-    threads = usable_cores() if threads is None else integer("threads", threads, 1)
+    threads = usable_cores() if threads is None else option("threads", threads)
     model = worlds[0].model
     given = None if isinstance(controls, int) else clipped(model, controls)
     rows = controls if isinstance(controls, int) else controls.shape[1]
@@ -174,7 +174,7 @@ def _controls(model: Model, controls: Any, worlds: int, steps: int | None) -> Ar
     if controls is None:
         if steps is None:
             raise InputError("rollout needs controls, or steps to go without")
-        return integer("steps", steps, 1)
+        return option("steps", steps)
     given = reals("controls", controls)
     count = len(model.actuators)
     if given.ndim == 2:

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .. import _core, watching
-from ..checks import Array, Vector3, chosen, integer, number, positive_number
+from ..checks import Array, Vector3, chosen, number, option
 from ..errors import InputError, SimulationError, StepWarning
 from ..hooks import hook
 from ..model.model import Model
@@ -215,7 +215,8 @@ class Simulation(Queries):
         callback: called as callback(sim, report) after each step; a true result stops. Without it and without
         force_callbacks all steps are made by the compiled module; Ctrl-C ends between two of them.
         """
-        steps = max(1, math.ceil(positive_number("duration", duration) / self.dt - 1e-9))
+        steps = max(1, math.ceil(option("duration", duration) / self.dt - 1e-9))
+        function("callback", callback)
         if callback is None and not self.force_callbacks and type(self).step is Simulation.step:
             return self._run(steps)
         for _ in range(steps):
@@ -467,6 +468,8 @@ class Simulation(Queries):
     def load(cls, path: str | PathLike[str], **options: Any) -> Simulation:
         """The simulation that `save` wrote; `options` replace those that it had.
 
+        limits: an `amontons.Limits`, among the options: what the file may ask for.
+
         Raises FileNotFoundError, or FileError naming the file and what is wrong.
         """
         return load_file(path, options)
@@ -478,21 +481,21 @@ class Simulation(Queries):
 def _core_options(given: dict[str, Any]) -> _core.SimulationOptions:
     """Options of the compiled module, in which zero stands for automatic."""
     o = _core.SimulationOptions()
-    o.dt = positive_number("dt", given["dt"])
+    o.dt = option("dt", given["dt"])
     o.law = chosen("law", given["law"], LAWS)
     o.method = require_method(given["method"])
-    o.tolerance = number("tolerance", given["tolerance"])
-    o.threads = integer("threads", given["threads"], 1)
-    o.max_substeps = integer("max_substeps", given["max_substeps"], 1)
+    o.tolerance = option("tolerance", given["tolerance"])
+    o.threads = option("threads", given["threads"])
+    o.max_substeps = option("max_substeps", given["max_substeps"])
     o.warm_start = given["warm_start"]
     o.recovery = chosen("recovery", given["recovery"], RECOVERIES)
     if given["max_iterations"] is not None:
-        o.max_iterations = integer("max_iterations", given["max_iterations"], 1)
+        o.max_iterations = option("max_iterations", given["max_iterations"])
     if given["budget"] is not None:
-        o.budget = positive_number("budget", given["budget"])
+        o.budget = option("budget", given["budget"])
     for name in ("margin", "recovery_speed", "restitution_speed"):
         if given[name] is not None:
-            value = number(name, given[name], infinite=name != "margin")
+            value = option(name, given[name])
             if value < 0:
                 raise InputError(f"{name} = {value:g}; it must not be negative")
             setattr(o, name, max(value, sys.float_info.min))  # no automatic value for a zero that was given

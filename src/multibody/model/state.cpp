@@ -6,6 +6,15 @@
 
 namespace amontons {
 
+namespace {
+
+// The comparison is written so that a NaN fails it.
+bool within(const Vec3& a, double most) {
+  return std::abs(a.x) <= most && std::abs(a.y) <= most && std::abs(a.z) <= most;
+}
+
+}  // namespace
+
 // Checked before every step, as users write into the state; hence messages are built only when they are
 // needed. Only what is an input of the step is checked: coordinates follow from the poses, and impulses only
 // tell where a solve starts.
@@ -16,17 +25,19 @@ void validate(const Model& model, const State& s) {
       return name.empty() ? "body " + std::to_string(i) : "body \"" + name + "\"";
     };
     const Quat& q = s.orientations[i];
-    AMONTONS_REQUIRE(is_finite(s.positions[i]), who() + ": the position is not finite");
+    AMONTONS_REQUIRE(within(s.positions[i], largest_coordinate),
+                     who() + ": the position is not finite, or beyond 1e15 m");
     AMONTONS_REQUIRE(std::abs(norm(q) - 1) < 1e-6,
                      who() + ": the orientation is not a unit quaternion (w, x, y, z); normalise it");
-    AMONTONS_REQUIRE(is_finite(s.linear_velocities[i]) && is_finite(s.angular_velocities[i]),
-                     who() + ": the velocity is not finite");
-    AMONTONS_REQUIRE(is_finite(s.forces[i]) && is_finite(s.torques[i]),
-                     who() + ": the external force or torque is not finite");
+    AMONTONS_REQUIRE(within(s.linear_velocities[i], largest_coordinate) &&
+                         within(s.angular_velocities[i], largest_coordinate),
+                     who() + ": the velocity is not finite, or beyond 1e15 m/s or rad/s");
+    AMONTONS_REQUIRE(within(s.forces[i], largest_load) && within(s.torques[i], largest_load),
+                     who() + ": the external force or torque is not finite, or beyond 1e30 N or N m");
   }
   for (std::size_t k = 0; k < s.targets.size(); ++k)
-    AMONTONS_REQUIRE(std::isfinite(s.targets[k]),
-                     "target " + std::to_string(k) + " of a motor is not finite");
+    AMONTONS_REQUIRE(std::abs(s.targets[k]) <= largest_load,
+                     "target " + std::to_string(k) + " of a motor is not finite, or beyond 1e30");
   for (std::size_t k = 0; k < s.controls.size(); ++k)
     AMONTONS_REQUIRE(std::isfinite(s.controls[k]) && std::isfinite(s.activations[k]),
                      "actuator \"" + model.description().actuators[k].name +

@@ -30,6 +30,11 @@ struct TendonImpulse {
   double limit = 0;  // > 0 pushes away from the lower limit
 };
 
+// What a state may hold: |coordinate| of a position (m) and speed (m/s, rad/s); |force| and the like. Far
+// beyond any mechanism in any units, and far from where squares and products overflow.
+inline constexpr double largest_coordinate = 1e15;
+inline constexpr double largest_load = 1e30;
+
 // What a simulation changes, and all that it needs to go on bit for bit: a saved state continues as if it had
 // never stopped. Coordinates are part of it because poses tell them but for full turns; impulses because a
 // solve starts from them, and because stiffening takes the joints' forces from them.

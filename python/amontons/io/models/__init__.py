@@ -5,6 +5,7 @@ from __future__ import annotations
 from os import PathLike
 
 from ...errors import FileError, InputError
+from ...limits import DEFAULT, Limits
 from ...model.model import Model
 from ...model.parts import Fluid
 from ..files import existing
@@ -13,7 +14,7 @@ from .bodies import fluid_boxes, read_bodies
 from .compiled import Compiled, compile_file, import_mujoco
 from .contacts import read_contacts
 from .equalities import read_equalities
-from .geoms import read_geoms
+from .geoms import Geoms, read_geoms
 from .issues import Issues
 from .joints import read_joints
 from .keyframes import read_keyframes
@@ -21,6 +22,7 @@ from .overlaps import without_overlaps
 from .scan import scan
 from .sensors import read_sensors
 from .sites import read_sites
+from .size import Budget
 from .tendons import read_tendons
 from .xml_lines import Faults, expand_includes, read_xml
 
@@ -33,6 +35,7 @@ def load_model(
     strict: bool = False,
     floating_base: bool | None = None,
     self_overlaps: bool = False,
+    limits: Limits = DEFAULT,
 ) -> Model:
     """Read a MuJoCo (MJCF .xml) or URDF (.urdf, or <robot> in .xml) model file.
 
@@ -46,33 +49,54 @@ def load_model(
     self_overlaps: whether links of one tree touch each other although they overlap in the pose of the file;
         by default they do not, and a ModelWarning lists them.
 
+    limits: how large the model may be, with all that it includes and copies.
+
     docs/models.md tells what is read. Needs MuJoCo: pip install amontons[models].
     Raises FileNotFoundError, or FileError naming file, line and element of what is missing or wrong.
     """
-    return _model(compiled_model(path, floating_base), strict=strict, self_overlaps=self_overlaps)
+    return _model(compiled_model(path, floating_base, limits), strict=strict, self_overlaps=self_overlaps)
 
 
-def compiled_model(path: str | PathLike[str], floating_base: bool | None = None) -> Compiled:
+def compiled_model(
+    path: str | PathLike[str], floating_base: bool | None = None, limits: Limits = DEFAULT
+) -> Compiled:
     """A model file as MuJoCo has it, with the meshes and the base that `load_model` gives a URDF."""
     path = existing(path, "a model file")
     if path.suffix.lower() not in SUFFIXES:
         raise FileError(f"{path}: unknown kind of file; known suffixes are {', '.join(SUFFIXES)}")
     import_mujoco()
     faults: Faults = []
-    root = read_xml(path, faults)
+    budget = Budget(limits)
+    root = read_xml(path, faults, budget)
     if root.tag not in ("mujoco", "robot"):
         raise FileError(f"{root.place}: the root is {root}; it must be <mujoco> (MJCF) or <robot> (URDF)")
     if floating_base is not None and root.tag != "robot":
         raise InputError(f"{path}: floating_base is for URDF; give the body a <freejoint> instead")
     issues = Issues(path)
-    expand_includes(root, path.parent, faults)
+    expand_includes(root, path.parent, faults, budget)
     for element, what in faults:
         issues.add(element, what, "none")
-    scan(root, issues, path.parent)
-    return compile_file(path, root, issues, floating_base)
+    scan(root, issues, path.parent, limits)
+    return compile_file(path, root, issues, floating_base, limits)
 
 
 def _model(compiled: Compiled, *, strict: bool, self_overlaps: bool) -> Model:
+    try:
+        model, geoms = _read(compiled)
+        model = without_overlaps(compiled, geoms, model, all_too=not self_overlaps)
+    except FileError:
+        raise
+    except InputError as error:
+        compiled.issues.report(strict=strict)
+        raise FileError(f"{compiled.path}: {error}") from None
+    except (MemoryError, compiled.mujoco.FatalError) as error:
+        raise FileError(f"{compiled.path}: does not fit into memory ({error})") from None
+    compiled.issues.report(strict=strict)
+    return model
+
+
+def _read(compiled: Compiled) -> tuple[Model, Geoms]:
+    """The model, but for what overlaps."""
     bodies = read_bodies(compiled)
     geoms = read_geoms(compiled, bodies)
     joints = read_joints(compiled, bodies)
@@ -93,28 +117,22 @@ def _model(compiled: Compiled, *, strict: bool, self_overlaps: bool) -> Model:
     boxes = fluid_boxes(compiled, bodies)
     m = compiled.model
     gravity = m.opt.gravity.tolist() if compiled.enabled("gravity") else (0.0, 0.0, 0.0)
-    try:
-        model = Model(
-            gravity=tuple(gravity),
-            friction_rule="maximum",
-            bodies=tuple(bodies.bodies),
-            geoms=tuple(geoms.geoms),
-            joints=tuple(joints.joints),
-            couplings=tuple(couplings),
-            pair_materials=tuple(pair_materials),
-            excluded_bodies=tuple(excluded),
-            tendons=tuple(tendons),
-            actuators=tuple(actuators),
-            keyframes=keyframes,
-            sites=sites,
-            sensors=sensors,
-            fluid=Fluid(*map(float, (m.opt.density, m.opt.viscosity)), tuple(m.opt.wind.tolist())),
-            fluid_boxes=tuple(boxes),
-            unread=compiled.issues.unread(),
-        )
-    except InputError as error:
-        compiled.issues.report(strict=strict)
-        raise FileError(f"{compiled.path}: {error}") from None
-    model = without_overlaps(compiled, geoms, model, all_too=not self_overlaps)
-    compiled.issues.report(strict=strict)
-    return model
+    model = Model(
+        gravity=tuple(gravity),
+        friction_rule="maximum",
+        bodies=tuple(bodies.bodies),
+        geoms=tuple(geoms.geoms),
+        joints=tuple(joints.joints),
+        couplings=tuple(couplings),
+        pair_materials=tuple(pair_materials),
+        excluded_bodies=tuple(excluded),
+        tendons=tuple(tendons),
+        actuators=tuple(actuators),
+        keyframes=keyframes,
+        sites=sites,
+        sensors=sensors,
+        fluid=Fluid(*map(float, (m.opt.density, m.opt.viscosity)), tuple(m.opt.wind.tolist())),
+        fluid_boxes=tuple(boxes),
+        unread=compiled.issues.unread(),
+    )
+    return model, geoms

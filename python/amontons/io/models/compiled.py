@@ -6,7 +6,7 @@ import re
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from ...errors import FileError, InputError
+from ...limits import DEFAULT, Limits
 from ...model.sensing import SENSORS
 from ...model.transforms import Transform
 from .elements import Element
@@ -31,7 +32,11 @@ ADVICE = {
 }
 
 
-TOLD = ("deprecated", "equal lower and upper limits")
+MANY = 1000
+"""Bodies of a model for which MuJoCo would reserve memory for constraints, by the square of their number."""
+ARENA = 1 << 29
+"""Bytes that it gets in place of that, or of what the file asks for: only the poses are computed."""
+TOLD = ("deprecated", "equal lower and upper limits", "arena memory", "buffer is full")
 """Parts of MuJoCo's warnings that are of no interest, or told in other words."""
 
 
@@ -46,6 +51,9 @@ class Compiled:
     model: Any
     data: Any
     issues: Issues
+    limits: Limits = DEFAULT
+    _known_places: dict[str, dict[int, tuple[str, int | None]]] = field(default_factory=dict)
+    _by_line: dict[str, dict[int | str, list[Element]]] = field(default_factory=dict)
 
     def name(self, kind: str, index: int) -> str:
         """MuJoCo's name of a body, geom, jnt, ..., empty if it has none."""
@@ -57,11 +65,34 @@ class Compiled:
         """The element of the file that a body, geom, ... came from, as far as it can be found."""
         if (listed := self._listed(kind)) is not None:
             return listed[index]
-        item = next((item for item in getattr(self.spec, SPECS[kind]) if item.id == index), None)
-        if item is None:
+        if index not in (places := self._places(kind)):
             return None
-        line = re.search(r"line (\d+)", item.info)
-        return find(self.root, TAGS[kind], item.name, int(line[1]) if line else None)
+        name, line = places[index]
+        return self._find(kind, name, line)
+
+    def _places(self, kind: str) -> dict[int, tuple[str, int | None]]:
+        """Name and line of the things of a kind by MuJoCo's index."""
+        if kind not in self._known_places:
+            self._known_places[kind] = {
+                item.id: (item.name, int(line[1]) if (line := re.search(r"line (\d+)", item.info)) else None)
+                for item in getattr(self.spec, SPECS[kind])
+            }
+        return self._known_places[kind]
+
+    def _find(self, kind: str, name: str, line: int | None) -> Element | None:
+        """The element of a kind on the line; with the name, if there are several or no line is known."""
+        if kind not in self._by_line:
+            # The content of <default> has the same tags, but makes nothing.
+            makers = _outside_defaults(self.root)
+            found = self._by_line[kind] = {}
+            for element in (e for e in makers if e.tag in TAGS[kind]):
+                found.setdefault(element.line, []).append(element)
+                found.setdefault(f"name {element.name}", []).append(element)
+        fitting = self._by_line[kind].get(line if line is not None else f"name {name}", [])
+        named = [e for e in fitting if e.name == name]
+        if named and (name or line is not None):
+            return named[0]
+        return fitting[0] if fitting and line is not None else None
 
     def _listed(self, kind: str) -> list[Element] | None:
         """The elements of a kind that is not nested, in MuJoCo's order; None if some are made otherwise."""
@@ -117,15 +148,13 @@ def transform(position: Any, quaternion: Any) -> Transform:
     return Transform(tuple(np.asarray(position).tolist()), tuple((q / np.linalg.norm(q)).tolist()))
 
 
-def find(root: Element, tags: tuple[str, ...], name: str, line: int | None) -> Element | None:
-    """The element of one of the tags on the line; with the name, if there are several or no line is known."""
-    fitting = [e for e in root.walk() if e.tag in tags and line in (None, e.line)]
-    # The content of <default> has the same tags, but makes nothing.
-    fitting = [e for e in fitting if all(a.tag != "default" for a in e.ancestors())]
-    named = [e for e in fitting if e.name == name]
-    if named and (name or line is not None):
-        return named[0]
-    return fitting[0] if fitting and line is not None else None
+def _outside_defaults(root: Element) -> Iterator[Element]:
+    left = [root]
+    while left:
+        element = left.pop()
+        if element.tag != "default":
+            yield element
+            left += reversed(element.children)
 
 
 def import_mujoco() -> ModuleType:
@@ -139,7 +168,9 @@ def import_mujoco() -> ModuleType:
     return mujoco
 
 
-def compile_file(path: Path, root: Element, issues: Issues, floating_base: bool | None) -> Compiled:
+def compile_file(
+    path: Path, root: Element, issues: Issues, floating_base: bool | None, limits: Limits = DEFAULT
+) -> Compiled:
     """Raises FileError naming file, line and element if MuJoCo refuses the file."""
     mujoco = import_mujoco()
     said: list[str] = []
@@ -148,20 +179,22 @@ def compile_file(path: Path, root: Element, issues: Issues, floating_base: bool 
             spec = mujoco.MjSpec.from_file(str(path))
             if root.tag == "robot":
                 prepare(spec, root, issues, floating_base)
+            if len(spec.bodies) > MANY or spec.memory > ARENA:
+                spec.memory = ARENA
             model = spec.compile()
+            data = mujoco.MjData(model)
+            mujoco.mj_kinematics(model, data)
         except FileError:
             raise
-        except (ValueError, mujoco.FatalError) as error:
+        except (ValueError, TypeError, UnicodeError, MemoryError, mujoco.FatalError) as error:
             raise FileError(_translated(str(error), path, root)) from None
         _override_contacts(mujoco, model)
-        data = mujoco.MjData(model)
-        mujoco.mj_kinematics(model, data)
     for text in said:  # of what it left out, such as a <mimic> of nothing, or takes for a mistake
         element = _mentioned(text, root)
         if not any(known in text for known in TOLD) and not (element and issues.lists(element)):
             effect = "none" if "conflict" in text else "small"  # an option of an attached file is not taken
             issues.add(element, f"MuJoCo warns: {' '.join(text.split())}", effect)
-    return Compiled(path, root, mujoco, spec, model, data, issues)
+    return Compiled(path, root, mujoco, spec, model, data, issues, limits)
 
 
 def _override_contacts(mujoco: ModuleType, model: Any) -> None:

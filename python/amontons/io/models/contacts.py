@@ -8,10 +8,12 @@ from itertools import combinations, product
 import numpy as np
 
 from ...checks import Array
+from ...limits import readable
 from ...model.parts import Material, PairMaterial
 from .bodies import Bodies, fixed_groups
 from .compiled import Compiled
 from .geoms import Geoms, coefficients, with_friction
+from .size import too_large
 from .softness import (
     DEFAULT_IMPEDANCE,
     DEFAULT_REFERENCE,
@@ -27,6 +29,8 @@ Values = dict[str, float]
 """Fields of a Material."""
 MANY = 1000
 """Pairs: so many more with a material of their own are worth it where geoms then keep their friction."""
+PAIR = 64
+"""Bytes that a pair of geoms takes while rules of pairs are compared."""
 FRICTIONS = ("friction", "torsional_friction", "rolling_friction")
 
 
@@ -112,6 +116,7 @@ def _frictions(compiled: Compiled, geoms: Geoms) -> dict[tuple[int, int], Values
         return {}
     if np.ptp(dim) == 0 and np.ptp(priority) == 0:
         return {}
+    _require_pairs(compiled, len(ids))
     rule = coefficients(*_condim_and_friction(compiled, ids[:, None], ids[None, :]))
     own = coefficients(dim, m.geom_friction[ids])
     differs = _unlike(rule, own)  # a geom of condim 1 slides freely
@@ -130,6 +135,16 @@ def _frictions(compiled: Compiled, geoms: Geoms) -> dict[tuple[int, int], Values
         for i, j in zip(a.tolist(), b.tolist(), strict=True)
         if _may_touch(geoms, i, j)
     }
+
+
+def _require_pairs(compiled: Compiled, geoms: int) -> None:
+    """FileError where a table of all pairs of geoms goes beyond the limit of memory."""
+    taken = PAIR * geoms**2
+    if taken > compiled.limits.memory:
+        what = (
+            f"{geoms} geoms of unlike condim, priority or softness, of which all pairs take {readable(taken)}"
+        )
+        raise too_large(str(compiled.path), what, "memory")
 
 
 def _unlike(rule: Array, own: Array) -> Array:
@@ -159,6 +174,7 @@ def _soften(compiled: Compiled, geoms: Geoms) -> dict[tuple[int, int], Values]:
     plain &= (m.geom_solimp[ids] == DEFAULT_IMPEDANCE).all(axis=1)
     if plain.all() or not compiled.enabled("contact"):
         return {}
+    _require_pairs(compiled, len(ids))
     category, mask = (np.array([getattr(g, name) for g in geoms.geoms]) for name in ("category", "mask"))
     meets = (category[:, None] & mask[None, :] != 0) | (mask[:, None] & category[None, :] != 0)
     touching = np.zeros(m.ngeom, dtype=bool)

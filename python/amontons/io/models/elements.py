@@ -18,6 +18,7 @@ class Element:
     line: int
     parent: Element | None = field(default=None, repr=False)
     children: list[Element] = field(default_factory=list, repr=False)
+    _by_name: dict[str, dict[str, Element]] = field(default_factory=dict, repr=False, compare=False)
 
     @property
     def name(self) -> str:
@@ -25,12 +26,23 @@ class Element:
 
     def walk(self) -> Iterator[Element]:
         """This element and all below it, in the order of the document."""
-        yield self
-        for child in self.children:
-            yield from child.walk()
+        left = [self]
+        while left:
+            element = left.pop()
+            yield element
+            left += reversed(element.children)
 
     def child(self, tag: str) -> Element | None:
         return next((c for c in self.children if c.tag == tag), None)
+
+    def named(self, tag: str, name: str) -> Element | None:
+        """The first child of a tag and a name. Children no longer change once this was asked."""
+        if tag not in self._by_name:
+            found = self._by_name[tag] = {}
+            for child in self.children:
+                if child.tag == tag:
+                    found.setdefault(child.name, child)
+        return self._by_name[tag].get(name)
 
     def ancestors(self) -> Iterator[Element]:
         node = self.parent

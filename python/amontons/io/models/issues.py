@@ -25,6 +25,9 @@ class Issues:
     notes: list[str] = field(default_factory=list)
     """what was decided for the user where the file leaves it open, with the option that changes it"""
 
+    _known: set[Unread] = field(default_factory=set, init=False)
+    _listed: set[tuple[str, str]] = field(default_factory=set, init=False)
+
     def add(self, where: Element | None, what: str, effect: str = "small") -> None:
         """Once per place and text: one element of a <replicate> stands for all its copies.
 
@@ -32,12 +35,14 @@ class Issues:
         """
         place, element = (where.place, str(where)) if where is not None else (str(self.path), "")
         entry = Unread(place, element, what, effect)
-        if entry not in self.found:
+        if entry not in self._known:
+            self._known.add(entry)
+            self._listed.add((entry.place, entry.element))
             self.found.append(entry)
 
     def lists(self, where: Element) -> bool:
         """Whether something of this element is listed."""
-        return any((entry.place, entry.element) == (where.place, str(where)) for entry in self.found)
+        return (where.place, str(where)) in self._listed
 
     def unread(self) -> tuple[Unread, ...]:
         """All of it, worst first, else in the order of the file."""

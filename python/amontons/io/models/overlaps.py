@@ -28,6 +28,9 @@ class Trees:
         self.links: dict[int, list[int]] = {}
         for geom, body in self.body.items():
             self.links.setdefault(int(self.weld[body]), []).append(geom)
+        self.bases: dict[int, list[int]] = {}
+        for geom in self.links.get(0, []):
+            self.bases.setdefault(int(self.root[self.body[geom]]), []).append(geom)
 
     def tree(self, geom: int) -> int:
         body = self.body[geom]
@@ -39,11 +42,7 @@ class Trees:
 
     def base(self, body: int) -> list[int]:
         """The geoms of the fixed base that a joint of this MuJoCo body joins it to, if any."""
-        return [
-            g
-            for g in self.links.get(0, [])
-            if self.urdf or int(self.root[self.body[g]]) == int(self.root[body])
-        ]
+        return self.links.get(0, []) if self.urdf else self.bases.get(int(self.root[body]), [])
 
 
 def without_overlaps(compiled: Compiled, geoms: Geoms, model: Model, *, all_too: bool) -> Model:

@@ -5,10 +5,12 @@ from __future__ import annotations
 from pathlib import Path
 
 from ...errors import FileError
+from ...limits import Limits
 from .elements import Element, not_finite
 from .issues import Issues
 from .rules import MJCF, URDF, Rule, words
-from .xml_lines import Faults, expand_includes, read_xml
+from .size import Budget, require_size
+from .xml_lines import Faults, expand_includes, is_file, read_xml
 
 NAMES = words(
     "name class childclass model body frame prefix file mesh hfield material joint jointinparent tendon site "
@@ -27,13 +29,15 @@ def rule_of(element: Element, rules: dict[str, Rule]) -> Rule | None:
     return rules.get(f"{parent}/{element.tag}", rules.get(f"*/{element.tag}"))
 
 
-def scan(root: Element, issues: Issues, folder: Path) -> None:
+def scan(root: Element, issues: Issues, folder: Path, limits: Limits, outer: tuple[Path, ...] = ()) -> None:
     """Adds what is not read to the issues; raises FileError for values that cannot be right.
 
-    folder: that of the main file, from which attached models are found.
+    folder: that of the main file, from which attached models are found. outer: the files that attach it.
     """
+    outer = (*outer, root.file.resolve())
     rules = URDF if root.tag == "robot" else MJCF
     wrong: list[str] = []
+    found: dict[int, tuple[Element, Budget]] = {}
 
     def visit(element: Element) -> None:
         rule = rule_of(element, rules)
@@ -54,17 +58,30 @@ def scan(root: Element, issues: Issues, folder: Path) -> None:
             visit(child)
 
     def attached(element: Element) -> None:
-        file = folder / element.attributes.get("file", "")
-        if not file.is_file():
-            wrong.append(f"{element.place}: {element}: the file {file} does not exist")
-            return
-        faults: Faults = []
-        other = read_xml(file, faults)
-        expand_includes(other, file.parent, faults)
-        for element, what in faults:
-            issues.add(element, what, "none")
-        scan(other, issues, file.parent)
+        if id(element) in found:
+            scan(found[id(element)][0], issues, file_of(element).parent, limits, outer)
 
+    def file_of(element: Element) -> Path:
+        return folder / element.attributes.get("file", "")
+
+    def size_of(element: Element) -> int:
+        """Of an attached file, which is read here."""
+        file = file_of(element)
+        if not is_file(file):
+            wrong.append(f"{element.place}: {element}: the file {file} does not exist")
+            return 0
+        if file.resolve() in outer:
+            raise FileError(f"{element.place}: {element}: the file {file} attaches itself")
+        faults: Faults = []
+        budget = Budget(limits)
+        other = read_xml(file, faults, budget)
+        expand_includes(other, file.parent, faults, budget)
+        for place, what in faults:
+            issues.add(place, what, "none")
+        found[id(element)] = other, budget
+        return budget.elements
+
+    require_size(root, limits, size_of)
     visit(root)
     if wrong:
         raise FileError("\n".join(wrong))
@@ -92,6 +109,11 @@ def _check(element: Element, attribute: str, rule: Rule, issues: Issues) -> None
 def faults(element: Element) -> list[str]:
     """Values that no model can mean, which MuJoCo lets pass or reports without a line."""
     found = [
+        f'{name}="{element.attributes[name]}" has a "%", which MuJoCo takes for a format; rename it'
+        for name in ("class", "childclass")
+        if "%" in element.attributes.get(name, "")
+    ]
+    found += [
         f'{name}="{element.attributes[name]}" is not finite'
         for name in element.attributes
         if name not in NAMES and not_finite(element, name) and not _may_be_infinite(element, name)

@@ -12,6 +12,7 @@ from html import unescape
 from pathlib import Path
 
 from .elements import Element
+from .size import Budget
 
 TOKEN = re.compile(
     r"""(?P<skipped><!--.*?-->|<\?.*?\?>|<!\[CDATA\[.*?\]\]>|<![^>]*>)
@@ -22,14 +23,14 @@ TOKEN = re.compile(
 ATTRIBUTE = re.compile(r"""([^\s=/>"\']+)\s*=\s*(?:"([^"]*)"|\'([^\']*)\')""", re.DOTALL)
 
 
-def parse(data: bytes, path: Path) -> Element | None:
+def parse(data: bytes, path: Path, budget: Budget, depth: int) -> Element | None:
     """The first root element; None if its tags do not match or something that starts like a tag is none."""
     text = data.decode("utf-8", errors="replace")
     stack: list[Element] = []
     line, at, place = 1, 0, 0
     while (place := text.find("<", place)) >= 0:
         token = TOKEN.match(text, place)
-        if token is None:
+        if token is None or token[0].startswith("<!ENTITY") or "<!ENTITY" in (token["skipped"] or "")[:2000]:
             return None
         line += text.count("\n", at, place)
         at = place
@@ -37,6 +38,7 @@ def parse(data: bytes, path: Path) -> Element | None:
         if token["start"]:
             parent = stack[-1] if stack else None
             element = Element(token["start"], _attributes(token["attributes"]), path, line, parent)
+            budget.add(element, depth + len(stack))
             if parent is not None:
                 parent.children.append(element)
             if not token["empty"]:

@@ -155,7 +155,7 @@ def fixed_joint_names(root: Element) -> dict[str, str]:
 
 
 def _link(name: str, root: Element) -> Element | None:
-    return next((e for e in root.children if e.tag == "link" and e.name == name), None)
+    return root.named("link", name)
 
 
 def _has_mass(name: str, root: Element) -> bool:

@@ -8,18 +8,35 @@ from xml.parsers import expat
 from ...errors import FileError
 from . import sloppy_xml
 from .elements import Element
+from .size import Budget
 
 Faults = list[tuple[Element, str]]
 """Root elements of files that are not well-formed, and why."""
+MOST_OPEN = 50
 
 
-def read_xml(path: Path, faults: Faults) -> Element:
+def is_file(path: Path) -> bool:
+    """Whether a path that a file names is one; a name with bytes of zero, or too long a one, is none."""
+    try:
+        return path.is_file()
+    except (ValueError, OSError):
+        return False
+
+
+def read_xml(path: Path, faults: Faults, budget: Budget, depth: int = 0) -> Element:
     """The root element of a file, as written: with its <include> elements.
 
     Adds to the faults if it is not well-formed in a way that MuJoCo does not mind. Raises FileError naming
-    file and line if it is otherwise malformed, or not readable as text.
+    file and line if it is otherwise malformed, not readable as text, or beyond the limits.
+
+    depth: of the <include> in whose place it comes.
     """
-    data = path.read_bytes()
+    try:
+        data = path.read_bytes()
+    except OSError as error:
+        raise FileError(f"{path}: cannot be read ({error.strerror})") from None
+    if b"\0" in data:
+        raise FileError(f"{path}: is no text: it holds bytes of zero, where MuJoCo's parser would stop")
     parser = expat.ParserCreate()
     roots: list[Element] = []
     stack: list[Element] = []
@@ -27,18 +44,29 @@ def read_xml(path: Path, faults: Faults) -> Element:
     def start(tag: str, attributes: dict[str, str]) -> None:
         parent = stack[-1] if stack else None
         element = Element(tag, attributes, path, parser.CurrentLineNumber, parent)
+        budget.add(element, depth + len(stack))
         (parent.children if parent else roots).append(element)
         stack.append(element)
 
+    def entity(name: str, *_: object) -> None:
+        # MuJoCo's parser leaves out what an entity stands for, without a word.
+        raise FileError(
+            f"{path}:{parser.CurrentLineNumber}: the entity &{name}; is defined here, which MuJoCo does not "
+            "read; write what it stands for in its places, or <include> it"
+        )
+
     parser.StartElementHandler = start
     parser.EndElementHandler = lambda tag: stack.pop()
+    parser.EntityDeclHandler = entity
     try:
         parser.Parse(data, True)
-    except (expat.ExpatError, LookupError) as error:
+    except (expat.ExpatError, LookupError, ValueError) as error:
+        if isinstance(error, FileError):
+            raise
         code = getattr(error, "code", None)  # without one it is an encoding that Python does not know
         reason = expat.ErrorString(code) if code else str(error)
         line = getattr(error, "lineno", 1)
-        root = sloppy_xml.parse(data, path)
+        root = sloppy_xml.parse(data, path, budget, depth)
         if root is not None:
             faults.append((root, f"line {line} is malformed XML, {reason}; it is read as MuJoCo reads it"))
             return root
@@ -47,30 +75,34 @@ def read_xml(path: Path, faults: Faults) -> Element:
     return roots[0]
 
 
-def expand_includes(root: Element, folder: Path, faults: Faults) -> None:
+def expand_includes(root: Element, folder: Path, faults: Faults, budget: Budget) -> None:
     """Puts the content of included files in the place of <include file="..."/>, as MuJoCo does.
 
     Paths are relative to the folder of the main file. Raises FileError for files that are missing,
     malformed or include themselves.
     """
 
-    def expand(node: Element, open_files: tuple[Path, ...]) -> None:
+    def expand(node: Element, open_files: tuple[Path, ...], depth: int) -> None:
         children = []
         for child in node.children:
             if child.tag != "include":
-                expand(child, open_files)
+                expand(child, open_files, depth + 1)
                 children.append(child)
                 continue
             file = folder / child.attributes.get("file", "")
-            if not file.is_file():
+            if not is_file(file):
                 raise FileError(f"{child.place}: {child}: the file {file} does not exist")
+            if len(open_files) > MOST_OPEN:
+                raise FileError(
+                    f"{child.place}: {child}: more than {MOST_OPEN} files include each other in a row"
+                )
             if file.resolve() in open_files:
                 raise FileError(f"{child.place}: {child}: the file {file} includes itself")
-            content = read_xml(file, faults)
-            expand(content, (*open_files, file.resolve()))
+            content = read_xml(file, faults, budget, depth)
+            expand(content, (*open_files, file.resolve()), depth)
             for part in content.children:
                 part.parent = node
             children += content.children
         node.children[:] = children
 
-    expand(root, (root.file.resolve(),))
+    expand(root, (root.file.resolve(),), 0)

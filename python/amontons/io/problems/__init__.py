@@ -6,6 +6,7 @@ from os import PathLike
 from typing import TYPE_CHECKING
 
 from ...errors import FileError
+from ...limits import DEFAULT, Limits
 from ..files import existing, writable
 
 if TYPE_CHECKING:
@@ -18,12 +19,13 @@ HDF5 = (".hdf5", ".h5", ".hdf")
 SUFFIXES = (*HDF5, ".mtx", ".npz")
 
 
-def read_problem(path: str | PathLike[str]) -> Problem:
+def read_problem(path: str | PathLike[str], *, limits: Limits = DEFAULT) -> Problem:
     """Read a problem from a file, in the row order and frame of the file.
 
     path: FCLIB (.hdf5, .h5), local (W q mu) or global (M H f w mu, bilateral G b), stored as triplet, CSC or
         CSR, with rolling friction (mu_r) or without; Matrix Market (x.mtx with b, cones and mu in x.npz
         beside it); or x.npz alone, that of `Problem.write` or one of arrays W, q, mu (and mu_r).
+    limits: what the file may ask for.
 
     Rows of FCLIB are three per contact (normal, tangent 1, tangent 2; u_n > 0 separates), five with rolling
     friction (moments about both tangents, N m s), then the bilateral rows. A
@@ -37,11 +39,11 @@ def read_problem(path: str | PathLike[str]) -> Problem:
     if path.suffix.lower() in HDF5:
         from .fclib_reader import read_fclib
 
-        return read_fclib(path)
+        return read_fclib(path, limits)
     if path.suffix.lower() in (".mtx", ".npz"):
         from .archive import read_archive
 
-        return read_archive(path)
+        return read_archive(path, limits)
     raise FileError(f"{path}: unknown kind of file; known suffixes are {', '.join(SUFFIXES)}")
 
 

@@ -6,7 +6,6 @@ Read as well: archives of W, q, mu, and mu_r of rolling friction, the names of a
 from __future__ import annotations
 
 import io
-import zipfile
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -15,7 +14,9 @@ import numpy as np
 import scipy.io
 import scipy.sparse as sp
 
+from ...checks import finite, reals
 from ...errors import FileError, InputError
+from ...limits import Limits
 from ...problem.cones import (
     Cone,
     EllipticFriction,
@@ -28,6 +29,8 @@ from ...problem.cones import (
 from ...problem.operators import Contacts, Factored
 from ...problem.problem import Problem
 from ..files import write_whole
+from . import matrix_market
+from .npz import Archive
 
 ELLIPTIC = {"elliptic-3": 2, "elliptic-4": 3, "elliptic-6": 5}
 """How many of the columns of `elliptic` a cone of a kind has: mu, mu across, torsion, rolling about both."""
@@ -42,83 +45,66 @@ FACTORED = (
 )
 
 
-def read_archive(path: Path) -> Problem:
+def read_archive(path: Path, limits: Limits) -> Problem:
     """The problem of x.npz, or of x.mtx with the rest in x.npz beside it."""
-    archive = path.with_suffix(".npz")
-    if not archive.exists():
+    beside = path.with_suffix(".npz")
+    if not beside.is_file():
         raise FileError(
-            f"{path}: b and the cones are expected in {archive.name} beside it, which does not exist"
+            f"{path}: b and the cones are expected in {beside.name} beside it, which does not exist"
         )
-    entries = _load(archive)
+    entries = Archive(beside, limits)
     try:
-        A = _read_matrix(path) if path.suffix.lower() == ".mtx" else _stored_matrix(archive, entries)
+        b = entries.real("q" if _is_local(entries) else "b")
+        matrix = path.suffix.lower() == ".mtx"
+        A = matrix_market.read(path, b.size, limits) if matrix else _stored_matrix(beside, entries)
         return Problem(
             A,
-            _entry(archive, entries, "q" if _is_local(entries) else "b"),
-            _stored_cones(archive, entries, A.shape[0]),
-            name=_text(entries, "name") or path.stem,
-            description=_text(entries, "description"),
-            source=_text(entries, "source"),
-            f=entries.get("f"),
-            guesses=list(entries["guesses"]) if "guesses" in entries else (),
+            b,
+            _stored_cones(beside, entries, A.shape[0]),
+            name=entries.text("name") or path.stem,
+            description=entries.text("description"),
+            source=entries.text("source"),
+            f=_finite(entries, "f") if "f" in entries else None,
+            guesses=list(np.atleast_2d(_finite(entries, "guesses"))) if "guesses" in entries else (),
         )
     except FileError:
         raise
     except InputError as error:
         raise FileError(f"{path}: {error}") from None
+    except MemoryError:
+        raise FileError(f"{path}: does not fit into memory") from None
 
 
-def _load(archive: Path) -> dict[str, np.ndarray]:
-    try:
-        with np.load(archive, allow_pickle=False) as file:
-            if isinstance(file, np.ndarray):
-                raise ValueError("it holds one array without a name")
-            return {key: file[key] for key in file.files}
-    except (OSError, ValueError, zipfile.BadZipFile, EOFError, AttributeError) as error:
-        raise FileError(f"{archive}: is no NumPy archive of a problem, or is truncated ({error})") from None
-
-
-def _entry(archive: Path, entries: dict[str, np.ndarray], key: str) -> np.ndarray:
-    if key not in entries:
-        found = ", ".join(entries) or "nothing"
-        raise FileError(f"{archive}: the array {key!r} is missing; it holds {found}")
-    return entries[key]
-
-
-def _is_local(entries: dict[str, np.ndarray]) -> bool:
+def _is_local(entries: Archive) -> bool:
     return "W" in entries and "q" in entries and "b" not in entries
 
 
-def _text(entries: dict[str, np.ndarray], key: str) -> str:
-    return str(entries[key]) if key in entries else ""
+def _finite(entries: Archive, key: str) -> np.ndarray:
+    return finite(key, reals(key, entries.real(key)))
 
 
-def _read_matrix(path: Path) -> Any:
-    try:
-        matrix = scipy.io.mmread(path, spmatrix=False)
-    except (OSError, ValueError, TypeError, OverflowError) as error:
-        raise FileError(f"{path}: is no Matrix Market file, or is truncated ({error})") from None
-    return matrix
-
-
-def _stored_matrix(archive: Path, entries: dict[str, np.ndarray]) -> Any:
-    if "A_dense" in entries:
-        return entries["A_dense"]
-    if _is_local(entries):
-        return entries["W"]
+def _stored_matrix(archive: Path, entries: Archive) -> Any:
+    if "A_dense" in entries or _is_local(entries):
+        return entries.real("A_dense" if "A_dense" in entries else "W")
     if "inverse_mass" in entries:
-        arrays = {key: _entry(archive, entries, key) for key in FACTORED}
+        arrays = {key: entries.real(key) for key in FACTORED}
         return Factored(**{**arrays, "inverse_inertia": _unpacked(arrays["inverse_inertia"])})
-    data, indices, indptr = (_entry(archive, entries, f"A_{key}") for key in ("data", "indices", "indptr"))
+    data, indices, indptr = (
+        entries.real("A_data"),
+        *(entries.integers(f"A_{k}") for k in ("indices", "indptr")),
+    )
     m = len(indptr) - 1
-    try:
-        matrix = sp.csr_array((data, indices, indptr), shape=(m, m))
-        matrix.check_format(full_check=True)
-    except ValueError as error:
+    if m < 0 or indptr[0] != 0 or np.any(indptr[1:] < indptr[:-1]) or indptr[-1] != len(indices):
         raise FileError(
-            f"{archive}: A_data, A_indices, A_indptr are no matrix of {m} rows ({error})"
-        ) from None
-    return matrix
+            f"{archive}: A_data, A_indices, A_indptr are no matrix of {m} rows: A_indptr must ascend from 0 "
+            f"to the number of entries, {len(indices)}"
+        )
+    if data.shape != indices.shape or np.any((indices < 0) | (indices >= m)):
+        raise FileError(
+            f"{archive}: A_data, A_indices, A_indptr are no matrix of {m} rows: A_data has the shape "
+            f"{data.shape}, A_indices {indices.shape}, whose entries must be 0 to {m - 1}"
+        )
+    return sp.csr_array((data, indices, indptr), shape=(m, m))
 
 
 def _unpacked(six: np.ndarray) -> np.ndarray:
@@ -127,27 +113,34 @@ def _unpacked(six: np.ndarray) -> np.ndarray:
     return six[:, [0, 3, 4, 3, 1, 5, 4, 5, 2]].reshape(-1, 3, 3)
 
 
-def _stored_cones(archive: Path, entries: dict[str, np.ndarray], rows: int) -> list[Cone]:
+def _stored_cones(archive: Path, entries: Archive, rows: int) -> list[Cone]:
     """The runs of cones; an archive without them but with mu holds friction cones only."""
     if "cone_kinds" not in entries:
         if "mu" not in entries:
             raise FileError(
                 f"{archive}: neither 'cone_kinds' and 'cone_counts' nor 'mu' says what the cones are"
             )
-        mu = entries["mu"]
+        mu = entries.real("mu")
         if "mu_r" in entries:
-            return [RollingFriction(mu, entries["mu_r"], n=rows // 5)]
+            return [RollingFriction(mu, entries.real("mu_r"), n=rows // 5)]
         return [Friction(np.full(rows // 3, mu) if mu.ndim == 0 else mu)]
-    counts = _entry(archive, entries, "cone_counts")
+    kinds = entries.words("cone_kinds")
+    counts = entries.integers("cone_counts", len(kinds)).tolist()
+    if min(counts, default=0) < 0 or max(counts, default=0) > rows:
+        raise FileError(f"{archive}: cone_counts must be 0 to {rows}, the rows of A")
     used = dict.fromkeys(("mu", "mu_r", "elliptic", "lo", "hi"), 0)
 
     def take(key: str, count: int) -> np.ndarray:
         """The next entries of an array that belongs to all cones of a kind."""
         used[key] += count
-        return _entry(archive, entries, key)[used[key] - count : used[key]]
+        return np.atleast_1d(entries.real(key))[used[key] - count : used[key]]
 
-    pairs = zip(entries["cone_kinds"].tolist(), counts.tolist(), strict=False)
-    return [_stored_cone(archive, kind, count, take) for kind, count in pairs]
+    cones = [_stored_cone(archive, kind, n, take) for kind, n in zip(kinds, counts, strict=True)]
+    for key, count in used.items():
+        if key in entries and len(np.atleast_1d(entries.real(key))) != count:
+            found = len(np.atleast_1d(entries.real(key)))
+            raise FileError(f"{archive}: {key} has {found} entries but the cones ask for {count}")
+    return cones
 
 
 def _stored_cone(archive: Path, kind: str, count: int, take: Callable[[str, int], np.ndarray]) -> Cone:

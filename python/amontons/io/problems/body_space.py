@@ -10,6 +10,7 @@ import scipy.sparse.linalg
 
 from ...checks import Array
 from ...errors import InputError
+from ...limits import Limits, readable
 from ...problem.matrices import ASYMMETRY
 from ...problem.operators import Factored, block_diagonal
 
@@ -131,7 +132,9 @@ def _inverse_inertias(inertia: Array) -> Array:
     return (inverse + inverse.transpose(0, 2, 1)) / 2
 
 
-def delassus(M: sp.csr_array, D: sp.csr_array, f: Array) -> tuple[Array | sp.csr_array, Array]:
+def delassus(
+    M: sp.csr_array, D: sp.csr_array, f: Array, limits: Limits
+) -> tuple[Array | sp.csr_array, Array]:
     """A = D M^-1 D' and D M^-1 f for any invertible M; A is sparse where less than a third is filled."""
     if M.shape[0] == 0:
         return sp.csr_array((D.shape[0], D.shape[0])), np.zeros(D.shape[0])
@@ -142,10 +145,16 @@ def delassus(M: sp.csr_array, D: sp.csr_array, f: Array) -> tuple[Array | sp.csr
     if np.any(M.diagonal() <= 0):
         i = int(np.flatnonzero(M.diagonal() <= 0)[0])
         raise InputError(f"M is not positive definite: M[{i}, {i}] = {M.diagonal()[i]:g}")
-    columns, width = [], 256
+    columns, taken, width = [], 0, 256
     for start in range(0, D.shape[0], width):
         right = D[start : start + width].T.toarray()
         columns.append(sp.csc_array(D @ solve(right)))
+        taken += 12 * columns[-1].nnz
+        if taken > limits.memory:
+            raise InputError(
+                f"A = D M^-1 D' of {D.shape[0]} rows takes more than the limit of {readable(limits.memory)}; "
+                "raise it with limits=amontons.Limits(memory=...)"
+            )
     A = sp.csr_array(sp.hstack(columns)) if columns else sp.csr_array((0, 0))
     dense = A.nnz > A.shape[0] * A.shape[1] / 3
     return (A.toarray() if dense else A), D @ solve(f)

@@ -12,31 +12,33 @@ import scipy.sparse as sp
 
 from ...checks import Array
 from ...errors import FileError, InputError, SymmetrisedWarning
+from ...limits import Limits
 from ...problem.cones import Cone, Free, Friction, RollingFriction
 from ...problem.matrices import ASYMMETRY
 from ...problem.problem import Problem
-from ..hdf5 import Reader
+from ..hdf5 import Reader, open_hdf5
 from .body_space import delassus, factored
+from .fclib_matrix import read_matrix
 
 TOLERATED_ASYMMETRY = 1e-2
 """Files of real engines reach 2e-3; beyond 1e-2 of the largest entry the matrix is taken to be wrong."""
 
 
-def read_fclib(path: Path) -> Problem:
+def read_fclib(path: Path, limits: Limits) -> Problem:
     """The problem of an FCLIB file; see `amontons.read_problem`."""
     if not h5py.is_hdf5(path):
         raise FileError(
             f"{path}: is not an HDF5 file (its signature is missing); is it empty or of another kind?"
         )
     try:
-        with h5py.File(path, "r") as file:
-            return _read(Reader(path, file))
+        with open_hdf5(path, "an FCLIB file") as file:
+            return _read(Reader(path, file, limits))
     except FileError:
         raise
     except InputError as error:
         raise FileError(f"{path}: {error}") from None
-    except (OSError, RuntimeError) as error:
-        raise FileError(f"{path}: the HDF5 file is truncated or damaged ({error})") from None
+    except MemoryError:
+        raise FileError(f"{path}: does not fit into memory") from None
 
 
 def _read(root: Reader) -> Problem:
@@ -45,15 +47,15 @@ def _read(root: Reader) -> Problem:
             return _read_global(root, root.sub(f"fclib_global{kind}"), bool(kind))
         if root.has(f"fclib_local{kind}"):
             return _read_local(root, root.sub(f"fclib_local{kind}"), bool(kind))
-    found = ", ".join(f"/{key}" for key in root.group) or "nothing"
+    found = ", ".join(f"/{key}" for key in root.names()) or "nothing"
     raise root.fail(f"is no FCLIB file: it has neither /fclib_global nor /fclib_local but {found}")
 
 
 def _read_global(root: Reader, g: Reader, rolling: bool) -> Problem:
     """M v = H r + G lambda + f, u = H'v + w, 0 = G'v + b: so A = D M^-1 D' with D' = [H G]."""
     _require_dimensions(g, rolling)
-    M, H = g.matrix("M"), g.matrix("H")
-    G = g.matrix("G") if g.has("G") else sp.csr_array((M.shape[0], 0))
+    M, H = read_matrix(g, "M"), read_matrix(g, "H")
+    G = read_matrix(g, "G") if g.has("G") else sp.csr_array((M.shape[0], 0))
     if M.shape[0] != M.shape[1]:
         raise g.fail(f"M is {M.shape[0]} x {M.shape[1]}; it must be square")
     for key, matrix in (("H", H), ("G", G)):
@@ -76,7 +78,7 @@ def _read_global(root: Reader, g: Reader, rolling: bool) -> Problem:
         if found.note:
             notes.append(found.note)
     else:
-        A, free_velocity = delassus(M, D, f)
+        A, free_velocity = delassus(M, D, f, root.limits)
         b, f_kept = b + free_velocity, None
         notes.append("M is not block-diagonal by bodies of six velocities: A = D M^-1 D' was formed")
         if (sp.triu(M, 1).nnz == 0 or sp.tril(M, -1).nnz == 0) and not _is_diagonal(M):
@@ -88,12 +90,12 @@ def _read_global(root: Reader, g: Reader, rolling: bool) -> Problem:
 def _read_local(root: Reader, g: Reader, rolling: bool) -> Problem:
     """u = W r + V lambda + q, 0 = V'r + R lambda + s: so A = [W V; V' R]."""
     _require_dimensions(g, rolling)
-    W = g.matrix("W")
+    W = read_matrix(g, "W")
     if W.shape[0] != W.shape[1]:
         raise g.fail(f"W is {W.shape[0]} x {W.shape[1]}; it must be square")
     bilateral = 0
     if g.has("V") or g.has("R"):
-        V, R = g.matrix("V"), g.matrix("R")
+        V, R = read_matrix(g, "V"), read_matrix(g, "R")
         bilateral = R.shape[0]
         if R.shape != (bilateral, bilateral) or V.shape != (W.shape[0], bilateral):
             raise g.fail(f"W is {W.shape}, V {V.shape} and R {R.shape}; these do not fit together")
@@ -153,7 +155,7 @@ def _symmetrised(root: Reader, name: str, A: Any, notes: list[str]) -> Any:
     asymmetry = float(difference.max() / scale) if scale > 0 else 0.0
     if asymmetry == 0:
         return A
-    if asymmetry > TOLERATED_ASYMMETRY:
+    if not asymmetry <= TOLERATED_ASYMMETRY:
         raise root.fail(
             f"{name} is unsymmetric by {asymmetry:.1e} of its largest entry, more than "
             f"{TOLERATED_ASYMMETRY:g}: the file is wrong, or its problem has no symmetric matrix"

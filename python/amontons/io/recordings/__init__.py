@@ -9,6 +9,8 @@ from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from ...limits import DEFAULT, Limits
+
 if TYPE_CHECKING:
     from ...simulation.simulation import Simulation
     from .recorder import Recorder
@@ -47,14 +49,16 @@ def record(
     )
 
 
-def read_recording(path: str | PathLike[str]) -> Recording:
+def read_recording(path: str | PathLike[str], *, limits: Limits = DEFAULT) -> Recording:
     """Open a recording; its arrays are read as they are indexed.
+
+    limits: what the file may ask for.
 
     Raises FileNotFoundError, or FileError naming the file and what is missing or damaged.
     """
     from .recording import open_recording
 
-    return open_recording(path)
+    return open_recording(path, limits)
 
 
 def is_recording(path: str | PathLike[str]) -> bool:

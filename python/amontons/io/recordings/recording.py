@@ -12,16 +12,49 @@ from typing import Any
 import h5py
 import numpy as np
 
-from ...errors import FileError, InputError
+from ...errors import InputError
+from ...limits import Limits
 from ...model.model import Model
 from ...simulation.forces import CONTACTS
 from ...simulation.outcome import REPORTS
 from ..files import existing
-from ..hdf5 import Reader
+from ..hdf5 import Reader, open_hdf5
 from .model_json import model_from_json
 from .recorder import FORMAT, STATE, VERSION
 
 Table = np.ndarray[Any, Any]
+WIDTH = {"orientations": 4, "joint_coordinates": None}
+"""Numbers of a body, 3 else; of the coordinates of all joints as many as the model has."""
+
+
+class StoredArray:
+    """An array of a recording that is read as it is indexed, as NumPy does; `array[...]` is all of it."""
+
+    def __init__(self, reader: Reader, name: str, dataset: h5py.Dataset | Table) -> None:
+        self._reader, self._name, self._dataset = reader, name, dataset
+        self.shape: tuple[int, ...] = tuple(map(int, dataset.shape))
+        self.dtype = np.dtype(np.float64)
+
+    def __len__(self) -> int:
+        return self.shape[0]
+
+    def __getitem__(self, index: Any) -> Any:
+        if isinstance(self._dataset, h5py.Dataset) and not self._dataset:
+            raise InputError(f"the recording {self._reader.path} is closed")
+        try:
+            return self._dataset[index]
+        except (IndexError, TypeError, ValueError):  # of the index
+            raise
+        except Exception as error:
+            reason = " ".join(str(error).split())[:300]
+            where = f"{self._reader.name(self._name)}[{index}]"
+            raise self._reader.fail(f"{where} cannot be read; the file is damaged ({reason})") from None
+
+    def __array__(self, dtype: Any = None, copy: bool | None = None) -> Table:
+        return np.asarray(self[...], dtype)
+
+    def __repr__(self) -> str:
+        return f"amontons.StoredArray({self._name}, {self.shape})"
 
 
 class Recording:
@@ -34,32 +67,56 @@ class Recording:
     from. Closes at the end of a `with` block, or by close().
     """
 
-    positions: h5py.Dataset
-    orientations: h5py.Dataset
-    linear_velocities: h5py.Dataset
-    angular_velocities: h5py.Dataset
-    joint_coordinates: h5py.Dataset
+    positions: StoredArray
+    orientations: StoredArray
+    linear_velocities: StoredArray
+    angular_velocities: StoredArray
+    joint_coordinates: StoredArray
 
-    def __init__(self, path: Path, file: h5py.File) -> None:
-        self.path, self._file, self._reader = path, file, Reader(path, file)
+    def __init__(self, path: Path, file: h5py.File, limits: Limits) -> None:
+        self.path, self._file, self._reader = path, file, Reader(path, file, limits)
         r = self._reader
         if r.text("format") != FORMAT:
             raise r.fail("is no recording; give a file that `amontons run --record` or Recorder wrote")
         r.require_version(VERSION)
         frames = r.sub("frames")
-        self.steps: Table = frames.array("step")
-        self.times: Table = frames.array("time")[: len(self.steps)]
+        self.steps: Table = frames.integers("step")
+        self.times: Table = frames.finite("time", frames.array("time"))[: len(self.steps)]
+        if self.times.shape != self.steps.shape:
+            raise r.fail(f"{frames.name('time')} must have {len(self.steps)} entries, one for each step")
         self.complete = bool(r.integer("complete"))
         self.source = r.text("source")
+        bodies = None
         for name in STATE:
-            dataset = frames.group.get(name)
-            if not isinstance(dataset, h5py.Dataset) or len(dataset) < len(self):
-                raise r.fail(f"{frames.name(name)} is missing or does not have {len(self)} frames")
-            # A process that was killed may have begun a frame that /frames/step does not count.
-            setattr(self, name, dataset if len(dataset) == len(self) else dataset[: len(self)])
-        self._offsets = r.sub("contacts").integers("offsets")[: len(self) + 1]
-        if len(self._offsets) != len(self) + 1:
+            stored = self._array(frames, name)
+            if name != "joint_coordinates":
+                bodies = stored.shape[1] if bodies is None else bodies
+                if stored.shape != (len(self), bodies, WIDTH.get(name, 3)):
+                    raise r.fail(f"{frames.name(name)} has the shape {stored.shape}, unlike the positions")
+            setattr(self, name, stored)
+        self._contacts = r.sub("contacts")
+        self._rows = self._contacts.dataset("rows", in_parts=True)
+        self._contacts.require_columns(self._rows, "rows", CONTACTS, optional=("torque", "spin"))
+        self._offsets = offsets = self._contacts.integers("offsets")[: len(self) + 1]
+        if len(offsets) != len(self) + 1:
             raise r.fail(f"/contacts/offsets must have {len(self) + 1} entries, one more than frames")
+        if offsets[0] < 0 or np.any(offsets[1:] < offsets[:-1]) or offsets[-1] > self._rows.shape[0]:
+            raise r.fail(f"/contacts/offsets must ascend from 0 to at most {self._rows.shape[0]}, the rows")
+
+    def _array(self, frames: Reader, name: str) -> StoredArray:
+        """One of the arrays of the state, checked but for its values."""
+        if not frames.has(name):
+            raise frames.fail(f"{frames.name(name)} is missing")
+        dataset = frames.dataset(name, in_parts=True)
+        with frames.damage(frames.name(name)):
+            dimensions = 2 if name == "joint_coordinates" else 3
+            if dataset.dtype.kind != "f" or dataset.ndim != dimensions or dataset.shape[0] < len(self):
+                raise frames.fail(
+                    f"{frames.name(name)} is {dataset.shape} of {dataset.dtype}; it must hold real numbers "
+                    f"of {len(self)} frames"
+                )
+            # A process that was killed may have begun a frame that /frames/step does not count.
+            return StoredArray(frames, name, dataset if len(dataset) == len(self) else dataset[: len(self)])
 
     def __len__(self) -> int:
         return len(self.steps)
@@ -67,17 +124,26 @@ class Recording:
     @cached_property
     def model(self) -> Model:
         """The model that was simulated."""
-        return self._reader.parsed("model", model_from_json)
+        model = self._reader.parsed("model", model_from_json)
+        if self.positions.shape[1] != len(model.bodies):
+            raise self._reader.fail(
+                f"/frames have {self.positions.shape[1]} bodies but the model has {len(model.bodies)}"
+            )
+        return model
 
     @cached_property
     def options(self) -> dict[str, Any]:
         """The options of the simulation by name."""
-        return self._reader.parsed("options", json.loads)
+        options = self._reader.parsed("options", json.loads)
+        if not isinstance(options, dict):
+            raise self._reader.fail("/options must hold names and values")
+        return options
 
     @cached_property
     def reports(self) -> Table:
         """One row per step, recorded as a frame or not; the fields of `Report`, the timings among them."""
-        return self._reader.array("reports").astype(REPORTS)
+        self._reader.require_columns(self._reader.dataset("reports"), "reports", REPORTS)
+        return self._reader.array("reports", "V").astype(REPORTS)
 
     def contacts(self, frame: int) -> Table:
         """The contact table of the step that led to a frame, fields as in `Simulation.contacts`.
@@ -85,7 +151,8 @@ class Recording:
         Fields that a recording of an older version lacks (torque, spin) are zero.
         """
         k = self._checked(frame)
-        rows = self._file["contacts/rows"][self._offsets[k] : self._offsets[k + 1]]
+        with self._contacts.damage(self._contacts.name("rows")):
+            rows = self._rows[self._offsets[k] : self._offsets[k + 1]]
         table = np.zeros(len(rows), CONTACTS)
         for name in set(rows.dtype.names or ()) & set(CONTACTS.names or ()):
             table[name] = rows[name]
@@ -126,15 +193,12 @@ def _opened(path: Path) -> h5py.File:
         return h5py.File(path, libver="latest", swmr=True, locking=False)
 
 
-def open_recording(path: str | PathLike[str]) -> Recording:
+def open_recording(path: str | PathLike[str], limits: Limits) -> Recording:
     """See `amontons.read_recording`."""
     path = existing(path, "a recording")
+    file = open_hdf5(path, "a recording", _opened)
     try:
-        file = _opened(path)
-    except OSError:
-        raise FileError(f"{path}: is no HDF5 file, or damaged; give a recording") from None
-    try:
-        return Recording(path, file)
+        return Recording(path, file, limits)
     except BaseException:
         file.close()
         raise

@@ -7,6 +7,7 @@ start needs.
 
 from __future__ import annotations
 
+import inspect
 import json
 from os import PathLike
 from typing import Any
@@ -15,15 +16,18 @@ import h5py
 import numpy as np
 
 from ... import _core
-from ...errors import FileError, InputError
+from ...errors import InputError
+from ...limits import DEFAULT
 from ...simulation.simulation import Simulation
 from ..files import existing, writable, write_whole
-from ..hdf5 import Reader, hdf5_image, write_integer, write_text
+from ..hdf5 import Reader, hdf5_image, open_hdf5, write_integer, write_text
 from .model_json import model_from_json, model_to_json
 
 FORMAT = "amontons-simulation"
 VERSION = 1
 _SCALARS = ("time", "steps", "impulse_step")
+LATEST = 1e15
+"""What no time (s) or number of steps comes to."""
 
 
 def save(simulation: Simulation, path: str | PathLike[str]) -> None:
@@ -42,29 +46,34 @@ def save(simulation: Simulation, path: str | PathLike[str]) -> None:
 
 def load(path: str | PathLike[str], changes: dict[str, Any]) -> Simulation:
     """See `Simulation.load`."""
+    limits = changes.pop("limits", DEFAULT)
     path = existing(path, "a file that Simulation.save wrote")
-    try:
-        file = h5py.File(path)
-    except OSError:
-        raise FileError(f"{path}: is no HDF5 file, or damaged; give one that Simulation.save wrote") from None
-    with file:
-        reader = Reader(path, file)
+    with open_hdf5(path, "one that Simulation.save wrote") as file:
+        reader = Reader(path, file, limits)
         _require_format(reader)
         model = reader.parsed("model", model_from_json)
         options = reader.parsed("options", json.loads)
         if not isinstance(options, dict):
             raise reader.fail("/options must hold names and values")
-        state = _state(reader.sub("state"), model.core)
+        with reader.meaning("/model"):
+            core = model.core
+        state = _state(reader.sub("state"), core)
+    unknown = set(changes) - set(inspect.signature(Simulation).parameters)
+    if unknown:
+        raise InputError(
+            f"unknown option {min(unknown)!r} of a simulation; known are {', '.join(sorted(options))}"
+        )
+    kept = {name: value for name, value in options.items() if name not in changes}
+    if not set(kept) <= set(inspect.signature(Simulation).parameters) - {"model"}:
+        raise reader.fail("/options has an option that this version does not know")
     try:
-        simulation = Simulation(model, **{**options, **changes})
-    except TypeError:
-        unknown = set(changes) - set(options)
-        if unknown:
-            raise InputError(
-                f"unknown option {min(unknown)!r} of a simulation; known are {', '.join(sorted(options))}"
-            ) from None
-        raise reader.fail("/options has an option that this version does not know") from None
-    simulation._core.restore(state)
+        simulation = Simulation(model, **kept, **changes)
+    except InputError as error:
+        if any(name in str(error) for name in changes):
+            raise
+        raise reader.fail(f"/options: {error}") from None
+    with reader.meaning("/state"):
+        simulation._core.restore(state)
     return simulation
 
 
@@ -80,20 +89,16 @@ def _is_problem(reader: Reader) -> bool:
 
 
 def _state(reader: Reader, model: _core.Model) -> _core.State:
+    """Every array of the state that this version knows, of the size that the model asks for."""
     scalars = {}
     for name in _SCALARS:
         values = reader.array(name)
-        if values.shape != () or values.dtype.kind not in "iuf" or not values >= 0 or not np.isfinite(values):
-            raise reader.fail(f"{reader.name(name)} must be one number that is not negative")
+        if values.shape != () or not values >= 0 or not np.isfinite(values) or values > LATEST:
+            raise reader.fail(f"{reader.name(name)} must be one number from 0 to {LATEST:g}")
         scalars[name] = int(values) if name == "steps" else float(values)
     arrays = {}
-    for name in reader.group:
+    for name in reader.names():
         if name not in _SCALARS:
-            values = reader.array(name)
-            if values.dtype.kind != "f":
-                raise reader.fail(f"{reader.name(name)} must hold real numbers, not {values.dtype}")
-            arrays[name] = np.ascontiguousarray(values, dtype=np.float64)
-    try:
+            arrays[name] = reader.finite(name, reader.array(name, "f"))
+    with reader.meaning("/state"):
         return _core.State(model, arrays=arrays, **scalars)
-    except InputError as error:
-        raise reader.fail(f"/state: {error}") from None

@@ -1,0 +1,52 @@
+"""How much a file may ask for, in one place: limits that honest files stay below, and that can be raised."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from .checks import integer
+
+COMPRESSION = 1100
+"""Deflate, the compression of HDF5 and of archives, makes at most 1032 bytes of one; what a file declares
+beyond it holds nothing, however large its numbers are."""
+BULK, DENSE = 1 << 26, 100
+"""Beyond these bytes numbers are expected not to be zeros only, and to be packed so many to one at most."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Limits:
+    """What a file may ask for before it is refused; every reader takes `limits=amontons.Limits(...)`.
+
+    Raises InputError for what is no positive integer.
+    """
+
+    memory: int = 2 * 2**30
+    """bytes of the numbers of a problem, a saved simulation or a recording; of the heights of a model, too"""
+    elements: int = 20_000
+    """of a model file, with what it includes and copies (`replicate`, `composite`, a grid of `flexcomp`);
+    MuJoCo's time grows with the square of it"""
+    depth: int = 400
+    """of elements within elements; MuJoCo's parser takes 500 in a file"""
+    chain: int = 1_000
+    """of links of a URDF, one on the other; MuJoCo's time grows with the cube of it"""
+
+    def __post_init__(self) -> None:
+        for name in self.__dataclass_fields__:
+            integer(f"limits: {name}", getattr(self, name), 1)
+
+
+DEFAULT = Limits()
+
+
+def plausible(stored: int) -> int:
+    """Bytes that so many packed ones may declare to be."""
+    return min(COMPRESSION * stored, BULK + DENSE * stored)
+
+
+def readable(size: float) -> str:
+    """A number of bytes for people."""
+    for unit in ("bytes", "kB", "MB"):
+        if size < 1000:
+            return f"{size:.3g} {unit}"
+        size /= 1000
+    return f"{size:.3g} GB"
