@@ -1343,6 +1343,8 @@ class Model:
 
     def first_dof(self, joint: int) -> int: ...
 
+FARTHEST: float = 1000000000000000.0
+
 class State:
     """A copy of all that a simulation changes."""
 

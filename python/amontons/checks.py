@@ -35,14 +35,18 @@ EXACT = 1e-15
 
 def suggestion(name: object, known: Iterable[str]) -> str:
     """The words "did you mean" for a name that is nearly a known one, else none: goes inside a message."""
-    close = difflib.get_close_matches(str(name), list(known), n=1, cutoff=0.6)
+    if not isinstance(name, str) or len(name) > 80:
+        return ""
+    close = difflib.get_close_matches(name, list(known), n=1, cutoff=0.6)
     return f", did you mean {close[0]!r}?" if close else ""
 
 
 def chosen(what: str, name: object, known: Mapping[str, T]) -> T:
     """What `name` stands for among the known names."""
     if not isinstance(name, str) or name not in known:
-        raise InputError(f"unknown {what} {name!r}{suggestion(name, known)}; known are {', '.join(known)}")
+        raise InputError(
+            f"unknown {what} {shown(name)}{suggestion(name, known)}; known are {', '.join(known)}"
+        )
     return known[name]
 
 
@@ -102,8 +106,15 @@ def option(name: str, value: object) -> float:
     if math.isnan(number_):
         raise InputError(f"{name} = {shown(value)}; it must be a number")
     if number_ not in range_:
-        least = "positive: " if range_.least > 0 or name == "duration" else "zero or positive: "
+        least = "positive: " if range_.least > 0 else "zero or positive: "
         raise InputError(f"{name} = {shown(value)}; it must be {least}{range_}")
+    return number_
+
+
+def positive_number(option: str, value: object) -> float:
+    """The value of an option that is above zero, infinity included."""
+    if (number_ := nonnegative_number(option, value)) == 0:
+        raise InputError(f"{option} = {shown(value)}; it must be positive")
     return number_
 
 
@@ -117,11 +128,38 @@ def nonnegative_number(option: str, value: object) -> float:
     return number_
 
 
+def flag(what: str, value: object) -> bool:
+    """True or False; not what only counts as one of them, as an array or a text may."""
+    if not isinstance(value, bool | np.bool_):
+        raise InputError(f"{what} = {shown(value)}; it must be True or False")
+    return bool(value)
+
+
+def function(what: str, value: Any) -> Any:
+    """Something that can be called, or None."""
+    if value is not None and not callable(value):
+        raise InputError(f"{what} is a {type(value).__name__}; it must be callable")
+    return value
+
+
+def sequence(what: str, values: Any) -> list[Any]:
+    """The members of a list, tuple or the like, no text, at most a million of them."""
+    try:
+        if isinstance(values, str | bytes):
+            raise TypeError
+        listed = list(islice(values, 1_000_001))
+    except Exception:
+        raise InputError(f"{what} is {shown(values)}; give a list") from None
+    if len(listed) > 1_000_000:
+        raise InputError(f"{what} has more than a million members")
+    return listed
+
+
 def entries(what: str, values: Any, count: int, most: float = LARGEST) -> tuple[float, ...]:
     """`values` as a tuple of `count` finite floats."""
     try:
         listed = tuple(islice(values, count + 1))  # of what has no end, too
-    except TypeError:
+    except Exception:  # of an object that is no sequence, or only looks like one
         listed = ()
     if len(listed) != count or isinstance(values, str | bytes):
         raise InputError(f"{what} is {shown(values)}; it must have {count} numbers")
@@ -163,12 +201,25 @@ def quaternion(what: str, values: Any) -> Quaternion:
 
 def reals(what: str, values: ArrayLike, remedy: str = "") -> Array:
     """`values` as a contiguous float64 array, without a copy where it is one; its entries may be NaN."""
-    if np.iscomplexobj(values):
-        raise InputError(f"{what} is complex; it must hold real numbers")
     try:
+        if np.iscomplexobj(values):
+            raise InputError(f"{what} is complex; it must hold real numbers")
         return np.ascontiguousarray(values, dtype=np.float64)
-    except (TypeError, ValueError, OverflowError) as error:
-        raise InputError(f"{what} must hold real numbers{remedy} ({error})") from None
+    except InputError:
+        raise
+    except Exception as error:  # NumPy asks the object, which may raise anything
+        reason = " ".join(str(error).split())[:200]
+        raise InputError(f"{what} must hold real numbers{remedy} ({reason})") from None
+
+
+def indices(what: str, values: ArrayLike) -> NDArray[np.int32]:
+    """A copy of `values` as a contiguous array of 32-bit integers."""
+    array = reals(what, values)
+    if array.size and not (np.abs(array) <= MOST_COUNT).all():
+        raise InputError(f"{what} has an entry beyond 32 bits")
+    if (array != np.floor(array)).any():
+        raise InputError(f"{what} must hold integers")
+    return array.astype(np.int32)
 
 
 def vector(what: str, values: ArrayLike, remedy: str = "") -> Array:

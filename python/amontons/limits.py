@@ -32,7 +32,7 @@ class Limits:
 
     def __post_init__(self) -> None:
         for name in self.__dataclass_fields__:
-            integer(f"limits: {name}", getattr(self, name), 1)
+            integer(f"limits: {name}", getattr(self, name), 1, 2**62)
 
 
 DEFAULT = Limits()

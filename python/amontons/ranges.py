@@ -38,7 +38,7 @@ class Range(NamedTuple):
 
 OPTIONS = {
     "dt": Range(1e-12, 1e9, "s"),
-    "duration": Range(0, 1e15, "s"),
+    "duration": Range(1e-12, 1e15, "s"),
     "tolerance": Range(0, 1e30),
     "budget": Range(1e-9, math.inf, "s"),
     "deadline": Range(1e-9, math.inf, "s"),

@@ -4,7 +4,7 @@ import amontons
 import pytest
 from amontons import Limits
 
-GEOM = '<geom size=".1"/>'
+GEOM = "<geom size='.1'/>"
 
 
 def model(tmp_path, body, before="", name="m.xml"):
@@ -106,9 +106,8 @@ def test_memory_of_a_model(tmp_path):
 @pytest.mark.parametrize("rest", ["", '<geom size=".1" name="a & b"/>'])
 def test_entities(rest, tmp_path):
     path = tmp_path / "m.xml"
-    path.write_text(
-        f"<!DOCTYPE mujoco [<!ENTITY g '{GEOM}'>]><mujoco><worldbody>{rest}<geom size=\".2\"/>&g;</worldbody></mujoco>"
-    )
+    body = f"<worldbody>{rest}<geom size='.2'/>&g;</worldbody>"
+    path.write_text(f'<!DOCTYPE mujoco [<!ENTITY g "{GEOM}">]><mujoco>{body}</mujoco>')
     refused(path, "the entity &g; is defined here, which MuJoCo does not read")
 
 

@@ -4,7 +4,6 @@ import gc
 import math
 import pickle
 import signal
-import sys
 import threading
 from pathlib import Path
 
@@ -281,13 +280,12 @@ def test_failure():
 def test_not_finite():
     sim = falling(on_failure="ignore")
     sim.step()
-    sim.state.forces[0, 0] = 1.7e308
-    sim.state.linear_velocities[0, 0] = sys.float_info.max
+    sim.state.forces[0, 0] = 1e30
     before = snapshot(sim)
     with pytest.raises(amontons.SimulationError, match="not finite"):
         sim.step()
     assert_same(sim, before)
-    sim.state.forces[0, 0] = sim.state.linear_velocities[0, 0] = 0
+    sim.state.forces[0, 0] = 0
     assert sim.step().converged  # it goes on
 
 
@@ -300,6 +298,9 @@ def test_not_finite():
         ("orientations", 2.0),
         ("linear_velocities", math.inf),
         ("forces", math.nan),
+        ("positions", 1e200),
+        ("angular_velocities", -2e15),
+        ("forces", 1e31),
     ],
 )
 def test_wrong_state(name, value):

@@ -7,7 +7,7 @@ from importlib import import_module
 
 from .family import Family
 
-MODULES = ("soak.readers",)
+MODULES = ("soak.readers", "soak.misuse")
 
 
 def families(modules: Sequence[str] = MODULES) -> dict[str, Family]:

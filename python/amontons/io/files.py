@@ -15,15 +15,28 @@ from os import PathLike
 from pathlib import Path
 from secrets import token_hex
 
+from ..checks import shown
 from ..errors import FileError
+
+
+def named(path: object) -> Path:
+    """The path that a user gave; FileError if it is none."""
+    try:
+        return Path(path)  # type: ignore[arg-type]
+    except TypeError:
+        raise FileError(f"{shown(path)}: is no name of a file; give a string or a pathlib.Path") from None
 
 
 def existing(path: str | PathLike[str], what: str) -> Path:
     """The path of a file that is there; `what` it should be is said of a directory: "a recording"."""
-    path = Path(path)
-    if path.is_dir():
-        raise FileError(f"{path}: is a directory; give {what}")
-    if not path.exists():
+    path = named(path)
+    try:
+        if path.is_dir():
+            raise FileError(f"{path}: is a directory; give {what}")
+        there = path.exists()
+    except OSError as error:  # a name too long
+        raise FileError(f"{shown(path)}: cannot be a file ({_reason(error)})") from None
+    if not there:
         raise FileNotFoundError(f"{path}: no such file")
     if not path.is_file():  # a pipe would wait for its writer, a device has no end
         raise FileError(f"{path}: is no regular file; give {what}")
@@ -37,7 +50,7 @@ def writable(path: str | PathLike[str], *, new: bool = False) -> Path:
 
     new: refuse one that is there already.
     """
-    path = Path(path)
+    path = named(path)
     try:
         _require_replaceable(path)
         if new and path.exists():

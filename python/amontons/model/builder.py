@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
-from ..checks import about, changed, chosen, positive, vector3
+from ..checks import about, changed, chosen, positive, shown, vector3
 from ..errors import InputError
 from .composing import KeyframePart, bottom, whole_keyframe
 from .drives import Actuator, Tendon
@@ -276,10 +276,10 @@ class ModelBuilder(PartBuilder):
         former = self._joints[j]
         who = f'set_motor: joint "{former.name}"'
         if not isinstance(motor, Motor):
-            raise InputError(f"{who}: motor is {motor!r}; give a Motor")
+            raise InputError(f"{who}: motor is {shown(motor)}; give a Motor")
         if isinstance(dof, bool) or not isinstance(dof, int) or not 0 <= dof < len(former.dofs):
             raise InputError(
-                f"{who} has {len(former.dofs)} degrees of freedom; dof = {dof!r} is none of them"
+                f"{who} has {len(former.dofs)} degrees of freedom; dof = {shown(dof)} is none of them"
             )
         if math.isinf(motor.max_effort):
             motor = replace(motor, max_effort=former.dofs[dof].motor.max_effort)
@@ -354,7 +354,11 @@ class ModelBuilder(PartBuilder):
         return changed(model, keyframes=keyframes)
 
     def _body(self, body: int | str | None) -> int:
-        return WORLD if body is None or body == "world" else self._index("body", body)
+        return (
+            WORLD
+            if body is None or (isinstance(body, str) and body == "world")
+            else self._index("body", body)
+        )
 
     def _index(self, kind: str, key: object) -> int:
         names = self._names[kind]
@@ -370,7 +374,7 @@ class ModelBuilder(PartBuilder):
                 number += 1
             return f"{kind}{number}"
         if not isinstance(name, str) or not name or name == "world":
-            raise InputError(f'{kind} name {name!r}: give a string that is not empty and not "world"')
+            raise InputError(f'{kind} name {shown(name)}: give a string that is not empty and not "world"')
         if name in names:
             raise InputError(f'there is a {kind} "{name}" already; names must be unique')
         return name

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
-from ..checks import about, number, vector3
+from ..checks import about, number, sequence, shown, vector3
 from ..errors import InputError
 from .drives import Actuator, PathElement, Tendon, TendonTerm, Transmission, law
 from .joint_builder import JointBuilder
@@ -54,13 +54,15 @@ class DriveBuilder(JointBuilder):
             raise InputError(f"{who}: give either joints with coefficients or a path")
         rests = (rest, rest) if not hasattr(rest, "__len__") else tuple(rest)  # type: ignore[arg-type]
         if len(rests) != 2:
-            raise InputError(f"{who}: rest = {rest!r}; give one length, or the two between which it is slack")
+            raise InputError(
+                f"{who}: rest = {shown(rest)}; give one length, or the two between which it is slack"
+            )
         with about(who):
             lower, upper = bounds((None, None) if limits is None else limits)
             tendon = Tendon(
                 name,
                 self._terms(joints or ()),
-                tuple(self._stop(stop) for stop in path or ()),
+                tuple(self._stop(stop) for stop in sequence("path", path if path is not None else ())),
                 lower,
                 upper,
                 stiffness,
@@ -75,12 +77,12 @@ class DriveBuilder(JointBuilder):
         given = (
             [TendonTerm(*item[:1], 0, item[1]) for item in joints.items()]
             if isinstance(joints, Mapping)
-            else list(joints)
+            else sequence("joints", joints)
         )
         terms = []
         for term in given:
             if not isinstance(term, TendonTerm):
-                raise InputError(f"joints has {term!r}; give {{joint: coefficient}} or TendonTerms")
+                raise InputError(f"joints has {shown(term)}; give {{joint: coefficient}} or TendonTerms")
             index = self._index("joint", term.joint)
             self._require_dof(index, term.dof)
             terms.append(replace(term, joint=index))
@@ -92,7 +94,7 @@ class DriveBuilder(JointBuilder):
                 body, position = stop
             except (TypeError, ValueError):
                 raise InputError(
-                    f"path has {stop!r}; give (body, position in its frame), or a PathElement"
+                    f"path has {shown(stop)}; give (body, position in its frame), or a PathElement"
                 ) from None
             stop = PathElement(body=body, frame=Transform(vector3("position", position)))
         return replace(stop, body=self._carrier(stop.body), side_body=self._carrier(stop.side_body))
@@ -175,7 +177,7 @@ class DriveBuilder(JointBuilder):
         if body is not None:
             return replace(wrench, body=self._body(body))
         if not isinstance(transmission, Transmission):
-            raise InputError(f"transmission is {transmission!r}; give a Transmission")
+            raise InputError(f"transmission is {shown(transmission)}; give a Transmission")
         ends = self._carrier(transmission.body), self._carrier(transmission.reference_body)
         return replace(transmission, body=ends[0], reference_body=ends[1])
 
@@ -185,7 +187,7 @@ class DriveBuilder(JointBuilder):
 
     def _require_dof(self, joint: int, dof: object) -> None:
         if not (type(dof) is int and 0 <= dof < len(self._joints[joint].dofs)):
-            raise InputError(f'joint "{self._joints[joint].name}" has no degree of freedom {dof!r}')
+            raise InputError(f'joint "{self._joints[joint].name}" has no degree of freedom {shown(dof)}')
 
     @abstractmethod
     def _index(self, kind: str, key: object) -> int:
@@ -200,6 +202,7 @@ def _wrench(
     gear: float,
 ) -> Transmission:
     """Of a thruster; the body is yet to be said."""
+    gear = number("gear", gear)
     parts = [tuple(gear * x for x in vector3(name, v)) for name, v in (("force", force), ("torque", torque))]
     frame = Transform.named("actuator", position, orientation)
     return Transmission("wrench", frame=frame, force=parts[0], torque=parts[1], own_axes=True)  # type: ignore[arg-type]

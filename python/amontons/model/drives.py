@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from .. import _core
-from ..checks import Vector3, chosen, entries, vector3
+from ..checks import Vector3, chosen, entries, flag, sequence, shown, vector3
 from ..errors import InputError
 from .parts import WORLD, fill, numbers
 from .transforms import ORIGIN, Transform
@@ -87,7 +87,11 @@ class Tendon:
 
     def __post_init__(self) -> None:
         who = f'tendon "{self.name}": '
-        fill(self, terms=tuple(self.terms), path=tuple(self.path))
+        fill(
+            self,
+            terms=tuple(sequence(who + "terms", self.terms)),
+            path=tuple(sequence(who + "path", self.path)),
+        )
         numbers(self, who, "lower", "upper", infinite=True)
         if self.lower > self.upper:
             raise InputError(
@@ -127,7 +131,7 @@ class Transmission:
     def __post_init__(self) -> None:
         chosen("kind of transmission", self.kind, TRANSMISSIONS)
         fill(self, force=vector3("force", self.force), torque=vector3("torque", self.torque))
-        fill(self, own_axes=bool(self.own_axes))
+        fill(self, own_axes=flag("own_axes", self.own_axes))
         numbers(self, "transmission: ", "rod", "gear")
 
 
@@ -167,7 +171,7 @@ class Actuator:
         who = f'actuator "{self.name}": '
         chosen("dynamics of an actuator", self.dynamics, ACTIVATIONS)
         if not isinstance(self.transmission, Transmission):
-            raise InputError(f"{who}transmission is {self.transmission!r}; give a Transmission")
+            raise InputError(f"{who}transmission is {shown(self.transmission)}; give a Transmission")
         fill(self, gain=entries(who + "gain", self.gain, 3), bias=entries(who + "bias", self.bias, 3))
         fill(self, early=bool(self.early))
         numbers(self, who, "control", "time_constant", "activation")

@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any, Unpack
 
 from .. import checks
-from ..checks import Quaternion, about, changed, number, unit_vector
+from ..checks import Quaternion, about, changed, number, shown, unit_vector
 from ..errors import InputError
 from .joint_options import (
     BallOptions,
@@ -216,7 +216,7 @@ class JointBuilder(ABC):
     def add_joint(self, joint: Joint) -> int:
         """Add a general joint; its bodies may be names, its frames are in the bodies."""
         if not isinstance(joint, Joint):
-            raise InputError(f"joint is {joint!r}; give a Joint")
+            raise InputError(f"joint is {shown(joint)}; give a Joint")
         name = self._new_name("joint", joint.name or None)
         a, b = self._ends(f'joint "{name}"', joint.body_a, joint.body_b)
         return self._append("joint", self._joints, changed(joint, name=name, body_a=a, body_b=b))

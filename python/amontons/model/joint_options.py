@@ -10,7 +10,7 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any, TypedDict
 
-from ..checks import Vector3, about
+from ..checks import Vector3, about, sequence, shown
 from ..errors import InputError
 from .parts import Dof, Motor
 
@@ -91,7 +91,9 @@ def require_options(function: str, options: Mapping[str, Any], kind: Any) -> Non
     for name in options:
         if name not in known:
             listed = ", ".join(sorted(known))
-            raise TypeError(f"{function}() got an unexpected keyword argument {name!r}; options are {listed}")
+            raise TypeError(
+                f"{function}() got an unexpected keyword argument {shown(name)}; options are {listed}"
+            )
 
 
 def joint_fields(options: Mapping[str, Any]) -> dict[str, Any]:
@@ -122,12 +124,13 @@ def dofs_of(name: str, made: Sequence[tuple[str, Vector3]], options: Mapping[str
 
 def _spread(key: str, value: Any, count: int) -> list[Any]:
     """One value per degree of freedom; limits of a single one are a pair, not one value for each of two."""
-    together = value is None or isinstance(value, Motor | str) or not hasattr(value, "__len__")
+    together = value is None or isinstance(value, Motor | str | bytes) or not hasattr(value, "__iter__")
     if together or (key == "limits" and count == 1):
         return [value] * count
-    if len(value) != count:
-        raise InputError(f"{key} has {len(value)} entries; the joint has {count} degrees of freedom")
-    return list(value)
+    listed = sequence(key, value)
+    if len(listed) != count:
+        raise InputError(f"{key} has {len(listed)} entries; the joint has {count} degrees of freedom")
+    return listed
 
 
 def _dof_fields(share: dict[str, Any]) -> dict[str, Any]:
@@ -143,5 +146,5 @@ def bounds(limits: Any) -> tuple[Any, Any]:
     try:
         lower, upper = limits
     except (TypeError, ValueError):
-        raise InputError(f"limits are {limits!r}; give (lower, upper), None for no bound") from None
+        raise InputError(f"limits are {shown(limits)}; give (lower, upper), None for no bound") from None
     return (-math.inf if lower is None else lower, math.inf if upper is None else upper)

@@ -13,7 +13,7 @@ from types import MappingProxyType
 from typing import Any
 
 from .. import _core
-from ..checks import Vector3, chosen, vector3
+from ..checks import Vector3, chosen, shown, vector3
 from ..errors import InputError
 from .coordinates import Coordinate, coordinates_of
 from .drives import (
@@ -223,7 +223,8 @@ class Model:
         count = len(self.joints[j].dofs)
         if isinstance(dof, bool) or not isinstance(dof, int) or not 0 <= dof < count:
             raise InputError(
-                f'joint "{self.joints[j].name}" has {count} degrees of freedom; dof = {dof!r} is none of them'
+                f'joint "{self.joints[j].name}" has {count} degrees of freedom; dof = {shown(dof)} is '
+                "none of them"
             )
         return self.core.first_dof(j) + dof
 
@@ -239,14 +240,15 @@ def index_of(what: str, key: object, names: Sequence[str]) -> int:
     if isinstance(key, str):
         if key in names:
             return names.index(key)
-        shown = ", ".join(names[:20]) + (", ..." if len(names) > 20 else "")
-        raise InputError(f'there is no {what} "{key}"; known are {shown or "none"}')
+        listed = ", ".join(names[:20]) + (", ..." if len(names) > 20 else "")
+        name = f'"{key}"' if len(key) <= 80 else shown(key)
+        raise InputError(f"there is no {what} {name}; known are {listed or 'none'}")
     try:
         index = key.__index__()  # type: ignore[attr-defined]
-    except AttributeError:
-        raise InputError(f"{what} {key!r}: give an index or a name") from None
+    except (AttributeError, TypeError):  # arrays have __index__ and raise
+        raise InputError(f"{what} {shown(key)}: give an index or a name") from None
     if isinstance(key, bool) or not 0 <= index < len(names):
-        raise InputError(f"there is no {what} {key!r}; the model has {len(names)}")
+        raise InputError(f"there is no {what} {shown(key)}; the model has {len(names)}")
     return index
 
 
@@ -293,7 +295,8 @@ def to_core(thing: Any) -> Any:
                 setattr(core, f.name, names[value] if names else _to_core_value(value))
             except TypeError:
                 raise InputError(
-                    f"{type(thing).__name__}.{f.name} = {value!r} is not of the kind that the field holds"
+                    f"{type(thing).__name__}.{f.name} = {shown(value)} is not of the kind that the field "
+                    "holds"
                 ) from None
     return core
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from ..checks import changed
+from ..checks import changed, shown
 from ..errors import InputError
 from .composing import Added, Counts, KeyframePart, Parts, Seat, bottom, parts_of, top
 from .drive_builder import DriveBuilder
@@ -61,7 +61,7 @@ class PartBuilder(DriveBuilder):
         if not isinstance(model, Model):
             raise InputError(f"add_model: model is a {type(model).__name__}; give a Model")
         if not isinstance(prefix, str):
-            raise InputError(f"add_model: prefix is {prefix!r}; give a string")
+            raise InputError(f"add_model: prefix is {shown(prefix)}; give a string")
         if on is not None and parent is not None:
             raise InputError("add_model: on and parent are both given; keep one of them")
         place = Transform.named("add_model", position, orientation)
@@ -95,7 +95,7 @@ class PartBuilder(DriveBuilder):
     def _rise(self, model: Model, place: Transform, on: str) -> float:
         """How far up a model must go to stand on a geom or body."""
         if not isinstance(on, str):
-            raise InputError(f"add_model: on is {on!r}; give the name of a geom or body")
+            raise InputError(f"add_model: on is {shown(on)}; give the name of a geom or body")
         if on in self._names["geom"]:
             below = [self._geoms[self._names["geom"][on]]]
         elif on in self._names["body"]:

@@ -8,7 +8,19 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from .. import _core
-from ..checks import Matrix3, Vector3, chosen, entries, number, point, unit_vector, vector3
+from ..checks import (
+    Matrix3,
+    Vector3,
+    chosen,
+    entries,
+    flag,
+    number,
+    point,
+    sequence,
+    shown,
+    unit_vector,
+    vector3,
+)
 from ..errors import InputError
 from .mass import NOTHING, as_matrix
 from .shapes import Shape
@@ -134,7 +146,7 @@ class Dof:
             raise InputError(f"the lower limit {lower:g} exceeds the upper one {upper:g}; swap them")
         numbers(self, "", "stiffness", "rest", "damping", "friction", "armature")
         if not isinstance(self.motor, Motor):
-            raise InputError(f"motor is {self.motor!r}; give a Motor")
+            raise InputError(f"motor is {shown(self.motor)}; give a Motor")
 
 
 @dataclass(frozen=True)
@@ -207,9 +219,9 @@ class Geom:
     def __post_init__(self) -> None:
         who = f'geom "{self.name}": '
         if not isinstance(self.shape, Shape):
-            raise InputError(f"{who}shape is {self.shape!r}; give one of amontons.shapes")
+            raise InputError(f"{who}shape is {shown(self.shape)}; give one of amontons.shapes")
         if not isinstance(self.material, Material):
-            raise InputError(f"{who}material is {self.material!r}; give a Material")
+            raise InputError(f"{who}material is {shown(self.material)}; give a Material")
         fill(self, surface_velocity=vector3(who + "surface_velocity", self.surface_velocity))
         fill(self, surface_spin=vector3(who + "surface_spin", self.surface_spin))
         if self.friction_direction is not None:
@@ -224,7 +236,7 @@ class Geom:
             bits = getattr(self, name)
             if isinstance(bits, bool) or not isinstance(bits, int) or not 0 <= bits < 2**32:
                 raise InputError(
-                    f"{who}{name} is {bits!r}; it must be 32 bits, an integer from 0 to 2^32 - 1"
+                    f"{who}{name} is {shown(bits)}; it must be 32 bits, an integer from 0 to 2^32 - 1"
                 )
 
 
@@ -272,7 +284,12 @@ class Joint:
     def __post_init__(self) -> None:
         who = f'joint "{self.name}": '
         chosen("kind of joint", self.kind, JOINTS)
-        fill(self, dofs=tuple(self.dofs), spherical=bool(self.spherical), collide=bool(self.collide))
+        fill(
+            self,
+            dofs=tuple(sequence("dofs", self.dofs)),
+            spherical=flag("spherical", self.spherical),
+            collide=flag("collide", self.collide),
+        )
         fill(self, closes_loop=bool(self.closes_loop))
         numbers(self, who, "ball_stiffness", "ball_damping", "ball_friction", "ball_armature")
         numbers(self, who, "lower_distance", "compliance")
@@ -324,7 +341,7 @@ class PairMaterial:
 
     def __post_init__(self) -> None:
         if not isinstance(self.material, Material):
-            raise InputError(f"material is {self.material!r}; give a Material")
+            raise InputError(f"material is {shown(self.material)}; give a Material")
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..checks import entries, frozen
+from ..checks import entries, frozen, indices, reals, shown
 from ..errors import InputError
 from .parts import WORLD, fill
 from .shapes import Shape
@@ -27,8 +27,9 @@ class TriangleMesh:
     triangles: NDArray[np.int32]
 
     def __post_init__(self) -> None:
-        vertices = np.array(self.vertices, dtype=np.float32)
-        triangles = np.array(self.triangles, dtype=np.int32)
+        with np.errstate(over="ignore"):
+            vertices = reals("TriangleMesh: vertices", self.vertices).astype(np.float32)
+        triangles = indices("TriangleMesh: triangles", self.triangles)
         if vertices.ndim != 2 or vertices.shape[1] != 3 or not np.isfinite(vertices).all():
             raise InputError("TriangleMesh: vertices must be finite numbers of shape (n, 3)")
         if triangles.ndim != 2 or triangles.shape[1] != 3:
@@ -59,7 +60,7 @@ class Visual:
         who = f'visual "{self.name}": '
         shape: Any = self.shape
         if not isinstance(shape, Shape | TriangleMesh):
-            raise InputError(f"{who}shape is {shape!r}; give one of amontons.shapes or a TriangleMesh")
+            raise InputError(f"{who}shape is {shown(shape)}; give one of amontons.shapes or a TriangleMesh")
         if self.colour is not None:
             colour = entries(f"{who}colour", self.colour, 4)
             if not all(0 <= part <= 1 for part in colour):

@@ -15,14 +15,14 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .. import _core
-from ..checks import Array, frozen, vector
+from ..checks import Array, frozen, integer, shown, vector
 from ..errors import InputError
 
 
 def _count(name: str, n: object) -> int:
     if isinstance(n, bool) or not isinstance(n, numbers.Integral) or n < 0:
-        raise InputError(f"{name}(n): n = {n!r}; give the number of rows as an integer, zero or more")
-    return int(n)
+        raise InputError(f"{name}(n): n = {shown(n)}; give the number of rows as an integer, zero or more")
+    return integer(f"{name}(n): n", n, 0)
 
 
 @dataclass(frozen=True)
@@ -163,7 +163,7 @@ def _per_contact(
     for name, (values, width) in columns.items():
         try:
             array = np.asarray(values, dtype=np.float64)
-        except (TypeError, ValueError):
+        except Exception:  # NumPy asks the object, which may raise anything
             raise InputError(f"{what}: {name} must be numbers") from None
         if array.ndim < 2 and width == 2:
             array = np.stack([array, array], axis=-1)  # the same along both tangents
@@ -314,7 +314,7 @@ def normalise(cones: str | Cone | Iterable[Cone], rows: int, mu: ArrayLike | Non
         if cones not in _BY_NAME:
             known = ", ".join(repr(name) for name in _BY_NAME)
             raise InputError(
-                f"cones = {cones!r}; a name must be one of {known}, or give a list of cone objects"
+                f"cones = {shown(cones)}; a name must be one of {known}, or give a list of cone objects"
             )
         if cones == "friction" and rows % 3:
             raise InputError(f"cones = 'friction': A has {rows} rows, which is no multiple of three")

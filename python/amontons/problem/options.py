@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from .. import _core
-from ..checks import chosen, nonnegative_number, option, suggestion
+from ..checks import chosen, flag, nonnegative_number, option, shown, suggestion
 from ..errors import InputError
 
 LAWS = {"associated": _core.Law.associated, "coulomb": _core.Law.coulomb}
@@ -35,7 +35,7 @@ def methods() -> tuple[str, ...]:
 def require_method(method: object) -> str:
     if not isinstance(method, str) or method not in methods():
         raise InputError(
-            f"unknown method {method!r}{suggestion(method, methods())}; known are {', '.join(methods())}"
+            f"unknown method {shown(method)}{suggestion(method, methods())}; known are {', '.join(methods())}"
         )
     return method
 
@@ -58,14 +58,14 @@ def core_options(
         options.max_iterations = option("max_iterations", max_iterations)
     if deadline is not None:
         options.deadline = option("deadline", deadline)
-    options.history = bool(history)
+    options.history = flag("history", history)
     options.threads = option("threads", threads)
     valid = METHOD_OPTIONS.get(method, {})
     for name, value in method_options.items():
         if name not in valid:
             listed = ", ".join(valid) if valid else "none"
             raise InputError(
-                f"unknown option {name!r} of method {method!r}{suggestion(name, valid)}; "
+                f"unknown option {shown(name)} of method {shown(method)}{suggestion(name, valid)}; "
                 f"its options are: {listed}"
             )
         value = option(name, value) if name == "memory" else nonnegative_number(name, value)

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .. import _core, watching
-from ..checks import Array, chosen, frozen, vector
+from ..checks import Array, chosen, frozen, sequence, vector
 from ..errors import InputError
 from ..hooks import hook
 from . import cones as cones_
@@ -78,9 +78,9 @@ class Problem:
         core_b = right if S is None else S * right
         self._core = _core.Problem(units.scaled(self._A, S), core_b, cones_.to_core(self._cones, S))
         self.name, self.description, self.source = name, description, source
-        self.notes = tuple(notes)
+        self.notes = tuple(sequence("notes", notes))
         self.f = None if f is None else vector("f", f)
-        self.guesses = tuple(vector(f"guesses[{i}]", x) for i, x in enumerate(guesses))
+        self.guesses = tuple(vector(f"guesses[{i}]", x) for i, x in enumerate(sequence("guesses", guesses)))
         for i, x in enumerate(self.guesses):
             if len(x) != rows:
                 raise InputError(f"guesses[{i}] has {len(x)} entries but A has {rows} rows")

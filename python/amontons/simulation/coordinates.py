@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .. import _core
-from ..checks import Array, vector3
+from ..checks import Array, reals, shown, vector3
 from ..errors import InputError
 from ..model.coordinates import known
 from ..model.model import Model
@@ -128,7 +128,11 @@ class GeneralisedCoordinates:
         point: in the body frame (m), by default its origin. `jacobian(...) @ qd` is the velocity but for what
         a kinematic body brings along.
         """
-        index = WORLD if body is None or body == "world" else self._model.body_index(body)
+        index = (
+            WORLD
+            if body is None or (isinstance(body, str) and body == "world")
+            else self._model.body_index(body)
+        )
         at = np.zeros(3) if point is None else np.array(vector3("point", point))
         if index != WORLD:
             pose = self._core.positions[index], self._core.orientations[index]
@@ -158,7 +162,8 @@ class GeneralisedCoordinates:
         """
         shape = (len(self._model.bodies), 3)
         given = [
-            np.zeros(shape) if x is None else np.ascontiguousarray(x, np.float64) for x in (forces, torques)
+            np.zeros(shape) if x is None else reals(name, x)
+            for name, x in (("forces", forces), ("torques", torques))
         ]
         for name, x in zip(("forces", "torques"), given, strict=True):
             if x.shape != shape:
@@ -181,8 +186,8 @@ def rotation_matrix(quaternion: ArrayLike) -> Array:
 def _entries(what: str, values: Any, size: int) -> Array:
     try:
         array = np.array(values, dtype=np.float64)
-    except (TypeError, ValueError):
-        raise InputError(f"{what} is {values!r}; it must be numbers") from None
+    except Exception:  # NumPy asks the object, which may raise anything
+        raise InputError(f"{what} is {shown(values)}; it must be numbers") from None
     if array.ndim == 0 and size == 1:
         array = array[None]
     if array.shape != (size,):

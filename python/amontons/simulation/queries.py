@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .. import _core
-from ..checks import Array, Vector3, vector3
+from ..checks import Array, Vector3, sequence, vector3
 from ..errors import InputError
 from ..model.model import Model
 from ..model.parts import WORLD
@@ -115,13 +115,15 @@ class Queries(GeneralisedCoordinates):
 def _listed(bodies: Any) -> list[int | str | None]:
     if bodies is None:
         return []
-    return [bodies] if isinstance(bodies, str) or hasattr(bodies, "__index__") else list(bodies)
+    return (
+        [bodies] if isinstance(bodies, str) or hasattr(bodies, "__index__") else sequence("exclude", bodies)
+    )
 
 
 def _points(what: str, values: ArrayLike) -> Array:
     try:
         array = np.atleast_2d(np.asarray(values, dtype=np.float64))
-    except (TypeError, ValueError):
+    except Exception:  # NumPy asks the object, which may raise anything
         raise InputError(f"{what} must be numbers of shape (n, 3)") from None
     if array.ndim != 2 or array.shape[1] != 3:
         raise InputError(f"{what} has the shape {array.shape}; it must be (n, 3)")

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .. import _core, watching
-from ..checks import Array, Vector3, chosen, number, option
+from ..checks import Array, Vector3, chosen, flag, function, number, option, shown
 from ..errors import InputError, SimulationError, StepWarning
 from ..hooks import hook
 from ..model.model import Model
@@ -116,7 +116,7 @@ class Simulation(Queries):
             recovery=recovery,
             recovery_speed=recovery_speed,
             restitution_speed=restitution_speed,
-            warm_start=bool(warm_start),
+            warm_start=flag("warm_start", warm_start),
             max_substeps=max_substeps,
         )
         given = {name: v.item() if isinstance(v, np.generic) else v for name, v in given.items()}
@@ -188,7 +188,8 @@ class Simulation(Queries):
         """After some steps, of which only the last can have failed: what `on_failure` says of it."""
         if not last.advanced:
             raise SimulationError(
-                f"the velocities at t = {self.time:g} s came out not finite ({last.status}); the state is "
+                f"the velocities at t = {self.time:g} s came out not finite, or beyond 1e15 m/s "
+                f"({last.status}); the state is "
                 "that before the step. Look for loads or speeds out of any proportion, or make dt smaller"
             )
         counted = watching.saw(residual, steps=steps, missed=not last.is_sound)
@@ -215,11 +216,9 @@ class Simulation(Queries):
         callback: called as callback(sim, report) after each step; a true result stops. Without it and without
         force_callbacks all steps are made by the compiled module; Ctrl-C ends between two of them.
         """
-        steps = max(1, math.ceil(option("duration", duration) / self.dt - 1e-9))
+        steps = math.ceil(option("duration", duration) / self.dt - 1e-9)
         function("callback", callback)
-        if callback is None and not self.force_callbacks and type(self).step is Simulation.step:
-            return self._run(steps)
-        for _ in range(steps):
+        for _ in range(max(1, steps)):
             report = self.step()
             if callback is not None and callback(self, report):
                 break
@@ -364,8 +363,8 @@ class Simulation(Queries):
 
     def _keyframe(self, name: str) -> Keyframe:
         known = self._model.keyframes
-        if name not in known:
-            raise InputError(f'there is no keyframe "{name}"; known are {", ".join(known) or "none"}')
+        if not isinstance(name, str) or name not in known:
+            raise InputError(f"there is no keyframe {shown(name)}; known are {', '.join(known) or 'none'}")
         return known[name]
 
     def reset(

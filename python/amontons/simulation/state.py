@@ -60,8 +60,9 @@ class State:
         view = getattr(self, name)
         try:
             view[...] = value
-        except (TypeError, ValueError) as error:
-            raise InputError(f"state.{name} has the shape {view.shape}: {error}") from None
+        except Exception as error:  # NumPy asks the object, which may raise anything
+            reason = " ".join(str(error).split())[:200]
+            raise InputError(f"state.{name} has the shape {view.shape}: {reason}") from None
 
     def __repr__(self) -> str:
         return f"amontons.State({len(self.positions)} bodies, {len(self.joint_coordinates)} coordinates)"

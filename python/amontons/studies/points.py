@@ -53,7 +53,8 @@ def points(
             made.append(_point(place, None, None, seeded=seeded))
         elif isinstance(seeds, Sequence):
             made += [
-                _point(place, None, integer(f"seeds[{k}]", s, 0), seeded=True) for k, s in enumerate(seeds)
+                _point(place, None, integer(f"seeds[{k}]", s, 0, 2**63 - 1), seeded=True)
+                for k, s in enumerate(seeds)
             ]
         else:
             made += [_point(place, k, None, seeded=True) for k in range(integer("seeds", seeds, 1))]

@@ -6,15 +6,6 @@
 
 namespace amontons {
 
-namespace {
-
-// The comparison is written so that a NaN fails it.
-bool within(const Vec3& a, double most) {
-  return std::abs(a.x) <= most && std::abs(a.y) <= most && std::abs(a.z) <= most;
-}
-
-}  // namespace
-
 // Checked before every step, as users write into the state; hence messages are built only when they are
 // needed. Only what is an input of the step is checked: coordinates follow from the poses, and impulses only
 // tell where a solve starts.

@@ -254,8 +254,9 @@ Options solver_options(const SimulationOptions& o) {
 
 // A body with a velocity that is not finite would spoil all that it touches; the step is undone instead.
 bool all_finite(const BodyVelocities& velocities) {
-  return std::all_of(velocities.begin(), velocities.end(),
-                     [](const BodyVelocity& v) { return is_finite(v.linear) && is_finite(v.angular); });
+  return std::all_of(velocities.begin(), velocities.end(), [](const BodyVelocity& v) {
+    return within(v.linear, largest_coordinate) && within(v.angular, largest_coordinate);
+  });
 }
 
 // The impulses of the last step, as far as they belong to rows of this one. What a resting scene needs is a

@@ -1,4 +1,5 @@
 #pragma once
+#include <cmath>
 #include <vector>
 
 #include "amontons/multibody/model/model.hpp"
@@ -34,6 +35,10 @@ struct TendonImpulse {
 // beyond any mechanism in any units, and far from where squares and products overflow.
 inline constexpr double largest_coordinate = 1e15;
 inline constexpr double largest_load = 1e30;
+// The comparison is written so that a NaN fails it.
+inline bool within(const Vec3& a, double most) {
+  return std::abs(a.x) <= most && std::abs(a.y) <= most && std::abs(a.z) <= most;
+}
 
 // What a simulation changes, and all that it needs to go on bit for bit: a saved state continues as if it had
 // never stopped. Coordinates are part of it because poses tell them but for full turns; impulses because a

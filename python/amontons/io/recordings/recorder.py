@@ -20,6 +20,7 @@ from typing import Any, NamedTuple
 import h5py
 import numpy as np
 
+from ...checks import option
 from ...errors import InputError
 from ...simulation.forces import CONTACTS
 from ...simulation.outcome import REPORTS, Report, reports_array
@@ -59,9 +60,7 @@ class Recorder:
     def __init__(
         self, path: Path, simulation: Simulation, *, every: int, contacts: bool, source: str, overwrite: bool
     ) -> None:
-        if isinstance(every, bool) or not isinstance(every, int) or every < 1:
-            raise InputError(f"every = {every!r}; it must be an integer, at least 1")
-        self.path, self.every = writable(path, new=not overwrite), every
+        self.path, self.every = writable(path, new=not overwrite), int(option("every", every))
         self._simulation, self._with_contacts = simulation, contacts
         self._first_step = simulation.steps
         with hdf5_image(LIBVER) as (file, image):

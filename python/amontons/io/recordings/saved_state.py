@@ -12,7 +12,6 @@ import json
 from os import PathLike
 from typing import Any
 
-import h5py
 import numpy as np
 
 from ... import _core
