@@ -189,8 +189,7 @@ class Simulation(Queries):
         if not last.advanced:
             raise SimulationError(
                 f"the velocities at t = {self.time:g} s came out not finite, or beyond 1e15 m/s "
-                f"({last.status}); the state is "
-                "that before the step. Look for loads or speeds out of any proportion, or make dt smaller"
+                f"({last.status}); the state is that before the step. Look for loads or speeds out of any proportion, or make dt smaller"
             )
         counted = watching.saw(residual, steps=steps, missed=not last.is_sound)
         on_failure = self._options["on_failure"]
@@ -216,9 +215,11 @@ class Simulation(Queries):
         callback: called as callback(sim, report) after each step; a true result stops. Without it and without
         force_callbacks all steps are made by the compiled module; Ctrl-C ends between two of them.
         """
-        steps = math.ceil(option("duration", duration) / self.dt - 1e-9)
+        steps = max(1, math.ceil(option("duration", duration) / self.dt - 1e-9))
         function("callback", callback)
-        for _ in range(max(1, steps)):
+        if callback is None and not self.force_callbacks and type(self).step is Simulation.step:
+            return self._run(steps)
+        for _ in range(steps):
             report = self.step()
             if callback is not None and callback(self, report):
                 break
@@ -364,7 +365,8 @@ class Simulation(Queries):
     def _keyframe(self, name: str) -> Keyframe:
         known = self._model.keyframes
         if not isinstance(name, str) or name not in known:
-            raise InputError(f"there is no keyframe {shown(name)}; known are {', '.join(known) or 'none'}")
+            what = f'"{name}"' if isinstance(name, str) and len(name) <= 80 else shown(name)
+            raise InputError(f"there is no keyframe {what}; known are {', '.join(known) or 'none'}")
         return known[name]
 
     def reset(

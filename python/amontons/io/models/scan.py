@@ -108,16 +108,7 @@ def _check(element: Element, attribute: str, rule: Rule, issues: Issues) -> None
 
 def faults(element: Element) -> list[str]:
     """Values that no model can mean, which MuJoCo lets pass or reports without a line."""
-    found = [
-        f'{name}="{element.attributes[name]}" has a "%", which MuJoCo takes for a format; rename it'
-        for name in ("class", "childclass")
-        if "%" in element.attributes.get(name, "")
-    ]
-    found += [
-        f'{name}="{element.attributes[name]}" is not finite'
-        for name in element.attributes
-        if name not in NAMES and not_finite(element, name) and not _may_be_infinite(element, name)
-    ]
+    found = _spelling_faults(element)
     # What <default> holds is judged where something has it.
     if any(parent.tag == "default" for parent in element.ancestors()):
         return found
@@ -129,6 +120,20 @@ def faults(element: Element) -> list[str]:
     if element.tag in ("geom", "pair") and any(x < 0 for x in element.numbers("friction") or []):
         found.append(f'friction="{element.attributes["friction"]}" is negative; it must be >= 0')
     return found + _limit_faults(element)
+
+
+def _spelling_faults(element: Element) -> list[str]:
+    """Names that MuJoCo's parser breaks on, and numbers that are none."""
+    formats = [name for name in ("class", "childclass") if "%" in element.attributes.get(name, "")]
+    endless = [
+        name
+        for name in element.attributes
+        if name not in NAMES and not_finite(element, name) and not _may_be_infinite(element, name)
+    ]
+    return [
+        f'{name}="{element.attributes[name]}" has a "%", which MuJoCo takes for a format; rename it'
+        for name in formats
+    ] + [f'{name}="{element.attributes[name]}" is not finite' for name in endless]
 
 
 def _may_be_infinite(element: Element, name: str) -> bool:
