@@ -27,6 +27,9 @@ def test_notebook_runs(root, tmp_path, page):
     pytest.importorskip("ipykernel", reason="pip install amontons[docs]")
     if "load_model" in page.read_text():
         pytest.importorskip("mujoco")
+    if page.stem == "studies":
+        pytest.importorskip("loky")
+        pytest.importorskip("pyarrow")
     (tmp_path / "examples").symlink_to(root / "examples")
     book = nbformat.reads(json.dumps(notebooks.notebook(page.read_text())), as_version=4)
     nbformat.validate(book)

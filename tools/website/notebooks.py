@@ -1,7 +1,8 @@
 """The tutorials as Jupyter notebooks: python tools/website/notebooks.py [FOLDER], by default out/notebooks.
 
-Each page of docs/tutorials (and docs/five-minutes.md) becomes a notebook: its text in cells of Markdown, its
-Python blocks in cells of code, nothing else; the page is the one source. The standard library is enough.
+Each page of docs/tutorials (and docs/five-minutes.md, docs/studies.md) becomes a notebook: its text in cells of
+Markdown, its Python blocks in cells of code, nothing else; the page is the one source. The standard library is
+enough.
 """
 
 import json
@@ -24,7 +25,7 @@ os.chdir(next(p for p in (Path.cwd(), *Path.cwd().parents) if (p / "examples" / 
 
 def pages(root: Path = ROOT) -> list[Path]:
     tutorials = sorted((root / "docs" / "tutorials").glob("*.md"))
-    found = [root / "docs" / "five-minutes.md", *tutorials]
+    found = [root / "docs" / "five-minutes.md", *tutorials, root / "docs" / "studies.md"]
     return [page for page in found if BLOCK.search(page.read_text())]
 
 
