@@ -24,11 +24,12 @@ say = @printf '\033[1m%s\033[0m\n'
 SOAK_SECONDS ?= 3600
 SOAK_SEED ?= 1
 
-.PHONY: help demo test cpp_tests docs figures notebooks bench soak format lint sanitize stubs clean install
+.PHONY: help demo test cpp_tests docs figures replays notebooks bench soak format lint sanitize stubs clean install
 help:
 	@echo 'make demo      a wrecking ball hits a wall of 750 bricks: recording, pictures, figures in out/demo'
 	@echo 'make test      C++ and Python tests'
 	@echo 'make docs      the documentation site, in build/site'
+	@echo 'make replays   all scenes as pages with a play bar, in out/replays, which make docs takes into the site'
 	@echo 'make notebooks the tutorials as notebooks, in out/notebooks;  make figures  pictures of the documents'
 	@echo 'make bench     benchmarks, written to benchmarks/results'
 	@echo 'make soak      random damage, misuse and scenes for an hour; the table goes to benchmarks/results'
@@ -70,6 +71,9 @@ docs: .venv/.docs
 figures: install
 	@MPLBACKEND=Agg $(BIN)/python tools/concept_figures.py
 	@$(BIN)/python tools/gallery.py
+
+replays: install
+	@$(BIN)/python tools/gallery.py --replays
 
 notebooks: install
 	@$(BIN)/python tools/website/notebooks.py

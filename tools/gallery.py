@@ -1,20 +1,25 @@
-"""Draws docs/gallery.md and its pictures: python tools/gallery.py [SCENE ...]; without names all scenes.
+"""Draws docs/gallery.md and its pictures: python tools/gallery.py [--replays] [SCENE ...]
 
-A picture per scene of `amontons.scenes`, at a moment where one sees what it is about, by the drawing that
-`amontons run --report` uses. The page lists every scene, with the command that runs it.
+A picture per scene of `amontons.scenes`, at a moment where one sees what it is about. The page lists every
+scene, with the command that runs it. With --replays each scene is recorded instead, and becomes a page with
+a play bar in out/replays; `make docs` takes them into the site where they are there. They are about a
+megabyte each, so that the repository does not hold them.
 """
 
+import argparse
 import io
+import subprocess
 import sys
+import tempfile
 from pathlib import Path
 
-import numpy as np
+import amontons
 from amontons import Simulation, scenes
-from amontons.report.snapshots import Frame, Picture, View
 from PIL import Image
 
 ROOT = Path(__file__).resolve().parent.parent
 PICTURES = ROOT / "docs" / "figures" / "gallery"
+REPLAYS = ROOT / "out" / "replays"
 PAGE = ROOT / "docs" / "gallery.md"
 WIDTH, HEIGHT = 560, 380
 # s, and where the eye is (degrees about z from the x axis, above the horizon); scene parameters.
@@ -57,15 +62,29 @@ def picture(name: str) -> None:
     options = {"tolerance": 1e-3, "on_failure": "ignore"} | dict(scene.options)
     simulation = Simulation(scene.make(**parameters), dt=scene.dt, **options)
     simulation.run(seconds)
-    frame = Frame(simulation.time, simulation.state.positions.copy(), simulation.state.orientations.copy())
-    drawing = Picture(simulation.model, View(azimuth, elevation))
-    colours = drawing.draw(frame, drawing.bounds([frame]), WIDTH, HEIGHT)[::-1]
-    image = Image.fromarray(np.round(255 * np.clip(colours, 0, 1)).astype(np.uint8))
+    pixels = amontons.render(simulation, WIDTH, HEIGHT, azimuth=azimuth, elevation=elevation)
+    image = Image.fromarray(pixels)
     buffer = io.BytesIO()
     image.quantize(48, dither=Image.Dither.NONE).save(buffer, "PNG", optimize=True)
     PICTURES.mkdir(parents=True, exist_ok=True)
     (PICTURES / f"{name}.png").write_bytes(buffer.getvalue())
-    print(f"{name}: t = {frame.time:.3g} s, {len(buffer.getvalue()) // 1024} KB")
+    print(f"{name}: t = {simulation.time:.3g} s, {len(buffer.getvalue()) // 1024} KB")
+
+
+def replay(name: str) -> None:
+    """Records a scene for twice the time of its picture and makes a page of it, by the commands of a user."""
+    seconds, _, _, parameters = MOMENTS[name]
+    words = [word for key, value in parameters.items() for word in ("--set", f"{key}={value}")]
+    REPLAYS.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory() as folder:
+        recording = Path(folder) / f"{name}.h5"
+        run = ["run", name, *words, "--duration", f"{2 * seconds:g}", "--tolerance", "1e-3"]
+        record = ["--record", str(recording), "--record-every", "4", "--no-record-contacts"]
+        subprocess.run([sys.executable, "-m", "amontons", *run, *record], stdout=subprocess.DEVNULL)
+        page = REPLAYS / f"{name}.html"
+        subprocess.run(
+            [sys.executable, "-m", "amontons", "export", str(recording), "--html", str(page)], check=True
+        )
 
 
 def command(name: str) -> str:
@@ -84,15 +103,17 @@ def page() -> str:
     return HEAD + "\n| | |\n|---|---|\n" + "".join(rows)
 
 
-def main(names: list[str]) -> None:
-    unknown = sorted(set(names) - set(MOMENTS))
-    if unknown:
-        raise SystemExit(f"no such scene in the gallery: {', '.join(unknown)}")
-    for name in names or scenes.names():
-        picture(name)
-    PAGE.write_text(page())
-    print(PAGE)
+def main() -> None:
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("scenes", nargs="*", choices=[[], *MOMENTS], metavar="SCENE")
+    parser.add_argument("--replays", action="store_true", help="pages with a play bar, in out/replays")
+    options = parser.parse_args()
+    for name in options.scenes or scenes.names():
+        (replay if options.replays else picture)(name)
+    if not options.replays:
+        PAGE.write_text(page())
+        print(PAGE)
 
 
 if __name__ == "__main__":
-    main(sys.argv[1:])
+    main()

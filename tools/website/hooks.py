@@ -2,6 +2,7 @@
 
 - Documents and sources outside docs/ that a page links to become pages (`outside`).
 - The reference of C++ is made from the public headers (`cpp_reference`).
+- Replays of the scenes (`tools/gallery.py --replays`) are taken in where they have been made.
 - Tutorials can be taken along as notebooks (`notebooks`).
 - Equations become MathML (`equations`).
 - A page that would load something from the network is a warning, and so an error of `make docs`.
@@ -39,6 +40,8 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
         add(files, config, uri, text)
     for uri, text in outside.pages(ROOT).items():
         add(files, config, uri, text)
+    for replay in sorted((ROOT / "out" / "replays").glob("*.html")):
+        add(files, config, f"replays/{replay.name}", replay.read_text())
     for page in notebooks.pages(ROOT):
         uri = page.with_suffix(".ipynb").relative_to(ROOT / "docs").as_posix()
         add(files, config, uri, notebooks.as_text(page))
@@ -46,9 +49,14 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
 
 
 def on_page_markdown(markdown: str, page: Page, config: MkDocsConfig, files: Files) -> str:
-    name = Path(page.file.src_uri).with_suffix(".ipynb")
-    if files.get_file_from_path(name.as_posix()):
-        markdown += f"\n\n[This page as a notebook]({name.name})\n"
+    if page.file.src_uri == "gallery.md":
+        for replay in files:
+            if replay.src_uri.startswith("replays/"):
+                scene = f"**{Path(replay.src_uri).stem}**"
+                markdown = markdown.replace(scene, f"{scene} · [replay]({replay.src_uri})")
+    notebook = Path(page.file.src_uri).with_suffix(".ipynb")
+    if files.get_file_from_path(notebook.as_posix()):
+        markdown += f"\n\n[This page as a notebook]({notebook.name})\n"
     return outside.links_of_the_site(ROOT, page.file.src_uri, markdown)
 
 
@@ -62,5 +70,7 @@ def on_page_content(html: str, page: Page, config: MkDocsConfig, files: Files) -
 def on_post_build(config: MkDocsConfig) -> None:
     site = Path(config.site_dir)
     for file in [*site.rglob("*.html"), *site.rglob("*.css")]:
+        if "replays" in file.parts:  # pages of the viewer, whose own tests see to that
+            continue
         for match in FETCHED.finditer(file.read_text()):
             log.warning("%s loads from the network: %s", file.relative_to(site), match.group()[:120])

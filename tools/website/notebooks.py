@@ -1,8 +1,7 @@
 """The tutorials as Jupyter notebooks: python tools/website/notebooks.py [FOLDER], by default out/notebooks.
 
-Each page of docs/tutorials (and docs/five-minutes.md, docs/studies.md) becomes a notebook: its text in cells of
-Markdown, its Python blocks in cells of code, nothing else; the page is the one source. The standard library is
-enough.
+Each page of docs/tutorials (and docs/five-minutes.md, docs/studies.md) becomes a notebook: its text in cells
+of Markdown, its Python blocks in cells of code, nothing else; the page is the one source.
 """
 
 import json
