@@ -7,6 +7,7 @@ private or in a namespace `detail` is left out.
 import re
 import textwrap
 from collections.abc import Iterator
+from itertools import groupby
 from pathlib import Path
 from typing import Any
 
@@ -30,9 +31,27 @@ def words(doxygen: str | None) -> str:
 
 
 def escaped(text: str) -> str:
-    """A comment as Markdown: nothing in it is markup; what is indented stays so."""
-    special = re.compile(r"([\\`*_<>\[\]|#])")
-    return "\n".join(t if t.startswith("  ") else special.sub(r"\\\1", t) for t in text.splitlines())
+    """A comment as Markdown: nothing in it is markup; what is indented stays as it is."""
+    special = re.compile(r"([\\`*_\[\]#])")
+    parts = []
+    for indented, lines in groupby(text.splitlines(), key=lambda line: line.startswith("  ")):
+        body = "\n".join(lines)
+        if indented:
+            parts.append(f"\n```text\n{textwrap.dedent(body)}\n```\n")
+        else:
+            parts.append(special.sub(r"\\\1", body).replace("<", "&lt;"))
+    return "\n".join(parts)
+
+
+def template(declared: Any) -> str:
+    """`template <...>` of a declaration, or nothing."""
+    if not getattr(declared, "params", None):
+        return ""
+    names = [
+        f"{p.type.format()} {p.name or ''}" if hasattr(p, "type") else f"{p.typekey} {p.name or ''}"
+        for p in declared.params
+    ]
+    return f"template <{', '.join(name.strip() for name in names)}>"
 
 
 def parameters(function: Any) -> str:
@@ -45,8 +64,9 @@ def declaration(function: Any) -> str:
     name = function.name.format()
     words_before = "static " if getattr(function, "static", False) else ""
     words_after = " const" if getattr(function, "const", False) else ""
-    template = f"{function.template.format()} " if getattr(function.template, "format", None) else ""
-    return f"{template}{words_before}{result}{name}({parameters(function)}){words_after};"
+    before = template(function.template)
+    before += " " if before else ""
+    return f"{before}{words_before}{result}{name}({parameters(function)}){words_after};"
 
 
 def entry(code: str, comment: str) -> str:
@@ -81,6 +101,8 @@ def structure(scope: ClassScope, depth: int = 0) -> Iterator[str]:
     yield f"{'#' * (3 + depth)} {name}\n\n"
     if declared.doxygen:
         yield f"{escaped(words(declared.doxygen))}\n\n"
+    if template(declared.template):
+        yield entry(f"{template(declared.template)} struct {name};", "")
     fields: list[str] = []
     for field in scope.fields:
         if field.access == "public":
