@@ -22,7 +22,16 @@ LAYERS: dict[str, list[str]] = {
     "base": [],
     "sets": [],
     "problem": [],
-    "solvers": ["linear", "driver", "first_order", "krylov", "second_order", "companions", "choice"],
+    "solvers": [
+        "linear",
+        "driver",
+        "first_order",
+        "krylov",
+        "second_order",
+        "companions",
+        "elimination",
+        "choice",
+    ],
     "collision": ["shapes", "narrow", "broad_phase", "pairs", "rays"],
     "multibody": ["model", "bodies", "joints", "kinematics", "contacts", "step", "worlds"],
 }

@@ -14,7 +14,7 @@ namespace {
 // A function pointer per method: one indirect call per solve, none inside. A new method is a line here, and
 // its section in docs/methods.md.
 constexpr std::array<std::pair<std::string_view, Method>, 11> methods{{
-    {"auto", automatic},
+    {"auto", static_cast<Method>(automatic)},
     {"p-spg-fb", spg},
     {"p-spg-fb-literal", spg_literal},
     {"jacobi", jacobi},

@@ -111,7 +111,7 @@ JointRows position_rows(const PositionInput& in, const BodyVelocities& rest, con
 
 // The displacements, as velocities over h.
 BodyVelocities displacements(const PositionInput& in, const BodyVelocities& rest, const JointRows& rows,
-                             StepClock& clock) {
+                             StepClock& clock, Elimination& elimination) {
   std::vector<Contact> none;
   const Problem problem = assemble({in.frames, in.mobility, rest, rest}, none, rows, {in.options.h, 0});
   const bool linear = problem.K.all_free();
@@ -120,7 +120,8 @@ BodyVelocities displacements(const PositionInput& in, const BodyVelocities& rest
   options.tolerance = linear ? precision : rough_precision;
   options.max_iterations = most_iterations;
   options.deadline = clock.left();
-  const Solution s = solve(problem, linear || rows.tags.size() <= few_rows ? "auto" : "apgd", options);
+  const Solution s = linear || rows.tags.size() <= few_rows ? automatic(problem, options, elimination)
+                                                            : apgd(problem, options);
   BodyVelocities p = rest;
   apply_impulses(problem, s.x, p);
   return p;
@@ -128,12 +129,12 @@ BodyVelocities displacements(const PositionInput& in, const BodyVelocities& rest
 
 }  // namespace
 
-bool correct_positions(const PositionInput& in, StepClock& clock, State& state) {
+bool correct_positions(const PositionInput& in, StepClock& clock, Elimination& elimination, State& state) {
   if (!(largest_error(in, state) > allowed_error * in.options.length)) return false;
   const BodyVelocities rest(in.frames.size());
   const JointRows rows = position_rows(in, rest, state);
   if (rows.tags.empty()) return false;
-  const BodyVelocities p = displacements(in, rest, rows, clock);
+  const BodyVelocities p = displacements(in, rest, rows, clock, elimination);
   for (std::size_t i = 0; i < p.size(); ++i) {
     if (!in.model.is_dynamic(static_cast<Index>(i)) || !is_finite(p[i].linear) || !is_finite(p[i].angular))
       continue;

@@ -2,6 +2,7 @@
 #pragma once
 #include "amontons/multibody/joints/coordinates.hpp"
 #include "amontons/multibody/joints/joints.hpp"
+#include "amontons/solvers/elimination/elimination.hpp"
 #include "multibody/joints/joint_context.hpp"
 #include "multibody/step/accounting.hpp"
 
@@ -22,6 +23,6 @@ struct PositionInput {
 // Moves bodies so that overlaps and errors of rigid joints and limits vanish, as far as they can, and no
 // further than speed * h. Velocities of centres of mass stay, and so do angular momenta. Returns whether
 // anything moved.
-bool correct_positions(const PositionInput& in, StepClock& clock, State& state);
+bool correct_positions(const PositionInput& in, StepClock& clock, Elimination& elimination, State& state);
 
 }  // namespace amontons

@@ -81,6 +81,8 @@ struct Simulation::Scratch {
   StepProblem vi;
   // The problem before the last one, where nobody else holds it.
   std::shared_ptr<Problem> spare;
+  // One for each kind of problem, as they remember the mechanism: that of steps has all bilateral rows.
+  Elimination elimination, position_elimination, impact_elimination;
 };
 
 Simulation::Simulation(std::shared_ptr<const Model> model, SimulationOptions options)
@@ -396,7 +398,8 @@ void Simulation::advance(double h, const Attempt& attempt, StepClock& clock, Rep
   const double recovery = attempt.recovers ? recovery_speed() : 0;  // by velocities
   const JointOptions joint_options{h, recovery, model.length()};
   const Assembly assembly{h, std::max(recovery, kept_closed * h * norm(model.description().gravity))};
-  const StepSolver solver{options_.method, solver_options(options_), clock};
+  const StepSolver solver{options_.method, solver_options(options_), clock, s.elimination};
+  const StepSolver impact_solver{options_.method, solver.options, clock, s.impact_elimination};
   const StepBodies bodies{s.frames, s.mobility, s.start, s.free};
 
   look(h, damped, clock, report);
@@ -410,7 +413,7 @@ void Simulation::advance(double h, const Attempt& attempt, StepClock& clock, Rep
   if (options_.recovery == Recovery::projection &&
       correct_positions({model, s.frames, s.stiffened, s.joints, contacts_, s.joint_error, s.line_error,
                          joint_options, recovery_speed()},
-                        clock, state_)) {
+                        clock, s.position_elimination, state_)) {
     clock.lap(report.timings.assembly);
     look(h, damped, clock, report);
     stiffened = stiffen();
@@ -418,7 +421,7 @@ void Simulation::advance(double h, const Attempt& attempt, StepClock& clock, Rep
   // 6. Impacts, which change the start velocities; they are over before stiffness could act. The free
   // velocities follow from both.
   const bool bounced = resolve_impacts(
-      {model, state_, s.frames, s.mobility, s.joints, joint_options, restitution_speed(), solver}, s.start,
+      {model, state_, s.frames, s.mobility, s.joints, joint_options, restitution_speed(), impact_solver}, s.start,
       contacts_, s.impacts, report);
   if (stiffened) s.mobility = s.stiffened;
   if (bounced || stiffened)

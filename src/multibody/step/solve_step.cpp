@@ -34,6 +34,11 @@ Solution nothing() {
   return s;
 }
 
+Solution solve_with(const StepSolver& solver, const Problem& problem, const Options& options) {
+  if (solver.method == "auto") return automatic(problem, options, solver.elimination);
+  return solve(problem, solver.method, options);
+}
+
 // x0 as the solution, with the residual that it has.
 Solution accepted(const Problem& problem, std::vector<double> x, std::vector<double> u, double residual) {
   Solution s;
@@ -91,7 +96,7 @@ Solution solve_step(const StepSolver& solver, const Problem& problem, std::span<
   const std::string& method = solver.method;
   Options options = solver.options;
   options.deadline = solver.clock.left();
-  if (x0.empty()) return solve(problem, method, options);
+  if (x0.empty()) return solve_with(solver, problem, options);
   options.x0 = x0;
   // The residual of the start, which decides how the solve goes: u = A x + b, and x in K.
   std::vector<double>&x = memory.x, &u = memory.u;
@@ -104,16 +109,20 @@ Solution solve_step(const StepSolver& solver, const Problem& problem, std::span<
   const bool few = problem.rows() <= few_rows;
   const double close = (few ? close_to_aim * aim_of_few : 1) * options.tolerance;
   // Something happens in this step: nothing to aim at but the tolerance.
-  if (!(start <= nearly_solved * options.tolerance)) return solve(problem, method, options);
+  if (!(start <= nearly_solved * options.tolerance)) return solve_with(solver, problem, options);
   if (start <= close) return accepted(problem, std::move(x), std::move(u), start);
   if (!few) {
     options.tolerance *= aim_of_many;
-    Solution s = solve(problem, method, options);
+    Solution s = solve_with(solver, problem, options);
     if (s.residual <= solver.options.tolerance) s.status = Status::converged;
     return s;
   }
+  // The direct way goes as far by itself.
+  if (Solution direct; method == "auto" && solver.elimination.solve(problem, options, direct) &&
+                       direct.status == Status::converged)
+    return direct;
   Solution s = start <= options.tolerance ? accepted(problem, std::move(x), std::move(u), start)
-                                          : solve(problem, method, options);
+                                          : solve_with(solver, problem, options);
   if (s.status != Status::converged || s.residual <= close) return s;
   return polished(problem, method, options, std::move(s));
 }

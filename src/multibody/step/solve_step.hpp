@@ -2,7 +2,7 @@
 #include <span>
 #include <string>
 
-#include "amontons/solvers/driver/options.hpp"
+#include "amontons/solvers/elimination/elimination.hpp"
 #include "multibody/step/accounting.hpp"
 
 namespace amontons {
@@ -12,6 +12,7 @@ struct StepSolver {
   std::string method;
   Options options;  // but for start and deadline, which each solve has of its own
   StepClock& clock;
+  Elimination& elimination;  // of `auto`: memory, kept from step to step
 };
 
 // Solves a VI of the step from x0, the impulses of the last step; empty: from nothing. A solution that is no

@@ -18,7 +18,9 @@
 
 #include "amontons/solvers/choice/islands.hpp"
 #include "amontons/solvers/companions/gauss_seidel.hpp"
+#include "amontons/solvers/driver/driver.hpp"
 #include "amontons/solvers/driver/phases.hpp"
+#include "amontons/solvers/elimination/elimination.hpp"
 #include "amontons/solvers/first_order/apgd.hpp"
 #include "amontons/solvers/first_order/spg.hpp"
 #include "amontons/solvers/krylov/cg.hpp"
@@ -47,6 +49,8 @@ constexpr std::size_t path_iterations = 30;
 constexpr std::size_t last_work = 13'000'000;
 // Of the factored conjugate gradients, which take a few where the factorisation is good.
 constexpr std::size_t direct_iterations = 200;
+// Why the direct way was taken.
+constexpr const char* eliminated = "bilateral rows are eliminated, islands are small";
 // First-order iterations after a frozen path: the path changes velocities, and with them the De Saxce terms,
 // which those iterations renew until the residual is below that of the frozen problem.
 constexpr std::size_t burst = 300;
@@ -212,10 +216,89 @@ Solution solve_one(const Problem& problem, const Options& options) {
   return s;
 }
 
+// One group of islands after the direct way has failed: from nothing, as its best x may lie where Coulomb's
+// law has no solution nearby.
+Solution solve_whole(const Problem& problem, const Options& options) {
+  const Table table{
+      {.method = central_path, .why = "another way from the start", .iterations = 2 * path_iterations},
+      {.method = apgd, .why = "another way from the start", .iterations = 1000, .from = From::start},
+      {.method = newton, .why = "finds the faces", .iterations = 8}};
+  return run_phases(problem, options, table);
+}
+
+// And from the best x of both, where that is not far.
+Solution solve_last(const Problem& problem, const Options& options) {
+  return run_phases(problem, options,
+                    {{.method = apgd, .why = "goes on from the best", .iterations = 5000},
+                     {.method = spg, .why = "goes on from the best", .iterations = 2000}});
+}
+
+// A start that fulfils the tolerance is the solution, as it is for every method.
+bool accepts_start(const Problem& problem, const Options& options, Solution& s) {
+  if (options.x0.empty() || options.history || options.callback) return false;
+  s.x.assign(options.x0.begin(), options.x0.end());
+  project(problem.K, s.x, s.x);
+  measure(problem, options.law, s);
+  if (!(s.residual <= options.tolerance)) return false;
+  s.products = 1;
+  s.status = Status::converged;
+  s.method = "elimination";
+  s.phases = {{s.method, "the start is a solution", 0, s.residual}};
+  s.reason = describe(s.phases);
+  return true;
+}
+
+// The one with the smaller residual; counts and phases are those of both.
+Solution better_of(Solution first, Solution second) {
+  if (first.phases.empty()) first.phases = {{first.method, eliminated, first.iterations, first.residual}};
+  first.phases.insert(first.phases.end(), second.phases.begin(), second.phases.end());
+  second.iterations += first.iterations;
+  second.products += first.products;
+  second.factorizations += first.factorizations;
+  second.time += first.time;
+  if (first.residual < second.residual) {
+    second.x = std::move(first.x);
+    second.u = std::move(first.u);
+    second.residual = first.residual;
+    second.objective = first.objective;
+    second.method = first.method;
+  }
+  second.phases = std::move(first.phases);
+  second.reason = describe(second.phases);
+  return second;
+}
+
 }  // namespace
 
 Solution automatic(const Problem& problem, const Options& options) {
-  return solve_by_islands(problem, options, solve_one);
+  if (Solution s; accepts_start(problem, options, s)) return s;
+  Elimination elimination;
+  Solution s = automatic(problem, options, elimination);
+  if (s.reason.empty()) {
+    s.phases = {{s.method, eliminated, s.iterations, s.residual}};
+    s.reason = describe(s.phases);
+  }
+  return s;
+}
+
+// Mechanisms with few contacts, and few contacts alone, are solved directly, all islands at once. What does
+// not lead to a solution there has another chance on the whole; the work stays bounded, as a robot that jams
+// should not stop the clock.
+Solution automatic(const Problem& problem, const Options& options, Elimination& elimination) {
+  constexpr double near = 100;  // times the tolerance
+  Solution s;
+  if (!elimination.solve(problem, options, s)) return solve_by_islands(problem, options, solve_one);
+  Options rest = options;
+  for (Method method : {solve_whole, solve_last}) {
+    rest.deadline = options.deadline - s.time;
+    if (s.status == Status::converged || s.status == Status::infeasible || !(rest.deadline > 0)) break;
+    const bool last = method == Method{solve_last};
+    if (last && !(s.residual <= near * options.tolerance)) break;
+    const std::vector<double> best = last ? s.x : std::vector<double>();
+    rest.x0 = best;
+    s = better_of(std::move(s), solve_by_islands(problem, rest, method));
+  }
+  return s;
 }
 
 }  // namespace amontons

@@ -1,10 +1,13 @@
 #pragma once
 #include "amontons/solvers/driver/options.hpp"
+#include "amontons/solvers/elimination/elimination.hpp"
 
 namespace amontons {
 
 // "auto": a table of phases chosen by the structure of the problem, island by island. Solution::reason tells
 // the choice and the phases that ran. Without a deadline the clock decides nothing: the same x every time.
 Solution automatic(const Problem&, const Options&);
+// The same with memory that is kept from one solve to the next.
+Solution automatic(const Problem&, const Options&, Elimination&);
 
 }  // namespace amontons

@@ -62,8 +62,8 @@ struct Options {
   // Warm start: empty, or m finite entries, which must outlive the solve. Projected on K, and used only where
   // its residual is below that of 0. The interior point starts from the middle of its cones all the same.
   std::span<const double> x0 = {};
-  // Record every iteration in Solution::history. Costs the objective in every iteration, and keeps the
-  // islands together.
+  // Record every iteration in Solution::history. Costs the objective in every iteration; `auto` then keeps
+  // islands together and bilateral rows in the problem, so that there is one iteration to be watched.
   bool history = false;
   // Workers, >= 1, of the fused passes of p-spg-fb and apgd on a ContactSystem; results never depend on it.
   unsigned threads = 1;

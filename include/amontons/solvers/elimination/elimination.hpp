@@ -1,0 +1,31 @@
+#pragma once
+#include <memory>
+
+#include "amontons/solvers/driver/options.hpp"
+
+namespace amontons {
+
+// The direct way of `auto`, for mechanisms with few contacts: bilateral rows (sets Free) are eliminated by a
+// sparse factorisation over bodies and joints, what remains is a small VI with a dense matrix for each
+// island, and bilateral impulses follow from its solution. Exact: x solves the VI of the problem, and the
+// residual is measured on it.
+//
+// What is kept between calls is memory, and the analysis of the mechanism, which is made anew when that
+// changes: no result depends on it.
+class Elimination {
+ public:
+  Elimination();
+  Elimination(Elimination&&) noexcept;
+  Elimination& operator=(Elimination&&) noexcept;
+  ~Elimination();
+
+  // Whether it was tried on this problem: no matrix or function, islands of few rows, options without
+  // history and callback. If so `s` is the answer, converged or the best that a bounded amount of work found.
+  bool solve(const Problem& problem, const Options& options, Solution& s);
+
+ private:
+  struct Memory;
+  std::unique_ptr<Memory> memory_;
+};
+
+}  // namespace amontons

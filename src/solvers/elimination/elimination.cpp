@@ -1,0 +1,130 @@
+#include "amontons/solvers/elimination/elimination.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
+#include "amontons/problem/residual.hpp"
+#include "solvers/elimination/reduction.hpp"
+#include "solvers/elimination/small_vi.hpp"
+
+namespace amontons {
+
+namespace {
+
+// Rows of an island beyond which its dense matrix is no longer small.
+constexpr std::size_t most_rows = 180;
+// Multiplications of a factorisation of K: some ten milliseconds. Trees need 2000 for each body, loops that
+// cross each other may fill the factor.
+constexpr double most_work = 2e7;
+// Times the tolerance: how far Newton steps go on once it is reached. They cost microseconds, and a scene
+// that rests starts its next step with the answer.
+constexpr double aim = 1e-5;
+// Of the tolerance: what islands are asked for; the rest is left to the rounding of W.
+constexpr double share = 0.9;
+// Of the natural map at zero: what bilateral rows may leave beside the tolerance; and how often they are
+// corrected by what they leave.
+constexpr double rounding = 1e-13;
+constexpr int corrections = 2;
+// Solves of the small problems, each with what the last one left on the true problem.
+constexpr int most_rounds = 3;
+}  // namespace
+
+struct Elimination::Memory {
+  const Problem* problem = nullptr;
+  const Options* options = nullptr;
+  // Natural maps: at zero, and what is asked for.
+  double scale = 0, target = 0;
+  Reduction reduction;
+  SmallVi small;
+  std::vector<double> part;
+  bool solved = true;  // whether all islands reached the target
+
+  void solve_islands(std::span<const double> start, Solution& s);
+  double complete(Solution& s);
+  double form_u(Solution& s) const;
+};
+
+Elimination::Elimination() : memory_(std::make_unique<Memory>()) {}
+Elimination::Elimination(Elimination&&) noexcept = default;
+Elimination& Elimination::operator=(Elimination&&) noexcept = default;
+Elimination::~Elimination() = default;
+
+// x of the rows that remain, island by island.
+void Elimination::Memory::solve_islands(std::span<const double> start, Solution& s) {
+  for (std::size_t i = 0; i < reduction.islands(); ++i) {
+    const Reduction::Island& island = reduction.island(i);
+    part.clear();
+    if (!start.empty())
+      for (std::size_t row : island.row) part.push_back(start[row]);
+    const SmallVi::Result result =
+        small.solve(island, options->law, {target, aim * target, options->max_iterations}, part);
+    s.iterations += result.iterations;
+    s.factorizations += result.factorizations;
+    solved = solved && result.map <= target;
+    for (std::size_t k = 0; k < part.size(); ++k) s.x[island.row[k]] = part[k];
+  }
+}
+
+// u = A x + b, and the natural map of the bilateral rows, |P^-1/2 u_f|.
+double Elimination::Memory::form_u(Solution& s) const {
+  s.u.resize(problem->rows());
+  product(problem->A, s.x, s.u);
+  ++s.products;
+  for (std::size_t i = 0; i < s.u.size(); ++i) s.u[i] += problem->b[i];
+  double sum = 0;
+  for (const SetRun& run : problem->K.runs()) {
+    if (run.kind != kind_of<Free>) continue;
+    for (std::size_t i = 0; i < run.count; ++i)
+      sum += s.u[run.row + i] * s.u[run.row + i] / problem->P[run.block + i];
+  }
+  return std::sqrt(sum);
+}
+
+// x of the bilateral rows, u and the residual of the problem; the natural map of those rows.
+double Elimination::Memory::complete(Solution& s) {
+  reduction.recover(s.x);
+  double bilateral = form_u(s);
+  for (int k = 0; k < corrections && bilateral > std::max(rounding, aim * options->tolerance) * scale; ++k) {
+    reduction.correct(s.u, s.x);
+    bilateral = form_u(s);
+  }
+  s.residual = natural_map(*problem, options->law, s.x, s.u) / scale;
+  return bilateral;
+}
+
+bool Elimination::solve(const Problem& problem, const Options& options, Solution& s) {
+  if (options.history || options.callback) return false;
+  const auto start = std::chrono::steady_clock::now();
+  Memory& m = *memory_;
+  if (!m.reduction.analyse(problem, most_rows, most_work) || !m.reduction.factor(problem)) return false;
+  m.problem = &problem;
+  m.options = &options;
+  m.scale = natural_map_at_zero(problem, options.law);
+  // The squares of the islands' maps add up to that of the whole.
+  const double count = static_cast<double>(std::max<std::size_t>(1, m.reduction.islands()));
+  m.target = share * options.tolerance * m.scale / std::sqrt(count);
+  m.solved = true;
+  s = {};
+  s.x.assign(problem.rows(), 0.0);
+  s.factorizations = 1;
+  m.solve_islands(options.x0, s);
+  double bilateral = m.complete(s);
+  // W has the rounding of a factorisation and the least compliance of K, which bodies of very different
+  // masses may raise above the tolerance. The u of the problem itself then tells the q that would have been
+  // right (defect correction).
+  for (int round = 1; round < most_rounds && s.residual > options.tolerance && m.solved; ++round) {
+    for (std::size_t i = 0; i < m.reduction.islands(); ++i) m.reduction.shift(i, s.x, s.u);
+    m.solve_islands(s.x, s);
+    bilateral = m.complete(s);
+  }
+  // Rows that contradict each other are for methods that can prove it.
+  if (!(bilateral <= options.tolerance * m.scale)) return false;
+  for (std::size_t i = 0; i < s.x.size(); ++i) s.objective += 0.5 * s.x[i] * (s.u[i] + problem.b[i]);
+  s.status = s.residual <= options.tolerance ? Status::converged : Status::stalled;
+  s.method = "elimination";
+  s.time = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  return true;
+}
+
+}  // namespace amontons

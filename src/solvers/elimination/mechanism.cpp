@@ -1,0 +1,165 @@
+#include "solvers/elimination/mechanism.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+namespace amontons {
+
+namespace {
+
+constexpr int n = QuasidefiniteFactor::width;
+
+// Times diag(A) of the row: the least compliance of a bilateral row in K. Rows that depend on each other then
+// have a pivot, which is far above the rounding of what cancels there; refinement takes back what it changes.
+constexpr double least_compliance = 1e-13;
+
+// The symmetric inverse of xx, yy, zz, xy, xz, yz by its cofactors, in the same order. False if it has none.
+bool invert(const std::array<double, 6>& s, double (&out)[6]) {
+  const auto& [xx, yy, zz, xy, xz, yz] = s;
+  const double a = yy * zz - yz * yz, b = xz * yz - xy * zz, c = xy * yz - xz * yy;
+  const double det = xx * a + xy * b + xz * c;
+  if (!(det > 0)) return false;
+  const double inverse[6] = {a, xx * zz - xz * xz, xx * yy - xy * xy, b, c, xy * xz - xx * yz};
+  for (int k = 0; k < 6; ++k) out[k] = inverse[k] / det;
+  return std::isfinite(out[0] + out[1] + out[2]);
+}
+
+bool turns(const Bodies& bodies, std::size_t body) {
+  const auto& I = bodies.inverse_inertia[body];
+  return std::any_of(I.begin(), I.end(), [](double v) { return v != 0; });
+}
+
+}  // namespace
+
+void keep_moving(const Bodies& bodies, std::size_t body, std::array<double, 6>& d) {
+  if (bodies.inverse_mass[body] == 0) std::fill_n(d.begin(), 3, 0.0);
+  if (!turns(bodies, body)) std::fill_n(d.begin() + 3, 3, 0.0);
+}
+
+void Mechanism::analyse(const Problem& problem) {
+  const auto& A = std::get<ContactSystem>(problem.A);
+  moves_.resize(A.bodies.size());
+  for (std::size_t i = 0; i < moves_.size(); ++i) moves_[i] = A.bodies.moves(static_cast<Index>(i));
+  row_.clear();
+  link_.clear();
+  P_.clear();
+  for (const SetRun& run : problem.K.runs()) {
+    if (run.kind != kind_of<Free>) continue;
+    for (std::size_t i = 0; i < run.count; ++i) {
+      const ContactGraph::Link& link = problem.graph.links[run.block + i];
+      row_.push_back(run.row + i);
+      link_.push_back({link.a, link.b});
+      P_.push_back(problem.P[run.block + i]);
+    }
+  }
+  if (moves_ != analysed_moves_ || link_ != analysed_link_) analyse_pattern();
+}
+
+// Nodes: bodies that move, then joints. Rows between the same two bodies share nodes, whatever lies between
+// them in the problem.
+void Mechanism::analyse_pattern() {
+  node_.assign(moves_.size(), -1);
+  std::vector<signed char> sign;
+  for (std::size_t i = 0; i < moves_.size(); ++i)
+    if (moves_[i]) {
+      node_[i] = static_cast<Index>(sign.size());
+      sign.push_back(1);
+    }
+  std::vector<std::size_t> sorted(link_.size());
+  std::iota(sorted.begin(), sorted.end(), std::size_t{0});
+  const auto bodies = [](const Link& link) {
+    return std::pair(std::min(link.a, link.b), std::max(link.a, link.b));
+  };
+  std::stable_sort(sorted.begin(), sorted.end(),
+                   [&](std::size_t i, std::size_t j) { return bodies(link_[i]) < bodies(link_[j]); });
+  joints_.clear();
+  for (std::size_t i : sorted) {
+    if (joints_.empty() || joints_.back().rows.size() == width ||
+        bodies(joints_.back().link) != bodies(link_[i]))
+      joints_.push_back({link_[i], {}});
+    joints_.back().rows.push_back(i);
+  }
+  std::vector<QuasidefiniteFactor::Edge> edges;
+  for (const Joint& joint : joints_) {
+    const Index node = static_cast<Index>(sign.size());
+    sign.push_back(-1);
+    for (Index body : {joint.link.a, joint.link.b})
+      if (body >= 0) edges.push_back({node, node_[body]});
+  }
+  K_.analyse(sign, edges);
+  place_.assign(moves_.size(), -1);
+  for (std::size_t i = 0; i < moves_.size(); ++i)
+    if (moves_[i]) place_[i] = K_.position(static_cast<std::size_t>(node_[i]));
+  root_.resize(K_.nodes());
+  for (std::size_t p = root_.size(); p-- > 0;)
+    root_[p] = K_.parent(p) < 0 ? static_cast<Index>(p) : root_[K_.parent(p)];
+  analysed_moves_ = moves_;
+  analysed_link_ = link_;
+}
+
+// M of the body. A body that only turns, or does not turn at all, has a unit in the place of what is
+// infinite; the columns of D are zero there (assemble_joint).
+bool Mechanism::assemble_body(const Bodies& bodies, std::size_t body) {
+  double* M = K_.diagonal(static_cast<std::size_t>(node_[body]));
+  const double w = bodies.inverse_mass[body];
+  for (int k = 0; k < 3; ++k) M[(n + 1) * k] = w > 0 ? 1 / w : 1;
+  double I[6] = {1, 1, 1, 0, 0, 0};
+  if (turns(bodies, body) && !invert(bodies.inverse_inertia[body], I)) return false;
+  for (int k = 0; k < 3; ++k) M[(n + 1) * (3 + k)] = I[k];
+  M[n * 3 + 4] = M[n * 4 + 3] = I[3];
+  M[n * 3 + 5] = M[n * 5 + 3] = I[4];
+  M[n * 4 + 5] = M[n * 5 + 4] = I[5];
+  return true;
+}
+
+void Mechanism::assemble_joint(const Problem& problem, std::size_t joint, std::size_t& edge) {
+  const auto& A = std::get<ContactSystem>(problem.A);
+  const std::size_t contact_rows = problem.rows() - A.jacobian.size();
+  const Joint& j = joints_[joint];
+  double* E = K_.diagonal(node_of_joint(joint));
+  for (std::size_t k = 0; k < width; ++k) {
+    double e = 1;  // of a row that is not there
+    if (k < j.rows.size())
+      e = std::max(A.compliance[row_[j.rows[k]] - contact_rows], least_compliance * P_[j.rows[k]]);
+    E[(n + 1) * k] = -e;
+  }
+  for (Index body : {j.link.a, j.link.b}) {
+    if (body < 0) continue;
+    double* D = K_.block(edge);
+    const bool joint_first = K_.a_first(edge);
+    for (std::size_t k = 0; k < j.rows.size(); ++k) {
+      const JacobianRow& row = A.jacobian[row_[j.rows[k]] - contact_rows];
+      std::array<double, 6> d = row.body_a == body ? row.a : row.b;
+      keep_moving(A.bodies, static_cast<std::size_t>(body), d);
+      for (std::size_t c = 0; c < width; ++c) D[joint_first ? n * k + c : n * c + k] = d[c];
+    }
+    ++edge;
+  }
+}
+
+bool Mechanism::factor(const Problem& problem) {
+  K_.clear();
+  const Bodies& bodies = std::get<ContactSystem>(problem.A).bodies;
+  for (std::size_t i = 0; i < node_.size(); ++i)
+    if (node_[i] >= 0 && !assemble_body(bodies, i)) return false;
+  for (std::size_t j = 0, edge = 0; j < joints_.size(); ++j) assemble_joint(problem, j, edge);
+  return K_.factor();
+}
+
+void Mechanism::right_side(std::span<const double> u, std::vector<double>& r) const {
+  r.assign(width * K_.nodes(), 0.0);
+  for (std::size_t j = 0; j < joints_.size(); ++j) {
+    double* to = &r[width * static_cast<std::size_t>(K_.position(node_of_joint(j)))];
+    for (std::size_t i : joints_[j].rows) *to++ = -u[row_[i]];
+  }
+}
+
+void Mechanism::add_impulses(std::span<const double> z, std::span<double> x) const {
+  for (std::size_t j = 0; j < joints_.size(); ++j) {
+    const double* from = &z[width * static_cast<std::size_t>(K_.position(node_of_joint(j)))];
+    for (std::size_t i : joints_[j].rows) x[row_[i]] -= *from++;
+  }
+}
+
+}  // namespace amontons

@@ -1,0 +1,473 @@
+// Newton's equation. Each block has an equation F(x, u) = 0, u = W x + q, that is zero exactly where the
+// block fulfils the law, and dF = G dx + H du:  (G + H W) dx = -F. Blocks at a bound have H = 0, dx = -F:
+// only the others, those that act, are factored.
+//
+// Associated law, single rows, rolling friction: the natural map F = x - Pi(x - g / p) with Q =
+// Pi' and g = B u in derivatives, G = I - Q, H = Q B / p.
+//
+// Friction of circular and elliptic cones under coulomb: the equations of Alart and Curnier (CMAME 92, 1991),
+// which have no De Saxce term and so no kink where a sliding contact comes to rest. With y = x - u / p, n and
+// t its parts,
+//   open    n <= 0          F = x
+//   stick   |t| <= mu n     F = u / p
+//   slide   else            F_n = u_n / p,   F_t = x_t - mu n e,   e = t / |t|.
+// Their zeros are those of the natural map of Coulomb's law, which stays the measure.
+#include "solvers/elimination/small_vi.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "amontons/problem/residual.hpp"
+#include "solvers/linear/row_kernel.hpp"
+
+namespace amontons {
+
+namespace {
+
+// Newton steps in a row, and how many of them may pass without a better x.
+constexpr std::size_t newton_steps = 10, patience = 4;
+// Newton steps towards the aim once the target is reached.
+constexpr std::size_t polish_steps = 3;
+// Times diag(W), added to W in a step: a regular matrix where contacts outnumber the freedoms of the bodies.
+// The step then changes their distribution no more than it has to.
+constexpr double proximal = 1e-7, smallest_proximal = 1e-13;
+// Directions in which W is softer than that come in at this rate only, and more slowly than by `slow`: then
+// the term falls.
+constexpr double slow = 0.1, proximal_fall = 0.1;
+// Of the proximal points: the first and the largest term, how many in a round, and how precise, as part of
+// |F| at the centre; rounds, and sweeps before the first, doubled from round to round.
+constexpr double first_proximal = 1e-2, largest_proximal = 1, inner_precision = 0.05;
+constexpr std::size_t proximal_points = 16, few_steps = 5, rounds = 3, first_sweeps = 8, first_descent = 100;
+// Gradient steps from nothing before the first faces: they share loads evenly where those are not determined.
+constexpr std::size_t cold_descent = 24;
+// In all: multiplications, with so many for each row of a projection or a natural map. About a millisecond.
+constexpr std::size_t most_work = 4'000'000, multiplications = 30;
+// Local steps of a sweep at a block of several rows.
+constexpr int local_steps = 4;
+
+// F, G, H of the natural map.
+template <class S>
+void linearise_natural(const S& set, Law law, double p, const double* x, const double* u, double* F,
+                       double* G, double* H) {
+  constexpr int d = S::dim;
+  double g[d], step[d], y[d];
+  add_saxce_term(set, law, u, g);
+  for (int k = 0; k < d; ++k) {
+    step[k] = g[k] / p;
+    y[k] = x[k] - step[k];
+  }
+  set.natural_map(x, step, F);
+  const auto face = set.face(y);
+  double Q[d][d] = {};
+  for (int k = 0; k < d; ++k)
+    if (face.value[k] != 0)
+      for (int i = 0; i < d; ++i)
+        for (int j = 0; j < d; ++j) Q[i][j] += face.value[k] * face.vector[k][i] * face.vector[k][j];
+  // B = I + e_n s'(u)': the normal row of the De Saxce term's derivative.
+  double slope[d] = {};
+  if constexpr (S::frictional)
+    if (law == Law::coulomb) set.saxce_gradient(u, slope);
+  for (int i = 0; i < d; ++i)
+    for (int j = 0; j < d; ++j) {
+      G[d * i + j] = (i == j) - Q[i][j];
+      H[d * i + j] = (Q[i][j] + Q[i][0] * slope[j]) / p;
+    }
+}
+
+// Of a cone with a coefficient per row, in rows scaled to a ball: x^ = x / mu and u^ = mu u, x^ . u^ = x . u,
+// |x^_t| <= x_n. The scaled step 1 / q is that of the mean coefficient. A row without friction carries
+// nothing.
+template <int d>
+void linearise_coulomb(const double* mu, double p, const double* x, const double* u, double* F, double* G,
+                       double* H) {
+  std::fill_n(G, d * d, 0.0);
+  std::fill_n(H, d * d, 0.0);
+  const double n = x[0] - u[0] / p;
+  double q = 0, size = 0, y[d] = {};
+  for (int k = 1; k < d; ++k) q += p * mu[k - 1] * mu[k - 1] / (d - 1);
+  for (int k = 1; k < d; ++k) {
+    if (!(mu[k - 1] > 0)) continue;
+    y[k] = x[k] / mu[k - 1] - mu[k - 1] * u[k] / q;
+    size += y[k] * y[k];
+  }
+  size = std::sqrt(size);
+  F[0] = n > 0 ? u[0] / p : x[0];
+  (n > 0 ? H : G)[0] = 1 / (n > 0 ? p : 1.0);
+  for (int i = 1; i < d; ++i) {
+    const double m = mu[i - 1];
+    F[i] = x[i];
+    G[(d + 1) * i] = 1;
+    if (!(n > 0) || !(m > 0)) continue;
+    if (size <= n) {
+      F[i] = u[i] / p;
+      G[(d + 1) * i] = 0;
+      H[(d + 1) * i] = 1 / p;
+      continue;
+    }
+    const double e = y[i] / size;
+    F[i] -= m * n * e;
+    G[d * i] = -m * e;
+    H[d * i] = m * e / p;
+    for (int j = 1; j < d; ++j) {
+      if (!(mu[j - 1] > 0)) continue;
+      const double turn = m * n / size * ((i == j) - e * y[j] / size);
+      G[d * i + j] -= turn / mu[j - 1];
+      H[d * i + j] += turn * mu[j - 1] / q;
+    }
+  }
+}
+
+// The coefficients of the rows of a cone that linearise_coulomb() knows.
+std::array<double, 2> coefficients(const Friction& set) { return {set.mu, set.mu}; }
+template <int d>
+std::array<double, d - 1> coefficients(const EllipticFriction<d>& set) {
+  return std::to_array(set.mu);
+}
+
+}  // namespace
+
+// The mean of diag(W) per block scales the natural map of the steps; positive for blocks that nothing moves.
+void SmallVi::start(const Reduction::Island& island) {
+  island_ = &island;
+  const std::size_t m = island.rows();
+  for (std::vector<double>* v : {&x_, &u_, &dx_, &trial_, &trial_u_, &best_, &du_, &centre_}) v->resize(m);
+  p_.resize(island.K.blocks());
+  linear_.resize(island.K.blocks());
+  double largest = 0;
+  for (std::size_t i = 0; i < m; ++i) largest = std::max(largest, island.W[(m + 1) * i]);
+  const double floor = largest > 0 ? 1e-14 * largest : 1.0;
+  for_each_block(island.K, [&]<class S>(const S&, std::size_t block, std::size_t row) {
+    double mean = 0;
+    for (int k = 0; k < S::dim; ++k) mean += island.W[(m + 1) * (row + k)] / S::dim;
+    p_[block] = std::max(mean, floor);
+  });
+  result_ = {};
+  work_ = 0;
+}
+
+// u = W x + q
+void SmallVi::evaluate(const std::vector<double>& x, std::vector<double>& u) {
+  const std::size_t m = x.size();
+  work_ += m * (m + multiplications);
+  u = island_->q;
+  for (std::size_t i = 0; i < m; ++i) {
+    if (x[i] == 0) continue;
+    const double* W = &island_->W[m * i];
+    for (std::size_t j = 0; j < m; ++j) u[j] += x[i] * W[j];
+  }
+}
+
+// Whether this is the best so far, by its natural map.
+bool SmallVi::keep(const std::vector<double>& x, const std::vector<double>& u) {
+  double sum = 0;
+  for_each_block(island_->K, [&]<class S>(const S& set, std::size_t block, std::size_t row) {
+    double g[S::dim];
+    add_saxce_term(set, law_, &u[row], g);
+    sum += natural_map_squared(set, island_->P[block], &x[row], g);
+  });
+  const double map = std::sqrt(sum);
+  if (!(map < result_.map)) return false;
+  result_.map = map;
+  best_ = x;
+  return true;
+}
+
+SmallVi::Result SmallVi::solve(const Reduction::Island& island, Law law, const Limits& limits,
+                               std::vector<double>& x) {
+  law_ = law;
+  start(island);
+  // From the start that was given, or from nothing if that is nearer.
+  result_.map = INFINITY;
+  std::fill(x_.begin(), x_.end(), 0.0);
+  project(island.K, x_, x_);
+  evaluate(x_, u_);
+  keep(x_, u_);
+  bool warm = false;
+  if (x.size() == island.rows()) {
+    project(island.K, x, trial_);
+    evaluate(trial_, trial_u_);
+    if ((warm = keep(trial_, trial_u_))) {
+      x_.swap(trial_);
+      u_.swap(trial_u_);
+    }
+  }
+  limits_ = limits;
+  if (!warm) descend(true, cold_descent);
+  if (!done()) find_faces();
+  double sigma = first_proximal;
+  for (std::size_t round = 0; round < rounds && result_.map > limits.target && left(); ++round) {
+    descend(round == 0, first_descent << (2 * round));
+    find_faces();
+    if (result_.map <= limits.target) break;
+    sweeps(first_sweeps << round);
+    approach(sigma);
+  }
+  x = best_;
+  return result_;
+}
+
+bool SmallVi::done() const { return result_.map <= limits_.aim; }
+
+bool SmallVi::left() const {
+  return work_ < most_work && (limits_.iterations == 0 || result_.iterations < limits_.iterations);
+}
+
+// Newton steps from the present x, each regularised about the point where it starts. The natural map may rise
+// on the way to the right faces: what counts is the best that is seen.
+void SmallVi::find_faces() {
+  sigma_ = proximal;
+  std::size_t stale = 0, polish = 0;
+  for (std::size_t i = 0; i < newton_steps && stale < patience && left(); ++i) {
+    const double before = result_.map;
+    centre_ = x_;
+    linearise();
+    if (!newton_step()) return;
+    keep(x_, u_);
+    if (done()) return;
+    stale = result_.map < before ? 0 : stale + 1;
+    if (stale == 0 && result_.map > slow * before)
+      sigma_ = std::max(smallest_proximal, proximal_fall * sigma_);
+    if (result_.map <= limits_.target && (stale > 0 || ++polish == polish_steps)) return;
+  }
+}
+
+// The proximal point method (Rockafellar 1976) from the best x: the problem with sigma P (x - c) added to u
+// has one solution where W is singular too, and its faces are those of c but for a few where sigma is large.
+// Its solution is the next c. sigma falls while that goes well, and rises where Newton steps do not end.
+void SmallVi::approach(double& sigma) {
+  restart();
+  centre_ = x_;
+  for (std::size_t i = 0; i < proximal_points && left(); ++i) {
+    sigma_ = sigma;
+    const double at_centre = linearise();
+    bool solved = false;
+    std::size_t steps = 0;
+    for (; steps < newton_steps && !solved && left(); ++steps) {
+      if (!newton_step()) break;
+      solved = linearise() <= inner_precision * at_centre;
+    }
+    if (!solved) {
+      sigma = std::min(sigma / proximal_fall, largest_proximal);
+      x_ = centre_;
+      evaluate(x_, u_);
+      continue;
+    }
+    centre_ = x_;
+    keep(x_, u_);
+    if (done()) return;
+    if (steps <= few_steps) sigma = std::max(smallest_proximal, proximal_fall * sigma);
+    if (result_.map <= limits_.target) {
+      find_faces();
+      return;
+    }
+  }
+}
+
+// A whole step, wherever it leads: faces are found by going there, and a shorter step would stop at the first
+// that is wrong. Projected, as dx knows faces and not cones.
+bool SmallVi::newton_step() {
+  ++result_.iterations;
+  if (!solve_linear()) return false;
+  for (std::size_t i = 0; i < x_.size(); ++i) x_[i] += dx_[i];
+  project(island_->K, x_, x_);
+  evaluate(x_, u_);
+  return true;
+}
+
+// Accelerated projected gradients as in first_order/apgd.cpp, in the metric of W: from nothing, or from the
+// best x. Ends where they lead, which may be nearer to the right faces than the best x.
+void SmallVi::descend(bool from_nothing, std::size_t count) {
+  restart();
+  if (from_nothing) {
+    std::fill(x_.begin(), x_.end(), 0.0);
+    project(island_->K, x_, x_);
+    evaluate(x_, u_);
+  }
+  std::vector<double>&y = trial_, &u_y = trial_u_, &d = dx_, &Wd = du_;
+  y = x_;
+  u_y = u_;
+  double L = 1, theta = 1;
+  for (std::size_t i = 0; i < count && result_.map > limits_.target && left(); ++i) {
+    ++result_.iterations;
+    double dPd, dPm, dWd;
+    for (;;) {
+      momentum_direction(L, dPd, dPm);
+      dWd = multiply(d, Wd);
+      if (dWd <= L * dPd || !(dPd > 0)) break;
+      L = std::max(2 * L, dWd / dPd);
+    }
+    const bool uphill = -(dPd + dPm) > 0;
+    const double next = 0.5 * theta * (std::sqrt(theta * theta + 4) - theta);
+    const double beta = uphill ? 0.0 : theta * (1 - theta) / (theta * theta + next);
+    theta = uphill ? 1.0 : next;
+    L *= 0.95;
+    for (std::size_t k = 0; k < x_.size(); ++k) {
+      const double x = y[k] + d[k], u = u_y[k] + Wd[k];
+      y[k] = x + beta * (x - x_[k]);
+      u_y[k] = u + beta * (u - u_[k]);
+      x_[k] = x;
+      u_[k] = u;
+    }
+    keep(x_, u_);
+  }
+  evaluate(x_, u_);
+}
+
+// d = Pi(y - g / (L p)) - y, <d, P d> and <d, P (y - x)>.
+void SmallVi::momentum_direction(double L, double& dPd, double& dPm) {
+  dPd = dPm = 0;
+  for_each_block(island_->K, [&]<class S>(const S& set, std::size_t block, std::size_t row) {
+    const double p = p_[block];
+    double g[S::dim], z[S::dim];
+    add_saxce_term(set, law_, &trial_u_[row], g);
+    for (int k = 0; k < S::dim; ++k) z[k] = trial_[row + k] - g[k] / (L * p);
+    set.project(z, z);
+    for (int k = 0; k < S::dim; ++k) {
+      const double d = dx_[row + k] = z[k] - trial_[row + k];
+      dPd += p * d * d;
+      dPm += p * d * (trial_[row + k] - x_[row + k]);
+    }
+  });
+}
+
+// Wd = W d; <d, W d>
+double SmallVi::multiply(const std::vector<double>& d, std::vector<double>& Wd) {
+  const std::size_t m = d.size();
+  work_ += m * (m + multiplications);
+  std::fill(Wd.begin(), Wd.end(), 0.0);
+  for (std::size_t i = 0; i < m; ++i) {
+    if (d[i] == 0) continue;
+    const double* W = &island_->W[m * i];
+    for (std::size_t j = 0; j < m; ++j) Wd[j] += d[i] * W[j];
+  }
+  double sum = 0;
+  for (std::size_t i = 0; i < m; ++i) sum += d[i] * Wd[i];
+  return sum;
+}
+
+void SmallVi::restart() {
+  x_ = best_;
+  evaluate(x_, u_);
+}
+
+// Sweeps from the best x.
+void SmallVi::sweeps(std::size_t count) {
+  restart();
+  for (std::size_t i = 0; i < count && result_.map > limits_.target && left(); ++i) sweep();
+}
+
+// At x, of the problem regularised about the centre; returns |F| in the metric of W.
+double SmallVi::linearise() {
+  double sum = 0;
+  for_each_block(island_->K, [&]<class S>(const S& set, std::size_t block, std::size_t row) {
+    Linear& l = linear_[block];
+    const double p = p_[block];
+    double u[S::dim];
+    for (int k = 0; k < S::dim; ++k) u[k] = u_[row + k] + sigma_ * p * (x_[row + k] - centre_[row + k]);
+    l.row = row;
+    l.dim = S::dim;
+    bool coulomb = false;
+    if constexpr (requires { coefficients(set); })
+      if ((coulomb = law_ == Law::coulomb))
+        linearise_coulomb<S::dim>(coefficients(set).data(), p, &x_[row], u, l.F, l.G, l.H);
+    if (!coulomb) linearise_natural(set, law_, p, &x_[row], u, l.F, l.G, l.H);
+    l.acts = std::any_of(l.H, l.H + S::dim * S::dim, [](double h) { return h != 0; });
+    for (int k = 0; k < S::dim; ++k) sum += p * l.F[k] * l.F[k];
+  });
+  return std::sqrt(sum);
+}
+
+// dx of (G + H (W + proximal)) dx = -F. What is at its bound goes there; W times that is known.
+bool SmallVi::solve_linear() {
+  const std::size_t m = x_.size();
+  active_.clear();
+  std::fill(du_.begin(), du_.end(), 0.0);
+  std::size_t rows = 0;
+  for (std::size_t b = 0; b < linear_.size(); ++b) {
+    const Linear& l = linear_[b];
+    if (l.acts) {
+      active_.push_back(b);
+      rows += l.dim;
+      continue;
+    }
+    for (std::size_t k = 0; k < l.dim; ++k) {
+      const double d = dx_[l.row + k] = -l.F[k];
+      if (d == 0) continue;
+      const double* W = &island_->W[m * (l.row + k)];
+      for (std::size_t j = 0; j < m; ++j) du_[j] += d * W[j];
+    }
+  }
+  if (rows == 0) return true;
+  J_.resize(rows * rows);
+  rhs_.resize(rows);
+  std::size_t at = 0;
+  for (std::size_t b : active_) {
+    const Linear& l = linear_[b];
+    for (std::size_t i = 0; i < l.dim; ++i, ++at) {
+      double* J = &J_[rows * at];
+      const double* H = &l.H[l.dim * i];
+      double r = -l.F[i];
+      for (std::size_t k = 0; k < l.dim; ++k) r -= H[k] * du_[l.row + k];
+      rhs_[at] = r;
+      std::size_t column = 0;
+      for (std::size_t c : active_) {
+        const Linear& other = linear_[c];
+        for (std::size_t j = 0; j < other.dim; ++j, ++column) {
+          double sum = 0;
+          for (std::size_t k = 0; k < l.dim; ++k) sum += H[k] * island_->W[m * (l.row + k) + other.row + j];
+          if (b == c) sum += l.G[l.dim * i + j] + H[j] * sigma_ * p_[b];
+          J[column] = sum;
+        }
+      }
+    }
+  }
+  ++result_.factorizations;
+  work_ += rows * rows * (rows + 9) / 3;
+  if (!AMONTONS_DISPATCH(solve_rows, J_.data(), rhs_.data(), rows)) return false;
+  at = 0;
+  for (std::size_t b : active_)
+    for (std::size_t k = 0; k < linear_[b].dim; ++k) dx_[linear_[b].row + k] = rhs_[at++];
+  return true;
+}
+
+// One sweep of projected Gauss-Seidel: each block goes some local steps towards its law, with what the others
+// are. The step 1 / lambda, lambda >= the largest eigenvalue of the block's part of W, is exact on one row.
+void SmallVi::sweep() {
+  ++result_.iterations;
+  const std::size_t m = x_.size();
+  for_each_block(island_->K, [&]<class S>(const S& set, std::size_t block, std::size_t row) {
+    constexpr int d = S::dim;
+    double change[d] = {}, lambda = 0;
+    for (int i = 0; i < d; ++i) {
+      double sum = 0;
+      for (int j = 0; j < d; ++j) sum += std::abs(island_->W[m * (row + i) + row + j]);
+      lambda = std::max(lambda, sum);
+    }
+    lambda = std::max(lambda, p_[block]);
+    for (int step = 0; step < (d > 1 ? local_steps : 1); ++step) {
+      double g[d], next[d], dx[d];
+      add_saxce_term(set, law_, &u_[row], g);
+      for (int k = 0; k < d; ++k) next[k] = x_[row + k] - g[k] / lambda;
+      set.project(next, next);
+      for (int k = 0; k < d; ++k) {
+        dx[k] = next[k] - x_[row + k];
+        change[k] += dx[k];
+        x_[row + k] = next[k];
+      }
+      for (int i = 0; i < d; ++i)
+        for (int k = 0; k < d; ++k) u_[row + i] += island_->W[m * (row + i) + row + k] * dx[k];
+    }
+    // The block's own rows know already.
+    for (int k = 0; k < d; ++k) {
+      if (change[k] == 0) continue;
+      const double* W = &island_->W[m * (row + k)];
+      for (std::size_t j = 0; j < row; ++j) u_[j] += change[k] * W[j];
+      for (std::size_t j = row + d; j < m; ++j) u_[j] += change[k] * W[j];
+    }
+  });
+  evaluate(x_, u_);
+  keep(x_, u_);
+}
+
+}  // namespace amontons

@@ -1,0 +1,65 @@
+#pragma once
+#include <vector>
+
+#include "solvers/elimination/reduction.hpp"
+
+namespace amontons {
+
+// Solves a VI of few rows with its matrix at hand: find x in K with u = W x + q (and the De Saxce term under
+// coulomb) in the normal cone. Semismooth Newton steps on the faces of the start, a dense factorisation of
+// the rows that act each; where they do not lead on, sweeps of Gauss-Seidel between them. The work is bounded
+// whatever the problem.
+class SmallVi {
+ public:
+  struct Limits {
+    // Natural maps in the P of the island, absolute: what is asked for, and what is worth another step or two
+    // once it is reached.
+    double target, aim;
+    std::size_t iterations;  // Newton steps and sweeps together; 0: the method's own
+  };
+  struct Result {
+    double map;  // natural, of the x that comes back
+    std::size_t iterations, factorizations;
+  };
+  // x: the start, and the best x seen. Its memory is kept between calls.
+  Result solve(const Reduction::Island& island, Law law, const Limits& limits, std::vector<double>& x);
+
+ private:
+  // The derivative of the equation F(x, u) = 0 of a block, G dx + H du, in rows of W each.
+  struct Linear {
+    std::size_t row, dim;
+    bool acts;  // H is not zero
+    double F[6], G[36], H[36];
+  };
+
+  void start(const Reduction::Island& island);
+  void evaluate(const std::vector<double>& x, std::vector<double>& u);
+  bool keep(const std::vector<double>& x, const std::vector<double>& u);
+  bool done() const;
+  bool left() const;
+  void find_faces();
+  void approach(double& sigma);
+  void sweeps(std::size_t count);
+  void descend(bool from_nothing, std::size_t count);
+  void momentum_direction(double L, double& dPd, double& dPm);
+  double multiply(const std::vector<double>& d, std::vector<double>& Wd);
+  bool newton_step();
+  double linearise();
+  bool solve_linear();
+  void restart();
+  void sweep();
+
+  const Reduction::Island* island_ = nullptr;
+  Law law_{};
+  Limits limits_{};
+  std::vector<double> p_;  // mean of diag(W) per block
+  std::vector<double> x_, u_, dx_, centre_, trial_, trial_u_, best_;
+  std::vector<Linear> linear_;
+  std::vector<std::size_t> active_;
+  std::vector<double> J_, rhs_, du_;
+  double sigma_ = 0;
+  std::size_t work_ = 0;
+  Result result_{};
+};
+
+}  // namespace amontons

@@ -1,0 +1,90 @@
+#pragma once
+#include <cstddef>
+#include <span>
+#include <vector>
+
+#include "amontons/problem/contact.hpp"
+
+namespace amontons {
+
+// A sparse symmetric matrix of 6 x 6 blocks, quasidefinite: some nodes are positive (bodies, with their mass
+// matrix), the others negative (joints, with minus their compliance), and
+//
+//   K = [ M   D' ]  = L S L',   L lower triangular, S = diag(+-1), the signs of the nodes.
+//       [ D  -E  ]
+//
+// exists in any order of the nodes if M and E are positive definite (Vanderbei 1995). Where E is tiny it is
+// as stable as a Cholesky factorisation only if a joint comes after one of its bodies, so that its pivot is
+// -(E + D M^-1 D'): the order sees to that. Otherwise it is greedy minimum degree, which on a tree of bodies
+// goes from the leaves to the root and fills nothing in: work and memory are linear in the bodies.
+//
+// Nodes of less than six rows are padded: a unit on the diagonal times the sign, zeros elsewhere.
+class QuasidefiniteFactor {
+ public:
+  static constexpr int width = 6;
+  static constexpr int area = width * width;
+  struct Edge {
+    Index a, b;
+  };
+
+  // The order and the pattern, from the signs of the nodes (+1, -1) and their edges, each between two nodes
+  // that no other edge joins.
+  void analyse(std::span<const signed char> sign, std::span<const Edge> edges);
+
+  std::size_t nodes() const { return sign_.size(); }
+  // Multiplications of a factorisation.
+  double work() const { return work_; }
+  // Where a node stands in the order; children come before parents, a subtree of the elimination tree without
+  // gaps. -1 for the parent of a root.
+  Index position(std::size_t node) const { return position_[node]; }
+  Index parent(std::size_t position) const { return parent_[position]; }
+  int sign(std::size_t position) const { return sign_[position]; }
+
+  // Assembly: all zero, then the blocks of nodes and edges, row-major. The block of an edge has the rows of
+  // the node that comes first: of edge.a if a_first().
+  void clear();
+  double* diagonal(std::size_t node) { return &diagonal_[area * static_cast<std::size_t>(position_[node])]; }
+  double* block(std::size_t edge) { return &blocks_[area * edge_block_[edge]]; }
+  bool a_first(std::size_t edge) const { return edge_a_first_[edge]; }
+
+  // In place. False if a pivot is not positive (times its sign): nothing may be solved then.
+  bool factor();
+
+  // The two halves of K z = r, in the order of the positions, six numbers each: w = L^-1 r, and
+  // z = L^-T S w. r and w, w and z may be the same memory.
+  void forward(double* r) const;
+  void backward(double* w) const;
+
+  // forward() of one node for `columns` right-hand sides side by side: rows of w lie `columns` apart.
+  void forward_node(std::size_t position, double* w, std::size_t columns) const;
+  // What it takes from node `above` at the place `slot` of the pattern: r_above -= s L w. Rows of r lie
+  // `stride` apart.
+  void forward_update(std::size_t slot, int sign, const double* w, std::size_t columns, double* r,
+                      std::size_t stride) const;
+  // The nodes above a position that it updates: above(slot) for the slots [first, last).
+  std::size_t first_slot(std::size_t position) const { return first_slot_[position]; }
+  std::size_t last_slot(std::size_t position) const { return first_slot_[position + 1]; }
+  Index above(std::size_t slot) const { return above_[slot]; }
+
+ private:
+  void order(std::span<const signed char> sign, std::span<const Edge> edges);
+  void place_edges(std::span<const Edge> edges);
+  void plan_updates();
+
+  // Of the positions: sign, parent, slots. Of the slots: the position above, ascending.
+  std::vector<signed char> sign_;
+  std::vector<Index> position_, parent_, above_;
+  std::vector<std::size_t> first_slot_;
+  // Of the edges: the slot of its block, and whether its node a comes first.
+  std::vector<std::size_t> edge_block_;
+  std::vector<unsigned char> edge_a_first_;
+  // Where the updates go, in the order in which factor() makes them: to the diagonal of a position (-1 - p)
+  // or to a slot.
+  std::vector<std::ptrdiff_t> target_;
+  double work_ = 0;
+  // Before factor(): K. After it: diagonal_ the inverse of the lower triangular pivot root, blocks_ the
+  // transposed blocks of L.
+  std::vector<double> diagonal_, blocks_;
+};
+
+}  // namespace amontons

@@ -1,0 +1,21 @@
+#pragma once
+#include <cstddef>
+
+#include "amontons/base/isa.hpp"
+
+namespace amontons {
+
+// Loops along rows of small dense matrices. Entries are independent of each other, and the terms of each are
+// added in one order: all instruction sets give the same bits.
+AMONTONS_FOR_EACH_ISA(
+    // to[0..n) += sum_k f[k] from[k stride + 0..n) over six rows, in their order.
+    void add_six_rows(double* to, const double* f, const double* from, std::size_t stride, std::size_t n);
+    // In place of six rows: row i := sum_{k <= i} X[6 i + k] row k, X lower triangular.
+    void multiply_six_rows(const double* X, double* rows, std::size_t n);
+    // The upper half of W += s Y'Y, Y six rows of n numbers; rows of W lie `stride` apart.
+    void add_gram(double* W, std::size_t stride, const double* Y, std::size_t n, double s);
+    // x of A x = b in b, by elimination with row pivots; A m x m, row-major, is overwritten. False if
+    // singular.
+    bool solve_rows(double* A, double* b, std::size_t m);)
+
+}  // namespace amontons

@@ -1,0 +1,114 @@
+// A kernel (base/isa.hpp): compiled once per instruction set, without inline functions of the standard
+// library. Six rows at a time, because blocks are 6 x 6: one load and store of the target for six products.
+#include "solvers/linear/row_kernel.hpp"
+
+#include "amontons/base/native_vector.hpp"
+
+namespace amontons::AMONTONS_ISA {
+
+namespace {
+
+inline void add_rows(double* __restrict to, const double* f, const double* __restrict from,
+                     std::size_t stride, std::size_t n) {
+  const double *r0 = from, *r1 = r0 + stride, *r2 = r1 + stride, *r3 = r2 + stride, *r4 = r3 + stride,
+               *r5 = r4 + stride;
+  std::size_t j = 0;
+  for (; j + width <= n; j += width) {
+    LooseVec t = *(const LooseVec*)(to + j);
+    t += f[0] * *(const LooseVec*)(r0 + j);
+    t += f[1] * *(const LooseVec*)(r1 + j);
+    t += f[2] * *(const LooseVec*)(r2 + j);
+    t += f[3] * *(const LooseVec*)(r3 + j);
+    t += f[4] * *(const LooseVec*)(r4 + j);
+    t += f[5] * *(const LooseVec*)(r5 + j);
+    *(LooseVec*)(to + j) = t;
+  }
+  for (; j < n; ++j) {
+    double t = to[j];
+    t += f[0] * r0[j];
+    t += f[1] * r1[j];
+    t += f[2] * r2[j];
+    t += f[3] * r3[j];
+    t += f[4] * r4[j];
+    t += f[5] * r5[j];
+    to[j] = t;
+  }
+}
+
+inline void subtract_scaled(double* __restrict y, const double* __restrict x, double a, std::size_t n) {
+  std::size_t i = 0;
+  for (; i + width <= n; i += width) *(LooseVec*)(y + i) -= a * *(const LooseVec*)(x + i);
+  for (; i < n; ++i) y[i] -= a * x[i];
+}
+
+inline double size(double v) { return v < 0 ? -v : v; }
+
+}  // namespace
+
+void add_six_rows(double* to, const double* f, const double* from, std::size_t stride, std::size_t n) {
+  add_rows(to, f, from, stride, n);
+}
+
+void multiply_six_rows(const double* X, double* rows, std::size_t n) {
+  for (int i = 5; i >= 0; --i) {
+    double* __restrict row = rows + i * n;
+    const double* x = X + 6 * i;
+    std::size_t j = 0;
+    for (; j + width <= n; j += width) {
+      LooseVec t = x[i] * *(const LooseVec*)(row + j);
+      for (int k = 0; k < i; ++k) t += x[k] * *(const LooseVec*)(rows + k * n + j);
+      *(LooseVec*)(row + j) = t;
+    }
+    for (; j < n; ++j) {
+      double t = x[i] * row[j];
+      for (int k = 0; k < i; ++k) t += x[k] * rows[k * n + j];
+      row[j] = t;
+    }
+  }
+}
+
+void add_gram(double* W, std::size_t stride, const double* Y, std::size_t n, double s) {
+  for (std::size_t i = 0; i < n; ++i) {
+    double f[6];
+    for (int k = 0; k < 6; ++k) f[k] = s * Y[k * n + i];
+    add_rows(W + stride * i + i, f, Y + i, n, n - i);
+  }
+}
+
+bool solve_rows(double* A, double* b, std::size_t m) {
+  for (std::size_t k = 0; k < m; ++k) {
+    std::size_t best = k;
+    for (std::size_t i = k + 1; i < m; ++i)
+      if (size(A[m * i + k]) > size(A[m * best + k])) best = i;
+    double* pivot = A + m * k;
+    if (best != k) {
+      double* other = A + m * best;
+      for (std::size_t j = k; j < m; ++j) {
+        const double t = pivot[j];
+        pivot[j] = other[j];
+        other[j] = t;
+      }
+      const double t = b[k];
+      b[k] = b[best];
+      b[best] = t;
+    }
+    if (!(size(pivot[k]) > 0)) return false;
+    const double inverse = 1 / pivot[k];
+    for (std::size_t i = k + 1; i < m; ++i) {
+      double* row = A + m * i;
+      if (row[k] == 0) continue;
+      const double f = row[k] * inverse;
+      subtract_scaled(row + k + 1, pivot + k + 1, f, m - k - 1);
+      b[i] -= f * b[k];
+    }
+  }
+  for (std::size_t k = m; k-- > 0;) {
+    double sum = b[k];
+    for (std::size_t j = k + 1; j < m; ++j) sum -= A[m * k + j] * b[j];
+    b[k] = sum / A[m * k + k];
+    if (!(b[k] - b[k] == 0)) return false;
+  }
+  return true;
+}
+
+}  // namespace amontons::AMONTONS_ISA

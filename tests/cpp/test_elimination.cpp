@@ -1,0 +1,292 @@
+#include <algorithm>
+#include <cmath>
+
+#include "amontons/solvers/solvers.hpp"
+#include "check.hpp"
+#include "problems.hpp"
+#include "solvers/elimination/reduction.hpp"
+#include "solvers/linear/quasidefinite.hpp"
+
+using namespace amontons;
+using small::Vector;
+
+namespace {
+
+// x of A x = b, dense, by elimination with the largest pivots: the reference.
+Vector solve_dense(Vector A, Vector b) {
+  const std::size_t m = b.size();
+  for (std::size_t k = 0; k < m; ++k) {
+    std::size_t best = k;
+    for (std::size_t i = k; i < m; ++i)
+      if (std::abs(A[m * i + k]) > std::abs(A[m * best + k])) best = i;
+    for (std::size_t j = 0; j < m; ++j) std::swap(A[m * k + j], A[m * best + j]);
+    std::swap(b[k], b[best]);
+    for (std::size_t i = k + 1; i < m; ++i) {
+      const double f = A[m * i + k] / A[m * k + k];
+      for (std::size_t j = k; j < m; ++j) A[m * i + j] -= f * A[m * k + j];
+      b[i] -= f * b[k];
+    }
+  }
+  for (std::size_t k = m; k-- > 0;) {
+    for (std::size_t j = k + 1; j < m; ++j) b[k] -= A[m * k + j] * b[j];
+    b[k] /= A[m * k + k];
+  }
+  return b;
+}
+
+double largest_difference(const Vector& a, const Vector& b) {
+  double worst = 0;
+  for (std::size_t i = 0; i < a.size(); ++i) worst = std::max(worst, std::abs(a[i] - b[i]));
+  return worst;
+}
+
+double largest(const Vector& a) { return largest_difference(a, Vector(a.size(), 0.0)); }
+
+// A quasidefinite matrix on a graph: bodies with random masses, joints of six rows with compliance e.
+struct BlockSystem {
+  std::vector<signed char> sign;
+  std::vector<QuasidefiniteFactor::Edge> edges;
+  Vector dense;  // with six rows per node
+  QuasidefiniteFactor factor;
+
+  BlockSystem(std::size_t bodies, const std::vector<QuasidefiniteFactor::Edge>& joints, double e) {
+    small::Random random(5);
+    const std::size_t nodes = bodies + joints.size(), m = 6 * nodes;
+    sign.assign(bodies, 1);
+    for (const auto& joint : joints) {
+      const Index node = static_cast<Index>(sign.size());
+      sign.push_back(-1);
+      for (Index body : {joint.a, joint.b})
+        if (body >= 0) edges.push_back({node, body});
+    }
+    factor.analyse(sign, edges);
+    factor.clear();
+    dense.assign(m * m, 0.0);
+    for (std::size_t i = 0; i < nodes; ++i)
+      for (std::size_t k = 0; k < 6; ++k) {
+        const double value = i < bodies ? random.uniform(0.5, 2) : -e;
+        factor.diagonal(i)[7 * k] = dense[(m + 1) * (6 * i + k)] = value;
+      }
+    for (std::size_t j = 0; j < edges.size(); ++j)
+      for (std::size_t r = 0; r < 6; ++r)
+        for (std::size_t c = 0; c < 6; ++c) {
+          const double value = random.normal();
+          const std::size_t row = 6 * edges[j].a + r, column = 6 * edges[j].b + c;
+          dense[m * row + column] = dense[m * column + row] = value;
+          factor.block(j)[factor.a_first(j) ? 6 * r + c : 6 * c + r] = value;
+        }
+  }
+
+  // Of a random right-hand side: the largest difference to the dense solution, relative to it.
+  double error() {
+    small::Random random(9);
+    const std::size_t m = 6 * sign.size();
+    const Vector r = random.vector(m), expected = solve_dense(dense, r);
+    Vector z(m), found(m);
+    const auto place = [&](std::size_t node) { return 6 * static_cast<std::size_t>(factor.position(node)); };
+    for (std::size_t i = 0; i < sign.size(); ++i) std::copy_n(&r[6 * i], 6, &z[place(i)]);
+    CHECK(factor.factor());
+    factor.forward(z.data());
+    factor.backward(z.data());
+    for (std::size_t i = 0; i < sign.size(); ++i) std::copy_n(&z[place(i)], 6, &found[6 * i]);
+    return largest_difference(found, expected) / largest(expected);
+  }
+};
+
+// A tree of bodies on ball joints with contacts and limits: a trunk, two legs of three links that stand, an
+// arm; the last foot is tied to the first by a rope (unilateral) if `tied`, by a rod (a loop) if `closed`.
+Problem walker(bool closed, bool tied, double compliance) {
+  ContactSystem A;
+  Vector v;
+  const std::array<Index, 8> parent{-1, 0, 1, 2, 0, 4, 5, 0};
+  for (std::size_t i = 0; i < parent.size(); ++i) {
+    const double mass = i == 0 ? 20 : 2;
+    small::add_body(A, mass, {0.02 * mass, 0.03 * mass, 0.01 * mass});
+    v.insert(v.end(), {0.1, 0.02, -0.05, 0.1, 0.0, 0.03});
+    if (i > 0)
+      small::add_ball_joint(A, static_cast<Index>(i), parent[i], {0, 0, 0.2}, {0.05, 0, -0.2}, compliance);
+  }
+  const std::size_t joint_rows = A.jacobian.size();
+  if (closed) {
+    A.jacobian.push_back({3, 6, {0, 1, 0, 0, 0, 0.1}, {0, -1, 0, 0.2, 0, 0}});
+    A.compliance.push_back(compliance);
+  }
+  const std::size_t bilateral = A.jacobian.size() - joint_rows;
+  // Limits of turning, dry friction of one joint.
+  for (Index i : {2, 5, 7}) {
+    A.jacobian.push_back({i, parent[i], {0, 0, 0, 5, 0, 0}, {0, 0, 0, -5, 0, 0}});
+    A.compliance.push_back(0);
+  }
+  if (tied) {
+    A.jacobian.push_back({3, 6, {-1, 0, 0, 0, 0, 0}, {1, 0, 0, 0, 0, 0}});
+    A.compliance.push_back(0);
+  }
+  SetProduct K;
+  for (Index foot : {3, 6})
+    for (double x : {-0.1, 0.1}) {
+      A.contacts.push_back(contact_between(foot, -1, {x, 0.02, -0.2}, {0, 0, 0}, {0, 0, 1}));
+      A.contact_compliance.push_back(0);
+      K.append(Friction{0.6});
+    }
+  Vector b = small::row_velocities(A.stored(), v);
+  K.add_count<Free>(joint_rows + bilateral);
+  K.add_count<NonNegative>(2);
+  K.add_each<Interval>(Vector{-0.01}, Vector{0.01});
+  if (tied) K.add_count<NonNegative>(1);
+  return make_problem(std::move(A), std::move(b), std::move(K));
+}
+
+// All problems of these tests that elimination applies to.
+std::vector<small::Case> mechanisms() {
+  return {{"tree", walker(false, false, 0)},
+          {"compliant tree", walker(false, false, 1e-3)},
+          {"loop", walker(true, false, 1e-9)},
+          {"rope", walker(false, true, 0)},
+          {"mechanism", small::mechanism()},
+          {"contacts alone", small::stack(3)},
+          {"bodies on the world", small::world_contacts(6)},
+          {"joints alone", small::chain(9)},
+          {"closed chain", small::chain(9, true)}};
+}
+
+}  // namespace
+
+// Breaks when a pivot has the wrong sign, an update goes to the wrong block, or the order puts a joint
+// without compliance before both of its bodies. The second bound has room for the condition of a matrix whose
+// joints take nearly all freedoms, 1e6 or so.
+TEST(quasidefinite_factor_solves) {
+  using Edge = QuasidefiniteFactor::Edge;
+  const std::vector<Edge> chain{{0, 1}, {1, 2}, {2, 3}, {3, 4}},
+      tree{{-1, 0}, {0, 1}, {0, 2}, {2, 3}, {2, 4}},
+      loops{{0, 1}, {1, 2}, {2, 3}, {3, 0}, {1, 3}, {4, 4 - 1}}, apart{{0, 1}, {3, 4}};
+  for (const auto& joints : {chain, tree, loops, apart}) CHECK(BlockSystem(5, joints, 0.1).error() <= 1e-12);
+  for (const auto& joints : {chain, tree, apart}) CHECK(BlockSystem(5, joints, 1e-14).error() <= 1e-9);
+}
+
+// Breaks when the order fills a tree in: the work on a chain of n bodies must be linear in n.
+TEST(trees_take_linear_work) {
+  const auto work = [](Index bodies) {
+    std::vector<QuasidefiniteFactor::Edge> joints;
+    for (Index i = 1; i < bodies; ++i) joints.push_back({i, (i - 1) / 2});
+    return BlockSystem(static_cast<std::size_t>(bodies), joints, 0.1).factor.work();
+  };
+  CHECK_NEAR(work(41) - work(21), 2 * (work(21) - work(11)), 1e-9);
+}
+
+// W and q by their definition, from the dense A: with the bilateral rows f and the others c,
+//   W = A_cc - A_cf A_ff^-1 A_fc,   q = b_c - A_cf A_ff^-1 b_f.
+// Breaks when a column of Y misses a node on its way, a sign is wrong, or islands share rows. The tolerance
+// is that of the least compliance, 1e-13 of the diagonal, times the condition of A_ff.
+TEST(reduction_is_the_schur_complement) {
+  for (const small::Case& c : mechanisms()) {
+    Reduction reduction;
+    CHECK(reduction.analyse(c.problem, 1000, 1e9) && reduction.factor(c.problem));
+    const std::size_t m = c.problem.rows();
+    const Vector A = small::dense_matrix(c.problem.A);
+    const std::vector<std::size_t>& f = reduction.mechanism().rows();
+    const auto schur = [&](auto&& right) {  // A_ff^-1 right
+      Vector A_ff, r;
+      for (std::size_t i : f) {
+        for (std::size_t j : f) A_ff.push_back(A[m * i + j]);
+        r.push_back(right(i));
+      }
+      return solve_dense(A_ff, r);
+    };
+    const Vector y = schur([&](std::size_t i) { return c.problem.b[i]; });
+    for (std::size_t k = 0; k < reduction.islands(); ++k) {
+      const Reduction::Island& island = reduction.island(k);
+      for (std::size_t j = 0; j < island.rows(); ++j) {
+        const Vector column = schur([&](std::size_t i) { return A[m * i + island.row[j]]; });
+        double q = c.problem.b[island.row[j]];
+        for (std::size_t i = 0; i < f.size(); ++i) q -= A[m * f[i] + island.row[j]] * y[i];
+        CHECK_NEAR(island.q[j], q, 1e-6);
+        for (std::size_t i = 0; i < island.rows(); ++i) {
+          double w = A[m * island.row[i] + island.row[j]];
+          for (std::size_t l = 0; l < f.size(); ++l) w -= A[m * island.row[i] + f[l]] * column[l];
+          CHECK_NEAR(island.W[island.rows() * i + j], w, 1e-6 * largest(A));
+        }
+      }
+    }
+  }
+}
+
+// Velocities at a solution are unique under the associated law, and under coulomb on these problems. Breaks
+// when what is solved is not the problem: joints, contacts and limits must see what a method on the whole
+// finds, and the residual that is told must be that of x.
+TEST(elimination_solves_the_same_problem) {
+  for (const small::Case& c : mechanisms())
+    for (Law law : {Law::associated, Law::coulomb}) {
+      Options options;
+      options.law = law;
+      options.tolerance = 1e-10;
+      const Solution direct = solve(c.problem, "auto", options);
+      const bool linear = c.problem.K.all_free();
+      const Solution whole = solve(c.problem, linear ? "cg" : "newton", options);
+      if (direct.status != Status::converged || direct.method != "elimination")
+        check::fail(__FILE__, __LINE__, c.name + " is not eliminated");
+      CHECK_NEAR(direct.residual, residual(c.problem, law, direct.x), 1e-14);
+      if (whole.status == Status::converged)
+        CHECK_NEAR(largest_difference(direct.u, whole.u), 0, 1e-7 * largest(c.problem.b));
+    }
+}
+
+// A rope that runs over bodies of very different mass: an auxiliary body of 1e-7 of the others, whose rows
+// have no compliance. Breaks when the rounding of W is taken for the answer.
+TEST(light_bodies_between_heavy_ones) {
+  ContactSystem A;
+  for (double mass : {1.0, 1e-7, 1.0, 1e3}) small::add_body(A, mass, {0.1 * mass, 0.1 * mass, 0.1 * mass});
+  for (Index i : {0, 2, 3}) {
+    JacobianRow row{i, 1, {0, 0, 1, 0.1, 0, 0}, {}};
+    row.b[i] = -1;
+    A.jacobian.push_back(row);
+    A.compliance.push_back(0);
+    A.contacts.push_back(contact_between(i, -1, {0.1, 0, -0.2}, {0, 0, 0}, {0, 0, 1}));
+    A.contact_compliance.push_back(0);
+  }
+  SetProduct K;
+  K.add_each<Friction>(Vector{0.5, 0.5, 0.5});
+  K.add_count<Free>(3);
+  const Problem p =
+      make_problem(std::move(A), {-1, 0.3, 0, -1, 0, 0.2, -1, 0.1, 0, 0.01, 0.02, -0.01}, std::move(K));
+  for (Law law : {Law::associated, Law::coulomb}) {
+    Options options;
+    options.law = law;
+    options.tolerance = 1e-9;
+    const Solution s = solve(p, "auto", options);
+    CHECK(s.status == Status::converged && s.method == "elimination");
+  }
+}
+
+// Breaks when bilateral rows that contradict each other are believed to be solved instead of being left to
+// the methods for linear systems, and when rows that say the same twice are refused.
+TEST(contradictory_bilateral_rows) {
+  const Problem consistent = small::chain(4, false, true);
+  CHECK(solve(consistent, "auto", {}).status == Status::converged);
+  Problem contradictory = consistent;
+  contradictory.b.back() += 1;
+  const Solution none = solve(contradictory, "auto", {});
+  CHECK(none.status != Status::converged && none.residual > 1e-3 && none.method != "elimination");
+}
+
+// Memory of one problem must not tell on another: a pattern that changes is analysed anew. Breaks when the
+// analysis is kept for another mechanism, or a result depends on what was solved before.
+TEST(memory_of_elimination_does_not_tell) {
+  Elimination memory;
+  const std::vector<small::Case> cases = mechanisms();
+  for (int round = 0; round < 2; ++round)
+    for (const small::Case& c : cases) {
+      Elimination fresh;
+      Solution a, b;
+      CHECK(memory.solve(c.problem, {}, a) && fresh.solve(c.problem, {}, b));
+      CHECK(a.x == b.x && a.residual == b.residual);
+    }
+}
+
+// Breaks when elimination is tried where it does not apply.
+TEST(elimination_knows_its_limits) {
+  Elimination memory;
+  Solution s;
+  CHECK(!memory.solve(small::as_callback(small::stack(2)), {}, s));
+  CHECK(!memory.solve(small::stack(40), {}, s));  // 480 rows that touch each other
+  CHECK(solve(small::stack(40), "auto", {}).status == Status::converged);
+}
