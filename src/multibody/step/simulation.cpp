@@ -399,7 +399,7 @@ void Simulation::advance(double h, const Attempt& attempt, StepClock& clock, Rep
   const JointOptions joint_options{h, recovery, model.length()};
   const Assembly assembly{h, std::max(recovery, kept_closed * h * norm(model.description().gravity))};
   const StepSolver solver{options_.method, solver_options(options_), clock, s.elimination};
-  const StepSolver impact_solver{options_.method, solver.options, clock, s.impact_elimination};
+  const StepSolver at_impact{options_.method, solver.options, clock, s.impact_elimination};
   const StepBodies bodies{s.frames, s.mobility, s.start, s.free};
 
   look(h, damped, clock, report);
@@ -418,10 +418,9 @@ void Simulation::advance(double h, const Attempt& attempt, StepClock& clock, Rep
     look(h, damped, clock, report);
     stiffened = stiffen();
   }
-  // 6. Impacts, which change the start velocities; they are over before stiffness could act. The free
-  // velocities follow from both.
+  // 6. Impacts, over before stiffness could act, change the start velocities; the free ones follow from both.
   const bool bounced = resolve_impacts(
-      {model, state_, s.frames, s.mobility, s.joints, joint_options, restitution_speed(), impact_solver}, s.start,
+      {model, state_, s.frames, s.mobility, s.joints, joint_options, restitution_speed(), at_impact}, s.start,
       contacts_, s.impacts, report);
   if (stiffened) s.mobility = s.stiffened;
   if (bounced || stiffened)

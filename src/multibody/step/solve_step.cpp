@@ -34,17 +34,28 @@ Solution nothing() {
   return s;
 }
 
-Solution solve_with(const StepSolver& solver, const Problem& problem, const Options& options) {
-  if (solver.method == "auto") return automatic(problem, options, solver.elimination);
+Solution solve_with(const StepSolver& solver, const Problem& problem, const Options& options,
+                    Solution memory) {
+  if (solver.method == "auto") return automatic(problem, options, solver.elimination, std::move(memory));
   return solve(problem, solver.method, options);
 }
 
-// x0 as the solution, with the residual that it has.
-Solution accepted(const Problem& problem, std::vector<double> x, std::vector<double> u, double residual) {
+// x and u of the start, projected; its residual.
+double look_at_start(const Problem& problem, const Options& options, Solution& s) {
+  s.x.resize(problem.rows());
+  s.u.resize(problem.rows());
+  project(problem.K, options.x0, s.x);
+  product(problem.A, s.x, s.u);
+  for (std::size_t i = 0; i < s.u.size(); ++i) s.u[i] += problem.b[i];
+  return residual(problem, options.law, s.x, s.u);
+}
+
+// The start as the solution, with the residual that it has.
+Solution accepted(const Problem& problem, Solution memory, double residual) {
   Solution s;
-  for (std::size_t i = 0; i < x.size(); ++i) s.objective += 0.5 * x[i] * (u[i] + problem.b[i]);
-  s.x = std::move(x);
-  s.u = std::move(u);
+  s.x = std::move(memory.x);
+  s.u = std::move(memory.u);
+  for (std::size_t i = 0; i < s.x.size(); ++i) s.objective += 0.5 * s.x[i] * (s.u[i] + problem.b[i]);
   s.residual = residual;
   s.status = Status::converged;
   s.products = 1;
@@ -96,33 +107,29 @@ Solution solve_step(const StepSolver& solver, const Problem& problem, std::span<
   const std::string& method = solver.method;
   Options options = solver.options;
   options.deadline = solver.clock.left();
-  if (x0.empty()) return solve_with(solver, problem, options);
+  if (x0.empty()) return solve_with(solver, problem, options, std::move(memory));
   options.x0 = x0;
-  // The residual of the start, which decides how the solve goes: u = A x + b, and x in K.
-  std::vector<double>&x = memory.x, &u = memory.u;
-  x.resize(problem.rows());
-  u.resize(problem.rows());
-  project(problem.K, x0, x);
-  product(problem.A, x, u);
-  for (std::size_t i = 0; i < u.size(); ++i) u[i] += problem.b[i];
-  const double start = residual(problem, options.law, x, u);
+  const double start = look_at_start(problem, options, memory);
   const bool few = problem.rows() <= few_rows;
   const double close = (few ? close_to_aim * aim_of_few : 1) * options.tolerance;
   // Something happens in this step: nothing to aim at but the tolerance.
-  if (!(start <= nearly_solved * options.tolerance)) return solve_with(solver, problem, options);
-  if (start <= close) return accepted(problem, std::move(x), std::move(u), start);
+  if (!(start <= nearly_solved * options.tolerance))
+    return solve_with(solver, problem, options, std::move(memory));
+  if (start <= close) return accepted(problem, std::move(memory), start);
   if (!few) {
     options.tolerance *= aim_of_many;
-    Solution s = solve_with(solver, problem, options);
+    Solution s = solve_with(solver, problem, options, std::move(memory));
     if (s.residual <= solver.options.tolerance) s.status = Status::converged;
     return s;
   }
   // The direct way goes as far by itself.
-  if (Solution direct; method == "auto" && solver.elimination.solve(problem, options, direct) &&
-                       direct.status == Status::converged)
-    return direct;
-  Solution s = start <= options.tolerance ? accepted(problem, std::move(x), std::move(u), start)
-                                          : solve_with(solver, problem, options);
+  if (method == "auto") {
+    if (solver.elimination.solve(problem, options, memory) && memory.status == Status::converged)
+      return memory;
+    look_at_start(problem, options, memory);
+  }
+  Solution s = start <= options.tolerance ? accepted(problem, std::move(memory), start)
+                                          : solve_with(solver, problem, options, {});
   if (s.status != Status::converged || s.residual <= close) return s;
   return polished(problem, method, options, std::move(s));
 }

@@ -273,7 +273,7 @@ Solution better_of(Solution first, Solution second) {
 Solution automatic(const Problem& problem, const Options& options) {
   if (Solution s; accepts_start(problem, options, s)) return s;
   Elimination elimination;
-  Solution s = automatic(problem, options, elimination);
+  Solution s = automatic(problem, options, elimination, {});
   if (s.reason.empty()) {
     s.phases = {{s.method, eliminated, s.iterations, s.residual}};
     s.reason = describe(s.phases);
@@ -284,14 +284,17 @@ Solution automatic(const Problem& problem, const Options& options) {
 // Mechanisms with few contacts, and few contacts alone, are solved directly, all islands at once. What does
 // not lead to a solution there has another chance on the whole; the work stays bounded, as a robot that jams
 // should not stop the clock.
-Solution automatic(const Problem& problem, const Options& options, Elimination& elimination) {
+Solution automatic(const Problem& problem, const Options& options, Elimination& elimination,
+                   Solution memory) {
   constexpr double near = 100;  // times the tolerance
-  Solution s;
+  Solution s = std::move(memory);
   if (!elimination.solve(problem, options, s)) return solve_by_islands(problem, options, solve_one);
   Options rest = options;
   for (Method method : {solve_whole, solve_last}) {
     rest.deadline = options.deadline - s.time;
     if (s.status == Status::converged || s.status == Status::infeasible || !(rest.deadline > 0)) break;
+    if (options.max_iterations && s.iterations >= options.max_iterations) break;
+    if (options.max_iterations) rest.max_iterations = options.max_iterations - s.iterations;
     const bool last = method == Method{solve_last};
     if (last && !(s.residual <= near * options.tolerance)) break;
     const std::vector<double> best = last ? s.x : std::vector<double>();

@@ -105,9 +105,14 @@ bool Elimination::solve(const Problem& problem, const Options& options, Solution
   const double count = static_cast<double>(std::max<std::size_t>(1, m.reduction.islands()));
   m.target = share * options.tolerance * m.scale / std::sqrt(count);
   m.solved = true;
-  s = {};
-  s.x.assign(problem.rows(), 0.0);
+  // Not a new one: its arrays keep their memory.
+  s.phases.clear();
+  s.history.clear();
+  s.reason.clear();
+  s.iterations = s.products = 0;
   s.factorizations = 1;
+  s.objective = 0;
+  s.x.assign(problem.rows(), 0.0);
   m.solve_islands(options.x0, s);
   double bilateral = m.complete(s);
   // W has the rounding of a factorisation and the least compliance of K, which bodies of very different
@@ -121,9 +126,11 @@ bool Elimination::solve(const Problem& problem, const Options& options, Solution
   // Rows that contradict each other are for methods that can prove it.
   if (!(bilateral <= options.tolerance * m.scale)) return false;
   for (std::size_t i = 0; i < s.x.size(); ++i) s.objective += 0.5 * s.x[i] * (s.u[i] + problem.b[i]);
-  s.status = s.residual <= options.tolerance ? Status::converged : Status::stalled;
-  s.method = "elimination";
   s.time = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  s.status = s.residual <= options.tolerance ? Status::converged
+             : s.time > options.deadline     ? Status::deadline
+                                             : Status::stalled;
+  s.method = "elimination";
   return true;
 }
 

@@ -20,7 +20,8 @@ class Elimination {
   ~Elimination();
 
   // Whether it was tried on this problem: no matrix or function, islands of few rows, options without
-  // history and callback. If so `s` is the answer, converged or the best that a bounded amount of work found.
+  // history and callback. If so `s` is the answer, converged or the best that a bounded amount of work found;
+  // its arrays keep their memory, so that a step of a simulation allocates nothing here.
   bool solve(const Problem& problem, const Options& options, Solution& s);
 
  private:
