@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 ROOT = "/scene"
 CHOSEN = np.array([250, 210, 60], dtype=np.uint8)
 """The colour of the body that was picked."""
+DARKEST = np.uint8(52)
 VISUAL, COLLISION = "visual", "collision"
 
 Grab = Callable[[str, int, Array, Array], None]
@@ -177,7 +178,11 @@ def extent(model: Model, positions: Array) -> tuple[Array, float]:
 
 
 def linear(colours: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    """Colours (n, 3) as the page takes them: of several instances linear in the light, of one as they are."""
+    """Colours (n, 3) as the page takes them: of several instances linear in the light, of one as they are.
+
+    None is black: shades would not be seen.
+    """
+    colours = np.maximum(colours, DARKEST)
     if len(colours) == 1:
         return colours
     return np.round(255 * (colours / 255) ** 2.2).astype(np.uint8)

@@ -24,6 +24,7 @@ from .sensors import read_sensors
 from .sites import read_sites
 from .size import Budget
 from .tendons import read_tendons
+from .visuals import read_visuals
 from .xml_lines import Faults, expand_includes, read_xml
 
 SUFFIXES = (".xml", ".mjcf", ".urdf")
@@ -131,6 +132,7 @@ def _read(compiled: Compiled) -> tuple[Model, Geoms]:
         keyframes=keyframes,
         sites=sites,
         sensors=sensors,
+        visuals=tuple(read_visuals(compiled, bodies, geoms)),
         fluid=Fluid(*map(float, (m.opt.density, m.opt.viscosity)), tuple(m.opt.wind.tolist())),
         fluid_boxes=tuple(boxes),
         unread=compiled.issues.unread(),

@@ -30,6 +30,17 @@ def read(path: Path) -> Array | None:
     return points if len(points) >= 4 and np.isfinite(points).all() else None
 
 
+def read_triangles(path: Path) -> Array | None:
+    """The corners of all triangles (3 n, 3), polygons cut from their first corner; None as in `read`."""
+    try:
+        scene = _Scene(ElementTree.parse(path).getroot())
+        found = [moved(matrix, points) for matrix, points in scene.shown(triangles=True)]
+    except (ElementTree.ParseError, ValueError, KeyError, IndexError, RecursionError):
+        return None
+    corners = np.concatenate(found) if found else np.zeros((0, 3))
+    return corners if len(corners) and np.isfinite(corners).all() else None
+
+
 def moved(matrix: Array, points: Array) -> Array:
     return points @ matrix[:3, :3].T + matrix[:3, 3]
 
@@ -44,8 +55,9 @@ class _Scene:
         self.visited = 0
         self.by_id = {f"#{element.get('id')}": element for element in root.iter()}
 
-    def shown(self) -> Iterator[tuple[Array, Array]]:
-        """Points with the matrix (4, 4) that moves them."""
+    def shown(self, *, triangles: bool = False) -> Iterator[tuple[Array, Array]]:
+        """Points, of the vertices or the corners of triangles, with the matrix (4, 4) that moves them."""
+        self.triangles = triangles
         unit = self.root.find("asset/unit")
         scale = float(unit.get("meter", "1")) if unit is not None else 1.0
         scene = self.root.find("scene/instance_visual_scene")
@@ -63,7 +75,13 @@ class _Scene:
         for instance in node.findall("instance_geometry"):
             geometry = self.by_id[instance.attrib["url"]]
             for source in geometry.iterfind("mesh/vertices/input[@semantic='POSITION']"):
-                yield matrix, self._points(self.by_id[source.attrib["source"]])
+                points = self._points(self.by_id[source.attrib["source"]])
+                if not self.triangles:
+                    yield matrix, points
+                    continue
+                for faces in ("triangles", "polylist"):
+                    for primitive in geometry.iterfind(f"mesh/{faces}"):
+                        yield matrix, points[_corners(primitive)]
         for child in node.findall("node"):
             yield from self._of(child, matrix)
         for instance in node.findall("instance_node"):
@@ -74,6 +92,24 @@ class _Scene:
         accessor = source.find("technique_common/accessor")
         stride = int(accessor.get("stride", "3")) if accessor is not None else 3
         return values.reshape(-1, stride)[:, :3]
+
+
+def _corners(primitive: ElementTree.Element) -> np.ndarray:
+    """The vertices of the triangles (3 n,) of <triangles> or <polylist>, whose <p> holds for every corner an
+    index per input."""
+    inputs = [(int(i.get("offset", "0")), i.get("semantic")) for i in primitive.findall("input")]
+    stride = 1 + max(offset for offset, _ in inputs)
+    offset = next(offset for offset, semantic in inputs if semantic == "VERTEX")
+    indices = _numbers(primitive.find("p")).astype(np.int64).reshape(-1, stride)[:, offset]
+    counts = _numbers(primitive.find("vcount")).astype(np.int64)
+    if primitive.tag == "triangles" or (counts == 3).all():
+        return indices
+    fans, first = [], 0
+    for count in counts:
+        corners = indices[first : first + count]
+        fans += [(corners[0], corners[k], corners[k + 1]) for k in range(1, count - 1)]
+        first += count
+    return np.array(fans, dtype=np.int64).ravel()
 
 
 def _numbers(element: ElementTree.Element | None) -> Array:

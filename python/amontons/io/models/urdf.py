@@ -172,13 +172,13 @@ def _is_root(name: str, root: Element) -> bool:
 
 def _find_mesh(name: str, meshdir: str, root: Element, issues: Issues) -> Path | None:
     """None, and listed, if it is of a kind that cannot be read."""
-    candidates = list(_candidates(name, meshdir, issues.path.parent))
-    found = next((c for c in candidates if c.is_file()), None)
+    places = list(candidates(name, meshdir, issues.path.parent))
+    found = next((c for c in places if c.is_file()), None)
     element = next(
         (e for e in root.walk() if e.tag == "mesh" and e.attributes.get("filename", "").endswith(name)), root
     )
     if found is None:
-        looked = ", ".join(map(str, candidates))
+        looked = ", ".join(map(str, places))
         raise FileError(
             f'{element.place}: {element}: the file "{name}" does not exist; looked for {looked}. For '
             "package:// set ROS_PACKAGE_PATH to the folders that hold the packages"
@@ -191,7 +191,7 @@ def _find_mesh(name: str, meshdir: str, root: Element, issues: Issues) -> Path |
     return found.resolve()
 
 
-def _candidates(name: str, meshdir: str, folder: Path) -> Iterator[Path]:
+def candidates(name: str, meshdir: str, folder: Path) -> Iterator[Path]:
     """Where a mesh may be: as given, then as MuJoCo looks for it, in meshdir and without the folders."""
     plain = name.removeprefix("file://")
     if name.startswith(("package:", "model:")):
