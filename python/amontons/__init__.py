@@ -73,6 +73,8 @@ from .problem.problem import residual as residual
 from .problem.problem import solve as solve
 from .problem.problem import violations as violations
 from .problem.solution import Solution as Solution
+from .report.render import render as render
+from .report.render import render_window as render_window
 from .simulation.outcome import Report as Report
 from .simulation.queries import RayHit as RayHit
 from .simulation.rollout import Rollout as Rollout

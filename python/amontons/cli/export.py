@@ -15,6 +15,22 @@ from ..report.touch import touched
 from ..simulation.outcome import Report
 from ..simulation.simulation import Simulation
 from .common import NOT_CONVERGED, Threads, notes, one_line_errors, progress, say
+from .replays import (
+    Azimuth,
+    Csv,
+    Elevation,
+    Fps,
+    Gif,
+    Html,
+    Mp4,
+    Png,
+    Size,
+    Speed,
+    Times,
+    Usd,
+    Wanted,
+    export_recording,
+)
 from .subject import (
     Budget,
     Choices,
@@ -37,8 +53,9 @@ from .subject import (
 def export(
     subject: Name,
     output: Annotated[
-        Path, typer.Option("--out", "--output", "-o", help="FCLIB .hdf5, or .npz, which holds any step.")
-    ],
+        Path | None,
+        typer.Option("--out", "--output", "-o", help="FCLIB .hdf5, or .npz, which holds any step."),
+    ] = None,
     step: Annotated[int | None, typer.Option(help="The step to write: 1 is the first.")] = None,
     at: Annotated[
         float | None, typer.Option("--time", help="In place of --step: the step that ends then (s).")
@@ -62,8 +79,21 @@ def export(
     floating_base: FloatingBase = None,
     keyframe: KeyframeName = None,
     self_overlaps: SelfOverlaps = False,
+    html: Html = None,
+    png: Png = None,
+    mp4: Mp4 = None,
+    gif: Gif = None,
+    usd: Usd = None,
+    csv: Csv = None,
+    times: Times = None,
+    size: Size = "960x540",
+    fps: Fps = 25.0,
+    speed: Speed = 1.0,
+    azimuth: Azimuth = -60.0,
+    elevation: Elevation = 20.0,
 ) -> None:
-    """Simulate up to a step and write its problem, with the solution found, for `compare` and other solvers.
+    """Simulate up to a step and write its problem, with the solution found, for `compare` and other solvers;
+    or turn a recording into a page, pictures, movies, a scene of USD or a table.
 
     Steps count from where the simulation begins: a saved one at the step that it was saved after.
 
@@ -73,9 +103,14 @@ def export(
         "dt": dt, "law": law, "method": method, "tolerance": tolerance,
         "max_iterations": max_iterations, "budget": budget, "threads": threads,
     }  # fmt: skip
+    files = {"html": html, "png": png, "mp4": mp4, "gif": gif, "usd": usd, "csv": csv}
+    wanted = Wanted(files, times, size, fps, speed, azimuth, elevation)
     choices = Choices(settings or (), strict, floating_base, keyframe, self_overlaps)
     with one_line_errors():
-        _require_output(output)
+        if wanted.any:
+            export_recording(subject, wanted)
+            return
+        output = _require_output(output)
         with notes():
             chosen = open_subject(subject, choices, given)
         reports = _export(chosen, output, _last_step(chosen, step, at, touch), every, touch)
@@ -108,11 +143,14 @@ def _export(chosen: Subject, output: Path, last: int, every: int | None, touch: 
     return written
 
 
-def _require_output(output: Path) -> None:
+def _require_output(output: Path | None) -> Path:
     """Before minutes of work."""
+    if output is None:
+        raise InputError("give --out FILE for the problem of a step, or of a recording --html, --png, ...")
     if output.suffix.lower() not in SUFFIXES:
         raise FileError(f"{output}: unknown kind of file; known suffixes are {', '.join(SUFFIXES)}")
     writable(output)
+    return output
 
 
 def _last_step(chosen: Subject, step: int | None, at: float | None, touch: str | None) -> int:

@@ -1,4 +1,4 @@
-"""A picture by depth buffer: convex faces and spheres seen by parallel rays."""
+"""A picture by depth buffer: triangles seen by parallel rays."""
 
 from __future__ import annotations
 
@@ -7,6 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..checks import Array
+
+AT_ONCE = 1_000_000
+"""Pixels looked at side by side."""
 
 
 @dataclass(frozen=True)
@@ -46,37 +49,74 @@ class Raster:
         self.label = np.full(shape, -1, dtype=np.int32)
         self.normal = np.zeros((*shape, 3))
 
-    def face(self, corners: Array, normal: Array, label: int) -> None:
-        """A convex polygon, (k, 3) counter-clockwise for the eye."""
-        seen = self.camera.seen(corners)
-        window = self._window(*seen[:, :2].min(axis=0), *seen[:, :2].max(axis=0))
-        if window is None:
-            return
-        x, y, rows, columns = window
-        inside = np.ones((len(y), len(x)), dtype=bool)
-        for (ax, ay, _), (bx, by, _) in zip(seen, np.roll(seen, -1, axis=0), strict=True):
-            inside &= (bx - ax) * (y - ay)[:, None] >= (by - ay) * (x - ax)[None, :]
-        # The plane of the face: normal . (corner + step) = normal . corner.
-        towards, pixel = float(normal @ self.camera.eye), self.camera.pixel
-        slope_x = -float(normal @ self.camera.right) * pixel / towards
-        slope_y = -float(normal @ self.camera.up) * pixel / towards
-        x0, y0, z0 = seen[0]
-        depth = z0 + slope_x * (x - x0)[None, :] + slope_y * (y - y0)[:, None]
-        self._put(rows, columns, inside, depth, label, normal)
+    def triangles(self, corners: Array, labels: Array, normals: Array | None = None) -> None:
+        """Triangles (n, 3, 3), counter-clockwise for the eye, of the objects `labels` (n,).
 
-    def sphere(self, centre: Array, radius: float, label: int) -> None:
-        (x0, y0, z0) = self.camera.seen(centre[None])[0]
-        r = radius / self.camera.pixel
-        window = self._window(x0 - r, y0 - r, x0 + r, y0 + r)
-        if window is None:
-            return
-        x, y, rows, columns = window
-        across, along = (x - x0)[None, :] / r, (y - y0)[:, None] / r
-        squared = 1 - across**2 - along**2
-        height = np.sqrt(np.maximum(squared, 0))
-        c = self.camera
-        normal = across[..., None] * c.right + along[..., None] * c.up + height[..., None] * c.eye
-        self._put(rows, columns, squared > 0, z0 + radius * height, label, normal)
+        normals: (n, 3, 3) at the corners, between which they are interpolated; None leaves them zero.
+        """
+        seen = self.camera.seen(corners.reshape(-1, 3)).reshape(-1, 3, 3)
+        x, y = seen[..., 0], seen[..., 1]
+        area = (x[:, 1] - x[:, 0]) * (y[:, 2] - y[:, 0]) - (x[:, 2] - x[:, 0]) * (y[:, 1] - y[:, 0])
+        # The pixels whose centres may lie inside.
+        low = [np.maximum(np.ceil(v.min(axis=1) - 0.5), 0).astype(int) for v in (x, y)]
+        ends = (self.camera.width, self.camera.height)
+        high = [
+            np.minimum(np.floor(v.max(axis=1) - 0.5), end - 1).astype(int)
+            for v, end in zip((x, y), ends, strict=True)
+        ]
+        size = np.where(area > 1e-12, np.maximum(high[0] - low[0], high[1] - low[1]) + 1, 0)
+        size[(high[0] < low[0]) | (high[1] < low[1])] = 0
+        side = 1
+        while side < 2 * max(ends):  # those of about one size at once, each in a square of pixels
+            group = np.flatnonzero((size > side // 2) & (size <= side))
+            for part in np.array_split(group, 1 + len(group) * side * side // AT_ONCE):
+                if len(part):
+                    window = (low[0][part], low[1][part], high[0][part], high[1][part])
+                    self._fill(
+                        side,
+                        window,
+                        seen[part],
+                        area[part],
+                        labels[part],
+                        None if normals is None else normals[part],
+                    )
+            side *= 2
+
+    def _fill(
+        self,
+        side: int,
+        window: tuple[Array, ...],
+        seen: Array,
+        area: Array,
+        labels: Array,
+        normals: Array | None,
+    ) -> None:
+        """Triangles (k, 3, 3) seen within squares of pixels; barycentric weights say what lies inside."""
+        step = np.arange(side)
+        columns = window[0][:, None, None] + step[None, None, :]
+        rows = window[1][:, None, None] + step[None, :, None]
+        dx = [seen[:, k, 0, None, None] - (columns + 0.5) for k in range(3)]
+        dy = [seen[:, k, 1, None, None] - (rows + 0.5) for k in range(3)]
+        size = area[:, None, None]
+        weights = [
+            (dx[(k + 1) % 3] * dy[(k + 2) % 3] - dx[(k + 2) % 3] * dy[(k + 1) % 3]) / size for k in range(3)
+        ]
+        inside = (np.minimum(np.minimum(weights[0], weights[1]), weights[2]) >= 0) & (
+            (columns <= window[2][:, None, None]) & (rows <= window[3][:, None, None])
+        )
+        owner = np.nonzero(inside)[0]
+        share = np.stack([w[inside] for w in weights])
+        pixels = (rows * self.camera.width + columns)[inside]
+        depth = (share * seen[owner, :, 2].T).sum(axis=0)
+        flat = self.depth.reshape(-1)
+        np.maximum.at(flat, pixels, depth)
+        nearest = flat[pixels] == depth
+        pixels, owner = pixels[nearest], owner[nearest]
+        self.label.reshape(-1)[pixels] = labels[owner]
+        if normals is not None:
+            mixed = np.einsum("kp,pki->pi", share[:, nearest], normals[owner])
+            mixed /= np.maximum(np.linalg.norm(mixed, axis=1, keepdims=True), 1e-12)
+            self.normal.reshape(-1, 3)[pixels] = mixed
 
     def floor(self, level: float) -> None:
         """The plane z = level behind everything, where the eye is above it; label -2."""
@@ -88,23 +128,6 @@ class Raster:
         seen = np.isneginf(self.depth) | (self.depth < depth)
         self.depth[seen], self.label[seen] = depth[seen], -2
         self.normal[seen] = (0.0, 0.0, 1.0)
-
-    def _window(self, left: float, bottom: float, right: float, top: float):  # noqa: ANN202
-        """Pixel centres and slices of a rectangle of the picture, or None outside it."""
-        first, last = max(0, int(left)), min(self.camera.width, int(right) + 2)
-        low, high = max(0, int(bottom)), min(self.camera.height, int(top) + 2)
-        if first >= last or low >= high:
-            return None
-        x, y = np.arange(first, last) + 0.5, np.arange(low, high) + 0.5
-        return x, y, slice(low, high), slice(first, last)
-
-    def _put(
-        self, rows: slice, columns: slice, inside: Array, depth: Array, label: int, normal: Array
-    ) -> None:
-        nearer = inside & (depth > self.depth[rows, columns])
-        self.depth[rows, columns][nearer] = depth[nearer]
-        self.label[rows, columns][nearer] = label
-        self.normal[rows, columns][nearer] = normal[nearer] if normal.ndim == 3 else normal
 
 
 def shadowed(picture: Raster, light: Raster) -> Array:

@@ -17,9 +17,9 @@ from ..checks import Array
 from ..model.model import Model
 from ..model.parts import WORLD
 from ..model.shapes import Plane
-from .colours import FIXED, FLOOR, colour_of
+from .colours import FLOOR
 from .raster import Camera, Raster, shadowed
-from .solids import Solid, rotation_matrix, solid_of
+from .solids import rotation_matrix, solids_of
 
 LIGHT = (0.25, 0.7, 0.75)
 """Where it comes from: along the view to the right, towards the eye, up."""
@@ -86,32 +86,28 @@ def snapshots_figure(
 class Picture:
     """The solids of a model, made once for all frames."""
 
-    def __init__(self, model: Model, view: View) -> None:
+    def __init__(self, model: Model, view: View, *, collision: bool = False) -> None:
+        """collision: draw what touches in place of what the model looks like."""
         self.view = view.axes()
         right = self.view[0]
         to_eye = np.cross(right, (0.0, 0.0, 1.0))
         self.light = _unit(LIGHT[0] * right + LIGHT[1] * to_eye + np.array([0.0, 0.0, LIGHT[2]]))
+        self.solids = solids_of(model, collision=collision)
         self.floor: float | None = None
-        self.moving: list[Solid] = []
-        self.fixed: list[Solid] = []
-        for index, geom in enumerate(model.geoms):
-            if isinstance(geom.shape, Plane):  # of these only floors are drawn
-                if geom.body == WORLD and rotation_matrix(geom.frame.rotation)[2, 2] > 0.999:
-                    height = geom.frame.position[2]
-                    self.floor = height if self.floor is None else max(height, self.floor)
-                continue
-            at_rest = geom.body == WORLD or model.bodies[geom.body].motion == "fixed"
-            solid = solid_of(geom, FIXED if at_rest else colour_of(type(geom.shape).__name__, index))
-            (self.fixed if at_rest else self.moving).append(solid)
+        for geom in model.geoms:  # of planes only floors are drawn
+            flat = isinstance(geom.shape, Plane) and rotation_matrix(geom.frame.rotation)[2, 2] > 0.999
+            if flat and geom.body == WORLD:
+                height = geom.frame.position[2]
+                self.floor = height if self.floor is None else max(height, self.floor)
 
     def bounds(self, frames: Sequence[Frame]) -> tuple[float, float, float, float]:
         """left, right, bottom, top of all that moves in all frames; a few that fly far away do not count."""
-        axes = np.array(self.view[:2])
-        solids = self.moving or self.fixed
-        reach = np.array([solid.radius for solid in solids])[:, None]
-        places = [np.array([solid.placed(f)[0] for solid in solids]) @ axes.T for f in frames if solids]
-        if not places:
+        axes, solids = np.array(self.view[:2]), self.solids
+        counted = solids.moving if solids.moving.any() else ~solids.moving
+        if not (counted.any() and frames):
             return (-1.0, 1.0, -1.0, 1.0)
+        places = [solids.places(frame)[counted] @ axes.T for frame in frames]
+        reach = solids.reach[counted][:, None]
         low = np.concatenate([place - reach for place in places])
         high = np.concatenate([place + reach for place in places])
         few = 0.3 if len(low) > 200 else 0.0  # per cent
@@ -127,15 +123,12 @@ class Picture:
         left -= (width * pixel - (right - left)) / 2
         bottom -= (height * pixel - (top - bottom)) / 2
         picture = Raster(Camera(*self.view, left, bottom, pixel, width, height))
-        solids = [*self._visible(frame), *self.moving]
-        for label, solid in enumerate(solids):
-            solid.draw(picture, frame, label)
+        corners, normals, items = self.solids.placed(frame, self.visible(frame))
+        picture.triangles(corners, items, normals)
         if self.floor is not None:
             picture.floor(self.floor)
-        shadow = self._shadow(picture, solids, frame)
-        colours = np.array(
-            [*(solid.colour for solid in solids), FLOOR, (1.0, 1.0, 1.0)]
-        )  # -2 and -1 at the end
+        shadow = self._shadow(picture, corners)
+        colours = np.concatenate((self.solids.colours, [FLOOR, (1.0, 1.0, 1.0)]))  # -2 and -1 at the end
         direct = np.maximum(picture.normal @ self.light, 0) * (1 - 0.75 * shadow)
         brightness = AMBIENT + (1.06 - AMBIENT) * direct
         brightness[picture.label == -1] = 1.0
@@ -145,28 +138,26 @@ class Picture:
         blocks = np.clip(image, 0, 1).reshape(height // SAMPLES, SAMPLES, width // SAMPLES, SAMPLES, 3)
         return blocks.mean(axis=(1, 3))
 
-    def _visible(self, frame: Frame) -> list[Solid]:
-        """What is fixed and does not stand between the eye and what moves."""
-        if not self.moving:
-            return self.fixed
-        eye = self.view[2]
-        middle = np.mean([eye @ solid.placed(frame)[0] for solid in self.moving])
-        return [solid for solid in self.fixed if eye @ solid.placed(frame)[0] <= middle]
+    def visible(self, frame: Frame) -> Array:
+        """(m,) what moves, and what is fixed and does not stand between the eye and what moves."""
+        moving = self.solids.moving
+        if not moving.any():
+            return ~moving
+        along = self.solids.places(frame) @ self.view[2]
+        return moving | (along <= along[moving].mean())
 
-    def _shadow(self, picture: Raster, solids: list[Solid], frame: Frame, texels: int = 1400) -> Array:
+    def _shadow(self, picture: Raster, corners: Array, texels: int = 1400) -> Array:
         """The share of light that each pixel misses, from the depths that the light sees."""
-        if not solids:
+        if not len(corners):
             return np.zeros(picture.depth.shape)
         axes = _axes(self.light)
-        centres = np.array([solid.placed(frame)[0] for solid in solids])
-        reach = np.array([solid.radius for solid in solids])[:, None]
-        flat = centres @ np.array(axes[:2]).T
-        low, high = (flat - reach).min(axis=0), (flat + reach).max(axis=0)
+        flat = corners.reshape(-1, 3) @ np.array(axes[:2]).T
+        low, high = flat.min(axis=0), flat.max(axis=0)
+        texels = min(texels, max(picture.camera.width, picture.camera.height))
         pixel = float((high - low).max()) / (texels - 8)
         columns, rows = (int(n) + 8 for n in np.ceil((high - low) / pixel))
         light = Raster(Camera(*axes, low[0] - 4 * pixel, low[1] - 4 * pixel, pixel, columns, rows))
-        for label, solid in enumerate(solids):
-            solid.draw(light, frame, label)
+        light.triangles(corners, np.zeros(len(corners), dtype=np.int32))
         return shadowed(picture, light)
 
 

@@ -31,7 +31,12 @@ class Stage:
     """The scene of all pages that are open."""
 
     def __init__(
-        self, server: viser.ViserServer, model: Model, *, pick: Callable[[int], None], grab: Grab
+        self,
+        server: viser.ViserServer,
+        model: Model,
+        *,
+        pick: Callable[[int], None] | None = None,
+        grab: Grab | None = None,
     ) -> None:
         """pick: called with a body that was clicked, grab: while one is dragged; both in the server's
         thread."""
@@ -102,7 +107,7 @@ class Stage:
         scene.configure_environment_map(None)
         scene.configure_default_lights(cast_shadow=True)
         scene.add_light_hemisphere(
-            "/sky", sky_color=(255, 255, 255), ground_color=(170, 160, 150), intensity=2.4
+            "/sky", sky_color=(255, 255, 255), ground_color=(170, 160, 150), intensity=1.8
         )
 
     def _add(self, name: str, batch: Batch) -> Any:
@@ -119,24 +124,24 @@ class Stage:
             side="double" if batch.surface.flat else "front",  # visual meshes may be open
             lod="off",
         )
-        if batch.moves:
-            self._listen(batch, handle)
+        if batch.moves and self._pick is not None and self._grab is not None:
+            self._listen(batch, handle, self._pick, self._grab)
         return handle
 
-    def _listen(self, batch: Batch, handle: Any) -> None:
+    def _listen(self, batch: Batch, handle: Any, pick: Callable[[int], None], grab: Grab) -> None:
         """Callbacks are coroutines: the server runs them in order, and all they do is to post."""
 
         @handle.on_click
         async def _(event: Any) -> None:
             if event.instance_index is not None:
-                self._pick(int(batch.bodies[event.instance_index]))
+                pick(int(batch.bodies[event.instance_index]))
 
         @handle.on_drag
         async def _(event: Any) -> None:
             if event.instance_index is not None:
                 body = int(batch.bodies[event.instance_index])
                 grabbed, pointer = np.array(event.start_position), np.array(event.end_position)
-                self._grab(event.phase, body, grabbed + self._offset, pointer + self._offset)
+                grab(event.phase, body, grabbed + self._offset, pointer + self._offset)
 
     def _ground(self, centre: Array, size: float) -> None:
         for k, geom in enumerate(self._model.geoms):

@@ -43,7 +43,7 @@ class Viewer:
     def __init__(self, run: LiveRun | ReplayRun, *, title: str, host: str, port: int) -> None:
         self.run = run
         self._commands: queue.SimpleQueue[Command] = queue.SimpleQueue()
-        self._server = _serve(host, port, title)
+        self._server = serve(host, port, title)
         self._host = host
         self._closing = False
         self._thread: threading.Thread | None = None
@@ -101,7 +101,7 @@ class Viewer:
             self._thread.join()
         if isinstance(self.run, LiveRun):
             self.run.close()
-        self._server.stop()
+        stop(self._server)
 
     def __enter__(self) -> Viewer:
         return self
@@ -202,7 +202,7 @@ class Viewer:
             self.panel.tell(traceback.format_exc(limit=-1))
 
 
-def _serve(host: str, port: int, title: str) -> Any:
+def serve(host: str, port: int, title: str) -> Any:
     """viser's server, without what it prints and without its button that asks a server elsewhere."""
     try:
         import viser
@@ -213,6 +213,12 @@ def _serve(host: str, port: int, title: str) -> Any:
         server = viser.ViserServer(host=host, port=port, label=title, verbose=False)
     server.gui.configure_theme(show_logo=False, show_share_button=False, control_width="medium")
     return server
+
+
+def stop(server: Any) -> None:
+    """End a server without what it prints."""
+    with contextlib.redirect_stdout(io.StringIO()):
+        server.stop()
 
 
 def _require_place(host: str, port: int) -> None:

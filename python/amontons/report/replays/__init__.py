@@ -1,0 +1,1 @@
+"""Recordings as pictures, movies, scenes of USD and tables."""

@@ -1,0 +1,158 @@
+"""A recording as pictures: single ones, and movies."""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...checks import Array
+from ...errors import FileError, InputError
+from ...io.files import replacing, writable
+from ..render import to_bytes
+from ..snapshots import Frame, Picture, View
+
+if TYPE_CHECKING:
+    from ...io.recordings.recording import Recording
+
+SURVEYED = 12
+"""Frames that say what all pictures must hold."""
+Progress = Callable[[str], None]
+
+
+@dataclass(frozen=True)
+class Shot:
+    """How a recording is pictured."""
+
+    width: int = 960
+    height: int = 540
+    view: View = field(default_factory=View)
+    fps: float = 25.0
+    """pictures per second of a movie"""
+    speed: float = 1.0
+    """of a movie: simulated over shown time"""
+
+    def __post_init__(self) -> None:
+        for name in ("width", "height"):
+            if not 16 <= getattr(self, name) <= 8192:
+                raise InputError(f"{name} = {getattr(self, name)}; it must be from 16 to 8192 pixels")
+        for name in ("fps", "speed"):
+            if not 0 < getattr(self, name) < float("inf"):
+                raise InputError(f"{name} = {getattr(self, name):g}; it must be positive and finite")
+
+
+class Film:
+    """Draws frames of a recording, all in one window that holds what moves."""
+
+    def __init__(self, recording: Recording, shot: Shot) -> None:
+        if not len(recording):
+            raise InputError(f"{recording.path}: the recording has no frames")
+        self.recording, self.shot = recording, shot
+        self._picture = Picture(recording.model, shot.view)
+        some = np.unique(np.linspace(0, len(recording) - 1, SURVEYED).astype(int))
+        self._bounds = self._picture.bounds([self.frame(k) for k in some])
+
+    def frame(self, k: int) -> Frame:
+        """One moment."""
+        r = self.recording
+        return Frame(float(r.times[k]), r.positions[k], r.orientations[k])
+
+    def image(self, k: int) -> NDArray[np.uint8]:
+        """(height, width, 3), the highest row first."""
+        drawn = self._picture.draw(self.frame(k), self._bounds, self.shot.width, self.shot.height)
+        return to_bytes(drawn)
+
+    def frames(self) -> Array:
+        """The frame of each picture of a movie."""
+        return movie_frames(self.recording.times, self.shot.fps, self.shot.speed)
+
+
+def movie_frames(times: Array, fps: float, speed: float) -> Array:
+    """The last frame that has begun at the time of each picture; the last picture is the last frame."""
+    count = max(1, round((times[-1] - times[0]) / speed * fps)) + 1
+    wanted = times[0] + speed / fps * np.arange(count)
+    frames = np.searchsorted(times, wanted + 1e-9, side="right") - 1
+    return np.minimum(frames, len(times) - 1)
+
+
+def write_pictures(recording: Recording, path: Path, times: Sequence[float], shot: Shot) -> list[Path]:
+    """A PNG of the frame nearest to each time (s); of several, the times are put into the names."""
+    from PIL import Image
+
+    film = Film(recording, shot)
+    first, last = float(recording.times[0]), float(recording.times[-1])
+    slack = 0.5 * (last - first) / max(len(recording) - 1, 1) + 1e-9
+    for time in times:
+        if not first - slack <= time <= last + slack:
+            raise InputError(
+                f"t = {time:g} s is not recorded; the recording goes from {first:g} to {last:g} s"
+            )
+    paths = [path if len(times) == 1 else path.with_stem(f"{path.stem}-{time:g}s") for time in times]
+    with replacing(*map(writable, paths)) as temporary:
+        for new, time in zip(temporary, times, strict=True):
+            Image.fromarray(film.image(recording.frame_at(time))).save(new, format="PNG")
+    return paths
+
+
+def write_animation(recording: Recording, path: Path, shot: Shot, tell: Progress) -> None:
+    """A GIF, or a WebP, which is smaller: the pictures of a movie, over and over."""
+    from PIL import Image
+
+    images = [Image.fromarray(image) for image in _images(Film(recording, shot), tell)]
+    kind = path.suffix.lower().lstrip(".").upper()
+    options = {"quality": 60, "method": 4} if kind == "WEBP" else {"optimize": True}
+    with replacing(writable(path)) as (temporary,):
+        images[0].save(
+            temporary,
+            format=kind,
+            save_all=True,
+            append_images=images[1:],
+            duration=round(1000 / shot.fps),
+            loop=0,
+            **options,
+        )
+
+
+def write_movie(recording: Recording, path: Path, shot: Shot, tell: Progress) -> None:
+    """An MP4 (H.264) by way of ffmpeg."""
+    program = shutil.which("ffmpeg")
+    if program is None:
+        raise InputError(
+            "--mp4 needs ffmpeg on the path; install it, or write --gif FILE.webp, which needs nothing"
+        )
+    if shot.width % 2 or shot.height % 2:
+        raise InputError(f"{shot.width} x {shot.height}: MP4 has even numbers of pixels")
+    film = Film(recording, shot)
+    size = f"{shot.width}x{shot.height}"
+    source = ["-f", "rawvideo", "-pix_fmt", "rgb24", "-s", size, "-r", f"{shot.fps:g}", "-i", "-"]
+    made = ["-c:v", "libx264", "-pix_fmt", "yuv420p", "-crf", "20", "-movflags", "+faststart", "-f", "mp4"]
+    with replacing(writable(path)) as (temporary,):
+        command = [program, "-y", "-loglevel", "error", *source, *made, str(temporary)]
+        with subprocess.Popen(command, stdin=subprocess.PIPE, stderr=subprocess.PIPE) as process:
+            assert process.stdin is not None
+            assert process.stderr is not None
+            try:
+                for image in _images(film, tell):
+                    process.stdin.write(image.tobytes())
+                process.stdin.close()
+            except BrokenPipeError:  # it says why below
+                pass
+            said = process.stderr.read().decode(errors="replace").strip()
+        if process.returncode:
+            raise FileError(f"{path}: ffmpeg failed: {said.splitlines()[-1] if said else process.returncode}")
+
+
+def _images(film: Film, tell: Progress) -> Iterator[NDArray[np.uint8]]:
+    """Of a frame that is shown twice, the same picture."""
+    last, image = -1, None
+    for k in film.frames().tolist():
+        tell(f"t = {film.recording.times[k]:.3g} s")
+        if image is None or k != last:
+            last, image = k, film.image(k)
+        yield image
