@@ -179,15 +179,9 @@ def extent(model: Model, positions: Array) -> tuple[Array, float]:
         return np.zeros(3), 1.0
     low, high = np.percentile(points, 1, axis=0), np.percentile(points, 99, axis=0)
     reach = float(np.linalg.norm(high - low))
-    return (low + high) / 2, max(reach, 2 * model.length)
+    return (low + high) / 2, max(reach, 4 * model.length)
 
 
 def linear(colours: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    """Colours (n, 3) as the page takes them: of several instances linear in the light, of one as they are.
-
-    None is black: shades would not be seen.
-    """
-    colours = np.maximum(colours, DARKEST)
-    if len(colours) == 1:
-        return colours
-    return np.round(255 * (colours / 255) ** 2.2).astype(np.uint8)
+    """Colours (n, 3) as the page takes them, linear in the light; none is black, on which no shade is seen."""
+    return np.round(255 * (np.maximum(colours, DARKEST) / 255) ** 2.2).astype(np.uint8)

@@ -1,0 +1,72 @@
+"""A browser without a window, and what tests ask of a page of the viewer."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import time
+
+import numpy as np
+
+PROGRAMS = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
+OPTIONS = ["--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
+"""WebGL by the processor: a server has no graphics card."""
+
+
+def launch(playwright):
+    """Chromium: that of AMONTONS_BROWSER, of the system, or of Playwright; None where there is none."""
+    named = os.environ.get("AMONTONS_BROWSER")
+    programs = [named] if named else [found for name in PROGRAMS if (found := shutil.which(name))]
+    for program in [*programs, None]:
+        try:
+            return playwright.chromium.launch(executable_path=program, args=OPTIONS)
+        except Exception:  # of many kinds: not there, or not to be started
+            continue
+    return None
+
+
+def open_page(browser, url, size=(900, 600)):
+    """A page and the addresses that it asks for, each of which it is refused unless it is the given one."""
+    context = browser.new_context(viewport={"width": size[0], "height": size[1]})
+    page = context.new_page()
+    asked = []
+
+    def route(request):
+        asked.append(request.request.url)
+        if request.request.url.startswith((url, "blob:", "data:")):
+            request.continue_()
+        else:
+            request.abort()
+
+    page.route("**/*", route)
+    page.on("websocket", lambda socket: asked.append(socket.url))
+    page.goto(url)
+    page.wait_for_selector("canvas", timeout=60_000)
+    return page, asked
+
+
+def picture(page):
+    """What is on the canvas and beside it, as (height, width, 3)."""
+    import io
+
+    from PIL import Image
+
+    return np.asarray(Image.open(io.BytesIO(page.screenshot(timeout=120_000))).convert("RGB"), dtype=int)
+
+
+def wait_for(condition, seconds=60.0):
+    """Whether a condition comes true in time; software draws a picture in a second or so."""
+    end = time.monotonic() + seconds
+    while time.monotonic() < end:
+        if condition():
+            return True
+        time.sleep(0.05)
+    return False
+
+
+def like(pixels, colour, spread=60):
+    """Where a picture has about the direction of a colour, light or dark: (height, width)."""
+    unit = np.array(colour) / np.linalg.norm(colour)
+    along = pixels @ unit
+    off = np.linalg.norm(pixels - along[..., None] * unit, axis=-1)
+    return (off < spread) & (along > 60)

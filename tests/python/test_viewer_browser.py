@@ -1,0 +1,193 @@
+"""The page of the viewer in a browser without a window: what it loads, plays, picks, drags, scrubs."""
+
+import amontons
+import browser as chrome
+import numpy as np
+import pytest
+from amontons import ModelBuilder, Simulation, shapes
+
+pytest.importorskip("viser", reason="needs viser: pip install 'amontons[view]'")
+playwright = pytest.importorskip("playwright.sync_api", reason="needs Playwright: pip install playwright")
+
+BRICK, GREEN = (0.81, 0.48, 0.34), (40, 130, 70)
+
+
+@pytest.fixture(scope="module")
+def browser():
+    with playwright.sync_playwright() as running:
+        found = chrome.launch(running)
+        if found is None:
+            pytest.skip("needs Chromium: install it, or name it in AMONTONS_BROWSER")
+        yield found
+        found.close()
+
+
+def crate():
+    """One crate on a floor, in the middle of the picture."""
+    builder = ModelBuilder()
+    builder.add_geom(None, shapes.Plane())
+    builder.add_body("crate", shape=shapes.Box((0.5, 0.5, 0.5)), density=100, position=(0, 0, 0.5))
+    return Simulation(builder.build(), dt=5e-3, on_failure="ignore")
+
+
+@pytest.fixture
+def opened(browser):
+    """A function that shows a simulation or a recording: viewer, page, addresses that were asked for."""
+    shown = []
+
+    def show(subject, **options):
+        viewer = amontons.view(subject, **options)
+        page, asked = chrome.open_page(browser, viewer.url)
+        shown.append((viewer, page))
+        return viewer, page, asked
+
+    yield show
+    for viewer, page in shown:
+        page.context.close()
+        viewer.close()
+
+
+def brick_seen(page):
+    """Where the scene, left of the panel, has the colour of the crate."""
+    return chrome.like(chrome.picture(page)[150:, :520], BRICK)
+
+
+def golden(page):
+    """Where it is yellow: as green as red, and less blue."""
+    red, green, blue = np.moveaxis(chrome.picture(page)[150:, :520], -1, 0)
+    return (red - blue > 60) & (green > 0.85 * red)
+
+
+def in_view(page):
+    """Waits until the crate is drawn; the middle of it (column, row), in pixels of the page."""
+    assert chrome.wait_for(lambda: brick_seen(page).sum() > 5000)
+    rows, columns = np.nonzero(brick_seen(page))
+    return float(np.median(columns)), float(np.median(rows)) + 150
+
+
+# Breaks when the page asks anyone but its own server for anything, stays empty, or a script fails.
+def test_loads_from_its_server_alone(opened):
+    viewer, page, asked = opened(crate())
+    in_view(page)
+    port = viewer.url.rpartition(":")[2]
+    own = (f"http://localhost:{port}/", f"ws://localhost:{port}", f"blob:http://localhost:{port}/", "data:")
+    assert [address for address in asked if not address.startswith(own)] == []
+    seen = brick_seen(page)
+    # A convex body is one patch, which fills most of its bounds; the 2 % farthest away are the page's own.
+    rows, columns = (np.percentile(v, [2, 98]) for v in np.nonzero(seen))
+    assert 0.5 < 0.96 * seen.sum() / (np.ptp(rows) * np.ptp(columns)) < 1.1
+    assert page.get_by_role("button", name="Play").is_visible()
+
+
+# Breaks when a button does not reach the simulation, or what it does not the page.
+def test_plays_and_pauses(opened):
+    sim = crate()
+    _, page, _ = opened(sim)
+    in_view(page)
+    page.get_by_role("button", name="Single step").click()
+    assert chrome.wait_for(lambda: sim.steps == 1)
+    page.get_by_role("button", name="Play").click()
+    assert chrome.wait_for(lambda: sim.time > 0.2)
+    page.get_by_role("button", name="Pause").click()
+    page.get_by_role("button", name="Play").wait_for()
+    steps = sim.steps
+    page.wait_for_timeout(300)
+    assert sim.steps == steps
+    page.get_by_text(f"t = {sim.time:.3f} s · paused").wait_for()
+    page.get_by_role("button", name="Reset").click()
+    assert chrome.wait_for(lambda: sim.steps == 0)
+
+
+# Breaks when the body under the pointer is not the one that is picked, told and coloured.
+def test_picks(opened):
+    viewer, page, _ = opened(crate())
+    page.mouse.click(*in_view(page))
+    assert chrome.wait_for(lambda: viewer.chosen == 0)
+    page.get_by_text("crate", exact=True).wait_for()
+    page.get_by_text("mass: 100 kg").wait_for()
+    assert chrome.wait_for(lambda: golden(page).sum() > 5000)
+
+
+# Breaks when dragging does not pull the body towards the pointer, or holds it after the button is let go:
+# upwards by a good part of its height.
+def test_drags(opened):
+    sim = crate()
+    viewer, page, _ = opened(sim, play=True)
+    column, row = in_view(page)
+    page.mouse.move(column, row)
+    page.mouse.down()
+    for k in range(1, 11):
+        page.mouse.move(column, row - 22 * k)
+        page.wait_for_timeout(50)
+    assert chrome.wait_for(lambda: viewer.run.spring.body == 0)
+    assert chrome.wait_for(lambda: sim.state.positions[0, 2] > 0.6)
+    page.mouse.up()
+    assert chrome.wait_for(lambda: viewer.run.spring.body is None)
+    assert np.abs(sim.state.forces).max() < 1e-9
+    assert chrome.wait_for(lambda: sim.state.positions[0, 2] < 0.55)  # it falls again
+
+
+# Breaks when a switch draws nothing, or a choice of the solver does not hold from the next step on.
+def test_switches_and_solver(opened):
+    sim = crate()
+    sim.step()
+    _, page, _ = opened(sim)
+    in_view(page)
+    green = chrome.like(chrome.picture(page)[150:, :520], GREEN, 25).sum()
+    page.get_by_label("Forces").click(force=True)
+    page.get_by_label("Contact points").click(force=True)
+    assert chrome.wait_for(
+        lambda: chrome.like(chrome.picture(page)[150:, :520], GREEN, 25).sum() > green + 50
+    )
+    page.get_by_text("Solver").click()
+    page.get_by_label("Law").click()
+    page.get_by_role("option", name="associated").click()
+    assert chrome.wait_for(lambda: sim.options["law"] == "associated")
+
+
+# Breaks when moving through a recording by hand shows another frame, or playing it does not end at its end.
+def test_scrubs(opened, tmp_path):
+    sim = crate()
+    sim.state.linear_velocities[0] = (1, 0, 3)
+    with amontons.record(tmp_path / "a.h5", sim, every=2) as recorder:
+        for _ in range(60):
+            recorder.add(sim.step())
+    with amontons.read_recording(tmp_path / "a.h5") as recording:
+        viewer, page, _ = opened(recording)
+        before = in_view(page)
+        thumb = page.get_by_role("slider").first
+        thumb.press("End")
+        assert chrome.wait_for(lambda: viewer.run.frame == len(recording) - 1)
+        thumb.press("Home")
+        for _ in range(15):
+            thumb.press("ArrowRight")
+        assert chrome.wait_for(lambda: viewer.run.frame == 15)
+        page.get_by_text(f"t = {recording.times[15]:.3f} s").wait_for()
+        assert chrome.wait_for(lambda: abs(in_view(page)[1] - before[1]) > 10)
+        page.get_by_role("button", name="Play").click()
+        assert chrome.wait_for(lambda: viewer.run.frame == len(recording) - 1)
+        page.get_by_role("button", name="Play").wait_for()
+
+
+# Breaks when the file of `export --html` needs more than itself, or does not play.
+def test_replay_file(browser, tmp_path):
+    from amontons.viewer.page import write_page
+
+    sim = crate()
+    sim.state.linear_velocities[0] = (0, 0, 2.5)
+    with amontons.record(tmp_path / "a.h5", sim, every=4) as recorder:
+        for _ in range(100):
+            recorder.add(sim.step())
+    with amontons.read_recording(tmp_path / "a.h5") as recording:
+        write_page(recording, tmp_path / "a.html")
+    url = (tmp_path / "a.html").as_uri()
+    page, asked = chrome.open_page(browser, url, size=(520, 400))
+    try:
+        clock = page.locator("input").first  # seconds of the play bar
+        seen = set()
+        assert chrome.wait_for(lambda: seen.add(clock.input_value()) or len(seen) > 3)
+        page.locator("button").first.click()  # a still page is drawn once
+        assert brick_seen(page).sum() > 1000
+        assert [a for a in asked if not a.startswith((url, "blob:", "data:"))] == []
+    finally:
+        page.context.close()
