@@ -183,5 +183,5 @@ def extent(model: Model, positions: Array) -> tuple[Array, float]:
 
 
 def linear(colours: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    """Colours (n, 3) as the page takes them, linear in the light; none is black, on which no shade is seen."""
+    """Colours (n, 3) as the page takes them, linear in the light; none is black, where no shade is seen."""
     return np.round(255 * (np.maximum(colours, DARKEST) / 255) ** 2.2).astype(np.uint8)
