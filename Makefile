@@ -24,7 +24,7 @@ say = @printf '\033[1m%s\033[0m\n'
 SOAK_SECONDS ?= 3600
 SOAK_SEED ?= 1
 
-.PHONY: help demo test cpp_tests docs figures replays notebooks bench soak format lint sanitize stubs clean install
+.PHONY: help demo test cpp_tests browser docs figures replays notebooks bench soak format lint sanitize stubs clean install
 help:
 	@echo 'make demo      a wrecking ball hits a wall of 750 bricks: recording, pictures, figures in out/demo'
 	@echo 'make test      C++ and Python tests'
@@ -54,9 +54,15 @@ demo: install
 	$(say) 'Go on with'
 	@echo 'docs/five-minutes.md, or all documents as a site: make docs'
 
-test: install cpp_tests
+test: install cpp_tests browser
 	$(say) 'Python tests'
 	@$(BIN)/python -m pytest
+
+# Chromium for the tests of the viewer, where there is none and one can be had; else these tests are skipped.
+browser: install
+	@command -v chromium chromium-browser google-chrome >/dev/null \
+	  || timeout 300 $(BIN)/python -m playwright install chromium-headless-shell >build/browser.log 2>&1 \
+	  || echo 'no browser could be installed (build/browser.log); the tests of the page are skipped'
 
 cpp_tests: install
 	$(say) 'C++ tests'
@@ -74,6 +80,14 @@ figures: install
 
 replays: install
 	@$(BIN)/python tools/gallery.py --replays
+
+# The wrecking ball in motion, for the README.
+docs/figures/wall.webp: out/demo/wall.h5 | install
+	@$(BIN)/amontons export $< --gif $@ --size 640x300 --fps 12.5 --speed 0.5 --azimuth 50
+
+out/demo/wall.h5: | install
+	@mkdir -p out/demo
+	@$(BIN)/amontons run wall --duration 2 --tolerance 1e-3 --threads $(JOBS) --record $@ --record-every 4 || [ $$? -eq 1 ]
 
 notebooks: install
 	@$(BIN)/python tools/website/notebooks.py

@@ -23,7 +23,7 @@ import report
 from common import ROOT, arguments, processor, with_folders, write_csv
 
 HERE = Path(__file__).resolve().parent
-PARTS = ("files", "steps", "literal", "simulation", "physics", "robots", "rollout")
+PARTS = ("files", "steps", "literal", "simulation", "physics", "robots", "rollout", "viewer")
 PROGRAMS = {"contact_kernel": "kernel.csv", "broad_phase": "broad_phase.csv"}
 PACKAGES = ("amontons", "clarabel", "mujoco-core", "numpy", "scipy", "h5py")
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from ..checks import Array
-from ..io.files import replacing, writable
+from ..io.files import write_whole
 from ..io.recordings.recording import Recording
 from ..report.replays.film import movie_frames
 from .stage import Stage
@@ -34,8 +34,7 @@ def write_page(recording: Recording, path: Path, *, fps: float = 25.0, speed: fl
                 stage.move(*_poses(recording, k, model.length))
             last = k
         film.insert_sleep(1 / fps)
-        with replacing(writable(path)) as (temporary,):
-            temporary.write_text(film.as_html(), encoding="utf-8")
+        write_whole({path: film.as_html().encode()})
     finally:
         stop(server)
 

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import io
 import shutil
 import subprocess
+import tempfile
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -14,7 +16,7 @@ from numpy.typing import NDArray
 
 from ...checks import Array
 from ...errors import FileError, InputError
-from ...io.files import replacing, writable
+from ...io.files import write_whole
 from ..render import to_bytes
 from ..snapshots import Frame, Picture, View
 
@@ -94,9 +96,12 @@ def write_pictures(recording: Recording, path: Path, times: Sequence[float], sho
                 f"t = {time:g} s is not recorded; the recording goes from {first:g} to {last:g} s"
             )
     paths = [path if len(times) == 1 else path.with_stem(f"{path.stem}-{time:g}s") for time in times]
-    with replacing(*map(writable, paths)) as temporary:
-        for new, time in zip(temporary, times, strict=True):
-            Image.fromarray(film.image(recording.frame_at(time))).save(new, format="PNG")
+    made = {}
+    for path, time in zip(paths, times, strict=True):
+        data = io.BytesIO()
+        Image.fromarray(film.image(recording.frame_at(time))).save(data, format="PNG")
+        made[path] = data.getbuffer()
+    write_whole(made)
     return paths
 
 
@@ -107,16 +112,17 @@ def write_animation(recording: Recording, path: Path, shot: Shot, tell: Progress
     images = [Image.fromarray(image) for image in _images(Film(recording, shot), tell)]
     kind = path.suffix.lower().lstrip(".").upper()
     options = {"quality": 60, "method": 4} if kind == "WEBP" else {"optimize": True}
-    with replacing(writable(path)) as (temporary,):
-        images[0].save(
-            temporary,
-            format=kind,
-            save_all=True,
-            append_images=images[1:],
-            duration=round(1000 / shot.fps),
-            loop=0,
-            **options,
-        )
+    data = io.BytesIO()
+    images[0].save(
+        data,
+        format=kind,
+        save_all=True,
+        append_images=images[1:],
+        duration=round(1000 / shot.fps),
+        loop=0,
+        **options,
+    )
+    write_whole({path: data.getbuffer()})
 
 
 def write_movie(recording: Recording, path: Path, shot: Shot, tell: Progress) -> None:
@@ -132,7 +138,8 @@ def write_movie(recording: Recording, path: Path, shot: Shot, tell: Progress) ->
     size = f"{shot.width}x{shot.height}"
     source = ["-f", "rawvideo", "-pix_fmt", "rgb24", "-s", size, "-r", f"{shot.fps:g}", "-i", "-"]
     made = ["-c:v", "libx264", "-pix_fmt", "yuv420p", "-crf", "20", "-movflags", "+faststart", "-f", "mp4"]
-    with replacing(writable(path)) as (temporary,):
+    with tempfile.TemporaryDirectory() as folder:
+        temporary = Path(folder) / "movie.mp4"
         command = [program, "-y", "-loglevel", "error", *source, *made, str(temporary)]
         with subprocess.Popen(command, stdin=subprocess.PIPE, stderr=subprocess.PIPE) as process:
             assert process.stdin is not None
@@ -146,6 +153,7 @@ def write_movie(recording: Recording, path: Path, shot: Shot, tell: Progress) ->
             said = process.stderr.read().decode(errors="replace").strip()
         if process.returncode:
             raise FileError(f"{path}: ffmpeg failed: {said.splitlines()[-1] if said else process.returncode}")
+        write_whole({path: temporary.read_bytes()})
 
 
 def _images(film: Film, tell: Progress) -> Iterator[NDArray[np.uint8]]:

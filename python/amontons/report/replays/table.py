@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import csv
+import io
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ...io.files import replacing, writable
+from ...io.files import write_whole
 
 if TYPE_CHECKING:
     from ...io.recordings.recording import Recording
@@ -35,13 +36,12 @@ def write_table(recording: Recording, path: Path) -> None:
         name = joint.name or f"joint {k}"
         several = len(joint.dofs) > 1
         header += [dof.name or (f"{name}.{d}" if several else name) for d, dof in enumerate(joint.dofs)]
-    with replacing(writable(path)) as (temporary,), temporary.open("w", newline="", encoding="utf-8") as file:
-        writer = csv.writer(file)
-        writer.writerow(header)
-        for frame in range(len(recording)):
-            state = np.concatenate([getattr(recording, name)[frame] for name in PARTS], axis=1)
-            coordinates = recording.joint_coordinates[frame]
-            row = [*state.ravel().tolist(), *np.ravel(coordinates).tolist()]
-            writer.writerow(
-                [int(recording.steps[frame]), repr(float(recording.times[frame])), *map(repr, row)]
-            )
+    text = io.StringIO(newline="")
+    writer = csv.writer(text)
+    writer.writerow(header)
+    for frame in range(len(recording)):
+        state = np.concatenate([getattr(recording, name)[frame] for name in PARTS], axis=1)
+        coordinates = recording.joint_coordinates[frame]
+        row = [*state.ravel().tolist(), *np.ravel(coordinates).tolist()]
+        writer.writerow([int(recording.steps[frame]), repr(float(recording.times[frame])), *map(repr, row)])
+    write_whole({path: text.getvalue().encode()})

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import re
+import tempfile
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ...errors import InputError
-from ...io.files import replacing, writable
+from ...io.files import write_whole
 from ...model.parts import WORLD
 from ..batches import Batch, visuals_of
 
@@ -27,7 +28,8 @@ def write_usd(recording: Recording, path: Path) -> None:
     except ImportError:
         raise InputError("--usd needs usd-core: pip install 'amontons[usd]'") from None
     model = recording.model
-    with replacing(writable(path)) as (temporary,):
+    with tempfile.TemporaryDirectory() as folder:
+        temporary = Path(folder) / path.name
         stage = Usd.Stage.CreateNew(str(temporary))
         UsdGeom.SetStageUpAxis(stage, UsdGeom.Tokens.z)
         UsdGeom.SetStageMetersPerUnit(stage, 1.0)
@@ -49,6 +51,7 @@ def write_usd(recording: Recording, path: Path) -> None:
             _add_batch(stage, b, batch, names)
         stage.GetRootLayer().Save()
         del stage
+        write_whole({path: temporary.read_bytes()})
 
 
 def _add_batch(stage: Any, number: int, batch: Batch, names: list[str]) -> None:
