@@ -107,6 +107,27 @@ def test_a_missing_visual_is_left_out(tmp_path, content):
     assert [type(v.shape) for v in model.visuals] == [shapes.Cylinder]
 
 
+# Breaks when a visual that is wrong stops the model from being read, or is drawn somewhere.
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        '<origin rpy="0 0 nan"/><geometry><sphere radius="1"/></geometry>',
+        '<origin xyz="1e999 0 0"/><geometry><sphere radius="1"/></geometry>',
+        '<origin xyz="a b c"/><geometry><sphere radius="1"/></geometry>',
+        '<geometry><sphere radius="-1"/></geometry>',
+        '<geometry><box size="1 2"/></geometry>',
+        '<geometry><mesh filename=""/></geometry>',
+        '<geometry><mesh filename="wedge.obj" scale="1 nan 1"/></geometry>',
+        "<geometry/>",
+        "",
+    ],
+)
+def test_a_wrong_visual_is_left_out(tmp_path, wrong):
+    write_mesh(tmp_path)
+    text = URDF.format(file="wedge.obj").replace("<collision>", f"<visual>{wrong}</visual><collision>")
+    assert len(load(tmp_path / "r.urdf", text).visuals) == 2
+
+
 DAE = """<COLLADA xmlns="http://www.collada.org/2005/11/COLLADASchema"><asset><unit meter="0.5"/></asset>
 <library_geometries><geometry id="g"><mesh><source id="p"><float_array count="12">
 0 0 0 1 0 0 1 1 0 0 1 0</float_array><technique_common><accessor stride="3"/></technique_common></source>

@@ -89,31 +89,41 @@ def _of_urdf(compiled: Compiled, bodies: Bodies) -> list[Visual]:
         if link.tag != "link":
             continue
         for visual in link.children:
-            shape = _urdf_shape(compiled, visual, known) if visual.tag == "visual" else None
-            if shape is None:
+            try:
+                shape = _urdf_shape(compiled, visual, known) if visual.tag == "visual" else None
+                if shape is None:
+                    continue
+                material = visual.child("material")
+                colour = (_rgba(material) or colours.get(material.name)) if material else None
+                frame = bodies.frame[body] @ _origin(visual)
+                found.append(Visual(visual.name, bodies.at(body), frame, shape=shape, colour=colour))
+            except (InputError, OSError, ValueError, OverflowError):
                 continue
-            material = visual.child("material")
-            colour = (_rgba(material) or colours.get(material.name)) if material else None
-            frame = bodies.frame[body] @ _origin(visual)
-            found.append(Visual(visual.name, bodies.at(body), frame, shape=shape, colour=colour))
     return found
 
 
 def _rgba(material: Element) -> tuple[float, ...] | None:
     colour = material.child("color")
     values = (colour and colour.numbers("rgba")) or []
-    return tuple(min(max(part, 0.0), 1.0) for part in values) if len(values) == 4 else None
+    if len(values) != 4 or not np.isfinite(values).all():
+        return None
+    return tuple(np.clip(values, 0, 1).tolist())
 
 
 def _origin(visual: Element) -> Transform:
     """xyz, and the angles rpy about the fixed axes x, y and z one after the other."""
     origin = visual.child("origin")
-    xyz = (origin and origin.numbers("xyz")) or [0.0] * 3
-    rpy = (origin and origin.numbers("rpy")) or [0.0] * 3
+    values = {}
+    for name in ("xyz", "rpy"):
+        given = origin is not None and name in origin.attributes
+        values[name] = (origin.numbers(name) or []) if origin and given else [0.0, 0.0, 0.0]
+        if len(values[name]) != 3:
+            raise ValueError(f"{name} is not three numbers")
+    xyz, rpy = values["xyz"], values["rpy"]
     rotation = (1.0, 0.0, 0.0, 0.0)
-    for axis, angle in zip(np.eye(3).tolist(), rpy, strict=False):
+    for axis, angle in zip(np.eye(3).tolist(), rpy, strict=True):
         rotation = multiply(axis_angle(axis, angle), rotation)
-    return Transform(tuple(xyz), rotation) if len(xyz) == 3 else Transform((0.0, 0.0, 0.0), rotation)
+    return Transform(tuple(xyz), rotation)
 
 
 def _urdf_shape(
@@ -122,21 +132,18 @@ def _urdf_shape(
     geometry = visual.child("geometry")
     for element in geometry.children if geometry else []:
         size = {name: element.numbers(name) or [math.nan] for name in ("radius", "length", "size", "scale")}
-        try:
-            match element.tag:
-                case "sphere":
-                    return shapes.Sphere(size["radius"][0])
-                case "box":
-                    return shapes.Box(tuple(0.5 * x for x in size["size"]))
-                case "cylinder":
-                    return shapes.Cylinder(size["radius"][0], 0.5 * size["length"][0])
-                case "capsule":
-                    return shapes.Capsule(size["radius"][0], 0.5 * size["length"][0])
-                case "mesh":
-                    scale = size["scale"] if len(size["scale"]) == 3 else [1.0, 1.0, 1.0]
-                    return _scaled(_file(compiled, element.attributes.get("filename", ""), known), scale)
-        except InputError:
-            return None
+        match element.tag:
+            case "sphere":
+                return shapes.Sphere(size["radius"][0])
+            case "box":
+                return shapes.Box(tuple(0.5 * x for x in size["size"]))
+            case "cylinder":
+                return shapes.Cylinder(size["radius"][0], 0.5 * size["length"][0])
+            case "capsule":
+                return shapes.Capsule(size["radius"][0], 0.5 * size["length"][0])
+            case "mesh":
+                scale = size["scale"] if len(size["scale"]) == 3 else [1.0, 1.0, 1.0]
+                return _scaled(_file(compiled, element.attributes.get("filename", ""), known), scale)
     return None
 
 

@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from ...limits import plausible
 from ...model.drives import Actuator, PathElement, Tendon, TendonTerm, Transmission
 from ...model.model import Model
 from ...model.parts import Body, Coupling, Dof, Fluid, FluidBox, Geom, Joint, Material, Motor, PairMaterial
@@ -115,10 +116,14 @@ def _packed(array: np.ndarray[Any, Any]) -> str:
 
 
 def _unpacked(text: str, kind: str) -> np.ndarray[Any, Any]:
+    packed = base64.b64decode(text)
+    unpacking = zlib.decompressobj()
     try:
-        data = zlib.decompress(base64.b64decode(text))
+        data = unpacking.decompress(packed, plausible(len(packed)))
     except zlib.error as error:
         raise ValueError(f"a mesh is damaged: {error}") from None
+    if not unpacking.eof:
+        raise ValueError("a mesh is damaged: it is cut off, or unpacks to more than its size can mean")
     return np.frombuffer(data, dtype=kind).reshape(-1, 3)
 
 
