@@ -102,7 +102,7 @@ class Simulation(Queries):
         on_failure: str = "warn",
     ) -> None:
         if not isinstance(model, Model):
-            raise InputError(f"model is a {type(model).__name__}; give a Model, from ModelBuilder or a file")
+            raise InputError(f"model is a {type(model).__name__}; give a Model, as builder.build() or load_model(path) do")
         chosen("on_failure", on_failure, ON_FAILURE)
         given = dict(
             dt=dt,
