@@ -25,7 +25,7 @@ def to_mathml(html: str) -> tuple[str, list[str]]:
     faults: list[str] = []
 
     def mathml(source: str, display: str) -> str:
-        text = html_module.unescape(source).strip()
+        text = html_module.unescape(source).strip().replace("'", r"^{\top}")  # primes are set too high
         try:
             result = convert(text, display=display)
         except Exception as error:  # of many types, whatever the parser stumbles over

@@ -1,13 +1,13 @@
-// Newton's equation. Each block has an equation F(x, u) = 0, u = W x + q, that is zero exactly where the
-// block fulfils the law, and dF = G dx + H du:  (G + H W) dx = -F. Blocks at a bound have H = 0, dx = -F:
-// only the others, those that act, are factored.
+// Newton's equation, docs/algorithm.md (33). Each block has an equation F(x, u) = 0, u = W x + q, that is
+// zero exactly where the block fulfils the law, and dF = G dx + H du:  (G + H W) dx = -F. Blocks at a bound
+// have H = 0, dx = -F: only the others, those that act, are factored.
 //
 // Associated law, single rows, rolling friction: the natural map F = x - Pi(x - g / p) with Q =
 // Pi' and g = B u in derivatives, G = I - Q, H = Q B / p.
 //
 // Friction of circular and elliptic cones under coulomb: the equations of Alart and Curnier (CMAME 92, 1991),
-// which have no De Saxce term and so no kink where a sliding contact comes to rest. With y = x - u / p, n and
-// t its parts,
+// docs/algorithm.md (34), which have no De Saxce term and so no kink where a sliding contact comes to rest.
+// With y = x - u / p, n and t its parts,
 //   open    n <= 0          F = x
 //   stick   |t| <= mu n     F = u / p
 //   slide   else            F_n = u_n / p,   F_t = x_t - mu n e,   e = t / |t|.

@@ -1,5 +1,5 @@
-// Symbolic part: greedy minimum degree on the graph of nodes, relabelled in postorder. Numeric part:
-// right-looking, block by block.
+// docs/algorithm.md (31). Symbolic part: greedy minimum degree on the graph of nodes, relabelled in
+// postorder. Numeric part: right-looking, block by block.
 //
 // Pivot of node k with sign s: s K_kk = R R'. Its blocks K_kq, q above, become U_q = R^-1 K_kq, the
 // transposed blocks of L, and all pairs q <= r above are updated, K_qr -= s U_q' U_r. The inverse of R is
