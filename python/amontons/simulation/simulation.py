@@ -102,7 +102,9 @@ class Simulation(Queries):
         on_failure: str = "warn",
     ) -> None:
         if not isinstance(model, Model):
-            raise InputError(f"model is a {type(model).__name__}; give a Model, as builder.build() or load_model(path) do")
+            raise InputError(
+                f"model is a {type(model).__name__}; give a Model, as builder.build() and load_model(path) do"
+            )
         chosen("on_failure", on_failure, ON_FAILURE)
         given = dict(
             dt=dt,
@@ -189,7 +191,8 @@ class Simulation(Queries):
         if not last.advanced:
             raise SimulationError(
                 f"the velocities at t = {self.time:g} s came out not finite, or beyond 1e15 m/s "
-                f"({last.status}); the state is that before the step. Look for loads or speeds out of any proportion, or make dt smaller"
+                f"({last.status}); the state is that before the step. "
+                "Look for loads or speeds out of any proportion, or make dt smaller"
             )
         counted = watching.saw(residual, steps=steps, missed=not last.is_sound)
         on_failure = self._options["on_failure"]
