@@ -7,6 +7,7 @@ import amontons
 import numpy as np
 import pytest
 from amontons import ModelBuilder, Simulation, scenes, shapes
+from amontons.viewer.plots import columns
 from amontons.viewer.runs import LiveRun, ReplayRun
 from amontons.viewer.spring import FREQUENCY, Spring, connected_mass
 
@@ -189,6 +190,52 @@ def test_a_program_may_step_by_itself(served):
     assert sim.options["tolerance"] == 1e-3
     assert viewer.url.startswith("http://localhost:")
     assert viewer.url in viewer._repr_html_()
+
+
+# Breaks when what is followed does not stay where it was seen, jumps when following begins or ends, or what
+# is dragged meanwhile is not where the pointer is: the world moves back by what the body has moved.
+def test_the_eye_follows_a_body(served):
+    sim = stack()
+    viewer = served(sim, play=None)
+    viewer.choose(2)
+    sim.state.positions[2] += (1.0, 0.0, 0.0)
+    viewer.follow(True)
+    viewer.show()
+    assert viewer.stage.offset.tolist() == [0, 0, 0]
+    sim.state.positions[2] += (0.5, 0.25, 0.0)
+    viewer.show()
+    assert viewer.stage.offset.tolist() == [0.5, 0.25, 0]
+    assert tuple(viewer.stage._root.position) == (-0.5, -0.25, 0)
+    viewer.follow(False)
+    sim.state.positions[2] += (9.0, 0.0, 0.0)
+    viewer.show()
+    assert viewer.stage.offset.tolist() == [0.5, 0.25, 0]
+
+
+# Breaks when an instance of the page is not where its body is, or shows another shape when asked for.
+def test_instances_are_where_their_bodies_are(served):
+    builder = ModelBuilder()
+    builder.add_body("ball", shape=shapes.Sphere(0.5), density=1)
+    builder.add_visual("ball", shapes.Box((0.1, 0.1, 0.1)), position=(1, 0, 0))
+    sim = Simulation(builder.build())
+    viewer = served(sim, play=None)
+    sim.state.positions[0], sim.state.orientations[0] = (0, 0, 3), (0, 0, 0, 1)  # half a turn about z
+    viewer.show()
+    for which, expected in (("visual", (-1, 0, 3)), ("collision", (0, 0, 3))):
+        viewer.stage.show_shapes(which)
+        viewer.show()
+        ((_, handle),) = viewer.stage._batches
+        np.testing.assert_allclose(handle.batched_positions[0], expected, atol=1e-6)
+
+
+# Breaks when a plot shows another quantity, or a residual of zero leaves it without one.
+def test_plots_show_the_history():
+    run = LiveRun(stack())
+    run.advance(0.05, 10.0)
+    t, values = columns(run.history, "contacts")
+    assert t.tolist() == pytest.approx([0.005 * (k + 1) for k in range(10)])
+    assert values[-1] == len(run.contacts)
+    assert columns(np.zeros((1, 6)), "residual")[1].tolist() == [-16]
 
 
 # Breaks when something that has no view, or a place where no page can be, is not refused by name.

@@ -10,6 +10,7 @@ from ..checks import Array
 from ..model.parts import WORLD
 from ..report.batches import product, turned
 from .runs import LiveRun, ReplayRun
+from .spring import connected_mass
 
 if TYPE_CHECKING:
     import viser
@@ -70,9 +71,10 @@ class Marks:
             self._arrows("spring", ends[0][None], (ends[1] - ends[0])[None], SPRING)
 
     def _default_scale(self) -> float:
-        """The weight of a body of median mass is drawn three times as long as the body is large."""
-        masses = [b.mass for b in self._run.model.bodies if b.motion == "dynamic"]
-        weight = float(np.median(masses)) * 9.81 if masses else 1.0
+        """A quarter of the weight of the median body, with all that joints connect with it, is drawn three
+        times as long as a body is large."""
+        masses = connected_mass(self._run.model)
+        weight = 9.81 / 4 * float(np.median(masses[masses > 0])) if (masses > 0).any() else 1.0
         return 3 * self._size / max(weight, 1e-12)
 
     def _points(self, kind: str, points: Array, colours: Any) -> None:
@@ -99,7 +101,7 @@ class Marks:
         if not len(ends):
             self._hide(kind)
         elif (handle := self._handles.get(kind)) is None:
-            thick = 0.03 * self._size
+            thick = 0.05 * self._size
             self._handles[kind] = self._scene.add_arrows(
                 f"{self._root}/{kind}",
                 ends,
@@ -125,8 +127,8 @@ class Marks:
                 f"{self._root}/{kind}",
                 axes.astype(np.float32),
                 at.astype(np.float32),
-                axes_length=0.8 * self._size,
-                axes_radius=0.03 * self._size,
+                axes_length=1.5 * self._size,
+                axes_radius=0.05 * self._size,
             )
         else:
             handle.batched_positions, handle.batched_wxyzs = at.astype(np.float32), axes.astype(np.float32)

@@ -35,7 +35,7 @@ class Panel:
         self._transport()
         self._drawing()
         self._inspector = Inspector(server, viewer)
-        self._plots = Plots(server, viewer.run)
+        self._plots = Plots(server, viewer)
         if isinstance(viewer.run, LiveRun):
             add_solver(server, viewer, viewer.run)
 

@@ -8,10 +8,12 @@ import numpy as np
 
 from ..checks import Array
 from .events import on_user
-from .runs import SERIES, LiveRun, ReplayRun
+from .runs import SERIES
 
 if TYPE_CHECKING:
     import viser
+
+    from .viewer import Viewer
 
 COLOURS = ("", "#c2413a", "#3a6fb0", "#3d8a4a", "#8a5fb0", "#b07a2a")
 LOGARITHMIC = {"residual", "real-time factor"}
@@ -23,8 +25,8 @@ SMALLEST = 1e-16
 class Plots:
     """One plot per quantity, each with a switch; those that are off cost nothing."""
 
-    def __init__(self, server: viser.ViserServer, run: LiveRun | ReplayRun) -> None:
-        self._run, self._gui = run, server.gui
+    def __init__(self, server: viser.ViserServer, viewer: Viewer) -> None:
+        self._run, self._gui = viewer.run, server.gui
         self._plots: dict[str, Any] = {}
         self._wanted: dict[str, bool] = {}
         empty = np.zeros((0, len(SERIES)))
@@ -33,7 +35,7 @@ class Plots:
                 self._wanted[name] = name in SHOWN
                 box = server.gui.add_checkbox(name.capitalize(), self._wanted[name])
                 self._plots[name] = self._add(name, empty)
-                on_user(box, lambda value, name=name: self._switch(name, value))
+                on_user(box, lambda v, name=name: viewer.post(lambda: self._switch(name, v)))
 
     def show(self) -> None:
         """Curves up to now."""
@@ -49,17 +51,14 @@ class Plots:
         self._plots[name].visible = wanted
 
     def _add(self, name: str, history: Array) -> Any:
-        scale: Any = {"x": {"time": False}}
-        if name in LOGARITHMIC:
-            scale["y"] = {"distr": 3}
         return self._gui.add_uplot(
             columns(history, name),
             (
                 {"label": "t"},
                 {"label": name, "stroke": COLOURS[SERIES.index(name)], "width": 1.5},
             ),
-            title=name,
-            scales=scale,
+            title=f"log10 {name}" if name in LOGARITHMIC else name,
+            scales={"x": {"time": False}},
             height=150,
             legend={"show": False},
             visible=self._wanted[name],
@@ -67,8 +66,8 @@ class Plots:
 
 
 def columns(history: Array, name: str) -> tuple[Array, Array]:
-    """Time and the quantity; above zero where the scale is logarithmic."""
+    """Time and the quantity, of some its decimal logarithm."""
     values = history[:, SERIES.index(name)]
     if name in LOGARITHMIC:
-        values = np.maximum(values, SMALLEST)
+        values = np.log10(np.maximum(values, SMALLEST))
     return np.ascontiguousarray(history[:, 0]), np.ascontiguousarray(values, dtype=np.float64)

@@ -6,6 +6,7 @@ Callbacks of the server run in its thread and post what is to be done.
 
 from __future__ import annotations
 
+import atexit
 import contextlib
 import errno
 import io
@@ -211,6 +212,8 @@ def serve(host: str, port: int, title: str) -> Any:
     _require_place(host, port)
     with contextlib.redirect_stdout(io.StringIO()):
         server = viser.ViserServer(host=host, port=port, label=title, verbose=False)
+    atexit.unregister(server.stop)  # which prints
+    atexit.register(stop, server)
     server.gui.configure_theme(show_logo=False, show_share_button=False, control_width="medium")
     return server
 
