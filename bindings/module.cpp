@@ -1,4 +1,26 @@
+#include "amontons/base/isa.hpp"
 #include "bindings.hpp"
+
+namespace {
+
+const char* instruction_set() {
+  switch (amontons::active_isa()) {
+    case amontons::Isa::avx512: return "avx512";
+    case amontons::Isa::avx2: return "avx2";
+    case amontons::Isa::baseline: break;
+  }
+  return "baseline";
+}
+
+const char* compiler() {
+#if defined(__clang__)
+  return __VERSION__;  // begins with the name
+#else
+  return "GCC " __VERSION__;
+#endif
+}
+
+}  // namespace
 
 NB_MODULE(_core, m) {
   using namespace amontons::python;
@@ -6,6 +28,8 @@ NB_MODULE(_core, m) {
   // Shapes that a module of the user still holds when the interpreter ends are no leaks.
   nanobind::set_leak_warnings(false);
   nanobind::exception<amontons::InputError>(m, "InputError", PyExc_ValueError);
+  m.def("instruction_set", instruction_set, "The kernels that this processor runs: baseline, avx2 or avx512.");
+  m.def("compiler", compiler, "Name and version of the compiler that made this module.");
   bind_cones(m);
   bind_operators(m);
   bind_problem(m);

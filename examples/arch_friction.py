@@ -35,7 +35,7 @@ def coulomb(stones: int) -> float:
 grid = {"stones": [7, 11, 15], "mu": np.linspace(0.26, 0.35, 10).round(3)}
 table = amontons.sweep(run, grid, out="arch.parquet")
 
-for stones in grid["stones"]:
+for stones in (7, 11, 15):
     rows = [row for row in table.to_pylist() if row["stones"] == stones]
     stands = min(row["mu"] for row in rows if row["moved"] < 1e-3)
     print(f"{stones} stones stand from mu = {stands:.2f} on; by Coulomb's theory from {coulomb(stones):.4f}")

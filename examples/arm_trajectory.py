@@ -24,13 +24,13 @@ start = simulation.site("tip")["position"]
 circle = start + 0.15 * np.stack([np.cos(phase) - 1, np.sin(phase), 0 * phase], axis=1)
 
 # Joint angles for it: Newton's method, in a simulation that never steps.
-thinking, path = simulation.copy(), []
+thinking, postures = simulation.copy(), []
 for point in circle:
     for _ in range(4):
         error = point - thinking.site("tip")["position"]
         thinking.q = thinking.q + np.linalg.solve(thinking.site_jacobian("tip")[:3], error)
-    path.append(thinking.q)
-path = np.array(path)
+    postures.append(thinking.q)
+path = np.array(postures)
 speeds = np.gradient(path, dt, axis=0)
 accelerations = np.gradient(speeds, dt, axis=0)
 

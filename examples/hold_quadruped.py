@@ -38,8 +38,8 @@ assert abs(simulation.q[2] - standing[2]) < 0.03
 simulation.state.forces[trunk] = (0, 60, 0)  # N, at the centre of mass
 simulation.run(0.2)
 simulation.state.forces[trunk] = 0
-tilt = []
-simulation.run(2.0, lambda sim, report: tilt.append(sim.q[4:6].copy()) and None)
+tilt: list[np.ndarray] = []
+simulation.run(2.0, lambda sim, report: tilt.append(sim.q[4:6].copy()))
 print(
     f"pushed, it rolls by {2 * np.degrees(np.abs(tilt).max()):.1f} degrees and moves {simulation.q[1]:.3f} m"
 )

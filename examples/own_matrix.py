@@ -13,4 +13,5 @@ solution = amontons.solve(A, b, cones, tolerance=1e-10, history=True)
 print(solution)
 print("impulses  ", np.round(solution.x, 4))
 print("velocities", np.round(solution.u, 4))
+assert solution.history is not None  # as asked for
 print("residuals ", solution.history["residual"][:5])

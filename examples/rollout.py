@@ -2,12 +2,13 @@
 
 from pathlib import Path
 from time import perf_counter
+from typing import Any
 
 import amontons
 import numpy as np
 
 model = amontons.load_model(Path(__file__).parent / "models" / "arm.xml")  # pip install amontons[models]
-options = {"dt": 4e-3, "tolerance": 1e-4}
+options: dict[str, Any] = {"dt": 4e-3, "tolerance": 1e-4}
 random = np.random.default_rng(seed=7)
 worlds, rows, repeat = 48, 30, 10  # 30 controls, each held for 40 ms
 

@@ -13,6 +13,12 @@ from numpy.typing import NDArray
 class InputError(ValueError):
     pass
 
+def instruction_set() -> str:
+    """The kernels that this processor runs: baseline, avx2 or avx512."""
+
+def compiler() -> str:
+    """Name and version of the compiler that made this module."""
+
 class SetProduct:
     """A product of small sets, in the order in which they are added."""
 

@@ -9,7 +9,7 @@ import copy
 import difflib
 import math
 import numbers
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from itertools import islice
 from typing import Any, TypeVar
@@ -24,6 +24,8 @@ Array = NDArray[np.float64]
 Vector3 = tuple[float, float, float]
 Quaternion = tuple[float, float, float, float]
 """w, x, y, z"""
+Numbers = Sequence[float] | NDArray[Any]
+"""What users may hand in for a vector: a tuple, a list, an array."""
 Matrix3 = tuple[Vector3, Vector3, Vector3]
 T = TypeVar("T")
 
@@ -34,11 +36,11 @@ EXACT = 1e-15
 
 
 def suggestion(name: object, known: Iterable[str]) -> str:
-    """The words "did you mean" for a name that is nearly a known one, else none: goes inside a message."""
+    """(did you mean 'x'?) for a name that is nearly a known one, else nothing: goes inside a message."""
     if not isinstance(name, str) or len(name) > 80:
         return ""
     close = difflib.get_close_matches(name, list(known), n=1, cutoff=0.6)
-    return f", did you mean {close[0]!r}?" if close else ""
+    return f" (did you mean {close[0]!r}?)" if close else ""
 
 
 def chosen(what: str, name: object, known: Mapping[str, T]) -> T:

@@ -28,6 +28,13 @@ TEST(active_isa_is_constant_and_obeys_the_environment) {
   if (wish && std::string(wish) == "avx2") CHECK(isa != Isa::avx512);
 #if !defined(AMONTONS_X86)
   CHECK(isa == Isa::baseline);
+#elif defined(__GNUC__) && !defined(__clang__)
+  // The same by GCC's own table, another reading of the processor.
+  __builtin_cpu_init();
+  const bool avx512 = __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") &&
+                      __builtin_cpu_supports("avx512vl");
+  if (!wish) CHECK((isa != Isa::baseline) == bool(__builtin_cpu_supports("avx2")));
+  if (!wish && isa != Isa::baseline) CHECK((isa == Isa::avx512) == avx512);
 #endif
 }
 

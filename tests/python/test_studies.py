@@ -249,7 +249,7 @@ def test_other_files_stay(tmp_path):
     ("change", "message"),
     [
         ({"run": 5}, "run is a int; give a function"),
-        ({"run": "archh"}, "no scene or model file 'archh', did you mean 'arch'"),
+        ({"run": "archh"}, r"no scene or model file 'archh' \(did you mean 'arch'\?\)"),
         ({"run": studied.troubled}, "troubled takes no argument 'mu'; its arguments: k"),
         ({"grid": {"speed": [1]}}, "slide needs the argument 'mu'; the grid lacks it"),
         ({"grid": {"mu": 1}}, r"grid\['mu'\] is 1; give a list of values"),

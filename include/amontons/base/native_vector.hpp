@@ -15,8 +15,11 @@ constexpr int width = 4;
 constexpr int width = 2;
 #endif
 
-using Vec = double __attribute__((vector_size(8 * width), may_alias));                   // in aligned memory
-using LooseVec = double __attribute__((vector_size(8 * width), aligned(8), may_alias));  // anywhere
+using Vec = double __attribute__((vector_size(8 * width), may_alias));  // in aligned memory
+// Anywhere. The attributes stand before the equals sign: Clang takes no alignment from those of the type
+// behind it.
+using LooseVec __attribute__((vector_size(8 * width), aligned(8), may_alias)) = double;
+static_assert(alignof(LooseVec) == alignof(double));
 
 }  // namespace
 }  // namespace amontons::AMONTONS_ISA

@@ -9,8 +9,9 @@ import typer
 
 from .. import __version__
 from .bench import bench
-from .common import NOT_CONVERGED, out
+from .common import NOT_CONVERGED, out, show_log
 from .compare import compare
+from .doctor import doctor
 from .export import export
 from .info import info
 from .run import run
@@ -22,13 +23,13 @@ from .view import view
 app = typer.Typer(
     help="Rigid bodies with joints and frictional contacts, and the variational inequalities of their steps.",
     no_args_is_help=True,
-    add_completion=False,
     pretty_exceptions_enable=False,
 )
 for command in (run, view, scenes, export, sweep):
     app.command(rich_help_panel="Simulations")(command)
 for command in (solve, compare, info):
     app.command(rich_help_panel="Problem files")(command)
+app.command(rich_help_panel="Installation")(doctor)
 app.add_typer(bench, name="bench", rich_help_panel="Benchmarks")
 
 
@@ -52,5 +53,12 @@ def _common(
     version: Annotated[
         bool, typer.Option("--version", callback=_version, is_eager=True, help="Show the version.")
     ] = False,
+    verbose: Annotated[
+        int,
+        typer.Option(
+            "--verbose", "-v", count=True, help="Log what is done to standard error; twice: every step too."
+        ),
+    ] = 0,
 ) -> None:
-    pass
+    if verbose:
+        show_log(verbose)

@@ -10,7 +10,7 @@ import typer
 
 from ..errors import InputError
 from ..problem import options
-from .common import Law, make_folder, one_line_errors, progress, say
+from .common import AsJson, Law, make_folder, one_line_errors, print_json, progress, say
 
 bench = typer.Typer(no_args_is_help=True, help="Reproduce benchmarks.")
 
@@ -32,6 +32,7 @@ def paper(
     deadline: Annotated[
         float | None, typer.Option(help="Wall clock per method and problem (s), at full size 10 by default.")
     ] = None,
+    as_json: AsJson = False,
 ) -> None:
     """Reproduce the figures of the P-SPG-FB paper: PNG, CSV and a Markdown page in one folder.
 
@@ -59,5 +60,8 @@ def paper(
         )
         with progress(steps(plan)) as advance:
             made = reproduce(plan, output, law=law, command=command, before=advance)
+    if as_json:
+        print_json({"files": made})
+        return
     for path in made:
         say(path)

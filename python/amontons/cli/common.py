@@ -2,21 +2,28 @@
 
 from __future__ import annotations
 
+import json
+import logging
+import math
 import sys
 import warnings
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated
 
+import numpy as np
 import typer
 from rich.console import Console
+from rich.highlighter import NullHighlighter
+from rich.logging import RichHandler
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
 from ..errors import InputError, SimulationError
 from ..io import read_problem
 from ..problem.problem import Problem
+from . import completion
 
 CONVERGED, NOT_CONVERGED, BAD_INPUT = 0, 1, 2
 """Exit codes: all converged, some did not, some input could not be used (which includes usage errors)."""
@@ -24,8 +31,19 @@ CONVERGED, NOT_CONVERGED, BAD_INPUT = 0, 1, 2
 out = Console(width=None if sys.stdout.isatty() else 140)  # a pipe or a log has no width: nothing is folded
 err = Console(stderr=True)
 
-Files = Annotated[list[Path], typer.Argument(help="Problem files: FCLIB .hdf5, .mtx with .npz, or .npz.")]
-Law = Annotated[str, typer.Option(help="associated (convex relaxation) or coulomb (true Coulomb friction).")]
+Files = Annotated[
+    list[Path],
+    typer.Argument(
+        help="Problem files: FCLIB .hdf5, .mtx with .npz, or .npz.", autocompletion=completion.problems
+    ),
+]
+Law = Annotated[
+    str,
+    typer.Option(
+        help="associated (convex relaxation) or coulomb (true Coulomb friction).",
+        autocompletion=completion.law_names,
+    ),
+]
 Tolerance = Annotated[float, typer.Option(help="Natural residual to reach, relative to that of x = 0.")]
 Threads = Annotated[int, typer.Option(help="Threads; results do not depend on them.")]
 
@@ -66,17 +84,47 @@ def complain(message: str) -> None:
     )
 
 
+def print_json(value: object) -> None:
+    """JSON on stdout; what is not finite becomes null, which JSON lacks numbers for."""
+    out.file.write(json.dumps(_finite(value), indent=1, default=str) + "\n")
+
+
+def _finite(value: object) -> object:
+    if isinstance(value, Mapping):
+        return {key: _finite(entry) for key, entry in value.items()}
+    if isinstance(value, list | tuple):
+        return [_finite(entry) for entry in value]
+    if isinstance(value, np.generic):
+        value = value.item()
+    return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
 def say(line: object, style: str = "") -> None:
     """A line on stdout, as it is."""
     out.print(str(line), style=style, soft_wrap=True, highlight=False, markup=False)
 
 
-def facts_table(facts: Mapping[str, object], title: str | None = None) -> None:
+def show_log(verbose: int) -> None:
+    """Lines of the logger "amontons" on stderr: what is done, with 2 every step and solve."""
+    plain = NullHighlighter()
+    handler = RichHandler(
+        console=err,
+        show_path=False,
+        show_level=False,
+        log_time_format="%H:%M:%S",
+        highlighter=plain,
+    )
+    logger = logging.getLogger("amontons")
+    logger.handlers = [handler]
+    logger.setLevel(logging.INFO if verbose == 1 else logging.DEBUG)
+
+
+def facts_table(facts: Iterable[tuple[str, object]], title: str | None = None) -> None:
     """Names and values, one per line, on stdout."""
     table = Table(show_header=False, box=None, pad_edge=False, title=title, title_justify="left")
     table.add_column(style="bold", no_wrap=True)
     table.add_column(overflow="fold")
-    for key, value in facts.items():
+    for key, value in facts:
         table.add_row(key, str(value))
     out.print(table, highlight=False, markup=False)
 

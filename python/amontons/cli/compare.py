@@ -12,6 +12,7 @@ from ..report import terminal
 from .common import (
     BAD_INPUT,
     NOT_CONVERGED,
+    AsJson,
     Files,
     Law,
     Threads,
@@ -19,8 +20,10 @@ from .common import (
     make_folder,
     one_line_errors,
     out,
+    print_json,
     progress,
     read,
+    say,
 )
 
 
@@ -34,12 +37,13 @@ def compare(
     tolerance: Tolerance = 1e-6,
     deadline: Annotated[float, typer.Option(help="Wall clock per method and file (s).")] = 2.0,
     threads: Threads = 1,
+    as_json: AsJson = False,
 ) -> None:
     """Run every method on the same problems: a table, convergence figures (PNG) and CSV files.
 
     The exit code is 0 if some method solved each problem, 1 if not, 2 if some input could not be used.
     """
-    from ..report.comparison import Run, comparable_methods, interrupted, write_csv
+    from ..report.comparison import Run, as_dict, comparable_methods, interrupted, write_csv
     from ..report.comparison import compare as run_methods
     from ..report.figures import convergence_figures
 
@@ -71,17 +75,21 @@ def compare(
             runs += mine
             if interrupted(mine):
                 break
-    if runs:
+    if runs and not as_json:
         out.print(terminal.compared(runs, law))
         for line in terminal.refusals(runs):
-            out.print(line, style="dim", soft_wrap=True, highlight=False, markup=False)
+            say(line, "dim")
+    made: list[Path] = []
+    if runs:
         with one_line_errors(output):
             make_folder(output)
-        for path in (
-            *convergence_figures(runs, output, tolerance=tolerance, law=law),
-            *write_csv(runs, output),
-        ):
-            out.print(str(path), soft_wrap=True, highlight=False)
+        made += convergence_figures(runs, output, tolerance=tolerance, law=law)
+        made += write_csv(runs, output)
+    if as_json:
+        print_json({"law": law, "runs": [as_dict(run) for run in runs], "files": made})
+    else:
+        for path in made:
+            say(path)
     if bad:
         raise typer.Exit(BAD_INPUT)
     converged = {run.problem for run in runs if run.solution is not None and run.solution.converged}

@@ -14,7 +14,7 @@ from ..io.files import writable
 from ..report.touch import touched
 from ..simulation.outcome import Report
 from ..simulation.simulation import Simulation
-from .common import NOT_CONVERGED, Threads, notes, one_line_errors, progress, say
+from .common import NOT_CONVERGED, AsJson, Threads, notes, one_line_errors, print_json, progress, say
 from .replays import (
     Azimuth,
     Csv,
@@ -91,6 +91,7 @@ def export(
     speed: Speed = 1.0,
     azimuth: Azimuth = -60.0,
     elevation: Elevation = 20.0,
+    as_json: AsJson = False,
 ) -> None:
     """Simulate up to a step and write its problem, with the solution found, for `compare` and other solvers;
     or turn a recording into a page, pictures, movies, a scene of USD or a table.
@@ -108,23 +109,29 @@ def export(
     choices = Choices(settings or (), strict, floating_base, keyframe, self_overlaps)
     with one_line_errors():
         if wanted.any:
-            export_recording(subject, wanted)
+            made = export_recording(subject, wanted)
+            print_json({"files": made}) if as_json else [say(file) for file in made]
             return
         output = _require_output(output)
         with notes():
             chosen = open_subject(subject, choices, given)
-        reports = _export(chosen, output, _last_step(chosen, step, at, touch), every, touch)
+        written = _export(chosen, output, _last_step(chosen, step, at, touch), every, touch, as_json)
+    if as_json:
+        print_json([_as_dict(path, report) for path, report in written.items()])
+    reports = written.values()
     if not all(report.converged for report in reports):
         raise typer.Exit(NOT_CONVERGED)
 
 
-def _export(chosen: Subject, output: Path, last: int, every: int | None, touch: str | None) -> list[Report]:
-    """Reports of the steps that were written."""
+def _export(
+    chosen: Subject, output: Path, last: int, every: int | None, touch: str | None, quiet: bool
+) -> dict[Path, Report]:
+    """Files and reports of the steps that were written."""
     sim = chosen.simulation
     if every is not None and (touch is not None or not 1 <= every <= last):
         raise InputError(f"every = {every}; it must be from 1 to {last}, the last step, without --touch")
     body = None if touch is None else sim.model.body_index(touch)
-    written = []
+    written: dict[Path, Report] = {}
     with progress(last) as advance:
         for k in range(1, last + 1):
             advance(f"{chosen.name} t = {sim.time:.3g} s")
@@ -134,8 +141,9 @@ def _export(chosen: Subject, output: Path, last: int, every: int | None, touch: 
                 digits = max(6, len(str(last)))
                 path = output if every is None else output.with_stem(f"{output.stem}-{k:0{digits}d}")
                 _write(sim, chosen.source, path)
-                say(_line(path, report))
-                written.append(report)
+                written[path] = report
+                if not quiet:
+                    say(_line(path, report))
             if hit:
                 break
     if not written:
@@ -174,6 +182,11 @@ def _write(sim: Simulation, source: str, path: Path) -> None:
     problem = sim.problem()
     problem.name = f"{source}, {problem.name}"
     problem.write(path, solution=sim.impulses if path.suffix.lower() in HDF5 else None)
+
+
+def _as_dict(path: Path, report: Report) -> dict[str, object]:
+    names = ("time", "contacts", "joint_rows", "status", "residual", "iterations", "method")
+    return {"file": path} | {name: getattr(report, name) for name in names}
 
 
 def _line(path: Path, report: Report) -> str:

@@ -6,21 +6,22 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.table import Table
 
-from .common import BAD_INPUT, out, read
+from .common import BAD_INPUT, AsJson, facts_table, print_json, read
+from .completion import problems
 
 
-def info(file: Annotated[Path, typer.Argument(help="A problem file.")]) -> None:
+def info(
+    file: Annotated[Path, typer.Argument(help="A problem file.", autocompletion=problems)],
+    as_json: AsJson = False,
+) -> None:
     """Show sizes, cones, friction coefficients, symmetry, rank and conditioning of a problem."""
-    from ..report.facts import facts
+    from ..report.facts import as_dict, facts
 
     problem = read(file)
     if problem is None:
         raise typer.Exit(BAD_INPUT)
-    table = Table(show_header=False, box=None, pad_edge=False)
-    table.add_column(style="bold", no_wrap=True)
-    table.add_column(overflow="fold")
-    for key, value in facts(problem):
-        table.add_row(key, value)
-    out.print(table, highlight=False)
+    if as_json:
+        print_json({"file": str(file), **as_dict(problem)})
+    else:
+        facts_table(facts(problem))

@@ -12,7 +12,7 @@ import typer
 from ..errors import InputError
 from ..io.files import existing, writable
 from ..io.recordings import is_recording, read_recording
-from .common import progress, say
+from .common import progress
 
 PANEL = "Of a recording"
 
@@ -61,8 +61,8 @@ class Wanted:
         return any(path is not None for path in self.files.values())
 
 
-def export_recording(subject: str, wanted: Wanted) -> None:
-    """Make the files that are wanted of a recording, one after the other. Raises InputError, FileError."""
+def export_recording(subject: str, wanted: Wanted) -> list[Path]:
+    """Make the files that are wanted of a recording; they are returned. Raises InputError, FileError."""
     from ..report.replays.film import Shot, write_animation, write_movie, write_pictures
     from ..report.replays.table import write_table
     from ..report.replays.usd import write_usd
@@ -90,11 +90,12 @@ def export_recording(subject: str, wanted: Wanted) -> None:
             "usd": lambda file, _: write_usd(recording, file),
             "csv": lambda file, _: write_table(recording, file),
         }
+        written: list[Path] = []
         for name, file in files.items():
             with progress(pictures) as tell:
                 made = makers[name](file, tell)
-            for each in made if isinstance(made, list) else [file]:
-                say(each)
+            written += made if isinstance(made, list) else [file]
+    return written
 
 
 def _page() -> Callable[..., None]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import signal
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager, nullcontext
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -20,7 +20,19 @@ from ..io.files import writable
 from ..io.recordings.recorder import Recorder
 from ..simulation.outcome import Report, reports_array
 from ..simulation.simulation import Simulation
-from .common import NOT_CONVERGED, Threads, complain, err, make_folder, notes, one_line_errors, out, say
+from .common import (
+    NOT_CONVERGED,
+    AsJson,
+    Threads,
+    complain,
+    err,
+    facts_table,
+    make_folder,
+    notes,
+    one_line_errors,
+    print_json,
+    say,
+)
 from .subject import (
     Budget,
     Choices,
@@ -87,6 +99,7 @@ def run(
     save: Annotated[
         Path | None, typer.Option(help="Save the last state, to run or export from (HDF5).")
     ] = None,
+    as_json: AsJson = False,
 ) -> None:
     """Simulate a scene, a model or a saved simulation; record it, report on it.
 
@@ -115,14 +128,12 @@ def run(
     ):
         outcome = _simulate(chosen, steps, recorder, snapshots if report else 0, signals)
         _close(recorder, outcome)
-    if outcome.ended:
-        complain(outcome.ended)
     with one_line_errors():
         if save is not None:
             chosen.simulation.save(save)
     with one_line_errors(report):
-        _tell(chosen, outcome, report, (azimuth, elevation))
-    _end(outcome, record, save)
+        made = [] if report is None else _draw(chosen, outcome, report, (azimuth, elevation))
+    _end(chosen, outcome, [*made, *(path for path in (record, save) if path is not None)], as_json)
 
 
 def _close(recorder: Recorder | None, outcome: Outcome) -> None:
@@ -134,10 +145,15 @@ def _close(recorder: Recorder | None, outcome: Outcome) -> None:
         outcome.ended = outcome.ended or str(error)
 
 
-def _end(outcome: Outcome, *written: Path | None) -> None:
-    """Names what was written; the exit code says whether all went well."""
-    for path in written:
-        if path is not None:
+def _end(chosen: Subject, outcome: Outcome, written: Sequence[Path], as_json: bool) -> None:
+    """The summary, and what was written; the exit code says whether all went well."""
+    if outcome.ended:
+        complain(outcome.ended)
+    if as_json:
+        print_json(_as_dict(chosen, outcome, written))
+    else:
+        _tell(chosen, outcome)
+        for path in written:
             say(path)
     if outcome.ended or not all(step.converged for step in outcome.reports):
         raise typer.Exit(NOT_CONVERGED)
@@ -283,24 +299,39 @@ def _bar(subject: Subject, steps: int) -> Iterator[Any]:
         yield show
 
 
-def _tell(subject: Subject, outcome: Outcome, folder: Path | None, view: tuple[float, float]) -> None:
-    """The summary on stdout and, with a folder, the files of the report."""
-    from rich.table import Table
+def _tell(subject: Subject, outcome: Outcome) -> None:
+    """The summary on stdout."""
+    from ..report.run_summary import facts
 
-    from ..report.run_summary import facts, run_figure, write_reports
+    reports, tolerance = reports_array(outcome.reports), float(subject.simulation.options["tolerance"])
+    told = facts(reports, dt=subject.simulation.dt, wall=outcome.wall, tolerance=tolerance)
+    facts_table(told, title=subject.source)
+
+
+def _as_dict(subject: Subject, outcome: Outcome, files: Sequence[Path]) -> dict[str, Any]:
+    from ..report.run_summary import numbers
+
+    sim = subject.simulation
+    options = {name: sim.options[name] for name in ("law", "method", "tolerance", "dt", "threads")}
+    told = numbers(reports_array(outcome.reports), dt=sim.dt, wall=outcome.wall)
+    return {
+        "subject": subject.source,
+        **options,
+        **told,
+        "ended_early": outcome.ended or None,
+        "files": files,
+    }
+
+
+def _draw(subject: Subject, outcome: Outcome, folder: Path, view: tuple[float, float]) -> list[Path]:
+    """The files of the report."""
+    from ..report.run_summary import run_figure, write_reports
     from ..report.snapshots import View, snapshots_figure
 
     sim = subject.simulation
-    reports = reports_array(outcome.reports)
-    tolerance = float(sim.options["tolerance"])
-    table = Table(show_header=False, box=None, pad_edge=False, title=subject.source, title_justify="left")
-    table.add_column(style="bold", no_wrap=True)
-    table.add_column(overflow="fold")
-    for key, value in facts(reports, dt=sim.dt, wall=outcome.wall, tolerance=tolerance):
-        table.add_row(key, value)
-    out.print(table, highlight=False, markup=False)
-    if folder is None or not len(reports):
-        return
+    reports, tolerance = reports_array(outcome.reports), float(sim.options["tolerance"])
+    if not len(reports):
+        return []
     title = f"{subject.source}: law {sim.options['law']}, method {sim.options['method']}, dt {sim.dt:g} s"
     run_figure(reports, folder / "report.png", title=title, tolerance=tolerance)
     write_reports(reports, folder / "steps.csv")
@@ -308,5 +339,4 @@ def _tell(subject: Subject, outcome: Outcome, folder: Path | None, view: tuple[f
     if outcome.frames and sim.model.geoms:
         made.append(folder / "snapshots.png")
         snapshots_figure(sim.model, outcome.frames, made[-1], view=View(*view))
-    for path in made:
-        say(path)
+    return made

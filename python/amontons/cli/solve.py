@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -16,6 +15,7 @@ from ..report import terminal
 from .common import (
     BAD_INPUT,
     NOT_CONVERGED,
+    AsJson,
     Files,
     Law,
     Threads,
@@ -23,20 +23,25 @@ from .common import (
     complain,
     one_line_errors,
     out,
+    print_json,
     progress,
     read,
 )
+from .completion import method_names
 
 
 def solve(
     files: Files,
-    method: Annotated[str, typer.Option(help="auto, or one of the methods that 'compare' runs.")] = "auto",
+    method: Annotated[
+        str,
+        typer.Option(help="auto, or one of the methods that 'compare' runs.", autocompletion=method_names),
+    ] = "auto",
     law: Law = "associated",
     tolerance: Tolerance = 1e-6,
     deadline: Annotated[float | None, typer.Option(help="Wall clock per file (s).")] = None,
     max_iterations: Annotated[int | None, typer.Option(help="Iterations per file.")] = None,
     threads: Threads = 1,
-    as_json: Annotated[bool, typer.Option("--json", help="Print JSON in place of the table.")] = False,
+    as_json: AsJson = False,
 ) -> None:
     """Solve problem files and tabulate the outcome.
 
@@ -70,7 +75,7 @@ def solve(
             if solution.status == "interrupted":
                 break
     if as_json:
-        print(json.dumps([terminal.as_dict(*entry) for entry in solved], indent=1))
+        print_json([terminal.as_dict(*entry) for entry in solved])
     elif solved:
         out.print(terminal.solved(solved, law, wide=out.width >= terminal.WIDE))
     if bad:

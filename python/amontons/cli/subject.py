@@ -10,8 +10,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from ..checks import suggestion
 from ..errors import InputError
 from ..simulation.simulation import Simulation
+from . import completion
 
 if TYPE_CHECKING:
     from ..scenes import Scene
@@ -27,6 +29,7 @@ Name = Annotated[
         metavar="MODEL_OR_SCENE",
         help="A scene (see `amontons scenes`), a model (MJCF .xml, .urdf) or a saved simulation (.h5).",
         show_default=False,
+        autocompletion=completion.subjects,
     ),
 ]
 Parameters = Annotated[
@@ -53,9 +56,18 @@ KeyframeName = Annotated[
     str | None, typer.Option("--keyframe", help="A keyframe of the model to start from.")
 ]
 Step = Annotated[float | None, typer.Option(help="Time step (s); that of the scene, else 5e-3.")]
-Law = Annotated[str | None, typer.Option(help="coulomb (default) or associated (convex relaxation).")]
+Law = Annotated[
+    str | None,
+    typer.Option(
+        help="coulomb (default) or associated (convex relaxation).", autocompletion=completion.law_names
+    ),
+]
 Method = Annotated[
-    str | None, typer.Option(help="auto (default), or one of the methods that 'compare' runs.")
+    str | None,
+    typer.Option(
+        help="auto (default), or one of the methods that 'compare' runs.",
+        autocompletion=completion.method_names,
+    ),
 ]
 Tolerance = Annotated[float | None, typer.Option(help="Natural residual of each step; 1e-6 by default.")]
 MaxIterations = Annotated[int | None, typer.Option(help="Of the solve of each step.")]
@@ -103,7 +115,10 @@ def open_subject(name: str, choices: Choices, given: dict[str, Any]) -> Subject:
         if path.exists():
             known = ", ".join((*MODELS, *SAVED))
             raise InputError(f"{path}: unknown kind of file; known suffixes are {known}")
-        raise InputError(f"there is no scene or file {name!r}; scenes are {', '.join(scenes.names())}")
+        raise InputError(
+            f"there is no scene or file {name!r}{suggestion(name, scenes.names())}; "
+            f"scenes are {', '.join(scenes.names())}"
+        )
     if suffix in SAVED:
         _require_model(name, choices)
         if choices.settings:
@@ -161,7 +176,9 @@ def _set_state(simulation: Simulation, values: dict[str, str]) -> None:
         else:
             known = ["gravity", *model.actuator_names, *(f"q.{name}" for name in model.coordinates)]
             shown = ", ".join(known[:20]) + (", ..." if len(known) > 20 else "")
-            raise InputError(f"--set {key}={text}: the model has {shown} to set")
+            raise InputError(
+                f"--set {key}={text}: unknown{suggestion(key, known)}; the model has {shown} to set"
+            )
     if start:
         simulation.set_q(start)
 
@@ -188,7 +205,8 @@ def scene_parameters(entry: Scene, settings: Sequence[str]) -> dict[str, Any]:
         key, text = _key_and_text(setting)
         if key not in entry.parameters:
             known = ", ".join(entry.parameters) or "none"
-            raise InputError(f"--set {setting}: scene {entry.name!r} has the parameters {known}")
+            near = suggestion(key, entry.parameters)
+            raise InputError(f"--set {setting}: scene {entry.name!r} has the parameters {known}{near}")
         parameters[key] = _value(setting, text, entry.parameters[key])
     return parameters
 

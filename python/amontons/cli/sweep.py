@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 from collections import Counter
 from pathlib import Path
@@ -11,7 +10,8 @@ from typing import Annotated, Any
 import typer
 
 from ..errors import InputError
-from .common import NOT_CONVERGED, AsJson, complain, facts_table, one_line_errors, say
+from .common import NOT_CONVERGED, AsJson, complain, facts_table, one_line_errors, print_json
+from .completion import studies
 
 SHOWN = 5
 """errors told one by one"""
@@ -19,7 +19,10 @@ SHOWN = 5
 
 def sweep(
     study: Annotated[
-        Path, typer.Argument(metavar="STUDY", help="A TOML file: run, [grid]; see docs/studies.md.")
+        Path,
+        typer.Argument(
+            metavar="STUDY", help="A TOML file: run, [grid]; see docs/studies.md.", autocompletion=studies
+        ),
     ],
     output: Annotated[
         Path | None,
@@ -96,12 +99,12 @@ def _tell(rows: list[dict[str, Any]], out: Path, as_json: bool) -> None:
         "out": os.fspath(out),
     }
     if as_json:
-        say(json.dumps(facts, indent=1))
+        print_json(facts)
         return
     shown = facts | {"wall": f"{facts['wall']:.3g} s in all runs", "missed": f"{facts['missed']} steps"}
     if residuals:
         shown["worst_residual"] = f"{max(residuals):.1e}"
-    facts_table(shown)
+    facts_table(shown.items())
     bad = [row for row in rows if row["status"] != "done"]
     for row in bad[:SHOWN]:
         complain(f"run {row['key']} {row['status']}: {row['error']}")

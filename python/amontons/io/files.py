@@ -7,6 +7,7 @@ and mode; a link is followed to the file that it names.
 
 from __future__ import annotations
 
+import logging
 import os
 import stat
 from collections.abc import Mapping
@@ -17,6 +18,8 @@ from secrets import token_hex
 
 from ..checks import shown
 from ..errors import FileError
+
+logger = logging.getLogger(__name__)
 
 
 def named(path: object) -> Path:
@@ -42,6 +45,7 @@ def existing(path: str | PathLike[str], what: str) -> Path:
         raise FileError(f"{path}: is no regular file; give {what}")
     if not os.access(path, os.R_OK):
         raise FileError(f"{path}: may not be read; change its mode")
+    logger.info("reading %s", path)
     return path
 
 
@@ -102,6 +106,7 @@ def write_whole(contents: Mapping[Path, bytes | memoryview], *, new: bool = Fals
                 raise FileError(f"{target}: cannot be written ({_reason(error)})") from None
             temporary.unlink(missing_ok=True)
             made.pop(0)
+            logger.info("wrote %s", target)
     finally:
         for temporary, _ in made:
             temporary.unlink(missing_ok=True)

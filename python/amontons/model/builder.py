@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
-from ..checks import about, changed, chosen, positive, shown, vector3
+from ..checks import Numbers, about, changed, chosen, positive, shown, vector3
 from ..errors import InputError
 from .composing import KeyframePart, bottom, whole_keyframe
 from .drives import Actuator, Tendon
@@ -50,7 +49,7 @@ class ModelBuilder(PartBuilder):
     def __init__(
         self,
         *,
-        gravity: Sequence[float] = (0.0, 0.0, -9.81),
+        gravity: Numbers = (0.0, 0.0, -9.81),
         friction_rule: str = "geometric_mean",
         fluid: Fluid = NO_FLUID,
     ) -> None:
@@ -80,18 +79,18 @@ class ModelBuilder(PartBuilder):
         self,
         name: str | None = None,
         *,
-        position: Sequence[float] = (0.0, 0.0, 0.0),
-        orientation: Sequence[float] = IDENTITY,
+        position: Numbers = (0.0, 0.0, 0.0),
+        orientation: Numbers = IDENTITY,
         shape: Shape | None = None,
         density: float | None = None,
         mass: float | None = None,
         inertia: Any = None,
-        centre_of_mass: Sequence[float] | None = None,
+        centre_of_mass: Numbers | None = None,
         motion: str = "dynamic",
-        linear_velocity: Sequence[float] = (0.0, 0.0, 0.0),
-        angular_velocity: Sequence[float] = (0.0, 0.0, 0.0),
+        linear_velocity: Numbers = (0.0, 0.0, 0.0),
+        angular_velocity: Numbers = (0.0, 0.0, 0.0),
         material: Material | None = None,
-        friction_direction: Sequence[float] | None = None,
+        friction_direction: Numbers | None = None,
         gravity_scale: float = 1.0,
     ) -> int:
         """Add a body and return its index.
@@ -146,16 +145,16 @@ class ModelBuilder(PartBuilder):
         body: int | str | None,
         shape: Shape,
         *,
-        position: Sequence[float] = (0.0, 0.0, 0.0),
-        orientation: Sequence[float] = IDENTITY,
+        position: Numbers = (0.0, 0.0, 0.0),
+        orientation: Numbers = IDENTITY,
         material: Material | None = None,
         name: str | None = None,
-        surface_velocity: Sequence[float] = (0.0, 0.0, 0.0),
-        surface_spin: Sequence[float] = (0.0, 0.0, 0.0),
+        surface_velocity: Numbers = (0.0, 0.0, 0.0),
+        surface_spin: Numbers = (0.0, 0.0, 0.0),
         category: int = 1,
         mask: int = 1,
         density: float | None = None,
-        friction_direction: Sequence[float] | None = None,
+        friction_direction: Numbers | None = None,
     ) -> int:
         """Add a shape to a body, or to the world, and return the index of the geom.
 
@@ -195,9 +194,9 @@ class ModelBuilder(PartBuilder):
         body: int | str | None,
         shape: Shape | TriangleMesh,
         *,
-        position: Sequence[float] = (0.0, 0.0, 0.0),
-        orientation: Sequence[float] = IDENTITY,
-        colour: Sequence[float] | None = None,
+        position: Numbers = (0.0, 0.0, 0.0),
+        orientation: Numbers = IDENTITY,
+        colour: Numbers | None = None,
     ) -> None:
         """Let a body, or the world, look like this; pictures then do not show its geoms.
 
@@ -211,8 +210,8 @@ class ModelBuilder(PartBuilder):
         self,
         body: int | str | None,
         *,
-        position: Sequence[float] = (0.0, 0.0, 0.0),
-        orientation: Sequence[float] = IDENTITY,
+        position: Numbers = (0.0, 0.0, 0.0),
+        orientation: Numbers = IDENTITY,
         name: str | None = None,
     ) -> int:
         """Add a frame to look at, fixed in a body or in the world, and return its index.
@@ -233,7 +232,7 @@ class ModelBuilder(PartBuilder):
         dof_b: int = 0,
         tendon_a: int | str | None = None,
         tendon_b: int | str | None = None,
-        coefficients: Sequence[float] = (0.0, 1.0),
+        coefficients: Numbers = (0.0, 1.0),
         compliance: float = 0.0,
         name: str | None = None,
     ) -> int:

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
-from ..checks import about, number, sequence, shown, vector3
+from ..checks import Numbers, about, number, sequence, shown, vector3
 from ..errors import InputError
 from .drives import Actuator, PathElement, Tendon, TendonTerm, Transmission, law
 from .joint_builder import JointBuilder
@@ -16,7 +16,7 @@ from .parts import WORLD
 from .transforms import IDENTITY, Transform
 
 Joints = Mapping[int | str, float] | Sequence[TendonTerm]
-Path = Sequence[PathElement | tuple[int | str | None, Sequence[float]]]
+Path = Sequence[PathElement | tuple[int | str | None, Numbers]]
 
 
 class DriveBuilder(JointBuilder):
@@ -33,7 +33,7 @@ class DriveBuilder(JointBuilder):
         path: Path | None = None,
         limits: Limits = None,
         stiffness: float = 0.0,
-        rest: float | Sequence[float] = 0.0,
+        rest: float | Numbers = 0.0,
         damping: float = 0.0,
         friction: float = 0.0,
         armature: float = 0.0,
@@ -107,17 +107,17 @@ class DriveBuilder(JointBuilder):
         dof: int = 0,
         tendon: int | str | None = None,
         body: int | str | None = None,
-        position: Sequence[float] = (0.0, 0.0, 0.0),
-        orientation: Sequence[float] = IDENTITY,
-        force: Sequence[float] = (0.0, 0.0, 0.0),
-        torque: Sequence[float] = (0.0, 0.0, 0.0),
+        position: Numbers = (0.0, 0.0, 0.0),
+        orientation: Numbers = IDENTITY,
+        force: Numbers = (0.0, 0.0, 0.0),
+        torque: Numbers = (0.0, 0.0, 0.0),
         transmission: Transmission | None = None,
         gear: float = 1.0,
         law: str = "effort",
         kp: float = 0.0,
         kv: float = 0.0,
-        gain: Sequence[float] | None = None,
-        bias: Sequence[float] | None = None,
+        gain: Numbers | None = None,
+        bias: Numbers | None = None,
         control: float = 0.0,
         control_limits: Limits = None,
         force_limits: Limits = None,
@@ -195,10 +195,10 @@ class DriveBuilder(JointBuilder):
 
 
 def _wrench(
-    position: Sequence[float],
-    orientation: Sequence[float],
-    force: Sequence[float],
-    torque: Sequence[float],
+    position: Numbers,
+    orientation: Numbers,
+    force: Numbers,
+    torque: Numbers,
     gear: float,
 ) -> Transmission:
     """Of a thruster; the body is yet to be said."""
@@ -216,9 +216,7 @@ def _limits(**pairs: Limits) -> dict[str, Any]:
     return found
 
 
-def _law(
-    kind: str, kp: float, kv: float, gain: Sequence[float] | None, bias: Sequence[float] | None
-) -> dict[str, Any]:
+def _law(kind: str, kp: float, kv: float, gain: Numbers | None, bias: Numbers | None) -> dict[str, Any]:
     for what, value in (("kp", kp), ("kv", kv)):
         if number(what, value) < 0:
             raise InputError(f"{what} = {value:g}; it must not be negative")

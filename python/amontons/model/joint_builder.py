@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any, Unpack
 
 from .. import checks
-from ..checks import Quaternion, about, changed, number, shown, unit_vector
+from ..checks import Numbers, Quaternion, about, changed, number, shown, unit_vector
 from ..errors import InputError
 from .joint_options import (
     BallOptions,
@@ -47,7 +47,7 @@ class JointBuilder(ABC):
         a: int | str,
         b: int | str | None = None,
         *,
-        point: Sequence[float],
+        point: Numbers,
         **options: Unpack[BallOptions],
     ) -> int:
         """A point of A stays on a point of B; they turn freely about it.
@@ -63,8 +63,8 @@ class JointBuilder(ABC):
         a: int | str,
         b: int | str | None = None,
         *,
-        point: Sequence[float],
-        axis: Sequence[float],
+        point: Numbers,
+        axis: Numbers,
         **options: Unpack[DofOptions],
     ) -> int:
         """A hinge: A turns about the axis through `point`; the coordinate is the angle (rad)."""
@@ -77,8 +77,8 @@ class JointBuilder(ABC):
         a: int | str,
         b: int | str | None = None,
         *,
-        axis: Sequence[float],
-        point: Sequence[float] | None = None,
+        axis: Numbers,
+        point: Numbers | None = None,
         **options: Unpack[DofOptions],
     ) -> int:
         """A slide: A moves along the axis without turning; the coordinate is the way (m).
@@ -94,8 +94,8 @@ class JointBuilder(ABC):
         a: int | str,
         b: int | str | None = None,
         *,
-        point: Sequence[float],
-        axis: Sequence[float],
+        point: Numbers,
+        axis: Numbers,
         **options: Unpack[DofsOptions],
     ) -> int:
         """A moves along the axis (degree of freedom 0, m) and turns about it (1, rad)."""
@@ -108,9 +108,9 @@ class JointBuilder(ABC):
         a: int | str,
         b: int | str | None = None,
         *,
-        point: Sequence[float],
-        axis_1: Sequence[float],
-        axis_2: Sequence[float],
+        point: Numbers,
+        axis_1: Numbers,
+        axis_2: Numbers,
         **options: Unpack[DofsOptions],
     ) -> int:
         """A cross: A turns about axis_2, fixed in A, which turns about axis_1, fixed in B (angles, rad).
@@ -133,8 +133,8 @@ class JointBuilder(ABC):
         a: int | str,
         b: int | str | None = None,
         *,
-        normal: Sequence[float],
-        point: Sequence[float] | None = None,
+        normal: Numbers,
+        point: Numbers | None = None,
         **options: Unpack[DofsOptions],
     ) -> int:
         """A point of A stays in a plane of B: slides 0 and 1 (m), then a hinge about its normal.
@@ -150,7 +150,7 @@ class JointBuilder(ABC):
         a: int | str,
         b: int | str | None = None,
         *,
-        point: Sequence[float] | None = None,
+        point: Numbers | None = None,
         **options: Unpack[JointOptions],
     ) -> int:
         """A weld. point: where reactions are reported, by default the origin of A."""
@@ -162,8 +162,8 @@ class JointBuilder(ABC):
         a: int | str,
         b: int | str | None = None,
         *,
-        point: Sequence[float],
-        axis: Sequence[float],
+        point: Numbers,
+        axis: Numbers,
         **options: Unpack[DofOptions],
     ) -> int:
         """A point of A stays on a line of B through its initial place; A turns freely about the point."""
@@ -177,8 +177,8 @@ class JointBuilder(ABC):
         a: int | str,
         b: int | str | None = None,
         *,
-        point_a: Sequence[float],
-        point_b: Sequence[float],
+        point_a: Numbers,
+        point_b: Numbers,
         length: float | None = None,
         limits: Limits = None,
         **options: Unpack[JointOptions],
@@ -232,7 +232,7 @@ class JointBuilder(ABC):
         a: int | str,
         b: int | str | None,
         options: Mapping[str, Any],
-        point: Sequence[float] | None,
+        point: Numbers | None,
         rotation: Quaternion | None = None,
         dofs: tuple[Dof, ...] = (),
         **spherical_fields: Any,
@@ -298,6 +298,6 @@ class JointBuilder(ABC):
         """Adds a thing; returns its index."""
 
 
-def _along(name: str, what: str, axis: Sequence[float]) -> Quaternion:
+def _along(name: str, what: str, axis: Numbers) -> Quaternion:
     """The rotation of a frame whose third axis is the direction `axis` in the world."""
     return rotation_to_z(unit_vector(f'joint "{name}": {what}', axis))

@@ -10,7 +10,7 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any, TypedDict
 
-from ..checks import Vector3, about, sequence, shown
+from ..checks import Numbers, Vector3, about, sequence, shown
 from ..errors import InputError
 from .parts import Dof, Motor
 
@@ -67,11 +67,11 @@ class DofsOptions(JointOptions, total=False):
 
     limits: Sequence[Limits] | None
     """a sequence of one (lower, upper) or None per degree of freedom"""
-    stiffness: float | Sequence[float]
-    rest: float | Sequence[float]
-    damping: float | Sequence[float]
-    friction: float | Sequence[float]
-    armature: float | Sequence[float]
+    stiffness: float | Numbers
+    rest: float | Numbers
+    damping: float | Numbers
+    friction: float | Numbers
+    armature: float | Numbers
     motor: Motor | Sequence[Motor | None] | None
 
 

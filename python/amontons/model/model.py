@@ -13,7 +13,7 @@ from types import MappingProxyType
 from typing import Any
 
 from .. import _core
-from ..checks import Vector3, chosen, shown, vector3
+from ..checks import Vector3, chosen, shown, suggestion, vector3
 from ..errors import InputError
 from .coordinates import Coordinate, coordinates_of
 from .drives import (
@@ -242,7 +242,7 @@ def index_of(what: str, key: object, names: Sequence[str]) -> int:
             return names.index(key)
         listed = ", ".join(names[:20]) + (", ..." if len(names) > 20 else "")
         name = f'"{key}"' if len(key) <= 80 else shown(key)
-        raise InputError(f"there is no {what} {name}; known are {listed or 'none'}")
+        raise InputError(f"there is no {what} {name}{suggestion(key, names)}; known are {listed or 'none'}")
     try:
         index = key.__index__()  # type: ignore[attr-defined]
     except (AttributeError, TypeError):  # arrays have __index__ and raise

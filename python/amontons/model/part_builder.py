@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 
-from ..checks import changed, shown
+from ..checks import Numbers, changed, shown
 from ..errors import InputError
 from .composing import Added, Counts, KeyframePart, Parts, Seat, bottom, parts_of, top
 from .drive_builder import DriveBuilder
@@ -38,8 +37,8 @@ class PartBuilder(DriveBuilder):
         self,
         model: Model,
         *,
-        position: Sequence[float] = (0.0, 0.0, 0.0),
-        orientation: Sequence[float] = IDENTITY,
+        position: Numbers = (0.0, 0.0, 0.0),
+        orientation: Numbers = IDENTITY,
         prefix: str = "",
         parent: int | str | None = None,
         on: str | None = None,

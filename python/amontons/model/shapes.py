@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, fields
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from .. import _core
-from ..checks import Array, Vector3, finite, frozen, number, reals, vector3
+from ..checks import Array, Numbers, Vector3, finite, frozen, number, reals, vector3
 from ..errors import InputError
 from .hulls import Triangles, convex_triangles
 from .mass import MassProperties, polyhedron, principal
@@ -90,6 +90,10 @@ class Box(Shape):
 
     half: Vector3
 
+    if TYPE_CHECKING:  # a list or an array will do
+
+        def __init__(self, half: Numbers) -> None: ...
+
     def __post_init__(self) -> None:
         self._set(half=vector3("Box: half", self.half))
         self._set(core=_core.Shape.box(self.half))
@@ -154,6 +158,10 @@ class Ellipsoid(Shape):
     """radii: semi-axes along x, y and z."""
 
     radii: Vector3
+
+    if TYPE_CHECKING:  # a list or an array will do
+
+        def __init__(self, radii: Numbers) -> None: ...
 
     def __post_init__(self) -> None:
         self._set(radii=vector3("Ellipsoid: radii", self.radii))

@@ -6,11 +6,10 @@ Rotations are unit quaternions (w, x, y, z) that turn body coordinates into worl
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 from .. import checks
-from ..checks import Matrix3, Quaternion, Vector3, changed, quaternion, unit_vector
+from ..checks import Matrix3, Numbers, Quaternion, Vector3, changed, quaternion, unit_vector
 
 IDENTITY: Quaternion = (1.0, 0.0, 0.0, 0.0)
 
@@ -58,7 +57,7 @@ def rotation_matrix(q: Quaternion) -> Matrix3:
     return ((x[0], y[0], z[0]), (x[1], y[1], z[1]), (x[2], y[2], z[2]))
 
 
-def axis_angle(axis: Sequence[float], angle: float) -> Quaternion:
+def axis_angle(axis: Numbers, angle: float) -> Quaternion:
     """The rotation by `angle` (rad) about `axis`, of any length but zero."""
     n = unit_vector("axis", axis)
     s = math.sin(angle / 2)
@@ -91,7 +90,7 @@ class Transform:
         object.__setattr__(self, "rotation", quaternion("rotation", self.rotation))
 
     @classmethod
-    def named(cls, who: str, position: Sequence[float], orientation: Sequence[float]) -> Transform:
+    def named(cls, who: str, position: Numbers, orientation: Numbers) -> Transform:
         """The same from the arguments of a builder's function; messages begin with `who` and their names."""
         at, turned = (
             checks.point(f"{who}: position", position),
@@ -99,7 +98,7 @@ class Transform:
         )
         return changed(ORIGIN, position=at, rotation=turned)
 
-    def __call__(self, point: Sequence[float]) -> Vector3:
+    def __call__(self, point: Numbers) -> Vector3:
         return add(rotate(self.rotation, checks.point("point", point)), self.position)
 
     def __matmul__(self, other: Transform) -> Transform:

@@ -25,14 +25,28 @@ def _count(name: str, n: object) -> int:
     return integer(f"{name}(n): n", n, 0)
 
 
+class Cone:
+    """What all sets share, so that a list of several kinds has a type."""
+
+    kind: ClassVar[str]
+    moments: ClassVar[bool] = False
+
+    @property
+    def rows(self) -> int:
+        """Number of rows of A that the cone covers."""
+        raise NotImplementedError
+
+    @property
+    def parameters(self) -> tuple[Array, ...]:
+        """One array each with one entry per set."""
+        return ()
+
+
 @dataclass(frozen=True)
-class _Rows:
+class _Rows(Cone):
     """n rows of one kind without parameters."""
 
     n: int = 1
-    kind: ClassVar[str]
-    parameters: ClassVar[tuple[Array, ...]] = ()
-    moments: ClassVar[bool] = False
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "n", _count(type(self).__name__, self.n))
@@ -62,7 +76,7 @@ class NonNegative(_Rows):
 
 
 @dataclass(frozen=True, eq=False, init=False)
-class Interval:
+class Interval(Cone):
     """[lo, hi] row by row: motors and joint friction of limited effort.
 
     lo, hi: bounds of the impulse (N s), scalars or vectors of one length; -inf and inf mean no bound.
@@ -105,7 +119,7 @@ class Interval:
 
 
 @dataclass(frozen=True, eq=False, init=False)
-class Friction:
+class Friction(Cone):
     """Circular friction cones {(n, t1, t2): |t| <= mu n}, three rows per contact in the order n, t1, t2.
 
     Friction(0.3)          one contact with mu = 0.3
@@ -186,7 +200,7 @@ def _spread(name: str, values: Array) -> str:
 
 
 @dataclass(frozen=True, eq=False, init=False)
-class EllipticFriction:
+class EllipticFriction(Cone):
     """Elliptic friction cones, anisotropic, with torsion and rolling as they are asked for:
     (f_1/mu_1)^2 + (f_2/mu_2)^2 + (m_n/torsion)^2 + (m_1/rolling_1)^2 + (m_2/rolling_2)^2 <= f_n^2.
 
@@ -263,7 +277,7 @@ class EllipticFriction:
 
 
 @dataclass(frozen=True, eq=False, init=False)
-class RollingFriction:
+class RollingFriction(Cone):
     """Sliding and rolling friction side by side, |f_t| <= mu f_n and |m_t| <= rolling f_n: the set of FCLIB's
     rolling problems, five rows per contact in the order f_n, f_1, f_2, m_1, m_2.
 
@@ -299,7 +313,6 @@ class RollingFriction:
         return f"RollingFriction({told}n={self.n})"
 
 
-Cone = Free | NonNegative | Interval | Friction | EllipticFriction | RollingFriction
 FRICTIONAL = (Friction, EllipticFriction, RollingFriction)
 _BY_NAME = {"free": Free, "nonnegative": NonNegative, "friction": Friction}
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Callable, Iterable, Sequence
 from os import PathLike
 from typing import Any, NamedTuple
@@ -17,6 +18,8 @@ from . import cones as cones_
 from . import matrices, operators, options, units
 from .cones import Cone
 from .solution import Solution, from_core
+
+logger = logging.getLogger(__name__)
 
 Callback = Callable[[_core.IterationRecord], object]
 
@@ -173,6 +176,10 @@ class Problem:
         result = _core.solve(self._core, method, opts, start, callback)
         solution = from_core(result, history, self._scale)
         watching.saw(solution.residual, missed=not solution.converged)
+        logger.debug(
+            "%s: %s after %d iterations of %s, residual %.1e",
+            self.name or "problem", solution.status, solution.iterations, solution.method, solution.residual,
+        )  # fmt: skip
         return solution
 
     def residual(self, x: ArrayLike, *, law: str = "associated", norm: str = "natural") -> float:

@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -20,6 +21,8 @@ REPEATED = 0.05
 """Runs shorter than this (s) are repeated, and the faster one counts: the first pays for cold caches."""
 CSV_ROWS = 2000
 """Records per method in a CSV; longer histories are thinned to geometrically spaced iterations."""
+
+FIELDS = ("status", "residual", "objective", "iterations", "products", "factorizations", "time")
 
 
 @dataclass(frozen=True)
@@ -80,6 +83,19 @@ def compare(
     return runs
 
 
+def as_dict(run: Run) -> dict[str, Any]:
+    """A run for JSON."""
+    if run.solution is None:
+        return {
+            "problem": run.problem,
+            "method": run.method,
+            "status": "not applicable",
+            "reason": run.reason,
+        }
+    told = {"problem": run.problem, "method": run.method}
+    return told | {name: getattr(run.solution, name) for name in (*FIELDS, "reason")}
+
+
 def interrupted(runs: Iterable[Run]) -> bool:
     """True if a run was ended by Ctrl-C."""
     return any(run.solution is not None and run.solution.status == "interrupted" for run in runs)
@@ -88,12 +104,11 @@ def interrupted(runs: Iterable[Run]) -> bool:
 def write_csv(runs: Sequence[Run], folder: Path) -> list[Path]:
     """summary.csv with one line per run, and curves.csv with the histories; returns their paths."""
     summary, curves = folder / "summary.csv", folder / "curves.csv"
-    fields = ("status", "residual", "objective", "iterations", "products", "factorizations", "time")
     with summary.open("w", newline="") as file:
         writer = csv.writer(file)
-        writer.writerow(["problem", "method", *fields, "reason"])
+        writer.writerow(["problem", "method", *FIELDS, "reason"])
         for run in runs:
-            values = [getattr(run.solution, field) if run.solution else "" for field in fields]
+            values = [getattr(run.solution, field) if run.solution else "" for field in FIELDS]
             if run.solution is None:
                 values[0] = "not applicable"
             writer.writerow([run.problem, run.method, *values, run.reason or (run.solution or run).reason])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
 
@@ -10,6 +11,33 @@ from ..problem.cones import Free, Interval, NonNegative
 from ..problem.operators import Contacts, Factored
 from ..problem.problem import Problem
 from .spectrum import spectrum
+
+
+def as_dict(problem: Problem) -> dict[str, Any]:
+    """The same as numbers, for JSON."""
+    s = spectrum(problem)
+    A = problem.A
+    return {
+        "name": problem.name,
+        "description": problem.description,
+        "source": problem.source,
+        "rows": problem.rows,
+        "cones": [repr(cone) for cone in problem.cones],
+        "contacts": problem.contacts,
+        "bilateral_rows": _rows(problem, Free),
+        "other_bounded_rows": _rows(problem, NonNegative | Interval),
+        "mu": [problem.mu.min(), problem.mu.max()] if problem.contacts else None,
+        "bodies": A.bodies if isinstance(A, Factored | Contacts) else None,
+        "entries": None if isinstance(A, Factored | Contacts) else getattr(A, "nnz", problem.rows**2),
+        "symmetrised": any("symmetrised" in note for note in problem.notes),
+        "rank": s.rank,
+        "eigenvalues": [s.smallest, s.largest],
+        "smallest_nonzero_eigenvalue": s.smallest_nonzero,
+        "condition": s.condition,
+        "exact_spectrum": s.exact,
+        "guess_residuals": [problem.residual(x) for x in problem.guesses],
+        "notes": list(problem.notes),
+    }
 
 
 def facts(problem: Problem) -> Iterator[tuple[str, str]]:
@@ -36,11 +64,14 @@ def _sets(problem: Problem) -> Iterator[tuple[str, str]]:
     yield "rows", str(problem.rows)
     yield "cones", ", ".join(map(repr, problem.cones)) or "none"
     yield "contacts", str(problem.contacts)
-    yield "bilateral rows", str(sum(c.rows for c in problem.cones if isinstance(c, Free)))
-    others = sum(c.rows for c in problem.cones if isinstance(c, NonNegative | Interval))
-    yield "other bounded rows", str(others)
+    yield "bilateral rows", str(_rows(problem, Free))
+    yield "other bounded rows", str(_rows(problem, NonNegative | Interval))
     if problem.contacts:
         yield "mu", f"{problem.mu.min():g} to {problem.mu.max():g}"
+
+
+def _rows(problem: Problem, kind: Any) -> int:
+    return sum(cone.rows for cone in problem.cones if isinstance(cone, kind))
 
 
 def _operator(problem: Problem) -> Iterator[tuple[str, str]]:

@@ -6,6 +6,7 @@ import csv
 from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import matplotlib
 
@@ -53,6 +54,27 @@ def facts(reports: Table, *, dt: float, wall: float, tolerance: float) -> Iterat
     spent = reports["total"].sum()
     phases = ", ".join(f"{name} {_share(reports[name].sum(), spent)}" for name in PHASES)
     yield "time", f"{spent:.3g} s in steps: {phases}"
+
+
+def numbers(reports: Table, *, dt: float, wall: float) -> dict[str, Any]:
+    """The same for JSON: seconds, metres, joules."""
+    steps = len(reports)
+    told: dict[str, Any] = {"steps": steps, "simulated": steps * dt, "wall": wall}
+    if not steps:
+        return told
+    total = energy(reports)
+    return told | {
+        "real_time_factor": steps * dt / wall,
+        "missed": int(np.count_nonzero(~reports["converged"])),
+        "worst_residual": reports["residual"].max(),
+        **{f"{name}_mean": reports[name].mean() for name in ("contacts", "iterations")},
+        **{f"{name}_max": reports[name].max() for name in ("contacts", "iterations", "substeps")},
+        **{name: reports[name].max() for name in ("penetration", "joint_error", "joint_angle_error")},
+        "energy_first": total[0],
+        "energy_last": total[-1],
+        "energy_rise": np.max(np.diff(total), initial=0.0),
+        "seconds": {name: reports[name].sum() for name in TIMINGS},
+    }
 
 
 def _converged(reports: Table) -> str:

@@ -5,13 +5,14 @@ from __future__ import annotations
 import inspect
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, TypeVar
 
 from ..checks import suggestion
 from ..errors import InputError
 from ..model.model import Model
 
 Maker = Callable[..., Model]
+M = TypeVar("M", bound=Maker)
 
 
 @dataclass(frozen=True)
@@ -41,10 +42,10 @@ class Scene:
 _scenes: dict[str, Scene] = {}
 
 
-def scene(*, dt: float, duration: float, **options: Any) -> Callable[[Maker], Maker]:
+def scene(*, dt: float, duration: float, **options: Any) -> Callable[[M], M]:
     """Enters the decorated function in the list, under its own name."""
 
-    def enter(make: Maker) -> Maker:
+    def enter(make: M) -> M:
         name = make.__name__
         _scenes[name] = Scene(name=name, make=make, dt=dt, duration=duration, options=options)
         return make

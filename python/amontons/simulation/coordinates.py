@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from .. import _core
-from ..checks import Array, reals, shown, vector3
+from ..checks import Array, Numbers, reals, shown, suggestion, vector3
 from ..errors import InputError
 from ..model.coordinates import known
 from ..model.model import Model
@@ -82,7 +82,10 @@ class GeneralisedCoordinates:
         full = tree.coordinates(self._core)[what == "qd"]
         for name, value in values.items():
             if name not in coordinates:
-                raise InputError(f'there is no coordinate "{name}"; known are {known(tuple(coordinates))}')
+                near = suggestion(name, coordinates)
+                raise InputError(
+                    f'there is no coordinate "{name}"{near}; known are {known(tuple(coordinates))}'
+                )
             part = getattr(coordinates[name], what)
             full[part] = _entries(f'{what} of "{name}"', value, part.stop - part.start)
             held[coordinates[name].qd] = 1
@@ -122,7 +125,7 @@ class GeneralisedCoordinates:
                 return named.joint, named.dof
         return joint, dof
 
-    def jacobian(self, body: int | str | None, point: Sequence[float] | None = None) -> Array:
+    def jacobian(self, body: int | str | None, point: Numbers | None = None) -> Array:
         """(6, nv): velocity of a point of a body (3 rows, world axes), then its angular velocity, over qd.
 
         point: in the body frame (m), by default its origin. `jacobian(...) @ qd` is the velocity but for what

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from .. import _core
-from ..checks import Array, Vector3, sequence, vector3
+from ..checks import Array, Numbers, Vector3, sequence, vector3
 from ..errors import InputError
 from ..model.model import Model
 from ..model.parts import WORLD
@@ -83,9 +83,7 @@ class Queries(GeneralisedCoordinates):
             self._plan = sensors.plan_of(self._model)
         return sensors.read(self, self._plan)  # type: ignore[arg-type]
 
-    def ray(
-        self, origin: Sequence[float], direction: Sequence[float], *, exclude: Iterable[int | str | None] = ()
-    ) -> RayHit:
+    def ray(self, origin: Numbers, direction: Numbers, *, exclude: Iterable[int | str | None] = ()) -> RayHit:
         """The first geom that a ray meets: distance, geom and normal.
 
         origin, direction: in the world (m; of any length, not zero). exclude: bodies, by index or name, that

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import logging
 import math
 import sys
 import warnings
@@ -35,6 +36,7 @@ from .outcome import Report, Table
 from .queries import Queries
 from .state import State
 
+logger = logging.getLogger(__name__)
 RECOVERIES = {"projection": "projection", "velocity": "velocity"}
 ON_FAILURE = {"warn": None, "raise": None, "ignore": None}
 PATIENCE = 0.05
@@ -191,8 +193,13 @@ class Simulation(Queries):
         if not last.advanced:
             raise SimulationError(
                 f"the velocities at t = {self.time:g} s came out not finite, or beyond 1e15 m/s "
-                f"({last.status}); the state is that before the step. "
-                "Look for loads or speeds out of any proportion, or make dt smaller"
+                f"({last.status}); the state is that before the step. Look for loads or speeds out of any "
+                "proportion, or make dt smaller"
+            )
+        if logger.isEnabledFor(logging.DEBUG):
+            logger.debug(
+                "t = %g s: %s, residual %.1e, %d iterations, %d contacts",
+                *(last.time, last.status, residual, last.iterations, last.contacts),
             )
         counted = watching.saw(residual, steps=steps, missed=not last.is_sound)
         on_failure = self._options["on_failure"]
@@ -369,7 +376,8 @@ class Simulation(Queries):
         known = self._model.keyframes
         if not isinstance(name, str) or name not in known:
             what = f'"{name}"' if isinstance(name, str) and len(name) <= 80 else shown(name)
-            raise InputError(f"there is no keyframe {what}; known are {', '.join(known) or 'none'}")
+            near = suggestion(name, known)
+            raise InputError(f"there is no keyframe {what}{near}; known are {', '.join(known) or 'none'}")
         return known[name]
 
     def reset(

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..errors import FileError, InputError
+from ..io.files import write_whole
 from .points import RESERVED, agree, kind
 from .task import Row
 
@@ -74,16 +75,9 @@ class Rows:
 
         start = time.monotonic()
         self._rows = {key: self._rows[key] for key in order}
-        new = self._path.with_name(f".{self._path.name}.new")
-        try:
-            with open(new, "wb") as file:
-                pyarrow.parquet.write_table(self.table(order), file)
-                file.flush()
-                os.fsync(file.fileno())
-            os.replace(new, self._path)
-        except OSError as error:
-            new.unlink(missing_ok=True)
-            raise FileError(f"{self._path}: cannot be written ({error.strerror or error})") from None
+        stream = pyarrow.BufferOutputStream()
+        pyarrow.parquet.write_table(self.table(order), stream)
+        write_whole({self._path: memoryview(stream.getvalue())})
         self._stale = False
         self._written = time.monotonic()
         self._cost = self._written - start

@@ -9,7 +9,7 @@ import json
 import logging
 import sys
 from collections import Counter, deque
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from os import PathLike
 from pathlib import Path
@@ -34,7 +34,7 @@ logger = logging.getLogger(__name__)
 
 def sweep(
     run: str | Callable[..., Mapping[str, Any] | None],
-    grid: Mapping[str, Iterable[Any]] | Sequence[Mapping[str, Any]],
+    grid: Mapping[str, Any] | Sequence[Mapping[str, Any]],
     *,
     out: str | PathLike[str] | None = None,
     executor: int | Executor | None = None,

@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from ... import _core
+from ...checks import suggestion
 from ...errors import InputError
 from ...limits import DEFAULT
 from ...simulation.simulation import Simulation
@@ -60,7 +61,8 @@ def load(path: str | PathLike[str], changes: dict[str, Any]) -> Simulation:
     unknown = set(changes) - set(inspect.signature(Simulation).parameters)
     if unknown:
         raise InputError(
-            f"unknown option {min(unknown)!r} of a simulation; known are {', '.join(sorted(options))}"
+            f"unknown option {min(unknown)!r} of a simulation{suggestion(min(unknown), options)}; "
+            f"known are {', '.join(sorted(options))}"
         )
     kept = {name: value for name, value in options.items() if name not in changes}
     if not set(kept) <= set(inspect.signature(Simulation).parameters) - {"model"}:
