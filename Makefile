@@ -9,13 +9,15 @@ PYTHON ?= $(shell for p in python3 python3.14 python3.13 python3.12 python3.11; 
 JOBS ?= $(shell getconf _NPROCESSORS_ONLN 2>/dev/null || echo 2)
 # CMake variables for the build of the Python package: NAME=VALUE ...
 CONFIG ?=
+COMPILER ?= zig
+PYTHONS ?=
 
 export PATH := $(CURDIR)/.venv/bin:$(PATH)
 export CMAKE_BUILD_PARALLEL_LEVEL := $(JOBS)
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 BIN := .venv/bin
 BUILD := build/python
-FORMATTED = $(shell find include src bindings tests/cpp benchmarks \( -name '*.hpp' -o -name '*.cpp' \))
+FORMATTED = $(shell find include src bindings tests/cpp benchmarks examples \( -name '*.hpp' -o -name '*.cpp' \))
 # Folders are prerequisites too: their time changes when a file is added or removed.
 NATIVE := $(shell find include src bindings cmake 2>/dev/null) CMakeLists.txt pyproject.toml
 say = @printf '\033[1m%s\033[0m\n'
@@ -24,7 +26,7 @@ say = @printf '\033[1m%s\033[0m\n'
 SOAK_SECONDS ?= 3600
 SOAK_SEED ?= 1
 
-.PHONY: help demo test cpp_tests browser docs figures replays notebooks bench soak format lint sanitize stubs clean install
+.PHONY: help demo test cpp_tests browser docs figures replays notebooks bench soak format lint sanitize stubs wheel clean install
 help:
 	@echo 'make demo      a wrecking ball hits a wall of 750 bricks: recording, pictures, figures in out/demo'
 	@echo 'make test      C++ and Python tests'
@@ -35,6 +37,7 @@ help:
 	@echo 'make soak      random damage, misuse and scenes for an hour; the table goes to benchmarks/results'
 	@echo 'make format    format the C++ and Python sources;  make lint  only check'
 	@echo 'make sanitize  C++ tests under the address, undefined-behaviour and thread sanitizers'
+	@echo 'make wheel     wheels for every Linux and the source distribution, tried in empty environments, in dist'
 	@echo 'make stubs     renew the committed stub of the compiled module;  make clean  remove what was built'
 
 # Exit code 1 says that some steps, or all methods, ended at their limits: the tables tell which.
@@ -120,8 +123,14 @@ stubs: install
 	@cmake --build $(BUILD) --target amontons_stub
 	@cp $(BUILD)/_core.pyi python/amontons/_core.pyi && echo 'python/amontons/_core.pyi'
 
+# Wheels for the interpreters in PYTHONS, by default every python3.X on the path, and the source distribution;
+# COMPILER=system takes that of the system in place of the one that makes wheels for every Linux.
+wheel: .venv/.checked
+	$(say) 'Source distribution and wheels in dist: a compilation of minutes each'
+	@$(PYTHON) tools/make_wheel.py --compiler $(COMPILER) $(PYTHONS)
+
 clean:
-	rm -rf .venv build out .pytest_cache .ruff_cache .hypothesis
+	rm -rf .venv build out dist .pytest_cache .ruff_cache .hypothesis
 
 install: .venv/.amontons
 

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .. import _core, watching
-from ..checks import Array, Vector3, chosen, flag, function, number, option, shown
+from ..checks import Array, Vector3, chosen, flag, function, number, option, shown, suggestion
 from ..errors import InputError, SimulationError, StepWarning
 from ..hooks import hook
 from ..model.model import Model

