@@ -5,9 +5,12 @@ namespace {
 
 const char* instruction_set() {
   switch (amontons::active_isa()) {
-    case amontons::Isa::avx512: return "avx512";
-    case amontons::Isa::avx2: return "avx2";
-    case amontons::Isa::baseline: break;
+    case amontons::Isa::avx512:
+      return "avx512";
+    case amontons::Isa::avx2:
+      return "avx2";
+    case amontons::Isa::baseline:
+      break;
   }
   return "baseline";
 }
@@ -28,7 +31,8 @@ NB_MODULE(_core, m) {
   // Shapes that a module of the user still holds when the interpreter ends are no leaks.
   nanobind::set_leak_warnings(false);
   nanobind::exception<amontons::InputError>(m, "InputError", PyExc_ValueError);
-  m.def("instruction_set", instruction_set, "The kernels that this processor runs: baseline, avx2 or avx512.");
+  m.def("instruction_set", instruction_set,
+        "The kernels that this processor runs: baseline, avx2 or avx512.");
   m.def("compiler", compiler, "Name and version of the compiler that made this module.");
   bind_cones(m);
   bind_operators(m);

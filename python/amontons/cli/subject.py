@@ -176,9 +176,7 @@ def _set_state(simulation: Simulation, values: dict[str, str]) -> None:
         else:
             known = ["gravity", *model.actuator_names, *(f"q.{name}" for name in model.coordinates)]
             shown = ", ".join(known[:20]) + (", ..." if len(known) > 20 else "")
-            raise InputError(
-                f"--set {key}={text}: unknown{suggestion(key, known)}; the model has {shown} to set"
-            )
+            raise InputError(f"--set {key}={text}: the model has {shown} to set{suggestion(key, known)}")
     if start:
         simulation.set_q(start)
 

@@ -94,14 +94,20 @@ class Apgd {
   double L_ = 1, theta_ = 1;
 };
 
+// A function of its own: Clang 22 does not emit the virtual functions of a class template that it first meets
+// inside a generic lambda.
+template <class T>
+std::unique_ptr<Run> started(const Problem& problem, const Options& options, T iterate) {
+  return std::make_unique<Driven<Apgd<T>>>(problem, options, [&](const Options&, Monitor& monitor) {
+    return Apgd<T>(monitor, std::move(iterate));
+  });
+}
+
 }  // namespace
 
 std::unique_ptr<Run> start_apgd(const Problem& problem, const Options& options) {
-  return with_iterate(problem, options, [&]<class T>(T iterate) -> std::unique_ptr<Run> {
-    return std::make_unique<Driven<Apgd<T>>>(problem, options, [&](const Options&, Monitor& monitor) {
-      return Apgd<T>(monitor, std::move(iterate));
-    });
-  });
+  return with_iterate(problem, options,
+                      [&](auto iterate) { return started(problem, options, std::move(iterate)); });
 }
 
 Solution apgd(const Problem& problem, const Options& options) {

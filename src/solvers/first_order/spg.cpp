@@ -142,14 +142,20 @@ class Spg {
   bool odd_ = false;
 };
 
+// A function of its own: Clang 22 does not emit the virtual functions of a class template that it first meets
+// inside a generic lambda.
+template <class T>
+std::unique_ptr<Run> started(const Problem& problem, const Options& options, T iterate) {
+  return std::make_unique<Driven<Spg<T>>>(problem, options, [&](const Options& o, Monitor& monitor) {
+    return Spg<T>(o, monitor, std::move(iterate));
+  });
+}
+
 }  // namespace
 
 std::unique_ptr<Run> start_spg(const Problem& problem, const Options& options) {
-  return with_iterate(problem, options, [&]<class T>(T iterate) -> std::unique_ptr<Run> {
-    return std::make_unique<Driven<Spg<T>>>(problem, options, [&](const Options& o, Monitor& monitor) {
-      return Spg<T>(o, monitor, std::move(iterate));
-    });
-  });
+  return with_iterate(problem, options,
+                      [&](auto iterate) { return started(problem, options, std::move(iterate)); });
 }
 
 Solution spg(const Problem& problem, const Options& options) { return complete(start_spg(problem, options)); }
