@@ -131,7 +131,7 @@ def test_run_a_model(tmp_path, root):
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["run", "castle"], "there is no scene or file 'castle'; scenes are arch, "),
+        (["run", "fortress"], "there is no scene or file 'fortress'; scenes are arch, "),
         (["run", "gone.xml"], "gone.xml: no such file"),
         (["run", "gone.h5"], "gone.h5: no such file"),
         (["run", "text.h5"], "text.h5: is no HDF5 file"),
@@ -157,8 +157,8 @@ def test_run_a_model(tmp_path, root):
         (["run", "stack", "--report", "text.h5"], "text.h5: cannot be made"),
         (["run", "stack", "--report", "r", "--snapshots", "-2"], "snapshots = -2; it must be zero"),
         (["run", "stack", "--save", "gone/a.h5"], "gone/a.h5: the folder gone does not exist"),
-        (["scenes", "castle"], "there is no scene 'castle'"),
-        (["export", "castle", "--step", "1", "-o", "a.hdf5"], "there is no scene or file 'castle'"),
+        (["scenes", "fortress"], "there is no scene 'fortress'"),
+        (["export", "fortress", "--step", "1", "-o", "a.hdf5"], "there is no scene or file 'fortress'"),
         (["export", "stack", "-o", "a.hdf5"], "give one of --step, --time and --touch"),
         (["export", "stack", "--step", "1", "--time", "1", "-o", "a.hdf5"], "give one of --step, --time and"),
         (["export", "stack", "--touch", "moon", "-o", "a.hdf5"], 'there is no body "moon"'),

@@ -164,8 +164,9 @@ def test_timeout(stepping):
 
 
 STUDY = """
-import sys
+import signal
 import amontons, studied
+signal.signal(signal.SIGINT, signal.default_int_handler)  # what a shell runs in the background ignores it
 amontons.sweep(studied.marked, {{"folder": [{folder!r}], "k": range(12), "seconds": [0.25]}},
                out={out!r}, executor=2)
 """

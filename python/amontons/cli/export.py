@@ -109,9 +109,7 @@ def export(
     choices = Choices(settings or (), strict, floating_base, keyframe, self_overlaps)
     with one_line_errors():
         if wanted.any:
-            made = export_recording(subject, wanted)
-            print_json({"files": made}) if as_json else [say(file) for file in made]
-            return
+            return _tell(export_recording(subject, wanted), as_json)
         output = _require_output(output)
         with notes():
             chosen = open_subject(subject, choices, given)
@@ -182,6 +180,14 @@ def _write(sim: Simulation, source: str, path: Path) -> None:
     problem = sim.problem()
     problem.name = f"{source}, {problem.name}"
     problem.write(path, solution=sim.impulses if path.suffix.lower() in HDF5 else None)
+
+
+def _tell(files: list[Path], as_json: bool) -> None:
+    if as_json:
+        print_json({"files": files})
+        return
+    for file in files:
+        say(file)
 
 
 def _as_dict(path: Path, report: Report) -> dict[str, object]:
