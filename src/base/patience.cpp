@@ -23,10 +23,11 @@ Patience::Clock::time_point after(Patience::Clock::time_point now, double second
 
 }  // namespace
 
-Patience::Patience(double seconds, std::function<bool()> asked, Catches catches)
+Patience::Patience(double seconds, std::function<bool()> asked, Catches catches, double work)
     : outer_(innermost),
       asked_at_(Clock::now()),
       asked_(std::move(asked)),
+      work_(work),
       catches_(catches == Catches::yes || (outer_ && outer_->catches_)) {
   end_ = after(asked_at_, seconds);
   if (outer_ && outer_->end_ < end_) end_ = outer_->end_;
@@ -51,6 +52,20 @@ double Patience::left() {
   if (!innermost || innermost->end_ == Clock::time_point::max())
     return std::numeric_limits<double>::infinity();
   return std::max(0.0, std::chrono::duration<double>(innermost->end_ - Clock::now()).count());
+}
+
+void Patience::limit_work(double work) {
+  if (innermost) innermost->work_ = work;
+}
+
+void Patience::spend(double work) {
+  for (Patience* p = innermost; p; p = p->outer_) p->work_ -= work;
+}
+
+double Patience::work_left() {
+  double least = infinite_work;
+  for (const Patience* p = innermost; p; p = p->outer_) least = std::min(least, p->work_);
+  return least;
 }
 
 void Patience::leave_if_due(double seconds) {

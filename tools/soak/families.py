@@ -7,7 +7,7 @@ from importlib import import_module
 
 from .family import Family
 
-MODULES = ("soak.readers", "soak.misuse")
+MODULES = ("soak.readers", "soak.misuse", "soak.odd_scenes")
 
 
 def families(modules: Sequence[str] = MODULES) -> dict[str, Family]:

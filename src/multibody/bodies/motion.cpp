@@ -35,9 +35,9 @@ Vec3 midpoint(const Mat3& I, const Vec3& W0, double h) {
 
 // Rotations of more than this in a step (rad) are made of several: the equations above have one root near W0
 // only as long as the turn is small. A body that spins so fast that it would take more than most_parts of
-// them has lost its meaning at this step; the bound is there so that the step ends.
+// them, 16 turns in a step, has lost its meaning; the bound is there so that the step ends soon.
 constexpr double largest_turn = 0.5;
-constexpr double most_parts = 1e6;
+constexpr double most_parts = 200;
 
 // In the step omega is replaced by the mean spin, which turns the body as the torque-free motion does; what
 // is left of omega, the lag, comes back when the body has turned (end_spin). Impulses act on the mean: a

@@ -17,6 +17,7 @@
 #include "multibody/bodies/motion.hpp"
 #include "multibody/joints/row_terms.hpp"
 #include "multibody/step/assemble.hpp"
+#include "multibody/step/solve_step.hpp"
 
 namespace amontons {
 
@@ -120,6 +121,7 @@ BodyVelocities displacements(const PositionInput& in, const BodyVelocities& rest
   options.tolerance = linear ? precision : rough_precision;
   options.max_iterations = most_iterations;
   options.deadline = clock.left();
+  const Patience share = share_of_step();
   const Solution s = linear || rows.tags.size() <= few_rows ? automatic(problem, options, elimination)
                                                             : apgd(problem, options);
   BodyVelocities p = rest;

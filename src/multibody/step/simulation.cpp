@@ -169,6 +169,7 @@ void Simulation::make_step(Report& report) {
   // The user may have written into the state since the last step.
   validate(*model_, state_);
   StepClock clock(options_.budget);
+  const Patience allowance(infinity);  // its work is limited once the size of the step is known
   Scratch& s = *scratch_;
   s.before = state_;
   const bool by_velocities = options_.recovery == Recovery::velocity;
@@ -187,8 +188,8 @@ void Simulation::make_step(Report& report) {
       break;
     }
     const bool solved = report.advanced && report.residual <= options_.tolerance;
-    // Too late to try again once the budget is spent: what there is counts.
-    if ((solved && report.balanced) || clock.elapsed() > options_.budget) break;
+    // Too late to try again once the budget or the work is spent: what there is counts.
+    if ((solved && report.balanced) || clock.elapsed() > options_.budget || Patience::exhausted()) break;
     if (!report.balanced && (!attempt.damped || attempt.recovers))
       attempt = {1, true, false};
     else if (attempt.parts < std::max(options_.max_substeps, report.balanced ? 1 : most_repairs))
@@ -403,6 +404,8 @@ void Simulation::advance(double h, const Attempt& attempt, StepClock& clock, Rep
   const StepBodies bodies{s.frames, s.mobility, s.start, s.free};
 
   look(h, damped, clock, report);
+  if (options_.max_iterations == 0 && Patience::work_left() == Patience::infinite_work)
+    Patience::limit_work(most_work(contacts_.size() + 6 * model.joints()));
   add_errors(s.joint_error, s.line_error, contacts_, report);
   // 5. Stiffening, which changes the mobility, and the correction of positions, after which all is seen anew.
   const auto stiffen = [&] {

@@ -99,11 +99,21 @@ Solution polished(const Problem& problem, const std::string& method, const Optio
 
 }  // namespace
 
+double most_work(std::size_t blocks) {
+  constexpr double least = 1e6, per_block = 4e4;
+  return least + per_block * static_cast<double>(blocks);
+}
+
+Patience share_of_step() {
+  return Patience(infinity, {}, Patience::Catches::no, 0.5 * Patience::work_left());
+}
+
 // Four cases, from the residual of the start: far from a solution (solve), near enough (accept), many rows
 // (solve to half the tolerance), few rows (solve, then polish).
 Solution solve_step(const StepSolver& solver, const Problem& problem, std::span<const double> x0,
                     Solution memory) {
   if (problem.rows() == 0) return nothing();
+  const Patience share = share_of_step();
   const std::string& method = solver.method;
   Options options = solver.options;
   options.deadline = solver.clock.left();

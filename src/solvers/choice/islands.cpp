@@ -188,9 +188,13 @@ Solution solve_by_islands(const Problem& problem, const Options& options, Method
       o.x0 = x0;
     }
     // What is left of the time is shared by size, so that a hard island cannot take it from all that follow;
-    // what an easy one leaves over is theirs. Above zero, as a deadline must be.
+    // what an easy one leaves over is theirs. So is what is left of the work. Above zero, as a deadline must
+    // be.
     o.deadline = std::max(1e-9, options.deadline - seconds_since(start)) *
                  static_cast<double>(members[i].size()) / static_cast<double>(left);
+    const Patience share(
+        std::numeric_limits<double>::infinity(), {}, Patience::Catches::no,
+        Patience::work_left() * static_cast<double>(members[i].size()) / static_cast<double>(left));
     left -= members[i].size();
     add_part(total, method(part.problem, o), part, options.tolerance, worst);
   }

@@ -53,7 +53,7 @@ std::optional<Status> Monitor::observe(double residual, double objective, double
   if (stopped_ || Patience::interrupted() || (options_.callback && options_.callback(record)))
     return Status::interrupted;
   if (now > options_.deadline) return Status::deadline;
-  if (iterations_ >= limit_) return Status::iteration_limit;
+  if (iterations_ >= limit_ || Patience::exhausted()) return Status::iteration_limit;
   // Stagnation is measured on the best residual, which the rise and fall of the current one does not touch.
   if (best_ <= progress * milestone_) {
     milestone_ = best_;

@@ -33,6 +33,9 @@ inline double seconds_since(Time start) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
+// What a product costs beside its blocks, in blocks: calls and vectors of a few entries.
+constexpr double work_of_an_iteration = 16;
+
 // Counts, clock, limits, history, callback, stagnation of one solve. `options` must outlive it.
 class Monitor {
  public:
@@ -48,6 +51,11 @@ class Monitor {
   double elapsed() const { return seconds_since(start_); }
   // For methods with long work between two observe().
   bool out_of_time() const { return elapsed() > options_.deadline; }
+  // Charges the products since the last call to the Patience of the thread, each at so much.
+  void pay(double per_product) {
+    Patience::spend(static_cast<double>(products - paid_) * per_product);
+    paid_ = products;
+  }
   // A solve inside this one was interrupted: the next observe() says so.
   void interrupt() { stopped_ = true; }
 
@@ -58,7 +66,7 @@ class Monitor {
  private:
   const Options& options_;
   Time start_;
-  std::size_t limit_, stall_window_, iterations_ = 0, last_progress_ = 0;
+  std::size_t limit_, stall_window_, iterations_ = 0, last_progress_ = 0, paid_ = 0;
   // milestone_: the best residual at iteration last_progress_, the last that was 1 % below the one before.
   double best_ = std::numeric_limits<double>::infinity(), milestone_ = best_;
   bool improved_ = false, stopped_ = false;
@@ -222,6 +230,7 @@ class Driven final : public Run {
       residual_ = method_->refresh() / scale_;
       stale_ = 0;
     }
+    monitor_.pay(static_cast<double>(problem_.K.blocks()) + work_of_an_iteration);
     // The objective may cost a pass over memory: it is only formed for those who look at it.
     const bool watched = options_.history || options_.callback;
     status_ = monitor_.observe(residual_, watched ? method_->objective() : 0.0, method_->step_size(),
