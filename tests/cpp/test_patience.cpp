@@ -125,6 +125,28 @@ TEST(factorisation_in_pieces) {
   for (double x : rhs) CHECK_NEAR(x, 1.0, 1e-9);
 }
 
+// Breaks when work is not counted, by iterations or by factorisations, a scope forgets what an inner one spent,
+// or an inner scope may spend more than the outer one has.
+TEST(work_is_limited) {
+  CHECK(Patience::work_left() == forever && !Patience::exhausted());
+  const Problem problem = small::stack(12);
+  const double product = static_cast<double>(problem.K.blocks()) + 16;
+  for (const char* method : {"apgd", "p-spg-fb", "gauss-seidel", "jacobi", "newton", "interior-point", "auto"}) {
+    const Patience outer(forever, {}, Patience::Catches::no, 1e9);
+    const Patience inner(forever, {}, Patience::Catches::no, 40 * product);
+    Options options;
+    options.tolerance = 0;
+    options.max_iterations = 100000;
+    const Solution s = solve(problem, method, options);
+    CHECK(s.status == Status::iteration_limit || s.status == Status::stalled);
+    CHECK(Patience::exhausted());
+    // The last iteration of a method may be one of several products, or factor.
+    CHECK(s.products < 40 + 100 && s.factorizations < 20);
+    const Patience looser(forever, {}, Patience::Catches::no, 1e9);
+    CHECK(Patience::exhausted());
+  }
+}
+
 // Breaks when a method that factors does not come back with a valid point when its time is up before the
 // first factor is there.
 TEST(methods_end_in_time) {

@@ -164,10 +164,16 @@ class Scene:
         if self.driven and rng.random() < 0.5:
             kind = str(rng.choice(["effort", "speed", "position"]))
             gain = log_uniform(rng, 1, 1e4) * weight * self.size if kind == "position" else 0.0
-            turning["motor"] = Motor(
-                kind, target=float(rng.uniform(-3, 3)), max_effort=log_uniform(rng, 0.1, 100) * weight * self.size,
-                gain=gain,
-            ) if kind != "effort" else Motor(kind, target=float(rng.uniform(-3, 3)) * weight * self.size)
+            turning["motor"] = (
+                Motor(
+                    kind,
+                    target=float(rng.uniform(-3, 3)),
+                    max_effort=log_uniform(rng, 0.1, 100) * weight * self.size,
+                    gain=gain,
+                )
+                if kind != "effort"
+                else Motor(kind, target=float(rng.uniform(-3, 3)) * weight * self.size)
+            )
         kind = rng.integers(8)
         if kind == 0:
             builder.add_ball_joint(a, b, point=point)
@@ -182,7 +188,9 @@ class Scene:
         elif kind == 5:
             one = axis(rng)
             two = np.cross(one, axis(rng))
-            builder.add_universal_joint(a, b, point=point, axis_1=one, axis_2=tuple(two / np.linalg.norm(two)))
+            builder.add_universal_joint(
+                a, b, point=point, axis_1=one, axis_2=tuple(two / np.linalg.norm(two))
+            )
         elif kind == 6:
             builder.add_planar_joint(a, b, normal=axis(rng))
         else:
@@ -208,7 +216,9 @@ def judge(scene: Scene, sim: amontons.Simulation, steps: int) -> Measures:
     z = sim.state.positions[:, 2]
     lost = [k for k, extent in enumerate(scene.extents) if z[scene.bodies[k]] < -extent - 0.3 * scene.size]
     if lost:
-        raise Failure("lost body", f"bodies {lost} are at {z[[scene.bodies[k] for k in lost]]} of {scene.size}")
+        raise Failure(
+            "lost body", f"bodies {lost} are at {z[[scene.bodies[k] for k in lost]]} of {scene.size}"
+        )
     typical = max(float(np.median(seconds)), 2e-5)
     return {
         "outcome": "missed some" if missed or unbalanced else "held",
@@ -247,9 +257,39 @@ def repeat(case: Case, scene: Scene, done: amontons.Simulation, fresh: amontons.
         other.step()
     for name in ("positions", "orientations", "linear_velocities", "angular_velocities"):
         if not np.array_equal(getattr(done.state, name), getattr(other.state, name)):
-            raise Failure("other bits", f"{name} after {done.steps} steps with {threads} threads and a restart")
+            raise Failure(
+                "other bits", f"{name} after {done.steps} steps with {threads} threads and a restart"
+            )
 
+
+def run_budgets(case: Case) -> Measures:
+    """The same scenes with a budget of wall clock for each step, of which the processor time is measured:
+    other programs run here, too."""
+    budget = log_uniform(case.rng(20_000), 1e-3, 2e-2)
+    try:
+        scene = Scene(case)
+    except amontons.InputError as error:
+        return {"outcome": "refused", "why": str(error)}
+    sim = amontons.Simulation(scene.model, **(scene.options | {"budget": budget, "threads": 1}))
+    over = late = 0.0
+    for _ in range(BUDGETED):
+        start = time.thread_time()
+        sim.step()
+        beyond = time.thread_time() - start - budget
+        over = max(over, beyond)
+        late += beyond > max(0.2 * budget, 1e-3)
+    if not np.isfinite(sim.state.positions).all():
+        raise Failure("not finite", f"budget {budget}")
+    return {
+        "outcome": "late steps" if late else "in time",
+        "most over budget (ms)": 1e3 * over,
+        "late steps": late,
+    }
+
+
+BUDGETED = 100
 
 FAMILIES = [
-    Family("scenes", "random scenes of 400 steps", run, cpu_s=240.0, memory=2 << 30, share=2.0),
+    Family("scenes", "random scenes of 400 steps", run, cpu_s=300.0, memory=2 << 30, share=3.0),
+    Family("budgets", "random scenes with a budget of time", run_budgets, cpu_s=60.0, memory=2 << 30),
 ]
