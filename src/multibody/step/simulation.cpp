@@ -388,6 +388,9 @@ void Simulation::look(double h, bool damped, StepClock& clock, Report& report) {
   // 4. Contacts that the free velocities could close.
   s.finder.find({model, s.frames, s.free, h, margin()}, contacts_);
   clock.lap(report.timings.collision);
+  // The size of the step is known: so is the work that it may do. A limit of the user's own takes its place.
+  if (options_.max_iterations == 0 && Patience::work_left() == Patience::infinite_work)
+    Patience::limit_work(most_work(contacts_.size() + 6 * model.joints()));
 }
 
 // One step of length h: the list "A time step" of ARCHITECTURE.md, with its numbers. Every call names what it
@@ -404,8 +407,6 @@ void Simulation::advance(double h, const Attempt& attempt, StepClock& clock, Rep
   const StepBodies bodies{s.frames, s.mobility, s.start, s.free};
 
   look(h, damped, clock, report);
-  if (options_.max_iterations == 0 && Patience::work_left() == Patience::infinite_work)
-    Patience::limit_work(most_work(contacts_.size() + 6 * model.joints()));
   add_errors(s.joint_error, s.line_error, contacts_, report);
   // 5. Stiffening, which changes the mobility, and the correction of positions, after which all is seen anew.
   const auto stiffen = [&] {
