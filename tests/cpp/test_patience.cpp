@@ -125,13 +125,14 @@ TEST(factorisation_in_pieces) {
   for (double x : rhs) CHECK_NEAR(x, 1.0, 1e-9);
 }
 
-// Breaks when work is not counted, by iterations or by factorisations, a scope forgets what an inner one spent,
-// or an inner scope may spend more than the outer one has.
+// Breaks when work is not counted, by iterations or by factorisations, a scope forgets what an inner one
+// spent, or an inner scope may spend more than the outer one has.
 TEST(work_is_limited) {
   CHECK(Patience::work_left() == forever && !Patience::exhausted());
   const Problem problem = small::stack(12);
   const double product = static_cast<double>(problem.K.blocks()) + 16;
-  for (const char* method : {"apgd", "p-spg-fb", "gauss-seidel", "jacobi", "newton", "interior-point", "auto"}) {
+  for (const char* method :
+       {"apgd", "p-spg-fb", "gauss-seidel", "jacobi", "newton", "interior-point", "auto"}) {
     const Patience outer(forever, {}, Patience::Catches::no, 1e9);
     const Patience inner(forever, {}, Patience::Catches::no, 40 * product);
     Options options;

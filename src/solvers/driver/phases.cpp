@@ -117,7 +117,8 @@ void add_part(Solution& total, const Solution& part, const Phase& phase, const O
                                                                  : part.status;
 }
 
-// Whether no further row may run: limits of the caller or of the step, his wish to stop, or a proof that nothing is to find.
+// Whether no further row may run: limits of the caller or of the step, his wish to stop, or a proof that
+// nothing is to find.
 bool ends(const Solution& total, const Solution& part, const Options& options) {
   return (options.max_iterations && total.iterations >= options.max_iterations) ||
          total.time >= options.deadline || Patience::exhausted() || part.status == Status::interrupted ||
