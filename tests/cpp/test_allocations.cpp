@@ -128,6 +128,22 @@ TEST(steady_steps_do_not_allocate) {
   }
 }
 
+// Breaks when the direct way of `auto` allocates although it solved the same kind of problem before: a steady
+// step of a robot would pay for it every time.
+TEST(elimination_does_not_allocate) {
+  const Problem p = small::mechanism();
+  for (Law law : {Law::associated, Law::coulomb}) {
+    Options options;
+    options.law = law;
+    Elimination memory;
+    Solution s;
+    CHECK(memory.solve(p, options, s));
+    const std::size_t before = allocations;
+    CHECK(memory.solve(p, options, s));
+    CHECK(allocations == before);
+  }
+}
+
 // Breaks when the counter is not the allocator in use, which would make the test above empty.
 TEST(allocations_are_counted) {
   const std::size_t before = allocations;

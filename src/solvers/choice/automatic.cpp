@@ -288,7 +288,15 @@ Solution automatic(const Problem& problem, const Options& options, Elimination& 
                    Solution memory) {
   constexpr double near = 100;  // times the tolerance
   Solution s = std::move(memory);
-  if (!elimination.solve(problem, options, s)) return solve_by_islands(problem, options, solve_one);
+  if (!elimination.solve(problem, options, s)) {
+    s = solve_by_islands(problem, options, solve_one);
+    if (s.status == Status::converged || s.status == Status::infeasible) return s;
+    // Joints converge last; where the solve ends before, they hold all the same.
+    if (!elimination.complete(problem, options, s)) return s;
+    s.phases.push_back({"elimination", "joints for the contacts so far", 0, s.residual});
+    s.reason += ", " + describe({s.phases.back()});
+    return s;
+  }
   Options rest = options;
   for (Method method : {solve_whole, solve_last}) {
     rest.deadline = options.deadline - s.time;

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "amontons/problem/residual.hpp"
+#include "amontons/solvers/driver/driver.hpp"
 #include "solvers/elimination/reduction.hpp"
 #include "solvers/elimination/small_vi.hpp"
 
@@ -26,6 +27,8 @@ constexpr double share = 0.9;
 // corrected by what they leave.
 constexpr double rounding = 1e-13;
 constexpr int corrections = 2;
+// Of the residual, where joints are made to hold: the contacts of their bodies have not heard of it yet.
+constexpr double most_rise = 2;
 // Solves of the small problems, each with what the last one left on the true problem.
 constexpr int most_rounds = 3;
 }  // namespace
@@ -38,6 +41,9 @@ struct Elimination::Memory {
   Reduction reduction;
   SmallVi small;
   std::vector<double> part;
+  // Of complete(), whose problems have islands of many rows.
+  Mechanism mechanism;
+  std::vector<double> wrenches, z;
   bool solved = true;  // whether all islands reached the target
 
   void solve_islands(std::span<const double> start, Solution& s);
@@ -131,6 +137,37 @@ bool Elimination::solve(const Problem& problem, const Options& options, Solution
              : s.time > options.deadline     ? Status::deadline
                                              : Status::stalled;
   s.method = "elimination";
+  return true;
+}
+
+bool Elimination::complete(const Problem& problem, const Options& options, Solution& s) {
+  const auto* A = std::get_if<ContactSystem>(&problem.A);
+  if (!A) return false;
+  Memory& m = *memory_;
+  Mechanism& mechanism = m.mechanism;
+  mechanism.analyse(problem);
+  if (mechanism.rows().empty() || mechanism.K().work() > most_work || !mechanism.factor(problem))
+    return false;
+  // K (v, -x_f) = (D_c' x_c, -b_f)
+  Solution other;
+  other.x = s.x;
+  for (std::size_t row : mechanism.rows()) other.x[row] = 0;
+  m.wrenches.assign(6 * A->bodies.size(), 0.0);
+  add_impulses(*A, other.x, m.wrenches);
+  mechanism.right_side(problem.b, m.z);
+  mechanism.add_wrenches(A->bodies, m.wrenches, m.z);
+  mechanism.K().forward(m.z.data());
+  mechanism.K().backward(m.z.data());
+  mechanism.add_impulses(m.z, other.x);
+  measure(problem, options.law, other);
+  ++s.products;
+  ++s.factorizations;
+  if (!(other.residual <= most_rise * s.residual)) return false;
+  s.x = std::move(other.x);
+  s.u = std::move(other.u);
+  s.residual = other.residual;
+  s.objective = other.objective;
+  if (s.residual <= options.tolerance) s.status = Status::converged;
   return true;
 }
 

@@ -155,6 +155,16 @@ void Mechanism::right_side(std::span<const double> u, std::vector<double>& r) co
   }
 }
 
+void Mechanism::add_wrenches(const Bodies& bodies, std::span<const double> w, std::vector<double>& r) const {
+  for (std::size_t i = 0; i < place_.size(); ++i) {
+    if (place_[i] < 0) continue;
+    std::array<double, 6> d;
+    std::copy_n(&w[width * i], width, d.begin());
+    keep_moving(bodies, i, d);
+    for (std::size_t k = 0; k < width; ++k) r[width * static_cast<std::size_t>(place_[i]) + k] += d[k];
+  }
+}
+
 void Mechanism::add_impulses(std::span<const double> z, std::span<double> x) const {
   for (std::size_t j = 0; j < joints_.size(); ++j) {
     const double* from = &z[width * static_cast<std::size_t>(K_.position(node_of_joint(j)))];

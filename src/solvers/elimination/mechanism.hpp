@@ -36,6 +36,8 @@ class Mechanism {
   // Right-hand sides and solutions are arrays of six numbers per node, in the order of K. The joints' part of
   // (w, -u_0), bodies zero; u as in the problem.
   void right_side(std::span<const double> u, std::vector<double>& r) const;
+  // Adds impulses at the bodies, six numbers per body of the problem.
+  void add_wrenches(const Bodies& bodies, std::span<const double> w, std::vector<double>& r) const;
   // x += the impulses of the rows in a solution z.
   void add_impulses(std::span<const double> z, std::span<double> x) const;
 
