@@ -127,7 +127,7 @@ def about_problems(rng: Rng) -> Call:
 
 def rolling_out(rng: Rng) -> Call:
     model = world().build()
-    return amontons.rollout, {"model": model, "states": amontons.Simulation(model), "steps": 2}
+    return amontons.rollout, {"model": model, "states": [amontons.Simulation(model)], "steps": 2}
 
 
 def state(rng: Rng) -> Call:

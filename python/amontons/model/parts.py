@@ -320,7 +320,7 @@ class Coupling:
 
     def __post_init__(self) -> None:
         who = f'coupling "{self.name}": '
-        values = tuple(self.coefficients)
+        values = sequence(f"{who}coefficients", self.coefficients)
         fill(self, coefficients=entries(f"{who}coefficients", values, len(values)))
         numbers(self, who, "compliance")
 

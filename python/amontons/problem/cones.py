@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .. import _core
-from ..checks import Array, frozen, integer, shown, vector
+from ..checks import Array, frozen, integer, sequence, shown, vector
 from ..errors import InputError
 
 
@@ -335,8 +335,8 @@ def normalise(cones: str | Cone | Iterable[Cone], rows: int, mu: ArrayLike | Non
     elif isinstance(cones, Cone):
         cones = (cones,)
     try:
-        listed = tuple(cones)
-    except TypeError:
+        listed = sequence("cones", cones)
+    except InputError:
         raise InputError(
             f"cones is a {type(cones).__name__}; give a list of cone objects or a name"
         ) from None
