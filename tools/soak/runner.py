@@ -76,7 +76,9 @@ def run_worker(job: dict[str, Any], patience: float) -> tuple[list[dict[str, Any
     told: list[dict[str, Any]] = []
     current, timed_out = job.get("first", 0), False
     with log.open("w") as errors:
-        command = [sys.executable, "-X", "faulthandler", "-m", "soak.worker", json.dumps(job)]
+        # Without the packages of the site where the soak itself runs so: another build is on the path then.
+        plain = ["-S"] if sys.flags.no_site else []
+        command = [sys.executable, *plain, "-X", "faulthandler", "-m", "soak.worker", json.dumps(job)]
         worker = subprocess.Popen(
             command, stdout=subprocess.PIPE, stderr=errors, env=environment(), text=True
         )
@@ -128,7 +130,8 @@ class Run:
         scratch: Path,
         modules: Sequence[str] = MODULES,
     ) -> None:
-        self.families, self.seed, self.sanitized = families, seed, sanitized
+        self.families = [f.sanitized() for f in families] if sanitized else families
+        self.seed, self.sanitized = seed, sanitized
         self.work, self.scratch = work, scratch  # of what is kept, of what is not
         self.modules = modules
         self.cases, self.until = cases, time.time() + seconds
@@ -178,7 +181,7 @@ class Run:
     def _batch(self, family: Family, first: int, count: int, folder: Path) -> int:
         """Runs cases from `first` on until one ends the worker; how many were run."""
         start = time.time()
-        told, ended = run_worker(self.job(family, first, count, folder), patience=PATIENCE * family.cpu_s)
+        told, ended = run_worker(self.job(family, first, count, folder), PATIENCE * family.cpu_s)
         with self._lock:
             tally = self.tallies[family.name]
             tally.seconds += time.time() - start

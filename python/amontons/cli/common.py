@@ -78,6 +78,16 @@ def notes() -> Iterator[None]:
         err.print(f"note: {warning.message}", style="yellow", soft_wrap=True, highlight=False, markup=False)
 
 
+@contextmanager
+def working(what: str) -> Iterator[None]:
+    """A word on the terminal while something lasts; it goes when the block ends."""
+    if not err.is_terminal:
+        yield
+        return
+    with err.status(what):
+        yield
+
+
 def complain(message: str) -> None:
     err.print(
         "error: " + " ".join(message.split()), style="red", soft_wrap=True, highlight=False, markup=False

@@ -14,6 +14,7 @@ from ..checks import suggestion
 from ..errors import InputError
 from ..simulation.simulation import Simulation
 from . import completion
+from .common import working
 
 if TYPE_CHECKING:
     from ..scenes import Scene
@@ -146,12 +147,13 @@ def _model(path: Path, choices: Choices, options: dict[str, Any]) -> Subject:
     """The model of a file in its keyframe, with gravity and controls as they are set."""
     from .. import load_model
 
-    model = load_model(
-        path,
-        strict=choices.strict,
-        floating_base=choices.floating_base,
-        self_overlaps=choices.self_overlaps,
-    )
+    with working(f"reading {path.name}"):
+        model = load_model(
+            path,
+            strict=choices.strict,
+            floating_base=choices.floating_base,
+            self_overlaps=choices.self_overlaps,
+        )
     values = dict(_key_and_text(setting) for setting in choices.settings)
     if (gravity := values.pop("gravity", None)) is not None:
         model = replace(model, gravity=_value(f"gravity={gravity}", gravity, model.gravity))

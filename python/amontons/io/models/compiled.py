@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import re
 import warnings
 from collections.abc import Iterator
@@ -32,6 +33,8 @@ ADVICE = {
 }
 
 
+LOG = logging.getLogger("amontons")
+"""A word on what takes seconds, for those who listen: logging.basicConfig(level="INFO")."""
 MANY = 1000
 """Bodies of a model for which MuJoCo would reserve memory for constraints, by the square of their number."""
 ARENA = 1 << 29
@@ -179,6 +182,8 @@ def compile_file(
             spec = mujoco.MjSpec.from_file(str(path))
             if root.tag == "robot":
                 prepare(spec, root, issues, floating_base)
+            if len(spec.bodies) > MANY:
+                LOG.info("%s: MuJoCo compiles %d bodies, which takes seconds", path, len(spec.bodies))
             if len(spec.bodies) > MANY or spec.memory > ARENA:
                 spec.memory = ARENA
             model = spec.compile()

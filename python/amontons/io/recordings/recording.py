@@ -190,7 +190,17 @@ def _opened(path: Path) -> h5py.File:
         # A driver of its own, by which HDF5 tells it from the file that a recorder of this process writes.
         return h5py.File(path, driver="stdio", locking=False)
     except OSError:
+        if not _is_being_written(path):  # damaged: with SWMR, HDF5 would wait for a writer to mend it
+            raise
         return h5py.File(path, libver="latest", swmr=True, locking=False)
+
+
+def _is_being_written(path: Path) -> bool:
+    """Whether the superblock of version 3 says so: its flags are the byte behind the sizes of offsets and
+    lengths (HDF5 File Format Specification, version 3.0, II.A)."""
+    with path.open("rb") as file:
+        head = file.read(12)
+    return head[8:9] == b"\3" and head[11:12] not in (b"", b"\0")
 
 
 def open_recording(path: str | PathLike[str], limits: Limits) -> Recording:

@@ -1,0 +1,105 @@
+"""Every number of the interface has a range, checked where it is handed in and told in docs/python.md."""
+
+import math
+import re
+
+import amontons
+import numpy as np
+import pytest
+from amontons import ranges, scenes
+from amontons.checks import shown
+
+SIMULATION = (
+    "dt", "tolerance", "budget", "margin", "recovery_speed", "restitution_speed", "threads", "max_iterations",
+    "max_substeps",
+)  # fmt: skip
+SOLVE = ("tolerance", "max_iterations", "deadline", "threads")
+NEVER = [math.nan, -math.inf, -1, 10**400, -(10**400), "1", None, 1j, [1.0], True, np.array([1.0, 2.0])]
+
+
+@pytest.fixture(scope="module")
+def model():
+    return scenes.make("stack", boxes=1)
+
+
+def outside(name):
+    """Values that the option cannot have; None stands for the default of some."""
+    range_ = ranges.OPTIONS[name]
+    values = [v for v in NEVER if v is not None]
+    if range_.least > 0:
+        values += [0, range_.least / 2]
+    if range_.most < math.inf:
+        values += [math.inf, 1e300, range_.most * 2]
+    if range_.whole:
+        values += [2**63, 2**64]
+    return values
+
+
+# Breaks when a number is given to the core as it is: integers beyond 64 bits raised errors of the binding.
+@pytest.mark.parametrize("name", SIMULATION)
+def test_options_of_simulations(name, model):
+    for value in outside(name):
+        with pytest.raises(amontons.InputError, match=rf"{name} (=|is) "):
+            amontons.Simulation(model, **{name: value})
+    range_ = ranges.OPTIONS[name]
+    ends = [range_.least, min(range_.most, 2**10)] if range_.whole else [range_.least, range_.most]
+    for value in ends:
+        amontons.Simulation(model, **{name: int(value) if range_.whole else value})
+
+
+@pytest.mark.parametrize("name", SOLVE)
+def test_options_of_solves(name):
+    for value in outside(name):
+        with pytest.raises(amontons.InputError, match=rf"{name} (=|is) "):
+            amontons.solve(np.eye(3), np.ones(3), "free", **{name: value})
+
+
+# Breaks when a duration or an interval of frames goes through unchecked.
+def test_options_of_runs(model, tmp_path):
+    sim = amontons.Simulation(model)
+    for value in outside("duration"):
+        with pytest.raises(amontons.InputError, match="duration ="):
+            sim.run(value)
+    for value in outside("every"):
+        with pytest.raises(amontons.InputError, match="every ="):
+            amontons.record(tmp_path / "a.h5", sim, every=value)
+    for value in outside("repeat"):
+        with pytest.raises(amontons.InputError, match="repeat ="):
+            amontons.rollout(model, [sim], steps=1, repeat=value)
+    assert list(tmp_path.iterdir()) == []
+
+
+# Breaks when a number of a model is beyond its range and is taken: positions of 1e200 were.
+@pytest.mark.parametrize("value", [1e200, -1e16, 10**400, math.nan])
+def test_numbers_of_models(value):
+    builder = amontons.ModelBuilder()
+    with pytest.raises(amontons.InputError, match="position"):
+        builder.add_body("a", shape=amontons.shapes.Sphere(0.1), density=1, position=(value, 0, 0))
+    with pytest.raises(amontons.InputError, match="position"):
+        amontons.Transform((0, value, 0))
+    with pytest.raises(amontons.InputError, match="radius"):
+        amontons.shapes.Sphere(value * 10**15)
+    with pytest.raises(amontons.InputError, match="mass"):
+        amontons.Body(mass=value * 10**15)
+
+
+# Breaks when a value that cannot be printed, or is endless, breaks or fills the message.
+def test_messages_stay_short():
+    class Unshown:
+        def __repr__(self):
+            raise RuntimeError
+
+    assert shown(Unshown()) == "a Unshown"
+    assert shown(10**5000) == "a int"
+    assert len(shown("x" * 10**6)) < 100
+    with pytest.raises(amontons.InputError, match="tolerance = a Unshown; it must be a number"):
+        amontons.solve(np.eye(3), np.ones(3), "free", tolerance=Unshown())
+
+
+# Breaks when an option has a range that the documents do not tell.
+def test_ranges_are_documented(root):
+    text = (root / "docs" / "python.md").read_text()
+    table = text[text.index("## Ranges of numbers") : text.index("## Files")]
+    assert set(ranges.OPTIONS) <= set(re.findall(r"`(\w+)`", table))
+    assert f"{ranges.FARTHEST:g}".replace("+", "") in table
+    assert f"{ranges.LARGEST:g}".replace("+", "") in table
