@@ -78,7 +78,7 @@ def damage_zip(rng: Rng, path: Path) -> None:
     name = str(pick(rng, list(found)))
     match int(rng.integers(6)):
         case 0:  # far more than the file is large
-            zeros = np.zeros(int(pick(rng, [10**6, 3 * 10**7])))
+            zeros = np.zeros(int(pick(rng, [10**6, 10**7])))
             buffer = io.BytesIO()
             np.save(buffer, zeros)
             found[name] = buffer.getvalue()
