@@ -31,6 +31,7 @@ from .shapes import Plane, Shape
 from .transforms import IDENTITY, Transform
 from .visuals import TriangleMesh, Visual
 
+LONGEST_NAME = 1000
 EVERYTHING = 2**32 - 1
 """Bits of a floor: what touches anything touches it."""
 
@@ -374,6 +375,8 @@ class ModelBuilder(PartBuilder):
             return f"{kind}{number}"
         if not isinstance(name, str) or not name or name == "world":
             raise InputError(f'{kind} name {shown(name)}: give a string that is not empty and not "world"')
+        if len(name) > LONGEST_NAME:
+            raise InputError(f"{kind} name {shown(name)}: give one of at most {LONGEST_NAME} characters")
         if name in names:
             raise InputError(f'there is a {kind} "{name}" already; names must be unique')
         return name

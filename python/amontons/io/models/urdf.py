@@ -14,6 +14,7 @@ from ...errors import FileError
 from . import collada, stl_text
 from .elements import Element
 from .issues import Issues
+from .xml_lines import is_file
 
 NONE = 1e-15  # kg m^2: what MuJoCo takes for no inertia
 FORMATS = (".stl", ".obj", ".msh")
@@ -173,7 +174,7 @@ def _is_root(name: str, root: Element) -> bool:
 def _find_mesh(name: str, meshdir: str, root: Element, issues: Issues) -> Path | None:
     """None, and listed, if it is of a kind that cannot be read."""
     places = list(candidates(name, meshdir, issues.path.parent))
-    found = next((c for c in places if c.is_file()), None)
+    found = next((c for c in places if is_file(c)), None)
     element = next(
         (e for e in root.walk() if e.tag == "mesh" and e.attributes.get("filename", "").endswith(name)), root
     )

@@ -23,6 +23,7 @@ from .compiled import Compiled, transform
 from .elements import Element
 from .geoms import Geoms
 from .urdf import candidates
+from .xml_lines import is_file
 
 HIDDEN = 3
 """The first group of geoms that MuJoCo's own viewer does not show from the start."""
@@ -156,7 +157,7 @@ def _scaled(mesh: TriangleMesh | None, scale: list[float]) -> TriangleMesh | Non
 
 def _file(compiled: Compiled, name: str, known: dict[Path, TriangleMesh | None]) -> TriangleMesh | None:
     """The triangles of a mesh file, read once; None if it is missing or of a kind that is not read."""
-    path = next((p for p in candidates(name, "", compiled.path.parent) if p.is_file()), None)
+    path = next((p for p in candidates(name, "", compiled.path.parent) if is_file(p)), None)
     if path is None:
         return None
     if path not in known:
