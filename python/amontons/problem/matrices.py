@@ -8,7 +8,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from .. import _core
-from ..checks import vector
+from ..checks import reals, vector
 from ..errors import InputError
 from .operators import Contacts, Factored
 
@@ -48,7 +48,7 @@ def canonical(A: Any) -> Matrix:
         _require_square(A.shape)
         return A
     if isinstance(A, np.ndarray | list | tuple):
-        return _dense(np.asarray(A))
+        return _dense(reals("A", A) if not isinstance(A, np.ndarray) else A)
     raise InputError(
         f"A is a {type(A).__name__}; give a SciPy sparse matrix, a NumPy array, a LinearOperator, "
         "amontons.Factored or amontons.Contacts"

@@ -85,7 +85,13 @@ def _finite(entries: Archive, key: str) -> np.ndarray:
 
 def _stored_matrix(archive: Path, entries: Archive) -> Any:
     if "A_dense" in entries or _is_local(entries):
-        return entries.real("A_dense" if "A_dense" in entries else "W")
+        name = "A_dense" if "A_dense" in entries else "W"
+        matrix = entries.real(name)
+        if matrix.ndim != 2:
+            raise FileError(
+                f"{archive}: the array {name!r} has the shape {matrix.shape}; it must be a matrix"
+            )
+        return matrix
     if "inverse_mass" in entries:
         arrays = {key: entries.real(key) for key in FACTORED}
         return Factored(**{**arrays, "inverse_inertia": _unpacked(arrays["inverse_inertia"])})

@@ -137,11 +137,13 @@ class Archive:
         values = self[name]
         if values.size > 1 or values.dtype.kind not in "US":
             raise self._fail(f"the array {name!r} must be one text, not {values.shape} of {values.dtype}")
-        return self.words(name)[0] if values.size else ""
+        return self._words(name, np.atleast_1d(values))[0] if values.size else ""
 
     def words(self, name: str) -> list[str]:
         """A vector of texts, such as names of cones."""
-        values = np.atleast_1d(self[name])
+        return self._words(name, self[name])
+
+    def _words(self, name: str, values: np.ndarray) -> list[str]:
         if values.ndim != 1 or (values.dtype.kind not in "US" and values.size):
             raise self._fail(f"the array {name!r} must hold texts, not {values.shape} of {values.dtype}")
         try:
