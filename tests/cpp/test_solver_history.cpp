@@ -41,7 +41,9 @@ TEST(history_is_consistent) {
           if (i == 0) continue;
           const IterationRecord& before = s.history[i - 1];
           EXPECT(r.products >= before.products && r.time >= before.time);
-          EXPECT(r.iteration == before.iteration + 1 || r.iteration == before.iteration);
+          // A last step that found no way counts, but leaves no record: in a race others go on after it.
+          EXPECT(r.iteration == before.iteration + 1 || r.iteration == before.iteration ||
+                 (method == "auto" && r.iteration == before.iteration + 2));
         }
         EXPECT(s.history.front().iteration == 0);
         EXPECT(s.history.back().iteration == s.iterations);

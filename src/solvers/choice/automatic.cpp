@@ -1,15 +1,17 @@
-// method = "auto": a table of phases by the structure of the problem. Solution::reason is printed from the
-// rows that ran. Every row has a limit, so that the work is bounded also where the tolerance cannot be
-// reached. The thresholds come from benchmarks/steps.py; see docs/methods.md.
+// method = "auto": which methods race (race.hpp), what an iteration of each costs, and what is expected of
+// each before it has run. The expectations are medians over the tuning half of benchmarks/corpus.py; they
+// matter until a method shows its rate, and for those that factor until they are used up.
 //
-// Three facts about the methods make the tables:
+// Three facts about the methods make the field:
 //
-//   - First-order iterations cost a pass over the contacts, some 15 ns for each, and soon know which of them
+//   - First-order iterations cost a pass over the contacts, some 10 ns for each, and soon know which of them
 //     slide; their count grows with the condition, so that stresses in high or hyperstatic stacks, chains of
-//     joints and mass ratios take tens of thousands.
-//   - A step with a factorisation costs some hundred of those, but the condition hardly matters to it.
+//     joints and mass ratios take tens of thousands. Of the two now one is faster, now the other.
+//   - A step with a factorisation costs some fifty of those, more where bodies fill their factor up, but the
+//     condition hardly matters to it: the interior point takes ten to twenty, Newton's method near a
+//     solution a few.
 //   - Under coulomb no method is proven to converge: several ways to a solution are worth more than one way
-//     gone far, and a limit per row is what lets the next one try.
+//     gone far.
 #include "amontons/solvers/choice/automatic.hpp"
 
 #include <algorithm>
@@ -17,6 +19,7 @@
 #include <string>
 
 #include "amontons/solvers/choice/islands.hpp"
+#include "amontons/solvers/companions/admm.hpp"
 #include "amontons/solvers/companions/gauss_seidel.hpp"
 #include "amontons/solvers/driver/driver.hpp"
 #include "amontons/solvers/driver/phases.hpp"
@@ -24,213 +27,216 @@
 #include "amontons/solvers/first_order/apgd.hpp"
 #include "amontons/solvers/first_order/spg.hpp"
 #include "amontons/solvers/krylov/cg.hpp"
+#include "amontons/solvers/linear/shifted_system.hpp"
 #include "amontons/solvers/second_order/interior_point.hpp"
 #include "amontons/solvers/second_order/newton.hpp"
+#include "solvers/choice/frozen_path.hpp"
+#include "solvers/choice/race.hpp"
 
 namespace amontons {
 
 namespace {
 
-// Bodies, or rows of a matrix, that are factored without a thought: a dense matrix of 5000 rows takes 200 MB
-// and seconds for each factorisation, and bodies in a heap fill their factor up as well.
-constexpr std::size_t largest_factor = 5000;
-// Seconds per block that an interior-point solve takes, with room: a wall of 8684 contacts takes 0.3 s.
-constexpr double factored_cost = 5e-5;
-// First-order iterations from a warm start, before anything is factored: enough to correct a start that is
-// near, and cheap beside a factorisation where it is not.
-constexpr std::size_t warm_iterations = 200;
-// Below so many blocks a Newton step is cheap beside the first-order iterations that it replaces.
-constexpr std::size_t few_blocks = 1000;
-// Iterations of the interior point: it takes ten to thirty where it converges as it should. Where blocks are
-// few, more are worth while.
-constexpr std::size_t path_iterations = 30;
-// Iterations times blocks of the last first-order phase: about 0.2 s of fused passes. A step that is still
-// above its tolerance then gains little from more.
-constexpr std::size_t last_work = 13'000'000;
-// Of the factored conjugate gradients, which take a few where the factorisation is good.
-constexpr std::size_t direct_iterations = 200;
+// Unknowns of a factorisation that is not even thought of: the analysis of a matrix of so many rows takes
+// seconds, and if it is dense 200 MB; bodies meet a few others each.
+constexpr std::size_t most_rows = 5000, most_bodies = 50000;
+// Bodies that fill so little that their number tells the cost of a factorisation.
+constexpr std::size_t few_bodies = 64;
+// Of a race without limits of the caller: nominal ns, and more per block. What is not solved by then creeps.
+constexpr double least_work = 4e8, work_per_block = 1.5e5, work_after_elimination = 1e7;
+
 // Why the direct way was taken.
 constexpr const char* eliminated = "bilateral rows are eliminated, islands are small";
-// First-order iterations after a frozen path: the path changes velocities, and with them the De Saxce terms,
-// which those iterations renew until the residual is below that of the frozen problem.
-constexpr std::size_t burst = 300;
 
-// A frozen path gains one or two digits: it is worth its factorisations where that brings the tolerance into
-// reach (a residual within `factor` times the tolerance), and where the first-order iterations got nowhere (a
-// `poor` residual: they have not found what slides, so that more of them are no better). In between they go
-// on by themselves. With factor 0 only the second counts.
-template <int factor>
-bool path_pays(const Options& options, const Solution& best) {
-  constexpr double poor = 4e-3;
-  return best.residual < factor * options.tolerance || best.residual > poor;
-}
-
-// The unknowns of a factorisation: bodies, six rows each, whatever the number of contacts between them; or
-// the rows of a matrix.
-std::size_t factor_nodes(const Problem& problem) {
-  const auto* system = std::get_if<ContactSystem>(&problem.A);
-  return system ? system->bodies.size() : problem.rows();
-}
-
-// A given amount of work, but at least 500 iterations, below which nothing settles, and at most 20000, beyond
-// which the method has stalled.
-std::size_t last_iterations(const Problem& problem) {
-  return std::clamp<std::size_t>(last_work / std::max<std::size_t>(1, problem.K.blocks()), 500, 20000);
-}
-
-// First-order iterations before anything is factored. News travels one block per iteration, so the more
-// blocks the more of them; a wall of 8500 contacts knows what slides after some 1000.
-std::size_t first_iterations(const Problem& problem) {
-  return std::clamp<std::size_t>(problem.K.blocks() / 6, 50, 1000);
-}
-
-using Table = std::vector<Phase>;
-using From = Phase::From;
-
-// The two rows of a frozen path. The first-order iterates know what slides long before they know the stresses
-// of a hyperstatic stack, which the interior point finds at once: the path with their De Saxce term frozen
-// and a burst that renews it do together in one step what either needs ten times the work for.
-void add_frozen_path(Table& table, std::size_t iterations, bool (*when)(const Options&, const Solution&)) {
-  table.push_back({.method = central_path,
-                   .why = "finds the stresses for the friction directions so far",
-                   .iterations = iterations,
-                   .frozen = true,
-                   .when = when});
-  table.push_back({.method = apgd,
-                   .why = "renews the friction directions",
-                   .iterations = burst,
-                   .from = From::last,
-                   .follows = true});
-}
-
-// Coulomb with friction, A factored. The first row is enough where contacts stick, or slide as they did; the
-// others are for stresses that are not found yet, and the last for an x from where no way leads on. Few
-// blocks: factorisations cost no more than the iterations between them, so every method has its turn. Many:
-// only frozen paths are worth their factorisations, and only where path_pays() says so.
-Table coulomb_table(const Problem& problem) {
-  const std::size_t blocks = problem.K.blocks();
-  Table table{{.method = apgd, .why = "cheap where it suffices", .iterations = first_iterations(problem)}};
-  if (blocks > few_blocks) {
-    // First-order methods are slow on chains of joints: where those abound the path comes in any case.
-    const bool jointed = blocks - problem.K.contacts() > problem.K.contacts() / 2;
-    add_frozen_path(table, path_iterations, jointed ? nullptr : path_pays<100>);
-    // The second gains less than the first.
-    add_frozen_path(table, path_iterations, jointed ? path_pays<100> : path_pays<20>);
-    table.push_back({.method = apgd, .why = "goes on from the best", .iterations = last_iterations(problem)});
-    table.push_back({.method = central_path,
-                     .why = "another way from the start",
-                     .iterations = 2 * path_iterations,
-                     .from = From::start,
-                     .when = path_pays<0>});
-    return table;
-  }
-  table.insert(
-      table.end(),
-      {{.method = central_path, .why = "blocks are few", .iterations = 2 * path_iterations},
-       {.method = apgd, .why = "goes on from the best", .iterations = 4000},
-       {.method = newton, .why = "finds the faces", .iterations = 8},
-       {.method = apgd, .why = "goes on from the best", .iterations = last_iterations(problem)},
-       {.method = newton, .why = "another way from the start", .iterations = 10, .from = From::start},
-       {.method = gauss_seidel,
-        .why = "another way from the start",
-        .iterations = 2000,
-        .from = From::start}});
-  return table;
-}
-
-// A convex problem, A factored: the interior point converges from anywhere, and makes no use of a start. So a
-// warm start gets a chance first, with iterations that do.
-Table associated_table(const Problem& problem, const Options& options) {
-  Table table;
-  // On many contacts the accelerated method gets further from a warm start, on joints the spectral one.
-  if (!options.x0.empty() && problem.K.contacts() > few_blocks)
-    table.push_back(
-        {.method = apgd, .why = "from the warm start", .iterations = 2 * first_iterations(problem)});
-  else if (!options.x0.empty())
-    table.push_back({.method = spg, .why = "from the warm start", .iterations = warm_iterations});
-  table.push_back({.method = interior_point, .why = "factors in every iteration"});
-  return table;
-}
-
-// K = R^m: nothing slides or opens, the problem is a linear system for Krylov methods.
-Table linear_table(const Problem& problem, bool factored) {
-  Table table;
-  if (factored)
-    table.push_back({.method = factored_cg, .why = "one factorisation", .iterations = direct_iterations});
-  table.push_back({.method = cg, .why = "a linear system", .iterations = last_iterations(problem)});
-  // Contradictory rows end here, in a method that runs off along the contradiction and so proves it.
-  table.push_back({.method = spg, .why = "looks for a contradiction", .iterations = warm_iterations});
-  return table;
-}
-
-// Nothing factored. The accelerated method is the steadier one on hyperstatic contacts, the spectral one on
-// joints; under coulomb the first gets what slides settled, and the second goes on where it leaves off.
-Table unfactored_table(const Problem& problem, bool coulomb) {
-  if (!coulomb) return {{.method = spg, .why = "nothing to factor"}};
-  return {{.method = apgd, .why = "nothing to factor", .iterations = 2 * last_iterations(problem)},
-          {.method = spg, .why = "goes on from the best", .iterations = last_iterations(problem)}};
-}
-
-// The table, and why it was chosen.
-struct Choice {
-  Table table;
-  std::string why;
+// Nominal costs in ns, least squares on the times of the corpus.
+struct Costs {
+  // A product fused with the passes of a first-order method; one by itself; the mean of one and of a solve
+  // with the factor; a sweep of Gauss-Seidel.
+  double fused, plain, solve, sweep;
+  FactorCost factor;
 };
 
-Choice choose(const Problem& problem, const Options& options) {
-  const std::size_t nodes = factor_nodes(problem);
-  const bool function = std::holds_alternative<CallbackOperator>(problem.A);
-  const bool too_many = nodes > largest_factor;
-  // A deadline that falls into the factorisations leaves the caller with nothing but the start.
-  const bool hurried = options.deadline < factored_cost * static_cast<double>(problem.K.blocks());
-  // Without friction the laws are one, and the convex tables hold.
+// What a factorisation takes beside its multiplications: blocks are scaled and assembled, and the method's
+// own work on the cones is counted with it.
+double assembly(const Problem& problem) {
+  const auto contacts = static_cast<double>(problem.K.contacts());
+  const auto rest = static_cast<double>(problem.K.blocks()) - contacts;
+  const auto bodies = static_cast<double>(problem.graph.bodies());
+  return 500 + 90 * bodies + 450 * contacts + 200 * rest;
+}
+
+double analysed(const Problem& problem) {
+  constexpr double per_multiplication = 0.25;
+  return assembly(problem) + per_multiplication * ShiftedSystem(problem).factor_work();
+}
+
+Costs costs_of(const Problem& problem) {
+  const auto contacts = static_cast<double>(problem.K.contacts());
+  const auto rest = static_cast<double>(problem.rows()) - 3 * contacts;
+  const auto rows = static_cast<double>(problem.rows());
+  Costs c;
+  if (std::holds_alternative<ContactSystem>(problem.A)) {
+    c.fused = 160 + 9 * contacts + 5 * std::max(0.0, rest);
+    c.plain = 2.5 * c.fused;
+    c.solve = 12 * c.fused;
+    c.sweep = 60 + 70 * contacts + 22 * std::max(0.0, rest);
+    c.factor = {assembly(problem), problem.graph.bodies() > few_bodies ? analysed : nullptr};
+    return c;
+  }
+  double entries = rows * rows;
+  if (const auto* A = std::get_if<SparseOperator>(&problem.A)) entries = static_cast<double>(A->data.size());
+  c.fused = 100 + entries + 10 * rows;
+  c.plain = c.solve = c.sweep = c.fused;
+  c.factor = {assembly(problem) + 3 * entries, analysed};
+  return c;
+}
+
+bool can_factor(const Problem& problem) {
+  if (std::holds_alternative<CallbackOperator>(problem.A)) return false;
+  const auto* system = std::get_if<ContactSystem>(&problem.A);
+  return system ? system->bodies.size() <= most_bodies : problem.rows() <= most_rows;
+}
+
+using From = Contender::From;
+using Field = std::vector<Contender>;
+
+// K = R^m: nothing slides or opens, the problem is a linear system.
+Field linear_field(const Costs& c, bool factored) {
+  Field field{
+      {.start = start_cg, .why = "a linear system", .product = c.fused, .products = 8, .first_turn = 8},
+      // Contradictory rows end here, in a method that runs off along the contradiction and so proves it.
+      {.start = start_spg,
+       .why = "looks for a contradiction",
+       .product = c.fused,
+       .products = 5000,
+       .first_turn = 16,
+       .from = From::start,
+       .limit = 200}};
+  if (factored)
+    field.push_back({.start = start_factored_cg,
+                     .why = "one factorisation",
+                     .product = c.plain,
+                     .products = 6,
+                     .factorizations = 2.5});  // the analysis is worth more than one
+  return field;
+}
+
+// What needs products alone. The accelerated method is ahead where contacts are many, five times in the mean
+// over hundreds of them; the spectral one on few, and on joints. The one behind starts when the other slows
+// down.
+void add_first_order(Field& field, const Problem& problem, const Costs& c) {
+  constexpr std::size_t many_contacts = 30;
+  constexpr double ahead = 30, behind = 100;
+  const bool accelerated = problem.K.contacts() >= many_contacts;
+  field.push_back({.start = start_spg,
+                   .why = "cheap iterations",
+                   .product = c.fused,
+                   .products = accelerated ? behind : ahead,
+                   .first_turn = 16});
+  field.push_back({.start = start_apgd,
+                   .why = "cheap iterations, accelerated",
+                   .product = c.fused,
+                   .products = accelerated ? ahead : behind,
+                   .first_turn = 16});
+}
+
+// What factors. Newton's method is a gamble of one factorisation, and the more blocks the more of them have
+// to lie on the right face for it to pay; it starts again when the others have come nearer. The interior
+// point is sure of its way under the associated law, and followed by its crossover to the last digits.
+void add_factoring(Field& field, const Costs& c, bool coulomb, double digits, double size) {
+  field.push_back({.start = start_newton_steps,
+                   .why = "finds the faces",
+                   .product = coulomb ? c.solve : c.plain,
+                   .products = (coulomb ? 20 * digits : 10) * size,
+                   .factorizations = (1 + (coulomb ? 0.6 : 0.25) * digits) * size,
+                   .restarts = 6});
+  field.push_back({.start = start_newton,
+                   .why = "finds the faces between first-order iterations",
+                   .product = c.plain,
+                   .products = 200 + (coulomb ? 60 * digits : 20),
+                   .factorizations = 4 + (coulomb ? 3 : 2) * digits,
+                   .restarts = 2});
+  field.push_back({.start = start_central_path,
+                   .why = "factors in every iteration",
+                   .factorizations = coulomb ? (6 + 4 * digits) * (0.7 + 0.3 * size) : 3 + 1.8 * digits});
+  field.push_back({.start = start_newton,
+                   .why = "finds the faces that hold the path back",
+                   .product = c.plain,
+                   .products = coulomb ? 40 * digits : 10,
+                   .factorizations = 4,
+                   .from = From::previous,
+                   .limit = coulomb ? 12U : 30U});
+  field.push_back({.start = start_spg,
+                   .why = "takes the last digits",
+                   .product = c.fused,
+                   .products = 500,
+                   .first_turn = 16,
+                   .from = From::previous});
+}
+
+// Further ways to a solution under coulomb, where none is sure.
+void add_other_ways(Field& field, const Costs& c, double digits) {
+  field.push_back({.start = start_frozen_path,
+                   .why = "finds the stresses for the friction directions so far",
+                   .product = c.fused,
+                   .products = 300,
+                   .factorizations = 15 + 4 * digits});
+  field.push_back({.start = start_gauss_seidel,
+                   .why = "another way from the start",
+                   .product = 0.5 * c.sweep,
+                   .products = 1000,
+                   .first_turn = 16,
+                   .from = From::start});
+  field.push_back({.start = start_admm,
+                   .why = "another way from the start",
+                   .product = c.solve,
+                   .products = 500,
+                   .factorizations = 3,
+                   .first_turn = 10,
+                   .from = From::start});
+}
+
+// Inequalities or friction.
+Field field_of(const Problem& problem, const Options& options, const Costs& c) {
+  // Blocks over which the expectations of what must find all faces at once grow.
+  constexpr double blocks_unit = 300;
+  const double digits = std::clamp(-std::log10(options.tolerance), 1.0, 16.0);
+  const double size = 1 + static_cast<double>(problem.K.blocks()) / blocks_unit;
   const bool coulomb = options.law == Law::coulomb && problem.K.has_friction();
-  Choice choice;
-  if (problem.K.all_free()) {
-    choice = {linear_table(problem, !function && !too_many), "all rows are bilateral, a linear system"};
-  } else if (function || too_many || hurried) {
-    choice.table = unfactored_table(problem, coulomb);
-    choice.why = function   ? "A is a function, which cannot be factored"
-                 : too_many ? std::to_string(nodes) + " unknowns are too many to factor (limit " +
-                                  std::to_string(largest_factor) + ")"
-                            : "the deadline is too short to factor";
-  } else {
-    choice = {coulomb ? coulomb_table(problem) : associated_table(problem, options),
-              "A is small enough to factor"};
-  }
-  // A caller with limits of his own gets what they allow: rows without limits of theirs follow, since to stop
-  // short of both the tolerance and the caller's limits would waste what he is ready to spend.
-  if (options.max_iterations > 0 || std::isfinite(options.deadline)) {
-    if (coulomb && !function && !too_many && !hurried)
-      add_frozen_path(choice.table, 2 * path_iterations, nullptr);
-    choice.table.push_back({.method = coulomb ? apgd : spg, .why = "what the limits of the caller allow"});
-  }
-  return choice;
+  Field field;
+  add_first_order(field, problem, c);
+  if (!can_factor(problem)) return field;
+  add_factoring(field, c, coulomb, digits, size);
+  if (coulomb) add_other_ways(field, c, digits);
+  return field;
+}
+
+// What the problem says before anything has run; empty for the common case.
+const char* remark(const Problem& problem) {
+  if (problem.K.all_free()) return "all rows are bilateral, a linear system: ";
+  if (std::holds_alternative<CallbackOperator>(problem.A))
+    return "A is a function, which cannot be factored: ";
+  return can_factor(problem) ? "" : "A is too large to factor: ";
+}
+
+Solution race_for(const Problem& problem, const Options& options, double work) {
+  const Costs costs = costs_of(problem);
+  const Field field =
+      problem.K.all_free() ? linear_field(costs, can_factor(problem)) : field_of(problem, options, costs);
+  Solution s = race(problem, options, field, costs.factor, work);
+  s.reason = remark(problem) + s.reason;
+  return s;
 }
 
 // One group of islands.
 Solution solve_one(const Problem& problem, const Options& options) {
-  const Choice choice = choose(problem, options);
-  Solution s = run_phases(problem, options, choice.table);
-  s.reason = choice.why + ": " + describe(s.phases);
-  return s;
+  return race_for(problem, options, least_work + work_per_block * static_cast<double>(problem.K.blocks()));
 }
 
-// One group of islands after the direct way has failed: from nothing, as its best x may lie where Coulomb's
-// law has no solution nearby.
-Solution solve_whole(const Problem& problem, const Options& options) {
-  const Table table{
-      {.method = central_path, .why = "another way from the start", .iterations = 2 * path_iterations},
-      {.method = apgd, .why = "another way from the start", .iterations = 1000, .from = From::start},
-      {.method = newton, .why = "finds the faces", .iterations = 8}};
-  return run_phases(problem, options, table);
-}
-
-// And from the best x of both, where that is not far.
-Solution solve_last(const Problem& problem, const Options& options) {
-  return run_phases(problem, options,
-                    {{.method = apgd, .why = "goes on from the best", .iterations = 5000},
-                     {.method = spg, .why = "goes on from the best", .iterations = 2000}});
+// One group of islands after the direct way has failed.
+Solution solve_after_elimination(const Problem& problem, const Options& options) {
+  return race_for(problem, options,
+                  work_after_elimination + work_per_block * static_cast<double>(problem.K.blocks()));
 }
 
 // A start that fulfils the tolerance is the solution, as it is for every method.
@@ -282,8 +288,9 @@ Solution automatic(const Problem& problem, const Options& options) {
 }
 
 // Mechanisms with few contacts, and few contacts alone, are solved directly, all islands at once. What does
-// not lead to a solution there has another chance on the whole; the work stays bounded, as a robot that jams
-// should not stop the clock.
+// not lead to a solution there has another chance on the whole, from the start, as its best x may lie where
+// Coulomb's law has no solution nearby, and then from the best x of both where that is not far; the work
+// stays bounded, as a robot that jams should not stop the clock.
 Solution automatic(const Problem& problem, const Options& options, Elimination& elimination,
                    Solution memory) {
   constexpr double near = 100;  // times the tolerance
@@ -298,16 +305,15 @@ Solution automatic(const Problem& problem, const Options& options, Elimination& 
     return s;
   }
   Options rest = options;
-  for (Method method : {solve_whole, solve_last}) {
+  for (const bool last : {false, true}) {
     rest.deadline = options.deadline - s.time;
     if (s.status == Status::converged || s.status == Status::infeasible || !(rest.deadline > 0)) break;
     if (options.max_iterations && s.iterations >= options.max_iterations) break;
     if (options.max_iterations) rest.max_iterations = options.max_iterations - s.iterations;
-    const bool last = method == Method{solve_last};
     if (last && !(s.residual <= near * options.tolerance)) break;
     const std::vector<double> best = last ? s.x : std::vector<double>();
     rest.x0 = best;
-    s = better_of(std::move(s), solve_by_islands(problem, rest, method));
+    s = better_of(std::move(s), solve_by_islands(problem, rest, solve_after_elimination));
   }
   return s;
 }

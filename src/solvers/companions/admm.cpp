@@ -158,8 +158,12 @@ class Admm : public VectorIterate {
 
 }  // namespace
 
+std::unique_ptr<Run> start_admm(const Problem& problem, const Options& options) {
+  return drive<Admm>(problem, options);
+}
+
 Solution admm(const Problem& problem, const Options& options) {
-  return complete(drive<Admm>(problem, options));
+  return complete(start_admm(problem, options));
 }
 
 }  // namespace amontons

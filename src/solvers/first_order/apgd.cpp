@@ -96,18 +96,17 @@ class Apgd {
 
 // A function of its own: Clang 22 does not emit the virtual functions of a class template that it first meets
 // inside a generic lambda.
-template <class T>
-std::unique_ptr<Run> started(const Problem& problem, const Options& options, T iterate) {
-  return std::make_unique<Driven<Apgd<T>>>(problem, options, [&](const Options&, Monitor& monitor) {
-    return Apgd<T>(monitor, std::move(iterate));
-  });
+template <class Make>
+std::unique_ptr<Run> started(const Problem& problem, const Options& options, Make make) {
+  using Method = Apgd<decltype(make())>;
+  return std::make_unique<Driven<Method>>(
+      problem, options, [&](const Options&, Monitor& monitor) { return Method(monitor, make()); });
 }
 
 }  // namespace
 
 std::unique_ptr<Run> start_apgd(const Problem& problem, const Options& options) {
-  return with_iterate(problem, options,
-                      [&](auto iterate) { return started(problem, options, std::move(iterate)); });
+  return with_iterate(problem, options, [&](auto make) { return started(problem, options, make); });
 }
 
 Solution apgd(const Problem& problem, const Options& options) {

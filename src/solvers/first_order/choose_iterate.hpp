@@ -6,16 +6,18 @@
 
 namespace amontons {
 
-// f(iterate) with the fused passes where they know the sets and the rows, with plain loops elsewhere. The
-// one place where a first-order method meets an operator: a device has its line here. f is instantiated for
-// every operator, outside its iteration, so that no call inside one is virtual.
+// f(make), where make() returns the iterate: with the fused passes where they know the sets and the rows,
+// with plain loops elsewhere. Made by f, so that the clock of a solve counts it. The one place where a
+// first-order method meets an operator: a device has its line here. f is instantiated for every operator,
+// outside its iteration, so that no call inside one is virtual.
 template <class F>
 auto with_iterate(const Problem& problem, const Options& options, F&& f) {
   return std::visit(
       [&]<class Op>(const Op& A) {
         if constexpr (std::is_same_v<Op, ContactSystem>)
-          if (ContactIterate::fits(problem)) return f(ContactIterate(problem, options.law, options.threads));
-        return f(PlainIterate<Op>(A, problem, options.law));
+          if (ContactIterate::fits(problem))
+            return f([&] { return ContactIterate(problem, options.law, options.threads); });
+        return f([&] { return PlainIterate<Op>(A, problem, options.law); });
       },
       problem.A);
 }

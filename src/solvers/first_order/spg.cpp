@@ -144,18 +144,17 @@ class Spg {
 
 // A function of its own: Clang 22 does not emit the virtual functions of a class template that it first meets
 // inside a generic lambda.
-template <class T>
-std::unique_ptr<Run> started(const Problem& problem, const Options& options, T iterate) {
-  return std::make_unique<Driven<Spg<T>>>(problem, options, [&](const Options& o, Monitor& monitor) {
-    return Spg<T>(o, monitor, std::move(iterate));
-  });
+template <class Make>
+std::unique_ptr<Run> started(const Problem& problem, const Options& options, Make make) {
+  using Method = Spg<decltype(make())>;
+  return std::make_unique<Driven<Method>>(
+      problem, options, [&](const Options& o, Monitor& monitor) { return Method(o, monitor, make()); });
 }
 
 }  // namespace
 
 std::unique_ptr<Run> start_spg(const Problem& problem, const Options& options) {
-  return with_iterate(problem, options,
-                      [&](auto iterate) { return started(problem, options, std::move(iterate)); });
+  return with_iterate(problem, options, [&](auto make) { return started(problem, options, make); });
 }
 
 Solution spg(const Problem& problem, const Options& options) { return complete(start_spg(problem, options)); }

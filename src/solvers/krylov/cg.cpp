@@ -114,15 +114,19 @@ struct ConjugateGradients : VectorIterate {
 
 }  // namespace
 
+std::unique_ptr<Run> start_cg(const Problem& problem, const Options& options) {
+  return drive<ConjugateGradients<Diagonal>>(problem, options);
+}
+
+std::unique_ptr<Run> start_factored_cg(const Problem& problem, const Options& options) {
+  return drive<ConjugateGradients<Factored>>(problem, options);
+}
+
 Solution cg(const Problem& problem, const Options& options) {
   AMONTONS_REQUIRE(problem.K.all_free(),
                    "cg solves purely bilateral problems (every cone R) only; this one has inequalities or "
                    "friction: use p-spg-fb");
-  return complete(drive<ConjugateGradients<Diagonal>>(problem, options));
-}
-
-Solution factored_cg(const Problem& problem, const Options& options) {
-  return complete(drive<ConjugateGradients<Factored>>(problem, options));
+  return complete(start_cg(problem, options));
 }
 
 }  // namespace amontons

@@ -1,10 +1,11 @@
 #pragma once
-#include "amontons/solvers/driver/options.hpp"
+#include "amontons/solvers/driver/driver.hpp"
 
 namespace amontons {
 
 // "admm": alternating directions with one factorisation for many iterations; what most conic solvers and
 // several contact solvers use. Good on joints and small stacks at rest. InputError for a function.
 Solution admm(const Problem&, const Options&);
+std::unique_ptr<Run> start_admm(const Problem&, const Options&);
 
 }  // namespace amontons

@@ -106,12 +106,17 @@ class Run {
   Run(const Run&) = delete;
   Run& operator=(const Run&) = delete;
   virtual ~Run() = default;
-  // Goes on for so many iterations, or until the solve ends; true if it has ended. Not at the first call
-  // alone may one iteration be all that happens.
+  // Goes on for so many iterations, or until the solve ends; true if it has ended.
   virtual bool advance(std::size_t iterations) = 0;
-  // The residual of the best x so far; infinite before the first advance().
+  virtual const char* name() const = 0;
+  // The best x so far and its residual, which is infinite before the first advance().
   virtual double best_residual() const = 0;
+  virtual void best(std::vector<double>& x) const = 0;
   virtual std::size_t iterations() const = 0;
+  virtual std::size_t products() const = 0;
+  virtual std::size_t factorizations() const = 0;
+  // The records so far; empty unless options.history.
+  virtual const std::vector<IterationRecord>& history() const = 0;
   // Ends the solve: its best x, measured afresh. Once.
   virtual Solution finish() = 0;
 };
@@ -170,8 +175,17 @@ class Driven final : public Run {
     });
     return status_.has_value();
   }
+  const char* name() const override { return Method::name; }
   double best_residual() const override { return monitor_.best(); }
-  std::size_t iterations() const override { return monitor_.iterations(); }
+  void best(std::vector<double>& x) const override {
+    x = best_;  // the start, and the size that is needed
+    if (kept_) method_->best(x);
+  }
+  // The monitor counts the step that it allows.
+  std::size_t iterations() const override { return monitor_.iterations() - (started_ && !status_ ? 1 : 0); }
+  std::size_t products() const override { return monitor_.products; }
+  std::size_t factorizations() const override { return monitor_.factorizations; }
+  const std::vector<IterationRecord>& history() const override { return monitor_.history; }
 
   Solution finish() override {
     if (!started_) begin();
@@ -183,8 +197,10 @@ class Driven final : public Run {
       method_->last(last);
     }
     if (kept_) method_->best(best_);
-    return amontons::finish(problem_, options_, Method::name, std::move(best_), last,
-                            status_.value_or(Status::stalled), monitor_);
+    Solution s = amontons::finish(problem_, options_, Method::name, std::move(best_), last,
+                                  status_.value_or(Status::stalled), monitor_);
+    s.iterations = iterations();
+    return s;
   }
 
  private:

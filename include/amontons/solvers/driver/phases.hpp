@@ -8,31 +8,14 @@ namespace amontons {
 using Method = Solution (*)(const Problem&, const Options&);
 
 // A solve with several methods is a table of these rows, tried in order: what runs, what is printed of it in
-// Solution::reason and what Solution::phases lists are one and the same data.
+// Solution::reason and what Solution::phases lists are one and the same data. Each starts from the best x so
+// far. (For methods that take turns see choice/race.)
 struct Phase {
-  enum class From : unsigned char {
-    // The best x so far.
-    best,
-    // Where the phase before ended, better or not.
-    last,
-    // The start of the solve: the best x may lie where Coulomb's law has no solution nearby.
-    start
-  };
   Method method;
   // Printed after the residual that the row reached.
   const char* why;
   // Limit of this row; 0: the method's own.
   std::size_t iterations = 0;
-  From from = From::best;
-  // Runs on the convex problem with the De Saxce term of the starting point frozen; for friction under
-  // coulomb. A first row has no point to freeze it at, and runs on the problem itself.
-  bool frozen = false;
-  // Runs only if the row before did.
-  bool follows = false;
-  // Part of the tolerance that the row goes on to; below 1 it also runs where the tolerance is reached.
-  double aim = 1;
-  // The row is skipped where the answer is false; null stands for true. The first row always runs.
-  bool (*when)(const Options&, const Solution& best) = nullptr;
 };
 
 // Runs the rows in turn until none has anything left to do, each within what is left of the deadline and of

@@ -1,13 +1,14 @@
 #pragma once
-#include "amontons/solvers/driver/options.hpp"
+#include "amontons/solvers/driver/driver.hpp"
 
 namespace amontons {
 
 // "cg": conjugate gradients preconditioned by P, for K = R^m only; InputError for other sets. The reference
 // for joints without contacts.
 Solution cg(const Problem&, const Options&);
-// The same, preconditioned by one factorisation of A, so that long chains of joints take a few iterations.
-// Asks for an A that can be factored: not for a function. K = R^m is up to the caller.
-Solution factored_cg(const Problem&, const Options&);
+// As a run; that K = R^m is up to the caller. The second is preconditioned by one factorisation of A, so that
+// long chains of joints take a few iterations; it asks for an A that can be factored: not for a function.
+std::unique_ptr<Run> start_cg(const Problem&, const Options&);
+std::unique_ptr<Run> start_factored_cg(const Problem&, const Options&);
 
 }  // namespace amontons

@@ -42,6 +42,7 @@ class ShiftedSystem {
 
   bool in_body_space() const { return in_body_space_; }
   std::size_t factor_entries() const { return cholesky_.factor_entries(); }
+  double factor_work() const { return cholesky_.factor_work(); }
 
  private:
   struct Block {

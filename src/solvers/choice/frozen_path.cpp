@@ -1,0 +1,96 @@
+// One outer step of the fixed point on the De Saxce term (Cadoux 2009; Acary, Cadoux, Lemarechal, Malick
+// 2011), and what makes it worth while. Coulomb's law asks for x in K with u + s(u) e_n in K* and
+// <x, u + s(u) e_n> = 0, s(u) = mu |u_t|. For a constant s this is the associated law with b_n + s in place
+// of b_n, a convex problem with a solution u'(s); the law holds where s = s(u'(s)), a fixed point that exists
+// under mild conditions (they prove it), though the iteration s := s(u'(s)) need not contract.
+//
+// First-order iterates know what slides long before they know the stresses of a hyperstatic stack, which the
+// interior point finds at once. So in each round
+//   1.  a central path solves the convex problem of the best x so far,
+//   2.  a burst of apgd from there renews the term,
+// and do together what either needs ten times the work for. A round that does not help ends it.
+#include "solvers/choice/frozen_path.hpp"
+
+#include <algorithm>
+#include <optional>
+
+#include "amontons/solvers/first_order/apgd.hpp"
+#include "amontons/solvers/second_order/interior_point.hpp"
+
+namespace amontons {
+
+namespace {
+
+// The frozen problem is solved to this part of the residual of its start. Its solution is a solution of the
+// true problem up to the change of the frozen term, which is of the order of that residual: two digits more
+// are gained at best, and further ones would be those of the wrong problem.
+constexpr double frozen_tolerance = 0.02;
+constexpr std::size_t path_iterations = 30, burst = 300;
+// A round must bring the residual below this part of what it was.
+constexpr double worth_while = 0.7;
+
+Problem with_frozen_term(const Problem& problem, const std::vector<double>& u) {
+  Problem frozen = problem;
+  for_each_block(problem.K, [&]<class S>(const S& set, std::size_t, std::size_t row) {
+    double g[S::dim];
+    add_saxce_term(set, Law::coulomb, &u[row], g);
+    frozen.b[row] += g[0] - u[row];
+  });
+  return frozen;
+}
+
+// An iteration is a burst of the driver: a path, then the burst of apgd.
+class FrozenPath : public VectorIterate {
+ public:
+  static constexpr const char* name = "apgd after a frozen path";
+  static constexpr Limits limits{20, 2, 0};
+  using VectorIterate::VectorIterate;
+
+  std::optional<double> step() {
+    // 1. It starts cold: the friction directions are in the term, and the stresses, which the path is to
+    // replace, are no help.
+    const double scale = natural_map_at_zero(problem, options.law);
+    Options o = options;
+    o.law = Law::associated;
+    o.x0 = {};
+    o.tolerance = std::max(0.5 * options.tolerance, frozen_tolerance * map_ / scale);
+    o.max_iterations = path_iterations;
+    o.history = false;
+    o.callback = nullptr;
+    o.deadline = std::max(1e-9, options.deadline - monitor.elapsed());
+    const Problem frozen = with_frozen_term(problem, u);
+    Solution path = central_path(frozen, o);
+    count(path);
+    // 2.
+    o.law = options.law;
+    o.x0 = path.x;
+    o.tolerance = options.tolerance;
+    o.max_iterations = burst;
+    o.deadline = std::max(1e-9, options.deadline - monitor.elapsed());
+    Solution s = apgd(problem, o);
+    count(s);
+    const double before = map_;
+    x = std::move(s.x);
+    map_ = evaluate();
+    if (map_ > worth_while * before && ++poor_ > 1) return std::nullopt;
+    return map_;
+  }
+  double start(const Start& s) { return map_ = VectorIterate::start(s); }
+
+ private:
+  void count(const Solution& s) {
+    monitor.products += s.products;
+    monitor.factorizations += s.factorizations;
+    if (s.status == Status::interrupted) monitor.interrupt();
+  }
+  double map_ = 0;
+  int poor_ = 0;
+};
+
+}  // namespace
+
+std::unique_ptr<Run> start_frozen_path(const Problem& problem, const Options& options) {
+  return drive<FrozenPath>(problem, options);
+}
+
+}  // namespace amontons

@@ -1,0 +1,317 @@
+// A race of methods that needs no threshold tuned on anybody's scenes: it watches the rates of convergence.
+//
+//   while no one has reached the tolerance
+//     1.  the favourite: the contender with the least nominal cost expected from here to the tolerance
+//     2.  its turn: it goes on from its own state until it has done a quarter more than before
+//     3.  its rate, seen over the second half of all that it has done, says what to expect from now on
+//
+// The cost that is spent counts for nothing in 1: what matters is what is left. A first-order method that
+// converges quickly is never left; one that slows down hands over as soon as the rest of its way, at the rate
+// that it has, is longer than a factorising method is expected to take from the start, and gets its turn
+// again when that one disappoints. Each keeps momentum, metric and step lengths meanwhile, which restarts
+// from a shared iterate would cost it.
+//
+// The rate over half of the work is a compromise: residuals of spectral and accelerated steps rise and fall,
+// so that the last iterations alone tell little, and the first ones are quick everywhere. What makes no
+// progress at all is expected to take many times what it has spent: so that contenders which all stand still
+// get turns that grow together, none is starved, and the race costs at most a multiple of the winner alone.
+#include "solvers/choice/race.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+
+#include "amontons/solvers/driver/phases.hpp"
+
+namespace amontons {
+
+namespace {
+
+// A turn makes this much more work than there was before.
+constexpr double growth = 0.25;
+// Progress (of log residual) over half the work is taken to be at least this: 3 % in a whole doubling.
+constexpr double least_progress = 0.03;
+// A better x is one with a residual below this part of that from which a contender started last.
+constexpr double better_start = 0.3;
+// Each start that failed makes the next one of the same contender appear so much more expensive.
+constexpr double disappointment = 3;
+
+// A contender in the race.
+struct Runner {
+  const Contender* of;
+  std::unique_ptr<Run> run;
+  // What it did when it was last seen: nominal cost and best residual after each turn.
+  struct Mark {
+    double spent, residual;
+  };
+  std::vector<Mark> marks;
+  std::vector<double> x0;
+  // Where it ended, once it has started and stalled.
+  std::vector<double> end;
+  // The residual of its start, and how often it started.
+  double started_at = std::numeric_limits<double>::infinity();
+  int starts = 0;
+  // s after the start of the race; its records that the history has.
+  double started_after = 0;
+  std::size_t seen = 0;
+  // Where its record is among the phases.
+  std::size_t record = 0;
+
+  double spent(const FactorCost& factor) const {
+    return static_cast<double>(run->products()) * of->product +
+           static_cast<double>(run->factorizations()) * factor.nominal;
+  }
+  // Whether it has ended, or may start, given the best residual of all.
+  bool may_start(double best) const {
+    if (run || starts > of->restarts) return false;
+    if (of->from == Contender::From::previous) return !(this - 1)->end.empty();
+    return starts == 0 || best < better_start * started_at;
+  }
+  double prior(const FactorCost& factor) const {
+    return of->products * of->product + of->factorizations * factor.nominal;
+  }
+  double expected(double tolerance, const FactorCost& factor) const;
+};
+
+// The nominal cost from here to the tolerance. Before the first expectation is used up it stands; then, with
+// the residual r at all that is spent, w, and r_h at half of it, the rate log(r_h / r) per w / 2 carries on.
+double Runner::expected(double tolerance, const FactorCost& factor) const {
+  if (!run) return prior(factor) * std::pow(disappointment, starts);
+  const Mark& now = marks.back();
+  // Factorising methods gain most at the end, and are given what was expected of them; others show their
+  // rate.
+  const double before = of->factorizations > 0 ? prior(factor) : 0;
+  if (now.spent < before) return std::max(before - now.spent, 0.1 * before);
+  const Mark* half = &marks.front();
+  for (const Mark& mark : marks)
+    if (mark.spent <= 0.5 * now.spent) half = &mark;
+  const double progress = std::max(std::log(half->residual / now.residual), least_progress);
+  const double left = std::log(now.residual / std::max(tolerance, 1e-16));
+  return std::max(now.spent - half->spent, 0.3 * now.spent) * left / progress;
+}
+
+class Race {
+ public:
+  Race(const Problem& problem, const Options& options, const std::vector<Contender>& contenders,
+       FactorCost factor, double work)
+      : problem_(problem), options_(options), factor_(factor) {
+    const bool limited = options.max_iterations > 0 || std::isfinite(options.deadline);
+    work_ = limited ? std::numeric_limits<double>::infinity() : work;
+    runners_.resize(contenders.size());
+    for (std::size_t i = 0; i < contenders.size(); ++i) runners_[i].of = &contenders[i];
+    if (options.callback)
+      watch_ = [this](const IterationRecord& record) { return options_.callback(among_all(record)); };
+  }
+
+  Solution run() {
+    while (Runner* next = favourite()) {
+      turn(*next);
+      if (ended_) break;
+    }
+    return result();
+  }
+
+ private:
+  Runner* favourite();
+  void turn(Runner& r);
+  void count_others(const Runner& r);
+  void start(Runner& r);
+  void end(Runner& r);
+  void keep(Solution s);
+  IterationRecord among_all(IterationRecord record);
+  Solution result();
+
+  std::size_t iterations_left() const {
+    return options_.max_iterations ? options_.max_iterations - std::min(iterations_, options_.max_iterations)
+                                   : std::numeric_limits<std::size_t>::max();
+  }
+  double best_residual() const {
+    double best = total_.x.empty() ? std::numeric_limits<double>::infinity() : total_.residual;
+    for (const Runner& r : runners_)
+      if (r.run) best = std::min(best, r.run->best_residual());
+    return best;
+  }
+
+  const Problem& problem_;
+  const Options& options_;
+  FactorCost factor_;
+  const Time clock_ = std::chrono::steady_clock::now();
+  std::function<bool(const IterationRecord&)> watch_;
+  std::vector<Runner> runners_;
+  // The best of those that have ended, and the records of all.
+  Solution total_;
+  std::optional<Status> ended_;
+  double work_, spent_ = 0;
+  std::size_t iterations_ = 0;
+  // Counts of all but the one whose turn it is, for its records.
+  std::size_t other_iterations_ = 0, other_products_ = 0;
+  double now_started_ = 0;  // when that one did, s
+  double best_before_ = std::numeric_limits<double>::infinity();
+};
+
+Runner* Race::favourite() {
+  Runner* favourite = nullptr;
+  double least = std::numeric_limits<double>::infinity();
+  const double best = best_residual();
+  const double time_left = 1e9 * (options_.deadline - seconds_since(clock_));
+  for (Runner& r : runners_) {
+    if (!r.run && !r.may_start(best)) continue;
+    // A deadline that falls into a factorisation leaves the caller with nothing.
+    if (r.of->factorizations > 0 && 2 * factor_.nominal > time_left) continue;
+    const double expected = r.expected(options_.tolerance, factor_);
+    if (expected < least) {
+      least = expected;
+      favourite = &r;
+    }
+  }
+  // Only now it is worth while to know what the factorisations will really cost.
+  if (favourite && favourite->of->factorizations > 0 && factor_.analyse) {
+    factor_.nominal = factor_.analyse(problem_);
+    factor_.analyse = nullptr;
+    return this->favourite();
+  }
+  return favourite;
+}
+
+// A contender starts from the best x of all, in a run of its own with what is left of the caller's limits.
+void Race::start(Runner& r) {
+  Options o = options_;
+  if (watch_) o.callback = watch_;
+  o.deadline = std::max(1e-9, options_.deadline - seconds_since(clock_));
+  o.max_iterations = r.of->limit ? std::min(r.of->limit, iterations_left()) : options_.max_iterations;
+  const Runner* from = nullptr;
+  double best = total_.x.empty() ? std::numeric_limits<double>::infinity() : total_.residual;
+  for (const Runner& other : runners_)
+    if (other.run && other.run->best_residual() < best) {
+      best = other.run->best_residual();
+      from = &other;
+    }
+  if (r.of->from == Contender::From::previous) {
+    o.x0 = (&r - 1)->end;
+  } else if (r.of->from == Contender::From::best && std::isfinite(best)) {
+    if (from)
+      from->run->best(r.x0);
+    else
+      r.x0 = total_.x;
+    o.x0 = r.x0;
+  }
+  r.started_at = best;
+  r.started_after = seconds_since(clock_);
+  r.seen = 0;
+  r.run = r.of->start(problem_, o);
+  r.marks.clear();
+  r.record = total_.phases.size();
+  ++r.starts;
+  total_.phases.push_back({r.run->name(), r.of->why, 0, 0});
+}
+
+void Race::turn(Runner& r) {
+  count_others(r);
+  best_before_ = best_residual();
+  std::size_t iterations = r.of->first_turn;
+  double spent = 0;
+  std::size_t before = 0;
+  if (!r.run) {
+    start(r);
+    now_started_ = r.started_after;
+    r.run->advance(0);
+    r.marks.push_back({r.spent(factor_), r.run->best_residual()});
+  } else {
+    now_started_ = r.started_after;
+    before = r.run->iterations();
+    spent = r.spent(factor_);
+    iterations = std::max(iterations, static_cast<std::size_t>(growth * static_cast<double>(before)));
+  }
+  const bool over = r.run->advance(std::min(iterations, iterations_left()));
+  iterations_ += r.run->iterations() - before;
+  spent_ += r.spent(factor_) - spent;
+  r.marks.push_back({r.spent(factor_), r.run->best_residual()});
+  for (const auto& own = r.run->history(); r.seen < own.size(); ++r.seen)
+    total_.history.push_back(among_all(own[r.seen]));
+  if (over) end(r);
+  if (!ended_ && iterations_left() == 0) ended_ = Status::iteration_limit;
+  if (!ended_ && options_.deadline < seconds_since(clock_)) ended_ = Status::deadline;
+  if (!ended_ && (spent_ > work_ || Patience::exhausted())) ended_ = Status::stalled;
+}
+
+// What was done before the turn of r, apart from what r did in this run: its records count on from there.
+void Race::count_others(const Runner& r) {
+  other_iterations_ = iterations_ - (r.run ? r.run->iterations() : 0);
+  other_products_ = total_.products;
+  for (const Runner& other : runners_)
+    if (other.run && &other != &r) other_products_ += other.run->products();
+}
+
+// A contender has come to its end: with a solution, or without a way on. Its status speaks for the whole only
+// where no other could say something else.
+void Race::end(Runner& r) {
+  Solution s = r.run->finish();
+  total_.phases[r.record].iterations = s.iterations;
+  total_.phases[r.record].residual = s.residual;
+  r.run.reset();
+  r.end = s.x;
+  if (s.status == Status::converged || s.status == Status::infeasible || s.status == Status::interrupted ||
+      s.status == Status::deadline)
+    ended_ = s.status;
+  keep(std::move(s));
+}
+
+void Race::keep(Solution s) {
+  total_.iterations += s.iterations;
+  total_.products += s.products;
+  total_.factorizations += s.factorizations;
+  if (!total_.x.empty() && !(s.residual < total_.residual)) return;
+  total_.x = std::move(s.x);
+  total_.u = std::move(s.u);
+  total_.residual = s.residual;
+  total_.objective = s.objective;
+  total_.method = std::move(s.method);
+}
+
+// A record of the one whose turn it is: counts and time go on over all, and so does the best residual.
+IterationRecord Race::among_all(IterationRecord record) {
+  record.iteration += other_iterations_;
+  record.products += other_products_;
+  record.time += now_started_;
+  record.best_residual = std::min(record.best_residual, best_before_);
+  return record;
+}
+
+// Those that are still under way: the best of them is measured, of the others the counts are enough.
+Solution Race::result() {
+  while (true) {
+    Runner* best = nullptr;
+    for (Runner& r : runners_)
+      if (r.run && (!best || r.run->best_residual() < best->run->best_residual())) best = &r;
+    if (!best) break;
+    if (total_.x.empty() || best->run->best_residual() < total_.residual) {
+      Solution s = best->run->finish();
+      total_.phases[best->record].iterations = s.iterations;
+      total_.phases[best->record].residual = s.residual;
+      keep(std::move(s));
+    } else {
+      total_.phases[best->record].iterations = best->run->iterations();
+      total_.phases[best->record].residual = best->run->best_residual();
+      total_.iterations += best->run->iterations();
+      total_.products += best->run->products();
+      total_.factorizations += best->run->factorizations();
+    }
+    best->run.reset();
+  }
+  total_.status = total_.residual <= options_.tolerance ? Status::converged
+                  : ended_ == Status::converged         ? Status::stalled
+                                                        : ended_.value_or(Status::stalled);
+  total_.time = seconds_since(clock_);
+  total_.reason = describe(total_.phases);
+  return std::move(total_);
+}
+
+}  // namespace
+
+Solution race(const Problem& problem, const Options& options, const std::vector<Contender>& contenders,
+              FactorCost factor, double work) {
+  return Race(problem, options, contenders, factor, work).run();
+}
+
+}  // namespace amontons

@@ -1,0 +1,51 @@
+// Private: methods that race for the solution of one problem, in turns in which each keeps its state.
+#pragma once
+#include <vector>
+
+#include "amontons/solvers/driver/driver.hpp"
+
+namespace amontons {
+
+// The nominal cost of a factorisation (ns): what it takes at least, and where that might be worth it what its
+// symbolic analysis says, with the fill.
+struct FactorCost {
+  double nominal = 0;
+  // Null where `nominal` is all there is to know.
+  double (*analyse)(const Problem&) = nullptr;
+};
+
+// A method at the start of a race, and what is known of it before it has run.
+struct Contender {
+  enum class From : unsigned char {
+    // The best x of all when it starts.
+    best,
+    // The start of the solve: the best x may lie where Coulomb's law has no solution nearby.
+    start,
+    // Where the contender before it in the list ended, which it waits for.
+    previous
+  };
+  Starter start;
+  // Printed after the residual that it reached.
+  const char* why;
+  // Nominal cost of a product, or of what the method counts as one (ns).
+  double product = 0;
+  // Products and factorisations to the tolerance, before there are iterations to judge by.
+  double products = 0, factorizations = 0;
+  // Iterations of its first turn, about what it takes to show a rate.
+  std::size_t first_turn = 1;
+  From from = From::best;
+  // Limit of its iterations; 0: that of the method.
+  std::size_t limit = 0;
+  // Times that it may start again from a better x after it stalled.
+  int restarts = 0;
+};
+
+// Runs the contenders in turns until one reaches the tolerance, all have stalled, the limits of the caller
+// are reached, or nominal `work` (ns) is used up, which only counts where the caller set no limit. Costs are
+// nominal: estimates, never clocks, so that the same problem takes the same turns everywhere. x is the best
+// of all and `method` that which made it; `phases` and `reason` tell what each did, in the order of their
+// starts; counts, time and history are those of the whole.
+Solution race(const Problem& problem, const Options& options, const std::vector<Contender>& contenders,
+              FactorCost factor, double work);
+
+}  // namespace amontons
