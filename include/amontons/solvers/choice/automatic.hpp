@@ -4,8 +4,8 @@
 
 namespace amontons {
 
-// "auto": a table of phases chosen by the structure of the problem, island by island. Solution::reason tells
-// the choice and the phases that ran. Without a deadline the clock decides nothing: the same x every time.
+// "auto": bilateral rows are eliminated where that leaves little; else methods race, island by island.
+// Solution::reason tells what ran. Without a deadline the clock decides nothing: the same x every time.
 Solution automatic(const Problem&, const Options&);
 // The same with memory that is kept from one solve to the next; a solution that is no longer needed lends its
 // arrays.

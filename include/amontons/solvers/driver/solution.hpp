@@ -14,7 +14,7 @@ enum class Status : unsigned char {
   // The wall-clock deadline passed. The clock is looked at between iterations.
   deadline,
   // No further progress is possible: no step was found, the best residual did not fall by 1 % within the
-  // stall window, the iterate is no longer finite, or a table of phases came to its end.
+  // stall window, the iterate is no longer finite, or all methods of several came to their end.
   stalled,
   // The callback returned true, or the poll of `interrupted` (Ctrl-C in Python) did.
   interrupted,
