@@ -99,7 +99,9 @@ def test_phases_are_what_ran():
     assert len(solution.phases) > 1
     assert solution.phases[0].method == "apgd"
     assert sum(phase.iterations for phase in solution.phases) == solution.iterations
-    assert min(phase.residual for phase in solution.phases) == pytest.approx(solution.residual, rel=1e-6)
+    # That of the best, or of the joints that were made anew for it, which may cost a factor of two.
+    assert any(phase.residual == pytest.approx(solution.residual, rel=1e-6) for phase in solution.phases)
+    assert solution.residual <= 2.01 * min(phase.residual for phase in solution.phases)
     best = min(solution.phases, key=lambda phase: phase.residual)
     assert best.method == solution.method
     told = (
