@@ -23,7 +23,7 @@ double squared_error(const ChainKinematics& chain, double length) {
 }
 
 struct Fit {
-  double squared_error;
+  double squared_error;  // before the last step, which is one of rounding where the fit converged
   bool converged;
 };
 
@@ -36,24 +36,24 @@ Fit fit(const Joint& joint, const Transform& relative, double length, std::span<
   constexpr double largest_turn = 1;       // rad in one step: T(q) is far from linear beyond
   constexpr double smallest_step = 1e-14;  // radians or lengths
   constexpr double small_step = 1e-6;
-  ChainKinematics chain = chain_kinematics(joint, relative, q);
-  double largest = infinity;
+  double largest = infinity, error = infinity;
   for (int step = 0; step < most_steps && largest > smallest_step; ++step) {
+    const ChainKinematics chain = chain_kinematics(joint, relative, q);
     // Duals are damped near singular poses, where a plain least-squares step would be without bound.
     const auto duals = dual_wrenches(chain, length);
-    Screw error = chain.error;
-    if (chain.spherical) error.angular = {};
+    Screw to_pose = chain.error;
+    if (chain.spherical) to_pose.angular = {};
+    error = squared_error(chain, length);
     largest = 0;
     for (std::size_t i = 0; i < q.size(); ++i) {
-      double dq = dot(duals[i], error);
+      double dq = dot(duals[i], to_pose);
       if (joint.dofs[i].kind == Dof::Kind::hinge) dq = std::clamp(dq, -largest_turn, largest_turn);
       const double unit = joint.dofs[i].kind == Dof::Kind::hinge ? 1 : length;
       largest = std::max(largest, std::abs(dq) / (unit + std::abs(q[i])));
       q[i] += dq;
     }
-    chain = chain_kinematics(joint, relative, q);
   }
-  return {squared_error(chain, length), largest <= small_step};
+  return {error, largest <= small_step};
 }
 
 // The angle of a rotation about a unit axis (swing-twist decomposition) next to `near`. It minimises the

@@ -10,30 +10,33 @@
 // A degree of freedom q has the row D = s times its dual wrench: D v = s q', with s = length for an angle and
 // 1 for a displacement. An impulse x along the row is s x along q.
 namespace amontons {
-namespace {}  // namespace
-
 // The step is undone from what the state has: poses went from there to here with constant velocities, the
 // angular one being the mean of the gyroscopic rotation.
-Past past(const BodyFrame& body, const BodyVelocity& v, double h) {
-  // The solve of a step knows the mean of the gyroscopic rotation; backwards in time it is this one.
-  const Vec3 spin = -torque_free_mean(body.inertia, -v.angular, h);
-  const BodyVelocity velocity{v.linear, spin};
-  return {moved(body, velocity, -h), body.centre - h * v.linear, velocity};
+const std::vector<Past>& past_of(const RowInput& in, JointRows& rows) {
+  const double h = in.options.h;
+  for (std::size_t i = rows.past.size(); i < in.bodies.frames.size(); ++i) {
+    const BodyFrame& body = in.bodies.frames[i];
+    const BodyVelocity& v = in.bodies.start[i];
+    // The solve of a step knows the mean of the gyroscopic rotation; backwards in time it is this one.
+    const BodyVelocity velocity{v.linear, -torque_free_mean(body.inertia, -v.angular, h)};
+    rows.past.push_back({moved(body, velocity, -h), body.centre - h * v.linear, velocity});
+  }
+  return rows.past;
 }
 
 // Those of the start velocities on the Jacobian of that step. On the present one they differ by h J' v, which
 // over many steps is not small (q'' = J v' + J' v) where the axes of one joint turn with its other degrees of
 // freedom.
-std::array<double, 6> rates_before(const JointContext& now, const StepBodies& bodies,
-                                   std::span<const double> q, double h) {
-  const auto past_of = [&](Index body) {
-    return body < 0 ? Past{} : past(bodies.frames[body], bodies.start[body], h);
-  };
-  const Past a = past_of(now.joint->body_a), b = past_of(now.joint->body_b);
+std::array<double, 6> rates_before(const RowInput& in, const JointContext& now, std::span<const double> q,
+                                   JointRows& rows) {
+  const std::vector<Past>& past = past_of(in, rows);
+  const Past still;
+  const auto past_body = [&](Index body) -> const Past& { return body < 0 ? still : past[body]; };
+  const Past &a = past_body(now.joint->body_a), &b = past_body(now.joint->body_b);
   // Coordinates to first order, which is enough for a Jacobian.
   std::array<double, 6> before{};
-  const Screw twist = joint_twist(now, bodies.start);
-  for (std::size_t i = 0; i < now.chain.dofs; ++i) before[i] = q[i] - h * dot(now.duals[i], twist);
+  const Screw twist = joint_twist(now, in.bodies.start);
+  for (std::size_t i = 0; i < now.chain.dofs; ++i) before[i] = q[i] - in.options.h * dot(now.duals[i], twist);
   JointContext then = now;
   JointPose pose{a.pose * now.joint->frame_a, b.pose * now.joint->frame_b, {}};
   pose.relative = inverse(pose.b) * pose.a;
@@ -147,7 +150,7 @@ void append_dof_rows(const RowInput& in, const JointContext& joint, JointRows& r
   const std::span<const double> q = std::span(in.state.coordinates).subspan(first);
   std::array<double, 6> rates{};
   if (std::any_of(dofs.begin(), dofs.end(), [](const Dof& dof) { return dof.armature > 0; }))
-    rates = rates_before(joint, in.bodies, q, in.options.h);
+    rates = rates_before(in, joint, q, rows);
   for (std::size_t i = 0; i < dofs.size(); ++i) {
     const Dof& dof = dofs[i];
     const double s = joint.scale(i), h = in.options.h;

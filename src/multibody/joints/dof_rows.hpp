@@ -4,17 +4,12 @@
 
 namespace amontons {
 
-// A body at the start of the last step, and the velocity of the solve that brought it here.
-struct Past {
-  Transform pose;
-  Vec3 centre;
-  BodyVelocity velocity;
-};
-Past past(const BodyFrame& body, const BodyVelocity& v, double h);
+// All bodies at the start of the last step; made once, as several rows ask for the same.
+const std::vector<Past>& past_of(const RowInput& in, JointRows& rows);
 
 // The rates of a joint's coordinates q that the last step ended with, for the inertia of drives.
-std::array<double, 6> rates_before(const JointContext& now, const StepBodies& bodies,
-                                   std::span<const double> q, double h);
+std::array<double, 6> rates_before(const RowInput& in, const JointContext& now, std::span<const double> q,
+                                   JointRows& rows);
 
 // Along each degree of freedom of a chain: the drive (spring, damper and armature), motor, actuators, dry
 // friction and limits.

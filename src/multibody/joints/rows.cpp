@@ -19,6 +19,7 @@ void JointRows::clear() {
   tags.clear();
   efforts.clear();
   auxiliary_inverse_mass.clear();
+  past.clear();
 }
 
 namespace {

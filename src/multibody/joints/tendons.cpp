@@ -80,18 +80,18 @@ Line spatial(const Model& model, const BodyFrames& bodies, const std::vector<Pat
 }
 
 // l' as the last step ended with it: as rates_before, with the row where the bodies were at its start.
-double rate_before(const RowInput& in, const Tendon& tendon) {
-  const double h = in.options.h;
+double rate_before(const RowInput& in, const Tendon& tendon, JointRows& rows) {
   double rate = 0;
   for (const TendonTerm& term : tendon.terms) {
-    rate += term.coefficient * rates_before(in.joints[term.joint], in.bodies,
-                                            coordinates_of(in.model, in.state, term.joint), h)[term.dof];
+    const std::span<const double> q = coordinates_of(in.model, in.state, term.joint);
+    rate += term.coefficient * rates_before(in, in.joints[term.joint], q, rows)[term.dof];
   }
   if (tendon.path.empty()) return rate;
   BodyFrames frames = in.bodies.frames;
   BodyVelocities velocities = in.bodies.start;
+  const std::vector<Past>& past = past_of(in, rows);
   for (std::size_t i = 0; i < frames.size(); ++i) {
-    const Past then = past(in.bodies.frames[i], in.bodies.start[i], h);
+    const Past& then = past[i];
     frames[i].pose = then.pose;
     frames[i].centre = then.centre;
     velocities[i] = then.velocity;
@@ -125,7 +125,7 @@ void append_end(const RowInput& in, const TendonRow& t, double sign, double gap,
 void append_springs(const RowInput& in, const TendonRow& t, JointRows& rows) {
   const Tendon& d = t.tendon;
   const double h = in.options.h;
-  Drive both{0, 0, d.damping, d.armature, d.armature > 0 ? rate_before(in, d) : 0, 0};
+  Drive both{0, 0, d.damping, d.armature, d.armature > 0 ? rate_before(in, d, rows) : 0, 0};
   if (d.rest_lower == d.rest_upper) {
     both.stiffness = d.stiffness;
     both.stretch = t.length - d.rest_lower;

@@ -117,12 +117,14 @@ void reflect_joints(const SmoothInput& in, State& state, JointRows& rows, Smooth
   auto& [before, came, touching, near] = scratch;
   came = before = in.start;
   const LastStep last{in.frames, came, first ? in.h : state.impulse_step};
+  const bool known = last.h == in.h && !rows.past.empty();
   // Impulses act on the mean spin of the step, v+; the spin at its start and the one that the impulses leave
   // there are off by the same lag: D (omega + (omega+ + lag)) = 0.
   for (std::size_t i = 0; i < before.size(); ++i) {
     if (!in.model.is_dynamic(static_cast<Index>(i))) continue;
     before[i].angular += in.spins[i].lag;
-    came[i].angular = -torque_free_mean(in.frames[i].inertia, -in.start[i].angular, last.h);
+    came[i].angular = known ? rows.past[i].velocity.angular
+                            : -torque_free_mean(in.frames[i].inertia, -in.start[i].angular, last.h);
   }
   find_near_contacts(in, touching, near);
   const auto touched = [&](Index body) { return body >= 0 && near[body]; };

@@ -2,7 +2,7 @@
 #include <span>
 #include <vector>
 
-#include "amontons/multibody/model/state.hpp"
+#include "amontons/multibody/bodies/bodies.hpp"
 #include "amontons/problem/contact_system.hpp"
 #include "amontons/sets/product.hpp"
 
@@ -56,6 +56,13 @@ struct KnownImpulse {
   double impulse;  // along the coordinate, N s or N m s
 };
 
+// A body at the start of the last step, and the velocity of the solve that brought it here.
+struct Past {
+  Transform pose;
+  Vec3 centre;
+  BodyVelocity velocity;
+};
+
 // The joint rows of one step, one entry per row in each array: rows of D (bodies' centre-of-mass velocities,
 // world axes), E, c, sets, warm start, and tags.
 struct JointRows {
@@ -67,6 +74,7 @@ struct JointRows {
   std::vector<KnownImpulse> efforts;  // no rows; only so that store_joint_impulses can report them
   // Auxiliary bodies that rows over more than two bodies need; they follow the bodies of the model.
   std::vector<double> auxiliary_inverse_mass;
+  std::vector<Past> past;  // of all bodies, where a drive has inertia; scratch of those that make rows
 
   void clear();
   // One row with its set and where its solve starts, N s.
