@@ -3,7 +3,8 @@
     python benchmarks/report.py FOLDER [--docs]
 
 Reads the CSV files that the benchmarks wrote and writes README.md beside them; --docs also renews the parts
-of docs/benchmarks.md, docs/choosing.md and of the README of the repository between their markers.
+of docs/benchmarks.md, docs/choosing.md, docs/engines.md and of the README of the repository between their
+markers.
 """
 
 from __future__ import annotations
@@ -20,7 +21,8 @@ from common import ROOT, read_csv
 DOCS = ROOT / "docs" / "benchmarks.md"
 README = ROOT / "README.md"
 CHOOSING = ROOT / "docs" / "choosing.md"
-MARKS = {DOCS: "results", README: "measured", CHOOSING: "methods"}
+BESIDE = ROOT / "docs" / "engines.md"
+MARKS = {DOCS: "results", README: "measured", CHOOSING: "methods", BESIDE: "engines"}
 LARGE = 200  # contacts from which on every file is to be solved faster than by Clarabel
 Rows = list[dict[str, str]]
 
@@ -55,6 +57,7 @@ class Results:
         self.bilateral = read_csv(folder / "literal_bilateral.csv")
         self.simulation, self.physics = read_csv(folder / "simulation.csv"), read_csv(folder / "physics.csv")
         self.rollout = read_csv(folder / "rollout.csv")
+        self.engines, self.early = read_csv(folder / "engines.csv"), read_csv(folder / "early.csv")
         self.broad_phase, self.robots = read_csv(folder / "broad_phase.csv"), read_csv(folder / "robots.csv")
 
     def accuracy(self, law: str, tolerance: float) -> Rows:
@@ -314,6 +317,40 @@ def broad_phase_table(r: Results) -> str:
     )  # fmt: skip
 
 
+def digits(value: str, scale: float) -> str:
+    """Two digits, whole numbers from 10 to a million."""
+    number = scale * float(value)
+    return f"{number:.0f}" if 10 <= number < 1e6 else f"{number:.2g}"
+
+
+def engine_table(r: Results) -> str:
+    """Other engines on the same scenes; nothing is said of the way of what should move."""
+    rows = [
+        (row["case"], row["engine"], digits(row["dt"], 1e3), digits(row["step"], 1e6),
+         digits(row["penetration"], 1e3), digits(row["speed"], 1e3) if row["rests"] == "True" else "")
+        for row in r.engines
+    ]  # fmt: skip
+    return table(("scene", "engine", "h (ms)", "us a step", "overlap (mm)", "creep (mm/s)"), rows)
+
+
+def early_table(r: Results) -> str:
+    rows = [
+        (row["limit"], digits(row["steps_per_s"], 1), scientific(row["residual_median"]),
+         scientific(row["residual_worst"]), digits(row["penetration"], 1e3), digits(row["joint_gap"], 1e3),
+         digits(row["energy_gain"], 1), row["unbalanced"], row["moved"], digits(row["distance"], 1e3))
+        for row in r.early
+    ]  # fmt: skip
+    header = ("a solve ends at", "steps/s", "median residual", "worst", "overlap (mm)", "chain apart (mm)",
+              "energy gained (J)", "such steps", "bodies moved", "beside the first (mm)")  # fmt: skip
+    return table(header, rows)
+
+
+def beside(r: Results, link: str) -> str:
+    """What docs/engines.md shows."""
+    parts = ["## Other engines", engine_table(r), "## Stopped early", early_table(r), f"[The rest]({link})."]
+    return "\n\n".join(parts)
+
+
 def environment_table(r: Results) -> str:
     return table(("", ""), [(key, value) for key, value in r.environment.items()])
 
@@ -327,6 +364,8 @@ def page(r: Results, method: str) -> str:
         ("Physics", physics_table(r), bool(r.physics)),
         ("Models of others beside MuJoCo", robot_table(r), bool(r.robots)),
         ("Many worlds at once", rollout_table(r), bool(r.rollout)),
+        ("Beside other engines", engine_table(r), bool(r.engines)),
+        ("Stopped early", early_table(r), bool(r.early)),
         ("Time steps, default method", step_table(r), bool(r.steps)),
         ("Every method, associated", method_table(r, "associated"), bool(r.methods)),
         ("Every method, coulomb", method_table(r, "coulomb"), bool(r.methods)),
@@ -402,7 +441,7 @@ def write(folder: Path, *, docs: bool) -> list[Path]:
     path.write_text(page(results, Path(os.path.relpath(DOCS, folder)).as_posix() if inside else DOCS.name))
     if not docs:
         return [path]
-    for document, make in ((DOCS, summary), (README, measured), (CHOOSING, choosing_table)):
+    for document, make in ((DOCS, summary), (README, measured), (CHOOSING, choosing_table), (BESIDE, beside)):
         renew(document, make(results, Path(os.path.relpath(path, document.parent)).as_posix()))
     return [path, *MARKS]
 

@@ -23,9 +23,20 @@ import report
 from common import ROOT, arguments, processor, with_folders, write_csv
 
 HERE = Path(__file__).resolve().parent
-PARTS = ("files", "steps", "literal", "simulation", "physics", "robots", "rollout", "viewer")
+PARTS = (
+    "files",
+    "steps",
+    "literal",
+    "simulation",
+    "physics",
+    "robots",
+    "rollout",
+    "engines",
+    "early",
+    "viewer",
+)
 PROGRAMS = {"contact_kernel": "kernel.csv", "broad_phase": "broad_phase.csv"}
-PACKAGES = ("amontons", "clarabel", "mujoco-core", "numpy", "scipy", "h5py")
+PACKAGES = ("amontons", "clarabel", "mujoco-core", "pybullet", "numpy", "scipy", "h5py")
 
 
 def compiler(build: Path) -> str:

@@ -1,6 +1,8 @@
 #include "amontons/base/threads.hpp"
 
+#include <algorithm>
 #include <atomic>
+#include <cstdint>
 #include <mutex>
 #include <thread>
 #include <vector>
@@ -9,11 +11,22 @@
 #include <pthread.h>
 #include <unistd.h>
 #endif
+#if defined(__linux__)
+#include <sched.h>
+#endif
 
-// How a call runs. The caller writes what is to be done into fields that all workers read, and publishes it
-// by raising a counter (release); a worker that sees the counter rise (acquire) sees the fields as well. It
-// runs its range and lowers a second counter (release); when the caller reads zero there (acquire), it sees
-// all that the workers have written. These two counters, on cache lines of their own, are all that is shared.
+// How a call runs. The caller writes what is to be done into fields that all workers read, gives each thread
+// a range of the tasks, and publishes the call by raising its number (release). A worker that sees it
+// (acquire) claims the tasks of its own range one by one, then those that are left of the others', and so
+// does the caller; every finished task lowers a counter (release), and when the caller reads zero there
+// (acquire) it sees all that was written.
+//
+// So a thread that does not get a core is not waited for, unless it stopped in the middle of a task: on a
+// machine with more threads than cores the others do its share. It may even sleep through calls. That it then
+// takes nothing from the call that it missed, or from the next one with what it read of the last, follows
+// from a claim being one compare-and-swap of a word that holds the number of the call, the next task and the
+// end of the range: a call ends only when all its ranges are empty, and what is claimed from a range that is
+// not yet empty belongs to the call whose fields were read.
 //
 // Waiting is where short loops lose their time: waking a thread that sleeps in the kernel takes some tens of
 // microseconds, as long as a whole loop. So a worker first spins, which reacts within a fraction of a
@@ -49,46 +62,83 @@ bool changed(const std::atomic<T>& value, T old) {
   return false;
 }
 
+// Threads inside a call do not start others: see automatic_threads().
+thread_local bool inside = false;
+
+// The tasks of one thread that nobody has claimed, in one word.
+class alignas(64) Tasks {
+ public:
+  static constexpr std::size_t most = (std::size_t{1} << 18) - 1;
+
+  void give(std::uint64_t call, std::size_t first, std::size_t last) {
+    word_.store(call << 36 | first << 18 | last, std::memory_order_release);
+  }
+  // The next one of the call, if any is left.
+  bool claim(std::uint64_t call, std::size_t& task) {
+    std::uint64_t word = word_.load(std::memory_order_acquire);
+    for (;;) {
+      task = word >> 18 & most;
+      if (word >> 36 != call || task >= (word & most)) return false;
+      const std::uint64_t next = word + (std::uint64_t{1} << 18);
+      if (word_.compare_exchange_weak(word, next, std::memory_order_acq_rel)) return true;
+    }
+  }
+
+ private:
+  std::atomic<std::uint64_t> word_{0};
+};
+
 }  // namespace
 
-// A call is published by raising `call`; the workers answer by lowering `running` to zero. The fields between
-// are written only while no worker is running.
+// `call` counts the calls, in as many bits as a word of Tasks has for it.
 struct ThreadPool::Workers {
+  static constexpr std::uint32_t call_mask = (1u << 28) - 1;
+
+  explicit Workers(unsigned count) : ranges(count) {}
+
   std::vector<std::thread> threads;
-  Range range = nullptr;
-  const void* body = nullptr;
-  std::size_t tasks = 0;
-  bool quit = false;
-  alignas(64) std::atomic<unsigned> call{0};
-  alignas(64) std::atomic<unsigned> running{0};
+  std::vector<Tasks> ranges;  // of the caller, then of each worker
+  std::atomic<Range> range{nullptr};
+  std::atomic<const void*> body{nullptr};
+  std::atomic<bool> quit{false};
+  alignas(64) std::atomic<std::uint32_t> call{0};
+  alignas(64) std::atomic<std::size_t> left{0};
 
-  // Contiguous ranges whose lengths differ by one at most; the same for every call of as many tasks.
-  std::size_t first_task(std::size_t thread) const { return tasks * thread / (threads.size() + 1); }
-  void work(std::size_t thread) const { range(body, first_task(thread), first_task(thread + 1)); }
+  // Own tasks first, which keeps what they touch in one cache, then those of the others.
+  void work(std::uint32_t number, std::size_t thread) {
+    const Range run = range.load(std::memory_order_relaxed);
+    const void* what = body.load(std::memory_order_relaxed);
+    inside = true;
+    for (std::size_t k = 0; k < ranges.size(); ++k) {
+      Tasks& tasks = ranges[(thread + k) % ranges.size()];
+      for (std::size_t task; tasks.claim(number & call_mask, task);) {
+        run(what, task, task + 1);
+        left.fetch_sub(1, std::memory_order_acq_rel);
+      }
+    }
+    inside = false;
+  }
 
-  // The life of a worker. Counters may not skip a value: the next call is published only after all workers
-  // have answered this one, so each sees every one of them.
+  // The life of a worker.
   void loop(std::size_t thread) {
-    for (unsigned seen = 0;;) {
+    for (std::uint32_t seen = 0;;) {
       while (!changed(call, seen)) call.wait(seen, std::memory_order_acquire);
-      ++seen;
-      if (quit) return;
-      work(thread);
-      running.fetch_sub(1, std::memory_order_release);
+      seen = call.load(std::memory_order_acquire);
+      if (quit.load(std::memory_order_acquire)) return;
+      work(seen, thread);
     }
   }
 
   // Wakes those that sleep; no system call if nobody does.
   void publish() {
-    call.fetch_add(1, std::memory_order_release);
+    call.fetch_add(1, std::memory_order_acq_rel);
     call.notify_all();
   }
 };
 
 ThreadPool::ThreadPool(unsigned threads) {
   if (threads <= 1) return;
-  workers_ = std::make_unique<Workers>();
-  // Reserved to its final size first: the workers read its size.
+  workers_ = std::make_unique<Workers>(threads);
   workers_->threads.resize(threads - 1);
   for (unsigned t = 1; t < threads; ++t)
     workers_->threads[t - 1] = std::thread([w = workers_.get(), t] { w->loop(t); });
@@ -96,7 +146,7 @@ ThreadPool::ThreadPool(unsigned threads) {
 
 ThreadPool::~ThreadPool() {
   if (!workers_) return;
-  workers_->quit = true;
+  workers_->quit.store(true, std::memory_order_release);
   workers_->publish();
   for (std::thread& thread : workers_->threads) thread.join();
 }
@@ -105,17 +155,37 @@ unsigned ThreadPool::threads() const {
   return workers_ ? static_cast<unsigned>(workers_->threads.size()) + 1 : 1;
 }
 
-// The caller is worker 0: it works rather than waits, and then waits for the slowest of the others.
+// The caller works rather than waits, and then waits for tasks that others are in the middle of. Ranges whose
+// lengths differ by one at most, the same for every call of as many tasks.
 void ThreadPool::run_ranges(std::size_t tasks, Range range, const void* body) {
   Workers& w = *workers_;
-  w.range = range;
-  w.body = body;
-  w.tasks = tasks;
-  w.running.store(static_cast<unsigned>(w.threads.size()), std::memory_order_relaxed);
+  const bool outer = inside;
+  const std::size_t threads = w.ranges.size();
+  w.range.store(range, std::memory_order_relaxed);
+  w.body.store(body, std::memory_order_relaxed);
+  w.left.store(tasks, std::memory_order_relaxed);
+  const std::uint32_t number = w.call.load(std::memory_order_relaxed) + 1;
+  for (std::size_t t = 0; t < threads; ++t)
+    w.ranges[t].give(number & Workers::call_mask, tasks * t / threads, tasks * (t + 1) / threads);
   w.publish();
-  w.work(0);
-  unsigned left;
-  while ((left = w.running.load(std::memory_order_acquire)) != 0) changed(w.running, left);
+  w.work(number, 0);
+  std::size_t left;
+  while ((left = w.left.load(std::memory_order_acquire)) != 0) changed(w.left, left);
+  inside = outer;
+}
+
+unsigned usable_cores() {
+#if defined(__linux__)
+  cpu_set_t set;
+  if (sched_getaffinity(0, sizeof set, &set) == 0) return static_cast<unsigned>(std::max(1, CPU_COUNT(&set)));
+#endif
+  return std::max(1u, std::thread::hardware_concurrency());
+}
+
+unsigned automatic_threads(unsigned asked, std::size_t pieces) {
+  if (pieces <= 1) return 1;
+  if (asked == 0) asked = inside ? 1 : usable_cores();
+  return static_cast<unsigned>(std::clamp<std::size_t>(pieces, 1, asked));
 }
 
 namespace {

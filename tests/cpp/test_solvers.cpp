@@ -337,7 +337,6 @@ TEST(bad_options_are_named) {
   CHECK_THROWS(with([](Options& o) { o.tolerance = NAN; }), "tolerance");
   CHECK_THROWS(with([](Options& o) { o.deadline = 0; }), "deadline");
   CHECK_THROWS(with([](Options& o) { o.deadline = NAN; }), "deadline");
-  CHECK_THROWS(with([](Options& o) { o.threads = 0; }), "threads");
   CHECK_THROWS(with([&](Options& o) { o.x0 = short_start; }), "x0 has 2 entries");
   CHECK_THROWS(with([&](Options& o) { o.x0 = bad_start; }), "x0[2]");
   CHECK_THROWS(with([](Options& o) { o.spg.alpha_min = 0; }), "alpha_min");

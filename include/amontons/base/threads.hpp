@@ -9,8 +9,9 @@ namespace amontons {
 //
 // run(tasks, f) calls f(task) for task = 0 .. tasks - 1, the calling thread being one of the workers, and
 // returns when all calls have returned. The tasks are split into one contiguous range per thread, the same
-// range every time, so that a thread finds the data of its tasks in its own cache. There is no lock and no
-// allocation in run(); workers spin for some microseconds between two calls, then yield, then sleep. Results
+// range every time, so that a thread finds the data of its tasks in its own cache; whoever is done helps the
+// others, so that a thread without a core is not waited for. There is no lock and no allocation in run();
+// workers spin for some microseconds between two calls, then yield, then sleep. Results
 // that must not depend on the number of threads follow when every task writes only its own output.
 //
 // f must not throw and must not call run() of the same pool. One thread at a time may call run().
@@ -21,8 +22,7 @@ class ThreadPool {
 
   unsigned threads() const;
 
-  // F is called through one pointer to a function per range, not per task: the loop over the tasks is
-  // compiled with the body of F in it.
+  // At most 262143 tasks.
   template <class F>
   void run(std::size_t tasks, F&& f) {
     using Task = std::remove_reference_t<F>;
@@ -45,6 +45,12 @@ class ThreadPool {
   std::unique_ptr<Workers> workers_;  // empty for one thread
 };
 
+// The cores that this process may use, at least 1.
+unsigned usable_cores();
+// How many threads serve so many pieces of work: as many as were asked for; 0 asks for one per core, but for
+// one on a thread that is a worker itself, such as those that advance many worlds side by side.
+unsigned automatic_threads(unsigned asked, std::size_t pieces);
+
 // A pool borrowed from the process for as long as the lease lives, so that solves of a few microseconds do
 // not start threads. Leases of several threads at a time get pools of their own.
 class PoolLease {
@@ -55,6 +61,7 @@ class PoolLease {
   PoolLease& operator=(const PoolLease&) = delete;
 
   ThreadPool* operator->() const { return pool_.get(); }
+  ThreadPool& operator*() const { return *pool_; }
 
  private:
   std::unique_ptr<ThreadPool> pool_;

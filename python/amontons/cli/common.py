@@ -45,7 +45,10 @@ Law = Annotated[
     ),
 ]
 Tolerance = Annotated[float, typer.Option(help="Natural residual to reach, relative to that of x = 0.")]
-Threads = Annotated[int, typer.Option(help="Threads; results do not depend on them.")]
+Threads = Annotated[
+    int | None,
+    typer.Option(help="Threads, by default one per core where it pays; results do not depend on them."),
+]
 
 AsJson = Annotated[bool, typer.Option("--json", help="Print JSON in place of the table.")]
 

@@ -36,7 +36,7 @@ def compare(
     law: Law = "associated",
     tolerance: Tolerance = 1e-6,
     deadline: Annotated[float, typer.Option(help="Wall clock per method and file (s).")] = 2.0,
-    threads: Threads = 1,
+    threads: Threads = None,
     as_json: AsJson = False,
 ) -> None:
     """Run every method on the same problems: a table, convergence figures (PNG) and CSV files.

@@ -72,7 +72,7 @@ def export(
     method: Method = None,
     tolerance: Tolerance = None,
     max_iterations: MaxIterations = None,
-    threads: Threads = 1,
+    threads: Threads = None,
     budget: Budget = None,
     settings: Parameters = None,
     strict: Strict = False,

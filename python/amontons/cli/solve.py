@@ -40,7 +40,7 @@ def solve(
     tolerance: Tolerance = 1e-6,
     deadline: Annotated[float | None, typer.Option(help="Wall clock per file (s).")] = None,
     max_iterations: Annotated[int | None, typer.Option(help="Iterations per file.")] = None,
-    threads: Threads = 1,
+    threads: Threads = None,
     as_json: AsJson = False,
 ) -> None:
     """Solve problem files and tabulate the outcome.

@@ -58,7 +58,7 @@ def view(
     method: Method = None,
     tolerance: Tolerance = None,
     max_iterations: MaxIterations = None,
-    threads: Threads = 1,
+    threads: Threads = None,
     budget: Budget = None,
     settings: Parameters = None,
     strict: Strict = False,
@@ -97,7 +97,7 @@ def _open(subject: str, choices: Choices, given: dict[str, Any]) -> tuple[Simula
     if path.suffix.lower() not in SAVED or not is_recording(path):
         chosen = open_subject(subject, choices, given)
         return chosen.simulation, chosen.name
-    wanted = [name for name, value in given.items() if value is not None and (name, value) != ("threads", 1)]
+    wanted = [name for name, value in given.items() if value is not None]
     if wanted or choices != Choices():
         raise InputError(f"{subject}: a recording is shown as it is; options of simulations are not for it")
     return read_recording(path), path.stem

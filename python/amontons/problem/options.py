@@ -48,7 +48,7 @@ def core_options(
     max_iterations: int | None,
     deadline: float | None,
     history: bool,
-    threads: int,
+    threads: int | None,
     method_options: dict[str, Any],
 ) -> _core.Options:
     options = _core.Options()
@@ -59,7 +59,7 @@ def core_options(
     if deadline is not None:
         options.deadline = option("deadline", deadline)
     options.history = flag("history", history)
-    options.threads = option("threads", threads)
+    options.threads = 0 if threads is None else option("threads", threads)
     valid = METHOD_OPTIONS.get(method, {})
     for name, value in method_options.items():
         if name not in valid:

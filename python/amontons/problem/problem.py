@@ -155,7 +155,7 @@ class Problem:
         deadline: float | None = None,
         history: bool = False,
         callback: Callback | None = None,
-        threads: int = 1,
+        threads: int | None = None,
         **method_options: Any,
     ) -> Solution:
         """Solve the problem; the arguments are those of `amontons.solve`."""
@@ -244,7 +244,7 @@ def solve(
     deadline: float | None = None,
     history: bool = False,
     callback: Callback | None = None,
-    threads: int = 1,
+    threads: int | None = None,
     **method_options: Any,
 ) -> Solution:
     """Solve the variational inequality of A, b and cones: u = A x + b, x in K, -u in the normal cone at x.
@@ -258,7 +258,8 @@ def solve(
     max_iterations: None for the method's own. deadline: wall clock (s), None for none.
     history: record every iteration. callback: called with an IterationRecord per iteration; a true result
         stops the solve. Exceptions of the callback, or of A's product, propagate.
-    threads: number of threads; the result does not depend on it.
+    threads: number of threads, None for one per core where the problem is large enough; the result does not
+        depend on it.
     method_options: alpha_min, alpha_max, sigma_min, sigma_max, memory, gamma of "p-spg-fb" and
         "p-spg-fb-literal"; omega of "gauss-seidel" and "jacobi"; rho of "admm".
 

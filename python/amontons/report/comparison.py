@@ -48,7 +48,7 @@ def compare(
     law: str = "associated",
     tolerance: float = 1e-6,
     deadline: float | None = 10.0,
-    threads: int = 1,
+    threads: int | None = None,
     before: Callable[[str, str], None] = lambda name, method: None,
 ) -> list[Run]:
     """Solve the problem by each method with its history recorded.

@@ -94,7 +94,7 @@ class Simulation(Queries):
         tolerance: float = 1e-6,
         max_iterations: int | None = None,
         budget: float | None = None,
-        threads: int = 1,
+        threads: int | None = None,
         margin: float | None = None,
         recovery: str = "projection",
         recovery_speed: float | None = None,
@@ -497,7 +497,7 @@ def _core_options(given: dict[str, Any]) -> _core.SimulationOptions:
     o.law = chosen("law", given["law"], LAWS)
     o.method = require_method(given["method"])
     o.tolerance = option("tolerance", given["tolerance"])
-    o.threads = option("threads", given["threads"])
+    o.threads = 0 if given["threads"] is None else option("threads", given["threads"])
     o.max_substeps = option("max_substeps", given["max_substeps"])
     o.warm_start = given["warm_start"]
     o.recovery = chosen("recovery", given["recovery"], RECOVERIES)

@@ -36,7 +36,6 @@ void check(const SimulationOptions& o) {
   AMONTONS_REQUIRE(o.tolerance >= 0 && std::isfinite(o.tolerance),
                    "tolerance must be finite and not negative");
   AMONTONS_REQUIRE(o.budget > 0, "budget must be positive (s)");
-  AMONTONS_REQUIRE(o.threads >= 1, "threads must be at least 1");
   AMONTONS_REQUIRE(o.margin >= 0 && std::isfinite(o.margin), "margin must be finite and not negative (m)");
   AMONTONS_REQUIRE(o.recovery_speed >= 0 && !std::isnan(o.recovery_speed),
                    "recovery_speed must not be negative (m/s)");

@@ -13,7 +13,6 @@ void validate(const Options& o, const Problem& problem) {
   const auto text = [](double v) { return std::to_string(v); };
   AMONTONS_REQUIRE(o.tolerance >= 0, "tolerance = " + text(o.tolerance) + "; it must be zero or positive");
   AMONTONS_REQUIRE(o.deadline > 0, "deadline = " + text(o.deadline) + " s; it must be positive");
-  AMONTONS_REQUIRE(o.threads >= 1, "threads = 0; it must be at least 1");
   AMONTONS_REQUIRE(o.x0.empty() || o.x0.size() == problem.rows(),
                    "x0 has " + std::to_string(o.x0.size()) + " entries but the problem has " +
                        std::to_string(problem.rows()) + " rows");

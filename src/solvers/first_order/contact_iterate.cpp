@@ -101,7 +101,7 @@ struct ContactIterate::State {
 // array.
 ContactIterate::State::State(const Problem& problem, Law law, unsigned threads, Isa isa)
     : layout(lay_out(std::get<ContactSystem>(problem.A), problem.graph)),
-      pool(static_cast<unsigned>(std::min<std::size_t>(threads, layout.chunks.size()))),
+      pool(automatic_threads(threads, layout.chunks.size())),
       passes(passes_of(isa)),
       contacts(std::get<ContactSystem>(problem.A).contacts.size()),
       joints(problem.rows() - 3 * contacts),

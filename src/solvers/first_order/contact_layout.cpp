@@ -10,10 +10,10 @@ namespace amontons {
 
 namespace {
 
-// A chunk of 4096 contacts holds 512 batches: some 0.8 MB of what the passes read and write, work for tens
-// of microseconds, which is long beside handing it to a thread. More than 64 chunks only add copies of the
+// A chunk of 2048 contacts holds 256 batches: some 0.4 MB of what the passes read and write, work for ten
+// microseconds, which is long beside handing it to a thread. More than 64 chunks only add copies of the
 // bodies at their borders.
-constexpr std::size_t contacts_per_chunk = 4096, max_chunks = 64;
+constexpr std::size_t contacts_per_chunk = 2048, max_chunks = 64;
 
 using Link = ContactGraph::Link;
 

@@ -65,8 +65,9 @@ struct Options {
   // Record every iteration in Solution::history. Costs the objective in every iteration; `auto` then keeps
   // islands together and bilateral rows in the problem, so that there is one iteration to be watched.
   bool history = false;
-  // Workers, >= 1, of the fused passes of p-spg-fb and apgd on a ContactSystem; results never depend on it.
-  unsigned threads = 1;
+  // Workers of the fused passes of p-spg-fb and apgd on a ContactSystem; 0: one per core, where the problem
+  // is large enough. Results never depend on it.
+  unsigned threads = 0;
   // Called once per iteration if not empty; true stops with Status::interrupted. Costs what history costs.
   std::function<bool(const IterationRecord&)> callback;
   // Asked between iterations and within factorisations, at most every 20 ms, if not empty; true stops with
