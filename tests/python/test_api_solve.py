@@ -170,8 +170,11 @@ def test_callable_may_keep_its_argument():
     assert all(np.array_equal(x, copy) for x, copy in kept)
 
 
-# Breaks when Ctrl-C is lost, raises, or waits for the end of the solve.
-def test_ctrl_c_returns_the_best_iterate():
+# Breaks when Ctrl-C is lost, raises, or waits for the end of the solve. What a shell runs in the background
+# ignores it, hence the handler.
+def test_ctrl_c_returns_the_best_iterate(request):
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    request.addfinalizer(lambda: signal.signal(signal.SIGINT, before))
     problem = wall()
     timer = threading.Timer(0.2, os.kill, (os.getpid(), signal.SIGINT))
     timer.start()
