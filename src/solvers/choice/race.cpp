@@ -197,9 +197,9 @@ void Race::start(Runner& r) {
     o.x0 = r.x0;
   }
   r.started_at = best;
-  r.started_after = seconds_since(clock_);
   r.seen = 0;
   r.run = r.of->start(problem_, o);
+  r.started_after = std::chrono::duration<double>(r.run->started() - clock_).count();
   r.marks.clear();
   r.record = total_.phases.size();
   ++r.starts;

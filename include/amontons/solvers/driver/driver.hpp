@@ -49,6 +49,7 @@ class Monitor {
   double best() const { return best_; }
   std::size_t iterations() const { return iterations_; }
   double elapsed() const { return seconds_since(start_); }
+  Time started() const { return start_; }
   // For methods with long work between two observe().
   bool out_of_time() const { return elapsed() > options_.deadline; }
   // Charges the products since the last call to the Patience of the thread, each at so much.
@@ -115,6 +116,8 @@ class Run {
   virtual std::size_t iterations() const = 0;
   virtual std::size_t products() const = 0;
   virtual std::size_t factorizations() const = 0;
+  // From when the times of its records count.
+  virtual Time started() const = 0;
   // The records so far; empty unless options.history.
   virtual const std::vector<IterationRecord>& history() const = 0;
   // Ends the solve: its best x, measured afresh. Once.
@@ -185,6 +188,7 @@ class Driven final : public Run {
   std::size_t iterations() const override { return monitor_.iterations() - (started_ && !status_ ? 1 : 0); }
   std::size_t products() const override { return monitor_.products; }
   std::size_t factorizations() const override { return monitor_.factorizations; }
+  Time started() const override { return monitor_.started(); }
   const std::vector<IterationRecord>& history() const override { return monitor_.history; }
 
   Solution finish() override {
