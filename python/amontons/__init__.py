@@ -56,6 +56,7 @@ from .model.presets import Unread as Unread
 from .model.sensing import Sensor as Sensor
 from .model.sensing import Site as Site
 from .model.transforms import Transform as Transform
+from .model.transforms import axis_angle as axis_angle
 from .model.visuals import TriangleMesh as TriangleMesh
 from .model.visuals import Visual as Visual
 from .problem.cones import EllipticFriction as EllipticFriction

@@ -157,14 +157,14 @@ def sequence(what: str, values: Any) -> list[Any]:
     return listed
 
 
-def entries(what: str, values: Any, count: int, most: float = LARGEST) -> tuple[float, ...]:
-    """`values` as a tuple of `count` finite floats."""
+def entries(what: str, values: Any, count: int, most: float = LARGEST, remedy: str = "") -> tuple[float, ...]:
+    """`values` as a tuple of `count` finite floats; remedy: what a message says of another count."""
     try:
         listed = tuple(islice(values, count + 1))  # of what has no end, too
     except Exception:  # of an object that is no sequence, or only looks like one
         listed = ()
     if len(listed) != count or isinstance(values, str | bytes):
-        raise InputError(f"{what} is {shown(values)}; it must have {count} numbers")
+        raise InputError(f"{what} is {shown(values)}; it must have {count} numbers{remedy}")
     return tuple([number(f"{what}[{i}]", x, most=most) for i, x in enumerate(listed)])
 
 
@@ -193,7 +193,8 @@ def unit_vector(what: str, values: Any) -> Vector3:
 
 def quaternion(what: str, values: Any) -> Quaternion:
     """A unit quaternion (w, x, y, z); one that is so within UNIT is normalised."""
-    q = entries(what, values, 4)
+    remedy = ": w, x, y, z of a unit quaternion, as amontons.axis_angle(axis, angle) makes them"
+    q = entries(what, values, 4, remedy=remedy)
     length = math.hypot(*q)
     if abs(length - 1) > UNIT:
         remedy = "divide it by its length" if length > 0 else "(1, 0, 0, 0) is no rotation"

@@ -20,7 +20,7 @@ class SimulationError(RuntimeError):
 
 
 class ModelWarning(UserWarning):
-    """A model file leaves open what a reader must decide, such as whether a robot's base is fixed."""
+    """A model leaves something open: a file whether a robot's base is fixed, or there is no body at all."""
 
 
 class UnsupportedWarning(ModelWarning):

@@ -327,7 +327,10 @@ def floor_on_a_cart(builder: ModelBuilder) -> None:
 
 
 WRONG = {
-    "no model": (lambda b: b.add_model("arm.xml"), "model is a str; give a Model"),
+    "no model": (
+        lambda b: b.add_model("arm.xml"),
+        "model is a str; read it by amontons.load_model('arm.xml')",
+    ),
     "the same names": (twice, 'add_model: there is a body "palm" already; give the model a prefix='),
     "prefix": (lambda b: b.add_model(free_tool(), prefix=1), "prefix is 1; give a string"),
     "parent": (lambda b: b.add_model(free_tool(), parent="hand"), 'there is no body "hand"'),

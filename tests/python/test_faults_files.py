@@ -211,7 +211,13 @@ WAYS = {
     "sim.problem().write('a.hdf5')": "a.hdf5",
     "sim.problem().write('a.npz')": "a.npz",
     "sim.problem().write('a.mtx')": "a.mtx",
+    "run_summary.write_reports(reports, Path('a.csv'))": "a.csv",
+    "run_summary.run_figure(reports, Path('a.png'), title='', tolerance=1e-6)": "a.png",
 }
+REPORTING = (
+    "from pathlib import Path\nfrom amontons.report import run_summary\n"
+    "from amontons.simulation.outcome import reports_array\nreports = reports_array([sim.step()] * 9)\n"
+)
 
 
 # Breaks when a file that does not fit the disk is left in part, takes the one that was there, or is no error.
@@ -221,10 +227,14 @@ def test_full_disk(tmp_path, way, size):
     old = "overwrite" in way or "record" not in way
     if old:
         (tmp_path / name).write_text("precious")
-    program = SMALL_DISK + (
-        f"sim.step()\nlimit({size})\n"
-        f"try: {way}\n"
-        "except amontons.FileError as error: os.write(1, str(error).encode())\n"
+    program = (
+        SMALL_DISK
+        + (REPORTING if "summary" in way else "")
+        + (
+            f"sim.step()\nlimit({size})\n"
+            f"try: {way}\n"
+            "except amontons.FileError as error: os.write(1, str(error).encode())\n"
+        )
     )
     process = start(program, tmp_path)
     said, _ = process.communicate(timeout=60)

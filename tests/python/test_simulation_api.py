@@ -351,7 +351,7 @@ def test_options():
     assert automatic.restitution_speed == pytest.approx(4 * G * STEP)
     with pytest.raises(amontons.InputError, match="duration"):
         automatic.run(0)
-    with pytest.raises(amontons.InputError, match="give a Model"):
+    with pytest.raises(amontons.InputError, match=r"give what its build\(\) returns"):
         Simulation(ModelBuilder())
 
 

@@ -155,11 +155,11 @@ def test_killed_worker(tmp_path, caplog):
 # one that never does is killed with its process.
 @pytest.mark.parametrize("stepping", [True, False])
 def test_timeout(stepping):
-    table = amontons.sweep(studied.forever, {"k": [1, 0], "stepping": [stepping]}, executor=1, timeout=0.2)
+    table = amontons.sweep(studied.forever, {"k": [1, 0], "stepping": [stepping]}, executor=1, timeout=2)
     rows = table.to_pylist()
     assert [row["status"] for row in rows] == ["timeout", "done"]
-    assert rows[0]["error"] == "not done after 0.2 s"
-    assert rows[0]["wall"] >= 0.2
+    assert rows[0]["error"] == "not done after 2 s"
+    assert rows[0]["wall"] >= 2
     assert (rows[0]["steps"] is not None) == stepping
 
 

@@ -8,10 +8,11 @@ from typing import Any
 
 from ..checks import Numbers, about, changed, chosen, positive, shown, vector3
 from ..errors import InputError
+from ..guidance import guided
 from .composing import KeyframePart, bottom, whole_keyframe
 from .drives import Actuator, Tendon
 from .mass import NOTHING, MassProperties
-from .model import FRICTION_RULES, Model, index_of
+from .model import FRICTION_RULES, Model, index_of, no_model
 from .part_builder import PartBuilder, require_movable
 from .parts import (
     NO_FLUID,
@@ -36,6 +37,7 @@ EVERYTHING = 2**32 - 1
 """Bits of a floor: what touches anything touches it."""
 
 
+@guided
 class ModelBuilder(PartBuilder):
     """Collects bodies, geoms, joints, tendons and actuators, then makes a Model of them.
 
@@ -119,6 +121,7 @@ class ModelBuilder(PartBuilder):
                     material=_or_default(material),
                     friction_direction=friction_direction,  # type: ignore[arg-type]
                 )
+            require_movable(who, shape, motion)
         elif material is not None or friction_direction is not None:
             given = "material" if material is not None else "friction_direction"
             raise InputError(f"{who}: {given} is given without a shape; give it to add_geom")
@@ -137,7 +140,6 @@ class ModelBuilder(PartBuilder):
         if motion == "fixed" and (any(body.linear_velocity) or any(body.angular_velocity)):
             raise InputError(f"{who}: a fixed body has no velocity; make it kinematic")
         if geom is not None:
-            require_movable(who, geom.shape, motion)
             self._append("geom", self._geoms, geom)
         return self._append("body", self._bodies, body)
 
@@ -276,7 +278,7 @@ class ModelBuilder(PartBuilder):
         former = self._joints[j]
         who = f'set_motor: joint "{former.name}"'
         if not isinstance(motor, Motor):
-            raise InputError(f"{who}: motor is {shown(motor)}; give a Motor")
+            raise InputError(f'{who}: motor is {shown(motor)}; give a Motor, as Motor("position", gain=100)')
         if isinstance(dof, bool) or not isinstance(dof, int) or not 0 <= dof < len(former.dofs):
             raise InputError(
                 f"{who} has {len(former.dofs)} degrees of freedom; dof = {shown(dof)} is none of them"
@@ -387,6 +389,7 @@ class ModelBuilder(PartBuilder):
         return len(things) - 1
 
 
+@guided
 def on_floor(model: Model, *, material: Material | None = None) -> Model:
     """The model on a plane z = 0, moved up or down so that its lowest shape touches it at the initial poses.
 
@@ -394,7 +397,7 @@ def on_floor(model: Model, *, material: Material | None = None) -> Model:
     material: of the plane. Raises InputError if nothing in the model can touch it.
     """
     if not isinstance(model, Model):
-        raise InputError(f"on_floor: model is a {type(model).__name__}; give a Model")
+        raise no_model("on_floor: model", model)
     low = bottom(model.geoms, model.bodies)
     if not math.isfinite(low):
         raise InputError("on_floor: no body of the model has a shape that can touch a floor; add a geom")

@@ -9,6 +9,7 @@ from typing import Any
 
 from ..checks import Numbers, about, number, sequence, shown, vector3
 from ..errors import InputError
+from ..guidance import guided
 from .drives import Actuator, PathElement, Tendon, TendonTerm, Transmission, law
 from .joint_builder import JointBuilder
 from .joint_options import Limits, bounds
@@ -19,6 +20,7 @@ Joints = Mapping[int | str, float] | Sequence[TendonTerm]
 Path = Sequence[PathElement | tuple[int | str | None, Numbers]]
 
 
+@guided
 class DriveBuilder(JointBuilder):
     """What is stretched along joints and bodies, and what drives them."""
 

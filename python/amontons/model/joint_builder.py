@@ -10,6 +10,7 @@ from typing import Any, Unpack
 from .. import checks
 from ..checks import Numbers, Quaternion, about, changed, number, shown, unit_vector
 from ..errors import InputError
+from ..guidance import guided
 from .joint_options import (
     BallOptions,
     DofOptions,
@@ -28,6 +29,7 @@ from .transforms import IDENTITY, Transform, conjugate, cross, dot, rotate, rota
 X, Y, Z = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
 
 
+@guided
 class JointBuilder(ABC):
     """The add_*_joint functions: points and axes in world coordinates at the initial poses of the bodies.
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from functools import cached_property
+from os import PathLike
 from types import MappingProxyType
 from typing import Any
 
@@ -233,6 +234,23 @@ class Model:
             f"amontons.Model({len(self.bodies)} bodies, {len(self.geoms)} geoms, {len(self.joints)} joints, "
             f"{self.dofs} joint coordinates)"
         )
+
+
+def no_model(what: str, thing: Any) -> InputError:
+    """What a function says that was given something else than a Model."""
+    if isinstance(thing, str) and thing.isidentifier():
+        remedy = f"if it is a scene, give amontons.scenes.{thing[:80]}()"
+    elif isinstance(thing, str | PathLike):
+        remedy = f"read it by amontons.load_model({shown(str(thing))})"
+    elif hasattr(thing, "build"):
+        remedy = "give what its build() returns"
+    elif isinstance(getattr(thing, "model", None), Model):
+        remedy = "give its model"
+    elif callable(thing) and not isinstance(thing, type):
+        remedy = f"call it: {getattr(thing, '__name__', 'it')}()"
+    else:
+        remedy = "give a Model, as builder.build() and load_model(path) do"
+    return InputError(f"{what} is a {type(thing).__name__}; {remedy}")
 
 
 def index_of(what: str, key: object, names: Sequence[str]) -> int:

@@ -6,9 +6,10 @@ import math
 
 from ..checks import Numbers, changed, shown
 from ..errors import InputError
+from ..guidance import guided
 from .composing import Added, Counts, KeyframePart, Parts, Seat, bottom, parts_of, top
 from .drive_builder import DriveBuilder
-from .model import Model
+from .model import Model, no_model
 from .parts import WORLD, Coupling, FluidBox, Geom, PairMaterial
 from .presets import Unread
 from .sensing import Sensor, Site
@@ -17,6 +18,7 @@ from .transforms import IDENTITY, ORIGIN, Transform, add
 from .visuals import Visual
 
 
+@guided
 class PartBuilder(DriveBuilder):
     """The function add_model; what is in composing.py does not know the builder."""
 
@@ -58,7 +60,7 @@ class PartBuilder(DriveBuilder):
         Gravity, friction rule and fluid are those of the builder. Returns the indices that the parts got.
         """
         if not isinstance(model, Model):
-            raise InputError(f"add_model: model is a {type(model).__name__}; give a Model")
+            raise no_model("add_model: model", model)
         if not isinstance(prefix, str):
             raise InputError(f"add_model: prefix is {shown(prefix)}; give a string")
         if on is not None and parent is not None:
@@ -161,9 +163,8 @@ class PartBuilder(DriveBuilder):
 
 def require_movable(who: str, shape: Shape, motion: str) -> None:
     if shape.static_only and motion == "dynamic":
-        remedy = (
-            "use shapes.Hull(vertices), or several hulls of its convex parts"
-            if hasattr(shape, "vertices")
-            else 'use another shape, or motion="fixed"'
-        )
+        if hasattr(shape, "vertices"):
+            remedy = "use shapes.Hull(vertices), or several hulls of its convex parts"
+        else:
+            remedy = 'put it on the world by add_geom(None, shape), or use another shape, or motion="fixed"'
         raise InputError(f"{who}: a {type(shape).__name__} does not move by forces; {remedy}")

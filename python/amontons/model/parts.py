@@ -22,6 +22,7 @@ from ..checks import (
     vector3,
 )
 from ..errors import InputError
+from ..guidance import guided
 from .mass import NOTHING, as_matrix
 from .shapes import Shape
 from .transforms import ORIGIN, Transform
@@ -45,6 +46,7 @@ def numbers(thing: Any, what: str, *names: str, infinite: bool = False) -> None:
         fill(thing, **{name: number(f"{what}{name}", getattr(thing, name), infinite=infinite)})
 
 
+@guided
 @dataclass(frozen=True)
 class Material:
     """What a surface brings into a contact.
@@ -86,6 +88,7 @@ class Material:
             raise InputError(f"material: restitution is {self.restitution:g}; it must lie in [0, 1]")
 
 
+@guided
 @dataclass(frozen=True)
 class Motor:
     """What drives a degree of freedom besides its spring; its target can change during a simulation."""
@@ -146,7 +149,7 @@ class Dof:
             raise InputError(f"the lower limit {lower:g} exceeds the upper one {upper:g}; swap them")
         numbers(self, "", "stiffness", "rest", "damping", "friction", "armature")
         if not isinstance(self.motor, Motor):
-            raise InputError(f"motor is {shown(self.motor)}; give a Motor")
+            raise InputError(f'motor is {shown(self.motor)}; give a Motor, as Motor("position", gain=100)')
 
 
 @dataclass(frozen=True)
@@ -219,9 +222,13 @@ class Geom:
     def __post_init__(self) -> None:
         who = f'geom "{self.name}": '
         if not isinstance(self.shape, Shape):
-            raise InputError(f"{who}shape is {shown(self.shape)}; give one of amontons.shapes")
+            raise InputError(
+                f"{who}shape is {shown(self.shape)}; give one of amontons.shapes, as Sphere(0.1)"
+            )
         if not isinstance(self.material, Material):
-            raise InputError(f"{who}material is {shown(self.material)}; give a Material")
+            raise InputError(
+                f"{who}material is {shown(self.material)}; give a Material, as Material(friction=0.5)"
+            )
         fill(self, surface_velocity=vector3(who + "surface_velocity", self.surface_velocity))
         fill(self, surface_spin=vector3(who + "surface_spin", self.surface_spin))
         if self.friction_direction is not None:
@@ -341,7 +348,9 @@ class PairMaterial:
 
     def __post_init__(self) -> None:
         if not isinstance(self.material, Material):
-            raise InputError(f"material is {shown(self.material)}; give a Material")
+            raise InputError(
+                f"material is {shown(self.material)}; give a Material, as Material(friction=0.5)"
+            )
 
 
 @dataclass(frozen=True)

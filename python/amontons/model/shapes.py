@@ -10,8 +10,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .. import _core
-from ..checks import Array, Numbers, Vector3, finite, frozen, number, reals, vector3
+from ..checks import Array, Numbers, Vector3, entries, finite, frozen, number, reals, vector3
 from ..errors import InputError
+from ..guidance import guided
 from .hulls import Triangles, convex_triangles
 from .mass import MassProperties, polyhedron, principal
 
@@ -69,6 +70,7 @@ class Shape:
         return type(self), tuple(getattr(self, f.name) for f in fields(self))
 
 
+@guided
 @dataclass(frozen=True, eq=False)
 class Sphere(Shape):
     """A ball of `radius`."""
@@ -84,6 +86,7 @@ class Sphere(Shape):
         return principal(mass, *[0.4 * mass * self.radius**2] * 3)
 
 
+@guided
 @dataclass(frozen=True, eq=False)
 class Box(Shape):
     """half: half edge lengths along x, y and z."""
@@ -95,7 +98,7 @@ class Box(Shape):
         def __init__(self, half: Numbers) -> None: ...
 
     def __post_init__(self) -> None:
-        self._set(half=vector3("Box: half", self.half))
+        self._set(half=entries("Box: half", self.half, 3, remedy=": half edge lengths along x, y and z"))
         self._set(core=_core.Shape.box(self.half))
 
     def _unit(self) -> MassProperties:
@@ -123,6 +126,7 @@ class _Tube(Shape):
         raise NotImplementedError
 
 
+@guided
 @dataclass(frozen=True, eq=False)
 class Capsule(_Tube):
     """The points within `radius` of the segment |z| <= `half_length`."""
@@ -139,6 +143,7 @@ class Capsule(_Tube):
         return principal(tube + caps, across, across, along)
 
 
+@guided
 @dataclass(frozen=True, eq=False)
 class Cylinder(_Tube):
     """About the z axis, |z| <= `half_length`."""
@@ -153,6 +158,7 @@ class Cylinder(_Tube):
         return principal(mass, across, across, mass * r * r / 2)
 
 
+@guided
 @dataclass(frozen=True, eq=False)
 class Ellipsoid(Shape):
     """radii: semi-axes along x, y and z."""
@@ -173,6 +179,7 @@ class Ellipsoid(Shape):
         return principal(mass, *(mass / 5 * (p * p + q * q) for p, q in ((b, c), (a, c), (a, b))))
 
 
+@guided
 @dataclass(frozen=True, eq=False)
 class Plane(Shape):
     """The half space z <= 0, whose normal is +z. Static."""
@@ -183,6 +190,7 @@ class Plane(Shape):
         self._set(core=_core.Shape.plane())
 
 
+@guided
 @dataclass(frozen=True, eq=False)
 class Hull(Shape):
     """The convex hull of points.
@@ -211,6 +219,7 @@ class Hull(Shape):
         return f"Hull({len(self.vertices)} vertices)"
 
 
+@guided
 @dataclass(frozen=True, eq=False)
 class Mesh(Shape):
     """Static triangles with contact from outside only; bodies that move need `Hull`s instead.
@@ -240,6 +249,7 @@ class Mesh(Shape):
         return f"Mesh({len(self.vertices)} vertices, {len(self.triangles)} triangles)"
 
 
+@guided
 @dataclass(frozen=True, eq=False)
 class HeightField(Shape):
     """A static grid of heights over the rectangle size_x by size_y centred at the origin.

@@ -9,7 +9,7 @@ import math
 from dataclasses import dataclass
 
 from .. import checks
-from ..checks import Matrix3, Numbers, Quaternion, Vector3, changed, quaternion, unit_vector
+from ..checks import Matrix3, Numbers, Quaternion, Vector3, changed, number, quaternion, unit_vector
 
 IDENTITY: Quaternion = (1.0, 0.0, 0.0, 0.0)
 
@@ -58,7 +58,13 @@ def rotation_matrix(q: Quaternion) -> Matrix3:
 
 
 def axis_angle(axis: Numbers, angle: float) -> Quaternion:
-    """The rotation by `angle` (rad) about `axis`, of any length but zero."""
+    """The unit quaternion (w, x, y, z) of the rotation by `angle` (rad) about `axis`, of any length but zero.
+
+    builder.add_body(..., orientation=amontons.axis_angle((0, 0, 1), math.radians(90)))
+
+    Raises InputError naming the argument.
+    """
+    angle = number("angle", angle)
     n = unit_vector("axis", axis)
     s = math.sin(angle / 2)
     return (math.cos(angle / 2), s * n[0], s * n[1], s * n[2])

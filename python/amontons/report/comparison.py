@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -12,9 +11,11 @@ from typing import Any
 import numpy as np
 
 from ..errors import InputError
+from ..io.files import write_whole
 from ..problem.options import methods
 from ..problem.problem import Problem
 from ..problem.solution import HISTORY, Solution
+from .whole import csv_bytes
 
 UNLIMITED = 2_000_000_000  # iterations: only the deadline and the tolerance end a run
 REPEATED = 0.05
@@ -104,21 +105,20 @@ def interrupted(runs: Iterable[Run]) -> bool:
 def write_csv(runs: Sequence[Run], folder: Path) -> list[Path]:
     """summary.csv with one line per run, and curves.csv with the histories; returns their paths."""
     summary, curves = folder / "summary.csv", folder / "curves.csv"
-    with summary.open("w", newline="") as file:
-        writer = csv.writer(file)
-        writer.writerow(["problem", "method", *FIELDS, "reason"])
-        for run in runs:
-            values = [getattr(run.solution, field) if run.solution else "" for field in FIELDS]
-            if run.solution is None:
-                values[0] = "not applicable"
-            writer.writerow([run.problem, run.method, *values, run.reason or (run.solution or run).reason])
-    with curves.open("w", newline="") as file:
-        writer = csv.writer(file)
-        writer.writerow(["problem", "method", *(HISTORY.names or ())])
-        for run in runs:
-            if run.solution is not None and run.solution.history is not None:
-                for record in thinned(run.solution.history):
-                    writer.writerow([run.problem, run.method, *record.tolist()])
+    rows, records = [], []
+    for run in runs:
+        values = [getattr(run.solution, field) if run.solution else "" for field in FIELDS]
+        if run.solution is None:
+            values[0] = "not applicable"
+        rows.append([run.problem, run.method, *values, run.reason or (run.solution or run).reason])
+        if run.solution is not None and run.solution.history is not None:
+            records += [[run.problem, run.method, *r.tolist()] for r in thinned(run.solution.history)]
+    write_whole(
+        {
+            summary: csv_bytes(["problem", "method", *FIELDS, "reason"], rows),
+            curves: csv_bytes(["problem", "method", *(HISTORY.names or ())], records),
+        }
+    )
     return [summary, curves]
 
 

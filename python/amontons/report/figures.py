@@ -16,6 +16,7 @@ from matplotlib import pyplot as plt
 from matplotlib.axes import Axes
 
 from .comparison import Run, thinned
+from .whole import save_figure
 
 ROWS_PER_FIGURE = 6
 AXES = {"iterations": "iterations", "products": "products with A", "time": "time (ms)"}
@@ -96,8 +97,7 @@ def _figure(
         frameon=False,
         title=f"natural residual, law {law}",
     )
-    figure.savefig(path, dpi=140)
-    plt.close(figure)
+    save_figure(figure, path, 140)
 
 
 def _curves(row: Sequence[Axes], run: Run, against: Sequence[str]) -> Any:

@@ -8,7 +8,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..checks import Array, integer, number
+from ..checks import Array, entries, integer, number
+from ..errors import InputError
+from ..guidance import guided
 from ..model.model import Model
 from ..simulation.simulation import Simulation
 
@@ -17,6 +19,7 @@ _last: list[tuple[weakref.ref[Model], tuple[Any, ...], Any]] = []
 """The picture drawn last with its model and view: its triangles serve the next call."""
 
 
+@guided
 def render(
     simulation: Simulation,
     width: int = 640,
@@ -42,23 +45,31 @@ def render(
     for name, size in (("width", width), ("height", height)):
         if integer(name, size, 1) > LARGEST:
             raise _too_large(name, size)
-    picture = _picture(simulation.model, azimuth, elevation, collision)
+    picture = _picture(_shown(simulation), azimuth, elevation, collision)
     frame = _frame(simulation)
     bounds = picture.bounds([frame]) if window is None else _checked(window)
     return to_bytes(picture.draw(frame, bounds, width, height))
 
 
+@guided
 def render_window(
     simulation: Simulation, *, azimuth: float = -60.0, elevation: float = 20.0, collision: bool = False
 ) -> tuple[float, float, float, float]:
     """The window of `render` that holds all that moves now, to keep it for the pictures that follow."""
-    picture = _picture(simulation.model, azimuth, elevation, collision)
+    picture = _picture(_shown(simulation), azimuth, elevation, collision)
     return picture.bounds([_frame(simulation)])
 
 
 def to_bytes(image: Array) -> NDArray[np.uint8]:
     """Colours from 0 to 1, the lowest row first, as bytes with the highest row first."""
     return np.ascontiguousarray(np.round(255 * image[::-1]).astype(np.uint8))
+
+
+def _shown(simulation: Simulation) -> Model:
+    if not isinstance(simulation, Simulation):
+        remedy = "give amontons.Simulation(model)" if isinstance(simulation, Model) else "give a Simulation"
+        raise InputError(f"simulation is a {type(simulation).__name__}; {remedy}")
+    return simulation.model
 
 
 def _picture(model: Model, azimuth: float, elevation: float, collision: bool) -> Any:
@@ -77,9 +88,6 @@ def _frame(simulation: Simulation) -> Any:
 
 
 def _checked(window: Any) -> tuple[float, float, float, float]:
-    from ..checks import entries
-    from ..errors import InputError
-
     left, right, bottom, top = entries("window", window, 4)
     if not (left < right and bottom < top):
         raise InputError(f"window = {tuple(window)}; it must be left < right, bottom < top")
@@ -87,6 +95,5 @@ def _checked(window: Any) -> tuple[float, float, float, float]:
 
 
 def _too_large(name: str, size: int) -> Exception:
-    from ..errors import InputError
 
     return InputError(f"{name} = {size}; it must be at most {LARGEST}")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
@@ -16,7 +15,9 @@ import numpy as np
 from matplotlib import pyplot as plt
 from matplotlib.axes import Axes
 
+from ..io.files import write_whole
 from ..simulation.outcome import REPORTS, TIMINGS, Table, energy
+from .whole import csv_bytes, save_figure
 
 PHASES = TIMINGS[:-1]
 COLOURS = {"collision": "#56b4e9", "assembly": "#009e73", "solve": "#d55e00", "integration": "#cc79a7"}
@@ -99,10 +100,7 @@ def _share(part: float, whole: float) -> str:
 
 def write_reports(reports: Table, path: Path) -> None:
     """A CSV file with one line per step."""
-    with path.open("w", newline="") as file:
-        writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(REPORTS.names or ())
-        writer.writerows(reports.tolist())
+    write_whole({path: csv_bytes(REPORTS.names or (), reports.tolist())})
 
 
 def run_figure(reports: Table, path: Path, *, title: str, tolerance: float) -> None:
@@ -119,8 +117,7 @@ def run_figure(reports: Table, path: Path, *, title: str, tolerance: float) -> N
         axes.grid(True, linewidth=0.4, alpha=0.5)
     for axes in panels[-1]:
         axes.set_xlabel("simulated time (s)")
-    figure.savefig(path, dpi=110)
-    plt.close(figure)
+    save_figure(figure, path, 110)
 
 
 def _label(axes: Axes, title: str) -> None:

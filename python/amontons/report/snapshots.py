@@ -20,6 +20,7 @@ from ..model.shapes import Plane
 from .colours import FLOOR
 from .raster import Camera, Raster, shadowed
 from .solids import rotation_matrix, solids_of
+from .whole import save_figure
 
 LIGHT = (0.25, 0.7, 0.75)
 """Where it comes from: along the view to the right, towards the eye, up."""
@@ -79,8 +80,7 @@ def snapshots_figure(
         image = scene.draw(frame, (left, right, bottom, top), panel, height)
         axes.imshow(image, origin="lower", interpolation="none")
         axes.set_title(f"t = {frame.time:.3g} s", loc="left", fontsize="medium")
-    figure.savefig(path, dpi=100)
-    plt.close(figure)
+    save_figure(figure, path, 100)
 
 
 class Picture:

@@ -49,3 +49,7 @@ __all__ = [
     "wall",
     "wall_at_rest",
 ]
+
+
+def __getattr__(name: str) -> object:
+    raise AttributeError(f"there is no scene {name!r}; known are {', '.join(names())}")

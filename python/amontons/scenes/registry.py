@@ -9,6 +9,7 @@ from typing import Any, TypeVar
 
 from ..checks import suggestion
 from ..errors import InputError
+from ..guidance import guided
 from ..model.model import Model
 
 Maker = Callable[..., Model]
@@ -46,7 +47,7 @@ def scene(*, dt: float, duration: float, **options: Any) -> Callable[[M], M]:
     """Enters the decorated function in the list, under its own name."""
 
     def enter(make: M) -> M:
-        name = make.__name__
+        make, name = guided(make), make.__name__
         _scenes[name] = Scene(name=name, make=make, dt=dt, duration=duration, options=options)
         return make
 

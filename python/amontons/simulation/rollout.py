@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 from .. import _core, watching
 from ..checks import Array, option, reals
 from ..errors import InputError, SimulationError, StepWarning
-from ..model.model import Model
+from ..model.model import Model, no_model
 from .simulation import Simulation
 
 
@@ -64,7 +64,7 @@ def rollout(
     finite or, with on_failure="raise", whose steps missed their tolerance.
     """
     if not isinstance(model, Model):
-        raise InputError(f"model is a {type(model).__name__}; give a Model, from ModelBuilder or a file")
+        raise no_model("model", model)
     worlds = _worlds(model, states, options)
     rows = _controls(model, controls, len(worlds), steps)
     repeat = option("repeat", repeat)

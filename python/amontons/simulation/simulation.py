@@ -17,9 +17,10 @@ from numpy.typing import ArrayLike
 
 from .. import _core, watching
 from ..checks import Array, Vector3, chosen, flag, function, number, option, shown, suggestion
-from ..errors import InputError, SimulationError, StepWarning
+from ..errors import InputError, ModelWarning, SimulationError, StepWarning
+from ..guidance import guided
 from ..hooks import hook
-from ..model.model import Model
+from ..model.model import Model, no_model
 from ..model.presets import Keyframe
 from ..problem.options import LAWS, require_method
 from ..problem.problem import Problem
@@ -84,6 +85,7 @@ class Simulation(Queries):
     force_callbacks: list[Callable[[Simulation], object]]
     """called with the simulation before each step, to set forces, torques and targets"""
 
+    @guided
     def __init__(
         self,
         model: Model,
@@ -104,9 +106,9 @@ class Simulation(Queries):
         on_failure: str = "warn",
     ) -> None:
         if not isinstance(model, Model):
-            raise InputError(
-                f"model is a {type(model).__name__}; give a Model, as builder.build() and load_model(path) do"
-            )
+            raise no_model("model", model)
+        if not model.bodies:
+            warnings.warn("the model has no bodies: nothing will move; add_body adds one", ModelWarning, 3)
         chosen("on_failure", on_failure, ON_FAILURE)
         given = dict(
             dt=dt,

@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any
 
 from ..checks import integer, positive_number, suggestion
 from ..errors import FileError, InputError
+from ..guidance import guided
 from ..io.files import writable
 from ..simulation.rollout import usable_cores
 from .executors import Died, Executor, Here, Processes, Submitted
@@ -32,6 +33,7 @@ STATUSES = ("done", "failed", "timeout", "died")
 logger = logging.getLogger(__name__)
 
 
+@guided
 def sweep(
     run: str | Callable[..., Mapping[str, Any] | None],
     grid: Mapping[str, Any] | Sequence[Mapping[str, Any]],

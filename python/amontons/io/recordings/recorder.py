@@ -21,7 +21,7 @@ import h5py
 import numpy as np
 
 from ...checks import option
-from ...errors import InputError
+from ...errors import FileError, InputError
 from ...simulation.forces import CONTACTS
 from ...simulation.outcome import REPORTS, Report, reports_array
 from ...simulation.simulation import Simulation
@@ -35,6 +35,8 @@ FORMAT = "amontons-recording"
 VERSION = 1
 BUFFER = 8_000_000
 """Bytes that are collected before they are written, unless DELAY comes first."""
+OTHERS = {".csv", ".gif", ".html", ".json", ".mp4", ".npz", ".parquet", ".png", ".txt", ".usd", ".xml"}
+"""Suffixes of files that are no recordings, whatever is in them."""
 DELAY = 0.4
 """Seconds within which what was recorded is on its way to the disk."""
 STATE = ("positions", "orientations", "linear_velocities", "angular_velocities", "joint_coordinates")
@@ -60,6 +62,11 @@ class Recorder:
     def __init__(
         self, path: Path, simulation: Simulation, *, every: int, contacts: bool, source: str, overwrite: bool
     ) -> None:
+        if path.suffix.lower() in OTHERS:
+            raise FileError(
+                f"{path}: recordings are HDF5 files: name it {path.stem}.h5; "
+                "`amontons export` makes others of it"
+            )
         self.path, self.every = writable(path, new=not overwrite), int(option("every", every))
         self._simulation, self._with_contacts = simulation, contacts
         self._first_step = simulation.steps

@@ -16,6 +16,7 @@ from matplotlib.axes import Axes
 from matplotlib.ticker import NullFormatter
 
 from ..figures import STYLES
+from ..whole import save_figure
 from .measure import LEVEL, PRODUCTS, Trace
 
 
@@ -37,7 +38,7 @@ def objective_figure(found: Trace, path: Path, title: str) -> None:
     figure.suptitle(
         f"{title}: the objective rises in {found.rises} of {len(history)} iterations", x=0.01, ha="left"
     )
-    _save(figure, path)
+    save_figure(figure, path, 120)
 
 
 def cost_figure(groups: dict[str, list[dict[str, Any]]], path: Path, label: str) -> None:
@@ -60,7 +61,7 @@ def cost_figure(groups: dict[str, list[dict[str, Any]]], path: Path, label: str)
     for each in panels[-1]:
         each.set_xlabel(label)
     figure.legend(handles.values(), handles, loc="outside upper center", ncols=7, frameon=False)
-    _save(figure, path)
+    save_figure(figure, path, 120)
 
 
 def _curves(axes: Sequence[Axes], rows: list[dict[str, Any]], method: str) -> Any:
@@ -79,8 +80,3 @@ def _curves(axes: Sequence[Axes], rows: list[dict[str, Any]], method: str) -> An
         if k < 2:  # open: the run ended before it reached the level
             each.plot(value[~reached], y[~reached], "o", markersize=5, color=colour, markerfacecolor="white")
     return handle
-
-
-def _save(figure: Any, path: Path) -> None:
-    figure.savefig(path, dpi=120)
-    plt.close(figure)

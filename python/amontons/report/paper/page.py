@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import platform
 from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
@@ -10,9 +9,11 @@ from typing import Any
 
 import numpy as np
 
+from ...io.files import write_whole
 from ..comparison import Run, comparable_methods, compare, write_csv
 from ..figures import convergence_figures
 from ..snapshots import View, snapshots_figure
+from ..whole import csv_bytes
 from . import cases
 from .cases import Case, Plan
 from .figures import cost_figure, objective_figure
@@ -71,7 +72,8 @@ def reproduce(plan: Plan, folder: Path, *, law: str, command: str, before: Befor
     _write(folder / "ratio.csv", by_ratio)
 
     page = folder / "README.md"
-    page.write_text("\n".join(_page(found, traced, runs, plan, law, command)) + "\n")
+    text = "\n".join(_page(found, traced, runs, plan, law, command)) + "\n"
+    write_whole({page: text.encode()})
     made = ["objective", "convergence", "size", "ratio", "snapshots"]
     tables = ["objective", "summary", "curves", "size", "ratio"]
     return [*(folder / f"{name}.png" for name in made), *(folder / f"{name}.csv" for name in tables), page]
@@ -115,10 +117,7 @@ def _objective_rows(found: Trace) -> Iterable[dict[str, Any]]:
 
 def _write(path: Path, rows: Iterable[dict[str, Any]]) -> None:
     rows = list(rows)
-    with path.open("w", newline="") as file:
-        writer = csv.DictWriter(file, list(rows[0]) if rows else [], lineterminator="\n")
-        writer.writeheader()
-        writer.writerows(rows)
+    write_whole({path: csv_bytes(list(rows[0]) if rows else [], (row.values() for row in rows))})
 
 
 def _page(
