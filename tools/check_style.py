@@ -21,7 +21,6 @@ P90, LONGEST, COMPLEXITY, COMMENTS = 35, 70, 20, 0.18
 BOILERPLATE: dict[tuple[str, str], str] = {
     ("python/amontons/cli/", "python/amontons/cli/"): "the options of a command are its signature",
     ("python/amontons/model/joint_b", "python/amontons/model/joint_b"): "signatures of one family",
-    ("python/amontons/model/shapes", "python/amontons/model/shapes"): "closed forms of like shapes",
     ("python/amontons/problem/problem", "python/amontons/problem/problem"): "solve() as function and method",
     ("python/amontons/problem/operators", "python/amontons/problem/operators"): "arrays of the bindings",
 }

@@ -1,6 +1,7 @@
 """Makes the source distribution and the wheels in dist; tries them in empty environments without a compiler.
 
     python tools/make_wheel.py [--compiler zig|system] [--no-test] [PYTHON ...]
+    python tools/make_wheel.py --compiled BUILD
 
 PYTHON: interpreters to build for and to try with; by default every python3.X on the path. 3.11 gets a wheel
 of its own; the oldest that is newer makes the one for 3.12 and all that follow (stable ABI).
@@ -9,6 +10,9 @@ The compiler is by default Clang as the package ziglang brings it: it links agai
 on any system, so that the wheels run on every Linux since 2019, and the C++ runtime is inside. With "system"
 it is $CXX or c++, and the wheels run where glibc is as new as here; auditwheel writes that into the name.
 Wheels are made from the source distribution, which so is complete. Standard library only.
+
+With --compiled, one wheel is made of what a build folder of the running interpreter holds, named for this
+system alone, and tried in the same way: a minute for the tests.
 """
 
 from __future__ import annotations
@@ -130,8 +134,20 @@ def make_wheel(python: Python, source: Path, requires: list[str], compiler: str)
     return made
 
 
-def try_wheel(python: Python) -> None:
-    """Install from dist into an empty environment without a compiler, and use it."""
+def pack(build: Path) -> None:
+    """The wheel of what is compiled in a build folder of this interpreter, in build/wheel/packed; tried."""
+    packed = WORK / "packed"
+    shutil.rmtree(packed, ignore_errors=True)
+    run(sys.executable, "-m", "pip", "wheel", "--no-build-isolation", "--no-deps", "-w", packed,
+        "--config-settings", f"build-dir={build}", ROOT)  # fmt: skip
+    python = look(sys.executable)
+    assert python is not None
+    try_wheel(python, packed)
+    print(f"{next(packed.glob('*.whl')).relative_to(ROOT)}: installed and used, without a compiler")
+
+
+def try_wheel(python: Python, where: Path = DIST) -> None:
+    """Install from a folder into an empty environment without a compiler, and use it."""
     programs = environment(python, f"try-{python.name}")
     nothing = WORK / "nothing"
     nothing.mkdir(exist_ok=True)
@@ -140,7 +156,7 @@ def try_wheel(python: Python) -> None:
         "PATH": f"{programs}{os.pathsep}{nothing}", "CXX": "false", "CC": "false",
     }  # fmt: skip
     run(programs / "python", "-m", "pip", "install", "--progress-bar", "off", "--only-binary=:all:",
-        "--find-links", DIST, f"amontons=={version()}", env=variables)  # fmt: skip
+        "--find-links", where, f"amontons=={version()}", env=variables)  # fmt: skip
     run(programs / "python", ROOT / "tools" / "smoke_test.py", env=variables, cwd=nothing)
 
 
@@ -157,9 +173,14 @@ def main() -> None:
     parser.add_argument("pythons", nargs="*", metavar="PYTHON")
     parser.add_argument("--compiler", choices=("zig", "system"), default="zig")
     parser.add_argument("--no-test", action="store_true")
+    parser.add_argument("--compiled", type=Path, metavar="BUILD")
     given = parser.parse_args()
     if platform.system() != "Linux":
         sys.exit("amontons: wheels are made on Linux only; elsewhere: pip install .")
+    if given.compiled:
+        WORK.mkdir(parents=True, exist_ok=True)
+        pack(given.compiled)
+        return
     pythons = interpreters(given.pythons)
     builders = [p for p in pythons if p.version == OLDEST and p.headers]
     builders += [p for p in pythons if p.version >= STABLE and p.headers][:1]
@@ -167,9 +188,9 @@ def main() -> None:
         sys.exit(
             "amontons: no Python 3.11 or newer with its headers (Debian, Ubuntu: apt install python3-dev)"
         )
-    requires = project()["build-system"]["requires"]
     WORK.mkdir(parents=True, exist_ok=True)
     shutil.rmtree(DIST, ignore_errors=True)
+    requires = project()["build-system"]["requires"]
     archive, source = make_sdist(builders[-1], requires)
     print(archive.relative_to(ROOT))
     for python in builders:
