@@ -77,6 +77,11 @@ void cylinder_on_plane(const Cylinder& cylinder, const Transform& frame, const P
 void hull_on_plane(const ConvexHull& hull, const Transform& frame, const PlaneContact& plane) {
   const Vec3 up = rotate(conjugate(frame.rotation), plane.normal);
   const double lift = plane.height(frame.position);
+  // Most hulls of a robot are far above its floor: the lowest corner of the box around them tells.
+  const Vec3 lowest{up.x > 0 ? hull.box.lower.x : hull.box.upper.x,
+                    up.y > 0 ? hull.box.lower.y : hull.box.upper.y,
+                    up.z > 0 ? hull.box.lower.z : hull.box.upper.z};
+  if (dot(up, lowest) + lift > plane.margin) return;
   for (std::size_t i = 0; i < hull.vertices.size(); ++i) {
     if (dot(up, hull.vertices[i]) + lift > plane.margin) continue;
     // A corner of the upper side: an edge falls from it and none rises, the level ones apart.

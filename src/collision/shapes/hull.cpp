@@ -272,10 +272,12 @@ Hull make_hull(std::span<const Vec3> vertices, std::span<const Triangle> triangl
   keep_corners(vertices, trace_rims(triangles, edges, group, groups), *hull);
   set_planes(*hull);
   set_neighbours(*hull);
+  for (const Vec3& p : hull->vertices) {
+    include(hull->box, p);
+    hull->radius = std::max(hull->radius, norm(p));
+  }
   // What tolerances of the narrow phase are relative to.
-  Aabb box = empty_box();
-  for (const Vec3& p : hull->vertices) include(box, p);
-  hull->extent = 0.5 * norm(box.upper - box.lower);
+  hull->extent = 0.5 * norm(hull->box.upper - hull->box.lower);
   check_convex(*hull, 4 * tolerance);
   return {std::move(hull)};
 }

@@ -98,11 +98,7 @@ Aabb box_of(const Ellipsoid& s, const Transform& frame) {
 void check(const Hull& s) {
   AMONTONS_REQUIRE(s.data != nullptr, "convex hull is empty; make it with make_hull()");
 }
-double radius_of(const Hull& s) {
-  double squared = 0;
-  for (const Vec3& p : s.data->vertices) squared = std::max(squared, norm_squared(p));
-  return std::sqrt(squared);
-}
+double radius_of(const Hull& s) { return s.data->radius; }
 // The tightest box, from the corners themselves. They are only turned in the loop and the position is added
 // once, which saves an addition per corner.
 Aabb box_of(const Hull& s, const Transform& frame) {
@@ -147,6 +143,11 @@ double bounding_radius(const Shape& shape) {
 
 Aabb bounds(const Shape& shape, const Transform& frame) {
   return std::visit([&](const auto& s) { return box_of(s, frame); }, shape);
+}
+
+Aabb quick_bounds(const Shape& shape, const Transform& frame) {
+  if (const auto* hull = std::get_if<Hull>(&shape)) return box_of(hull->data->box, frame);
+  return bounds(shape, frame);
 }
 
 }  // namespace amontons

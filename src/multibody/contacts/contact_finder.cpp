@@ -120,7 +120,7 @@ void ContactFinder::place_geoms(const Reach& reach) {
     const Geom& geom = geoms[g];
     const Index body = geom.body;
     frames_[g] = body < 0 ? geom.frame : reach.bodies[body].pose * geom.frame;
-    boxes_[g] = bounds(geom.shape, frames_[g]);
+    boxes_[g] = quick_bounds(geom.shape, frames_[g]);
     fixed_[g] = !model.is_dynamic(body);
     const bool stands = body < 0 || model.body(body).motion == Motion::fixed;
     speeds_[g] = stands ? 0

@@ -20,6 +20,8 @@ struct ConvexHull {
   std::vector<double> offsets;                        // face f is { p : <normals[f], p> = offsets[f] }
   std::vector<std::vector<std::int32_t>> neighbours;  // per vertex: those joined to it by an edge, ascending
   double extent = 0;                                  // half the diagonal of the box around it
+  double radius = 0;                                  // of the sphere about the origin that holds it
+  Aabb box = empty_box();                             // around it, in its own axes
 };
 // What bodies carry; copies share the polyhedron, which never changes.
 struct Hull {

@@ -41,5 +41,8 @@ double bounding_radius(const Shape& shape);
 // The axis-aligned box around the shape in world coordinates; infinite for a plane. `frame` takes coordinates
 // of the shape into the world. For meshes and height fields it is the box around their own box, turned.
 Aabb bounds(const Shape& shape, const Transform& frame);
+// A box around the shape that is as tight as can be had without looking at its corners, of which hulls of
+// scanned parts have hundreds: for hulls, too, the box around their own box.
+Aabb quick_bounds(const Shape& shape, const Transform& frame);
 
 }  // namespace amontons
