@@ -12,14 +12,20 @@
 namespace amontons {
 namespace {
 
-// Calls visit(actuator, l, l', row of l') for each actuator with a known effort, whatever it acts on.
+// A length along one degree of freedom, and the row of its rate.
+struct DofLine {
+  double length;
+  JacobianRow row;
+};
+
+// Calls visit(actuator, line, l') for each actuator with a known effort, whatever it acts on.
 template <class Visit>
 void for_each_known(const Model& model, const BodyFrames& bodies, std::span<const JointContext> joints,
                     const BodyVelocities& start, const State& state, double h, const Visit& visit) {
   const auto known = [&](Index a) { return !has_row(model, state, a, h); };
   const auto visit_all = [&](const std::vector<Index>& actuators, const auto& make_line) {
     if (std::none_of(actuators.begin(), actuators.end(), known)) return;
-    const Line line = make_line();
+    const auto line = make_line();
     const double rate = row_velocity(line.row, start);
     for (const Index a : actuators)
       if (known(a)) visit(a, line, rate);
@@ -28,9 +34,8 @@ void for_each_known(const Model& model, const BodyFrames& bodies, std::span<cons
     if (!is_active(model, model.joint(static_cast<Index>(j)))) continue;
     for (std::size_t i = model.first_dof(j); i < model.first_dof(j + 1); ++i)
       visit_all(model.actuators_of_dof(i), [&] {
-        Line line{state.coordinates[i], {}};
-        line.row.add(joint_row(joints[j], joints[j].duals[i - model.first_dof(j)]), 1);
-        return line;
+        return DofLine{state.coordinates[i],
+                       joint_row(joints[j], joints[j].duals[i - model.first_dof(j)])};
       });
   }
   for (std::size_t t = 0; t < model.description().tendons.size(); ++t)
@@ -66,6 +71,15 @@ void add_wrench(const Model& model, Index body, const std::array<double, 6>& j, 
   loads[body].torque += impulse * Vec3{j[3], j[4], j[5]};
 }
 
+void add_wrenches(const Model& model, const JacobianRow& row, double impulse,
+                  std::vector<BodyImpulse>& loads) {
+  add_wrench(model, row.body_a, row.a, impulse, loads);
+  add_wrench(model, row.body_b, row.b, impulse, loads);
+}
+void add_wrenches(const Model& model, const WideRow& row, double impulse, std::vector<BodyImpulse>& loads) {
+  for (std::size_t i = 0; i < row.body.size(); ++i) add_wrench(model, row.body[i], row.j[i], impulse, loads);
+}
+
 void add_sums(const Model& model, std::span<const JointContext> joints, double h,
               const std::vector<double>& sums, std::vector<BodyImpulse>& loads) {
   for (std::size_t j = 0; j < model.joints(); ++j) {
@@ -76,8 +90,7 @@ void add_sums(const Model& model, std::span<const JointContext> joints, double h
       const Dof& dof = joint.dofs[i];
       const JacobianRow row = joint_row(joints[j], joints[j].duals[i]);
       const double impulse = std::clamp(sum, h * dof.lower_effort, h * dof.upper_effort);
-      add_wrench(model, row.body_a, row.a, impulse, loads);
-      add_wrench(model, row.body_b, row.b, impulse, loads);
+      add_wrenches(model, row, impulse, loads);
     }
   }
 }
@@ -90,11 +103,10 @@ void add_actuator_loads(const Model& model, const BodyFrames& bodies, std::span<
                         std::vector<BodyImpulse>& loads) {
   if (model.description().actuators.empty()) return;
   std::vector<double> sums(model.bounds_efforts() ? model.dofs() : 0);
-  for_each_known(model, bodies, joints, start, state, h, [&](Index a, const Line& line, double rate) {
+  for_each_known(model, bodies, joints, start, state, h, [&](Index a, const auto& line, double rate) {
     const double impulse = h * known_effort(present_law(model, state, a, line.length, rate, h));
     if (!sums.empty() && add_effort(model, a, impulse, sums)) return;
-    for (std::size_t i = 0; i < line.row.body.size(); ++i)
-      add_wrench(model, line.row.body[i], line.row.j[i], impulse, loads);
+    add_wrenches(model, line.row, impulse, loads);
   });
   if (!sums.empty()) add_sums(model, joints, h, sums, loads);
 }

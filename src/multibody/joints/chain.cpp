@@ -199,11 +199,25 @@ std::size_t complement6(const std::array<Vec6, 6>& columns, std::size_t count, s
   return wanted;
 }
 
+// One hinge: T(q) leaves the points of its axis where they are, the reference among them.
+ChainKinematics hinge_kinematics(const Dof& dof, const Transform& relative, double q) {
+  ChainKinematics chain;
+  const Quat turn = exponential(q * dof.axis);
+  chain.dofs = 1;
+  chain.target = {dof.anchor - rotate(turn, dof.anchor), turn};
+  chain.reference = dof.anchor;
+  chain.screws[0] = {{}, dof.axis};
+  chain.error = {relative.position + (rotate(relative.rotation, dof.anchor) - dof.anchor),
+                 logarithm(relative.rotation * conjugate(turn))};
+  return chain;
+}
+
 }  // namespace
 
 // T(q), the axes in that pose, and how the present pose differs from it. The twists are taken in T(q) and not
 // in the present pose, which need not be one that the joint can have.
 ChainKinematics chain_kinematics(const Joint& joint, const Transform& relative, std::span<const double> q) {
+  if (is_hinge(joint)) return hinge_kinematics(joint.dofs[0], relative, q[0]);
   ChainKinematics chain;
   chain.dofs = joint.dofs.size();
   chain.spherical = joint.spherical || joint.kind == JointKind::distance;
@@ -234,6 +248,13 @@ bool is_chain(const Joint& joint) { return joint.kind == JointKind::chain || joi
 std::array<Screw, 6> dual_wrenches(const ChainKinematics& chain, double length) {
   std::array<Screw, 6> duals;
   const std::size_t k = chain.dofs;
+  if (k == 0) return duals;
+  if (k == 1) {
+    const Vec6 c = column(chain, 0, length);
+    const double squared = dot(c, c), s = squared > 0 ? 1 / squared : 0;
+    duals[0] = {(s / length) * Vec3{c[0], c[1], c[2]}, s * Vec3{c[3], c[4], c[5]}};
+    return duals;
+  }
   std::array<Vec6, 6> columns, n{};
   Vec6 unit{};  // U
   for (std::size_t i = 0; i < k; ++i) {

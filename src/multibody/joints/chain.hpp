@@ -37,6 +37,12 @@ struct ChainKinematics {
 // `relative` is frame_a as seen from frame_b, q the coordinates of the joint's dofs.
 ChainKinematics chain_kinematics(const Joint& joint, const Transform& relative, std::span<const double> q);
 
+// Whether the joint is one hinge and nothing else, as most are: B holds its axis and its anchor, whatever q.
+inline bool is_hinge(const Joint& joint) {
+  return joint.kind == JointKind::chain && !joint.spherical && joint.dofs.size() == 1 &&
+         joint.dofs[0].kind == Dof::Kind::hinge;
+}
+
 // Whether the joint is a chain: a distance joint of length zero is a ball joint.
 bool is_chain(const Joint& joint);
 

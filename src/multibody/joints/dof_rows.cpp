@@ -33,15 +33,20 @@ std::array<double, 6> rates_before(const RowInput& in, const JointContext& now, 
   const Past still;
   const auto past_body = [&](Index body) -> const Past& { return body < 0 ? still : past[body]; };
   const Past &a = past_body(now.joint->body_a), &b = past_body(now.joint->body_b);
+  std::array<double, 6> before{}, rates{};
+  if (is_hinge(*now.joint)) {
+    const Vec3 axis = rotate(b.pose.rotation * now.joint->frame_b.rotation, now.duals[0].angular);
+    rates[0] = dot(axis, (now.body_a < 0 ? Vec3{} : a.velocity.angular) -
+                             (now.body_b < 0 ? Vec3{} : b.velocity.angular));
+    return rates;
+  }
   // Coordinates to first order, which is enough for a Jacobian.
-  std::array<double, 6> before{};
   const Screw twist = joint_twist(now, in.bodies.start);
   for (std::size_t i = 0; i < now.chain.dofs; ++i) before[i] = q[i] - in.options.h * dot(now.duals[i], twist);
   JointContext then = now;
   JointPose pose{a.pose * now.joint->frame_a, b.pose * now.joint->frame_b, {}};
   pose.relative = inverse(pose.b) * pose.a;
   place(then, pose, a.centre, b.centre, std::span(before).first(now.chain.dofs));
-  std::array<double, 6> rates{};
   const Screw twist_then = joint_twist(then, a.velocity, b.velocity);
   for (std::size_t i = 0; i < now.chain.dofs; ++i) rates[i] = dot(then.duals[i], twist_then);
   return rates;

@@ -43,10 +43,20 @@ struct LastStep {
   const BodyFrames& now;
   const BodyVelocities& v;
   double h;
+  const std::vector<Transform>& poses;  // there
 
-  Transform pose(Index body) const { return moved(now[body], v[body], -0.5 * h); }
+  const Transform& pose(Index body) const { return poses[body]; }
   Vec3 centre(Index body) const { return body < 0 ? Vec3{} : now[body].centre - 0.5 * h * v[body].linear; }
 };
+
+// The frames of a joint there.
+JointPose middle_pose(const JointContext& now, const LastStep& bodies) {
+  JointPose pose = now.pose;
+  if (now.body_a >= 0) pose.a = bodies.pose(now.body_a) * now.joint->frame_a;
+  if (now.body_b >= 0) pose.b = bodies.pose(now.body_b) * now.joint->frame_b;
+  pose.relative = inverse(pose.b) * pose.a;
+  return pose;
+}
 
 // The joint there, with its coordinates to first order, which is enough for directions.
 JointContext middle(const JointContext& now, std::span<const double> q, const LastStep& bodies) {
@@ -55,11 +65,7 @@ JointContext middle(const JointContext& now, std::span<const double> q, const La
   for (std::size_t i = 0; i < now.chain.dofs; ++i)
     coordinates[i] = q[i] - 0.5 * bodies.h * dot(now.duals[i], twist);
   JointContext then = now;
-  JointPose pose = now.pose;
-  if (now.body_a >= 0) pose.a = bodies.pose(now.body_a) * now.joint->frame_a;
-  if (now.body_b >= 0) pose.b = bodies.pose(now.body_b) * now.joint->frame_b;
-  pose.relative = inverse(pose.b) * pose.a;
-  place(then, pose, bodies.centre(now.body_a), bodies.centre(now.body_b),
+  place(then, middle_pose(now, bodies), bodies.centre(now.body_a), bodies.centre(now.body_b),
         std::span(coordinates).first(now.chain.dofs));
   return then;
 }
@@ -79,6 +85,26 @@ JointSlip slip(const JointContext& joint, const BodyVelocities& v) {
   }
   if (joint.chain.spherical) left.angular = {};
   return left;
+}
+
+// slip() of the joint there. Of a hinge the coordinate is not needed: A holds its anchor, B its axis.
+JointSlip middle_slip(const JointContext& now, std::span<const double> q, const LastStep& bodies) {
+  if (!is_hinge(*now.joint)) return slip(middle(now, q, bodies), bodies.v);
+  const JointPose pose = middle_pose(now, bodies);
+  const Vec3 point = pose.a(now.joint->dofs[0].anchor);
+  Vec3 linear, angular;
+  const auto add = [&](Index body, double sign) {
+    if (body < 0) return;
+    const BodyVelocity& v = bodies.v[body];
+    linear += sign * (v.linear + cross(v.angular, point - bodies.centre(body)));
+    angular += sign * v.angular;
+  };
+  add(now.body_a, 1);
+  add(now.body_b, -1);
+  const Quat to_joint = conjugate(pose.b.rotation);
+  angular = rotate(to_joint, angular);
+  return {rotate(to_joint, linear),
+          angular - dot(now.duals[0].angular, angular) * now.chain.screws[0].angular};
 }
 
 // What of the slip e of the last step is not reflected, with `before` that of the step before it and
@@ -114,9 +140,9 @@ void reflect_joints(const SmoothInput& in, State& state, JointRows& rows, Smooth
   // A first step has no last one: as if bodies had come here with the velocities that they have. Its slip is
   // that of a pose which they were never in, and is taken out.
   const bool first = !(state.impulse_step > 0);
-  auto& [before, came, touching, near] = scratch;
+  auto& [before, came, middle, touching, near] = scratch;
   came = before = in.start;
-  const LastStep last{in.frames, came, first ? in.h : state.impulse_step};
+  const LastStep last{in.frames, came, first ? in.h : state.impulse_step, middle};
   const bool known = last.h == in.h && !rows.past.empty();
   // Impulses act on the mean spin of the step, v+; the spin at its start and the one that the impulses leave
   // there are off by the same lag: D (omega + (omega+ + lag)) = 0.
@@ -126,6 +152,8 @@ void reflect_joints(const SmoothInput& in, State& state, JointRows& rows, Smooth
     came[i].angular = known ? rows.past[i].velocity.angular
                             : -torque_free_mean(in.frames[i].inertia, -in.start[i].angular, last.h);
   }
+  middle.clear();
+  for (std::size_t i = 0; i < came.size(); ++i) middle.push_back(moved(in.frames[i], came[i], -0.5 * last.h));
   find_near_contacts(in, touching, near);
   const auto touched = [&](Index body) { return body >= 0 && near[body]; };
   Index joint = -1;
@@ -138,7 +166,7 @@ void reflect_joints(const SmoothInput& in, State& state, JointRows& rows, Smooth
     if (tag.joint != joint) {
       joint = tag.joint;
       const auto j = static_cast<std::size_t>(joint);
-      const JointSlip e = slip(middle(now, coordinates_of(in.model, state, j), last), last.v);
+      const JointSlip e = middle_slip(now, coordinates_of(in.model, state, j), last);
       out = first ? e : taken_out(e, state.joint_slips[j], slip(now, before));
       state.joint_slips[j] = e;
       smooth = !touched(now.body_a) && !touched(now.body_b);

@@ -19,10 +19,11 @@ struct SmoothInput {
   double h;
 };
 
-// Memory of reflect_joints(): velocities before, and of the last step; bodies that touch something, or hang
-// on one that does.
+// Memory of reflect_joints(): velocities before, and of the last step; poses in its middle; bodies that touch
+// something, or hang on one that does.
 struct SmoothScratch {
   BodyVelocities before, last;
+  std::vector<Transform> middle;
   std::vector<unsigned char> touching, near;
 };
 // Adds to c of the rigid locked rows; the slips in the state become those of the last step.

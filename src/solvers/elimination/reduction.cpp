@@ -126,14 +126,15 @@ void Reduction::place_columns() {
     Range& range = range_[k];
     if (range.first >= range.last) continue;
     range.at = size;
-    size += width * range.size();
+    size += width * range.stride();
     if (const Index p = K.parent(k); p >= 0) {
       range_[p].first = std::min(range_[p].first, range.first);
       range_[p].last = std::max(range_[p].last, range.last);
       island_of_node_[p] = island_of_node_[k];
     }
   }
-  Y_.assign(size, 0.0);
+  // What fills up the last row of a child may reach beyond that of its parent.
+  Y_.assign(size + lanes, 0.0);
 }
 
 // D_c' at the nodes of the bodies, from which the columns start.
@@ -160,7 +161,7 @@ void Reduction::start_column(const Bodies& bodies, const JacobianRow& D, std::si
     if (place < 0) return;
     keep_moving(bodies, static_cast<std::size_t>(body), d);
     const Range& range = range_[place];
-    for (std::size_t k = 0; k < width; ++k) Y_[range.at + k * range.size() + column - range.first] = d[k];
+    for (std::size_t k = 0; k < width; ++k) Y_[range.at + k * range.stride() + column - range.first] = d[k];
   };
   start(D.body_a, D.a);
   start(D.body_b, D.b);
@@ -173,11 +174,11 @@ void Reduction::sweep() {
     const Range& range = range_[k];
     if (range.first >= range.last) continue;
     double* Y = &Y_[range.at];
-    K.forward_node(k, Y, range.size());
+    K.forward_node(k, Y, range.stride());
     for (std::size_t slot = K.first_slot(k); slot < K.last_slot(k); ++slot) {
       const Range& above = range_[K.above(slot)];
-      K.forward_update(slot, K.sign(k), Y, range.size(), &Y_[above.at + range.first - above.first],
-                       above.size());
+      K.forward_update(slot, K.sign(k), Y, range.stride(), &Y_[above.at + range.first - above.first],
+                       above.stride());
     }
     add_products(k, range);
   }
@@ -197,8 +198,8 @@ void Reduction::add_products(std::size_t node, const Range& range) {
   const int s = mechanism_.K().sign(node);
   double y[width];
   for (std::size_t k = 0; k < width; ++k) y[k] = s * y_[width * node + k];
-  AMONTONS_DISPATCH(add_six_rows, &island.q[at], y, &Y_[range.at], size, size);
-  AMONTONS_DISPATCH(add_gram, &island.W[(m + 1) * at], m, &Y_[range.at], size, s);
+  AMONTONS_DISPATCH(add_six_rows, &island.q[at], y, &Y_[range.at], range.stride(), size);
+  AMONTONS_DISPATCH(add_gram, &island.W[(m + 1) * at], m, &Y_[range.at], range.stride(), size, s);
 }
 
 // L^-1 (D_c'x_c, -b_f) = Y x_c + y, then up the tree.
@@ -210,9 +211,13 @@ void Reduction::recover(std::span<double> x) {
     if (range.first >= range.last) continue;
     const Island& island = islands_[island_of_node_[k]];
     const std::size_t at = range.first - first_column_[island_of_node_[k]];
-    for (std::size_t i = 0; i < width; ++i)
-      for (std::size_t c = 0; c < range.size(); ++c)
-        z_[width * k + i] += Y_[range.at + i * range.size() + c] * x[island.row[at + c]];
+    double sum[width] = {};
+    for (std::size_t c = 0; c < range.size(); ++c) {
+      const double impulse = x[island.row[at + c]];
+      if (impulse == 0) continue;
+      for (std::size_t i = 0; i < width; ++i) sum[i] += Y_[range.at + i * range.stride() + c] * impulse;
+    }
+    for (std::size_t i = 0; i < width; ++i) z_[width * k + i] += sum[i];
   }
   K.backward(z_.data());
   for (std::size_t row : mechanism_.rows()) x[row] = 0;

@@ -54,11 +54,14 @@ class Reduction {
     std::size_t block, row, dim, kind, set;
     Index a, b, first, island;
   };
-  // Columns [first, last) pass a node: six rows of so many numbers, from `at` on.
+  // Columns [first, last) pass a node: six rows of so many numbers, from `at` on. Rows are filled up with
+  // zeros to whole vectors, which saves their loops the rest.
   struct Range {
     std::size_t first, last, at;
     std::size_t size() const { return last - first; }
+    std::size_t stride() const { return (size() + lanes - 1) / lanes * lanes; }
   };
+  static constexpr std::size_t lanes = 8;
 
   bool find_islands(const Problem& problem, std::size_t most_rows);
   void fill_islands(const Problem& problem);

@@ -28,7 +28,7 @@ namespace {
 // Newton steps in a row, and how many of them may pass without a better x.
 constexpr std::size_t newton_steps = 10, patience = 4;
 // Newton steps towards the aim once the target is reached.
-constexpr std::size_t polish_steps = 3;
+constexpr std::size_t polish_steps = 1;
 // Times diag(W), added to W in a step: a regular matrix where contacts outnumber the freedoms of the bodies.
 // The step then changes their distribution no more than it has to.
 constexpr double proximal = 1e-7, smallest_proximal = 1e-13;
@@ -378,6 +378,18 @@ double SmallVi::linearise() {
   return std::sqrt(sum);
 }
 
+// A row of H times W.
+const double* SmallVi::product_row(const Linear& l, const double* H) {
+  const std::size_t m = x_.size();
+  HW_.assign(m, 0.0);
+  for (std::size_t k = 0; k < l.dim; ++k) {
+    if (H[k] == 0) continue;
+    const double* W = &island_->W[m * (l.row + k)];
+    for (std::size_t j = 0; j < m; ++j) HW_[j] += H[k] * W[j];
+  }
+  return HW_.data();
+}
+
 // dx of (G + H (W + proximal)) dx = -F. What is at its bound goes there; W times that is known.
 bool SmallVi::solve_linear() {
   const std::size_t m = x_.size();
@@ -410,14 +422,13 @@ bool SmallVi::solve_linear() {
       double r = -l.F[i];
       for (std::size_t k = 0; k < l.dim; ++k) r -= H[k] * du_[l.row + k];
       rhs_[at] = r;
+      const double* HW = product_row(l, H);
       std::size_t column = 0;
       for (std::size_t c : active_) {
         const Linear& other = linear_[c];
         for (std::size_t j = 0; j < other.dim; ++j, ++column) {
-          double sum = 0;
-          for (std::size_t k = 0; k < l.dim; ++k) sum += H[k] * island_->W[m * (l.row + k) + other.row + j];
-          if (b == c) sum += l.G[l.dim * i + j] + H[j] * sigma_ * p_[b];
-          J[column] = sum;
+          J[column] = HW[other.row + j];
+          if (b == c) J[column] += l.G[l.dim * i + j] + H[j] * sigma_ * p_[b];
         }
       }
     }

@@ -45,6 +45,7 @@ class SmallVi {
   double multiply(const std::vector<double>& d, std::vector<double>& Wd);
   bool newton_step();
   double linearise();
+  const double* product_row(const Linear& l, const double* H);
   bool solve_linear();
   void restart();
   void sweep();
@@ -56,7 +57,7 @@ class SmallVi {
   std::vector<double> x_, u_, dx_, centre_, trial_, trial_u_, best_;
   std::vector<Linear> linear_;
   std::vector<std::size_t> active_;
-  std::vector<double> J_, rhs_, du_;
+  std::vector<double> J_, rhs_, du_, HW_;
   double sigma_ = 0;
   std::size_t work_ = 0;
   Result result_{};

@@ -223,9 +223,23 @@ bool QuasidefiniteFactor::factor() {
 
 void QuasidefiniteFactor::forward(double* r) const {
   for (std::size_t k = 0; k < nodes(); ++k) {
-    forward_node(k, r + n * k, 1);
-    for (std::size_t a = first_slot(k); a < last_slot(k); ++a)
-      forward_update(a, sign_[k], r + n * k, 1, r + n * above_[a], 1);
+    const double* X = &diagonal_[area * k];
+    double* own = r + n * k;
+    double w[n];
+    for (int i = 0; i < n; ++i) {
+      double sum = 0;
+      for (int j = 0; j <= i; ++j) sum += X[n * i + j] * own[j];
+      w[i] = sum;
+    }
+    std::copy_n(w, n, own);
+    for (std::size_t a = first_slot(k); a < last_slot(k); ++a) {
+      const double* U = &blocks_[area * a];
+      double change[n] = {};
+      for (int j = 0; j < n; ++j)
+        for (int i = 0; i < n; ++i) change[i] += U[n * j + i] * w[j];
+      double* to = r + n * above_[a];
+      for (int i = 0; i < n; ++i) to[i] -= sign_[k] * change[i];
+    }
   }
 }
 
@@ -257,12 +271,7 @@ void QuasidefiniteFactor::forward_node(std::size_t position, double* w, std::siz
 
 void QuasidefiniteFactor::forward_update(std::size_t slot, int sign, const double* w, std::size_t columns,
                                          double* r, std::size_t stride) const {
-  const double* U = &blocks_[area * slot];
-  for (int i = 0; i < n; ++i) {
-    double f[n];
-    for (int k = 0; k < n; ++k) f[k] = -sign * U[n * k + i];
-    AMONTONS_DISPATCH(add_six_rows, r + static_cast<std::size_t>(i) * stride, f, w, columns, columns);
-  }
+  AMONTONS_DISPATCH(subtract_six_rows, r, stride, &blocks_[area * slot], sign, w, columns);
 }
 
 }  // namespace amontons

@@ -10,10 +10,13 @@ namespace amontons {
 AMONTONS_FOR_EACH_ISA(
     // to[0..n) += sum_k f[k] from[k stride + 0..n) over six rows, in their order.
     void add_six_rows(double* to, const double* f, const double* from, std::size_t stride, std::size_t n);
+    // to_i -= s sum_k U[6 k + i] w_k for six rows of n numbers each, those of `to` `stride` apart, of w n.
+    void subtract_six_rows(double* to, std::size_t stride, const double* U, double s, const double* w,
+                           std::size_t n);
     // In place of six rows: row i := sum_{k <= i} X[6 i + k] row k, X lower triangular.
     void multiply_six_rows(const double* X, double* rows, std::size_t n);
-    // The upper half of W += s Y'Y, Y six rows of n numbers; rows of W lie `stride` apart.
-    void add_gram(double* W, std::size_t stride, const double* Y, std::size_t n, double s);
+    // The upper half of W += s Y'Y, Y six rows of n numbers, `stride` apart; rows of W lie `m` apart.
+    void add_gram(double* W, std::size_t m, const double* Y, std::size_t stride, std::size_t n, double s);
     // x of A x = b in b, by elimination with row pivots; A m x m, row-major, is overwritten. False if
     // singular.
     bool solve_rows(double* A, double* b, std::size_t m);)

@@ -49,6 +49,15 @@ void add_six_rows(double* to, const double* f, const double* from, std::size_t s
   add_rows(to, f, from, stride, n);
 }
 
+void subtract_six_rows(double* to, std::size_t stride, const double* U, double s, const double* w,
+                       std::size_t n) {
+  for (int i = 0; i < 6; ++i) {
+    double f[6];
+    for (int k = 0; k < 6; ++k) f[k] = -s * U[6 * k + i];
+    add_rows(to + i * stride, f, w, n, n);
+  }
+}
+
 void multiply_six_rows(const double* X, double* rows, std::size_t n) {
   for (int i = 5; i >= 0; --i) {
     double* __restrict row = rows + i * n;
@@ -67,11 +76,11 @@ void multiply_six_rows(const double* X, double* rows, std::size_t n) {
   }
 }
 
-void add_gram(double* W, std::size_t stride, const double* Y, std::size_t n, double s) {
+void add_gram(double* W, std::size_t m, const double* Y, std::size_t stride, std::size_t n, double s) {
   for (std::size_t i = 0; i < n; ++i) {
     double f[6];
-    for (int k = 0; k < 6; ++k) f[k] = s * Y[k * n + i];
-    add_rows(W + stride * i + i, f, Y + i, n, n - i);
+    for (int k = 0; k < 6; ++k) f[k] = s * Y[k * stride + i];
+    add_rows(W + m * i + i, f, Y + i, stride, n - i);
   }
 }
 
