@@ -29,7 +29,7 @@ class Rollout:
     residuals: Array
     """(worlds, rows), the largest of the steps of a row"""
     missed: Array
-    """(worlds, rows), how many steps of a row did not converge"""
+    """(worlds, rows), how many steps of a row did not converge, or gained energy from nothing"""
     time: Array
     """(rows,), since the start (s)"""
     sensors: Array
@@ -200,10 +200,13 @@ def _report(worlds: Sequence[Simulation], residuals: Array, missed: Array, repea
     if not len(rows):
         return
     k, row = max(rows, key=lambda at: float(residuals[tuple(at)]))
-    message = (
-        f"{missed[heard].sum()} steps in {len(rows)} of {residuals.size} rows did not converge, the largest "
-        f"residual is {residuals[k, row]:.2e}, of world {k} in row {row}"
-    )
+    said = f"{missed[heard].sum()} steps in {len(rows)} of {residuals.size} rows"
+    if residuals[k, row] <= worlds[k].options["tolerance"]:
+        message = f"{said} gained energy from nothing, the first of them in row {row} of world {k}"
+    else:
+        message = (
+            f"{said} did not converge, the largest residual is {residuals[k, row]:.2e}, of world {k} in row {row}"
+        )
     if any(worlds[k].options["on_failure"] == "raise" for k, _ in rows):
         raise SimulationError(f"{message}; allow max_substeps, more iterations or a looser tolerance")
     if not counted:

@@ -274,6 +274,17 @@ Solution better_of(Solution first, Solution second) {
   return second;
 }
 
+// One group of islands of a problem of which another one has too many rows for the direct way: where this
+// one has few, it goes that way.
+Solution solve_directly_or_race(const Problem& problem, const Options& options) {
+  Elimination elimination;
+  Solution s;
+  if (!elimination.solve(problem, options, s)) return solve_one(problem, options);
+  s.phases = {{s.method, eliminated, s.iterations, s.residual}};
+  s.reason = describe(s.phases);
+  return s.status == Status::converged ? s : better_of(std::move(s), solve_after_elimination(problem, options));
+}
+
 }  // namespace
 
 Solution automatic(const Problem& problem, const Options& options) {
@@ -296,7 +307,7 @@ Solution automatic(const Problem& problem, const Options& options, Elimination& 
   constexpr double near = 100;  // times the tolerance
   Solution s = std::move(memory);
   if (!elimination.solve(problem, options, s)) {
-    s = solve_by_islands(problem, options, solve_one);
+    s = solve_by_islands(problem, options, solve_directly_or_race);
     if (s.status == Status::converged || s.status == Status::infeasible) return s;
     // Joints converge last; where the solve ends before, they hold all the same.
     if (!elimination.complete(problem, options, s)) return s;
