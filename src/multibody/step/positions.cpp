@@ -36,11 +36,36 @@ constexpr std::size_t most_iterations = 100;
 
 bool is_rigid(const Contact& c) { return c.material.compliance == 0; }
 
+// Whether a body cannot move along the normal of a contact, as the joint that it hangs on, at the world or at
+// what does not move, lets no dof go that way: a slider that is drawn into its table.
+bool is_held(const PositionInput& in, Index body, const Contact& c) {
+  constexpr double none = 1e-9;  // of a unit force's work, angles times length
+  if (!in.model.is_dynamic(body)) return true;
+  return std::any_of(in.joints.begin(), in.joints.end(), [&](const JointContext& joint) {
+    const Index other = joint.body_a == body ? joint.body_b : joint.body_a;
+    if ((joint.body_a != body && joint.body_b != body) || in.model.is_dynamic(other)) return false;
+    if (joint.joint->compliance > 0 || !is_chain(*joint.joint) || joint.chain.spherical) return false;
+    const Vec3 reference = joint.body_a >= 0 ? in.frames[joint.body_a].centre + joint.r_a
+                                             : in.frames[joint.body_b].centre + joint.r_b;
+    const Mat3 to_joint = transposed(joint.axes);
+    const Screw push{to_joint * c.normal, to_joint * cross(c.point - reference, c.normal)};
+    for (std::size_t i = 0; i < joint.chain.dofs; ++i)
+      if (std::abs(dot(push, joint.chain.screws[i])) > none * joint.scale(i)) return false;
+    return true;
+  });
+}
+
+// Whether moving bodies can take the overlap of a contact back.
+bool can_open(const PositionInput& in, const Contact& c) {
+  return !(is_held(in, c.body_a, c) && is_held(in, c.body_b, c));
+}
+
 // The largest error in m, angles times length.
 double largest_error(const PositionInput& in, const State& state) {
   double worst = 0;
   for (const Contact& c : in.contacts)
-    if (is_rigid(c)) worst = std::max(worst, -c.gap);
+    if (is_rigid(c) && -c.gap > std::max(worst, allowed_error * in.options.length) && can_open(in, c))
+      worst = -c.gap;
   worst = std::max({worst, in.error.distance, in.options.length * in.error.angle, in.line_error});
   for (std::size_t j = 0; j < in.model.joints(); ++j) {
     const auto& dofs = in.model.joint(static_cast<Index>(j)).dofs;
