@@ -34,8 +34,7 @@ void for_each_known(const Model& model, const BodyFrames& bodies, std::span<cons
     if (!is_active(model, model.joint(static_cast<Index>(j)))) continue;
     for (std::size_t i = model.first_dof(j); i < model.first_dof(j + 1); ++i)
       visit_all(model.actuators_of_dof(i), [&] {
-        return DofLine{state.coordinates[i],
-                       joint_row(joints[j], joints[j].duals[i - model.first_dof(j)])};
+        return DofLine{state.coordinates[i], joint_row(joints[j], joints[j].duals[i - model.first_dof(j)])};
       });
   }
   for (std::size_t t = 0; t < model.description().tendons.size(); ++t)

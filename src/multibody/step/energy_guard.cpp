@@ -14,9 +14,9 @@ namespace amontons {
 namespace {
 
 // Of the kinetic energy, of that which gravity gives in a step to what is free, and of that of the change of
-// the velocities: what the residual of a solve and the second order of a step may add. The last is what motors
-// and springs do where they turn a robot round: joints take out velocities across their way, of second order,
-// against which the same loads have worked. What recovery by velocities gives is bounded by its speed.
+// the velocities: what the residual of a solve and the second order of a step may add. The last is what
+// motors and springs do where they turn a robot round: joints take out velocities across their way, of second
+// order, against which the same loads have worked. What recovery by velocities gives is bounded by its speed.
 constexpr double of_motion = 1e-3, of_gravity = 0.1, of_change = 1e-2;
 
 double contact_work(const EnergyInput& in, const BodyVelocities& after) {

@@ -282,7 +282,8 @@ Solution solve_directly_or_race(const Problem& problem, const Options& options) 
   if (!elimination.solve(problem, options, s)) return solve_one(problem, options);
   s.phases = {{s.method, eliminated, s.iterations, s.residual}};
   s.reason = describe(s.phases);
-  return s.status == Status::converged ? s : better_of(std::move(s), solve_after_elimination(problem, options));
+  return s.status == Status::converged ? s
+                                       : better_of(std::move(s), solve_after_elimination(problem, options));
 }
 
 }  // namespace
