@@ -145,6 +145,59 @@ def test_switches_and_solver(opened):
     assert chrome.wait_for(lambda: sim.options["law"] == "associated")
 
 
+def arm():
+    """A bar on a hinge that a position motor holds, and one that an actuator drives; no weight."""
+    builder = ModelBuilder(gravity=(0, 0, 0))
+    for name, y in (("motor", 0.0), ("driven", 0.5)):
+        builder.add_body(name, shape=shapes.Box((0.05, 0.05, 0.4)), density=500, position=(0, y, 0))
+        motor = amontons.Motor("position", gain=100, damping_gain=20) if name == "motor" else amontons.Motor()
+        builder.add_revolute_joint(
+            name, point=(0, y, 0.4), axis=(0, 1, 0), limits=(-1, 1), name=name, motor=motor
+        )
+    builder.add_actuator("drive", joint="driven", law="position", kp=100, kv=20, control_limits=(-0.5, 0.5))
+    return Simulation(builder.build(), dt=5e-3)
+
+
+# Breaks when a slider does not reach the simulation, is another one's, or does not follow what moves by
+# itself: the targets of both drives go to the end of their sliders, and the joints to their targets.
+def test_sliders_move_joints(opened):
+    sim = arm()
+    _, page, _ = opened(sim)
+    page.get_by_text("Joints").click()
+    thumbs = page.get_by_role("slider")
+    assert chrome.wait_for(lambda: thumbs.count() == 5)  # of force arrows, two joints, a control, a motor
+    _, joint, _, control, motor = thumbs.all()
+    joint.press("Home")
+    assert chrome.wait_for(lambda: abs(sim.coordinate("motor") + 1) < 1e-9)  # put there, at rest
+    control.press("End")
+    motor.press("End")
+    assert chrome.wait_for(lambda: sim.controls[0] == 0.5 and sim.state.targets[0] == 1)
+    page.get_by_role("button", name="Play").click()
+    assert chrome.wait_for(lambda: abs(sim.coordinate("motor") - 1) < 0.01)
+    assert chrome.wait_for(lambda: abs(sim.coordinate("driven") - 0.5) < 0.01)
+    assert chrome.wait_for(lambda: float(joint.get_attribute("aria-valuenow")) > 0.98)
+    page.get_by_role("button", name="Reset").click()
+    assert chrome.wait_for(lambda: abs(float(control.get_attribute("aria-valuenow"))) < 1e-3)
+
+
+# Breaks when tolerance, method or step of the panel are not those of the next step.
+def test_solver_panel_holds_at_once(opened):
+    sim = crate()
+    _, page, _ = opened(sim)
+    page.get_by_text("Solver").click()
+    for label, option in (("Method", "apgd"), ("Tolerance", "1e-3")):
+        page.get_by_label(label).click()
+        page.get_by_role("option", name=option, exact=True).click()
+    step = page.get_by_label("Step (ms)")
+    step.fill("2")
+    step.press("Enter")
+    assert chrome.wait_for(lambda: (sim.options["method"], sim.options["tolerance"]) == ("apgd", 1e-3))
+    assert chrome.wait_for(lambda: sim.dt == pytest.approx(2e-3))
+    page.get_by_role("button", name="Single step").click()
+    assert chrome.wait_for(lambda: sim.steps == 1)
+    assert sim.time == pytest.approx(2e-3)
+
+
 # Breaks when moving through a recording by hand shows another frame, or playing it does not end at its end.
 def test_scrubs(opened, tmp_path):
     sim = crate()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -27,7 +28,7 @@ class Inspector:
         self._viewer, self._run = viewer, viewer.run
         with server.gui.add_folder("Body"):
             self._text = server.gui.add_markdown("Click a body; drag it to pull it.")
-        self._sliders: list[tuple[Any, int]] = []  # of joints, with the entry of q
+        self._sliders: list[tuple[Any, Callable[[], float]]] = []  # and what they show
         if isinstance(self._run, LiveRun):
             self._joints(server.gui, self._run)
             self._controls(server.gui, self._run)
@@ -51,25 +52,21 @@ class Inspector:
             )
         if self._text.content != text:
             self._text.content = text
-        if self._sliders and isinstance(run, LiveRun):
-            q = run.simulation.q
-            for slider, entry in self._sliders:
-                value = float(np.clip(q[entry], slider.min, slider.max))
-                if abs(slider.value - value) > slider.step:
-                    slider.value = value
+        for slider, shown in self._sliders:  # what a reset, a program or the motion has changed
+            value = float(np.clip(shown(), slider.min, slider.max))
+            if abs(slider.value - value) > slider.step:
+                slider.value = value
 
     def _joints(self, gui: Any, run: LiveRun) -> None:
         coordinates = [c for c in run.model.coordinates.values() if c.kind in ("hinge", "slide")][:MOST]
         if not coordinates:
             return
-        q = run.simulation.q
+        sim = run.simulation
         with gui.add_folder("Joints", expand_by_default=False):
             for c in coordinates:
-                dof = run.model.joints[c.joint].dofs[c.dof]
-                low, high = bounds(dof.lower, dof.upper, math.pi if c.kind == "hinge" else run.model.length)
-                slider = add_slider(gui, c.name, low, high, float(q[c.q][0]))
-                self._sliders.append((slider, c.q.start))
-                _on_slide(self._viewer, slider, lambda v, name=c.name: run.simulation.set_q({name: v}))
+                low, high = reach(run.model, c.joint, c.dof)
+                self._slider(gui, c.name, low, high, lambda entry=c.q.start: sim.q[entry],
+                             lambda v, name=c.name: sim.set_q({name: v}))  # fmt: skip
 
     def _controls(self, gui: Any, run: LiveRun) -> None:
         sim = run.simulation
@@ -77,17 +74,25 @@ class Inspector:
             with gui.add_folder("Controls"):
                 for k, drive in enumerate(sim.model.actuators[:MOST]):
                     low, high = bounds(drive.lower_control, drive.upper_control, 1.0)
-                    slider = add_slider(gui, drive.name or f"actuator {k}", low, high, float(sim.controls[k]))
-                    _on_slide(self._viewer, slider, lambda v, k=k: sim.set_control(k, v))
+                    self._slider(gui, drive.name or f"actuator {k}", low, high, lambda k=k: sim.controls[k],
+                                 lambda v, k=k: sim.set_control(k, v))  # fmt: skip
         if motors := list(motors_of(sim.model))[:MOST]:
             with gui.add_folder("Motors"):
                 for name, joint, dof in motors:
-                    target = float(sim.state.targets[sim.model.dof_index(joint, dof)])
-                    reach = max(1.0, 2 * abs(target))
-                    slider = add_slider(gui, name, -reach, reach, target)
-                    _on_slide(
-                        self._viewer, slider, lambda v, joint=joint, dof=dof: sim.set_target(joint, v, dof)
-                    )
+                    index = sim.model.dof_index(joint, dof)
+                    low, high = targets(sim.model, joint, dof, float(sim.state.targets[index]))
+                    self._slider(gui, name, low, high, lambda index=index: sim.state.targets[index],
+                                 lambda v, joint=joint, dof=dof: sim.set_target(joint, v, dof))  # fmt: skip
+
+    def _slider(
+        self, gui: Any, name: str, low: float, high: float, shown: Callable[[], Any], set_value: Any
+    ) -> None:
+        """A slider of a thousand steps that shows a value and sets it."""
+        value = min(max(float(shown()), low), high)
+        slider = gui.add_slider(name, low, high, (high - low) / 1000, value)
+        self._sliders.append((slider, shown))
+        viewer = self._viewer
+        on_user(slider, lambda value: viewer.post(lambda: set_value(float(value))))
 
 
 def motors_of(model: Model) -> Any:
@@ -98,6 +103,20 @@ def motors_of(model: Model) -> Any:
                 yield (dof.name or joint.name or f"joint {j}") + f" ({dof.motor.kind})", j, k
 
 
+def reach(model: Model, joint: int, k: int) -> tuple[float, float]:
+    """Where a coordinate may be put: within its limits, or half a turn or the model's size either way."""
+    dof = model.joints[joint].dofs[k]
+    return bounds(dof.lower, dof.upper, math.pi if dof.kind == "hinge" else model.length)
+
+
+def targets(model: Model, joint: int, k: int, now: float) -> tuple[float, float]:
+    """What the target of a motor may be: of a position motor where the coordinate may be."""
+    if model.joints[joint].dofs[k].motor.kind == "position":
+        return reach(model, joint, k)
+    most = max(1.0, 2 * abs(now))
+    return -most, most
+
+
 def bounds(lower: float, upper: float, otherwise: float) -> tuple[float, float]:
     """Limits that a slider can have: where one is infinite, `otherwise`."""
     low = lower if math.isfinite(lower) else min(-otherwise, upper - 2 * otherwise)
@@ -105,14 +124,5 @@ def bounds(lower: float, upper: float, otherwise: float) -> tuple[float, float]:
     return (low, high) if high > low else (low - 1e-6, low + 1e-6)
 
 
-def add_slider(gui: Any, name: str, low: float, high: float, value: float) -> Any:
-    """With a thousand steps."""
-    return gui.add_slider(name, low, high, (high - low) / 1000, min(max(value, low), high))
-
-
 def vector(values: Any, unit: str) -> str:
     return "(" + ", ".join(f"{x:.3g}" for x in values) + f") {unit}"
-
-
-def _on_slide(viewer: Viewer, slider: Any, set_value: Any) -> None:
-    on_user(slider, lambda value: viewer.post(lambda: set_value(float(value))))
