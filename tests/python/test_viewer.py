@@ -228,6 +228,17 @@ def test_instances_are_where_their_bodies_are(served):
         np.testing.assert_allclose(handle.batched_positions[0], expected, atol=1e-6)
 
 
+# Breaks when walls hide what is in a box, what stands free is drawn as of glass, or the switch does nothing.
+@pytest.mark.parametrize(("name", "glass"), [("hopper", True), ("spheres_in_box", True), ("incline", False)])
+def test_walls_are_seen_through(served, name, glass):
+    viewer = served(Simulation(scenes.make(name)), play=None)
+    assert viewer.stage.see_through == glass
+    for wanted in (glass, not glass):
+        viewer.stage.show_through(wanted)
+        for batch, handle in viewer.stage._batches:
+            assert handle.opacity == (0.25 if wanted and not batch.moves else None)
+
+
 # Breaks when a plot shows another quantity, or a residual of zero leaves it without one.
 def test_plots_show_the_history():
     run = LiveRun(stack())

@@ -103,6 +103,8 @@ class Panel:
         with gui.add_folder("View"):
             shapes = gui.add_dropdown("Shapes", (VISUAL, COLLISION), initial_value=VISUAL)
             on_user(shapes, lambda value: viewer.post(lambda: viewer.stage.show_shapes(value)))
+            glass = gui.add_checkbox("See through what is fixed", viewer.stage.see_through)
+            on_user(glass, lambda value: viewer.post(lambda: viewer.stage.show_through(value)))
             self._follow = gui.add_checkbox(
                 "Follow", False, disabled=True, hint="The eye goes along with the body that is picked"
             )

@@ -12,7 +12,7 @@ from ..checks import Array
 from ..model.model import Model
 from ..model.parts import WORLD, Geom
 from ..model.shapes import Plane
-from ..report.batches import Batch, shapes_of, visuals_of
+from ..report.batches import Batch, shapes_of, turned, visuals_of
 
 if TYPE_CHECKING:
     import viser
@@ -22,6 +22,8 @@ CHOSEN = np.array([250, 210, 60], dtype=np.uint8)
 """The colour of the body that was picked."""
 DARKEST = np.uint8(52)
 VISUAL, COLLISION = "visual", "collision"
+GLASS = 0.25
+"""Opacity of what is fixed where one sees through it."""
 
 Grab = Callable[[str, int, Array, Array], None]
 """phase (start, update, end), body, point that was grabbed, point under the pointer (m)"""
@@ -45,6 +47,8 @@ class Stage:
         self._offset = np.zeros(3)
         self._chosen: int | None = None
         self._batches: list[tuple[Batch, Any]] = []
+        self.see_through = False
+        """whether what is fixed is as of glass: walls around what moves"""
         self._root = server.scene.add_frame(ROOT, show_axes=False)
         self._light()
         self.show_shapes(VISUAL)
@@ -65,9 +69,31 @@ class Stage:
         self._ground(centre, size)
         camera = self._server.initial_camera
         camera.look_at = tuple(centre)
-        camera.position = tuple(centre + 0.75 * size * np.array([0.65, -1.0, 0.45]))
+        eye = centre + 0.75 * size * np.array([0.65, -1.0, 0.45])
+        camera.position = tuple(eye)
         camera.up = (0.0, 0.0, 1.0)
         camera.near = 1e-3 * size
+        self.show_through(self._hidden(positions, eye) > 0.4)
+
+    def show_through(self, wanted: bool) -> None:
+        """Draw what is fixed as of glass, or as it is."""
+        self.see_through = wanted
+        for batch, handle in self._batches:
+            if not batch.moves:
+                handle.opacity = self._opacity(batch)
+
+    def _opacity(self, batch: Batch) -> float | None:
+        opacity = min(batch.opacity, GLASS) if self.see_through and not batch.moves else batch.opacity
+        return opacity if opacity < 1 else None
+
+    def _hidden(self, positions: Array, eye: Array) -> float:
+        """The share of the moving bodies that stand behind something fixed."""
+        moving = [k for k, body in enumerate(self._model.bodies) if body.motion != "fixed"][:200]
+        hidden = np.zeros(len(moving), dtype=bool)
+        for batch, _ in self._batches:
+            if not batch.moves:
+                hidden |= behind(batch, eye, positions[moving])
+        return float(hidden.mean()) if moving else 0.0
 
     def show_shapes(self, which: str) -> None:
         """Draw the visuals or the collision shapes."""
@@ -119,7 +145,7 @@ class Stage:
             batch.positions.astype(np.float32),
             batched_scales=batch.scales.astype(np.float32),
             batched_colors=linear(batch.colours),
-            opacity=batch.opacity if batch.opacity < 1 else None,
+            opacity=self._opacity(batch),
             flat_shading=batch.surface.flat,
             side="double" if batch.surface.flat else "front",  # visual meshes may be open
             lod="off",
@@ -180,6 +206,22 @@ def extent(model: Model, positions: Array) -> tuple[Array, float]:
     low, high = np.percentile(points, 1, axis=0), np.percentile(points, 99, axis=0)
     reach = float(np.linalg.norm(high - low))
     return (low + high) / 2, max(reach, 4 * model.length)
+
+
+def behind(batch: Batch, eye: Array, points: Array) -> NDArray[np.bool_]:
+    """(n,) whether the way from the eye to each point leads through the box around an instance that does not
+    move."""
+    low, high = batch.surface.vertices.min(axis=0), batch.surface.vertices.max(axis=0)
+    found = np.zeros(len(points), dtype=bool)
+    for at, q, scale in zip(batch.positions, batch.rotations, batch.scales, strict=True):
+        back = np.broadcast_to(q * (1, -1, -1, -1), (len(points), 4))
+        start = turned(back[:1], (eye - at)[None])[0] if len(points) else eye
+        way = turned(back, points - at) - start
+        with np.errstate(divide="ignore", invalid="ignore"):  # along a face: 0 / 0 is outside
+            one, other = (low * scale - start) / way, (high * scale - start) / way
+        enter, leave = np.minimum(one, other).max(axis=1), np.maximum(one, other).min(axis=1)
+        found |= (enter < leave) & (enter > 0) & (leave < 1)
+    return found
 
 
 def linear(colours: NDArray[np.uint8]) -> NDArray[np.uint8]:
