@@ -214,8 +214,8 @@ def serve(host: str, port: int, title: str) -> Any:
         server = viser.ViserServer(host=host, port=port, label=title, verbose=False)
     atexit.unregister(server.stop)  # which prints
     atexit.register(stop, server)
-    theme = {"control_layout": "collapsible", "control_width": "medium"}  # beside the scene, not above it
-    server.gui.configure_theme(show_logo=False, show_share_button=False, **theme)
+    server.gui.configure_theme(show_logo=False, show_share_button=False, control_width="medium")
+    server.gui.main_panel.dock_right()  # beside the scene, not above it
     return server
 
 
