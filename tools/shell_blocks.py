@@ -34,9 +34,11 @@ ELSEWHERE = {
 }
 # Only the first words are compared: versions, and what is installed.
 LOOSE = ("amontons doctor",)
-# Scenes that take long -> what makes them small; and the longest time that any is run for (s).
+# Scenes that take long -> what makes them small; for how long a scene is run at most (s), and a small one.
 SMALL = {"wall": ["--set", "columns=4", "--set", "rows=3"]}
-LONGEST = 0.1
+LONGEST, SHORT = 0.1, 1.0
+# Pictures that make a command cheap.
+CHEAP = {"--report": ["--snapshots", "1"], "--gif": ["--fps", "2"], "--mp4": ["--fps", "2"]}
 
 
 @dataclass(frozen=True)
@@ -80,12 +82,15 @@ def words(command: Command) -> list[str]:
         return listed
     simulated = listed[1] in ("run", "export") and "--set" not in listed
     small = next((SMALL[w] for w in listed if w in SMALL and simulated), [])
-    if listed[1] == "run" and not small:
+    if listed[1] == "run":
+        longest = SHORT if small else LONGEST
         if "--duration" in listed:
             at = listed.index("--duration") + 1
-            listed[at] = f"{min(float(listed[at]), LONGEST):g}"
+            listed[at] = f"{min(float(listed[at]), longest):g}"
         else:
-            listed += ["--duration", f"{LONGEST:g}"]
+            listed += ["--duration", f"{longest:g}"]
+    for option, cheap in CHEAP.items():  # of an option that is given twice the last holds
+        listed += cheap if option in listed else []
     return listed + small
 
 

@@ -68,4 +68,5 @@ def test_difference_is_found(tmp_path):
     assert list(shell_blocks.faults(typed, ["a 7", "", "b   3.5 ms"])) == []
     for printed in (["a 7"], ["a 7", "b 3 s"], ["a 7", "b 2 ms", "c"]):
         assert len(list(shell_blocks.faults(typed, printed))) == 1
-    assert shell_blocks.words(line) == ["amontons", "run", "wall", *shell_blocks.SMALL["wall"]]
+    short = ["--duration", "1", *shell_blocks.SMALL["wall"]]
+    assert shell_blocks.words(line) == ["amontons", "run", "wall", *short]
