@@ -204,7 +204,8 @@ def _report(worlds: Sequence[Simulation], residuals: Array, missed: Array, repea
     if residuals[k, row] <= worlds[k].options["tolerance"]:
         message = f"{said} gained energy from nothing, the first of them in row {row} of world {k}"
     else:
-        message = f"{said} did not converge, the largest residual is {residuals[k, row]:.2e}, of world {k} in row {row}"
+        largest = f"{residuals[k, row]:.2e}, of world {k} in row {row}"
+        message = f"{said} did not converge, the largest residual is {largest}"
     if any(worlds[k].options["on_failure"] == "raise" for k, _ in rows):
         raise SimulationError(f"{message}; allow max_substeps, more iterations or a looser tolerance")
     if not counted:
