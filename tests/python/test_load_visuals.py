@@ -147,3 +147,16 @@ def test_collada(tmp_path):
     corners = mesh.vertices[mesh.triangles]
     area = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1) / 2
     assert area.tolist() == pytest.approx([0.125, 0.125])
+
+
+# Breaks when a source without numbers, as exporters write for what is not used, ends the reader.
+def test_collada_with_an_empty_source(tmp_path):
+    empty = DAE.replace(
+        "</library_geometries>",
+        """<geometry id="e"><mesh><source id="n"><float_array count="0"/></source>
+<vertices id="w"><input semantic="POSITION" source="#n"/></vertices></mesh></geometry></library_geometries>""",
+    )
+    empty = empty.replace("</node>", '<instance_geometry url="#e"/></node>')
+    (tmp_path / "square.dae").write_text(empty)
+    text = URDF.replace('scale="1 1 -2"', "").format(file="square.dae")
+    assert len(load(tmp_path / "r.urdf", text).visuals[0].shape.triangles) == 2

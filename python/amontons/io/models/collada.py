@@ -113,7 +113,8 @@ def _corners(primitive: ElementTree.Element) -> np.ndarray:
 
 
 def _numbers(element: ElementTree.Element | None) -> Array:
-    return np.array((element.text if element is not None else "").split(), dtype=np.float64)
+    text = element.text if element is not None else None  # <float_array count="0"/> has none
+    return np.array((text or "").split(), dtype=np.float64)
 
 
 def _transformation(element: ElementTree.Element) -> Array:
