@@ -66,6 +66,23 @@ def test_overlaps_that_joints_forbid_do_no_harm(contradiction):
     assert max(r.joint_error for r in reports) < 1e-3 * sim.model.length
 
 
+# A mobile base as models have it: a slide whose damper is as good as a lock, wheels drawn 1 mm into the floor,
+# an arm above. Breaks when dampers hold displacements, which take no time: the overlap stays for ever, the arm
+# jumps about in answer; or when a push of um/s against such a damper is taken for energy from nothing.
+def test_dampers_like_locks_let_overlaps_go():
+    b = ModelBuilder()
+    b.add_geom(None, shapes.Plane())
+    base = b.add_body(shape=shapes.Box((0.4, 0.4, 0.2)), mass=80, position=(0, 0, 0.199))
+    b.add_prismatic_joint(base, None, axis=(0, 0, 1), damping=1e11)
+    arm = b.add_body(shape=shapes.Box((0.3, 0.05, 0.05)), mass=5, position=(0.2, 0, 0.6))
+    b.add_revolute_joint(arm, base, point=(0, 0, 0.6), axis=(0, 1, 0), damping=50)
+    sim = Simulation(b.build(), dt=5e-3)
+    reports = run(sim, 0.5)
+    assert all(r.converged and r.balanced for r in reports)
+    assert reports[5].penetration < 2e-4 * sim.model.length
+    assert max(r.joint_error for r in reports[5:]) < 2e-4 * sim.model.length
+
+
 def test_an_overlap_is_taken_back_without_kinetic_energy():
     # Two balls, 20 mm inside each other in mid-air: they end apart, at rest.
     b = ModelBuilder(gravity=(0, 0, 0))

@@ -154,7 +154,8 @@ def test_collada_with_an_empty_source(tmp_path):
     empty = DAE.replace(
         "</library_geometries>",
         """<geometry id="e"><mesh><source id="n"><float_array count="0"/></source>
-<vertices id="w"><input semantic="POSITION" source="#n"/></vertices></mesh></geometry></library_geometries>""",
+<vertices id="w"><input semantic="POSITION" source="#n"/></vertices></mesh></geometry>
+</library_geometries>""",
     )
     empty = empty.replace("</node>", '<instance_geometry url="#e"/></node>')
     (tmp_path / "square.dae").write_text(empty)

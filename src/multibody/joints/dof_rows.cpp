@@ -70,8 +70,9 @@ struct DofRow {
 
 void append_drive(const RowInput& in, const DofRow& d, JointRows& rows) {
   const Dof& dof = d.dof;
-  const auto terms = drive_terms({dof.stiffness, d.q - dof.rest, dof.damping, dof.armature, d.before, 0},
-                                 d.scale, in.options.h);
+  const double damping = in.options.dampers ? dof.damping : 0;
+  const auto terms =
+      drive_terms({dof.stiffness, d.q - dof.rest, damping, dof.armature, d.before, 0}, d.scale, in.options.h);
   if (terms) rows.append(Free{}, d.row, *terms, d.last.drive / d.scale, d.tag(RowKind::drive));
 }
 

@@ -34,6 +34,15 @@ double contact_work(const EnergyInput& in, const BodyVelocities& after) {
   return work;
 }
 
+// What closed contacts may do as they are kept closed, at `closing`: next to nothing beside gravity, unless a
+// damper that is as good as a lock holds against it, which takes up what it gives.
+double closing_work(const EnergyInput& in) {
+  const std::size_t contacts = std::get<ContactSystem>(in.problem.A).contacts.size();
+  double impulses = 0;
+  for (std::size_t i = 0; i < contacts; ++i) impulses += in.solution.x[in.problem.graph.first_row[i]];
+  return in.closing * impulses;
+}
+
 double joint_work(const EnergyInput& in, const BodyVelocities& after) {
   const std::size_t first = in.problem.rows() - in.rows.tags.size();
   double work = 0;
@@ -73,7 +82,7 @@ EnergyBalance energy_balance(const EnergyInput& in, BodyVelocities& after) {
   const double kinetic =
       kinetic_energy(in.model, in.frames, in.start) + kinetic_energy(in.model, in.frames, after);
   return {contact_work(in, after) + joint_work(in, after) + inertial,
-          of_motion * kinetic + of_gravity * gravity + of_change * changed + recovered};
+          of_motion * kinetic + of_gravity * gravity + of_change * changed + recovered + closing_work(in)};
 }
 
 }  // namespace amontons

@@ -19,6 +19,7 @@ struct EnergyInput {
   const JointRows& rows;
   double dt;        // s, of the whole step, for what is allowed
   double recovery;  // m/s, at which velocities may take back errors of position
+  double closing;   // m/s, at which those of closed contacts are kept from growing
 };
 
 // J: the work of what can only dissipate, and how much of it may be positive.

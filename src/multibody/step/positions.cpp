@@ -30,6 +30,9 @@ constexpr double softness = 1e-3;
 // Linear systems are solved to rounding, in one factorisation: of light bodies between heavy ones a rough
 // solution is none. With inequalities this precision is enough, as a step is followed by others.
 constexpr double precision = 1e-9, rough_precision = 1e-4;
+// rad: of a displacement, which is linear. A body that turns by t about its joint leaves it by t^2 / 2 of its
+// arm, which the next step takes back; what leaves an unstable balance would turn by any angle.
+constexpr double largest_turn = 0.03;
 // Up to so many rows the solver chosen for them; beyond, a first-order method, stopped early.
 constexpr std::size_t few_rows = 300;
 constexpr std::size_t most_iterations = 100;
@@ -108,16 +111,19 @@ JacobianRow normal_row(const Contact& c) {
 
 // Of the rows of the joints those that ask for positions, then the contacts. Springs and servos have E = 1 /
 // (h^2 k + ...) as in the step: they are not bent where the robot can be lifted. Not in large models, which a
-// first-order method would not solve with them.
-JointRows position_rows(const PositionInput& in, const BodyVelocities& rest, const State& state) {
+// first-order method would not solve with them. `speed`: of what inequalities ask for.
+JointRows position_rows(const PositionInput& in, const BodyVelocities& rest, const State& state,
+                        double speed) {
   JointRows all, rows;
-  append_joint_rows(in.model, {in.frames, in.mobility, rest, rest}, in.joints, state, in.options, all);
+  JointOptions options = in.options;
+  options.dampers = false;
+  append_joint_rows(in.model, {in.frames, in.mobility, rest, rest}, in.joints, state, options, all);
   rows.auxiliary_inverse_mass = all.auxiliary_inverse_mass;
   const double h = in.options.h;
   const bool few = all.tags.size() <= few_rows;
   const auto append_inequality = [&](const JacobianRow& row, double gap, const RowTag& tag) {
     const double E = softness * inverse_mass_felt(row, in.mobility, rows.auxiliary_inverse_mass);
-    rows.append(NonNegative{}, row, {E, std::max(gap / h, -in.speed)}, 0, tag);
+    rows.append(NonNegative{}, row, {E, std::max(gap / h, -speed)}, 0, tag);
   };
   for (std::size_t i = 0; i < all.tags.size(); ++i) {
     const double C = all.position[i];
@@ -154,24 +160,36 @@ BodyVelocities displacements(const PositionInput& in, const BodyVelocities& rest
   return p;
 }
 
+// The fastest turn, rad/s.
+double turning(const BodyVelocities& p) {
+  double fastest = 0;
+  for (const BodyVelocity& body : p) fastest = std::max(fastest, norm(body.angular));
+  return fastest;
+}
+
 }  // namespace
 
 bool correct_positions(const PositionInput& in, StepClock& clock, Elimination& elimination, State& state) {
-  if (!(largest_error(in, state) > allowed_error * in.options.length)) return false;
+  const double error = largest_error(in, state), h = in.options.h;
+  if (!(error > allowed_error * in.options.length)) return false;
   const BodyVelocities rest(in.frames.size());
-  const JointRows rows = position_rows(in, rest, state);
+  JointRows rows = position_rows(in, rest, state, in.speed);
   if (rows.tags.empty()) return false;
-  const BodyVelocities p = displacements(in, rest, rows, clock, elimination);
+  BodyVelocities p = displacements(in, rest, rows, clock, elimination);
+  if (const double turn = h * turning(p); turn > largest_turn) {
+    rows = position_rows(in, rest, state, largest_turn / turn * std::min(in.speed, error / h));
+    p = displacements(in, rest, rows, clock, elimination);
+  }
   for (std::size_t i = 0; i < p.size(); ++i) {
     if (!in.model.is_dynamic(static_cast<Index>(i)) || !is_finite(p[i].linear) || !is_finite(p[i].angular))
       continue;
-    const Quat turn = exponential(in.options.h * p[i].angular);
+    const Quat turn = exponential(h * p[i].angular);
     const Vec3 arm = in.frames[i].centre - state.positions[i];
     const Vec3 omega = state.angular_velocities[i];
     const Vec3 velocity = state.linear_velocities[i] + cross(omega, arm);
     // The angular momentum of the body stays, whose inertia turns.
     const Vec3 momentum = rotate(conjugate(turn), in.frames[i].inertia * omega);
-    const Transform to = moved(in.frames[i], p[i], in.options.h);
+    const Transform to = moved(in.frames[i], p[i], h);
     state.positions[i] = to.position;
     state.orientations[i] = normalised(to.rotation);
     state.angular_velocities[i] = rotate(turn, inverse(in.frames[i].inertia) * momentum);

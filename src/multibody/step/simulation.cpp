@@ -400,7 +400,8 @@ void Simulation::advance(double h, const Attempt& attempt, StepClock& clock, Rep
   const Model& model = *model_;
   const double recovery = attempt.recovers ? recovery_speed() : 0;  // by velocities
   const JointOptions joint_options{h, recovery, model.length()};
-  const Assembly assembly{h, std::max(recovery, kept_closed * h * norm(model.description().gravity))};
+  const double closing = kept_closed * h * norm(model.description().gravity);
+  const Assembly assembly{h, std::max(recovery, closing)};
   const StepSolver solver{options_.method, solver_options(options_), clock, s.elimination};
   const StepSolver at_impact{options_.method, solver.options, clock, s.impact_elimination};
   const StepBodies bodies{s.frames, s.mobility, s.start, s.free};
@@ -452,7 +453,7 @@ void Simulation::advance(double h, const Attempt& attempt, StepClock& clock, Rep
   report.advanced = all_finite(s.after);
   if (!report.advanced) return;
   add_balance(energy_balance({model, s.frames, s.mobility, s.start, s.free, s.after, s.spins, *s.vi.problem,
-                              s.vi.solution, s.vi.rows, options_.dt, recovery},
+                              s.vi.solution, s.vi.rows, options_.dt, recovery, closing},
                              s.lagged),
               report);
   // 10. Integrate: impulses go to tables and state, then the bodies move.

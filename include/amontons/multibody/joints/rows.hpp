@@ -96,6 +96,8 @@ struct JointOptions {
   double h;               // s
   double recovery_speed;  // m/s, at which velocities take back errors of position at most; 0: not at all
   double length;          // Model::length(), turns angular errors into lengths
+  // Dampers of joints take up velocities; displacements that correct positions take no time and pass them.
+  bool dampers = true;
 };
 
 // Stores the impulses x of the rows in the state (wrenches, dof impulses), for reports and warm start; those
