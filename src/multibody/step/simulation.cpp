@@ -398,9 +398,9 @@ void Simulation::advance(double h, const Attempt& attempt, StepClock& clock, Rep
   const bool damped = attempt.damped;
   Scratch& s = *scratch_;
   const Model& model = *model_;
-  const double recovery = attempt.recovers ? recovery_speed() : 0;  // by velocities
+  const double recovery = attempt.recovers ? recovery_speed() : 0,  // by velocities
+      closing = kept_closed * h * norm(model.description().gravity);
   const JointOptions joint_options{h, recovery, model.length()};
-  const double closing = kept_closed * h * norm(model.description().gravity);
   const Assembly assembly{h, std::max(recovery, closing)};
   const StepSolver solver{options_.method, solver_options(options_), clock, s.elimination};
   const StepSolver at_impact{options_.method, solver.options, clock, s.impact_elimination};
