@@ -136,6 +136,9 @@ double Simulation::restitution_speed() const {
 // A solve stops at its tolerance, and what rests under a load sinks by that in every step. Contacts may close
 // what comes of it at this share of the velocity that gravity gives in a step: too slow to be seen as motion.
 constexpr double kept_closed = 1e-3;
+static double closing(const Model& model, double h) {
+  return kept_closed * h * norm(model.description().gravity);
+}
 
 // Of a step that made energy from nothing: halves of halves, then it is reported.
 constexpr unsigned most_repairs = 4;
@@ -398,10 +401,9 @@ void Simulation::advance(double h, const Attempt& attempt, StepClock& clock, Rep
   const bool damped = attempt.damped;
   Scratch& s = *scratch_;
   const Model& model = *model_;
-  const double recovery = attempt.recovers ? recovery_speed() : 0,  // by velocities
-      closing = kept_closed * h * norm(model.description().gravity);
+  const double recovery = attempt.recovers ? recovery_speed() : 0;  // by velocities
   const JointOptions joint_options{h, recovery, model.length()};
-  const Assembly assembly{h, std::max(recovery, closing)};
+  const Assembly assembly{h, std::max(recovery, closing(model, h))};
   const StepSolver solver{options_.method, solver_options(options_), clock, s.elimination};
   const StepSolver at_impact{options_.method, solver.options, clock, s.impact_elimination};
   const StepBodies bodies{s.frames, s.mobility, s.start, s.free};
@@ -453,7 +455,7 @@ void Simulation::advance(double h, const Attempt& attempt, StepClock& clock, Rep
   report.advanced = all_finite(s.after);
   if (!report.advanced) return;
   add_balance(energy_balance({model, s.frames, s.mobility, s.start, s.free, s.after, s.spins, *s.vi.problem,
-                              s.vi.solution, s.vi.rows, options_.dt, recovery, closing},
+                              s.vi.solution, s.vi.rows, options_.dt, recovery, closing(model, h)},
                              s.lagged),
               report);
   // 10. Integrate: impulses go to tables and state, then the bodies move.
