@@ -5,7 +5,8 @@ import math
 
 import amontons
 import pytest
-from amontons import Material, ModelBuilder, Simulation, scenes, shapes
+from amontons import Material, ModelBuilder, Simulation, cli, scenes, shapes
+from typer.testing import CliRunner
 
 BALL = shapes.Sphere(0.1)
 
@@ -127,6 +128,28 @@ def test_model_without_bodies_warns():
     with pytest.warns(amontons.ModelWarning, match="no bodies: nothing will move; add_body") as record:
         Simulation(ModelBuilder().build())
     assert record[0].filename == __file__
+
+
+# Breaks when a robot without a floor falls for ever without a word, or one that is held or floats is warned.
+@pytest.mark.parametrize(
+    ("world", "gravity", "told"),
+    [
+        ("", "0 0 -9.81", True),
+        ('<geom type="plane" size="1 1 1"/>', "0 0 -9.81", False),
+        ('<geom type="plane" size="1 1 1" contype="0" conaffinity="0"/>', "0 0 -9.81", True),
+        ("", "0 0 0", False),
+        ('<body><joint axis="0 1 0"/><geom size="0.1"/></body>', "0 0 -9.81", False),
+    ],
+)
+def test_forgotten_floor_is_told(tmp_path, world, gravity, told):
+    pytest.importorskip("mujoco")
+    (tmp_path / "a.xml").write_text(
+        f'<mujoco><option gravity="{gravity}"/><worldbody>{world}'
+        '<body pos="0 0 1"><freejoint/><geom size="0.1"/></body></worldbody></mujoco>'
+    )
+    result = CliRunner().invoke(cli.app, ["run", str(tmp_path / "a.xml"), "--duration", "0.01"])
+    assert result.exit_code == 0
+    assert ("nothing is there to fall on; write a floor into the file" in result.stderr) == told
 
 
 # Breaks when a TypeError of a function's own body is taken for one of its call.

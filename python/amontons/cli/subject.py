@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -11,7 +12,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from ..checks import suggestion
-from ..errors import InputError
+from ..errors import InputError, ModelWarning
+from ..model.model import Model
+from ..model.parts import WORLD
 from ..simulation.simulation import Simulation
 from . import completion
 from .common import working
@@ -157,11 +160,27 @@ def _model(path: Path, choices: Choices, options: dict[str, Any]) -> Subject:
     values = dict(_key_and_text(setting) for setting in choices.settings)
     if (gravity := values.pop("gravity", None)) is not None:
         model = replace(model, gravity=_value(f"gravity={gravity}", gravity, model.gravity))
+    if falls_freely(model):
+        warnings.warn(
+            f"{path}: nothing holds the bodies and nothing is there to fall on; write a floor into the file, "
+            "or in Python amontons.on_floor(model)",
+            ModelWarning,
+            stacklevel=2,
+        )
     simulation = Simulation(model, on_failure="ignore", **options)
     if choices.keyframe is not None:
         simulation.apply_keyframe(choices.keyframe)
     _set_state(simulation, values)
     return Subject(path.stem, " ".join([str(path), *choices.settings]), simulation, DURATION)
+
+
+def falls_freely(model: Model) -> bool:
+    """Whether gravity pulls bodies that no joint and no shape of the world can stop."""
+    held = {WORLD} | {k for k, body in enumerate(model.bodies) if body.motion != "dynamic"}
+    heavy = any(k not in held and body.gravity_scale != 0 for k, body in enumerate(model.bodies))
+    jointed = any(joint.body_a in held or joint.body_b in held for joint in model.joints)
+    floored = any(geom.body in held and (geom.category or geom.mask) for geom in model.geoms)
+    return any(model.gravity) and heavy and not (jointed or floored)
 
 
 def _set_state(simulation: Simulation, values: dict[str, str]) -> None:
