@@ -312,4 +312,7 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    main()
+    # Steps are stored as those of the module, whoever reads them.
+    from corpus import main as run
+
+    run()

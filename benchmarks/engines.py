@@ -1,297 +1,169 @@
 """Other engines on the same scenes at the same step: what a step costs, and what is left of the law.
 
-    python benchmarks/engines.py [--quick] [--out FOLDER] [--check engines.csv]
+    python benchmarks/engines.py [--quick] [--out FOLDER] [--only PART ...] [--check engines.csv]
 
-Writes engines.csv, a row per scene and engine, all on one core. MuJoCo and PyBullet, where they are
-installed, get the bodies, masses, shapes and coefficients of our model, each with its default settings and
-with tuned ones. Their poses at the end are judged by our collision detection: overlap, and how far bodies
-that should rest have crept. --check: the exit status is 1 if our time over that of MuJoCo is more than twice
-what it is in a file of results, for any scene of both.
+MuJoCo, PyBullet and Drake, where they are installed, each with its default settings and with tuned ones, get
+the bodies, joints and coefficients of our scenes, and model files of robots, which they read by themselves.
+All run in turns, part by part, on one core, so that whatever slows the machine slows all of them. Their
+motion is judged by us: overlap, creep, gaps of joints, energy. Writes engines.csv, a row per scene and
+engine, and the figure engines.png: cost against what is off.
+
+--check: the exit status is 1 if our time over that of MuJoCo is more than twice what it is in a file of
+results, for any scene of both, and still so when that is run again.
 """
 
 from __future__ import annotations
 
-import importlib.util
-import math
 import sys
 import warnings
-from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
-from time import thread_time
+from statistics import median
+from time import process_time
 from typing import Any
 
 import amontons
-import amontons.scenes
-import numpy as np
-from amontons import shapes
-from common import arguments, read_csv, tracked, use_one_core, with_folders, write_csv
+from beside import in_amontons, in_drake, in_mujoco, in_pybullet
+from beside.cases import CASES, Case, robots
+from beside.engine import Engine, Running, Unsupported
+from beside.figure import draw
+from beside.judge import Judge
+from common import SAMPLE, arguments, read_csv, tracked, use_one_core, with_folders, write_csv
 
-Array = np.ndarray[Any, Any]
-SETTLED = 0.5  # of a run: from then on what rests should not move
-MOST_WALL_CLOCK, QUICK_WALL_CLOCK = 20.0, 3.0  # s, of one engine on one scene
-
-
-@dataclass(frozen=True)
-class Case:
-    """A scene of free bodies, and what should come of it."""
-
-    name: str
-    scene: str
-    parameters: dict[str, Any]
-    dt: float
-    duration: float  # s
-    rests: bool
-    """whether the bodies should stay where they are"""
+PARTS = 20
+"""A run is so many parts, after each of which the others have their turn."""
+LIMIT, QUICK_LIMIT = 8.0, 4.0
+"""s of processor time of one engine for one scene; then it makes no further part."""
+REFERENCE, OURS = "MuJoCo", "amontons, 1e-6"
+Row = dict[str, Any]
 
 
-ANGLE = math.degrees(math.atan(0.5))  # of friction, for mu 0.5
-CASES = (
-    Case("stack of 10", "stack", {"boxes": 10}, 5e-3, 2.0, True),
-    Case("plates 1:100", "plates", {"ratio": 1e2}, 1e-2, 2.0, True),
-    Case("plates 1:1000", "plates", {"ratio": 1e3}, 1e-2, 2.0, True),
-    Case("incline, 0.99 of the angle", "incline", {"angle": 0.99 * ANGLE, "mu": 0.5}, 5e-3, 2.0, True),
-    Case("incline, 1.01 of the angle", "incline", {"angle": 1.01 * ANGLE, "mu": 0.5}, 5e-3, 2.0, False),
-    Case("wall at rest", "wall_at_rest", {}, 5e-3, 0.5, True),
-    Case("1000 spheres", "spheres_in_box", {"count": 1000, "mu": 0.5}, 5e-3, 1.0, False),
-)
+def engines() -> Iterator[Engine]:
+    """Those that are installed."""
+    for module in (in_amontons, in_mujoco, in_pybullet, in_drake):
+        yield from module.engines()
 
 
 @dataclass
-class Poses:
-    """Of all bodies of our model: (n, 3) m, (n, 4) unit quaternions, w first."""
+class Entry:
+    """An engine with a scene under way."""
 
-    positions: Array
-    orientations: Array
-
-
-# Advances an engine by one step, and the poses as they are.
-Stepper = tuple[Callable[[], object], Callable[[], Poses]]
-
-
-def ours(model: amontons.Model, dt: float, *, tolerance: float) -> Stepper:
-    simulation = amontons.Simulation(model, dt=dt, tolerance=tolerance, on_failure="ignore")
-    state = simulation.state
-    return simulation.step, lambda: Poses(state.positions.copy(), state.orientations.copy())
+    engine: Engine
+    running: Running
+    judge: Judge
+    times: list[float] = field(default_factory=list)
+    """s per step of each part"""
+    why: str = ""
+    """it made no further part"""
 
 
-@dataclass(frozen=True)
-class Settings:
-    """Attributes of MJCF; {dt} is the shortest time constant of contacts that MuJoCo takes, two steps."""
-
-    option: str = ""
-    geom: str = ""
-
-
-TUNED = Settings(
-    option='cone="elliptic" impratio="10" iterations="200" tolerance="1e-10"',
-    geom='solref="{dt} 1" solimp="0.99 0.999 1e-4"',
-)
-
-
-def mjcf(model: amontons.Model, dt: float, settings: Settings) -> str:
-    """Free bodies and their geoms; a fixed body is part of the world."""
-
-    def text(values: Any) -> str:
-        return " ".join(f"{v:.17g}" for v in np.ravel(values))
-
-    def pose(frame: amontons.Transform) -> str:
-        return f'pos="{text(frame.position)}" quat="{text(frame.rotation)}"'
-
-    def geom(g: amontons.Geom) -> str:
-        shape, kind, size = g.shape, "", "0 0 1"
-        if isinstance(shape, shapes.Box):
-            kind, size = "box", text(shape.half)
-        elif isinstance(shape, shapes.Sphere):
-            kind, size = "sphere", text([shape.radius])
-        elif isinstance(shape, shapes.Plane):
-            kind = "plane"
-        else:
-            raise NotImplementedError(type(shape).__name__)
-        friction = f'friction="{text([g.material.friction])} 0 0"'
-        return f'<geom type="{kind}" size="{size}" {pose(g.frame)} {friction}/>'
-
-    geoms: dict[int, list[str]] = {}
-    for g in model.geoms:
-        geoms.setdefault(g.body, []).append(geom(g))
-    parts = [*geoms.get(-1, [])]
-    for i, body in enumerate(model.bodies):
-        inside = "".join(geoms.get(i, []))
-        if body.motion == "dynamic":
-            i3 = np.asarray(body.inertia)
-            full = text([i3[0, 0], i3[1, 1], i3[2, 2], i3[0, 1], i3[0, 2], i3[1, 2]])
-            inside += f'<freejoint/><inertial pos="{text(body.centre_of_mass)}" mass="{body.mass:.17g}" '
-            inside += f'fullinertia="{full}"/>'
-        parts.append(f'<body name="b{i}" {pose(body.pose)}>{inside}</body>')
-    option = f'<option timestep="{dt:.17g}" gravity="{text(model.gravity)}" {settings.option}/>'
-    default = f"<default><geom {settings.geom.format(dt=2 * dt)}/></default>"
-    world = f"<worldbody>{''.join(parts)}</worldbody>"
-    return f'<mujoco>{option}<size memory="500M"/>{default}{world}</mujoco>'
-
-
-def mujoco(model: amontons.Model, dt: float, *, settings: Settings) -> Stepper:
-    import mujoco as engine
-
-    m = engine.MjModel.from_xml_string(mjcf(model, dt, settings))
-    d = engine.MjData(m)
-    for i, body in enumerate(model.bodies):
-        if body.motion == "dynamic":
-            first = m.jnt_dofadr[m.body(f"b{i}").jntadr[0]]
-            turn = np.zeros(9)
-            engine.mju_quat2Mat(turn, np.array(body.pose.rotation, dtype=float))
-            d.qvel[first : first + 3] = body.linear_velocity
-            d.qvel[first + 3 : first + 6] = turn.reshape(3, 3).T @ np.array(body.angular_velocity)
-    engine.mj_forward(m, d)
-    numbers = [m.body(f"b{i}").id for i in range(len(model.bodies))]
-    return (
-        lambda: engine.mj_step(m, d),
-        lambda: Poses(d.xpos[numbers].copy(), d.xquat[numbers].copy()),
-    )
-
-
-def pybullet(model: amontons.Model, dt: float, *, iterations: int) -> Stepper:
-    import pybullet as engine
-
-    engine.resetSimulation()
-    engine.setGravity(*model.gravity)
-    engine.setPhysicsEngineParameter(fixedTimeStep=dt, numSubSteps=0, numSolverIterations=iterations)
-
-    def shape_of(g: amontons.Geom) -> int:
-        if isinstance(g.shape, shapes.Box):
-            return engine.createCollisionShape(engine.GEOM_BOX, halfExtents=g.shape.half)
-        if isinstance(g.shape, shapes.Sphere):
-            return engine.createCollisionShape(engine.GEOM_SPHERE, radius=g.shape.radius)
-        if isinstance(g.shape, shapes.Plane):
-            return engine.createCollisionShape(engine.GEOM_PLANE)
-        raise NotImplementedError(type(g.shape).__name__)
-
-    def add(g: amontons.Geom, mass: float, frame: amontons.Transform) -> int:
-        w, x, y, z = frame.rotation
-        body = engine.createMultiBody(mass, shape_of(g), -1, list(frame.position), [x, y, z, w])
-        # The coefficients of two bodies are multiplied.
-        engine.changeDynamics(body, -1, lateralFriction=math.sqrt(g.material.friction), linearDamping=0)
-        engine.changeDynamics(body, -1, angularDamping=0, rollingFriction=0, spinningFriction=0)
-        return body
-
-    ids = {}
-    for g in model.geoms:
-        if g.body < 0:
-            add(g, 0, g.frame)
+def enter(case: Case, chosen: Iterable[Engine]) -> list[Entry]:
+    subject = case.subject()
+    entries = []
+    for engine in chosen:
+        try:
+            running = engine.start(subject, case.dt)
+        except Unsupported as missing:
+            print(f"engines: {case.name}: {engine.name} has no {missing}")
             continue
-        body = model.bodies[g.body]
-        if body.motion != "dynamic":
-            add(g, 0, body.pose * g.frame)
-            continue
-        if g.body in ids or any(g.frame.position):
-            raise NotImplementedError("a body of several shapes")
-        ids[g.body] = add(g, body.mass, body.pose)
-        inertia = [float(v) for v in np.diag(np.asarray(body.inertia))]
-        engine.changeDynamics(ids[g.body], -1, localInertiaDiagonal=inertia)
-        engine.resetBaseVelocity(ids[g.body], body.linear_velocity, body.angular_velocity)
-
-    def poses() -> Poses:
-        positions = np.array([b.pose.position for b in model.bodies], dtype=float)
-        orientations = np.array([b.pose.rotation for b in model.bodies], dtype=float)
-        for i, k in ids.items():
-            positions[i], (x, y, z, w) = engine.getBasePositionAndOrientation(k)
-            orientations[i] = w, x, y, z
-        return Poses(positions, orientations)
-
-    return engine.stepSimulation, poses
+        entries.append(Entry(engine, running, Judge(case, subject.model, PARTS)))
+    return entries
 
 
-def engines() -> dict[str, Callable[[amontons.Model, float], Stepper]]:
-    """By name and setting, those that are installed."""
-    found: dict[str, Callable[[amontons.Model, float], Stepper]] = {
-        "amontons, 1e-6": lambda model, dt: ours(model, dt, tolerance=1e-6),
-        "amontons, 1e-3": lambda model, dt: ours(model, dt, tolerance=1e-3),
-    }
-    if importlib.util.find_spec("mujoco"):
-        found["MuJoCo"] = lambda model, dt: mujoco(model, dt, settings=Settings())
-        found["MuJoCo, tuned"] = lambda model, dt: mujoco(model, dt, settings=TUNED)
-    if importlib.util.find_spec("pybullet"):
-        import pybullet as bullet
+def compete(case: Case, chosen: Iterable[Engine], limit: float) -> list[Row]:
+    """A row per engine; the parts of all are made in turns."""
+    entries = enter(case, chosen)
+    steps = max(1, round(case.duration / case.dt / PARTS))
+    for _ in range(PARTS):
+        for entry in entries:
+            if entry.why:
+                continue
+            start = process_time()
+            try:
+                entry.running.advance(steps)
+            except Unsupported as missing:
+                entry.why = f"no {missing}"
+                continue
+            entry.times.append((process_time() - start) / steps)
+            entry.judge.look(entry.running.motion())
+            if sum(entry.times) * steps > limit:
+                entry.why = f"{limit:g} s of processor time"
+            if entry.judge.lost:
+                entry.why = "lost its bodies"
+    reference = next((e.times for e in entries if e.engine.name == REFERENCE), [])
+    for entry in entries:
+        entry.running.close()
+    return [row(case, entry, steps, reference) for entry in entries if entry.times]
 
-        if not bullet.isConnected():
-            bullet.connect(bullet.DIRECT)
-        found["PyBullet"] = lambda model, dt: pybullet(model, dt, iterations=50)
-        found["PyBullet, tuned"] = lambda model, dt: pybullet(model, dt, iterations=500)
-    return found
 
-
-def overlap(model: amontons.Model, poses: Poses) -> float:
-    """The deepest one in these poses (m)."""
-    simulation = amontons.Simulation(model, dt=1e-6, on_failure="ignore")
-    size = np.linalg.norm(poses.orientations, axis=1, keepdims=True)
-    simulation.state.positions, simulation.state.orientations = poses.positions, poses.orientations / size
-    return simulation.step().penetration
-
-
-def row(
-    case: Case, name: str, make: Callable[[amontons.Model, float], Stepper], most: float
-) -> dict[str, Any]:
-    model = amontons.scenes.get(case.scene).make(**case.parameters)
-    advance, poses = make(model, case.dt)
-    wanted = round(case.duration / case.dt)
-    settled, spent, made = poses(), 0.0, 0
-    while made < wanted and spent < most:
-        start = thread_time()
-        advance()
-        spent += thread_time() - start
-        made += 1
-        if made == round(SETTLED * wanted):
-            settled = poses()
-    last = poses()
-    way = np.linalg.norm(last.positions - settled.positions, axis=1).max()
+def row(case: Case, entry: Entry, steps: int, reference: Sequence[float]) -> Row:
+    """`step`: the mean (s); `ratio`: to the reference, the median of equal parts, so that a disturbance of
+    some parts does not count."""
+    pairs = list(zip(entry.times, reference, strict=False))
     return {
-        "case": case.name, "engine": name, "dt": case.dt, "steps": made, "complete": made == wanted,
-        "step": spent / made, "penetration": overlap(model, last), "rests": case.rests,
-        "way": float(way), "speed": float(way) / ((1 - SETTLED) * wanted * case.dt),
+        "case": case.name, "engine": entry.engine.name, "tuned": entry.engine.tuned, "dt": case.dt,
+        "steps": steps * len(entry.times), "step": sum(entry.times) / len(entry.times),
+        "ratio": median(a / b for a, b in pairs) if pairs else "",
+        **entry.judge.verdict(len(entry.times) / PARTS),
     }  # fmt: skip
 
 
 def ratios(rows: Iterable[Mapping[str, Any]]) -> dict[str, float]:
     """Our time over MuJoCo's by scene, both as they are by default."""
-    steps = {(r["case"], r["engine"]): float(r["step"]) for r in rows}
-    names = {case for case, engine in steps if engine == "MuJoCo"}
-    return {case: steps[case, "amontons, 1e-6"] / steps[case, "MuJoCo"] for case in sorted(names)}
+    return {r["case"]: float(r["ratio"]) for r in rows if r["engine"] == OURS and r["ratio"] != ""}
 
 
-def slower(rows: Iterable[Mapping[str, Any]], before: Iterable[Mapping[str, Any]]) -> list[str]:
-    """Scenes whose ratio has more than doubled."""
+def slower(rows: Iterable[Mapping[str, Any]], before: Iterable[Mapping[str, Any]]) -> dict[str, str]:
+    """Scenes whose ratio has more than doubled, and what to say of each."""
     now, then = ratios(rows), ratios(before)
-    return [
-        f"{case}: {now[case]:.2g} times MuJoCo's time, it was {then[case]:.2g}"
+    return {
+        case: f"{case}: {now[case]:.2g} times MuJoCo's time, it was {then[case]:.2g}"
         for case in now
         if case in then and now[case] > 2 * then[case]
-    ]
+    }
+
+
+def checked(rows: list[Row], before: Sequence[Mapping[str, Any]], cases: Iterable[Case], limit: float) -> int:
+    """Complains of the scenes that are slower now, and again when they alone are run once more."""
+    suspects = slower(rows, before)
+    again: list[Row] = []
+    for case in cases:
+        if case.name in suspects:
+            again += compete(case, [e for e in engines() if e.name in (OURS, REFERENCE)], limit)
+    complaints = slower(again, before)
+    for complaint in complaints.values():
+        print(f"engines: slower than twice: {complaint}")
+    return bool(complaints)
+
+
+def shown(r: Row) -> str:
+    text = f"{r['case']}, {r['engine']}: {1e6 * r['step']:.3g} us a step, off by {1e3 * r['off']:.2g} mm"
+    return text + ("" if r["complete"] and not r["lost"] else ", not complete")
 
 
 def main() -> int:
     parser = arguments(__doc__)
     parser.add_argument("--check", type=Path, help="engines.csv of an earlier run")
-    options = with_folders(parser.parse_args())
+    parser.add_argument("--only", nargs="*", default=[], help="scenes whose names contain one of these")
+    options = parser.parse_args()
+    if options.only or options.check:  # not the run whose results are kept
+        options.out = options.out or SAMPLE
+    with_folders(options)
     use_one_core()
     warnings.simplefilter("ignore", amontons.StepWarning)
-    rows: list[dict[str, Any]] = []
-    for case in tracked(CASES[:4] if options.quick else CASES, "engines"):
-        for name, make in engines().items():
-            try:
-                rows.append(row(case, name, make, QUICK_WALL_CLOCK if options.quick else MOST_WALL_CLOCK))
-            except NotImplementedError as missing:
-                print(f"engines: {name} has no {missing}: {case.name} is left out")
+    limit = QUICK_LIMIT if options.quick else LIMIT
+    cases = [c for c in (*CASES, *robots()) if c.quick or not options.quick]
+    cases = [c for c in cases if not options.only or any(part in c.name for part in options.only)]
+    chosen = [e for e in engines() if not options.check or e.name in (OURS, REFERENCE)]
+    rows: list[Row] = []
+    for case in tracked(cases, "engines"):
+        rows += compete(case, chosen, limit)
         write_csv(options.out / "engines.csv", rows)
     for r in rows:
-        moved = "creeps" if r["rests"] else "moves"
-        print(
-            f"engines: {r['case']}, {r['engine']}: {1e6 * r['step']:.3g} us a step, "
-            f"overlap {1e3 * r['penetration']:.2g} mm, {moved} at {1e3 * r['speed']:.2g} mm/s"
-        )
-
-    complaints = slower(rows, read_csv(options.check)) if options.check else []
-    for complaint in complaints:
-        print(f"engines: slower than twice: {complaint}")
-    return bool(complaints)
+        print(f"engines: {shown(r)}")
+    draw(rows, options.figures / "engines.png")
+    return checked(rows, read_csv(options.check), cases, limit) if options.check else 0
 
 
 if __name__ == "__main__":

@@ -4,10 +4,11 @@
         [--methods NAME ...] [--reuse CSV] [--limit S] [--every N] [--only PART ...] [--out FOLDER]
 
 Each step is solved four times: to four tolerances, cold and warm, under both laws. A method has `--limit`
-seconds of processor time for each, less where another one has been ten times faster. Writes profile.csv
-(time and residual of every method), auto.csv (per solve: auto over the best method, what auto did) and
-profile.png: for each method the part of the solves that it does within tau times the best time, over tau
-(Dolan, More 2002, "Benchmarking optimization software with performance profiles").
+seconds of processor time for each, less where another one has been ten times faster. Writes solves.csv (a row
+per solve and method), profile.csv (a row per solve: the time of every method that succeeds, and of auto),
+auto.csv (auto over the best method, what auto did) and profile.png: for each method the part of the solves
+that it does within tau times the best time, over tau (Dolan, More 2002, "Benchmarking optimization software
+with performance profiles"). A corpus that is not there is made first, with the robots of the data folder.
 
 Times are seconds: of short solves the shortest of several runs, of long ones the processor time.
 """
@@ -16,6 +17,7 @@ from __future__ import annotations
 
 import argparse
 import signal
+import warnings
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -25,15 +27,15 @@ from typing import Any
 import amontons
 import matplotlib.pyplot as plt
 import numpy as np
-from common import SAMPLE, read_csv, shrink, tracked, use_one_core, write_csv
-from corpus import FOLDER, Step, held_out, load
+from common import SAMPLE, arguments, read_csv, shrink, tracked, use_one_core, with_folders, write_csv
+from corpus import FOLDER, QUICK, Step, held_out, load, sequences, write
 
 METHODS = ("apgd", "p-spg-fb", "interior-point", "newton", "gauss-seidel", "admm", "cg")
 TOLERANCES = (1e-2, 1e-3, 1e-6, 1e-8)
 SHORT, REPEATS = 0.02, 4
 """Solves below SHORT (s) are run so often again, and the shortest counts."""
-LONG = 0.2
-"""From here on (s) processor time counts, which some systems measure in steps of some milliseconds."""
+LONG = 2e-3
+"""From here on (s) processor time counts, where it is the shorter: other work on the machine does not."""
 SLOWER = 10.0
 """What takes so many times the best time is stopped."""
 LEAST = 0.02
@@ -191,27 +193,54 @@ def draw(rows: list[dict[str, Any]], path: Path, half: str) -> None:
     shrink(path)
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
-    parser.add_argument("--quick", action="store_true", help="every tenth step, 0.3 s")
-    parser.add_argument("--corpus", type=Path, default=FOLDER)
+def wide(rows: list[Row]) -> list[Row]:
+    """A row per solve: the time (s) of every method, blank where it fails."""
+    out: dict[str, Row] = {}
+    for row in rows:
+        line = out.setdefault(
+            row["task"], {key: row[key] for key in ("task", "half", "rows", "law", "tolerance", "warm")}
+        )
+        line[row["method"]] = row["time"] if solved(row) else ""
+    return list(out.values())
+
+
+def corpus_of(options: argparse.Namespace) -> Path:
+    """The folder of the corpus; made where it is not there."""
+    folder: Path = options.corpus or (SAMPLE / "corpus" if options.quick else FOLDER)
+    if not any(folder.glob("*.pickle")):
+        chosen = sequences(options.data / "robots")
+        write(folder, chosen[::QUICK] if options.quick else chosen)
+    return folder
+
+
+def parsed() -> argparse.Namespace:
+    parser = arguments(__doc__)
+    parser.add_argument("--corpus", type=Path, help="folder of the corpus (default: out/corpus)")
     parser.add_argument("--half", choices=("tuning", "held-out", "both"), default="both")
     parser.add_argument("--methods", nargs="*", default=list(METHODS))
-    parser.add_argument("--reuse", type=Path, help="a profile.csv: its times of all but auto are taken over")
-    parser.add_argument("--limit", type=float, default=1.0, help="s of processor time per solve")
-    parser.add_argument("--every", type=int, default=1, help="take every so many step")
+    parser.add_argument("--reuse", type=Path, help="a solves.csv: its times of all but auto are taken over")
+    parser.add_argument("--limit", type=float, help="s of processor time per solve (default: 0.5)")
+    parser.add_argument("--every", type=int, help="take every so many step (default: 6)")
     parser.add_argument("--only", nargs="*", default=[], help="steps whose names contain one of these")
-    parser.add_argument("--out", type=Path, default=SAMPLE)
     options = parser.parse_args()
-    if options.quick:
-        options.every, options.limit = 10, 0.3
+    # Not the run whose results are kept.
+    if options.corpus or options.half != "both" or options.only or options.every or options.limit:
+        options.out = options.out or SAMPLE
+    with_folders(options)
+    options.every = options.every or (10 if options.quick else 6)
+    options.limit = options.limit or (0.3 if options.quick else 0.5)
+    return options
+
+
+def main() -> None:
+    options = parsed()
     use_one_core()
     signal.signal(signal.SIGPROF, stop_now)
-    options.out.mkdir(parents=True, exist_ok=True)
+    warnings.simplefilter("ignore")
     known = {}
     if options.reuse:
         known = {(r["task"], r["method"]): r for r in read_csv(options.reuse) if r["method"] != "auto"}
-    steps = list(load(options.corpus))[:: options.every]
+    steps = list(load(corpus_of(options)))[:: options.every]
     wanted = [
         task
         for task in tasks(steps)
@@ -222,9 +251,11 @@ def main() -> None:
     for task in tracked(wanted, "profile"):
         rows += measure(task, options.methods, options.limit, known)
     table = compared(rows)
-    write_csv(options.out / "profile.csv", rows)
+    # Long, and of use for --reuse alone.
+    write_csv((SAMPLE if options.complete else options.out) / "solves.csv", rows)
+    write_csv(options.out / "profile.csv", wide(rows))
     write_csv(options.out / "auto.csv", table)
-    draw(rows, options.out / "profile.png", options.half)
+    draw(rows, options.figures / "profile.png", options.half)
     for half in ("tuning", "held-out"):
         print(summary(table, half))
 

@@ -12,11 +12,13 @@ from __future__ import annotations
 import argparse
 import math
 import os
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from itertools import groupby
 from pathlib import Path
 
 from common import ROOT, read_csv
+from report_engines import beside, early_table, engine_table, growth_table
+from tables import milliseconds, scientific, table
 
 DOCS = ROOT / "docs" / "benchmarks.md"
 README = ROOT / "README.md"
@@ -25,26 +27,10 @@ BESIDE = ROOT / "docs" / "engines.md"
 SHOWN = ("B1 ", "B3 ", "B4 wall under", "tracked", "hopper", "10000")
 """Scenes of the README."""
 MARKS = {DOCS: "results", README: "measured", CHOOSING: "methods", BESIDE: "engines"}
+PROFILE = "profile"  # a second part of CHOOSING
+PROFILE_KEYS = ("task", "half", "rows", "law", "tolerance", "warm")
 LARGE = 200  # contacts from which on every file is to be solved faster than by Clarabel
 Rows = list[dict[str, str]]
-
-
-def table(header: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
-    """A Markdown table; columns after the first are aligned to the right."""
-    lines = ["| " + " | ".join(header) + " |", "|---" + "|--:" * (len(header) - 1) + "|"]
-    return "\n".join(lines + ["| " + " | ".join(row) + " |" for row in rows])
-
-
-def milliseconds(seconds: str | float) -> str:
-    """Three digits, whole milliseconds from 100 on; nothing for a blank."""
-    if seconds == "":
-        return ""
-    value = 1e3 * float(seconds)
-    return f"{value:.3g}" if value < 100 else f"{value:.0f}"
-
-
-def scientific(value: str | float) -> str:
-    return f"{float(value):.1e}" if value != "" else ""
 
 
 class Results:
@@ -57,9 +43,11 @@ class Results:
         self.kernel = read_csv(folder / "kernel.csv")
         self.literal = read_csv(folder / "literal_summary.csv")
         self.bilateral = read_csv(folder / "literal_bilateral.csv")
+        self.profile = read_csv(folder / "profile.csv")
         self.simulation, self.physics = read_csv(folder / "simulation.csv"), read_csv(folder / "physics.csv")
         self.rollout = read_csv(folder / "rollout.csv")
         self.engines, self.early = read_csv(folder / "engines.csv"), read_csv(folder / "early.csv")
+        self.growth, self.exponents = read_csv(folder / "growth.csv"), read_csv(folder / "exponents.csv")
         self.broad_phase, self.robots = read_csv(folder / "broad_phase.csv"), read_csv(folder / "robots.csv")
 
     def accuracy(self, law: str, tolerance: float) -> Rows:
@@ -201,6 +189,28 @@ def choosing_table(r: Results, link: str) -> str:
     return "\n\n".join([f"One core of an {machine}; `make bench`, [all results]({link}).", *parts])
 
 
+def profile_table(r: Results) -> str:
+    """Of each half of the corpus how often auto is near the best method; of each method alone, how often."""
+    rows = []
+    for half in ("tuning", "held-out"):
+        part = [row for row in r.profile if row["half"] == half]
+        methods = [key for key in part[0] if key not in (*PROFILE_KEYS, "auto")] if part else []
+        feasible = [row for row in part if any(row[m] for m in methods)]
+        for method in ("auto", *methods):
+            ratios = sorted(
+                float(row[method]) / min(float(row[m]) for m in methods if row[m])
+                if row[method]
+                else math.inf
+                for row in feasible
+            )
+            within = [f"{100 * sum(x <= bound for x in ratios) / len(ratios):.0f}" for bound in (1.5, 2, 5)]
+            middle = f"{ratios[len(ratios) // 2]:.2f}" if math.isfinite(ratios[len(ratios) // 2]) else "–"
+            failed = f"{sum(not row[method] for row in feasible)}"
+            rows.append((half, f"`{method}`", f"{len(feasible)}", *within, middle, failed))
+    header = ("half", "method", "solves", "within 1.5 (%)", "within 2", "within 5", "median", "not solved")
+    return table(header, rows)
+
+
 def step_table(r: Results) -> str:
     return table(
         ("scene", "law", "tolerance", "method", "residual", "iterations", "products", "ms", "fastest",
@@ -319,40 +329,6 @@ def broad_phase_table(r: Results) -> str:
     )  # fmt: skip
 
 
-def digits(value: str, scale: float) -> str:
-    """Two digits, whole numbers from 10 to a million."""
-    number = scale * float(value)
-    return f"{number:.0f}" if 10 <= number < 1e6 else f"{number:.2g}"
-
-
-def engine_table(r: Results) -> str:
-    """Other engines on the same scenes; nothing is said of the way of what should move."""
-    rows = [
-        (row["case"], row["engine"], digits(row["dt"], 1e3), digits(row["step"], 1e6),
-         digits(row["penetration"], 1e3), digits(row["speed"], 1e3) if row["rests"] == "True" else "")
-        for row in r.engines
-    ]  # fmt: skip
-    return table(("scene", "engine", "h (ms)", "us a step", "overlap (mm)", "creep (mm/s)"), rows)
-
-
-def early_table(r: Results) -> str:
-    rows = [
-        (row["limit"], digits(row["steps_per_s"], 1), scientific(row["residual_median"]),
-         scientific(row["residual_worst"]), digits(row["penetration"], 1e3), digits(row["joint_gap"], 1e3),
-         digits(row["energy_gain"], 1), row["unbalanced"], row["moved"], digits(row["distance"], 1e3))
-        for row in r.early
-    ]  # fmt: skip
-    header = ("a solve ends at", "steps/s", "median residual", "worst", "overlap (mm)", "chain apart (mm)",
-              "energy gained (J)", "such steps", "bodies moved", "beside the first (mm)")  # fmt: skip
-    return table(header, rows)
-
-
-def beside(r: Results, link: str) -> str:
-    """What docs/engines.md shows."""
-    parts = ["## Other engines", engine_table(r), "## Stopped early", early_table(r), f"[The rest]({link})."]
-    return "\n\n".join(parts)
-
-
 def environment_table(r: Results) -> str:
     return table(("", ""), [(key, value) for key, value in r.environment.items()])
 
@@ -367,7 +343,9 @@ def page(r: Results, method: str) -> str:
         ("Models of others beside MuJoCo", robot_table(r), bool(r.robots)),
         ("Many worlds at once", rollout_table(r), bool(r.rollout)),
         ("Beside other engines", engine_table(r), bool(r.engines)),
+        ("Growth", growth_table(r), bool(r.growth)),
         ("Stopped early", early_table(r), bool(r.early)),
+        ("auto beside the best method", profile_table(r), bool(r.profile)),
         ("Time steps, default method", step_table(r), bool(r.steps)),
         ("Every method, associated", method_table(r, "associated"), bool(r.methods)),
         ("Every method, coulomb", method_table(r, "coulomb"), bool(r.methods)),
@@ -427,9 +405,9 @@ def measured(r: Results, link: str) -> str:
     return "\n\n".join(lines)
 
 
-def renew(document: Path, body: str) -> None:
+def renew(document: Path, body: str, mark: str = "") -> None:
     """Replaces what stands between the markers of a document."""
-    begin, end = (f"<!-- {MARKS[document]}: {edge} -->" for edge in ("begin", "end"))
+    begin, end = (f"<!-- {mark or MARKS[document]}: {edge} -->" for edge in ("begin", "end"))
     before, rest = document.read_text().split(begin, 1)
     _, after = rest.split(end, 1)
     document.write_text(f"{before}{begin}\n\n{body}\n\n{end}{after}")
@@ -445,6 +423,7 @@ def write(folder: Path, *, docs: bool) -> list[Path]:
         return [path]
     for document, make in ((DOCS, summary), (README, measured), (CHOOSING, choosing_table), (BESIDE, beside)):
         renew(document, make(results, Path(os.path.relpath(path, document.parent)).as_posix()))
+    renew(CHOOSING, profile_table(results), PROFILE)
     return [path, *MARKS]
 
 

@@ -30,6 +30,7 @@
 #include "amontons/solvers/linear/shifted_system.hpp"
 #include "amontons/solvers/second_order/interior_point.hpp"
 #include "amontons/solvers/second_order/newton.hpp"
+#include "solvers/choice/direct_way.hpp"
 #include "solvers/choice/frozen_path.hpp"
 #include "solvers/choice/race.hpp"
 
@@ -42,6 +43,8 @@ namespace {
 constexpr std::size_t most_rows = 5000, most_bodies = 50000;
 // Bodies that fill so little that their number tells the cost of a factorisation.
 constexpr std::size_t few_bodies = 64;
+// Products to the tolerance of the first-order method that is the likelier one, and of conjugate gradients.
+constexpr double ahead = 30, linear_ahead = 8;
 // Of a race without limits of the caller: nominal ns, and more per block. What is not solved by then creeps.
 constexpr double least_work = 4e8, work_per_block = 1.5e5, work_after_elimination = 1e7;
 
@@ -103,7 +106,11 @@ using Field = std::vector<Contender>;
 // K = R^m: nothing slides or opens, the problem is a linear system.
 Field linear_field(const Costs& c, bool factored) {
   Field field{
-      {.start = start_cg, .why = "a linear system", .product = c.fused, .products = 8, .first_turn = 8},
+      {.start = start_cg,
+       .why = "a linear system",
+       .product = c.fused,
+       .products = linear_ahead,
+       .first_turn = 8},
       // Contradictory rows end here, in a method that runs off along the contradiction and so proves it.
       {.start = start_spg,
        .why = "looks for a contradiction",
@@ -126,7 +133,7 @@ Field linear_field(const Costs& c, bool factored) {
 // down.
 void add_first_order(Field& field, const Problem& problem, const Costs& c) {
   constexpr std::size_t many_contacts = 30;
-  constexpr double ahead = 30, behind = 100;
+  constexpr double behind = 100;
   const bool accelerated = problem.K.contacts() >= many_contacts;
   field.push_back({.start = start_spg,
                    .why = "cheap iterations",
@@ -143,7 +150,11 @@ void add_first_order(Field& field, const Problem& problem, const Costs& c) {
 // What factors. Newton's method is a gamble of one factorisation, and the more blocks the more of them have
 // to lie on the right face for it to pay; it starts again when the others have come nearer. The interior
 // point is sure of its way under the associated law, and followed by its crossover to the last digits.
-void add_factoring(Field& field, const Costs& c, bool coulomb, double digits, double size) {
+void add_factoring(Field& field, const Costs& c, bool coulomb, bool warm, double digits, double size) {
+  // A start that is nearly a solution lies at the border of the cones, where a central path does not begin.
+  const double central = coulomb ? (warm ? 6 + 4 * digits : 4 + 2.2 * digits) * (0.7 + 0.3 * size)
+                         : warm  ? 4 + 1.4 * digits
+                                 : 4.5 + 0.8 * digits;
   field.push_back({.start = start_newton_steps,
                    .why = "finds the faces",
                    .product = coulomb ? c.solve : c.plain,
@@ -156,9 +167,8 @@ void add_factoring(Field& field, const Costs& c, bool coulomb, double digits, do
                    .products = 200 + (coulomb ? 60 * digits : 20),
                    .factorizations = 4 + (coulomb ? 3 : 2) * digits,
                    .restarts = 2});
-  field.push_back({.start = start_central_path,
-                   .why = "factors in every iteration",
-                   .factorizations = coulomb ? (6 + 4 * digits) * (0.7 + 0.3 * size) : 3 + 1.8 * digits});
+  field.push_back(
+      {.start = start_central_path, .why = "factors in every iteration", .factorizations = central});
   field.push_back({.start = start_newton,
                    .why = "finds the faces that hold the path back",
                    .product = c.plain,
@@ -206,8 +216,16 @@ Field field_of(const Problem& problem, const Options& options, const Costs& c) {
   Field field;
   add_first_order(field, problem, c);
   if (!can_factor(problem)) return field;
-  add_factoring(field, c, coulomb, digits, size);
+  add_factoring(field, c, coulomb, !options.x0.empty(), digits, size);
   if (coulomb) add_other_ways(field, c, digits);
+  return field;
+}
+
+// With elimination, where islands are small enough for it: it takes about the same time at every tolerance,
+// and first-order iterations, begun beside it, are done earlier where few of them lead to a loose one.
+Field field_with(const Problem& problem, const Options& options, const Costs& c, double direct) {
+  Field field = problem.K.all_free() ? linear_field(c, false) : field_of(problem, options, c);
+  field.push_back({.start = start_elimination, .why = eliminated, .product = direct, .products = 1});
   return field;
 }
 
@@ -254,6 +272,12 @@ bool accepts_start(const Problem& problem, const Options& options, Solution& s) 
   return true;
 }
 
+// What elimination alone did, in words.
+void name_elimination(Solution& s) {
+  s.phases = {{s.method, eliminated, s.iterations, s.residual}};
+  s.reason = describe(s.phases);
+}
+
 // The one with the smaller residual; counts and phases are those of both.
 Solution better_of(Solution first, Solution second) {
   if (first.phases.empty()) first.phases = {{first.method, eliminated, first.iterations, first.residual}};
@@ -280,46 +304,22 @@ Solution solve_directly_or_race(const Problem& problem, const Options& options) 
   Elimination elimination;
   Solution s;
   if (!elimination.solve(problem, options, s)) return solve_one(problem, options);
-  s.phases = {{s.method, eliminated, s.iterations, s.residual}};
-  s.reason = describe(s.phases);
+  name_elimination(s);
   return s.status == Status::converged ? s
                                        : better_of(std::move(s), solve_after_elimination(problem, options));
 }
 
-}  // namespace
-
-Solution automatic(const Problem& problem, const Options& options) {
-  if (Solution s; accepts_start(problem, options, s)) return s;
-  Elimination elimination;
-  Solution s = automatic(problem, options, elimination, {});
-  if (s.reason.empty()) {
-    s.phases = {{s.method, eliminated, s.iterations, s.residual}};
-    s.reason = describe(s.phases);
-  }
-  return s;
-}
-
-// Mechanisms with few contacts, and few contacts alone, are solved directly, all islands at once. What does
-// not lead to a solution there has another chance on the whole, from the start, as its best x may lie where
-// Coulomb's law has no solution nearby, and then from the best x of both where that is not far; the work
-// stays bounded, as a robot that jams should not stop the clock.
-Solution automatic(const Problem& problem, const Options& options, Elimination& elimination,
-                   Solution memory) {
+// The whole once more, from the start, as the best x of the direct way may lie where Coulomb's law has no
+// solution nearby, and then from the best x of both where that is not far; the work stays bounded, as a robot
+// that jams should not stop the clock.
+Solution after_elimination(const Problem& problem, const Options& options, Solution s) {
   constexpr double near = 100;  // times the tolerance
-  Solution s = std::move(memory);
-  if (!elimination.solve(problem, options, s)) {
-    s = solve_by_islands(problem, options, solve_directly_or_race);
-    if (s.status == Status::converged || s.status == Status::infeasible) return s;
-    // Joints converge last; where the solve ends before, they hold all the same.
-    if (!elimination.complete(problem, options, s)) return s;
-    s.phases.push_back({"elimination", "joints for the contacts so far", 0, s.residual});
-    s.reason += ", " + describe({s.phases.back()});
-    return s;
-  }
   Options rest = options;
   for (const bool last : {false, true}) {
     rest.deadline = options.deadline - s.time;
-    if (s.status == Status::converged || s.status == Status::infeasible || !(rest.deadline > 0)) break;
+    if (s.status == Status::converged || s.status == Status::infeasible || s.status == Status::interrupted ||
+        !(rest.deadline > 0))
+      break;
     if (options.max_iterations && s.iterations >= options.max_iterations) break;
     if (options.max_iterations) rest.max_iterations = options.max_iterations - s.iterations;
     if (last && !(s.residual <= near * options.tolerance)) break;
@@ -328,6 +328,48 @@ Solution automatic(const Problem& problem, const Options& options, Elimination& 
     s = better_of(std::move(s), solve_by_islands(problem, rest, solve_after_elimination));
   }
   return s;
+}
+
+// Mechanisms with few contacts, and few contacts alone, are solved directly, all islands at once: a step of a
+// simulation has the memory, the analysis and nearly the solution of the one before.
+Solution with_memory(const Problem& problem, const Options& options, Elimination& elimination,
+                     Solution memory, ToleranceOf tolerance) {
+  Solution s = std::move(memory);
+  if (elimination.solve(problem, options, s)) return after_elimination(problem, options, std::move(s));
+  s = solve_by_islands(problem, options, solve_directly_or_race, tolerance);
+  if (s.status == Status::converged || s.status == Status::infeasible) return s;
+  // Joints converge last; where the solve ends before, they hold all the same.
+  if (!elimination.complete(problem, options, s)) return s;
+  s.phases.push_back({"elimination", "joints for the contacts so far", 0, s.residual});
+  s.reason += ", " + describe({s.phases.back()});
+  return s;
+}
+
+}  // namespace
+
+// A problem by itself, where nothing is known of a step before it: elimination races too, unless it is the
+// favourite from the first; islands have what the tolerance of the whole leaves them.
+Solution automatic(const Problem& problem, const Options& options) {
+  if (Solution s; accepts_start(problem, options, s)) return s;
+  const double direct = elimination_cost(problem, options);
+  if (std::isfinite(direct)) {
+    const Costs costs = costs_of(problem);
+    if (direct > (problem.K.all_free() ? linear_ahead : ahead) * costs.fused) {
+      Solution s = race(problem, options, field_with(problem, options, costs, direct), costs.factor,
+                        least_work + work_per_block * static_cast<double>(problem.K.blocks()));
+      if (s.status != Status::stalled || s.factorizations > 0) return s;
+    }
+  }
+  Elimination elimination;
+  Solution s = with_memory(problem, options, elimination, {}, ToleranceOf::whole);
+  if (s.reason.empty()) name_elimination(s);
+  return s;
+}
+
+// A step of a simulation.
+Solution automatic(const Problem& problem, const Options& options, Elimination& elimination,
+                   Solution memory) {
+  return with_memory(problem, options, elimination, std::move(memory), ToleranceOf::each);
 }
 
 }  // namespace amontons

@@ -1,6 +1,7 @@
 #include "amontons/solvers/choice/islands.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <tuple>
 
 #include "amontons/solvers/driver/driver.hpp"
@@ -157,7 +158,8 @@ void add_part(Solution& total, const Solution& s, const Part& part, double toler
 
 }  // namespace
 
-Solution solve_by_islands(const Problem& problem, const Options& options, Method method) {
+Solution solve_by_islands(const Problem& problem, const Options& options, Method method,
+                          ToleranceOf tolerance) {
   const auto* A = std::get_if<ContactSystem>(&problem.A);
   if (!A || options.history || options.callback) return method(problem, options);
   std::vector<Index> island;
@@ -179,6 +181,9 @@ Solution solve_by_islands(const Problem& problem, const Options& options, Method
   std::size_t left = island.size();
   Hardness worst{-1, 0};
   std::vector<double> x0;
+  const double mean_map = tolerance == ToleranceOf::each ? 0
+                                                         : natural_map_at_zero(problem, options.law) /
+                                                               std::sqrt(static_cast<double>(count));
   for (std::size_t i = 0; i < count && total.status != Status::interrupted; ++i) {
     const Part part = Extraction(problem, body_number)(members[i]);
     Options o = options;
@@ -186,6 +191,11 @@ Solution solve_by_islands(const Problem& problem, const Options& options, Method
       x0.clear();
       for (std::size_t row : part.rows) x0.push_back(options.x0[row]);
       o.x0 = x0;
+    }
+    if (mean_map > 0) {
+      const double map = natural_map_at_zero(part.problem, options.law);
+      o.tolerance *= std::sqrt(0.5 + 0.5 * (mean_map / map) * (mean_map / map));
+      if (!(o.tolerance < 1)) o.tolerance = 1;
     }
     // What is left of the time is shared by size, so that a hard island cannot take it from all that follow;
     // what an easy one leaves over is theirs. So is what is left of the work. Above zero, as a deadline must

@@ -17,6 +17,12 @@ namespace amontons {
 //
 // Small islands are solved together. Islands of a ContactSystem are found; everything else, and a solve with
 // history or a callback, is one island. What the Solution says in words is said of the hardest.
-Solution solve_by_islands(const Problem& problem, const Options& options, Method method);
+//
+// Each is solved to the tolerance by itself (`each`), so that a wall at rest does not creep because a ball
+// flies about elsewhere; or to what the whole leaves it (`whole`), for which, with n islands,
+//   tol_k^2 |F_k(0)|^2 = tol^2 (|F_k(0)|^2 + |F(0)|^2 / n) / 2,   whose sum over k is tol^2 |F(0)|^2.
+enum class ToleranceOf : unsigned char { each, whole };
+Solution solve_by_islands(const Problem& problem, const Options& options, Method method,
+                          ToleranceOf tolerance = ToleranceOf::each);
 
 }  // namespace amontons

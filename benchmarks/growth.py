@@ -1,0 +1,197 @@
+"""How the cost of a step grows with height, plates, mass ratio, length and number; with fitted exponents.
+
+    python benchmarks/growth.py [--quick] [--out FOLDER] [--only PART ...]
+
+Writes growth.csv, a row per family, size and engine: ours at two tolerances, and MuJoCo with its default
+settings where it is installed; and the figure growth.png. The exponent of a family is the slope of log(time)
+over log(size) by least squares. All run in turns on one core; an engine leaves a family once a step takes too
+long.
+"""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from statistics import median
+from time import process_time
+from typing import Any
+
+import amontons
+import amontons.scenes
+import matplotlib.pyplot as plt
+import numpy as np
+from beside import in_amontons, in_mujoco
+from beside.engine import Engine, Running, Subject, Unsupported
+from beside.figure import COLOURS
+from common import SAMPLE, arguments, shrink, tracked, use_one_core, with_folders, write_csv
+
+LIMIT, QUICK_LIMIT = 60.0, 1.0
+"""s of processor time of an engine for one size."""
+LONG = 0.2
+"""s a step, from which on an engine gets no larger size of a family; ours at 1e-3 gets all."""
+PARTS = 5
+Row = dict[str, Any]
+
+
+@dataclass(frozen=True)
+class Family:
+    """A scene of many sizes. The steps measured are those after `before`, and `steps` of them."""
+
+    name: str
+    make: Callable[[float], amontons.Model]
+    sizes: tuple[float, ...]
+    dt: float
+    before: int
+    steps: int
+
+
+def scene(name: str, parameter: str, **fixed: Any) -> Callable[[float], amontons.Model]:
+    entry = amontons.scenes.get(name)
+    whole = parameter not in ("ratio", "end_mass_ratio")
+    return lambda size: entry.make(**{parameter: int(size) if whole else size}, **fixed)
+
+
+FAMILIES = (
+    Family("wall, rows", scene("wall_at_rest", "rows", columns=10), (4, 8, 16, 32, 64), 5e-3, 5, 20),
+    Family("plates 1:100", scene("plates", "count", ratio=100.0), (5, 10, 20, 40, 80), 1e-2, 5, 40),
+    Family("20 plates, mass ratio", scene("plates", "ratio"), (1, 10, 100, 1e3, 1e4), 1e-2, 5, 40),
+    Family("chain, links", scene("chain", "links", end_mass_ratio=10.0), (10, 30, 100, 300, 1000),
+           5e-3, 5, 20),
+    Family("chain of 40, mass ratio", scene("chain", "end_mass_ratio", links=40), (1, 10, 100, 1e3, 1e4),
+           5e-3, 5, 40),
+    # After 0.1 s of fall the spheres meet from the floor upwards.
+    Family("spheres in a box", scene("spheres_in_box", "count", mu=0.5), (100, 1e3, 1e4, 1e5), 1e-2, 10, 5),
+)  # fmt: skip
+
+
+def engines() -> Iterator[Engine]:
+    yield from in_amontons.engines()
+    yield from (e for e in in_mujoco.engines() if not e.tuned)
+
+
+@dataclass
+class Entry:
+    """An engine with a scene of one size under way."""
+
+    engine: Engine
+    running: Running
+    times: list[float]
+    """s per step of each part"""
+    spent: float = 0.0
+
+    def go_on(self, steps: int, limit: float, *, measured: bool) -> None:
+        """Step by step before the measurement, where one may take long; nothing once the time is used up."""
+        parts = [steps] if measured else [1] * steps
+        for part in parts:
+            if self.spent >= limit:
+                return
+            start = process_time()
+            self.running.advance(part)
+            busy = process_time() - start
+            self.spent += busy
+            if measured:
+                self.times.append(busy / part)
+
+
+def measured(family: Family, size: float, chosen: Iterable[Engine], limit: float) -> list[Row]:
+    """A row per engine: the median time of a step over equal parts, made in turns."""
+    subject, entries = Subject(family.make(size)), []
+    for engine in chosen:
+        try:
+            entries.append(Entry(engine, engine.start(subject, family.dt), []))
+        except Unsupported as missing:
+            print(f"growth: {family.name}: {engine.name} has no {missing}")
+    part = max(1, family.steps // PARTS)
+    for k in range(PARTS + 1):
+        for entry in list(entries):
+            try:
+                entry.go_on(family.before if k == 0 else part, limit, measured=k > 0)
+            except Unsupported as missing:
+                print(f"growth: {family.name}: {entry.engine.name} has no {missing}")
+                entries.remove(entry)
+    return [
+        {
+            "family": family.name, "size": size, "bodies": len(subject.model.bodies),
+            "engine": e.engine.name, "dt": family.dt, "step": median(e.times) if e.times else "",
+            "over": e.spent >= limit or not e.times,
+        }
+        for e in entries
+    ]  # fmt: skip
+
+
+def exponent(rows: Iterable[Mapping[str, Any]]) -> float:
+    """The slope of log(time) over log(size) by least squares."""
+    points = [(float(r["size"]), float(r["step"])) for r in rows if r["step"] != ""]
+    if len(points) < 2:
+        return float("nan")
+    size, time = np.log(np.array(points)).T
+    return float(np.polyfit(size, time, 1)[0])
+
+
+def exponents(rows: Iterable[Row]) -> list[Row]:
+    """A row per family and engine."""
+    groups: dict[tuple[str, str], list[Row]] = {}
+    for r in rows:
+        groups.setdefault((r["family"], r["engine"]), []).append(r)
+    return [
+        {"family": family, "engine": engine, "sizes": len(group), "exponent": exponent(group)}
+        for (family, engine), group in groups.items()
+    ]
+
+
+def draw(rows: list[Row], path: Path) -> None:
+    families = list(dict.fromkeys(r["family"] for r in rows))
+    figure, panels = plt.subplots(2, 3, figsize=(10, 5.6), squeeze=False, layout="constrained")
+    for axes, family in zip(panels.flat, families, strict=False):
+        for engine in dict.fromkeys(r["engine"] for r in rows):
+            mine = [r for r in rows if (r["family"], r["engine"]) == (family, engine) and r["step"] != ""]
+            if mine:
+                axes.plot(
+                    [r["size"] for r in mine], [1e3 * r["step"] for r in mine],
+                    "o--" if engine.endswith("1e-3") else "o-", label=f"{engine}: {exponent(mine):.2f}",
+                    color=COLOURS[engine.split(",")[0]], markersize=4, linewidth=1.2,
+                )  # fmt: skip
+        axes.set(xscale="log", yscale="log")
+        axes.set_title(family, fontsize=9)
+        axes.tick_params(labelsize=7)
+        axes.grid(True, alpha=0.25)
+        axes.legend(fontsize=7, title="exponent", title_fontsize=7)
+    for axes in panels[:, 0]:
+        axes.set_ylabel("ms a step", fontsize=8)
+    figure.savefig(path, dpi=90)
+    plt.close(figure)
+    shrink(path)
+
+
+def main() -> None:
+    parser = arguments(__doc__)
+    parser.add_argument("--only", nargs="*", default=[], help="families whose names contain one of these")
+    options = parser.parse_args()
+    if options.only:  # not the run whose results are kept
+        options.out = options.out or SAMPLE
+    with_folders(options)
+    use_one_core()
+    warnings.simplefilter("ignore", amontons.StepWarning)
+    limit = QUICK_LIMIT if options.quick else LIMIT
+    rows: list[Row] = []
+    for family in tracked(FAMILIES, "growth"):
+        if options.only and not any(part in family.name for part in options.only):
+            continue
+        chosen = list(engines())
+        for size in family.sizes[:3] if options.quick else family.sizes:
+            found = measured(family, size, chosen, limit)
+            rows += found
+            late = {r["engine"] for r in found if r["over"] or r["step"] > LONG} - {"amontons, 1e-3"}
+            chosen = [e for e in chosen if e.name not in late]
+            write_csv(options.out / "growth.csv", rows)
+    fitted = exponents(rows)
+    write_csv(options.out / "exponents.csv", fitted)
+    draw(rows, options.figures / "growth.png")
+    for r in fitted:
+        print(f"growth: {r['family']}, {r['engine']}: time ~ size^{r['exponent']:.2f}")
+
+
+if __name__ == "__main__":
+    main()

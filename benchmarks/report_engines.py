@@ -1,0 +1,74 @@
+"""The tables of docs/engines.md: beside other engines, growth, stopped early."""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+from tables import digits, milliseconds, scientific, table
+
+Rows = list[dict[str, str]]
+
+
+class Results(Protocol):
+    """The rows of the CSV files of these tables."""
+
+    engines: Rows
+    growth: Rows
+    exponents: Rows
+    early: Rows
+
+
+def engine_table(r: Results) -> str:
+    """Other engines on the same scenes; blank is what a scene does not have or does not ask for."""
+
+    def cell(row: dict[str, str], key: str, scale: float) -> str:
+        return digits(row[key], scale) if row[key] != "" else ""
+
+    def end(row: dict[str, str]) -> str:
+        if row["lost"] == "True":
+            return "lost"
+        return "" if row["complete"] == "True" else f"{row['steps']} steps"
+
+    rows = [
+        (row["case"], row["engine"], digits(row["dt"], 1e3), digits(row["step"], 1e6), cell(row, "ratio", 1),
+         cell(row, "penetration", 1e3), cell(row, "creep", 1e3), cell(row, "joint_error", 1e3),
+         cell(row, "energy_rise", 1), cell(row, "energy_drift", 1e2), end(row))
+        for row in r.engines
+    ]  # fmt: skip
+    header = ("scene", "engine", "h (ms)", "us a step", "over MuJoCo", "overlap (mm)", "creep (mm/s)",
+              "joint gap (mm)", "energy rises (J)", "drifts (%)", "ended")  # fmt: skip
+    return table(header, rows)
+
+
+def growth_table(r: Results) -> str:
+    """A line per family and engine: ms a step by size, and the exponent."""
+    exponents = {(row["family"], row["engine"]): float(row["exponent"]) for row in r.exponents}
+    groups: dict[tuple[str, str], list[str]] = {}
+    for row in r.growth:
+        cells = groups.setdefault((row["family"], row["engine"]), [])
+        if row["step"] != "":
+            cells.append(f"{float(row['size']):g}: {milliseconds(row['step'])}")
+    rows = [
+        (family, engine, ", ".join(cells), f"{exponents[family, engine]:.2f}")
+        for (family, engine), cells in groups.items()
+    ]
+    return table(("family", "engine", "size: ms a step", "exponent"), rows)
+
+
+def early_table(r: Results) -> str:
+    rows = [
+        (row["limit"], digits(row["steps_per_s"], 1), scientific(row["residual_median"]),
+         scientific(row["residual_worst"]), digits(row["penetration"], 1e3), digits(row["joint_gap"], 1e3),
+         digits(row["energy_gain"], 1), row["unbalanced"], row["moved"], digits(row["distance"], 1e3))
+        for row in r.early
+    ]  # fmt: skip
+    header = ("a solve ends at", "steps/s", "median residual", "worst", "overlap (mm)", "chain apart (mm)",
+              "energy gained (J)", "such steps", "bodies moved", "beside the first (mm)")  # fmt: skip
+    return table(header, rows)
+
+
+def beside(r: Results, link: str) -> str:
+    """What docs/engines.md shows."""
+    parts = ["## Other engines", engine_table(r), "## Growth", growth_table(r)]
+    parts += ["## Stopped early", early_table(r), f"[The rest]({link})."]
+    return "\n\n".join(parts)
