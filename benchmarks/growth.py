@@ -26,6 +26,7 @@ from beside import in_amontons, in_mujoco
 from beside.engine import Engine, Running, Subject, Unsupported
 from beside.figure import COLOURS
 from common import SAMPLE, arguments, shrink, tracked, use_one_core, with_folders, write_csv
+from matplotlib.ticker import NullFormatter
 
 LIMIT, QUICK_LIMIT = 60.0, 1.0
 """s of processor time of an engine for one size."""
@@ -154,6 +155,8 @@ def draw(rows: list[Row], path: Path) -> None:
                     color=COLOURS[engine.split(",")[0]], markersize=4, linewidth=1.2,
                 )  # fmt: skip
         axes.set(xscale="log", yscale="log")
+        axes.xaxis.set_minor_formatter(NullFormatter())
+        axes.yaxis.set_minor_formatter(NullFormatter())
         axes.set_title(family, fontsize=9)
         axes.tick_params(labelsize=7)
         axes.grid(True, alpha=0.25)

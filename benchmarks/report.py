@@ -194,7 +194,9 @@ def profile_table(r: Results) -> str:
     rows = []
     for half in ("tuning", "held-out"):
         part = [row for row in r.profile if row["half"] == half]
-        methods = [key for key in part[0] if key not in (*PROFILE_KEYS, "auto")] if part else []
+        if not part:
+            continue
+        methods = [key for key in part[0] if key not in (*PROFILE_KEYS, "auto")]
         feasible = [row for row in part if any(row[m] for m in methods)]
         for method in ("auto", *methods):
             ratios = sorted(

@@ -26,6 +26,7 @@ class DirectRun final : public Run {
     s_.x.assign(problem_.rows(), 0.0);
     measure(problem_, options_.law, s_);
     s_.products = 1;
+    s_.iterations = s_.factorizations = 0;
     s_.status = s_.residual <= options_.tolerance ? Status::converged : Status::stalled;
     s_.method = name();
     return true;
