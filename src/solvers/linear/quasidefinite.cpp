@@ -46,26 +46,6 @@ bool invert_root(double* A, int s) {
   return true;
 }
 
-// B := X B with lower triangular X; from the last row up, so that what is read is still there.
-void multiply_lower(const double* X, double* B) {
-  for (int i = n - 1; i >= 0; --i) {
-    double row[n] = {};
-    for (int k = 0; k <= i; ++k)
-      for (int j = 0; j < n; ++j) row[j] += X[n * i + k] * B[n * k + j];
-    for (int j = 0; j < n; ++j) B[n * i + j] = row[j];
-  }
-}
-
-// C -= s A'B
-void subtract_product(const double* A, const double* B, double s, double* C) {
-  for (int i = 0; i < n; ++i) {
-    double row[n] = {};
-    for (int k = 0; k < n; ++k)
-      for (int j = 0; j < n; ++j) row[j] += A[n * k + i] * B[n * k + j];
-    for (int j = 0; j < n; ++j) C[n * i + j] -= s * row[j];
-  }
-}
-
 using Neighbours = std::vector<std::vector<Index>>;
 
 // The greedy order: of the nodes that may come next, one with the fewest neighbours; negative nodes first
@@ -208,15 +188,11 @@ bool QuasidefiniteFactor::factor() {
   for (std::size_t k = 0; k < nodes(); ++k) {
     double* pivot = &diagonal_[area * k];
     if (!invert_root(pivot, sign_[k])) return false;
-    const std::size_t first = first_slot(k), last = last_slot(k);
-    for (std::size_t a = first; a < last; ++a) multiply_lower(pivot, &blocks_[area * a]);
-    for (std::size_t a = first; a < last; ++a)
-      for (std::size_t c = a; c < last; ++c) {
-        const std::ptrdiff_t t = *target++;
-        double* to = t < 0 ? &diagonal_[area * static_cast<std::size_t>(-1 - t)]
-                           : &blocks_[area * static_cast<std::size_t>(t)];
-        subtract_product(&blocks_[area * a], &blocks_[area * c], sign_[k], to);
-      }
+    const std::size_t first = first_slot(k), count = last_slot(k) - first;
+    if (count == 0) continue;
+    AMONTONS_DISPATCH(eliminate_six, pivot, &blocks_[area * first], count, sign_[k], target, diagonal_.data(),
+                      blocks_.data());
+    target += count * (count + 1) / 2;
   }
   return true;
 }

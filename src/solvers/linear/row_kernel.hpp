@@ -15,6 +15,11 @@ AMONTONS_FOR_EACH_ISA(
                            std::size_t n);
     // In place of six rows: row i := sum_{k <= i} X[6 i + k] row k, X lower triangular.
     void multiply_six_rows(const double* X, double* rows, std::size_t n);
+    // Of a node of QuasidefiniteFactor with the inverse X of its pivot's root: its `count` blocks B := X B,
+    // and the blocks that pairs of them change, C -= s B_a'B_c, each at the next target: of `diagonal` (-1 -
+    // t) or of `blocks` (t).
+    void eliminate_six(const double* X, double* own, std::size_t count, double s,
+                       const std::ptrdiff_t* target, double* diagonal, double* blocks);
     // The upper half of W += s Y'Y, Y six rows of n numbers, `stride` apart; rows of W lie `m` apart.
     void add_gram(double* W, std::size_t m, const double* Y, std::size_t stride, std::size_t n, double s);
     // x of A x = b in b, by elimination with row pivots; A m x m, row-major, is overwritten. False if

@@ -41,6 +41,59 @@ inline void subtract_scaled(double* __restrict y, const double* __restrict x, do
   for (; i < n; ++i) y[i] -= a * x[i];
 }
 
+using Two __attribute__((vector_size(16), aligned(8), may_alias)) = double;
+// A row of six numbers in registers.
+#if defined(__AVX2__)
+using Four __attribute__((vector_size(32), aligned(8), may_alias)) = double;
+struct Six {
+  Four a = {};
+  Two b = {};
+  void add(double f, const double* row) {
+    a += f * *(const Four*)row;
+    b += f * *(const Two*)(row + 4);
+  }
+  void store(double* row) const {
+    *(Four*)row = a;
+    *(Two*)(row + 4) = b;
+  }
+  void subtract(double f, double* row) const {
+    *(Four*)row -= f * a;
+    *(Two*)(row + 4) -= f * b;
+  }
+};
+#else
+struct Six {
+  Two a[3] = {};
+  void add(double f, const double* row) {
+    for (int k = 0; k < 3; ++k) a[k] += f * *(const Two*)(row + 2 * k);
+  }
+  void store(double* row) const {
+    for (int k = 0; k < 3; ++k) *(Two*)(row + 2 * k) = a[k];
+  }
+  void subtract(double f, double* row) const {
+    for (int k = 0; k < 3; ++k) *(Two*)(row + 2 * k) -= f * a[k];
+  }
+};
+#endif
+
+// B := X B with lower triangular X; from the last row up, so that what is read is still there.
+inline void multiply_lower(const double* X, double* B) {
+  for (int i = 5; i >= 0; --i) {
+    Six row;
+    for (int k = 0; k <= i; ++k) row.add(X[6 * i + k], B + 6 * k);
+    row.store(B + 6 * i);
+  }
+}
+
+// C -= s A'B
+inline void subtract_product(const double* A, const double* B, double s, double* C) {
+  for (int i = 0; i < 6; ++i) {
+    Six row;
+    for (int k = 0; k < 6; ++k) row.add(A[6 * k + i], B + 6 * k);
+    row.subtract(s, C + 6 * i);
+  }
+}
+
 inline double size(double v) { return v < 0 ? -v : v; }
 
 }  // namespace
@@ -56,6 +109,16 @@ void subtract_six_rows(double* to, std::size_t stride, const double* U, double s
     for (int k = 0; k < 6; ++k) f[k] = -s * U[6 * k + i];
     add_rows(to + i * stride, f, w, n, n);
   }
+}
+
+void eliminate_six(const double* X, double* own, std::size_t count, double s, const std::ptrdiff_t* target,
+                   double* diagonal, double* blocks) {
+  for (std::size_t a = 0; a < count; ++a) multiply_lower(X, own + 36 * a);
+  for (std::size_t a = 0; a < count; ++a)
+    for (std::size_t c = a; c < count; ++c) {
+      const std::ptrdiff_t t = *target++;
+      subtract_product(own + 36 * a, own + 36 * c, s, t < 0 ? diagonal + 36 * (-1 - t) : blocks + 36 * t);
+    }
 }
 
 void multiply_six_rows(const double* X, double* rows, std::size_t n) {
