@@ -4,6 +4,7 @@ import signal
 import sys
 import threading
 from dataclasses import replace
+from pathlib import Path
 
 import amontons
 import numpy as np
@@ -201,3 +202,18 @@ def test_wrong_simulations(model):
         rollout(model, [world], steps=1)
     with pytest.raises(amontons.InputError, match="dt: simulations have their own options"):
         rollout(model, [Simulation(model)], steps=1, dt=1e-3)
+
+
+def test_motors_that_turn_a_robot_round_make_no_energy():
+    # Random efforts that change every 20 ms. Breaks when the balance of energy allows for kinetic energy and
+    # gravity only, which are nothing where an arm turns round, and calls what the motors do there a gain.
+    arm = amontons.load_model(Path(__file__).parents[2] / "examples" / "models" / "arm.xml")
+    start = Simulation(arm, dt=2e-3)
+    start.reset("bent")
+    rng = np.random.default_rng(seed=1)
+    states = np.tile(np.concatenate([start.q, start.qd]), (20, 1))
+    states[:, 0] += rng.uniform(-0.1, 0.1, 20)
+    controls = rng.uniform((-1, -2), (1, 0), (20, 50, 2))
+    course = rollout(arm, states[12:13], controls[12:13], repeat=10, dt=2e-3)
+    assert course.residuals.max() <= 1e-6
+    assert course.missed.sum() == 0
