@@ -36,6 +36,24 @@ void add_wrench(double* w, const Vec3& force, const Vec3& moment, double sign) {
   }
 }
 
+// w = M^-1 w, where bodies are free; of the others as their joints let them.
+void apply_masses(const ContactSystem& A, std::vector<double>& w) {
+  static thread_local std::vector<double> held;
+  if (A.constrained) {
+    held.clear();
+    for (Index i : A.constrained->body) held.insert(held.end(), &w[6 * i], &w[6 * i] + 6);
+    A.constrained->apply(held.data());
+  }
+  for (std::size_t i = 0; i < A.bodies.size(); ++i) {
+    double v[6];
+    A.bodies.apply(i, &w[6 * i], v);
+    std::copy(v, v + 6, &w[6 * i]);
+  }
+  if (!A.constrained) return;
+  for (std::size_t i = 0; i < A.constrained->body.size(); ++i)
+    std::copy_n(&held[6 * i], 6, &w[6 * A.constrained->body[i]]);
+}
+
 Vec3 vec3(const double* v) { return {v[0], v[1], v[2]}; }
 
 // (v_A + omega_A x r_A) - (v_B + omega_B x r_B) at the contact, and omega_A - omega_B where it has rows for
@@ -131,11 +149,7 @@ void add_impulses(const ContactSystem& A, std::span<const double> x, std::span<d
 void ContactSystem::product(std::span<const double> x, std::span<double> y) const {
   std::vector<double>& w = body_scratch(bodies.size());
   add_impulses(*this, x, w);
-  for (std::size_t i = 0; i < bodies.size(); ++i) {
-    double v[6];
-    bodies.apply(i, &w[6 * i], v);
-    std::copy(v, v + 6, &w[6 * i]);
-  }
+  apply_masses(*this, w);
   std::size_t row = 0;
   for (std::size_t i = 0; i < contacts.size(); ++i) {
     const Contact& c = contacts[i];

@@ -1,6 +1,8 @@
 #pragma once
 #include <array>
 #include <cstddef>
+#include <functional>
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -30,6 +32,15 @@ struct JacobianRow {
   std::array<double, 6> a, b;  // (linear, angular) of each body
 };
 
+// Bodies that rigid joints hold together where the rows of the joints have been eliminated: an impulse at one
+// of them moves all, docs/algorithm.md (32).
+struct ConstrainedBodies {
+  std::vector<Index> body;  // ascending
+  // In place, six numbers for each of them: impulses in, velocities out, a symmetric positive semidefinite
+  // map. Called by one thread at a time.
+  std::function<void(double* w)> apply;
+};
+
 // The factored Delassus operator A = D M^-1 D' + E of bodies, contacts and rows: first the rows of the
 // contacts, kept as arms and normals in world coordinates, then stored rows of D. A is never formed: it
 // would couple all contacts of a body with each other, where D has two bodies per row. Rows of one block of
@@ -40,6 +51,9 @@ struct ContactSystem {
   std::vector<double> contact_compliance;  // one E per contact, isotropic
   std::vector<JacobianRow> jacobian;
   std::vector<double> compliance;  // E, one per stored row
+  // In the place of M^-1 for some bodies; null where all are free. diagonal() is that of free bodies, which
+  // is at least that of these. First-order methods know it, factorisations do not.
+  std::shared_ptr<const ConstrainedBodies> constrained;
 
   std::size_t contact_rows() const;
   std::size_t rows() const { return contact_rows() + jacobian.size(); }

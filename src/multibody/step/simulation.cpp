@@ -302,14 +302,15 @@ double enough_of_a_turn(const Model& model, double h) {
 // Solves the VI, looks where the velocities `after` lead, and solves again as long as that brings contacts
 // that the free velocities did not foresee; once, where contacts turn otherwise than predicted.
 void solve_and_look(const Model& model, const StepBodies& bodies, const Assembly& assembly, double margin,
-                    const StepSolver& solver, ContactFinder& finder, std::vector<Contact>& contacts,
-                    StepProblem& vi, BodyVelocities& after, Report& report) {
+                    StepSolver solver, ContactFinder& finder, std::vector<Contact>& contacts, StepProblem& vi,
+                    BodyVelocities& after, Report& report) {
   const Reach reach{model, bodies.frames, after, assembly.h, margin};
   const double enough = enough_of_a_turn(model, assembly.h);
   bool turned =
       std::any_of(vi.turns.begin(), vi.turns.end(), [&](const Vec3& turn) { return norm(turn) > enough; });
   for (int detections = 0;; ++detections) {
     vi.solution = solve_step(solver, *vi.problem, vi.x0, std::move(vi.solution));
+    solver.again = true;
     after = bodies.free;
     apply_impulses(*vi.problem, vi.solution.x, after);
     solver.clock.lap(report.timings.solve);

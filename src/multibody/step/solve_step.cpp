@@ -17,7 +17,8 @@ namespace {
 
 // Times the tolerance: a start below this is that of a scene at rest. Residuals are relative to that of zero
 // impulses: with the default tolerance of 1e-6 it is a start with four right digits.
-constexpr double nearly_solved = 100;
+// With a loose tolerance it is no more than these three.
+constexpr double nearly_solved = 100, three_digits = 1e-3;
 // Problems of few rows aim far below the tolerance, which takes first-order iterations of microseconds: so
 // many at most, after the tolerance is reached. Of many rows, half the tolerance is what pays.
 constexpr std::size_t few_rows = 1000;
@@ -123,7 +124,9 @@ Solution solve_step(const StepSolver& solver, const Problem& problem, std::span<
   const bool few = problem.rows() <= few_rows;
   const double close = (few ? close_to_aim * aim_of_few : 1) * options.tolerance;
   // Something happens in this step: nothing to aim at but the tolerance.
-  if (!(start <= nearly_solved * options.tolerance))
+  const double resting =
+      std::min(nearly_solved * options.tolerance, std::max(three_digits, options.tolerance));
+  if (!(start <= resting) || (solver.again && !few && start > options.tolerance))
     return solve_with(solver, problem, options, std::move(memory));
   if (start <= close) return accepted(problem, std::move(memory), start);
   if (!few) {

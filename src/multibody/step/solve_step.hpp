@@ -15,6 +15,7 @@ struct StepSolver {
   Options options;  // but for start and deadline, which each solve has of its own
   StepClock& clock;
   Elimination& elimination;  // of `auto`: memory, kept from step to step
+  bool again = false;        // goes on from another solve of the same step
 };
 
 // The work (Patience) that a step of so many contacts and joint rows may do in all. The hardest steps that

@@ -33,6 +33,7 @@
 #include "solvers/choice/direct_way.hpp"
 #include "solvers/choice/frozen_path.hpp"
 #include "solvers/choice/race.hpp"
+#include "solvers/elimination/constrained.hpp"
 
 namespace amontons {
 
@@ -131,20 +132,27 @@ Field linear_field(const Costs& c, bool factored) {
 // What needs products alone. The accelerated method is ahead where contacts are many, five times in the mean
 // over hundreds of them; the spectral one on few, and on joints. The one behind starts when the other slows
 // down.
-void add_first_order(Field& field, const Problem& problem, const Costs& c) {
+//
+// Both leave joints to a factorisation where they can: iterations are then those of contacts.
+void add_first_order(Field& field, const Problem& problem, const Costs& c, std::size_t held) {
   constexpr std::size_t many_contacts = 30;
   constexpr double behind = 100;
+  constexpr double per_held_body = 300;  // ns
   const bool accelerated = problem.K.contacts() >= many_contacts;
+  const double product = c.fused + per_held_body * static_cast<double>(held);
   field.push_back({.start = start_spg,
-                   .why = "cheap iterations",
-                   .product = c.fused,
+                   .why = held ? "cheap iterations, joints eliminated" : "cheap iterations",
+                   .product = product,
                    .products = accelerated ? behind : ahead,
-                   .first_turn = 16});
-  field.push_back({.start = start_apgd,
-                   .why = "cheap iterations, accelerated",
-                   .product = c.fused,
-                   .products = accelerated ? ahead : behind,
-                   .first_turn = 16});
+                   .first_turn = 16,
+                   .constrained = held > 0});
+  field.push_back(
+      {.start = start_apgd,
+       .why = held ? "cheap iterations, accelerated, joints eliminated" : "cheap iterations, accelerated",
+       .product = product,
+       .products = accelerated ? ahead : behind,
+       .first_turn = 16,
+       .constrained = held > 0});
 }
 
 // What factors. Newton's method is a gamble of one factorisation, and the more blocks the more of them have
@@ -207,14 +215,14 @@ void add_other_ways(Field& field, const Costs& c, double digits) {
 }
 
 // Inequalities or friction.
-Field field_of(const Problem& problem, const Options& options, const Costs& c) {
+Field field_of(const Problem& problem, const Options& options, const Costs& c, std::size_t held) {
   // Blocks over which the expectations of what must find all faces at once grow.
   constexpr double blocks_unit = 300;
   const double digits = std::clamp(-std::log10(options.tolerance), 1.0, 16.0);
   const double size = 1 + static_cast<double>(problem.K.blocks()) / blocks_unit;
   const bool coulomb = options.law == Law::coulomb && problem.K.has_friction();
   Field field;
-  add_first_order(field, problem, c);
+  add_first_order(field, problem, c, held);
   if (!can_factor(problem)) return field;
   add_factoring(field, c, coulomb, !options.x0.empty(), digits, size);
   if (coulomb) add_other_ways(field, c, digits);
@@ -239,9 +247,12 @@ const char* remark(const Problem& problem) {
 
 Solution race_for(const Problem& problem, const Options& options, double work) {
   const Costs costs = costs_of(problem);
-  const Field field =
-      problem.K.all_free() ? linear_field(costs, can_factor(problem)) : field_of(problem, options, costs);
-  Solution s = race(problem, options, field, costs.factor, work);
+  ConstrainedProblem rest;
+  const bool watched = options.history || options.callback;
+  const bool held = !problem.K.all_free() && !watched && rest.make(problem, options.law);
+  const Field field = problem.K.all_free() ? linear_field(costs, can_factor(problem))
+                                           : field_of(problem, options, costs, held ? rest.bodies() : 0);
+  Solution s = race(problem, options, field, costs.factor, work, held ? &rest : nullptr);
   s.reason = remark(problem) + s.reason;
   return s;
 }
@@ -338,8 +349,8 @@ Solution with_memory(const Problem& problem, const Options& options, Elimination
   if (elimination.solve(problem, options, s)) return after_elimination(problem, options, std::move(s));
   s = solve_by_islands(problem, options, solve_directly_or_race, tolerance);
   if (s.status == Status::converged || s.status == Status::infeasible) return s;
-  // Joints converge last; where the solve ends before, they hold all the same.
-  if (!elimination.complete(problem, options, s)) return s;
+  // Where the solve ends early, joints hold all the same, and contacts give no energy.
+  if (options.history || options.callback || !elimination.settle(problem, options, s)) return s;
   s.phases.push_back({"elimination", "joints for the contacts so far", 0, s.residual});
   s.reason += ", " + describe({s.phases.back()});
   return s;

@@ -97,8 +97,8 @@ double Runner::expected(double tolerance, const FactorCost& factor) const {
 class Race {
  public:
   Race(const Problem& problem, const Options& options, const std::vector<Contender>& contenders,
-       FactorCost factor, double work)
-      : problem_(problem), options_(options), factor_(factor) {
+       FactorCost factor, double work, ConstrainedProblem* rest)
+      : problem_(problem), options_(options), rest_(rest), factor_(factor) {
     const bool limited = options.max_iterations > 0 || std::isfinite(options.deadline);
     work_ = limited ? std::numeric_limits<double>::infinity() : work;
     runners_.resize(contenders.size());
@@ -139,6 +139,7 @@ class Race {
 
   const Problem& problem_;
   const Options& options_;
+  ConstrainedProblem* rest_;
   FactorCost factor_;
   const Time clock_ = std::chrono::steady_clock::now();
   std::function<bool(const IterationRecord&)> watch_;
@@ -213,7 +214,7 @@ void Race::start(Runner& r) {
   }
   r.started_at = best;
   r.seen = 0;
-  r.run = r.of->start(problem_, o);
+  r.run = rest_ && r.of->constrained ? rest_->start(r.of->start, o) : r.of->start(problem_, o);
   r.started_after = std::chrono::duration<double>(r.run->started() - clock_).count();
   r.marks.clear();
   r.record = total_.phases.size();
@@ -325,8 +326,8 @@ Solution Race::result() {
 }  // namespace
 
 Solution race(const Problem& problem, const Options& options, const std::vector<Contender>& contenders,
-              FactorCost factor, double work) {
-  return Race(problem, options, contenders, factor, work).run();
+              FactorCost factor, double work, ConstrainedProblem* rest) {
+  return Race(problem, options, contenders, factor, work, rest).run();
 }
 
 }  // namespace amontons

@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "amontons/solvers/driver/driver.hpp"
+#include "solvers/elimination/constrained.hpp"
 
 namespace amontons {
 
@@ -38,14 +39,17 @@ struct Contender {
   std::size_t limit = 0;
   // Times that it may start again from a better x after it stalled.
   int restarts = 0;
+  // Whether it runs on what bilateral rows leave, where the race has it.
+  bool constrained = false;
 };
 
 // Runs the contenders in turns until one reaches the tolerance, all have stalled, the limits of the caller
 // are reached, or nominal `work` (ns) is used up, which only counts where the caller set no limit. Costs are
 // nominal: estimates, never clocks, so that the same problem takes the same turns everywhere. x is the best
 // of all and `method` that which made it; `phases` and `reason` tell what each did, in the order of their
-// starts; counts, time and history are those of the whole.
+// starts; counts, time and history are those of the whole. `rest`: the problem without its bilateral rows, or
+// null.
 Solution race(const Problem& problem, const Options& options, const std::vector<Contender>& contenders,
-              FactorCost factor, double work);
+              FactorCost factor, double work, ConstrainedProblem* rest = nullptr);
 
 }  // namespace amontons

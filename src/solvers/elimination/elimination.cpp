@@ -27,10 +27,20 @@ constexpr double share = 0.9;
 // corrected by what they leave.
 constexpr double rounding = 1e-13;
 constexpr int corrections = 2;
-// Of the residual, where joints are made to hold: the contacts of their bodies have not heard of it yet.
-constexpr double most_rise = 2;
 // Solves of the small problems, each with what the last one left on the true problem.
 constexpr int most_rounds = 3;
+
+// <x, u> over the rows that are not bilateral: what contacts would do if u lasted.
+double power(const Problem& problem, std::span<const double> x, std::span<const double> u) {
+  double sum = 0;
+  for (const SetRun& run : problem.K.runs())
+    visit_kind(run.kind, [&]<class S>() {
+      if constexpr (!std::is_same_v<S, Free>)
+        for (std::size_t i = run.row; i < run.row + S::dim * run.count; ++i) sum += x[i] * u[i];
+    });
+  return sum;
+}
+
 }  // namespace
 
 struct Elimination::Memory {
@@ -140,33 +150,38 @@ bool Elimination::solve(const Problem& problem, const Options& options, Solution
   return true;
 }
 
-bool Elimination::complete(const Problem& problem, const Options& options, Solution& s) {
+// With x_f held, u_c = q + t (u_c(1) - q) of the impulses t x_c, q of none: <x_c, u_c> vanishes at
+//
+//   t = -<x_c, q> / <x_c, u_c(1) - q>,   the minimum of the objective along x_c.
+//
+// The work of impulses is <x, u- + u+> / 2, docs/algorithm.md (29): of a solution <x_c, u+> <= 0, so that it
+// is no more than half of <x_c, u->, what braking what comes together takes. With t it is so, too.
+bool Elimination::settle(const Problem& problem, const Options& options, Solution& s) {
   const auto* A = std::get_if<ContactSystem>(&problem.A);
   if (!A) return false;
   Memory& m = *memory_;
   Mechanism& mechanism = m.mechanism;
-  mechanism.analyse(problem);
-  if (mechanism.rows().empty() || mechanism.K().work() > most_work || !mechanism.factor(problem))
-    return false;
-  // K (v, -x_f) = (D_c' x_c, -b_f)
-  Solution other;
-  other.x = s.x;
-  for (std::size_t row : mechanism.rows()) other.x[row] = 0;
-  m.wrenches.assign(6 * A->bodies.size(), 0.0);
-  add_impulses(*A, other.x, m.wrenches);
-  mechanism.right_side(problem.b, m.z);
-  mechanism.add_wrenches(A->bodies, m.wrenches, m.z);
-  mechanism.K().forward(m.z.data());
-  mechanism.K().backward(m.z.data());
-  mechanism.add_impulses(m.z, other.x);
-  measure(problem, options.law, other);
-  ++s.products;
-  ++s.factorizations;
-  if (!(other.residual <= most_rise * s.residual)) return false;
-  s.x = std::move(other.x);
-  s.u = std::move(other.u);
-  s.residual = other.residual;
-  s.objective = other.objective;
+  mechanism.analyse(problem, Mechanism::Scope::held);
+  const bool holds = !mechanism.rows().empty();
+  if (holds && (mechanism.K().work() > most_work || !mechanism.factor(problem))) return false;
+  const auto hold = [&](Solution& of) {
+    if (holds) mechanism.hold(problem, of.x, m.wrenches, m.z);
+    measure(problem, options.law, of);
+    ++s.products;
+  };
+  Solution none;
+  none.x.assign(problem.rows(), 0.0);
+  project(problem.K, none.x, none.x);
+  hold(none);
+  hold(s);
+  const double now = power(problem, s.x, s.u), before = power(problem, s.x, none.u);
+  if (now > 0 && before < 0) {
+    const double t = before / (before - now);
+    for (double& x : s.x) x *= t;
+    project(problem.K, s.x, s.x);
+    hold(s);
+  }
+  if (holds) ++s.factorizations;
   if (s.residual <= options.tolerance) s.status = Status::converged;
   return true;
 }

@@ -37,10 +37,11 @@ void keep_moving(const Bodies& bodies, std::size_t body, std::array<double, 6>& 
   if (!turns(bodies, body)) std::fill_n(d.begin() + 3, 3, 0.0);
 }
 
-void Mechanism::analyse(const Problem& problem) {
+void Mechanism::analyse(const Problem& problem, Scope scope) {
   const auto& A = std::get<ContactSystem>(problem.A);
   moves_.resize(A.bodies.size());
-  for (std::size_t i = 0; i < moves_.size(); ++i) moves_[i] = A.bodies.moves(static_cast<Index>(i));
+  for (std::size_t i = 0; i < moves_.size(); ++i)
+    moves_[i] = scope == Scope::all && A.bodies.moves(static_cast<Index>(i));
   row_.clear();
   link_.clear();
   P_.clear();
@@ -50,6 +51,8 @@ void Mechanism::analyse(const Problem& problem) {
       const ContactGraph::Link& link = problem.graph.links[run.block + i];
       row_.push_back(run.row + i);
       link_.push_back({link.a, link.b});
+      for (Index body : {link.a, link.b})
+        if (body >= 0) moves_[body] = 1;
       P_.push_back(problem.P[run.block + i]);
     }
   }
@@ -163,6 +166,42 @@ void Mechanism::add_wrenches(const Bodies& bodies, std::span<const double> w, st
     keep_moving(bodies, i, d);
     for (std::size_t k = 0; k < width; ++k) r[width * static_cast<std::size_t>(place_[i]) + k] += d[k];
   }
+}
+
+void Mechanism::move(const Bodies& bodies, const std::vector<Index>& body, double* w,
+                     std::vector<double>& z) const {
+  z.assign(width * K_.nodes(), 0.0);
+  for (std::size_t i = 0; i < body.size(); ++i) {
+    std::array<double, 6> d;
+    std::copy_n(w + width * i, width, d.begin());
+    keep_moving(bodies, static_cast<std::size_t>(body[i]), d);
+    std::copy_n(d.begin(), width, &z[width * static_cast<std::size_t>(place_[body[i]])]);
+  }
+  K_.forward(z.data());
+  K_.backward(z.data());
+  for (std::size_t i = 0; i < body.size(); ++i)
+    std::copy_n(&z[width * static_cast<std::size_t>(place_[body[i]])], width, w + width * i);
+}
+
+// K (v, -x_f) = (D_c' x_c, -b_f)
+void Mechanism::hold(const Problem& problem, std::span<double> x, std::vector<double>& w,
+                     std::vector<double>& z) const {
+  const auto& A = std::get<ContactSystem>(problem.A);
+  for (std::size_t row : row_) x[row] = 0;
+  w.assign(width * A.bodies.size(), 0.0);
+  amontons::add_impulses(A, x, w);
+  right_side(problem.b, z);
+  add_wrenches(A.bodies, w, z);
+  K_.forward(z.data());
+  K_.backward(z.data());
+  add_impulses(z, x);
+}
+
+void Mechanism::correct(std::span<const double> u, std::span<double> x, std::vector<double>& z) const {
+  right_side(u, z);
+  K_.forward(z.data());
+  K_.backward(z.data());
+  add_impulses(z, x);
 }
 
 void Mechanism::add_impulses(std::span<const double> z, std::span<double> x) const {

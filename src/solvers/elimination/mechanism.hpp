@@ -18,9 +18,11 @@ void keep_moving(const Bodies& bodies, std::size_t body, std::array<double, 6>& 
 // The pattern of K is that of the mechanism, which seldom changes: it is analysed when it does.
 class Mechanism {
  public:
+  // All bodies that move, or only those that bilateral rows act on.
+  enum class Scope : unsigned char { all, held };
   // Takes the bilateral rows of the problem, which has a ContactSystem. K is analysed anew if bodies or links
   // are others than in the last call.
-  void analyse(const Problem& problem);
+  void analyse(const Problem& problem, Scope scope = Scope::all);
   // K and its factorisation. False if a pivot fails: a body that turns about some axes only, or bilateral
   // rows whose dependence rounding makes indefinite.
   bool factor(const Problem& problem);
@@ -38,6 +40,14 @@ class Mechanism {
   void right_side(std::span<const double> u, std::vector<double>& r) const;
   // Adds impulses at the bodies, six numbers per body of the problem.
   void add_wrenches(const Bodies& bodies, std::span<const double> w, std::vector<double>& r) const;
+  // In place: velocities of bodies (their numbers in the problem) of the impulses at them, six numbers each;
+  // z is scratch.
+  void move(const Bodies& bodies, const std::vector<Index>& body, double* w, std::vector<double>& z) const;
+  // x of the bilateral rows, which hold exactly with the impulses of all others in x; w and z are scratch.
+  void hold(const Problem& problem, std::span<double> x, std::vector<double>& w,
+            std::vector<double>& z) const;
+  // Changes x of the bilateral rows by what u = A x + b has left of zero there.
+  void correct(std::span<const double> u, std::span<double> x, std::vector<double>& z) const;
   // x += the impulses of the rows in a solution z.
   void add_impulses(std::span<const double> z, std::span<double> x) const;
 

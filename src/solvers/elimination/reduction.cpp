@@ -234,11 +234,6 @@ void Reduction::shift(std::size_t i, std::span<const double> x, std::span<const 
   }
 }
 
-void Reduction::correct(std::span<const double> u, std::span<double> x) {
-  mechanism_.right_side(u, z_);
-  mechanism_.K().forward(z_.data());
-  mechanism_.K().backward(z_.data());
-  mechanism_.add_impulses(z_, x);
-}
+void Reduction::correct(std::span<const double> u, std::span<double> x) { mechanism_.correct(u, x, z_); }
 
 }  // namespace amontons

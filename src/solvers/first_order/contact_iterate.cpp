@@ -55,6 +55,11 @@ struct ContactIterate::State {
   // The current and the best of the three buffers of x.
   int now = 0, best = 0;
   std::vector<std::uint32_t> lane_of;  // contact -> lane
+  // Bodies that joints hold together, their impulses and velocities, and their lines:
+  // held_line[first_held_line[i]] .. of the body at i, none if no row acts on it.
+  std::shared_ptr<const ConstrainedBodies> constrained;
+  std::vector<double> held, pushed;
+  std::vector<std::uint32_t> held_line, first_held_line;
   // Constant during a solve: batches, rows, masses, compliance, b. The rest varies: `lines` within an
   // iteration, u and x from one to the next; y and u_y exist for accelerated methods only, saxce under
   // coulomb only.
@@ -80,12 +85,15 @@ struct ContactIterate::State {
   void fill_contacts(const Problem& problem, const ContactSystem& A);
   void fill_joints(const Problem& problem, const ContactSystem& A);
   void fill_masses(const Bodies& bodies);
+  void find_held_lines();
   // From the order and the frames of the problem to the lanes, in world coordinates, and back.
   void to_world(std::span<const double> user, const LineArray<double>& held) const;
   void to_user(const LineArray<double>& held, std::span<double> user) const;
 
   void add_copies();
   double apply_masses();
+  void push_held();
+  double move_held();
   // pass(data, chunk, ...) over all chunks, and its sums in the order of the chunks, whoever made them.
   template <class Pass, class... Step>
   PassSums over_chunks(Pass pass, const PassData& held, Step... step) {
@@ -108,6 +116,7 @@ ContactIterate::State::State(const Problem& problem, Law law, unsigned threads, 
       size(24 * layout.batches() + joints),
       coulomb(law == Law::coulomb),
       lane_of(contacts),
+      constrained(std::get<ContactSystem>(problem.A).constrained),
       batches(layout.batches()),
       rows(joints),
       masses(layout.body.size() / lanes),
@@ -126,6 +135,7 @@ ContactIterate::State::State(const Problem& problem, Law law, unsigned threads, 
   fill_contacts(problem, A);
   fill_joints(problem, A);
   fill_masses(A.bodies);
+  if (constrained) find_held_lines();
   to_world(problem.b, b);
 }
 
@@ -205,6 +215,27 @@ void ContactIterate::State::fill_masses(const Bodies& bodies) {
       masses[layout.copies[k] / lanes].weight[layout.copies[k] % lanes] = 0;
 }
 
+// Their masses are taken out of the mass pass, which leaves zeros in their lines.
+void ContactIterate::State::find_held_lines() {
+  const std::vector<Index>& body = constrained->body;
+  held.resize(6 * body.size());
+  pushed.resize(6 * body.size());
+  std::vector<std::vector<std::uint32_t>> found(body.size());
+  for (std::size_t line = 0; line < layout.body.size(); ++line) {
+    const auto at = std::lower_bound(body.begin(), body.end(), layout.body[line]);
+    if (layout.body[line] < 0 || at == body.end() || *at != layout.body[line]) continue;
+    found[static_cast<std::size_t>(at - body.begin())].push_back(static_cast<std::uint32_t>(line));
+    MassBatch& batch = masses[line / lanes];
+    batch.translation[line % lanes] = 0;
+    for (auto& inertia : batch.inertia) inertia[line % lanes] = 0;
+  }
+  first_held_line.assign(1, 0);
+  for (const auto& list : found) {
+    held_line.insert(held_line.end(), list.begin(), list.end());
+    first_held_line.push_back(static_cast<std::uint32_t>(held_line.size()));
+  }
+}
+
 PassData ContactIterate::State::data() const {
   return {batches.data(),
           rows.data(),
@@ -272,10 +303,33 @@ void ContactIterate::State::add_copies() {
   });
 }
 
+// Impulses at the bodies that joints hold: any of the lines of a body has their sum.
+void ContactIterate::State::push_held() {
+  for (std::size_t i = 0; i + 1 < first_held_line.size(); ++i) {
+    const bool none = first_held_line[i] == first_held_line[i + 1];
+    const double* line = none ? nullptr : &lines[8 * std::size_t{held_line[first_held_line[i]]}];
+    for (std::size_t k = 0; k < 6; ++k) pushed[6 * i + k] = none ? 0 : line[k];
+  }
+}
+
+// Their velocities, and the part of <lines, M^-1 lines> that is theirs. A few bodies: one thread.
+double ContactIterate::State::move_held() {
+  held = pushed;
+  constrained->apply(held.data());
+  double sum = 0;
+  for (std::size_t k = 0; k < held.size(); ++k) sum += held[k] * pushed[k];
+  for (std::size_t i = 0; i + 1 < first_held_line.size(); ++i)
+    for (std::uint32_t k = first_held_line[i]; k < first_held_line[i + 1]; ++k)
+      std::copy_n(&held[6 * i], 6, &lines[8 * std::size_t{held_line[k]}]);
+  return sum;
+}
+
 // lines := M^-1 lines; <lines, M^-1 lines>, which after a direction is <d, D M^-1 D' d>.
 double ContactIterate::State::apply_masses() {
   add_copies();
-  return over_chunks(passes.mass, data()).v[0];
+  if (constrained) push_held();
+  const double free = over_chunks(passes.mass, data()).v[0];
+  return constrained ? free + move_held() : free;
 }
 
 // Friction cones of three rows for all contacts and intervals for single rows: elliptic cones, moments and

@@ -24,10 +24,11 @@ class Elimination {
   // its arrays keep their memory, so that a step of a simulation allocates nothing here.
   bool solve(const Problem& problem, const Options& options, Solution& s);
 
-  // Bilateral impulses anew: exactly those that belong to the other impulses of s, which stay. For solves
-  // that stop early: joints hold all the same, and what is left of the residual lies in contacts. It may rise
-  // by that, and nothing is changed (false) where it more than doubles.
-  bool complete(const Problem& problem, const Options& options, Solution& s);
+  // For solves that stopped early: what they leave does no harm. Bilateral impulses are exactly those that
+  // belong to the others, so that joints hold; and the others are scaled, all alike and down, to where they
+  // do not give energy in sum. The residual may rise by that. False where it does not apply: no bodies, or a
+  // mechanism without factorisation.
+  bool settle(const Problem& problem, const Options& options, Solution& s);
 
  private:
   struct Memory;

@@ -1,0 +1,124 @@
+#include "solvers/elimination/constrained.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "amontons/problem/residual.hpp"
+
+namespace amontons {
+
+namespace {
+
+// Multiplications of a factorisation of K: some ten milliseconds. A solve with it, in every product, takes a
+// hundredth of them or less.
+constexpr double most_work = 2e7;
+// Of the tolerance: the rest of it is left to the rounding of K.
+constexpr double share = 0.999;
+constexpr int corrections = 2;
+
+class ConstrainedRun final : public Run {
+ public:
+  ConstrainedRun(ConstrainedProblem& problem, Starter starter, const Options& options)
+      : problem_(problem), options_(options) {
+    Options inner = options;
+    inner.tolerance = share * options.tolerance / problem.ratio();
+    if (!options.x0.empty()) problem.restrict_to_rest(options.x0, x0_);
+    inner.x0 = x0_;
+    inner_ = starter(problem.rest(), inner);
+  }
+  bool advance(std::size_t iterations) override { return inner_->advance(iterations); }
+  const char* name() const override { return inner_->name(); }
+  double best_residual() const override { return problem_.ratio() * inner_->best_residual(); }
+  void best(std::vector<double>& x) const override {
+    inner_->best(rest_);
+    problem_.extend(rest_, x);
+  }
+  std::size_t iterations() const override { return inner_->iterations(); }
+  std::size_t products() const override { return inner_->products(); }
+  std::size_t factorizations() const override { return inner_->factorizations(); }
+  Time started() const override { return inner_->started(); }
+  const std::vector<IterationRecord>& history() const override { return inner_->history(); }
+
+  Solution finish() override {
+    Solution s = inner_->finish();
+    rest_ = std::move(s.x);
+    problem_.extend(rest_, s.x);
+    measure(problem_.whole(), options_.law, s);
+    ++s.products;
+    for (int k = 0; k < corrections && s.residual > options_.tolerance; ++k, ++s.products) {
+      problem_.correct(s.u, s.x);
+      measure(problem_.whole(), options_.law, s);
+    }
+    if (s.residual <= options_.tolerance)
+      s.status = Status::converged;
+    else if (s.status == Status::converged)
+      s.status = Status::stalled;
+    return s;
+  }
+
+ private:
+  ConstrainedProblem& problem_;
+  Options options_;
+  std::vector<double> x0_;
+  mutable std::vector<double> rest_;
+  std::unique_ptr<Run> inner_;
+};
+
+}  // namespace
+
+bool ConstrainedProblem::make(const Problem& problem, Law law) {
+  const auto* A = std::get_if<ContactSystem>(&problem.A);
+  if (!A || A->constrained) return false;
+  problem_ = &problem;
+  mechanism_.analyse(problem, Mechanism::Scope::held);
+  if (mechanism_.rows().empty() || mechanism_.rows().size() == problem.rows() ||
+      mechanism_.K().work() > most_work || !mechanism_.factor(problem))
+    return false;
+  held_.clear();
+  for (std::size_t i = 0; i < A->bodies.size(); ++i)
+    if (mechanism_.place(static_cast<Index>(i)) >= 0) held_.push_back(static_cast<Index>(i));
+  // q is the u of impulses that only hold the joints.
+  Solution at_zero;
+  extend({}, at_zero.x);
+  measure(problem, law, at_zero);
+  SetProduct K;
+  ContactSystem rest{A->bodies, A->contacts, A->contact_compliance, {}, {}, {}};
+  std::vector<double> q;
+  const std::size_t contact_rows = A->contact_rows();
+  row_.clear();
+  for (const SetRun& run : problem.K.runs())
+    visit_kind(run.kind, [&]<class S>() {
+      if constexpr (!std::is_same_v<S, Free>) {
+        K.append(std::span<const S>(problem.K.all<S>()).subspan(run.first, run.count));
+        for (std::size_t row = run.row; row < run.row + S::dim * run.count; ++row) {
+          row_.push_back(row);
+          q.push_back(at_zero.u[row]);
+          if (row < contact_rows) continue;
+          rest.jacobian.push_back(A->jacobian[row - contact_rows]);
+          rest.compliance.push_back(A->compliance[row - contact_rows]);
+        }
+      }
+    });
+  const auto move = [this, bodies = A->bodies](double* w) { mechanism_.move(bodies, held_, w, z_); };
+  rest.constrained = std::make_shared<ConstrainedBodies>(ConstrainedBodies{held_, move});
+  rest_ = trusted_problem(std::move(rest), std::move(q), std::move(K));
+  ratio_ = natural_map_at_zero(rest_, law) / natural_map_at_zero(problem, law);
+  return ratio_ > 0 && std::isfinite(ratio_);
+}
+
+void ConstrainedProblem::restrict_to_rest(std::span<const double> x, std::vector<double>& rest) const {
+  rest.clear();
+  for (std::size_t row : row_) rest.push_back(x[row]);
+}
+
+void ConstrainedProblem::extend(std::span<const double> rest, std::vector<double>& x) {
+  x.assign(problem_->rows(), 0.0);
+  for (std::size_t i = 0; i < rest.size(); ++i) x[row_[i]] = rest[i];
+  mechanism_.hold(*problem_, x, wrenches_, z_);
+}
+
+std::unique_ptr<Run> ConstrainedProblem::start(Starter starter, const Options& options) {
+  return std::make_unique<ConstrainedRun>(*this, starter, options);
+}
+
+}  // namespace amontons
