@@ -38,6 +38,13 @@ class Task:
 TASKS = (
     Task("B1 network", "network", 3.0),
     Task("B2 spheres in a box", "spheres_in_box", 2.0, options={"tolerance": 1e-3}),
+    Task(
+        "spheres with friction, 10 ms",
+        "spheres_in_box",
+        2.0,
+        {"mu": 0.5},
+        {"dt": 1e-2, "tolerance": 1e-3},
+    ),
     Task("B3 plates 1:100", "plates", 10.0),
     Task("B4 wall at rest", "wall_at_rest", 1.0),
     Task("B4 wall under impact", "wall", 1.0, options={"tolerance": 1e-3}),

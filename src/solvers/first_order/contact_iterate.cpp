@@ -58,7 +58,7 @@ struct ContactIterate::State {
   // Bodies that joints hold together, their impulses and velocities, and their lines:
   // held_line[first_held_line[i]] .. of the body at i, none if no row acts on it.
   std::shared_ptr<const ConstrainedBodies> constrained;
-  std::vector<double> held, pushed;
+  std::vector<double> moved, pushed;
   std::vector<std::uint32_t> held_line, first_held_line;
   // Constant during a solve: batches, rows, masses, compliance, b. The rest varies: `lines` within an
   // iteration, u and x from one to the next; y and u_y exist for accelerated methods only, saxce under
@@ -218,7 +218,7 @@ void ContactIterate::State::fill_masses(const Bodies& bodies) {
 // Their masses are taken out of the mass pass, which leaves zeros in their lines.
 void ContactIterate::State::find_held_lines() {
   const std::vector<Index>& body = constrained->body;
-  held.resize(6 * body.size());
+  moved.resize(6 * body.size());
   pushed.resize(6 * body.size());
   std::vector<std::vector<std::uint32_t>> found(body.size());
   for (std::size_t line = 0; line < layout.body.size(); ++line) {
@@ -314,13 +314,13 @@ void ContactIterate::State::push_held() {
 
 // Their velocities, and the part of <lines, M^-1 lines> that is theirs. A few bodies: one thread.
 double ContactIterate::State::move_held() {
-  held = pushed;
-  constrained->apply(held.data());
+  moved = pushed;
+  constrained->apply(moved.data());
   double sum = 0;
-  for (std::size_t k = 0; k < held.size(); ++k) sum += held[k] * pushed[k];
+  for (std::size_t k = 0; k < moved.size(); ++k) sum += moved[k] * pushed[k];
   for (std::size_t i = 0; i + 1 < first_held_line.size(); ++i)
     for (std::uint32_t k = first_held_line[i]; k < first_held_line[i + 1]; ++k)
-      std::copy_n(&held[6 * i], 6, &lines[8 * std::size_t{held_line[k]}]);
+      std::copy_n(&moved[6 * i], 6, &lines[8 * std::size_t{held_line[k]}]);
   return sum;
 }
 
