@@ -232,7 +232,7 @@ Field field_of(const Problem& problem, const Options& options, const Costs& c, s
 // With elimination, where islands are small enough for it: it takes about the same time at every tolerance,
 // and first-order iterations, begun beside it, are done earlier where few of them lead to a loose one.
 Field field_with(const Problem& problem, const Options& options, const Costs& c, double direct) {
-  Field field = problem.K.all_free() ? linear_field(c, false) : field_of(problem, options, c);
+  Field field = problem.K.all_free() ? linear_field(c, false) : field_of(problem, options, c, 0);
   field.push_back({.start = start_elimination, .why = eliminated, .product = direct, .products = 1});
   return field;
 }
