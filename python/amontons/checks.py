@@ -29,6 +29,8 @@ Numbers = Sequence[float] | NDArray[Any]
 Matrix3 = tuple[Vector3, Vector3, Vector3]
 T = TypeVar("T")
 
+LONGEST_TEXT = 100_000
+"""Of descriptions and names; a part's name may have fewer."""
 UNIT = 1e-6
 """|length - 1| up to which a quaternion counts as a unit quaternion with rounding and is normalised."""
 EXACT = 1e-15
@@ -79,7 +81,12 @@ def shown(value: object) -> str:
         text = repr(value)
     except Exception:  # of integers of more than 4300 digits, and of objects of others
         return f"a {type(value).__name__}"
-    return text if len(text) <= 80 else f"{text[:60]}... of {len(text)} characters"
+    return shortened(text, 80)
+
+
+def shortened(text: str, most: int = 300) -> str:
+    """The text, cut to what a message can hold."""
+    return text if len(text) <= most else f"{text[: most - 20]}... of {len(text)} characters"
 
 
 def positive(what: str, value: Any) -> float:
@@ -142,6 +149,20 @@ def function(what: str, value: Any) -> Any:
     if value is not None and not callable(value):
         raise InputError(f"{what} is a {type(value).__name__}; it must be callable")
     return value
+
+
+def text(what: str, value: object) -> str:
+    """A string of at most LONGEST_TEXT characters."""
+    if not isinstance(value, str):
+        raise InputError(f"{what} is {shown(value)}; it must be a string")
+    if len(value) > LONGEST_TEXT:
+        raise InputError(f"{what} has {len(value)} characters; give at most {LONGEST_TEXT}")
+    return value
+
+
+def named(kind: str, name: object) -> str:
+    """kind "name": , with which messages about a part begin; InputError if the name is no string."""
+    return f'{kind} "{text(f"the name of {kind}", name)}": '
 
 
 def sequence(what: str, values: Any) -> list[Any]:
@@ -213,6 +234,24 @@ def reals(what: str, values: ArrayLike, remedy: str = "") -> Array:
     except Exception as error:  # NumPy asks the object, which may raise anything
         reason = " ".join(str(error).split())[:200]
         raise InputError(f"{what} must hold real numbers{remedy} ({reason})") from None
+
+
+def one_or_two(what: str, values: Any) -> tuple[Any, Any]:
+    """One value twice, or two."""
+    if isinstance(values, numbers.Real):
+        return values, values
+    listed = sequence(what, values)
+    if len(listed) != 2:
+        raise InputError(f"{what} is {shown(values)}; give one number, or two")
+    return listed[0], listed[1]
+
+
+def array(what: str, values: ArrayLike) -> NDArray[Any]:
+    """`values` as an array of whatever it holds."""
+    try:
+        return np.asarray(values)
+    except Exception:  # NumPy asks the object, which may raise anything
+        raise InputError(f"{what} is {shown(values)}; give an array of numbers") from None
 
 
 def indices(what: str, values: ArrayLike) -> NDArray[np.int32]:

@@ -1,5 +1,6 @@
 """Ctrl-C, threads, forks, and memory that is changed behind our back."""
 
+import contextlib
 import copy
 import multiprocessing
 import os
@@ -15,6 +16,7 @@ import numpy as np
 import pytest
 import scipy.sparse as sp
 from amontons import scenes
+from amontons.io.models.waiting import interruptible
 
 ENOUGH = 1.0
 """Seconds from Ctrl-C to the end, three times what is promised: other programs run here, too."""
@@ -98,6 +100,50 @@ def test_ctrl_c_within_a_rollout(ctrl_c):
         amontons.rollout(quick.model, [quick, slow], steps=2, repeat=10**6, threads=2)
     assert waited(ctrl_c) < ENOUGH
     assert quick.steps == 0
+
+
+# Breaks when Ctrl-C waits for the compiler of models, which looks at no signals and may take ten seconds.
+def test_ctrl_c_within_a_compilation(ctrl_c):
+    ctrl_c(0.2)
+    with pytest.raises(KeyboardInterrupt):
+        interruptible(lambda: time.sleep(20))
+    assert waited(ctrl_c) < ENOUGH
+    assert interruptible(lambda: 3) == 3
+    with pytest.raises(ZeroDivisionError):
+        interruptible(lambda: 1 // 0)
+
+
+# Breaks when a run in Python or in the compiled module, a reader, or a study goes on after Ctrl-C.
+@pytest.mark.parametrize("what", ["run", "run with callback", "load_model", "read_problem", "sweep"])
+def test_ctrl_c_ends_every_long_call(ctrl_c, what, tmp_path):
+    sim = simulation("stack")
+    rows = 20_000
+    lines = "".join(f"{i} {i} 1\n" for i in range(1, rows + 1))
+    (tmp_path / "a.mtx").write_text(
+        f"%%MatrixMarket matrix coordinate real symmetric\n{rows} {rows} {rows}\n{lines}"
+    )
+    np.savez(tmp_path / "a.npz", b=np.ones(rows))
+    bodies = "".join(f'<body pos="{i} 0 1"><freejoint/><geom size=".1"/></body>' for i in range(500))
+    (tmp_path / "a.xml").write_text(f"<mujoco><worldbody>{bodies}</worldbody></mujoco>")
+
+    def again(call):
+        while True:
+            with contextlib.suppress(amontons.FileError):
+                call()
+
+    calls = {
+        "run": lambda: sim.run(1e6),
+        "run with callback": lambda: sim.run(1e6, lambda s, r: None),
+        "load_model": lambda: again(lambda: amontons.load_model(tmp_path / "a.xml")),
+        "read_problem": lambda: again(lambda: amontons.read_problem(tmp_path / "a.mtx")),
+        "sweep": lambda: amontons.sweep(
+            "stack", {"boxes": [2], "duration": [1e6]}, executor=0, progress=False
+        ),
+    }
+    ctrl_c(0.5)
+    with pytest.raises(KeyboardInterrupt):
+        calls[what]()
+    assert waited(ctrl_c) < ENOUGH
 
 
 # Breaks when a handler of the user is not called within a step, what it raises does not come out, or one

@@ -103,3 +103,26 @@ def test_ranges_are_documented(root):
     assert set(ranges.OPTIONS) <= set(re.findall(r"`(\w+)`", table))
     assert f"{ranges.FARTHEST:g}".replace("+", "") in table
     assert f"{ranges.LARGEST:g}".replace("+", "") in table
+
+
+# Breaks when what is no text, number, flag or array of numbers goes on to where NumPy or Python raises an
+# error of its own: each of these did, found by the soak.
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda m: amontons.rollout(m, [amontons.Simulation(m)], steps=1, sensors=np.eye(3)), "sensors ="),
+        (lambda m: amontons.ModelBuilder().add_tendon(joints=np.array([]), rest=np.array(1)), "rest"),
+        (lambda m: amontons.ModelBuilder().add_tendon(joints=np.array([1.0, 2.0])), "joints has"),
+        (lambda m: amontons.Problem(np.eye(1), [1], "free", name=np.eye(3)), "name is"),
+        (lambda m: amontons.Problem(np.eye(1), [1], "free", notes=[1]), r"notes\[0\] is"),
+        (lambda m: amontons.Actuator(name=object()), "name of actuator"),
+        (lambda m: amontons.Factored([1.0], "x", [0], [-1], np.ones((1, 6)), None), "inverse_inertia"),
+        (lambda m: amontons.Factored([1.0], 10**400, [0], [-1], np.ones((1, 6)), None), "inverse_inertia"),
+        (lambda m: amontons.Problem(np.eye(1), [1], "free").write("x" * 10**5), "too long"),
+    ],
+)
+def test_things_of_another_kind(call, message, model):
+    with pytest.raises(amontons.InputError, match=message) as raised:
+        call(model)
+    assert len(str(raised.value)) < 1000
+    assert amontons.EllipticFriction(0.3, rolling=()).rows == 0

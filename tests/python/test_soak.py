@@ -10,7 +10,7 @@ from soak import readers
 from soak.families import families
 from soak.runner import Run
 from soak.shrink import shrink
-from soak.table import rows, show
+from soak.table import added, read_csv, rows, show, write_csv
 
 HERE = Path(__file__).resolve().parent
 MODULE = ("broken_families",)
@@ -62,6 +62,25 @@ def test_failures_shrink(run, tmp_path):
     place = shrink(families(MODULE)["parts"], made.found[0], tmp_path / "into", made)
     assert (place / "kept.txt").read_text() == "3\n"
     assert "without the parts [0, 1, 2, 4]" in (place / "failure.txt").read_text()
+
+
+# Breaks when failures no longer shrink once the time of their run is over, as it is after every long run.
+def test_failures_shrink_after_the_run(run, tmp_path):
+    made = run("parts", cases=1)
+    made.until = 0.0
+    place = shrink(families(MODULE)["parts"], made.found[0], tmp_path / "into", made)
+    assert (place / "kept.txt").read_text() == "3\n"
+
+
+# Breaks when runs that follow each other lose cases or measures of those before.
+def test_tables_of_several_runs_add_up(run, tmp_path):
+    table = tmp_path / "table.csv"
+    for families_ in (("good", "nonsense"), ("good",)):
+        write_csv(table, added(rows(run(*families_, cases=3)), read_csv(table)))
+    found = read_csv(table)
+    assert (found["good"]["cases"], found["good"]["accepted"], found["good"]["seed"]) == ("6", "6", "1")
+    assert (found["nonsense"]["cases"], found["nonsense"]["failures"]) == ("3", "3")
+    assert float(found["good"]["largest height"]) > 0
 
 
 # Breaks when a good file of a family is none: its damage would be refused for another reason.

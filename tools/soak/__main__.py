@@ -15,7 +15,7 @@ from pathlib import Path
 from .families import families
 from .runner import Run
 from .shrink import shrink
-from .table import rows, show, write_csv
+from .table import added, read_csv, rows, show, write_csv
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -29,6 +29,7 @@ def main() -> int:
     parser.add_argument("--family", action="append", choices=list(known), help="only this one; repeatable")
     parser.add_argument("--jobs", type=int, default=2, help="workers side by side")
     parser.add_argument("--csv", type=Path, help="where the table goes")
+    parser.add_argument("--add", action="store_true", help="to the table that is there: one of several runs")
     parser.add_argument("--sanitized", action="store_true", help="the module was built with a sanitizer")
     parser.add_argument("--case", type=int, help="run this one case of one family, and keep its files")
     parser.add_argument("--into", type=Path, help="where shrunk failures go; tests/python/soak keeps them")
@@ -43,15 +44,19 @@ def main() -> int:
     print(f"soak: seed {seed}, {len(chosen)} families; files in {work}", flush=True)
     with tempfile.TemporaryDirectory(prefix="soak-") as scratch:
         limits = dict(cases=options.cases, seconds=options.seconds, sanitized=options.sanitized)
-        run = Run(chosen, seed, **limits, work=work, scratch=Path(scratch))
+        before = read_csv(options.csv) if options.csv and options.add else {}
+
+        def progress(run: Run) -> None:
+            if options.csv:
+                write_csv(options.csv, added(rows(run), before))
+
+        run = Run(chosen, seed, **limits, work=work, scratch=Path(scratch), progress=progress)
         if options.case is not None:
             run.only(chosen[0], options.case)
         else:
             run.go(options.jobs)
-        table = rows(run)
-        print(show(table))
-        if options.csv:
-            write_csv(options.csv, table)
+        progress(run)
+        print(show(rows(run)))
         for first in {(f.family, f.where): f for f in reversed(run.found)}.values():
             print(f"\n{first.family} --seed {seed} --case {first.index}: {first.kind}: {first.where}")
             if options.into:

@@ -11,7 +11,7 @@ import subprocess
 import sys
 import threading
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -19,7 +19,9 @@ from typing import Any
 from .families import MODULES
 from .family import Family
 
-BATCH = 200
+BATCH = 400
+PROGRESS = 60.0
+"""Seconds between two calls of what is told of a run."""
 PATIENCE = 8.0
 """Wall clock of a case over its processor time at most: what waits and does not compute hangs, too."""
 
@@ -141,6 +143,7 @@ class Run:
         work: Path,
         scratch: Path,
         modules: Sequence[str] = MODULES,
+        progress: Callable[[Run], None] = lambda run: None,
     ) -> None:
         self.families = [f.sanitized() for f in families] if sanitized else families
         self.seed, self.sanitized = seed, sanitized
@@ -150,6 +153,7 @@ class Run:
         self.next = dict.fromkeys((f.name for f in families), 0)
         self.tallies = {f.name: Tally() for f in families}
         self.found: list[Found] = []
+        self.progress, self._told = progress, time.monotonic()
         self._lock = threading.Lock()
 
     def go(self, jobs: int) -> None:
@@ -204,6 +208,9 @@ class Run:
             if ended is not None:
                 tally.add(ended)
                 self._keep(family, ended, folder / "case")
+            if time.monotonic() - self._told > PROGRESS:
+                self._told = time.monotonic()
+                self.progress(self)
         last = ended["index"] if ended else max((v["index"] for v in told if "index" in v), default=first)
         return count if told and told[-1].get("done") else int(last) + 1 - first
 

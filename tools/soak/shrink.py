@@ -10,6 +10,8 @@ from .family import Family
 from .runner import Found, Run, run_worker
 
 TRIALS = 80
+ENDLESS = {"until": 1e300}
+"""The time of the run is over when its failures shrink."""
 
 
 def shrink(family: Family, found: Found, into: Path, run: Run) -> Path:
@@ -18,7 +20,7 @@ def shrink(family: Family, found: Found, into: Path, run: Run) -> Path:
     for part in range(max(found.parts, 8 if found.kind in ("crash", "hang") else 0)):
         if _fails(family, found, run, dropped | {part}):
             dropped.add(part)
-    _fails(family, found, run, dropped)  # once more, for its files
+    again = _fails(family, found, run, dropped)  # once more, for its files
     made = run.scratch / "shrink" / "case"
     name = hashlib.sha256(f"{found.family} {found.where}".encode()).hexdigest()[:8]
     place = into / f"{found.family}-{name}"
@@ -27,12 +29,13 @@ def shrink(family: Family, found: Found, into: Path, run: Run) -> Path:
     if family.main and family.replay and (place / family.main).is_file():
         _cut(family, found, place / family.main, run)
     words = f"{found.family} --seed {found.seed} --case {found.index} without the parts {sorted(dropped)}"
+    words += "" if again else "; it did not fail a second time"
     (place / "failure.txt").write_text(f"{words}\n{found.kind}: {found.where}\n")
     return place
 
 
 def _fails(family: Family, found: Found, run: Run, dropped: set[int]) -> bool:
-    job = run.job(family, found.index, 1, run.scratch / "shrink") | {"dropped": sorted(dropped)}
+    job = run.job(family, found.index, 1, run.scratch / "shrink") | {"dropped": sorted(dropped)} | ENDLESS
     return _alike(found, job, family)
 
 
@@ -44,7 +47,7 @@ def _alike(found: Found, job: dict, family: Family) -> bool:
 
 def _cut(family: Family, found: Found, path: Path, run: Run) -> None:
     """Delta debugging (Zeller, Hildebrandt 2002) over the lines of a file of text, the bytes of another."""
-    job = run.job(family, 0, 1, run.scratch / "shrink") | {"replay": str(path)}
+    job = run.job(family, 0, 1, run.scratch / "shrink") | {"replay": str(path)} | ENDLESS
     data = path.read_bytes()
     pieces = data.splitlines(keepends=True) if b"\0" not in data else [bytes([b]) for b in data]
     if not _alike(found, job, family):

@@ -29,17 +29,49 @@ def rows(run: Run) -> list[Row]:
     return found
 
 
+def added(table: list[Row], before: dict[str, dict[str, str]]) -> list[Row]:
+    """The table of this run and of those before it, by family: cases and failures summed, the largest of each
+    measure."""
+    names = list(dict.fromkeys([*next(iter(before.values()), {}), *(n for row in table for n in row)]))
+    # Counts stand before measures, whichever run had them first.
+    names.sort(key=lambda name: name.startswith("largest "))
+    now = {row["family"]: row for row in table}
+    found = []
+    for family in dict.fromkeys([*before, *now]):
+        pair = before.get(family, {}), now.get(family, {})
+        found.append({name: _both(name, *(str(row.get(name, "")) for row in pair)) for name in names})
+    return found
+
+
+def _both(name: str, one: str, two: str) -> Any:
+    if name == "family":
+        return one or two
+    if name == "seed":
+        return " ".join(dict.fromkeys(f"{one} {two}".split()))
+    if name.startswith("largest "):
+        return max(one, two, key=lambda text: float(text or "-inf"))
+    return int(one or 0) + int(two or 0)
+
+
 def show(table: list[Row]) -> str:
     if not table:
         return "no cases were run"
     names = list(table[0])
     total = {n: sum(row[n] for row in table) if isinstance(table[0][n], int) else "" for n in names}
-    total |= {"family": "all", "seed": table[0]["seed"]}
+    total |= {"family": "all"}
     lines = [[str(row[n]) for n in names] for row in [*table, total]]
     widths = [max(len(n), *(len(line[k]) for line in lines)) for k, n in enumerate(names)]
     return "\n".join(
         "  ".join(w.rjust(n) for w, n in zip(line, widths, strict=True)) for line in [names, *lines]
     )
+
+
+def read_csv(path: Path) -> dict[str, dict[str, str]]:
+    """The rows of a table by family; none where there is none."""
+    if not path.is_file():
+        return {}
+    with path.open(newline="") as file:
+        return {row["family"]: row for row in csv.DictReader(file)}
 
 
 def write_csv(path: Path, table: list[Row]) -> None:

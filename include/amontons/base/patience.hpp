@@ -21,6 +21,8 @@ class Patience {
   // Whether the loop that makes it catches LeftEarly.
   enum class Catches : bool { no, yes };
   static constexpr double infinite_work = std::numeric_limits<double>::infinity();
+  // Multiplications of dense kernels in the time of one unit of work.
+  static constexpr double multiplications = 80;
 
   // seconds: from now on, may be infinite. work: likewise. asked: true is the wish to stop, which stays; may
   // be empty, or throw. It is called on this thread, at most every 20 ms.

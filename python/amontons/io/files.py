@@ -19,13 +19,19 @@ from secrets import token_hex
 from ..checks import shown
 from ..errors import FileError
 
+LONGEST_PATH = 4096
+"""Characters: what systems take."""
+
 logger = logging.getLogger(__name__)
 
 
 def named(path: object) -> Path:
     """The path that a user gave; FileError if it is none."""
     try:
-        return Path(path)  # type: ignore[arg-type]
+        made = Path(path)  # type: ignore[arg-type]
+        if len(str(made)) > LONGEST_PATH:
+            raise FileError(f"{shown(str(made))}: is too long for the name of a file")
+        return made
     except TypeError:
         raise FileError(f"{shown(path)}: is no name of a file; give a string or a pathlib.Path") from None
 

@@ -134,7 +134,8 @@ class Reader:
                 known = ", ".join(FILTERS.values())
                 raise self.fail(f"{self.name(key)} is packed by a filter that is not read; known are {known}")
         declared = math.prod(map(int, dataset.shape)) * dataset.id.get_type().get_size()
-        chunk = math.prod(map(int, dataset.chunks)) * dataset.dtype.itemsize if dataset.chunks else 0
+        item = dataset.dtype.itemsize  # raises where NumPy has no such type
+        chunk = math.prod(map(int, dataset.chunks)) * item if dataset.chunks else 0
         taken = chunk if in_parts else max(declared, chunk)
         if taken > self.limits.memory:
             raise self.fail(

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
-from ..checks import Numbers, about, number, sequence, shown, vector3
+from ..checks import Numbers, about, number, one_or_two, sequence, shown, vector3
 from ..errors import InputError
 from ..guidance import guided
 from .drives import Actuator, PathElement, Tendon, TendonTerm, Transmission, law
@@ -54,16 +54,12 @@ class DriveBuilder(JointBuilder):
         who = f'tendon "{name}"'
         if (joints is None) == (path is None):
             raise InputError(f"{who}: give either joints with coefficients or a path")
-        rests = (rest, rest) if not hasattr(rest, "__len__") else tuple(rest)  # type: ignore[arg-type]
-        if len(rests) != 2:
-            raise InputError(
-                f"{who}: rest = {shown(rest)}; give one length, or the two between which it is slack"
-            )
         with about(who):
+            rests = one_or_two("rest", rest)
             lower, upper = bounds((None, None) if limits is None else limits)
             tendon = Tendon(
                 name,
-                self._terms(joints or ()),
+                self._terms(() if joints is None else joints),
                 tuple(self._stop(stop) for stop in sequence("path", path if path is not None else ())),
                 lower,
                 upper,

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from .. import _core
-from ..checks import Vector3, chosen, entries, flag, sequence, shown, vector3
+from ..checks import Vector3, chosen, entries, flag, named, sequence, shown, vector3
 from ..errors import InputError
 from .parts import WORLD, fill, numbers
 from .transforms import ORIGIN, Transform
@@ -86,7 +86,7 @@ class Tendon:
     """inertia of the drive (kg, kg m^2)"""
 
     def __post_init__(self) -> None:
-        who = f'tendon "{self.name}": '
+        who = named("tendon", self.name)
         fill(
             self,
             terms=tuple(sequence(who + "terms", self.terms)),
@@ -168,7 +168,7 @@ class Actuator:
     """the effort takes the activation of the end of the step, not of its start"""
 
     def __post_init__(self) -> None:
-        who = f'actuator "{self.name}": '
+        who = named("actuator", self.name)
         chosen("dynamics of an actuator", self.dynamics, ACTIVATIONS)
         if not isinstance(self.transmission, Transmission):
             raise InputError(f"{who}transmission is {shown(self.transmission)}; give a Transmission")

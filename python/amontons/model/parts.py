@@ -14,6 +14,7 @@ from ..checks import (
     chosen,
     entries,
     flag,
+    named,
     number,
     point,
     sequence,
@@ -175,7 +176,7 @@ class Body:
     """its weight over mass times gravity: 0 floats, 1 is usual"""
 
     def __post_init__(self) -> None:
-        who = f'body "{self.name}": '
+        who = named("body", self.name)
         chosen("motion", self.motion, MOTIONS)
         numbers(self, who, "mass", "gravity_scale")
         for name in ("centre_of_mass", "linear_velocity", "angular_velocity"):
@@ -220,7 +221,7 @@ class Geom:
     """of the surface about the origin of the geom, in body axes (rad/s): turntables, rollers"""
 
     def __post_init__(self) -> None:
-        who = f'geom "{self.name}": '
+        who = named("geom", self.name)
         if not isinstance(self.shape, Shape):
             raise InputError(
                 f"{who}shape is {shown(self.shape)}; give one of amontons.shapes, as Sphere(0.1)"
@@ -289,7 +290,7 @@ class Joint:
     """a condition between bodies that other joints place: never among `Simulation.q`"""
 
     def __post_init__(self) -> None:
-        who = f'joint "{self.name}": '
+        who = named("joint", self.name)
         chosen("kind of joint", self.kind, JOINTS)
         fill(
             self,
@@ -326,7 +327,7 @@ class Coupling:
     tendon_b: int = -1
 
     def __post_init__(self) -> None:
-        who = f'coupling "{self.name}": '
+        who = named("coupling", self.name)
         values = sequence(f"{who}coefficients", self.coefficients)
         fill(self, coefficients=entries(f"{who}coefficients", values, len(values)))
         numbers(self, who, "compliance")

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 
 from .. import _core
 from ..checks import Array, Numbers, Vector3, entries, finite, frozen, number, reals, vector3
+from ..checks import array as as_array
 from ..errors import InputError
 from ..guidance import guided
 from .hulls import Triangles, convex_triangles
@@ -300,7 +301,7 @@ def _points(what: str, values: ArrayLike) -> Array:
 
 
 def _triangles(what: str, values: ArrayLike) -> Triangles:
-    array = np.asarray(values)
+    array = as_array(what, values)
     if array.ndim != 2 or array.shape[1] != 3 or array.dtype.kind not in "iu":
         raise InputError(f"{what} must be (t, 3) integers, the corners of each triangle")
     if array.size and (array.min() < 0 or array.max() > np.iinfo(np.int32).max):

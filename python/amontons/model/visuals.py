@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..checks import entries, frozen, indices, reals, shown
+from ..checks import entries, frozen, indices, named, reals, shown
 from ..errors import InputError
 from .parts import WORLD, fill
 from .shapes import Shape
@@ -57,7 +57,7 @@ class Visual:
     """red, green, blue and opacity, from 0 to 1; None is that of the kind of shape"""
 
     def __post_init__(self) -> None:
-        who = f'visual "{self.name}": '
+        who = named("visual", self.name)
         shape: Any = self.shape
         if not isinstance(shape, Shape | TriangleMesh):
             raise InputError(f"{who}shape is {shown(shape)}; give one of amontons.shapes or a TriangleMesh")

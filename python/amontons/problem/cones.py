@@ -267,7 +267,7 @@ class EllipticFriction(Cone):
     def parameters(self) -> tuple[Array, ...]:
         """One coefficient per row after the normal."""
         parts = [self.mu, self.torsion, self.rolling]
-        columns = [part.reshape(self.n, -1).T for part in parts if part is not None]
+        columns = [np.atleast_2d(part.T) for part in parts if part is not None]
         return tuple(np.ascontiguousarray(column) for column in np.concatenate(columns))
 
     def __repr__(self) -> str:

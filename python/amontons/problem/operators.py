@@ -11,25 +11,25 @@ import scipy.sparse as sp
 from numpy.typing import ArrayLike, NDArray
 
 from .. import _core
-from ..checks import Array, finite, matrix, vector
+from ..checks import Array, array, finite, matrix, reals, vector
 from ..errors import InputError
 
 Indices = NDArray[np.int32]
 
 
 def _bodies(name: str, values: ArrayLike, bodies: int) -> Indices:
-    array = np.asarray(values)
-    if array.size == 0:
+    given = array(name, values)
+    if given.size == 0:
         return np.empty(0, dtype=np.int32)
-    if array.ndim != 1 or array.dtype.kind not in "iu":
+    if given.ndim != 1 or given.dtype.kind not in "iu":
         raise InputError(f"{name} must be a vector of integers: the body of each row, -1 for the world")
-    wrong = np.flatnonzero((array < -1) | (array >= bodies))
+    wrong = np.flatnonzero((given < -1) | (given >= bodies))
     if wrong.size:
         i = wrong[0]
         raise InputError(
-            f"{name}[{i}] = {array[i]}: that body does not exist (there are {bodies}; -1 is the world)"
+            f"{name}[{i}] = {given[i]}: that body does not exist (there are {bodies}; -1 is the world)"
         )
-    return np.ascontiguousarray(array, dtype=np.int32)
+    return np.ascontiguousarray(given, dtype=np.int32)
 
 
 def _require_two_bodies(what: str, body_a: Indices, body_b: Indices) -> None:
@@ -64,7 +64,8 @@ def _positive_lengths(values: ArrayLike, contacts: int) -> Array:
 
 
 def _row_counts(values: ArrayLike, contacts: int) -> Indices:
-    counts = np.broadcast_to(np.asarray(values), (contacts,)) if np.ndim(values) == 0 else np.asarray(values)
+    counts = array("rows", values)
+    counts = np.broadcast_to(counts, (contacts,)) if counts.ndim == 0 else counts
     if (
         counts.shape != (contacts,)
         or counts.dtype.kind not in "iu"
@@ -76,27 +77,27 @@ def _row_counts(values: ArrayLike, contacts: int) -> Indices:
 
 def _inverse_inertia(values: ArrayLike, bodies: int) -> Array:
     """(n, 3, 3) or principal moments (n, 3) as (n, 6) in the order xx, yy, zz, xy, xz, yz."""
-    array = np.asarray(values, dtype=np.float64)
-    if array.size == 0 and bodies == 0:
+    given = reals("inverse_inertia", values)
+    if given.size == 0 and bodies == 0:
         return np.empty((0, 6))
-    if array.shape not in ((bodies, 3, 3), (bodies, 3)):
+    if given.shape not in ((bodies, 3, 3), (bodies, 3)):
         raise InputError(
-            f"inverse_inertia has shape {array.shape}; it must be ({bodies}, 3, 3), "
+            f"inverse_inertia has shape {given.shape}; it must be ({bodies}, 3, 3), "
             f"or ({bodies}, 3) if diagonal"
         )
-    finite("inverse_inertia", array)
-    if array.ndim == 2:
-        return np.hstack([array, np.zeros((bodies, 3))])
-    scale = np.abs(array).max(axis=(1, 2), initial=0.0)
-    skew = np.abs(array - array.transpose(0, 2, 1)).max(axis=(1, 2), initial=0.0)
+    finite("inverse_inertia", given)
+    if given.ndim == 2:
+        return np.hstack([given, np.zeros((bodies, 3))])
+    scale = np.abs(given).max(axis=(1, 2), initial=0.0)
+    skew = np.abs(given - given.transpose(0, 2, 1)).max(axis=(1, 2), initial=0.0)
     wrong = np.flatnonzero(skew > _core.ASYMMETRY * scale)
     if wrong.size:
         raise InputError(f"inverse_inertia[{wrong[0]}] is not symmetric; symmetrise it")
-    wrong = np.flatnonzero(np.linalg.eigvalsh(array)[:, 0] < -1e-10 * scale)
+    wrong = np.flatnonzero(np.linalg.eigvalsh(given)[:, 0] < -1e-10 * scale)
     if wrong.size:
         raise InputError(f"inverse_inertia[{wrong[0]}] is not positive semidefinite")
     rows, columns = [0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2]
-    return np.ascontiguousarray(array[:, rows, columns])
+    return np.ascontiguousarray(given[:, rows, columns])
 
 
 def balanced_length(forces: Array, moments: Array) -> Array:

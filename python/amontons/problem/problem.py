@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .. import _core, watching
-from ..checks import Array, chosen, frozen, sequence, vector
+from ..checks import Array, chosen, frozen, sequence, text, vector
 from ..errors import InputError
 from ..hooks import hook
 from . import cones as cones_
@@ -80,8 +80,11 @@ class Problem:
         self._b: Array | None = None if S is None else right.copy()
         core_b = right if S is None else S * right
         self._core = _core.Problem(units.scaled(self._A, S), core_b, cones_.to_core(self._cones, S))
-        self.name, self.description, self.source = name, description, source
-        self.notes = tuple(sequence("notes", notes))
+        self.name, self.description, self.source = (
+            text(what, value)
+            for what, value in (("name", name), ("description", description), ("source", source))
+        )
+        self.notes = tuple(text(f"notes[{i}]", x) for i, x in enumerate(sequence("notes", notes)))
         self.f = None if f is None else vector("f", f)
         self.guesses = tuple(vector(f"guesses[{i}]", x) for i, x in enumerate(sequence("guesses", guesses)))
         for i, x in enumerate(self.guesses):

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .. import _core, watching
-from ..checks import Array, option, reals
+from ..checks import Array, flag, option, reals
 from ..errors import InputError, SimulationError, StepWarning
 from ..model.model import Model, no_model
 from .simulation import Simulation
@@ -68,6 +68,7 @@ def rollout(
     worlds = _worlds(model, states, options)
     rows = _controls(model, controls, len(worlds), steps)
     repeat = option("repeat", repeat)
+    sensors = flag("sensors", sensors)
     courses, readings, done = [], [], 0
     for part in _in_single_rows(rows) if sensors else [rows]:
         course = advance_worlds(worlds, part, repeat, threads)

@@ -1,5 +1,6 @@
 #include "multibody/contacts/contact_law.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <type_traits>
 
@@ -9,6 +10,10 @@ namespace {
 
 // Equal coefficients along and across are a circle, which has the cheaper set.
 bool is_anisotropic(const Material& m) { return m.friction_across >= 0 && m.friction_across != m.friction; }
+// What interlocks: a cone of half an angle of 89.94 degrees. In a wider one the normal of an impulse is lost
+// in the rounding of its tangents, and what should stick falls through.
+constexpr double roughest = 1e3;
+double at_most(double friction) { return std::min(friction, roughest); }
 double across(const Material& m) { return m.friction_across >= 0 ? m.friction_across : m.friction; }
 
 // t' I^-1 t: the angular velocity that a unit impulse of torque t makes, along t.
@@ -71,18 +76,19 @@ double moment_length(const Contact& contact, const BodyMobilities& mobility) {
 // Coefficients of moments are lengths, m <= mu_r f_n; rows hold m / L, hence mu_r / L.
 void append_set(const Contact& contact, SetProduct& K) {
   const Material& m = contact.material;
-  const double torsion = m.torsional_friction / contact.moment_length,
-               rolling = m.rolling_friction / contact.moment_length;
+  const double torsion = at_most(m.torsional_friction / contact.moment_length),
+               rolling = at_most(m.rolling_friction / contact.moment_length);
+  const double along = at_most(m.friction), athwart = at_most(across(m));
   if (contact.rows == 3 && !is_anisotropic(m))
-    K.append(Friction{m.friction});
+    K.append(Friction{along});
   else if (contact.rows == 3)
-    K.append(EllipticFriction<3>{m.friction, across(m)});
+    K.append(EllipticFriction<3>{along, athwart});
   else if (contact.rows == 4)
-    K.append(EllipticFriction<4>{m.friction, across(m), torsion});
+    K.append(EllipticFriction<4>{along, athwart, torsion});
   else if (contact.rows == 5)
-    K.append(RollingFriction{m.friction, rolling});
+    K.append(RollingFriction{along, rolling});
   else
-    K.append(EllipticFriction<6>{m.friction, across(m), torsion, rolling, rolling});
+    K.append(EllipticFriction<6>{along, athwart, torsion, rolling, rolling});
 }
 
 // Contacts are the first blocks of the problem, in their order. Impulses are added, as those of impacts at

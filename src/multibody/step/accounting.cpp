@@ -17,6 +17,10 @@ void add_solution(const Problem& problem, const Solution& solution, Report& repo
   report.contacts = A.contacts.size();
   report.joint_rows = A.jacobian.size();
   add_cost(solution, report);
+  add_residual(solution, report);
+}
+
+void add_residual(const Solution& solution, Report& report) {
   // The worst solve speaks for the step.
   if (!report.method.empty() && solution.residual <= report.residual) return;
   report.residual = solution.residual;
@@ -35,7 +39,7 @@ void add_errors(const JointError& error, double line_error, const std::vector<Co
 
 void add_balance(const EnergyBalance& balance, Report& report) {
   report.energy_balance += balance.work;
-  report.balanced = report.balanced && balance.work <= balance.allowed;
+  report.balanced = report.balanced && balance.work <= balance.allowed;  // not of NaN
 }
 
 // Kinetic and spring energy at the end, gravity half a step earlier: see Report.

@@ -25,6 +25,8 @@ class StepClock {
   }
   // For the deadline of a solve: a moment even when the budget is spent, infinite without one.
   double left() const { return budget_ < infinity ? std::max(1e-6, budget_ - elapsed()) : infinity; }
+  // Whether the budget does not hold so much more (s).
+  bool over(double more = 0) const { return budget_ < infinity && elapsed() + more >= budget_; }
 
  private:
   double budget_;
@@ -35,6 +37,8 @@ class StepClock {
 void add_cost(const Solution& solution, Report& report);
 // The cost and the size of a solve, and its residual, status and method if that is the worst so far.
 void add_solution(const Problem& problem, const Solution& solution, Report& report);
+// The residual of a solution, if it is the worst so far.
+void add_residual(const Solution& solution, Report& report);
 // Penetration and joint errors of the poses at the start of a substep, the largest so far.
 void add_errors(const JointError& error, double line_error, const std::vector<Contact>& contacts,
                 Report& report);

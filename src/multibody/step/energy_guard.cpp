@@ -8,6 +8,7 @@
 
 #include "multibody/contacts/contact_law.hpp"
 #include "multibody/joints/row_terms.hpp"
+#include "multibody/step/assemble.hpp"
 
 namespace amontons {
 
@@ -83,6 +84,28 @@ EnergyBalance energy_balance(const EnergyInput& in, BodyVelocities& after) {
       kinetic_energy(in.model, in.frames, in.start) + kinetic_energy(in.model, in.frames, after);
   return {contact_work(in, after) + joint_work(in, after) + inertial,
           of_motion * kinetic + of_gravity * gravity + of_change * changed + recovered + closing_work(in)};
+}
+
+// Along s x the work is a s + c s^2, which its values at 1 and 1/2 tell; the largest s in [0, 1] with work 0
+// is -a / c where a < 0, else 0: bodies fly on freely for a step, and what they miss of joints and contacts
+// is an error of position, which the following steps take back.
+EnergyBalance take_back(const EnergyInput& in, EnergyBalance balance, Solution& solution,
+                        BodyVelocities& after, BodyVelocities& scratch) {
+  const std::vector<double> x = solution.x;
+  const auto scale = [&](double s) {
+    for (std::size_t i = 0; i < x.size(); ++i) solution.x[i] = s * x[i];
+    project(in.problem.K, solution.x, solution.x);  // intervals without zero
+    after = in.free;
+    apply_impulses(in.problem, solution.x, after);
+    return energy_balance(in, scratch);
+  };
+  const double whole = balance.work, half = scale(0.5).work;
+  const double a = 4 * half - whole, c = 2 * whole - 4 * half;
+  if (a < 0 && c > 0) {
+    balance = scale(std::min(1.0, -a / c));
+    if (balance.work <= balance.allowed) return balance;
+  }
+  return scale(0);
 }
 
 }  // namespace amontons

@@ -29,4 +29,9 @@ struct EnergyBalance {
 // `scratch`: memory.
 EnergyBalance energy_balance(const EnergyInput& in, BodyVelocities& scratch);
 
+// Takes back the part of the impulses that made energy, of which `balance` is the balance: for a step that
+// has neither time nor work left to find better ones. The arrays are those of `in`.
+EnergyBalance take_back(const EnergyInput& in, EnergyBalance balance, Solution& solution,
+                        BodyVelocities& after, BodyVelocities& scratch);
+
 }  // namespace amontons

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "amontons/base/patience.hpp"
 #include "multibody/contacts/contact_law.hpp"
 #include "multibody/step/assemble.hpp"
 
@@ -120,6 +121,8 @@ bool resolve_impacts(const ImpactInput& in, BodyVelocities& v, std::vector<Conta
     const bool elastic = approaching(contacts, v, in.threshold, h, index);
     // Without restitution there is nothing to reflect, and the step stops what approaches.
     if (index.empty() || (reflection == 0 && !elastic)) return reflection > 0;
+    // What bounces no more for want of time is stopped by the step, too.
+    if (reflection > 0 && (in.solver.clock.over() || Patience::exhausted())) break;
     if (reflection == 0) locked = locked_rows(in, v);
     active.clear();
     for (std::size_t i : index) active.push_back(contacts[i]);

@@ -142,6 +142,8 @@ static double closing(const Model& model, double h) {
 
 // Of a step that made energy from nothing: halves of halves, then it is reported.
 constexpr unsigned most_repairs = 4;
+// Of the limit of work: what another attempt needs.
+constexpr double least_share = 0.2;
 
 // Marks a step as begun, for as long as it lives.
 class Begun {
@@ -162,6 +164,23 @@ void Simulation::try_step(const Attempt& attempt, StepClock& clock, Report& repo
   for (unsigned part = 0; part < attempt.parts && report.advanced; ++part)
     advance(options_.dt / attempt.parts, attempt, clock, report);
   if (!report.advanced) state_ = scratch_->before;
+}
+
+// What to try after an attempt; nothing if it is good enough or the last. It is too late for another once
+// little work is left, with which it would come to less, or the budget does not hold what is beside the
+// solves of an attempt.
+std::optional<Simulation::Attempt> Simulation::next_attempt(Attempt last, const StepClock& clock,
+                                                            const Report& report) const {
+  const bool solved = report.advanced && report.residual <= options_.tolerance;
+  const Timings& t = report.timings;
+  const double limit = most_work(contacts_.size() + 6 * model_->joints());
+  if ((solved && report.balanced) || Patience::work_left() < least_share * limit ||
+      clock.over(t.assembly + t.collision + t.integration))
+    return {};
+  if (!report.balanced && (!last.damped || last.recovers)) return Attempt{1, true, false};
+  if (last.parts >= std::max(options_.max_substeps, report.balanced ? 1 : most_repairs)) return {};
+  last.parts *= 2;
+  return last;
 }
 
 // A step that does not converge is done again in twice as many parts, from the state at its start: shorter
@@ -189,15 +208,9 @@ void Simulation::make_step(Report& report) {
       report.status = Status::interrupted;
       break;
     }
-    const bool solved = report.advanced && report.residual <= options_.tolerance;
-    // Too late to try again once the budget or the work is spent: what there is counts.
-    if ((solved && report.balanced) || clock.elapsed() > options_.budget || Patience::exhausted()) break;
-    if (!report.balanced && (!attempt.damped || attempt.recovers))
-      attempt = {1, true, false};
-    else if (attempt.parts < std::max(options_.max_substeps, report.balanced ? 1 : most_repairs))
-      attempt.parts *= 2;
-    else
-      break;
+    const std::optional<Attempt> next = next_attempt(attempt, clock, report);
+    if (!next) break;
+    attempt = *next;
     state_ = s.before;
   }
   // Not a sum of substeps: time = n dt without the rounding of n parts.
@@ -315,7 +328,8 @@ void solve_and_look(const Model& model, const StepBodies& bodies, const Assembly
     apply_impulses(*vi.problem, vi.solution.x, after);
     solver.clock.lap(report.timings.solve);
     const std::size_t known = contacts.size();
-    if (detections < most_detections) finder.find_unforeseen(reach, bodies.free, contacts);
+    if (detections < most_detections && !solver.clock.over())
+      finder.find_unforeseen(reach, bodies.free, contacts);
     solver.clock.lap(report.timings.collision);
     if (contacts.size() == known) {
       if (!turned || !(turn_contacts(reach, enough, finder, vi.turns, *vi.problem) > enough)) break;
@@ -396,6 +410,26 @@ void Simulation::look(double h, bool damped, StepClock& clock, Report& report) {
     Patience::limit_work(most_work(contacts_.size() + 6 * model.joints()));
 }
 
+// The balance of energy; where this attempt is the last, without the part of the impulses that upsets it.
+void Simulation::keep_balance(double h, const Attempt& attempt, double recovery, const StepClock& clock,
+                              Report& report) {
+  Scratch& s = *scratch_;
+  const EnergyInput energy{*model_,     s.frames, s.mobility,         s.start,       s.free,
+                           s.after,     s.spins,  *s.vi.problem,      s.vi.solution, s.vi.rows,
+                           options_.dt, recovery, closing(*model_, h)};
+  EnergyBalance balance = energy_balance(energy, s.lagged);
+  if (!(balance.work <= balance.allowed)) {
+    Report unbalanced = report;
+    unbalanced.balanced = false;
+    if (!next_attempt(attempt, clock, unbalanced)) {
+      balance = take_back(energy, balance, s.vi.solution, s.after, s.lagged);
+      measure(*s.vi.problem, options_.law, s.vi.solution);
+      add_residual(s.vi.solution, report);
+    }
+  }
+  add_balance(balance, report);
+}
+
 // One step of length h: the list "A time step" of ARCHITECTURE.md, with its numbers. Every call names what it
 // reads and, last, what it writes.
 void Simulation::advance(double h, const Attempt& attempt, StepClock& clock, Report& report) {
@@ -453,12 +487,9 @@ void Simulation::advance(double h, const Attempt& attempt, StepClock& clock, Rep
   clock.lap(report.timings.assembly);
   // 9. Solve, look where the velocities lead, solve again for what nobody could foresee.
   solve_and_look(model, bodies, assembly, margin(), solver, s.finder, contacts_, s.vi, s.after, report);
+  keep_balance(h, attempt, recovery, clock, report);
   report.advanced = all_finite(s.after);
   if (!report.advanced) return;
-  add_balance(energy_balance({model, s.frames, s.mobility, s.start, s.free, s.after, s.spins, *s.vi.problem,
-                              s.vi.solution, s.vi.rows, options_.dt, recovery, closing(model, h)},
-                             s.lagged),
-              report);
   // 10. Integrate: impulses go to tables and state, then the bodies move.
   keep_impulses(s.vi, options_.law, h, s.frames, s.after, contacts_, state_);
   std::swap(x_, s.vi.solution.x);

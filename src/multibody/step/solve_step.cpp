@@ -101,8 +101,9 @@ Solution polished(const Problem& problem, const std::string& method, const Optio
 }  // namespace
 
 double most_work(std::size_t blocks) {
-  constexpr double least = 1e6, per_block = 4e4;
-  return least + per_block * static_cast<double>(blocks);
+  constexpr double least = 1.5e6, per_pair = 100, large = 400;
+  const auto n = static_cast<double>(blocks);
+  return least + per_pair * n * std::min(n, large);
 }
 
 Patience share_of_step() {

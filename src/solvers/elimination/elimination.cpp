@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cmath>
 
+#include "amontons/base/patience.hpp"
 #include "amontons/problem/residual.hpp"
 #include "amontons/solvers/driver/driver.hpp"
 #include "solvers/elimination/reduction.hpp"
@@ -113,7 +114,9 @@ bool Elimination::solve(const Problem& problem, const Options& options, Solution
   if (options.history || options.callback) return false;
   const auto start = std::chrono::steady_clock::now();
   Memory& m = *memory_;
+  const Patience patience(options.deadline);
   if (!m.reduction.analyse(problem, most_rows, most_work) || !m.reduction.factor(problem)) return false;
+  Patience::spend(m.reduction.work() / Patience::multiplications);
   m.problem = &problem;
   m.options = &options;
   m.scale = natural_map_at_zero(problem, options.law);
@@ -121,6 +124,7 @@ bool Elimination::solve(const Problem& problem, const Options& options, Solution
   const double count = static_cast<double>(std::max<std::size_t>(1, m.reduction.islands()));
   m.target = share * options.tolerance * m.scale / std::sqrt(count);
   m.solved = true;
+  m.small.begin();
   // Not a new one: its arrays keep their memory.
   s.phases.clear();
   s.history.clear();
@@ -134,7 +138,8 @@ bool Elimination::solve(const Problem& problem, const Options& options, Solution
   // W has the rounding of a factorisation and the least compliance of K, which bodies of very different
   // masses may raise above the tolerance. The u of the problem itself then tells the q that would have been
   // right (defect correction).
-  for (int round = 1; round < most_rounds && s.residual > options.tolerance && m.solved; ++round) {
+  for (int round = 1; round < most_rounds && s.residual > options.tolerance && m.solved && !Patience::late();
+       ++round) {
     for (std::size_t i = 0; i < m.reduction.islands(); ++i) m.reduction.shift(i, s.x, s.u);
     m.solve_islands(s.x, s);
     bilateral = m.complete(s);
@@ -181,7 +186,10 @@ bool Elimination::settle(const Problem& problem, const Options& options, Solutio
     project(problem.K, s.x, s.x);
     hold(s);
   }
-  if (holds) ++s.factorizations;
+  if (holds) {
+    ++s.factorizations;
+    Patience::spend(mechanism.K().work() / Patience::multiplications);
+  }
   if (s.residual <= options.tolerance) s.status = Status::converged;
   return true;
 }

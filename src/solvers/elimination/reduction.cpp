@@ -75,6 +75,16 @@ bool Reduction::factor(const Problem& problem) {
   return true;
 }
 
+double Reduction::work() const {
+  double sum = mechanism_.K().work();
+  for (const Range& range : range_)
+    if (range.first < range.last) {
+      const auto columns = static_cast<double>(range.size());
+      sum += columns * width * (0.5 * columns + width);
+    }
+  return sum;
+}
+
 // Sets, P, rows, q = b_c and W = E_c, in the order of the columns.
 void Reduction::fill_islands(const Problem& problem) {
   const auto& A = std::get<ContactSystem>(problem.A);

@@ -40,6 +40,8 @@ class Reduction {
   // Moves q to where W x + q is the u of the problem: of an x, of which u is known.
   void shift(std::size_t island, std::span<const double> x, std::span<const double> u);
   const Mechanism& mechanism() const { return mechanism_; }
+  // Multiplications of factor().
+  double work() const;
 
   // x_f of the x_c in x.
   void recover(std::span<double> x);

@@ -18,6 +18,7 @@
 #include <array>
 #include <cmath>
 
+#include "amontons/base/patience.hpp"
 #include "amontons/problem/residual.hpp"
 #include "solvers/linear/row_kernel.hpp"
 
@@ -43,6 +44,10 @@ constexpr std::size_t proximal_points = 16, few_steps = 5, rounds = 3, first_swe
 constexpr std::size_t cold_descent = 24;
 // In all: multiplications, with so many for each row of a projection or a natural map. About a millisecond.
 constexpr std::size_t most_work = 4'000'000, multiplications = 30;
+// Between two looks at the Patience of the thread: some microseconds.
+constexpr std::size_t unwatched_work = 5'000;
+// In a unit of work: rows are short and the loops over blocks do other things than multiply.
+constexpr double small_multiplications = 0.5 * Patience::multiplications;
 // Local steps of a sweep at a block of several rows.
 constexpr int local_steps = 4;
 
@@ -143,7 +148,7 @@ void SmallVi::start(const Reduction::Island& island) {
     p_[block] = std::max(mean, floor);
   });
   result_ = {};
-  work_ = 0;
+  work_ = paid_ = 0;
 }
 
 // u = W x + q
@@ -204,13 +209,23 @@ SmallVi::Result SmallVi::solve(const Reduction::Island& island, Law law, const L
     approach(sigma);
   }
   x = best_;
+  unpaid_ += work_ - paid_;
   return result_;
 }
 
 bool SmallVi::done() const { return result_.map <= limits_.aim; }
 
-bool SmallVi::left() const {
-  return work_ < most_work && (limits_.iterations == 0 || result_.iterations < limits_.iterations);
+bool SmallVi::left() {
+  if (unpaid_ + work_ - paid_ >= unwatched_work) pay();
+  return !ended_ && work_ < most_work && (limits_.iterations == 0 || result_.iterations < limits_.iterations);
+}
+
+// Charges what was done since the last call, and sees whether that was all that may be.
+void SmallVi::pay() {
+  Patience::spend(static_cast<double>(unpaid_ + work_ - paid_) / small_multiplications);
+  unpaid_ = 0;
+  paid_ = work_;
+  ended_ = ended_ || Patience::exhausted() || Patience::late() || Patience::interrupted();
 }
 
 // Newton steps from the present x, each regularised about the point where it starts. The natural map may rise

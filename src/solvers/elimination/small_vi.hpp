@@ -21,6 +21,8 @@ class SmallVi {
     double map;  // natural, of the x that comes back
     std::size_t iterations, factorizations;
   };
+  // Before the first of several solves, which share what the Patience of the thread leaves.
+  void begin() { ended_ = false; }
   // x: the start, and the best x seen. Its memory is kept between calls.
   Result solve(const Reduction::Island& island, Law law, const Limits& limits, std::vector<double>& x);
 
@@ -36,7 +38,8 @@ class SmallVi {
   void evaluate(const std::vector<double>& x, std::vector<double>& u);
   bool keep(const std::vector<double>& x, const std::vector<double>& u);
   bool done() const;
-  bool left() const;
+  bool left();
+  void pay();
   void find_faces();
   void approach(double& sigma);
   void sweeps(std::size_t count);
@@ -59,7 +62,8 @@ class SmallVi {
   std::vector<std::size_t> active_;
   std::vector<double> J_, rhs_, du_, HW_;
   double sigma_ = 0;
-  std::size_t work_ = 0;
+  std::size_t work_ = 0, paid_ = 0, unpaid_ = 0;  // of this solve, of those before it
+  bool ended_ = false;  // no work, time or wish is left
   Result result_{};
 };
 

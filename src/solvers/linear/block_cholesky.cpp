@@ -293,9 +293,6 @@ namespace {
 std::atomic<double> pace{5e-10};
 constexpr double shortest_measured = 1e6;
 
-// In the time of one block of a product (Patience).
-constexpr double multiplications_per_work = 80;
-
 // Multiplications between two looks at the clock: a tenth of a millisecond.
 constexpr double unwatched_work = 3e5;
 
@@ -322,7 +319,7 @@ int factor_front(double* F, int front, int stride, int columns, double* pack) {
 int BlockCholesky::factor() {
   int replaced = 0;
   std::size_t top = 0;
-  Patience::spend(factor_work_ / multiplications_per_work);
+  Patience::spend(factor_work_ / Patience::multiplications);
   Patience::leave_if_due(factor_work_ * pace.load(std::memory_order_relaxed));
   const auto start = Patience::Clock::now();
   double watched = 0;  // work since the last look

@@ -108,10 +108,13 @@ class Simulation {
     unsigned parts = 1;
     bool damped = false, recovers = false;
   };
+  std::optional<Attempt> next_attempt(Attempt last, const StepClock& clock, const Report& report) const;
   void make_step(Report& report);
   void finish_report(Report& report);
   void try_step(const Attempt& attempt, StepClock& clock, Report& report);
   void look(double h, bool damped, StepClock& clock, Report& report);
+  void keep_balance(double h, const Attempt& attempt, double recovery, const StepClock& clock,
+                    Report& report);
   void advance(double h, const Attempt& attempt, StepClock& clock, Report& report);
 
   std::shared_ptr<const Model> model_;

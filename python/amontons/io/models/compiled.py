@@ -21,6 +21,7 @@ from ...model.transforms import Transform
 from .elements import Element
 from .issues import Issues
 from .urdf import prepare
+from .waiting import interruptible
 
 ADVICE = {
     "mass and inertia of moving bodies": (
@@ -62,7 +63,7 @@ class Compiled:
         """MuJoCo's name of a body, geom, jnt, ..., empty if it has none."""
         address = getattr(self.model, f"name_{kind}adr")[index]
         names = self.model.names
-        return names[address : names.index(b"\0", address)].decode()
+        return names[address : names.index(b"\0", address)].decode(errors="replace")
 
     def element(self, kind: str, index: int) -> Element | None:
         """The element of the file that a body, geom, ... came from, as far as it can be found."""
@@ -77,7 +78,10 @@ class Compiled:
         """Name and line of the things of a kind by MuJoCo's index."""
         if kind not in self._known_places:
             self._known_places[kind] = {
-                item.id: (item.name, int(line[1]) if (line := re.search(r"line (\d+)", item.info)) else None)
+                item.id: (
+                    _name_of(item),
+                    int(line[1]) if (line := re.search(r"line (\d+)", item.info)) else None,
+                )
                 for item in getattr(self.spec, SPECS[kind])
             }
         return self._known_places[kind]
@@ -171,6 +175,13 @@ def import_mujoco() -> ModuleType:
     return mujoco
 
 
+def _name_of(item: Any) -> str:
+    try:
+        return str(item.name)
+    except UnicodeDecodeError:  # MuJoCo takes any bytes
+        return ""
+
+
 def compile_file(
     path: Path, root: Element, issues: Issues, floating_base: bool | None, limits: Limits = DEFAULT
 ) -> Compiled:
@@ -186,7 +197,7 @@ def compile_file(
                 LOG.info("%s: MuJoCo compiles %d bodies, which takes seconds", path, len(spec.bodies))
             if len(spec.bodies) > MANY or spec.memory > ARENA:
                 spec.memory = ARENA
-            model = spec.compile()
+            model = interruptible(spec.compile)
             data = mujoco.MjData(model)
             mujoco.mj_kinematics(model, data)
         except FileError:

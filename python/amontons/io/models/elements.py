@@ -7,6 +7,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from ...checks import shortened
+
 
 @dataclass
 class Element:
@@ -51,7 +53,8 @@ class Element:
             node = node.parent
 
     def __str__(self) -> str:
-        return f'<{self.tag} name="{self.name}">' if self.name else f"<{self.tag}>"
+        tag = shortened(self.tag)
+        return f'<{tag} name="{shortened(self.name)}">' if self.name else f"<{tag}>"
 
     @property
     def place(self) -> str:

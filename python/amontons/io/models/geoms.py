@@ -165,7 +165,10 @@ def _hull(compiled: Compiled, geom: int, mesh: int) -> Shape:
 
 def _thick(vertices: Array) -> Array:
     """The points (n, 3) moved both ways along the directions in which they extend by next to nothing."""
-    _, _, axes = np.linalg.svd(vertices - vertices.mean(axis=0), full_matrices=True)
+    try:
+        _, _, axes = np.linalg.svd(vertices - vertices.mean(axis=0), full_matrices=True)
+    except np.linalg.LinAlgError:  # of what is not finite, which the hull refuses
+        return vertices
     extent = np.ptp(vertices @ axes.T, axis=0)
     for axis in axes[extent < THIN * extent.max()]:
         shift = 0.5 * THIN * extent.max() * axis

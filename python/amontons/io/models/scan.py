@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from ...checks import shortened
 from ...errors import FileError
 from ...limits import Limits
 from .elements import Element, not_finite
@@ -11,6 +12,9 @@ from .issues import Issues
 from .rules import MJCF, URDF, Rule, words
 from .size import Budget, require_size
 from .xml_lines import Faults, expand_includes, is_file, read_xml
+
+LISTED = 100
+"""Places in a message at most."""
 
 NAMES = words(
     "name class childclass model body frame prefix file mesh hfield material joint jointinparent tendon site "
@@ -84,7 +88,8 @@ def scan(root: Element, issues: Issues, folder: Path, limits: Limits, outer: tup
     require_size(root, limits, size_of)
     visit(root)
     if wrong:
-        raise FileError("\n".join(wrong))
+        more = [f"and {len(wrong) - LISTED} more"] if len(wrong) > LISTED else []
+        raise FileError("\n".join([*wrong[:LISTED], *more]))
 
 
 def _unknown(element: Element, issues: Issues) -> None:
@@ -133,7 +138,7 @@ def _spelling_faults(element: Element) -> list[str]:
     return [
         f'{name}="{element.attributes[name]}" has a "%", which MuJoCo takes for a format; rename it'
         for name in formats
-    ] + [f'{name}="{element.attributes[name]}" is not finite' for name in endless]
+    ] + [f'{name}="{shortened(element.attributes[name])}" is not finite' for name in endless]
 
 
 def _may_be_infinite(element: Element, name: str) -> bool:

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from ...checks import shortened
 from ...errors import FileError
 from . import collada, stl_text
 from .elements import Element
@@ -179,10 +180,10 @@ def _find_mesh(name: str, meshdir: str, root: Element, issues: Issues) -> Path |
         (e for e in root.walk() if e.tag == "mesh" and e.attributes.get("filename", "").endswith(name)), root
     )
     if found is None:
-        looked = ", ".join(map(str, places))
+        looked = ", ".join(shortened(str(place)) for place in places)
         raise FileError(
-            f'{element.place}: {element}: the file "{name}" does not exist; looked for {looked}. For '
-            "package:// set ROS_PACKAGE_PATH to the folders that hold the packages"
+            f'{element.place}: {element}: the file "{shortened(name)}" does not exist; looked for {looked}. '
+            "For package:// set ROS_PACKAGE_PATH to the folders that hold the packages"
         )
     if found.suffix.lower() == ".dae" and collada.read(found) is not None:
         return found.resolve()

@@ -23,6 +23,7 @@ from .compiled import Compiled, transform
 from .elements import Element
 from .geoms import Geoms
 from .urdf import candidates
+from .waiting import interruptible
 from .xml_lines import is_file
 
 HIDDEN = 3
@@ -175,7 +176,7 @@ def _read(mujoco: Any, path: Path) -> TriangleMesh | None:
     mesh = spec.add_mesh(name="mesh", file=str(path.resolve()))
     mesh.inertia = mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL  # its mass is of no interest, nor is a volume
     try:
-        model = spec.compile()
+        model = interruptible(spec.compile)
     except (ValueError, RuntimeError):
         return None
     moved = transform(model.mesh_pos[0], model.mesh_quat[0])  # MuJoCo puts meshes into their inertial frame

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import time
 from functools import cached_property
 from os import PathLike
 from pathlib import Path
@@ -12,7 +13,7 @@ from typing import Any
 import h5py
 import numpy as np
 
-from ...errors import InputError
+from ...errors import FileError, InputError
 from ...limits import Limits
 from ...model.model import Model
 from ...simulation.forces import CONTACTS
@@ -23,6 +24,9 @@ from .model_json import model_from_json
 from .recorder import FORMAT, STATE, VERSION
 
 Table = np.ndarray[Any, Any]
+LONGEST_WAIT = 2.0
+"""Seconds for a writer between whose writes nothing is seen."""
+PAUSE = 0.02
 WIDTH = {"orientations": 4, "joint_coordinates": None}
 """Numbers of a body, 3 else; of the coordinates of all joints as many as the model has."""
 
@@ -204,8 +208,26 @@ def _is_being_written(path: Path) -> bool:
 
 
 def open_recording(path: str | PathLike[str], limits: Limits) -> Recording:
-    """See `amontons.read_recording`."""
+    """See `amontons.read_recording`.
+
+    Of a file that its writer opens or closes just now HDF5 says that it is damaged. It is looked at again as
+    long as it changes.
+    """
     path = existing(path, "a recording")
+    end = time.monotonic() + LONGEST_WAIT
+    while True:
+        before = path.stat()
+        try:
+            return _recording(path, limits)
+        except FileError:
+            time.sleep(PAUSE)
+            now = path.stat()
+            same = (before.st_mtime_ns, before.st_size) == (now.st_mtime_ns, now.st_size)
+            if same or time.monotonic() > end:
+                raise
+
+
+def _recording(path: Path, limits: Limits) -> Recording:
     file = open_hdf5(path, "a recording", _opened)
     try:
         return Recording(path, file, limits)
