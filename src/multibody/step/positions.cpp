@@ -161,7 +161,7 @@ BodyVelocities displacements(const PositionInput& in, const BodyVelocities& rest
   const Solution s = linear || rows.tags.size() <= few_rows ? automatic(problem, options, elimination)
                                                             : apgd(problem, options);
   BodyVelocities p = rest;
-  if (s.residual <= most_left) apply_impulses(problem, s.x, p);
+  if (s.status != Status::deadline || s.residual <= most_left) apply_impulses(problem, s.x, p);
   return p;
 }
 

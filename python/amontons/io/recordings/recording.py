@@ -147,7 +147,9 @@ class Recording:
     def reports(self) -> Table:
         """One row per step, recorded as a frame or not; the fields of `Report`, the timings among them."""
         self._reader.require_columns(self._reader.dataset("reports"), "reports", REPORTS)
-        return self._reader.array("reports", "V").astype(REPORTS)
+        rows = self._reader.array("reports", "V")
+        with self._reader.damage("/reports"):  # texts that are none
+            return rows.astype(REPORTS)
 
     def contacts(self, frame: int) -> Table:
         """The contact table of the step that led to a frame, fields as in `Simulation.contacts`.
