@@ -22,7 +22,11 @@ class SmallVi {
     std::size_t iterations, factorizations;
   };
   // Before the first of several solves, which share what the Patience of the thread leaves.
-  void begin() { ended_ = false; }
+  // Nothing of an earlier step counts: a simulation that was saved and loaded has the same bits.
+  void begin() {
+    ended_ = false;
+    unpaid_ = 0;
+  }
   // x: the start, and the best x seen. Its memory is kept between calls.
   Result solve(const Reduction::Island& island, Law law, const Limits& limits, std::vector<double>& x);
 
@@ -63,7 +67,7 @@ class SmallVi {
   std::vector<double> J_, rhs_, du_, HW_;
   double sigma_ = 0;
   std::size_t work_ = 0, paid_ = 0, unpaid_ = 0;  // of this solve, of those before it
-  bool ended_ = false;  // no work, time or wish is left
+  bool ended_ = false;                            // no work, time or wish is left
   Result result_{};
 };
 
