@@ -320,12 +320,20 @@ Solution solve_directly_or_race(const Problem& problem, const Options& options) 
                                        : better_of(std::move(s), solve_after_elimination(problem, options));
 }
 
-// The whole once more, from the start, as the best x of the direct way may lie where Coulomb's law has no
-// solution nearby, and then from the best x of both where that is not far; the work stays bounded, as a robot
-// that jams should not stop the clock.
-Solution after_elimination(const Problem& problem, const Options& options, Solution s) {
+// Islands that fell short by themselves; then the whole once more, from the start, as the best x of the
+// direct way may lie where Coulomb's law has no solution nearby, and then from the best x of both where that
+// is not far; the work stays bounded, as a robot that jams should not stop the clock.
+Solution after_elimination(const Problem& problem, const Options& options, Elimination& elimination,
+                           Solution s) {
   constexpr double near = 100;  // times the tolerance
   Options rest = options;
+  if (s.status == Status::stalled) {
+    rest.deadline = options.deadline - s.time;
+    const auto start = std::chrono::steady_clock::now();
+    // Where all islands are solved, rounding is what is left, and nobody would come nearer.
+    if (!elimination.solve_again(problem, rest, solve_after_elimination, s)) return s;
+    s.time += seconds_since(start);
+  }
   for (const bool last : {false, true}) {
     rest.deadline = options.deadline - s.time;
     if (s.status == Status::converged || s.status == Status::infeasible || s.status == Status::interrupted ||
@@ -346,7 +354,8 @@ Solution after_elimination(const Problem& problem, const Options& options, Solut
 Solution with_memory(const Problem& problem, const Options& options, Elimination& elimination,
                      Solution memory, ToleranceOf tolerance) {
   Solution s = std::move(memory);
-  if (elimination.solve(problem, options, s)) return after_elimination(problem, options, std::move(s));
+  if (elimination.solve(problem, options, s))
+    return after_elimination(problem, options, elimination, std::move(s));
   s = solve_by_islands(problem, options, solve_directly_or_race, tolerance);
   if (s.status == Status::converged || s.status == Status::infeasible) return s;
   // Where the solve ends early, joints hold all the same, and contacts give no energy.

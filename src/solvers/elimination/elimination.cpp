@@ -55,7 +55,8 @@ struct Elimination::Memory {
   // Of complete(), whose problems have islands of many rows.
   Mechanism mechanism;
   std::vector<double> wrenches, z;
-  bool solved = true;  // whether all islands reached the target
+  std::vector<char> short_of;  // of islands: whether they fell short of the target
+  bool solved() const { return std::find(short_of.begin(), short_of.end(), 1) == short_of.end(); }
 
   void solve_islands(std::span<const double> start, Solution& s);
   double complete(Solution& s);
@@ -69,6 +70,7 @@ Elimination::~Elimination() = default;
 
 // x of the rows that remain, island by island.
 void Elimination::Memory::solve_islands(std::span<const double> start, Solution& s) {
+  short_of.assign(reduction.islands(), 0);
   for (std::size_t i = 0; i < reduction.islands(); ++i) {
     const Reduction::Island& island = reduction.island(i);
     part.clear();
@@ -78,7 +80,7 @@ void Elimination::Memory::solve_islands(std::span<const double> start, Solution&
         small.solve(island, options->law, {target, aim * target, options->max_iterations}, part);
     s.iterations += result.iterations;
     s.factorizations += result.factorizations;
-    solved = solved && result.map <= target;
+    short_of[i] = !(result.map <= target);
     for (std::size_t k = 0; k < part.size(); ++k) s.x[island.row[k]] = part[k];
   }
 }
@@ -123,7 +125,6 @@ bool Elimination::solve(const Problem& problem, const Options& options, Solution
   // The squares of the islands' maps add up to that of the whole.
   const double count = static_cast<double>(std::max<std::size_t>(1, m.reduction.islands()));
   m.target = share * options.tolerance * m.scale / std::sqrt(count);
-  m.solved = true;
   m.small.begin();
   // Not a new one: its arrays keep their memory.
   s.phases.clear();
@@ -138,8 +139,8 @@ bool Elimination::solve(const Problem& problem, const Options& options, Solution
   // W has the rounding of a factorisation and the least compliance of K, which bodies of very different
   // masses may raise above the tolerance. The u of the problem itself then tells the q that would have been
   // right (defect correction).
-  for (int round = 1; round < most_rounds && s.residual > options.tolerance && m.solved && !Patience::late();
-       ++round) {
+  for (int round = 1;
+       round < most_rounds && s.residual > options.tolerance && m.solved() && !Patience::late(); ++round) {
     for (std::size_t i = 0; i < m.reduction.islands(); ++i) m.reduction.shift(i, s.x, s.u);
     m.solve_islands(s.x, s);
     bilateral = m.complete(s);
@@ -152,6 +153,38 @@ bool Elimination::solve(const Problem& problem, const Options& options, Solution
              : s.time > options.deadline     ? Status::deadline
                                              : Status::stalled;
   s.method = "elimination";
+  return true;
+}
+
+bool Elimination::solve_again(const Problem& problem, const Options& options, DenseSolver solver,
+                              Solution& s) {
+  Memory& m = *memory_;
+  if (m.solved()) return false;
+  Solution other;
+  other.x = s.x;
+  for (std::size_t i = 0; i < m.reduction.islands(); ++i) {
+    if (!m.short_of[i]) continue;
+    const Reduction::Island& island = m.reduction.island(i);
+    const Problem part = trusted_problem(DenseOperator{island.W, island.rows(), nullptr}, island.q, island.K);
+    Options o = options;
+    o.x0 = {};
+    o.tolerance = m.target / natural_map_at_zero(part, options.law);
+    const Solution found = solver(part, o);
+    s.iterations += found.iterations;
+    s.factorizations += found.factorizations;
+    for (std::size_t k = 0; k < found.x.size(); ++k) other.x[island.row[k]] = found.x[k];
+  }
+  m.problem = &problem;
+  m.options = &options;
+  const double bilateral = m.complete(other);
+  s.products += other.products;
+  if (!(bilateral <= options.tolerance * m.scale && other.residual < s.residual)) return true;
+  s.x = std::move(other.x);
+  s.u = std::move(other.u);
+  s.residual = other.residual;
+  s.objective = 0;
+  for (std::size_t i = 0; i < s.x.size(); ++i) s.objective += 0.5 * s.x[i] * (s.u[i] + problem.b[i]);
+  if (s.residual <= options.tolerance) s.status = Status::converged;
   return true;
 }
 
