@@ -66,9 +66,9 @@ def test_overlaps_that_joints_forbid_do_no_harm(contradiction):
     assert max(r.joint_error for r in reports) < 1e-3 * sim.model.length
 
 
-# A mobile base as models have it: a slide whose damper is as good as a lock, wheels drawn 1 mm into the floor,
-# an arm above. Breaks when dampers hold displacements, which take no time: the overlap stays for ever, the arm
-# jumps about in answer; or when a push of um/s against such a damper is taken for energy from nothing.
+# A mobile base as models have it: a slide whose damper is as good as a lock, wheels 1 mm in the floor, an arm
+# above. Breaks when dampers hold displacements, which take no time: the overlap stays for ever, the arm jumps
+# about in answer; or when a push of um/s against such a damper is taken for energy from nothing.
 def test_dampers_like_locks_let_overlaps_go():
     b = ModelBuilder()
     b.add_geom(None, shapes.Plane())

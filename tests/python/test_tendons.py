@@ -142,7 +142,7 @@ WRONG = {
     "limits": (dict(joints={"j": 1}, limits=(2, 1)), "the lower limit 2 exceeds the upper one 1"),
     "stiffness": (dict(joints={"j": 1}, stiffness=-1), "stiffness must be finite and not negative"),
     "rest": (dict(joints={"j": 1}, rest=(2, 1)), "the lower one first"),
-    "rests": (dict(joints={"j": 1}, rest=(1, 2, 3)), "give one length, or the two"),
+    "rests": (dict(joints={"j": 1}, rest=(1, 2, 3)), "give one number, or two"),
 }
 
 

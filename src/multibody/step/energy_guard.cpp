@@ -19,6 +19,9 @@ namespace {
 // motors and springs do where they turn a robot round: joints take out velocities across their way, of second
 // order, against which the same loads have worked. What recovery by velocities gives is bounded by its speed.
 constexpr double of_motion = 1e-3, of_gravity = 0.1, of_change = 1e-2;
+// Of the energy that all loads and springs would give to what is free and at rest: the rounding of what holds
+// against them.
+constexpr double of_loads = 1e-6;
 
 double contact_work(const EnergyInput& in, const BodyVelocities& after) {
   const auto& contacts = std::get<ContactSystem>(in.problem.A).contacts;
@@ -64,7 +67,7 @@ double joint_work(const EnergyInput& in, const BodyVelocities& after) {
 EnergyBalance energy_balance(const EnergyInput& in, BodyVelocities& after) {
   // Impulses act on the spin of the start, of which the mean over the step is short by the lag.
   after = in.after;
-  double inertial = 0, gravity = 0, recovered = 0, changed = 0;
+  double inertial = 0, gravity = 0, recovered = 0, changed = 0, driven = 0;
   for (std::size_t i = 0; i < after.size(); ++i) {
     if (!in.model.is_dynamic(static_cast<Index>(i))) continue;
     after[i].angular += in.spins[i].lag;
@@ -73,6 +76,9 @@ EnergyBalance energy_balance(const EnergyInput& in, BodyVelocities& after) {
     changed += half_mass * norm_squared(after[i].linear - in.start[i].linear) +
                0.5 * dot(spun, in.frames[i].inertia * spun);
     gravity += half_mass * norm_squared(in.dt * in.model.description().gravity);
+    const Vec3 turned = in.free[i].angular - in.start[i].angular;
+    driven += half_mass * norm_squared(in.free[i].linear - in.start[i].linear) +
+              0.5 * dot(turned, in.frames[i].inertia * turned);
     recovered += half_mass * in.recovery * in.recovery;
     // What the inertia that stiffening adds takes up is no energy of the body.
     if (!in.mobility[i].stiffened) continue;
@@ -83,7 +89,8 @@ EnergyBalance energy_balance(const EnergyInput& in, BodyVelocities& after) {
   const double kinetic =
       kinetic_energy(in.model, in.frames, in.start) + kinetic_energy(in.model, in.frames, after);
   return {contact_work(in, after) + joint_work(in, after) + inertial,
-          of_motion * kinetic + of_gravity * gravity + of_change * changed + recovered + closing_work(in)};
+          of_motion * kinetic + of_gravity * gravity + of_change * changed + of_loads * driven + recovered +
+              closing_work(in)};
 }
 
 // Along s x the work is a s + c s^2, which its values at 1 and 1/2 tell; the largest s in [0, 1] with work 0

@@ -424,6 +424,7 @@ void Simulation::keep_balance(double h, const Attempt& attempt, double recovery,
     if (!next_attempt(attempt, clock, unbalanced)) {
       balance = take_back(energy, balance, s.vi.solution, s.after, s.lagged);
       measure(*s.vi.problem, options_.law, s.vi.solution);
+      if (s.vi.solution.residual > options_.tolerance) s.vi.solution.status = Status::stalled;
       add_residual(s.vi.solution, report);
     }
   }
