@@ -9,7 +9,7 @@ from amontons import FileError, InputError, Simulation
 from amontons.errors import UnsupportedWarning
 from amontons.io.models import load_model
 
-pytest.importorskip("mujoco")
+mujoco = pytest.importorskip("mujoco")
 
 
 def load(tmp_path, body, *, tail="", strict=True):
@@ -271,3 +271,15 @@ def test_other_files(tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "mujoco", None)
     with pytest.raises(InputError, match=r"pip install amontons\[models\]"):
         load_model(other)
+
+
+# Breaks when what MuJoCo has no name for, as of some damaged files, is not told as a fault of the file.
+def test_what_mujoco_cannot_name(tmp_path, monkeypatch):
+    def fail(_path):
+        raise RuntimeError("Caught an unknown exception!")
+
+    path = tmp_path / "m.xml"
+    path.write_text("<mujoco><worldbody/></mujoco>")
+    monkeypatch.setattr(mujoco.MjSpec, "from_file", staticmethod(fail))
+    with pytest.raises(FileError, match="unknown exception"):
+        load_model(path)

@@ -126,3 +126,11 @@ def test_things_of_another_kind(call, message, model):
         call(model)
     assert len(str(raised.value)) < 1000
     assert amontons.EllipticFriction(0.3, rolling=()).rows == 0
+
+
+# Breaks when a yes or no is whatever counts as one: of an array NumPy cannot say, and raised its own error.
+@pytest.mark.parametrize("value", [1, "yes", np.ones((3, 3)), None])
+def test_flags_of_parts(value):
+    for make in (lambda: amontons.Joint(closes_loop=value), lambda: amontons.Actuator(early=value)):
+        with pytest.raises(amontons.InputError, match="must be True or False"):
+            make()

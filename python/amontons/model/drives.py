@@ -173,7 +173,7 @@ class Actuator:
         if not isinstance(self.transmission, Transmission):
             raise InputError(f"{who}transmission is {shown(self.transmission)}; give a Transmission")
         fill(self, gain=entries(who + "gain", self.gain, 3), bias=entries(who + "bias", self.bias, 3))
-        fill(self, early=bool(self.early))
+        fill(self, early=flag("early", self.early))
         numbers(self, who, "control", "time_constant", "activation")
         for what in ("force", "control", "activation"):
             numbers(self, who, f"lower_{what}", f"upper_{what}", infinite=True)

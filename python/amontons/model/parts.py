@@ -297,8 +297,8 @@ class Joint:
             dofs=tuple(sequence("dofs", self.dofs)),
             spherical=flag("spherical", self.spherical),
             collide=flag("collide", self.collide),
+            closes_loop=flag("closes_loop", self.closes_loop),
         )
-        fill(self, closes_loop=bool(self.closes_loop))
         numbers(self, who, "ball_stiffness", "ball_damping", "ball_friction", "ball_armature")
         numbers(self, who, "lower_distance", "compliance")
         numbers(self, who, "ball_limit", "upper_distance", infinite=True)

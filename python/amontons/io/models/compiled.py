@@ -202,7 +202,8 @@ def compile_file(
             mujoco.mj_kinematics(model, data)
         except FileError:
             raise
-        except (ValueError, TypeError, UnicodeError, MemoryError, mujoco.FatalError) as error:
+        # RuntimeError: what MuJoCo itself has no name for.
+        except (ValueError, TypeError, UnicodeError, MemoryError, RuntimeError, mujoco.FatalError) as error:
             raise FileError(_translated(str(error), path, root)) from None
         _override_contacts(mujoco, model)
     for text in said:  # of what it left out, such as a <mimic> of nothing, or takes for a mistake
