@@ -45,7 +45,7 @@ class Results:
         self.bilateral = read_csv(folder / "literal_bilateral.csv")
         self.profile = read_csv(folder / "profile.csv")
         self.simulation, self.physics = read_csv(folder / "simulation.csv"), read_csv(folder / "physics.csv")
-        self.rollout = read_csv(folder / "rollout.csv")
+        self.rollout, self.studies = read_csv(folder / "rollout.csv"), read_csv(folder / "studies.csv")
         self.engines, self.early = read_csv(folder / "engines.csv"), read_csv(folder / "early.csv")
         self.growth, self.exponents = read_csv(folder / "growth.csv"), read_csv(folder / "exponents.csv")
         self.broad_phase, self.robots = read_csv(folder / "broad_phase.csv"), read_csv(folder / "robots.csv")
@@ -323,6 +323,14 @@ def rollout_table(r: Results) -> str:
     return table(("", "threads", "steps per second", "processor time per step (us)"), rows)
 
 
+def studies_table(r: Results) -> str:
+    rows = [
+        (row["executor"], row["processes"] if int(row["processes"]) else "", row["runs"],
+         f"{float(row['wall']):.2f}", f"{float(row['speed']):.2f}") for row in r.studies
+    ]  # fmt: skip
+    return table(("", "processes", "runs", "time (s)", "speed over the first"), rows)
+
+
 def broad_phase_table(r: Results) -> str:
     return table(
         ("scene", "bodies", "pairs", "first call (ns per body)", "next (ns per body)"),
@@ -344,6 +352,7 @@ def page(r: Results, method: str) -> str:
         ("Physics", physics_table(r), bool(r.physics)),
         ("Models of others beside MuJoCo", robot_table(r), bool(r.robots)),
         ("Many worlds at once", rollout_table(r), bool(r.rollout)),
+        ("Studies", studies_table(r), bool(r.studies)),
         ("Beside other engines", engine_table(r), bool(r.engines)),
         ("Growth", growth_table(r), bool(r.growth)),
         ("Stopped early", early_table(r), bool(r.early)),

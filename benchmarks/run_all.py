@@ -31,6 +31,7 @@ PARTS = (
     "physics",
     "robots",
     "rollout",
+    "studies",
     "engines",
     "growth",
     "early",
