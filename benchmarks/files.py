@@ -22,7 +22,7 @@ import conic
 from common import arguments, read, tracked, use_one_core, with_folders, write_csv
 
 LEVEL = 1e-4
-RUNS = (("associated", 1e-4), ("associated", 1e-8), ("coulomb", 1e-4), ("coulomb", 1e-6))
+RUNS = (("associated", 1e-4), ("associated", 1e-8), ("coulomb", 1e-4), ("coulomb", 1e-6), ("coulomb", 1e-8))
 DEADLINE = 20.0  # s per solve
 LADDER = [10 ** (-k / 2) for k in range(6, 27)]  # 1e-3 to 1e-13, two steps per decade
 REPEATS = 9

@@ -12,12 +12,12 @@ from __future__ import annotations
 import argparse
 import math
 import os
-from collections.abc import Iterable
 from itertools import groupby
 from pathlib import Path
 
-from common import ROOT, read_csv
+from common import ROOT
 from report_engines import beside, early_table, engine_table, growth_table
+from report_targets import PROFILE_KEYS, Results, file_targets, targets
 from tables import milliseconds, scientific, table
 
 DOCS = ROOT / "docs" / "benchmarks.md"
@@ -28,89 +28,6 @@ SHOWN = ("B1 ", "B3 ", "B4 wall under", "tracked", "hopper", "10000")
 """Scenes of the README."""
 MARKS = {DOCS: "results", README: "measured", CHOOSING: "methods", BESIDE: "engines"}
 PROFILE = "profile"  # a second part of CHOOSING
-PROFILE_KEYS = ("task", "half", "rows", "law", "tolerance", "warm")
-LARGE = 200  # contacts from which on every file is to be solved faster than by Clarabel
-Rows = list[dict[str, str]]
-
-
-class Results:
-    """The rows of every CSV file of a folder."""
-
-    def __init__(self, folder: Path) -> None:
-        self.environment = {row["key"]: row["value"] for row in read_csv(folder / "environment.csv")}
-        self.files, self.duels = read_csv(folder / "files.csv"), read_csv(folder / "clarabel.csv")
-        self.steps, self.methods = read_csv(folder / "steps.csv"), read_csv(folder / "methods.csv")
-        self.kernel = read_csv(folder / "kernel.csv")
-        self.literal = read_csv(folder / "literal_summary.csv")
-        self.bilateral = read_csv(folder / "literal_bilateral.csv")
-        self.profile = read_csv(folder / "profile.csv")
-        self.simulation, self.physics = read_csv(folder / "simulation.csv"), read_csv(folder / "physics.csv")
-        self.rollout, self.studies = read_csv(folder / "rollout.csv"), read_csv(folder / "studies.csv")
-        self.engines, self.early = read_csv(folder / "engines.csv"), read_csv(folder / "early.csv")
-        self.growth, self.exponents = read_csv(folder / "growth.csv"), read_csv(folder / "exponents.csv")
-        self.broad_phase, self.robots = read_csv(folder / "broad_phase.csv"), read_csv(folder / "robots.csv")
-
-    def accuracy(self, law: str, tolerance: float) -> Rows:
-        return [r for r in self.files if r["law"] == law and float(r["tolerance"]) == tolerance]
-
-
-Line = tuple[str, str, str, bool]  # what, wanted, reached, whether met
-
-
-def file_targets(r: Results) -> Iterable[Line]:
-    if not r.files:
-        return
-    for law, tolerance, wanted in (
-        ("associated", 1e-4, None), ("associated", 1e-8, 50), ("coulomb", 1e-4, 54), ("coulomb", 1e-6, 45),
-    ):  # fmt: skip
-        rows = r.accuracy(law, tolerance)
-        solved = sum(float(row["residual"]) <= tolerance for row in rows)
-        wanted = wanted or len(rows)
-        # The counts that are wanted are out of the 56 files; of a sample, all.
-        enough = solved >= min(wanted, len(rows))
-        yield f"files solved to {tolerance:.0e}, {law}", f"{wanted}", f"{solved} of {len(rows)}", enough
-    trusted = [
-        row for row in r.accuracy("associated", 1e-8)
-        if row["relative_difference"] and float(row["reference_error"]) < 1e-8
-    ]  # fmt: skip
-    if trusted:
-        worst = max(abs(float(row["relative_difference"])) for row in trusted)
-        what = f"objective, relative difference on the {len(trusted)} files with a reference to 1e-08"
-        yield what, "1e-06", scientific(worst), worst <= 1e-6
-    if r.duels:
-        ours, theirs = (sum(float(row[key]) for row in r.duels) for key in ("wall", "clarabel_time"))
-        reached = f"{ours / theirs:.2f} ({1e3 * ours:.0f} ms, {1e3 * theirs:.0f} ms)"
-        yield "total time to 1e-04 over that of Clarabel", "1", reached, ours <= theirs
-        large = [float(row["ratio"]) for row in r.duels if int(row["contacts"]) >= LARGE]
-        if large:
-            what = f"the same, worst of the {len(large)} files with {LARGE} contacts or more"
-            yield what, "below 1", f"{max(large):.2f}", max(large) < 1
-
-
-def kernel_targets(r: Results) -> Iterable[Line]:
-    # The full iteration of the VI solver's default law, on one core.
-    single = [row for row in r.kernel if row["law"] == "associated" and row["threads"] == "1"]
-    for row in single:
-        contacts, time, ratio = int(row["contacts"]), float(row["ns_per_contact"]), float(row["ratio"])
-        if contacts < 20000:
-            yield f"iteration at {contacts} contacts, ns per contact", "14", f"{time:.1f}", time <= 14
-        elif contacts > 500000:
-            yield f"share of triad bandwidth at {contacts} contacts", "0.75", f"{ratio:.2f}", ratio >= 0.75
-
-
-def step_targets(r: Results) -> Iterable[Line]:
-    for row in r.steps:
-        by = "" if row["method"] == "auto" else f", {row['method']}"
-        what = f"{row['scene']}, {row['law']}, to {float(row['tolerance']):.0e}{by}"
-        met = float(row["wall"]) <= float(row["target"]) and float(row["residual"]) <= float(row["tolerance"])
-        yield what, f"{milliseconds(row['target'])} ms", f"{milliseconds(row['wall'])} ms", met
-
-
-def targets(r: Results) -> str:
-    """The table of what was wanted and what was reached, or nothing without results."""
-    lines = [*file_targets(r), *step_targets(r), *kernel_targets(r)]
-    rows = [(what, wanted, reached, "yes" if met else "**no**") for what, wanted, reached, met in lines]
-    return table(("", "wanted", "reached", "met"), rows) if rows else ""
 
 
 def remaining(r: Results) -> str:
@@ -235,6 +152,17 @@ def kernel_table(r: Results) -> str:
     )  # fmt: skip
 
 
+def instruction_sets_table(r: Results) -> str:
+    """ns per contact of an iteration on one core, and how many times faster than by the first set."""
+    sets = list(dict.fromkeys(row["isa"] for row in r.sets))
+    times = {(row["contacts"], row["law"], row["isa"]): float(row["ns_per_contact"]) for row in r.sets}
+    rows = []
+    for contacts, law in dict.fromkeys((row["contacts"], row["law"]) for row in r.sets):
+        alone = [times[contacts, law, isa] for isa in sets]
+        rows.append((contacts, law, *(f"{t:.1f} ({alone[0] / t:.2f})" for t in alone)))
+    return table(("contacts", "law", *sets), rows)
+
+
 def literal_tables(r: Results) -> str:
     behaviour = table(
         ("problem", "iterations", "objective rises", "largest rise", "residual rises", "backtracks",
@@ -255,14 +183,20 @@ def share(part: str, whole: str) -> str:
     return f"{100 * float(part) / float(whole):.0f} %"
 
 
+def more_cores(s: dict[str, str]) -> str:
+    one, many = s.get("steps_per_second_one"), s.get("steps_per_second_all")
+    return f"{float(many) / float(one):.2f}" if one and many else ""
+
+
 def scene_table(r: Results) -> str:
     """The simulated scenes, for everyone."""
     return table(
         ("scene", "bodies", "contacts", "joint rows", "h (ms)", "tolerance", "ms a step", "of real time",
-         "worst residual"),
+         "all cores over one", "worst residual"),
         [(s["name"], s["bodies"], f"{float(s['contacts']):.0f}", f"{float(s['joint_rows']):.0f}",
           milliseconds(s["dt"]), f"{float(s['tolerance']):.0e}", milliseconds(s["step"]),
-          f"{float(s['real_time_factor']):.2g}", scientific(s["residual_worst"])) for s in r.simulation],
+          f"{float(s['real_time_factor']):.2g}", more_cores(s), scientific(s["residual_worst"]))
+         for s in r.simulation],
     )  # fmt: skip
 
 
@@ -365,6 +299,7 @@ def page(r: Results, method: str) -> str:
         ("Files that were not solved", remaining(r), bool(r.files)),
         ("P-SPG-FB as published", literal_tables(r), bool(r.literal)),
         ("Contact kernel", kernel_table(r), bool(r.kernel)),
+        ("Contact kernel by instruction set", instruction_sets_table(r), bool(r.sets)),
         ("Broad phase", broad_phase_table(r), bool(r.broad_phase)),
     ]
     head = f"# Results: {r.environment.get('processor', 'unknown processor')}\n\n"
@@ -390,6 +325,8 @@ def summary(r: Results, link: str) -> str:
         "### P-SPG-FB as published\n\n" + literal_tables(r),
         "### Contact kernel\n\n" + kernel_table(r),
     ]
+    if r.sets:
+        lines.append(instruction_sets_table(r))
     return "\n\n".join(lines)
 
 

@@ -9,6 +9,7 @@ goes to out/bench; with --out to that folder.
 
 from __future__ import annotations
 
+import os
 import platform
 import re
 import subprocess
@@ -20,7 +21,7 @@ from pathlib import Path
 from time import perf_counter
 
 import report
-from common import ROOT, arguments, processor, with_folders, write_csv
+from common import ROOT, arguments, processor, read_csv, with_folders, write_csv
 
 HERE = Path(__file__).resolve().parent
 PARTS = (
@@ -89,6 +90,23 @@ def run_program(name: str, build: Path, out: Path, quick: bool) -> int:
     return subprocess.run([str(word) for word in command]).returncode
 
 
+def run_instruction_sets(build: Path, out: Path) -> int:
+    """The kernel in the cache of a core by each set that the processor has; instruction_sets.csv."""
+    program, rows = build / "benchmarks" / "contact_kernel", []
+    for isa in ("baseline", "avx2", "avx512"):
+        path = out / f"{isa}.part"
+        command = [str(program), "--quick", "--threads", "1", "--csv", str(path)]
+        if (
+            not program.exists()
+            or subprocess.run(command, env={**os.environ, "AMONTONS_ISA": isa}).returncode
+        ):
+            return int(program.exists())
+        rows += [row for row in read_csv(path) if row["isa"] == isa]
+        path.unlink()
+    write_csv(out / "instruction_sets.csv", rows)
+    return 0
+
+
 def main() -> int:
     parser = arguments(__doc__)
     parser.add_argument("--build", type=Path, default=ROOT / "build" / "python", help="CMake's build folder")
@@ -103,6 +121,8 @@ def main() -> int:
     for name in PROGRAMS:
         if run_program(name, options.build, options.out, options.quick):
             failed.append(name)
+    if run_instruction_sets(options.build, options.out):
+        failed.append("instruction sets")
     command = (
         "make bench" if options.complete else "python benchmarks/run_all.py" + " --quick" * options.quick
     )

@@ -1,4 +1,4 @@
-"""Five full-size time steps: the default method against its targets, and every method at one deadline.
+"""Full-size time steps: the default method against its targets, and every method at one deadline.
 
     python benchmarks/steps.py [--quick] [--data FOLDER] [--out FOLDER] [--figures FOLDER]
 
@@ -46,16 +46,19 @@ class Task:
         return f"{self.scene} {self.law}"
 
 
-# "Tens of milliseconds" and "milliseconds" are taken as below 0.1 s and below 0.01 s.
 TASKS = (
     Task("B1_s30", "auto", "associated", 1e-8, 0.1),
     Task("B3_s10", "auto", "associated", 1e-6, 0.01),
+    Task("B3_s10", "auto", "associated", 1e-10, 0.001),
     Task("B3T_s10", "auto", "associated", 1e-6, 0.01),
     Task("B4_s60", "auto", "associated", 1e-6, 0.3),
     Task("B4_impact+5", "auto", "associated", 1e-3, 0.5),
-    Task("B4_impact+5", "auto", "coulomb", 1e-3, 0.5),
-    Task("B4_s60", "auto", "coulomb", 1e-3, 1.5),
+    Task("B4_impact+5", "auto", "associated", 1e-8, 0.2),
     Task("B4_impact+5", "interior-point", "associated", 1e-8, 1.0),
+    Task("B4_s60", "auto", "coulomb", 1e-3, 0.3),
+    Task("B4_s60", "auto", "coulomb", 1e-4, 1.5),
+    Task("B4_impact+5", "auto", "coulomb", 1e-3, 0.25),
+    Task("B4_impact+5", "auto", "coulomb", 1e-4, 1.0),
 )
 
 
