@@ -413,7 +413,6 @@ PassSums refresh(const PassData& data, const Chunk& chunk) {
   return {{out}};
 }
 
-// f.operator()<coulomb, compliant>() of the problem at hand.
 // f.operator()<coulomb, compliant>() of the problem at hand: what does not change within a solve is decided
 // once per chunk, and the loops have no branch for it.
 template <class F>
