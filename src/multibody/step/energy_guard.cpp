@@ -38,8 +38,8 @@ double contact_work(const EnergyInput& in, const BodyVelocities& after) {
   return work;
 }
 
-// What closed contacts may do as they are kept closed, at `closing`: next to nothing beside gravity, unless a
-// damper that is as good as a lock holds against it, which takes up what it gives.
+// What closed contacts may do as they are kept closed, at `closing`: next to nothing beside gravity. Where
+// joints press bodies together by more, stresses of any size, that is no reason to let them move.
 double closing_work(const EnergyInput& in) {
   const std::size_t contacts = std::get<ContactSystem>(in.problem.A).contacts.size();
   double impulses = 0;
@@ -90,7 +90,7 @@ EnergyBalance energy_balance(const EnergyInput& in, BodyVelocities& after) {
       kinetic_energy(in.model, in.frames, in.start) + kinetic_energy(in.model, in.frames, after);
   return {contact_work(in, after) + joint_work(in, after) + inertial,
           of_motion * kinetic + of_gravity * gravity + of_change * changed + of_loads * driven + recovered +
-              closing_work(in)};
+              std::min(closing_work(in), of_gravity * gravity)};
 }
 
 // Along s x the work is a s + c s^2, which its values at 1 and 1/2 tell; the largest s in [0, 1] with work 0

@@ -18,6 +18,7 @@
 #include "multibody/joints/row_terms.hpp"
 #include "multibody/step/assemble.hpp"
 #include "multibody/step/solve_step.hpp"
+#include "multibody/step/unseen.hpp"
 
 namespace amontons {
 
@@ -158,8 +159,17 @@ BodyVelocities displacements(const PositionInput& in, const BodyVelocities& rest
   options.max_iterations = most_iterations;
   options.deadline = share_of_time * clock.left();
   const Patience share = share_of_step();
-  const Solution s = linear || rows.tags.size() <= few_rows ? automatic(problem, options, elimination)
-                                                            : apgd(problem, options);
+  const bool few = linear || rows.tags.size() <= few_rows;
+  Solution s = few ? automatic(problem, options, elimination) : apgd(problem, options);
+  // What is light shall not be moved by what the heavy bodies leave in the residual.
+  options.tolerance = tolerance_of_unseen(problem, options.law, s, std::max(s.residual, options.tolerance));
+  if (few && !linear && options.tolerance < rough_precision) {
+    const std::vector<double> start = s.x;
+    options.x0 = start;
+    options.deadline = share_of_time * clock.left();
+    Solution finer = automatic(problem, options, elimination);
+    if (finer.residual < s.residual) s = std::move(finer);
+  }
   BodyVelocities p = rest;
   if (s.status != Status::deadline || s.residual <= most_left) apply_impulses(problem, s.x, p);
   return p;
@@ -192,12 +202,14 @@ bool correct_positions(const PositionInput& in, StepClock& clock, Elimination& e
     const Vec3 arm = in.frames[i].centre - state.positions[i];
     const Vec3 omega = state.angular_velocities[i];
     const Vec3 velocity = state.linear_velocities[i] + cross(omega, arm);
-    // The angular momentum of the body stays, whose inertia turns.
+    // The angular momentum of the body stays, whose inertia turns, but for what would be energy from nothing.
     const Vec3 momentum = rotate(conjugate(turn), in.frames[i].inertia * omega);
+    const Vec3 spin = inverse(in.frames[i].inertia) * momentum;
+    const double had = dot(omega, in.frames[i].inertia * omega), has = dot(spin, momentum);
     const Transform to = moved(in.frames[i], p[i], h);
     state.positions[i] = to.position;
     state.orientations[i] = normalised(to.rotation);
-    state.angular_velocities[i] = rotate(turn, inverse(in.frames[i].inertia) * momentum);
+    state.angular_velocities[i] = rotate(turn, has > had ? std::sqrt(had / has) * spin : spin);
     state.linear_velocities[i] = velocity - cross(state.angular_velocities[i], rotate(turn, arm));
   }
   return true;

@@ -21,8 +21,8 @@ struct PositionInput {
 };
 
 // Moves bodies so that overlaps and errors of rigid joints and limits vanish, as far as they can, and no
-// further than speed * h. Velocities of centres of mass stay, and so do angular momenta. Returns whether
-// anything moved.
+// further than speed * h. Velocities of centres of mass stay, and so do angular momenta where that gives
+// no energy. Returns whether anything moved.
 bool correct_positions(const PositionInput& in, StepClock& clock, Elimination& elimination, State& state);
 
 }  // namespace amontons

@@ -184,29 +184,56 @@ void reflect_joints(const SmoothInput& in, State& state, JointRows& rows, Smooth
 // one point the condition is that of the point in the middle of the step, D_m v+ >= -gap / h; the rows keep
 // D, as A is symmetric, and (D_m - D) v of velocities v near v+ joins b. Of pairs with several points nothing
 // is known about which of them stay.
+//
+// A normal that turns further than most_turned (rad) in half a step is that of a body which passes by.
+static Vec3 turn_of(const Contact& c, const Contact& middle, const BodyVelocities& v) {
+  constexpr double most_turned = 0.5;
+  // Tangents are carried from the one normal to the other by the rotation that turns it there.
+  const Vec3 axis = cross(middle.normal, c.normal);
+  const double sine = norm(axis);
+  if (sine > std::sin(most_turned) || dot(middle.normal, c.normal) < 0) return {};
+  Vec3 u = relative_motion(middle, v).linear;
+  if (sine > 0) u = rotate(exponential((std::asin(std::min(sine, 1.0)) / sine) * axis), u);
+  double turn[3];
+  ContactBasis(c).to_contact(u - relative_motion(c, v).linear, turn);
+  return {turn[0], turn[1], turn[2]};
+}
+
+// Puts `turn` in the place of `old`, in b too; the largest change.
+static double exchange_turn(const Vec3& turn, Vec3& old, double* b) {
+  const Vec3 change = turn - old;
+  b[0] += change.x;
+  b[1] += change.y;
+  b[2] += change.z;
+  old = turn;
+  return std::max({std::abs(change.x), std::abs(change.y), std::abs(change.z)});
+}
+
 double turn_contacts(const Reach& reach, double least, ContactFinder& finder, std::vector<Vec3>& turns,
                      Problem& problem) {
   const auto& contacts = std::get<ContactSystem>(problem.A).contacts;
   turns.resize(contacts.size());
   double change = 0;
   for (const auto& [i, middle] : finder.find_middles(reach, contacts)) {
-    const Contact& c = contacts[i];
-    // Tangents are carried from the one normal to the other by the rotation that turns it there.
-    const Vec3 axis = cross(middle.normal, c.normal);
-    const double sine = norm(axis);
-    Vec3 u = relative_motion(middle, reach.v).linear;
-    if (sine > 0) u = rotate(exponential((std::asin(std::min(sine, 1.0)) / sine) * axis), u);
-    double turn[3];
-    ContactBasis(c).to_contact(u - relative_motion(c, reach.v).linear, turn);
-    if (std::hypot(turn[0], turn[1], turn[2]) < least) turn[0] = turn[1] = turn[2] = 0;
-    double* b = &problem.b[problem.graph.first_row[i]];
-    for (int k = 0; k < 3; ++k) {
-      change = std::max(change, std::abs(turn[k] - turns[i][k]));
-      b[k] += turn[k] - turns[i][k];
-      turns[i][k] = turn[k];
-    }
+    Vec3 turn = turn_of(contacts[i], middle, reach.v);
+    if (norm(turn) < least) turn = {};
+    change = std::max(change, exchange_turn(turn, turns[i], &problem.b[problem.graph.first_row[i]]));
   }
   return change;
+}
+
+// A turn that belongs to the velocities is found again from them, or nearly so.
+bool drop_turns(const Reach& reach, ContactFinder& finder, std::vector<Vec3>& turns, Problem& problem) {
+  constexpr double nearly = 0.5;
+  const auto& contacts = std::get<ContactSystem>(problem.A).contacts;
+  bool dropped = false;
+  for (const auto& [i, middle] : finder.find_middles(reach, contacts)) {
+    const Vec3 turn = turns[i];
+    if (turn == Vec3{} || norm(turn_of(contacts[i], middle, reach.v) - turn) <= nearly * norm(turn)) continue;
+    exchange_turn({}, turns[i], &problem.b[problem.graph.first_row[i]]);
+    dropped = true;
+  }
+  return dropped;
 }
 
 }  // namespace amontons

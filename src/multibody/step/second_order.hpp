@@ -34,4 +34,8 @@ void reflect_joints(const SmoothInput& in, State& state, JointRows& rows, Smooth
 double turn_contacts(const Reach& reach, double least, ContactFinder& finder, std::vector<Vec3>& turns,
                      Problem& problem);
 
+// Takes back what turn_contacts() added where it does not belong to the velocities v that came of it, as with
+// light bodies of which the prediction tells nothing. Returns whether there was any.
+bool drop_turns(const Reach& reach, ContactFinder& finder, std::vector<Vec3>& turns, Problem& problem);
+
 }  // namespace amontons

@@ -319,8 +319,11 @@ void solve_and_look(const Model& model, const StepBodies& bodies, const Assembly
                     BodyVelocities& after, Report& report) {
   const Reach reach{model, bodies.frames, after, assembly.h, margin};
   const double enough = enough_of_a_turn(model, assembly.h);
-  bool turned =
-      std::any_of(vi.turns.begin(), vi.turns.end(), [&](const Vec3& turn) { return norm(turn) > enough; });
+  // Whether contacts turn: as predicted, and then as the solve said.
+  int turned =
+      std::any_of(vi.turns.begin(), vi.turns.end(), [&](const Vec3& turn) { return norm(turn) > enough; })
+          ? 2
+          : 0;
   for (int detections = 0;; ++detections) {
     vi.solution = solve_step(solver, *vi.problem, vi.x0, std::move(vi.solution));
     solver.again = true;
@@ -332,8 +335,11 @@ void solve_and_look(const Model& model, const StepBodies& bodies, const Assembly
       finder.find_unforeseen(reach, bodies.free, contacts);
     solver.clock.lap(report.timings.collision);
     if (contacts.size() == known) {
-      if (!turned || !(turn_contacts(reach, enough, finder, vi.turns, *vi.problem) > enough)) break;
-      turned = false;
+      if (turned == 0) break;
+      if (turned == 2 ? !(turn_contacts(reach, enough, finder, vi.turns, *vi.problem) > enough)
+                      : !drop_turns(reach, finder, vi.turns, *vi.problem))
+        break;
+      --turned;
       add_cost(vi.solution, report);
       vi.x0 = vi.solution.x;
       continue;
@@ -411,12 +417,11 @@ void Simulation::look(double h, bool damped, StepClock& clock, Report& report) {
 }
 
 // The balance of energy; where this attempt is the last, without the part of the impulses that upsets it.
-void Simulation::keep_balance(double h, const Attempt& attempt, double recovery, const StepClock& clock,
+void Simulation::keep_balance(double closed, const Attempt& attempt, double recovery, const StepClock& clock,
                               Report& report) {
   Scratch& s = *scratch_;
-  const EnergyInput energy{*model_,     s.frames, s.mobility,         s.start,       s.free,
-                           s.after,     s.spins,  *s.vi.problem,      s.vi.solution, s.vi.rows,
-                           options_.dt, recovery, closing(*model_, h)};
+  const EnergyInput energy{*model_,       s.frames,      s.mobility, s.start,     s.free,   s.after, s.spins,
+                           *s.vi.problem, s.vi.solution, s.vi.rows,  options_.dt, recovery, closed};
   EnergyBalance balance = energy_balance(energy, s.lagged);
   if (!(balance.work <= balance.allowed)) {
     Report unbalanced = report;
@@ -439,7 +444,9 @@ void Simulation::advance(double h, const Attempt& attempt, StepClock& clock, Rep
   const Model& model = *model_;
   const double recovery = attempt.recovers ? recovery_speed() : 0;  // by velocities
   const JointOptions joint_options{h, recovery, model.length()};
-  const Assembly assembly{h, std::max(recovery, closing(model, h))};
+  // A step that made energy is done again without keeping contacts closed by a velocity.
+  const double closed = damped && !attempt.recovers ? 0 : closing(model, h);
+  const Assembly assembly{h, std::max(recovery, closed)};
   const StepSolver solver{options_.method, solver_options(options_), clock, s.elimination};
   const StepSolver at_impact{options_.method, solver.options, clock, s.impact_elimination};
   const StepBodies bodies{s.frames, s.mobility, s.start, s.free};
@@ -488,7 +495,7 @@ void Simulation::advance(double h, const Attempt& attempt, StepClock& clock, Rep
   clock.lap(report.timings.assembly);
   // 9. Solve, look where the velocities lead, solve again for what nobody could foresee.
   solve_and_look(model, bodies, assembly, margin(), solver, s.finder, contacts_, s.vi, s.after, report);
-  keep_balance(h, attempt, recovery, clock, report);
+  keep_balance(closed, attempt, recovery, clock, report);
   report.advanced = all_finite(s.after);
   if (!report.advanced) return;
   // 10. Integrate: impulses go to tables and state, then the bodies move.

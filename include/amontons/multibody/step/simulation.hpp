@@ -113,7 +113,7 @@ class Simulation {
   void finish_report(Report& report);
   void try_step(const Attempt& attempt, StepClock& clock, Report& report);
   void look(double h, bool damped, StepClock& clock, Report& report);
-  void keep_balance(double h, const Attempt& attempt, double recovery, const StepClock& clock,
+  void keep_balance(double closed, const Attempt& attempt, double recovery, const StepClock& clock,
                     Report& report);
   void advance(double h, const Attempt& attempt, StepClock& clock, Report& report);
 

@@ -1,0 +1,13 @@
+// Light bodies beside heavy ones, which the residual of the whole does not see.
+#pragma once
+#include "amontons/problem/problem.hpp"
+#include "amontons/solvers/driver/solution.hpp"
+
+namespace amontons {
+
+// The residual is an energy norm, relative to the whole: with masses of 1e8 and 1e-8 kg a light body may have
+// any velocity within a tolerance that the heavy ones keep. Where blocks are wrong by a good share of their
+// own velocities, and the tolerance is too coarse to tell: the tolerance that would. Else infinity.
+double tolerance_of_unseen(const Problem& problem, Law law, const Solution& s, double tolerance);
+
+}  // namespace amontons
