@@ -53,7 +53,8 @@ class Watch:
         self.stored: tuple[float, float] | None = None  # J, kinetic and of springs
         self.jointed = np.zeros(len(bodies), dtype=bool)
         for joint in scene.model.joints:
-            self.jointed[[b for b in (joint.body_a, joint.body_b) if b >= 0]] = True
+            ends = (joint.body_a, joint.body_b)
+            self.jointed[[b for b in ends if isinstance(b, int) and b >= 0]] = True
         self.missed = 0
         self.joint_error = 0.0  # m, of the last step
         self.worst = self.rise = self.closing = 0.0
