@@ -1,7 +1,7 @@
 // Multifrontal factorisation, after Liu 1992. Names: a node is a block of rows in elimination order; a
 // supernode is a run of nodes whose columns of L have (nearly) the same rows, held as one dense panel.
 // Analysis, once:
-//  1. an order with little fill: minimum degree on the graph of blocks;
+//  1. an order with little fill, on the graph of blocks: block_order.cpp;
 //  2. the elimination tree: parent(k) is the first row below k in column k of L. Column k changes only
 //     columns on the way from k to the root, so that subtrees do not know of each other;
 //  3. a postorder of the tree: subtrees in one piece, directly before the node that they hang at;
@@ -17,12 +17,11 @@
 // the top.
 #include "amontons/solvers/linear/block_cholesky.hpp"
 
-#include <Eigen/OrderingMethods>
-#include <Eigen/SparseCore>
 #include <algorithm>
 #include <atomic>
 
 #include "amontons/base/patience.hpp"
+#include "solvers/linear/block_order.hpp"
 #include "solvers/linear/front_kernel.hpp"
 
 namespace amontons {
@@ -34,46 +33,6 @@ namespace {
 // zeros only, single rows and cones of a matrix always. On a wall of bricks it makes 20 % more entries.
 constexpr double relaxed_zeros = 0.15;
 constexpr int small_panel = 6;
-// s per entry of the pattern that its ordering takes, which cannot be left half way: estimated high.
-constexpr double ordering_cost = 1e-7;
-
-// result[k]: the block that is eliminated as k-th. Eigen's AMD wants the pattern of a matrix with its
-// diagonal.
-std::vector<int> minimum_degree(int n, const std::vector<std::vector<int>>& adjacency) {
-  std::vector<Eigen::Triplet<char>> entries;
-  for (int i = 0; i < n; ++i) {
-    if (i % 64 == 63) Patience::leave_if_due();
-    entries.emplace_back(i, i, 1);
-    for (int j : adjacency[i]) entries.emplace_back(i, j, 1);
-  }
-  Eigen::SparseMatrix<char> pattern(n, n);
-  pattern.setFromTriplets(entries.begin(), entries.end());
-  Eigen::PermutationMatrix<Eigen::Dynamic, Eigen::Dynamic, int> permutation;
-  Patience::leave_if_due(ordering_cost * static_cast<double>(pattern.nonZeros()));
-  Eigen::AMDOrdering<int>()(pattern, permutation);
-  return {permutation.indices().data(), permutation.indices().data() + n};
-}
-
-// The elimination tree of the matrix whose columns are `sequence` (Liu 1986). For each k every neighbour i <
-// k climbs from i to the root of what is known so far, which becomes a child of k. `ancestor` is the short
-// cut (path compression): all that have been on the way point to k, so that the time is almost linear.
-std::vector<int> elimination_tree(const std::vector<int>& sequence,
-                                  const std::vector<std::vector<int>>& adjacency) {
-  const int n = static_cast<int>(sequence.size());
-  std::vector<int> position(n), parent(n, -1), ancestor(n, -1);
-  for (int k = 0; k < n; ++k) position[sequence[k]] = k;
-  for (int k = 0; k < n; ++k)
-    for (int neighbour : adjacency[sequence[k]]) {
-      int i = position[neighbour];
-      while (i != -1 && i < k) {
-        const int next = ancestor[i];
-        ancestor[i] = k;
-        if (next == -1) parent[i] = k;
-        i = next;
-      }
-    }
-  return parent;
-}
 
 // Of a forest, as the matrix may fall apart; without recursion, since a tree may be as deep as a chain is
 // long.
@@ -96,8 +55,9 @@ std::vector<int> postorder(const std::vector<int>& parent) {
 
 }  // namespace
 
-BlockCholesky::BlockCholesky(std::span<const int> sizes, std::span<const std::pair<int, int>> edges) {
-  order(sizes, edges);
+BlockCholesky::BlockCholesky(std::span<const int> sizes, std::span<const std::pair<int, int>> edges,
+                             std::span<const Vec3> positions) {
+  order(sizes, edges, positions);
   // Memory, by playing the factorisation through: the panels one behind the other, room for the largest
   // front, and for the stack of update matrices at its highest, where each supernode takes those of its
   // children and leaves its own.
@@ -126,9 +86,10 @@ BlockCholesky::BlockCholesky(std::span<const int> sizes, std::span<const std::pa
 
 // Steps 1 to 4 of the analysis. Scalar sizes play no part in the order: blocks of a graph mostly have one
 // size.
-void BlockCholesky::order(std::span<const int> sizes, std::span<const std::pair<int, int>> edges) {
+void BlockCholesky::order(std::span<const int> sizes, std::span<const std::pair<int, int>> edges,
+                          std::span<const Vec3> positions) {
   const int n = static_cast<int>(sizes.size());
-  std::vector<std::vector<int>> adjacency(n);
+  BlockGraph adjacency(n);
   // The graph of blocks, both ways, each neighbour once.
   for (auto [i, j] : edges) {
     if (i == j) continue;
@@ -141,11 +102,11 @@ void BlockCholesky::order(std::span<const int> sizes, std::span<const std::pair<
     neighbours.erase(std::unique(neighbours.begin(), neighbours.end()), neighbours.end());
   }
   // Relabel in postorder: then a supernode is a range of nodes and children precede parents on a stack.
-  const std::vector<int> degree_order = minimum_degree(n, adjacency);
-  const std::vector<int> post = postorder(elimination_tree(degree_order, adjacency));
+  const std::vector<int> found = order_blocks(adjacency, positions);
+  const std::vector<int> post = postorder(elimination_tree(found, adjacency));
   Patience::leave_if_due();
   std::vector<int> sequence(n);
-  for (int k = 0; k < n; ++k) sequence[k] = degree_order[post[k]];
+  for (int k = 0; k < n; ++k) sequence[k] = found[post[k]];
   const std::vector<int> parent = elimination_tree(sequence, adjacency);
 
   // Three numberings of blocks meet here: as given (place_, given_start_), in elimination order (size_,

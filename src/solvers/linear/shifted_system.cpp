@@ -67,6 +67,14 @@ void compliance_root(const double* R, int dim, double e, double* L) {
     }
 }
 
+// Of the bodies that have a node, in the order of the nodes; none where positions are not known.
+std::vector<Vec3> positions_of(const ContactSystem& A, const std::vector<int>& node) {
+  std::vector<Vec3> positions;
+  for (std::size_t i = 0; i < A.bodies.centre.size(); ++i)
+    if (node[i] >= 0) positions.push_back(A.bodies.centre[i]);
+  return positions;
+}
+
 }  // namespace
 
 // The operator decides the way: bodies in body space, matrices in impulse space. The pattern is analysed
@@ -145,7 +153,7 @@ void ShiftedSystem::analyse(const ContactSystem& A) {
     }
   }
   // Symbolic only. Where a block is assembled does not change: its places are looked up once.
-  cholesky_ = BlockCholesky(std::vector<int>(nodes_, 6), edges);
+  cholesky_ = BlockCholesky(std::vector<int>(nodes_, 6), edges, positions_of(A, node));
   for (Block& block : blocks_) {
     if (block.body_a >= 0) block.aa = cholesky_.slot(block.body_a, block.body_a);
     if (block.body_b >= 0) block.bb = cholesky_.slot(block.body_b, block.body_b);

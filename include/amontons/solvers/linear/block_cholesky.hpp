@@ -4,14 +4,16 @@
 #include <utility>
 #include <vector>
 
+#include "amontons/base/math.hpp"
+
 namespace amontons {
 
 // Multifrontal Cholesky factorisation L L' of a symmetric positive definite matrix given in blocks: bodies
 // of 6 rows in body space, cones of 1 to 6 rows in impulse space, or one block for a dense matrix. The order
-// is found once per pattern (approximate minimum degree on the graph of blocks); factor() then runs on dense
-// fronts only. Source of the method: Duff, Reid 1983; Liu, "The multifrontal method for sparse matrix
-// solution", SIAM Review 1992. Our own code because no permissive library offers it: the reasons and the
-// ratio are in ARCHITECTURE.md.
+// is found once per pattern (approximate minimum degree or nested dissection of the graph of blocks);
+// factor() then runs on dense fronts only. Source of the method: Duff, Reid 1983; Liu, "The multifrontal
+// method for sparse matrix solution", SIAM Review 1992. Our own code because no permissive library offers it:
+// the reasons and the ratio are in ARCHITECTURE.md.
 //
 // Use: the constructor analyses the pattern; slot() says where a block goes, once. Then as often as the
 // values change: set_zero(), add the blocks to panels(), factor(), and any number of solve().
@@ -19,7 +21,9 @@ class BlockCholesky {
  public:
   BlockCholesky() = default;
   // sizes[i]: rows of block i. edges: pairs i != j of coupled blocks, in any order, duplicates allowed.
-  BlockCholesky(std::span<const int> sizes, std::span<const std::pair<int, int>> edges);
+  // positions: a point per block, m, or none; they serve the order alone.
+  BlockCholesky(std::span<const int> sizes, std::span<const std::pair<int, int>> edges,
+                std::span<const Vec3> positions = {});
 
   // Where block (i, j) is assembled: column-major at panels()[offset] with leading dimension `stride`. When
   // `transposed`, the place holds block (j, i). Of a diagonal block only the lower triangle is read.
@@ -57,7 +61,8 @@ class BlockCholesky {
     int columns, front;  // scalar sizes; the panel is front x columns
     std::size_t panel;
   };
-  void order(std::span<const int> sizes, std::span<const std::pair<int, int>> edges);
+  void order(std::span<const int> sizes, std::span<const std::pair<int, int>> edges,
+             std::span<const Vec3> positions);
   void find_supernodes(const std::vector<std::vector<int>>& structure, const std::vector<int>& parent);
   void extend_add(const Supernode& child, const double* update, int update_size, double* front,
                   int stride) const;
