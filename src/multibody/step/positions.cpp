@@ -147,7 +147,7 @@ JointRows position_rows(const PositionInput& in, const BodyVelocities& rest, con
   return rows;
 }
 
-// The displacements, as velocities over h.
+// The displacements, as velocities over h; none where there was no time to find them.
 BodyVelocities displacements(const PositionInput& in, const BodyVelocities& rest, const JointRows& rows,
                              StepClock& clock, Elimination& elimination) {
   std::vector<Contact> none;
@@ -170,8 +170,9 @@ BodyVelocities displacements(const PositionInput& in, const BodyVelocities& rest
     Solution finer = automatic(problem, options, elimination);
     if (finer.residual < s.residual) s = std::move(finer);
   }
+  if (s.status == Status::deadline && s.residual > most_left) return {};
   BodyVelocities p = rest;
-  if (s.status != Status::deadline || s.residual <= most_left) apply_impulses(problem, s.x, p);
+  apply_impulses(problem, s.x, p);
   return p;
 }
 
@@ -191,9 +192,11 @@ bool correct_positions(const PositionInput& in, StepClock& clock, Elimination& e
   JointRows rows = position_rows(in, rest, state, in.speed);
   if (rows.tags.empty()) return false;
   BodyVelocities p = displacements(in, rest, rows, clock, elimination);
+  if (p.empty()) return false;
   if (const double turn = h * turning(p); turn > largest_turn) {
     rows = position_rows(in, rest, state, largest_turn / turn * std::min(in.speed, error / h));
     p = displacements(in, rest, rows, clock, elimination);
+    if (p.empty()) return false;
   }
   for (std::size_t i = 0; i < p.size(); ++i) {
     if (!in.model.is_dynamic(static_cast<Index>(i)) || !is_finite(p[i].linear) || !is_finite(p[i].angular))

@@ -459,7 +459,8 @@ void Simulation::advance(double h, const Attempt& attempt, StepClock& clock, Rep
     return stiffen_rotations(model, state_, h, s.frames, s.joints, s.stiffness, s.stiffened);
   };
   bool stiffened = stiffen();
-  if (options_.recovery == Recovery::projection &&
+  // What is moved is looked at again: not where the first look has taken the time.
+  if (options_.recovery == Recovery::projection && !clock.over() &&
       correct_positions({model, s.frames, s.stiffened, s.joints, contacts_, s.joint_error, s.line_error,
                          joint_options, recovery_speed()},
                         clock, s.position_elimination, state_)) {
