@@ -122,7 +122,7 @@ class Watch:
     def look_at_contacts(self, report: amontons.Report) -> None:
         """Their u_n = (A x + b)_n, in which gaps and turns are, against the speeds of the bodies."""
         problem = self.sim.problem()
-        u = problem._core.product(self.sim.impulses) + problem._core.b
+        u = problem._product(self.sim.impulses) + problem.b
         normals: list[int] = []
         row = 0
         for cone in problem.cones:

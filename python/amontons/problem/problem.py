@@ -142,6 +142,10 @@ class Problem:
         # A wrong length is the core's to complain about.
         return values if self._scale is None or len(values) != self.rows else values / self._scale
 
+    def _from_units(self, x: Array) -> Array:
+        """x of the core as the user has it: moments times lengths."""
+        return x if self._scale is None else frozen(x * self._scale)
+
     def _product(self, x: Array) -> Array:
         """A x"""
         y = self._core.product(self._to_core("x", x))

@@ -299,8 +299,11 @@ class Simulation(Queries):
 
     @property
     def impulses(self) -> Array:
-        """The solution x of the last step's problem (N s), in the order of its rows."""
-        return self._core.impulses
+        """The solution x of the last step's problem, in the order and the units of its rows (N s, N m s)."""
+        core = self._core.problem
+        if core is None or not core.has_moments:
+            return self._core.impulses
+        return self.problem()._from_units(self._core.impulses)
 
     def problem(self) -> Problem:
         """The variational inequality of the last step (of its last substep); InputError before the first.
