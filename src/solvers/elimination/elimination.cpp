@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <numeric>
+#include <utility>
 
 #include "amontons/base/patience.hpp"
 #include "amontons/problem/residual.hpp"
@@ -47,8 +49,10 @@ double power(const Problem& problem, std::span<const double> x, std::span<const 
 struct Elimination::Memory {
   const Problem* problem = nullptr;
   const Options* options = nullptr;
-  // Natural maps: at zero, and what is asked for.
-  double scale = 0, target = 0;
+  // Natural maps: at zero, and what is asked for, of all islands together and of each.
+  double scale = 0, whole = 0;
+  std::vector<double> target;
+  std::vector<std::size_t> order;
   Reduction reduction;
   SmallVi small;
   std::vector<double> part;
@@ -68,19 +72,33 @@ Elimination::Elimination(Elimination&&) noexcept = default;
 Elimination& Elimination::operator=(Elimination&&) noexcept = default;
 Elimination::~Elimination() = default;
 
-// x of the rows that remain, island by island.
+// x of the rows that remain, island by island. The squares of their maps add up to that of the whole: an
+// island may leave an even share of what those before it have not used. Small ones are solved to rounding, so
+// that the largest, which is last, has nearly all.
 void Elimination::Memory::solve_islands(std::span<const double> start, Solution& s) {
-  short_of.assign(reduction.islands(), 0);
-  for (std::size_t i = 0; i < reduction.islands(); ++i) {
+  const std::size_t count = reduction.islands();
+  short_of.assign(count, 0);
+  target.assign(count, 0);
+  order.resize(count);
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+    return std::pair(reduction.island(a).rows(), a) < std::pair(reduction.island(b).rows(), b);
+  });
+  const double even = whole / std::sqrt(static_cast<double>(count));
+  double left = whole * whole;
+  for (std::size_t solved = 0; solved < count; ++solved) {
+    const std::size_t i = order[solved];
     const Reduction::Island& island = reduction.island(i);
+    target[i] = std::sqrt(left / static_cast<double>(count - solved));
     part.clear();
     if (!start.empty())
       for (std::size_t row : island.row) part.push_back(start[row]);
     const SmallVi::Result result =
-        small.solve(island, options->law, {target, aim * target, options->max_iterations}, part);
+        small.solve(island, options->law, {target[i], aim * even, options->max_iterations}, part);
     s.iterations += result.iterations;
     s.factorizations += result.factorizations;
-    short_of[i] = !(result.map <= target);
+    short_of[i] = !(result.map <= target[i]);
+    left -= std::pow(std::min(result.map, target[i]), 2);
     for (std::size_t k = 0; k < part.size(); ++k) s.x[island.row[k]] = part[k];
   }
 }
@@ -122,9 +140,7 @@ bool Elimination::solve(const Problem& problem, const Options& options, Solution
   m.problem = &problem;
   m.options = &options;
   m.scale = natural_map_at_zero(problem, options.law);
-  // The squares of the islands' maps add up to that of the whole.
-  const double count = static_cast<double>(std::max<std::size_t>(1, m.reduction.islands()));
-  m.target = share * options.tolerance * m.scale / std::sqrt(count);
+  m.whole = share * options.tolerance * m.scale;
   m.small.begin();
   // Not a new one: its arrays keep their memory.
   s.phases.clear();
@@ -168,7 +184,7 @@ bool Elimination::solve_again(const Problem& problem, const Options& options, De
     const Problem part = trusted_problem(DenseOperator{island.W, island.rows(), nullptr}, island.q, island.K);
     Options o = options;
     o.x0 = {};
-    o.tolerance = m.target / natural_map_at_zero(part, options.law);
+    o.tolerance = m.target[i] / natural_map_at_zero(part, options.law);
     const Solution found = solver(part, o);
     s.iterations += found.iterations;
     s.factorizations += found.factorizations;

@@ -67,7 +67,8 @@ class SmallVi {
   std::vector<double> J_, rhs_, du_, HW_;
   double sigma_ = 0;
   std::size_t work_ = 0, paid_ = 0, unpaid_ = 0;  // of this solve, of those before it
-  bool ended_ = false;                            // no work, time or wish is left
+  std::size_t most_work_ = 0;
+  bool ended_ = false;  // no work, time or wish is left
   Result result_{};
 };
 
