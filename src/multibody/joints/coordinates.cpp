@@ -30,11 +30,13 @@ struct Fit {
 // Improves q in place. The error is the twist that leads from T(q) to the pose, so that its least-squares
 // solution over the screws is dq_i = <dual_i, error>.
 Fit fit(const Joint& joint, const Transform& relative, double length, std::span<double> q) {
-  // From the coordinates of the last step a few steps are enough; the rest is for searches from afar. The
-  // step below which it ends is that of rounding, as coordinates must not creep in a scene at rest.
+  // From the coordinates of the last step a few steps are enough; the rest is for searches from afar. Steps
+  // grow smaller by the error that the joint has and by their own size: after one below 1e-9 what is left is
+  // of the size of rounding, and coordinates do not creep in a scene at rest, where every step makes one
+  // more.
   constexpr int most_steps = 25;
-  constexpr double largest_turn = 1;       // rad in one step: T(q) is far from linear beyond
-  constexpr double smallest_step = 1e-14;  // radians or lengths
+  constexpr double largest_turn = 1;      // rad in one step: T(q) is far from linear beyond
+  constexpr double smallest_step = 1e-9;  // radians or lengths
   constexpr double small_step = 1e-6;
   double largest = infinity, error = infinity;
   for (int step = 0; step < most_steps && largest > smallest_step; ++step) {

@@ -155,7 +155,9 @@ void append_dof_rows(const RowInput& in, const JointContext& joint, JointRows& r
   const auto& dofs = joint.joint->dofs;
   const std::span<const double> q = std::span(in.state.coordinates).subspan(first);
   std::array<double, 6> rates{};
-  if (std::any_of(dofs.begin(), dofs.end(), [](const Dof& dof) { return dof.armature > 0; }))
+  // Of the correction of positions, which asks for no dampers, c of drives is not read.
+  if (in.options.dampers &&
+      std::any_of(dofs.begin(), dofs.end(), [](const Dof& dof) { return dof.armature > 0; }))
     rates = rates_before(in, joint, q, rows);
   for (std::size_t i = 0; i < dofs.size(); ++i) {
     const Dof& dof = dofs[i];

@@ -53,7 +53,10 @@ void fill(JointContext& context, const Model& model, const BodyFrames& bodies, c
   const auto unless_fixed = [&](Index body) {
     return body >= 0 && model.body(body).motion != Motion::fixed ? body : world;
   };
-  context.joint = &model.joint(static_cast<Index>(j));
+  const Joint* joint = &model.joint(static_cast<Index>(j));
+  // Those of a hinge do not depend on its angle.
+  const bool known = context.joint == joint && context.length == model.length() && is_hinge(*joint);
+  context.joint = joint;
   context.index = static_cast<Index>(j);
   context.body_a = unless_fixed(context.joint->body_a);
   context.body_b = unless_fixed(context.joint->body_b);
@@ -61,6 +64,8 @@ void fill(JointContext& context, const Model& model, const BodyFrames& bodies, c
   const auto centre = [&](Index body) { return body >= 0 ? bodies[body].centre : Vec3{}; };
   place(context, joint_pose(*context.joint, bodies), centre(context.body_a), centre(context.body_b),
         coordinates_of(model, state, j));
+  if (!known && is_chain(*joint))
+    context.locked_count = locked_wrenches(context.chain, context.length, context.locked);
 }
 
 }  // namespace

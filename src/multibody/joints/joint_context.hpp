@@ -26,9 +26,11 @@ struct JointContext {
   Mat3 axes;  // of frame_b in the world
   JointPose pose;
   ChainKinematics chain;
-  std::array<Screw, 6> duals;  // dual_wrenches() of the chain
-  Vec3 arm;                    // from the origin of frame_a to the reference point on A, axes of frame_b
-  Vec3 r_a, r_b;               // from the centres of mass to the reference point on A, world
+  std::array<Screw, 6> duals;   // dual_wrenches() of the chain
+  std::array<Screw, 6> locked;  // locked_wrenches() of it, made by place_joints() alone
+  std::size_t locked_count = 0;
+  Vec3 arm;       // from the origin of frame_a to the reference point on A, axes of frame_b
+  Vec3 r_a, r_b;  // from the centres of mass to the reference point on A, world
   bool rotates(std::size_t dof) const { return joint->dofs[dof].kind == Dof::Kind::hinge; }
   // Rows of angles are multiplied by the length: then all rows of a problem have the same unit, and neither
   // the residual nor the iterates of a solver depend on the units of the model.

@@ -25,9 +25,7 @@ void append_locked_rows(const RowInput& in, const JointContext& joint, JointRows
   const JointWrench& last = in.state.joint_wrenches[joint.index];
   // The stored wrench is about the origin of frame_a, the rows are about the reference.
   const Vec3 last_torque = last.torque - cross(joint.arm, last.force);
-  std::array<Screw, 6> wrenches;
-  const std::size_t count = locked_wrenches(joint.chain, L, wrenches);
-  for (const Screw& w : std::span(wrenches).first(count)) {
+  for (const Screw& w : std::span(joint.locked).first(joint.locked_count)) {
     // The last impulse in this basis, which is orthonormal w.r.t. <f, f> + <t, t> / L^2. The basis may have
     // turned since; the wrench has not, which is why the state holds wrenches and no rows.
     const double x0 = dot(w.linear, last.force) + dot(w.angular, last_torque) / (L * L);

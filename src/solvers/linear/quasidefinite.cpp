@@ -20,32 +20,6 @@ namespace {
 constexpr int n = QuasidefiniteFactor::width;
 constexpr int area = QuasidefiniteFactor::area;
 
-// A := R^-1 with s A = R R', lower triangular, zeros above. False if a pivot is not positive.
-bool invert_root(double* A, int s) {
-  double R[n][n], X[n][n] = {};
-  for (int i = 0; i < n; ++i)
-    for (int j = 0; j <= i; ++j) R[i][j] = s * A[n * i + j];
-  for (int j = 0; j < n; ++j) {
-    const double pivot = R[j][j];
-    if (!(pivot > 0)) return false;
-    const double inverse = 1 / std::sqrt(pivot);
-    X[j][j] = inverse;
-    for (int i = j + 1; i < n; ++i) R[i][j] *= inverse;
-    for (int k = j + 1; k < n; ++k)
-      for (int i = k; i < n; ++i) R[i][k] -= R[i][j] * R[k][j];
-  }
-  // Row i of R X = I: X_ij = -X_ii sum_{j <= k < i} R_ik X_kj.
-  for (int i = 1; i < n; ++i) {
-    double row[n] = {};
-    for (int k = 0; k < i; ++k)
-      for (int j = 0; j < n; ++j) row[j] += R[i][k] * X[k][j];
-    for (int j = 0; j < i; ++j) X[i][j] = -X[i][i] * row[j];
-  }
-  for (int i = 0; i < n; ++i)
-    for (int j = 0; j < n; ++j) A[n * i + j] = X[i][j];
-  return true;
-}
-
 using Neighbours = std::vector<std::vector<Index>>;
 
 // The greedy order: of the nodes that may come next, one with the fewest neighbours; negative nodes first
@@ -187,7 +161,7 @@ bool QuasidefiniteFactor::factor() {
   const std::ptrdiff_t* target = target_.data();
   for (std::size_t k = 0; k < nodes(); ++k) {
     double* pivot = &diagonal_[area * k];
-    if (!invert_root(pivot, sign_[k])) return false;
+    if (!AMONTONS_DISPATCH(invert_root_six, pivot, sign_[k])) return false;
     const std::size_t first = first_slot(k), count = last_slot(k) - first;
     if (count == 0) continue;
     AMONTONS_DISPATCH(eliminate_six, pivot, &blocks_[area * first], count, sign_[k], target, diagonal_.data(),

@@ -15,6 +15,9 @@ AMONTONS_FOR_EACH_ISA(
                            std::size_t n);
     // In place of six rows: row i := sum_{k <= i} X[6 i + k] row k, X lower triangular.
     void multiply_six_rows(const double* X, double* rows, std::size_t n);
+    // A := R^-1 with s A = R R', lower triangular, zeros above; A symmetric, 6 x 6. False if a pivot is not
+    // positive.
+    bool invert_root_six(double* A, double s);
     // Of a node of QuasidefiniteFactor with the inverse X of its pivot's root: its `count` blocks B := X B,
     // and the blocks that pairs of them change, C -= s B_a'B_c, each at the next target: of `diagonal` (-1 -
     // t) or of `blocks` (t).

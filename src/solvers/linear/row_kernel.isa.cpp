@@ -60,6 +60,11 @@ struct Six {
     *(Four*)row -= f * a;
     *(Two*)(row + 4) -= f * b;
   }
+  void subtract(double f, const Six& row) {
+    a -= f * row.a;
+    b -= f * row.b;
+  }
+  double operator[](int i) const { return i < 4 ? a[i] : b[i - 4]; }
 };
 #else
 struct Six {
@@ -73,6 +78,10 @@ struct Six {
   void subtract(double f, double* row) const {
     for (int k = 0; k < 3; ++k) *(Two*)(row + 2 * k) -= f * a[k];
   }
+  void subtract(double f, const Six& row) {
+    for (int k = 0; k < 3; ++k) a[k] -= f * row.a[k];
+  }
+  double operator[](int i) const { return a[i / 2][i % 2]; }
 };
 #endif
 
@@ -109,6 +118,37 @@ void subtract_six_rows(double* to, std::size_t stride, const double* U, double s
     for (int k = 0; k < 6; ++k) f[k] = -s * U[6 * k + i];
     add_rows(to + i * stride, f, w, n, n);
   }
+}
+
+// s A = L D L' by rows, which make L^-1 of the unit matrix on their way; then R^-1 = D^-1/2 L^-1. A pivot
+// waits for one division, and the roots come at the end, side by side.
+bool invert_root_six(double* A, double s) {
+  constexpr double unit[36] = {1, 0, 0, 0, 0, 0, 0, 1, 0, 0, 0, 0, 0, 0, 1, 0, 0, 0,
+                               0, 0, 0, 1, 0, 0, 0, 0, 0, 0, 1, 0, 0, 0, 0, 0, 0, 1};
+  Six rows[6], inverse[6];
+  for (int i = 0; i < 6; ++i) {
+    rows[i].add(s, A + 6 * i);
+    inverse[i].add(1, unit + 6 * i);
+  }
+  double d[6];
+#pragma GCC unroll 6
+  for (int j = 0; j < 6; ++j) {
+    d[j] = rows[j][j];
+    if (!(d[j] > 0)) return false;
+    const double w = 1 / d[j];
+#pragma GCC unroll 6
+    for (int i = j + 1; i < 6; ++i) {
+      const double f = w * rows[j][i];
+      rows[i].subtract(f, rows[j]);
+      inverse[i].subtract(f, inverse[j]);
+    }
+  }
+  for (int i = 0; i < 6; ++i) {
+    Six row;
+    row.subtract(-1 / __builtin_sqrt(d[i]), inverse[i]);
+    row.store(A + 6 * i);
+  }
+  return true;
 }
 
 void eliminate_six(const double* X, double* own, std::size_t count, double s, const std::ptrdiff_t* target,
