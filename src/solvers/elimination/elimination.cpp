@@ -16,8 +16,9 @@ namespace amontons {
 
 namespace {
 
-// Rows of an island beyond which its dense matrix is no longer small.
-constexpr std::size_t most_rows = 180;
+// Rows of an island beyond which its dense matrix is no longer small; and where bilateral rows are more than
+// the others, which takes first-order methods long.
+constexpr std::size_t most_rows = 180, most_rows_on_joints = 300;
 // Multiplications of a factorisation of K: some ten milliseconds. Trees need 2000 for each body, loops that
 // cross each other may fill the factor.
 constexpr double most_work = 2e7;
@@ -135,7 +136,11 @@ bool Elimination::solve(const Problem& problem, const Options& options, Solution
   const auto start = std::chrono::steady_clock::now();
   Memory& m = *memory_;
   const Patience patience(options.deadline);
-  if (!m.reduction.analyse(problem, most_rows, most_work) || !m.reduction.factor(problem)) return false;
+  const std::size_t bilateral_rows = problem.K.all<Free>().size();
+  const bool on_joints = 2 * bilateral_rows > problem.rows();
+  if (!m.reduction.analyse(problem, on_joints ? most_rows_on_joints : most_rows, most_work) ||
+      !m.reduction.factor(problem))
+    return false;
   Patience::spend(m.reduction.work() / Patience::multiplications);
   m.problem = &problem;
   m.options = &options;

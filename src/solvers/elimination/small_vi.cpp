@@ -44,7 +44,7 @@ constexpr std::size_t proximal_points = 16, few_steps = 5, rounds = 3, first_swe
 constexpr std::size_t cold_descent = 24;
 // In all: multiplications, with so many for each row of a projection or a natural map; and times m^3. Some
 // tenths of a millisecond: what is not solved by then is faster by an interior point (automatic.cpp).
-constexpr std::size_t most_work = 1'000'000, most_per_cube = 1, multiplications = 30;
+constexpr std::size_t most_work = 1'000'000, most_per_cube = 2, multiplications = 30;
 // Between two looks at the Patience of the thread: some microseconds.
 constexpr std::size_t unwatched_work = 5'000;
 // In a unit of work: rows are short and the loops over blocks do other things than multiply.
