@@ -6,6 +6,7 @@
 
 #include "amontons/base/isa.hpp"
 #include "amontons/solvers/first_order/contact_iterate.hpp"
+#include "amontons/solvers/first_order/metric.hpp"
 #include "amontons/solvers/first_order/plain_iterate.hpp"
 #include "check.hpp"
 
@@ -356,4 +357,33 @@ TEST(passes_fit_what_they_know) {
   K.add_count<Free>(4);
   p.K = K;
   CHECK(!ContactIterate::fits(p));
+}
+
+// Breaks when the projection of APGD is not the nearest point of the cone in its metric, or when the metric
+// counts a contact for more or less than P does.
+TEST(projections_in_the_metric_are_nearest) {
+  const Problem p = random_problem({40, 5, 12}, false);
+  const std::vector<BlockMetric> metrics = block_metrics(p);
+  const std::vector<double> z = random_vector(p.rows());
+  double largest_aspect = 0;
+  for_each_block(p.K, [&]<class S>(const S& set, std::size_t block, std::size_t row) {
+    const BlockMetric& P = metrics[block];
+    double mean = 0, x[S::dim], from_normal = 0;
+    for (int k = 0; k < S::dim; ++k) mean += P[k] / S::dim;
+    CHECK_NEAR(mean, p.P[block], 1e-12 * p.P[block]);
+    project_in(P, set, &z[row], x);
+    if constexpr (std::is_same_v<S, Friction>) {
+      largest_aspect = std::max(largest_aspect, P.aspect);
+      // z - x is normal to the cone at x: orthogonal to x, and at most so to the rays of the cone.
+      for (int k = 0; k < 3; ++k) from_normal += P[k] * (z[row + k] - x[k]) * x[k];
+      CHECK_NEAR(from_normal, 0, 1e-10 * P.tangent * (1 + set.mu * set.mu));
+      for (int i = 0; i < 32; ++i) {
+        const double ray[] = {1, set.mu * std::cos(0.2 * i), set.mu * std::sin(0.2 * i)};
+        double uphill = 0;
+        for (int k = 0; k < 3; ++k) uphill += P[k] * (z[row + k] - x[k]) * ray[k];
+        CHECK(uphill <= 1e-10 * P.tangent * (1 + set.mu));
+      }
+    }
+  });
+  CHECK(largest_aspect > 1.05);
 }

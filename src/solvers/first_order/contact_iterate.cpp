@@ -13,6 +13,7 @@
 
 #include "amontons/base/line_array.hpp"
 #include "amontons/base/threads.hpp"
+#include "amontons/solvers/first_order/metric.hpp"
 #include "solvers/first_order/contact_layout.hpp"
 
 namespace amontons {
@@ -142,6 +143,7 @@ ContactIterate::State::State(const Problem& problem, Law law, unsigned threads, 
 // By the threads that will work on them: memory goes to the node of the thread that touches it first.
 void ContactIterate::State::fill_contacts(const Problem& problem, const ContactSystem& A) {
   const std::vector<Friction>& cones = problem.K.all<Friction>();
+  const std::vector<BlockMetric> metrics = block_metrics(problem);
   pool->run(chunks(), [&](std::size_t c) {
     for (std::size_t i = layout.chunks[c].first_batch; i < layout.chunks[c].last_batch; ++i) {
       ContactBatch& batch = batches[i];
@@ -149,6 +151,7 @@ void ContactIterate::State::fill_contacts(const Problem& problem, const ContactS
         // Of inert lanes too, which read and write the dummy; everything else of theirs stays zero.
         batch.line_a[l] = 8 * layout.line_a[lanes * i + l];
         batch.line_b[l] = 8 * layout.line_b[lanes * i + l];
+        batch.aspect[l] = 1;
         const Index index = layout.contact[lanes * i + l];
         if (index < 0) continue;
         const Contact& contact = A.contacts[index];
@@ -160,6 +163,9 @@ void ContactIterate::State::fill_contacts(const Problem& problem, const ContactS
         batch.mu[l] = std::min(cones[index].mu, largest_mu);
         batch.p[l] = problem.P[index];
         batch.p_inverse[l] = 1 / problem.P[index];
+        batch.aspect[l] = metrics[index].aspect;
+        batch.p_t[l] = metrics[index].tangent;
+        batch.p_t_inverse[l] = 1 / metrics[index].tangent;
         if (compliance.data()) compliance[lanes * i + l] = A.contact_compliance[index];
         lane_of[index] = static_cast<std::uint32_t>(lanes * i + l);
       }
@@ -416,14 +422,13 @@ double ContactIterate::accelerate(double beta) {
   return residual_squared;
 }
 
-// y last, because it leaves the De Saxce term of y, from which the next direction starts.
+// x last, because it leaves the De Saxce term of x, from which the next direction starts.
 double ContactIterate::refresh_momentum() {
-  const double residual_squared = refresh();
   PassData at_y = state_->data();
   at_y.x = state_->y.data();
   at_y.u = state_->u_y.data();
   state_->refresh(at_y);
-  return residual_squared;
+  return refresh();
 }
 
 void ContactIterate::keep_best() { state_->best = state_->now; }

@@ -10,18 +10,20 @@ namespace amontons {
 // Contacts are held in batches of eight, component by component, so that one instruction works on the same
 // component of eight contacts. A batch never has two contacts on one moving body: its impulses can be
 // scattered in any order, eight at a time, and no addition is lost. Short batches are filled with inert
-// lanes of zeros (mu = 0, p = p_inverse = 0, both bodies the dummy), which add zero to every sum. All
-// vectors are in world coordinates: the cone is circular, and its tangents need not be known.
+// lanes of zeros (mu = 0, p = p_inverse = 0, both bodies the dummy; aspect = 1), which add zero to every sum.
+// All vectors are in world coordinates: the cone is circular, and its tangents need not be known.
 //
 // Eight lanes whatever the width of the registers (8, 4 or 2): the sums then have the same order everywhere.
 inline constexpr std::size_t lanes = 8;
 
-// What is constant during a solve: 13 cache lines. Arms in m from the centres of mass to the point, the
-// normal from B to A; p is the entry of P (1/kg), p_inverse = 1/p, kept because division is slow. A line
-// offset is that of a working velocity in `lines`, counted in doubles (8 per line).
+// What is constant during a solve: 16 cache lines. Arms in m from the centres of mass to the point, the
+// normal from B to A; p is the entry of P (1/kg), p_inverse = 1/p, kept because division is slow; aspect, p_t
+// and 1/p_t are the metric of accelerated methods (metric.hpp). A line offset is that of a working velocity
+// in `lines`, counted in doubles (8 per line).
 struct alignas(64) ContactBatch {
   double r_a[3][lanes], r_b[3][lanes], normal[3][lanes];
   double mu[lanes], p[lanes], p_inverse[lanes];
+  double aspect[lanes], p_t[lanes], p_t_inverse[lanes];
   std::uint32_t line_a[lanes], line_b[lanes];
 };
 
@@ -52,7 +54,7 @@ struct Chunk {
 // What the passes work on; which of the three buffers of x is which changes from iteration to iteration.
 //
 //  x, x_next, y, u, u_y, d, b   24 doubles per batch (three components of eight lanes), then one per row
-//  saxce        mu |u_t| for the u of the next direction, 8 per batch; coulomb only
+//  saxce        mu |u_t| for the u of x, 8 per batch; coulomb only
 //  compliance   E, 8 per batch; null if all are zero
 //  lines        one line of 64 bytes per touched body: (linear, angular) and two doubles that mean nothing
 //  y, u_y       the extrapolated point and A y + b, of accelerated methods; null for the others
@@ -90,8 +92,8 @@ struct alignas(64) PassSums {
 //  refresh_pass     with lines = M^-1 D'x: u = D lines + E x + b;
 //                   the squared natural map at x
 //  momentum_direction_pass
-//                   as direction_pass from y and u_y;
-//                   <d, g>, <d, P d>, <d, E d>, <d, P (y - x)>
+//                   as direction_pass from y and u_y, in the metric of accelerated methods for P;
+//                   0, <d, P d>, <d, E d>, <d, P (y - x)>
 //  accelerate_pass  with lines = M^-1 D'd: x_next = y + d, u = A x_next + b, y = x_next + beta (x_next - x),
 //                   u_y = A y + b;
 //                   the squared natural map at x_next

@@ -1,13 +1,14 @@
 // The fused passes over contacts, eight lanes at a time: see contact_passes.hpp for the layout.
 //
 // Memory traffic of an iteration in bytes, counting each array once per pass that reads or writes it. Per
-// contact: 104 for ContactBatch, 24 for each of x, u, d and (coulomb only) 8 for s = mu |u_t|; per body: 64
-// for its line and 64 for its masses:
+// contact: 128 for ContactBatch, less what a pass does not read, 24 for each of x, u, d and (coulomb only) 8
+// for s = mu |u_t|; per body: 64 for its line and 64 for its masses:
 //  direction  batch 104 + x 24 + u 24 + (s 8) read, d 24 written, lines 64 read + 64 written
 //  mass       lines 64 read + 64 written, masses 64 read
 //  update     batch 104 + x 24 + u 24 + d 24 + (s 8) read, x_next 24 + u 24 + (s 8) written, lines 64 read
 // that is 400 per contact (424 under coulomb) and 384 per body. The accelerated iteration reads x beside y
-// in its direction and moves x, u, y and u_y in its last pass: 520 per contact (536 under coulomb).
+// and the metric in its direction and moves x, u, y and u_y in its last pass: 528 per contact (544 under
+// coulomb).
 //
 // Three rules keep the bits the same on every instruction set: no function that is not correctly rounded, no
 // fused multiply-add (-ffp-contract=off), and every sum over eight lanes and then in the order of LaneSums.
@@ -31,11 +32,14 @@ constexpr std::size_t block = 4;
 // the form that needs no z_t and is exact at z inside after the blend: all three regions are a z + b n,
 //  inside (1, 0),   polar (0, 0),   else (mu k, k (t - mu z_n)).
 // Where t = 0 the value of k is infinite or not a number and not used.
-AMONTONS_INLINE Vec3 project(const Vec3& z, const Vec3& n, Vec mu) {
+//
+// In a metric where tangents count `aspect` times, it is that with aspect t and aspect mu for t and mu.
+AMONTONS_INLINE Vec3 project(const Vec3& z, const Vec3& n, Vec mu, Vec aspect) {
   const Vec zero = {}, one = zero + 1.0;
   const Vec zn = dot(z, n);
   const Vec3 zt = z - zn * n;
-  const Vec t = square_root(dot(zt, zt));
+  const Vec t = aspect * square_root(dot(zt, zt));
+  mu = aspect * mu;
   const Vec k = (zn + mu * t) / ((one + mu * mu) * t);
   const Vec on_z = mu * k, on_n = k * (t - mu * zn);
   // Masks of all lanes; each region is computed for each lane, and the blend takes what applies.
@@ -169,8 +173,8 @@ AMONTONS_INLINE void prefetch_batch(const PassData& data, const Chunk& chunk, st
 
 // One batch of the direction, from x, or with momentum from y:
 //  g = u + s n,   d = Pi(x - alpha/p g) - x,
-// and its part of <d, g>, <d, P d>, <d, E d> and, with momentum, <d, P (y - x)>, which tells uphill from
-// downhill. Here x stands for the point from which the step starts.
+// and its part of <d, g>, <d, P d>, <d, E d>; with momentum in the metric of metric.hpp for p, and <d, P (y -
+// x)>, which tells uphill from downhill, for <d, g>. Here x stands for the point from which the step starts.
 template <bool coulomb, bool compliant, bool momentum>
 AMONTONS_INLINE void direction_of_batch(const PassData& data, std::size_t i, double alpha,
                                         LaneSums<4>& sums) {
@@ -182,14 +186,26 @@ AMONTONS_INLINE void direction_of_batch(const PassData& data, std::size_t i, dou
     const Vec3 u = load3((momentum ? data.u_y : data.u) + at);
     Vec3 g = u;
     if constexpr (coulomb) g = u + load(data.saxce + 8 * i + lane) * n;
-    const Vec step = alpha * load(batch.p_inverse + lane);
-    const Vec3 d = project(x - step * g, n, load(batch.mu + lane)) - x;
-    const Vec dd = dot(d, d);
-    store3(data.d + at, d);
-    sums.v[0][part] += dot(d, g);
-    sums.v[1][part] += load(batch.p + lane) * dd;
-    if constexpr (compliant) sums.v[2][part] += load(data.compliance + 8 * i + lane) * dd;
-    if constexpr (momentum) sums.v[3][part] += load(batch.p + lane) * dot(d, x - load3(data.x + at));
+    const Vec mu = load(batch.mu + lane), one = Vec{} + 1.0;
+    if constexpr (momentum) {
+      // In the metric: along the normal p_t / aspect^2 stands for p_t.
+      const Vec aspect = load(batch.aspect + lane), squared = aspect * aspect, p = load(batch.p_t + lane);
+      const Vec step = alpha * load(batch.p_t_inverse + lane), more = one / squared - one;
+      const Vec3 d = project(x - step * (g + ((squared - one) * dot(g, n)) * n), n, mu, aspect) - x;
+      const Vec3 m = x - load3(data.x + at);
+      const Vec dd = dot(d, d), dn = dot(d, n);
+      store3(data.d + at, d);
+      sums.v[1][part] += p * (dd + more * (dn * dn));
+      sums.v[3][part] += p * (dot(d, m) + more * (dn * dot(m, n)));
+      if constexpr (compliant) sums.v[2][part] += load(data.compliance + 8 * i + lane) * dd;
+    } else {
+      const Vec3 d = project(x - (alpha * load(batch.p_inverse + lane)) * g, n, mu, one) - x;
+      const Vec dd = dot(d, d);
+      store3(data.d + at, d);
+      sums.v[0][part] += dot(d, g);
+      sums.v[1][part] += load(batch.p + lane) * dd;
+      if constexpr (compliant) sums.v[2][part] += load(data.compliance + 8 * i + lane) * dd;
+    }
   }
 }
 
@@ -334,8 +350,8 @@ PassSums update(const PassData& data, const Chunk& chunk, double lambda) {
 }
 
 // x+ = y + d, u+ = u_y + A d, y+ = x+ + beta (x+ - x) and u_y+ = u+ + beta (u+ - u), as A x + b is affine.
-// The residual is that of x+; the De Saxce term that is kept is that of y+, from which the next direction
-// starts.
+// The residual is that of x+, and so is the De Saxce term that is kept, with which the next direction starts
+// from y+.
 template <bool coulomb>
 AMONTONS_INLINE void accelerate_lanes(const PassData& data, const StepLanes& l, double beta,
                                       LaneSums<1>& sums) {
@@ -350,8 +366,9 @@ AMONTONS_INLINE void accelerate_lanes(const PassData& data, const StepLanes& l, 
   Vec3 g = u;
   if constexpr (coulomb) {
     const Vec mu = load(batch.mu + l.lane);
-    g = u + (mu * tangential_speed(u, l.n)) * l.n;
-    store(data.saxce + 8 * l.batch + l.lane, mu * tangential_speed(u_y, l.n));
+    const Vec saxce = mu * tangential_speed(u, l.n);
+    g = u + saxce * l.n;
+    store(data.saxce + 8 * l.batch + l.lane, saxce);
   }
   sums.v[0][l.part] += natural_map(batch, l.lane, x, g, l.n);
 }

@@ -6,6 +6,7 @@
 
 #include "amontons/problem/residual.hpp"
 #include "amontons/solvers/first_order/iterate.hpp"
+#include "amontons/solvers/first_order/metric.hpp"
 
 namespace amontons {
 
@@ -98,27 +99,30 @@ class PlainIterate {
   }
 
   void start_momentum() {
+    metrics_ = block_metrics(problem_);
     y_ = x_[now_];
     u_y_ = u_;
   }
 
-  // d = Pi_K(y - alpha P^-1 g(y)) - y with <d, P d> and <d, P (y - x)>.
+  // d = Pi_K(y - alpha P^-1 g) - y with <d, P d> and <d, P (y - x)>; g is that of y but for the De Saxce
+  // term, that of x.
   MomentumDirection momentum_direction(double alpha) {
     MomentumDirection sums{0, 0};
     for_each_block(problem_.K, [&]<class S>(const S& set, std::size_t block, std::size_t row) {
-      double g[S::dim], dd = 0, dm = 0;
-      const double *y = &y_[row], *x = &x_[now_][row], p = problem_.P[block];
+      double g[S::dim], dPd = 0, dPm = 0;
+      const double *y = &y_[row], *x = &x_[now_][row];
       double* d = &d_[row];
-      add_saxce_term(set, law_, &u_y_[row], g);
-      for (int k = 0; k < S::dim; ++k) g[k] = y[k] - alpha * g[k] / p;
-      set.project(g, d);
+      const BlockMetric& P = metrics_[block];
+      add_saxce_term(set, law_, &u_[row], g);
+      for (int k = 0; k < S::dim; ++k) g[k] = y[k] - alpha * (g[k] + (u_y_[row + k] - u_[row + k])) / P[k];
+      project_in(P, set, g, d);
       for (int k = 0; k < S::dim; ++k) {
         d[k] -= y[k];
-        dd += d[k] * d[k];
-        dm += d[k] * (y[k] - x[k]);
+        dPd += P[k] * d[k] * d[k];
+        dPm += P[k] * d[k] * (y[k] - x[k]);
       }
-      sums.dPd += p * dd;
-      sums.dPm += p * dm;
+      sums.dPd += dPd;
+      sums.dPm += dPm;
     });
     return sums;
   }
@@ -185,6 +189,7 @@ class PlainIterate {
   // At x: u = A x + b. Of the step: d, q = A d. Of the extrapolated point: y, u_y = A y + b.
   std::vector<double> u_, d_, q_, y_, u_y_;
   std::array<std::vector<double>, 3> x_;
+  std::vector<BlockMetric> metrics_;
   int now_ = 0, best_ = 0;
 };
 
