@@ -42,9 +42,8 @@ struct MomentumDirection {
 //   update(lambda)    x += lambda d, u += lambda A d
 // APGD, in this order; a step that is refused repeats the middle two with a smaller alpha:
 //   start_momentum()            y = x, once after start()
-//   momentum_direction(alpha)   d = Pi_K(y - alpha P^-1 g) - y with P of metric.hpp and g = A y + b plus the
-//   De
-//                               Saxce term of x; y and x stay as they are
+//   momentum_direction(alpha)   d = Pi_K(y - alpha P^-1 g) - y, P of metric.hpp, g = A y + b and the De Saxce
+//                               term of x; y and x stay as they are
 //   curvature()                 as above
 //   accelerate(beta)            x+ = y + d, y = x+ + beta (x+ - x); the residual at x+
 //   refresh_momentum()          refresh() for x and for y; the residual at x
