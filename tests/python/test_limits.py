@@ -5,6 +5,7 @@ refuses. The amount of memory is measured where that is the point.
 """
 
 import io
+import itertools
 import os
 import resource
 import zipfile
@@ -14,6 +15,7 @@ import h5py
 import numpy as np
 import pytest
 from amontons import Limits
+from amontons.io.object_header import is_virtual
 
 
 def refused(read, path, message, **options):
@@ -68,6 +70,26 @@ def test_hdf5_of_other_files(fclib):
 
     put(fclib, "fclib_local/vectors/q", virtual)
     refused(amontons.read_problem, fclib, "lie in other files; store them in this one")
+
+
+# Breaks when the header of an object is not found or not followed over its continuations, in any version of
+# the format, or ordinary datasets are taken for virtual ones, which the library must not open where damaged.
+@pytest.mark.parametrize("userblock", [0, 512])
+@pytest.mark.parametrize("libver", ["earliest", "v110", "latest"])
+def test_virtual_datasets_are_known_by_their_headers(tmp_path, libver, userblock):
+    path = tmp_path / "x.h5"
+    with h5py.File(path, "w", libver=libver, userblock_size=userblock) as file:
+        file["plain"] = np.arange(5.0)
+        file.create_dataset("chunked", data=np.zeros((100, 3)), chunks=(10, 3), compression="gzip")
+        layout = h5py.VirtualLayout((5,), "f8")
+        layout[:] = h5py.VirtualSource("other.h5", "x", (5,))
+        file.create_virtual_dataset("virtual", layout)
+        file.create_group("group")
+        for name, k in itertools.product(("plain", "virtual"), range(20)):
+            file[name].attrs[f"note {k}"] = 50 * "-"  # the header goes on elsewhere
+    with h5py.File(path) as file:
+        found = {name: is_virtual(path, file, name) for name in (*file, "none")}
+    assert found == {"chunked": False, "group": False, "none": False, "plain": False, "virtual": True}
 
 
 # Breaks when rows that nothing in the file fills take memory: 8 GB here.

@@ -19,6 +19,7 @@ import scipy.sparse as sp
 
 from ..errors import FileError, InputError
 from ..limits import COMPRESSION, DEFAULT, Limits, plausible, readable
+from .object_header import is_virtual
 
 T = TypeVar("T")
 Table = np.ndarray[Any, Any]
@@ -33,6 +34,7 @@ FILTERS = {
 """What values may be packed with: no filter that makes much of nothing."""
 SLACK = 1 << 20
 """Bytes of a chunk that are always in proportion: a small dataset may have one larger than what it holds."""
+ELSEWHERE = "the values of {} lie in other files; store them in this one"
 TEXT = 1 << 28
 """Bytes of a text at most."""
 
@@ -101,6 +103,8 @@ class Reader:
                 return None
             if not isinstance(link, h5py.HardLink):
                 raise self.fail(f"{self.name(key)} is a link to another place; store what it leads to there")
+            if is_virtual(self.path, self.group, key):
+                raise self.fail(ELSEWHERE.format(self.name(key)))
             return self.group.get(key)
 
     def sub(self, key: str) -> Reader:
@@ -126,9 +130,8 @@ class Reader:
         if dataset.shape is None:
             raise self.fail(f"{self.name(key)} declares no values")
         properties = dataset.id.get_create_plist()
-        layout = properties.get_layout()
-        if layout == h5py.h5d.VIRTUAL or properties.get_external_count():
-            raise self.fail(f"the values of {self.name(key)} lie in other files; store them in this one")
+        if properties.get_layout() == h5py.h5d.VIRTUAL or properties.get_external_count():
+            raise self.fail(ELSEWHERE.format(self.name(key)))
         for k in range(properties.get_nfilters()):
             if properties.get_filter(k)[0] not in FILTERS:
                 known = ", ".join(FILTERS.values())

@@ -23,8 +23,8 @@ inline constexpr std::size_t lanes = 8;
 struct alignas(64) ContactBatch {
   double r_a[3][lanes], r_b[3][lanes], normal[3][lanes];
   double mu[lanes], p[lanes], p_inverse[lanes];
-  double aspect[lanes], p_t[lanes], p_t_inverse[lanes];
   std::uint32_t line_a[lanes], line_b[lanes];
+  double aspect[lanes], p_t[lanes], p_t_inverse[lanes];  // last: most passes do not read them
 };
 
 // One stored row of D, (linear, angular) of each body padded with two zeros, so that a side has the length
