@@ -209,14 +209,32 @@ static double exchange_turn(const Vec3& turn, Vec3& old, double* b) {
   return std::max({std::abs(change.x), std::abs(change.y), std::abs(change.z)});
 }
 
-double turn_contacts(const Reach& reach, double least, ContactFinder& finder, std::vector<Vec3>& turns,
-                     Problem& problem) {
+// The largest speed (m/s) of a point of contact, of either body, with the velocities v.
+static double fastest_point(const std::vector<Contact>& contacts, const BodyVelocities& v) {
+  double fastest = 0;
+  const auto look = [&](Index body, const Vec3& arm) {
+    if (body >= 0) fastest = std::max(fastest, norm(v[body].linear) + norm(v[body].angular) * norm(arm));
+  };
+  for (const Contact& c : contacts) {
+    look(c.body_a, c.r_a);
+    look(c.body_b, c.r_b);
+  }
+  return fastest;
+}
+
+double turn_contacts(const Reach& reach, const BodyVelocities& free, double least, ContactFinder& finder,
+                     std::vector<Vec3>& turns, Problem& problem) {
+  // Impulses of the last step may mean nothing in this one: of a light body that heavy ones have left they
+  // make any speed. Turns at many times the speeds that are there belong to such.
+  constexpr double times = 100;
   const auto& contacts = std::get<ContactSystem>(problem.A).contacts;
+  const double most = times * (fastest_point(contacts, free) + least);
   turns.resize(contacts.size());
   double change = 0;
   for (const auto& [i, middle] : finder.find_middles(reach, contacts)) {
     Vec3 turn = turn_of(contacts[i], middle, reach.v);
-    if (norm(turn) < least) turn = {};
+    const double size = norm(turn);
+    if (size < least || !(size <= most)) turn = {};
     change = std::max(change, exchange_turn(turn, turns[i], &problem.b[problem.graph.first_row[i]]));
   }
   return change;

@@ -30,9 +30,10 @@ struct SmoothScratch {
 void reflect_joints(const SmoothInput& in, State& state, JointRows& rows, SmoothScratch& scratch);
 
 // Adds to b of the contacts that turn as bodies roll, for bodies that move with v. `turns` are what has been
-// added, per contact; they are replaced. Those below `least` (m/s) are none. Returns the largest change.
-double turn_contacts(const Reach& reach, double least, ContactFinder& finder, std::vector<Vec3>& turns,
-                     Problem& problem);
+// added, per contact; they are replaced. Those below `least` (m/s) are none, nor those that are no size to
+// the free velocities. Returns the largest change.
+double turn_contacts(const Reach& reach, const BodyVelocities& free, double least, ContactFinder& finder,
+                     std::vector<Vec3>& turns, Problem& problem);
 
 // Takes back what turn_contacts() added where it does not belong to the velocities v that came of it, as with
 // light bodies of which the prediction tells nothing. Returns whether there was any.

@@ -336,7 +336,7 @@ void solve_and_look(const Model& model, const StepBodies& bodies, const Assembly
     solver.clock.lap(report.timings.collision);
     if (contacts.size() == known) {
       if (turned == 0) break;
-      if (turned == 2 ? !(turn_contacts(reach, enough, finder, vi.turns, *vi.problem) > enough)
+      if (turned == 2 ? !(turn_contacts(reach, bodies.free, enough, finder, vi.turns, *vi.problem) > enough)
                       : !drop_turns(reach, finder, vi.turns, *vi.problem))
         break;
       --turned;
@@ -349,7 +349,7 @@ void solve_and_look(const Model& model, const StepBodies& bodies, const Assembly
     assemble(bodies, contacts, vi.rows, assembly, *vi.problem);
     const bool smooth = !vi.turns.empty();
     vi.turns.clear();
-    if (smooth) turn_contacts(reach, enough, finder, vi.turns, *vi.problem);
+    if (smooth) turn_contacts(reach, bodies.free, enough, finder, vi.turns, *vi.problem);
     solver.clock.lap(report.timings.assembly);
   }
   add_solution(*vi.problem, vi.solution, report);
@@ -490,8 +490,8 @@ void Simulation::advance(double h, const Attempt& attempt, StepClock& clock, Rep
   if (options_.warm_start) warm_start(model, state_, h, s.frames, contacts_, s.vi);
   if (!damped) {
     predict(s.start, s.free, s.vi, s.after);
-    turn_contacts({model, s.frames, s.after, h, margin()}, enough_of_a_turn(model, h), s.finder, s.vi.turns,
-                  *s.vi.problem);
+    turn_contacts({model, s.frames, s.after, h, margin()}, s.free, enough_of_a_turn(model, h), s.finder,
+                  s.vi.turns, *s.vi.problem);
   }
   clock.lap(report.timings.assembly);
   // 9. Solve, look where the velocities lead, solve again for what nobody could foresee.
