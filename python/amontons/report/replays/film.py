@@ -127,13 +127,13 @@ def write_animation(recording: Recording, path: Path, shot: Shot, tell: Progress
 
 def write_movie(recording: Recording, path: Path, shot: Shot, tell: Progress) -> None:
     """An MP4 (H.264) by way of ffmpeg."""
+    if shot.width % 2 or shot.height % 2:
+        raise InputError(f"{shot.width} x {shot.height}: MP4 has even numbers of pixels")
     program = shutil.which("ffmpeg")
     if program is None:
         raise InputError(
             "--mp4 needs ffmpeg on the path; install it, or write --gif FILE.webp, which needs nothing"
         )
-    if shot.width % 2 or shot.height % 2:
-        raise InputError(f"{shot.width} x {shot.height}: MP4 has even numbers of pixels")
     film = Film(recording, shot)
     size = f"{shot.width}x{shot.height}"
     source = ["-f", "rawvideo", "-pix_fmt", "rgb24", "-s", size, "-r", f"{shot.fps:g}", "-i", "-"]
