@@ -218,6 +218,7 @@ def judge(scene: Scene, sim: amontons.Simulation, steps: int) -> Measures:
         "missed steps": watch.missed,
         "energy over allowance": watch.rise,
         "closing speed": watch.closing,
+        "lost after a miss": watch.lost,
     }
 
 
