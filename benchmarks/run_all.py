@@ -91,18 +91,18 @@ def run_program(name: str, build: Path, out: Path, quick: bool) -> int:
 
 
 def run_instruction_sets(build: Path, out: Path) -> int:
-    """The kernel in the cache of a core by each set that the processor has; instruction_sets.csv."""
-    program, rows = build / "benchmarks" / "contact_kernel", []
+    """The kernel in the cache of a core by each set that the processor has, as instruction_sets.csv."""
+    program, part = build / "benchmarks" / "contact_kernel", out / "instruction_sets.part"
+    if not program.exists():
+        return 0  # run_program has told
+    rows = []
     for isa in ("baseline", "avx2", "avx512"):
-        path = out / f"{isa}.part"
-        command = [str(program), "--quick", "--threads", "1", "--csv", str(path)]
-        if (
-            not program.exists()
-            or subprocess.run(command, env={**os.environ, "AMONTONS_ISA": isa}).returncode
-        ):
-            return int(program.exists())
-        rows += [row for row in read_csv(path) if row["isa"] == isa]
-        path.unlink()
+        command = [str(program), "--quick", "--threads", "1", "--csv", str(part)]
+        code = subprocess.run(command, env={**os.environ, "AMONTONS_ISA": isa}).returncode
+        if code:
+            return code
+        rows += [row for row in read_csv(part) if row["isa"] == isa]
+    part.unlink()
     write_csv(out / "instruction_sets.csv", rows)
     return 0
 

@@ -85,17 +85,10 @@ Solution polished(const Problem& problem, const std::string& method, const Optio
   if (!(o.deadline > 0)) return s;
   o.tolerance = aim_of_few * options.tolerance;
   Solution finer = method_of(method, problem, options.law)(problem, o);
-  s.iterations += finer.iterations;
-  s.products += finer.products;
-  s.factorizations += finer.factorizations;
+  add_counts(s, finer);
   s.time += finer.time;
-  if (!(finer.residual < s.residual)) return s;
-  s.phases.push_back({finer.method, "what rests shall not creep", finer.iterations, finer.residual});
-  s.x = std::move(finer.x);
-  s.u = std::move(finer.u);
-  s.residual = finer.residual;
-  s.objective = finer.objective;
-  s.method = finer.method;
+  const PhaseRecord record{finer.method, "what rests shall not creep", finer.iterations, finer.residual};
+  if (take_better(s, std::move(finer))) s.phases.push_back(record);
   return s;
 }
 
@@ -111,16 +104,9 @@ Solution with_unseen(const StepSolver& solver, const Problem& problem, Solution 
   options.tolerance = finer;
   options.deadline = solver.clock.left();
   Solution other = solve_with(solver, problem, options, {});
-  s.iterations += other.iterations;
-  s.products += other.products;
-  s.factorizations += other.factorizations;
+  add_counts(s, other);
   s.time += other.time;
-  if (other.residual < s.residual) {
-    s.x = std::move(other.x);
-    s.u = std::move(other.u);
-    s.residual = other.residual;
-    s.objective = other.objective;
-  }
+  take_better(s, std::move(other));
   // What is wrong still has not converged, whatever the heavy bodies make of the residual.
   if (tolerance_of_unseen(problem, options.law, s, solver.options.tolerance) < solver.options.tolerance)
     s.status = Status::stalled;

@@ -295,18 +295,10 @@ void name_elimination(Solution& s) {
 Solution better_of(Solution first, Solution second) {
   if (first.phases.empty()) first.phases = {{first.method, eliminated, first.iterations, first.residual}};
   first.phases.insert(first.phases.end(), second.phases.begin(), second.phases.end());
-  second.iterations += first.iterations;
-  second.products += first.products;
-  second.factorizations += first.factorizations;
+  add_counts(second, first);
   second.time += first.time;
-  if (first.residual < second.residual) {
-    second.x = std::move(first.x);
-    second.u = std::move(first.u);
-    second.residual = first.residual;
-    second.objective = first.objective;
-    second.method = first.method;
-  }
   second.phases = std::move(first.phases);
+  take_better(second, std::move(first));
   second.reason = describe(second.phases);
   return second;
 }

@@ -5,6 +5,7 @@
 #include <tuple>
 
 #include "amontons/solvers/driver/driver.hpp"
+#include "amontons/solvers/driver/phases.hpp"
 
 namespace amontons {
 
@@ -144,9 +145,7 @@ using Hardness = std::tuple<double, std::size_t>;
 // What is said of the whole: the sums, and the words of its hardest part.
 void add_part(Solution& total, const Solution& s, const Part& part, double tolerance, Hardness& worst) {
   for (std::size_t k = 0; k < part.rows.size(); ++k) total.x[part.rows[k]] = s.x[k];
-  total.iterations += s.iterations;
-  total.products += s.products;
-  total.factorizations += s.factorizations;
+  add_counts(total, s);
   if (severity(s.status) > severity(total.status)) total.status = s.status;
   const Hardness hardness{s.residual > tolerance ? s.residual : 0, s.iterations};
   if (!(hardness > worst)) return;

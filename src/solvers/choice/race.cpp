@@ -304,15 +304,8 @@ void Race::end(Runner& r) {
 }
 
 void Race::keep(Solution s) {
-  total_.iterations += s.iterations;
-  total_.products += s.products;
-  total_.factorizations += s.factorizations;
-  if (!total_.x.empty() && !(s.residual < total_.residual)) return;
-  total_.x = std::move(s.x);
-  total_.u = std::move(s.u);
-  total_.residual = s.residual;
-  total_.objective = s.objective;
-  total_.method = std::move(s.method);
+  add_counts(total_, s);
+  take_better(total_, std::move(s));
 }
 
 // A record of the one whose turn it is: counts and time go on over all, and so does the best residual.

@@ -56,9 +56,7 @@ void add_part(Solution& total, const Solution& part, const Phase& phase, const O
   else  // a table of its own
     total.phases.insert(total.phases.end(), part.phases.begin(), part.phases.end());
   append_history(total, part);
-  total.iterations += part.iterations;
-  total.products += part.products;
-  total.factorizations += part.factorizations;
+  add_counts(total, part);
   total.time += part.time;
   // The limit of a row is none of the caller's: after the last one it means that nothing more helps.
   // The residual is that of the best x, which an earlier row may have made; the status is that of the last.
@@ -78,6 +76,22 @@ bool ends(const Solution& total, const Solution& part, const Options& options) {
 }
 
 }  // namespace
+
+void add_counts(Solution& total, const Solution& part) {
+  total.iterations += part.iterations;
+  total.products += part.products;
+  total.factorizations += part.factorizations;
+}
+
+bool take_better(Solution& s, Solution&& other) {
+  if (!s.x.empty() && !(other.residual < s.residual)) return false;
+  s.x = std::move(other.x);
+  s.u = std::move(other.u);
+  s.residual = other.residual;
+  s.objective = other.objective;
+  s.method = std::move(other.method);
+  return true;
+}
 
 std::string describe(const std::vector<PhaseRecord>& phases) {
   std::string text;

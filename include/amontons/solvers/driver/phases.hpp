@@ -23,6 +23,13 @@ struct Phase {
 // ran, counts, time and history are those of the whole.
 Solution run_phases(const Problem& problem, const Options& options, const std::vector<Phase>& table);
 
+// Adds what a further part cost: iterations, products, factorisations. The time is for who measures it.
+void add_counts(Solution& total, const Solution& part);
+
+// Takes x and what belongs to it, the method that made it included, where the other has a smaller residual or
+// there is no x yet; returns whether it did. Counts, time, status, phases and reason stay.
+bool take_better(Solution& s, Solution&& other);
+
 // "apgd (120 iterations, residual 3.1e-05: the reason), newton (4 iterations, residual 2.0e-09: the reason)"
 std::string describe(const std::vector<PhaseRecord>& phases);
 

@@ -9,8 +9,8 @@ namespace amontons {
 // rows, so that the projection in it is the Euclidean one. A contact resists along its normal and along its
 // tangents by different inverse masses, though, of spheres by 1 : 3.5. With a number for the normal, p_n, and
 // one for both tangents, p_t, a circular cone stays one in which tangents count sqrt(p_t / p_n) times. Their
-// ratio is the root of that of diag(A), which serves blocks and spheres alike: to 1e-3 piles of spheres take
-// 1.3 to 1.6 times fewer iterations, walls as many. What they end at is the same, and so is the residual.
+// ratio is the root of that of diag(A), which serves blocks and spheres alike: piles of spheres take
+// fewer iterations, walls as many. What they end at is the same, and so is the residual.
 // P-SPG-FB keeps P: with two numbers it was faster on piles, and did not come to 1e-8 on a stack of six
 // boxes.
 struct BlockMetric {

@@ -1,0 +1,67 @@
+#include <cmath>
+#include <limits>
+
+#include "amontons/problem/residual.hpp"
+#include "amontons/solvers/solvers.hpp"
+#include "check.hpp"
+#include "multibody/step/unseen.hpp"
+
+using namespace amontons;
+
+namespace {
+
+// Balls of these masses (kg) that come down on the ground at 1 m/s, without friction.
+Problem falling(const std::vector<double>& masses) {
+  ContactSystem A;
+  SetProduct K;
+  std::vector<double> b;
+  for (std::size_t i = 0; i < masses.size(); ++i) {
+    const double inverse = 1 / masses[i];
+    A.bodies.inverse_mass.push_back(inverse);
+    A.bodies.inverse_inertia.push_back({inverse, inverse, inverse, 0, 0, 0});
+    A.contacts.push_back(contact_between(static_cast<Index>(i), -1, {0, 0, -1}, {0, 0, 0}, {0, 0, 1}));
+    b.insert(b.end(), {-1, 0, 0});
+  }
+  A.contact_compliance.assign(masses.size(), 0);
+  K.add_each<Friction>(std::vector<double>(masses.size(), 0.0));
+  return make_problem(std::move(A), std::move(b), std::move(K));
+}
+
+// The heavy ball, the first, is held exactly, the others fall on.
+Solution heavy_alone(const Problem& problem, double mass) {
+  Solution s;
+  s.x.assign(problem.rows(), 0);
+  s.x[0] = mass;
+  s.u.resize(problem.rows());
+  product(problem.A, s.x, s.u);
+  for (std::size_t i = 0; i < s.u.size(); ++i) s.u[i] += problem.b[i];
+  s.residual = residual(problem, Law::coulomb, s.x, s.u);
+  s.status = Status::converged;
+  return s;
+}
+
+}  // namespace
+
+// Breaks when a light body that falls through the ground beside a heavy one counts as solved: the energy norm
+// is sqrt(1e-8 / 1e4) of the whole, far below the tolerance. A solve to what is asked for then holds it.
+TEST(light_body_is_seen) {
+  const Problem problem = falling({1e4, 1e-8});
+  const Solution s = heavy_alone(problem, 1e4);
+  CHECK(s.residual < 1e-5);
+  const double finer = tolerance_of_unseen(problem, Law::coulomb, s, 1e-3);
+  CHECK(finer < s.residual);
+  Options options;
+  options.law = Law::coulomb;
+  options.tolerance = finer;
+  const Solution held = automatic(problem, options);
+  CHECK(held.status == Status::converged);
+  CHECK(std::abs(held.u[3]) < 0.05);
+  CHECK(!(tolerance_of_unseen(problem, Law::coulomb, held, 1e-3) < 1e-3));
+}
+
+// Breaks when bodies of like masses, whose errors the residual shows, cost a second solve.
+TEST(bodies_of_one_mass_are_all_seen) {
+  const Problem problem = falling({1, 0.5});
+  CHECK(tolerance_of_unseen(problem, Law::coulomb, heavy_alone(problem, 1), 1e-3) ==
+        std::numeric_limits<double>::infinity());
+}
