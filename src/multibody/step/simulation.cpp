@@ -25,6 +25,7 @@
 #include "multibody/step/positions.hpp"
 #include "multibody/step/second_order.hpp"
 #include "multibody/step/solve_step.hpp"
+#include "multibody/step/step_problem.hpp"
 
 namespace amontons {
 
@@ -49,15 +50,6 @@ void check(const SimulationOptions& o) {
 }
 
 }  // namespace
-
-// The variational inequality of a step, and what is known of its solution.
-struct StepProblem {
-  JointRows rows;
-  std::vector<double> x0;  // where the next solve starts; empty: from nothing
-  std::shared_ptr<Problem> problem;
-  std::vector<Vec3> turns;  // of the contacts, in b
-  Solution solution;
-};
 
 // What a step passes from one of its calls to the next, kept between steps for its memory only: all that the
 // future depends on is in State. Poses (frames) stay as they are at the start of the step; velocities at its
@@ -255,11 +247,6 @@ Simulation::Run Simulation::run(std::size_t steps, double seconds) {
 
 namespace {
 
-// How often a step looks again at where its velocities lead, and solves again if bodies would overlap there.
-// Each look costs a search for contacts and a solve; what the last one leaves is an overlap, which the next
-// step takes back at the recovery speed.
-constexpr int most_detections = 4;
-
 // What all solves of a step have in common.
 Options solver_options(const SimulationOptions& o) {
   Options options;
@@ -275,94 +262,6 @@ bool all_finite(const BodyVelocities& velocities) {
   return std::all_of(velocities.begin(), velocities.end(), [](const BodyVelocity& v) {
     return within(v.linear, largest_coordinate) && within(v.angular, largest_coordinate);
   });
-}
-
-// The impulses of the last step, as far as they belong to rows of this one. What a resting scene needs is a
-// force: impulses are scaled by the ratio of the steps.
-void warm_start(const Model& model, const State& state, double h, const BodyFrames& frames,
-                const std::vector<Contact>& contacts, StepProblem& vi) {
-  if (!(state.impulse_step > 0)) return;
-  const double scale = h / state.impulse_step;
-  warm_start_contacts(model, state.contacts, scale, frames, contacts, vi.x0);
-  for (double x : vi.rows.x0) vi.x0.push_back(scale * x);
-}
-
-// Goes on from the present solution when contacts after the first `known` have come in: zeros for them, which
-// stand before the joint rows.
-void make_room(const std::vector<Contact>& contacts, std::size_t known, StepProblem& vi) {
-  std::size_t before = 0, added = 0;
-  for (std::size_t i = 0; i < contacts.size(); ++i)
-    (i < known ? before : added) += static_cast<std::size_t>(contacts[i].rows);
-  vi.x0 = vi.solution.x;
-  vi.x0.insert(vi.x0.begin() + static_cast<std::ptrdiff_t>(before), added, 0.0);
-}
-
-// The velocities that the impulses of the last step would lead to: of smooth motion a prediction of second
-// order. Those of the start where nothing is known.
-void predict(const BodyVelocities& start, const BodyVelocities& free, const StepProblem& vi,
-             BodyVelocities& v) {
-  v = vi.x0.empty() ? start : free;
-  if (!vi.x0.empty()) apply_impulses(*vi.problem, vi.x0, v);
-}
-
-// Turns of contacts by less than a share of what gravity adds to a velocity within the step are none: what
-// stands on feet that swing has no energy to lose there, and should not be asked to follow.
-double enough_of_a_turn(const Model& model, double h) {
-  constexpr double share = 1e-2;
-  return share * h * norm(model.description().gravity);
-}
-
-// Solves the VI, looks where the velocities `after` lead, and solves again as long as that brings contacts
-// that the free velocities did not foresee; once, where contacts turn otherwise than predicted.
-void solve_and_look(const Model& model, const StepBodies& bodies, const Assembly& assembly, double margin,
-                    StepSolver solver, ContactFinder& finder, std::vector<Contact>& contacts, StepProblem& vi,
-                    BodyVelocities& after, Report& report) {
-  const Reach reach{model, bodies.frames, after, assembly.h, margin};
-  const double enough = enough_of_a_turn(model, assembly.h);
-  // Whether contacts turn: as predicted, and then as the solve said.
-  int turned =
-      std::any_of(vi.turns.begin(), vi.turns.end(), [&](const Vec3& turn) { return norm(turn) > enough; })
-          ? 2
-          : 0;
-  for (int detections = 0;; ++detections) {
-    vi.solution = solve_step(solver, *vi.problem, vi.x0, std::move(vi.solution));
-    solver.again = true;
-    after = bodies.free;
-    apply_impulses(*vi.problem, vi.solution.x, after);
-    solver.clock.lap(report.timings.solve);
-    const std::size_t known = contacts.size();
-    if (detections < most_detections && !solver.clock.over())
-      finder.find_unforeseen(reach, bodies.free, contacts);
-    solver.clock.lap(report.timings.collision);
-    if (contacts.size() == known) {
-      if (turned == 0) break;
-      if (turned == 2 ? !(turn_contacts(reach, bodies.free, enough, finder, vi.turns, *vi.problem) > enough)
-                      : !drop_turns(reach, finder, vi.turns, *vi.problem))
-        break;
-      --turned;
-      add_cost(vi.solution, report);
-      vi.x0 = vi.solution.x;
-      continue;
-    }
-    add_cost(vi.solution, report);
-    make_room(contacts, known, vi);
-    assemble(bodies, contacts, vi.rows, assembly, *vi.problem);
-    const bool smooth = !vi.turns.empty();
-    vi.turns.clear();
-    if (smooth) turn_contacts(reach, bodies.free, enough, finder, vi.turns, *vi.problem);
-    solver.clock.lap(report.timings.assembly);
-  }
-  add_solution(*vi.problem, vi.solution, report);
-}
-
-// The impulses go to the table of contacts, for the user, and to the state, for the next step.
-void keep_impulses(const StepProblem& vi, Law law, double h, const BodyFrames& frames,
-                   const BodyVelocities& after, std::vector<Contact>& contacts, State& state) {
-  const std::span<const double> x = vi.solution.x;
-  store_impulses(*vi.problem, law, vi.solution, after, contacts);
-  keep_for_warm_start(*vi.problem, x, frames, state.contacts);
-  store_joint_impulses(vi.rows, x.last(vi.rows.jacobian.size()), state);
-  state.impulse_step = h;
 }
 
 // The old problem, if nobody else holds it: a problem that was handed out is never changed, of one that was

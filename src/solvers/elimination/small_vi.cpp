@@ -1,25 +1,14 @@
-// Newton's equation, docs/algorithm.md (33). Each block has an equation F(x, u) = 0, u = W x + q, that is
-// zero exactly where the block fulfils the law, and dF = G dx + H du:  (G + H W) dx = -F. Blocks at a bound
-// have H = 0, dx = -F: only the others, those that act, are factored.
-//
-// Associated law, single rows, rolling friction: the natural map F = x - Pi(x - g / p) with Q =
-// Pi' and g = B u in derivatives, G = I - Q, H = Q B / p.
-//
-// Friction of circular and elliptic cones under coulomb: the equations of Alart and Curnier (CMAME 92, 1991),
-// docs/algorithm.md (34), which have no De Saxce term and so no kink where a sliding contact comes to rest.
-// With y = x - u / p, n and t its parts,
-//   open    n <= 0          F = x
-//   stick   |t| <= mu n     F = u / p
-//   slide   else            F_n = u_n / p,   F_t = x_t - mu n e,   e = t / |t|.
-// Their zeros are those of the natural map of Coulomb's law, which stays the measure.
+// Newton's equation, docs/algorithm.md (33). Each block has an equation F(x, u) = 0, u = W x + q
+// (block_equation.hpp), and dF = G dx + H du:  (G + H W) dx = -F. Blocks at a bound have H = 0, dx = -F: only
+// the others, those that act, are factored.
 #include "solvers/elimination/small_vi.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 #include "amontons/base/patience.hpp"
 #include "amontons/problem/residual.hpp"
+#include "solvers/elimination/block_equation.hpp"
 #include "solvers/linear/row_kernel.hpp"
 
 namespace amontons {
@@ -51,85 +40,6 @@ constexpr std::size_t unwatched_work = 5'000;
 constexpr double small_multiplications = 0.5 * Patience::multiplications;
 // Local steps of a sweep at a block of several rows.
 constexpr int local_steps = 4;
-
-// F, G, H of the natural map.
-template <class S>
-void linearise_natural(const S& set, Law law, double p, const double* x, const double* u, double* F,
-                       double* G, double* H) {
-  constexpr int d = S::dim;
-  double g[d], step[d], y[d];
-  add_saxce_term(set, law, u, g);
-  for (int k = 0; k < d; ++k) {
-    step[k] = g[k] / p;
-    y[k] = x[k] - step[k];
-  }
-  set.natural_map(x, step, F);
-  const auto face = set.face(y);
-  double Q[d][d] = {};
-  for (int k = 0; k < d; ++k)
-    if (face.value[k] != 0)
-      for (int i = 0; i < d; ++i)
-        for (int j = 0; j < d; ++j) Q[i][j] += face.value[k] * face.vector[k][i] * face.vector[k][j];
-  // B = I + e_n s'(u)': the normal row of the De Saxce term's derivative.
-  double slope[d] = {};
-  if constexpr (S::frictional)
-    if (law == Law::coulomb) set.saxce_gradient(u, slope);
-  for (int i = 0; i < d; ++i)
-    for (int j = 0; j < d; ++j) {
-      G[d * i + j] = (i == j) - Q[i][j];
-      H[d * i + j] = (Q[i][j] + Q[i][0] * slope[j]) / p;
-    }
-}
-
-// Of a cone with a coefficient per row, in rows scaled to a ball: x^ = x / mu and u^ = mu u, x^ . u^ = x . u,
-// |x^_t| <= x_n. The scaled step 1 / q is that of the mean coefficient. A row without friction carries
-// nothing.
-template <int d>
-void linearise_coulomb(const double* mu, double p, const double* x, const double* u, double* F, double* G,
-                       double* H) {
-  std::fill_n(G, d * d, 0.0);
-  std::fill_n(H, d * d, 0.0);
-  const double n = x[0] - u[0] / p;
-  double q = 0, size = 0, y[d] = {};
-  for (int k = 1; k < d; ++k) q += p * mu[k - 1] * mu[k - 1] / (d - 1);
-  for (int k = 1; k < d; ++k) {
-    if (!(mu[k - 1] > 0)) continue;
-    y[k] = x[k] / mu[k - 1] - mu[k - 1] * u[k] / q;
-    size += y[k] * y[k];
-  }
-  size = std::sqrt(size);
-  F[0] = n > 0 ? u[0] / p : x[0];
-  (n > 0 ? H : G)[0] = 1 / (n > 0 ? p : 1.0);
-  for (int i = 1; i < d; ++i) {
-    const double m = mu[i - 1];
-    F[i] = x[i];
-    G[(d + 1) * i] = 1;
-    if (!(n > 0) || !(m > 0)) continue;
-    if (size <= n) {
-      F[i] = u[i] / p;
-      G[(d + 1) * i] = 0;
-      H[(d + 1) * i] = 1 / p;
-      continue;
-    }
-    const double e = y[i] / size;
-    F[i] -= m * n * e;
-    G[d * i] = -m * e;
-    H[d * i] = m * e / p;
-    for (int j = 1; j < d; ++j) {
-      if (!(mu[j - 1] > 0)) continue;
-      const double turn = m * n / size * ((i == j) - e * y[j] / size);
-      G[d * i + j] -= turn / mu[j - 1];
-      H[d * i + j] += turn * mu[j - 1] / q;
-    }
-  }
-}
-
-// The coefficients of the rows of a cone that linearise_coulomb() knows.
-std::array<double, 2> coefficients(const Friction& set) { return {set.mu, set.mu}; }
-template <int d>
-std::array<double, d - 1> coefficients(const EllipticFriction<d>& set) {
-  return std::to_array(set.mu);
-}
 
 }  // namespace
 
@@ -387,11 +297,7 @@ double SmallVi::linearise() {
     for (int k = 0; k < S::dim; ++k) u[k] = u_[row + k] + sigma_ * p * (x_[row + k] - centre_[row + k]);
     l.row = row;
     l.dim = S::dim;
-    bool coulomb = false;
-    if constexpr (requires { coefficients(set); })
-      if ((coulomb = law_ == Law::coulomb))
-        linearise_coulomb<S::dim>(coefficients(set).data(), p, &x_[row], u, l.F, l.G, l.H);
-    if (!coulomb) linearise_natural(set, law_, p, &x_[row], u, l.F, l.G, l.H);
+    block_equation(set, law_, p, &x_[row], u, l.F, l.G, l.H);
     l.acts = std::any_of(l.H, l.H + S::dim * S::dim, [](double h) { return h != 0; });
     for (int k = 0; k < S::dim; ++k) sum += p * l.F[k] * l.F[k];
   });

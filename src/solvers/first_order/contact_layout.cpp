@@ -1,4 +1,4 @@
-// Chunks, batches and lines: see contact_layout.hpp and contact_passes.hpp.
+// Chunks, batches and lines: see contact_layout.hpp and pass_data.hpp.
 #include "solvers/first_order/contact_layout.hpp"
 
 #include <algorithm>

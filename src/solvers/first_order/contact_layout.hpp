@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "amontons/problem/problem.hpp"
-#include "solvers/first_order/contact_passes.hpp"
+#include "solvers/first_order/pass_data.hpp"
 
 namespace amontons {
 

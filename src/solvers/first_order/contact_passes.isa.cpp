@@ -1,4 +1,4 @@
-// The fused passes over contacts, eight lanes at a time: see contact_passes.hpp for the layout.
+// The fused passes over contacts, eight lanes at a time: see pass_data.hpp for the layout.
 //
 // Memory traffic of an iteration in bytes, counting each array once per pass that reads or writes it. Per
 // contact: 128 for ContactBatch, less what a pass does not read, 24 for each of x, u, d and (coulomb only) 8
@@ -14,7 +14,8 @@
 // fused multiply-add (-ffp-contract=off), and every sum over eight lanes and then in the order of LaneSums.
 #include "solvers/first_order/contact_passes.hpp"
 
-#include "solvers/first_order/contact_lanes.hpp"
+#include "solvers/first_order/cone_lanes.hpp"
+#include "solvers/first_order/row_lines.hpp"
 
 namespace amontons::AMONTONS_ISA {
 
@@ -24,37 +25,6 @@ namespace {
 // both has so long a chain of dependent operations that the processor cannot look ahead into the next batch.
 // Four batches between the loops are 768 bytes, well within the L1 cache.
 constexpr std::size_t block = 4;
-
-// Projection of z on { |t| <= mu n } along the unit vector n without a frame or a branch. In the third
-// region the foot on the boundary ray (1, mu z_t / t) is
-//  Pi(z) = k t n + mu k z_t,  k = (z_n + mu t) / ((1 + mu^2) t),  t = |z_t|
-//        = mu k z + k (t - mu z_n) n            with z_t = z - z_n n,
-// the form that needs no z_t and is exact at z inside after the blend: all three regions are a z + b n,
-//  inside (1, 0),   polar (0, 0),   else (mu k, k (t - mu z_n)).
-// Where t = 0 the value of k is infinite or not a number and not used.
-//
-// In a metric where tangents count `aspect` times, it is that with aspect t and aspect mu for t and mu.
-AMONTONS_INLINE Vec3 project(const Vec3& z, const Vec3& n, Vec mu, Vec aspect) {
-  const Vec zero = {}, one = zero + 1.0;
-  const Vec zn = dot(z, n);
-  const Vec3 zt = z - zn * n;
-  const Vec t = aspect * square_root(dot(zt, zt));
-  mu = aspect * mu;
-  const Vec k = (zn + mu * t) / ((one + mu * mu) * t);
-  const Vec on_z = mu * k, on_n = k * (t - mu * zn);
-  // Masks of all lanes; each region is computed for each lane, and the blend takes what applies.
-  const auto inside = t <= mu * zn;
-  const auto polar = mu * t <= -zn;
-  const Vec a = polar ? zero : inside ? one : on_z;  // polar first: with mu = 0 inside is 0 <= -0
-  const Vec b = polar ? zero : inside ? zero : on_n;
-  return a * z + b * n;
-}
-
-// n x u| = |u_t| for a unit n; the De Saxce term is mu times that.
-AMONTONS_INLINE Vec tangential_speed(const Vec3& u, const Vec3& n) {
-  const Vec3 ut = cross(n, u);
-  return square_root(dot(ut, ut));
-}
 
 // lines += D'f for contact impulses f in world coordinates: the wrench (f, r_a x f) on A and its opposite
 // (-f, -r_b x f) on B. B after A: where a contact's bodies share a line (two dummies), both are added.
@@ -86,72 +56,6 @@ void clear_lines(const PassData& data, const Chunk& chunk) {
   const Vec zero = {};
   double* const end = data.lines + 8 * chunk.last_line;
   for (double* p = data.lines + 8 * chunk.first_line; p < end; p += width) store(p, zero);
-}
-
-// One line or one side of a joint row: eight doubles, of which the last two mean nothing. Single rows are
-// worked on one by one, components side by side in a register: joints differ too much to fill lanes of
-// eight.
-struct Line {
-  Vec v[8 / width];
-};
-AMONTONS_INLINE Line load_line(const double* p) {
-  Line line;
-  for (int k = 0; k < 8 / width; ++k) line.v[k] = load(p + k * width);
-  return line;
-}
-AMONTONS_INLINE void add_to_line(double* p, const Line& line) {
-  for (int k = 0; k < 8 / width; ++k) store(p + k * width, load(p + k * width) + line.v[k]);
-}
-
-// Consecutive rows of one joint share their bodies: they are worked on together, with the lines in registers.
-AMONTONS_INLINE std::size_t end_of_joint(const PassData& data, const Chunk& chunk, std::size_t first) {
-  const JointRow& row = data.joints[first];
-  std::size_t i = first + 1;
-  while (i < chunk.last_joint && data.joints[i].line_a == row.line_a && data.joints[i].line_b == row.line_b)
-    ++i;
-  return i;
-}
-
-// lines += D'f with f = impulse(row, index).
-template <class Impulse>
-AMONTONS_INLINE void scatter_joints(const PassData& data, const Chunk& chunk, Impulse impulse) {
-  for (std::size_t i = chunk.first_joint, last; i < chunk.last_joint; i = last) {
-    last = end_of_joint(data, chunk, i);
-    Line a = {}, b = {};
-    for (std::size_t j = i; j < last; ++j) {
-      const JointRow& row = data.joints[j];
-      const Vec f = Vec{} + impulse(row, j);
-      for (int k = 0; k < 8 / width; ++k) {
-        a.v[k] += f * load(row.a + k * width);
-        b.v[k] += f * load(row.b + k * width);
-      }
-    }
-    add_to_line(data.lines + data.joints[i].line_a, a);
-    add_to_line(data.lines + data.joints[i].line_b, b);
-  }
-}
-
-// Calls use(row, index, velocity) with velocity = D lines of the row. The six products of a row are added in
-// one order, ((0 1) (2 3)) (4 5), on every width; the two doubles of padding are left out.
-template <class Use>
-AMONTONS_INLINE void gather_joints(const PassData& data, const Chunk& chunk, Use use) {
-  for (std::size_t i = chunk.first_joint, last; i < chunk.last_joint; i = last) {
-    last = end_of_joint(data, chunk, i);
-    const Line a = load_line(data.lines + data.joints[i].line_a);
-    const Line b = load_line(data.lines + data.joints[i].line_b);
-    for (std::size_t j = i; j < last; ++j) {
-      const JointRow& row = data.joints[j];
-      alignas(64) double s[8];
-      for (int k = 0; k < 8 / width; ++k)
-        store(s + k * width, a.v[k] * load(row.a + k * width) + b.v[k] * load(row.b + k * width));
-      use(row, j, ((s[0] + s[1]) + (s[2] + s[3])) + (s[4] + s[5]));
-    }
-  }
-}
-
-// The projection on the interval of a row; comparisons with infinite bounds are false.
-AMONTONS_INLINE double clip(double z, const JointRow& row) {
-  return z < row.lo ? row.lo : (z > row.hi ? row.hi : z);
 }
 
 // Hints for the streams of a batch to come: the hardware follows too few of them at a time. metric: with
@@ -243,32 +147,6 @@ PassSums direction(const PassData& data, const Chunk& chunk, double alpha) {
     return di;
   });
   return out;
-}
-
-// p |x - Pi_K(x - step)|^2 with step = g / p, as natural_map_squared() in problem/residual.hpp: formed
-// without cancellation, as Friction::natural_map() does. With the trial point z = x - step it is
-//  e = step + (z - Pi(z)),   z - Pi(z) = k z_t - mu k t n,   k = (t - mu z_n) / ((1 + mu^2) t),   t = |z_t|
-// on the boundary; inside that part is zero, however large x is, and in the polar cone it is z_t + z_n n.
-AMONTONS_INLINE Vec natural_map(const ContactBatch& batch, int lane, const Vec3& x, const Vec3& g,
-                                const Vec3& n) {
-  const Vec zero = {}, one = zero + 1.0, mu = load(batch.mu + lane);
-  const Vec3 step = load(batch.p_inverse + lane) * g, z = x - step;
-  const Vec zn = dot(z, n);
-  const Vec3 zt = z - zn * n;
-  const Vec t = square_root(dot(zt, zt));
-  const Vec k = (t - mu * zn) / ((one + mu * mu) * t);  // not used where t = 0
-  const auto inside = t <= mu * zn;
-  const auto polar = mu * t <= -zn;
-  const Vec a = polar ? one : inside ? zero : k;  // polar first: with mu = 0 inside is 0 <= -0
-  const Vec b = polar ? zn : inside ? zero : -(mu * k * t);
-  const Vec3 e = step + (a * zt + b * n);
-  return load(batch.p + lane) * dot(e, e);
-}
-// The same of a row: x - lo or x - hi where the trial point is clipped, the step itself where it is not.
-AMONTONS_INLINE double natural_map(const JointRow& row, double x, double u) {
-  const double step = row.p_inverse * u, trial = x - step;
-  const double e = trial < row.lo ? x - row.lo : (trial > row.hi ? x - row.hi : step);
-  return row.p * (e * e);
 }
 
 // `width` contacts of a batch in the last pass of an iteration: the place of their lane in a batch and of

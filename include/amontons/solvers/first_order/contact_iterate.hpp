@@ -11,7 +11,7 @@ namespace amontons {
 // An Iterate (iterate.hpp) for bodies and contacts, fused into three passes over memory: a trial point with
 // its projection (direction), the inverse masses (curvature), and the new iterate with its residual
 // (update). Its plain twin for any operator is PlainIterate. How the arrays lie is told in
-// src/solvers/first_order/contact_passes.hpp.
+// src/solvers/first_order/pass_data.hpp.
 //
 // x and u are impulses (N s) and velocities (m/s), inside in world coordinates, where a circular cone needs
 // no tangents; spans are in the order of the problem, in the frames of the contacts. All sums have a fixed

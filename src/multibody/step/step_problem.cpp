@@ -1,0 +1,97 @@
+#include "multibody/step/step_problem.hpp"
+
+#include <algorithm>
+
+#include "amontons/multibody/joints/joints.hpp"
+#include "multibody/contacts/contact_law.hpp"
+#include "multibody/contacts/warm_start.hpp"
+#include "multibody/step/accounting.hpp"
+#include "multibody/step/second_order.hpp"
+
+namespace amontons {
+
+// How often a step looks again at where its velocities lead, and solves again if bodies would overlap there.
+// Each look costs a search for contacts and a solve; what the last one leaves is an overlap, which the next
+// step takes back at the recovery speed.
+constexpr int most_detections = 4;
+
+void warm_start(const Model& model, const State& state, double h, const BodyFrames& frames,
+                const std::vector<Contact>& contacts, StepProblem& vi) {
+  if (!(state.impulse_step > 0)) return;
+  const double scale = h / state.impulse_step;
+  warm_start_contacts(model, state.contacts, scale, frames, contacts, vi.x0);
+  for (double x : vi.rows.x0) vi.x0.push_back(scale * x);
+}
+
+// Goes on from the present solution when contacts after the first `known` have come in: zeros for them, which
+// stand before the joint rows.
+static void make_room(const std::vector<Contact>& contacts, std::size_t known, StepProblem& vi) {
+  std::size_t before = 0, added = 0;
+  for (std::size_t i = 0; i < contacts.size(); ++i)
+    (i < known ? before : added) += static_cast<std::size_t>(contacts[i].rows);
+  vi.x0 = vi.solution.x;
+  vi.x0.insert(vi.x0.begin() + static_cast<std::ptrdiff_t>(before), added, 0.0);
+}
+
+void predict(const BodyVelocities& start, const BodyVelocities& free, const StepProblem& vi,
+             BodyVelocities& v) {
+  v = vi.x0.empty() ? start : free;
+  if (!vi.x0.empty()) apply_impulses(*vi.problem, vi.x0, v);
+}
+
+double enough_of_a_turn(const Model& model, double h) {
+  constexpr double share = 1e-2;
+  return share * h * norm(model.description().gravity);
+}
+
+void solve_and_look(const Model& model, const StepBodies& bodies, const Assembly& assembly, double margin,
+                    StepSolver solver, ContactFinder& finder, std::vector<Contact>& contacts, StepProblem& vi,
+                    BodyVelocities& after, Report& report) {
+  const Reach reach{model, bodies.frames, after, assembly.h, margin};
+  const double enough = enough_of_a_turn(model, assembly.h);
+  // Whether contacts turn: as predicted, and then as the solve said.
+  int turned =
+      std::any_of(vi.turns.begin(), vi.turns.end(), [&](const Vec3& turn) { return norm(turn) > enough; })
+          ? 2
+          : 0;
+  for (int detections = 0;; ++detections) {
+    vi.solution = solve_step(solver, *vi.problem, vi.x0, std::move(vi.solution));
+    solver.again = true;
+    after = bodies.free;
+    apply_impulses(*vi.problem, vi.solution.x, after);
+    solver.clock.lap(report.timings.solve);
+    const std::size_t known = contacts.size();
+    if (detections < most_detections && !solver.clock.over())
+      finder.find_unforeseen(reach, bodies.free, contacts);
+    solver.clock.lap(report.timings.collision);
+    if (contacts.size() == known) {
+      if (turned == 0) break;
+      if (turned == 2 ? !(turn_contacts(reach, bodies.free, enough, finder, vi.turns, *vi.problem) > enough)
+                      : !drop_turns(reach, finder, vi.turns, *vi.problem))
+        break;
+      --turned;
+      add_cost(vi.solution, report);
+      vi.x0 = vi.solution.x;
+      continue;
+    }
+    add_cost(vi.solution, report);
+    make_room(contacts, known, vi);
+    assemble(bodies, contacts, vi.rows, assembly, *vi.problem);
+    const bool smooth = !vi.turns.empty();
+    vi.turns.clear();
+    if (smooth) turn_contacts(reach, bodies.free, enough, finder, vi.turns, *vi.problem);
+    solver.clock.lap(report.timings.assembly);
+  }
+  add_solution(*vi.problem, vi.solution, report);
+}
+
+void keep_impulses(const StepProblem& vi, Law law, double h, const BodyFrames& frames,
+                   const BodyVelocities& after, std::vector<Contact>& contacts, State& state) {
+  const std::span<const double> x = vi.solution.x;
+  store_impulses(*vi.problem, law, vi.solution, after, contacts);
+  keep_for_warm_start(*vi.problem, x, frames, state.contacts);
+  store_joint_impulses(vi.rows, x.last(vi.rows.jacobian.size()), state);
+  state.impulse_step = h;
+}
+
+}  // namespace amontons

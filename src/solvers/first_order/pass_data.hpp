@@ -1,0 +1,79 @@
+// Private: the data layout of the fused contact passes (contact_passes.hpp).
+#pragma once
+#include <cstddef>
+#include <cstdint>
+
+namespace amontons {
+
+// Contacts are held in batches of eight, component by component, so that one instruction works on the same
+// component of eight contacts. A batch never has two contacts on one moving body: its impulses can be
+// scattered in any order, eight at a time, and no addition is lost. Short batches are filled with inert
+// lanes of zeros (mu = 0, p = p_inverse = 0, both bodies the dummy; aspect = 1), which add zero to every sum.
+// All vectors are in world coordinates: the cone is circular, and its tangents need not be known.
+//
+// Eight lanes whatever the width of the registers (8, 4 or 2): the sums then have the same order everywhere.
+inline constexpr std::size_t lanes = 8;
+
+// What is constant during a solve: 16 cache lines. Arms in m from the centres of mass to the point, the
+// normal from B to A; p is the entry of P (1/kg), p_inverse = 1/p, kept because division is slow; aspect, p_t
+// and 1/p_t are the metric of accelerated methods (metric.hpp). A line offset is that of a working velocity
+// in `lines`, counted in doubles (8 per line).
+struct alignas(64) ContactBatch {
+  double r_a[3][lanes], r_b[3][lanes], normal[3][lanes];
+  double mu[lanes], p[lanes], p_inverse[lanes];
+  std::uint32_t line_a[lanes], line_b[lanes];
+  double aspect[lanes], p_t[lanes], p_t_inverse[lanes];  // last: most passes do not read them
+};
+
+// One stored row of D, (linear, angular) of each body padded with two zeros, so that a side has the length
+// of a line; with its interval [lo, hi], free and nonnegative rows have infinite bounds. compliance is the
+// entry of E.
+struct alignas(64) JointRow {
+  double a[8], b[8];
+  double compliance, p, p_inverse, lo, hi;
+  std::uint32_t line_a, line_b;
+};
+
+// Inverse masses of eight consecutive lines: 1/m and the inverse inertia as xx, yy, zz, xy, xz, yz. weight
+// is 1 for one line of each body and 0 for its copies, so that sums over lines are sums over bodies.
+struct alignas(64) MassBatch {
+  double translation[lanes], inertia[6][lanes], weight[lanes];
+};
+
+// The unit of work of a thread: consecutive batches and joint rows and the lines that they touch, which no
+// other chunk touches: threads need no lock, and a chunk can scatter without looking at others. What bodies
+// of several chunks receive is added up between the passes, copy by copy. first_line and last_line are
+// multiples of eight; the first line is a dummy for the world and for fixed bodies, whose inverse mass is
+// zero. Ranges are half-open.
+struct Chunk {
+  std::size_t first_batch, last_batch, first_joint, last_joint, first_line, last_line;
+};
+
+// What the passes work on; which of the three buffers of x is which changes from iteration to iteration.
+//
+//  x, x_next, y, u, u_y, d, b   24 doubles per batch (three components of eight lanes), then one per row
+//  saxce        mu |u_t| for the u of x, 8 per batch; coulomb only
+//  compliance   E, 8 per batch; null if all are zero
+//  lines        one line of 64 bytes per touched body: (linear, angular) and two doubles that mean nothing
+//  y, u_y       the extrapolated point and A y + b, of accelerated methods; null for the others
+//
+// `lines` holds impulses at the centres of mass, D'd or D'x, after a direction or impulse pass, and the
+// velocities M^-1 D'd or M^-1 D'x after the mass pass.
+struct PassData {
+  const ContactBatch* batches;
+  const JointRow* joints;
+  const MassBatch* masses;
+  const double *compliance, *x, *b;
+  double *x_next, *u, *d, *saxce, *lines;
+  double *y, *u_y;
+  std::size_t joint_offset;  // of the joint rows in x, u, d, b
+  bool coulomb, streaming;   // streaming: the arrays are far larger than the cache of a core
+};
+
+// The sums of a pass over one chunk: a cache line of their own, as each is written by one thread. What a
+// pass does not sum is zero.
+struct alignas(64) PassSums {
+  double v[4];
+};
+
+}  // namespace amontons
