@@ -13,18 +13,16 @@ from types import MappingProxyType
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from .. import _core, watching
-from ..checks import Array, Vector3, chosen, flag, function, number, option, shown, suggestion
+from ..checks import Array, Vector3, chosen, flag, function, option
 from ..errors import InputError, ModelWarning, SimulationError, StepWarning
 from ..guidance import guided
 from ..hooks import hook
 from ..model.model import Model, no_model
-from ..model.presets import Keyframe
 from ..problem.options import LAWS, require_method
 from ..problem.problem import Problem
-from .coordinates import Values
+from .driving import Driving
 from .forces import (
     actuator_table,
     contact_sums,
@@ -34,7 +32,6 @@ from .forces import (
     tendon_table,
 )
 from .outcome import Report, Table
-from .queries import Queries
 from .state import State
 
 logger = logging.getLogger(__name__)
@@ -62,7 +59,7 @@ def open_viewer(simulation: Simulation, options: dict[str, Any]) -> Any:
     raise NotImplementedError("import amontons.viewer, which shows simulations")
 
 
-class Simulation(Queries):
+class Simulation(Driving):
     """A model and its state, advanced in time steps, each one variational inequality.
 
     dt: time step (s). law: "coulomb" or "associated". method, tolerance, max_iterations, threads: of the
@@ -326,88 +323,6 @@ class Simulation(Queries):
         """Linear momentum (N s), and angular momentum about the world's origin (N m s), of dynamic bodies."""
         linear, angular = self._core.momentum()
         return tuple(linear), tuple(angular)  # type: ignore[return-value]
-
-    def set_target(self, joint: int | str, value: float, dof: int = 0) -> None:
-        """Set the target of a motor: effort (N, N m), speed (m/s, rad/s) or position (m, rad)."""
-        index = self._model.dof_index(joint, dof)
-        j = self._model.joint_index(joint)
-        if self._model.joints[j].dofs[dof].motor.kind == "none":
-            drives = self._model.actuators
-            by = [a.name for a in drives if a.transmission.kind == "dof" and a.transmission.joint == j]
-            remedy = f'use set_control("{by[0]}", ...)' if by else "give it one in the model"
-            raise InputError(f'joint "{self._model.joints[j].name}" has no motor; {remedy}')
-        self._state.targets[index] = number("target", value)
-
-    @property
-    def controls(self) -> Array:
-        """The controls of all actuators in the order of `Model.actuators`; read only, assign a whole array.
-
-        Each is clipped to the limits of its actuator.
-        """
-        array = self._state.controls.copy()
-        array.flags.writeable = False
-        return array
-
-    @controls.setter
-    def controls(self, values: ArrayLike) -> None:
-        drives = self._model.actuators
-        array = np.array(values, dtype=np.float64)
-        if array.shape != (len(drives),):
-            raise InputError(f"controls has the shape {array.shape}; the model asks for ({len(drives)},)")
-        values = [
-            drive.clipped(number(f'control of "{drive.name}"', value))
-            for drive, value in zip(drives, array.tolist(), strict=True)
-        ]
-        self._state.controls = values
-
-    def set_control(self, actuator: int | str, control: float) -> None:
-        """Set the control of an actuator, clipped to its limits."""
-        index = self._model.actuator_index(actuator)
-        self._state.controls[index] = self._model.actuators[index].clipped(number("control", control))
-
-    def apply_keyframe(self, name: str) -> None:
-        """Put bodies, coordinates, targets and controls as a keyframe says, loads to zero; time goes on."""
-        frame = self._keyframe(name)
-        state = self._state
-        state.positions, state.orientations = frame.positions, frame.orientations
-        state.linear_velocities, state.angular_velocities = frame.linear_velocities, frame.angular_velocities
-        self._core.set_joint_coordinates(np.array(frame.joint_coordinates, dtype=np.float64))
-        state.targets = frame.targets
-        if frame.controls:
-            state.controls, state.activations = frame.controls, frame.activations
-        state.forces = state.torques = 0.0
-
-    def _keyframe(self, name: str) -> Keyframe:
-        known = self._model.keyframes
-        if not isinstance(name, str) or name not in known:
-            what = f'"{name}"' if isinstance(name, str) and len(name) <= 80 else shown(name)
-            near = suggestion(name, known)
-            raise InputError(f"there is no keyframe {what}{near}; known are {', '.join(known) or 'none'}")
-        return known[name]
-
-    def reset(
-        self, keyframe: str | None = None, *, q: Values | None = None, qd: Values | None = None
-    ) -> None:
-        """Begin again: the model's initial state or a keyframe, and then q and qd where they are given.
-
-        Time goes back to zero, or to that of the keyframe; loads, motors and impulses are those of a new
-        simulation. q, qd: as in `set_q` and `set_qd`. If they are refused, nothing has changed.
-        """
-        frame = None if keyframe is None else self._keyframe(keyframe)
-        before = self._core.copy()
-        self._core.reset()
-        self._contacts = None
-        try:
-            if frame is not None and keyframe is not None:
-                self.apply_keyframe(keyframe)
-                self._core.set_time(frame.time)
-            if q is not None:
-                self.set_q(q)
-            if qd is not None:
-                self.set_qd(qd)
-        except InputError:
-            self._core.assign(before)
-            raise
 
     def change_options(self, **options: Any) -> None:
         """Give options of the simulation (dt, law, method, tolerance, ...) other values; the state stays.
