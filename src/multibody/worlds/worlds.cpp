@@ -27,7 +27,7 @@ class StopSign {
     if (asks()) {
       const auto now = std::chrono::steady_clock::now();
       if (now - asked_ > 20ms) {
-        asked_ = now;
+        asked_ = now;  // the answer costs the caller, Python, its global lock
         if (interrupted_()) stop_.store(true, std::memory_order_relaxed);
       }
     }
@@ -41,6 +41,7 @@ class StopSign {
   std::atomic<bool> stop_{false};
 };
 
+// One simulation in two rows would be advanced by two threads. Sorted by address, equals are neighbours.
 void check(const Tree& tree, Worlds worlds, const Schedule& schedule) {
   std::vector<const Simulation*> sorted;
   for (const auto& world : worlds) {
@@ -69,7 +70,7 @@ void advance(Simulation& world, std::size_t repeat, StopSign& sign, Course& cour
   course.residuals[at] = residual;
 }
 
-// All of one world, into its rows.
+// All of one world, into its rows. What it throws stays with its row: the others go on.
 void run(const Tree& tree, Simulation& world, std::size_t row, const Schedule& schedule, StopSign& sign,
          Course& course) {
   const std::size_t count = tree.model().description().actuators.size(), first = row * schedule.records;
@@ -95,6 +96,7 @@ void run(const Tree& tree, Simulation& world, std::size_t row, const Schedule& s
 Course run_worlds(const Tree& tree, Worlds worlds, const Schedule& schedule,
                   const std::function<bool()>& interrupted) {
   check(tree, worlds, schedule);
+  // What is not reached must not look like a result.
   constexpr double nothing = std::numeric_limits<double>::quiet_NaN();
   const std::size_t rows = worlds.size() * schedule.records;
   Course course;

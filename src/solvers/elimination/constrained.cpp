@@ -1,3 +1,8 @@
+// A product with W of the rest is D_c', a solve with the factors of K in the place of M^-1 (mechanism.hpp),
+// and D_c; its q is the u of the whole problem where only bilateral rows act:
+//   u_c = D_c v + E_c x_c + b_c,   K (v, -x_f) = (D_c'x_c, -b_f).
+// P of the rest is that of the whole, so that natural maps of one are natural maps of the other; residuals
+// differ in the map of zero impulses by which they are divided.
 #include "solvers/elimination/constrained.hpp"
 
 #include <algorithm>
@@ -14,14 +19,20 @@ namespace {
 constexpr double most_work = 2e7;
 // Of the tolerance: the rest of it is left to the rounding of K.
 constexpr double share = 0.999;
+// Steps of iterative refinement with what K's rounding has left of u_f: what two do not mend a third does
+// not.
 constexpr int corrections = 2;
 
+// A method at work on the rest, seen as one at work on the whole. Its residual is known without a product of
+// the whole, as bilateral rows hold: their part of the natural map is zero but for rounding, which finish()
+// measures, and takes back where it matters.
 class ConstrainedRun final : public Run {
  public:
   ConstrainedRun(ConstrainedProblem& problem, Starter starter, const Options& options)
       : problem_(problem), options_(options) {
     Options inner = options;
     inner.tolerance = share * options.tolerance / problem.ratio();
+    // Impulses of bilateral rows are no start: they follow from the others.
     if (!options.x0.empty()) problem.restrict_to_rest(options.x0, x0_);
     inner.x0 = x0_;
     inner_ = starter(problem.rest(), inner);
@@ -43,6 +54,7 @@ class ConstrainedRun final : public Run {
     Solution s = inner_->finish();
     rest_ = std::move(s.x);
     problem_.extend(rest_, s.x);
+    // Of the whole problem, joints included: what is reported is never the residual of the rest.
     measure(problem_.whole(), options_.law, s);
     ++s.products;
     for (int k = 0; k < corrections && s.residual > options_.tolerance; ++k, ++s.products) {
@@ -67,6 +79,7 @@ class ConstrainedRun final : public Run {
 }  // namespace
 
 bool ConstrainedProblem::make(const Problem& problem, Law law) {
+  // One whose bodies are held already is the rest of another problem.
   const auto* A = std::get_if<ContactSystem>(&problem.A);
   if (!A || A->constrained) return false;
   problem_ = &problem;
@@ -81,6 +94,7 @@ bool ConstrainedProblem::make(const Problem& problem, Law law) {
   Solution at_zero;
   extend({}, at_zero.x);
   measure(problem, law, at_zero);
+  // All other sets, in their order: contacts come first, as ContactSystem wants it.
   SetProduct K;
   ContactSystem rest{A->bodies, A->contacts, A->contact_compliance, {}, {}, {}};
   std::vector<double> q;

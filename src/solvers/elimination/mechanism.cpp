@@ -25,6 +25,7 @@ bool invert(const std::array<double, 6>& s, double (&out)[6]) {
   return std::isfinite(out[0] + out[1] + out[2]);
 }
 
+// False for a point mass, and for what moves along lines only.
 bool turns(const Bodies& bodies, std::size_t body) {
   const auto& I = bodies.inverse_inertia[body];
   return std::any_of(I.begin(), I.end(), [](double v) { return v != 0; });
@@ -37,6 +38,8 @@ void keep_moving(const Bodies& bodies, std::size_t body, std::array<double, 6>& 
   if (!turns(bodies, body)) std::fill_n(d.begin() + 3, 3, 0.0);
 }
 
+// Whether bodies and links are those of the last call decides about the analysis, and not their places or
+// masses: a mechanism that moves keeps its pattern, and one whose joints are given in another order does not.
 void Mechanism::analyse(const Problem& problem, Scope scope) {
   const auto& A = std::get<ContactSystem>(problem.A);
   moves_.resize(A.bodies.size());
@@ -59,6 +62,9 @@ void Mechanism::analyse(const Problem& problem, Scope scope) {
   if (moves_ != analysed_moves_ || link_ != analysed_link_) analyse_pattern();
 }
 
+// Bodies have positive pivots and joints negative ones: with the signs known, L S L' needs no exchange of
+// rows in any order (Vanderbei 1995, quasidefinite matrices), and the order may follow the fill alone.
+//
 // Nodes: bodies that move, then joints. Rows between the same two bodies share nodes, whatever lies between
 // them in the problem.
 void Mechanism::analyse_pattern() {
@@ -94,6 +100,7 @@ void Mechanism::analyse_pattern() {
   place_.assign(moves_.size(), -1);
   for (std::size_t i = 0; i < moves_.size(); ++i)
     if (moves_[i]) place_[i] = K_.position(static_cast<std::size_t>(node_[i]));
+  // Parents stand after their children: from the last on, the root of a parent is known.
   root_.resize(K_.nodes());
   for (std::size_t p = root_.size(); p-- > 0;)
     root_[p] = K_.parent(p) < 0 ? static_cast<Index>(p) : root_[K_.parent(p)];
@@ -116,6 +123,8 @@ bool Mechanism::assemble_body(const Bodies& bodies, std::size_t body) {
   return true;
 }
 
+// -E and the rows of D of one joint. Rows that a node of six has left over are -1 with zeros beside them:
+// they hold nothing, and their entries of solutions are not read.
 void Mechanism::assemble_joint(const Problem& problem, std::size_t joint, std::size_t& edge) {
   const auto& A = std::get<ContactSystem>(problem.A);
   const std::size_t contact_rows = problem.rows() - A.jacobian.size();
@@ -158,6 +167,8 @@ void Mechanism::right_side(std::span<const double> u, std::vector<double>& r) co
   }
 }
 
+// A body that does not move in some way takes no part of w there: in K a unit stands for its infinite mass,
+// which would turn it into a velocity.
 void Mechanism::add_wrenches(const Bodies& bodies, std::span<const double> w, std::vector<double>& r) const {
   for (std::size_t i = 0; i < place_.size(); ++i) {
     if (place_[i] < 0) continue;
@@ -168,6 +179,8 @@ void Mechanism::add_wrenches(const Bodies& bodies, std::span<const double> w, st
   }
 }
 
+// v of K (v, -x_f) = (w, 0): joints answer to w as they do in the whole problem, b_f = 0 as only the change
+// counts.
 void Mechanism::move(const Bodies& bodies, const std::vector<Index>& body, double* w,
                      std::vector<double>& z) const {
   z.assign(width * K_.nodes(), 0.0);
@@ -197,6 +210,7 @@ void Mechanism::hold(const Problem& problem, std::span<double> x, std::vector<do
   add_impulses(z, x);
 }
 
+// K (v, -dx_f) = (0, -u_f): the impulses that take u_f away, with what they do to the bodies among them.
 void Mechanism::correct(std::span<const double> u, std::span<double> x, std::vector<double>& z) const {
   right_side(u, z);
   K_.forward(z.data());
@@ -204,6 +218,7 @@ void Mechanism::correct(std::span<const double> u, std::span<double> x, std::vec
   add_impulses(z, x);
 }
 
+// Solutions hold -x_f.
 void Mechanism::add_impulses(std::span<const double> z, std::span<double> x) const {
   for (std::size_t j = 0; j < joints_.size(); ++j) {
     const double* from = &z[width * static_cast<std::size_t>(K_.position(node_of_joint(j)))];

@@ -1,3 +1,6 @@
+// W is formed on the way up the elimination tree: a node's six rows of Y are ready once its children have
+// passed on theirs, and give their part of Y'S Y at once, while they are in the cache. The way down, which a
+// solve with K per column would need too, is spared.
 #include "solvers/elimination/reduction.hpp"
 
 #include <algorithm>
@@ -75,6 +78,8 @@ bool Reduction::factor(const Problem& problem) {
   return true;
 }
 
+// At a node with c columns the upper half of the Gram product takes 6 c^2 / 2, the solve and what is passed
+// on 36 c.
 double Reduction::work() const {
   double sum = mechanism_.K().work();
   for (const Range& range : range_)
@@ -118,6 +123,7 @@ void Reduction::fill_islands(const Problem& problem) {
 // island are side by side, so that no range holds columns of two.
 void Reduction::place_columns() {
   const QuasidefiniteFactor& K = mechanism_.K();
+  // Empty: a first column after the last.
   range_.assign(K.nodes(), {~std::size_t{0}, 0, 0});
   island_of_node_.assign(K.nodes(), -1);
   std::size_t column = 0;
@@ -165,6 +171,7 @@ void Reduction::start_columns(const Problem& problem) {
   }
 }
 
+// Of a row between two bodies of one mechanism both parts stand in one column, at two nodes.
 void Reduction::start_column(const Bodies& bodies, const JacobianRow& D, std::size_t column) {
   const auto start = [&](Index body, std::array<double, 6> d) {
     const Index place = mechanism_.place(body);
@@ -234,6 +241,8 @@ void Reduction::recover(std::span<double> x) {
   mechanism_.add_impulses(z_, x);
 }
 
+// q := u_c - W x_c. With u from a product with the whole A at x, the error that K's rounding made in W and q
+// is zero there: what is solved next is the correction.
 void Reduction::shift(std::size_t i, std::span<const double> x, std::span<const double> u) {
   Island& island = islands_[i];
   const std::size_t m = island.rows();

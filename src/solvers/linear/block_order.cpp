@@ -23,8 +23,8 @@ namespace {
 
 // s per entry of the pattern that minimum degree takes, which cannot be left half way: estimated high.
 constexpr double ordering_cost = 1e-7;
-// Multiplications per block, in blocks, from which on dissection is tried: a wall of 750 bricks has 300, a
-// heap of 1000 spheres 1500, of 4000 spheres 14000.
+// Multiplications per block, in blocks, from which on dissection is tried. Those of a wall stay below it at
+// any length; those of a heap grow beyond it as n^(4/3), and from there on pay for two orders.
 constexpr double much_work = 600;
 // Parts of so few blocks are ordered by minimum degree: there is little left to gain.
 constexpr std::size_t small_part = 100;

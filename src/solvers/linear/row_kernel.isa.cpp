@@ -8,6 +8,7 @@ namespace amontons::AMONTONS_ISA {
 
 namespace {
 
+// The terms of an entry are added in the order of the rows, in vectors as in the rest: the same bits.
 inline void add_rows(double* __restrict to, const double* f, const double* __restrict from,
                      std::size_t stride, std::size_t n) {
   const double *r0 = from, *r1 = r0 + stride, *r2 = r1 + stride, *r3 = r2 + stride, *r4 = r3 + stride,
@@ -42,7 +43,8 @@ inline void subtract_scaled(double* __restrict y, const double* __restrict x, do
 }
 
 using Two __attribute__((vector_size(16), aligned(8), may_alias)) = double;
-// A row of six numbers in registers.
+// A row of six numbers in registers: four and two, or three times two. What is done to each number is the
+// same, only how many an instruction holds differs.
 #if defined(__AVX2__)
 using Four __attribute__((vector_size(32), aligned(8), may_alias)) = double;
 struct Six {
@@ -103,6 +105,7 @@ inline void subtract_product(const double* A, const double* B, double s, double*
   }
 }
 
+// std::abs would be an inline function of the library.
 inline double size(double v) { return v < 0 ? -v : v; }
 
 }  // namespace
@@ -151,6 +154,7 @@ bool invert_root_six(double* A, double s) {
   return true;
 }
 
+// All X B first: pairs read two of them. targets go through the upper half by rows, a with itself included.
 void eliminate_six(const double* X, double* own, std::size_t count, double s, const std::ptrdiff_t* target,
                    double* diagonal, double* blocks) {
   for (std::size_t a = 0; a < count; ++a) multiply_lower(X, own + 36 * a);
@@ -161,6 +165,7 @@ void eliminate_six(const double* X, double* own, std::size_t count, double s, co
     }
 }
 
+// From the last row up, as multiply_lower.
 void multiply_six_rows(const double* X, double* rows, std::size_t n) {
   for (int i = 5; i >= 0; --i) {
     double* __restrict row = rows + i * n;
@@ -179,6 +184,7 @@ void multiply_six_rows(const double* X, double* rows, std::size_t n) {
   }
 }
 
+// From the diagonal on: column i of Y with those from i to n.
 void add_gram(double* W, std::size_t m, const double* Y, std::size_t stride, std::size_t n, double s) {
   for (std::size_t i = 0; i < n; ++i) {
     double f[6];
@@ -187,6 +193,8 @@ void add_gram(double* W, std::size_t m, const double* Y, std::size_t stride, std
   }
 }
 
+// Row pivots alone: rows of (G + H W) differ in scale by the laws of their blocks, columns do not. The last
+// test is false for infinities, too.
 bool solve_rows(double* A, double* b, std::size_t m) {
   for (std::size_t k = 0; k < m; ++k) {
     std::size_t best = k;
