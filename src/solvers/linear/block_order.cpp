@@ -23,8 +23,9 @@ namespace {
 
 // s per entry of the pattern that minimum degree takes, which cannot be left half way: estimated high.
 constexpr double ordering_cost = 1e-7;
-// Multiplications per block, in blocks, from which on dissection is tried. Those of a wall stay below it at
-// any length; those of a heap grow beyond it as n^(4/3), and from there on pay for two orders.
+// Multiplications per block, in blocks, from which on dissection is tried. Those of a wall stay at the square
+// of its height, in blocks, at any length; those of a heap grow as the number of its blocks, as L has n^(2/3)
+// rows in its last columns, and soon pay for two orders.
 constexpr double much_work = 600;
 // Parts of so few blocks are ordered by minimum degree: there is little left to gain.
 constexpr std::size_t small_part = 100;
