@@ -16,10 +16,25 @@ namespace {
 // its tangent by r a^2 / 2, half a millionth of r.
 constexpr double least_turn = 1e-3;
 
-// A bound of the speed of the points of a geom that moves with its body.
-double speed_bound(const BodyVelocity& v, const Vec3& arm, double radius) {
-  const double spin = norm(v.angular);
-  return norm(v.linear) + (spin > 0 ? spin * (norm(arm) + radius) : 0);
+// The part of an angular velocity that moves the surface of a shape: a turn about an axis of revolution takes
+// no point along its normal.
+Vec3 effective_spin(const Shape& shape, const Transform& frame, const Vec3& spin) {
+  if (std::holds_alternative<Sphere>(shape)) return {};
+  if (!std::holds_alternative<Capsule>(shape) && !std::holds_alternative<Cylinder>(shape)) return spin;
+  const Vec3 axis = rotate(frame.rotation, {0, 0, 1});
+  return spin - dot(spin, axis) * axis;
+}
+
+GeomMotion motion_of(const Geom& geom, const Transform& frame, const BodyFrame& body, const BodyVelocity& v) {
+  const double turning = norm(effective_spin(geom.shape, frame, v.angular));
+  // A plane has no end, and need not turn.
+  return {v.linear + cross(v.angular, frame.position - body.centre),
+          turning > 0 ? turning * bounding_radius(geom.shape) : 0};
+}
+
+// A bound of how fast two geoms come nearer.
+double approach(const GeomMotion& a, const GeomMotion& b) {
+  return norm(a.centre - b.centre) + a.spin + b.spin;
 }
 
 // Directions of a geom, given in the frame of its body.
@@ -105,48 +120,53 @@ struct Later {
 
 }  // namespace
 
-// Where the geoms stand, how fast they are, and the boxes that they may reach. Two geoms can touch within the
-// step only if their gap is at most margin + h (speed_a + speed_b), and their rest offset more. Each box
-// grows by its own share of that, half of the margin and h times its speed, so that such pairs have boxes
-// that overlap.
+// Where the geoms stand, how they move, and the boxes that they may reach within the step: each covers the
+// way of its centre and grows by half of the margin, by what turning adds, and by the rest offset, so that
+// boxes of pairs that could touch overlap.
 void ContactFinder::place_geoms(const Reach& reach) {
   const Model& model = reach.model;
   const auto& geoms = model.description().geoms;
   frames_.resize(geoms.size());
   boxes_.resize(geoms.size());
   fixed_.resize(geoms.size());
-  speeds_.resize(geoms.size());
+  motions_.assign(geoms.size(), GeomMotion{});
   for (std::size_t g = 0; g < geoms.size(); ++g) {
     const Geom& geom = geoms[g];
     const Index body = geom.body;
     frames_[g] = body < 0 ? geom.frame : reach.bodies[body].pose * geom.frame;
     boxes_[g] = quick_bounds(geom.shape, frames_[g]);
     fixed_[g] = !model.is_dynamic(body);
-    const bool stands = body < 0 || model.body(body).motion == Motion::fixed;
-    speeds_[g] = stands ? 0
-                        : speed_bound(reach.v[body], frames_[g].position - reach.bodies[body].centre,
-                                      bounding_radius(geom.shape));
-    const double grow = 0.5 * reach.margin + reach.h * speeds_[g] + model.rest_offset(static_cast<Index>(g));
-    boxes_[g].lower -= {grow, grow, grow};
-    boxes_[g].upper += {grow, grow, grow};
+    if (body >= 0 && model.body(body).motion != Motion::fixed)
+      motions_[g] = motion_of(geom, frames_[g], reach.bodies[body], reach.v[body]);
+    const Vec3 way = reach.h * motions_[g].centre;
+    const double grow =
+        0.5 * reach.margin + reach.h * motions_[g].spin + model.rest_offset(static_cast<Index>(g));
+    for (int i = 0; i < 3; ++i) {
+      boxes_[g].lower[i] += std::min(0.0, way[i]) - grow;
+      boxes_[g].upper[i] += std::max(0.0, way[i]) + grow;
+    }
   }
 }
 
-// f(contact, gap at the end of the step) for every point in reach of the velocities.
-template <class F>
-void ContactFinder::visit(const Reach& reach, F&& f) {
+// How far apart two geoms can be that come into the margin within the step.
+double ContactFinder::reach_of_pair(const Reach& reach, Index a, Index b) const {
+  return reach.margin + reach.h * approach(motions_[a], motions_[b]);
+}
+
+// f(contact, gap at the end of the step) for every point in reach of the velocities, of the pairs of geoms
+// that count.
+template <class Counts, class F>
+void ContactFinder::visit(const Reach& reach, Counts&& counts, F&& f) {
   const Model& model = reach.model;
   place_geoms(reach);
   broad_phase_.find_pairs(boxes_, fixed_, pairs_);
   for (auto [a, b] : pairs_) {
-    if (!model.may_touch(a, b)) continue;
+    if (!model.may_touch(a, b) || !counts(a, b)) continue;
     // A is the one that moves, so that normals point to a body that feels them.
     if (fixed_[a] && !fixed_[b]) std::swap(a, b);
     points_.clear();
-    collide(
-        model.geom(a).shape, frames_[a], model.geom(b).shape, frames_[b],
-        reach.margin + reach.h * (speeds_[a] + speeds_[b]) + (model.rest_offset(a) + model.rest_offset(b)),
-        points_);
+    collide(model.geom(a).shape, frames_[a], model.geom(b).shape, frames_[b],
+            reach_of_pair(reach, a, b) + (model.rest_offset(a) + model.rest_offset(b)), points_);
     // Materials and frames are looked up for pairs that touch only; the broad phase finds many more.
     if (points_.empty()) continue;
     Contact c = contact_of(model, a, b, reach.bodies);
@@ -164,7 +184,8 @@ void ContactFinder::visit(const Reach& reach, F&& f) {
 // what lies still has no velocity that tells, and what flies has a gap that does not.
 void ContactFinder::find(const Reach& reach, std::vector<Contact>& contacts) {
   contacts.clear();
-  visit(reach, [&](const Contact& contact, double closing) {
+  const auto all = [](Index, Index) { return true; };
+  visit(reach, all, [&](const Contact& contact, double closing) {
     if (contact.gap <= reach.margin || closing <= reach.margin) contacts.push_back(contact);
   });
   // What a body rests on is known only now.
@@ -192,7 +213,7 @@ void ContactFinder::level(const Reach& reach, std::span<const Seams::Passage> pa
     if (is_static_only(reach.model.geom(y).shape)) continue;
     points_.clear();
     collide_along(p.normal, reach.model.geom(x).shape, frames_[x], reach.model.geom(y).shape, frames_[y],
-                  reach.margin + c.material.rest_offset + reach.h * (speeds_[x] + speeds_[y]), points_);
+                  reach_of_pair(reach, x, y) + c.material.rest_offset, points_);
     for (ContactPoint& point : points_) {
       if (!p.a_passes) point.normal = -point.normal;
       move_to(point, centre_of(reach, c.body_a), centre_of(reach, c.body_b), surface, c);
@@ -217,24 +238,28 @@ void ContactFinder::find_unforeseen(const Reach& reach, const BodyVelocities& fr
 void ContactFinder::find_missed(const Reach& reach, const BodyVelocities& free, double allowance,
                                 std::vector<Contact>& contacts) {
   // No point moves otherwise than foreseen by more than the change of the velocities. Points with a gap above
-  // the margin at the end by the free velocities are those that were left out: a change below half of (margin
-  // + allowance) / h on either side takes none of them deeper than the allowance, and the search, which costs
-  // as much as the first one, is not needed. In most steps it is not.
+  // the margin at the end by the free velocities are those that were left out: a change below (margin +
+  // allowance) / h of the velocities of a pair takes none of them deeper than the allowance, and the search
+  // is not needed. In most steps it is not for any pair.
   const Model& model = reach.model;
   const auto& geoms = model.description().geoms;
-  double change = 0;
+  changes_.assign(geoms.size(), GeomMotion{});
+  double most = 0;
   for (std::size_t g = 0; g < geoms.size(); ++g) {
     const Index body = geoms[g].body;
     if (!model.is_dynamic(body)) continue;
     const BodyVelocity difference{reach.v[body].linear - free[body].linear,
                                   reach.v[body].angular - free[body].angular};
-    change = std::max(change, speed_bound(difference, frames_[g].position - reach.bodies[body].centre,
-                                          bounding_radius(geoms[g].shape)));
+    changes_[g] = motion_of(geoms[g], frames_[g], reach.bodies[body], difference);
+    most = std::max(most, norm(changes_[g].centre) + changes_[g].spin);
   }
-  if (2 * reach.h * change <= reach.margin + allowance) return;
+  if (2 * reach.h * most <= reach.margin + allowance) return;
+  const auto changed = [&](Index a, Index b) {
+    return reach.h * approach(changes_[a], changes_[b]) > reach.margin + allowance;
+  };
   sort_by_pair(contacts, by_pair_, [](std::size_t) { return true; });
   found_.clear();
-  visit(reach, [&](const Contact& contact, double closing) {
+  visit(reach, changed, [&](const Contact& contact, double closing) {
     if (closing >= -allowance) return;
     if (seams_.passes(reach, frames_, contact)) return;
     // Points within a thousandth of the margin are one: the same features of the same pair.
@@ -265,8 +290,8 @@ const ContactFinder::Middles& ContactFinder::find_middles(const Reach& reach,
     Contact c = contacts[by_pair_[first].contact];
     points_.clear();
     const Transform frame_a = half.frame(a), frame_b = half.frame(b);
-    collide(a.shape, frame_a, b.shape, frame_b,
-            reach.margin + reach.h * (speeds_[geom_a] + speeds_[geom_b]) + c.material.rest_offset, points_);
+    collide(a.shape, frame_a, b.shape, frame_b, reach_of_pair(reach, geom_a, geom_b) + c.material.rest_offset,
+            points_);
     if (points_.size() != 1) continue;
     const SurfaceMotion surface = surface_motion(a, frame_a, b, frame_b, reach.bodies);
     const Vec3 normal = c.normal;

@@ -13,6 +13,13 @@
 
 namespace amontons {
 
+// The velocity of a geom's centre, and the most that its turning adds to the speed of its surface along
+// normals.
+struct GeomMotion {
+  Vec3 centre;
+  double spin = 0;
+};
+
 // Memory of the searches of a simulation. The searches of one step go together: those after a solve use where
 // the first one found the geoms. Contacts come with everything but what a solve finds; body A is
 // dynamic.
@@ -40,14 +47,16 @@ class ContactFinder {
   // Gives pairs that pass a seam the points that they have along the neighbour's normal.
   void level(const Reach& reach, std::span<const Seams::Passage> passages, std::vector<Contact>& contacts);
   void place_geoms(const Reach& reach);
-  template <class F>
-  void visit(const Reach& reach, F&& f);
+  double reach_of_pair(const Reach& reach, Index a, Index b) const;
+  template <class Counts, class F>
+  void visit(const Reach& reach, Counts&& counts, F&& f);
 
   BroadPhase broad_phase_;
   std::vector<Transform> frames_;
   std::vector<Aabb> boxes_;
   std::vector<unsigned char> fixed_;
-  std::vector<double> speeds_;
+  // Of the geoms: with the velocities of the search, and their change by a solve.
+  std::vector<GeomMotion> motions_, changes_;
   std::vector<IndexPair> pairs_;
   std::vector<ContactPoint> points_;
   std::vector<PairKey> by_pair_;
