@@ -50,7 +50,7 @@ struct ContactIterate::State {
   // iteration, u and x from one to the next; y and u_y exist for accelerated methods only, saxce under
   // coulomb only.
   LineArray<ContactBatch> batches;
-  LineArray<JointRow> rows;
+  LineArray<JointBatch> rows;
   LineArray<MassBatch> masses;
   LineArray<double> compliance, lines, b, u, d, saxce, y, u_y;
   std::array<LineArray<double>, 3> x;
@@ -99,12 +99,12 @@ ContactIterate::State::State(const Problem& problem, Law law, unsigned threads, 
       passes(passes_of(isa)),
       contacts(std::get<ContactSystem>(problem.A).contacts.size()),
       joints(problem.rows() - 3 * contacts),
-      size(24 * layout.batches() + joints),
+      size(24 * layout.batches() + lanes * layout.joint_batches()),
       coulomb(law == Law::coulomb),
       lane_of(contacts),
       constrained(std::get<ContactSystem>(problem.A).constrained),
       batches(layout.batches()),
-      rows(joints),
+      rows(layout.joint_batches()),
       masses(layout.body.size() / lanes),
       lines(8 * layout.body.size()),
       b(size),
@@ -174,19 +174,20 @@ void ContactIterate::State::fill_joints(const Problem& problem, const ContactSys
   for_each_block(problem.K, [&]<class S>(const S& set, std::size_t, std::size_t) {
     if constexpr (S::dim == 1) bounds.push_back(bounds_of(set));
   });
-  for (std::size_t i = 0; i < joints; ++i) {
-    const std::size_t k = layout.joint_row[i];
-    const JacobianRow& from = A.jacobian[k];
-    JointRow& row = rows[i];
-    std::copy(from.a.begin(), from.a.end(), row.a);
-    std::copy(from.b.begin(), from.b.end(), row.b);
-    row.compliance = A.compliance[k];
-    row.p = problem.P[contacts + k];
-    row.p_inverse = 1 / problem.P[contacts + k];
-    row.lo = bounds[k].lo;
-    row.hi = bounds[k].hi;
-    row.line_a = 8 * layout.joint_line_a[i];
-    row.line_b = 8 * layout.joint_line_b[i];
+  for (std::size_t i = 0; i < layout.joint_row.size(); ++i) {
+    JointBatch& batch = rows[i / lanes];
+    const std::size_t l = i % lanes;
+    batch.line_a[l] = 8 * layout.joint_line_a[i];
+    batch.line_b[l] = 8 * layout.joint_line_b[i];
+    const Index k = layout.joint_row[i];
+    if (k < 0) continue;
+    std::copy(A.jacobian[k].a.begin(), A.jacobian[k].a.end(), batch.a[l]);
+    std::copy(A.jacobian[k].b.begin(), A.jacobian[k].b.end(), batch.b[l]);
+    batch.compliance[l] = A.compliance[k];
+    batch.p[l] = problem.P[contacts + k];
+    batch.p_inverse[l] = 1 / problem.P[contacts + k];
+    batch.lo[l] = bounds[k].lo;
+    batch.hi[l] = bounds[k].hi;
   }
 }
 
@@ -263,7 +264,8 @@ void ContactIterate::State::to_world(std::span<const double> user, const LineArr
   }
   // Single rows have no frame; they only change places.
   double* out = held.data() + 24 * layout.batches();
-  for (std::size_t i = 0; i < joints; ++i) out[i] = user[3 * contacts + layout.joint_row[i]];
+  for (std::size_t i = 0; i < layout.joint_row.size(); ++i)
+    if (layout.joint_row[i] >= 0) out[i] = user[3 * contacts + layout.joint_row[i]];
 }
 
 void ContactIterate::State::to_user(const LineArray<double>& held, std::span<double> user) const {
@@ -272,7 +274,8 @@ void ContactIterate::State::to_user(const LineArray<double>& held, std::span<dou
     basis(batches[lane_of[i] / lanes], lane_of[i] % lanes).to_contact({in[0], in[8], in[16]}, &user[3 * i]);
   }
   const double* in = held.data() + 24 * layout.batches();
-  for (std::size_t i = 0; i < joints; ++i) user[3 * contacts + layout.joint_row[i]] = in[i];
+  for (std::size_t i = 0; i < layout.joint_row.size(); ++i)
+    if (layout.joint_row[i] >= 0) user[3 * contacts + layout.joint_row[i]] = in[i];
 }
 
 // Every line of a body that has several gets their sum, w_body = sum over its lines: chunks scatter into
@@ -350,9 +353,10 @@ double ContactIterate::start(std::span<const double> x0) {
   std::copy(x0.begin(), x0.end(), x.begin());
   for (std::size_t i = 0; i < s.contacts; ++i)
     Friction{s.batches[s.lane_of[i] / lanes].mu[s.lane_of[i] % lanes]}.project(&x[3 * i], &x[3 * i]);
-  for (std::size_t i = 0; i < s.joints; ++i) {
+  for (std::size_t i = 0; i < s.layout.joint_row.size(); ++i) {
+    if (s.layout.joint_row[i] < 0) continue;
     double* row = &x[3 * s.contacts + s.layout.joint_row[i]];
-    Interval{s.rows[i].lo, s.rows[i].hi}.project(row, row);
+    Interval{s.rows[i / lanes].lo[i % lanes], s.rows[i / lanes].hi[i % lanes]}.project(row, row);
   }
   s.to_world(x, s.x[s.now]);
   return refresh();

@@ -248,15 +248,20 @@ ContactLayout lay_out(const ContactSystem& A, const ContactGraph& graph) {
       out.line_a.push_back(lines.line(link.a, at % lanes));
       out.line_b.push_back(lines.line(link.b, at % lanes));
     }
-    chunk.first_joint = out.joint_row.size();
+    chunk.first_joint = out.joint_batches();
     for (std::size_t k = by_joint.start[first_rank[c]]; k < by_joint.start[first_rank[c + 1]]; ++k) {
-      // Joint rows go one by one, not in lanes: of a hub they take the line of lane 0.
+      // Joint rows meet their bodies one by one: of a hub they take the line of lane 0.
       const std::uint32_t row = by_joint.index[k];
-      out.joint_row.push_back(static_cast<std::uint32_t>(row - contacts));
+      out.joint_row.push_back(static_cast<Index>(row - contacts));
       out.joint_line_a.push_back(lines.line(links[row].a, 0));
       out.joint_line_b.push_back(lines.line(links[row].b, 0));
     }
-    chunk.last_joint = out.joint_row.size();
+    while (out.joint_row.size() % lanes != 0) {
+      out.joint_row.push_back(-1);
+      out.joint_line_a.push_back(lines.line(-1, 0));
+      out.joint_line_b.push_back(lines.line(-1, 0));
+    }
+    chunk.last_joint = out.joint_batches();
     lines.end_chunk();
     chunk.last_line = out.body.size();
     out.chunks.push_back(chunk);

@@ -18,13 +18,15 @@ struct ContactLayout {
   std::vector<Chunk> chunks;
   std::vector<Index> contact;                 // of each lane, 8 per batch; -1 for an inert lane
   std::vector<std::uint32_t> line_a, line_b;  // of each lane
-  std::vector<std::uint32_t> joint_row;       // rows of the joint operator in the order of the passes
+  // Rows of the joint operator in the order of the passes, 8 per batch, and their lines; -1 for an inert one.
+  std::vector<Index> joint_row;
   std::vector<std::uint32_t> joint_line_a, joint_line_b;
   std::vector<Index> body;  // of each line; -1 for the dummy of a chunk and for filling
   // Bodies with more than one line: lines copies[first_copy[i]] .. copies[first_copy[i + 1] - 1], ascending.
   std::vector<std::uint32_t> first_copy, copies;
 
   std::size_t batches() const { return contact.size() / lanes; }
+  std::size_t joint_batches() const { return joint_row.size() / lanes; }
 };
 
 ContactLayout lay_out(const ContactSystem& A, const ContactGraph& graph);

@@ -116,6 +116,20 @@ AMONTONS_INLINE void direction_of_batch(const PassData& data, std::size_t i, dou
   }
 }
 
+// The same for rows, whose step alpha / p g has no De Saxce term: g = u.
+template <bool momentum>
+AMONTONS_INLINE void direction_of_joints(const PassData& data, const JointBatch& batch, int lane, int part,
+                                         std::size_t at, double alpha, LaneSums<4>& sums) {
+  const Vec x = load((momentum ? data.y : data.x) + at), u = load((momentum ? data.u_y : data.u) + at);
+  const Vec p = load(batch.p + lane);
+  const Vec d = clip(x - alpha * load(batch.p_inverse + lane) * u, batch, lane) - x, dd = d * d;
+  store(data.d + at, d);
+  sums.v[0][part] += d * u;
+  sums.v[1][part] += p * dd;
+  sums.v[2][part] += load(batch.compliance + lane) * dd;
+  if constexpr (momentum) sums.v[3][part] += p * (d * (x - load(data.x + at)));
+}
+
 // The direction pass of a chunk: d of a block of batches, then D'd of the same while d is still in the
 // cache; contacts first, then joint rows.
 template <bool coulomb, bool compliant, bool momentum>
@@ -131,22 +145,13 @@ PassSums direction(const PassData& data, const Chunk& chunk, double alpha) {
       scatter_batch(data, i, data.d);
     }
   }
-  PassSums out{{sums.total(0), sums.total(1), sums.total(2), sums.total(3)}};
-  const double* x = (momentum ? data.y : data.x) + data.joint_offset;
-  const double* u = (momentum ? data.u_y : data.u) + data.joint_offset;
-  const double* anchor = data.x + data.joint_offset;
-  double* d = data.d + data.joint_offset;
-  scatter_joints(data, chunk, [&](const JointRow& row, std::size_t i) {
-    // The same for a row, whose step alpha / p g has no De Saxce term: g = u.
-    const double di = clip(x[i] - alpha * row.p_inverse * u[i], row) - x[i];
-    d[i] = di;
-    out.v[0] += di * u[i];
-    out.v[1] += row.p * (di * di);
-    out.v[2] += row.compliance * (di * di);
-    if constexpr (momentum) out.v[3] += row.p * (di * (x[i] - anchor[i]));
-    return di;
-  });
-  return out;
+  for_each_joint(data, chunk,
+                 [&](const JointBatch& batch, int lane, int part, std::size_t at)
+                     __attribute__((always_inline)) {
+                       direction_of_joints<momentum>(data, batch, lane, part, at, alpha, sums);
+                     });
+  scatter_joints(data, chunk, data.d + data.joint_offset);
+  return {{sums.total(0), sums.total(1), sums.total(2), sums.total(3)}};
 }
 
 // `width` contacts of a batch in the last pass of an iteration: the place of their lane in a batch and of
@@ -215,19 +220,20 @@ PassSums update(const PassData& data, const Chunk& chunk, double lambda) {
   for_each_step<compliant>(data, chunk, [&](const StepLanes& l) __attribute__((always_inline)) {
     update_lanes<coulomb>(data, l, lambda, sums);
   });
-  PassSums out{{sums.total(0), sums.total(1), sums.total(2)}};
-  const double *x = data.x + data.joint_offset, *d = data.d + data.joint_offset;
-  double *x_next = data.x_next + data.joint_offset, *u = data.u + data.joint_offset;
-  gather_joints(data, chunk, [&](const JointRow& row, std::size_t i, double velocity) {
-    // A row has g = u, and y = lambda A d throughout.
-    const double s = lambda * d[i], y = lambda * (velocity + row.compliance * d[i]);
-    x_next[i] = x[i] + s;
-    u[i] += y;
-    out.v[0] += s * y;
-    out.v[1] += row.p_inverse * (y * y);
-    out.v[2] += natural_map(row, x_next[i], u[i]);
-  });
-  return out;
+  for_each_joint(
+      data, chunk,
+      [&](const JointBatch& batch, int lane, int part, std::size_t at) __attribute__((always_inline)) {
+        // Rows have g = u, and y = lambda A d throughout.
+        const Vec d = load(data.d + at), s = lambda * d;
+        const Vec y = lambda * (joint_velocities(data, batch, lane) + load(batch.compliance + lane) * d);
+        const Vec x = load(data.x + at) + s, u = load(data.u + at) + y;
+        store(data.x_next + at, x);
+        store(data.u + at, u);
+        sums.v[0][part] += s * y;
+        sums.v[1][part] += load(batch.p_inverse + lane) * (y * y);
+        sums.v[2][part] += natural_map(batch, lane, x, u);
+      });
+  return {{sums.total(0), sums.total(1), sums.total(2)}};
 }
 
 // x+ = y + d, u+ = u_y + A d, y+ = x+ + beta (x+ - x) and u_y+ = u+ + beta (u+ - u), as A x + b is affine.
@@ -261,20 +267,21 @@ PassSums accelerate(const PassData& data, const Chunk& chunk, double beta) {
   for_each_step<compliant>(data, chunk, [&](const StepLanes& l) __attribute__((always_inline)) {
     accelerate_lanes<coulomb>(data, l, beta, sums);
   });
-  double out = sums.total(0);
-  const double *x = data.x + data.joint_offset, *d = data.d + data.joint_offset;
-  double *x_next = data.x_next + data.joint_offset, *u = data.u + data.joint_offset;
-  double *y = data.y + data.joint_offset, *u_y = data.u_y + data.joint_offset;
-  gather_joints(data, chunk, [&](const JointRow& row, std::size_t i, double velocity) {
-    // x and u are read before they are overwritten: both carry the last iterate into the momentum.
-    const double next = y[i] + d[i], u_next = u_y[i] + (velocity + row.compliance * d[i]);
-    y[i] = next + beta * (next - x[i]);
-    u_y[i] = u_next + beta * (u_next - u[i]);
-    x_next[i] = next;
-    u[i] = u_next;
-    out += natural_map(row, next, u_next);
-  });
-  return {{out}};
+  for_each_joint(data, chunk,
+                 [&](const JointBatch& batch, int lane, int part, std::size_t at)
+                     __attribute__((always_inline)) {
+                       const Vec d = load(data.d + at), momentum = Vec{} + beta, x = load(data.y + at) + d;
+                       const Vec Ad = joint_velocities(data, batch, lane) + load(batch.compliance + lane) * d;
+                       const Vec u = load(data.u_y + at) + Ad;
+                       // x and u are read before they are overwritten: both carry the last iterate into the
+                       // momentum.
+                       store(data.y + at, x + momentum * (x - load(data.x + at)));
+                       store(data.u_y + at, u + momentum * (u - load(data.u + at)));
+                       store(data.x_next + at, x);
+                       store(data.u + at, u);
+                       sums.v[0][part] += natural_map(batch, lane, x, u);
+                     });
+  return {{sums.total(0)}};
 }
 
 // u = D lines + E x + b with lines = M^-1 D'x; the De Saxce term of u, from which the next direction starts.
@@ -301,14 +308,16 @@ PassSums refresh(const PassData& data, const Chunk& chunk) {
       sums.v[0][part] += natural_map(batch, lane, x, g, n);
     }
   }
-  double out = sums.total(0);
-  const double *x = data.x + data.joint_offset, *b = data.b + data.joint_offset;
-  double* u = data.u + data.joint_offset;
-  gather_joints(data, chunk, [&](const JointRow& row, std::size_t i, double velocity) {
-    u[i] = velocity + row.compliance * x[i] + b[i];
-    out += natural_map(row, x[i], u[i]);
-  });
-  return {{out}};
+  for_each_joint(data, chunk,
+                 [&](const JointBatch& batch, int lane, int part, std::size_t at)
+                     __attribute__((always_inline)) {
+                       const Vec x = load(data.x + at);
+                       const Vec u = joint_velocities(data, batch, lane) + load(batch.compliance + lane) * x +
+                                     load(data.b + at);
+                       store(data.u + at, u);
+                       sums.v[0][part] += natural_map(batch, lane, x, u);
+                     });
+  return {{sums.total(0)}};
 }
 
 // f.operator()<coulomb, compliant>() of the problem at hand: what does not change within a solve is decided
@@ -354,8 +363,7 @@ PassSums refresh_pass(const PassData& data, const Chunk& chunk) {
 PassSums impulse_pass(const PassData& data, const Chunk& chunk) {
   clear_lines(data, chunk);
   for (std::size_t i = chunk.first_batch; i < chunk.last_batch; ++i) scatter_batch(data, i, data.x);
-  const double* x = data.x + data.joint_offset;
-  scatter_joints(data, chunk, [x](const JointRow&, std::size_t i) { return x[i]; });
+  scatter_joints(data, chunk, data.x + data.joint_offset);
   return {};
 }
 

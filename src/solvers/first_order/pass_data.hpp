@@ -25,13 +25,13 @@ struct alignas(64) ContactBatch {
   double aspect[lanes], p_t[lanes], p_t_inverse[lanes];  // last: most passes do not read them
 };
 
-// One stored row of D, (linear, angular) of each body padded with two zeros, so that a side has the length
-// of a line; with its interval [lo, hi], free and nonnegative rows have infinite bounds. compliance is the
-// entry of E.
-struct alignas(64) JointRow {
-  double a[8], b[8];
-  double compliance, p, p_inverse, lo, hi;
-  std::uint32_t line_a, line_b;
+// Eight stored rows of D, (linear, angular) of each body padded with two zeros, so that a side has the length
+// of a line; with their intervals [lo, hi], free and nonnegative rows have infinite bounds. compliance is the
+// entry of E. Rows of a batch may share bodies. Short batches are filled with rows of zeros at the dummy.
+struct alignas(64) JointBatch {
+  double a[lanes][8], b[lanes][8];
+  double compliance[lanes], p[lanes], p_inverse[lanes], lo[lanes], hi[lanes];
+  std::uint32_t line_a[lanes], line_b[lanes];
 };
 
 // Inverse masses of eight consecutive lines: 1/m and the inverse inertia as xx, yy, zz, xy, xz, yz. weight
@@ -40,28 +40,27 @@ struct alignas(64) MassBatch {
   double translation[lanes], inertia[6][lanes], weight[lanes];
 };
 
-// The unit of work of a thread: consecutive batches and joint rows and the lines that they touch, which no
-// other chunk touches: threads need no lock, and a chunk can scatter without looking at others. What bodies
-// of several chunks receive is added up between the passes, copy by copy. first_line and last_line are
-// multiples of eight; the first line is a dummy for the world and for fixed bodies, whose inverse mass is
-// zero. Ranges are half-open.
+// The unit of work of a thread: consecutive batches, of contacts and of joint rows, and the lines that they
+// touch, which no other chunk touches: threads need no lock, and a chunk can scatter without looking at
+// others. What bodies of several chunks receive is added up between the passes, copy by copy. first_line and
+// last_line are multiples of eight; the first line is a dummy for the world and for fixed bodies, whose
+// inverse mass is zero. Ranges are half-open.
 struct Chunk {
   std::size_t first_batch, last_batch, first_joint, last_joint, first_line, last_line;
 };
 
 // What the passes work on; which of the three buffers of x is which changes from iteration to iteration.
 //
-//  x, x_next, y, u, u_y, d, b   24 doubles per batch (three components of eight lanes), then one per row
-//  saxce        mu |u_t| for the u of x, 8 per batch; coulomb only
-//  compliance   E, 8 per batch; null if all are zero
-//  lines        one line of 64 bytes per touched body: (linear, angular) and two doubles that mean nothing
-//  y, u_y       the extrapolated point and A y + b, of accelerated methods; null for the others
+//  x, x_next, y, u, u_y, d, b   24 doubles per batch (three components of eight lanes), then 8 per batch of
+//  rows saxce        mu |u_t| for the u of x, 8 per batch; coulomb only compliance   E, 8 per batch; null if
+//  all are zero lines        one line of 64 bytes per touched body: (linear, angular) and two doubles that
+//  mean nothing y, u_y       the extrapolated point and A y + b, of accelerated methods; null for the others
 //
 // `lines` holds impulses at the centres of mass, D'd or D'x, after a direction or impulse pass, and the
 // velocities M^-1 D'd or M^-1 D'x after the mass pass.
 struct PassData {
   const ContactBatch* batches;
-  const JointRow* joints;
+  const JointBatch* joints;
   const MassBatch* masses;
   const double *compliance, *x, *b;
   double *x_next, *u, *d, *saxce, *lines;

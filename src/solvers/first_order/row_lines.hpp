@@ -1,4 +1,4 @@
-// Private to *.isa.cpp: rows of joints, one by one, and the lines of their bodies.
+// Private to *.isa.cpp: rows of joints, and the lines of their bodies.
 #pragma once
 #include "solvers/first_order/contact_lanes.hpp"
 #include "solvers/first_order/pass_data.hpp"
@@ -6,9 +6,8 @@
 namespace amontons::AMONTONS_ISA {
 namespace {
 
-// One line or one side of a joint row: eight doubles, of which the last two mean nothing. Single rows are
-// worked on one by one, components side by side in a register: joints differ too much to fill lanes of
-// eight.
+// One line or one side of a joint row: eight doubles, of which the last two mean nothing. Where rows meet
+// their bodies they are worked on one by one, components side by side in a register.
 struct Line {
   Vec v[8 / width];
 };
@@ -21,62 +20,68 @@ AMONTONS_INLINE void add_to_line(double* p, const Line& line) {
   for (int k = 0; k < 8 / width; ++k) store(p + k * width, load(p + k * width) + line.v[k]);
 }
 
-// Consecutive rows of one joint share their bodies: they are worked on together, with the lines in registers.
-AMONTONS_INLINE std::size_t end_of_joint(const PassData& data, const Chunk& chunk, std::size_t first) {
-  const JointRow& row = data.joints[first];
-  std::size_t i = first + 1;
-  while (i < chunk.last_joint && data.joints[i].line_a == row.line_a && data.joints[i].line_b == row.line_b)
-    ++i;
-  return i;
-}
-
-// lines += D'f with f = impulse(row, index).
-template <class Impulse>
-AMONTONS_INLINE void scatter_joints(const PassData& data, const Chunk& chunk, Impulse impulse) {
-  for (std::size_t i = chunk.first_joint, last; i < chunk.last_joint; i = last) {
-    last = end_of_joint(data, chunk, i);
+// lines += D'f for the impulses of the joint rows. Consecutive rows of one joint share their bodies: they are
+// added up in registers.
+AMONTONS_INLINE void scatter_joints(const PassData& data, const Chunk& chunk, const double* impulses) {
+  const std::size_t end = lanes * chunk.last_joint;
+  for (std::size_t i = lanes * chunk.first_joint; i < end;) {
+    const std::uint32_t line_a = data.joints[i / lanes].line_a[i % lanes];
+    const std::uint32_t line_b = data.joints[i / lanes].line_b[i % lanes];
     Line a = {}, b = {};
-    for (std::size_t j = i; j < last; ++j) {
-      const JointRow& row = data.joints[j];
-      const Vec f = Vec{} + impulse(row, j);
+    do {
+      const JointBatch& batch = data.joints[i / lanes];
+      const Vec f = Vec{} + impulses[i];
       for (int k = 0; k < 8 / width; ++k) {
-        a.v[k] += f * load(row.a + k * width);
-        b.v[k] += f * load(row.b + k * width);
+        a.v[k] += f * load(batch.a[i % lanes] + k * width);
+        b.v[k] += f * load(batch.b[i % lanes] + k * width);
       }
-    }
-    add_to_line(data.lines + data.joints[i].line_a, a);
-    add_to_line(data.lines + data.joints[i].line_b, b);
+      ++i;
+    } while (i < end && data.joints[i / lanes].line_a[i % lanes] == line_a &&
+             data.joints[i / lanes].line_b[i % lanes] == line_b);
+    add_to_line(data.lines + line_a, a);
+    add_to_line(data.lines + line_b, b);
   }
 }
 
-// Calls use(row, index, velocity) with velocity = D lines of the row. The six products of a row are added in
-// one order, ((0 1) (2 3)) (4 5), on every width; the two doubles of padding are left out.
+// D lines of `width` rows of a batch. The six products of a row are added in one order, ((0 1) (2 3)) (4 5),
+// on every width, side by side for all rows once they are transposed.
+AMONTONS_INLINE Vec joint_velocities(const PassData& data, const JointBatch& batch, int lane) {
+  alignas(64) double products[width][8];
+  std::uint32_t at[width];
+  for (int l = 0; l < width; ++l) {
+    at[l] = 8 * static_cast<std::uint32_t>(l);
+    const Line a = load_line(data.lines + batch.line_a[lane + l]);
+    const Line b = load_line(data.lines + batch.line_b[lane + l]);
+    for (int k = 0; k < 8 / width; ++k)
+      store(products[l] + k * width,
+            a.v[k] * load(batch.a[lane + l] + k * width) + b.v[k] * load(batch.b[lane + l] + k * width));
+  }
+  const Vec6 s = gather(products[0], at);
+  return ((s.v[0] + s.v[1]) + (s.v[2] + s.v[3])) + (s.v[4] + s.v[5]);
+}
+
+// use(batch, lane, part, at) for all joint rows of a chunk, `width` at a time; at: their place among x.
 template <class Use>
-AMONTONS_INLINE void gather_joints(const PassData& data, const Chunk& chunk, Use use) {
-  for (std::size_t i = chunk.first_joint, last; i < chunk.last_joint; i = last) {
-    last = end_of_joint(data, chunk, i);
-    const Line a = load_line(data.lines + data.joints[i].line_a);
-    const Line b = load_line(data.lines + data.joints[i].line_b);
-    for (std::size_t j = i; j < last; ++j) {
-      const JointRow& row = data.joints[j];
-      alignas(64) double s[8];
-      for (int k = 0; k < 8 / width; ++k)
-        store(s + k * width, a.v[k] * load(row.a + k * width) + b.v[k] * load(row.b + k * width));
-      use(row, j, ((s[0] + s[1]) + (s[2] + s[3])) + (s[4] + s[5]));
-    }
-  }
+AMONTONS_INLINE void for_each_joint(const PassData& data, const Chunk& chunk, Use use) {
+  for (std::size_t i = chunk.first_joint; i < chunk.last_joint; ++i)
+    for (int part = 0; part < 8 / width; ++part)
+      use(data.joints[i], part * width, part,
+          data.joint_offset + lanes * i + static_cast<std::size_t>(part * width));
 }
 
-// The projection on the interval of a row; comparisons with infinite bounds are false.
-AMONTONS_INLINE double clip(double z, const JointRow& row) {
-  return z < row.lo ? row.lo : (z > row.hi ? row.hi : z);
+// The projection on the intervals of rows; comparisons with infinite bounds are false.
+AMONTONS_INLINE Vec clip(Vec z, const JointBatch& batch, int lane) {
+  const Vec lo = load(batch.lo + lane), hi = load(batch.hi + lane);
+  return z < lo ? lo : (z > hi ? hi : z);
 }
 
-// The same of a row: x - lo or x - hi where the trial point is clipped, the step itself where it is not.
-AMONTONS_INLINE double natural_map(const JointRow& row, double x, double u) {
-  const double step = row.p_inverse * u, trial = x - step;
-  const double e = trial < row.lo ? x - row.lo : (trial > row.hi ? x - row.hi : step);
-  return row.p * (e * e);
+// p e^2 of the natural map of rows, e = x - lo or x - hi where the trial point is clipped, the step itself
+// where it is not.
+AMONTONS_INLINE Vec natural_map(const JointBatch& batch, int lane, Vec x, Vec u) {
+  const Vec lo = load(batch.lo + lane), hi = load(batch.hi + lane);
+  const Vec step = load(batch.p_inverse + lane) * u, trial = x - step;
+  const Vec e = trial < lo ? x - lo : (trial > hi ? x - hi : step);
+  return load(batch.p + lane) * (e * e);
 }
 
 }  // namespace
