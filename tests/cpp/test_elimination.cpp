@@ -263,6 +263,40 @@ TEST(islands_that_fell_short_are_solved_again) {
   CHECK(again > 0);
 }
 
+// Two links on a ball joint with twelve contacts each, of the ground and between them, that stick easily:
+// more contacts than freedoms, and several solutions. Breaks when growth turns in circles as Newton steps on
+// all contacts do, which solve 54 of these.
+TEST(contacts_that_jam_are_solved) {
+  int solved = 0;
+  for (unsigned seed = 1; seed <= 100; ++seed) {
+    small::Random random(seed);
+    ContactSystem A;
+    SetProduct K;
+    for (Index body : {0, 1}) {
+      small::add_body(A, 0.3, {1e-3, 2e-3, 1e-3});
+      for (int i = 0; i < 12; ++i) {
+        const Vec3 n{random.normal(), random.normal(), 1 + std::abs(random.normal())};
+        const Vec3 arm{0.1 * random.normal(), 0.1 * random.normal(), 0.1 * random.normal()};
+        A.contacts.push_back(
+            contact_between(body, i < 8 ? -1 : 1 - body, arm, {0, 0, 0.1}, (1 / norm(n)) * n));
+        A.contact_compliance.push_back(0);
+        K.append(Friction{4.0});
+      }
+    }
+    small::add_ball_joint(A, 0, 1, {0, 0, -0.1}, {0, 0, 0.1}, 0);
+    K.add_count<Free>(3);
+    Vector b = small::row_velocities(A.stored(), random.vector(12));
+    const Problem p = make_problem(std::move(A), std::move(b), std::move(K));
+    Options options;
+    options.law = Law::coulomb;
+    Elimination memory;
+    Solution s;
+    CHECK(memory.solve(p, options, s));
+    solved += s.status == Status::converged;
+  }
+  CHECK(solved >= 90);
+}
+
 // A rope that runs over bodies of very different mass: an auxiliary body of 1e-7 of the others, whose rows
 // have no compliance. Breaks when the rounding of W is taken for the answer.
 TEST(light_bodies_between_heavy_ones) {

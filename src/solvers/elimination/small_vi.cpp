@@ -25,15 +25,16 @@ constexpr double proximal = 1e-7, smallest_proximal = 1e-13;
 // Directions in which W is softer than that come in at this rate only, and more slowly than by `slow`: then
 // the term falls.
 constexpr double slow = 0.1, proximal_fall = 0.1;
-// Of the proximal points: the first and the largest term, how many in a round, and how precise, as part of
-// |F| at the centre; rounds, and sweeps before the first, doubled from round to round.
+// Of the proximal points: the first and the largest term, how many, and how precise, as part of |F| at the
+// centre; sweeps before them.
 constexpr double first_proximal = 1e-2, largest_proximal = 1, inner_precision = 0.05;
-constexpr std::size_t proximal_points = 16, few_steps = 5, rounds = 3, first_sweeps = 8, first_descent = 100;
+constexpr std::size_t proximal_points = 16, few_steps = 5, sweeps = 8;
 // Gradient steps from nothing before the first faces: they share loads evenly where those are not determined.
 constexpr std::size_t cold_descent = 24;
-// In all: multiplications, with so many for each row of a projection or a natural map; and times m^3. Some
-// tenths of a millisecond: what is not solved by then is faster by an interior point (automatic.cpp).
-constexpr std::size_t most_work = 1'000'000, most_per_cube = 2, multiplications = 30;
+// In all: multiplications, with so many for each row of a projection or a natural map; and times m^3; and of
+// growth after it. Some tenths of a millisecond and one: what is not solved by then is left to an interior
+// point (automatic.cpp), which takes ten.
+constexpr std::size_t most_work = 1'000'000, most_per_cube = 2, multiplications = 30, most_growth = 3'000'000;
 // Between two looks at the Patience of the thread: some microseconds.
 constexpr std::size_t unwatched_work = 5'000;
 // In a unit of work: rows are short and the loops over blocks do other things than multiply.
@@ -50,6 +51,7 @@ void SmallVi::start(const Reduction::Island& island) {
   for (std::vector<double>* v : {&x_, &u_, &dx_, &trial_, &trial_u_, &best_, &du_, &centre_}) v->resize(m);
   p_.resize(island.K.blocks());
   linear_.resize(island.K.blocks());
+  lift_.assign(island.K.blocks(), 0.0);
   double largest = 0;
   for (std::size_t i = 0; i < m; ++i) largest = std::max(largest, island.W[(m + 1) * i]);
   const double floor = largest > 0 ? 1e-14 * largest : 1.0;
@@ -96,9 +98,7 @@ SmallVi::Result SmallVi::solve(const Reduction::Island& island, Law law, const L
   start(island);
   // From the start that was given, or from nothing if that is nearer.
   result_.map = INFINITY;
-  std::fill(x_.begin(), x_.end(), 0.0);
-  project(island.K, x_, x_);
-  evaluate(x_, u_);
+  start_from_nothing();
   keep(x_, u_);
   bool warm = false;
   if (x.size() == island.rows()) {
@@ -110,17 +110,17 @@ SmallVi::Result SmallVi::solve(const Reduction::Island& island, Law law, const L
     }
   }
   limits_ = limits;
-  if (!warm) descend(true, cold_descent);
+  if (!warm) descend();
   if (!done()) find_faces();
-  double sigma = first_proximal;
-  for (std::size_t round = 0; round < rounds && result_.map > limits.target && left(); ++round) {
-    // Sweeps first: a few of them and a few proximal points are a third of the work of gradient steps, and
-    // enough on nine of ten problems whose first faces were wrong.
-    sweeps(first_sweeps << round);
-    approach(sigma);
-    if (result_.map <= limits.target) break;
-    descend(round == 0, first_descent << (2 * round));
-    find_faces();
+  if (result_.map > limits.target && left()) {
+    // A few sweeps and a few proximal points are enough where only some of the first faces were wrong.
+    restart();
+    for (std::size_t i = 0; i < sweeps && result_.map > limits.target && left(); ++i) sweep();
+    approach();
+  }
+  if (result_.map > limits.target) {
+    most_work_ = work_ + most_growth;
+    grow();
   }
   x = best_;
   unpaid_ += work_ - paid_;
@@ -165,7 +165,8 @@ void SmallVi::find_faces() {
 // The proximal point method (Rockafellar 1976) from the best x: the problem with sigma P (x - c) added to u
 // has one solution where W is singular too, and its faces are those of c but for a few where sigma is large.
 // Its solution is the next c. sigma falls while that goes well, and rises where Newton steps do not end.
-void SmallVi::approach(double& sigma) {
+void SmallVi::approach() {
+  double sigma = first_proximal;
   restart();
   centre_ = x_;
   for (std::size_t i = 0; i < proximal_points && left(); ++i) {
@@ -205,20 +206,13 @@ bool SmallVi::newton_step() {
   return true;
 }
 
-// Accelerated projected gradients as in first_order/apgd.cpp, in the metric of W: from nothing, or from the
-// best x. Ends where they lead, which may be nearer to the right faces than the best x.
-void SmallVi::descend(bool from_nothing, std::size_t count) {
-  restart();
-  if (from_nothing) {
-    std::fill(x_.begin(), x_.end(), 0.0);
-    project(island_->K, x_, x_);
-    evaluate(x_, u_);
-  }
+// Accelerated projected gradients from nothing as in first_order/apgd.cpp, in the metric of W.
+void SmallVi::descend() {
   std::vector<double>&y = trial_, &u_y = trial_u_, &d = dx_, &Wd = du_;
   y = x_;
   u_y = u_;
   double L = 1, theta = 1;
-  for (std::size_t i = 0; i < count && result_.map > limits_.target && left(); ++i) {
+  for (std::size_t i = 0; i < cold_descent && result_.map > limits_.target && left(); ++i) {
     ++result_.iterations;
     double dPd, dPm, dWd;
     for (;;) {
@@ -276,15 +270,15 @@ double SmallVi::multiply(const std::vector<double>& d, std::vector<double>& Wd) 
   return sum;
 }
 
-void SmallVi::restart() {
-  x_ = best_;
+void SmallVi::start_from_nothing() {
+  std::fill(x_.begin(), x_.end(), 0.0);
+  project(island_->K, x_, x_);
   evaluate(x_, u_);
 }
 
-// Sweeps from the best x.
-void SmallVi::sweeps(std::size_t count) {
-  restart();
-  for (std::size_t i = 0; i < count && result_.map > limits_.target && left(); ++i) sweep();
+void SmallVi::restart() {
+  x_ = best_;
+  evaluate(x_, u_);
 }
 
 // At x, of the problem regularised about the centre; returns |F| in the metric of W.
@@ -297,6 +291,12 @@ double SmallVi::linearise() {
     for (int k = 0; k < S::dim; ++k) u[k] = u_[row + k] + sigma_ * p * (x_[row + k] - centre_[row + k]);
     l.row = row;
     l.dim = S::dim;
+    if (lift_[block] == held_open) {
+      l.acts = false;
+      std::fill_n(l.F, S::dim, 0.0);
+      return;
+    }
+    u[0] += lift_[block];
     block_equation(set, law_, p, &x_[row], u, l.F, l.G, l.H);
     l.acts = std::any_of(l.H, l.H + S::dim * S::dim, [](double h) { return h != 0; });
     for (int k = 0; k < S::dim; ++k) sum += p * l.F[k] * l.F[k];

@@ -1,4 +1,5 @@
 #pragma once
+#include <limits>
 #include <vector>
 
 #include "solvers/elimination/reduction.hpp"
@@ -7,8 +8,8 @@ namespace amontons {
 
 // Solves a VI of few rows with its matrix at hand: find x in K with u = W x + q (and the De Saxce term under
 // coulomb) in the normal cone. Semismooth Newton steps on the faces of the start, a dense factorisation of
-// the rows that act each; where they do not lead on, sweeps of Gauss-Seidel between them. The work is bounded
-// whatever the problem.
+// the rows that act each; where they do not lead on, sweeps of Gauss-Seidel and proximal points, and then the
+// blocks one after the other (growth.cpp). The work is bounded whatever the problem.
 class SmallVi {
  public:
   struct Limits {
@@ -45,9 +46,8 @@ class SmallVi {
   bool left();
   void pay();
   void find_faces();
-  void approach(double& sigma);
-  void sweeps(std::size_t count);
-  void descend(bool from_nothing, std::size_t count);
+  void approach();
+  void descend();
   void momentum_direction(double L, double& dPd, double& dPm);
   double multiply(const std::vector<double>& d, std::vector<double>& Wd);
   bool newton_step();
@@ -55,12 +55,24 @@ class SmallVi {
   const double* product_row(const Linear& l, const double* H);
   bool solve_linear();
   void restart();
+  void start_from_nothing();
   void sweep();
+  // growth.cpp
+  void grow();
+  void open_all();
+  bool solve_acting();
+  bool let_down(Index block);
+  void start_anywhere(unsigned& seed);
+  Index let_in();
+  void leave_out(unsigned& seed);
 
   const Reduction::Island* island_ = nullptr;
   Law law_{};
   Limits limits_{};
   std::vector<double> p_;  // mean of diag(W) per block
+  // Added to the normal velocity of a block (m/s), in grow() alone.
+  std::vector<double> lift_;
+  static constexpr double held_open = std::numeric_limits<double>::infinity();
   std::vector<double> x_, u_, dx_, centre_, trial_, trial_u_, best_;
   std::vector<Linear> linear_;
   std::vector<std::size_t> active_;
