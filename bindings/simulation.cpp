@@ -96,6 +96,7 @@ void restore(Simulation& simulation, const State& saved) {
   state.time = saved.time;
   state.steps = saved.steps;
   state.impulse_step = saved.impulse_step;
+  state.unsolved = saved.unsolved;
 }
 
 // One array per field of the contact table, by the names that the package gives them.

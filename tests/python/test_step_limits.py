@@ -8,21 +8,46 @@ import pytest
 from amontons import scenes, shapes
 
 
-# Breaks when a step that cannot be solved, here as nothing meets a tolerance of zero, works on without bound,
-# leaves its state, or ends otherwise the next time: its limit counts work, by the formula of `most_work` in
-# solve_step.hpp, and no time. Half of it is for one solve; an iteration of the last may be long.
+def hopeless():
+    """Nothing meets a tolerance of zero."""
+    return amontons.Simulation(scenes.make("stack", boxes=4), dt=5e-3, tolerance=0, on_failure="ignore")
+
+
+def work_of(report):
+    """As a share of the limit, by the formula of `most_work` in solve_step.hpp."""
+    blocks = report.contacts + report.joint_rows
+    return report.products * (blocks + 16) / (1.5e6 + 100 * blocks**2)
+
+
+# Breaks when a step that cannot be solved works on without bound, leaves its state, or ends otherwise the
+# next time: its limit counts work, and no time. Half of it is for one solve; an iteration may be long.
 def test_step_that_cannot_be_solved_ends():
     def made():
-        sim = amontons.Simulation(scenes.make("stack", boxes=4), dt=5e-3, tolerance=0, on_failure="ignore")
+        sim = hopeless()
         return sim, [sim.step() for _ in range(3)]
 
     (first, reports), (second, _) = made(), made()
     for report in reports:
-        blocks = report.contacts + report.joint_rows
-        assert report.products * (blocks + 16) < 1.5e6 + 100 * blocks**2
+        assert work_of(report) < 1
         assert report.advanced
         assert report.residual < 1e-6
     np.testing.assert_array_equal(first.state.positions, second.state.positions)
+
+
+# Breaks when every step of a scene that cannot be solved spends its whole limit, when none tries again, or
+# when a state that was saved on the way has forgotten how often it was tried.
+def test_steps_that_follow_unsolved_ones_do_less(tmp_path):
+    sim = hopeless()
+    work = [work_of(sim.step()) for _ in range(6)]
+    sim.save(tmp_path / "half.h5")
+    again = amontons.Simulation.load(tmp_path / "half.h5")
+    work += [work_of(sim.step()) for _ in range(6)]
+    for report, known in zip([again.step() for _ in range(6)], work[6:], strict=True):
+        assert work_of(report) == known
+    np.testing.assert_array_equal(sim.state.positions, again.state.positions)
+    whole = {0, 1, 2, 4, 8}
+    least = min(work[i] for i in whole)
+    assert all(work[i] < min(0.1, 0.5 * least) for i in set(range(12)) - whole)
 
 
 # Breaks when a body that spins some million times in a step takes seconds for it, or energy from nothing.
@@ -33,7 +58,33 @@ def test_spin_that_no_step_follows():
     report = sim.step()
     assert report.advanced
     before = report.kinetic_energy
-    assert sim.step().kinetic_energy <= 3 * before  # of three inertias, which such a step confuses
+    assert sim.step().kinetic_energy <= before * (1 + 1e-9)
+
+
+# Breaks when the turned inertia of a body on a hinge, about an axis that is none of its own, gives energy:
+# the impulses of the hinge turn its momentum, and a step that turns it by radians sees neither on the way.
+# Where it has become slow the second order may give some per cent in a step; without the bound it is whole
+# multiples.
+@pytest.mark.parametrize("turn", [1.0, 3.0, 6.0])
+def test_fast_hinges_make_no_energy(turn):
+    builder = amontons.ModelBuilder(gravity=(0, 0, 0))
+    rng = np.random.default_rng(2)
+    for k in range(5):
+        axis = rng.standard_normal(3)
+        axis /= np.linalg.norm(axis)
+        body = builder.add_body(
+            shape=shapes.Capsule(0.05, 0.3),
+            density=1000,
+            position=(k, 0, 0),
+            angular_velocity=turn / 0.01 * axis + rng.standard_normal(3),
+        )
+        builder.add_revolute_joint(body, None, point=(k + 0.05, 0.1, 0), axis=axis)
+    sim = amontons.Simulation(builder.build(), dt=0.01, on_failure="ignore")
+    before = np.inf
+    for _ in range(30):
+        report = sim.step()
+        assert report.kinetic_energy <= 1.03 * before
+        before = report.kinetic_energy
 
 
 # Breaks when impulses that there was no time to find make energy: with a budget that is spent before the

@@ -205,12 +205,14 @@ def judge(scene: Scene, sim: amontons.Simulation, steps: int) -> Measures:
     for _ in range(steps):
         start = time.thread_time()
         report = watch.step()
+        if report is None:
+            break
         seconds.append(time.thread_time() - start)
         work.append(report.products + 20 * report.factorizations)
     watch.end()
     typical = max(float(np.median(seconds)), 2e-5)
     return {
-        "outcome": "missed some" if watch.missed else "held",
+        "outcome": "ended after misses" if watch.ended else "missed some" if watch.missed else "held",
         "longest step over median": max(seconds) / typical,
         "longest step (s)": max(seconds),
         "most products in a step": max(work),
@@ -232,7 +234,7 @@ def run(case: Case) -> Measures:
     sim = amontons.Simulation(scene.model, **scene.options)
     half = sim.copy() if again else None
     measures = judge(scene, sim, STEPS)
-    if half is not None:
+    if half is not None and sim.steps == STEPS:
         repeat(case, scene, sim, half)
     return measures
 

@@ -51,17 +51,23 @@ GyroscopicSpin gyroscopic_spin(const Body& body, const Quat& orientation, const 
   return {mean, omega - mean};
 }
 
-// The angular velocity at the end of a step that turned a dynamic body from `before` to `after` with the
-// velocity `omega` of the solve. The angular momentum that the impulses left, I (omega + lag) in the axes of
-// the start, is that in space: the velocity is what it makes of the turned inertia.
+// The angular velocity at the end of a step that turned a dynamic body from `before` to `after` by `angle`,
+// with the velocity `omega` of the solve. The angular momentum that the impulses left, I (omega + lag) in the
+// axes of the start, is that in space: the velocity is what it makes of the turned inertia. The energy stays
+// where the turn is that of the torque-free motion; where impulses have changed it, as those of a hinge about
+// another axis than a principal one do, to second order in the angle. Of a large one that says nothing:
+// energy that would come of it is left out, and momentum with it.
+constexpr double resolved_turn = 0.25;  // rad
 Vec3 end_spin(const Body& body, const Mat3& inertia, const GyroscopicSpin& spin, const Vec3& omega,
-              const Quat& before, const Quat& after) {
+              const Quat& before, const Quat& after, double angle) {
   const Vec3 momentum = inertia * (omega + spin.lag);
   const bool turned = !(after == before);
   // Where the inertia does not turn with the body (spheres, rest) keep the bits.
   if (!turned || !(norm(cross(momentum, omega)) > 1e-15 * norm(momentum) * norm(omega)))
     return omega + spin.lag;
-  return rotate(after, inverse(body.inertia) * rotate(conjugate(after), momentum));
+  const Vec3 end = rotate(after, inverse(body.inertia) * rotate(conjugate(after), momentum));
+  const double had = dot(omega + spin.lag, momentum), has = dot(end, momentum);
+  return angle > resolved_turn && has > had ? std::sqrt(had / has) * end : end;
 }
 
 }  // namespace
@@ -139,7 +145,7 @@ void integrate(const Model& model, const BodyFrames& frames, const std::vector<G
     // A body that does not turn keeps the bits of its orientation.
     const Quat after = omega == Vec3{} ? before : normalised(exponential(h * omega) * before);
     if (model.is_dynamic(static_cast<Index>(i)))
-      omega = end_spin(body, frames[i].inertia, spins[i], omega, before, after);
+      omega = end_spin(body, frames[i].inertia, spins[i], omega, before, after, h * norm(omega));
     // The centre of mass goes straight; the frame hangs on it.
     const Vec3 way = h * v[i].linear;
     const Vec3 arm = rotate(after, body.centre_of_mass);

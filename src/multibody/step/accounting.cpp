@@ -21,8 +21,10 @@ void add_solution(const Problem& problem, const Solution& solution, Report& repo
 }
 
 void add_residual(const Solution& solution, Report& report) {
-  // The worst solve speaks for the step.
-  if (!report.method.empty() && solution.residual <= report.residual) return;
+  // The worst solve speaks for the step: one that missed, whatever its residual, before those that did not.
+  const bool missed = solution.status != Status::converged, known = report.status != Status::converged;
+  const bool worse = missed != known ? missed : solution.residual > report.residual;
+  if (!report.method.empty() && !worse) return;
   report.residual = solution.residual;
   report.status = solution.status;
   report.method = solution.method;

@@ -147,9 +147,9 @@ JointRows position_rows(const PositionInput& in, const BodyVelocities& rest, con
   return rows;
 }
 
-// The displacements, as velocities over h; none where there was no time to find them.
+// The displacements, as velocities over h, of about `speed`; none where there was no time to find them.
 BodyVelocities displacements(const PositionInput& in, const BodyVelocities& rest, const JointRows& rows,
-                             StepClock& clock, Elimination& elimination) {
+                             double speed, StepClock& clock, Elimination& elimination) {
   std::vector<Contact> none;
   const Problem problem = assemble({in.frames, in.mobility, rest, rest}, none, rows, {in.options.h, 0});
   const bool linear = problem.K.all_free();
@@ -162,7 +162,8 @@ BodyVelocities displacements(const PositionInput& in, const BodyVelocities& rest
   const bool few = linear || rows.tags.size() <= few_rows;
   Solution s = few ? automatic(problem, options, elimination) : apgd(problem, options);
   // What is light shall not be moved by what the heavy bodies leave in the residual.
-  options.tolerance = tolerance_of_unseen(problem, options.law, s, std::max(s.residual, options.tolerance));
+  options.tolerance =
+      tolerance_of_unseen(problem, options.law, s, speed, std::max(s.residual, options.tolerance));
   if (few && !linear && options.tolerance < rough_precision) {
     const std::vector<double> start = s.x;
     options.x0 = start;
@@ -189,13 +190,15 @@ bool correct_positions(const PositionInput& in, StepClock& clock, Elimination& e
   const double error = largest_error(in, state), h = in.options.h;
   if (!(error > allowed_error * in.options.length)) return false;
   const BodyVelocities rest(in.frames.size());
+  double speed = std::min(in.speed, error / h);
   JointRows rows = position_rows(in, rest, state, in.speed);
   if (rows.tags.empty()) return false;
-  BodyVelocities p = displacements(in, rest, rows, clock, elimination);
+  BodyVelocities p = displacements(in, rest, rows, speed, clock, elimination);
   if (p.empty()) return false;
   if (const double turn = h * turning(p); turn > largest_turn) {
-    rows = position_rows(in, rest, state, largest_turn / turn * std::min(in.speed, error / h));
-    p = displacements(in, rest, rows, clock, elimination);
+    speed *= largest_turn / turn;
+    rows = position_rows(in, rest, state, speed);
+    p = displacements(in, rest, rows, speed, clock, elimination);
     if (p.empty()) return false;
   }
   for (std::size_t i = 0; i < p.size(); ++i) {

@@ -222,33 +222,43 @@ static double fastest_point(const std::vector<Contact>& contacts, const BodyVelo
   return fastest;
 }
 
+// The turns with the velocities of a reach; none of contacts that have no middle of their own.
+static void find_turns(const Reach& reach, const std::vector<Contact>& contacts, ContactFinder& finder,
+                       std::vector<Vec3>& turns) {
+  turns.assign(contacts.size(), {});
+  for (const auto& [i, middle] : finder.find_middles(reach, contacts))
+    turns[i] = turn_of(contacts[i], middle, reach.v);
+}
+
 double turn_contacts(const Reach& reach, const BodyVelocities& free, double least, ContactFinder& finder,
-                     std::vector<Vec3>& turns, Problem& problem) {
+                     ContactTurns& turns, Problem& problem) {
   // Impulses of the last step may mean nothing in this one: of a light body that heavy ones have left they
   // make any speed. Turns at many times the speeds that are there belong to such.
   constexpr double times = 100;
   const auto& contacts = std::get<ContactSystem>(problem.A).contacts;
   const double most = times * (fastest_point(contacts, free) + least);
-  turns.resize(contacts.size());
+  find_turns(reach, contacts, finder, turns.found);
+  turns.added.resize(contacts.size());
   double change = 0;
-  for (const auto& [i, middle] : finder.find_middles(reach, contacts)) {
-    Vec3 turn = turn_of(contacts[i], middle, reach.v);
-    const double size = norm(turn);
-    if (size < least || !(size <= most)) turn = {};
-    change = std::max(change, exchange_turn(turn, turns[i], &problem.b[problem.graph.first_row[i]]));
+  for (std::size_t i = 0; i < contacts.size(); ++i) {
+    const double size = norm(turns.found[i]);
+    if (size < least || !(size <= most)) turns.found[i] = {};
+    double* b = &problem.b[problem.graph.first_row[i]];
+    change = std::max(change, exchange_turn(turns.found[i], turns.added[i], b));
   }
   return change;
 }
 
 // A turn that belongs to the velocities is found again from them, or nearly so.
-bool drop_turns(const Reach& reach, ContactFinder& finder, std::vector<Vec3>& turns, Problem& problem) {
+bool drop_turns(const Reach& reach, ContactFinder& finder, ContactTurns& turns, Problem& problem) {
   constexpr double nearly = 0.5;
   const auto& contacts = std::get<ContactSystem>(problem.A).contacts;
+  find_turns(reach, contacts, finder, turns.found);
   bool dropped = false;
-  for (const auto& [i, middle] : finder.find_middles(reach, contacts)) {
-    const Vec3 turn = turns[i];
-    if (turn == Vec3{} || norm(turn_of(contacts[i], middle, reach.v) - turn) <= nearly * norm(turn)) continue;
-    exchange_turn({}, turns[i], &problem.b[problem.graph.first_row[i]]);
+  for (std::size_t i = 0; i < contacts.size(); ++i) {
+    const Vec3 turn = turns.added[i];
+    if (turn == Vec3{} || norm(turns.found[i] - turn) <= nearly * norm(turn)) continue;
+    exchange_turn({}, turns.added[i], &problem.b[problem.graph.first_row[i]]);
     dropped = true;
   }
   return dropped;

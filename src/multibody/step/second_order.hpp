@@ -29,14 +29,18 @@ struct SmoothScratch {
 // Adds to c of the rigid locked rows; the slips in the state become those of the last step.
 void reflect_joints(const SmoothInput& in, State& state, JointRows& rows, SmoothScratch& scratch);
 
-// Adds to b of the contacts that turn as bodies roll, for bodies that move with v. `turns` are what has been
-// added, per contact; they are replaced. Those below `least` (m/s) are none, nor those that are no size to
-// the free velocities. Returns the largest change.
+// What has been added to b of each contact because it turns, and memory for what is found anew.
+struct ContactTurns {
+  std::vector<Vec3> added, found;
+};
+// Adds to b of the contacts that turn as bodies roll, for bodies that move with v, in the place of what was
+// added before. Turns below `least` (m/s) are none, nor those that are no size to the free velocities.
+// Returns the largest change.
 double turn_contacts(const Reach& reach, const BodyVelocities& free, double least, ContactFinder& finder,
-                     std::vector<Vec3>& turns, Problem& problem);
+                     ContactTurns& turns, Problem& problem);
 
 // Takes back what turn_contacts() added where it does not belong to the velocities v that came of it, as with
 // light bodies of which the prediction tells nothing. Returns whether there was any.
-bool drop_turns(const Reach& reach, ContactFinder& finder, std::vector<Vec3>& turns, Problem& problem);
+bool drop_turns(const Reach& reach, ContactFinder& finder, ContactTurns& turns, Problem& problem);
 
 }  // namespace amontons

@@ -3,6 +3,7 @@
 #include "amontons/multibody/step/simulation.hpp"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 
 #include "amontons/base/error.hpp"
@@ -150,12 +151,26 @@ class Begun {
   std::atomic<bool>& flag_;
 };
 
-void Simulation::try_step(const Attempt& attempt, StepClock& clock, Report& report) {
+// The parts of an attempt, up to one whose energy asks for another attempt; that, or what else there is to
+// try.
+std::optional<Simulation::Attempt> Simulation::try_step(const Attempt& attempt, StepClock& clock,
+                                                        Report& report) {
   report = {};
   report.substeps = attempt.parts;
-  for (unsigned part = 0; part < attempt.parts && report.advanced; ++part)
-    advance(options_.dt / attempt.parts, attempt, clock, report);
+  std::optional<Attempt> next;
+  for (unsigned part = 0; part < attempt.parts && report.advanced && !next; ++part)
+    next = advance(options_.dt / attempt.parts, attempt, clock, report);
   if (!report.advanced) state_ = scratch_->before;
+  return next ? next : next_attempt(attempt, clock, report);
+}
+
+// Where steps have missed their tolerance, those that follow mostly do: they have a share of the work until
+// one is solved, but for the second, the fourth, the eighth and so on in a row, which find out whether more
+// helps.
+double Simulation::work_limit() const {
+  constexpr double share = 0.1;
+  const double whole = most_work(contacts_.size() + 6 * model_->joints());
+  return state_.unsolved == 0 || std::has_single_bit(state_.unsolved) ? whole : share * whole;
 }
 
 // What to try after an attempt; nothing if it is good enough or the last. It is too late for another once
@@ -163,10 +178,9 @@ void Simulation::try_step(const Attempt& attempt, StepClock& clock, Report& repo
 // solves of an attempt.
 std::optional<Simulation::Attempt> Simulation::next_attempt(Attempt last, const StepClock& clock,
                                                             const Report& report) const {
-  const bool solved = report.advanced && report.residual <= options_.tolerance;
+  const bool solved = report.advanced && report.status == Status::converged;
   const Timings& t = report.timings;
-  const double limit = most_work(contacts_.size() + 6 * model_->joints());
-  if ((solved && report.balanced) || Patience::work_left() < least_share * limit ||
+  if ((solved && report.balanced) || Patience::work_left() < least_share * work_limit() ||
       clock.over(t.assembly + t.collision + t.integration))
     return {};
   if (!report.balanced && (!last.damped || last.recovers)) return Attempt{1, true, false};
@@ -188,8 +202,9 @@ void Simulation::make_step(Report& report) {
   const bool by_velocities = options_.recovery == Recovery::velocity;
   Attempt attempt{1, by_velocities, by_velocities};
   for (;;) {
+    std::optional<Attempt> next;
     try {
-      try_step(attempt, clock, report);
+      next = try_step(attempt, clock, report);
     } catch (...) {
       state_ = s.before;
       throw;
@@ -200,7 +215,6 @@ void Simulation::make_step(Report& report) {
       report.status = Status::interrupted;
       break;
     }
-    const std::optional<Attempt> next = next_attempt(attempt, clock, report);
     if (!next) break;
     attempt = *next;
     state_ = s.before;
@@ -208,6 +222,11 @@ void Simulation::make_step(Report& report) {
   // Not a sum of substeps: time = n dt without the rounding of n parts.
   if (report.advanced) {
     ++state_.steps;
+    // What came too late says nothing of the work.
+    if (report.status == Status::converged)
+      state_.unsolved = 0;
+    else if (report.status != Status::deadline)
+      ++state_.unsolved;
     state_.time = s.before.time + options_.dt;
   }
   report.time = state_.time;
@@ -255,6 +274,12 @@ Options solver_options(const SimulationOptions& o) {
   options.max_iterations = o.max_iterations;
   options.threads = o.threads;
   return options;
+}
+
+double fastest(const BodyVelocities& velocities) {
+  double speed = 0;
+  for (const BodyVelocity& v : velocities) speed = std::max(speed, norm(v.linear));
+  return speed;
 }
 
 // A body with a velocity that is not finite would spoil all that it touches; the step is undone instead.
@@ -312,12 +337,14 @@ void Simulation::look(double h, bool damped, StepClock& clock, Report& report) {
   clock.lap(report.timings.collision);
   // The size of the step is known: so is the work that it may do. A limit of the user's own takes its place.
   if (options_.max_iterations == 0 && Patience::work_left() == Patience::infinite_work)
-    Patience::limit_work(most_work(contacts_.size() + 6 * model.joints()));
+    Patience::limit_work(work_limit());
 }
 
-// The balance of energy; where this attempt is the last, without the part of the impulses that upsets it.
-void Simulation::keep_balance(double closed, const Attempt& attempt, double recovery, const StepClock& clock,
-                              Report& report) {
+// The balance of energy. Where it is upset: the attempt that follows; after the last one the step goes on
+// without the part of the impulses that upsets it.
+std::optional<Simulation::Attempt> Simulation::keep_balance(double closed, const Attempt& attempt,
+                                                            double recovery, const StepClock& clock,
+                                                            Report& report) {
   Scratch& s = *scratch_;
   const EnergyInput energy{*model_,       s.frames,      s.mobility, s.start,     s.free,   s.after, s.spins,
                            *s.vi.problem, s.vi.solution, s.vi.rows,  options_.dt, recovery, closed};
@@ -325,19 +352,31 @@ void Simulation::keep_balance(double closed, const Attempt& attempt, double reco
   if (!(balance.work <= balance.allowed)) {
     Report unbalanced = report;
     unbalanced.balanced = false;
-    if (!next_attempt(attempt, clock, unbalanced)) {
-      balance = take_back(energy, balance, s.vi.solution, s.after, s.lagged);
-      measure(*s.vi.problem, options_.law, s.vi.solution);
-      if (s.vi.solution.residual > options_.tolerance) s.vi.solution.status = Status::stalled;
-      add_residual(s.vi.solution, report);
-    }
+    if (const auto next = next_attempt(attempt, clock, unbalanced)) return next;
+    balance = take_back(energy, balance, s.vi.solution, s.after, s.lagged);
+    measure(*s.vi.problem, options_.law, s.vi.solution);
+    if (s.vi.solution.residual > options_.tolerance) s.vi.solution.status = Status::stalled;
+    add_residual(s.vi.solution, report);
   }
   add_balance(balance, report);
+  return {};
+}
+
+// Call 10: impulses go to tables and state, then the bodies move.
+void Simulation::move_on(double h) {
+  Scratch& s = *scratch_;
+  keep_impulses(s.vi, options_.law, h, s.frames, s.after, contacts_, state_);
+  std::swap(x_, s.vi.solution.x);
+  s.spare = exchange(problem_, std::move(s.vi.problem));
+  fill_reactions(s.joints, state_, s.impacts, reactions_);
+  integrate(*model_, s.frames, s.spins, s.after, h, state_);
+  advance_activations(*model_, h, state_);
 }
 
 // One step of length h: the list "A time step" of ARCHITECTURE.md, with its numbers. Every call names what it
 // reads and, last, what it writes.
-void Simulation::advance(double h, const Attempt& attempt, StepClock& clock, Report& report) {
+std::optional<Simulation::Attempt> Simulation::advance(double h, const Attempt& attempt, StepClock& clock,
+                                                       Report& report) {
   const bool damped = attempt.damped;
   Scratch& s = *scratch_;
   const Model& model = *model_;
@@ -346,8 +385,6 @@ void Simulation::advance(double h, const Attempt& attempt, StepClock& clock, Rep
   // A step that made energy is done again without keeping contacts closed by a velocity.
   const double closed = damped && !attempt.recovers ? 0 : closing(model, h);
   const Assembly assembly{h, std::max(recovery, closed)};
-  const StepSolver solver{options_.method, solver_options(options_), clock, s.elimination};
-  const StepSolver at_impact{options_.method, solver.options, clock, s.impact_elimination};
   const StepBodies bodies{s.frames, s.mobility, s.start, s.free};
 
   look(h, damped, clock, report);
@@ -367,6 +404,9 @@ void Simulation::advance(double h, const Attempt& attempt, StepClock& clock, Rep
     look(h, damped, clock, report);
     stiffened = stiffen();
   }
+  const double speed = fastest(s.start) + h * norm(model.description().gravity);
+  const StepSolver solver{options_.method, solver_options(options_), clock, s.elimination, speed};
+  const StepSolver at_impact{options_.method, solver.options, clock, s.impact_elimination, speed};
   // 6. Impacts, over before stiffness could act, change the start velocities; the free ones follow from both.
   const bool bounced = resolve_impacts(
       {model, state_, s.frames, s.mobility, s.joints, joint_options, restitution_speed(), at_impact}, s.start,
@@ -385,7 +425,7 @@ void Simulation::advance(double h, const Attempt& attempt, StepClock& clock, Rep
   s.vi.problem = s.spare ? std::move(s.spare) : std::make_shared<Problem>();
   assemble(bodies, contacts_, s.vi.rows, assembly, *s.vi.problem);
   s.vi.x0.clear();
-  s.vi.turns.clear();
+  s.vi.turns.added.clear();
   if (options_.warm_start) warm_start(model, state_, h, s.frames, contacts_, s.vi);
   if (!damped) {
     predict(s.start, s.free, s.vi, s.after);
@@ -395,17 +435,13 @@ void Simulation::advance(double h, const Attempt& attempt, StepClock& clock, Rep
   clock.lap(report.timings.assembly);
   // 9. Solve, look where the velocities lead, solve again for what nobody could foresee.
   solve_and_look(model, bodies, assembly, margin(), solver, s.finder, contacts_, s.vi, s.after, report);
-  keep_balance(closed, attempt, recovery, clock, report);
+  if (const auto next = keep_balance(closed, attempt, recovery, clock, report)) return next;
   report.advanced = all_finite(s.after);
-  if (!report.advanced) return;
-  // 10. Integrate: impulses go to tables and state, then the bodies move.
-  keep_impulses(s.vi, options_.law, h, s.frames, s.after, contacts_, state_);
-  std::swap(x_, s.vi.solution.x);
-  s.spare = exchange(problem_, std::move(s.vi.problem));
-  fill_reactions(s.joints, state_, s.impacts, reactions_);
-  integrate(model, s.frames, s.spins, s.after, h, state_);
-  advance_activations(model, h, state_);
+  if (!report.advanced) return {};
+  // 10.
+  move_on(h);
   clock.lap(report.timings.integration);
+  return {};
 }
 
 }  // namespace amontons

@@ -97,7 +97,7 @@ Solution polished(const Problem& problem, const std::string& method, const Optio
 Solution with_unseen(const StepSolver& solver, const Problem& problem, Solution s) {
   if (s.status != Status::converged) return s;
   Options options = solver.options;
-  const double finer = tolerance_of_unseen(problem, options.law, s, options.tolerance);
+  const double finer = tolerance_of_unseen(problem, options.law, s, solver.speed, options.tolerance);
   if (!(finer < options.tolerance)) return s;
   const std::vector<double> start = s.x;
   options.x0 = start;
@@ -108,7 +108,8 @@ Solution with_unseen(const StepSolver& solver, const Problem& problem, Solution 
   s.time += other.time;
   take_better(s, std::move(other));
   // What is wrong still has not converged, whatever the heavy bodies make of the residual.
-  if (tolerance_of_unseen(problem, options.law, s, solver.options.tolerance) < solver.options.tolerance)
+  if (tolerance_of_unseen(problem, options.law, s, solver.speed, solver.options.tolerance) <
+      solver.options.tolerance)
     s.status = Status::stalled;
   return s;
 }

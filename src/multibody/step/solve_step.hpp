@@ -15,6 +15,7 @@ struct StepSolver {
   Options options;  // but for start and deadline, which each solve has of its own
   StepClock& clock;
   Elimination& elimination;  // of `auto`: memory, kept from step to step
+  double speed;              // m/s, of the fastest body at the start, and what gravity adds
   bool again = false;        // goes on from another solve of the same step
 };
 

@@ -50,10 +50,10 @@ void solve_and_look(const Model& model, const StepBodies& bodies, const Assembly
   const Reach reach{model, bodies.frames, after, assembly.h, margin};
   const double enough = enough_of_a_turn(model, assembly.h);
   // Whether contacts turn: as predicted, and then as the solve said.
-  int turned =
-      std::any_of(vi.turns.begin(), vi.turns.end(), [&](const Vec3& turn) { return norm(turn) > enough; })
-          ? 2
-          : 0;
+  int turned = std::any_of(vi.turns.added.begin(), vi.turns.added.end(),
+                           [&](const Vec3& turn) { return norm(turn) > enough; })
+                   ? 2
+                   : 0;
   for (int detections = 0;; ++detections) {
     vi.solution = solve_step(solver, *vi.problem, vi.x0, std::move(vi.solution));
     solver.again = true;
@@ -77,8 +77,8 @@ void solve_and_look(const Model& model, const StepBodies& bodies, const Assembly
     add_cost(vi.solution, report);
     make_room(contacts, known, vi);
     assemble(bodies, contacts, vi.rows, assembly, *vi.problem);
-    const bool smooth = !vi.turns.empty();
-    vi.turns.clear();
+    const bool smooth = !vi.turns.added.empty();
+    vi.turns.added.clear();
     if (smooth) turn_contacts(reach, bodies.free, enough, finder, vi.turns, *vi.problem);
     solver.clock.lap(report.timings.assembly);
   }

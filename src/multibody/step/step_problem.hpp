@@ -8,6 +8,7 @@
 #include "amontons/problem/problem.hpp"
 #include "multibody/contacts/contact_finder.hpp"
 #include "multibody/step/assemble.hpp"
+#include "multibody/step/second_order.hpp"
 #include "multibody/step/solve_step.hpp"
 
 namespace amontons {
@@ -17,7 +18,7 @@ struct StepProblem {
   JointRows rows;
   std::vector<double> x0;  // where the next solve starts; empty: from nothing
   std::shared_ptr<Problem> problem;
-  std::vector<Vec3> turns;  // of the contacts, in b
+  ContactTurns turns;  // in b
   Solution solution;
 };
 

@@ -16,9 +16,10 @@ namespace {
 
 // Of the velocity U: what blocks that are not seen may miss by, and what they are asked for then.
 constexpr double wrong = 0.05, right = 0.005;
-// Of the fastest block: what counts as a velocity at all, as some have none without impulses.
+// Of the fastest body: what counts as a velocity of a light one, as some have none without impulses. Others
+// are wrong where it would be seen in the motion of the whole.
 constexpr double slow = 1e-3;
-// Of the natural map of the whole: below is rounding.
+// Of the natural map of the whole: what is below is rounding.
 constexpr double least_tolerance = 1e-14;
 
 // The velocity of a block: of its normal and tangents, whatever turns at them.
@@ -39,26 +40,24 @@ bool is_soft(const Problem& problem, std::size_t block, std::size_t row) {
 
 }  // namespace
 
-double tolerance_of_unseen(const Problem& problem, Law law, const Solution& s, double tolerance) {
+double tolerance_of_unseen(const Problem& problem, Law law, const Solution& s, double fastest,
+                           double tolerance) {
   const double whole = natural_map_at_zero(problem, law), seen = tolerance * whole;
-  double fastest = 0, heaviest = 0, lightest = std::numeric_limits<double>::infinity();
+  double heaviest = 0;
   for_each_block(problem.K, [&]<class S>(const S&, std::size_t block, std::size_t row) {
     if (is_soft(problem, block, row)) return;
-    fastest = std::max(fastest, speed<S>(&problem.b[row]));
-    lightest = std::min(lightest, 1 / problem.P[block]);
     heaviest = std::max(heaviest, 1 / problem.P[block]);
   });
-  // Bodies of about one mass: nothing is unseen.
-  if (!(lightest < tolerance * heaviest)) return std::numeric_limits<double>::infinity();
   double found = std::numeric_limits<double>::infinity();
   for_each_block(problem.K, [&]<class S>(const S& set, std::size_t block, std::size_t row) {
     if (is_soft(problem, block, row)) return;
     const double p = problem.P[block];
-    const double U = speed<S>(&problem.b[row]) + slow * fastest;
-    // What closes while it slides is in the natural map of a steep cone by 1 / mu only.
+    const bool light = 1 / p < tolerance * heaviest;
+    const double U = speed<S>(&problem.b[row]) + (light ? slow : 1) * fastest;
+    // What closes while it slides or rolls is in the natural map of a steep cone by 1 / mu only.
     double steep = 1, closing = 0;
     if constexpr (S::frictional) {
-      constexpr double slips[6] = {0, 1, 1, 0, 0, 0};
+      constexpr double slips[6] = {0, 1, 1, 1, 1, 1};
       steep = 1 + set.saxce(slips) * set.saxce(slips);
       closing = set.violation(&s.u[row]);
     }
@@ -66,7 +65,9 @@ double tolerance_of_unseen(const Problem& problem, Law law, const Solution& s, d
     double g[S::dim];
     add_saxce_term(set, law, &s.u[row], g);
     const double missed = std::max(closing, std::sqrt(natural_map_squared(set, p, &s.x[row], g) * p));
-    if (missed > wrong * U) found = std::min(found, right * U / std::sqrt(p * steep));
+    const double felt = 1 / std::sqrt(p * steep);
+    if (missed > wrong * U && missed * felt > least_tolerance * whole)
+      found = std::min(found, right * U * felt);
   });
   return std::max(found / whole, least_tolerance);
 }

@@ -7,7 +7,10 @@ namespace amontons {
 
 // The residual is an energy norm, relative to the whole: with masses of 1e8 and 1e-8 kg a light body may have
 // any velocity within a tolerance that the heavy ones keep. Where blocks are wrong by a good share of their
-// own velocities, and the tolerance is too coarse to tell: the tolerance that would. Else infinity.
-double tolerance_of_unseen(const Problem& problem, Law law, const Solution& s, double tolerance);
+// own velocities, and the tolerance is too coarse to tell: the tolerance that would. Else infinity. So are
+// bodies beside what is stiffly driven, and what slides along steep cones; they are wrong by a good share of
+// the speed of the `fastest` body (m/s).
+double tolerance_of_unseen(const Problem& problem, Law law, const Solution& s, double fastest,
+                           double tolerance);
 
 }  // namespace amontons

@@ -17,7 +17,7 @@ struct Timings {
 struct Report {
   double time = 0;       // s, at the end of the step
   bool advanced = true;  // false: velocities came out not finite, and the state is that before the step
-  // Of the solve with the largest residual.
+  // Of the worst solve: one that missed, or else the one with the largest residual.
   Status status = Status::converged;
   double residual = 0;  // of the law asked for, the worst of the substeps
   std::size_t iterations = 0, products = 0, factorizations = 0;

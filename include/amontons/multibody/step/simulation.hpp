@@ -108,14 +108,16 @@ class Simulation {
     unsigned parts = 1;
     bool damped = false, recovers = false;
   };
+  double work_limit() const;
   std::optional<Attempt> next_attempt(Attempt last, const StepClock& clock, const Report& report) const;
   void make_step(Report& report);
   void finish_report(Report& report);
-  void try_step(const Attempt& attempt, StepClock& clock, Report& report);
+  std::optional<Attempt> try_step(const Attempt& attempt, StepClock& clock, Report& report);
   void look(double h, bool damped, StepClock& clock, Report& report);
-  void keep_balance(double closed, const Attempt& attempt, double recovery, const StepClock& clock,
-                    Report& report);
-  void advance(double h, const Attempt& attempt, StepClock& clock, Report& report);
+  std::optional<Attempt> keep_balance(double closed, const Attempt& attempt, double recovery,
+                                      const StepClock& clock, Report& report);
+  void move_on(double h);
+  std::optional<Attempt> advance(double h, const Attempt& attempt, StepClock& clock, Report& report);
 
   std::shared_ptr<const Model> model_;
   SimulationOptions options_;
