@@ -39,6 +39,8 @@ constexpr std::size_t most_work = 1'000'000, most_per_cube = 2, multiplications 
 constexpr std::size_t unwatched_work = 5'000;
 // In a unit of work: rows are short and the loops over blocks do other things than multiply.
 constexpr double small_multiplications = 0.5 * Patience::multiplications;
+// Of the work that is left (Patience), for growth: what it does not solve has other ways, which need theirs.
+constexpr double share_of_growth = 0.05;
 // Local steps of a sweep at a block of several rows.
 constexpr int local_steps = 4;
 
@@ -119,7 +121,8 @@ SmallVi::Result SmallVi::solve(const Reduction::Island& island, Law law, const L
     approach();
   }
   if (result_.map > limits.target) {
-    most_work_ = work_ + most_growth;
+    const double some = share_of_growth * Patience::work_left() * small_multiplications;
+    most_work_ = work_ + static_cast<std::size_t>(std::min(static_cast<double>(most_growth), some));
     grow();
   }
   x = best_;
