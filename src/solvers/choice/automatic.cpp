@@ -25,6 +25,7 @@
 #include "amontons/solvers/driver/phases.hpp"
 #include "amontons/solvers/elimination/elimination.hpp"
 #include "amontons/solvers/first_order/apgd.hpp"
+#include "amontons/solvers/first_order/contact_iterate.hpp"
 #include "amontons/solvers/first_order/spg.hpp"
 #include "amontons/solvers/krylov/cg.hpp"
 #include "amontons/solvers/linear/shifted_system.hpp"
@@ -80,10 +81,14 @@ Costs costs_of(const Problem& problem) {
   const auto rows = static_cast<double>(problem.rows());
   Costs c;
   if (const auto* A = std::get_if<ContactSystem>(&problem.A)) {
-    // Contacts that are given as rows of D, as files have them, are not fused: three rows each.
-    const double per_contact = A->contacts.empty() ? 44 : 9;
-    c.fused = 160 + per_contact * contacts + 5 * std::max(0.0, rest);
-    c.plain = 2.5 * c.fused;
+    // Contacts that are given as rows of D, as files have them, are three times the memory; plain loops go
+    // row by row, in the product by itself, too.
+    const bool stored = A->contacts.empty(), fused = ContactIterate::fits(problem);
+    const auto cost = [&](double per_contact) {
+      return 160 + per_contact * contacts + 5 * std::max(0.0, rest);
+    };
+    c.fused = cost(!fused ? 44 : stored ? 13 : 9);
+    c.plain = stored ? cost(46) : 2.5 * c.fused;
     c.solve = 12 * c.fused;
     c.sweep = 60 + 70 * contacts + 22 * std::max(0.0, rest);
     c.factor = {assembly(problem), problem.graph.bodies() > few_bodies ? analysed : nullptr};

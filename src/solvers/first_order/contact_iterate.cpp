@@ -16,6 +16,7 @@
 #include "amontons/solvers/first_order/metric.hpp"
 #include "solvers/first_order/contact_layout.hpp"
 #include "solvers/first_order/contact_passes.hpp"
+#include "solvers/first_order/contact_rows.hpp"
 
 namespace amontons {
 
@@ -36,8 +37,8 @@ struct ContactIterate::State {
   PoolLease pool;
   Passes passes;
   std::size_t contacts, joints, size;  // size: of x, u, d in the layout of the passes
-  bool coulomb;
-  double dEd = 0;  // of the last direction
+  bool coulomb, stored;                // stored: contacts are rows of D
+  double dEd = 0;                      // of the last direction
   // The current and the best of the three buffers of x.
   int now = 0, best = 0;
   std::vector<std::uint32_t> lane_of;  // contact -> lane
@@ -50,6 +51,7 @@ struct ContactIterate::State {
   // iteration, u and x from one to the next; y and u_y exist for accelerated methods only, saxce under
   // coulomb only.
   LineArray<ContactBatch> batches;
+  LineArray<ContactRows> contact_rows;
   LineArray<JointBatch> rows;
   LineArray<MassBatch> masses;
   LineArray<double> compliance, lines, b, u, d, saxce, y, u_y;
@@ -94,13 +96,14 @@ struct ContactIterate::State {
 // LineArray zeroes its memory: what is not filled below stays an inert lane, a dummy line or a missing
 // array.
 ContactIterate::State::State(const Problem& problem, Law law, unsigned threads, Isa isa)
-    : layout(lay_out(std::get<ContactSystem>(problem.A), problem.graph)),
+    : layout(lay_out(std::get<ContactSystem>(problem.A), problem.graph, problem.K.contacts())),
       pool(automatic_threads(threads, layout.chunks.size())),
       passes(passes_of(isa)),
-      contacts(std::get<ContactSystem>(problem.A).contacts.size()),
+      contacts(problem.K.contacts()),
       joints(problem.rows() - 3 * contacts),
       size(24 * layout.batches() + lanes * layout.joint_batches()),
       coulomb(law == Law::coulomb),
+      stored(std::get<ContactSystem>(problem.A).contacts.empty()),
       lane_of(contacts),
       constrained(std::get<ContactSystem>(problem.A).constrained),
       batches(layout.batches()),
@@ -114,10 +117,11 @@ ContactIterate::State::State(const Problem& problem, Law law, unsigned threads, 
   const auto& A = std::get<ContactSystem>(problem.A);
   for (LineArray<double>& buffer : x) buffer = LineArray<double>(size);
   // Arrays that the problem does not need are missing, and the passes compiled without them.
+  if (stored) contact_rows = LineArray<ContactRows>(layout.batches());
   if (coulomb) saxce = LineArray<double>(8 * layout.batches());
-  const auto& E = A.contact_compliance;
-  if (std::any_of(E.begin(), E.end(), [](double e) { return e != 0; }))
-    compliance = LineArray<double>(8 * layout.batches());
+  bool compliant = false;
+  for (std::size_t i = 0; i < contacts; ++i) compliant = compliant || compliance_of(A, i) != 0;
+  if (compliant) compliance = LineArray<double>(8 * layout.batches());
   fill_contacts(problem, A);
   fill_joints(problem, A);
   fill_masses(A.bodies);
@@ -139,11 +143,16 @@ void ContactIterate::State::fill_contacts(const Problem& problem, const ContactS
         batch.aspect[l] = 1;
         const Index index = layout.contact[lanes * i + l];
         if (index < 0) continue;
-        const Contact& contact = A.contacts[index];
-        for (int k = 0; k < 3; ++k) {
-          batch.r_a[k][l] = contact.r_a[k];
-          batch.r_b[k][l] = contact.r_b[k];
-          batch.normal[k][l] = contact.normal[k];
+        if (stored) {
+          batch.normal[0][l] = 1;
+          fill_rows(&A.jacobian[3 * static_cast<std::size_t>(index)], l, contact_rows[i]);
+        } else {
+          const Contact& contact = A.contacts[index];
+          for (int k = 0; k < 3; ++k) {
+            batch.r_a[k][l] = contact.r_a[k];
+            batch.r_b[k][l] = contact.r_b[k];
+            batch.normal[k][l] = contact.normal[k];
+          }
         }
         batch.mu[l] = std::min(cones[index].mu, largest_mu);
         batch.p[l] = problem.P[index];
@@ -151,7 +160,7 @@ void ContactIterate::State::fill_contacts(const Problem& problem, const ContactS
         batch.aspect[l] = metrics[index].aspect;
         batch.p_t[l] = metrics[index].tangent;
         batch.p_t_inverse[l] = 1 / metrics[index].tangent;
-        if (compliance.data()) compliance[lanes * i + l] = A.contact_compliance[index];
+        if (compliance.data()) compliance[lanes * i + l] = compliance_of(A, index);
         lane_of[index] = static_cast<std::uint32_t>(lanes * i + l);
       }
     }
@@ -181,9 +190,10 @@ void ContactIterate::State::fill_joints(const Problem& problem, const ContactSys
     batch.line_b[l] = 8 * layout.joint_line_b[i];
     const Index k = layout.joint_row[i];
     if (k < 0) continue;
-    std::copy(A.jacobian[k].a.begin(), A.jacobian[k].a.end(), batch.a[l]);
-    std::copy(A.jacobian[k].b.begin(), A.jacobian[k].b.end(), batch.b[l]);
-    batch.compliance[l] = A.compliance[k];
+    const std::size_t at = static_cast<std::size_t>(k) + (stored ? 3 * contacts : 0);
+    std::copy(A.jacobian[at].a.begin(), A.jacobian[at].a.end(), batch.a[l]);
+    std::copy(A.jacobian[at].b.begin(), A.jacobian[at].b.end(), batch.b[l]);
+    batch.compliance[l] = A.compliance[at];
     batch.p[l] = problem.P[contacts + k];
     batch.p_inverse[l] = 1 / problem.P[contacts + k];
     batch.lo[l] = bounds[k].lo;
@@ -230,6 +240,7 @@ void ContactIterate::State::find_held_lines() {
 
 PassData ContactIterate::State::data() const {
   return {batches.data(),
+          contact_rows.data(),
           rows.data(),
           masses.data(),
           compliance.data(),
@@ -258,7 +269,9 @@ ContactBasis basis(const ContactBatch& batch, std::size_t lane) {
 
 void ContactIterate::State::to_world(std::span<const double> user, const LineArray<double>& held) const {
   for (std::size_t i = 0; i < contacts; ++i) {
-    const Vec3 v = basis(batches[lane_of[i] / lanes], lane_of[i] % lanes).to_world(&user[3 * i]);
+    const double* own = &user[3 * i];
+    const Vec3 v = stored ? Vec3{own[0], own[1], own[2]}
+                          : basis(batches[lane_of[i] / lanes], lane_of[i] % lanes).to_world(own);
     double* out = component(held, i);
     for (int k = 0; k < 3; ++k) out[8 * k] = v[k];
   }
@@ -271,7 +284,10 @@ void ContactIterate::State::to_world(std::span<const double> user, const LineArr
 void ContactIterate::State::to_user(const LineArray<double>& held, std::span<double> user) const {
   for (std::size_t i = 0; i < contacts; ++i) {
     const double* in = component(held, i);
-    basis(batches[lane_of[i] / lanes], lane_of[i] % lanes).to_contact({in[0], in[8], in[16]}, &user[3 * i]);
+    if (stored)
+      for (std::size_t k = 0; k < 3; ++k) user[3 * i + k] = in[8 * k];
+    else
+      basis(batches[lane_of[i] / lanes], lane_of[i] % lanes).to_contact({in[0], in[8], in[16]}, &user[3 * i]);
   }
   const double* in = held.data() + 24 * layout.batches();
   for (std::size_t i = 0; i < layout.joint_row.size(); ++i)
@@ -326,11 +342,12 @@ double ContactIterate::State::apply_masses() {
   return constrained ? free + move_held() : free;
 }
 
-// Friction cones of three rows for all contacts and intervals for single rows: elliptic cones, moments and
-// contacts that are stored as rows of D go to PlainIterate.
+// Friction cones of three rows for all contacts and intervals for single rows: elliptic cones and moments go
+// to PlainIterate.
 bool ContactIterate::fits(const Problem& problem) {
   const auto* A = std::get_if<ContactSystem>(&problem.A);
-  bool known = A != nullptr && problem.K.contacts() == A->contacts.size();
+  bool known = A != nullptr && (problem.K.contacts() == A->contacts.size() ||
+                                (A->contacts.empty() && has_contact_rows(problem, *A)));
   for (const SetRun& run : problem.K.runs())
     visit_kind(run.kind, [&]<class S>() { known = known && (S::dim == 1 || std::is_same_v<S, Friction>); });
   // The passes take the tangents that follow from the normal alone.

@@ -215,8 +215,8 @@ void find_copies(ContactLayout& layout, std::size_t bodies) {
 
 // Order bodies, sort contacts and rows by them, cut into chunks; then per chunk: batches, and lines as the
 // batches first touch them, and at last those of the joint rows.
-ContactLayout lay_out(const ContactSystem& A, const ContactGraph& graph) {
-  const std::size_t bodies = A.bodies.size(), contacts = A.contacts.size();
+ContactLayout lay_out(const ContactSystem& A, const ContactGraph& graph, std::size_t contacts) {
+  const std::size_t bodies = A.bodies.size();
   const std::vector<Link>& links = graph.links;  // contacts, then single rows
   const std::vector<bool> is_hub = find_hubs(bodies, links, contacts);
   const BodyOrder order = order_bodies(A, graph, is_hub);

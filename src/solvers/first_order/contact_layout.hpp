@@ -29,6 +29,7 @@ struct ContactLayout {
   std::size_t joint_batches() const { return joint_row.size() / lanes; }
 };
 
-ContactLayout lay_out(const ContactSystem& A, const ContactGraph& graph);
+// `contacts`: how many of the blocks, the first, are contacts, whether given as such or as rows of D.
+ContactLayout lay_out(const ContactSystem& A, const ContactGraph& graph, std::size_t contacts);
 
 }  // namespace amontons

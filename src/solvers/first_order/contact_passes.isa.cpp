@@ -26,23 +26,45 @@ namespace {
 // Four batches between the loops are 768 bytes, well within the L1 cache.
 constexpr std::size_t block = 4;
 
+// J'f and J v of three rows of three.
+AMONTONS_INLINE Vec3 transposed_times(const double (&J)[3][3][lanes], int lane, const Vec3& f) {
+  return f.x * load3(J[0], lane) + f.y * load3(J[1], lane) + f.z * load3(J[2], lane);
+}
+AMONTONS_INLINE Vec3 times(const double (&J)[3][3][lanes], int lane, const Vec3& v) {
+  return {dot(load3(J[0], lane), v), dot(load3(J[1], lane), v), dot(load3(J[2], lane), v)};
+}
+
 // lines += D'f for contact impulses f in world coordinates: the wrench (f, r_a x f) on A and its opposite
 // (-f, -r_b x f) on B. B after A: where a contact's bodies share a line (two dummies), both are added.
 AMONTONS_INLINE void scatter_batch(const PassData& data, std::size_t i, const double* impulses) {
   const ContactBatch& batch = data.batches[i];
   for (int lane = 0; lane < 8; lane += width) {
-    const Vec3 f = load3(impulses + 24 * i + lane);
-    const Vec3 ma = cross(load3(batch.r_a, lane), f), mb = cross(f, load3(batch.r_b, lane));
+    Vec3 f = load3(impulses + 24 * i + lane), ma, mb;
+    if (data.contact_rows) {
+      const ContactRows& rows = data.contact_rows[i];
+      ma = transposed_times(rows.moment_a, lane, f);
+      mb = transposed_times(rows.moment_b, lane, f);
+      f = transposed_times(rows.force, lane, f);
+    } else {
+      ma = cross(load3(batch.r_a, lane), f);
+      mb = cross(f, load3(batch.r_b, lane));
+    }
     scatter_add(data.lines, batch.line_a + lane, {f.x, f.y, f.z, ma.x, ma.y, ma.z});
     scatter_add(data.lines, batch.line_b + lane, {-f.x, -f.y, -f.z, mb.x, mb.y, mb.z});
   }
 }
 
 // D w: the velocity of A relative to B at the contact, (v_A + w_A x r_A) - (v_B + w_B x r_B).
-AMONTONS_INLINE Vec3 relative_velocity(const double* lines, const ContactBatch& batch, int lane) {
-  const Vec6 a = gather(lines, batch.line_a + lane), b = gather(lines, batch.line_b + lane);
+AMONTONS_INLINE Vec3 relative_velocity(const PassData& data, std::size_t i, int lane) {
+  const ContactBatch& batch = data.batches[i];
+  const Vec6 a = gather(data.lines, batch.line_a + lane), b = gather(data.lines, batch.line_b + lane);
   const Vec3 va{a.v[0], a.v[1], a.v[2]}, vb{b.v[0], b.v[1], b.v[2]};
   const Vec3 wa{a.v[3], a.v[4], a.v[5]}, wb{b.v[3], b.v[4], b.v[5]};
+  if (data.contact_rows) {
+    const ContactRows& rows = data.contact_rows[i];
+    return times(rows.force, lane, va - vb) +
+           (times(rows.moment_a, lane, wa) + times(rows.moment_b, lane, wb));
+  }
   return (va - vb) + (cross(wa, load3(batch.r_a, lane)) - cross(wb, load3(batch.r_b, lane)));
 }
 
@@ -173,7 +195,7 @@ AMONTONS_INLINE void for_each_step(const PassData& data, const Chunk& chunk, F f
     for (std::size_t i = first; i < last; ++i) {
       if (data.streaming) prefetch_batch<false>(data, chunk, i, data.x_next);
       for (int lane = 0; lane < 8; lane += width)
-        store3(q[i - first] + lane, relative_velocity(data.lines, data.batches[i], lane));
+        store3(q[i - first] + lane, relative_velocity(data, i, lane));
     }
     for (std::size_t i = first; i < last; ++i)
       for (int part = 0; part < 8 / width; ++part) {
@@ -295,7 +317,7 @@ PassSums refresh(const PassData& data, const Chunk& chunk) {
       const int lane = part * width;
       const std::size_t at = 24 * i + lane;
       const Vec3 n = load3(batch.normal, lane), x = load3(data.x + at);
-      Vec3 u = relative_velocity(data.lines, batch, lane);
+      Vec3 u = relative_velocity(data, i, lane);
       if constexpr (compliant) u = u + load(data.compliance + 8 * i + lane) * x;
       u = u + load3(data.b + at);
       store3(data.u + at, u);

@@ -25,6 +25,13 @@ struct alignas(64) ContactBatch {
   double aspect[lanes], p_t[lanes], p_t_inverse[lanes];  // last: most passes do not read them
 };
 
+// What the rows of eight contacts do to their bodies where they are given as rows of D, as files have them:
+// row by row the force on A, whose opposite acts on B, and the moments on both. x is in the frames of the
+// file then, in which every normal is (1, 0, 0), and the batch has no arms.
+struct alignas(64) ContactRows {
+  double force[3][3][lanes], moment_a[3][3][lanes], moment_b[3][3][lanes];
+};
+
 // Eight stored rows of D, (linear, angular) of each body padded with two zeros, so that a side has the length
 // of a line; with their intervals [lo, hi], free and nonnegative rows have infinite bounds. compliance is the
 // entry of E. Rows of a batch may share bodies. Short batches are filled with rows of zeros at the dummy.
@@ -60,6 +67,7 @@ struct Chunk {
 // velocities M^-1 D'd or M^-1 D'x after the mass pass.
 struct PassData {
   const ContactBatch* batches;
+  const ContactRows* contact_rows;  // null where contacts are given by their arms and normals
   const JointBatch* joints;
   const MassBatch* masses;
   const double *compliance, *x, *b;
