@@ -48,7 +48,9 @@ constexpr std::size_t few_bodies = 64;
 // Products to the tolerance of the first-order method that is the likelier one, and of conjugate gradients.
 constexpr double ahead = 30, linear_ahead = 8;
 // Of a race without limits of the caller: nominal ns, and more per block. What is not solved by then creeps.
-constexpr double least_work = 4e8, work_per_block = 1.5e5, work_after_elimination = 1e7;
+constexpr double least_work = 4e8, work_per_block = 1.5e5;
+// After the direct way has failed, which is seldom then.
+constexpr double least_work_after = 8e6, work_per_block_after = 5e4;
 
 // Why the direct way was taken.
 constexpr const char* eliminated = "bilateral rows are eliminated, islands are small";
@@ -272,7 +274,7 @@ Solution solve_one(const Problem& problem, const Options& options) {
 // One group of islands after the direct way has failed.
 Solution solve_after_elimination(const Problem& problem, const Options& options) {
   return race_for(problem, options,
-                  work_after_elimination + work_per_block * static_cast<double>(problem.K.blocks()));
+                  least_work_after + work_per_block_after * static_cast<double>(problem.K.blocks()));
 }
 
 // A start that fulfils the tolerance is the solution, as it is for every method.
@@ -319,12 +321,11 @@ Solution solve_directly_or_race(const Problem& problem, const Options& options) 
                                        : better_of(std::move(s), solve_after_elimination(problem, options));
 }
 
-// Islands that fell short by themselves; then the whole once more, from the start, as the best x of the
-// direct way may lie where Coulomb's law has no solution nearby, and then from the best x of both where that
-// is not far; the work stays bounded, as a robot that jams should not stop the clock.
+// Islands that fell short by themselves; then the whole once more, from nothing, as the best x of the direct
+// way may lie where Coulomb's law has no solution nearby. The work stays bounded, as a robot that jams should
+// not stop the clock.
 Solution after_elimination(const Problem& problem, const Options& options, Elimination& elimination,
                            Solution s) {
-  constexpr double near = 100;  // times the tolerance
   Options rest = options;
   if (s.status == Status::stalled) {
     rest.deadline = options.deadline - s.time;
@@ -333,19 +334,13 @@ Solution after_elimination(const Problem& problem, const Options& options, Elimi
     if (!elimination.solve_again(problem, rest, solve_after_elimination, s)) return s;
     s.time += seconds_since(start);
   }
-  for (const bool last : {false, true}) {
-    rest.deadline = options.deadline - s.time;
-    if (s.status == Status::converged || s.status == Status::infeasible || s.status == Status::interrupted ||
-        !(rest.deadline > 0))
-      break;
-    if (options.max_iterations && s.iterations >= options.max_iterations) break;
-    if (options.max_iterations) rest.max_iterations = options.max_iterations - s.iterations;
-    if (last && !(s.residual <= near * options.tolerance)) break;
-    const std::vector<double> best = last ? s.x : std::vector<double>();
-    rest.x0 = best;
-    s = better_of(std::move(s), solve_by_islands(problem, rest, solve_after_elimination));
-  }
-  return s;
+  rest.deadline = options.deadline - s.time;
+  if (s.status == Status::converged || s.status == Status::infeasible || s.status == Status::interrupted ||
+      !(rest.deadline > 0) || (options.max_iterations && s.iterations >= options.max_iterations))
+    return s;
+  if (options.max_iterations) rest.max_iterations = options.max_iterations - s.iterations;
+  rest.x0 = {};
+  return better_of(std::move(s), solve_by_islands(problem, rest, solve_after_elimination));
 }
 
 // Mechanisms with few contacts, and few contacts alone, are solved directly, all islands at once: a step of a

@@ -32,8 +32,8 @@ constexpr std::size_t proximal_points = 16, few_steps = 5, sweeps = 8;
 // Gradient steps from nothing before the first faces: they share loads evenly where those are not determined.
 constexpr std::size_t cold_descent = 24;
 // In all: multiplications, with so many for each row of a projection or a natural map; and times m^3; and of
-// growth after it. Some tenths of a millisecond and one: what is not solved by then is left to an interior
-// point (automatic.cpp), which takes ten.
+// growth after it, of all islands together. Some tenths of a millisecond and one: what is not solved by then
+// is left to an interior point (automatic.cpp), which takes ten.
 constexpr std::size_t most_work = 1'000'000, most_per_cube = 2, multiplications = 30, most_growth = 3'000'000;
 // Between two looks at the Patience of the thread: some microseconds.
 constexpr std::size_t unwatched_work = 5'000;
@@ -94,6 +94,13 @@ bool SmallVi::keep(const std::vector<double>& x, const std::vector<double>& u) {
   return true;
 }
 
+void SmallVi::begin() {
+  ended_ = false;
+  unpaid_ = 0;
+  const double some = share_of_growth * Patience::work_left() * small_multiplications;
+  growth_ = static_cast<std::size_t>(std::min(static_cast<double>(most_growth), some));
+}
+
 SmallVi::Result SmallVi::solve(const Reduction::Island& island, Law law, const Limits& limits,
                                std::vector<double>& x) {
   law_ = law;
@@ -120,10 +127,11 @@ SmallVi::Result SmallVi::solve(const Reduction::Island& island, Law law, const L
     for (std::size_t i = 0; i < sweeps && result_.map > limits.target && left(); ++i) sweep();
     approach();
   }
-  if (result_.map > limits.target) {
-    const double some = share_of_growth * Patience::work_left() * small_multiplications;
-    most_work_ = work_ + static_cast<std::size_t>(std::min(static_cast<double>(most_growth), some));
+  if (result_.map > limits.enough) {
+    const std::size_t before = work_;
+    most_work_ = before + growth_;
     grow();
+    growth_ -= std::min(work_ - before, growth_);
   }
   x = best_;
   unpaid_ += work_ - paid_;

@@ -13,9 +13,9 @@ namespace amontons {
 class SmallVi {
  public:
   struct Limits {
-    // Natural maps in the P of the island, absolute: what is asked for, and what is worth another step or two
-    // once it is reached.
-    double target, aim;
+    // Natural maps in the P of the island, absolute: what is asked for, what is worth another step or two once
+    // it is reached, and what is enough where only the last way is left.
+    double target, aim, enough;
     std::size_t iterations;  // Newton steps and sweeps together; 0: the method's own
   };
   struct Result {
@@ -24,10 +24,7 @@ class SmallVi {
   };
   // Before the first of several solves, which share what the Patience of the thread leaves.
   // Nothing of an earlier step counts: a simulation that was saved and loaded has the same bits.
-  void begin() {
-    ended_ = false;
-    unpaid_ = 0;
-  }
+  void begin();
   // x: the start, and the best x seen. Its memory is kept between calls.
   Result solve(const Reduction::Island& island, Law law, const Limits& limits, std::vector<double>& x);
 
@@ -79,7 +76,7 @@ class SmallVi {
   std::vector<double> J_, rhs_, du_, HW_;
   double sigma_ = 0;
   std::size_t work_ = 0, paid_ = 0, unpaid_ = 0;  // of this solve, of those before it
-  std::size_t most_work_ = 0;
+  std::size_t most_work_ = 0, growth_ = 0;  // growth: what is left of it since begin()
   bool ended_ = false;  // no work, time or wish is left
   Result result_{};
 };
