@@ -118,7 +118,8 @@ class Watch:
         allowed += 0.5 * (abs(springs) + self.sprung)
         self.sprung = abs(springs)
         if max(report.penetration, report.joint_error) > 1e-4 * scene.model.length:
-            springs = min(0.0, springs)  # which bodies bend as they are moved out of each other
+            # Bodies bend them as they are moved out of each other: they give at most all that they hold.
+            springs = -max(before[1], self.stored[1])
         share = (kinetic + springs - given) / max(allowed, 1e-300)
         self.rise = max(self.rise, share)
         if share > 1:

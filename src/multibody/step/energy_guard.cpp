@@ -23,17 +23,27 @@ constexpr double of_motion = 1e-3, of_gravity = 0.1, of_change = 1e-2;
 // against them.
 constexpr double of_loads = 1e-6;
 
-double contact_work(const EnergyInput& in, const BodyVelocities& after) {
+// Of an impulse along a row or at a contact: the work that can only dissipate less the work on bodies that
+// impulses move. Where no other moves that is nothing, to the last bit.
+double beyond_bodies(bool dissipates, double of_all, double of_moved) {
+  return dissipates ? of_all - of_moved : -of_moved;
+}
+
+double contacts_beyond_bodies(const EnergyInput& in, const EnergyScratch& mean) {
   const auto& contacts = std::get<ContactSystem>(in.problem.A).contacts;
   double work = 0;
   for (std::size_t i = 0; i < contacts.size(); ++i) {
     const Contact& c = contacts[i];
-    if (c.material.compliance > 0) continue;  // a spring, which gives back what it has
-    const double* x = &in.solution.x[in.problem.graph.first_row[i]];
-    const ContactImpulse impulse = to_world(c, x);
-    const ContactImpulse before = relative_motion(c, in.start), then = relative_motion(c, after);
-    work += 0.5 * dot(impulse.linear, before.linear + then.linear) +
-            0.5 * dot(impulse.angular, before.angular + then.angular);
+    const ContactImpulse impulse = to_world(c, &in.solution.x[in.problem.graph.first_row[i]]);
+    const auto along = [&](const Contact& contact, const BodyVelocities& v) {
+      const ContactImpulse u = relative_motion(contact, v);
+      return dot(impulse.linear, u.linear) + dot(impulse.angular, u.angular);
+    };
+    Contact still = c;
+    still.surface_velocity = {};
+    // A compliant contact is a spring, which gives back what it has.
+    const bool dissipates = !(c.material.compliance > 0);
+    work += beyond_bodies(dissipates, along(c, mean.all), along(still, mean.moved));
   }
   return work;
 }
@@ -47,48 +57,54 @@ double closing_work(const EnergyInput& in) {
   return in.closing * impulses;
 }
 
-double joint_work(const EnergyInput& in, const BodyVelocities& after) {
+double joints_beyond_bodies(const EnergyInput& in, const EnergyScratch& mean) {
   const std::size_t first = in.problem.rows() - in.rows.tags.size();
   double work = 0;
   for (std::size_t i = 0; i < in.rows.tags.size(); ++i) {
     const Restraint r = in.rows.restraint[i];
-    const bool passive = r == Restraint::equality || r == Restraint::inequality;
-    if (!passive && in.rows.tags[i].kind != RowKind::friction) continue;
     const JacobianRow& row = in.rows.jacobian[i];
+    const bool passive = r == Restraint::equality || r == Restraint::inequality;
     // A row over many bodies is several over auxiliary ones, whose work is counted by none.
-    if (std::max(row.body_a, row.body_b) >= static_cast<Index>(after.size())) continue;
-    work += 0.5 * in.solution.x[first + i] * (row_velocity(row, in.start) + row_velocity(row, after));
+    const bool whole = std::max(row.body_a, row.body_b) < static_cast<Index>(mean.all.size());
+    const bool dissipates = whole && (passive || in.rows.tags[i].kind == RowKind::friction);
+    work += in.solution.x[first + i] *
+            beyond_bodies(dissipates, row_velocity(row, mean.all), row_velocity(row, mean.moved));
   }
   return work;
 }
 
 }  // namespace
 
-EnergyBalance energy_balance(const EnergyInput& in, BodyVelocities& after) {
-  // Impulses act on the spin of the start, of which the mean over the step is short by the lag.
-  after = in.after;
-  double inertial = 0, gravity = 0, recovered = 0, changed = 0, driven = 0;
-  for (std::size_t i = 0; i < after.size(); ++i) {
+// The work of all impulses on a body is the change that they make of its velocity, in the measure of its
+// mass, along the mean velocity: what inertia that stiffening adds takes up is no part of it. Summed over the
+// rows it would be the same but for rounding, which is all that is left of it where joints are torn.
+EnergyBalance energy_balance(const EnergyInput& in, EnergyScratch& mean) {
+  mean.all = in.start;
+  mean.moved.assign(in.start.size(), {});
+  double kinetic = 0, gravity = 0, recovered = 0, changed = 0, driven = 0, work = 0;
+  for (std::size_t i = 0; i < mean.all.size(); ++i) {
     if (!in.model.is_dynamic(static_cast<Index>(i))) continue;
-    after[i].angular += in.spins[i].lag;
-    const double half_mass = 0.5 * in.model.description().bodies[i].mass;
-    const Vec3 spun = after[i].angular - in.start[i].angular;
-    changed += half_mass * norm_squared(after[i].linear - in.start[i].linear) +
-               0.5 * dot(spun, in.frames[i].inertia * spun);
-    gravity += half_mass * norm_squared(in.dt * in.model.description().gravity);
-    const Vec3 turned = in.free[i].angular - in.start[i].angular;
-    driven += half_mass * norm_squared(in.free[i].linear - in.start[i].linear) +
-              0.5 * dot(turned, in.frames[i].inertia * turned);
-    recovered += half_mass * in.recovery * in.recovery;
-    // What the inertia that stiffening adds takes up is no energy of the body.
-    if (!in.mobility[i].stiffened) continue;
-    const Vec3 change = in.after[i].angular - in.free[i].angular;
-    const Vec3 felt = inverse(in.mobility[i].inverse_inertia) * change;
-    inertial += 0.5 * dot(in.start[i].angular + after[i].angular, in.frames[i].inertia * change - felt);
+    const double mass = in.model.description().bodies[i].mass;
+    const Mat3& inertia = in.frames[i].inertia;
+    const auto product = [&](const BodyVelocity& v, const BodyVelocity& w) {
+      return mass * dot(v.linear, w.linear) + dot(v.angular, inertia * w.angular);
+    };
+    const auto less = [](const BodyVelocity& v, const BodyVelocity& w) {
+      return BodyVelocity{v.linear - w.linear, v.angular - w.angular};
+    };
+    // Impulses act on the spin of the start, of which the mean over the step is short by the lag.
+    const BodyVelocity& start = in.start[i];
+    const BodyVelocity after{in.after[i].linear, in.after[i].angular + in.spins[i].lag};
+    const BodyVelocity change = less(after, start), load = less(in.free[i], start);
+    mean.all[i] = mean.moved[i] = {start.linear + 0.5 * change.linear, start.angular + 0.5 * change.angular};
+    work += product(mean.all[i], less(in.after[i], in.free[i]));
+    kinetic += 0.5 * (product(start, start) + product(after, after));
+    changed += 0.5 * product(change, change);
+    driven += 0.5 * product(load, load);
+    gravity += 0.5 * mass * norm_squared(in.dt * in.model.description().gravity);
+    recovered += 0.5 * mass * in.recovery * in.recovery;
   }
-  const double kinetic =
-      kinetic_energy(in.model, in.frames, in.start) + kinetic_energy(in.model, in.frames, after);
-  return {contact_work(in, after) + joint_work(in, after) + inertial,
+  return {work + contacts_beyond_bodies(in, mean) + joints_beyond_bodies(in, mean),
           of_motion * kinetic + of_gravity * gravity + of_change * changed + of_loads * driven + recovered +
               std::min(closing_work(in), of_gravity * gravity)};
 }
@@ -97,7 +113,7 @@ EnergyBalance energy_balance(const EnergyInput& in, BodyVelocities& after) {
 // is -a / c where a < 0, else 0: bodies fly on freely for a step, and what they miss of joints and contacts
 // is an error of position, which the following steps take back.
 EnergyBalance take_back(const EnergyInput& in, EnergyBalance balance, Solution& solution,
-                        BodyVelocities& after, BodyVelocities& scratch) {
+                        BodyVelocities& after, EnergyScratch& scratch) {
   const std::vector<double> x = solution.x;
   const auto scale = [&](double s) {
     for (std::size_t i = 0; i < x.size(); ++i) solution.x[i] = s * x[i];

@@ -11,7 +11,6 @@ namespace amontons {
 struct EnergyInput {
   const Model& model;
   const BodyFrames& frames;
-  const BodyMobilities& mobility;
   const BodyVelocities &start, &free, &after;
   const std::vector<GyroscopicSpin>& spins;
   const Problem& problem;
@@ -26,12 +25,15 @@ struct EnergyInput {
 struct EnergyBalance {
   double work, allowed;
 };
-// `scratch`: memory.
-EnergyBalance energy_balance(const EnergyInput& in, BodyVelocities& scratch);
+// Memory: mean velocities of the step, and those of the bodies that impulses move, zeros for others.
+struct EnergyScratch {
+  BodyVelocities all, moved;
+};
+EnergyBalance energy_balance(const EnergyInput& in, EnergyScratch& scratch);
 
 // Takes back the part of the impulses that made energy, of which `balance` is the balance: for a step that
 // has neither time nor work left to find better ones. The arrays are those of `in`.
 EnergyBalance take_back(const EnergyInput& in, EnergyBalance balance, Solution& solution,
-                        BodyVelocities& after, BodyVelocities& scratch);
+                        BodyVelocities& after, EnergyScratch& scratch);
 
 }  // namespace amontons

@@ -62,7 +62,8 @@ struct Simulation::Scratch {
   JointError joint_error;
   double line_error = 0;  // m
   BodyMobilities mobility;
-  BodyVelocities start, free, after, lagged;
+  BodyVelocities start, free, after;
+  EnergyScratch mean;
   BodyMobilities stiffened;
   std::vector<BodyImpulse> loads;
   std::vector<GyroscopicSpin> spins;
@@ -346,14 +347,14 @@ std::optional<Simulation::Attempt> Simulation::keep_balance(double closed, const
                                                             double recovery, const StepClock& clock,
                                                             Report& report) {
   Scratch& s = *scratch_;
-  const EnergyInput energy{*model_,       s.frames,      s.mobility, s.start,     s.free,   s.after, s.spins,
-                           *s.vi.problem, s.vi.solution, s.vi.rows,  options_.dt, recovery, closed};
-  EnergyBalance balance = energy_balance(energy, s.lagged);
+  const EnergyInput energy{*model_,       s.frames,      s.start,   s.free,      s.after,  s.spins,
+                           *s.vi.problem, s.vi.solution, s.vi.rows, options_.dt, recovery, closed};
+  EnergyBalance balance = energy_balance(energy, s.mean);
   if (!(balance.work <= balance.allowed)) {
     Report unbalanced = report;
     unbalanced.balanced = false;
     if (const auto next = next_attempt(attempt, clock, unbalanced)) return next;
-    balance = take_back(energy, balance, s.vi.solution, s.after, s.lagged);
+    balance = take_back(energy, balance, s.vi.solution, s.after, s.mean);
     measure(*s.vi.problem, options_.law, s.vi.solution);
     if (s.vi.solution.residual > options_.tolerance) s.vi.solution.status = Status::stalled;
     add_residual(s.vi.solution, report);
