@@ -201,8 +201,9 @@ void add_factoring(Field& field, const Costs& c, bool coulomb, bool warm, double
                    .from = From::previous});
 }
 
-// Further ways to a solution under coulomb, where none is sure.
-void add_other_ways(Field& field, const Costs& c, double digits) {
+// Further ways to a solution under coulomb, where none is sure. Sweeps and steps of ADMM take a force from
+// contact to contact, and need the more of them the more there are.
+void add_other_ways(Field& field, const Costs& c, double digits, double size) {
   field.push_back({.start = start_frozen_path,
                    .why = "finds the stresses for the friction directions so far",
                    .product = c.fused,
@@ -211,13 +212,13 @@ void add_other_ways(Field& field, const Costs& c, double digits) {
   field.push_back({.start = start_gauss_seidel,
                    .why = "another way from the start",
                    .product = 0.5 * c.sweep,
-                   .products = 1000,
+                   .products = 1000 * size,
                    .first_turn = 16,
                    .from = From::start});
   field.push_back({.start = start_admm,
                    .why = "another way from the start",
                    .product = c.solve,
-                   .products = 500,
+                   .products = 500 * size,
                    .factorizations = 3,
                    .first_turn = 10,
                    .from = From::start});
@@ -234,7 +235,7 @@ Field field_of(const Problem& problem, const Options& options, const Costs& c, s
   add_first_order(field, problem, c, held);
   if (!can_factor(problem)) return field;
   add_factoring(field, c, coulomb, !options.x0.empty(), digits, size);
-  if (coulomb) add_other_ways(field, c, digits);
+  if (coulomb) add_other_ways(field, c, digits, size);
   return field;
 }
 
