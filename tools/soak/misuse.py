@@ -1,7 +1,8 @@
 """Every public function and class with one argument that it cannot mean, found by its signature.
 
 A call is made that is good; then one or two of its arguments, whatever the signature lists, become something
-else. The answer is a result, or an InputError that says what is wrong; after it everything still works.
+else, now and then something that they can mean. The answer is a result, or an InputError that says what is
+wrong; after it everything still works.
 """
 
 from __future__ import annotations
@@ -54,6 +55,9 @@ BAD: list[Callable[[], Any]] = [
     lambda: sp.csr_array((3, 3)), lambda: slice(None), lambda: range(3), lambda: type("X", (float,), {})(1.0),
     lambda: NotImplemented, lambda: ..., lambda: [1] * 100_000, lambda: "x" * 100_000,
 ]  # fmt: skip
+
+FINE: list[Any] = [1, 2, 0.01, True, False, None]
+"""What some parameter of most functions can mean, so that they go on with it."""
 
 VECTOR = (0.1, 0.2, 0.3)
 CORNERS = [[x, y, z] for x in (0.0, 0.1) for y in (0.0, 0.1) for z in (0.0, 0.1)]
@@ -126,8 +130,14 @@ def about_problems(rng: Rng) -> Call:
 
 
 def rolling_out(rng: Rng) -> Call:
+    """Of simulations, which have their own options, or of states."""
     model = world().build()
-    return amontons.rollout, {"model": model, "states": [amontons.Simulation(model)], "steps": 2}
+    simulation = amontons.Simulation(model)
+    arguments: dict[str, Any] = {"model": model, "states": [simulation, simulation.copy()], "steps": 2}
+    if rng.random() < 0.5:
+        arguments["states"] = [np.concatenate([simulation.q, simulation.qd])] * 2
+        arguments |= {"dt": 0.01, "law": "associated", "tolerance": 1e-4, "budget": 1e-3}
+    return amontons.rollout, arguments
 
 
 def state(rng: Rng) -> Call:
@@ -196,20 +206,21 @@ def harmless(name: str, value: Any) -> Any:
     """The value, if it is not what a function rightly does for years, or what raises by itself."""
     allowed = amontons.ranges.OPTIONS.get(name)
     if name in ("duration", "steps", "repeat") and value in allowed and value > 20:
-        return 20 * GOOD["dt"]
+        return 20 * GOOD["dt"] if name == "duration" else 20
     return None if name == "callback" and callable(value) else value
 
 
 def run(group: Callable[[Rng], Call], case: Case) -> Measures:
     rng = case.rng()
     function, arguments = group(rng)
-    parameters = list(_parameters(function))
+    parameters = list(_parameters(function) | arguments)
     what = getattr(function, "__qualname__", str(function))
     for part in range(int(rng.choice([1, 1, 2]))):
         mine = case.rng(part)
         if parameters and case.kept(part):
             name = str(pick(mine, parameters))
-            arguments[name] = harmless(name, pick(mine, BAD)())  # type: ignore[operator]
+            value = pick(mine, FINE) if mine.random() < 0.3 else pick(mine, BAD)()  # type: ignore[operator]
+            arguments[name] = harmless(name, value)
             what += f" {name}={amontons.checks.shown(arguments[name])}"
     (case.folder / "call.txt").write_text(what + "\n", errors="replace")
     try:
@@ -231,6 +242,9 @@ def after(result: Any) -> None:
         result.step()
         require_finite(result.state.positions, "positions after a step")
         require_finite(result.state.linear_velocities, "velocities after a step")
+    if isinstance(result, amontons.Rollout):
+        require_finite(result.q, "coordinates of a rollout")
+        require_finite(result.qd, "velocities of a rollout")
     if isinstance(result, amontons.Solution):
         require_finite(result.x, "x of a solution")
     if isinstance(result, amontons.Problem):
