@@ -396,8 +396,9 @@ std::optional<Simulation::Attempt> Simulation::advance(double h, const Attempt& 
     return stiffen_rotations(model, state_, h, s.frames, s.joints, s.stiffness, s.stiffened);
   };
   bool stiffened = stiffen();
-  // What is moved is looked at again: not where the first look has taken the time.
-  if (options_.recovery == Recovery::projection && !clock.over() &&
+  // What is moved is looked at again: not where there is no time for another look like the first.
+  const Timings& first = report.timings;
+  if (options_.recovery == Recovery::projection && !clock.over(first.collision + first.assembly) &&
       correct_positions({model, s.frames, s.stiffened, s.joints, contacts_, s.joint_error, s.line_error,
                          joint_options, recovery_speed()},
                         clock, s.position_elimination, state_)) {
