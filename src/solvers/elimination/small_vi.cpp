@@ -35,8 +35,6 @@ constexpr std::size_t cold_descent = 24;
 // growth after it, of all islands together. Some tenths of a millisecond and one: what is not solved by then
 // is left to an interior point (automatic.cpp), which takes ten.
 constexpr std::size_t most_work = 1'000'000, most_per_cube = 2, multiplications = 30, most_growth = 3'000'000;
-// Rows of an island beyond which growth has not been seen to end in time.
-constexpr std::size_t most_grown = 90;
 // Between two looks at the Patience of the thread: some microseconds.
 constexpr std::size_t unwatched_work = 5'000;
 // In a unit of work: rows are short and the loops over blocks do other things than multiply.
@@ -129,7 +127,7 @@ SmallVi::Result SmallVi::solve(const Reduction::Island& island, Law law, const L
     for (std::size_t i = 0; i < sweeps && result_.map > limits.target && left(); ++i) sweep();
     approach();
   }
-  if (result_.map > limits.enough && island.rows() <= most_grown) {
+  if (result_.map > limits.enough) {
     const std::size_t before = work_;
     most_work_ = before + growth_;
     grow();
