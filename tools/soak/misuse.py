@@ -7,6 +7,7 @@ wrong; after it everything still works.
 
 from __future__ import annotations
 
+import contextlib
 import inspect
 import itertools
 import math
@@ -224,7 +225,8 @@ def run(group: Callable[[Rng], Call], case: Case) -> Measures:
             what += f" {name}={amontons.checks.shown(arguments[name])}"
     (case.folder / "call.txt").write_text(what + "\n", errors="replace")
     try:
-        result = function(**arguments)
+        with contextlib.chdir(case.folder):  # for what writes files
+            result = function(**arguments)
         after(result if not isinstance(function, type) or result is not None else None)
     except (amontons.InputError, amontons.SimulationError) as error:
         if len(str(error)) > 5000:
