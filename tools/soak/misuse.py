@@ -96,7 +96,7 @@ def classes(rng: Rng) -> Call:
     """The constructor of a public class, of shapes and options too."""
     names = [n for n in amontons.__all__ if inspect.isclass(getattr(amontons, n))]
     found = [getattr(amontons, n) for n in names] + [getattr(shapes, n) for n in SHAPES]
-    found = [c for c in found if c is not amontons.Solution]  # which is made by solving
+    found = [c for c in found if c not in (amontons.Solution, amontons.Rollout)]  # which are results
     found = [c for c in found if not issubclass(c, BaseException) and c.__module__ != "amontons._core"]
     return _good(pick(rng, found))
 
