@@ -35,15 +35,14 @@ double contacts_beyond_bodies(const EnergyInput& in, const EnergyScratch& mean) 
   for (std::size_t i = 0; i < contacts.size(); ++i) {
     const Contact& c = contacts[i];
     const ContactImpulse impulse = to_world(c, &in.solution.x[in.problem.graph.first_row[i]]);
-    const auto along = [&](const Contact& contact, const BodyVelocities& v) {
-      const ContactImpulse u = relative_motion(contact, v);
+    const auto along = [&](const ContactImpulse& u) {
       return dot(impulse.linear, u.linear) + dot(impulse.angular, u.angular);
     };
-    Contact still = c;
-    still.surface_velocity = {};
+    ContactImpulse moved = relative_motion(c, mean.moved);
+    moved.linear -= c.surface_velocity;
     // A compliant contact is a spring, which gives back what it has.
     const bool dissipates = !(c.material.compliance > 0);
-    work += beyond_bodies(dissipates, along(c, mean.all), along(still, mean.moved));
+    work += beyond_bodies(dissipates, along(relative_motion(c, mean.all)), along(moved));
   }
   return work;
 }
