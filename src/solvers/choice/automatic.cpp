@@ -140,12 +140,12 @@ Field linear_field(const Costs& c, bool factored) {
 
 // What needs products alone. The accelerated method is ahead where contacts are many, five times in the mean
 // over hundreds of them; the spectral one on few, and on joints. The one behind starts when the other slows
-// down.
+// down, on large problems more than on small ones.
 //
 // Both leave joints to a factorisation where they can: iterations are then those of contacts.
-void add_first_order(Field& field, const Problem& problem, const Costs& c, std::size_t held) {
+void add_first_order(Field& field, const Problem& problem, const Costs& c, std::size_t held, double size) {
   constexpr std::size_t many_contacts = 30;
-  constexpr double behind = 100;
+  const double behind = 100 * size;
   constexpr double per_held_body = 300;  // ns
   const bool accelerated = problem.K.contacts() >= many_contacts;
   const double product = c.fused + per_held_body * static_cast<double>(held);
@@ -181,8 +181,8 @@ void add_factoring(Field& field, const Costs& c, bool coulomb, bool warm, double
   field.push_back({.start = start_newton,
                    .why = "finds the faces between first-order iterations",
                    .product = c.plain,
-                   .products = 200 + (coulomb ? 60 * digits : 20),
-                   .factorizations = 4 + (coulomb ? 3 : 2) * digits,
+                   .products = (200 + (coulomb ? 60 * digits : 20)) * std::sqrt(size),
+                   .factorizations = (4 + (coulomb ? 3 : 2) * digits) * std::sqrt(size),
                    .restarts = 2});
   field.push_back(
       {.start = start_central_path, .why = "factors in every iteration", .factorizations = central});
@@ -232,7 +232,7 @@ Field field_of(const Problem& problem, const Options& options, const Costs& c, s
   const double size = 1 + static_cast<double>(problem.K.blocks()) / blocks_unit;
   const bool coulomb = options.law == Law::coulomb && problem.K.has_friction();
   Field field;
-  add_first_order(field, problem, c, held);
+  add_first_order(field, problem, c, held, size);
   if (!can_factor(problem)) return field;
   add_factoring(field, c, coulomb, !options.x0.empty(), digits, size);
   if (coulomb) add_other_ways(field, c, digits, size);
