@@ -17,6 +17,7 @@
 //   worst(x, u)                lowers both to the smallest eigenvalues of x and u
 //   push(x, u)                 adds so much to both, so that they lie inside
 //   factor(R)                  the scaling W of the iterate; R = W^-1, so that R R' is the inverse Hessian
+//   dual_factor(T)         T = R^-T of that iterate, from which du = T (rho - z)
 //   target(mu, corrector, rho) of W dx + W^-1 du = rho: rho = lambda \ (mu e - lambda o lambda - second)
 //   recover(mu, z)             dx = R z, du = W (rho - z) from the solution z = W dx of the system
 //   longest_step()             how far x + t dx, u + t du stay inside
@@ -40,6 +41,7 @@ struct FreeBarrier {
   void worst(double&, double&) const {}
   void push(double, double) {}
   void factor(double* R) const { start_factor(R); }
+  void dual_factor(double* T) const { T[0] = std::sqrt(proximal); }
   void target(double, bool, double* rho) const { rho[0] = 0; }
   void recover(double, const double* z) { dx = z[0] / std::sqrt(proximal); }
   double longest_step() const { return std::numeric_limits<double>::infinity(); }
@@ -100,6 +102,14 @@ struct ConeBarrier {
       unit[k] = 1;
       const V column = W.inverse_times(unit);
       for (std::size_t i = 0; i < n; ++i) R[n * i + k] = live[i] && live[k] ? column[i] / D[i] : 0;
+    }
+  }
+  void dual_factor(double* T) const {
+    for (std::size_t k = 0; k < n; ++k) {
+      V unit{};
+      unit[k] = 1;
+      const V column = W.times(unit);
+      for (std::size_t i = 0; i < n; ++i) T[n * i + k] = live[i] && live[k] ? column[i] * D[i] : 0;
     }
   }
   void aim(double mu, bool corrector) {

@@ -63,6 +63,7 @@ struct Interval {
       }
       R[0] = R_;
     }
+    void dual_factor(double* T) const { T[0] = R_ > 0 ? 1 / R_ : 0; }
     void target(double mu, bool corrector, double* rho) {
       rho[0] = 0;
       if (!boxed()) return;

@@ -135,6 +135,10 @@ struct RollingFriction {
       });
       factor_stack(R);
     }
+    void dual_factor(double* T) const {
+      for (int i = 0; i < 5; ++i)
+        for (int k = 0; k < 5; ++k) T[5 * i + k] = U_[k][i];
+    }
     void target(double mu, bool corrector, double* rho) {
       std::fill(rho, rho + 5, 0.0);
       each([&](ConeBarrier<3>& cone, const int*) {
@@ -206,7 +210,8 @@ struct RollingFriction {
     }
     // M = Q U by Gram and Schmidt, twice (Bjorck 1994), and R = U^-1; rows that nothing moves get zeros.
     void factor_stack(double* out) {
-      double U[5][5] = {};
+      auto& U = U_;
+      for (auto& row : U) std::fill(row, row + 5, 0.0);
       const auto along = [&](int j, int k) {
         double sum = 0;
         for (const auto& row : Q_) sum += row[j] * row[k];
@@ -233,7 +238,7 @@ struct RollingFriction {
 
     ConeBarrier<3> cone_[2];
     bool used_[2];
-    double Q_[6][5] = {}, R_[5][5] = {};
+    double Q_[6][5] = {}, U_[5][5] = {}, R_[5][5] = {};
   };
 
  private:

@@ -60,12 +60,18 @@ def _require_solid(points: Array, extent: float) -> None:
 
 
 def _corners(hull: Any) -> NDArray[np.intp]:
-    """The points in which faces of three directions meet, ascending; others lie within a face or an edge."""
-    normals = hull.equations[:, :3]
-    around: dict[int, list[Array]] = {}
-    for facet, corners in enumerate(hull.simplices):
-        for corner in corners:
-            directions = around.setdefault(int(corner), [])
-            if not any(normals[facet] @ n > 1 - SAME_NORMAL**2 / 2 for n in directions):
-                directions.append(normals[facet])
-    return np.array(sorted(corner for corner, n in around.items() if len(n) >= 3), dtype=np.intp)
+    """The points in which three faces meet, ascending; others lie within a face or an edge.
+
+    A face is what neighbours with one normal make up together.
+    """
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+
+    normals, count = hull.equations[:, :3], len(hull.simplices)
+    facet, neighbour = np.repeat(np.arange(count), 3), hull.neighbors.ravel()
+    same = np.einsum("ij,ij->i", normals[facet], normals[neighbour]) > 1 - SAME_NORMAL**2 / 2
+    joined = coo_array((np.ones(same.sum()), (facet[same], neighbour[same])), shape=(count, count))
+    face = connected_components(joined, directed=False)[1]
+    meetings = np.unique(np.stack((hull.simplices.ravel(), face[facet]), axis=1), axis=0)
+    corners, faces = np.unique(meetings[:, 0], return_counts=True)
+    return corners[faces >= 3].astype(np.intp)

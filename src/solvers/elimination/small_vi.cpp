@@ -25,15 +25,14 @@ constexpr double proximal = 1e-7, smallest_proximal = 1e-13;
 // Directions in which W is softer than that come in at this rate only, and more slowly than by `slow`: then
 // the term falls.
 constexpr double slow = 0.1, proximal_fall = 0.1;
-// Of the proximal points: the first and the largest term, how many, and how precise, as part of |F| at the
-// centre; sweeps before them.
-constexpr double first_proximal = 1e-2, largest_proximal = 1, inner_precision = 0.05;
-constexpr std::size_t proximal_points = 16, few_steps = 5, sweeps = 8;
+// Along the central path: one that ends at a solution takes ten to twenty.
+constexpr std::size_t path_steps = 30;
+constexpr double roundings[] = {0.3, 0.03};
 // Gradient steps from nothing before the first faces: they share loads evenly where those are not determined.
 constexpr std::size_t cold_descent = 24;
-// In all: multiplications, with so many for each row of a projection or a natural map; and times m^3; and of
-// growth after it, of all islands together. Some tenths of a millisecond and one: what is not solved by then
-// is left to an interior point (automatic.cpp), which takes ten.
+// In all: multiplications, with so many for each row of a projection or a natural map; and times m^3; beside
+// them the steps of the path, and growth after it, of all islands together. What is not solved by then, which
+// is rare, is left to the methods of automatic.cpp.
 constexpr std::size_t most_work = 1'000'000, most_per_cube = 2, multiplications = 30, most_growth = 2'000'000;
 // Between two looks at the Patience of the thread: some microseconds.
 constexpr std::size_t unwatched_work = 5'000;
@@ -41,8 +40,6 @@ constexpr std::size_t unwatched_work = 5'000;
 constexpr double small_multiplications = 0.5 * Patience::multiplications;
 // Of the work that is left (Patience), for growth: what it does not solve has other ways, which need theirs.
 constexpr double share_of_growth = 0.05;
-// Local steps of a sweep at a block of several rows.
-constexpr int local_steps = 4;
 
 }  // namespace
 
@@ -121,12 +118,8 @@ SmallVi::Result SmallVi::solve(const Reduction::Island& island, Law law, const L
   limits_ = limits;
   if (!warm) descend();
   if (!done()) find_faces();
-  if (result_.map > limits.target && left()) {
-    // A few sweeps and a few proximal points are enough where only some of the first faces were wrong.
-    restart();
-    for (std::size_t i = 0; i < sweeps && result_.map > limits.target && left(); ++i) sweep();
-    approach();
-  }
+  for (double rounding : roundings)
+    if (result_.map > limits.target) follow_path(rounding);
   if (result_.map > limits.enough) {
     const std::size_t before = work_;
     most_work_ = before + growth_;
@@ -173,37 +166,23 @@ void SmallVi::find_faces() {
   }
 }
 
-// The proximal point method (Rockafellar 1976) from the best x: the problem with sigma P (x - c) added to u
-// has one solution where W is singular too, and its faces are those of c but for a few where sigma is large.
-// Its solution is the next c. sigma falls while that goes well, and rises where Newton steps do not end.
-void SmallVi::approach() {
-  double sigma = first_proximal;
-  restart();
-  centre_ = x_;
-  for (std::size_t i = 0; i < proximal_points && left(); ++i) {
-    sigma_ = sigma;
-    const double at_centre = linearise();
-    bool solved = false;
-    std::size_t steps = 0;
-    for (; steps < newton_steps && !solved && left(); ++steps) {
-      if (!newton_step()) break;
-      solved = linearise() <= inner_precision * at_centre;
-    }
-    if (!solved) {
-      sigma = std::min(sigma / proximal_fall, largest_proximal);
-      x_ = centre_;
-      evaluate(x_, u_);
-      continue;
-    }
-    centre_ = x_;
+// Along the central path, and from its end to the faces.
+void SmallVi::follow_path(double rounding) {
+  const std::size_t m = x_.size();
+  const std::size_t work_of_step = m * m * (m + 30) / 3;
+  most_work_ = work_ + path_steps * work_of_step + most_work;
+  interior_.start(*island_, law_, p_, rounding);
+  for (std::size_t i = 0; i < path_steps && result_.map > limits_.target && left(); ++i) {
+    ++result_.iterations;
+    ++result_.factorizations;
+    work_ += work_of_step;
+    if (!interior_.step()) break;
+    interior_.x(x_);
+    evaluate(x_, u_);
     keep(x_, u_);
-    if (done()) return;
-    if (steps <= few_steps) sigma = std::max(smallest_proximal, proximal_fall * sigma);
-    if (result_.map <= limits_.target) {
-      find_faces();
-      return;
-    }
   }
+  restart();
+  if (!done()) find_faces();
 }
 
 // A whole step, wherever it leads: faces are found by going there, and a shorter step would stop at the first
@@ -372,50 +351,14 @@ bool SmallVi::solve_linear() {
   }
   ++result_.factorizations;
   work_ += rows * rows * (rows + 9) / 3;
-  if (!AMONTONS_DISPATCH(solve_rows, J_.data(), rhs_.data(), rows)) return false;
+  pivots_.resize(rows);
+  if (!AMONTONS_DISPATCH(factor_rows, J_.data(), pivots_.data(), rows) ||
+      !AMONTONS_DISPATCH(solve_rows, J_.data(), pivots_.data(), rhs_.data(), rows))
+    return false;
   at = 0;
   for (std::size_t b : active_)
     for (std::size_t k = 0; k < linear_[b].dim; ++k) dx_[linear_[b].row + k] = rhs_[at++];
   return true;
-}
-
-// One sweep of projected Gauss-Seidel: each block goes some local steps towards its law, with what the others
-// are. The step 1 / lambda, lambda >= the largest eigenvalue of the block's part of W, is exact on one row.
-void SmallVi::sweep() {
-  ++result_.iterations;
-  const std::size_t m = x_.size();
-  for_each_block(island_->K, [&]<class S>(const S& set, std::size_t block, std::size_t row) {
-    constexpr int d = S::dim;
-    double change[d] = {}, lambda = 0;
-    for (int i = 0; i < d; ++i) {
-      double sum = 0;
-      for (int j = 0; j < d; ++j) sum += std::abs(island_->W[m * (row + i) + row + j]);
-      lambda = std::max(lambda, sum);
-    }
-    lambda = std::max(lambda, p_[block]);
-    for (int step = 0; step < (d > 1 ? local_steps : 1); ++step) {
-      double g[d], next[d], dx[d];
-      add_saxce_term(set, law_, &u_[row], g);
-      for (int k = 0; k < d; ++k) next[k] = x_[row + k] - g[k] / lambda;
-      set.project(next, next);
-      for (int k = 0; k < d; ++k) {
-        dx[k] = next[k] - x_[row + k];
-        change[k] += dx[k];
-        x_[row + k] = next[k];
-      }
-      for (int i = 0; i < d; ++i)
-        for (int k = 0; k < d; ++k) u_[row + i] += island_->W[m * (row + i) + row + k] * dx[k];
-    }
-    // The block's own rows know already.
-    for (int k = 0; k < d; ++k) {
-      if (change[k] == 0) continue;
-      const double* W = &island_->W[m * (row + k)];
-      for (std::size_t j = 0; j < row; ++j) u_[j] += change[k] * W[j];
-      for (std::size_t j = row + d; j < m; ++j) u_[j] += change[k] * W[j];
-    }
-  });
-  evaluate(x_, u_);
-  keep(x_, u_);
 }
 
 }  // namespace amontons

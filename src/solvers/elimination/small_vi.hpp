@@ -3,20 +3,21 @@
 #include <vector>
 
 #include "solvers/elimination/reduction.hpp"
+#include "solvers/elimination/small_interior.hpp"
 
 namespace amontons {
 
 // Solves a VI of few rows with its matrix at hand: find x in K with u = W x + q (and the De Saxce term under
 // coulomb) in the normal cone. Semismooth Newton steps on the faces of the start, a dense factorisation of
-// the rows that act each; where they do not lead on, sweeps of Gauss-Seidel and proximal points, and then the
+// the rows that act each; where they do not lead on, the central path (small_interior.hpp), and then the
 // blocks one after the other (growth.cpp). The work is bounded whatever the problem.
 class SmallVi {
  public:
   struct Limits {
-    // Natural maps in the P of the island, absolute: what is asked for, what is worth another step or two once
-    // it is reached, and what is enough where only the last way is left.
+    // Natural maps in the P of the island, absolute: what is asked for, what is worth another step or two
+    // once it is reached, and what is enough where only the last way is left.
     double target, aim, enough;
-    std::size_t iterations;  // Newton steps and sweeps together; 0: the method's own
+    std::size_t iterations;  // steps of all kinds; 0: the method's own
   };
   struct Result {
     double map;  // natural, of the x that comes back
@@ -43,17 +44,16 @@ class SmallVi {
   bool left();
   void pay();
   void find_faces();
-  void approach();
   void descend();
   void momentum_direction(double L, double& dPd, double& dPm);
   double multiply(const std::vector<double>& d, std::vector<double>& Wd);
+  void follow_path(double rounding);
   bool newton_step();
   double linearise();
   const double* product_row(const Linear& l, const double* H);
   bool solve_linear();
   void restart();
   void start_from_nothing();
-  void sweep();
   // growth.cpp
   void grow();
   void open_all();
@@ -72,12 +72,13 @@ class SmallVi {
   static constexpr double held_open = std::numeric_limits<double>::infinity();
   std::vector<double> x_, u_, dx_, centre_, trial_, trial_u_, best_;
   std::vector<Linear> linear_;
-  std::vector<std::size_t> active_;
+  std::vector<std::size_t> active_, pivots_;
+  SmallInterior interior_;
   std::vector<double> J_, rhs_, du_, HW_;
   double sigma_ = 0;
   std::size_t work_ = 0, paid_ = 0, unpaid_ = 0;  // of this solve, of those before it
-  std::size_t most_work_ = 0, growth_ = 0;  // growth: what is left of it since begin()
-  bool ended_ = false;  // no work, time or wish is left
+  std::size_t most_work_ = 0, growth_ = 0;        // growth: what is left of it since begin()
+  bool ended_ = false;                            // no work, time or wish is left
   Result result_{};
 };
 

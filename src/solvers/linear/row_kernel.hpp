@@ -25,8 +25,10 @@ AMONTONS_FOR_EACH_ISA(
                        const std::ptrdiff_t* target, double* diagonal, double* blocks);
     // The upper half of W += s Y'Y, Y six rows of n numbers, `stride` apart; rows of W lie `m` apart.
     void add_gram(double* W, std::size_t m, const double* Y, std::size_t stride, std::size_t n, double s);
-    // x of A x = b in b, by elimination with row pivots; A m x m, row-major, is overwritten. False if
+    // A = P L U with row pivots, in place; A m x m, row-major, unit diagonal of L not stored. False if
     // singular.
-    bool solve_rows(double* A, double* b, std::size_t m);)
+    bool factor_rows(double* A, std::size_t* pivots, std::size_t m);
+    // x of A x = b in b, from these factors. False if it is not finite.
+    bool solve_rows(const double* A, const std::size_t* pivots, double* b, std::size_t m);)
 
 }  // namespace amontons

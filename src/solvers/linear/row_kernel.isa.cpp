@@ -193,35 +193,43 @@ void add_gram(double* W, std::size_t m, const double* Y, std::size_t stride, std
   }
 }
 
-// Row pivots alone: rows of (G + H W) differ in scale by the laws of their blocks, columns do not. The last
-// test is false for infinities, too.
-bool solve_rows(double* A, double* b, std::size_t m) {
+// Row pivots alone: rows of (G + H W) differ in scale by the laws of their blocks, columns do not.
+bool factor_rows(double* A, std::size_t* pivots, std::size_t m) {
   for (std::size_t k = 0; k < m; ++k) {
     std::size_t best = k;
     for (std::size_t i = k + 1; i < m; ++i)
       if (size(A[m * i + k]) > size(A[m * best + k])) best = i;
+    pivots[k] = best;
     double* pivot = A + m * k;
     if (best != k) {
       double* other = A + m * best;
-      for (std::size_t j = k; j < m; ++j) {
+      for (std::size_t j = 0; j < m; ++j) {
         const double t = pivot[j];
         pivot[j] = other[j];
         other[j] = t;
       }
-      const double t = b[k];
-      b[k] = b[best];
-      b[best] = t;
     }
     if (!(size(pivot[k]) > 0)) return false;
     const double inverse = 1 / pivot[k];
     for (std::size_t i = k + 1; i < m; ++i) {
       double* row = A + m * i;
       if (row[k] == 0) continue;
-      const double f = row[k] * inverse;
-      subtract_scaled(row + k + 1, pivot + k + 1, f, m - k - 1);
-      b[i] -= f * b[k];
+      row[k] *= inverse;
+      subtract_scaled(row + k + 1, pivot + k + 1, row[k], m - k - 1);
     }
   }
+  return true;
+}
+
+// The last test is false for infinities, too.
+bool solve_rows(const double* A, const std::size_t* pivots, double* b, std::size_t m) {
+  for (std::size_t k = 0; k < m; ++k) {
+    const double t = b[pivots[k]];
+    b[pivots[k]] = b[k];
+    b[k] = t;
+  }
+  for (std::size_t i = 0; i < m; ++i)
+    for (std::size_t k = 0; k < i; ++k) b[i] -= A[m * i + k] * b[k];
   for (std::size_t k = m; k-- > 0;) {
     double sum = b[k];
     for (std::size_t j = k + 1; j < m; ++j) sum -= A[m * k + j] * b[j];

@@ -23,8 +23,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <tuple>
 
+#include "amontons/sets/barriers.hpp"
 #include "amontons/solvers/driver/driver.hpp"
 #include "amontons/solvers/driver/phases.hpp"
 #include "amontons/solvers/first_order/spg.hpp"
@@ -57,14 +57,6 @@ constexpr double start_margin = 1e-3;
 // A scale whose square would underflow: b and the natural map at zero vanish, and x~ = x will do.
 constexpr double smallest_scale = 1e-145;
 
-// A vector of barriers for each set of K, as K itself is stored.
-template <class List>
-struct BarrierStorage;
-template <class... S>
-struct BarrierStorage<SetList<S...>> {
-  std::tuple<std::vector<typename S::Barrier>...> of;
-};
-
 class InteriorPoint : public VectorIterate {
  public:
   static constexpr const char* name = "interior-point";
@@ -78,13 +70,9 @@ class InteriorPoint : public VectorIterate {
   // f(barrier, block, row) for every block, dim by the template parameter.
   template <class F>
   void each(F&& f) {
-    std::size_t count[set_kinds] = {};
-    for (const SetRun& run : problem.K.runs())
-      visit_kind(run.kind, [&]<class S>() {
-        auto& barriers = std::get<kind_of<S>>(barriers_.of);
-        for (std::size_t i = 0; i < run.count; ++i)
-          f.template operator()<S::dim>(barriers[count[run.kind]++], run.block + i, run.row + S::dim * i);
-      });
+    barriers_.each(problem.K, [&]<class S>(const S&, auto& barrier, std::size_t block, std::size_t row) {
+      f.template operator()<S::dim>(barrier, block, row);
+    });
   }
   void make_barriers();
   void factor(auto&& scale);
@@ -97,7 +85,7 @@ class InteriorPoint : public VectorIterate {
   std::optional<ShiftedSystem> system_;
   // The iterate (x~, u~) and the last direction; x and u of VectorIterate follow: x is that of the barriers,
   // u = A x + b is not the dual iterate, which meets it in the limit only.
-  BarrierStorage<Sets> barriers_;
+  Barriers barriers_;
   // scale_, map_: the natural map at zero and at the iterate. beta_: the former per block. degree_: the
   // number of complementarity products.
   double beta_ = 1, degree_ = 0, scale_ = 1, map_ = 0;
@@ -112,9 +100,7 @@ void InteriorPoint::make_barriers() {
   beta_ = scale_ / std::sqrt(std::max<double>(1, problem.K.blocks()));
   if (beta_ < smallest_scale) beta_ = 1;
   for (double p : problem.P) unit_.push_back(beta_ / std::sqrt(p));
-  for_each_block(problem.K, [&]<class S>(const S& set, std::size_t block, std::size_t) {
-    std::get<kind_of<S>>(barriers_.of).emplace_back(set, unit_[block]);
-  });
+  barriers_.make(problem.K, unit_);
   each([&]<int dim>(auto& barrier, std::size_t, std::size_t) { degree_ += barrier.degree(); });
 }
 
@@ -169,11 +155,10 @@ void InteriorPoint::form_x() {
 // The De Saxce term follows the dual iterate u~, which moves smoothly along the central path; A x + b is
 // rough until the end.
 void InteriorPoint::correct() {
-  std::size_t count[set_kinds] = {};
-  for_each_block(problem.K, [&]<class S>(const S& set, std::size_t block, std::size_t) {
+  barriers_.each(problem.K, [&]<class S>(const S& set, auto& barrier, std::size_t block, std::size_t) {
     if constexpr (S::frictional) {
       double dual[S::dim];
-      std::get<kind_of<S>>(barriers_.of)[count[kind_of<S>]++].dual(dual);
+      barrier.dual(dual);
       for (double& v : dual) v *= beta_ * beta_ / unit_[block];
       correction_[block] = set.saxce(dual);
     }
