@@ -40,6 +40,8 @@ constexpr std::size_t unwatched_work = 5'000;
 constexpr double small_multiplications = 0.5 * Patience::multiplications;
 // Of the work that is left (Patience), for growth: what it does not solve has other ways, which need theirs.
 constexpr double share_of_growth = 0.05;
+// Of the same, for a path that does not end: where it is more, the path is not begun.
+constexpr double share_of_path = 0.4;
 
 }  // namespace
 
@@ -170,6 +172,8 @@ void SmallVi::find_faces() {
 void SmallVi::follow_path(double rounding) {
   const std::size_t m = x_.size();
   const std::size_t work_of_step = m * m * (m + 30) / 3;
+  const double left_to_all = std::max(0.0, Patience::work_left()) * small_multiplications;
+  if (static_cast<double>(path_steps * work_of_step) > share_of_path * left_to_all) return;
   most_work_ = work_ + path_steps * work_of_step + most_work;
   interior_.start(*island_, law_, p_, rounding);
   for (std::size_t i = 0; i < path_steps && result_.map > limits_.target && left(); ++i) {
