@@ -27,6 +27,8 @@ constexpr double proximal = 1e-7, smallest_proximal = 1e-13;
 constexpr double slow = 0.1, proximal_fall = 0.1;
 // Along the central path: one that ends at a solution takes ten to twenty.
 constexpr std::size_t path_steps = 30;
+// Of its mu, one after the other: how far the kink of the De Saxce term is rounded off. Each ends at a
+// solution of some problems where the other goes astray.
 constexpr double roundings[] = {0.3, 0.03};
 // Gradient steps from nothing before the first faces: they share loads evenly where those are not determined.
 constexpr std::size_t cold_descent = 24;
