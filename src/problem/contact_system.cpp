@@ -13,7 +13,7 @@ namespace amontons {
 namespace {
 
 double dot6(const std::array<double, 6>& j, const double* v) {
-  return j[0] * v[0] + j[1] * v[1] + j[2] * v[2] + j[3] * v[3] + j[4] * v[4] + j[5] * v[5];
+  return (j[0] * v[0] + j[2] * v[2] + j[4] * v[4]) + (j[1] * v[1] + j[3] * v[3] + j[5] * v[5]);
 }
 
 void axpy6(double x, const std::array<double, 6>& j, double* f) {

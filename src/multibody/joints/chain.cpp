@@ -7,6 +7,12 @@
 namespace amontons {
 namespace {
 
+// The rotation by an angle about a unit axis.
+Quat turn_about(const Vec3& axis, double angle) {
+  const double c = std::cos(0.5 * angle), s = std::sin(0.5 * angle);
+  return {c, s * axis.x, s * axis.y, s * axis.z};
+}
+
 // The columns of the spatial Jacobian: dof i moves A about or along its axis as the dofs before it have
 // placed that axis, T'(q) T^-1 = sum_i Ad(exp(s_1 q_1) ... exp(s_(i-1) q_(i-1))) s_i q'_i. `t` becomes T(q);
 // slides are complete, of hinges `points` is where the axis passes.
@@ -23,7 +29,7 @@ void place_axes(const Joint& joint, std::span<const double> q, std::array<Screw,
     points[i] = t(dof.anchor);
     screws[i] = {{}, axis};
     // exp of a hinge: the rotation about a point p is x -> p + R (x - p).
-    const Quat rotation = exponential(q[i] * dof.axis);
+    const Quat rotation = turn_about(dof.axis, q[i]);
     t = t * Transform{dof.anchor - rotate(rotation, dof.anchor), rotation};
   }
 }
@@ -67,28 +73,6 @@ bool cholesky(std::array<Vec6, 6>& n, std::size_t k, double shift) {
   return true;
 }
 
-// The factor of the Gram matrix of unit columns. Near a singular pose (gimbal lock) it is damped in
-// proportion to the manipulability sqrt(det N), and only there: Nakamura and Hanafusa, "Inverse kinematic
-// solutions with singularity robustness for robot manipulator control", J. Dyn. Sys. Meas. Control 108
-// (1986).
-//
-// With the columns of unit length sqrt(det N) is 1 for axes at right angles and 0 where two coincide. The
-// damping, relative to the unit diagonal of N, grows from 0 at `regular` to `largest_damping` at the singular
-// pose itself; 1e-15 more keeps the factor finite for axes that are equal.
-void damped_factor(std::array<Vec6, 6>& n, std::size_t k) {
-  constexpr double regular = 1e-3, largest_damping = 1e-6;
-  const std::array<Vec6, 6> gram = n;
-  double manipulability = 0;
-  if (cholesky(n, k, 0)) {
-    manipulability = 1;
-    for (std::size_t i = 0; i < k; ++i) manipulability *= n[i][i];
-  }
-  if (manipulability >= regular) return;
-  const double s = 1 - manipulability / regular;
-  n = gram;
-  cholesky(n, k, largest_damping * s * s + 1e-15);
-}
-
 // Column i of (L L')^-1: L y = e_i forwards, L' y = y backwards.
 Vec6 inverse_column(const std::array<Vec6, 6>& L, std::size_t k, std::size_t i) {
   Vec6 y{};
@@ -102,6 +86,46 @@ Vec6 inverse_column(const std::array<Vec6, 6>& L, std::size_t k, std::size_t i) 
     y[r] /= L[r][r];
   }
   return y;
+}
+
+// (N + shift 1)^-1 of the Gram matrix of unit columns. Near a singular pose (gimbal lock) it is damped in
+// proportion to the manipulability sqrt(det N), and only there: Nakamura and Hanafusa, "Inverse kinematic
+// solutions with singularity robustness for robot manipulator control", J. Dyn. Sys. Meas. Control 108
+// (1986).
+//
+// With the columns of unit length sqrt(det N) is 1 for axes at right angles and 0 where two coincide. The
+// damping, relative to the unit diagonal of N, grows from 0 at `regular` to `largest_damping` at the singular
+// pose itself; 1e-15 more keeps the factor finite for axes that are equal.
+constexpr double regular = 1e-3, largest_damping = 1e-6;
+
+void damped_inverse(const std::array<Vec6, 6>& gram, std::size_t k, std::array<Vec6, 6>& out) {
+  std::array<Vec6, 6> n = gram;
+  double manipulability = 0;
+  if (cholesky(n, k, 0)) {
+    manipulability = 1;
+    for (std::size_t i = 0; i < k; ++i) manipulability *= n[i][i];
+  }
+  if (manipulability < regular) {
+    const double s = 1 - manipulability / regular;
+    n = gram;
+    cholesky(n, k, largest_damping * s * s + 1e-15);
+  }
+  for (std::size_t i = 0; i < k; ++i) out[i] = inverse_column(n, k, i);
+}
+
+// The same of two or three columns, of nearly all joints: by cofactors, with one division.
+bool invert_small(const std::array<Vec6, 6>& n, std::size_t k, std::array<Vec6, 6>& out) {
+  if (k > 3) return false;
+  const double xy = n[1][0], xz = k == 3 ? n[2][0] : 0, yz = k == 3 ? n[2][1] : 0;
+  const double xx = n[0][0], yy = n[1][1], zz = k == 3 ? n[2][2] : 1;
+  const double a = yy * zz - yz * yz, b = xz * yz - xy * zz, c = xy * yz - xz * yy;
+  const double det = xx * a + xy * b + xz * c;
+  if (!(det >= regular * regular)) return false;
+  const double s = 1 / det;
+  out[0] = {s * a, s * b, s * c};
+  out[1] = {s * b, s * (xx * zz - xz * xz), s * (xy * xz - xx * yz)};
+  out[2] = {s * c, s * (xy * xz - xx * yz), s * (xx * yy - xy * xy)};
+  return true;
 }
 
 // Screws that are pure translations or pure rotations about the reference, by kind.
@@ -181,20 +205,23 @@ std::size_t complement6(const std::array<Vec6, 6>& columns, std::size_t count, s
     const double left = basis.orthogonalise(v);
     if (left > dependent * before) basis.keep(v, left);
   }
+  // Of the unit vector e_i this is the square of what is across the basis: 1 - sum_j <e_i, v_j>^2.
+  Vec6 across;
+  for (int i = 0; i < 6; ++i) {
+    across[i] = 1;
+    for (std::size_t j = 0; j < basis.n; ++j) across[i] -= basis.vectors[j][i] * basis.vectors[j][i];
+  }
   const std::size_t wanted = dimension > count ? dimension - count : 0;
   for (std::size_t found = 0; found < wanted; ++found) {
-    Vec6 best{};
-    double best_size = 0;
-    for (std::size_t e = 0; e < dimension; ++e) {
-      Vec6 v{};
-      v[e] = 1;
-      const double left = basis.orthogonalise(v);
-      // A candidate must be clearly better, so that rounding does not choose between equal ones.
-      if (!(left > best_size + 1e-6)) continue;
-      best = v;
-      best_size = left;
-    }
-    out[found] = basis.keep(best, best_size);
+    std::size_t best = 0;
+    // A candidate must be clearly better, so that rounding does not choose between equal ones.
+    for (std::size_t e = 1; e < dimension; ++e)
+      if (across[e] > across[best] + 1e-6) best = e;
+    Vec6 v{};
+    v[best] = 1;
+    const double left = basis.orthogonalise(v);
+    out[found] = basis.keep(v, left);
+    for (int i = 0; i < 6; ++i) across[i] -= out[found][i] * out[found][i];
   }
   return wanted;
 }
@@ -202,7 +229,7 @@ std::size_t complement6(const std::array<Vec6, 6>& columns, std::size_t count, s
 // One hinge: T(q) leaves the points of its axis where they are, the reference among them.
 ChainKinematics hinge_kinematics(const Dof& dof, const Transform& relative, double q) {
   ChainKinematics chain;
-  const Quat turn = exponential(q * dof.axis);
+  const Quat turn = turn_about(dof.axis, q);
   chain.dofs = 1;
   chain.target = {dof.anchor - rotate(turn, dof.anchor), turn};
   chain.reference = dof.anchor;
@@ -255,8 +282,9 @@ std::array<Screw, 6> dual_wrenches(const ChainKinematics& chain, double length) 
     duals[0] = {(s / length) * Vec3{c[0], c[1], c[2]}, s * Vec3{c[3], c[4], c[5]}};
     return duals;
   }
-  std::array<Vec6, 6> columns, n{};
-  Vec6 unit{};  // U
+  std::array<Vec6, 6> columns, n;
+  Vec6 unit;  // U
+  const double per_length = 1 / length;
   for (std::size_t i = 0; i < k; ++i) {
     columns[i] = column(chain, i, length);
     // A hinge through the origin of frame_a of a ball has no displacement there: its rate is undetermined,
@@ -268,13 +296,16 @@ std::array<Screw, 6> dual_wrenches(const ChainKinematics& chain, double length) 
     if (size == 0) n[i][i] = 1;
   }
   // y is column i of N^-1; dual_i = C y u_i, taken back to the units of forces and torques.
-  damped_factor(n, k);
+  std::array<Vec6, 6> inverse;
+  if (!invert_small(n, k, inverse)) damped_inverse(n, k, inverse);
   for (std::size_t i = 0; i < k; ++i) {
-    const Vec6 y = inverse_column(n, k, i);
+    const Vec6& y = inverse[i];
     Vec6 p{};
-    for (std::size_t j = 0; j < k; ++j)
-      for (int c = 0; c < 6; ++c) p[c] += unit[i] * y[j] * columns[j][c];
-    duals[i] = {Vec3{p[0], p[1], p[2]} / length, {p[3], p[4], p[5]}};
+    for (std::size_t j = 0; j < k; ++j) {
+      const double f = unit[i] * y[j];
+      for (int c = 0; c < 6; ++c) p[c] += f * columns[j][c];
+    }
+    duals[i] = {per_length * Vec3{p[0], p[1], p[2]}, {p[3], p[4], p[5]}};
   }
   return duals;
 }

@@ -62,7 +62,7 @@ Fit fit(const Joint& joint, const Transform& relative, double length, std::span<
 // angle of the rotation that is left.
 double hinge_angle(const Quat& rotation, const Vec3& axis, double near) {
   const double angle = 2 * std::atan2(dot(rotation.vector(), axis), rotation.w);
-  return near + std::remainder(angle - near, 2 * pi);
+  return std::abs(angle - near) <= pi ? angle : near + std::remainder(angle - near, 2 * pi);
 }
 
 // Where the first angle of a hinge lies outside its limits but a full turn away inside. Poses know angles but

@@ -40,6 +40,13 @@ double combined(FrictionRule rule, double a, double b) {
   return 0.5 * (a + b);
 }
 
+std::vector<Mat3> inverse_inertias(const std::vector<Body>& bodies) {
+  std::vector<Mat3> all;
+  for (const Body& body : bodies)
+    all.push_back(body.motion == Motion::dynamic ? inverse(body.inertia) : Mat3{});
+  return all;
+}
+
 }  // namespace
 
 Model::Model(ModelDescription description) : d_(std::move(description)) {
@@ -48,6 +55,7 @@ Model::Model(ModelDescription description) : d_(std::move(description)) {
   // pairs.
   for (const Body& body : d_.bodies)
     if (body.motion == Motion::dynamic) total_mass_ += body.mass;
+  inverse_inertia_ = inverse_inertias(d_.bodies);
   length_ = median_radius(*this);
   first_dof_.push_back(0);
   for (const Joint& joint : d_.joints) {

@@ -24,24 +24,26 @@ constexpr double of_motion = 1e-3, of_gravity = 0.1, of_change = 1e-2;
 constexpr double of_loads = 1e-6;
 
 // Of an impulse along a row or at a contact: the work that can only dissipate less the work on bodies that
-// impulses move. Where no other moves that is nothing, to the last bit.
+// impulses move. Where no other moves (`driven`) that is nothing, and what can only dissipate need not be
+// looked at.
 double beyond_bodies(bool dissipates, double of_all, double of_moved) {
   return dissipates ? of_all - of_moved : -of_moved;
 }
 
-double contacts_beyond_bodies(const EnergyInput& in, const EnergyScratch& mean) {
+double contacts_beyond_bodies(const EnergyInput& in, const EnergyScratch& mean, bool driven) {
   const auto& contacts = std::get<ContactSystem>(in.problem.A).contacts;
   double work = 0;
   for (std::size_t i = 0; i < contacts.size(); ++i) {
     const Contact& c = contacts[i];
+    // A compliant contact is a spring, which gives back what it has.
+    const bool dissipates = !(c.material.compliance > 0);
+    if (dissipates && !driven && c.surface_velocity == Vec3{}) continue;
     const ContactImpulse impulse = to_world(c, &in.solution.x[in.problem.graph.first_row[i]]);
     const auto along = [&](const ContactImpulse& u) {
       return dot(impulse.linear, u.linear) + dot(impulse.angular, u.angular);
     };
     ContactImpulse moved = relative_motion(c, mean.moved);
     moved.linear -= c.surface_velocity;
-    // A compliant contact is a spring, which gives back what it has.
-    const bool dissipates = !(c.material.compliance > 0);
     work += beyond_bodies(dissipates, along(relative_motion(c, mean.all)), along(moved));
   }
   return work;
@@ -56,7 +58,7 @@ double closing_work(const EnergyInput& in) {
   return in.closing * impulses;
 }
 
-double joints_beyond_bodies(const EnergyInput& in, const EnergyScratch& mean) {
+double joints_beyond_bodies(const EnergyInput& in, const EnergyScratch& mean, bool driven) {
   const std::size_t first = in.problem.rows() - in.rows.tags.size();
   double work = 0;
   for (std::size_t i = 0; i < in.rows.tags.size(); ++i) {
@@ -66,6 +68,7 @@ double joints_beyond_bodies(const EnergyInput& in, const EnergyScratch& mean) {
     // A row over many bodies is several over auxiliary ones, whose work is counted by none.
     const bool whole = std::max(row.body_a, row.body_b) < static_cast<Index>(mean.all.size());
     const bool dissipates = whole && (passive || in.rows.tags[i].kind == RowKind::friction);
+    if (dissipates && !driven) continue;
     work += in.solution.x[first + i] *
             beyond_bodies(dissipates, row_velocity(row, mean.all), row_velocity(row, mean.moved));
   }
@@ -80,9 +83,13 @@ double joints_beyond_bodies(const EnergyInput& in, const EnergyScratch& mean) {
 EnergyBalance energy_balance(const EnergyInput& in, EnergyScratch& mean) {
   mean.all = in.start;
   mean.moved.assign(in.start.size(), {});
-  double kinetic = 0, gravity = 0, recovered = 0, changed = 0, driven = 0, work = 0;
+  double kinetic = 0, gravity = 0, recovered = 0, changed = 0, loads = 0, work = 0;
+  bool driven = false;
   for (std::size_t i = 0; i < mean.all.size(); ++i) {
-    if (!in.model.is_dynamic(static_cast<Index>(i))) continue;
+    if (!in.model.is_dynamic(static_cast<Index>(i))) {
+      driven |= !(in.start[i].linear == Vec3{} && in.start[i].angular == Vec3{});
+      continue;
+    }
     const double mass = in.model.description().bodies[i].mass;
     const Mat3& inertia = in.frames[i].inertia;
     const auto product = [&](const BodyVelocity& v, const BodyVelocity& w) {
@@ -99,12 +106,12 @@ EnergyBalance energy_balance(const EnergyInput& in, EnergyScratch& mean) {
     work += product(mean.all[i], less(in.after[i], in.free[i]));
     kinetic += 0.5 * (product(start, start) + product(after, after));
     changed += 0.5 * product(change, change);
-    driven += 0.5 * product(load, load);
+    loads += 0.5 * product(load, load);
     gravity += 0.5 * mass * norm_squared(in.dt * in.model.description().gravity);
     recovered += 0.5 * mass * in.recovery * in.recovery;
   }
-  return {work + contacts_beyond_bodies(in, mean) + joints_beyond_bodies(in, mean),
-          of_motion * kinetic + of_gravity * gravity + of_change * changed + of_loads * driven + recovered +
+  return {work + contacts_beyond_bodies(in, mean, driven) + joints_beyond_bodies(in, mean, driven),
+          of_motion * kinetic + of_gravity * gravity + of_change * changed + of_loads * loads + recovered +
               std::min(closing_work(in), of_gravity * gravity)};
 }
 

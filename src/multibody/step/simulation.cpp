@@ -429,7 +429,7 @@ std::optional<Simulation::Attempt> Simulation::advance(double h, const Attempt& 
   s.vi.x0.clear();
   s.vi.turns.added.clear();
   if (options_.warm_start) warm_start(model, state_, h, s.frames, contacts_, s.vi);
-  if (!damped) {
+  if (!damped && !contacts_.empty()) {
     predict(s.start, s.free, s.vi, s.after);
     turn_contacts({model, s.frames, s.after, h, margin()}, s.free, enough_of_a_turn(model, h), s.finder,
                   s.vi.turns, *s.vi.problem);

@@ -20,6 +20,8 @@ class Model {
   // Coordinates of joint j are entries [first_dof(j), first_dof(j + 1)) of State::coordinates.
   std::size_t first_dof(std::size_t joint) const { return first_dof_[joint]; }
   const Body& body(Index i) const { return d_.bodies[i]; }
+  // Of body axes; zero of a body that is not dynamic.
+  const Mat3& inverse_inertia(Index i) const { return inverse_inertia_[i]; }
   const Joint& joint(Index j) const { return d_.joints[j]; }
   const Geom& geom(Index g) const { return d_.geoms[g]; }
   // Actuators on a dof (global index), on a tendon, and on nothing of these, in the order of the model.
@@ -53,6 +55,7 @@ class Model {
   std::vector<std::pair<Index, Index>> excluded_geoms_;              // the same of geoms
   std::vector<std::pair<std::pair<Index, Index>, Material>> pairs_;  // sorted geom pairs
   std::vector<double> rest_offset_;
+  std::vector<Mat3> inverse_inertia_;
   double length_ = 1, total_mass_ = 0;
 };
 
