@@ -20,7 +20,7 @@ def work_of(report):
 
 
 # Breaks when a step that cannot be solved works on without bound, leaves its state, or ends otherwise the
-# next time: its limit counts work, and no time. Half of it is for one solve; an iteration may be long.
+# next time: its limit counts work, and no time. A share of it is for one solve; an iteration may be long.
 def test_step_that_cannot_be_solved_ends():
     def made():
         sim = hopeless()

@@ -121,8 +121,9 @@ bool resolve_impacts(const ImpactInput& in, BodyVelocities& v, std::vector<Conta
     const bool elastic = approaching(contacts, v, in.threshold, h, index);
     // Without restitution there is nothing to reflect, and the step stops what approaches.
     if (index.empty() || (reflection == 0 && !elastic)) return reflection > 0;
-    // What bounces no more for want of time is stopped by the step, too.
-    if (reflection > 0 && (in.solver.clock.over() || Patience::exhausted())) break;
+    // What bounces no more for want of time, or as nobody found how, is stopped by the step, too.
+    const bool missed = report.status != Status::converged;
+    if (reflection > 0 && (in.solver.clock.over() || Patience::exhausted() || missed)) break;
     if (reflection == 0) locked = locked_rows(in, v);
     active.clear();
     for (std::size_t i : index) active.push_back(contacts[i]);

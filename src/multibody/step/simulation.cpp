@@ -165,11 +165,11 @@ std::optional<Simulation::Attempt> Simulation::try_step(const Attempt& attempt, 
   return next ? next : next_attempt(attempt, clock, report);
 }
 
-// Where steps have missed their tolerance, those that follow mostly do: they have a share of the work until
-// one is solved, but for the second, the fourth, the eighth and so on in a row, which find out whether more
-// helps.
+// Where attempts at steps have missed their tolerance, those that follow mostly do: they have a share of the
+// work until one is solved, but for the second, the fourth, the eighth and so on in a row, which find out
+// whether more helps.
 double Simulation::work_limit() const {
-  constexpr double share = 0.1;
+  constexpr double share = 0.2;
   const double whole = most_work(contacts_.size() + 6 * model_->joints());
   return state_.unsolved == 0 || std::has_single_bit(state_.unsolved) ? whole : share * whole;
 }
@@ -184,7 +184,8 @@ std::optional<Simulation::Attempt> Simulation::next_attempt(Attempt last, const 
   if ((solved && report.balanced) || Patience::work_left() < least_share * work_limit() ||
       clock.over(t.assembly + t.collision + t.integration))
     return {};
-  if (!report.balanced && (!last.damped || last.recovers)) return Attempt{1, true, false};
+  // What velocities cannot take back, joints may forbid; and energy has other ways to be too much.
+  if (last.recovers || (!report.balanced && !last.damped)) return Attempt{1, true, false};
   if (last.parts >= std::max(options_.max_substeps, report.balanced ? 1 : most_repairs)) return {};
   last.parts *= 2;
   return last;
@@ -202,10 +203,12 @@ void Simulation::make_step(Report& report) {
   s.before = state_;
   const bool by_velocities = options_.recovery == Recovery::velocity;
   Attempt attempt{1, by_velocities, by_velocities};
+  bool missed = false;  // by any attempt
   for (;;) {
     std::optional<Attempt> next;
     try {
       next = try_step(attempt, clock, report);
+      missed = missed || report.status != Status::converged;
     } catch (...) {
       state_ = s.before;
       throw;
@@ -224,7 +227,7 @@ void Simulation::make_step(Report& report) {
   if (report.advanced) {
     ++state_.steps;
     // What came too late says nothing of the work.
-    if (report.status == Status::converged)
+    if (!missed)
       state_.unsolved = 0;
     else if (report.status != Status::deadline)
       ++state_.unsolved;

@@ -122,8 +122,10 @@ double most_work(std::size_t blocks) {
   return least + per_pair * n * std::min(n, large);
 }
 
-Patience share_of_step() {
-  return Patience(infinity, {}, Patience::Catches::no, 0.5 * Patience::work_left());
+Patience share_of_step(bool missed) {
+  constexpr double most = 0.4, after_a_miss = 0.1;
+  return Patience(infinity, {}, Patience::Catches::no,
+                  (missed ? after_a_miss : most) * Patience::work_left());
 }
 
 // Four cases, from the residual of the start: far from a solution (solve), near enough (accept), many rows
@@ -165,7 +167,7 @@ static Solution solve_seen(const StepSolver& solver, const Problem& problem, std
 Solution solve_step(const StepSolver& solver, const Problem& problem, std::span<const double> x0,
                     Solution memory) {
   if (problem.rows() == 0) return nothing();
-  const Patience share = share_of_step();
+  const Patience share = share_of_step(solver.missed);
   return with_unseen(solver, problem, solve_seen(solver, problem, x0, std::move(memory)));
 }
 

@@ -54,9 +54,11 @@ void solve_and_look(const Model& model, const StepBodies& bodies, const Assembly
                            [&](const Vec3& turn) { return norm(turn) > enough; })
                    ? 2
                    : 0;
+  solver.missed = report.status != Status::converged;
   for (int detections = 0;; ++detections) {
     vi.solution = solve_step(solver, *vi.problem, vi.x0, std::move(vi.solution));
     solver.again = true;
+    solver.missed = solver.missed || vi.solution.status != Status::converged;
     after = bodies.free;
     apply_impulses(*vi.problem, vi.solution.x, after);
     solver.clock.lap(report.timings.solve);
