@@ -11,6 +11,15 @@ function(amontons_settings target)
     -ffp-contract=off
     # Square roots are instructions: nobody asks for errno. No value changes.
     -fno-math-errno)
+  # Functions are not replaced by those of another library: they may be inlined, and within the module of Python,
+  # which takes the static library in, they are called directly and not by way of a table.
+  check_cxx_compiler_flag(-fno-semantic-interposition AMONTONS_HAS_NO_INTERPOSITION)
+  if(AMONTONS_HAS_NO_INTERPOSITION)
+    target_compile_options(${target} PRIVATE -fno-semantic-interposition)
+  endif()
+  if(NOT BUILD_SHARED_LIBS)
+    set_target_properties(${target} PROPERTIES CXX_VISIBILITY_PRESET hidden VISIBILITY_INLINES_HIDDEN ON)
+  endif()
   # GCC copies structures of this size with `rep movsq`, whose start takes as long as a contact (368 bytes) in
   # vector registers; contacts are copied into the problem and the state in every step.
   check_cxx_compiler_flag(-mmemcpy-strategy=vector_loop:512:noalign,libcall:-1:noalign AMONTONS_HAS_VECTOR_COPY)

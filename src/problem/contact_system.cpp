@@ -134,10 +134,16 @@ void add_impulses(const ContactSystem& A, std::span<const double> x, std::span<d
     if (c.body_a >= 0) add_wrench(&w[6 * c.body_a], f.linear, cross(c.r_a, f.linear) + f.angular, 1);
     if (c.body_b >= 0) add_wrench(&w[6 * c.body_b], f.linear, cross(c.r_b, f.linear) + f.angular, -1);
   }
-  for (const JacobianRow& j : A.jacobian) {
-    if (j.body_a >= 0) axpy6(x[row], j.a, &w[6 * j.body_a]);
-    if (j.body_b >= 0) axpy6(x[row], j.b, &w[6 * j.body_b]);
-    ++row;
+  // Rows of a joint stand together: their sum stays in registers.
+  for (std::size_t i = 0; i < A.jacobian.size();) {
+    const Index a = A.jacobian[i].body_a, b = A.jacobian[i].body_b;
+    std::array<double, 6> on_a{}, on_b{};
+    for (; i < A.jacobian.size() && A.jacobian[i].body_a == a && A.jacobian[i].body_b == b; ++i, ++row) {
+      axpy6(x[row], A.jacobian[i].a, on_a.data());
+      axpy6(x[row], A.jacobian[i].b, on_b.data());
+    }
+    if (a >= 0) axpy6(1, on_a, &w[6 * a]);
+    if (b >= 0) axpy6(1, on_b, &w[6 * b]);
   }
 }
 

@@ -6,12 +6,13 @@
 namespace amontons::collision {
 
 // Over all corners, or for large hulls uphill along the edges: a local maximum of a linear function on a
-// convex body is the maximum. The walk visits about the root of the number of corners, but each step jumps
-// through memory and waits for a comparison.
+// convex body is the maximum. The walk begins at the corner of the nearest of 26 directions, as each of its
+// steps jumps through memory and waits for a comparison.
 std::int32_t extreme_corner(const ConvexHull& hull, const Vec3& direction) {
   constexpr std::size_t few = 48;
-  std::int32_t best = 0;
-  double height = dot(hull.vertices[0], direction);
+  const bool walks = hull.vertices.size() > few;
+  std::int32_t best = walks ? hull.start[search_start(direction)] : 0;
+  double height = dot(hull.vertices[best], direction);
   const auto climbs_to = [&](std::int32_t i) {
     const double h = dot(hull.vertices[i], direction);
     if (!(h > height)) return false;
@@ -19,7 +20,7 @@ std::int32_t extreme_corner(const ConvexHull& hull, const Vec3& direction) {
     best = i;
     return true;
   };
-  if (hull.vertices.size() <= few) {
+  if (!walks) {
     // Straight through memory is faster than the walk until there are many.
     for (std::size_t i = 1; i < hull.vertices.size(); ++i) climbs_to(static_cast<std::int32_t>(i));
     return best;

@@ -225,6 +225,16 @@ void set_neighbours(ConvexHull& hull) {
   for (auto& list : hull.neighbours) std::sort(list.begin(), list.end());
 }
 
+// The extreme corner along each vector of -1, 0 and 1.
+void set_starts(ConvexHull& hull) {
+  for (int i = 0; i < 27; ++i) {
+    const Vec3 d{i / 9 - 1.0, i / 3 % 3 - 1.0, i % 3 - 1.0};
+    for (std::size_t k = 1; k < hull.vertices.size(); ++k)
+      if (dot(hull.vertices[k], d) > dot(hull.vertices[hull.start[i]], d))
+        hull.start[i] = static_cast<std::int32_t>(k);
+  }
+}
+
 // No corner may lie beyond any face, up to what merging coplanar triangles has moved the planes. That every
 // point lies behind every face is convexity itself; testing across edges alone would miss surfaces that wind
 // around twice.
@@ -258,6 +268,13 @@ double check_volume(std::span<const Vec3> vertices, std::span<const Triangle> tr
 
 }  // namespace
 
+// Half of the largest component is between 0 and 1.
+std::size_t search_start(const Vec3& d) {
+  const double half = 0.5 * std::max({std::abs(d.x), std::abs(d.y), std::abs(d.z)});
+  const auto sign = [&](double c) { return std::size_t{1} + (c > half) - (c < -half); };
+  return 9 * sign(d.x) + 3 * sign(d.y) + sign(d.z);
+}
+
 Hull make_hull(std::span<const Vec3> vertices, std::span<const Triangle> triangles) {
   check_input(vertices, triangles);
   const std::vector<HalfEdge> edges = sorted_edges(triangles);
@@ -272,6 +289,7 @@ Hull make_hull(std::span<const Vec3> vertices, std::span<const Triangle> triangl
   keep_corners(vertices, trace_rims(triangles, edges, group, groups), *hull);
   set_planes(*hull);
   set_neighbours(*hull);
+  set_starts(*hull);
   for (const Vec3& p : hull->vertices) {
     include(hull->box, p);
     hull->radius = std::max(hull->radius, norm(p));

@@ -31,12 +31,12 @@ struct Fit {
 // solution over the screws is dq_i = <dual_i, error>.
 Fit fit(const Joint& joint, const Transform& relative, double length, std::span<double> q) {
   // From the coordinates of the last step a few steps are enough; the rest is for searches from afar. Steps
-  // grow smaller by the error that the joint has and by their own size: after one below 1e-9 what is left is
-  // of the size of rounding, and coordinates do not creep in a scene at rest, where every step makes one
-  // more.
+  // grow smaller by the error that the joint has and by their own size: after one below 1e-7 what is left is
+  // of the size of rounding, or beside the error nothing, and coordinates do not creep in a scene at rest,
+  // where every step makes one more.
   constexpr int most_steps = 25;
   constexpr double largest_turn = 1;      // rad in one step: T(q) is far from linear beyond
-  constexpr double smallest_step = 1e-9;  // radians or lengths
+  constexpr double smallest_step = 1e-7;  // radians or lengths
   constexpr double small_step = 1e-6;
   double largest = infinity, error = infinity;
   for (int step = 0; step < most_steps && largest > smallest_step; ++step) {

@@ -26,6 +26,9 @@ constexpr std::size_t few_rows = 1000;
 constexpr double aim_of_few = 1e-5, aim_of_many = 0.5;
 // Times the aim of few: not worth another iteration.
 constexpr double close_to_aim = 10;
+// Times the tolerance: a start of few rows that is taken as it is. More than the aim, as robots that stand
+// give way by the regularisation of their joints, which changes the problem a little in every step.
+constexpr double close_start = 1e-2;
 constexpr std::size_t polish_iterations = 200;
 
 // A problem without rows, and its solution.
@@ -139,13 +142,14 @@ static Solution solve_seen(const StepSolver& solver, const Problem& problem, std
   options.x0 = x0;
   const double start = look_at_start(problem, options, memory);
   const bool few = problem.rows() <= few_rows;
-  const double close = (few ? close_to_aim * aim_of_few : 1) * options.tolerance;
+  const double close = close_to_aim * aim_of_few * options.tolerance;
   // Something happens in this step: nothing to aim at but the tolerance.
   const double resting =
       std::min(nearly_solved * options.tolerance, std::max(three_digits, options.tolerance));
   if (!(start <= resting) || (solver.again && !few && start > options.tolerance))
     return solve_with(solver, problem, options, std::move(memory));
-  if (start <= close) return accepted(problem, std::move(memory), start);
+  if (start <= (few ? close_start : 1) * options.tolerance)
+    return accepted(problem, std::move(memory), start);
   if (!few) {
     options.tolerance *= aim_of_many;
     Solution s = solve_with(solver, problem, options, std::move(memory));

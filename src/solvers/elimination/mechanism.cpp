@@ -140,11 +140,16 @@ void Mechanism::assemble_joint(const Problem& problem, std::size_t joint, std::s
     if (body < 0) continue;
     double* D = K_.block(edge);
     const bool joint_first = K_.a_first(edge);
+    const auto i = static_cast<std::size_t>(body);
+    const bool moves_all_ways = A.bodies.inverse_mass[i] != 0 && turns(A.bodies, i);
     for (std::size_t k = 0; k < j.rows.size(); ++k) {
       const JacobianRow& row = A.jacobian[row_[j.rows[k]] - contact_rows];
       std::array<double, 6> d = row.body_a == body ? row.a : row.b;
-      keep_moving(A.bodies, static_cast<std::size_t>(body), d);
-      for (std::size_t c = 0; c < width; ++c) D[joint_first ? n * k + c : n * c + k] = d[c];
+      if (!moves_all_ways) keep_moving(A.bodies, i, d);
+      if (joint_first)
+        std::copy_n(d.begin(), width, D + n * k);
+      else
+        for (std::size_t c = 0; c < width; ++c) D[n * c + k] = d[c];
     }
     ++edge;
   }

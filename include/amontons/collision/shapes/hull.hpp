@@ -19,10 +19,14 @@ struct ConvexHull {
   std::vector<Vec3> normals;                          // one per face, unit, outwards
   std::vector<double> offsets;                        // face f is { p : <normals[f], p> = offsets[f] }
   std::vector<std::vector<std::int32_t>> neighbours;  // per vertex: those joined to it by an edge, ascending
+  std::array<std::int32_t, 27> start{};               // corners near which searches begin (search_start)
   double extent = 0;                                  // half the diagonal of the box around it
   double radius = 0;                                  // of the sphere about the origin that holds it
   Aabb box = empty_box();                             // around it, in its own axes
 };
+// Which entry of `start` belongs to a direction: that of the vector of -1, 0 and 1 next to it.
+std::size_t search_start(const Vec3& direction);
+
 // What bodies carry; copies share the polyhedron, which never changes.
 struct Hull {
   std::shared_ptr<const ConvexHull> data;
