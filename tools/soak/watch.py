@@ -53,7 +53,6 @@ class Watch:
         self.over = np.zeros(len(bodies), dtype=bool)
         self.velocities = self.of_centres()
         self.stored: tuple[float, float] | None = None  # J, kinetic and of springs
-        self.sprung = 0.0  # J, by which the latter changed
         self.jointed = np.zeros(len(bodies), dtype=bool)
         for joint in scene.model.joints:
             ends = (joint.body_a, joint.body_b)
@@ -113,12 +112,10 @@ class Watch:
             # Overlaps are taken back at such a speed, which is what was asked for.
             allowed += float(self.mass.sum()) * scene.model.length**2
         kinetic, springs = self.stored[0] - before[0], self.stored[1] - before[1]
-        # Velocities are those between two poses, half a step off the one that tells of springs: by half of
-        # what these change, now and in the step before, the sum of both rises and falls as they swing.
-        allowed += 0.5 * (abs(springs) + self.sprung)
-        self.sprung = abs(springs)
-        if max(report.penetration, report.joint_error) > 1e-4 * scene.model.length:
-            # Bodies bend them as they are moved out of each other: they give at most all that they hold.
+        errors = max(report.penetration, report.joint_error)
+        if scene.options["recovery"] == "projection" and errors > 1e-4 * scene.model.length:
+            # Bodies are moved out of each other, which bends springs as it lifts weights, apart from the
+            # velocities. How far is not told; the springs give at most all that they hold.
             springs = -max(before[1], self.stored[1])
         share = (kinetic + springs - given) / max(allowed, 1e-300)
         self.rise = max(self.rise, share)

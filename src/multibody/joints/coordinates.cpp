@@ -247,6 +247,19 @@ double line_error(const Model& model, const BodyFrames& bodies, const State& sta
   return worst;
 }
 
+bool has_springs(const Model& model) {
+  const auto& d = model.description();
+  const auto of_dof = [](const Dof& dof) { return dof.stiffness != 0; };
+  const auto of_joint = [&](const Joint& j) {
+    return j.compliance != 0 || j.ball_stiffness != 0 || std::any_of(j.dofs.begin(), j.dofs.end(), of_dof);
+  };
+  const auto of_coupling = [](const Coupling& c) { return c.compliance != 0; };
+  const auto of_tendon = [](const Tendon& t) { return t.stiffness != 0; };
+  return std::any_of(d.joints.begin(), d.joints.end(), of_joint) ||
+         std::any_of(d.couplings.begin(), d.couplings.end(), of_coupling) ||
+         std::any_of(d.tendons.begin(), d.tendons.end(), of_tendon);
+}
+
 // Springs of dofs, of balls, of compliant joints and couplings, of tendons: 1/2 k s^2 each, summed as twice
 // the energy.
 double spring_energy(const Model& model, const BodyFrames& bodies, const State& state) {

@@ -3,6 +3,8 @@
 
 #include <algorithm>
 
+#include "multibody/bodies/motion.hpp"
+
 namespace amontons {
 
 // Work adds up over all solves of a step, those of impacts and those that were done again included.
@@ -44,12 +46,24 @@ void add_balance(const EnergyBalance& balance, Report& report) {
   report.balanced = report.balanced && balance.work <= balance.allowed;  // not of NaN
 }
 
-// Kinetic and spring energy at the end, gravity half a step earlier: see Report.
-void add_energies(const Model& model, const State& state, const BodyFrames& frames,
+// Kinetic energy at the end, that of gravity and springs half a step earlier: see Report. Coordinates are
+// those at the start of the step, and are put back, as the next step goes on from them.
+void add_energies(const Model& model, State& state, const BodyFrames& frames,
                   const BodyVelocities& velocities, double h, Report& report) {
   report.kinetic_energy = kinetic_energy(model, frames, velocities);
   report.potential_energy = gravity_energy(model, frames, velocities, 0.5 * h);
-  report.spring_energy = spring_energy(model, frames, state);
+  if (!has_springs(model)) return;
+  static thread_local BodyFrames middle;
+  static thread_local std::vector<double> coordinates;
+  middle = frames;
+  for (std::size_t i = 0; i < middle.size(); ++i) {
+    middle[i].pose = moved(frames[i], velocities[i], -0.5 * h);
+    middle[i].centre -= 0.5 * h * velocities[i].linear;
+  }
+  coordinates = state.coordinates;
+  update_coordinates(model, middle, state);
+  report.spring_energy = spring_energy(model, middle, state);
+  state.coordinates = coordinates;
 }
 
 }  // namespace amontons

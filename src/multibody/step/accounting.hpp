@@ -44,8 +44,8 @@ void add_errors(const JointError& error, double line_error, const std::vector<Co
                 Report& report);
 // The work of what can only dissipate, the sum over substeps.
 void add_balance(const EnergyBalance& balance, Report& report);
-// Energies at the end of the step.
-void add_energies(const Model& model, const State& state, const BodyFrames& frames,
+// Energies at the end of a step of length h, or of its last part.
+void add_energies(const Model& model, State& state, const BodyFrames& frames,
                   const BodyVelocities& velocities, double h, Report& report);
 
 }  // namespace amontons

@@ -28,6 +28,8 @@ JointError joint_error(const Model& model, std::span<const JointContext> joints)
 // The largest violation of rigid couplings and of the limits of tendons, m, angles times Model::length().
 double line_error(const Model& model, const BodyFrames& bodies, const State& state);
 
+// Whether spring_energy() is ever other than zero.
+bool has_springs(const Model& model);
 // Energy of all joint springs, J: 1/2 k (q - rest)^2, that of ball joints, and what compliant joints and
 // couplings hold. Gains of motors are not springs.
 double spring_energy(const Model& model, const BodyFrames& bodies, const State& state);

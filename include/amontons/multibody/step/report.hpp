@@ -26,9 +26,9 @@ struct Report {
   double penetration = 0;                         // m, the largest -gap at the start of the step, >= 0
   double joint_error = 0, joint_angle_error = 0;  // m, rad, at the start of the step; the first one
                                                   // of couplings and limits of tendons too
-  // J. The potential energy is that of half a step before the end: symplectic Euler moves with the velocity
-  // at the end, so that T(v+) + V(q+) is off by h/2 v . grad V, while with V(q+ - h v+ / 2) the sum is exact
-  // for projectiles and second order elsewhere.
+  // J. The energy of gravity and that of springs are those of half a step before the end: symplectic Euler
+  // moves with the velocity at the end, so that T(v+) + V(q+) is off by h/2 v . grad V, while with V(q+ - h
+  // v+ / 2) the sum is exact for projectiles and second order elsewhere.
   double kinetic_energy = 0, potential_energy = 0, spring_energy = 0;
   // J, the work of what can only dissipate: rigid contacts, joints, limits and dry friction. Positive is
   // energy from nothing; `balanced` is false where that is more than rounding and the tolerance explain, in a
