@@ -60,7 +60,7 @@ bool ends(const Reduction::Island& island, Law law) {
   std::vector<double> x(island.q.size(), 0.0);
   const double target = 1e-7 * natural_map(island, law, x);
   SmallInterior path;
-  path.start(island, law, island.P, 0.3);
+  path.start(island, law, island.P, {0.3, 0.1});
   for (int step = 0; step < 40; ++step) {
     if (!path.step()) return false;
     path.x(x);

@@ -21,9 +21,10 @@ namespace {
 // With a loose tolerance it is no more than these three.
 constexpr double nearly_solved = 100, three_digits = 1e-3;
 // Problems of few rows aim far below the tolerance, which takes first-order iterations of microseconds: so
-// many at most, after the tolerance is reached. Of many rows, half the tolerance is what pays.
+// many at most, after the tolerance is reached. Of many rows, half the tolerance is what pays, if it takes no
+// more than so much work (Patience) for each block: rounding may be as large.
 constexpr std::size_t few_rows = 1000;
-constexpr double aim_of_few = 1e-5, aim_of_many = 0.5;
+constexpr double aim_of_few = 1e-5, aim_of_many = 0.5, work_of_many = 300;
 // Times the aim of few: not worth another iteration.
 constexpr double close_to_aim = 10;
 // Times the tolerance: a start of few rows that is taken as it is. More than the aim, as robots that stand
@@ -150,6 +151,33 @@ Patience share_of_step(bool missed) {
                   (missed ? after_a_miss : most) * Patience::work_left());
 }
 
+// At first to half the tolerance, as long as that is cheap.
+static Solution solve_many(const StepSolver& solver, const Problem& problem, Options options,
+                           Solution memory) {
+  const double tolerance = options.tolerance;
+  Solution s;
+  {
+    const auto blocks = static_cast<double>(problem.K.blocks());
+    const Patience some(infinity, {}, Patience::Catches::no, work_of_many * blocks);
+    options.tolerance = aim_of_many * tolerance;
+    s = solve_with(solver, problem, options, std::move(memory));
+  }
+  if (s.residual <= tolerance) {
+    s.status = Status::converged;
+    return s;
+  }
+  const std::vector<double> start = s.x;
+  options.x0 = start;
+  options.tolerance = tolerance;
+  options.deadline = solver.clock.left();
+  Solution other = solve_with(solver, problem, options, {});
+  add_counts(s, other);
+  s.time += other.time;
+  s.status = other.status;
+  take_better(s, std::move(other));
+  return s;
+}
+
 // Four cases, from the residual of the start: far from a solution (solve), near enough (accept), many rows
 // (solve to half the tolerance), few rows (solve, then polish).
 static Solution solve_seen(const StepSolver& solver, const Problem& problem, std::span<const double> x0,
@@ -169,18 +197,13 @@ static Solution solve_seen(const StepSolver& solver, const Problem& problem, std
     return solve_with(solver, problem, options, std::move(memory));
   if (start <= (few ? close_start : 1) * options.tolerance)
     return accepted(problem, std::move(memory), start);
-  if (!few) {
-    options.tolerance *= aim_of_many;
-    Solution s = solve_with(solver, problem, options, std::move(memory));
-    if (s.residual <= solver.options.tolerance) s.status = Status::converged;
-    return s;
-  }
   // The direct way goes as far by itself.
   if (method == "auto") {
     if (solver.elimination.solve(problem, options, memory) && memory.status == Status::converged)
       return memory;
     look_at_start(problem, options, memory);
   }
+  if (!few) return solve_many(solver, problem, options, std::move(memory));
   Solution s = start <= options.tolerance ? accepted(problem, std::move(memory), start)
                                           : solve_with(solver, problem, options, {});
   if (s.status != Status::converged || s.residual <= close) return s;

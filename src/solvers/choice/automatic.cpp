@@ -169,9 +169,11 @@ void add_first_order(Field& field, const Problem& problem, const Costs& c, std::
 // point is sure of its way under the associated law, and followed by its crossover to the last digits.
 void add_factoring(Field& field, const Costs& c, bool coulomb, bool warm, double digits, double size) {
   // A start that is nearly a solution lies at the border of the cones, where a central path does not begin.
-  const double central = coulomb ? (warm ? 6 + 4 * digits : 4 + 2.2 * digits) * (0.7 + 0.3 * size)
-                         : warm  ? 4 + 1.4 * digits
-                                 : 4.5 + 0.8 * digits;
+  const double central = warm ? 4 + 1.4 * digits : 4.5 + 0.8 * digits;
+  // Under coulomb each factorisation takes longer, without symmetry, and where contacts are many the path may
+  // lose its middle; with the term held it goes on, slowly.
+  const double bent = 1.7 * central * (0.6 + 0.4 * size);
+  const double frozen = (warm ? 6 + 4 * digits : 4 + 2.2 * digits) * (0.9 + 0.3 * size);
   field.push_back({.start = start_newton_steps,
                    .why = "finds the faces",
                    .product = coulomb ? c.solve : c.plain,
@@ -184,8 +186,9 @@ void add_factoring(Field& field, const Costs& c, bool coulomb, bool warm, double
                    .products = (200 + (coulomb ? 60 * digits : 20)) * std::sqrt(size),
                    .factorizations = (4 + (coulomb ? 3 : 2) * digits) * std::sqrt(size),
                    .restarts = 2});
-  field.push_back(
-      {.start = start_central_path, .why = "factors in every iteration", .factorizations = central});
+  field.push_back({.start = start_central_path,
+                   .why = "factors in every iteration",
+                   .factorizations = coulomb ? bent : central});
   field.push_back({.start = start_newton,
                    .why = "finds the faces that hold the path back",
                    .product = c.plain,
@@ -193,6 +196,10 @@ void add_factoring(Field& field, const Costs& c, bool coulomb, bool warm, double
                    .factorizations = 4,
                    .from = From::previous,
                    .limit = coulomb ? 12U : 30U});
+  if (coulomb)
+    field.push_back({.start = start_path_of_frozen_terms,
+                     .why = "factors in every iteration, the De Saxce term held",
+                     .factorizations = frozen});
   field.push_back({.start = start_spg,
                    .why = "takes the last digits",
                    .product = c.fused,

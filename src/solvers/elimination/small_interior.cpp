@@ -24,19 +24,19 @@ namespace {
 
 // Of the way to the boundary, as in interior_point.cpp.
 constexpr double fraction = 0.99;
-// Of mu: the least that a step aims at; and what it aims at where the predictor is so short that it tells
-// nothing, which brings the iterate back to the middle.
-constexpr double least_target = 1e-3, centring_target = 0.8, short_predictor = 0.1;
+// Of mu: what a step aims at where the predictor is so short that it tells nothing, which brings the iterate
+// back to the middle.
+constexpr double centring_target = 0.8, short_predictor = 0.1;
 // Steps this short lead nowhere.
 constexpr double shortest_step = 1e-6;
 
 }  // namespace
 
 void SmallInterior::start(const Reduction::Island& island, Law law, std::span<const double> mobility,
-                          double rounding) {
+                          Way way) {
   island_ = &island;
   law_ = law;
-  rounding_ = rounding;
+  way_ = way;
   const std::size_t m = island.rows();
   for (std::vector<double>* v : {&F_, &x_, &u_, &rho_, &z_}) v->assign(m, 0.0);
   pivots_.resize(m);
@@ -87,7 +87,7 @@ void SmallInterior::linearise() {
     for (int k = 0; k < d; ++k) F_[row + k] = w[k] - unit * u_[row + k];
     if constexpr (S::frictional) {
       if (law_ != Law::coulomb) return;
-      const double s = set.saxce(w), rounded = std::hypot(s, rounding_ * std::min(mu, 1.0));
+      const double s = set.saxce(w), rounded = std::hypot(s, way_.rounding * std::min(mu, 1.0));
       double g[d];
       set.saxce_gradient(w, g);
       F_[row] -= rounded;
@@ -157,7 +157,7 @@ bool SmallInterior::step() {
   const double mu = gap(0), affine = std::min(1.0, longest_step());
   const bool tells = affine > short_predictor;
   const double ratio = mu > 0 ? std::clamp(gap(affine) / mu, 0.0, 1.0) : 0.0;
-  const double aim = tells ? std::max(ratio * ratio * ratio, least_target) : centring_target;
+  const double aim = tells ? std::max(ratio * ratio * ratio, way_.least_target) : centring_target;
   if (!solve(aim * mu, tells)) return false;
   const double t = std::min(1.0, fraction * longest_step());
   if (!(t > shortest_step)) return false;

@@ -13,10 +13,14 @@ namespace amontons {
 // heavy ones, joints at their limits.
 class SmallInterior {
  public:
-  // In the middle of the sets. mobility: the mean of diag(W) per block, positive (1/kg). rounding: of mu,
-  // in units of velocity, the size at which the kink of the De Saxce term is rounded off: 0.01 to 1; where
-  // one leads astray another may not. The island must outlive it, and its q is not zero.
-  void start(const Reduction::Island& island, Law law, std::span<const double> mobility, double rounding);
+  // How the path is followed, in parts of mu: the size at which the kink of the De Saxce term is rounded off
+  // (of velocities), 0.01 to 1, and the least that a step aims at. Where one way leads astray another may not.
+  struct Way {
+    double rounding, least_target;
+  };
+  // In the middle of the sets. mobility: the mean of diag(W) per block, positive (1/kg). The island must
+  // outlive it, and its q is not zero.
+  void start(const Reduction::Island& island, Law law, std::span<const double> mobility, Way way);
   // One step along the path; false if there is no way on.
   bool step();
   // Inside the sets.
@@ -36,7 +40,8 @@ class SmallInterior {
   const Reduction::Island* island_ = nullptr;
   Law law_{};
   Barriers barriers_;
-  double rounding_ = 1, beta_ = 1, degree_ = 0;
+  Way way_{};
+  double beta_ = 1, degree_ = 0;
   std::vector<double> unit_;         // of x, per block (N s)
   std::vector<std::size_t> offset_;  // of the matrices of a block
   std::vector<double> R_, T_;        // of the barriers, B T

@@ -25,11 +25,10 @@ constexpr double proximal = 1e-7, smallest_proximal = 1e-13;
 // Directions in which W is softer than that come in at this rate only, and more slowly than by `slow`: then
 // the term falls.
 constexpr double slow = 0.1, proximal_fall = 0.1;
-// Along the central path: one that ends at a solution takes ten to twenty.
-constexpr std::size_t path_steps = 30;
-// Of its mu, one after the other: how far the kink of the De Saxce term is rounded off. Each ends at a
-// solution of some problems where the other goes astray.
-constexpr double roundings[] = {0.3, 0.03};
+// Along the central path: what one that ends at a solution takes at most, mostly; and where it is given up.
+constexpr std::size_t usual_path_steps = 15, path_steps = 30;
+// One after the other: each ends at a solution of some problems where the other goes astray.
+constexpr SmallInterior::Way ways[] = {{0.3, 1e-2}, {0.03, 0.3}};
 // Gradient steps from nothing before the first faces: they share loads evenly where those are not determined.
 constexpr std::size_t cold_descent = 24;
 // In all: multiplications, with so many for each row of a projection or a natural map; and times m^3; beside
@@ -122,8 +121,8 @@ SmallVi::Result SmallVi::solve(const Reduction::Island& island, Law law, const L
   limits_ = limits;
   if (!warm) descend();
   if (!done()) find_faces();
-  for (double rounding : roundings)
-    if (result_.map > limits.target) follow_path(rounding);
+  for (const SmallInterior::Way& way : ways)
+    if (result_.map > limits.target) follow_path(way);
   if (result_.map > limits.enough) {
     const std::size_t before = work_;
     most_work_ = before + growth_;
@@ -171,13 +170,14 @@ void SmallVi::find_faces() {
 }
 
 // Along the central path, and from its end to the faces.
-void SmallVi::follow_path(double rounding) {
+void SmallVi::follow_path(const SmallInterior::Way& way) {
   const std::size_t m = x_.size();
-  const std::size_t work_of_step = m * m * (m + 30) / 3;
+  // The multiplications m^3 / 3 are those of a dense kernel, four in the time of one of the rest.
+  const std::size_t work_of_step = m * m * (m + 90) / 12;
   const double left_to_all = std::max(0.0, Patience::work_left()) * small_multiplications;
-  if (static_cast<double>(path_steps * work_of_step) > share_of_path * left_to_all) return;
+  if (static_cast<double>(usual_path_steps * work_of_step) > share_of_path * left_to_all) return;
   most_work_ = work_ + path_steps * work_of_step + most_work;
-  interior_.start(*island_, law_, p_, rounding);
+  interior_.start(*island_, law_, p_, way);
   for (std::size_t i = 0; i < path_steps && result_.map > limits_.target && left(); ++i) {
     ++result_.iterations;
     ++result_.factorizations;

@@ -47,7 +47,7 @@ class SmallVi {
   void descend();
   void momentum_direction(double L, double& dPd, double& dPm);
   double multiply(const std::vector<double>& d, std::vector<double>& Wd);
-  void follow_path(double rounding);
+  void follow_path(const SmallInterior::Way& way);
   bool newton_step();
   double linearise();
   const double* product_row(const Linear& l, const double* H);

@@ -76,9 +76,9 @@ BlockCholesky::BlockCholesky(std::span<const int> sizes, std::span<const std::pa
     stack += rest * rest;
     largest_stack = std::max(largest_stack, stack);
   }
-  panels_.resize(panel_entries + 2);  // kernels add zeros to up to two entries past a block
-  front_.resize(largest_front * (largest_front + 8));
-  stack_.resize(largest_stack);
+  sides_[lower].panels.resize(panel_entries + 2);  // kernels add zeros to up to two entries past a block
+  sides_[lower].front.resize(largest_front * (largest_front + 8));
+  sides_[lower].stack.resize(largest_stack);
   // One scratch for two uses: the packed panel of factor(), the vectors of solve().
   work_.resize(
       std::max<std::size_t>(front_pack_size(static_cast<int>(largest_front)), rows_ + largest_front));
@@ -224,7 +224,12 @@ BlockCholesky::Slot BlockCholesky::slot(int i, int j) const {
   return {s.panel + static_cast<std::size_t>(scalar_column) * s.front + scalar_row, s.front, transposed};
 }
 
-void BlockCholesky::set_zero() { std::fill(panels_.begin(), panels_.end(), 0.0); }
+void BlockCholesky::set_zero(bool symmetric) {
+  symmetric_ = symmetric;
+  if (!symmetric && sides_[upper].panels.empty()) sides_[upper] = sides_[lower];
+  for (Triangle& side : std::span(sides_, symmetric ? 1 : 2))
+    std::fill(side.panels.begin(), side.panels.end(), 0.0);
+}
 
 // front += update of a child (lower triangle, by columns): node b of its rows is the block column, node a >=
 // b the block row; q and p run over the scalars inside, and child_rows says where they go. Rows ascend in
@@ -257,31 +262,74 @@ constexpr double shortest_measured = 1e6;
 // Multiplications between two looks at the clock: a tenth of a millisecond.
 constexpr double unwatched_work = 3e5;
 
-// A front in pieces of some columns each. partial_cholesky subtracts from all that lies right of the columns,
-// so that the next piece is a front of its own, and every entry sees the same operations in the same order.
-int factor_front(double* F, int front, int stride, int columns, double* pack) {
+// A front in pieces of some columns each. The kernels subtract from all that lies right of the columns, so
+// that the next piece is a front of its own, and every entry sees the same operations in the same order.
+// upper: none where the matrix is symmetric.
+int factor_front(double* lower, double* upper, int front, int stride, int columns, double* pack) {
   int replaced = 0;
   for (int first = 0; first < columns;) {
     const double rest = front - first;
     const int panels = 1 + static_cast<int>(unwatched_work / (front_panel * rest * rest));
     const int piece = std::min(columns - first, panels * front_panel);
-    double* corner = F + static_cast<std::size_t>(first) * stride + first;
-    replaced += AMONTONS_DISPATCH(partial_cholesky, corner, front - first, stride, piece, pack);
+    const std::size_t corner = static_cast<std::size_t>(first) * stride + first;
+    replaced +=
+        upper ? AMONTONS_DISPATCH(partial_lu, lower + corner, upper + corner, front - first, stride, piece, pack)
+              : AMONTONS_DISPATCH(partial_cholesky, lower + corner, front - first, stride, piece, pack);
     first += piece;
     if (first < columns) Patience::leave_if_due();
   }
   return replaced;
 }
 
+// Columns begin a multiple of eight doubles apart: whole registers in the kernel.
+int stride_of(int front) { return (front + 7) / 8 * 8; }
+
 }  // namespace
+
+// The front of a supernode: F11 and F21 from the panel, where A was assembled; F22 begins as zero; and the
+// updates of its children, which lie on the stack below `top`, the last child's on the top.
+void BlockCholesky::take(Triangle& of, const Supernode& s, std::size_t top) const {
+  const int stride = stride_of(s.front);
+  double* F = of.front.data();
+  const double* panel = of.panels.data() + s.panel;
+  for (int j = 0; j < s.columns; ++j)
+    std::copy(panel + static_cast<std::size_t>(j) * s.front, panel + static_cast<std::size_t>(j + 1) * s.front,
+              F + static_cast<std::size_t>(j) * stride);
+  // Only lower triangles are kept: the kernel reads, and never uses, what lies above.
+  for (int j = s.columns; j < s.front; ++j)
+    std::fill(F + static_cast<std::size_t>(j) * stride + j, F + static_cast<std::size_t>(j) * stride + s.front,
+              0.0);
+  for (auto c = s.children.rbegin(); c != s.children.rend(); ++c) {
+    const Supernode& child = supernodes_[*c];
+    const int rest = child.front - child.columns;
+    top -= static_cast<std::size_t>(rest) * rest;
+    extend_add(child, of.stack.data() + top, rest, F, stride);
+  }
+}
+
+// L11 and L21 go back to the panel, U to the stack, where the children's updates have been used up.
+void BlockCholesky::leave(Triangle& of, const Supernode& s, std::size_t top) const {
+  const int stride = stride_of(s.front), rest = s.front - s.columns;
+  const double* F = of.front.data();
+  double* panel = of.panels.data() + s.panel;
+  for (int j = 0; j < s.columns; ++j)
+    std::copy(F + static_cast<std::size_t>(j) * stride, F + static_cast<std::size_t>(j) * stride + s.front,
+              panel + static_cast<std::size_t>(j) * s.front);
+  for (int j = 0; j < rest; ++j) {
+    const double* column = F + static_cast<std::size_t>(s.columns + j) * stride + s.columns;
+    std::copy(column + j, column + rest, of.stack.data() + top + static_cast<std::size_t>(j) * rest + j);
+  }
+}
 
 // Fronts on the way to the root: take the panel and the children's updates, factor, hand back the panel,
 // leave U.
 int BlockCholesky::factor() {
   int replaced = 0;
   std::size_t top = 0;
-  Patience::spend(factor_work_ / Patience::multiplications);
-  Patience::leave_if_due(factor_work_ * pace.load(std::memory_order_relaxed));
+  const double work = (symmetric_ ? 1 : 2) * factor_work_;
+  const std::span<Triangle> sides(sides_, symmetric_ ? 1 : 2);
+  Patience::spend(work / Patience::multiplications);
+  Patience::leave_if_due(work * pace.load(std::memory_order_relaxed));
   const auto start = Patience::Clock::now();
   double watched = 0;  // work since the last look
   for (const Supernode& s : supernodes_) {
@@ -290,49 +338,27 @@ int BlockCholesky::factor() {
       watched = 0;
       Patience::leave_if_due();
     }
-    // Columns begin a multiple of eight doubles apart: whole registers in the kernel.
-    const int stride = (s.front + 7) / 8 * 8;
-    // F11 and F21 from the panel, where A was assembled; F22 begins as zero.
-    double* F = front_.data();
-    double* panel = panels_.data() + s.panel;
-    for (int j = 0; j < s.columns; ++j)
-      std::copy(panel + static_cast<std::size_t>(j) * s.front,
-                panel + static_cast<std::size_t>(j + 1) * s.front, F + static_cast<std::size_t>(j) * stride);
-    // Only lower triangles are kept: the kernel reads, and never uses, what lies above.
-    for (int j = s.columns; j < s.front; ++j)
-      std::fill(F + static_cast<std::size_t>(j) * stride + j,
-                F + static_cast<std::size_t>(j) * stride + s.front, 0.0);
-    // The last child lies on the top of the stack.
-    for (auto c = s.children.rbegin(); c != s.children.rend(); ++c) {
-      const Supernode& child = supernodes_[*c];
-      const int rest = child.front - child.columns;
-      top -= static_cast<std::size_t>(rest) * rest;
-      extend_add(child, stack_.data() + top, rest, F, stride);
-    }
-    replaced += factor_front(F, s.front, stride, s.columns, work_.data());
-    for (int j = 0; j < s.columns; ++j)
-      std::copy(F + static_cast<std::size_t>(j) * stride, F + static_cast<std::size_t>(j) * stride + s.front,
-                panel + static_cast<std::size_t>(j) * s.front);
-    // L11 and L21 are in the panel now. U goes to the stack, where the children's updates have been used up.
-    const int rest = s.front - s.columns;
-    for (int j = 0; j < rest; ++j) {
-      const double* column = F + static_cast<std::size_t>(s.columns + j) * stride + s.columns;
-      std::copy(column + j, column + rest, stack_.data() + top + static_cast<std::size_t>(j) * rest + j);
-    }
-    top += static_cast<std::size_t>(rest) * rest;
+    for (Triangle& side : sides) take(side, s, top);
+    replaced += factor_front(sides_[lower].front.data(), symmetric_ ? nullptr : sides_[upper].front.data(),
+                             s.front, stride_of(s.front), s.columns, work_.data());
+    const auto square = [](int n) { return static_cast<std::size_t>(n) * n; };
+    for (int c : s.children) top -= square(supernodes_[c].front - supernodes_[c].columns);
+    for (Triangle& side : sides) leave(side, s, top);
+    top += square(s.front - s.columns);
   }
-  if (factor_work_ > shortest_measured)
-    pace.store(std::chrono::duration<double>(Patience::Clock::now() - start).count() / factor_work_,
+  if (work > shortest_measured)
+    pace.store(std::chrono::duration<double>(Patience::Clock::now() - start).count() / work,
                std::memory_order_relaxed);
   return replaced;
 }
 
-// L y = rhs from the leaves to the root, L'x = y back. Panels work on the rows of their own columns, which
+// L y = rhs from the leaves to the root, L'x = y (or U x = y) back. Panels work on the rows of their own columns, which
 // lie in one piece, and on a copy of the rows below, which do not.
 void BlockCholesky::solve(std::span<double> rhs) {
   // y: the unknowns in elimination order. rest: the rows below a panel.
   double* y = work_.data();
   double* rest = y + rows_;
+  const Triangle& back = sides_[symmetric_ ? lower : upper];
   for (std::size_t i = 0; i < place_.size(); ++i)
     std::copy(&rhs[given_start_[i]], &rhs[given_start_[i]] + size_[place_[i]], y + start_[place_[i]]);
   const auto for_each_row = [&](const Supernode& s, auto&& f) {
@@ -342,14 +368,14 @@ void BlockCholesky::solve(std::span<double> rhs) {
   };
   // Forward: what the columns of a supernode subtract from the rows below is summed up in `rest` first.
   for (const Supernode& s : supernodes_) {  // L y = rhs
-    AMONTONS_DISPATCH(panel_forward, panels_.data() + s.panel, s.front, s.columns, y + start_[s.first_node],
+    AMONTONS_DISPATCH(panel_forward, sides_[lower].panels.data() + s.panel, s.front, s.columns, y + start_[s.first_node],
                       rest);
     for_each_row(s, [&](int local, int row) { y[row] -= rest[local]; });
   }
   // Backward: the rows below are known, as they belong to ancestors.
   for (auto s = supernodes_.rbegin(); s != supernodes_.rend(); ++s) {  // L' x = y
     for_each_row(*s, [&](int local, int row) { rest[local] = y[row]; });
-    AMONTONS_DISPATCH(panel_backward, panels_.data() + s->panel, s->front, s->columns,
+    AMONTONS_DISPATCH(panel_backward, back.panels.data() + s->panel, s->front, s->columns,
                       y + start_[s->first_node], rest);
   }
   for (std::size_t i = 0; i < place_.size(); ++i)

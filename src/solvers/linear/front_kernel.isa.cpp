@@ -42,12 +42,35 @@ int factor_panel(double* A, int n, int stride, int p, int end) {
   return replaced;
 }
 
-// C (rows x 4 columns) -= L (rows x depth, column-major) B (depth x 4, packed row by row), in tiles of at
-// most two registers by four columns.
-template <int rows>
+// The same of a matrix that is not symmetric, with its lower triangle in A and its upper one, transposed, in
+// B: A = L, B = U'. The root of the pivot is shared between both; U takes its sign.
+int factor_both_panels(double* A, double* B, int n, int stride, int p, int end) {
+  int replaced = 0;
+  for (int j = p; j < end; ++j) {
+    double *l = A + (long)j * stride, *u = B + (long)j * stride;
+    for (int k = p; k < j; ++k) {
+      const double *lk = A + (long)k * stride + j, *uk = B + (long)k * stride + j;
+      subtract_scaled(l + j, lk, uk[0], n - j);
+      subtract_scaled(u + j, uk, lk[0], n - j);
+    }
+    const double pivot = l[j], size = pivot < 0 ? -pivot : pivot;
+    if (!(size > 0)) ++replaced;
+    const double root = __builtin_sqrt(size > 0 ? size : 1e100);
+    l[j] = root;
+    u[j] = pivot < 0 ? -root : root;
+    const double of_l = 1 / u[j], of_u = 1 / root;
+    for (int i = j + 1; i < n; ++i) {
+      l[i] *= of_l;
+      u[i] *= of_u;
+    }
+  }
+  return replaced;
+}
+
 // C (rows x 4 columns) -= L (rows x depth, column-major) B (depth x 4, packed row by row), in tiles of at
 // most two registers by four columns: 8 accumulators, which leave room for L and B among 16 registers, and
 // each value of L that is loaded serves four columns.
+template <int rows>
 inline void tile(double* C, int stride, const double* L, const double* B, int depth) {
   constexpr int registers = rows > width ? 2 : 1, step = registers * width;
   for (int r = 0; r < rows; r += step) {
@@ -76,43 +99,59 @@ inline void tile_small(double* C, int stride, const double* L, const double* B, 
     }
 }
 
+// A (i, j) -= sum over the columns k of the panel of A (i, k) B (j, k), for i >= j >= end.
+void subtract_panel(double* A, const double* B, int front, int stride, int p, int end, double* pack) {
+  const int depth = end - p;
+  // Rows [end, front) of the panel of B, transposed into strips of 4 columns: what a tile multiplies by lies
+  // in one stream, in the order in which it is read.
+  for (int j = end; j < front; j += 4) {
+    double* strip = pack + (long)(j - end) * front_panel;
+    for (int k = 0; k < depth; ++k)
+      for (int q = 0; q < 4; ++q)
+        strip[4 * k + q] = j + q < front ? B[(long)(p + k) * stride + j + q] : 0.0;
+  }
+  const double* L = A + (long)p * stride;
+  // Strips of rows outside, so that 16 rows of L serve all columns from the L1 cache.
+  for (int i = end; i < front; i += 16) {
+    const int rows = front - i < 16 ? front - i : 16;
+    for (int j = end; j < front && j < i + rows; j += 4) {
+      const double* strip = pack + (long)(j - end) * front_panel;
+      double* C = A + (long)j * stride + i;
+      const int width = front - j < 4 ? front - j : 4;
+      // 16 rows at a time, or 8 where there are no more; what remains entry by entry.
+      if (width < 4) {
+        tile_small(C, stride, L + i, strip, depth, rows, width);
+      } else if (rows == 16) {
+        tile<16>(C, stride, L + i, strip, depth);
+      } else if (rows >= 8) {
+        tile<8>(C, stride, L + i, strip, depth);
+        tile_small(C + 8, stride, L + i + 8, strip, depth, rows - 8, 4);
+      } else {
+        tile_small(C, stride, L + i, strip, depth, rows, 4);
+      }
+    }
+  }
+}
+
 }  // namespace
 
 int partial_cholesky(double* A, int front, int stride, int columns, double* pack) {
   int replaced = 0;
   for (int p = 0; p < columns; p += front_panel) {
-    const int end = p + front_panel < columns ? p + front_panel : columns, depth = end - p;
+    const int end = p + front_panel < columns ? p + front_panel : columns;
     replaced += factor_panel(A, front, stride, p, end);
-    // B = rows [end, front) of the panel, transposed into strips of 4 columns: what a tile multiplies by
-    // lies in one stream, in the order in which it is read.
-    // B = rows [end, front) of the panel, transposed into strips of 4 columns.
-    for (int j = end; j < front; j += 4) {
-      double* strip = pack + (long)(j - end) * front_panel;
-      for (int k = 0; k < depth; ++k)
-        for (int q = 0; q < 4; ++q)
-          strip[4 * k + q] = j + q < front ? A[(long)(p + k) * stride + j + q] : 0.0;
-    }
-    const double* L = A + (long)p * stride;
-    // Strips of rows outside, so that 16 rows of L serve all columns from the L1 cache.
-    for (int i = end; i < front; i += 16) {
-      const int rows = front - i < 16 ? front - i : 16;
-      for (int j = end; j < front && j < i + rows; j += 4) {
-        const double* B = pack + (long)(j - end) * front_panel;
-        double* C = A + (long)j * stride + i;
-        const int width = front - j < 4 ? front - j : 4;
-        // 16 rows at a time, or 8 where there are no more; what remains entry by entry.
-        if (width < 4) {
-          tile_small(C, stride, L + i, B, depth, rows, width);
-        } else if (rows == 16) {
-          tile<16>(C, stride, L + i, B, depth);
-        } else if (rows >= 8) {
-          tile<8>(C, stride, L + i, B, depth);
-          tile_small(C + 8, stride, L + i + 8, B, depth, rows - 8, 4);
-        } else {
-          tile_small(C, stride, L + i, B, depth, rows, 4);
-        }
-      }
-    }
+    subtract_panel(A, A, front, stride, p, end, pack);
+  }
+  return replaced;
+}
+
+int partial_lu(double* A, double* B, int front, int stride, int columns, double* pack) {
+  int replaced = 0;
+  for (int p = 0; p < columns; p += front_panel) {
+    const int end = p + front_panel < columns ? p + front_panel : columns;
+    replaced += factor_both_panels(A, B, front, stride, p, end);
+    subtract_panel(A, B, front, stride, p, end, pack);
+    subtract_panel(B, A, front, stride, p, end, pack);
   }
   return replaced;
 }

@@ -15,6 +15,11 @@
 // S = I + G'G has a block per body and one per pair of bodies that share a block of K: its pattern is that
 // of the contact graph, however many contacts there are between two bodies. Working with C on both sides of
 // D keeps S symmetric with eigenvalues of 1 or more, and bodies that do not move have no place in it.
+//
+// 4. With blocks J in the place of I, which need not be symmetric (the derivative of the De Saxce term): with
+// P = (J + R'E R)^-1, block by block, and G = R'D C,
+//    z = P (q - G v),   v = G'z:   (I + G'P G) v = G'P q,
+// on the same pattern, factored as L U.
 #include "amontons/solvers/linear/shifted_system.hpp"
 
 #include <algorithm>
@@ -65,6 +70,33 @@ void compliance_root(const double* R, int dim, double e, double* L) {
       for (int k = 0; k < j; ++k) s -= L[dim * i + k] * L[dim * j + k];
       L[dim * i + j] = i == j ? std::sqrt(s) : s / L[dim * j + j];
     }
+}
+
+// inverse = A^-1 of n x n numbers, which A loses: Gauss and Jordan, with exchanges of rows.
+void invert(double* A, int n, double* inverse) {
+  for (int i = 0; i < n * n; ++i) inverse[i] = i % (n + 1) == 0;
+  for (int k = 0; k < n; ++k) {
+    int best = k;
+    for (int i = k + 1; i < n; ++i)
+      if (std::abs(A[n * i + k]) > std::abs(A[n * best + k])) best = i;
+    for (int j = 0; j < n && best != k; ++j) {
+      std::swap(A[n * k + j], A[n * best + j]);
+      std::swap(inverse[n * k + j], inverse[n * best + j]);
+    }
+    const double scale = 1 / A[(n + 1) * k];
+    for (int j = 0; j < n; ++j) {
+      A[n * k + j] *= scale;
+      inverse[n * k + j] *= scale;
+    }
+    for (int i = 0; i < n; ++i) {
+      const double f = A[n * i + k];
+      if (i == k || f == 0) continue;
+      for (int j = 0; j < n; ++j) {
+        A[n * i + j] -= f * A[n * k + j];
+        inverse[n * i + j] -= f * inverse[n * k + j];
+      }
+    }
+  }
 }
 
 // Of the bodies that have a node, in the order of the nodes; none where positions are not known.
@@ -200,9 +232,12 @@ void ShiftedSystem::analyse(std::size_t m, auto&& for_each_entry) {
   require_semidefinite();
 }
 
-int ShiftedSystem::factor(std::span<const double> R) {
+int ShiftedSystem::factor(std::span<const double> R) { return factor(R, {}); }
+
+int ShiftedSystem::factor(std::span<const double> R, std::span<const double> J) {
   R_.assign(R.begin(), R.end());
-  cholesky_.set_zero();
+  J_.assign(J.begin(), J.end());
+  cholesky_.set_zero(J.empty());
   in_body_space() ? assemble_bodies() : assemble_pairs();
   return cholesky_.factor();
 }
@@ -228,6 +263,7 @@ void ShiftedSystem::form_G(std::size_t b) {
   const double* R = &R_[offset_[b]];
   double* G = G_[block.row].data();
   AMONTONS_DISPATCH(combine_rows, R, block.dim, D_[block.row].data(), G);
+  if (!J_.empty()) return form_PG(b);
   // No compliance: L is the identity.
   if (L_.empty()) return;
   double* L = &L_[offset_[b]];
@@ -239,28 +275,55 @@ void ShiftedSystem::form_G(std::size_t b) {
     }
 }
 
-// S = I + sum over blocks of G_block' G_block: of each block the squares of its sides a and b, and their
-// product where both move. Slots that hold the transposed place get left and right exchanged. The identity
-// is added to the bodies as the blocks bring them: a body in no block is no node.
+// P = (J + R'E R)^-1 of one block, and P G.
+void ShiftedSystem::form_PG(std::size_t b) {
+  const auto [row, dim] = std::pair{blocks_[b].row, blocks_[b].dim};
+  const double *R = &R_[offset_[b]], *J = &J_[offset_[b]], e = compliance_.empty() ? 0 : compliance_[row];
+  double Q[largest_dim * largest_dim];
+  for (int i = 0; i < dim; ++i)
+    for (int j = 0; j < dim; ++j) {
+      double& q = Q[dim * j + i] = J[dim * i + j];  // transposed, as combine_rows takes it
+      for (int k = 0; k < dim; ++k) q += e * R[dim * k + i] * R[dim * k + j];
+    }
+  invert(Q, dim, &P_[offset_[b]]);
+  AMONTONS_DISPATCH(combine_rows, &P_[offset_[b]], dim, G_[row].data(), PG_[row].data());
+}
+
+// S = I + sum over blocks of G_block' G_block, or G_block' P G_block: of each block what its sides a and b
+// have with themselves, and with each other where both move. Slots that hold the transposed place get left
+// and right exchanged. The identity is added to the bodies as the blocks bring them: a body in no block is no
+// node.
 void ShiftedSystem::assemble_bodies() {
-  const std::span<double> H = cholesky_.panels();
+  const bool symmetric = J_.empty();
+  if (!symmetric) {
+    P_.resize(factor_size_);
+    PG_.resize(G_.size());
+  }
+  const std::span<double> H = cholesky_.panels(), U = cholesky_.panels(BlockCholesky::upper);
   // Bodies whose identity has been added.
   std::vector<char> seen(nodes_, 0);
   for (std::size_t b = 0; b < blocks_.size(); ++b) {
     form_G(b);
     const Block& block = blocks_[b];
-    const double* G = G_[block.row].data();
-    const auto add = [&](const BlockCholesky::Slot& slot, const double* left, const double* right) {
-      AMONTONS_DISPATCH(add_outer_product, &H[slot.offset], slot.stride, left, right, block.dim);
+    const double *G = G_[block.row].data(), *PG = symmetric ? G : PG_[block.row].data();
+    // The sides at `left` and `right`, which are 0 for a and 8 for b.
+    const auto add = [&](const BlockCholesky::Slot& slot, int left, int right) {
+      AMONTONS_DISPATCH(add_outer_product, &H[slot.offset], slot.stride, G + left, PG + right, block.dim);
+      if (!symmetric)
+        AMONTONS_DISPATCH(add_outer_product, &U[slot.offset], slot.stride, PG + left, G + right, block.dim);
     };
-    if (block.body_a >= 0) add(block.aa, G, G);
-    if (block.body_b >= 0) add(block.bb, G + 8, G + 8);
+    if (block.body_a >= 0) add(block.aa, 0, 0);
+    if (block.body_b >= 0) add(block.bb, 8, 8);
     if (block.body_a >= 0 && block.body_b >= 0)
-      block.ab.transposed ? add(block.ab, G + 8, G) : add(block.ab, G, G + 8);
+      block.ab.transposed ? add(block.ab, 8, 0) : add(block.ab, 0, 8);
     for (const auto& [node, slot] : {std::pair{block.body_a, block.aa}, std::pair{block.body_b, block.bb}})
       if (node >= 0 && !seen[node]) {
         seen[node] = 1;
-        for (int c = 0; c < 6; ++c) H[slot.offset + static_cast<std::size_t>(c) * slot.stride + c] += 1;
+        for (int c = 0; c < 6; ++c) {
+          const std::size_t at = slot.offset + static_cast<std::size_t>(c) * slot.stride + c;
+          H[at] += 1;
+          if (!symmetric) U[at] += 1;
+        }
       }
   }
 }
@@ -287,9 +350,22 @@ void ShiftedSystem::assemble_pairs() {
         H[pair.slot.offset + (pair.slot.transposed ? i * stride + j : j * stride + i)] += sum;
       }
   }
-  for (const Block& block : blocks_)
-    for (int k = 0; k < block.dim; ++k)
-      H[block.aa.offset + static_cast<std::size_t>(k) * block.aa.stride + k] += 1;
+  const std::span<double> U = cholesky_.panels(BlockCholesky::upper);
+  if (!J_.empty()) std::copy(H.begin(), H.end(), U.begin());
+  for (std::size_t b = 0; b < blocks_.size(); ++b) {
+    const BlockCholesky::Slot& slot = blocks_[b].aa;
+    const int dim = blocks_[b].dim;
+    for (int i = 0; i < dim; ++i)
+      for (int j = 0; j < dim; ++j) {
+        const std::size_t at = slot.offset + static_cast<std::size_t>(j) * slot.stride + i;
+        if (J_.empty()) {
+          H[at] += i == j;
+          continue;
+        }
+        H[at] += J_[offset_[b] + dim * i + j];
+        U[at] += J_[offset_[b] + dim * j + i];
+      }
+  }
 }
 
 // Forward and backward substitution in each block; without compliance L is the identity and not kept.
@@ -315,11 +391,12 @@ void ShiftedSystem::divide_by_L_transposed(std::span<double> z) const {
   }
 }
 
-// w = L^-1 q;  S v = G'w;  z = L^-T (w - G v)
+// w = L^-1 q;  S v = G'w;  z = L^-T (w - G v). With J: w = P q;  S v = G'w;  z = w - P G v.
 void ShiftedSystem::solve_once(std::span<const double> q, std::span<double> z) {
   std::copy(q.begin(), q.end(), z.begin());
   if (!in_body_space()) return cholesky_.solve(z);
-  divide_by_L(z);
+  const bool symmetric = J_.empty();
+  symmetric ? divide_by_L(z) : times_blocks<true>(P_, z, z);
   const BodyRows rows{z.size(), node_a_.data(), node_b_.data(), G_.empty() ? nullptr : G_[0].data()};
   std::fill(node_vectors_.begin(), node_vectors_.end(), 0.0);
   // Kernels have eight doubles per node, the factorisation six.
@@ -330,10 +407,12 @@ void ShiftedSystem::solve_once(std::span<const double> q, std::span<double> z) {
   // v = S^-1 nodes
   cholesky_.solve(packed_);
   for (int i = 0; i < nodes_; ++i) std::copy(&packed_[6 * i], &packed_[6 * i] + 6, nodes + 8 * i);
-  // work = G v
-  AMONTONS_DISPATCH(gather_rows, rows, nodes, work_.data());
+  // work = G v or P G v
+  const BodyRows back{z.size(), node_a_.data(), node_b_.data(),
+                      symmetric || PG_.empty() ? rows.G : PG_[0].data()};
+  AMONTONS_DISPATCH(gather_rows, back, nodes, work_.data());
   for (std::size_t i = 0; i < z.size(); ++i) z[i] -= work_[i];
-  divide_by_L_transposed(z);
+  if (symmetric) divide_by_L_transposed(z);
 }
 
 // From the operator itself and not from G: refinement corrects the rounding of C, G and the factors.
@@ -341,15 +420,25 @@ void ShiftedSystem::apply(std::span<const double> z, std::span<double> out) {
   times_factor(z, work_);
   product(problem_.A, work_, out);
   times_transposed_factor(out, out);
-  for (std::size_t i = 0; i < z.size(); ++i) out[i] += z[i];
+  times_J(z, work_);
+  for (std::size_t i = 0; i < z.size(); ++i) out[i] += work_[i];
 }
 
-// out = R v, or R' v, block by block; v and out may be the same memory.
+// out = J z; of z alone where J is I.
+void ShiftedSystem::times_J(std::span<const double> z, std::span<double> out) const {
+  if (J_.empty())
+    std::copy(z.begin(), z.end(), out.begin());
+  else
+    times_blocks<false>(J_, z, out);
+}
+
+// out = M v, or M' v, block by block; v and out may be the same memory.
 template <bool transposed>
-void ShiftedSystem::times_blocks(std::span<const double> v, std::span<double> out) const {
+void ShiftedSystem::times_blocks(std::span<const double> M, std::span<const double> v,
+                                 std::span<double> out) const {
   for (std::size_t b = 0; b < blocks_.size(); ++b) {
     const auto [row, dim] = std::pair{blocks_[b].row, blocks_[b].dim};
-    const double* R = &R_[offset_[b]];
+    const double* R = &M[offset_[b]];
     double sum[largest_dim] = {};
     for (int i = 0; i < dim; ++i)
       for (int k = 0; k < dim; ++k) sum[i] += R[transposed ? k * dim + i : i * dim + k] * v[row + k];
@@ -358,11 +447,11 @@ void ShiftedSystem::times_blocks(std::span<const double> v, std::span<double> ou
 }
 
 void ShiftedSystem::times_factor(std::span<const double> z, std::span<double> y) const {
-  times_blocks<false>(z, y);
+  times_blocks<false>(R_, z, y);
 }
 
 void ShiftedSystem::times_transposed_factor(std::span<const double> r, std::span<double> q) const {
-  times_blocks<true>(r, q);
+  times_blocks<true>(R_, r, q);
 }
 
 // Refinement: solve for the defect q - (I + R'A R) z and add. Where Theta is large it wins back the digits

@@ -15,6 +15,9 @@ namespace amontons {
 // method for sparse matrix solution", SIAM Review 1992. Our own code because no permissive library offers it:
 // the reasons and the ratio are in ARCHITECTURE.md.
 //
+// With values that are not symmetric on that pattern it is L U: twice the work and memory, the same order, no
+// exchange of rows.
+//
 // Use: the constructor analyses the pattern; slot() says where a block goes, once. Then as often as the
 // values change: set_zero(), add the blocks to panels(), factor(), and any number of solve().
 class BlockCholesky {
@@ -28,26 +31,30 @@ class BlockCholesky {
   // Where block (i, j) is assembled: column-major at panels()[offset] with leading dimension `stride`. When
   // `transposed`, the place holds block (j, i). Of a diagonal block only the lower triangle is read.
   // Two doubles past the end of panels() may be written.
+  // Without symmetry panels(Side::upper) has, at the same places, what the transpose of the matrix would have
+  // in panels(): of a diagonal block its transpose.
   struct Slot {
     std::size_t offset;
     int stride;
     bool transposed;
   };
   Slot slot(int i, int j) const;
-  std::span<double> panels() { return panels_; }
-  void set_zero();
+  enum Side : unsigned char { lower, upper };
+  std::span<double> panels(Side side = lower) { return sides_[side].panels; }
+  // What is assembled next is symmetric, or is not.
+  void set_zero(bool symmetric = true);
 
   // Factors the assembled matrix in place. A pivot that rounding made non-positive is replaced by a huge one,
   // so that its direction is left out of the solution; returns how many were.
   // Looks at the Patience of the thread before it begins, by its own estimate of the time, and on the way:
   // LeftEarly leaves panels() undefined.
   int factor();
-  // rhs := (L L')^-1 rhs, rows in the order of the blocks given.
+  // rhs := (L L')^-1 rhs or (L U)^-1 rhs, rows in the order of the blocks given.
   void solve(std::span<double> rhs);
 
   std::size_t rows() const { return rows_; }
-  std::size_t factor_entries() const { return panels_.size(); }
-  // Multiplications of one factor().
+  std::size_t factor_entries() const { return sides_[lower].panels.size(); }
+  // Multiplications of one factor() with symmetry.
   double factor_work() const { return factor_work_; }
 
  private:
@@ -72,7 +79,15 @@ class BlockCholesky {
   std::vector<std::size_t> given_start_;  // first scalar row of each given block
   std::vector<int> supernode_of_;
   std::vector<Supernode> supernodes_;
-  std::vector<double> panels_, front_, stack_, work_;
+  // Of the lower triangle, and of the upper one, transposed, which has memory once it is needed.
+  struct Triangle {
+    std::vector<double> panels, front, stack;
+  };
+  void take(Triangle& of, const Supernode& s, std::size_t top) const;
+  void leave(Triangle& of, const Supernode& s, std::size_t top) const;
+  Triangle sides_[2];
+  bool symmetric_ = true;
+  std::vector<double> work_;
   std::size_t rows_ = 0;
   double factor_work_ = 0;
 };

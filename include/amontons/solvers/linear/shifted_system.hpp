@@ -33,12 +33,16 @@ class ShiftedSystem {
 
   // Returns the number of pivots that were not positive, through rounding when A is semidefinite.
   int factor(std::span<const double> R);
-  // z of (I + R' A R) z = q, with so many steps of iterative refinement. q and z may be the same memory.
+  // The same with a block J of any values, row-major as R, in the place of each block of I: the factorisation
+  // of (J + R' A R), which takes twice as long. Returns the number of pivots that were zero.
+  int factor(std::span<const double> R, std::span<const double> J);
+  // z of (I + R' A R) z = q, or with J in the place of I, with so many steps of iterative refinement. q and z may be the same memory.
   void solve_reduced(std::span<const double> q, std::span<double> z, int refinements);
   // y for r: q = R' r, y = R z.
   void solve(std::span<const double> r, std::span<double> y, int refinements);
   void times_transposed_factor(std::span<const double> r, std::span<double> q) const;  // q = R' r
   void times_factor(std::span<const double> z, std::span<double> y) const;             // y = R z
+  void times_J(std::span<const double> z, std::span<double> out) const;                // out = J z
 
   bool in_body_space() const { return in_body_space_; }
   std::size_t factor_entries() const { return cholesky_.factor_entries(); }
@@ -58,12 +62,13 @@ class ShiftedSystem {
   void analyse(std::size_t m, auto&& for_each_entry);
   void require_semidefinite();
   void form_G(std::size_t block);
+  void form_PG(std::size_t block);
   void assemble_bodies();
   void assemble_pairs();
   template <bool transposed>
-  void times_blocks(std::span<const double> v, std::span<double> out) const;
+  void times_blocks(std::span<const double> M, std::span<const double> v, std::span<double> out) const;
   void solve_once(std::span<const double> q, std::span<double> z);
-  void apply(std::span<const double> z, std::span<double> out);  // out = (I + R' A R) z
+  void apply(std::span<const double> z, std::span<double> out);  // out = (I + R' A R) z, or with J
   void divide_by_L(std::span<double> q) const;                   // q := L^-1 q
   void divide_by_L_transposed(std::span<double> z) const;        // z := L^-T z
 
@@ -78,6 +83,9 @@ class ShiftedSystem {
   std::vector<int> node_a_, node_b_;       // of every row; the last node stands for none
   std::vector<double> compliance_, R_;
   std::vector<double> L_;  // as R_, empty without compliance
+  // With J: J, the transposed inverse of J + R'E R of every block, and rows of that inverse times G.
+  std::vector<double> J_, P_;
+  std::vector<std::array<double, 16>> PG_;
   std::vector<Pair> pairs_;
   std::vector<double> pair_values_;
   BlockCholesky cholesky_;

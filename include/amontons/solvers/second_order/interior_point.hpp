@@ -9,5 +9,7 @@ Solution interior_point(const Problem&, const Options&);
 // The path alone, without that crossover: a phase of other tables.
 Solution central_path(const Problem&, const Options&);
 std::unique_ptr<Run> start_central_path(const Problem&, const Options&);
+// The same with the De Saxce term held in each step.
+std::unique_ptr<Run> start_path_of_frozen_terms(const Problem&, const Options&);
 
 }  // namespace amontons
