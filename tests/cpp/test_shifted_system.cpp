@@ -94,6 +94,26 @@ void check_solve(const Problem& p, ShiftedSystem& system, Kind kind, unsigned se
   for (std::size_t i = 0; i < y.size(); ++i) CHECK_NEAR(y[i], expected_y[i], 1e-9 * (1 + norm(expected_y)));
 }
 
+// (J + R'AR) z = q with J far from symmetric.
+void check_solve_with_J(const Problem& p, ShiftedSystem& system, Kind kind, unsigned seed, int refinements) {
+  const Vector A = small::dense_matrix(p.A), R = random_factor(p, system, kind, seed);
+  const Vector full = full_factor(p, system, R), q = small::Random(seed + 9).vector(p.rows());
+  Vector J = random_factor(p, system, Kind::regular, seed + 1);
+  for_each_block(p.K, [&]<class S>(const S&, std::size_t block, std::size_t) {
+    double* of_block = &J[system.factor_offset(block)];
+    for (int i = 0; i < S::dim * S::dim; ++i) of_block[i] = 0.25 * of_block[i] + (i % (S::dim + 1) == 0);
+  });
+  system.factor(R, J);
+  Vector z(p.rows());
+  system.solve_reduced(q, z, refinements);
+  const Vector RARz = times(full, times(A, times(full, z)), true), Jz = times(full_factor(p, system, J), z);
+  Vector error(p.rows()), out = z;
+  for (std::size_t i = 0; i < error.size(); ++i) error[i] = Jz[i] + RARz[i] - q[i];
+  CHECK_NEAR(norm(error) / (norm(q) + norm(RARz)), 0, refinements ? 1e-11 : 1e-9);
+  system.times_J(out, out);
+  for (std::size_t i = 0; i < out.size(); ++i) CHECK_NEAR(out[i], Jz[i], 1e-13 * (1 + norm(Jz)));
+}
+
 std::vector<small::Case> cases() {
   std::vector<small::Case> list = small::contact_cases();
   for (small::Case& c : small::bilateral_cases()) list.push_back(std::move(c));
@@ -110,6 +130,17 @@ TEST(solves_the_reduced_system) {
     for (Kind kind : {Kind::regular, Kind::singular, Kind::zero, Kind::scaled})
       for (int refinements : {0, 1, 2}) check_solve(c.problem, system, kind, 3, refinements);
     check_solve(c.problem, system, Kind::regular, 4, 0);  // another R in the same system
+  }
+}
+
+// Breaks when a block of the upper triangle goes to the lower one or to another place, when J is transposed,
+// or when a symmetric factorisation after one that is not finds its remains.
+TEST(solves_the_system_without_symmetry) {
+  for (const small::Case& c : cases()) {
+    ShiftedSystem system(c.problem);
+    for (Kind kind : {Kind::regular, Kind::singular, Kind::zero})
+      for (int refinements : {0, 1}) check_solve_with_J(c.problem, system, kind, 3, refinements);
+    check_solve(c.problem, system, Kind::regular, 4, 0);
   }
 }
 

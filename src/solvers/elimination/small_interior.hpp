@@ -14,7 +14,8 @@ namespace amontons {
 class SmallInterior {
  public:
   // How the path is followed, in parts of mu: the size at which the kink of the De Saxce term is rounded off
-  // (of velocities), 0.01 to 1, and the least that a step aims at. Where one way leads astray another may not.
+  // (of velocities), 0.01 to 1, and the least that a step aims at. Where one way leads astray another may
+  // not.
   struct Way {
     double rounding, least_target;
   };

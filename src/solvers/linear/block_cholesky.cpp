@@ -272,9 +272,10 @@ int factor_front(double* lower, double* upper, int front, int stride, int column
     const int panels = 1 + static_cast<int>(unwatched_work / (front_panel * rest * rest));
     const int piece = std::min(columns - first, panels * front_panel);
     const std::size_t corner = static_cast<std::size_t>(first) * stride + first;
-    replaced +=
-        upper ? AMONTONS_DISPATCH(partial_lu, lower + corner, upper + corner, front - first, stride, piece, pack)
-              : AMONTONS_DISPATCH(partial_cholesky, lower + corner, front - first, stride, piece, pack);
+    replaced += upper
+                    ? AMONTONS_DISPATCH(partial_lu, lower + corner, upper + corner, front - first, stride,
+                                        piece, pack)
+                    : AMONTONS_DISPATCH(partial_cholesky, lower + corner, front - first, stride, piece, pack);
     first += piece;
     if (first < columns) Patience::leave_if_due();
   }
@@ -293,12 +294,12 @@ void BlockCholesky::take(Triangle& of, const Supernode& s, std::size_t top) cons
   double* F = of.front.data();
   const double* panel = of.panels.data() + s.panel;
   for (int j = 0; j < s.columns; ++j)
-    std::copy(panel + static_cast<std::size_t>(j) * s.front, panel + static_cast<std::size_t>(j + 1) * s.front,
-              F + static_cast<std::size_t>(j) * stride);
+    std::copy(panel + static_cast<std::size_t>(j) * s.front,
+              panel + static_cast<std::size_t>(j + 1) * s.front, F + static_cast<std::size_t>(j) * stride);
   // Only lower triangles are kept: the kernel reads, and never uses, what lies above.
   for (int j = s.columns; j < s.front; ++j)
-    std::fill(F + static_cast<std::size_t>(j) * stride + j, F + static_cast<std::size_t>(j) * stride + s.front,
-              0.0);
+    std::fill(F + static_cast<std::size_t>(j) * stride + j,
+              F + static_cast<std::size_t>(j) * stride + s.front, 0.0);
   for (auto c = s.children.rbegin(); c != s.children.rend(); ++c) {
     const Supernode& child = supernodes_[*c];
     const int rest = child.front - child.columns;
@@ -352,8 +353,8 @@ int BlockCholesky::factor() {
   return replaced;
 }
 
-// L y = rhs from the leaves to the root, L'x = y (or U x = y) back. Panels work on the rows of their own columns, which
-// lie in one piece, and on a copy of the rows below, which do not.
+// L y = rhs from the leaves to the root, L'x = y (or U x = y) back. Panels work on the rows of their own
+// columns, which lie in one piece, and on a copy of the rows below, which do not.
 void BlockCholesky::solve(std::span<double> rhs) {
   // y: the unknowns in elimination order. rest: the rows below a panel.
   double* y = work_.data();
@@ -368,8 +369,8 @@ void BlockCholesky::solve(std::span<double> rhs) {
   };
   // Forward: what the columns of a supernode subtract from the rows below is summed up in `rest` first.
   for (const Supernode& s : supernodes_) {  // L y = rhs
-    AMONTONS_DISPATCH(panel_forward, sides_[lower].panels.data() + s.panel, s.front, s.columns, y + start_[s.first_node],
-                      rest);
+    AMONTONS_DISPATCH(panel_forward, sides_[lower].panels.data() + s.panel, s.front, s.columns,
+                      y + start_[s.first_node], rest);
     for_each_row(s, [&](int local, int row) { y[row] -= rest[local]; });
   }
   // Backward: the rows below are known, as they belong to ancestors.

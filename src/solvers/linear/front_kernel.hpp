@@ -9,8 +9,8 @@ namespace amontons {
 // doubles. Returns the number of non-positive pivots that were replaced by a huge one.
 AMONTONS_FOR_EACH_ISA(int partial_cholesky(double* front_matrix, int front, int stride, int columns,
                                            double* pack);)
-// The same for L U of a matrix that is not symmetric: its lower triangle in `lower`, its upper one, transposed,
-// in `upper`, the diagonal in both. Without exchanges of rows. A pivot of zero is replaced.
+// The same for L U of a matrix that is not symmetric: its lower triangle in `lower`, its upper one,
+// transposed, in `upper`, the diagonal in both. Without exchanges of rows. A pivot of zero is replaced.
 AMONTONS_FOR_EACH_ISA(int partial_lu(double* lower, double* upper, int front, int stride, int columns,
                                      double* pack);)
 

@@ -107,8 +107,7 @@ void subtract_panel(double* A, const double* B, int front, int stride, int p, in
   for (int j = end; j < front; j += 4) {
     double* strip = pack + (long)(j - end) * front_panel;
     for (int k = 0; k < depth; ++k)
-      for (int q = 0; q < 4; ++q)
-        strip[4 * k + q] = j + q < front ? B[(long)(p + k) * stride + j + q] : 0.0;
+      for (int q = 0; q < 4; ++q) strip[4 * k + q] = j + q < front ? B[(long)(p + k) * stride + j + q] : 0.0;
   }
   const double* L = A + (long)p * stride;
   // Strips of rows outside, so that 16 rows of L serve all columns from the L1 cache.

@@ -56,12 +56,12 @@ constexpr double path_floor = 1e-12;
 // Steps this short come from an iterate squeezed against the boundary; they would go on being short.
 constexpr double shortest_step = 1e-4;
 // With the derivative of the De Saxce term. Of mu: how far its kink is rounded off, and the least that a step
-// aims at, as the term makes the path bend; what it aims at where the predictor is so short that it tells
-// nothing, which brings the iterate back to the middle.
+// aims at, as the term makes the path bend, unless the predictor goes nearly all the way; what it aims at
+// where that is so short that it tells nothing, which brings the iterate back to the middle.
 constexpr double rounding = 0.3, least_target = 0.1, centring_target = 0.8, short_predictor = 0.1;
 // Steps shorter than that, so many in a row: the path has lost its middle.
 constexpr double short_step = 0.1;
-constexpr std::size_t most_short_steps = 8;
+constexpr std::size_t most_short_steps = 16;
 // Where the starting point has a smaller eigenvalue it is pushed inside.
 constexpr double start_margin = 1e-3;
 // A scale whose square would underflow: b and the natural map at zero vanish, and x~ = x will do.
@@ -224,7 +224,8 @@ void InteriorPoint::linearise() {
 //
 //     (I + R'AR) beta z = -R'(A x + b - u) + beta rho,
 //
-// and with the derivative of the De Saxce term J in the place of I and before rho. Solving for z keeps both steps accurate where W or its inverse is huge.
+// and with the derivative of the De Saxce term J in the place of I and before rho. Solving for z keeps both
+// steps accurate where W or its inverse is huge.
 void InteriorPoint::solve(double target, bool corrector, int refinements) {
   each([&]<int dim>(auto& barrier, std::size_t block, std::size_t row) {
     barrier.target(target, corrector, &rho_[row]);
@@ -272,7 +273,9 @@ std::optional<double> InteriorPoint::step() {
   const double affine = std::min(1.0, longest_step());
   const double ratio = mu > 0 ? std::clamp(gap(affine) / mu, 0.0, 1.0) : 0.0;
   const bool tells = !bends || affine > short_predictor;
-  const double sigma = tells ? std::max(ratio * ratio * ratio, bends ? least_target : 0.0) : centring_target;
+  const double sigma = tells
+                           ? std::max(ratio * ratio * ratio, bends ? std::min(least_target, 1 - affine) : 0.0)
+                           : centring_target;
   // Corrector: to sigma mu, with that term, by the same factorisation; it is the step, so it is refined once.
   solve(sigma * mu, tells, 1);
   const double t = std::min(1.0, fraction * longest_step());
@@ -323,8 +326,10 @@ Solution interior_point(const Problem& problem, const Options& options) {
       {.method = central_path, .why = "follows the central path"},
       {.method = newton, .why = "finds the faces that hold the path back", .iterations = newtons}};
   if (options.law == Law::coulomb && problem.K.has_friction()) {
-    crossover.push_back({.method = path_of_frozen_terms, .why = "another path, the De Saxce term held in each step"});
-    crossover.push_back({.method = newton, .why = "finds the faces that hold it back", .iterations = newtons});
+    crossover.push_back(
+        {.method = path_of_frozen_terms, .why = "another path, the De Saxce term held in each step"});
+    crossover.push_back(
+        {.method = newton, .why = "finds the faces that hold it back", .iterations = newtons});
   }
   crossover.push_back(
       {.method = spg, .why = "takes the last digits", .iterations = std::max<std::size_t>(first_order, 1)});

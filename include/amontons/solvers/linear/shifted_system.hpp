@@ -36,7 +36,8 @@ class ShiftedSystem {
   // The same with a block J of any values, row-major as R, in the place of each block of I: the factorisation
   // of (J + R' A R), which takes twice as long. Returns the number of pivots that were zero.
   int factor(std::span<const double> R, std::span<const double> J);
-  // z of (I + R' A R) z = q, or with J in the place of I, with so many steps of iterative refinement. q and z may be the same memory.
+  // z of (I + R' A R) z = q, or with J in the place of I, with so many steps of iterative refinement. q and z
+  // may be the same memory.
   void solve_reduced(std::span<const double> q, std::span<double> z, int refinements);
   // y for r: q = R' r, y = R z.
   void solve(std::span<const double> r, std::span<double> y, int refinements);
