@@ -150,8 +150,7 @@ class Scene:
         b = others[int(rng.integers(len(others)))]
         place = self.places[a]
         point = tuple(np.array(place) + rng.uniform(-1, 1, 3) * self.size)
-        # Whatever the bodies weigh: a motor on the lightest of them may drive it beyond all numbers in some
-        # steps (9101:3), which is what was asked for, and a SimulationError.
+        # Whatever the bodies weigh: a motor may drive the lightest of them to any speed.
         weight = 1000 * (2 * self.size) ** 3 * 9.81
         options: dict[str, Any] = {}
         if rng.random() < 0.3:

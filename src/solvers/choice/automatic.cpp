@@ -50,7 +50,7 @@ constexpr double ahead = 30, linear_ahead = 8;
 // Of a race without limits of the caller: nominal ns, and more per block. What is not solved by then creeps.
 constexpr double least_work = 4e8, work_per_block = 1.5e5;
 // After the direct way has failed, which is seldom then.
-constexpr double least_work_after = 8e6, work_per_block_after = 5e4;
+constexpr double least_work_after = 1e6, work_per_block_after = 4e4;
 
 // Why the direct way was taken.
 constexpr const char* eliminated = "bilateral rows are eliminated, islands are small";
