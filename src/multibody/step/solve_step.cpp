@@ -146,7 +146,7 @@ double most_work(std::size_t blocks) {
 }
 
 Patience share_of_step(bool missed) {
-  constexpr double most = 0.4, after_a_miss = 0.1;
+  constexpr double most = 0.5, after_a_miss = 0.1;
   return Patience(infinity, {}, Patience::Catches::no,
                   (missed ? after_a_miss : most) * Patience::work_left());
 }
