@@ -168,8 +168,8 @@ std::optional<Simulation::Attempt> Simulation::try_step(const Attempt& attempt, 
 }
 
 // Where attempts at steps have missed their tolerance by far, those that follow mostly do: they have a share
-// of the work until one is solved, but for the second, the fourth, the eighth and so on in a row, which find out
-// whether more helps.
+// of the work until one is solved, but for the second, the fourth, the eighth and so on in a row, which find
+// out whether more helps.
 double Simulation::work_limit() const {
   constexpr double share = 0.2;
   const double whole = most_work(contacts_.size() + 6 * model_->joints());
