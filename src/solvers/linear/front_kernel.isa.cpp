@@ -116,10 +116,10 @@ void subtract_panel(double* A, const double* B, int front, int stride, int p, in
     for (int j = end; j < front && j < i + rows; j += 4) {
       const double* strip = pack + (long)(j - end) * front_panel;
       double* C = A + (long)j * stride + i;
-      const int width = front - j < 4 ? front - j : 4;
+      const int wide = front - j < 4 ? front - j : 4;
       // 16 rows at a time, or 8 where there are no more; what remains entry by entry.
-      if (width < 4) {
-        tile_small(C, stride, L + i, strip, depth, rows, width);
+      if (wide < 4) {
+        tile_small(C, stride, L + i, strip, depth, rows, wide);
       } else if (rows == 16) {
         tile<16>(C, stride, L + i, strip, depth);
       } else if (rows >= 8) {
