@@ -18,6 +18,7 @@
 #include <cmath>
 #include <string>
 
+#include "amontons/base/patience.hpp"
 #include "amontons/solvers/choice/islands.hpp"
 #include "amontons/solvers/companions/admm.hpp"
 #include "amontons/solvers/companions/gauss_seidel.hpp"
@@ -49,8 +50,10 @@ constexpr std::size_t few_bodies = 64;
 constexpr double ahead = 30, linear_ahead = 8;
 // Of a race without limits of the caller: nominal ns, and more per block. What is not solved by then creeps.
 constexpr double least_work = 4e8, work_per_block = 1.5e5;
-// After the direct way has failed, which is seldom then.
-constexpr double least_work_after = 1e6, work_per_block_after = 4e4;
+// After the direct way has failed, which is seldom then: most have no solution, and the race is to prove it.
+// Where work is limited (Patience, as in a step), no more than what others may still find.
+constexpr double least_work_after = 8e6, work_per_block_after = 5e4;
+constexpr double least_work_in_step = 1e6, work_per_block_in_step = 4e4;
 
 // Why the direct way was taken.
 constexpr const char* eliminated = "bilateral rows are eliminated, islands are small";
@@ -281,8 +284,11 @@ Solution solve_one(const Problem& problem, const Options& options) {
 
 // One group of islands after the direct way has failed.
 Solution solve_after_elimination(const Problem& problem, const Options& options) {
+  const auto blocks = static_cast<double>(problem.K.blocks());
+  const bool in_step = Patience::work_left() < Patience::infinite_work;
   return race_for(problem, options,
-                  least_work_after + work_per_block_after * static_cast<double>(problem.K.blocks()));
+                  in_step ? least_work_in_step + work_per_block_in_step * blocks
+                          : least_work_after + work_per_block_after * blocks);
 }
 
 // A start that fulfils the tolerance is the solution, as it is for every method.

@@ -261,7 +261,7 @@ double InteriorPoint::gap(double t) {
 std::optional<double> InteriorPoint::step() {
   // Rounding ends the central path: the residual leaps off, or the step collapses.
   if (map_ / scale_ > lost_path * std::max(monitor.best(), path_floor)) return std::nullopt;
-  const bool coulomb = options.law == Law::coulomb, bends = coulomb && !frozen_;
+  const bool coulomb = options.law == Law::coulomb && problem.K.has_friction(), bends = coulomb && !frozen_;
   scale_blocks([](auto& barrier, double* R) { barrier.factor(R); });
   if (bends) linearise();
   if (coulomb && frozen_) freeze();
