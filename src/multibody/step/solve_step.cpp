@@ -115,6 +115,21 @@ Solution polished(const Problem& problem, const std::string& method, const Optio
   return s;
 }
 
+// Solves again to the tolerance from the x of s, which becomes the better of both; how that solve ended.
+Status go_on(const StepSolver& solver, const Problem& problem, Options options, double tolerance,
+             Solution& s) {
+  const std::vector<double> start = s.x;
+  options.x0 = start;
+  options.tolerance = tolerance;
+  options.deadline = solver.clock.left();
+  Solution other = solve_with(solver, problem, options, {});
+  const Status status = other.status;
+  add_counts(s, other);
+  s.time += other.time;
+  take_better(s, std::move(other));
+  return status;
+}
+
 // Goes on until light bodies are right in their own measure, as far as they come: the tolerance of the step
 // is kept already.
 Solution with_unseen(const StepSolver& solver, const Problem& problem, Solution s) {
@@ -122,14 +137,7 @@ Solution with_unseen(const StepSolver& solver, const Problem& problem, Solution 
   Options options = solver.options;
   const double finer = tolerance_of_unseen(problem, options.law, s, solver.speed, options.tolerance);
   if (!(finer < options.tolerance)) return s;
-  const std::vector<double> start = s.x;
-  options.x0 = start;
-  options.tolerance = finer;
-  options.deadline = solver.clock.left();
-  Solution other = solve_with(solver, problem, options, {});
-  add_counts(s, other);
-  s.time += other.time;
-  take_better(s, std::move(other));
+  go_on(solver, problem, options, finer, s);
   // What is wrong still has not converged, whatever the heavy bodies make of the residual.
   if (tolerance_of_unseen(problem, options.law, s, solver.speed, solver.options.tolerance) <
       solver.options.tolerance)
@@ -162,19 +170,7 @@ static Solution solve_many(const StepSolver& solver, const Problem& problem, Opt
     options.tolerance = aim_of_many * tolerance;
     s = solve_with(solver, problem, options, std::move(memory));
   }
-  if (s.residual <= tolerance) {
-    s.status = Status::converged;
-    return s;
-  }
-  const std::vector<double> start = s.x;
-  options.x0 = start;
-  options.tolerance = tolerance;
-  options.deadline = solver.clock.left();
-  Solution other = solve_with(solver, problem, options, {});
-  add_counts(s, other);
-  s.time += other.time;
-  s.status = other.status;
-  take_better(s, std::move(other));
+  s.status = s.residual <= tolerance ? Status::converged : go_on(solver, problem, options, tolerance, s);
   return s;
 }
 
