@@ -27,6 +27,7 @@ LAYERS: dict[str, list[str]] = {
         "driver",
         "first_order",
         "krylov",
+        "central_path",
         "second_order",
         "companions",
         "elimination",
@@ -36,9 +37,7 @@ LAYERS: dict[str, list[str]] = {
     "multibody": ["model", "bodies", "joints", "kinematics", "contacts", "step", "worlds"],
 }
 # Sources that declare nothing and so have no header: the file and the reason.
-WITHOUT_HEADER: dict[str, str] = {
-    "src/solvers/elimination/growth.cpp": "a part of the class of small_vi.hpp",
-}
+WITHOUT_HEADER: dict[str, str] = {}
 INCLUDE = re.compile(r'^\s*#\s*include\s*([<"])([^>"]+)[>"]', re.MULTILINE)
 
 

@@ -264,8 +264,8 @@ TEST(islands_that_fell_short_are_solved_again) {
 }
 
 // Two links on a ball joint with twelve contacts each, of the ground and between them, that stick easily:
-// more contacts than freedoms, and several solutions. Breaks when growth turns in circles as Newton steps on
-// all contacts do, which solve 54 of these.
+// more contacts than freedoms, and several solutions. Breaks when only Newton steps are tried, which solve 54
+// of these.
 TEST(contacts_that_jam_are_solved) {
   int solved = 0;
   for (unsigned seed = 1; seed <= 100; ++seed) {
@@ -294,7 +294,7 @@ TEST(contacts_that_jam_are_solved) {
     CHECK(memory.solve(p, options, s));
     solved += s.status == Status::converged;
   }
-  CHECK(solved >= 80);
+  CHECK(solved >= 95);
 }
 
 // A rope that runs over bodies of very different mass: an auxiliary body of 1e-7 of the others, whose rows

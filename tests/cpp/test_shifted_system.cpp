@@ -114,6 +114,45 @@ void check_solve_with_J(const Problem& p, ShiftedSystem& system, Kind kind, unsi
   for (std::size_t i = 0; i < out.size(); ++i) CHECK_NEAR(out[i], Jz[i], 1e-13 * (1 + norm(Jz)));
 }
 
+int sign_of_determinant(Vector M, std::size_t m) {
+  int sign = 1;
+  for (std::size_t k = 0; k < m; ++k) {
+    std::size_t best = k;
+    for (std::size_t i = k + 1; i < m; ++i)
+      if (std::abs(M[m * i + k]) > std::abs(M[m * best + k])) best = i;
+    for (std::size_t j = 0; j < m; ++j) std::swap(M[m * k + j], M[m * best + j]);
+    if ((best != k) != (M[(m + 1) * k] < 0)) sign = -sign;
+    for (std::size_t i = k + 1; i < m; ++i)
+      for (std::size_t j = m; j-- > k;) M[m * i + j] -= M[m * i + k] / M[(m + 1) * k] * M[m * k + j];
+  }
+  return sign;
+}
+
+// Both signs: of each block in turn J is turned round, which is more than R'AR of a small R.
+void check_sign(const Problem& p, ShiftedSystem& system) {
+  const std::size_t m = p.rows();
+  const Vector A = small::dense_matrix(p.A), some = random_factor(p, system, Kind::regular, 3);
+  for (std::size_t turned = 0; turned <= p.K.blocks(); ++turned) {
+    Vector R = some, J(R.size(), 0.0);
+    for (double& r : R) r *= 0.3;
+    for_each_block(p.K, [&]<class S>(const S&, std::size_t block, std::size_t) {
+      for (int i = 0; i < S::dim; ++i)
+        J[system.factor_offset(block) + (S::dim + 1) * i] = block == turned ? -2 : 1;
+    });
+    system.factor(R, J);
+    Vector M(m * m);
+    for (std::size_t k = 0; k < m; ++k) {
+      Vector unit(m, 0.0);
+      unit[k] = 1;
+      const Vector full = full_factor(p, system, R);
+      const Vector column = times(full, times(A, times(full, unit)), true);
+      const Vector of_J = times(full_factor(p, system, J), unit);
+      for (std::size_t i = 0; i < m; ++i) M[m * i + k] = column[i] + of_J[i];
+    }
+    CHECK(system.sign() == sign_of_determinant(std::move(M), m));
+  }
+}
+
 std::vector<small::Case> cases() {
   std::vector<small::Case> list = small::contact_cases();
   for (small::Case& c : small::bilateral_cases()) list.push_back(std::move(c));
@@ -141,6 +180,14 @@ TEST(solves_the_system_without_symmetry) {
     for (Kind kind : {Kind::regular, Kind::singular, Kind::zero})
       for (int refinements : {0, 1}) check_solve_with_J(c.problem, system, kind, 3, refinements);
     check_solve(c.problem, system, Kind::regular, 4, 0);
+  }
+}
+
+// Breaks when a negative pivot, or a block whose determinant is negative, is not counted once.
+TEST(tells_the_sign_of_the_determinant) {
+  for (const small::Case& c : cases()) {
+    ShiftedSystem system(c.problem);
+    check_sign(c.problem, system);
   }
 }
 

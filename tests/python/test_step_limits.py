@@ -10,7 +10,7 @@ from amontons import scenes, shapes
 
 def hopeless():
     """Nothing meets a tolerance of zero."""
-    return amontons.Simulation(scenes.make("stack", boxes=4), dt=5e-3, tolerance=0, on_failure="ignore")
+    return amontons.Simulation(scenes.make("stack", boxes=10), dt=5e-3, tolerance=0, on_failure="ignore")
 
 
 def work_of(report):

@@ -152,8 +152,8 @@ struct ConeBarrier {
   void primal(double* out) const {
     for (std::size_t k = 0; k < n; ++k) out[k] = x[k] / D[k];
   }
-  void dual(double* out) const {
-    for (std::size_t k = 0; k < n; ++k) out[k] = u[k] * D[k];
+  void dual(double* out, double t = 0) const {
+    for (std::size_t k = 0; k < n; ++k) out[k] = (u[k] + t * du[k]) * D[k];
   }
 };
 

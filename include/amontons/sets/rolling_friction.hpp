@@ -181,10 +181,10 @@ struct RollingFriction {
         for (int k = 0; k < 3; ++k) out[row[k]] = cone.x[k] / cone.D[k];
       });
     }
-    void dual(double* out) {
+    void dual(double* out, double t = 0) {
       std::fill(out, out + 5, 0.0);
       each([&](ConeBarrier<3>& cone, const int* row) {
-        for (int k = 0; k < 3; ++k) out[row[k]] += cone.u[k] * cone.D[k];
+        for (int k = 0; k < 3; ++k) out[row[k]] += (cone.u[k] + t * cone.du[k]) * cone.D[k];
       });
     }
 

@@ -39,7 +39,7 @@ constexpr std::size_t few_rows = 300;
 // Of the residual of no correction: one that was stopped with more left in it may bend springs, and waits for
 // the next step.
 constexpr double most_left = 0.1;
-// Of what is left of a budget: velocities come after.
+// Of what is left of a budget, of all solves together: velocities come after.
 constexpr double share_of_time = 0.5;
 constexpr std::size_t most_iterations = 100;
 
@@ -147,9 +147,10 @@ JointRows position_rows(const PositionInput& in, const BodyVelocities& rest, con
   return rows;
 }
 
-// The displacements, as velocities over h, of about `speed`; none where there was no time to find them.
+// The displacements, as velocities over h, of about `speed`; none where there was no time to find them until
+// `end` on the clock.
 BodyVelocities displacements(const PositionInput& in, const BodyVelocities& rest, const JointRows& rows,
-                             double speed, StepClock& clock, Elimination& elimination) {
+                             double speed, const StepClock& clock, double end, Elimination& elimination) {
   std::vector<Contact> none;
   const Problem problem = assemble({in.frames, in.mobility, rest, rest}, none, rows, {in.options.h, 0});
   const bool linear = problem.K.all_free();
@@ -157,17 +158,17 @@ BodyVelocities displacements(const PositionInput& in, const BodyVelocities& rest
   options.law = Law::associated;
   options.tolerance = linear ? precision : rough_precision;
   options.max_iterations = most_iterations;
-  options.deadline = share_of_time * clock.left();
+  options.deadline = end - clock.elapsed();
   const Patience share = share_of_step(false);
   const bool few = linear || rows.tags.size() <= few_rows;
   Solution s = few ? automatic(problem, options, elimination) : apgd(problem, options);
   // What is light shall not be moved by what the heavy bodies leave in the residual.
   options.tolerance =
       tolerance_of_unseen(problem, options.law, s, speed, std::max(s.residual, options.tolerance));
-  if (few && !linear && options.tolerance < rough_precision) {
+  options.deadline = end - clock.elapsed();
+  if (few && !linear && options.tolerance < rough_precision && options.deadline > 0) {
     const std::vector<double> start = s.x;
     options.x0 = start;
-    options.deadline = share_of_time * clock.left();
     Solution finer = automatic(problem, options, elimination);
     if (finer.residual < s.residual) s = std::move(finer);
   }
@@ -193,12 +194,13 @@ bool correct_positions(const PositionInput& in, StepClock& clock, Elimination& e
   double speed = std::min(in.speed, error / h);
   JointRows rows = position_rows(in, rest, state, in.speed);
   if (rows.tags.empty()) return false;
-  BodyVelocities p = displacements(in, rest, rows, speed, clock, elimination);
+  const double end = clock.elapsed() + share_of_time * clock.left();
+  BodyVelocities p = displacements(in, rest, rows, speed, clock, end, elimination);
   if (p.empty()) return false;
   if (const double turn = h * turning(p); turn > largest_turn) {
     speed *= largest_turn / turn;
     rows = position_rows(in, rest, state, speed);
-    p = displacements(in, rest, rows, speed, clock, elimination);
+    p = displacements(in, rest, rows, speed, clock, end, elimination);
     if (p.empty()) return false;
   }
   for (std::size_t i = 0; i < p.size(); ++i) {

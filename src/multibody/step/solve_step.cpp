@@ -195,9 +195,11 @@ static Solution solve_seen(const StepSolver& solver, const Problem& problem, std
     return accepted(problem, std::move(memory), start);
   // The direct way goes as far by itself.
   if (method == "auto") {
-    if (solver.elimination.solve(problem, options, memory) && memory.status == Status::converged)
+    if (solver.elimination.solve(problem, options, memory) &&
+        (memory.status == Status::converged || solver.clock.over()))
       return memory;
     look_at_start(problem, options, memory);
+    options.deadline = solver.clock.left();
   }
   if (!few) return solve_many(solver, problem, options, std::move(memory));
   Solution s = start <= options.tolerance ? accepted(problem, std::move(memory), start)

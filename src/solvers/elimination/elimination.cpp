@@ -94,8 +94,8 @@ void Elimination::Memory::solve_islands(std::span<const double> start, Solution&
     part.clear();
     if (!start.empty())
       for (std::size_t row : island.row) part.push_back(start[row]);
-    const SmallVi::Result result = small.solve(
-        island, options->law, {target[i], aim * even, target[i] / share, options->max_iterations}, part);
+    const SmallVi::Result result =
+        small.solve(island, options->law, {target[i], aim * even, options->max_iterations}, part);
     s.iterations += result.iterations;
     s.factorizations += result.factorizations;
     short_of[i] = !(result.map <= target[i]);

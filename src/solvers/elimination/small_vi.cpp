@@ -25,24 +25,23 @@ constexpr double proximal = 1e-7, smallest_proximal = 1e-13;
 // Directions in which W is softer than that come in at this rate only, and more slowly than by `slow`: then
 // the term falls.
 constexpr double slow = 0.1, proximal_fall = 0.1;
-// Along the central path: what one that ends at a solution takes at most, mostly; and where it is given up.
-constexpr std::size_t usual_path_steps = 15, path_steps = 30;
-// One after the other: each ends at a solution of some problems where the other goes astray.
-constexpr SmallInterior::Way ways[] = {{0.3, 1e-2}, {0.03, 0.3}};
+// Along the central curve: what one takes that bends little, and where one is given up; where it has ended.
+constexpr std::size_t usual_curve_steps = 15, most_curve_steps = 150;
+constexpr double end_of_curve = 1e-30;
+// The t of the first look for the faces on the way, and how t falls between two.
+constexpr double first_look = 1e-6, next_look = 1e-2;
 // Gradient steps from nothing before the first faces: they share loads evenly where those are not determined.
 constexpr std::size_t cold_descent = 24;
 // In all: multiplications, with so many for each row of a projection or a natural map; and times m^3; beside
-// them the steps of the path, and growth after it, of all islands together. What is not solved by then, which
-// is rare, is left to the methods of automatic.cpp.
-constexpr std::size_t most_work = 1'000'000, most_per_cube = 2, multiplications = 30, most_growth = 2'000'000;
+// them the steps along the curve. What is not solved by then, which is rare, is left to the methods of
+// automatic.cpp.
+constexpr std::size_t most_work = 1'000'000, most_per_cube = 2, multiplications = 30;
 // Between two looks at the Patience of the thread: some microseconds.
 constexpr std::size_t unwatched_work = 5'000;
 // In a unit of work: rows are short and the loops over blocks do other things than multiply.
 constexpr double small_multiplications = 0.5 * Patience::multiplications;
-// Of the work that is left (Patience), for growth: what it does not solve has other ways, which need theirs.
-constexpr double share_of_growth = 0.05;
-// Of the same, for a path that does not end: where it is more, the path is not begun.
-constexpr double share_of_path = 0.4;
+// Of the work that is left (Patience), for a curve that bends little: where it is more, it is not begun.
+constexpr double share_of_curve = 0.4;
 
 }  // namespace
 
@@ -53,7 +52,6 @@ void SmallVi::start(const Reduction::Island& island) {
   for (std::vector<double>* v : {&x_, &u_, &dx_, &trial_, &trial_u_, &best_, &du_, &centre_}) v->resize(m);
   p_.resize(island.K.blocks());
   linear_.resize(island.K.blocks());
-  lift_.assign(island.K.blocks(), 0.0);
   double largest = 0;
   for (std::size_t i = 0; i < m; ++i) largest = std::max(largest, island.W[(m + 1) * i]);
   const double floor = largest > 0 ? 1e-14 * largest : 1.0;
@@ -97,8 +95,6 @@ bool SmallVi::keep(const std::vector<double>& x, const std::vector<double>& u) {
 void SmallVi::begin() {
   ended_ = false;
   unpaid_ = 0;
-  const double some = share_of_growth * Patience::work_left() * small_multiplications;
-  growth_ = static_cast<std::size_t>(std::min(static_cast<double>(most_growth), some));
 }
 
 SmallVi::Result SmallVi::solve(const Reduction::Island& island, Law law, const Limits& limits,
@@ -121,14 +117,7 @@ SmallVi::Result SmallVi::solve(const Reduction::Island& island, Law law, const L
   limits_ = limits;
   if (!warm) descend();
   if (!done()) find_faces();
-  for (const SmallInterior::Way& way : ways)
-    if (result_.map > limits.target) follow_path(way);
-  if (result_.map > limits.enough) {
-    const std::size_t before = work_;
-    most_work_ = before + growth_;
-    grow();
-    growth_ -= std::min(work_ - before, growth_);
-  }
+  if (result_.map > limits.target) follow_curve();
   x = best_;
   unpaid_ += work_ - paid_;
   return result_;
@@ -169,23 +158,31 @@ void SmallVi::find_faces() {
   }
 }
 
-// Along the central path, and from its end to the faces.
-void SmallVi::follow_path(const SmallInterior::Way& way) {
+// Along the central curve. Near its end the faces may be found before it is reached.
+void SmallVi::follow_curve() {
   const std::size_t m = x_.size();
   // The multiplications m^3 / 3 are those of a dense kernel, four in the time of one of the rest.
   const std::size_t work_of_step = m * m * (m + 90) / 12;
   const double left_to_all = std::max(0.0, Patience::work_left()) * small_multiplications;
-  if (static_cast<double>(usual_path_steps * work_of_step) > share_of_path * left_to_all) return;
-  most_work_ = work_ + path_steps * work_of_step + most_work;
-  interior_.start(*island_, law_, p_, way);
-  for (std::size_t i = 0; i < path_steps && result_.map > limits_.target && left(); ++i) {
+  if (static_cast<double>(usual_curve_steps * work_of_step) > share_of_curve * left_to_all) return;
+  most_work_ = work_ + most_curve_steps * work_of_step + most_work;
+  system_.start(*island_, p_);
+  curve_.start(system_, island_->K, law_);
+  double look = first_look;
+  for (std::size_t i = 0; i < most_curve_steps && result_.map > limits_.target && left(); ++i) {
     ++result_.iterations;
     ++result_.factorizations;
     work_ += work_of_step;
-    if (!interior_.step()) break;
-    interior_.x(x_);
+    if (!curve_.step()) break;
+    curve_.x(x_);
+    system_.units().to_impulses(x_);
     evaluate(x_, u_);
     keep(x_, u_);
+    if (curve_.t() < end_of_curve) break;
+    if (curve_.t() < look) {
+      look = next_look * curve_.t();
+      find_faces();
+    }
   }
   restart();
   if (!done()) find_faces();
@@ -277,9 +274,8 @@ void SmallVi::restart() {
   evaluate(x_, u_);
 }
 
-// At x, of the problem regularised about the centre; returns |F| in the metric of W.
-double SmallVi::linearise() {
-  double sum = 0;
+// At x, of the problem regularised about the centre.
+void SmallVi::linearise() {
   for_each_block(island_->K, [&]<class S>(const S& set, std::size_t block, std::size_t row) {
     Linear& l = linear_[block];
     const double p = p_[block];
@@ -287,17 +283,9 @@ double SmallVi::linearise() {
     for (int k = 0; k < S::dim; ++k) u[k] = u_[row + k] + sigma_ * p * (x_[row + k] - centre_[row + k]);
     l.row = row;
     l.dim = S::dim;
-    if (lift_[block] == held_open) {
-      l.acts = false;
-      std::fill_n(l.F, S::dim, 0.0);
-      return;
-    }
-    u[0] += lift_[block];
     block_equation(set, law_, p, &x_[row], u, l.F, l.G, l.H);
     l.acts = std::any_of(l.H, l.H + S::dim * S::dim, [](double h) { return h != 0; });
-    for (int k = 0; k < S::dim; ++k) sum += p * l.F[k] * l.F[k];
   });
-  return std::sqrt(sum);
 }
 
 // A row of H times W.

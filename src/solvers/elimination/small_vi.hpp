@@ -2,21 +2,22 @@
 #include <limits>
 #include <vector>
 
+#include "solvers/central_path/central_curve.hpp"
+#include "solvers/elimination/island_system.hpp"
 #include "solvers/elimination/reduction.hpp"
-#include "solvers/elimination/small_interior.hpp"
 
 namespace amontons {
 
 // Solves a VI of few rows with its matrix at hand: find x in K with u = W x + q (and the De Saxce term under
 // coulomb) in the normal cone. Semismooth Newton steps on the faces of the start, a dense factorisation of
-// the rows that act each; where they do not lead on, the central path (small_interior.hpp), and then the
-// blocks one after the other (growth.cpp). The work is bounded whatever the problem.
+// the rows that act each; where they do not lead on, the central path as a curve
+// (central_path/central_curve.hpp). The work is bounded whatever the problem.
 class SmallVi {
  public:
   struct Limits {
-    // Natural maps in the P of the island, absolute: what is asked for, what is worth another step or two
-    // once it is reached, and what is enough where only the last way is left.
-    double target, aim, enough;
+    // Natural maps in the P of the island, absolute: what is asked for, and what is worth another step or two
+    // once it is reached.
+    double target, aim;
     std::size_t iterations;  // steps of all kinds; 0: the method's own
   };
   struct Result {
@@ -47,38 +48,28 @@ class SmallVi {
   void descend();
   void momentum_direction(double L, double& dPd, double& dPm);
   double multiply(const std::vector<double>& d, std::vector<double>& Wd);
-  void follow_path(const SmallInterior::Way& way);
+  void follow_curve();
   bool newton_step();
-  double linearise();
+  void linearise();
   const double* product_row(const Linear& l, const double* H);
   bool solve_linear();
   void restart();
   void start_from_nothing();
-  // growth.cpp
-  void grow();
-  void open_all();
-  bool solve_acting();
-  bool let_down(Index block);
-  void start_anywhere(unsigned& seed);
-  Index let_in();
-  void leave_out(unsigned& seed);
 
   const Reduction::Island* island_ = nullptr;
   Law law_{};
   Limits limits_{};
   std::vector<double> p_;  // mean of diag(W) per block
-  // Added to the normal velocity of a block (m/s), in grow() alone.
-  std::vector<double> lift_;
-  static constexpr double held_open = std::numeric_limits<double>::infinity();
   std::vector<double> x_, u_, dx_, centre_, trial_, trial_u_, best_;
   std::vector<Linear> linear_;
   std::vector<std::size_t> active_, pivots_;
-  SmallInterior interior_;
+  IslandSystem system_;
+  CentralCurve<IslandSystem> curve_;
   std::vector<double> J_, rhs_, du_, HW_;
   double sigma_ = 0;
   std::size_t work_ = 0, paid_ = 0, unpaid_ = 0;  // of this solve, of those before it
-  std::size_t most_work_ = 0, growth_ = 0;        // growth: what is left of it since begin()
-  bool ended_ = false;                            // no work, time or wish is left
+  std::size_t most_work_ = 0;
+  bool ended_ = false;  // no work, time or wish is left
   Result result_{};
 };
 

@@ -353,6 +353,16 @@ int BlockCholesky::factor() {
   return replaced;
 }
 
+// Of L U the diagonal of U has the signs of the pivots.
+int BlockCholesky::sign() const {
+  if (symmetric_) return 1;
+  int sign = 1;
+  for (const Supernode& s : supernodes_)
+    for (int j = 0; j < s.columns; ++j)
+      if (sides_[upper].panels[s.panel + static_cast<std::size_t>(j) * (s.front + 1)] < 0) sign = -sign;
+  return sign;
+}
+
 // L y = rhs from the leaves to the root, L'x = y (or U x = y) back. Panels work on the rows of their own
 // columns, which lie in one piece, and on a copy of the rows below, which do not.
 void BlockCholesky::solve(std::span<double> rhs) {

@@ -108,6 +108,69 @@ inline void subtract_product(const double* A, const double* B, double s, double*
 // std::abs would be an inline function of the library.
 inline double size(double v) { return v < 0 ? -v : v; }
 
+// <a, b>, eight sums in a fixed order.
+inline double product_of_rows(const double* a, const double* b, std::size_t n) {
+  double lanes[8] = {}, rest = 0;
+  std::size_t i = 0;
+  for (; i + 8 <= n; i += 8)
+    for (int q = 0; q < 8; q += width)
+      *(LooseVec*)(lanes + q) += *(const LooseVec*)(a + i + q) * *(const LooseVec*)(b + i + q);
+  for (; i < n; ++i) rest += a[i] * b[i];
+  return (((lanes[0] + lanes[1]) + (lanes[2] + lanes[3])) + ((lanes[4] + lanes[5]) + (lanes[6] + lanes[7]))) +
+         rest;
+}
+
+// Columns that are factored before the rest of the matrix is seen again.
+constexpr std::size_t panel_columns = 8;
+
+// Columns [p, end) of P L U, which change no column to the right but by exchanges of rows.
+bool factor_columns(double* A, std::size_t* pivots, std::size_t m, std::size_t p, std::size_t end) {
+  for (std::size_t k = p; k < end; ++k) {
+    std::size_t best = k;
+    for (std::size_t i = k + 1; i < m; ++i)
+      if (size(A[m * i + k]) > size(A[m * best + k])) best = i;
+    pivots[k] = best;
+    double* pivot = A + m * k;
+    if (best != k) {
+      double* other = A + m * best;
+      for (std::size_t j = 0; j < m; ++j) {
+        const double t = pivot[j];
+        pivot[j] = other[j];
+        other[j] = t;
+      }
+    }
+    if (!(size(pivot[k]) > 0)) return false;
+    const double inverse = 1 / pivot[k];
+    for (std::size_t i = k + 1; i < m; ++i) {
+      double* row = A + m * i;
+      if (row[k] == 0) continue;
+      row[k] *= inverse;
+      for (std::size_t j = k + 1; j < end; ++j) row[j] -= row[k] * pivot[j];
+    }
+  }
+  return true;
+}
+
+// Right of the columns from p on: some rows from i on -= L (rows x panel_columns) U (panel_columns x the
+// rest), in registers.
+template <int rows>
+inline void subtract_products(double* A, std::size_t m, std::size_t i, std::size_t p) {
+  const double *L = A + m * i + p, *U = A + m * p;
+  std::size_t j = p + panel_columns;
+  for (; j + width <= m; j += width) {
+    LooseVec t[rows];
+    for (int r = 0; r < rows; ++r) t[r] = *(const LooseVec*)(A + m * (i + r) + j);
+    for (std::size_t k = 0; k < panel_columns; ++k) {
+      const LooseVec u = *(const LooseVec*)(U + m * k + j);
+      for (int r = 0; r < rows; ++r) t[r] -= L[m * r + k] * u;
+    }
+    for (int r = 0; r < rows; ++r) *(LooseVec*)(A + m * (i + r) + j) = t[r];
+  }
+  for (; j < m; ++j)
+    for (int r = 0; r < rows; ++r)
+      for (std::size_t k = 0; k < panel_columns; ++k) A[m * (i + r) + j] -= L[m * r + k] * U[m * k + j];
+}
+
 }  // namespace
 
 void add_six_rows(double* to, const double* f, const double* from, std::size_t stride, std::size_t n) {
@@ -195,28 +258,18 @@ void add_gram(double* W, std::size_t m, const double* Y, std::size_t stride, std
 
 // Row pivots alone: rows of (G + H W) differ in scale by the laws of their blocks, columns do not.
 bool factor_rows(double* A, std::size_t* pivots, std::size_t m) {
-  for (std::size_t k = 0; k < m; ++k) {
-    std::size_t best = k;
-    for (std::size_t i = k + 1; i < m; ++i)
-      if (size(A[m * i + k]) > size(A[m * best + k])) best = i;
-    pivots[k] = best;
-    double* pivot = A + m * k;
-    if (best != k) {
-      double* other = A + m * best;
-      for (std::size_t j = 0; j < m; ++j) {
-        const double t = pivot[j];
-        pivot[j] = other[j];
-        other[j] = t;
-      }
-    }
-    if (!(size(pivot[k]) > 0)) return false;
-    const double inverse = 1 / pivot[k];
-    for (std::size_t i = k + 1; i < m; ++i) {
-      double* row = A + m * i;
-      if (row[k] == 0) continue;
-      row[k] *= inverse;
-      subtract_scaled(row + k + 1, pivot + k + 1, row[k], m - k - 1);
-    }
+  for (std::size_t p = 0; p < m; p += panel_columns) {
+    const std::size_t end = p + panel_columns < m ? p + panel_columns : m;
+    if (!factor_columns(A, pivots, m, p, end)) return false;
+    // The rows of U of these columns, and what they take from all rows below.
+    for (std::size_t k = p + 1; k < end; ++k)
+      for (std::size_t r = p; r < k; ++r)
+        subtract_scaled(A + m * k + end, A + m * r + end, A[m * k + r], m - end);
+    std::size_t i = end;
+    for (; i + 4 <= m && end - p == panel_columns; i += 4) subtract_products<4>(A, m, i, p);
+    for (; i < m; ++i)
+      for (std::size_t r = p; r < end; ++r)
+        subtract_scaled(A + m * i + end, A + m * r + end, A[m * i + r], m - end);
   }
   return true;
 }
@@ -228,12 +281,9 @@ bool solve_rows(const double* A, const std::size_t* pivots, double* b, std::size
     b[pivots[k]] = b[k];
     b[k] = t;
   }
-  for (std::size_t i = 0; i < m; ++i)
-    for (std::size_t k = 0; k < i; ++k) b[i] -= A[m * i + k] * b[k];
+  for (std::size_t i = 0; i < m; ++i) b[i] -= product_of_rows(A + m * i, b, i);
   for (std::size_t k = m; k-- > 0;) {
-    double sum = b[k];
-    for (std::size_t j = k + 1; j < m; ++j) sum -= A[m * k + j] * b[j];
-    b[k] = sum / A[m * k + k];
+    b[k] = (b[k] - product_of_rows(A + m * k + k + 1, b + k + 1, m - k - 1)) / A[m * k + k];
     if (!(b[k] - b[k] == 0)) return false;
   }
   return true;

@@ -28,76 +28,11 @@
 #include "amontons/base/error.hpp"
 #include "amontons/base/patience.hpp"
 #include "solvers/linear/body_kernel.hpp"
+#include "solvers/linear/small_roots.hpp"
 
 namespace amontons {
 
 namespace {
-
-// Lower C with C C' = a symmetric positive semidefinite 3 x 3 given as xx, yy, zz, xy, xz, yz, in the same
-// order:
-//  c00 = sqrt(xx)    c10 = xy / c00    c11 = sqrt(yy - c10^2)
-//  c20 = xz / c00    c21 = (yz - c20 c10) / c11    c22 = sqrt(zz - c20^2 - c21^2)
-// A pivot below 1e-14 of the trace is rounding of zero (a body that does not turn about some axis): its
-// column is zero, where a division by its root would blow up the rounding.
-std::array<double, 6> semidefinite_root(const std::array<double, 6>& s) {
-  const auto& [xx, yy, zz, xy, xz, yz] = s;
-  const double tiny = 1e-14 * (xx + yy + zz);
-  const auto root = [&](double v) { return v > tiny ? std::sqrt(v) : 0.0; };
-  const auto ratio = [](double v, double pivot) { return pivot > 0 ? v / pivot : 0.0; };
-  const double c00 = root(xx), c10 = ratio(xy, c00), c20 = ratio(xz, c00);
-  const double c11 = root(yy - c10 * c10), c21 = ratio(yz - c20 * c10, c11);
-  return {c00, c11, root(zz - c20 * c20 - c21 * c21), c10, c20, c21};
-}
-
-// j C for a row j of D: linear part times 1/sqrt(m), angular part times the root of the inverse inertia.
-// C is lower triangular, so that out_k sums over the rows from k on.
-void times_root(const std::array<double, 6>& j, double translation, const std::array<double, 6>& c,
-                double* out) {
-  for (int k = 0; k < 3; ++k) out[k] = j[k] * translation;
-  out[3] = j[3] * c[0] + j[4] * c[3] + j[5] * c[4];
-  out[4] = j[4] * c[1] + j[5] * c[5];
-  out[5] = j[5] * c[2];
-}
-
-// Lower L with L L' = I + e R'R, row-major dim x dim: Cholesky, with pivots of 1 or more. e is one number
-// per block, that of its first row.
-void compliance_root(const double* R, int dim, double e, double* L) {
-  std::fill(L, L + dim * dim, 0.0);
-  for (int i = 0; i < dim; ++i)
-    for (int j = 0; j <= i; ++j) {
-      double s = i == j;
-      for (int k = 0; k < dim; ++k) s += e * R[dim * k + i] * R[dim * k + j];
-      for (int k = 0; k < j; ++k) s -= L[dim * i + k] * L[dim * j + k];
-      L[dim * i + j] = i == j ? std::sqrt(s) : s / L[dim * j + j];
-    }
-}
-
-// inverse = A^-1 of n x n numbers, which A loses: Gauss and Jordan, with exchanges of rows.
-void invert(double* A, int n, double* inverse) {
-  for (int i = 0; i < n * n; ++i) inverse[i] = i % (n + 1) == 0;
-  for (int k = 0; k < n; ++k) {
-    int best = k;
-    for (int i = k + 1; i < n; ++i)
-      if (std::abs(A[n * i + k]) > std::abs(A[n * best + k])) best = i;
-    for (int j = 0; j < n && best != k; ++j) {
-      std::swap(A[n * k + j], A[n * best + j]);
-      std::swap(inverse[n * k + j], inverse[n * best + j]);
-    }
-    const double scale = 1 / A[(n + 1) * k];
-    for (int j = 0; j < n; ++j) {
-      A[n * k + j] *= scale;
-      inverse[n * k + j] *= scale;
-    }
-    for (int i = 0; i < n; ++i) {
-      const double f = A[n * i + k];
-      if (i == k || f == 0) continue;
-      for (int j = 0; j < n; ++j) {
-        A[n * i + j] -= f * A[n * k + j];
-        inverse[n * i + j] -= f * inverse[n * k + j];
-      }
-    }
-  }
-}
 
 // Of the bodies that have a node, in the order of the nodes; none where positions are not known.
 std::vector<Vec3> positions_of(const ContactSystem& A, const std::vector<int>& node) {
@@ -238,6 +173,7 @@ int ShiftedSystem::factor(std::span<const double> R, std::span<const double> J) 
   R_.assign(R.begin(), R.end());
   J_.assign(J.begin(), J.end());
   cholesky_.set_zero(J.empty());
+  sign_of_blocks_ = 1;
   in_body_space() ? assemble_bodies() : assemble_pairs();
   return cholesky_.factor();
 }
@@ -285,7 +221,7 @@ void ShiftedSystem::form_PG(std::size_t b) {
       double& q = Q[dim * j + i] = J[dim * i + j];  // transposed, as combine_rows takes it
       for (int k = 0; k < dim; ++k) q += e * R[dim * k + i] * R[dim * k + j];
     }
-  invert(Q, dim, &P_[offset_[b]]);
+  sign_of_blocks_ *= invert(Q, dim, &P_[offset_[b]]);
   AMONTONS_DISPATCH(combine_rows, &P_[offset_[b]], dim, G_[row].data(), PG_[row].data());
 }
 

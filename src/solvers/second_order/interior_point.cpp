@@ -16,10 +16,9 @@
 //
 //     x = unit x~,   u = (beta^2 / unit) u~,   unit = beta / sqrt(P),   so that <x, u> = beta^2 <x~, u~>.
 //
-// Under coulomb u carries the De Saxce term s e_n of the dual iterate, docs/algorithm.md (35). Its derivative
-// in the Newton equation makes the matrix unsymmetric, and the path one of Coulomb's law: on most problems it
-// ends at a solution as quickly as under the associated law. With the term frozen within a step and renewed
-// between steps the path is slow to end, but goes on where the other loses its centre.
+// Under coulomb u carries the De Saxce term s e_n of the dual iterate, docs/algorithm.md (26), frozen within
+// a step and renewed between steps: that is slow to end, but goes on where the path of the law itself
+// (coulomb_path.cpp), which turns back and forth, is too long to follow.
 //
 // Sources: Nesterov, Todd 1997; Mehrotra 1992; Vandenberghe 2010 for the algebra and the start.
 #include "amontons/solvers/second_order/interior_point.hpp"
@@ -33,6 +32,7 @@
 #include "amontons/solvers/first_order/spg.hpp"
 #include "amontons/solvers/linear/shifted_system.hpp"
 #include "amontons/solvers/second_order/newton.hpp"
+#include "solvers/second_order/coulomb_path.hpp"
 
 namespace amontons {
 
@@ -55,13 +55,6 @@ constexpr double lost_path = 1e4;
 constexpr double path_floor = 1e-12;
 // Steps this short come from an iterate squeezed against the boundary; they would go on being short.
 constexpr double shortest_step = 1e-4;
-// With the derivative of the De Saxce term. Of mu: how far its kink is rounded off, and the least that a step
-// aims at, as the term makes the path bend, unless the predictor goes nearly all the way; what it aims at
-// where that is so short that it tells nothing, which brings the iterate back to the middle.
-constexpr double rounding = 0.3, least_target = 0.1, centring_target = 0.8, short_predictor = 0.1;
-// Steps shorter than that, so many in a row: the path has lost its middle.
-constexpr double short_step = 0.1;
-constexpr std::size_t most_short_steps = 16;
 // Where the starting point has a smaller eigenvalue it is pushed inside.
 constexpr double start_margin = 1e-3;
 // A scale whose square would underflow: b and the natural map at zero vanish, and x~ = x will do.
@@ -76,10 +69,6 @@ class InteriorPoint : public VectorIterate {
   double start(const Start&);
   std::optional<double> step();
 
- protected:
-  // Under coulomb: whether the De Saxce term stays as it is within a step.
-  bool frozen_ = false;
-
  private:
   // f(barrier, block, row) for every block, dim by the template parameter.
   template <class F>
@@ -93,7 +82,6 @@ class InteriorPoint : public VectorIterate {
   void factor();
   void solve(double target, bool corrector, int refinements);
   void freeze();
-  void linearise();
   void form_x();
   double longest_step();
   double gap(double t);
@@ -105,12 +93,9 @@ class InteriorPoint : public VectorIterate {
   // scale_, map_: the natural map at zero and at the iterate. beta_: the former per block. degree_: the
   // number of complementarity products.
   double beta_ = 1, degree_ = 0, scale_ = 1, map_ = 0;
-  // Of every block; x in N s.
-  Vector unit_;
-  // correction_: the De Saxce term of every block (m/s). J_: R'B R^-T of every block, with B = I - e_n g' the
-  // derivative of u - s e_n; empty where it is I.
-  Vector z_, rho_, J_rho_, R_, J_, correction_;
-  std::size_t short_steps_ = 0;
+  // Of every block: x in N s, and the De Saxce term (m/s).
+  Vector unit_, correction_;
+  Vector z_, rho_, R_;
 };
 
 void InteriorPoint::make_barriers() {
@@ -133,7 +118,7 @@ void InteriorPoint::scale_blocks(auto&& scale) {
 }
 
 void InteriorPoint::factor() {
-  system_->factor(R_, J_);
+  system_->factor(R_);
   ++monitor.factorizations;
 }
 
@@ -144,7 +129,7 @@ void InteriorPoint::factor() {
 double InteriorPoint::start(const Start&) {
   system_.emplace(problem);
   const std::size_t m = problem.rows();
-  for (Vector* v : {&x, &u, &z_, &rho_, &J_rho_}) v->assign(m, 0.0);
+  for (Vector* v : {&x, &u, &z_, &rho_}) v->assign(m, 0.0);
   R_.resize(system_->factor_size());
   correction_.assign(problem.K.blocks(), 0.0);
   make_barriers();
@@ -186,34 +171,6 @@ void InteriorPoint::freeze() {
   });
 }
 
-// The same term, its kink rounded off, sqrt(s^2 + epsilon^2); and J, which with T = R^-T is
-//
-//     R'B T = I - (R'e_n) (T'g)',   g the gradient of the term in u~.
-void InteriorPoint::linearise() {
-  const double epsilon = rounding * std::min(gap(0), 1.0);
-  J_.assign(R_.size(), 0.0);
-  barriers_.each(problem.K, [&]<class S>(const S& set, auto& barrier, std::size_t block, std::size_t) {
-    constexpr int d = S::dim;
-    double* J = &J_[system_->factor_offset(block)];
-    for (int k = 0; k < d; ++k) J[(d + 1) * k] = 1;
-    if constexpr (S::frictional) {
-      double dual[d], g[d], T[d * d];
-      barrier.dual(dual);
-      barrier.dual_factor(T);
-      const double s = set.saxce(dual), rounded = std::hypot(s, epsilon);
-      correction_[block] = beta_ * beta_ / unit_[block] * rounded;
-      if (!(s > 0)) return;
-      set.saxce_gradient(dual, g);
-      const double* R = &R_[system_->factor_offset(block)];
-      for (int j = 0; j < d; ++j) {
-        double c = 0;
-        for (int k = 1; k < d; ++k) c += s / rounded * g[k] * T[d * k + j];
-        for (int i = 0; i < d; ++i) J[d * i + j] -= beta_ / unit_[block] * R[i] * c;
-      }
-    }
-  });
-}
-
 // The direction for
 //
 //     lambda o (W dx~ + W^-1 du~) = target e - lambda o lambda - (the affine second-order term),
@@ -222,10 +179,9 @@ void InteriorPoint::linearise() {
 // With rho = lambda \ (right-hand side of the first) and z = W dx~ the first says du~ = W (rho - z). Put into
 // the second, and multiplied by R' = (unit / beta) W^-1, that is
 //
-//     (I + R'AR) beta z = -R'(A x + b - u) + beta rho,
+//     (I + R'AR) beta z = -R'(A x + b - u) + beta rho.
 //
-// and with the derivative of the De Saxce term J in the place of I and before rho. Solving for z keeps both
-// steps accurate where W or its inverse is huge.
+// Solving for z keeps both steps accurate where W or its inverse is huge.
 void InteriorPoint::solve(double target, bool corrector, int refinements) {
   each([&]<int dim>(auto& barrier, std::size_t block, std::size_t row) {
     barrier.target(target, corrector, &rho_[row]);
@@ -235,8 +191,7 @@ void InteriorPoint::solve(double target, bool corrector, int refinements) {
     z_[row] -= correction_[block];
   });
   system_->times_transposed_factor(z_, z_);
-  system_->times_J(rho_, J_rho_);
-  for (std::size_t i = 0; i < z_.size(); ++i) z_[i] += beta_ * J_rho_[i];
+  for (std::size_t i = 0; i < z_.size(); ++i) z_[i] += beta_ * rho_[i];
   system_->solve_reduced(z_, z_, refinements);
   monitor.products += 1 + refinements;
   for (double& v : z_) v /= beta_;
@@ -261,10 +216,8 @@ double InteriorPoint::gap(double t) {
 std::optional<double> InteriorPoint::step() {
   // Rounding ends the central path: the residual leaps off, or the step collapses.
   if (map_ / scale_ > lost_path * std::max(monitor.best(), path_floor)) return std::nullopt;
-  const bool coulomb = options.law == Law::coulomb && problem.K.has_friction(), bends = coulomb && !frozen_;
   scale_blocks([](auto& barrier, double* R) { barrier.factor(R); });
-  if (bends) linearise();
-  if (coulomb && frozen_) freeze();
+  if (options.law == Law::coulomb && problem.K.has_friction()) freeze();
   factor();
   // Predictor: the affine step to mu = 0. It tells how far the path can be cut, sigma = (its gap over the gap
   // now)^3 (Mehrotra), and the second-order term that the linearisation dropped.
@@ -272,27 +225,14 @@ std::optional<double> InteriorPoint::step() {
   solve(0, false, 0);
   const double affine = std::min(1.0, longest_step());
   const double ratio = mu > 0 ? std::clamp(gap(affine) / mu, 0.0, 1.0) : 0.0;
-  const bool tells = !bends || affine > short_predictor;
-  const double sigma = tells
-                           ? std::max(ratio * ratio * ratio, bends ? std::min(least_target, 1 - affine) : 0.0)
-                           : centring_target;
   // Corrector: to sigma mu, with that term, by the same factorisation; it is the step, so it is refined once.
-  solve(sigma * mu, tells, 1);
+  solve(ratio * ratio * ratio * mu, true, 1);
   const double t = std::min(1.0, fraction * longest_step());
-  short_steps_ = bends && t < short_step ? short_steps_ + 1 : 0;
-  if (!(t > shortest_step) || short_steps_ == most_short_steps) return std::nullopt;
+  if (!(t > shortest_step)) return std::nullopt;
   each([&]<int dim>(auto& barrier, std::size_t, std::size_t) { barrier.move(t); });
   form_x();
   return map_ = evaluate();
 }
-
-class FrozenTerm : public InteriorPoint {
- public:
-  template <class... Arguments>
-  explicit FrozenTerm(Arguments&&... arguments) : InteriorPoint(std::forward<Arguments>(arguments)...) {
-    frozen_ = true;
-  }
-};
 
 Solution path_of_frozen_terms(const Problem& problem, const Options& options) {
   return complete(start_path_of_frozen_terms(problem, options));
@@ -301,11 +241,12 @@ Solution path_of_frozen_terms(const Problem& problem, const Options& options) {
 }  // namespace
 
 std::unique_ptr<Run> start_central_path(const Problem& problem, const Options& options) {
-  return drive<InteriorPoint>(problem, options);
+  return options.law == Law::coulomb && problem.K.has_friction() ? start_coulomb_path(problem, options)
+                                                                 : drive<InteriorPoint>(problem, options);
 }
 
 std::unique_ptr<Run> start_path_of_frozen_terms(const Problem& problem, const Options& options) {
-  return drive<FrozenTerm>(problem, options);
+  return drive<InteriorPoint>(problem, options);
 }
 
 Solution central_path(const Problem& problem, const Options& options) {

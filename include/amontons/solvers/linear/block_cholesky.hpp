@@ -49,6 +49,8 @@ class BlockCholesky {
   // Looks at the Patience of the thread before it begins, by its own estimate of the time, and on the way:
   // LeftEarly leaves panels() undefined.
   int factor();
+  // Of the determinant of the last matrix: 1 or -1.
+  int sign() const;
   // rhs := (L L')^-1 rhs or (L U)^-1 rhs, rows in the order of the blocks given.
   void solve(std::span<double> rhs);
 

@@ -36,6 +36,8 @@ class ShiftedSystem {
   // The same with a block J of any values, row-major as R, in the place of each block of I: the factorisation
   // of (J + R' A R), which takes twice as long. Returns the number of pivots that were zero.
   int factor(std::span<const double> R, std::span<const double> J);
+  // Of the determinant of (J + R' A R): 1 or -1.
+  int sign() const { return sign_of_blocks_ * cholesky_.sign(); }
   // z of (I + R' A R) z = q, or with J in the place of I, with so many steps of iterative refinement. q and z
   // may be the same memory.
   void solve_reduced(std::span<const double> q, std::span<double> z, int refinements);
@@ -90,6 +92,7 @@ class ShiftedSystem {
   std::vector<Pair> pairs_;
   std::vector<double> pair_values_;
   BlockCholesky cholesky_;
+  int sign_of_blocks_ = 1;  // of the determinants of all J + R'E R
   std::vector<double> q_, z_, correction_, work_;
   // Body vectors: eight doubles per node for the kernels, six as the factorisation has them.
   std::vector<double> node_vectors_, packed_;

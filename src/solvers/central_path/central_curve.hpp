@@ -1,0 +1,324 @@
+#pragma once
+#include <algorithm>
+#include <cmath>
+#include <span>
+#include <type_traits>
+#include <vector>
+
+#include "amontons/problem/residual.hpp"
+#include "amontons/sets/barriers.hpp"
+
+namespace amontons {
+
+// The central path of Coulomb's law as a curve, docs/algorithm.md (35): with the dual iterate w and u = A x +
+// b, for t from 1 down to 0
+//
+//     F = w - u - s_t(w) e_n - t r = 0,   x o w = t e     (x in K, w in its dual; o the Jordan product),
+//
+// where s_t = sqrt(s^2 + (rounding t)^2) is the De Saxce term at w, its kink rounded off, and r what F is at
+// the start. In the limit t = 0 that is the law. For every t > 0 all is smooth inside the sets, but the
+// problem is not monotone: t is no good parameter, as the curve has folds at which it turns back and t rises
+// again for a while. Hence it is followed by its length, and what decides whether t is to fall or to rise is
+// the sign of the determinant of Newton's matrix, which changes at every fold (Allgower, Georg, "Numerical
+// continuation methods", 1990, chapter 3; Chow, Mallet-Paret, Yorke 1978 on why a curve from a generic start
+// ends at a solution or runs off).
+//
+// In the scaled coordinates of the barriers (sets/barrier.hpp), dx = R z, dw = T (rho - z) with T = R^-T, a
+// step is
+//
+//     (B T + A R) z = F + B T rho,   B = dF/dw = I - e_n g', g the gradient of s_t.
+//
+// det R, det T > 0 and det B = 1: the sign is that of the matrix of the linear system, or of R' times it.
+//
+// System, in units in which A and b are of order one:
+//   units().of_x()                      per block (N s), which scale the bounds of intervals
+//   size_t offset(block), size()        of the row-major matrices of the blocks, dim^2 each
+//   product(x, u)                       u = A x + b
+//   int factor(R, BT)                   of B T + A R; the sign of its determinant, 0 if there are no factors
+//   solve(q, z, refinements)            false if z is not finite; q may be z
+template <class System>
+class CentralCurve {
+ public:
+  // In the middle of the sets. The system and K must outlive it.
+  void start(System& system, const SetProduct& K, Law law);
+  // A step along the curve or back to it, one factorisation; false if there is no way on.
+  bool step();
+  // Inside the sets, in the units of the system.
+  void x(std::span<double> out);
+  // Of the start: how far it is to the end.
+  double t() const { return t_; }
+
+ private:
+  // z and rho of a direction, and the relative change of t along it.
+  struct Direction {
+    std::vector<double> z, rho;
+    double dt = 0;
+  };
+  template <class F>
+  void each(F&& f) {
+    barriers_.each(*K_, f);
+  }
+  void linearise();
+  void target(double mu, bool corrector, std::vector<double>& rho);
+  bool solve(std::span<const double> F, Direction& d, int refinements);
+  void add(Direction& to, double factor, const Direction& d) const;
+  double inner(const Direction& a, const Direction& b) const;
+  double norm(const Direction& d) const { return std::sqrt(inner(d, d)); }
+  double largest(const Direction& d) const;
+  void recover(const Direction& d, bool corrector);
+  double longest_step(const Direction& d);
+  bool bend(Direction& d);
+  bool move(const Direction& d, double share);
+
+  System* system_ = nullptr;
+  const SetProduct* K_ = nullptr;
+  Law law_{};
+  Barriers barriers_;
+  double t_ = 1;
+  int first_sign_ = 0;
+  // Rows in which lengths are measured: not those that are free or that have no room.
+  std::vector<char> counts_;
+  std::vector<double> R_, BT_;
+  // F, what it was at the start, its derivative in log t.
+  std::vector<double> F_, F_start_, F_t_, bent_, x_, u_, rho_;
+  Direction back_, along_, trial_, corrected_;
+};
+
+namespace central_curve {
+
+// Of t: how far the kink of the De Saxce term is rounded off.
+inline constexpr double rounding = 0.3;
+// Of the way to the boundary: where the curve bends, where it hardly does, and back to the curve.
+inline constexpr double fraction = 0.8, most_fraction = 0.99, fraction_back = 0.9;
+// The length of the way back to the curve, of one block, beyond which a step does nothing else.
+inline constexpr double neighbourhood = 1;
+// The least t that a step aims at and the most that it rises by, in parts of t; times the way to the
+// boundary.
+inline constexpr double least_target = 0.01, most_rise = 0.5, beyond = 1.5;
+// Of the length of a step: what its correction may be, unless it is short; how much of the step the boundary
+// leaves. Otherwise the step is halved.
+inline constexpr double most_bend = 0.6, short_bend = 0.3, least_free = 0.3;
+inline constexpr int most_halvings = 6;
+// Steps this short lead nowhere; nor does a curve that runs off, in t or in x, whose order is one.
+inline constexpr double shortest_step = 1e-4, largest_t = 10, largest_x = 1e8;
+
+}  // namespace central_curve
+
+template <class System>
+void CentralCurve<System>::start(System& system, const SetProduct& K, Law law) {
+  system_ = &system;
+  K_ = &K;
+  law_ = law;
+  t_ = 1;
+  first_sign_ = 0;
+  const std::size_t m = K.rows();
+  for (std::vector<double>* v : {&F_, &F_start_, &F_t_, &bent_, &x_, &u_, &rho_}) v->assign(m, 0.0);
+  for (Direction* d : {&back_, &along_, &trial_, &corrected_}) {
+    d->z.assign(m, 0.0);
+    d->rho.assign(m, 0.0);
+  }
+  for (std::vector<double>* v : {&R_, &BT_}) v->assign(system.size(), 0.0);
+  counts_.assign(m, 1);
+  barriers_.make(K, system.units().of_x());
+  each([&]<class S>(const S&, auto& barrier, std::size_t, std::size_t) {
+    const double nothing[S::dim] = {};
+    barrier.start(nothing);
+    barrier.push(1, 1);
+  });
+  linearise();
+  for_each_block(K, [&]<class S>(const S&, std::size_t block, std::size_t row) {
+    const double* R = &R_[system.offset(block)];
+    for (int k = 0; k < S::dim; ++k) counts_[row + k] = !std::is_same_v<S, Free> && R[(S::dim + 1) * k] != 0;
+  });
+  F_start_ = F_;
+}
+
+template <class System>
+void CentralCurve<System>::x(std::span<double> out) {
+  each([&](const auto&, auto& barrier, std::size_t, std::size_t row) { barrier.primal(&out[row]); });
+}
+
+// F and its derivative in log t; of each block R and B T.
+template <class System>
+void CentralCurve<System>::linearise() {
+  x(x_);
+  system_->product(x_, u_);
+  each([&]<class S>(const S& set, auto& barrier, std::size_t block, std::size_t row) {
+    constexpr int d = S::dim;
+    double *BT = &BT_[system_->offset(block)], w[d];
+    barrier.factor(&R_[system_->offset(block)]);
+    barrier.dual_factor(BT);
+    barrier.dual(w);
+    for (int k = 0; k < d; ++k) {
+      F_t_[row + k] = -t_ * F_start_[row + k];
+      F_[row + k] = w[k] - u_[row + k] + F_t_[row + k];
+    }
+    if constexpr (S::frictional) {
+      if (law_ != Law::coulomb || !set.has_friction()) return;
+      const double epsilon = central_curve::rounding * t_, s = set.saxce(w), rounded = std::hypot(s, epsilon);
+      F_[row] -= rounded;
+      F_t_[row] -= epsilon * epsilon / rounded;
+      if (!(s > 0)) return;
+      double g[d];
+      set.saxce_gradient(w, g);
+      for (int j = 0; j < d; ++j)
+        for (int k = 1; k < d; ++k) BT[j] -= s / rounded * g[k] * BT[d * k + j];
+    }
+  });
+}
+
+template <class System>
+void CentralCurve<System>::target(double mu, bool corrector, std::vector<double>& rho) {
+  each([&](const auto&, auto& barrier, std::size_t, std::size_t row) {
+    barrier.target(mu, corrector, &rho[row]);
+  });
+}
+
+// z of (B T + A R) z = F + B T rho.
+template <class System>
+bool CentralCurve<System>::solve(std::span<const double> F, Direction& d, int refinements) {
+  for_each_block(*K_, [&]<class S>(const S&, std::size_t block, std::size_t row) {
+    const double* BT = &BT_[system_->offset(block)];
+    for (int i = 0; i < S::dim; ++i) {
+      double sum = F[row + i];
+      for (int k = 0; k < S::dim; ++k) sum += BT[S::dim * i + k] * d.rho[row + k];
+      d.z[row + i] = sum;
+    }
+  });
+  return system_->solve(d.z, d.z, refinements);
+}
+
+template <class System>
+void CentralCurve<System>::add(Direction& to, double factor, const Direction& d) const {
+  for (std::size_t i = 0; i < to.z.size(); ++i) {
+    to.z[i] += factor * d.z[i];
+    to.rho[i] += factor * d.rho[i];
+  }
+  to.dt += factor * d.dt;
+}
+
+// In the metric of the barriers on the curve, where x and w are sqrt(t) e in scaled coordinates: the
+// relative changes of x, w and t.
+template <class System>
+double CentralCurve<System>::inner(const Direction& a, const Direction& b) const {
+  double sum = 0;
+  for (std::size_t i = 0; i < a.z.size(); ++i)
+    if (counts_[i]) sum += a.z[i] * b.z[i] + (a.rho[i] - a.z[i]) * (b.rho[i] - b.z[i]);
+  return sum / t_ + a.dt * b.dt;
+}
+
+// The length of the part of one block.
+template <class System>
+double CentralCurve<System>::largest(const Direction& d) const {
+  double most = 0;
+  for_each_block(*K_, [&]<class S>(const S&, std::size_t, std::size_t row) {
+    double sum = 0;
+    for (std::size_t i = row; i < row + S::dim; ++i)
+      if (counts_[i]) sum += d.z[i] * d.z[i] + (d.rho[i] - d.z[i]) * (d.rho[i] - d.z[i]);
+    most = std::max(most, sum);
+  });
+  return std::sqrt(most / t_);
+}
+
+// Leaves the direction in the barriers.
+template <class System>
+void CentralCurve<System>::recover(const Direction& d, bool corrector) {
+  const double mu = t_ * (1 + d.dt);
+  target(mu, corrector, rho_);
+  each([&](const auto&, auto& barrier, std::size_t, std::size_t row) { barrier.recover(mu, &d.z[row]); });
+}
+
+// Of the direction in the barriers: how far x and w stay inside and t above zero.
+template <class System>
+double CentralCurve<System>::longest_step(const Direction& d) {
+  double share = d.dt < 0 ? -1 / d.dt : INFINITY;
+  each([&](const auto&, auto& barrier, std::size_t, std::size_t) {
+    share = std::min(share, barrier.longest_step());
+  });
+  return share;
+}
+
+// By how much F and the products at the end of the direction in the barriers miss the curve; what takes that
+// back, across the curve, is left in corrected_.
+template <class System>
+bool CentralCurve<System>::bend(Direction& d) {
+  bent_ = F_;
+  for (std::size_t i = 0; i < bent_.size(); ++i) bent_[i] += d.dt * F_t_[i];
+  each([&]<class S>(const S& set, auto& barrier, std::size_t, std::size_t row) {
+    if constexpr (S::frictional) {
+      if (law_ != Law::coulomb || !set.has_friction()) return;
+      constexpr int n = S::dim;
+      double w[n], end[n], g[n];
+      barrier.dual(w);
+      barrier.dual(end, 1);
+      const double epsilon = central_curve::rounding * t_, s = set.saxce(w), rounded = std::hypot(s, epsilon);
+      double linear = rounded + d.dt * epsilon * epsilon / rounded;
+      if (s > 0) {
+        set.saxce_gradient(w, g);
+        for (int k = 1; k < n; ++k) linear += s / rounded * g[k] * (end[k] - w[k]);
+      }
+      bent_[row] -= std::hypot(set.saxce(end), epsilon * (1 + d.dt)) - linear;
+    }
+  });
+  corrected_.dt = d.dt;
+  target(t_ * (1 + d.dt), true, corrected_.rho);
+  if (!solve(bent_, corrected_, 1)) return false;
+  add(corrected_, -1, d);
+  add(corrected_, -inner(corrected_, along_) / inner(along_, along_), along_);
+  return true;
+}
+
+template <class System>
+bool CentralCurve<System>::move(const Direction& d, double share) {
+  const double step = std::min(1.0, share * longest_step(d));
+  if (!(step > central_curve::shortest_step)) return false;
+  each([&](const auto&, auto& barrier, std::size_t, std::size_t) { barrier.move(step); });
+  t_ *= 1 + step * d.dt;
+  return true;
+}
+
+template <class System>
+bool CentralCurve<System>::step() {
+  namespace c = central_curve;
+  linearise();
+  const auto off = [](double x) { return !(std::abs(x) < c::largest_x); };
+  if (t_ > c::largest_t || std::any_of(x_.begin(), x_.end(), off)) return false;
+  const int sign = system_->factor(R_, BT_);
+  if (sign == 0) return false;
+  if (first_sign_ == 0) first_sign_ = sign;
+  // Back to the curve with t held, and along it; then back across it.
+  target(t_, false, back_.rho);
+  target(0, false, along_.rho);
+  for (std::size_t i = 0; i < rho_.size(); ++i) along_.rho[i] = back_.rho[i] - along_.rho[i];
+  back_.dt = 0;
+  along_.dt = 1;
+  if (!solve(F_, back_, 0) || !solve(F_t_, along_, 0)) return false;
+  const double speed = norm(along_);
+  add(back_, -inner(back_, along_) / (speed * speed), along_);
+  recover(back_, false);
+  if (largest(back_) > c::neighbourhood) return move(back_, c::fraction_back);
+  const bool falls = sign == first_sign_;
+  // How far the way along is free decides where to aim (Mehrotra).
+  trial_ = back_;
+  add(trial_, falls ? -1 : 1, along_);
+  recover(trial_, false);
+  const double free = std::min(1.0, longest_step(trial_));
+  if (!(free > 0)) return false;
+  const double rest = 1 - free;
+  double part = falls ? 1 - std::max(rest * rest * rest, c::least_target) : c::most_rise;
+  part = std::min(part, c::beyond * free);
+  for (int i = 0;; ++i, part *= 0.5) {
+    trial_ = back_;
+    add(trial_, falls ? -part : part, along_);
+    recover(trial_, false);
+    if (!bend(trial_)) return false;
+    const double share = norm(corrected_) / (part * speed);
+    const bool bends = share > c::most_bend && share * part * speed > c::short_bend;
+    add(trial_, 1, corrected_);
+    recover(trial_, true);
+    if (i == c::most_halvings || (!bends && longest_step(trial_) > c::least_free))
+      return move(trial_, std::clamp(1 - share, c::fraction, c::most_fraction));
+  }
+}
+
+}  // namespace amontons

@@ -1,0 +1,125 @@
+#include "solvers/second_order/coulomb_path.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "amontons/solvers/linear/shifted_system.hpp"
+#include "solvers/central_path/central_curve.hpp"
+#include "solvers/central_path/curve_units.hpp"
+
+namespace amontons {
+
+namespace {
+
+using Vector = std::vector<double>;
+
+// Products of a step: its solutions, one of them refined, and the map of where it ends.
+constexpr std::size_t products_of_step = 3;
+// Below, what does not fall any more for so many steps is held by rounding: R' mixes digits (algorithm.md,
+// 37). Newton's method goes on from there.
+constexpr double near_the_end = 1e-8;
+constexpr std::size_t most_stale = 6;
+constexpr double end_of_curve = 1e-25;
+
+// The problem as a System of the central curve. The linear system of a step, multiplied by R', is that of
+// ShiftedSystem with J = R'B T in the place of I.
+class LargeSystem {
+ public:
+  explicit LargeSystem(const Problem& problem) : problem_(problem), system_(problem) {
+    units_.make(problem.K, problem.b, problem.P);
+    x_.resize(problem.rows());
+    for (Vector* v : {&R_, &J_, &scaled_R_}) v->resize(size());
+  }
+
+  const CurveUnits& units() const { return units_; }
+  std::size_t offset(std::size_t block) const { return system_.factor_offset(block); }
+  std::size_t size() const { return system_.factor_size(); }
+  void product(std::span<const double> x, std::span<double> u) {
+    std::copy(x.begin(), x.end(), x_.begin());
+    units_.to_impulses(x_);
+    amontons::product(problem_.A, x_, u);
+    for (std::size_t i = 0; i < u.size(); ++i) u[i] += problem_.b[i];
+    units_.from_velocities(u);
+  }
+  // Rows that nothing moves have R = 0 and T = 0: there J is made regular.
+  int factor(std::span<const double> R, std::span<const double> BT) {
+    std::copy(R.begin(), R.end(), R_.begin());
+    each([&]<int n>(std::size_t block, std::size_t) {
+      const double *r = &R_[offset(block)], *bt = &BT[offset(block)];
+      double *J = &J_[offset(block)], *scaled = &scaled_R_[offset(block)];
+      for (int i = 0; i < n * n; ++i) scaled[i] = units_.root(block) * r[i];
+      for (int i = 0; i < n; ++i)
+        for (int j = 0; j < n; ++j) {
+          J[n * i + j] = i == j && r[(n + 1) * i] == 0;
+          for (int k = 0; k < n; ++k) J[n * i + j] += r[n * k + i] * bt[n * k + j];
+        }
+    });
+    return system_.factor(scaled_R_, J_) == 0 ? system_.sign() : 0;
+  }
+  bool solve(std::span<const double> q, std::span<double> z, int refinements) {
+    each([&]<int n>(std::size_t block, std::size_t row) {
+      const double* r = &R_[offset(block)];
+      double sum[n] = {};
+      for (int i = 0; i < n; ++i)
+        for (int k = 0; k < n; ++k) sum[i] += r[n * k + i] * q[row + k];
+      std::copy(sum, sum + n, &z[row]);
+    });
+    system_.solve_reduced(z, z, refinements);
+    return std::all_of(z.begin(), z.end(), [](double v) { return std::isfinite(v); });
+  }
+
+ private:
+  // f(block, row), dim by the template parameter.
+  template <class F>
+  void each(F&& f) const {
+    for_each_block(problem_.K, [&]<class S>(const S&, std::size_t block, std::size_t row) {
+      f.template operator()<S::dim>(block, row);
+    });
+  }
+
+  const Problem& problem_;
+  ShiftedSystem system_;
+  CurveUnits units_;
+  Vector x_, R_, J_, scaled_R_;
+};
+
+class CoulombPath : public VectorIterate {
+ public:
+  static constexpr const char* name = "interior-point";
+  // Where the curve turns back the residual rises for some tens of steps.
+  static constexpr Limits limits{200, 40, 0};
+
+  using VectorIterate::VectorIterate;
+  double start(const Start&) {
+    system_.emplace(problem);
+    curve_.start(*system_, problem.K, options.law);
+    return look();
+  }
+  std::optional<double> step() {
+    ++monitor.factorizations;
+    monitor.products += products_of_step;
+    stale_ = monitor.improved() || curve_.t() > near_the_end ? 0 : stale_ + 1;
+    if (stale_ == most_stale || !curve_.step() || curve_.t() < end_of_curve) return std::nullopt;
+    return look();
+  }
+
+ private:
+  double look() {
+    for (Vector* v : {&x, &u}) v->resize(problem.rows());
+    curve_.x(x);
+    system_->units().to_impulses(x);
+    return evaluate();
+  }
+
+  std::optional<LargeSystem> system_;
+  CentralCurve<LargeSystem> curve_;
+  std::size_t stale_ = 0;
+};
+
+}  // namespace
+
+std::unique_ptr<Run> start_coulomb_path(const Problem& problem, const Options& options) {
+  return drive<CoulombPath>(problem, options);
+}
+
+}  // namespace amontons
