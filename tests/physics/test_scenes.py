@@ -103,6 +103,16 @@ def test_dominoes_fall_one_after_the_other():
     assert fallen[15] < fallen[29]
 
 
+@pytest.mark.parametrize(("count", "mu"), [(4, 0.7), (6, 1.0)])
+def test_dominoes_that_jam_do_not_hold_a_step_up(count, mu):
+    # Their central path has folds close to each other, round which it led some 150 times before a step across
+    # one of them was taken back: 277 and 183 factorisations in the longest step, where 50 suffice.
+    sim = simulate("domino_run", {"count": count, "mu": mu})
+    reports = [sim.step() for _ in range(round(2 / sim.dt))]
+    assert max(report.factorizations for report in reports) <= 100
+    assert all(report.converged for report in reports)
+
+
 def test_hopper_empties():
     # An opening of four diameters does not jam smooth enough spheres: most lie below the outlet in the end,
     # none has left through a wall.

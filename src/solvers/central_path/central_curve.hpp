@@ -68,14 +68,23 @@ class CentralCurve {
   void recover(const Direction& d, bool corrector);
   double longest_step(const Direction& d);
   bool bend(Direction& d);
+  bool back();
   bool move(const Direction& d, double share);
+  bool shorten();
+  void go(double t, double dt, double step);
 
   System* system_ = nullptr;
   const SetProduct* K_ = nullptr;
   Law law_{};
   Barriers barriers_;
   double t_ = 1;
-  int first_sign_ = 0;
+  // Of the matrix: at the start, where the last step along the curve began.
+  int first_sign_ = 0, sign_before_ = 0;
+  // Where the last step along the curve began, with its direction, of which it took a share; t there, its
+  // relative change along the whole direction. Steps back to the curve since.
+  Barriers before_;
+  double t_before_ = 1, dt_ = 0, step_ = 0;
+  int back_steps_ = 0;
   // Rows in which lengths are measured: not those that are free or that have no room.
   std::vector<char> counts_;
   std::vector<double> R_, BT_;
@@ -87,18 +96,23 @@ class CentralCurve {
 namespace central_curve {
 
 // Of t: how far the kink of the De Saxce term is rounded off.
-inline constexpr double rounding = 0.3;
+inline constexpr double rounding = 0.8;
 // Of the way to the boundary: where the curve bends, where it hardly does, and back to the curve.
 inline constexpr double fraction = 0.8, most_fraction = 0.99, fraction_back = 0.9;
 // The length of the way back to the curve, of one block, beyond which a step does nothing else.
-inline constexpr double neighbourhood = 1;
+inline constexpr double neighbourhood = 1.5;
 // The least t that a step aims at and the most that it rises by, in parts of t; times the way to the
 // boundary.
-inline constexpr double least_target = 0.01, most_rise = 0.5, beyond = 1.5;
+inline constexpr double least_target = 0.01, most_rise = 0.5, beyond = 2;
 // Of the length of a step: what its correction may be, unless it is short; how much of the step the boundary
 // leaves. Otherwise the step is halved.
-inline constexpr double most_bend = 0.6, short_bend = 0.3, least_free = 0.3;
+inline constexpr double most_bend = 0.7, short_bend = 0.3, least_free = 0.5;
 inline constexpr int most_halvings = 6;
+// Close to a fold t hardly changes. A step that ends beyond one with less than this part of its t has come to
+// another piece of the curve, on which it might lead round and round: it is done again, shorter.
+inline constexpr double far_from_fold = 0.5, shorter = 0.25;
+// Steps back to the curve in a row: where they do not lead there, the last one along it was too long as well.
+inline constexpr int most_back = 5;
 // Steps this short lead nowhere; nor does a curve that runs off, in t or in x, whose order is one.
 inline constexpr double shortest_step = 1e-4, largest_t = 10, largest_x = 1e8;
 
@@ -110,7 +124,10 @@ void CentralCurve<System>::start(System& system, const SetProduct& K, Law law) {
   K_ = &K;
   law_ = law;
   t_ = 1;
-  first_sign_ = 0;
+  first_sign_ = sign_before_ = 0;
+  t_before_ = 1;
+  step_ = 0;
+  back_steps_ = 0;
   const std::size_t m = K.rows();
   for (std::vector<double>* v : {&F_, &F_start_, &F_t_, &bent_, &x_, &u_, &rho_}) v->assign(m, 0.0);
   for (Direction* d : {&back_, &along_, &trial_, &corrected_}) {
@@ -268,13 +285,42 @@ bool CentralCurve<System>::bend(Direction& d) {
   return true;
 }
 
+// Across the curve; where that does not lead to it soon, the last step along it was too long.
+template <class System>
+bool CentralCurve<System>::back() {
+  if (++back_steps_ > central_curve::most_back && step_ > 0) return shorten();
+  const double step = std::min(1.0, central_curve::fraction_back * longest_step(back_));
+  if (!(step > central_curve::shortest_step)) return false;
+  go(t_, back_.dt, step);
+  return true;
+}
+
 template <class System>
 bool CentralCurve<System>::move(const Direction& d, double share) {
-  const double step = std::min(1.0, share * longest_step(d));
-  if (!(step > central_curve::shortest_step)) return false;
-  each([&](const auto&, auto& barrier, std::size_t, std::size_t) { barrier.move(step); });
-  t_ *= 1 + step * d.dt;
+  step_ = std::min(1.0, share * longest_step(d));
+  if (!(step_ > central_curve::shortest_step)) return false;
+  before_ = barriers_;
+  t_before_ = t_;
+  dt_ = d.dt;
+  go(t_, dt_, step_);
   return true;
+}
+
+// The last step along the curve again, with a part of its length.
+template <class System>
+bool CentralCurve<System>::shorten() {
+  step_ *= central_curve::shorter;
+  if (!(step_ > central_curve::shortest_step)) return false;
+  back_steps_ = 0;
+  barriers_ = before_;
+  go(t_before_, dt_, step_);
+  return true;
+}
+
+template <class System>
+void CentralCurve<System>::go(double t, double dt, double step) {
+  each([&](const auto&, auto& barrier, std::size_t, std::size_t) { barrier.move(step); });
+  t_ = t * (1 + step * dt);
 }
 
 template <class System>
@@ -285,7 +331,8 @@ bool CentralCurve<System>::step() {
   if (t_ > c::largest_t || std::any_of(x_.begin(), x_.end(), off)) return false;
   const int sign = system_->factor(R_, BT_);
   if (sign == 0) return false;
-  if (first_sign_ == 0) first_sign_ = sign;
+  if (first_sign_ == 0) first_sign_ = sign_before_ = sign;
+  if (sign != sign_before_ && t_ < c::far_from_fold * t_before_) return shorten();
   // Back to the curve with t held, and along it; then back across it.
   target(t_, false, back_.rho);
   target(0, false, along_.rho);
@@ -296,7 +343,9 @@ bool CentralCurve<System>::step() {
   const double speed = norm(along_);
   add(back_, -inner(back_, along_) / (speed * speed), along_);
   recover(back_, false);
-  if (largest(back_) > c::neighbourhood) return move(back_, c::fraction_back);
+  if (largest(back_) > c::neighbourhood) return back();
+  back_steps_ = 0;
+  sign_before_ = sign;
   const bool falls = sign == first_sign_;
   // How far the way along is free decides where to aim (Mehrotra).
   trial_ = back_;

@@ -28,8 +28,6 @@ constexpr double slow = 0.1, proximal_fall = 0.1;
 // Along the central curve: what one takes that bends little, and where one is given up; where it has ended.
 constexpr std::size_t usual_curve_steps = 15, most_curve_steps = 150;
 constexpr double end_of_curve = 1e-30;
-// The t of the first look for the faces on the way, and how t falls between two.
-constexpr double first_look = 1e-6, next_look = 1e-2;
 // Gradient steps from nothing before the first faces: they share loads evenly where those are not determined.
 constexpr std::size_t cold_descent = 24;
 // In all: multiplications, with so many for each row of a projection or a natural map; and times m^3; beside
@@ -158,7 +156,8 @@ void SmallVi::find_faces() {
   }
 }
 
-// Along the central curve. Near its end the faces may be found before it is reached.
+// Along the central curve. To look for the faces on the way is dearer than to go on: nearly all steps of
+// Newton's method are in vain as long as faces change.
 void SmallVi::follow_curve() {
   const std::size_t m = x_.size();
   // The multiplications m^3 / 3 are those of a dense kernel, four in the time of one of the rest.
@@ -168,7 +167,6 @@ void SmallVi::follow_curve() {
   most_work_ = work_ + most_curve_steps * work_of_step + most_work;
   system_.start(*island_, p_);
   curve_.start(system_, island_->K, law_);
-  double look = first_look;
   for (std::size_t i = 0; i < most_curve_steps && result_.map > limits_.target && left(); ++i) {
     ++result_.iterations;
     ++result_.factorizations;
@@ -179,10 +177,6 @@ void SmallVi::follow_curve() {
     evaluate(x_, u_);
     keep(x_, u_);
     if (curve_.t() < end_of_curve) break;
-    if (curve_.t() < look) {
-      look = next_look * curve_.t();
-      find_faces();
-    }
   }
   restart();
   if (!done()) find_faces();
