@@ -103,13 +103,13 @@ def test_dominoes_fall_one_after_the_other():
     assert fallen[15] < fallen[29]
 
 
-@pytest.mark.parametrize(("count", "mu"), [(4, 0.7), (6, 1.0)])
-def test_dominoes_that_jam_do_not_hold_a_step_up(count, mu):
-    # Their central path has folds close to each other, round which it led some 150 times before a step across
-    # one of them was taken back: 277 and 183 factorisations in the longest step, where 50 suffice.
-    sim = simulate("domino_run", {"count": count, "mu": mu})
-    reports = [sim.step() for _ in range(round(2 / sim.dt))]
-    assert max(report.factorizations for report in reports) <= 100
+@pytest.mark.parametrize("mu", [0.7, 0.85, 1.0, 1.2])
+def test_dominoes_that_jam_do_not_hold_a_step_up(mu):
+    # Their central path has folds close to each other, round which it led until it was given up, after 150
+    # factorisations in one step: a step across a fold that comes to another piece has to be taken back.
+    sim = simulate("domino_run", {"count": 3, "mu": mu})
+    reports = [sim.step() for _ in range(500)]
+    assert max(report.factorizations for report in reports) <= 60
     assert all(report.converged for report in reports)
 
 

@@ -5,6 +5,7 @@
 #include "multibody/step/energy_guard.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 #include "multibody/contacts/contact_law.hpp"
 #include "multibody/joints/row_terms.hpp"
@@ -22,6 +23,8 @@ constexpr double of_motion = 1e-3, of_gravity = 0.1, of_change = 1e-2;
 // Of the energy that all loads and springs would give to what is free and at rest: the rounding of what holds
 // against them.
 constexpr double of_loads = 1e-6;
+// Of the work of motors and springs, where joints have turned: see across_joints.
+constexpr double of_drives = 0.05;
 
 // Of an impulse along a row or at a contact: the work that can only dissipate less the work on bodies that
 // impulses move. Where no other moves (`driven`) that is nothing, and what can only dissipate need not be
@@ -75,22 +78,28 @@ double joints_beyond_bodies(const EnergyInput& in, const EnergyScratch& mean, bo
   return work;
 }
 
-// What loads seem to do more as joints have turned: the work of the locked directions along velocities of the
-// start that run across them, which is of second order in the step. Let v_p be the velocities of the start
-// without that part, the projection onto the joints. Locked directions do no work along (v_p + v+) / 2, and
-// v_p has less energy than v-; so nothing comes from nothing where the loads, along that mean, account for
-// the rest. The work along (v- + v+) / 2 differs from that by
+// What drives seem to do more as joints have turned: the work of the locked directions along velocities of
+// the start that run across them, which is of second order in the step. Let v_p be the velocities of the
+// start without that part, the projection onto the joints. Locked directions do no work along (v_p + v+) / 2,
+// and v_p has less energy than v-; so nothing comes from nothing where the drives, along that mean, account
+// for the rest. The work along (v- + v+) / 2 differs from that by
 //   (energy of v_p less that of v-) + (work of the loads along (v_p - v-) / 2) = x' D v- / 2.
-double across_joints(const EnergyInput& in) {
+// Gyroscopic moments are loads, too, which may do no work at all: a share of the work of the drives at most.
+double across_joints(const EnergyInput& in, const EnergyScratch& mean) {
   const std::size_t first = in.problem.rows() - in.rows.tags.size();
-  double work = 0;
+  double across = 0, driven = 0;
   for (std::size_t i = 0; i < in.rows.tags.size(); ++i) {
     const JacobianRow& row = in.rows.jacobian[i];
+    const Restraint r = in.rows.restraint[i];
+    const double x = in.solution.x[first + i];
     const bool whole = std::max(row.body_a, row.body_b) < static_cast<Index>(in.start.size());
-    if (whole && in.rows.restraint[i] == Restraint::equality)
-      work += 0.5 * in.solution.x[first + i] * row_velocity(row, in.start);
+    if (!whole) continue;
+    if (r == Restraint::equality)
+      across += 0.5 * x * row_velocity(row, in.start);
+    else if (r != Restraint::inequality && in.rows.tags[i].kind != RowKind::friction)
+      driven += std::abs(x * row_velocity(row, mean.all));
   }
-  return work;
+  return std::clamp(across, 0.0, of_drives * driven);
 }
 
 // The work of all impulses on a body is the change that they make of its velocity, in the measure of its
@@ -136,7 +145,7 @@ EnergyBalance along_mean(const EnergyInput& in, EnergyScratch& mean) {
 // The work across joints is looked at where it matters.
 EnergyBalance energy_balance(const EnergyInput& in, EnergyScratch& mean) {
   EnergyBalance balance = along_mean(in, mean);
-  if (!(balance.work <= balance.allowed)) balance.work -= across_joints(in);
+  if (!(balance.work <= balance.allowed)) balance.work -= across_joints(in, mean);
   return balance;
 }
 
@@ -152,7 +161,7 @@ EnergyBalance take_back(const EnergyInput& in, EnergyBalance balance, Solution& 
     after = in.free;
     apply_impulses(in.problem, solution.x, after);
     EnergyBalance scaled = along_mean(in, scratch);
-    scaled.work -= across_joints(in);
+    scaled.work -= across_joints(in, scratch);
     return scaled;
   };
   const double whole = balance.work, half = scale(0.5).work;

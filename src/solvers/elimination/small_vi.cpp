@@ -28,8 +28,9 @@ constexpr double slow = 0.1, proximal_fall = 0.1;
 // Along the central curve: what one takes that bends little, and where one is given up; where it has ended.
 constexpr std::size_t usual_curve_steps = 15, most_curve_steps = 150;
 constexpr double end_of_curve = 1e-30;
-// Gradient steps from nothing before the first faces: they share loads evenly where those are not determined.
-constexpr std::size_t cold_descent = 24;
+// Gradient steps from nothing before the first faces: they share loads evenly where those are not determined;
+// and where no faces are found, before they are looked for again: all of them cost less than the curve.
+constexpr std::size_t cold_descent = 24, second_descent = 100;
 // In all: multiplications, with so many for each row of a projection or a natural map; and times m^3; beside
 // them the steps along the curve. What is not solved by then, which is rare, is left to the methods of
 // automatic.cpp.
@@ -113,8 +114,13 @@ SmallVi::Result SmallVi::solve(const Reduction::Island& island, Law law, const L
     }
   }
   limits_ = limits;
-  if (!warm) descend();
+  if (!warm) descend(cold_descent);
   if (!done()) find_faces();
+  if (result_.map > limits.target && left()) {
+    restart();
+    descend(second_descent);
+    if (!done()) find_faces();
+  }
   if (result_.map > limits.target) follow_curve();
   x = best_;
   unpaid_ += work_ - paid_;
@@ -193,13 +199,13 @@ bool SmallVi::newton_step() {
   return true;
 }
 
-// Accelerated projected gradients from nothing as in first_order/apgd.cpp, in the metric of W.
-void SmallVi::descend() {
+// Accelerated projected gradients from the present x as in first_order/apgd.cpp, in the metric of W.
+void SmallVi::descend(std::size_t steps) {
   std::vector<double>&y = trial_, &u_y = trial_u_, &d = dx_, &Wd = du_;
   y = x_;
   u_y = u_;
   double L = 1, theta = 1;
-  for (std::size_t i = 0; i < cold_descent && result_.map > limits_.target && left(); ++i) {
+  for (std::size_t i = 0; i < steps && result_.map > limits_.target && left(); ++i) {
     ++result_.iterations;
     double dPd, dPm, dWd;
     for (;;) {
