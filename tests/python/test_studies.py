@@ -3,6 +3,7 @@
 import concurrent.futures
 import contextlib
 import functools
+import io
 import json
 import signal
 import subprocess
@@ -181,7 +182,8 @@ def test_stopped_study_goes_on(tmp_path, number):
     process = subprocess.Popen(
         [sys.executable, "-c", source], cwd=HERE, stderr=subprocess.PIPE, start_new_session=True
     )
-    while not out.exists() or pq.read_table(out).num_rows < 4:
+    # From one copy: a path is opened twice, and between the file is replaced.
+    while not out.exists() or pq.read_table(io.BytesIO(out.read_bytes())).num_rows < 4:
         time.sleep(0.02)
         assert process.poll() is None
     process.send_signal(number)

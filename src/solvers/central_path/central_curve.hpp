@@ -68,6 +68,7 @@ class CentralCurve {
   void recover(const Direction& d, bool corrector);
   double longest_step(const Direction& d);
   bool bend(Direction& d);
+  bool find_directions();
   bool back();
   bool move(const Direction& d, double share);
   bool shorten();
@@ -323,6 +324,21 @@ void CentralCurve<System>::go(double t, double dt, double step) {
   t_ = t * (1 + step * dt);
 }
 
+// Back to the curve with t held, and along it; then back across it.
+template <class System>
+bool CentralCurve<System>::find_directions() {
+  target(t_, false, back_.rho);
+  target(0, false, along_.rho);
+  for (std::size_t i = 0; i < rho_.size(); ++i) along_.rho[i] = back_.rho[i] - along_.rho[i];
+  back_.dt = 0;
+  along_.dt = 1;
+  if (!solve(F_, back_, 0) || !solve(F_t_, along_, 0)) return false;
+  const double speed = norm(along_);
+  add(back_, -inner(back_, along_) / (speed * speed), along_);
+  recover(back_, false);
+  return true;
+}
+
 template <class System>
 bool CentralCurve<System>::step() {
   namespace c = central_curve;
@@ -333,20 +349,12 @@ bool CentralCurve<System>::step() {
   if (sign == 0) return false;
   if (first_sign_ == 0) first_sign_ = sign_before_ = sign;
   if (sign != sign_before_ && t_ < c::far_from_fold * t_before_) return shorten();
-  // Back to the curve with t held, and along it; then back across it.
-  target(t_, false, back_.rho);
-  target(0, false, along_.rho);
-  for (std::size_t i = 0; i < rho_.size(); ++i) along_.rho[i] = back_.rho[i] - along_.rho[i];
-  back_.dt = 0;
-  along_.dt = 1;
-  if (!solve(F_, back_, 0) || !solve(F_t_, along_, 0)) return false;
-  const double speed = norm(along_);
-  add(back_, -inner(back_, along_) / (speed * speed), along_);
-  recover(back_, false);
+  if (!find_directions()) return false;
   if (largest(back_) > c::neighbourhood) return back();
   back_steps_ = 0;
   sign_before_ = sign;
   const bool falls = sign == first_sign_;
+  const double speed = norm(along_);
   // How far the way along is free decides where to aim (Mehrotra).
   trial_ = back_;
   add(trial_, falls ? -1 : 1, along_);
