@@ -203,7 +203,11 @@ class Energy:
         # Plus the largest kinetic energy so far; without gravity, that of a thousandth of a length in 1 s.
         weight = float(np.linalg.norm(model.gravity)) + 1e-6 * model.length
         self.scale = model.total_mass * weight * model.length
-        self.coordinates = simulation.state.joint_coordinates.copy()
+        # A motor on a joint that closes a loop has no generalised coordinate: none of the files has one.
+        own = [c for c in model.coordinates.values() if c.dof >= 0]
+        self.dofs = [model.dof_index(c.joint, c.dof) for c in own]
+        self.of_q, self.of_qd = [c.q.start for c in own], [c.qd.start for c in own]
+        self.coordinates = simulation.q[self.of_q]
         # Those on degrees of freedom count among the motors there.
         self.others = np.array([a.transmission.kind != "dof" for a in model.actuators], dtype=bool)
         self.lengths = simulation.actuator_efforts["length"][self.others]
@@ -212,13 +216,14 @@ class Energy:
         self.told: float | None = None
 
     def add(self, report: amontons.Report) -> None:
-        moved = self.simulation.state.joint_coordinates - self.coordinates
+        moved = self.simulation.q[self.of_q] - self.coordinates
         self.coordinates += moved
-        efforts = self.simulation.joint_efforts
+        efforts = self.simulation.joint_efforts[self.dofs]
         others = self.simulation.actuator_efforts[self.others]
         work = float(efforts["motor"] @ moved + others["effort"] @ (others["length"] - self.lengths))
         self.lengths = others["length"]
-        energy = report.energy + 0.5 * float(self.armature @ (moved / self.simulation.dt) ** 2)
+        rates = self.simulation.qd[self.of_qd]
+        energy = report.energy + 0.5 * float(self.armature[self.dofs] @ rates**2)
         self.largest = max(self.largest, report.kinetic_energy)
         if self.last is not None:
             gain = energy - self.last - work
