@@ -86,6 +86,8 @@ class CentralCurve {
   Barriers before_;
   double t_before_ = 1, dt_ = 0, step_ = 0;
   int back_steps_ = 0;
+  // The most that a step aims at now, in parts of t.
+  double most_part_ = 1;
   // Rows in which lengths are measured: not those that are free or that have no room.
   std::vector<char> counts_;
   std::vector<double> R_, BT_;
@@ -106,12 +108,14 @@ inline constexpr double neighbourhood = 1.5;
 // boundary.
 inline constexpr double least_target = 0.01, most_rise = 0.5, beyond = 2;
 // Of the length of a step: what its correction may be, unless it is short; how much of the step the boundary
-// leaves. Otherwise the step is halved.
+// leaves. Otherwise the step is halved; the last half of all goes straight on.
 inline constexpr double most_bend = 0.7, short_bend = 0.3, least_free = 0.5;
 inline constexpr int most_halvings = 6;
 // Close to a fold t hardly changes. A step that ends beyond one with less than this part of its t has come to
 // another piece of the curve, on which it might lead round and round: it is done again, shorter.
 inline constexpr double far_from_fold = 0.5, shorter = 0.25;
+// Folds come in flocks: what a step may aim at after such a one, and by how much more from step to step.
+inline constexpr double less_aim = 0.5, least_aim = 0.3, more_aim = 1.5;
 // Steps back to the curve in a row: where they do not lead there, the last one along it was too long as well.
 inline constexpr int most_back = 5;
 // Steps this short lead nowhere; nor does a curve that runs off, in t or in x, whose order is one.
@@ -129,6 +133,7 @@ void CentralCurve<System>::start(System& system, const SetProduct& K, Law law) {
   t_before_ = 1;
   step_ = 0;
   back_steps_ = 0;
+  most_part_ = 1;
   const std::size_t m = K.rows();
   for (std::vector<double>* v : {&F_, &F_start_, &F_t_, &bent_, &x_, &u_, &rho_}) v->assign(m, 0.0);
   for (Direction* d : {&back_, &along_, &trial_, &corrected_}) {
@@ -312,6 +317,7 @@ template <class System>
 bool CentralCurve<System>::shorten() {
   step_ *= central_curve::shorter;
   if (!(step_ > central_curve::shortest_step)) return false;
+  most_part_ = std::max(central_curve::less_aim * most_part_, central_curve::least_aim);
   back_steps_ = 0;
   barriers_ = before_;
   go(t_before_, dt_, step_);
@@ -324,7 +330,8 @@ void CentralCurve<System>::go(double t, double dt, double step) {
   t_ = t * (1 + step * dt);
 }
 
-// Back to the curve with t held, and along it; then back across it.
+// Back to the curve with t held, and along it; then back across it, unless t would fall: the curve bends away
+// from where it is sought, and every step of the way ends closer to the boundary.
 template <class System>
 bool CentralCurve<System>::find_directions() {
   target(t_, false, back_.rho);
@@ -334,7 +341,7 @@ bool CentralCurve<System>::find_directions() {
   along_.dt = 1;
   if (!solve(F_, back_, 0) || !solve(F_t_, along_, 0)) return false;
   const double speed = norm(along_);
-  add(back_, -inner(back_, along_) / (speed * speed), along_);
+  add(back_, std::max(0.0, -inner(back_, along_) / (speed * speed)), along_);
   recover(back_, false);
   return true;
 }
@@ -363,7 +370,8 @@ bool CentralCurve<System>::step() {
   if (!(free > 0)) return false;
   const double rest = 1 - free;
   double part = falls ? 1 - std::max(rest * rest * rest, c::least_target) : c::most_rise;
-  part = std::min(part, c::beyond * free);
+  part = std::min({part, c::beyond * free, most_part_});
+  most_part_ = std::min(1.0, c::more_aim * most_part_);
   for (int i = 0;; ++i, part *= 0.5) {
     trial_ = back_;
     add(trial_, falls ? -part : part, along_);
@@ -371,9 +379,10 @@ bool CentralCurve<System>::step() {
     if (!bend(trial_)) return false;
     const double share = norm(corrected_) / (part * speed);
     const bool bends = share > c::most_bend && share * part * speed > c::short_bend;
-    add(trial_, 1, corrected_);
-    recover(trial_, true);
-    if (i == c::most_halvings || (!bends && longest_step(trial_) > c::least_free))
+    const bool last = i == c::most_halvings, straight = last && bends;
+    if (!straight) add(trial_, 1, corrected_);
+    recover(trial_, !straight);
+    if (last || (!bends && longest_step(trial_) > c::least_free))
       return move(trial_, std::clamp(1 - share, c::fraction, c::most_fraction));
   }
 }

@@ -27,10 +27,8 @@ void IslandSystem::start(const Reduction::Island& island, std::span<const double
 }
 
 void IslandSystem::product(std::span<const double> x, std::span<double> u) const {
-  const std::size_t m = x.size();
   std::copy(q_.begin(), q_.end(), u.begin());
-  for (std::size_t i = 0; i < m; ++i)
-    for (std::size_t j = 0; j < m; ++j) u[j] += x[i] * W_[m * i + j];
+  AMONTONS_DISPATCH(add_product, u.data(), x.data(), W_.data(), x.size());
 }
 
 // Rows that nothing moves have R = 0 and T = 0, and z = 0.

@@ -64,16 +64,17 @@ void SmallVi::start(const Reduction::Island& island) {
   most_work_ = most_work + most_per_cube * m * m * m;
 }
 
-// u = W x + q
-void SmallVi::evaluate(const std::vector<double>& x, std::vector<double>& u) {
+// u += W x
+void SmallVi::add_product(const std::vector<double>& x, std::vector<double>& u) {
   const std::size_t m = x.size();
   work_ += m * (m + multiplications);
+  AMONTONS_DISPATCH(add_product, u.data(), x.data(), island_->W.data(), m);
+}
+
+// u = W x + q
+void SmallVi::evaluate(const std::vector<double>& x, std::vector<double>& u) {
   u = island_->q;
-  for (std::size_t i = 0; i < m; ++i) {
-    if (x[i] == 0) continue;
-    const double* W = &island_->W[m * i];
-    for (std::size_t j = 0; j < m; ++j) u[j] += x[i] * W[j];
-  }
+  add_product(x, u);
 }
 
 // Whether this is the best so far, by its natural map.
@@ -250,16 +251,10 @@ void SmallVi::momentum_direction(double L, double& dPd, double& dPm) {
 
 // Wd = W d; <d, W d>
 double SmallVi::multiply(const std::vector<double>& d, std::vector<double>& Wd) {
-  const std::size_t m = d.size();
-  work_ += m * (m + multiplications);
   std::fill(Wd.begin(), Wd.end(), 0.0);
-  for (std::size_t i = 0; i < m; ++i) {
-    if (d[i] == 0) continue;
-    const double* W = &island_->W[m * i];
-    for (std::size_t j = 0; j < m; ++j) Wd[j] += d[i] * W[j];
-  }
+  add_product(d, Wd);
   double sum = 0;
-  for (std::size_t i = 0; i < m; ++i) sum += d[i] * Wd[i];
+  for (std::size_t i = 0; i < d.size(); ++i) sum += d[i] * Wd[i];
   return sum;
 }
 

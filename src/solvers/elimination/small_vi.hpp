@@ -39,6 +39,7 @@ class SmallVi {
   };
 
   void start(const Reduction::Island& island);
+  void add_product(const std::vector<double>& x, std::vector<double>& u);
   void evaluate(const std::vector<double>& x, std::vector<double>& u);
   bool keep(const std::vector<double>& x, const std::vector<double>& u);
   bool done() const;

@@ -25,6 +25,8 @@ AMONTONS_FOR_EACH_ISA(
                        const std::ptrdiff_t* target, double* diagonal, double* blocks);
     // The upper half of W += s Y'Y, Y six rows of n numbers, `stride` apart; rows of W lie `m` apart.
     void add_gram(double* W, std::size_t m, const double* Y, std::size_t stride, std::size_t n, double s);
+    // y += A'x, A m x m, row-major.
+    void add_product(double* y, const double* x, const double* A, std::size_t m);
     // A = P L U with row pivots, in place; A m x m, row-major, unit diagonal of L not stored. False if
     // singular.
     bool factor_rows(double* A, std::size_t* pivots, std::size_t m);

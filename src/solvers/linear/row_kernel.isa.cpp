@@ -256,6 +256,12 @@ void add_gram(double* W, std::size_t m, const double* Y, std::size_t stride, std
   }
 }
 
+void add_product(double* y, const double* x, const double* A, std::size_t m) {
+  std::size_t i = 0;
+  for (; i + 6 <= m; i += 6) add_rows(y, x + i, A + m * i, m, m);
+  for (; i < m; ++i) subtract_scaled(y, A + m * i, -x[i], m);
+}
+
 // Row pivots alone: rows of (G + H W) differ in scale by the laws of their blocks, columns do not.
 bool factor_rows(double* A, std::size_t* pivots, std::size_t m) {
   for (std::size_t p = 0; p < m; p += panel_columns) {
