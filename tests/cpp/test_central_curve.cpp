@@ -15,7 +15,7 @@ namespace {
 // Contacts, a limit and a friction of a joint on bodies of very different masses: u = D (v + M^-1 D'x), with
 // fewer freedoms than rows, so that W is singular. v can be stopped: a solution exists (Klarbring, Pang
 // 1998).
-Reduction::Island island_of(unsigned seed, int contacts, int freedoms, double mu) {
+Reduction::Island island_of(unsigned seed, int contacts, int freedoms, double mu, double friction = 0.05) {
   small::Random random(seed);
   Reduction::Island island;
   const std::size_t m = 3 * contacts + 2;
@@ -34,7 +34,7 @@ Reduction::Island island_of(unsigned seed, int contacts, int freedoms, double mu
     }
   for (int i = 0; i < contacts; ++i) island.K.add(Friction{mu * random.uniform(0.5, 2)});
   island.K.add(NonNegative{});
-  island.K.add(Interval{-0.05, 0.05});
+  island.K.add(Interval{-friction, friction});
   for_each_block(island.K, [&]<class S>(const S&, std::size_t, std::size_t row) {
     double mean = 0;
     for (int k = 0; k < S::dim; ++k) mean += island.W[(m + 1) * (row + k)] / S::dim;
@@ -100,7 +100,18 @@ TEST(the_path_of_the_associated_law_ends_at_its_solution) {
 TEST(the_path_of_coulombs_law_ends_at_a_solution) {
   int ended = 0;
   for (unsigned seed = 1; seed <= 100; ++seed) ended += ends(island_of(seed, 10, 12, 1.5), Law::coulomb);
-  CHECK(ended >= 88);
+  CHECK(ended >= 95);
+}
+
+// Dry friction of a joint with hardly any room: where it slides the curve bends at its very start. Fails if
+// the correction of a step is taken that is longer than the step (163 and 152 ended).
+TEST(the_path_gets_away_from_narrow_intervals) {
+  for (double mu : {0.7, 2.0}) {
+    int ended = 0;
+    for (unsigned seed = 1; seed <= 200; ++seed)
+      ended += ends(island_of(seed, 6, 12, mu, 1e-7), Law::coulomb);
+    CHECK(ended >= 185);
+  }
 }
 
 // The same for many rows, beside the path with the De Saxce term frozen in each step, which ends on fewer.

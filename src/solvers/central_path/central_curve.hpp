@@ -69,6 +69,7 @@ class CentralCurve {
   double longest_step(const Direction& d);
   bool bend(Direction& d);
   bool find_directions();
+  double first_part(bool falls);
   bool back();
   bool move(const Direction& d, double share);
   bool shorten();
@@ -116,6 +117,9 @@ inline constexpr int most_halvings = 6;
 inline constexpr double far_from_fold = 0.5, shorter = 0.25;
 // Folds come in flocks: what a step may aim at after such a one, and by how much more from step to step.
 inline constexpr double less_aim = 0.5, least_aim = 0.3, more_aim = 1.5;
+// Of t, in a step back: beyond, the curve bends away from where it is sought, and every step ends closer to
+// the boundary.
+inline constexpr double most_fall = 0.2;
 // Steps back to the curve in a row: where they do not lead there, the last one along it was too long as well.
 inline constexpr int most_back = 5;
 // Steps this short lead nowhere; nor does a curve that runs off, in t or in x, whose order is one.
@@ -330,8 +334,7 @@ void CentralCurve<System>::go(double t, double dt, double step) {
   t_ = t * (1 + step * dt);
 }
 
-// Back to the curve with t held, and along it; then back across it, unless t would fall: the curve bends away
-// from where it is sought, and every step of the way ends closer to the boundary.
+// Back to the curve with t held, and along it; then back across it.
 template <class System>
 bool CentralCurve<System>::find_directions() {
   target(t_, false, back_.rho);
@@ -341,9 +344,24 @@ bool CentralCurve<System>::find_directions() {
   along_.dt = 1;
   if (!solve(F_, back_, 0) || !solve(F_t_, along_, 0)) return false;
   const double speed = norm(along_);
-  add(back_, std::max(0.0, -inner(back_, along_) / (speed * speed)), along_);
+  add(back_, std::max(-central_curve::most_fall, -inner(back_, along_) / (speed * speed)), along_);
   recover(back_, false);
   return true;
+}
+
+// The part of t that a step aims at first: how far the way along is free decides (Mehrotra). Not positive if
+// there is no way.
+template <class System>
+double CentralCurve<System>::first_part(bool falls) {
+  namespace c = central_curve;
+  trial_ = back_;
+  add(trial_, falls ? -1 : 1, along_);
+  recover(trial_, false);
+  const double free = std::min(1.0, longest_step(trial_)), rest = 1 - free;
+  const double part = falls ? 1 - std::max(rest * rest * rest, c::least_target) : c::most_rise;
+  const double most = std::min(most_part_, c::beyond * free);
+  most_part_ = std::min(1.0, c::more_aim * most_part_);
+  return std::min(part, most);
 }
 
 template <class System>
@@ -362,16 +380,8 @@ bool CentralCurve<System>::step() {
   sign_before_ = sign;
   const bool falls = sign == first_sign_;
   const double speed = norm(along_);
-  // How far the way along is free decides where to aim (Mehrotra).
-  trial_ = back_;
-  add(trial_, falls ? -1 : 1, along_);
-  recover(trial_, false);
-  const double free = std::min(1.0, longest_step(trial_));
-  if (!(free > 0)) return false;
-  const double rest = 1 - free;
-  double part = falls ? 1 - std::max(rest * rest * rest, c::least_target) : c::most_rise;
-  part = std::min({part, c::beyond * free, most_part_});
-  most_part_ = std::min(1.0, c::more_aim * most_part_);
+  double part = first_part(falls);
+  if (!(part > 0)) return false;
   for (int i = 0;; ++i, part *= 0.5) {
     trial_ = back_;
     add(trial_, falls ? -part : part, along_);
