@@ -30,6 +30,7 @@ class Results:
         self.engines, self.early = read_csv(folder / "engines.csv"), read_csv(folder / "early.csv")
         self.growth, self.exponents = read_csv(folder / "growth.csv"), read_csv(folder / "exponents.csv")
         self.broad_phase, self.robots = read_csv(folder / "broad_phase.csv"), read_csv(folder / "robots.csv")
+        self.robots_2ms = read_csv(folder / "robots_2ms.csv")
 
     def accuracy(self, law: str, tolerance: float) -> Rows:
         return [r for r in self.files if r["law"] == law and float(r["tolerance"]) == tolerance]
@@ -114,13 +115,18 @@ def scene_targets(r: Results) -> Iterable[Line]:
 def robot_targets(r: Results) -> Iterable[Line]:
     speeds = sorted(
         (float(row["steps_per_second"]) / float(row["mujoco_steps_per_second"]), row["model"])
-        for row in r.robots
+        for row in r.robots_2ms
         if row["steps_per_second"] and row["mujoco_steps_per_second"]
     )
     if not speeds:
         return
     middle, (least, slowest) = median(speed for speed, _ in speeds), speeds[0]
-    yield f"{len(speeds)} robots, steps/s over MuJoCo's, median", "0.4", f"{middle:.2g}", middle >= 0.4
+    yield (
+        f"{len(speeds)} robots at 2 ms, steps/s over MuJoCo's, median",
+        "0.4",
+        f"{middle:.2g}",
+        middle >= 0.4,
+    )
     yield "the same, slowest", "0.15", f"{least:.2g} ({slowest})", least >= 0.15
 
 
