@@ -183,8 +183,8 @@ class Energy:
 
     The energy of a step is kinetic (armatures included), of gravity and of springs; the work of motors is
     their effort over the coordinate's way, all else that acts along coordinates only takes. Blank where
-    surfaces or kinematic bodies drive, or soft contacts and tendons store, whose work is not told. Beside it
-    the balance that reports tell themselves.
+    surfaces, kinematic bodies or motors on joints that close loops drive, or soft contacts and tendons store,
+    whose work is not told. Beside it the balance that reports tell themselves.
     """
 
     def __init__(self, simulation: amontons.Simulation) -> None:
@@ -203,11 +203,21 @@ class Energy:
         # Plus the largest kinetic energy so far; without gravity, that of a thousandth of a length in 1 s.
         weight = float(np.linalg.norm(model.gravity)) + 1e-6 * model.length
         self.scale = model.total_mass * weight * model.length
-        # A motor on a joint that closes a loop has no generalised coordinate: none of the files has one.
         own = [c for c in model.coordinates.values() if c.dof >= 0]
         self.dofs = [model.dof_index(c.joint, c.dof) for c in own]
         self.of_q, self.of_qd = [c.q.start for c in own], [c.qd.start for c in own]
         self.coordinates = simulation.q[self.of_q]
+        driven = {
+            model.dof_index(j, k)
+            for j, joint in enumerate(model.joints)
+            for k, dof in enumerate(joint.dofs)
+            if dof.armature or dof.motor != amontons.Motor()
+        } | {
+            model.dof_index(a.transmission.joint, a.transmission.dof)
+            for a in model.actuators
+            if a.transmission.kind == "dof"
+        }
+        self.untold = self.untold or not driven <= set(self.dofs)
         # Those on degrees of freedom count among the motors there.
         self.others = np.array([a.transmission.kind != "dof" for a in model.actuators], dtype=bool)
         self.lengths = simulation.actuator_efforts["length"][self.others]
