@@ -173,11 +173,10 @@ void add_first_order(Field& field, const Problem& problem, const Costs& c, std::
 void add_factoring(Field& field, const Costs& c, bool coulomb, bool warm, double digits, double size) {
   // A start that is nearly a solution lies at the border of the cones, where a central path does not begin.
   const double central = warm ? 4 + 1.4 * digits : 4.5 + 0.8 * digits;
-  // Under coulomb the path has folds, and its residual falls at its end: it is given what nine of ten take
-  // (22 in the mean, 50), as what leaves it halfway has gained nothing. With the term held there are no
-  // folds, but one path after the other, for where that fails.
-  const double bent = 4 * central;
-  const double frozen = 4 * (warm ? 6 + 4 * digits : 4 + 2.2 * digits);
+  // Under coulomb each factorisation takes longer, without symmetry, and where contacts are many the path may
+  // lose its middle; with the term held it goes on, slowly.
+  const double bent = 1.7 * central * (0.6 + 0.4 * size);
+  const double frozen = (warm ? 6 + 4 * digits : 4 + 2.2 * digits) * (0.9 + 0.3 * size);
   field.push_back({.start = start_newton_steps,
                    .why = "finds the faces",
                    .product = coulomb ? c.solve : c.plain,
