@@ -202,7 +202,7 @@ def sums(rows: list[Row]) -> Iterator[str]:
     yield f"models without a fault: {len(rows) - faulty} of {len(rows)}"
 
 
-def runs(options: Any, file: Path) -> list[Row]:
+def run_all(options: Any, file: Path) -> list[Row]:
     """A row per model, written as they come."""
     paths = [p for p in models(options.folder) if not options.only or any(s in str(p) for s in options.only)]
     rows = []
@@ -238,10 +238,10 @@ def main() -> int:
     if not options.folder.is_dir():
         print(f"robots: skipped, there is no folder {options.folder}; name one with models")
         return 0 if ours else 1
-    rows = runs(options, options.out / "robots.csv")
+    rows = run_all(options, options.out / "robots.csv")
     if kept:
         options.dt = SHORT_STEP
-        rows += runs(options, options.out / "robots_2ms.csv")
+        rows += run_all(options, options.out / "robots_2ms.csv")
     return int(options.check and any(test(row) for row in rows for _, test in FAULTS))
 
 

@@ -15,7 +15,7 @@ namespace {
 // Contacts, a limit and a friction of a joint on bodies of very different masses: u = D (v + M^-1 D'x), with
 // fewer freedoms than rows, so that W is singular. v can be stopped: a solution exists (Klarbring, Pang
 // 1998).
-Reduction::Island island_of(unsigned seed, int contacts, int freedoms, double mu, double friction = 0.05) {
+Reduction::Island island_of(unsigned seed, int contacts, int freedoms, double mu, double room = 0.05) {
   small::Random random(seed);
   Reduction::Island island;
   const std::size_t m = 3 * contacts + 2;
@@ -34,7 +34,7 @@ Reduction::Island island_of(unsigned seed, int contacts, int freedoms, double mu
     }
   for (int i = 0; i < contacts; ++i) island.K.add(Friction{mu * random.uniform(0.5, 2)});
   island.K.add(NonNegative{});
-  island.K.add(Interval{-friction, friction});
+  island.K.add(Interval{-room, room});
   for_each_block(island.K, [&]<class S>(const S&, std::size_t, std::size_t row) {
     double mean = 0;
     for (int k = 0; k < S::dim; ++k) mean += island.W[(m + 1) * (row + k)] / S::dim;
