@@ -340,6 +340,30 @@ def test_deep_overlap_is_undone_slowly(shape):
     np.testing.assert_allclose(sim.state.positions[:, 2], (0.1, 0.3), atol=2.1e-4 * sim.model.length)
 
 
+@pytest.mark.parametrize("overlap", [8e-3, 1e-5])
+def test_a_peg_that_is_too_wide_for_its_hole(overlap):
+    # Four walls push it inwards from all sides: no velocity opens all of those gaps, and a step that asks for
+    # one, as slow as it may be, has no solution. The deep overlap is beyond what the correction of positions
+    # lets pass, the other is not. The wall below carries the peg, which stays, and no energy comes of it.
+    b = amontons.ModelBuilder()
+    half, wall = 0.02, 0.01
+    for k in range(4):
+        out = np.array([0, math.cos(k * math.pi / 2), math.sin(k * math.pi / 2)])
+        b.add_geom(
+            None,
+            shapes.Box(tuple(np.where(np.abs(out) > 0.5, wall, 0.05))),
+            position=tuple((half + wall - overlap) * out),
+        )
+    peg = b.add_body(shape=shapes.Box((0.06, half, half)), density=500.0, position=(0.01, 0, 0))
+    sim = amontons.Simulation(b.build(), dt=5e-3)
+    start = sim.state.positions[peg].copy()
+    for _ in range(50):
+        report = sim.step()
+        assert report.converged
+        assert report.kinetic_energy < 1e-12
+    np.testing.assert_allclose(sim.state.positions[peg], start, atol=2 * overlap)
+
+
 @pytest.mark.parametrize("plate", ["fixed", "dynamic", "mesh"])
 @pytest.mark.parametrize("speed", [100.0, 1000.0])
 def test_bullets_do_not_tunnel(plate, speed):

@@ -10,6 +10,8 @@ namespace amontons {
 struct Assembly {
   double h, recovery_speed;
   bool impact = false;  // ask for u_n = -e u_n^- in place of the closing of gaps
+  // m/s, at which contacts that overlap by no more than so much (m) are closed in any case.
+  double closing = 0, most_closed = 0;
 };
 
 // The VI of a step: bodies, contacts, then joint rows. The lengths of the contacts' moments are set.

@@ -24,8 +24,6 @@ namespace amontons {
 
 namespace {
 
-// Times the length of the model: errors below it stay, as bodies that rest shall not be moved.
-constexpr double allowed_error = 1e-4;
 // E of inequalities over D M^-1 D' of their row.
 constexpr double softness = 1e-3;
 // Linear systems are solved to rounding, in one factorisation: of light bodies between heavy ones a rough
@@ -73,7 +71,7 @@ bool can_open(const PositionInput& in, const Contact& c) {
 double largest_error(const PositionInput& in, const State& state) {
   double worst = 0;
   for (const Contact& c : in.contacts)
-    if (is_rigid(c) && -c.gap > std::max(worst, allowed_error * in.options.length) && can_open(in, c))
+    if (is_rigid(c) && -c.gap > std::max(worst, allowed_error(in.options.length)) && can_open(in, c))
       worst = -c.gap;
   worst = std::max({worst, in.error.distance, in.options.length * in.error.angle, in.line_error});
   for (std::size_t j = 0; j < in.model.joints(); ++j) {
@@ -187,9 +185,12 @@ double turning(const BodyVelocities& p) {
 
 }  // namespace
 
+// Errors below it stay, as bodies that rest shall not be moved.
+double allowed_error(double length) { return 1e-4 * length; }
+
 bool correct_positions(const PositionInput& in, StepClock& clock, Elimination& elimination, State& state) {
   const double error = largest_error(in, state), h = in.options.h;
-  if (!(error > allowed_error * in.options.length)) return false;
+  if (!(error > allowed_error(in.options.length))) return false;
   const BodyVelocities rest(in.frames.size());
   double speed = std::min(in.speed, error / h);
   JointRows rows = position_rows(in, rest, state, in.speed);

@@ -20,6 +20,9 @@ struct PositionInput {
   double speed;  // m/s, at which errors are taken back at most
 };
 
+// The largest error, m, angles times length, that stays as it is.
+double allowed_error(double length);
+
 // Moves bodies so that overlaps and errors of rigid joints and limits vanish, as far as they can, and no
 // further than speed * h. Velocities of centres of mass stay, and so do angular momenta where that gives
 // no energy. Returns whether anything moved.

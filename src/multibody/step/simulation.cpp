@@ -129,6 +129,7 @@ double Simulation::restitution_speed() const {
 
 // A solve stops at its tolerance, and what rests under a load sinks by that in every step. Contacts may close
 // what comes of it at this share of the velocity that gravity gives in a step: too slow to be seen as motion.
+// Deeper ones are left to the correction of positions, which knows what joints and other contacts forbid.
 constexpr double kept_closed = 1e-3;
 static double closing(const Model& model, double h) {
   return kept_closed * h * norm(model.description().gravity);
@@ -391,7 +392,7 @@ std::optional<Simulation::Attempt> Simulation::advance(double h, const Attempt& 
   const JointOptions joint_options{h, recovery, model.length()};
   // A step that made energy is done again without keeping contacts closed by a velocity.
   const double closed = damped && !attempt.recovers ? 0 : closing(model, h);
-  const Assembly assembly{h, std::max(recovery, closed)};
+  const Assembly assembly{h, recovery, false, closed, allowed_error(model.length())};
   const StepBodies bodies{s.frames, s.mobility, s.start, s.free};
 
   look(h, damped, clock, report);
