@@ -87,6 +87,30 @@ def test_hull_of_a_box(scale):
     )
 
 
+def test_hull_of_a_finely_divided_surface():
+    # Between two faces of it is a sliver of which only the two ends are corners, which is no flat body. No
+    # point may lie outside, and each is as near to the hull as coplanar triangles are to their plane.
+    points = np.array([
+        (-0.07829148, -0.24660123, 0.01707006),
+        (0.09222696, -0.24623546, 0.01477359),
+        (0.09640794, -0.24626061, 0.01489711),
+        (0.02250141, -0.24630635, 0.01529331),
+        (-0.06779121, -0.24595792, 0.01366163),
+        (-0.05402673, -0.24616514, 0.0147126),
+        (0.09173244, -0.24610314, 0.01408133),
+        (0.09595194, -0.24326903, 0.00011522),
+        (-0.09947563, 0.96689888, -0.10556454),
+        (-0.09923564, 1.0, 0.00095969),
+    ])  # fmt: skip
+    hull = shapes.Hull(points)
+    faces = hull.vertices[hull.triangles]
+    normals = np.cross(faces[:, 1] - faces[:, 0], faces[:, 2] - faces[:, 0])
+    normals /= np.linalg.norm(normals, axis=1)[:, None]
+    heights = points @ normals.T - np.einsum("fi,fi->f", normals, faces[:, 0])
+    assert heights.max() < 1e-5
+    assert np.abs(heights).min(axis=1).max() < 1e-5
+
+
 # Breaks when mass properties move or add up wrongly: two halves make the box, wherever it is.
 def test_compound_body():
     builder = ModelBuilder()

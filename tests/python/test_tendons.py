@@ -59,6 +59,7 @@ PATHS = {
     "through the cylinder": '<site site="a"/><geom geom="roll" sidesite="axis"/><site site="b"/>',
     "pulley": '<site site="a"/><geom geom="ball"/><site site="b"/><pulley divisor="3"/><site site="b"/>'
     '<site site="fixed"/><pulley divisor="2"/><site site="c"/><geom geom="roll"/><site site="a"/>',
+    "a pulley first": '<pulley divisor="2"/><site site="a"/><geom geom="ball"/><site site="b"/>',
 }
 
 

@@ -178,6 +178,7 @@ std::vector<std::vector<Index>> trace_rims(std::span<const Triangle> triangles,
 }
 
 // Keeps the points that at least three faces share, in their order: the others lie within a face or an edge.
+// A sliver between two faces of a finely divided surface may be left with its two ends: it is an edge of both.
 void keep_corners(std::span<const Vec3> vertices, std::vector<std::vector<Index>> faces, ConvexHull& hull) {
   // Around a corner of a polyhedron at least three faces meet; around a point amid an edge two, amid a face
   // one.
@@ -194,9 +195,9 @@ void keep_corners(std::span<const Vec3> vertices, std::vector<std::vector<Index>
     std::vector<Index> corners;
     for (Index i : face)
       if (number[i] >= 0) corners.push_back(number[i]);
-    AMONTONS_REQUIRE(corners.size() >= 3, "convex hull: the body is flat; give it a thickness");
-    hull.faces.push_back(std::move(corners));
+    if (corners.size() >= 3) hull.faces.push_back(std::move(corners));
   }
+  AMONTONS_REQUIRE(hull.faces.size() > 3, "convex hull: the body is flat; give it a thickness");
 }
 
 // The normal of a face is that of its area vector, a sum over the fan from its first corner: the small

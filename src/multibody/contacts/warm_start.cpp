@@ -41,14 +41,55 @@ void keep_for_warm_start(const Problem& problem, std::span<const double> x, cons
 
 namespace {
 
+// Of a contact of this step and one of the last, within their pair: that they may be the same.
+struct Match {
+  double distance;  // squared
+  std::size_t now, before;
+  auto operator<=>(const Match&) const = default;
+};
+
+// The contact of the last step that each of contacts[begin, end) was, which are those of one pair, by their
+// numbers from `last` on; none: ~0. The nearest two are matched first, and no point twice: two shall not
+// start from the same impulse, which would count it twice. What did not push is not among the last: a point
+// that takes the next best one there is takes it from its neighbour.
+void match(const Model& model, std::span<const Contact> last, const Transform& to_local,
+           std::span<const Contact> contacts, std::vector<Match>& matches, std::vector<std::size_t>& was) {
+  constexpr std::size_t none = ~std::size_t{0};
+  was.assign(contacts.size(), none);
+  // A point is the same one if it moved by less than a quarter of the smaller shape; a single point of a pair
+  // (a rolling ball) is the same one wherever it went.
+  const auto [a, b] = pair_of(contacts[0]);
+  const double reach =
+      0.25 * std::min(bounding_radius(model.geom(a).shape), bounding_radius(model.geom(b).shape));
+  if (contacts.size() == 1 && last.size() == 1) {
+    was[0] = 0;
+    return;
+  }
+  matches.clear();
+  for (std::size_t i = 0; i < contacts.size(); ++i) {
+    const Vec3 local = to_local(contacts[i].point);
+    for (std::size_t k = 0; k < last.size(); ++k) {
+      const double distance = norm_squared(last[k].local - local);
+      if (distance < reach * reach) matches.push_back({distance, i, k});
+    }
+  }
+  std::sort(matches.begin(), matches.end());
+  static thread_local std::vector<unsigned char> used;
+  used.assign(last.size(), 0);
+  for (const Match& m : matches) {
+    if (was[m.now] != none || used[m.before]) continue;
+    was[m.now] = m.before;
+    used[m.before] = 1;
+  }
+}
+
 // f(i, the contact of the last step that contacts[i] was), for those that were one. Contacts come pair by
-// pair. Within one, each point takes the nearest of the last step that is not taken yet: two points shall not
-// start from the same impulse, which would count it twice.
+// pair.
 template <class F>
 void for_each_known(const Model& model, const std::vector<Contact>& last, const BodyFrames& bodies,
                     const std::vector<Contact>& contacts, F&& f) {
-  static thread_local std::vector<unsigned char> used;
-  used.assign(last.size(), 0);
+  static thread_local std::vector<Match> matches;
+  static thread_local std::vector<std::size_t> was;
   for (std::size_t i = 0; i < contacts.size();) {
     const std::pair pair = pair_of(contacts[i]);
     std::size_t end = i;
@@ -57,27 +98,13 @@ void for_each_known(const Model& model, const std::vector<Contact>& last, const 
         std::partition_point(last.begin(), last.end(), [&](const Contact& c) { return pair_of(c) < pair; });
     const auto after =
         std::partition_point(first, last.end(), [&](const Contact& c) { return pair_of(c) == pair; });
-    // A point is the same one if it moved by less than a quarter of the smaller shape; a single point of a
-    // pair (a rolling ball) is the same one wherever it went.
-    const double reach = 0.25 * std::min(bounding_radius(model.geom(pair.first).shape),
-                                         bounding_radius(model.geom(pair.second).shape));
-    const bool single = end - i == 1 && after - first == 1;
-    const Transform to_local = inverse(bodies[contacts[i].body_a].pose);
-    for (; i < end; ++i) {
-      const Vec3 local = to_local(contacts[i].point);
-      double best = single ? infinity : reach * reach;
-      auto nearest = after;
-      for (auto c = first; c != after; ++c) {
-        const double distance = norm_squared(c->local - local);
-        if (!used[c - last.begin()] && (distance < best || (single && nearest == after))) {
-          best = distance;
-          nearest = c;
-        }
-      }
-      if (nearest == after) continue;
-      used[nearest - last.begin()] = 1;
-      f(i, *nearest);
-    }
+    if (first != after)
+      match(model, {first, after}, inverse(bodies[contacts[i].body_a].pose),
+            std::span(contacts).subspan(i, end - i), matches, was);
+    else
+      was.assign(end - i, ~std::size_t{0});
+    for (std::size_t k = 0; k < was.size(); ++k, ++i)
+      if (was[k] < last.size()) f(i, first[static_cast<std::ptrdiff_t>(was[k])]);
   }
 }
 

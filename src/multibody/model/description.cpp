@@ -218,17 +218,17 @@ void check_coupling(const ModelDescription& d, const Coupling& c, const std::str
 }
 
 // A path goes from point to point: obstacles stand between two of them, and both parts beside a pulley have
-// at least two.
+// at least two. One that begins with a pulley counts its divisor from the start.
 void check_path(const ModelDescription& d, const std::vector<PathElement>& path, const std::string& who) {
   using Kind = PathElement::Kind;
   std::size_t points = 0;
   Kind before = Kind::pulley;
   for (const PathElement& e : path) {
-    const bool obstacle = e.kind == Kind::sphere || e.kind == Kind::cylinder;
-    require(before == Kind::point || e.kind == Kind::point, who,
+    const bool obstacle = e.kind == Kind::sphere || e.kind == Kind::cylinder, first = &e == &path.front();
+    require(before == Kind::point || e.kind == Kind::point || (first && !obstacle), who,
             "its path has an obstacle or a pulley without a point before it; add the point");
     if (e.kind == Kind::pulley) {
-      require(points > 1, who, "its path has a part of a single point; give it another one");
+      require(points > 1 || first, who, "its path has a part of a single point; give it another one");
       require(e.divisor > 0 && std::isfinite(e.divisor), who, "the divisor of a pulley must be positive");
       points = 0;
     } else {

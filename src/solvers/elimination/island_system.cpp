@@ -13,7 +13,9 @@ void IslandSystem::start(const Reduction::Island& island, std::span<const double
   units_.from_velocities(q_);
   const std::size_t m = island.rows();
   W_ = island.W;
-  matrix_.resize(m * m);
+  stride_ = factor_stride(m);
+  matrix_.assign(m * stride_, 0.0);
+  columns_.resize(m * factor_columns);
   pivots_.resize(m);
   offset_.assign(1, 0);
   for_each_block(*K_, [&]<class S>(const S&, std::size_t block, std::size_t row) {
@@ -36,7 +38,7 @@ int IslandSystem::factor(std::span<const double> R, std::span<const double> BT) 
   const std::size_t m = q_.size();
   for (std::size_t i = 0; i < m; ++i) {
     const double* W = &W_[m * i];
-    double* to = &matrix_[m * i];
+    double* to = &matrix_[stride_ * i];
     for_each_block(*K_, [&]<class S>(const S&, std::size_t block, std::size_t row) {
       const double* r = &R[offset_[block]];
       for (int j = 0; j < S::dim; ++j) {
@@ -48,21 +50,21 @@ int IslandSystem::factor(std::span<const double> R, std::span<const double> BT) 
   }
   for_each_block(*K_, [&]<class S>(const S&, std::size_t block, std::size_t row) {
     for (int i = 0; i < S::dim; ++i) {
-      double* to = &matrix_[m * (row + i) + row];
+      double* to = &matrix_[stride_ * (row + i) + row];
       for (int j = 0; j < S::dim; ++j) to[j] += BT[offset_[block] + S::dim * i + j];
       if (R[offset_[block] + (S::dim + 1) * i] == 0) to[i] += 1;
     }
   });
-  if (!AMONTONS_DISPATCH(factor_rows, matrix_.data(), pivots_.data(), m)) return 0;
+  if (!AMONTONS_DISPATCH(factor_rows, matrix_.data(), pivots_.data(), m, stride_, columns_.data())) return 0;
   int sign = 1;
   for (std::size_t i = 0; i < m; ++i)
-    if ((pivots_[i] != i) != (matrix_[(m + 1) * i] < 0)) sign = -sign;
+    if ((pivots_[i] != i) != (matrix_[(stride_ + 1) * i] < 0)) sign = -sign;
   return sign;
 }
 
 bool IslandSystem::solve(std::span<const double> q, std::span<double> z, int) const {
   if (q.data() != z.data()) std::copy(q.begin(), q.end(), z.begin());
-  return AMONTONS_DISPATCH(solve_rows, matrix_.data(), pivots_.data(), z.data(), z.size());
+  return AMONTONS_DISPATCH(solve_rows, matrix_.data(), pivots_.data(), z.data(), z.size(), stride_);
 }
 
 }  // namespace amontons

@@ -25,7 +25,8 @@ class IslandSystem {
   const SetProduct* K_ = nullptr;
   std::vector<std::size_t> offset_, pivots_;
   CurveUnits units_;
-  std::vector<double> W_, q_, matrix_;
+  std::size_t stride_ = 0;  // of matrix_
+  std::vector<double> W_, q_, matrix_, columns_;
 };
 
 }  // namespace amontons

@@ -25,6 +25,9 @@ constexpr double proximal = 1e-7, smallest_proximal = 1e-13;
 // Directions in which W is softer than that come in at this rate only, and more slowly than by `slow`: then
 // the term falls.
 constexpr double slow = 0.1, proximal_fall = 0.1;
+// Times the natural map of no impulses: a start below it may have the right faces, however wrong its impulses
+// are, and a few Newton steps tell.
+constexpr double far_off = 10;
 // Along the central curve: what one takes that bends little, and where one is given up; where it has ended.
 constexpr std::size_t usual_curve_steps = 15, most_curve_steps = 150;
 constexpr double end_of_curve = 1e-30;
@@ -77,19 +80,24 @@ void SmallVi::evaluate(const std::vector<double>& x, std::vector<double>& u) {
   add_product(x, u);
 }
 
-// Whether this is the best so far, by its natural map.
-bool SmallVi::keep(const std::vector<double>& x, const std::vector<double>& u) {
+double SmallVi::natural_map(const std::vector<double>& x, const std::vector<double>& u) const {
   double sum = 0;
   for_each_block(island_->K, [&]<class S>(const S& set, std::size_t block, std::size_t row) {
     double g[S::dim];
     add_saxce_term(set, law_, &u[row], g);
     sum += natural_map_squared(set, island_->P[block], &x[row], g);
   });
-  const double map = std::sqrt(sum);
-  if (!(map < result_.map)) return false;
-  result_.map = map;
-  best_ = x;
-  return true;
+  return std::sqrt(sum);
+}
+
+// x, if it is the best so far by its natural map, which is returned.
+double SmallVi::keep(const std::vector<double>& x, const std::vector<double>& u) {
+  const double map = natural_map(x, u);
+  if (map < result_.map) {
+    result_.map = map;
+    best_ = x;
+  }
+  return map;
 }
 
 void SmallVi::begin() {
@@ -101,15 +109,15 @@ SmallVi::Result SmallVi::solve(const Reduction::Island& island, Law law, const L
                                std::vector<double>& x) {
   law_ = law;
   start(island);
-  // From the start that was given, or from nothing if that is nearer.
+  // From the start that was given, or from nothing if that is much nearer.
   result_.map = INFINITY;
   start_from_nothing();
-  keep(x_, u_);
+  const double nothing = keep(x_, u_);
   bool warm = false;
   if (x.size() == island.rows()) {
     project(island.K, x, trial_);
     evaluate(trial_, trial_u_);
-    if ((warm = keep(trial_, trial_u_))) {
+    if ((warm = keep(trial_, trial_u_) < far_off * nothing)) {
       x_.swap(trial_);
       u_.swap(trial_u_);
     }
@@ -316,13 +324,15 @@ bool SmallVi::solve_linear() {
     }
   }
   if (rows == 0) return true;
-  J_.resize(rows * rows);
+  const std::size_t stride = factor_stride(rows);
+  J_.assign(rows * stride, 0.0);
+  columns_.resize(rows * factor_columns);
   rhs_.resize(rows);
   std::size_t at = 0;
   for (std::size_t b : active_) {
     const Linear& l = linear_[b];
     for (std::size_t i = 0; i < l.dim; ++i, ++at) {
-      double* J = &J_[rows * at];
+      double* J = &J_[stride * at];
       const double* H = &l.H[l.dim * i];
       double r = -l.F[i];
       for (std::size_t k = 0; k < l.dim; ++k) r -= H[k] * du_[l.row + k];
@@ -341,8 +351,8 @@ bool SmallVi::solve_linear() {
   ++result_.factorizations;
   work_ += rows * rows * (rows + 9) / 3;
   pivots_.resize(rows);
-  if (!AMONTONS_DISPATCH(factor_rows, J_.data(), pivots_.data(), rows) ||
-      !AMONTONS_DISPATCH(solve_rows, J_.data(), pivots_.data(), rhs_.data(), rows))
+  if (!AMONTONS_DISPATCH(factor_rows, J_.data(), pivots_.data(), rows, stride, columns_.data()) ||
+      !AMONTONS_DISPATCH(solve_rows, J_.data(), pivots_.data(), rhs_.data(), rows, stride))
     return false;
   at = 0;
   for (std::size_t b : active_)

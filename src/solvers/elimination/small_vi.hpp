@@ -41,7 +41,8 @@ class SmallVi {
   void start(const Reduction::Island& island);
   void add_product(const std::vector<double>& x, std::vector<double>& u);
   void evaluate(const std::vector<double>& x, std::vector<double>& u);
-  bool keep(const std::vector<double>& x, const std::vector<double>& u);
+  double natural_map(const std::vector<double>& x, const std::vector<double>& u) const;
+  double keep(const std::vector<double>& x, const std::vector<double>& u);
   bool done() const;
   bool left();
   void pay();
@@ -66,7 +67,7 @@ class SmallVi {
   std::vector<std::size_t> active_, pivots_;
   IslandSystem system_;
   CentralCurve<IslandSystem> curve_;
-  std::vector<double> J_, rhs_, du_, HW_;
+  std::vector<double> J_, columns_, rhs_, du_, HW_;
   double sigma_ = 0;
   std::size_t work_ = 0, paid_ = 0, unpaid_ = 0;  // of this solve, of those before it
   std::size_t most_work_ = 0;

@@ -5,6 +5,12 @@
 
 namespace amontons {
 
+// Of factor_rows: columns that are factored together, and how far apart the rows of m numbers lie.
+constexpr std::size_t factor_columns = 8;
+constexpr std::size_t factor_stride(std::size_t m) {
+  return (m + factor_columns - 1) / factor_columns * factor_columns;
+}
+
 // Loops along rows of small dense matrices. Entries are independent of each other, and the terms of each are
 // added in one order: all instruction sets give the same bits.
 AMONTONS_FOR_EACH_ISA(
@@ -27,10 +33,12 @@ AMONTONS_FOR_EACH_ISA(
     void add_gram(double* W, std::size_t m, const double* Y, std::size_t stride, std::size_t n, double s);
     // y += A'x, A m x m, row-major.
     void add_product(double* y, const double* x, const double* A, std::size_t m);
-    // A = P L U with row pivots, in place; A m x m, row-major, unit diagonal of L not stored. False if
-    // singular.
-    bool factor_rows(double* A, std::size_t* pivots, std::size_t m);
+    // A = P L U with row pivots, in place; A m x m, its rows `stride` = factor_stride(m) apart, and whatever
+    // lies between them changes; unit diagonal of L not stored. `columns`: scratch of m factor_columns
+    // numbers. False if singular.
+    bool factor_rows(double* A, std::size_t* pivots, std::size_t m, std::size_t stride, double* columns);
     // x of A x = b in b, from these factors. False if it is not finite.
-    bool solve_rows(const double* A, const std::size_t* pivots, double* b, std::size_t m);)
+    bool solve_rows(const double* A, const std::size_t* pivots, double* b, std::size_t m,
+                    std::size_t stride);)
 
 }  // namespace amontons

@@ -8,45 +8,77 @@ namespace amontons::AMONTONS_ISA {
 
 namespace {
 
-// The terms of an entry are added in the order of the rows, in vectors as in the rest: the same bits.
+using Two __attribute__((vector_size(16), aligned(8), may_alias)) = double;
+#if defined(__AVX2__)
+using Four __attribute__((vector_size(32), aligned(8), may_alias)) = double;
+#endif
+
+// Names of vectors: a template argument would lose the alignment of its type.
+struct Whole {
+  using Vector = LooseVec;
+};
+#if defined(__AVX512F__)
+struct OfFour {
+  using Vector = Four;
+};
+#endif
+#if defined(__AVX2__)
+struct OfTwo {
+  using Vector = Two;
+};
+#endif
+struct OfOne {
+  using Vector = double;
+};
+
+// Calls visit.operator()<Name>(j) for the numbers from j on that a vector holds, up to n: whole vectors as
+// long as they fit, the rest in halves of halves. Each number is treated alike, whatever vector it is in.
+template <class Visit>
+inline void for_each_vector(std::size_t j, std::size_t n, const Visit& visit) {
+  for (; j + width <= n; j += width) visit.template operator()<Whole>(j);
+#if defined(__AVX512F__)
+  if (j + 4 <= n) {
+    visit.template operator()<OfFour>(j);
+    j += 4;
+  }
+#endif
+#if defined(__AVX2__)
+  if (j + 2 <= n) {
+    visit.template operator()<OfTwo>(j);
+    j += 2;
+  }
+#endif
+  if (j < n) visit.template operator()<OfOne>(j);
+}
+
+// The terms of an entry are added in the order of the rows: the same bits.
 inline void add_rows(double* __restrict to, const double* f, const double* __restrict from,
                      std::size_t stride, std::size_t n) {
   const double *r0 = from, *r1 = r0 + stride, *r2 = r1 + stride, *r3 = r2 + stride, *r4 = r3 + stride,
                *r5 = r4 + stride;
-  std::size_t j = 0;
-  for (; j + width <= n; j += width) {
-    LooseVec t = *(const LooseVec*)(to + j);
-    t += f[0] * *(const LooseVec*)(r0 + j);
-    t += f[1] * *(const LooseVec*)(r1 + j);
-    t += f[2] * *(const LooseVec*)(r2 + j);
-    t += f[3] * *(const LooseVec*)(r3 + j);
-    t += f[4] * *(const LooseVec*)(r4 + j);
-    t += f[5] * *(const LooseVec*)(r5 + j);
-    *(LooseVec*)(to + j) = t;
-  }
-  for (; j < n; ++j) {
-    double t = to[j];
-    t += f[0] * r0[j];
-    t += f[1] * r1[j];
-    t += f[2] * r2[j];
-    t += f[3] * r3[j];
-    t += f[4] * r4[j];
-    t += f[5] * r5[j];
-    to[j] = t;
-  }
+  for_each_vector(0, n, [&]<class Name>(std::size_t j) {
+    using V = typename Name::Vector;
+    V t = *(const V*)(to + j);
+    t += f[0] * *(const V*)(r0 + j);
+    t += f[1] * *(const V*)(r1 + j);
+    t += f[2] * *(const V*)(r2 + j);
+    t += f[3] * *(const V*)(r3 + j);
+    t += f[4] * *(const V*)(r4 + j);
+    t += f[5] * *(const V*)(r5 + j);
+    *(V*)(to + j) = t;
+  });
 }
 
 inline void subtract_scaled(double* __restrict y, const double* __restrict x, double a, std::size_t n) {
-  std::size_t i = 0;
-  for (; i + width <= n; i += width) *(LooseVec*)(y + i) -= a * *(const LooseVec*)(x + i);
-  for (; i < n; ++i) y[i] -= a * x[i];
+  for_each_vector(0, n, [&]<class Name>(std::size_t i) {
+    using V = typename Name::Vector;
+    *(V*)(y + i) -= a * *(const V*)(x + i);
+  });
 }
 
-using Two __attribute__((vector_size(16), aligned(8), may_alias)) = double;
 // A row of six numbers in registers: four and two, or three times two. What is done to each number is the
 // same, only how many an instruction holds differs.
 #if defined(__AVX2__)
-using Four __attribute__((vector_size(32), aligned(8), may_alias)) = double;
 struct Six {
   Four a = {};
   Two b = {};
@@ -121,54 +153,87 @@ inline double product_of_rows(const double* a, const double* b, std::size_t n) {
 }
 
 // Columns that are factored before the rest of the matrix is seen again.
-constexpr std::size_t panel_columns = 8;
+constexpr std::size_t panel_columns = factor_columns;
+static_assert(panel_columns % width == 0);
 
-// Columns [p, end) of P L U, which change no column to the right but by exchanges of rows.
-bool factor_columns(double* A, std::size_t* pivots, std::size_t m, std::size_t p, std::size_t end) {
-  for (std::size_t k = p; k < end; ++k) {
-    std::size_t best = k;
-    for (std::size_t i = k + 1; i < m; ++i)
-      if (size(A[m * i + k]) > size(A[m * best + k])) best = i;
-    pivots[k] = best;
-    double* pivot = A + m * k;
+// The first of the largest in size.
+inline std::size_t largest_of(const double* c, std::size_t n) {
+  double lanes[width] = {};
+  std::size_t i = 0;
+  for (; i + width <= n; i += width)
+    for (int q = 0; q < width; ++q) lanes[q] = size(c[i + q]) > lanes[q] ? size(c[i + q]) : lanes[q];
+  double most = 0;
+  for (int q = 0; q < width; ++q) most = lanes[q] > most ? lanes[q] : most;
+  for (; i < n; ++i) most = size(c[i]) > most ? size(c[i]) : most;
+  for (i = 0; i < n && size(c[i]) != most;) ++i;
+  return i < n ? i : 0;
+}
+
+inline void exchange(double* a, double* b, std::size_t n) {
+  for_each_vector(0, n, [&]<class Name>(std::size_t j) {
+    using V = typename Name::Vector;
+    const V t = *(const V*)(a + j);
+    *(V*)(a + j) = *(const V*)(b + j);
+    *(V*)(b + j) = t;
+  });
+}
+
+// The panel of P L U that begins at row and column p, which changes no column to its right but by exchanges
+// of rows. Its columns are worked on one after the other, so that loops run along them.
+bool factor_panel(double* A, std::size_t* pivots, std::size_t m, std::size_t stride, std::size_t p,
+                  std::size_t count, double* columns) {
+  const std::size_t n = m - p;
+  for (std::size_t i = 0; i < n; ++i)
+    for (std::size_t c = 0; c < count; ++c) columns[n * c + i] = A[stride * (p + i) + p + c];
+  for (std::size_t k = 0; k < count; ++k) {
+    double* __restrict own = columns + n * k;
+    const std::size_t best = k + largest_of(own + k, n - k);
+    pivots[p + k] = p + best;
     if (best != k) {
-      double* other = A + m * best;
-      for (std::size_t j = 0; j < m; ++j) {
-        const double t = pivot[j];
-        pivot[j] = other[j];
-        other[j] = t;
+      exchange(A + stride * (p + k), A + stride * (p + best), m);
+      for (std::size_t c = 0; c < count; ++c) {
+        const double t = columns[n * c + k];
+        columns[n * c + k] = columns[n * c + best];
+        columns[n * c + best] = t;
       }
     }
-    if (!(size(pivot[k]) > 0)) return false;
-    const double inverse = 1 / pivot[k];
-    for (std::size_t i = k + 1; i < m; ++i) {
-      double* row = A + m * i;
-      if (row[k] == 0) continue;
-      row[k] *= inverse;
-      for (std::size_t j = k + 1; j < end; ++j) row[j] -= row[k] * pivot[j];
-    }
+    if (!(size(own[k]) > 0)) return false;
+    const double inverse = 1 / own[k];
+    for_each_vector(k + 1, n, [&]<class Name>(std::size_t i) {
+      using V = typename Name::Vector;
+      *(V*)(own + i) *= inverse;
+    });
+    for (std::size_t c = k + 1; c < count; ++c)
+      subtract_scaled(columns + n * c + k + 1, own + k + 1, columns[n * c + k], n - k - 1);
   }
+  for (std::size_t i = 0; i < n; ++i)
+    for (std::size_t c = 0; c < count; ++c) A[stride * (p + i) + p + c] = columns[n * c + i];
   return true;
 }
 
-// Right of the columns from p on: some rows from i on -= L (rows x panel_columns) U (panel_columns x the
-// rest), in registers.
-template <int rows>
-inline void subtract_products(double* A, std::size_t m, std::size_t i, std::size_t p) {
-  const double *L = A + m * i + p, *U = A + m * p;
-  std::size_t j = p + panel_columns;
-  for (; j + width <= m; j += width) {
-    LooseVec t[rows];
-    for (int r = 0; r < rows; ++r) t[r] = *(const LooseVec*)(A + m * (i + r) + j);
-    for (std::size_t k = 0; k < panel_columns; ++k) {
-      const LooseVec u = *(const LooseVec*)(U + m * k + j);
-      for (int r = 0; r < rows; ++r) t[r] -= L[m * r + k] * u;
-    }
-    for (int r = 0; r < rows; ++r) *(LooseVec*)(A + m * (i + r) + j) = t[r];
-  }
-  for (; j < m; ++j)
+// Right of the panel from p on: some rows from i on -= L (rows x panel_columns) U (panel_columns x the
+// rest), some vectors at a time in registers.
+template <int rows, int vectors>
+inline void subtract_products_at(double* A, std::size_t stride, std::size_t i, std::size_t p, std::size_t j) {
+  const double *L = A + stride * i + p, *U = A + stride * p;
+  LooseVec t[rows][vectors];
+  for (int r = 0; r < rows; ++r)
+    for (int v = 0; v < vectors; ++v) t[r][v] = *(const LooseVec*)(A + stride * (i + r) + j + v * width);
+  for (std::size_t k = 0; k < panel_columns; ++k) {
+    LooseVec u[vectors];
+    for (int v = 0; v < vectors; ++v) u[v] = *(const LooseVec*)(U + stride * k + j + v * width);
     for (int r = 0; r < rows; ++r)
-      for (std::size_t k = 0; k < panel_columns; ++k) A[m * (i + r) + j] -= L[m * r + k] * U[m * k + j];
+      for (int v = 0; v < vectors; ++v) t[r][v] -= L[stride * r + k] * u[v];
+  }
+  for (int r = 0; r < rows; ++r)
+    for (int v = 0; v < vectors; ++v) *(LooseVec*)(A + stride * (i + r) + j + v * width) = t[r][v];
+}
+
+template <int rows>
+inline void subtract_products(double* A, std::size_t stride, std::size_t i, std::size_t p) {
+  std::size_t j = p + panel_columns;
+  for (; j + 2 * width <= stride; j += 2 * width) subtract_products_at<rows, 2>(A, stride, i, p, j);
+  for (; j < stride; j += width) subtract_products_at<rows, 1>(A, stride, i, p, j);
 }
 
 }  // namespace
@@ -233,17 +298,12 @@ void multiply_six_rows(const double* X, double* rows, std::size_t n) {
   for (int i = 5; i >= 0; --i) {
     double* __restrict row = rows + i * n;
     const double* x = X + 6 * i;
-    std::size_t j = 0;
-    for (; j + width <= n; j += width) {
-      LooseVec t = x[i] * *(const LooseVec*)(row + j);
-      for (int k = 0; k < i; ++k) t += x[k] * *(const LooseVec*)(rows + k * n + j);
-      *(LooseVec*)(row + j) = t;
-    }
-    for (; j < n; ++j) {
-      double t = x[i] * row[j];
-      for (int k = 0; k < i; ++k) t += x[k] * rows[k * n + j];
-      row[j] = t;
-    }
+    for_each_vector(0, n, [&]<class Name>(std::size_t j) {
+      using V = typename Name::Vector;
+      V t = x[i] * *(const V*)(row + j);
+      for (int k = 0; k < i; ++k) t += x[k] * *(const V*)(rows + k * n + j);
+      *(V*)(row + j) = t;
+    });
   }
 }
 
@@ -263,33 +323,32 @@ void add_product(double* y, const double* x, const double* A, std::size_t m) {
 }
 
 // Row pivots alone: rows of (G + H W) differ in scale by the laws of their blocks, columns do not.
-bool factor_rows(double* A, std::size_t* pivots, std::size_t m) {
+bool factor_rows(double* A, std::size_t* pivots, std::size_t m, std::size_t stride, double* columns) {
   for (std::size_t p = 0; p < m; p += panel_columns) {
-    const std::size_t end = p + panel_columns < m ? p + panel_columns : m;
-    if (!factor_columns(A, pivots, m, p, end)) return false;
+    const std::size_t end = p + panel_columns;
+    if (!factor_panel(A, pivots, m, stride, p, end < m ? panel_columns : m - p, columns)) return false;
+    if (end >= m) break;
     // The rows of U of these columns, and what they take from all rows below.
     for (std::size_t k = p + 1; k < end; ++k)
       for (std::size_t r = p; r < k; ++r)
-        subtract_scaled(A + m * k + end, A + m * r + end, A[m * k + r], m - end);
+        subtract_scaled(A + stride * k + end, A + stride * r + end, A[stride * k + r], stride - end);
     std::size_t i = end;
-    for (; i + 4 <= m && end - p == panel_columns; i += 4) subtract_products<4>(A, m, i, p);
-    for (; i < m; ++i)
-      for (std::size_t r = p; r < end; ++r)
-        subtract_scaled(A + m * i + end, A + m * r + end, A[m * i + r], m - end);
+    for (; i + 4 <= m; i += 4) subtract_products<4>(A, stride, i, p);
+    for (; i < m; ++i) subtract_products<1>(A, stride, i, p);
   }
   return true;
 }
 
 // The last test is false for infinities, too.
-bool solve_rows(const double* A, const std::size_t* pivots, double* b, std::size_t m) {
+bool solve_rows(const double* A, const std::size_t* pivots, double* b, std::size_t m, std::size_t stride) {
   for (std::size_t k = 0; k < m; ++k) {
     const double t = b[pivots[k]];
     b[pivots[k]] = b[k];
     b[k] = t;
   }
-  for (std::size_t i = 0; i < m; ++i) b[i] -= product_of_rows(A + m * i, b, i);
+  for (std::size_t i = 0; i < m; ++i) b[i] -= product_of_rows(A + stride * i, b, i);
   for (std::size_t k = m; k-- > 0;) {
-    b[k] = (b[k] - product_of_rows(A + m * k + k + 1, b + k + 1, m - k - 1)) / A[m * k + k];
+    b[k] = (b[k] - product_of_rows(A + stride * k + k + 1, b + k + 1, m - k - 1)) / A[stride * k + k];
     if (!(b[k] - b[k] == 0)) return false;
   }
   return true;
