@@ -182,7 +182,9 @@ class Energy:
     """Gains of a step that no load, motor or spring explains, from what the simulation tells of itself.
 
     The energy of a step is kinetic (armatures included), of gravity and of springs; the work of motors is
-    their effort over the coordinate's way, all else that acts along coordinates only takes. Blank where
+    their effort over the coordinate's way, all else that acts along coordinates only takes. Ways are those of
+    the velocities: what corrections of positions lift, where bodies or limits start too deep, is told apart.
+    Blank where
     surfaces, kinematic bodies or motors on joints that close loops drive, or soft contacts and tendons store,
     whose work is not told. Beside it the balance that reports tell themselves.
     """
@@ -221,22 +223,43 @@ class Energy:
         # Those on degrees of freedom count among the motors there.
         self.others = np.array([a.transmission.kind != "dof" for a in model.actuators], dtype=bool)
         self.lengths = simulation.actuator_efforts["length"][self.others]
+        dynamic = np.array([b.motion == "dynamic" for b in model.bodies])
+        weights = np.array([b.mass * b.gravity_scale for b in model.bodies]) * dynamic
+        self.weights = np.outer(weights, model.gravity)
+        self.centres = np.array([b.centre_of_mass for b in model.bodies]).reshape(-1, 3)
         self.last: float | None = None
-        self.gain, self.above, self.rise, self.largest = 0.0, 0.0, 0.0, 0.0
+        self.potential = 0.0
+        self.gain, self.above, self.rise, self.largest, self.lift = 0.0, 0.0, 0.0, 0.0, 0.0
         self.told: float | None = None
+
+    def falling(self) -> float:
+        """Of the velocities at the end of the step, which bodies moved with: the power of gravity (W)."""
+        state = self.simulation.state
+        w, q = state.orientations[:, :1], state.orientations[:, 1:]
+        arms = self.centres + 2 * np.cross(q, np.cross(q, self.centres) + w * self.centres)
+        velocities = state.linear_velocities + np.cross(state.angular_velocities, arms)
+        return float(np.sum(self.weights * velocities))
 
     def add(self, report: amontons.Report) -> None:
         moved = self.simulation.q[self.of_q] - self.coordinates
         self.coordinates += moved
         efforts = self.simulation.joint_efforts[self.dofs]
         others = self.simulation.actuator_efforts[self.others]
-        work = float(efforts["motor"] @ moved + others["effort"] @ (others["length"] - self.lengths))
+        lengthened = others["length"] - self.lengths
         self.lengths = others["length"]
         rates = self.simulation.qd[self.of_qd]
+        lift = 0.0
+        if report.substeps == 1:
+            dt = self.simulation.dt
+            moved, lengthened = dt * rates, dt * others["rate"]
+            lift = report.potential_energy - self.potential + dt * self.falling()
+        self.potential = report.potential_energy
+        work = float(efforts["motor"] @ moved + others["effort"] @ lengthened)
         energy = report.energy + 0.5 * float(self.armature[self.dofs] @ rates**2)
         self.largest = max(self.largest, report.kinetic_energy)
         if self.last is not None:
-            gain = energy - self.last - work
+            gain = energy - self.last - work - lift
+            self.lift = max(self.lift, lift)
             self.gain = max(self.gain, gain)
             # How far it climbs above the lowest value so far: what many small gains add up to.
             self.above = max(0.0, self.above + gain)
@@ -253,6 +276,7 @@ class Energy:
             "energy_rise": None if self.untold else self.rise,
             "energy_balance": self.told,
             "energy_gain_relative": max(gains) / scale if gains else None,
+            "energy_lift": self.lift,
         }
 
 

@@ -36,7 +36,7 @@ COLUMNS = (
     "model", "outcome", "load", "changes_motion", "not_read", "what", "mujoco_refuses", "floor", "bodies",
     "load_time", "steps", "wanted_steps", "simulated", "contacts", "mujoco_contacts", "missed",
     "missed_percent", "residual", "penetration_start", "penetration", "energy_gain", "energy_balance",
-    "energy_gain_relative", "energy_rise", "free", "free_error", "free_in_errors", "free_time",
+    "energy_gain_relative", "energy_rise", "energy_lift", "free", "free_error", "free_in_errors", "free_time",
     "free_kicked", "motion", "motion_time", "compared", "step_median", "longest_in_medians",
     "steps_per_second", "mujoco_steps_per_second", "stopped",
 )  # fmt: skip
