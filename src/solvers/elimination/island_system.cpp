@@ -9,8 +9,7 @@ namespace amontons {
 void IslandSystem::start(const Reduction::Island& island, std::span<const double> mobility) {
   K_ = &island.K;
   units_.make(*K_, island.q, mobility);
-  q_ = island.q;
-  units_.from_velocities(q_);
+  set_q(island.q);
   const std::size_t m = island.rows();
   W_ = island.W;
   stride_ = factor_stride(m);
@@ -26,6 +25,11 @@ void IslandSystem::start(const Reduction::Island& island, std::span<const double
         W_[m * j + i] *= units_.root(block);
       }
   });
+}
+
+void IslandSystem::set_q(std::span<const double> q) {
+  q_.assign(q.begin(), q.end());
+  units_.from_velocities(q_);
 }
 
 void IslandSystem::product(std::span<const double> x, std::span<double> u) const {

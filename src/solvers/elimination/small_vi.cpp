@@ -31,6 +31,10 @@ constexpr double far_off = 10;
 // Along the central curve: what one takes that bends little, and where one is given up; where it has ended.
 constexpr std::size_t usual_curve_steps = 15, most_curve_steps = 150;
 constexpr double end_of_curve = 1e-30;
+// How many steps pass before convex problems are solved, how many of them, and of each the same.
+constexpr std::size_t patient_curve_steps = 30, most_convex_steps = 40;
+constexpr int convex_rounds = 2;
+constexpr double end_of_convex = 1e-10;
 // Gradient steps from nothing before the first faces: they share loads evenly where those are not determined;
 // and where no faces are found, before they are looked for again: all of them cost less than the curve.
 constexpr std::size_t cold_descent = 24, second_descent = 100;
@@ -172,29 +176,58 @@ void SmallVi::find_faces() {
 }
 
 // Along the central curve. To look for the faces on the way is dearer than to go on: nearly all steps of
-// Newton's method are in vain as long as faces change.
+// Newton's method are in vain as long as faces change. A curve that takes its time has folds, and there may
+// be more of them than it is worth: then the faces are looked for from elsewhere.
 void SmallVi::follow_curve() {
+  system_.start(*island_, p_);
   const std::size_t m = x_.size();
   // The multiplications m^3 / 3 are those of a dense kernel, four in the time of one of the rest.
-  const std::size_t work_of_step = m * m * (m + 90) / 12;
+  work_of_step_ = m * m * (m + 90) / 12;
   const double left_to_all = std::max(0.0, Patience::work_left()) * small_multiplications;
-  if (static_cast<double>(usual_curve_steps * work_of_step) > share_of_curve * left_to_all) return;
-  most_work_ = work_ + most_curve_steps * work_of_step + most_work;
-  system_.start(*island_, p_);
+  if (static_cast<double>(usual_curve_steps * work_of_step_) > share_of_curve * left_to_all) return;
+  most_work_ = work_ + most_curve_steps * work_of_step_ + most_work;
   curve_.start(system_, island_->K, law_);
   for (std::size_t i = 0; i < most_curve_steps && result_.map > limits_.target && left(); ++i) {
-    ++result_.iterations;
-    ++result_.factorizations;
-    work_ += work_of_step;
-    if (!curve_.step()) break;
-    curve_.x(x_);
-    system_.units().to_impulses(x_);
-    evaluate(x_, u_);
-    keep(x_, u_);
-    if (curve_.t() < end_of_curve) break;
+    if (i == patient_curve_steps && law_ == Law::coulomb && start_from_convex()) return;
+    if (!step_along(curve_) || curve_.t() < end_of_curve) break;
   }
   restart();
   if (!done()) find_faces();
+}
+
+// A step along a curve, to where x is.
+bool SmallVi::step_along(CentralCurve<IslandSystem>& curve) {
+  ++result_.iterations;
+  ++result_.factorizations;
+  work_ += work_of_step_;
+  if (!curve.step()) return false;
+  curve.x(x_);
+  system_.units().to_impulses(x_);
+  evaluate(x_, u_);
+  keep(x_, u_);
+  return true;
+}
+
+// The faces from the solution of a convex problem, the curve of which has no folds: with the De Saxce term
+// held, at none first, then at what it is at that solution (Acary, Cadoux, Lemarechal, Malick, "A formulation
+// of the linear discrete Coulomb friction problem via convex optimization", ZAMM 91, 2011). Whether that
+// found them; if not, the curve goes on.
+bool SmallVi::start_from_convex() {
+  held_ = island_->q;
+  for (int round = 0; round < convex_rounds; ++round) {
+    system_.set_q(held_);
+    convex_.start(system_, island_->K, Law::associated);
+    for (std::size_t i = 0; i < most_convex_steps && left(); ++i)
+      if (!step_along(convex_) || convex_.t() < end_of_convex) break;
+    held_ = island_->q;
+    for_each_block(island_->K, [&]<class S>(const S& set, std::size_t, std::size_t row) {
+      if constexpr (S::frictional) held_[row] += set.saxce(&u_[row]);
+    });
+    find_faces();
+    if (result_.map <= limits_.target) return true;
+  }
+  system_.set_q(island_->q);
+  return false;
 }
 
 // A whole step, wherever it leads: faces are found by going there, and a shorter step would stop at the first

@@ -51,6 +51,8 @@ class SmallVi {
   void momentum_direction(double L, double& dPd, double& dPm);
   double multiply(const std::vector<double>& d, std::vector<double>& Wd);
   void follow_curve();
+  bool step_along(CentralCurve<IslandSystem>& curve);
+  bool start_from_convex();
   bool newton_step();
   void linearise();
   const double* product_row(const Linear& l, const double* H);
@@ -62,11 +64,12 @@ class SmallVi {
   Law law_{};
   Limits limits_{};
   std::vector<double> p_;  // mean of diag(W) per block
-  std::vector<double> x_, u_, dx_, centre_, trial_, trial_u_, best_;
+  std::vector<double> x_, u_, dx_, centre_, trial_, trial_u_, best_, held_;
   std::vector<Linear> linear_;
   std::vector<std::size_t> active_, pivots_;
   IslandSystem system_;
-  CentralCurve<IslandSystem> curve_;
+  CentralCurve<IslandSystem> curve_, convex_;
+  std::size_t work_of_step_ = 0;
   std::vector<double> J_, columns_, rhs_, du_, HW_;
   double sigma_ = 0;
   std::size_t work_ = 0, paid_ = 0, unpaid_ = 0;  // of this solve, of those before it
