@@ -182,17 +182,20 @@ class Energy:
     """Gains of a step that no load, motor or spring explains, from what the simulation tells of itself.
 
     The energy of a step is kinetic (armatures included), of gravity and of springs; the work of motors is
-    their effort over the coordinate's way, all else that acts along coordinates only takes. Ways are those of
-    the velocities: what corrections of positions lift, where bodies or limits start too deep, is told apart.
-    Blank where
-    surfaces, kinematic bodies or motors on joints that close loops drive, or soft contacts and tendons store,
-    whose work is not told. Beside it the balance that reports tell themselves.
+    their effort over the coordinate's way, all else that acts along coordinates only takes. Ways are those
+    of the velocities: what corrections of positions lift and bend, where bodies or limits start too deep,
+    is told apart. Blank where surfaces, kinematic bodies or motors on joints that close loops drive, or
+    soft contacts and tendons store, whose work is not told. Beside it the balance that reports tell
+    themselves.
     """
 
     def __init__(self, simulation: amontons.Simulation) -> None:
         model = simulation.model
         self.simulation = simulation
-        self.armature = np.array([d.armature for joint in model.joints for d in joint.dofs])
+        dofs = [d for joint in model.joints for d in joint.dofs]
+        self.armature = np.array([d.armature for d in dofs])
+        self.stiffness = np.array([d.stiffness for d in dofs])
+        self.rest = np.array([d.rest for d in dofs])
         materials = [g.material for g in model.geoms] + [pair.material for pair in model.pair_materials]
         self.untold = (
             any(any(g.surface_velocity) for g in model.geoms)
@@ -228,12 +231,18 @@ class Energy:
         self.weights = np.outer(weights, model.gravity)
         self.centres = np.array([b.centre_of_mass for b in model.bodies]).reshape(-1, 3)
         self.last: float | None = None
-        self.potential = 0.0
+        self.stored = 0.0  # of gravity and springs (J)
         self.gain, self.above, self.rise, self.largest, self.lift = 0.0, 0.0, 0.0, 0.0, 0.0
         self.told: float | None = None
 
+    def storing(self, rates: np.ndarray[Any, Any]) -> float:
+        """What the velocities of the end, with which bodies moved, put into gravity and springs in the step."""
+        dt = self.simulation.dt
+        stretch = self.simulation.q[self.of_q] - 0.5 * dt * rates - self.rest[self.dofs]
+        return dt * float(self.stiffness[self.dofs] * stretch @ rates) - dt * self.falling()
+
     def falling(self) -> float:
-        """Of the velocities at the end of the step, which bodies moved with: the power of gravity (W)."""
+        """The power of gravity (W)."""
         state = self.simulation.state
         w, q = state.orientations[:, :1], state.orientations[:, 1:]
         arms = self.centres + 2 * np.cross(q, np.cross(q, self.centres) + w * self.centres)
@@ -252,8 +261,8 @@ class Energy:
         if report.substeps == 1:
             dt = self.simulation.dt
             moved, lengthened = dt * rates, dt * others["rate"]
-            lift = report.potential_energy - self.potential + dt * self.falling()
-        self.potential = report.potential_energy
+            lift = report.potential_energy + report.spring_energy - self.stored - self.storing(rates)
+        self.stored = report.potential_energy + report.spring_energy
         work = float(efforts["motor"] @ moved + others["effort"] @ lengthened)
         energy = report.energy + 0.5 * float(self.armature[self.dofs] @ rates**2)
         self.largest = max(self.largest, report.kinetic_energy)
