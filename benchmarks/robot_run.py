@@ -236,7 +236,7 @@ class Energy:
         self.told: float | None = None
 
     def storing(self, rates: np.ndarray[Any, Any]) -> float:
-        """What the velocities of the end, with which bodies moved, put into gravity and springs in the step."""
+        """What the velocities of the end, with which bodies moved, put into gravity and springs."""
         dt = self.simulation.dt
         stretch = self.simulation.q[self.of_q] - 0.5 * dt * rates - self.rest[self.dofs]
         return dt * float(self.stiffness[self.dofs] * stretch @ rates) - dt * self.falling()
