@@ -58,6 +58,12 @@ def file_targets(r: Results) -> Iterable[Line]:
     if all(both):
         theirs, ours = (sum(float(row["time"]) for row in rows) for rows in both)
         yield "time to 1e-08, coulomb over associated", "5", f"{theirs / ours:.1f}", theirs <= 5 * ours
+        # A file that is not solved takes the whole of its deadline.
+        solved = {row["file"] for row in both[0] if float(row["residual"]) <= 1e-8}
+        if len(solved) < len(both[0]):
+            theirs, ours = (sum(float(row["time"]) for row in rows if row["file"] in solved) for rows in both)
+            what = f"the same, of the {len(solved)} files that are solved"
+            yield what, "5", f"{theirs / ours:.1f}", theirs <= 5 * ours
     trusted = [
         row for row in r.accuracy("associated", 1e-8)
         if row["relative_difference"] and float(row["reference_error"]) < 1e-8

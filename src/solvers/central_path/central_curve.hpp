@@ -34,7 +34,7 @@ namespace amontons {
 //   units().of_x()                      per block (N s), which scale the bounds of intervals
 //   size_t offset(block), size()        of the row-major matrices of the blocks, dim^2 each
 //   product(x, u)                       u = A x + b
-//   int factor(R, T, BT)                of B T + A R; the sign of its determinant, 0 if there are no factors
+//   int factor(R, BT)                   of B T + A R; the sign of its determinant, 0 if there are no factors
 //   solve(q, z, refinements)            false if z is not finite; q may be z
 template <class System>
 class CentralCurve {
@@ -91,7 +91,7 @@ class CentralCurve {
   double most_part_ = 1;
   // Rows in which lengths are measured: not those that are free or that have no room.
   std::vector<char> counts_;
-  std::vector<double> R_, T_, BT_;
+  std::vector<double> R_, BT_;
   // F, what it was at the start, its derivative in log t.
   std::vector<double> F_, F_start_, F_t_, bent_, x_, u_, rho_;
   Direction back_, along_, trial_, corrected_;
@@ -144,7 +144,7 @@ void CentralCurve<System>::start(System& system, const SetProduct& K, Law law) {
     d->z.assign(m, 0.0);
     d->rho.assign(m, 0.0);
   }
-  for (std::vector<double>* v : {&R_, &T_, &BT_}) v->assign(system.size(), 0.0);
+  for (std::vector<double>* v : {&R_, &BT_}) v->assign(system.size(), 0.0);
   counts_.assign(m, 1);
   barriers_.make(K, system.units().of_x());
   each([&]<class S>(const S&, auto& barrier, std::size_t, std::size_t) {
@@ -172,10 +172,9 @@ void CentralCurve<System>::linearise() {
   system_->product(x_, u_);
   each([&]<class S>(const S& set, auto& barrier, std::size_t block, std::size_t row) {
     constexpr int d = S::dim;
-    double *T = &T_[system_->offset(block)], *BT = &BT_[system_->offset(block)], w[d];
+    double *BT = &BT_[system_->offset(block)], w[d];
     barrier.factor(&R_[system_->offset(block)]);
-    barrier.dual_factor(T);
-    std::copy_n(T, d * d, BT);
+    barrier.dual_factor(BT);
     barrier.dual(w);
     for (int k = 0; k < d; ++k) {
       F_t_[row + k] = -t_ * F_start_[row + k];
@@ -371,7 +370,7 @@ bool CentralCurve<System>::step() {
   linearise();
   const auto off = [](double x) { return !(std::abs(x) < c::largest_x); };
   if (t_ > c::largest_t || std::any_of(x_.begin(), x_.end(), off)) return false;
-  const int sign = system_->factor(R_, T_, BT_);
+  const int sign = system_->factor(R_, BT_);
   if (sign == 0) return false;
   if (first_sign_ == 0) first_sign_ = sign_before_ = sign;
   if (sign != sign_before_ && t_ < c::far_from_fold * t_before_) return shorten();

@@ -37,21 +37,26 @@ void IslandSystem::product(std::span<const double> x, std::span<double> u) const
   AMONTONS_DISPATCH(add_product, u.data(), x.data(), W_.data(), x.size());
 }
 
-// With R^-1 = T' the matrix is M R, M = W + B T T': what changes with every step are blocks on the diagonal.
-// Factored is M', by whose factors systems in M are solved along rows. Rows that nothing moves have R = 0 and
-// T = 0, and z = 0.
-int IslandSystem::factor(std::span<const double> R, std::span<const double> T, std::span<const double> BT) {
+// Rows that nothing moves have R = 0 and T = 0, and z = 0.
+int IslandSystem::factor(std::span<const double> R, std::span<const double> BT) {
   const std::size_t m = q_.size();
-  T_.assign(T.begin(), T.end());
-  for (std::size_t i = 0; i < m; ++i) std::copy_n(&W_[m * i], m, &matrix_[stride_ * i]);
+  for (std::size_t i = 0; i < m; ++i) {
+    const double* W = &W_[m * i];
+    double* to = &matrix_[stride_ * i];
+    for_each_block(*K_, [&]<class S>(const S&, std::size_t block, std::size_t row) {
+      const double* r = &R[offset_[block]];
+      for (int j = 0; j < S::dim; ++j) {
+        double sum = 0;
+        for (int k = 0; k < S::dim; ++k) sum += W[row + k] * r[S::dim * k + j];
+        to[row + j] = sum;
+      }
+    });
+  }
   for_each_block(*K_, [&]<class S>(const S&, std::size_t block, std::size_t row) {
-    constexpr int d = S::dim;
-    const double *t = &T[offset_[block]], *bt = &BT[offset_[block]];
-    for (int i = 0; i < d; ++i) {
+    for (int i = 0; i < S::dim; ++i) {
       double* to = &matrix_[stride_ * (row + i) + row];
-      for (int j = 0; j < d; ++j)
-        for (int k = 0; k < d; ++k) to[j] += bt[d * j + k] * t[d * i + k];
-      if (R[offset_[block] + (d + 1) * i] == 0) to[i] += 1;
+      for (int j = 0; j < S::dim; ++j) to[j] += BT[offset_[block] + S::dim * i + j];
+      if (R[offset_[block] + (S::dim + 1) * i] == 0) to[i] += 1;
     }
   });
   if (!AMONTONS_DISPATCH(factor_rows, matrix_.data(), pivots_.data(), m, stride_, columns_.data())) return 0;
@@ -63,16 +68,7 @@ int IslandSystem::factor(std::span<const double> R, std::span<const double> T, s
 
 bool IslandSystem::solve(std::span<const double> q, std::span<double> z, int) const {
   if (q.data() != z.data()) std::copy(q.begin(), q.end(), z.begin());
-  if (!AMONTONS_DISPATCH(solve_transposed, matrix_.data(), pivots_.data(), z.data(), z.size(), stride_))
-    return false;
-  for_each_block(*K_, [&]<class S>(const S&, std::size_t block, std::size_t row) {
-    const double* t = &T_[offset_[block]];
-    double sum[S::dim] = {};
-    for (int i = 0; i < S::dim; ++i)
-      for (int k = 0; k < S::dim; ++k) sum[i] += t[S::dim * k + i] * z[row + k];
-    std::copy_n(sum, S::dim, &z[row]);
-  });
-  return true;
+  return AMONTONS_DISPATCH(solve_rows, matrix_.data(), pivots_.data(), z.data(), z.size(), stride_);
 }
 
 }  // namespace amontons

@@ -21,7 +21,7 @@ class IslandSystem {
   std::size_t offset(std::size_t block) const { return offset_[block]; }
   std::size_t size() const { return offset_.back(); }
   void product(std::span<const double> x, std::span<double> u) const;
-  int factor(std::span<const double> R, std::span<const double> T, std::span<const double> BT);
+  int factor(std::span<const double> R, std::span<const double> BT);
   bool solve(std::span<const double> q, std::span<double> z, int refinements) const;
 
  private:
@@ -29,7 +29,7 @@ class IslandSystem {
   std::vector<std::size_t> offset_, pivots_;
   CurveUnits units_;
   std::size_t stride_ = 0;  // of matrix_
-  std::vector<double> W_, q_, matrix_, columns_, T_;
+  std::vector<double> W_, q_, matrix_, columns_;
 };
 
 }  // namespace amontons

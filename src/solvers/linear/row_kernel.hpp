@@ -38,9 +38,7 @@ AMONTONS_FOR_EACH_ISA(
     // numbers. False if singular.
     bool factor_rows(double* A, std::size_t* pivots, std::size_t m, std::size_t stride, double* columns);
     // x of A x = b in b, from these factors. False if it is not finite.
-    bool solve_rows(const double* A, const std::size_t* pivots, double* b, std::size_t m, std::size_t stride);
-    // x of A' x = b in the same way.
-    bool solve_transposed(const double* A, const std::size_t* pivots, double* b, std::size_t m,
-                          std::size_t stride);)
+    bool solve_rows(const double* A, const std::size_t* pivots, double* b, std::size_t m,
+                    std::size_t stride);)
 
 }  // namespace amontons

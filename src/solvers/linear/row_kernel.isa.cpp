@@ -354,22 +354,4 @@ bool solve_rows(const double* A, const std::size_t* pivots, double* b, std::size
   return true;
 }
 
-// A' = U' L' P: rows of U and L are columns here, and what is known of x is taken from the rest along them.
-bool solve_transposed(const double* A, const std::size_t* pivots, double* b, std::size_t m,
-                      std::size_t stride) {
-  for (std::size_t k = 0; k < m; ++k) {
-    const double* U = A + stride * k;
-    b[k] /= U[k];
-    if (!(b[k] - b[k] == 0)) return false;
-    subtract_scaled(b + k + 1, U + k + 1, b[k], m - k - 1);
-  }
-  for (std::size_t k = m; k-- > 1;) subtract_scaled(b, A + stride * k, b[k], k);
-  for (std::size_t k = m; k-- > 0;) {
-    const double t = b[pivots[k]];
-    b[pivots[k]] = b[k];
-    b[k] = t;
-  }
-  return true;
-}
-
 }  // namespace amontons::AMONTONS_ISA

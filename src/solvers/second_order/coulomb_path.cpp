@@ -42,7 +42,7 @@ class LargeSystem {
     units_.from_velocities(u);
   }
   // Rows that nothing moves have R = 0 and T = 0: there J is made regular.
-  int factor(std::span<const double> R, std::span<const double>, std::span<const double> BT) {
+  int factor(std::span<const double> R, std::span<const double> BT) {
     std::copy(R.begin(), R.end(), R_.begin());
     each([&]<int n>(std::size_t block, std::size_t) {
       const double *r = &R_[offset(block)], *bt = &BT[offset(block)];
