@@ -178,7 +178,8 @@ std::vector<std::vector<Index>> trace_rims(std::span<const Triangle> triangles,
 }
 
 // Keeps the points that at least three faces share, in their order: the others lie within a face or an edge.
-// A sliver between two faces of a finely divided surface may be left with its two ends: it is an edge of both.
+// A sliver between two faces of a finely divided surface may be left with its two ends: it is an edge of
+// both.
 void keep_corners(std::span<const Vec3> vertices, std::vector<std::vector<Index>> faces, ConvexHull& hull) {
   // Around a corner of a polyhedron at least three faces meet; around a point amid an edge two, amid a face
   // one.

@@ -48,23 +48,22 @@ struct Match {
   auto operator<=>(const Match&) const = default;
 };
 
-// The contact of the last step that each of contacts[begin, end) was, which are those of one pair, by their
-// numbers from `last` on; none: ~0. The nearest two are matched first, and no point twice: two shall not
-// start from the same impulse, which would count it twice. What did not push is not among the last: a point
-// that takes the next best one there is takes it from its neighbour.
+// What each of the contacts of one pair was in the last step, by its number in `last`; none: ~0. The nearest
+// two are matched first, and no point twice: two shall not start from the same impulse, which would count it
+// twice. What did not push is not among the last, so that the nearest of them may be that of a neighbour.
 void match(const Model& model, std::span<const Contact> last, const Transform& to_local,
            std::span<const Contact> contacts, std::vector<Match>& matches, std::vector<std::size_t>& was) {
   constexpr std::size_t none = ~std::size_t{0};
   was.assign(contacts.size(), none);
-  // A point is the same one if it moved by less than a quarter of the smaller shape; a single point of a pair
-  // (a rolling ball) is the same one wherever it went.
-  const auto [a, b] = pair_of(contacts[0]);
-  const double reach =
-      0.25 * std::min(bounding_radius(model.geom(a).shape), bounding_radius(model.geom(b).shape));
+  // A single point of a pair (a rolling ball) is the same one wherever it went.
   if (contacts.size() == 1 && last.size() == 1) {
     was[0] = 0;
     return;
   }
+  // One of several, if it moved by less than a quarter of the smaller shape.
+  const auto [a, b] = pair_of(contacts[0]);
+  const double reach =
+      0.25 * std::min(bounding_radius(model.geom(a).shape), bounding_radius(model.geom(b).shape));
   matches.clear();
   for (std::size_t i = 0; i < contacts.size(); ++i) {
     const Vec3 local = to_local(contacts[i].point);
@@ -92,8 +91,7 @@ void for_each_known(const Model& model, const std::vector<Contact>& last, const 
   static thread_local std::vector<std::size_t> was;
   for (std::size_t i = 0; i < contacts.size();) {
     const std::pair pair = pair_of(contacts[i]);
-    std::size_t end = i;
-    while (end < contacts.size() && pair_of(contacts[end]) == pair) ++end;
+    const std::size_t end = end_of_pair(contacts, i);
     const auto first =
         std::partition_point(last.begin(), last.end(), [&](const Contact& c) { return pair_of(c) < pair; });
     const auto after =

@@ -392,7 +392,8 @@ std::optional<Simulation::Attempt> Simulation::advance(double h, const Attempt& 
   const JointOptions joint_options{h, recovery, model.length()};
   // A step that made energy is done again without keeping contacts closed by a velocity.
   const double closed = damped && !attempt.recovers ? 0 : closing(model, h);
-  const Assembly assembly{h, recovery, false, closed, allowed_error(model.length())};
+  const Assembly assembly{
+      .h = h, .recovery_speed = recovery, .closing = closed, .most_closed = allowed_error(model.length())};
   const StepBodies bodies{s.frames, s.mobility, s.start, s.free};
 
   look(h, damped, clock, report);

@@ -179,13 +179,13 @@ void SmallVi::find_faces() {
 // Newton's method are in vain as long as faces change. A curve that takes its time has folds, and there may
 // be more of them than it is worth: then the faces are looked for from elsewhere.
 void SmallVi::follow_curve() {
-  system_.start(*island_, p_);
   const std::size_t m = x_.size();
   // The multiplications m^3 / 3 are those of a dense kernel, four in the time of one of the rest.
   work_of_step_ = m * m * (m + 90) / 12;
   const double left_to_all = std::max(0.0, Patience::work_left()) * small_multiplications;
   if (static_cast<double>(usual_curve_steps * work_of_step_) > share_of_curve * left_to_all) return;
   most_work_ = work_ + most_curve_steps * work_of_step_ + most_work;
+  system_.start(*island_, p_);
   curve_.start(system_, island_->K, law_);
   for (std::size_t i = 0; i < most_curve_steps && result_.map > limits_.target && left(); ++i) {
     if (i == patient_curve_steps && law_ == Law::coulomb && start_from_convex()) return;
