@@ -1,7 +1,10 @@
 // Islands: solving what is not connected apart must not change the answer.
 #include <cmath>
+#include <limits>
 #include <memory>
+#include <vector>
 
+#include "amontons/base/patience.hpp"
 #include "amontons/multibody/step/simulation.hpp"
 #include "amontons/problem/residual.hpp"
 #include "amontons/solvers/choice/islands.hpp"
@@ -43,7 +46,41 @@ Problem stacks_on_a_floor(int stacks) {
   return *sim.problem();
 }
 
+// What each group of islands is given, in the order in which they are solved.
+struct Share {
+  std::size_t blocks;
+  double work, deadline;
+};
+std::vector<Share> shares;
+
+Solution note_the_share(const Problem& problem, const Options& options) {
+  shares.push_back({problem.K.blocks(), Patience::work_left(), options.deadline});
+  Solution s;
+  s.x.assign(problem.rows(), 0.0);
+  return s;
+}
+
 }  // namespace
+
+// A box on a hinge beside a large wall that is hard to solve. Fails if the few rows get time and work by
+// their number only, which is too little for any solve, or come last, when nothing is left: they would then
+// keep the impulses of their start, and what has just come to touch would pass through.
+TEST(small_islands_get_enough) {
+  const Problem problem = stacks_on_a_floor(40);
+  shares.clear();
+  Options options;
+  options.deadline = 100;
+  constexpr double work = 1e9;
+  const Patience limit(std::numeric_limits<double>::infinity(), {}, Patience::Catches::no, work);
+  solve_by_islands(problem, options, note_the_share);
+  CHECK(shares.size() > 2);
+  CHECK(shares.front().blocks == 17);  // twelve contacts, five rows of the hinge
+  CHECK(shares.front().blocks * 20 < problem.K.blocks());
+  const double least = 0.5 / static_cast<double>(shares.size());
+  CHECK(shares.front().work >= 0.99 * least * work && shares.front().deadline >= 0.9 * least * 100);
+  for (std::size_t i = 1; i < shares.size(); ++i) CHECK(shares[i - 1].blocks <= shares[i].blocks);
+  CHECK(shares.back().work >= 0.99 * work);  // nothing was spent
+}
 
 // Fails if a contact or row gets lost, bodies are numbered wrongly or an island keeps a body of another: the
 // velocities of the two answers, which are unique, would differ by more than both tolerances allow.

@@ -183,6 +183,9 @@ Solution solve_by_islands(const Problem& problem, const Options& options, Method
   const double mean_map = tolerance == ToleranceOf::each ? 0
                                                          : natural_map_at_zero(problem, options.law) /
                                                                std::sqrt(static_cast<double>(count));
+  // Small groups first: what an easy one leaves over is for those that follow.
+  std::stable_sort(members.begin(), members.end(),
+                   [](const auto& a, const auto& b) { return a.size() < b.size(); });
   for (std::size_t i = 0; i < count && total.status != Status::interrupted; ++i) {
     const Part part = Extraction(problem, body_number)(members[i]);
     Options o = options;
@@ -196,14 +199,14 @@ Solution solve_by_islands(const Problem& problem, const Options& options, Method
       o.tolerance *= std::sqrt(0.5 + 0.5 * (mean_map / map) * (mean_map / map));
       if (!(o.tolerance < 1)) o.tolerance = 1;
     }
-    // What is left of the time is shared by size, so that a hard island cannot take it from all that follow;
-    // what an easy one leaves over is theirs. So is what is left of the work. Above zero, as a deadline must
-    // be.
-    o.deadline = std::max(1e-9, options.deadline - seconds_since(start)) *
-                 static_cast<double>(members[i].size()) / static_cast<double>(left);
-    const Patience share(
-        std::numeric_limits<double>::infinity(), {}, Patience::Catches::no,
-        Patience::work_left() * static_cast<double>(members[i].size()) / static_cast<double>(left));
+    // What is left of the time and of the work is shared by size, so that a hard island cannot take it from
+    // all that follow; but a group has at least half of an even share: a few bodies beside a large wall take
+    // more than their share of contacts. Above zero, as a deadline must be.
+    const double part_of_rest = std::max(static_cast<double>(members[i].size()) / static_cast<double>(left),
+                                         0.5 / static_cast<double>(count - i));
+    o.deadline = std::max(1e-9, options.deadline - seconds_since(start)) * part_of_rest;
+    const Patience share(std::numeric_limits<double>::infinity(), {}, Patience::Catches::no,
+                         Patience::work_left() * part_of_rest);
     left -= members[i].size();
     add_part(total, method(part.problem, o), part, options.tolerance, worst);
   }
