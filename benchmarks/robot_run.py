@@ -239,10 +239,10 @@ class Energy:
         """What the velocities of the end, with which bodies moved, put into gravity and springs."""
         dt = self.simulation.dt
         stretch = self.simulation.q[self.of_q] - 0.5 * dt * rates - self.rest[self.dofs]
-        return dt * float(self.stiffness[self.dofs] * stretch @ rates) - dt * self.falling()
+        return dt * float(self.stiffness[self.dofs] * stretch @ rates) - dt * self.power_of_gravity()
 
-    def falling(self) -> float:
-        """The power of gravity (W)."""
+    def power_of_gravity(self) -> float:
+        """Along the velocities of the end (W)."""
         state = self.simulation.state
         w, q = state.orientations[:, :1], state.orientations[:, 1:]
         arms = self.centres + 2 * np.cross(q, np.cross(q, self.centres) + w * self.centres)
