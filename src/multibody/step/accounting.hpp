@@ -15,7 +15,7 @@ namespace amontons {
 class StepClock {
  public:
   using Clock = std::chrono::steady_clock;
-  explicit StepClock(double budget) : budget_(budget), start_(Clock::now()), lap_(start_) {}
+  explicit StepClock(double budget) : whole_(budget), budget_(budget), start_(Clock::now()), lap_(start_) {}
   double elapsed() const { return std::chrono::duration<double>(Clock::now() - start_).count(); }
   // Adds the time since the last lap: every moment of a step belongs to one phase.
   void lap(double& phase) {
@@ -23,13 +23,18 @@ class StepClock {
     phase += std::chrono::duration<double>(now - lap_).count();
     lap_ = now;
   }
+  // For what cannot be left once it is begun, half of the budget at most (s): nothing else has that time.
+  void keep_free(double time) { budget_ = std::min(budget_, whole_ - std::min(time, most_free * whole_)); }
+  // How long ago the budget, less what is kept free, was spent (s).
+  double overrun() const { return std::max(0.0, elapsed() - budget_); }
   // For the deadline of a solve: a moment even when the budget is spent, infinite without one.
   double left() const { return budget_ < infinity ? std::max(1e-6, budget_ - elapsed()) : infinity; }
   // Whether the budget does not hold so much more (s).
   bool over(double more = 0) const { return budget_ < infinity && elapsed() + more >= budget_; }
 
  private:
-  double budget_;
+  static constexpr double most_free = 0.5;
+  double whole_, budget_;
   Clock::time_point start_, lap_;
 };
 

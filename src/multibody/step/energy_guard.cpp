@@ -145,32 +145,46 @@ EnergyBalance along_mean(const EnergyInput& in, EnergyScratch& mean) {
 // The work across joints is looked at where it matters.
 EnergyBalance energy_balance(const EnergyInput& in, EnergyScratch& mean) {
   EnergyBalance balance = along_mean(in, mean);
-  if (!(balance.work <= balance.allowed)) balance.work -= across_joints(in, mean);
+  if (!balance.holds()) balance.work -= across_joints(in, mean);
   return balance;
 }
 
 // Along s x the work is a s + c s^2, which its values at 1 and 1/2 tell; the largest s in [0, 1] with work 0
-// is -a / c where a < 0, else 0: bodies fly on freely for a step, and what they miss of joints and contacts
-// is an error of position, which the following steps take back.
-EnergyBalance take_back(const EnergyInput& in, EnergyBalance balance, Solution& solution,
-                        BodyVelocities& after, EnergyScratch& scratch) {
+// is -a / c where a < 0. Else no contact pushes for a step, and what they miss is an error of position, which
+// the following steps take back; joints and springs, which are linear, are held exactly, before and after
+// that (`settle`): a spring that does nothing while it is stretched takes up energy that nobody gave. Where
+// not even they can be held, bodies fly on freely.
+EnergyBalance take_back(const EnergyInput& in, EnergyBalance balance, Elimination& elimination,
+                        const Options& options, Solution& solution, BodyVelocities& after,
+                        EnergyScratch& scratch) {
   const std::vector<double> x = solution.x;
+  const auto look = [&] {
+    after = in.free;
+    apply_impulses(in.problem, solution.x, after);
+    EnergyBalance now = along_mean(in, scratch);
+    now.work -= across_joints(in, scratch);
+    return now;
+  };
   const auto scale = [&](double s) {
     for (std::size_t i = 0; i < x.size(); ++i) solution.x[i] = s * x[i];
     project(in.problem.K, solution.x, solution.x);  // intervals without zero
-    after = in.free;
-    apply_impulses(in.problem, solution.x, after);
-    EnergyBalance scaled = along_mean(in, scratch);
-    scaled.work -= across_joints(in, scratch);
-    return scaled;
   };
-  const double whole = balance.work, half = scale(0.5).work;
+  const auto settled = [&](double s) {
+    scale(s);
+    return elimination.settle(in.problem, options, solution) && (balance = look()).holds();
+  };
+  const double whole = balance.work;
+  if (settled(1)) return balance;
+  scale(0.5);
+  const double half = look().work;
   const double a = 4 * half - whole, c = 2 * whole - 4 * half;
   if (a < 0 && c > 0) {
-    balance = scale(std::min(1.0, -a / c));
-    if (balance.work <= balance.allowed) return balance;
+    scale(std::min(1.0, -a / c));
+    if ((balance = look()).holds()) return balance;
   }
-  return scale(0);
+  if (settled(0)) return balance;
+  scale(0);
+  return look();
 }
 
 }  // namespace amontons

@@ -3,6 +3,7 @@
 #include "amontons/multibody/joints/joints.hpp"
 #include "amontons/problem/problem.hpp"
 #include "amontons/solvers/driver/solution.hpp"
+#include "amontons/solvers/elimination/elimination.hpp"
 #include "multibody/bodies/motion.hpp"
 
 namespace amontons {
@@ -24,6 +25,7 @@ struct EnergyInput {
 // J: the work of what can only dissipate, and how much of it may be positive.
 struct EnergyBalance {
   double work, allowed;
+  bool holds() const { return work <= allowed; }
 };
 // Memory: mean velocities of the step, and those of the bodies that impulses move, zeros for others.
 struct EnergyScratch {
@@ -32,8 +34,10 @@ struct EnergyScratch {
 EnergyBalance energy_balance(const EnergyInput& in, EnergyScratch& scratch);
 
 // Takes back the part of the impulses that made energy, of which `balance` is the balance: for a step that
-// has neither time nor work left to find better ones. The arrays are those of `in`.
-EnergyBalance take_back(const EnergyInput& in, EnergyBalance balance, Solution& solution,
-                        BodyVelocities& after, EnergyScratch& scratch);
+// has neither time nor work left to find better ones. The arrays are those of `in`; of the solution x is new,
+// what follows from it is not.
+EnergyBalance take_back(const EnergyInput& in, EnergyBalance balance, Elimination& elimination,
+                        const Options& options, Solution& solution, BodyVelocities& after,
+                        EnergyScratch& scratch);
 
 }  // namespace amontons

@@ -157,7 +157,7 @@ BodyVelocities displacements(const PositionInput& in, const BodyVelocities& rest
   options.tolerance = linear ? precision : rough_precision;
   options.max_iterations = most_iterations;
   options.deadline = end - clock.elapsed();
-  const Patience share = share_of_step(false);
+  const Patience share = share_of_step(false, options.deadline);
   const bool few = linear || rows.tags.size() <= few_rows;
   Solution s = few ? automatic(problem, options, elimination) : apgd(problem, options);
   // What is light shall not be moved by what the heavy bodies leave in the residual.

@@ -72,6 +72,7 @@ struct Simulation::Scratch {
   ContactFinder finder;
   SmoothScratch smooth;
   StepProblem vi;
+  double overrun = 0;  // s: how far the last step that was ended by its deadline went beyond it
   // The problem before the last one, where nobody else holds it.
   std::shared_ptr<Problem> spare;
   // One for each kind of problem, as they remember the mechanism: that of steps has all bilateral rows.
@@ -200,9 +201,10 @@ std::optional<Simulation::Attempt> Simulation::next_attempt(Attempt last, const 
 void Simulation::make_step(Report& report) {
   // The user may have written into the state since the last step.
   validate(*model_, state_);
-  StepClock clock(options_.budget);
-  const Patience allowance(infinity);  // its work is limited once the size of the step is known
   Scratch& s = *scratch_;
+  StepClock clock(options_.budget);
+  clock.keep_free(s.overrun);
+  const Patience allowance(infinity);  // its work is limited once the size of the step is known
   s.before = state_;
   const bool by_velocities = options_.recovery == Recovery::velocity;
   Attempt attempt{1, by_velocities, by_velocities};
@@ -239,6 +241,7 @@ void Simulation::make_step(Report& report) {
   }
   report.time = state_.time;
   report.timings.total = clock.elapsed();
+  if (report.status == Status::deadline) s.overrun = clock.overrun();
 }
 
 // What only a reader of the report wants: energies, those of the poses at the end.
@@ -351,17 +354,17 @@ void Simulation::look(double h, bool damped, StepClock& clock, Report& report) {
 // The balance of energy. Where it is upset: the attempt that follows; after the last one the step goes on
 // without the part of the impulses that upsets it.
 std::optional<Simulation::Attempt> Simulation::keep_balance(double closed, const Attempt& attempt,
-                                                            double recovery, const StepClock& clock,
+                                                            double recovery, const StepSolver& solver,
                                                             Report& report) {
   Scratch& s = *scratch_;
   const EnergyInput energy{*model_,       s.frames,      s.start,   s.free,      s.after,  s.spins,
                            *s.vi.problem, s.vi.solution, s.vi.rows, options_.dt, recovery, closed};
   EnergyBalance balance = energy_balance(energy, s.mean);
-  if (!(balance.work <= balance.allowed)) {
+  if (!balance.holds()) {
     Report unbalanced = report;
     unbalanced.balanced = false;
-    if (const auto next = next_attempt(attempt, clock, unbalanced)) return next;
-    balance = take_back(energy, balance, s.vi.solution, s.after, s.mean);
+    if (const auto next = next_attempt(attempt, solver.clock, unbalanced)) return next;
+    balance = take_back(energy, balance, solver.elimination, solver.options, s.vi.solution, s.after, s.mean);
     measure(*s.vi.problem, options_.law, s.vi.solution);
     if (s.vi.solution.residual > options_.tolerance) s.vi.solution.status = Status::stalled;
     add_residual(s.vi.solution, report);
@@ -396,6 +399,7 @@ std::optional<Simulation::Attempt> Simulation::advance(double h, const Attempt& 
       .h = h, .recovery_speed = recovery, .closing = closed, .most_closed = allowed_error(model.length())};
   const StepBodies bodies{s.frames, s.mobility, s.start, s.free};
 
+  const double begun = clock.elapsed();
   look(h, damped, clock, report);
   add_errors(s.joint_error, s.line_error, contacts_, report);
   // 5. Stiffening, which changes the mobility, and the correction of positions, after which all is seen anew.
@@ -404,9 +408,11 @@ std::optional<Simulation::Attempt> Simulation::advance(double h, const Attempt& 
     return stiffen_rotations(model, state_, h, s.frames, s.joints, s.stiffness, s.stiffened);
   };
   bool stiffened = stiffen();
-  // What is moved is looked at again: not where there is no time for another look like the first.
-  const Timings& first = report.timings;
-  if (options_.recovery == Recovery::projection && !clock.over(first.collision + first.assembly) &&
+  // What is moved is looked at again: not where there is no time for another look like the first. What comes
+  // after the solve takes about as long, or as long as in the last step.
+  const double first = clock.elapsed() - begun;
+  clock.keep_free(first);
+  if (options_.recovery == Recovery::projection && !clock.over(2 * first) &&
       correct_positions({model, s.frames, s.stiffened, s.joints, contacts_, s.joint_error, s.line_error,
                          joint_options, recovery_speed()},
                         clock, s.position_elimination, state_)) {
@@ -415,8 +421,8 @@ std::optional<Simulation::Attempt> Simulation::advance(double h, const Attempt& 
     stiffened = stiffen();
   }
   const double speed = fastest(s.start) + h * norm(model.description().gravity);
-  const StepSolver solver{options_.method, solver_options(options_), clock, s.elimination, speed};
-  const StepSolver at_impact{options_.method, solver.options, clock, s.impact_elimination, speed};
+  const StepSolver solver{options_.method, solver_options(options_), clock, first, s.elimination, speed};
+  const StepSolver at_impact{options_.method, solver.options, clock, first, s.impact_elimination, speed};
   // 6. Impacts, over before stiffness could act, change the start velocities; the free ones follow from both.
   const bool bounced = resolve_impacts(
       {model, state_, s.frames, s.mobility, s.joints, joint_options, restitution_speed(), at_impact}, s.start,
@@ -445,7 +451,7 @@ std::optional<Simulation::Attempt> Simulation::advance(double h, const Attempt& 
   clock.lap(report.timings.assembly);
   // 9. Solve, look where the velocities lead, solve again for what nobody could foresee.
   solve_and_look(model, bodies, assembly, margin(), solver, s.finder, contacts_, s.vi, s.after, report);
-  if (const auto next = keep_balance(closed, attempt, recovery, clock, report)) return next;
+  if (const auto next = keep_balance(closed, attempt, recovery, solver, report)) return next;
   report.advanced = all_finite(s.after);
   if (!report.advanced) return {};
   // 10.

@@ -153,10 +153,9 @@ double most_work(std::size_t blocks) {
   return least + per_pair * n * std::min(n, large);
 }
 
-Patience share_of_step(bool missed) {
+Patience share_of_step(bool missed, double seconds) {
   constexpr double most = 0.5, after_a_miss = 0.1;
-  return Patience(infinity, {}, Patience::Catches::no,
-                  (missed ? after_a_miss : most) * Patience::work_left());
+  return Patience(seconds, {}, Patience::Catches::no, (missed ? after_a_miss : most) * Patience::work_left());
 }
 
 // At first to half the tolerance, as long as that is cheap.
@@ -211,8 +210,8 @@ static Solution solve_seen(const StepSolver& solver, const Problem& problem, std
 Solution solve_step(const StepSolver& solver, const Problem& problem, std::span<const double> x0,
                     Solution memory) {
   if (problem.rows() == 0) return nothing();
-  if (solver.clock.over()) return without_time(solver, problem, x0, std::move(memory));
-  const Patience share = share_of_step(solver.missed);
+  if (solver.clock.over(solver.look)) return without_time(solver, problem, x0, std::move(memory));
+  const Patience share = share_of_step(solver.missed, solver.clock.left());
   return with_unseen(solver, problem, solve_seen(solver, problem, x0, std::move(memory)));
 }
 

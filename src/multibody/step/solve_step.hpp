@@ -14,6 +14,7 @@ struct StepSolver {
   std::string method;
   Options options;  // but for start and deadline, which each solve has of its own
   StepClock& clock;
+  double look;               // s: what finding the contacts took; a method takes about as long to set up
   Elimination& elimination;  // of `auto`: memory, kept from step to step
   double speed;              // m/s, of the fastest body at the start, and what gravity adds
   bool again = false;        // goes on from another solve of the same step
@@ -25,8 +26,8 @@ struct StepSolver {
 double most_work(std::size_t blocks);
 // One solve of a step takes a share of what is left at most, so that the others have some: those that follow
 // from what it found, and the repair of a step that it left unsolved. The share is small where another solve
-// has `missed` its tolerance, as so will the step.
-Patience share_of_step(bool missed);
+// has `missed` its tolerance, as so will the step. It has so many seconds, whatever it is made of.
+Patience share_of_step(bool missed, double seconds);
 
 // Solves a VI of the step from x0, the impulses of the last step; empty: from nothing. A solution that is no
 // longer needed lends its memory.

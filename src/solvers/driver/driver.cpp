@@ -1,5 +1,6 @@
 #include "amontons/solvers/driver/driver.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <string>
 
@@ -34,6 +35,7 @@ bool infeasible(const Problem& problem, Law law, std::span<const double> x, std:
 
 Monitor::Monitor(const Options& options, const Limits& limits)
     : options_(options),
+      deadline_(std::min(options.deadline, Patience::left())),
       start_(std::chrono::steady_clock::now()),
       limit_(options.max_iterations ? options.max_iterations : limits.iterations),
       stall_window_(limits.stall_window) {
@@ -52,7 +54,7 @@ std::optional<Status> Monitor::observe(double residual, double objective, double
   if (residual <= options_.tolerance) return Status::converged;
   if (stopped_ || Patience::interrupted() || (options_.callback && options_.callback(record)))
     return Status::interrupted;
-  if (now > options_.deadline) return Status::deadline;
+  if (now > deadline_) return Status::deadline;
   if (iterations_ >= limit_ || Patience::exhausted()) return Status::iteration_limit;
   // Stagnation is measured on the best residual, which the rise and fall of the current one does not touch.
   if (best_ <= progress * milestone_) {

@@ -171,7 +171,7 @@ bool Elimination::solve(const Problem& problem, const Options& options, Solution
   for (std::size_t i = 0; i < s.x.size(); ++i) s.objective += 0.5 * s.x[i] * (s.u[i] + problem.b[i]);
   s.time = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   s.status = s.residual <= options.tolerance ? Status::converged
-             : s.time > options.deadline     ? Status::deadline
+             : Patience::late()              ? Status::deadline
                                              : Status::stalled;
   s.method = "elimination";
   return true;

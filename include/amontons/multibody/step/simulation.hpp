@@ -51,7 +51,8 @@ struct JointReaction {
   Vec3 impulse, angular;  // on A, world axes, the second about the point, N s and N m s
 };
 
-class StepClock;  // wall clock and budget of a step, step/accounting.hpp
+class StepClock;    // wall clock and budget of a step, step/accounting.hpp
+struct StepSolver;  // method, options and clock of its solves, step/solve_step.hpp
 
 // A model in motion: its state, and what the last step found. Steps are deterministic: the same state and
 // options give the same bits, whatever the number of threads, unless there is a budget.
@@ -115,7 +116,7 @@ class Simulation {
   std::optional<Attempt> try_step(const Attempt& attempt, StepClock& clock, Report& report);
   void look(double h, bool damped, StepClock& clock, Report& report);
   std::optional<Attempt> keep_balance(double closed, const Attempt& attempt, double recovery,
-                                      const StepClock& clock, Report& report);
+                                      const StepSolver& solver, Report& report);
   void move_on(double h);
   std::optional<Attempt> advance(double h, const Attempt& attempt, StepClock& clock, Report& report);
 

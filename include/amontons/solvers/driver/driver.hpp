@@ -63,7 +63,7 @@ class Monitor {
   double elapsed() const { return seconds_since(start_); }
   Time started() const { return start_; }
   // For methods with long work between two observe().
-  bool out_of_time() const { return elapsed() > options_.deadline; }
+  bool out_of_time() const { return elapsed() > deadline_; }
   // Charges the products since the last call to the Patience of the thread, each at so much.
   void pay(double per_product) {
     Patience::spend(static_cast<double>(products - paid_) * per_product);
@@ -78,6 +78,7 @@ class Monitor {
 
  private:
   const Options& options_;
+  double deadline_;  // s, that of the options or of the Patience of the thread
   Time start_;
   std::size_t limit_, stall_window_, iterations_ = 0, last_progress_ = 0, paid_ = 0;
   // milestone_: the best residual at iteration last_progress_, the last that was 1 % below the one before.
