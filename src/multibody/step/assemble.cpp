@@ -81,13 +81,16 @@ void find_wedged(const BodyMobilities& mobility, const std::vector<Contact>& con
 
 // c_n of a contact, docs/algorithm.md (6): a gap may close within the step, a penetration is taken back at no
 // more than `recovery` (m/s). Of the force of a compliant contact nothing may be cut off. An impact closes no
-// gap: u_n^+ = -e u_n^-.
+// gap: u_n^+ = -e u_n^-. Within the slack nothing is asked: bodies that lie on several others have more
+// closed contacts than freedoms, and no velocity would close gaps that differ by what the last steps left;
+// which of them carry would change with every such difference.
 double contact_bias(const Contact& contact, double approach, double recovery, const Assembly& options) {
   const Material& m = contact.material;
   if (options.impact) return m.restitution * std::min(approach, 0.0);
-  const double rate = contact.gap / options.h;
-  if (!(m.compliance > 0)) return std::max(rate, -recovery);
-  return contact.gap < 0 ? contact.gap / (options.h + m.relaxation_time) : rate;
+  const double gap = contact.gap;
+  if (!(m.compliance > 0))
+    return std::max((gap - std::clamp(gap, -options.slack, options.slack)) / options.h, -recovery);
+  return gap < 0 ? gap / (options.h + m.relaxation_time) : gap / options.h;
 }
 
 // c_t of a compliant contact. E stands on the diagonal of all rows of a contact. By itself u_t + E x_t = 0 is

@@ -12,6 +12,7 @@ struct Assembly {
   bool impact = false;  // ask for u_n = -e u_n^- in place of the closing of gaps
   // m/s, at which contacts that overlap by no more than so much (m) are closed in any case.
   double closing = 0, most_closed = 0;
+  double slack = 0;  // m: gaps and overlaps up to it are none
 };
 
 // The VI of a step: bodies, contacts, then joint rows. The lengths of the contacts' moments are set.

@@ -135,6 +135,13 @@ constexpr double kept_closed = 1e-3;
 static double closing(const Model& model, double h) {
   return kept_closed * h * norm(model.description().gravity);
 }
+// What tells the gaps of closed contacts apart although the tolerance does not: what it lets them move in so
+// many steps, a share of the size of things at most. Few rows are solved to rounding, and tell them apart.
+static double slack(const Model& model, double h, double tolerance, std::size_t rows) {
+  constexpr double steps = 40, share = 1e-5;
+  if (rows <= few_rows) return 0;
+  return std::min(steps * tolerance * h * h * norm(model.description().gravity), share * model.length());
+}
 
 // Of a step that made energy from nothing: halves of halves, then it is reported.
 constexpr unsigned most_repairs = 4;
@@ -395,7 +402,7 @@ std::optional<Simulation::Attempt> Simulation::advance(double h, const Attempt& 
   const JointOptions joint_options{h, recovery, model.length()};
   // A step that made energy is done again without keeping contacts closed by a velocity.
   const double closed = damped && !attempt.recovers ? 0 : closing(model, h);
-  const Assembly assembly{
+  Assembly assembly{
       .h = h, .recovery_speed = recovery, .closing = closed, .most_closed = allowed_error(model.length())};
   const StepBodies bodies{s.frames, s.mobility, s.start, s.free};
 
@@ -438,6 +445,7 @@ std::optional<Simulation::Attempt> Simulation::advance(double h, const Attempt& 
   // 8. Assemble, and start from the impulses of the last step, which compliant contacts remember anyway.
   if (state_.impulse_step > 0)
     hold_contacts(model, state_.contacts, h / state_.impulse_step, s.frames, contacts_);
+  assembly.slack = slack(model, h, options_.tolerance, 3 * contacts_.size() + s.vi.rows.tags.size());
   s.vi.problem = s.spare ? std::move(s.spare) : std::make_shared<Problem>();
   assemble(bodies, contacts_, s.vi.rows, assembly, *s.vi.problem);
   s.vi.x0.clear();

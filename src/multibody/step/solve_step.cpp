@@ -23,7 +23,6 @@ constexpr double nearly_solved = 100, three_digits = 1e-3;
 // Problems of few rows aim far below the tolerance, which takes first-order iterations of microseconds: so
 // many at most, after the tolerance is reached. Of many rows, half the tolerance is what pays, if it takes no
 // more than so much work (Patience) for each block: rounding may be as large.
-constexpr std::size_t few_rows = 1000;
 constexpr double aim_of_few = 1e-5, aim_of_many = 0.5, work_of_many = 300;
 // Times the aim of few: not worth another iteration.
 constexpr double close_to_aim = 10;

@@ -21,6 +21,8 @@ struct StepSolver {
   bool missed = false;       // a solve of the same attempt at the step has missed its tolerance
 };
 
+// Rows of a step that is solved far below its tolerance where that is cheap.
+constexpr std::size_t few_rows = 1000;
 // The work (Patience) that a step of so many contacts and joint rows may do in all: that of first-order
 // iterations, whose number grows with the size up to some point.
 double most_work(std::size_t blocks);
