@@ -17,6 +17,7 @@
 #include "multibody/bodies/motion.hpp"
 #include "multibody/joints/row_terms.hpp"
 #include "multibody/step/assemble.hpp"
+#include "multibody/step/ground.hpp"
 #include "multibody/step/solve_step.hpp"
 #include "multibody/step/unseen.hpp"
 
@@ -183,6 +184,13 @@ double turning(const BodyVelocities& p) {
   return fastest;
 }
 
+// What others push may not be pushed into what is fixed, however roughly the problem was solved.
+void stop_at_ground(const PositionInput& in, BodyVelocities& p) {
+  std::vector<double> least;
+  for (const Contact& c : in.contacts) least.push_back(-std::max(c.gap, 0.0) / in.options.h);
+  stop_at_ground({in.model, in.mobility, in.contacts, least, allowed_error(in.options.length)}, p);
+}
+
 }  // namespace
 
 // Errors below it stay, as bodies that rest shall not be moved.
@@ -204,6 +212,7 @@ bool correct_positions(const PositionInput& in, StepClock& clock, Elimination& e
     p = displacements(in, rest, rows, speed, clock, end, elimination);
     if (p.empty()) return false;
   }
+  stop_at_ground(in, p);
   for (std::size_t i = 0; i < p.size(); ++i) {
     if (!in.model.is_dynamic(static_cast<Index>(i)) || !is_finite(p[i].linear) || !is_finite(p[i].angular))
       continue;

@@ -21,7 +21,9 @@
 #include "multibody/joints/stiffening.hpp"
 #include "multibody/step/accounting.hpp"
 #include "multibody/step/assemble.hpp"
+#include "multibody/step/closed_contacts.hpp"
 #include "multibody/step/energy_guard.hpp"
+#include "multibody/step/ground.hpp"
 #include "multibody/step/impact.hpp"
 #include "multibody/step/positions.hpp"
 #include "multibody/step/second_order.hpp"
@@ -72,7 +74,8 @@ struct Simulation::Scratch {
   ContactFinder finder;
   SmoothScratch smooth;
   StepProblem vi;
-  double overrun = 0;  // s: how far the last step that was ended by its deadline went beyond it
+  std::vector<double> least;  // m/s
+  double overrun = 0;         // s: how far the last step that was ended by its deadline went beyond it
   // The problem before the last one, where nobody else holds it.
   std::shared_ptr<Problem> spare;
   // One for each kind of problem, as they remember the mechanism: that of steps has all bilateral rows.
@@ -126,21 +129,6 @@ double Simulation::recovery_speed() const {
 double Simulation::restitution_speed() const {
   return options_.restitution_speed > 0 ? options_.restitution_speed
                                         : 4 * options_.dt * norm(model_->description().gravity);
-}
-
-// A solve stops at its tolerance, and what rests under a load sinks by that in every step. Contacts may close
-// what comes of it at this share of the velocity that gravity gives in a step: too slow to be seen as motion.
-// Deeper ones are left to the correction of positions, which knows what joints and other contacts forbid.
-constexpr double kept_closed = 1e-3;
-static double closing(const Model& model, double h) {
-  return kept_closed * h * norm(model.description().gravity);
-}
-// What tells the gaps of closed contacts apart although the tolerance does not: what it lets them move in so
-// many steps, a share of the size of things at most. Few rows are solved to rounding, and tell them apart.
-static double slack(const Model& model, double h, double tolerance, std::size_t rows) {
-  constexpr double steps = 40, share = 1e-5;
-  if (rows <= few_rows) return 0;
-  return std::min(steps * tolerance * h * h * norm(model.description().gravity), share * model.length());
 }
 
 // Of a step that made energy from nothing: halves of halves, then it is reported.
@@ -358,6 +346,33 @@ void Simulation::look(double h, bool damped, StepClock& clock, Report& report) {
     Patience::limit_work(work_limit());
 }
 
+// Calls 1 to 5.
+Simulation::Found Simulation::find(double h, bool damped, const JointOptions& joint_options, StepClock& clock,
+                                   Report& report) {
+  Scratch& s = *scratch_;
+  const double begun = clock.elapsed();
+  look(h, damped, clock, report);
+  add_errors(s.joint_error, s.line_error, contacts_, report);
+  // 5. Stiffening, which changes the mobility, and the correction of positions, after which all is seen anew.
+  const auto stiffen = [&] {
+    s.stiffened = s.mobility;
+    return stiffen_rotations(*model_, state_, h, s.frames, s.joints, s.stiffness, s.stiffened);
+  };
+  const bool stiffened = stiffen();
+  // What is moved is looked at again: not where there is no time for another look like the first. What comes
+  // after the solve takes about as long, or as long as in the last step.
+  const double first = clock.elapsed() - begun;
+  clock.keep_free(first);
+  if (options_.recovery != Recovery::projection || clock.over(2 * first) ||
+      !correct_positions({*model_, s.frames, s.stiffened, s.joints, contacts_, s.joint_error, s.line_error,
+                          joint_options, recovery_speed()},
+                         clock, s.position_elimination, state_))
+    return {first, stiffened};
+  clock.lap(report.timings.assembly);
+  look(h, damped, clock, report);
+  return {first, stiffen()};
+}
+
 // The balance of energy. Where it is upset: the attempt that follows; after the last one the step goes on
 // without the part of the impulses that upsets it.
 std::optional<Simulation::Attempt> Simulation::keep_balance(double closed, const Attempt& attempt,
@@ -380,6 +395,23 @@ std::optional<Simulation::Attempt> Simulation::keep_balance(double closed, const
   return {};
 }
 
+// After a solve that ended early: bodies stop at what is fixed where they would come closer by more than an
+// error of position is allowed to be. What they are stopped by joins the impulses.
+void Simulation::stop_bodies(double h, double error, Report& report) {
+  Scratch& s = *scratch_;
+  const std::vector<Index>& row = s.vi.problem->graph.first_row;
+  s.least.clear();
+  for (std::size_t i = 0; i < contacts_.size(); ++i) {
+    const Contact& c = contacts_[i];
+    s.least.push_back(dot(c.normal, relative_motion(c, s.free).linear) - s.vi.problem->b[row[i]] - error / h);
+  }
+  const auto impulses = stop_at_ground({*model_, s.mobility, contacts_, s.least, error}, s.after);
+  if (impulses.empty()) return;
+  for (std::size_t i = 0; i < contacts_.size(); ++i) s.vi.solution.x[row[i]] += impulses[i];
+  measure(*s.vi.problem, options_.law, s.vi.solution);
+  add_residual(s.vi.solution, report);
+}
+
 // Call 10: impulses go to tables and state, then the bodies move.
 void Simulation::move_on(double h) {
   Scratch& s = *scratch_;
@@ -400,33 +432,9 @@ std::optional<Simulation::Attempt> Simulation::advance(double h, const Attempt& 
   const Model& model = *model_;
   const double recovery = attempt.recovers ? recovery_speed() : 0;  // by velocities
   const JointOptions joint_options{h, recovery, model.length()};
-  // A step that made energy is done again without keeping contacts closed by a velocity.
-  const double closed = damped && !attempt.recovers ? 0 : closing(model, h);
-  Assembly assembly{
-      .h = h, .recovery_speed = recovery, .closing = closed, .most_closed = allowed_error(model.length())};
   const StepBodies bodies{s.frames, s.mobility, s.start, s.free};
 
-  const double begun = clock.elapsed();
-  look(h, damped, clock, report);
-  add_errors(s.joint_error, s.line_error, contacts_, report);
-  // 5. Stiffening, which changes the mobility, and the correction of positions, after which all is seen anew.
-  const auto stiffen = [&] {
-    s.stiffened = s.mobility;
-    return stiffen_rotations(model, state_, h, s.frames, s.joints, s.stiffness, s.stiffened);
-  };
-  bool stiffened = stiffen();
-  // What is moved is looked at again: not where there is no time for another look like the first. What comes
-  // after the solve takes about as long, or as long as in the last step.
-  const double first = clock.elapsed() - begun;
-  clock.keep_free(first);
-  if (options_.recovery == Recovery::projection && !clock.over(2 * first) &&
-      correct_positions({model, s.frames, s.stiffened, s.joints, contacts_, s.joint_error, s.line_error,
-                         joint_options, recovery_speed()},
-                        clock, s.position_elimination, state_)) {
-    clock.lap(report.timings.assembly);
-    look(h, damped, clock, report);
-    stiffened = stiffen();
-  }
+  const auto [first, stiffened] = find(h, damped, joint_options, clock, report);
   const double speed = fastest(s.start) + h * norm(model.description().gravity);
   const StepSolver solver{options_.method, solver_options(options_), clock, first, s.elimination, speed};
   const StepSolver at_impact{options_.method, solver.options, clock, first, s.impact_elimination, speed};
@@ -445,7 +453,9 @@ std::optional<Simulation::Attempt> Simulation::advance(double h, const Attempt& 
   // 8. Assemble, and start from the impulses of the last step, which compliant contacts remember anyway.
   if (state_.impulse_step > 0)
     hold_contacts(model, state_.contacts, h / state_.impulse_step, s.frames, contacts_);
-  assembly.slack = slack(model, h, options_.tolerance, 3 * contacts_.size() + s.vi.rows.tags.size());
+  // A step that made energy is done again without keeping contacts closed by a velocity.
+  const Assembly assembly = assembly_of_step(model, contacts_, s.vi.rows.tags.size(), h, recovery,
+                                             attempt.recovers || !damped, options_.tolerance);
   s.vi.problem = s.spare ? std::move(s.spare) : std::make_shared<Problem>();
   assemble(bodies, contacts_, s.vi.rows, assembly, *s.vi.problem);
   s.vi.x0.clear();
@@ -459,7 +469,8 @@ std::optional<Simulation::Attempt> Simulation::advance(double h, const Attempt& 
   clock.lap(report.timings.assembly);
   // 9. Solve, look where the velocities lead, solve again for what nobody could foresee.
   solve_and_look(model, bodies, assembly, margin(), solver, s.finder, contacts_, s.vi, s.after, report);
-  if (const auto next = keep_balance(closed, attempt, recovery, solver, report)) return next;
+  if (const auto next = keep_balance(assembly.closing, attempt, recovery, solver, report)) return next;
+  if (s.vi.solution.status != Status::converged) stop_bodies(h, assembly.most_closed, report);
   report.advanced = all_finite(s.after);
   if (!report.advanced) return {};
   // 10.

@@ -51,8 +51,9 @@ struct JointReaction {
   Vec3 impulse, angular;  // on A, world axes, the second about the point, N s and N m s
 };
 
-class StepClock;    // wall clock and budget of a step, step/accounting.hpp
-struct StepSolver;  // method, options and clock of its solves, step/solve_step.hpp
+class StepClock;      // wall clock and budget of a step, step/accounting.hpp
+struct JointOptions;  // joints/rows.hpp
+struct StepSolver;    // method, options and clock of its solves, step/solve_step.hpp
 
 // A model in motion: its state, and what the last step found. Steps are deterministic: the same state and
 // options give the same bits, whatever the number of threads, unless there is a budget.
@@ -114,9 +115,16 @@ class Simulation {
   void make_step(Report& report);
   void finish_report(Report& report);
   std::optional<Attempt> try_step(const Attempt& attempt, StepClock& clock, Report& report);
+  // How long the first look at the step took (s), and whether bodies were stiffened.
+  struct Found {
+    double look;
+    bool stiffened;
+  };
+  Found find(double h, bool damped, const JointOptions& joint_options, StepClock& clock, Report& report);
   void look(double h, bool damped, StepClock& clock, Report& report);
   std::optional<Attempt> keep_balance(double closed, const Attempt& attempt, double recovery,
                                       const StepSolver& solver, Report& report);
+  void stop_bodies(double h, double error, Report& report);
   void move_on(double h);
   std::optional<Attempt> advance(double h, const Attempt& attempt, StepClock& clock, Report& report);
 

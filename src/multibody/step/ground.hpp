@@ -1,0 +1,24 @@
+// What a step that is not solved, or a correction of positions that ends early, may not do: lose bodies
+// through what stands still.
+#pragma once
+#include <span>
+#include <vector>
+
+#include "amontons/multibody/model/model.hpp"
+#include "multibody/contacts/contact_law.hpp"
+
+namespace amontons {
+
+// Rigid contacts with what does not move, the velocities of which the bodies v shall not fall below.
+struct Ground {
+  const Model& model;
+  const BodyMobilities& mobility;
+  std::span<const Contact> contacts;
+  std::span<const double> least;  // m/s, along the normal of each contact
+  double error;                   // m, of position: bodies of joints, which come apart, stop from many on
+};
+// Changes v; the normal impulses that do it, one for each contact, each of which takes kinetic energy away.
+// Empty if there is nothing to stop.
+std::span<const double> stop_at_ground(const Ground& ground, BodyVelocities& v);
+
+}  // namespace amontons
