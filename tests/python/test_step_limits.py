@@ -150,6 +150,32 @@ def test_no_body_sinks_into_its_floor_whatever_the_solve(seed):
     assert min(lowest) > 0.05
 
 
+# Breaks when closed contacts are told apart by gaps of what the last steps left: bricks on two others have more
+# of them than freedoms, and each step would look for those that carry, with 500 products instead of ten.
+def test_a_wall_at_rest_costs_little_for_as_long_as_it_stands():
+    sim = amontons.Simulation(scenes.wall_at_rest(columns=12, rows=10), dt=5e-3)
+    products = []
+    for _ in range(200):
+        report = sim.step()
+        products.append(report.products)
+        assert report.converged
+    assert np.mean(products[100:]) < 30
+    # The slack of 40 steps of the tolerance, and what one step lets move.
+    assert report.penetration < 2 * 40 * 1e-6 * 9.81 * 5e-3**2
+
+
+# Breaks when bodies that are deep in each other, with no room to leave, are asked to close their other contacts
+# by velocities: none does, and every step misses its tolerance.
+def test_what_is_pressed_into_a_gap_that_is_too_narrow():
+    builder = amontons.ModelBuilder()
+    builder.add_geom(None, shapes.Plane())
+    builder.add_geom(None, shapes.Box((1, 1, 0.1)), position=(0, 0, 0.48))
+    for z in (0.1 - 1e-6, 0.28 + 1e-6):
+        builder.add_body(shape=shapes.Box((0.1, 0.1, 0.1)), density=1000, position=(0, 0, z))
+    sim = amontons.Simulation(builder.build(), recovery_speed=1e-9, on_failure="ignore")
+    assert all(sim.step().converged for _ in range(50))
+
+
 # Breaks when surfaces that interlock let bodies through: from some mu on the cone is a half space to
 # rounding.
 @pytest.mark.parametrize("mu", [1e3, 1e8, 1e30])
