@@ -150,8 +150,8 @@ def test_no_body_sinks_into_its_floor_whatever_the_solve(seed):
     assert min(lowest) > 0.05
 
 
-# Breaks when closed contacts are told apart by gaps of what the last steps left: bricks on two others have more
-# of them than freedoms, and each step would look for those that carry, with 500 products instead of ten.
+# Breaks when closed contacts are told apart by gaps of what the last steps left: bricks on two others have
+# more of them than freedoms, and each step would look for those that carry, with 500 products and not ten.
 def test_a_wall_at_rest_costs_little_for_as_long_as_it_stands():
     sim = amontons.Simulation(scenes.wall_at_rest(columns=12, rows=10), dt=5e-3)
     products = []
@@ -164,8 +164,8 @@ def test_a_wall_at_rest_costs_little_for_as_long_as_it_stands():
     assert report.penetration < 2 * 40 * 1e-6 * 9.81 * 5e-3**2
 
 
-# Breaks when bodies that are deep in each other, with no room to leave, are asked to close their other contacts
-# by velocities: none does, and every step misses its tolerance.
+# Breaks when bodies that are deep in each other, with no room to leave, are asked to close their other
+# contacts by velocities: none does, and every step misses its tolerance.
 def test_what_is_pressed_into_a_gap_that_is_too_narrow():
     builder = amontons.ModelBuilder()
     builder.add_geom(None, shapes.Plane())
