@@ -14,8 +14,8 @@ namespace {
 // Deeper ones are left to the correction of positions, which knows what joints and other contacts forbid.
 constexpr double kept_closed = 1e-3;
 
-// Where bodies are deep in others, nobody is asked for that: what is pressed between them has no velocity
-// that would close its contacts, and positions are corrected anyway. In allowed errors:
+// Where rigid bodies are deep in others, nobody is asked for that: what is pressed between them has no
+// velocity that would close its contacts, and positions are corrected anyway. In allowed errors:
 constexpr double deep = 2;
 
 // What tells the gaps of closed contacts apart although the tolerance does not: what it lets them move in so
@@ -27,8 +27,9 @@ constexpr double steps_of_slack = 40, most_slack = 1e-5;
 Assembly assembly_of_step(const Model& model, const std::vector<Contact>& contacts, std::size_t joint_rows,
                           double h, double recovery, bool keeps_closed, double tolerance) {
   const double fall = h * norm(model.description().gravity), error = allowed_error(model.length());
-  const bool overlaps =
-      std::any_of(contacts.begin(), contacts.end(), [&](const Contact& c) { return c.gap < -deep * error; });
+  const bool overlaps = std::any_of(contacts.begin(), contacts.end(), [&](const Contact& c) {
+    return c.gap < -deep * error && !(c.material.compliance > 0);
+  });
   const bool few = 3 * contacts.size() + joint_rows <= few_rows;
   return {.h = h,
           .recovery_speed = recovery,
