@@ -186,9 +186,10 @@ double turning(const BodyVelocities& p) {
 
 // What others push may not be pushed into what is fixed, however roughly the problem was solved.
 void stop_at_ground(const PositionInput& in, BodyVelocities& p) {
+  const double error = allowed_error(in.options.length);
   std::vector<double> least;
-  for (const Contact& c : in.contacts) least.push_back(-std::max(c.gap, 0.0) / in.options.h);
-  stop_at_ground({in.model, in.mobility, in.contacts, least, allowed_error(in.options.length)}, p);
+  for (const Contact& c : in.contacts) least.push_back(-(std::max(c.gap, 0.0) + error) / in.options.h);
+  stop_at_ground({in.model, in.mobility, in.contacts, least, error}, p);
 }
 
 }  // namespace
