@@ -34,7 +34,7 @@ constexpr double precision = 1e-9, rough_precision = 1e-4;
 // arm, which the next step takes back; what leaves an unstable balance would turn by any angle.
 constexpr double largest_turn = 0.03;
 // Up to so many rows the solver chosen for them; beyond, a first-order method, stopped early.
-constexpr std::size_t few_rows = 300;
+constexpr std::size_t few_position_rows = 300;
 // Of the residual of no correction: one that was stopped with more left in it may bend springs, and waits for
 // the next step.
 constexpr double most_left = 0.1;
@@ -125,7 +125,7 @@ JointRows position_rows(const PositionInput& in, const BodyVelocities& rest, con
   append_joint_rows(in.model, {in.frames, in.mobility, rest, rest}, in.joints, state, options, all);
   rows.auxiliary_inverse_mass = all.auxiliary_inverse_mass;
   const double h = in.options.h;
-  const bool few = all.tags.size() <= few_rows;
+  const bool few = all.tags.size() <= few_position_rows;
   const auto append_inequality = [&](const JacobianRow& row, double gap, const RowTag& tag) {
     const double E = softness * inverse_mass_felt(row, in.mobility, rows.auxiliary_inverse_mass);
     rows.append(NonNegative{}, row, {E, std::max(gap / h, -speed)}, 0, tag);
@@ -159,7 +159,7 @@ BodyVelocities displacements(const PositionInput& in, const BodyVelocities& rest
   options.max_iterations = most_iterations;
   options.deadline = end - clock.elapsed();
   const Patience share = share_of_step(false, options.deadline);
-  const bool few = linear || rows.tags.size() <= few_rows;
+  const bool few = linear || rows.tags.size() <= few_position_rows;
   Solution s = few ? automatic(problem, options, elimination) : apgd(problem, options);
   // What is light shall not be moved by what the heavy bodies leave in the residual.
   options.tolerance =

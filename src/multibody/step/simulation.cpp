@@ -403,7 +403,8 @@ void Simulation::stop_bodies(double h, double error, Report& report) {
   s.least.clear();
   for (std::size_t i = 0; i < contacts_.size(); ++i) {
     const Contact& c = contacts_[i];
-    s.least.push_back(dot(c.normal, relative_motion(c, s.free).linear) - s.vi.problem->b[row[i]] - error / h);
+    const double bias = s.vi.problem->b[row[i]] - dot(c.normal, relative_motion(c, s.free).linear);
+    s.least.push_back(-std::max(bias, 0.0) - error / h);
   }
   const auto impulses = stop_at_ground({*model_, s.mobility, contacts_, s.least, error}, s.after);
   if (impulses.empty()) return;
