@@ -189,6 +189,26 @@ def test_servo_at_its_limits():
     assert sim.actuator_efforts["effort"][0] == pytest.approx(G, rel=1e-6)
 
 
+# Breaks when a tendon's limit is as coarse as its unit: l = c q has the same limit as q at c times it, however
+# small c. Its row comes in as the arm comes near and not before, and a start beyond it is taken back as far.
+@pytest.mark.parametrize("coefficient", [1e-3, 1.0, 1e3])
+def test_a_limit_in_any_unit(coefficient):
+    def arm(start):
+        builder = ModelBuilder()
+        builder.add_body("arm", shape=shapes.Box((0.5, 0.05, 0.05)), mass=1.0, position=(0.5, 0, 0))
+        builder.add_revolute_joint("arm", axis=(0, 1, 0), point=(0, 0, 0), name="hinge")
+        builder.add_tendon(joints={"hinge": coefficient}, limits=(None, 0.5 * coefficient))
+        sim = Simulation(builder.build())
+        sim.q = [start]
+        return sim, sim.step()
+
+    assert arm(0.0)[1].joint_rows == 5
+    assert arm(0.49)[1].joint_rows == 6
+    sim, _ = arm(0.6)
+    sim.run(0.5)
+    assert -1e-6 <= sim.q[0] - 0.5 <= 1.1e-4  # errors of position: 1e-4 of the length
+
+
 def robot(name):
     path = ROBOTS / name
     if not path.exists():

@@ -203,7 +203,10 @@ def _report(worlds: Sequence[Simulation], residuals: Array, missed: Array, repea
     k, row = max(rows, key=lambda at: float(residuals[tuple(at)]))
     said = f"{missed[heard].sum()} steps in {len(rows)} of {residuals.size} rows"
     if residuals[k, row] <= worlds[k].options["tolerance"]:
-        message = f"{said} gained energy from nothing, the first of them in row {row} of world {k}"
+        message = (
+            f"{said} gained energy from nothing or left light bodies with wrong velocities, the first of them "
+            f"in row {row} of world {k}"
+        )
     else:
         largest = f"{residuals[k, row]:.2e}, of world {k} in row {row}"
         message = f"{said} did not converge, the largest residual is {largest}"

@@ -204,12 +204,13 @@ class Simulation(Driving):
         on_failure = self._options["on_failure"]
         if last.is_sound or on_failure == "ignore" or (counted and on_failure == "warn"):
             return
-        message = (
-            f"the step to t = {last.time:g} s has a residual of {last.residual:.2e}, above the "
-            f"tolerance {self._options['tolerance']:g} ({last.method}: {last.status})"
-            if last.balanced
-            else f"the step to t = {last.time:g} s gained {last.energy_balance:.3g} J from nothing"
-        )
+        if not last.balanced:
+            what = f"gained {last.energy_balance:.3g} J from nothing"
+        elif last.residual > self._options["tolerance"]:
+            what = f"has a residual of {last.residual:.2e}, above the tolerance {self._options['tolerance']:g}"
+        else:  # of the whole; beside heavy bodies it does not see light ones
+            what = f"leaves light bodies with wrong velocities, at a residual of {last.residual:.2e}"
+        message = f"the step to t = {last.time:g} s {what} ({last.method}: {last.status})"
         if on_failure == "raise":
             self._core.restore_last()
             raise SimulationError(

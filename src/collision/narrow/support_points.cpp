@@ -72,24 +72,31 @@ void SupportPoints::make_outline() {
   if (outline_.size() > 1) outline_.pop_back();  // the first corner, once more
 }
 
-// Of corners whose loss is alike the last one found goes first.
+// Of corners whose loss is alike the last one found goes first. A corner that goes changes the loss of its two
+// neighbours alone.
 void SupportPoints::simplify_outline() {
   double whole = 0, lost = 0;
   for (std::size_t k = 2; k < outline_.size(); ++k) whole += area(outline_[0], outline_[k - 1], outline_[k]);
+  const auto loss = [&](std::size_t k) {
+    const std::size_t n = outline_.size(), before = k > 0 ? k - 1 : n - 1, after = k + 1 < n ? k + 1 : 0;
+    return std::abs(area(outline_[before], outline_[k], outline_[after]));
+  };
+  losses_.resize(outline_.size());
+  for (std::size_t k = 0; k < outline_.size(); ++k) losses_[k] = loss(k);
   while (outline_.size() > 3) {
     const std::size_t n = outline_.size();
-    const auto loss = [&](std::size_t k) {
-      return std::abs(area(outline_[(k + n - 1) % n], outline_[k], outline_[(k + 1) % n]));
-    };
-    double least = std::numeric_limits<double>::infinity();
-    for (std::size_t k = 0; k < n; ++k) least = std::min(least, loss(k));
+    const double least = *std::ranges::min_element(losses_);
     if (n <= most_corners && !(lost + least <= least_area * whole)) return;
     std::size_t last = n;
     for (std::size_t k = 0; k < n; ++k)
-      if (loss(k) <= least + rounding * whole && (last == n || outline_[k].point > outline_[last].point))
+      if (losses_[k] <= least + rounding * whole && (last == n || outline_[k].point > outline_[last].point))
         last = k;
     lost += least;
     outline_.erase(outline_.begin() + static_cast<std::ptrdiff_t>(last));
+    losses_.erase(losses_.begin() + static_cast<std::ptrdiff_t>(last));
+    const std::size_t after = last < n - 1 ? last : 0, before = last > 0 ? last - 1 : n - 2;
+    losses_[before] = loss(before);
+    losses_[after] = loss(after);
   }
 }
 

@@ -184,6 +184,7 @@ void ContactFinder::visit(const Reach& reach, Counts&& counts, F&& f) {
 // what lies still has no velocity that tells, and what flies has a gap that does not.
 void ContactFinder::find(const Reach& reach, std::vector<Contact>& contacts) {
   contacts.clear();
+  foreseen_ = reach.v;
   const auto all = [](Index, Index) { return true; };
   visit(reach, all, [&](const Contact& contact, double closing) {
     if (contact.gap <= reach.margin || closing <= reach.margin) contacts.push_back(contact);
@@ -226,21 +227,19 @@ void ContactFinder::level(const Reach& reach, std::span<const Seams::Passage> pa
 
 // Both searches ask for overlaps of more than a tenth of the margin: less is no fault, as contacts close gaps
 // to zero within rounding and the tolerance only.
-void ContactFinder::find_unforeseen(const Reach& reach, const BodyVelocities& free,
-                                    std::vector<Contact>& contacts) {
+void ContactFinder::find_unforeseen(const Reach& reach, std::vector<Contact>& contacts) {
   const double allowance = reach.margin / 10;
   spares_.call_in(reach, contacts);
   seams_.call_in(reach, contacts);
-  find_missed(reach, free, allowance, contacts);
+  find_missed(reach, allowance, contacts);
   find_overlaps(reach, allowance, contacts);
 }
 
-void ContactFinder::find_missed(const Reach& reach, const BodyVelocities& free, double allowance,
-                                std::vector<Contact>& contacts) {
-  // No point moves otherwise than foreseen by more than the change of the velocities. Points with a gap above
-  // the margin at the end by the free velocities are those that were left out: a change below (margin +
-  // allowance) / h of the velocities of a pair takes none of them deeper than the allowance, and the search
-  // is not needed. In most steps it is not for any pair.
+void ContactFinder::find_missed(const Reach& reach, double allowance, std::vector<Contact>& contacts) {
+  // No point moves otherwise than foreseen by more than the change of the velocities since the first search,
+  // impacts and all. Points with a gap above the margin at the end by those are the ones that were left out: a
+  // change below (margin + allowance) / h of the velocities of a pair takes none of them deeper than the
+  // allowance, and the search is not needed. In most steps it is not for any pair.
   const Model& model = reach.model;
   const auto& geoms = model.description().geoms;
   changes_.assign(geoms.size(), GeomMotion{});
@@ -248,8 +247,8 @@ void ContactFinder::find_missed(const Reach& reach, const BodyVelocities& free, 
   for (std::size_t g = 0; g < geoms.size(); ++g) {
     const Index body = geoms[g].body;
     if (!model.is_dynamic(body)) continue;
-    const BodyVelocity difference{reach.v[body].linear - free[body].linear,
-                                  reach.v[body].angular - free[body].angular};
+    const BodyVelocity difference{reach.v[body].linear - foreseen_[body].linear,
+                                  reach.v[body].angular - foreseen_[body].angular};
     changes_[g] = motion_of(geoms[g], frames_[g], reach.bodies[body], difference);
     most = std::max(most, norm(changes_[g].centre) + changes_[g].spin);
   }

@@ -28,9 +28,9 @@ class ContactFinder {
   // All contact points within the margin, or that the velocities bring there within h, but for those that
   // pass a seam and those that others stand for.
   void find(const Reach& reach, std::vector<Contact>& contacts);
-  // Appends what the velocities v of a solve lead to and the free ones, with which the contacts were found,
-  // did not foresee: an impact gives bodies velocities that nobody could foresee.
-  void find_unforeseen(const Reach& reach, const BodyVelocities& free, std::vector<Contact>& contacts);
+  // Appends what the velocities v of a solve lead to and those of the first search did not foresee: an impact
+  // gives bodies velocities that nobody could foresee.
+  void find_unforeseen(const Reach& reach, std::vector<Contact>& contacts);
   // Of the contacts that are the only one of their pair, where the pair turns: index and contact in the
   // middle of the step that v leads through.
   using Middles = std::vector<std::pair<std::size_t, Contact>>;
@@ -38,8 +38,7 @@ class ContactFinder {
 
  private:
   // The points that v brings deeper than `allowance` and that are not among the contacts.
-  void find_missed(const Reach& reach, const BodyVelocities& free, double allowance,
-                   std::vector<Contact>& contacts);
+  void find_missed(const Reach& reach, double allowance, std::vector<Contact>& contacts);
   // The points of known pairs that overlap by more than `allowance` where v takes the bodies: a face that
   // turns while something slides along it is where its old normal does not tell. Arms, normal and gap of
   // these points are those of the end of the step, so that they ask for nothing that the motion does not.
@@ -55,6 +54,7 @@ class ContactFinder {
   std::vector<Transform> frames_;
   std::vector<Aabb> boxes_;
   std::vector<unsigned char> fixed_;
+  BodyVelocities foreseen_;  // those of the first search
   // Of the geoms: with the velocities of the search, and their change by a solve.
   std::vector<GeomMotion> motions_, changes_;
   std::vector<IndexPair> pairs_;

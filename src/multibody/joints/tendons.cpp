@@ -159,13 +159,21 @@ bool acts(const RowInput& in, const Tendon& d, double length, double s, double s
 
 }  // namespace
 
+// A sum of coordinates that are all angles, or all displacements, has the unit that its coefficients give it:
+// the largest of them is taken out, so that a limit is as near, and its violation as large, as that of the
+// joint which moves the tendon most.
 double tendon_scale(const Model& model, Index index) {
   const Tendon& tendon = model.description().tendons[index];
-  const auto is_angle = [&](const TendonTerm& term) {
-    return model.joint(term.joint).dofs[term.dof].kind == Dof::Kind::hinge;
-  };
+  const auto kind = [&](const TendonTerm& term) { return model.joint(term.joint).dofs[term.dof].kind; };
   const auto& terms = tendon.terms;
-  return !terms.empty() && std::all_of(terms.begin(), terms.end(), is_angle) ? model.length() : 1;
+  const auto all = [&](Dof::Kind wanted) {
+    return !terms.empty() && std::ranges::all_of(terms, [&](const auto& t) { return kind(t) == wanted; });
+  };
+  const bool angles = all(Dof::Kind::hinge);
+  if (!tendon.path.empty() || (!angles && !all(Dof::Kind::slide))) return 1;
+  double largest = 0;
+  for (const TendonTerm& term : terms) largest = std::max(largest, std::abs(term.coefficient));
+  return largest > 0 ? (angles ? model.length() : 1) / largest : 1;
 }
 
 Line tendon_line(const Model& model, const BodyFrames& bodies, std::span<const JointContext> joints,

@@ -14,7 +14,7 @@ double tendon_length(const Model& model, const BodyFrames& bodies, const State& 
 // Drives, springs, friction and limits of tendons, and the actuators on them.
 void append_tendon_rows(const RowInput& in, JointRows& rows);
 
-// The factor of a tendon's rows: all are velocities in m/s. Model::length() where it is a sum of angles.
+// The factor of a tendon's rows, with which all are velocities in m/s.
 double tendon_scale(const Model& model, Index tendon);
 
 // How far a length is beyond its rest lengths, > 0 if it is too long.

@@ -282,9 +282,11 @@ Options solver_options(const SimulationOptions& o) {
   return options;
 }
 
-double fastest(const BodyVelocities& velocities) {
+// Of bodies whose points are so far from their centres.
+double fastest(const BodyVelocities& velocities, double length) {
   double speed = 0;
-  for (const BodyVelocity& v : velocities) speed = std::max(speed, norm(v.linear));
+  for (const BodyVelocity& v : velocities)
+    speed = std::max(speed, norm(v.linear) + length * norm(v.angular));
   return speed;
 }
 
@@ -436,7 +438,7 @@ std::optional<Simulation::Attempt> Simulation::advance(double h, const Attempt& 
   const StepBodies bodies{s.frames, s.mobility, s.start, s.free};
 
   const auto [first, stiffened] = find(h, damped, joint_options, clock, report);
-  const double speed = fastest(s.start) + h * norm(model.description().gravity);
+  const double speed = fastest(s.start, model.length()) + h * norm(model.description().gravity);
   const StepSolver solver{options_.method, solver_options(options_), clock, first, s.elimination, speed};
   const StepSolver at_impact{options_.method, solver.options, clock, first, s.impact_elimination, speed};
   // 6. Impacts, over before stiffness could act, change the start velocities; the free ones follow from both.

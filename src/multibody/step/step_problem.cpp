@@ -65,7 +65,7 @@ void solve_and_look(const Model& model, const StepBodies& bodies, const Assembly
     const std::size_t known = contacts.size();
     // A search takes about as long as those before it.
     if (detections < most_detections && !solver.clock.over(report.timings.collision))
-      finder.find_unforeseen(reach, bodies.free, contacts);
+      finder.find_unforeseen(reach, contacts);
     solver.clock.lap(report.timings.collision);
     if (contacts.size() == known) {
       if (turned == 0) break;

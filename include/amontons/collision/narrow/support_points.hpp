@@ -42,6 +42,7 @@ class SupportPoints {
   void simplify_outline();
 
   std::vector<Site> sites_, flat_, outline_;
+  std::vector<double> losses_;  // by corner of the outline: twice the area that would go with it
 };
 
 }  // namespace amontons
