@@ -207,7 +207,9 @@ class Simulation(Driving):
         if not last.balanced:
             what = f"gained {last.energy_balance:.3g} J from nothing"
         elif last.residual > self._options["tolerance"]:
-            what = f"has a residual of {last.residual:.2e}, above the tolerance {self._options['tolerance']:g}"
+            what = (
+                f"has a residual of {last.residual:.2e}, above the tolerance {self._options['tolerance']:g}"
+            )
         else:  # of the whole; beside heavy bodies it does not see light ones
             what = f"leaves light bodies with wrong velocities, at a residual of {last.residual:.2e}"
         message = f"the step to t = {last.time:g} s {what} ({last.method}: {last.status})"

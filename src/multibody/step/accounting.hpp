@@ -25,8 +25,10 @@ class StepClock {
   }
   // For what cannot be left once it is begun, half of the budget at most (s): nothing else has that time.
   void keep_free(double time) { budget_ = std::min(budget_, whole_ - std::min(time, most_free * whole_)); }
-  // How long ago the budget, less what is kept free, was spent (s).
-  double overrun() const { return std::max(0.0, elapsed() - budget_); }
+  // The end of the last solve, or the deadline of one that was begun `in_time` if it ended later: what comes
+  // after that has to be kept free. How long ago it was (s).
+  void solved(bool in_time) { solved_ = in_time ? std::min(elapsed(), budget_) : elapsed(); }
+  double since_solved() const { return elapsed() - solved_; }
   // For the deadline of a solve: a moment even when the budget is spent, infinite without one.
   double left() const { return budget_ < infinity ? std::max(1e-6, budget_ - elapsed()) : infinity; }
   // Whether the budget does not hold so much more (s).
@@ -34,7 +36,7 @@ class StepClock {
 
  private:
   static constexpr double most_free = 0.5;
-  double whole_, budget_;
+  double whole_, budget_, solved_ = 0;
   Clock::time_point start_, lap_;
 };
 

@@ -168,6 +168,7 @@ EnergyBalance take_back(const EnergyInput& in, EnergyBalance balance, Eliminatio
   const auto scale = [&](double s) {
     for (std::size_t i = 0; i < x.size(); ++i) solution.x[i] = s * x[i];
     project(in.problem.K, solution.x, solution.x);  // intervals without zero
+    solution.u.clear();
   };
   const auto settled = [&](double s) {
     scale(s);

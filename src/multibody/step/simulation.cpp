@@ -75,7 +75,7 @@ struct Simulation::Scratch {
   SmoothScratch smooth;
   StepProblem vi;
   std::vector<double> least;  // m/s
-  double overrun = 0;         // s: how far the last step that was ended by its deadline went beyond it
+  double rest = 0;            // s: what followed the last solve of the last step
   // The problem before the last one, where nobody else holds it.
   std::shared_ptr<Problem> spare;
   // One for each kind of problem, as they remember the mechanism: that of steps has all bilateral rows.
@@ -198,7 +198,7 @@ void Simulation::make_step(Report& report) {
   validate(*model_, state_);
   Scratch& s = *scratch_;
   StepClock clock(options_.budget);
-  clock.keep_free(s.overrun);
+  clock.keep_free(s.rest);
   const Patience allowance(infinity);  // its work is limited once the size of the step is known
   s.before = state_;
   const bool by_velocities = options_.recovery == Recovery::velocity;
@@ -236,7 +236,7 @@ void Simulation::make_step(Report& report) {
   }
   report.time = state_.time;
   report.timings.total = clock.elapsed();
-  if (report.status == Status::deadline) s.overrun = clock.overrun();
+  s.rest = clock.since_solved();
 }
 
 // What only a reader of the report wants: energies, those of the poses at the end.
@@ -285,8 +285,7 @@ Options solver_options(const SimulationOptions& o) {
 // Of bodies whose points are so far from their centres.
 double fastest(const BodyVelocities& velocities, double length) {
   double speed = 0;
-  for (const BodyVelocity& v : velocities)
-    speed = std::max(speed, norm(v.linear) + length * norm(v.angular));
+  for (const BodyVelocity& v : velocities) speed = std::max(speed, norm(v.linear) + length * norm(v.angular));
   return speed;
 }
 
@@ -361,10 +360,8 @@ Simulation::Found Simulation::find(double h, bool damped, const JointOptions& jo
     return stiffen_rotations(*model_, state_, h, s.frames, s.joints, s.stiffness, s.stiffened);
   };
   const bool stiffened = stiffen();
-  // What is moved is looked at again: not where there is no time for another look like the first. What comes
-  // after the solve takes about as long, or as long as in the last step.
+  // What is moved is looked at again: not where there is no time for another look like the first.
   const double first = clock.elapsed() - begun;
-  clock.keep_free(first);
   if (options_.recovery != Recovery::projection || clock.over(2 * first) ||
       !correct_positions({*model_, s.frames, s.stiffened, s.joints, contacts_, s.joint_error, s.line_error,
                           joint_options, recovery_speed()},
@@ -464,7 +461,7 @@ std::optional<Simulation::Attempt> Simulation::advance(double h, const Attempt& 
   s.vi.x0.clear();
   s.vi.turns.added.clear();
   if (options_.warm_start) warm_start(model, state_, h, s.frames, contacts_, s.vi);
-  if (!damped && !contacts_.empty()) {
+  if (!damped && !contacts_.empty() && !clock.over(2 * first)) {
     predict(s.start, s.free, s.vi, s.after);
     turn_contacts({model, s.frames, s.after, h, margin()}, s.free, enough_of_a_turn(model, h), s.finder,
                   s.vi.turns, *s.vi.problem);

@@ -30,6 +30,10 @@ constexpr double close_to_aim = 10;
 // give way by the regularisation of their joints, which changes the problem a little in every step.
 constexpr double close_start = 1e-2;
 constexpr std::size_t polish_iterations = 200;
+// Of the time that finding the contacts took: with less of the budget left no choice is made between methods,
+// each of which would have to be set up.
+constexpr double hurried = 6;
+constexpr std::size_t few_iterations = 10;
 
 // A problem without rows, and its solution.
 Solution nothing() {
@@ -68,30 +72,31 @@ Solution accepted(const Problem& problem, Solution memory, double residual) {
   return s;
 }
 
-// Where the budget is spent before, no method is begun, as those that set up need longer for a large problem
-// than its contacts took: the start, or nothing if that is nearer, with joints that hold.
-Solution without_time(const StepSolver& solver, const Problem& problem, std::span<const double> x0,
-                      Solution memory) {
-  Options options = solver.options;
-  const std::vector<double> nothing(problem.rows());
-  options.x0 = x0.empty() ? nothing : x0;
-  double residual = look_at_start(problem, options, memory);
-  if (!(residual < 1)) {
-    options.x0 = nothing;
-    residual = look_at_start(problem, options, memory);
-  }
-  Solution s = accepted(problem, std::move(memory), residual);
-  if (residual <= options.tolerance) return s;
-  s.status = Status::deadline;
-  solver.elimination.settle(problem, options, s);
-  return s;
-}
-
 // The method that goes on from a solution: of `auto` a first-order one, whose iteration costs one product and
 // which profits from a start that is nearly right, where a factorisation would not.
 Method method_of(const std::string& name, const Problem& problem, Law law) {
   if (name != "auto") return find_method(name);
   return law == Law::coulomb && problem.K.contacts() > 0 ? apgd : spg;
+}
+
+// Where little is left of the budget, a first-order method, with joints that hold. Where it would be set up
+// for nothing it makes some iterations all the same, which take a third of that: bodies that nothing holds
+// sink into each other, and the next steps have the more to do.
+Solution in_a_hurry(const StepSolver& solver, const Problem& problem, std::span<const double> x0) {
+  Options options = solver.options;
+  options.x0 = x0;
+  options.deadline = solver.clock.left();
+  const bool too_late = solver.clock.over(solver.look);
+  if (too_late) {
+    options.deadline = infinity;
+    options.max_iterations =
+        std::min(options.max_iterations ? options.max_iterations : few_iterations, few_iterations);
+  }
+  Solution s = method_of("auto", problem, options.law)(problem, options);
+  if (s.status == Status::converged) return s;
+  if (too_late) s.status = Status::deadline;
+  solver.elimination.settle(problem, options, s);
+  return s;
 }
 
 // A solve of few rows goes far below the tolerance as soon as it is reached, once; the steps that follow find
@@ -168,7 +173,10 @@ static Solution solve_many(const StepSolver& solver, const Problem& problem, Opt
     options.tolerance = aim_of_many * tolerance;
     s = solve_with(solver, problem, options, std::move(memory));
   }
-  s.status = s.residual <= tolerance ? Status::converged : go_on(solver, problem, options, tolerance, s);
+  if (s.residual <= tolerance)
+    s.status = Status::converged;
+  else if (!solver.clock.over())
+    s.status = go_on(solver, problem, options, tolerance, s);
   return s;
 }
 
@@ -209,7 +217,7 @@ static Solution solve_seen(const StepSolver& solver, const Problem& problem, std
 Solution solve_step(const StepSolver& solver, const Problem& problem, std::span<const double> x0,
                     Solution memory) {
   if (problem.rows() == 0) return nothing();
-  if (solver.clock.over(solver.look)) return without_time(solver, problem, x0, std::move(memory));
+  if (solver.clock.over(hurried * solver.look)) return in_a_hurry(solver, problem, x0);
   const Patience share = share_of_step(solver.missed, solver.clock.left());
   return with_unseen(solver, problem, solve_seen(solver, problem, x0, std::move(memory)));
 }

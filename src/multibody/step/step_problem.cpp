@@ -56,19 +56,21 @@ void solve_and_look(const Model& model, const StepBodies& bodies, const Assembly
                    : 0;
   solver.missed = report.status != Status::converged;
   for (int detections = 0;; ++detections) {
+    const bool in_time = !solver.clock.over();
     vi.solution = solve_step(solver, *vi.problem, vi.x0, std::move(vi.solution));
     solver.again = true;
     solver.missed = solver.missed || vi.solution.status != Status::converged;
     after = bodies.free;
     apply_impulses(*vi.problem, vi.solution.x, after);
     solver.clock.lap(report.timings.solve);
+    solver.clock.solved(in_time);
     const std::size_t known = contacts.size();
     // A search takes about as long as those before it.
     if (detections < most_detections && !solver.clock.over(report.timings.collision))
       finder.find_unforeseen(reach, contacts);
     solver.clock.lap(report.timings.collision);
     if (contacts.size() == known) {
-      if (turned == 0) break;
+      if (turned == 0 || solver.clock.over()) break;
       if (turned == 2 ? !(turn_contacts(reach, bodies.free, enough, finder, vi.turns, *vi.problem) > enough)
                       : !drop_turns(reach, finder, vi.turns, *vi.problem))
         break;

@@ -127,6 +127,7 @@ class Race {
 
  private:
   Runner* favourite();
+  double analysed() const;
   Runner* overtaken(Runner* favourite);
   void turn(Runner& r);
   void count_others(const Runner& r);
@@ -173,6 +174,18 @@ class Race {
   double best_before_ = std::numeric_limits<double>::infinity();
 };
 
+// The analysis takes as long as some hundred iterations. Where there is no time for it, there is none for
+// what it is about.
+double Race::analysed() const {
+  constexpr double never = 1e18;  // ns, thirty years
+  const Patience until_deadline(options_.deadline - seconds_since(clock_), {}, Patience::Catches::yes);
+  try {
+    return factor_.analyse(problem_);
+  } catch (const LeftEarly&) {
+    return never;
+  }
+}
+
 Runner* Race::favourite() {
   Runner* favourite = nullptr;
   double least = std::numeric_limits<double>::infinity();
@@ -190,7 +203,7 @@ Runner* Race::favourite() {
   }
   // Only now it is worth while to know what the factorisations will really cost.
   if (favourite && favourite->of->factorizations > 0 && factor_.analyse) {
-    factor_.nominal = factor_.analyse(problem_);
+    factor_.nominal = analysed();
     factor_.analyse = nullptr;
     return this->favourite();
   }

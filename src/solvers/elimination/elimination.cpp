@@ -231,8 +231,13 @@ bool Elimination::settle(const Problem& problem, const Options& options, Solutio
   Solution none;
   none.x.assign(problem.rows(), 0.0);
   project(problem.K, none.x, none.x);
-  hold(none);
-  hold(s);
+  // Of no impulses, where no joints need any, u is known.
+  const bool pushes = std::ranges::any_of(none.x, [](double x) { return x != 0; });
+  if (holds || pushes)
+    hold(none);
+  else
+    none.u = problem.b;
+  if (holds || s.u.empty()) hold(s);
   const double now = power(problem, s.x, s.u), before = power(problem, s.x, none.u);
   if (now > 0 && before < 0) {
     const double t = before / (before - now);

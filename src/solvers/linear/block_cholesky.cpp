@@ -53,6 +53,13 @@ std::vector<int> postorder(const std::vector<int>& parent) {
   return order;
 }
 
+// s per multiplication of a factorisation, as the last one of some length had it: only deadlines ask. The
+// first guess is that of a slow machine.
+std::atomic<double> pace{5e-10};
+// s per entry of memory that is new, whose pages come as they are touched, and of memory that is filled
+// again.
+constexpr double new_entry = 2.5e-9, filled_entry = 5e-10;
+
 }  // namespace
 
 BlockCholesky::BlockCholesky(std::span<const int> sizes, std::span<const std::pair<int, int>> edges,
@@ -76,8 +83,11 @@ BlockCholesky::BlockCholesky(std::span<const int> sizes, std::span<const std::pa
     stack += rest * rest;
     largest_stack = std::max(largest_stack, stack);
   }
+  const std::size_t front_entries = largest_front * (largest_front + 8);
+  const auto entries = static_cast<double>(panel_entries + front_entries + largest_stack);
+  Patience::leave_if_due(new_entry * entries + factor_work_ * pace.load(std::memory_order_relaxed));
   sides_[lower].panels.resize(panel_entries + 2);  // kernels add zeros to up to two entries past a block
-  sides_[lower].front.resize(largest_front * (largest_front + 8));
+  sides_[lower].front.resize(front_entries);
   sides_[lower].stack.resize(largest_stack);
   // One scratch for two uses: the packed panel of factor(), the vectors of solve().
   work_.resize(
@@ -224,9 +234,16 @@ BlockCholesky::Slot BlockCholesky::slot(int i, int j) const {
   return {s.panel + static_cast<std::size_t>(scalar_column) * s.front + scalar_row, s.front, transposed};
 }
 
+double BlockCholesky::seconds() const {
+  return (symmetric_ ? 1 : 2) * factor_work_ * pace.load(std::memory_order_relaxed);
+}
+
 void BlockCholesky::set_zero(bool symmetric) {
   symmetric_ = symmetric;
-  if (!symmetric && sides_[upper].panels.empty()) sides_[upper] = sides_[lower];
+  const bool grows = !symmetric && sides_[upper].panels.empty();
+  const auto entries = static_cast<double>(sides_[lower].panels.size());
+  Patience::leave_if_due((grows ? new_entry : filled_entry) * entries + seconds());
+  if (grows) sides_[upper] = sides_[lower];
   for (Triangle& side : std::span(sides_, symmetric ? 1 : 2))
     std::fill(side.panels.begin(), side.panels.end(), 0.0);
 }
@@ -254,9 +271,6 @@ void BlockCholesky::extend_add(const Supernode& child, const double* update, int
 
 namespace {
 
-// s per multiplication of a factorisation, as the last one of some length had it: only deadlines ask. The
-// first guess is that of a slow machine.
-std::atomic<double> pace{5e-10};
 constexpr double shortest_measured = 1e6;
 
 // Multiplications between two looks at the clock: a tenth of a millisecond.
@@ -330,7 +344,7 @@ int BlockCholesky::factor() {
   const double work = (symmetric_ ? 1 : 2) * factor_work_;
   const std::span<Triangle> sides(sides_, symmetric_ ? 1 : 2);
   Patience::spend(work / Patience::multiplications);
-  Patience::leave_if_due(work * pace.load(std::memory_order_relaxed));
+  Patience::leave_if_due(seconds());
   const auto start = Patience::Clock::now();
   double watched = 0;  // work since the last look
   for (const Supernode& s : supernodes_) {

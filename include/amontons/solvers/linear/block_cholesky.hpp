@@ -41,7 +41,8 @@ class BlockCholesky {
   Slot slot(int i, int j) const;
   enum Side : unsigned char { lower, upper };
   std::span<double> panels(Side side = lower) { return sides_[side].panels; }
-  // What is assembled next is symmetric, or is not.
+  // What is assembled next is symmetric, or is not. Looks at the Patience as factor() does: what will not be
+  // factored need not be assembled.
   void set_zero(bool symmetric = true);
 
   // Factors the assembled matrix in place. A pivot that rounding made non-positive is replaced by a huge one,
@@ -85,6 +86,8 @@ class BlockCholesky {
   struct Triangle {
     std::vector<double> panels, front, stack;
   };
+  // What the next factor() is expected to take (s).
+  double seconds() const;
   void take(Triangle& of, const Supernode& s, std::size_t top) const;
   void leave(Triangle& of, const Supernode& s, std::size_t top) const;
   Triangle sides_[2];
