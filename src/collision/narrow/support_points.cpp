@@ -72,8 +72,8 @@ void SupportPoints::make_outline() {
   if (outline_.size() > 1) outline_.pop_back();  // the first corner, once more
 }
 
-// Of corners whose loss is alike the last one found goes first. A corner that goes changes the loss of its two
-// neighbours alone.
+// Of corners whose loss is alike the last one found goes first. A corner that goes changes the loss of its
+// two neighbours alone.
 void SupportPoints::simplify_outline() {
   double whole = 0, lost = 0;
   for (std::size_t k = 2; k < outline_.size(); ++k) whole += area(outline_[0], outline_[k - 1], outline_[k]);

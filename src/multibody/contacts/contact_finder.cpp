@@ -237,8 +237,8 @@ void ContactFinder::find_unforeseen(const Reach& reach, std::vector<Contact>& co
 
 void ContactFinder::find_missed(const Reach& reach, double allowance, std::vector<Contact>& contacts) {
   // No point moves otherwise than foreseen by more than the change of the velocities since the first search,
-  // impacts and all. Points with a gap above the margin at the end by those are the ones that were left out: a
-  // change below (margin + allowance) / h of the velocities of a pair takes none of them deeper than the
+  // impacts and all. Points with a gap above the margin at the end by those are the ones that were left out:
+  // a change below (margin + allowance) / h of the velocities of a pair takes none of them deeper than the
   // allowance, and the search is not needed. In most steps it is not for any pair.
   const Model& model = reach.model;
   const auto& geoms = model.description().geoms;

@@ -33,8 +33,8 @@ class Elimination {
 
   // For solves that stopped early: what they leave does no harm. Bilateral impulses are exactly those that
   // belong to the others, so that joints hold; and the others are scaled, all alike and down, to where they
-  // do not give energy in sum. The residual may rise by that. u of s is that of its x, or empty. False where it
-  // does not apply: no bodies, or a mechanism without factorisation.
+  // do not give energy in sum. The residual may rise by that. u of s is that of its x, or empty. False where
+  // it does not apply: no bodies, or a mechanism without factorisation.
   bool settle(const Problem& problem, const Options& options, Solution& s);
 
  private:
