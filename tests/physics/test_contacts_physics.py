@@ -33,8 +33,8 @@ def test_bounce_height(e):
 @pytest.mark.parametrize("e", [0.5, 0.9])
 def test_what_bounces_off_a_blow_stops_at_the_wall(e):
     # A ball of 1 kg at 20 m/s strikes one of 10 g, which flies off at (1 + e) 20 / 1.01 m/s: in this step, by
-    # three times its way to a wall that is thinner than that, and that no velocity foresaw. It passes the wall
-    # if the look at the end of the step asks what the solve changed, and not what the impact did before it.
+    # three times its way to a wall that is thinner than that, and that no velocity foresaw. It passes the
+    # wall if the look at the end of the step asks what the solve changed, and not what the impact did before.
     b = amontons.ModelBuilder(gravity=(0, 0, 0))
     material = Material(restitution=e)
     for x, mass, speed in ((0, 1.0, 20.0), (0.21, 0.01, 0.0)):

@@ -189,8 +189,9 @@ def test_servo_at_its_limits():
     assert sim.actuator_efforts["effort"][0] == pytest.approx(G, rel=1e-6)
 
 
-# Breaks when a tendon's limit is as coarse as its unit: l = c q has the same limit as q at c times it, however
-# small c. Its row comes in as the arm comes near and not before, and a start beyond it is taken back as far.
+# Breaks when a tendon's limit is as coarse as its unit: l = c q has the same limit as q at c times it,
+# however small c. Its row comes in as the arm comes near and not before, and a start beyond it is taken back
+# as far.
 @pytest.mark.parametrize("coefficient", [1e-3, 1.0, 1e3])
 def test_a_limit_in_any_unit(coefficient):
     def arm(start):

@@ -204,8 +204,8 @@ def _report(worlds: Sequence[Simulation], residuals: Array, missed: Array, repea
     said = f"{missed[heard].sum()} steps in {len(rows)} of {residuals.size} rows"
     if residuals[k, row] <= worlds[k].options["tolerance"]:
         message = (
-            f"{said} gained energy from nothing or left light bodies with wrong velocities, the first of them "
-            f"in row {row} of world {k}"
+            f"{said} gained energy from nothing or left light bodies with wrong velocities, "
+            f"the first of them in row {row} of world {k}"
         )
     else:
         largest = f"{residuals[k, row]:.2e}, of world {k} in row {row}"
