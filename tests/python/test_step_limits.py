@@ -119,8 +119,8 @@ def test_steps_without_time_make_no_energy():
 
 
 # Breaks when a step without time makes no iteration at all: a wall that nothing holds falls into itself
-# within the second, by g t^2 / 2 and more, and its steps have the more contacts to look for; or when it begins
-# a method that factors, for which there is no time.
+# within the second, by g t^2 / 2 and more, and its steps have the more contacts to look for; or when it
+# begins a method that factors, for which there is no time.
 def test_a_wall_stands_when_its_budget_is_spent_before_the_solve():
     model = scenes.wall_at_rest(columns=8, rows=6)
     sim = amontons.Simulation(model, dt=5e-3, budget=1e-9, on_failure="ignore")
