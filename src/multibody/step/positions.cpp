@@ -163,7 +163,7 @@ BodyVelocities displacements(const PositionInput& in, const BodyVelocities& rest
   Solution s = few ? automatic(problem, options, elimination) : apgd(problem, options);
   // What is light shall not be moved by what the heavy bodies leave in the residual.
   options.tolerance =
-      tolerance_of_unseen(problem, options.law, s, speed, std::max(s.residual, options.tolerance));
+      tolerance_of_unseen(problem, options.law, s, {speed}, std::max(s.residual, options.tolerance));
   options.deadline = end - clock.elapsed();
   if (few && !linear && options.tolerance < rough_precision && options.deadline > 0) {
     const std::vector<double> start = s.x;

@@ -282,11 +282,14 @@ Options solver_options(const SimulationOptions& o) {
   return options;
 }
 
-// Of bodies whose points are so far from their centres.
-double fastest(const BodyVelocities& velocities, double length) {
-  double speed = 0;
-  for (const BodyVelocity& v : velocities) speed = std::max(speed, norm(v.linear) + length * norm(v.angular));
-  return speed;
+// Of bodies with points at this distance from their centres.
+Speeds fastest(const BodyVelocities& velocities, double distance) {
+  Speeds most;
+  for (const BodyVelocity& v : velocities) {
+    most.moving = std::max(most.moving, norm(v.linear));
+    most.turning = std::max(most.turning, distance * norm(v.angular));
+  }
+  return most;
 }
 
 // A body with a velocity that is not finite would spoil all that it touches; the step is undone instead.
@@ -435,9 +438,10 @@ std::optional<Simulation::Attempt> Simulation::advance(double h, const Attempt& 
   const StepBodies bodies{s.frames, s.mobility, s.start, s.free};
 
   const auto [first, stiffened] = find(h, damped, joint_options, clock, report);
-  const double speed = fastest(s.start, model.length()) + h * norm(model.description().gravity);
-  const StepSolver solver{options_.method, solver_options(options_), clock, first, s.elimination, speed};
-  const StepSolver at_impact{options_.method, solver.options, clock, first, s.impact_elimination, speed};
+  Speeds speeds = fastest(s.start, model.length());
+  speeds.moving += h * norm(model.description().gravity);
+  const StepSolver solver{options_.method, solver_options(options_), clock, first, s.elimination, speeds};
+  const StepSolver at_impact{options_.method, solver.options, clock, first, s.impact_elimination, speeds};
   // 6. Impacts, over before stiffness could act, change the start velocities; the free ones follow from both.
   const bool bounced = resolve_impacts(
       {model, state_, s.frames, s.mobility, s.joints, joint_options, restitution_speed(), at_impact}, s.start,

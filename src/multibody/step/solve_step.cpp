@@ -10,7 +10,6 @@
 #include "amontons/problem/residual.hpp"
 #include "amontons/solvers/driver/phases.hpp"
 #include "amontons/solvers/solvers.hpp"
-#include "multibody/step/unseen.hpp"
 
 namespace amontons {
 
@@ -139,11 +138,11 @@ Status go_on(const StepSolver& solver, const Problem& problem, Options options, 
 Solution with_unseen(const StepSolver& solver, const Problem& problem, Solution s) {
   if (s.status != Status::converged) return s;
   Options options = solver.options;
-  const double finer = tolerance_of_unseen(problem, options.law, s, solver.speed, options.tolerance);
+  const double finer = tolerance_of_unseen(problem, options.law, s, solver.fastest, options.tolerance);
   if (!(finer < options.tolerance)) return s;
   go_on(solver, problem, options, finer, s);
   // What is wrong still has not converged, whatever the heavy bodies make of the residual.
-  if (tolerance_of_unseen(problem, options.law, s, solver.speed, solver.options.tolerance) <
+  if (tolerance_of_unseen(problem, options.law, s, solver.fastest, solver.options.tolerance) <
       solver.options.tolerance)
     s.status = Status::stalled;
   return s;

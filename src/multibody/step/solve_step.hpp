@@ -6,6 +6,7 @@
 #include "amontons/solvers/driver/options.hpp"
 #include "amontons/solvers/elimination/elimination.hpp"
 #include "multibody/step/accounting.hpp"
+#include "multibody/step/unseen.hpp"
 
 namespace amontons {
 
@@ -16,7 +17,7 @@ struct StepSolver {
   StepClock& clock;
   double look;               // s: what finding the contacts took; a method takes about as long to set up
   Elimination& elimination;  // of `auto`: memory, kept from step to step
-  double speed;              // m/s, of the fastest body at the start, and what gravity adds
+  Speeds fastest;            // at the start, and what gravity adds
   bool again = false;        // goes on from another solve of the same step
   bool missed = false;       // a solve of the same attempt at the step has missed its tolerance
 };

@@ -19,8 +19,8 @@ constexpr double wrong = 0.05, right = 0.005;
 // Of the fastest body: what counts as a velocity of a light one, as some have none without impulses. Others
 // are wrong where it would be seen in the motion of the whole.
 constexpr double slow = 1e-3;
-// Of the natural map of the whole: what is below is rounding.
-constexpr double least_tolerance = 1e-14;
+// Of the natural map of the whole, and of the speeds in it: what is below is rounding.
+constexpr double least_tolerance = 1e-14, rounding = 1e-13;
 
 // The velocity of a block: of its normal and tangents, whatever turns at them.
 template <class S>
@@ -40,8 +40,9 @@ bool is_soft(const Problem& problem, std::size_t block, std::size_t row) {
 
 }  // namespace
 
-double tolerance_of_unseen(const Problem& problem, Law law, const Solution& s, double fastest,
+double tolerance_of_unseen(const Problem& problem, Law law, const Solution& s, const Speeds& fastest,
                            double tolerance) {
+  const double least_miss = rounding * (fastest.moving + fastest.turning);
   const double whole = natural_map_at_zero(problem, law), seen = tolerance * whole;
   double heaviest = 0;
   for_each_block(problem.K, [&]<class S>(const S&, std::size_t block, std::size_t row) {
@@ -53,7 +54,7 @@ double tolerance_of_unseen(const Problem& problem, Law law, const Solution& s, d
     if (is_soft(problem, block, row)) return;
     const double p = problem.P[block];
     const bool light = 1 / p < tolerance * heaviest;
-    const double U = speed<S>(&problem.b[row]) + (light ? slow : 1) * fastest;
+    const double U = speed<S>(&problem.b[row]) + (light ? slow : 1) * fastest.moving;
     // What closes while it slides or rolls is in the natural map of a steep cone by 1 / mu only.
     double steep = 1, closing = 0;
     if constexpr (S::frictional) {
@@ -66,7 +67,7 @@ double tolerance_of_unseen(const Problem& problem, Law law, const Solution& s, d
     add_saxce_term(set, law, &s.u[row], g);
     const double missed = std::max(closing, std::sqrt(natural_map_squared(set, p, &s.x[row], g) * p));
     const double felt = 1 / std::sqrt(p * steep);
-    if (missed > wrong * U && missed * felt > least_tolerance * whole)
+    if (missed > std::max(wrong * U, least_miss) && missed * felt > least_tolerance * whole)
       found = std::min(found, right * U * felt);
   });
   return std::max(found / whole, least_tolerance);
