@@ -76,6 +76,8 @@ struct Simulation::Scratch {
   StepProblem vi;
   std::vector<double> least;  // m/s
   double rest = 0;            // s: what followed the last solve of the last step
+  double correction = 0;      // s: what the last correction of positions took, with the look after it
+  unsigned postponed = 0;     // corrections since then, for want of time
   // The problem before the last one, where nobody else holds it.
   std::shared_ptr<Problem> spare;
   // One for each kind of problem, as they remember the mechanism: that of steps has all bilateral rows.
@@ -135,6 +137,8 @@ double Simulation::restitution_speed() const {
 constexpr unsigned most_repairs = 4;
 // Of the limit of work: what another attempt needs.
 constexpr double least_share = 0.2;
+// How many steps with errors of position wait for one that has no time for them either.
+constexpr unsigned patient_steps = 4;
 // Times the tolerance: a step that misses it by no more would have come there with a little more work.
 constexpr double nearly_solved = 10;
 
@@ -363,8 +367,11 @@ Simulation::Found Simulation::find(double h, bool damped, const JointOptions& jo
     return stiffen_rotations(*model_, state_, h, s.frames, s.joints, s.stiffness, s.stiffened);
   };
   const bool stiffened = stiffen();
-  // What is moved is looked at again: not where there is no time for another look like the first.
-  const double first = clock.elapsed() - begun;
+  // What is moved is looked at again. Where there is no time for that and a solve, errors of position wait,
+  // for some steps.
+  const double first = clock.elapsed() - begun, looked = clock.elapsed();
+  if (clock.over(2 * first + s.correction) && ++s.postponed % patient_steps != 0) return {first, stiffened};
+  s.postponed = 0;
   if (options_.recovery != Recovery::projection || clock.over(2 * first) ||
       !correct_positions({*model_, s.frames, s.stiffened, s.joints, contacts_, s.joint_error, s.line_error,
                           joint_options, recovery_speed()},
@@ -372,6 +379,7 @@ Simulation::Found Simulation::find(double h, bool damped, const JointOptions& jo
     return {first, stiffened};
   clock.lap(report.timings.assembly);
   look(h, damped, clock, report);
+  s.correction = clock.elapsed() - looked;
   return {first, stiffen()};
 }
 
