@@ -235,6 +235,26 @@ void ContactFinder::find_unforeseen(const Reach& reach, std::vector<Contact>& co
   find_overlaps(reach, allowance, contacts);
 }
 
+// Points within a thousandth of the margin are one.
+bool ContactFinder::is_known(const Reach& reach, const Contact& contact,
+                             const std::vector<Contact>& contacts) const {
+  const double same = 1e-6 * reach.margin * reach.margin;
+  const auto [first, last] = keys_of(by_pair_, pair_of(contact));
+  return std::any_of(first, last, [&](const PairKey& key) {
+    return norm_squared(contacts[key.contact].point - contact.point) <= same;
+  });
+}
+
+void ContactFinder::find_fixed(const Reach& reach, std::vector<Contact>& contacts) {
+  sort_by_pair(contacts, by_pair_, [](std::size_t) { return true; });
+  found_.clear();
+  const auto one_moves = [&](Index a, Index b) { return fixed_[a] != fixed_[b]; };
+  visit(reach, one_moves, [&](const Contact& contact, double closing) {
+    if (closing < -reach.margin / 10 && !is_known(reach, contact, contacts)) found_.push_back(contact);
+  });
+  contacts.insert(contacts.end(), found_.begin(), found_.end());
+}
+
 void ContactFinder::find_missed(const Reach& reach, double allowance, std::vector<Contact>& contacts) {
   // No point moves otherwise than foreseen by more than the change of the velocities since the first search,
   // impacts and all. Points with a gap above the margin at the end by those are the ones that were left out:
@@ -261,14 +281,7 @@ void ContactFinder::find_missed(const Reach& reach, double allowance, std::vecto
   visit(reach, changed, [&](const Contact& contact, double closing) {
     if (closing >= -allowance) return;
     if (seams_.passes(reach, frames_, contact)) return;
-    // Points within a thousandth of the margin are one: the same features of the same pair.
-    const double same = 1e-6 * reach.margin * reach.margin;
-    const auto [first, last] = keys_of(by_pair_, pair_of(contact));
-    if (std::any_of(first, last, [&](const PairKey& key) {
-          return norm_squared(contacts[key.contact].point - contact.point) <= same;
-        }))
-      return;
-    found_.push_back(contact);
+    if (!is_known(reach, contact, contacts)) found_.push_back(contact);
   });
   for (std::size_t first = 0, end = 0; first < found_.size(); first = end) {
     end = end_of_pair(found_, first);

@@ -31,6 +31,9 @@ class ContactFinder {
   // Appends what the velocities v of a solve lead to and those of the first search did not foresee: an impact
   // gives bodies velocities that nobody could foresee.
   void find_unforeseen(const Reach& reach, std::vector<Contact>& contacts);
+  // Appends the points at which v, of a step that is not solved, leads through what is fixed: of all of it,
+  // as nothing says that the contacts hold on which seams and spares rely.
+  void find_fixed(const Reach& reach, std::vector<Contact>& contacts);
   // Of the contacts that are the only one of their pair, where the pair turns: index and contact in the
   // middle of the step that v leads through.
   using Middles = std::vector<std::pair<std::size_t, Contact>>;
@@ -45,6 +48,9 @@ class ContactFinder {
   void find_overlaps(const Reach& reach, double allowance, std::vector<Contact>& contacts);
   // Gives pairs that pass a seam the points that they have along the neighbour's normal.
   void level(const Reach& reach, std::span<const Seams::Passage> passages, std::vector<Contact>& contacts);
+  // Whether a point is that of one of the contacts, whose keys by_pair_ has: the same features of the same
+  // pair.
+  bool is_known(const Reach& reach, const Contact& contact, const std::vector<Contact>& contacts) const;
   void place_geoms(const Reach& reach);
   double reach_of_pair(const Reach& reach, Index a, Index b) const;
   template <class Counts, class F>

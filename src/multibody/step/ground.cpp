@@ -5,11 +5,13 @@
 //   dx = (least - v_n) / (1 / m + (r x n)' J^-1 (r x n)).
 #include "multibody/step/ground.hpp"
 
+#include <algorithm>
+
 namespace amontons {
 
 std::span<const double> stop_at_ground(const Ground& ground, BodyVelocities& v) {
-  constexpr int sweeps = 20;    // of a body in a corner
-  constexpr double many = 100;  // errors
+  constexpr int sweeps = 20;               // of a body in a corner
+  constexpr double many = 100, far = 1e4;  // errors
   static thread_local std::vector<char> jointed;
   static thread_local std::vector<double> impulse;
   jointed.assign(v.size(), 0);
@@ -26,9 +28,10 @@ std::span<const double> stop_at_ground(const Ground& ground, BodyVelocities& v) 
       const bool first = moves(c.body_a);
       if (first == moves(c.body_b) || c.material.compliance > 0) continue;
       const Index body = first ? c.body_a : c.body_b;
-      if (jointed[body] && c.gap > -many * ground.error) continue;
       const double short_of = ground.least[i] - dot(c.normal, relative_motion(c, v).linear);
       if (!(short_of > 0)) continue;
+      if (jointed[body] && c.gap > -many * ground.error && !(ground.h * short_of > far * ground.error))
+        continue;
       const BodyMobility& mobility = ground.mobility[body];
       const Vec3 n = first ? c.normal : -c.normal, turn = cross(first ? c.r_a : c.r_b, n);
       const Vec3 spin = mobility.inverse_inertia * turn;
@@ -40,6 +43,14 @@ std::span<const double> stop_at_ground(const Ground& ground, BodyVelocities& v) 
     }
   }
   return any ? std::span<const double>(impulse) : std::span<const double>();
+}
+
+void slow_spins(const Model& model, const BodyVelocities& start, double h, BodyVelocities& v) {
+  constexpr double angle = 0.5;
+  for (std::size_t i = 0; i < v.size(); ++i) {
+    const double spin = norm(v[i].angular), most = std::max(norm(start[i].angular), angle / h);
+    if (model.is_dynamic(static_cast<Index>(i)) && spin > most) v[i].angular = (most / spin) * v[i].angular;
+  }
 }
 
 }  // namespace amontons

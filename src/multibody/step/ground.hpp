@@ -15,10 +15,15 @@ struct Ground {
   const BodyMobilities& mobility;
   std::span<const Contact> contacts;
   std::span<const double> least;  // m/s, along the normal of each contact
-  double error;                   // m, of position: bodies of joints, which come apart, stop from many on
+  // Of position (m), and the step (s): bodies of joints, which come apart, stop where they are many errors
+  // deep, or would leave.
+  double error, h;
 };
 // Changes v; the normal impulses that do it, one for each contact, each of which takes kinetic energy away.
 // Empty if there is nothing to stop.
 std::span<const double> stop_at_ground(const Ground& ground, BodyVelocities& v);
+// Of bodies that spin by more than half a radian within h, and faster than at the start: no more than that.
+// What is light is spun by any angle where it is not solved, which no row of a contact foresees.
+void slow_spins(const Model& model, const BodyVelocities& start, double h, BodyVelocities& v);
 
 }  // namespace amontons

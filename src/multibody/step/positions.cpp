@@ -189,7 +189,7 @@ void stop_at_ground(const PositionInput& in, BodyVelocities& p) {
   const double error = allowed_error(in.options.length);
   std::vector<double> least;
   for (const Contact& c : in.contacts) least.push_back(-(std::max(c.gap, 0.0) + error) / in.options.h);
-  stop_at_ground({in.model, in.mobility, in.contacts, least, error}, p);
+  stop_at_ground({in.model, in.mobility, in.contacts, least, error, in.options.h}, p);
 }
 
 }  // namespace

@@ -137,6 +137,8 @@ double Simulation::restitution_speed() const {
 constexpr unsigned most_repairs = 4;
 // Of the limit of work: what another attempt needs.
 constexpr double least_share = 0.2;
+// How often a body that is not solved is stopped and its spin slowed.
+constexpr int most_stops = 20;
 // How many steps with errors of position wait for one that has no time for them either.
 constexpr unsigned patient_steps = 4;
 // Times the tolerance: a step that misses it by no more would have come there with a little more work.
@@ -405,10 +407,22 @@ std::optional<Simulation::Attempt> Simulation::keep_balance(double closed, const
   return {};
 }
 
-// After a solve that ended early: bodies stop at what is fixed where they would come closer by more than an
-// error of position is allowed to be. What they are stopped by joins the impulses.
-void Simulation::stop_bodies(double h, double error, Report& report) {
+// After a solve that ended early, with velocities that no look has followed: bodies stop at what is fixed
+// where they would come closer by more than an error of position is allowed to be. What they are stopped by
+// joins the impulses.
+void Simulation::stop_bodies(const StepBodies& bodies, const Assembly& assembly, const StepClock& clock,
+                             Report& report) {
   Scratch& s = *scratch_;
+  const double h = assembly.h, error = assembly.most_closed;
+  slow_spins(*model_, s.start, h, s.after);
+  const std::size_t known = contacts_.size();
+  if (!clock.over(report.timings.collision))
+    s.finder.find_fixed({*model_, s.frames, s.after, h, margin()}, contacts_);
+  if (contacts_.size() > known) {
+    take_in(bodies, assembly, contacts_, known, s.vi);
+    s.vi.solution.x = s.vi.x0;
+    measure(*s.vi.problem, options_.law, s.vi.solution);
+  }
   const std::vector<Index>& row = s.vi.problem->graph.first_row;
   s.least.clear();
   for (std::size_t i = 0; i < contacts_.size(); ++i) {
@@ -416,9 +430,16 @@ void Simulation::stop_bodies(double h, double error, Report& report) {
     const double bias = s.vi.problem->b[row[i]] - dot(c.normal, relative_motion(c, s.free).linear);
     s.least.push_back(-std::max(bias, 0.0) - error / h);
   }
-  const auto impulses = stop_at_ground({*model_, s.mobility, contacts_, s.least, error}, s.after);
-  if (impulses.empty()) return;
-  for (std::size_t i = 0; i < contacts_.size(); ++i) s.vi.solution.x[row[i]] += impulses[i];
+  // What stops a body beside its centre spins it; without that spin the centre may go on.
+  bool stopped = false;
+  for (int round = 0; round < most_stops; ++round) {
+    const auto impulses = stop_at_ground({*model_, s.mobility, contacts_, s.least, error, h}, s.after);
+    if (impulses.empty()) break;
+    stopped = true;
+    for (std::size_t i = 0; i < contacts_.size(); ++i) s.vi.solution.x[row[i]] += impulses[i];
+    slow_spins(*model_, s.start, h, s.after);
+  }
+  if (!stopped) return;
   measure(*s.vi.problem, options_.law, s.vi.solution);
   add_residual(s.vi.solution, report);
 }
@@ -482,7 +503,7 @@ std::optional<Simulation::Attempt> Simulation::advance(double h, const Attempt& 
   // 9. Solve, look where the velocities lead, solve again for what nobody could foresee.
   solve_and_look(model, bodies, assembly, margin(), solver, s.finder, contacts_, s.vi, s.after, report);
   if (const auto next = keep_balance(assembly.closing, attempt, recovery, solver, report)) return next;
-  if (s.vi.solution.status != Status::converged) stop_bodies(h, assembly.most_closed, report);
+  if (s.vi.solution.status != Status::converged) stop_bodies(bodies, assembly, clock, report);
   report.advanced = all_finite(s.after);
   if (!report.advanced) return {};
   // 10.

@@ -23,14 +23,14 @@ void warm_start(const Model& model, const State& state, double h, const BodyFram
   for (double x : vi.rows.x0) vi.x0.push_back(scale * x);
 }
 
-// Goes on from the present solution when contacts after the first `known` have come in: zeros for them, which
-// stand before the joint rows.
-static void make_room(const std::vector<Contact>& contacts, std::size_t known, StepProblem& vi) {
+void take_in(const StepBodies& bodies, const Assembly& assembly, std::vector<Contact>& contacts,
+             std::size_t known, StepProblem& vi) {
   std::size_t before = 0, added = 0;
   for (std::size_t i = 0; i < contacts.size(); ++i)
     (i < known ? before : added) += static_cast<std::size_t>(contacts[i].rows);
   vi.x0 = vi.solution.x;
   vi.x0.insert(vi.x0.begin() + static_cast<std::ptrdiff_t>(before), added, 0.0);
+  assemble(bodies, contacts, vi.rows, assembly, *vi.problem);
 }
 
 void predict(const BodyVelocities& start, const BodyVelocities& free, const StepProblem& vi,
@@ -80,8 +80,7 @@ void solve_and_look(const Model& model, const StepBodies& bodies, const Assembly
       continue;
     }
     add_cost(vi.solution, report);
-    make_room(contacts, known, vi);
-    assemble(bodies, contacts, vi.rows, assembly, *vi.problem);
+    take_in(bodies, assembly, contacts, known, vi);
     const bool smooth = !vi.turns.added.empty();
     vi.turns.added.clear();
     if (smooth) turn_contacts(reach, bodies.free, enough, finder, vi.turns, *vi.problem);

@@ -36,6 +36,11 @@ void predict(const BodyVelocities& start, const BodyVelocities& free, const Step
 // stands on feet that swing has no energy to lose there, and should not be asked to follow.
 double enough_of_a_turn(const Model& model, double h);
 
+// Contacts from `known` on have come in since the problem was assembled: it is again, with their rows, which
+// stand before those of joints, and zeros for them in x0, the present solution.
+void take_in(const StepBodies& bodies, const Assembly& assembly, std::vector<Contact>& contacts,
+             std::size_t known, StepProblem& vi);
+
 // Solves the VI, looks where the velocities `after` lead, and solves again as long as that brings contacts
 // that the free velocities did not foresee; once, where contacts turn otherwise than predicted.
 void solve_and_look(const Model& model, const StepBodies& bodies, const Assembly& assembly, double margin,

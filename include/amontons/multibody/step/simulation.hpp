@@ -52,6 +52,7 @@ struct JointReaction {
 };
 
 class StepClock;      // wall clock and budget of a step, step/accounting.hpp
+struct Assembly;      // how a step becomes a problem, step/assemble.hpp
 struct JointOptions;  // joints/rows.hpp
 struct StepSolver;    // method, options and clock of its solves, step/solve_step.hpp
 
@@ -124,7 +125,8 @@ class Simulation {
   void look(double h, bool damped, StepClock& clock, Report& report);
   std::optional<Attempt> keep_balance(double closed, const Attempt& attempt, double recovery,
                                       const StepSolver& solver, Report& report);
-  void stop_bodies(double h, double error, Report& report);
+  void stop_bodies(const StepBodies& bodies, const Assembly& assembly, const StepClock& clock,
+                   Report& report);
   void move_on(double h);
   std::optional<Attempt> advance(double h, const Attempt& attempt, StepClock& clock, Report& report);
 
