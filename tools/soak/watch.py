@@ -30,9 +30,11 @@ Array = np.ndarray[Any, Any]
 
 WIDE = 12
 """From the middle to the walls, and their height, in sizes of the scene."""
-OF_ENERGY, OF_WEIGHT, OF_CHANGE = 1e-2, 0.2, 2e-2
+OF_ENERGY, OF_WEIGHT, OF_CHANGE = 1e-2, 0.25, 2e-2
 """What a step may seem to gain by its tolerance and by its second order: of the energy that is there, of what
-gravity gives in a step to a body at rest, of the energy of the change of velocities."""
+gravity gives in a step to a body at rest, m (g h)^2 / 2, of the energy of the change of velocities. A quarter
+of the second is what a contact may do: a body that rises at u < g h, and is held at the end of the step, has
+taken the impulse m (g h - u) along the mean velocity u / 2, at most m (g h)^2 / 8."""
 CLOSING = 0.25
 """Of the speeds in a scene: how fast a contact may close in a step that converged. At a tolerance of one in a
 thousand a body of a ten-thousandth of the mass may miss by a tenth."""
