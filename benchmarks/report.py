@@ -16,7 +16,7 @@ from itertools import groupby
 from pathlib import Path
 
 from common import ROOT
-from report_engines import beside, early_table, engine_table, growth_table
+from report_engines import beside, budget_table, deadline_table, early_table, engine_table, growth_table
 from report_targets import PROFILE_KEYS, Results, file_targets, targets
 from tables import milliseconds, scientific, table
 
@@ -290,6 +290,7 @@ def page(r: Results, method: str) -> str:
         ("Beside other engines", engine_table(r), bool(r.engines)),
         ("Growth", growth_table(r), bool(r.growth)),
         ("Stopped early", early_table(r), bool(r.early)),
+        ("Stopped by the clock", f"{budget_table(r)}\n\n{deadline_table(r)}", bool(r.budgets)),
         ("auto beside the best method", profile_table(r), bool(r.profile)),
         ("Time steps, default method", step_table(r), bool(r.steps)),
         ("Every method, associated", method_table(r, "associated"), bool(r.methods)),

@@ -1,4 +1,4 @@
-"""The tables of docs/engines.md: beside other engines, growth, stopped early."""
+"""The tables of docs/engines.md: beside other engines, growth, stopped early or by the clock."""
 
 from __future__ import annotations
 
@@ -16,6 +16,8 @@ class Results(Protocol):
     growth: Rows
     exponents: Rows
     early: Rows
+    deadlines: Rows
+    budgets: Rows
 
 
 def engine_table(r: Results) -> str:
@@ -67,8 +69,52 @@ def early_table(r: Results) -> str:
     return table(header, rows)
 
 
+def late(row: dict[str, str]) -> tuple[str, str, str]:
+    """The limit, how many ended in time, and how late the last one was."""
+    return milliseconds(row["limit"]), f"{row['in_time']} of {row['times']}", digits(row["late_worst"], 1e3)
+
+
+def budget_table(r: Results) -> str:
+    rows = [
+        (row["scene"], *late(row), row["most_contacts"], digits(row["iterations_median"], 1),
+         scientific(row["residual_median"]), digits(row["penetration"], 1e3), digits(row["joint_gap"], 1e3),
+         digits(row["energy_gain"], 1), row["unbalanced"])
+        for row in r.budgets
+    ]  # fmt: skip
+    header = ("scene", "a step has (ms)", "in time", "latest (ms)", "contacts", "iterations",
+              "median residual", "overlap (mm)", "joints apart (mm)", "energy gained (J)",
+              "such steps")  # fmt: skip
+    return table(header, rows)
+
+
+def deadline_table(r: Results) -> str:
+    """Of each method: all that ended in time, and the latest, over both laws."""
+    groups: dict[tuple[str, str, str], list[dict[str, str]]] = {}
+    for row in r.deadlines:
+        groups.setdefault((row["problem"], row["method"], row["limit"]), []).append(row)
+    rows = []
+    for (problem, method, limit), laws in groups.items():
+        in_time, times = (sum(int(row[key]) for row in laws) for key in ("in_time", "times"))
+        latest = max((row["late_worst"] for row in laws), key=float)
+        residuals = ", ".join(scientific(row["residual"]) for row in laws)
+        rows.append((problem, f"`{method}`", milliseconds(limit), f"{in_time} of {times}",
+                     digits(latest, 1e3), residuals))  # fmt: skip
+    header = (
+        "problem",
+        "method",
+        "a solve has (ms)",
+        "in time",
+        "latest (ms)",
+        "residuals, associated and coulomb",
+    )
+    return table(header, rows)
+
+
 def beside(r: Results, link: str) -> str:
     """What docs/engines.md shows."""
     parts = ["## Other engines", engine_table(r), "## Growth", growth_table(r)]
-    parts += ["## Stopped early", early_table(r), f"[The rest]({link})."]
+    parts += ["## Stopped early", early_table(r)]
+    if r.budgets:
+        parts += ["## Stopped by the clock", budget_table(r)]
+    parts += [f"[The rest]({link})."]
     return "\n\n".join(parts)

@@ -28,6 +28,7 @@ class Results:
         self.simulation, self.physics = read_csv(folder / "simulation.csv"), read_csv(folder / "physics.csv")
         self.rollout, self.studies = read_csv(folder / "rollout.csv"), read_csv(folder / "studies.csv")
         self.engines, self.early = read_csv(folder / "engines.csv"), read_csv(folder / "early.csv")
+        self.deadlines, self.budgets = read_csv(folder / "deadlines.csv"), read_csv(folder / "budgets.csv")
         self.growth, self.exponents = read_csv(folder / "growth.csv"), read_csv(folder / "exponents.csv")
         self.broad_phase, self.robots = read_csv(folder / "broad_phase.csv"), read_csv(folder / "robots.csv")
         self.robots_2ms = read_csv(folder / "robots_2ms.csv")

@@ -36,6 +36,7 @@ PARTS = (
     "engines",
     "growth",
     "early",
+    "deadlines",
     "performance_profile",
     "viewer",
 )

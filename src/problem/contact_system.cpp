@@ -85,6 +85,21 @@ double effective_inverse_mass(const Bodies& bodies, const JacobianRow& row) {
   return sum;
 }
 
+// The same of a force along e at the arms of a contact: 1/m + (r x e)' I^-1 (r x e) of each body.
+double effective_inverse_mass(const Bodies& bodies, const Contact& c, const Vec3& e) {
+  double sum = 0;
+  const auto add = [&](Index body, const Vec3& r) {
+    if (body < 0) return;
+    const auto& [xx, yy, zz, xy, xz, yz] = bodies.inverse_inertia[body];
+    const Vec3 t = cross(r, e);
+    sum += bodies.inverse_mass[body] + (xx * t.x * t.x + yy * t.y * t.y + zz * t.z * t.z) +
+           2 * (xy * t.x * t.y + xz * t.x * t.z + yz * t.y * t.z);
+  };
+  add(c.body_a, c.r_a);
+  add(c.body_b, c.r_b);
+  return sum;
+}
+
 }  // namespace
 
 bool Bodies::moves(Index body) const {
@@ -179,9 +194,11 @@ void ContactSystem::product(std::span<const double> x, std::span<double> y) cons
 void ContactSystem::diagonal(std::span<double> d) const {
   std::size_t row = 0;
   for (std::size_t i = 0; i < contacts.size(); ++i) {
-    const ContactBasis basis(contacts[i]);
-    for (int k = 0; k < contacts[i].rows; ++k)
-      d[row++] = contact_compliance[i] + effective_inverse_mass(bodies, jacobian_row(contacts[i], basis, k));
+    const Contact& c = contacts[i];
+    const ContactBasis basis(c);
+    for (int k = 0; k < c.rows; ++k)
+      d[row++] = contact_compliance[i] + (k < 3 ? effective_inverse_mass(bodies, c, basis.axis(k))
+                                                : effective_inverse_mass(bodies, jacobian_row(c, basis, k)));
   }
   for (std::size_t i = 0; i < jacobian.size(); ++i)
     d[row++] = compliance[i] + effective_inverse_mass(bodies, jacobian[i]);

@@ -5,7 +5,9 @@ A case is a scene of some parts: bodies first, then joints. What must hold of ea
 
 from __future__ import annotations
 
+import contextlib
 import time
+from collections.abc import Callable
 from typing import Any
 
 import amontons
@@ -257,30 +259,48 @@ def repeat(case: Case, scene: Scene, done: amontons.Simulation, fresh: amontons.
 
 
 def run_budgets(case: Case) -> Measures:
-    """The same scenes with a budget of wall clock for each step, of which the processor time is measured:
-    other programs run here, too."""
-    budget = log_uniform(case.rng(20_000), 1e-3, 2e-2)
+    """The same scenes with a budget of wall clock for each step, and their last step solved with a deadline
+    by every method. The processor time is measured, as other programs run here, too."""
+    rng = case.rng(20_000)
+    budget = log_uniform(rng, 1e-3, 2e-2)
     try:
         scene = Scene(case)
     except amontons.InputError as error:
         return {"outcome": "refused", "why": str(error)}
     sim = amontons.Simulation(scene.model, **(scene.options | {"budget": budget, "threads": 1}))
-    over = late = 0.0
-    for _ in range(BUDGETED):
-        start = time.thread_time()
-        sim.step()
-        beyond = time.thread_time() - start - budget
-        over = max(over, beyond)
-        late += beyond > max(0.2 * budget, 1e-3)
+    beyond = [lateness(budget, sim.step) for _ in range(BUDGETED)]
     if not np.isfinite(sim.state.positions).all():
         raise Failure("not finite", f"budget {budget}")
+    late = sum(too_late(budget, by) for by in beyond)
+    solves = [late_solve(sim.problem(), method, log_uniform(rng, 1e-3, 2e-2)) for method in METHODS]
     return {
-        "outcome": "late steps" if late else "in time",
-        "most over budget (ms)": 1e3 * over,
+        "outcome": "late steps" if late else "late solves" if any(solves) else "in time",
+        "most over budget (ms)": 1e3 * max(beyond),
         "late steps": late,
+        "late solves": sum(solves),
     }
 
 
+def lateness(limit: float, work: Callable[[], Any]) -> float:
+    start = time.thread_time()
+    work()
+    return time.thread_time() - start - limit
+
+
+def too_late(limit: float, by: float) -> bool:
+    return by > max(0.2 * limit, 1e-3)
+
+
+def late_solve(problem: amontons.Problem, method: str, deadline: float) -> bool:
+    def solve() -> None:
+        # Some methods are for other problems.
+        with contextlib.suppress(amontons.InputError):
+            problem.solve(method=method, deadline=deadline, tolerance=0, threads=1)
+
+    return too_late(deadline, lateness(deadline, solve))
+
+
+METHODS = amontons.methods()
 BUDGETED = 100
 
 FAMILIES = [

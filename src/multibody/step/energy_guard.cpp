@@ -175,7 +175,8 @@ EnergyBalance take_back(const EnergyInput& in, EnergyBalance balance, Eliminatio
     return elimination.settle(in.problem, options, solution) && (balance = look()).holds();
   };
   const double whole = balance.work;
-  if (settled(1)) return balance;
+  // What had no time is settled as it is.
+  if (solution.status != Status::deadline && settled(1)) return balance;
   scale(0.5);
   const double half = look().work;
   const double a = 4 * half - whole, c = 2 * whole - 4 * half;

@@ -18,6 +18,8 @@ struct Ground {
   // Of position (m), and the step (s): bodies of joints, which come apart, stop where they are many errors
   // deep, or would leave.
   double error, h;
+  // At the start of the step, for velocities whose spins are slowed beside it; null for displacements.
+  const BodyVelocities* start = nullptr;
 };
 // Changes v; the normal impulses that do it, one for each contact, each of which takes kinetic energy away.
 // Empty if there is nothing to stop.

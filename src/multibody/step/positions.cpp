@@ -39,7 +39,7 @@ constexpr std::size_t few_position_rows = 300;
 // the next step.
 constexpr double most_left = 0.1;
 // Of what is left of a budget, of all solves together: velocities come after.
-constexpr double share_of_time = 0.5;
+constexpr double share_of_time = 0.4;
 constexpr std::size_t most_iterations = 100;
 
 bool is_rigid(const Contact& c) { return c.material.compliance == 0; }

@@ -18,6 +18,7 @@ struct StepSolver {
   double look;               // s: what finding the contacts took; a method takes about as long to set up
   Elimination& elimination;  // of `auto`: memory, kept from step to step
   Speeds fastest;            // at the start, and what gravity adds
+  bool corrected = false;    // positions, in this step
   bool again = false;        // goes on from another solve of the same step
   bool missed = false;       // a solve of the same attempt at the step has missed its tolerance
 };

@@ -49,7 +49,9 @@ constexpr std::size_t few_bodies = 64;
 // Products to the tolerance of the first-order method that is the likelier one, and of conjugate gradients.
 constexpr double ahead = 30, linear_ahead = 8;
 // Of a race without limits of the caller: nominal ns, and more per block. What is not solved by then creeps.
-constexpr double least_work = 4e8, work_per_block = 1.5e5;
+// Where work is not limited (Patience, as in a step), so many times that: whoever solves one problem waits
+// for the method that gets there.
+constexpr double least_work = 4e8, work_per_block = 1.5e5, patience_alone = 4;
 // After the direct way has failed, which is seldom then: most have no solution, and the race is to prove it.
 // Where work is limited (Patience, as in a step), no more than what others may still find.
 constexpr double least_work_after = 8e6, work_per_block_after = 5e4;
@@ -277,18 +279,24 @@ Solution race_for(const Problem& problem, const Options& options, double work) {
   return s;
 }
 
+bool is_in_step() { return Patience::work_left() < Patience::infinite_work; }
+
+double most_work(const Problem& problem) {
+  const double work = least_work + work_per_block * static_cast<double>(problem.K.blocks());
+  return is_in_step() ? work : patience_alone * work;
+}
+
 // One group of islands.
 Solution solve_one(const Problem& problem, const Options& options) {
-  return race_for(problem, options, least_work + work_per_block * static_cast<double>(problem.K.blocks()));
+  return race_for(problem, options, most_work(problem));
 }
 
 // One group of islands after the direct way has failed.
 Solution solve_after_elimination(const Problem& problem, const Options& options) {
   const auto blocks = static_cast<double>(problem.K.blocks());
-  const bool in_step = Patience::work_left() < Patience::infinite_work;
   return race_for(problem, options,
-                  in_step ? least_work_in_step + work_per_block_in_step * blocks
-                          : least_work_after + work_per_block_after * blocks);
+                  is_in_step() ? least_work_in_step + work_per_block_in_step * blocks
+                               : least_work_after + work_per_block_after * blocks);
 }
 
 // A start that fulfils the tolerance is the solution, as it is for every method.
@@ -384,7 +392,7 @@ Solution automatic(const Problem& problem, const Options& options) {
     const Costs costs = costs_of(problem);
     if (direct > (problem.K.all_free() ? linear_ahead : ahead) * costs.fused) {
       Solution s = race(problem, options, field_with(problem, options, costs, direct), costs.factor,
-                        least_work + work_per_block * static_cast<double>(problem.K.blocks()));
+                        most_work(problem));
       if (s.status != Status::stalled || s.factorizations > 0) return s;
     }
   }

@@ -103,10 +103,10 @@ Start starting_point(const Problem& problem, const Options& options, Monitor& mo
   Start warm{{options.x0.begin(), options.x0.end()}, std::vector<double>(m), 0};
   project(problem.K, warm.x, warm.x);
   warm.map = evaluate(problem, options.law, warm.x, warm.u, monitor);
-  return warm.map < cold.map ? warm : cold;
+  return warm.map < options.worst_start * cold.map ? warm : cold;
 }
 
-void measure(const Problem& problem, Law law, Solution& s) {
+void form_velocities(const Problem& problem, Solution& s) {
   s.u.resize(problem.rows());
   product(problem.A, s.x, s.u);
   s.objective = 0;
@@ -114,6 +114,10 @@ void measure(const Problem& problem, Law law, Solution& s) {
     s.objective += s.x[i] * (0.5 * s.u[i] + problem.b[i]);
     s.u[i] += problem.b[i];
   }
+}
+
+void measure(const Problem& problem, Law law, Solution& s) {
+  form_velocities(problem, s);
   s.residual = residual(problem, law, s.x, s.u);
 }
 

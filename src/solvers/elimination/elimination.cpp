@@ -225,7 +225,7 @@ bool Elimination::settle(const Problem& problem, const Options& options, Solutio
   if (holds && (mechanism.K().work() > most_work || !mechanism.factor(problem))) return false;
   const auto hold = [&](Solution& of) {
     if (holds) mechanism.hold(problem, of.x, m.wrenches, m.z);
-    measure(problem, options.law, of);
+    form_velocities(problem, of);
     ++s.products;
   };
   Solution none;
@@ -237,14 +237,17 @@ bool Elimination::settle(const Problem& problem, const Options& options, Solutio
     hold(none);
   else
     none.u = problem.b;
-  if (holds || s.u.empty()) hold(s);
+  bool moved = holds || s.u.empty();
+  if (moved) hold(s);
   const double now = power(problem, s.x, s.u), before = power(problem, s.x, none.u);
   if (now > 0 && before < 0) {
     const double t = before / (before - now);
     for (double& x : s.x) x *= t;
     project(problem.K, s.x, s.x);
     hold(s);
+    moved = true;
   }
+  if (moved) s.residual = residual(problem, options.law, s.x, s.u);
   if (holds) {
     ++s.factorizations;
     Patience::spend(mechanism.K().work() / Patience::multiplications);

@@ -116,10 +116,10 @@ class Simulation {
   void make_step(Report& report);
   void finish_report(Report& report);
   std::optional<Attempt> try_step(const Attempt& attempt, StepClock& clock, Report& report);
-  // How long the first look at the step took (s), and whether bodies were stiffened.
+  // How long the first look at the step took (s), whether bodies were stiffened, and positions corrected.
   struct Found {
     double look;
-    bool stiffened;
+    bool stiffened, corrected;
   };
   Found find(double h, bool damped, const JointOptions& joint_options, StepClock& clock, Report& report);
   void look(double h, bool damped, StepClock& clock, Report& report);

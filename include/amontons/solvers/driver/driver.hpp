@@ -91,8 +91,8 @@ struct Start {
   std::vector<double> x, u;
   double map;
 };
-// Pi_K(x0), or 0 when x0 is absent or its residual is not below that of 0: a warm start is never worse than a
-// cold one.
+// Pi_K(x0), or 0 when x0 is absent or its residual is not below that of 0, or as many times it as the options
+// allow.
 Start starting_point(const Problem& problem, const Options& options, Monitor& monitor);
 
 // u := A x + b, one product; returns the natural map.
@@ -101,7 +101,8 @@ double evaluate(const Problem& problem, Law law, const std::vector<double>& x, s
 // 1/2 x'Ax + b'x with u = A x + b
 double objective(const Problem& problem, const std::vector<double>& x, const std::vector<double>& u);
 
-// Sets u, objective and residual of s.x, by one product that the caller counts.
+// Sets u and the objective of s.x, by one product that the caller counts; the residual, too.
+void form_velocities(const Problem& problem, Solution& s);
 void measure(const Problem& problem, Law law, Solution& s);
 
 // The end of every solve: u and the residual of x from a fresh product; the status that follows (a residual

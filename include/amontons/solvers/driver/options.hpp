@@ -62,6 +62,9 @@ struct Options {
   // Warm start: empty, or m finite entries, which must outlive the solve. Projected on K, and used only where
   // its residual is below that of 0. The interior point starts from the middle of its cones all the same.
   std::span<const double> x0 = {};
+  // >= 1: below so many times the residual of 0, in place of once. For steps that may be stopped early: the
+  // impulses of the last one carry what rests, whatever the residual says where something new is hit.
+  double worst_start = 1.0;
   // Record every iteration in Solution::history. Costs the objective in every iteration; `auto` then keeps
   // islands together and bilateral rows in the problem, so that there is one iteration to be watched.
   bool history = false;
