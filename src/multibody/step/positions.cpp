@@ -192,6 +192,14 @@ void stop_at_ground(const PositionInput& in, BodyVelocities& p) {
   stop_at_ground({in.model, in.mobility, in.contacts, least, error, in.options.h}, p);
 }
 
+// Errors of all bodies in a row add up to `most` (m/s). What is light may be moved by any way where the
+// problem was not solved, through walls of which it has no contact.
+void move_no_further(double most, BodyVelocities& p) {
+  for (BodyVelocity& body : p)
+    if (const double speed = norm(body.linear); speed > most)
+      body = {(most / speed) * body.linear, (most / speed) * body.angular};
+}
+
 }  // namespace
 
 // Errors below it stay, as bodies that rest shall not be moved.
@@ -214,6 +222,7 @@ bool correct_positions(const PositionInput& in, StepClock& clock, Elimination& e
     if (p.empty()) return false;
   }
   stop_at_ground(in, p);
+  move_no_further(static_cast<double>(p.size()) * speed, p);
   for (std::size_t i = 0; i < p.size(); ++i) {
     if (!in.model.is_dynamic(static_cast<Index>(i)) || !is_finite(p[i].linear) || !is_finite(p[i].angular))
       continue;
