@@ -1,6 +1,8 @@
 #include "amontons/solvers/solvers.hpp"
 
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <string>
 #include <utility>
 
@@ -27,6 +29,14 @@ constexpr std::array<std::pair<std::string_view, Method>, 11> methods{{
     {"newton", newton},
 }};
 
+// s: what follows the last iteration, products and natural maps of the whole, belongs to a deadline; a tenth
+// of it at most.
+double ending(const Problem& problem, double deadline) {
+  constexpr double per_block = 2e-7, most = 0.1;
+  if (!std::isfinite(deadline)) return 0;
+  return std::min(per_block * static_cast<double>(problem.K.blocks()), most * deadline);
+}
+
 }  // namespace
 
 const std::vector<std::string_view>& method_names() {
@@ -50,8 +60,10 @@ Method find_method(std::string_view name) {
 Solution solve(const Problem& problem, std::string_view method, const Options& options) {
   const Method run = find_method(method);
   validate(options, problem);
-  const Patience patience(options.deadline, options.interrupted);
-  return run(problem, options);
+  Options in_time = options;
+  in_time.deadline -= ending(problem, options.deadline);
+  const Patience patience(in_time.deadline, options.interrupted);
+  return run(problem, in_time);
 }
 
 }  // namespace amontons

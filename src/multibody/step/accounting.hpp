@@ -25,18 +25,23 @@ class StepClock {
   }
   // For what cannot be left once it is begun, half of the budget at most (s): nothing else has that time.
   void keep_free(double time) { budget_ = std::min(budget_, whole_ - std::min(time, most_free * whole_)); }
+  // A share of what is left, for what comes after the solve that is next; 0 gives it back.
+  void set_aside(double share) {
+    aside_ = 0;
+    if (share > 0 && budget_ < infinity) aside_ = share * left();
+  }
   // The end of the last solve, or the deadline of one that was begun `in_time` if it ended later: what comes
   // after that has to be kept free. How long ago it was (s).
   void solved(bool in_time) { solved_ = in_time ? std::min(elapsed(), budget_) : elapsed(); }
   double since_solved() const { return elapsed() - solved_; }
   // For the deadline of a solve: a moment even when the budget is spent, infinite without one.
-  double left() const { return budget_ < infinity ? std::max(1e-6, budget_ - elapsed()) : infinity; }
+  double left() const { return budget_ < infinity ? std::max(1e-6, budget_ - aside_ - elapsed()) : infinity; }
   // Whether the budget does not hold so much more (s).
-  bool over(double more = 0) const { return budget_ < infinity && elapsed() + more >= budget_; }
+  bool over(double more = 0) const { return budget_ < infinity && elapsed() + more >= budget_ - aside_; }
 
  private:
   static constexpr double most_free = 0.5;
-  double whole_, budget_, solved_ = 0;
+  double whole_, budget_, aside_ = 0, solved_ = 0;
   Clock::time_point start_, lap_;
 };
 

@@ -123,7 +123,8 @@ bool resolve_impacts(const ImpactInput& in, BodyVelocities& v, std::vector<Conta
     if (index.empty() || (reflection == 0 && !elastic)) return reflection > 0;
     // What bounces no more for want of time, or as nobody found how, is stopped by the step, too.
     const bool missed = report.status != Status::converged;
-    if (reflection > 0 && (in.solver.clock.over() || Patience::exhausted() || missed)) break;
+    if (in.solver.clock.over(reflection > 0 ? 0 : in.solver.look)) return reflection > 0;
+    if (reflection > 0 && (Patience::exhausted() || missed)) break;
     if (reflection == 0) locked = locked_rows(in, v);
     active.clear();
     for (std::size_t i : index) active.push_back(contacts[i]);

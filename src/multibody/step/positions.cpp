@@ -216,10 +216,15 @@ bool correct_positions(const PositionInput& in, StepClock& clock, Elimination& e
   BodyVelocities p = displacements(in, rest, rows, speed, clock, end, elimination);
   if (p.empty()) return false;
   if (const double turn = h * turning(p); turn > largest_turn) {
-    speed *= largest_turn / turn;
-    rows = position_rows(in, rest, state, speed);
-    p = displacements(in, rest, rows, speed, clock, end, elimination);
-    if (p.empty()) return false;
+    const double share = largest_turn / turn;
+    speed *= share;
+    if (clock.elapsed() < end) {
+      rows = position_rows(in, rest, state, speed);
+      p = displacements(in, rest, rows, speed, clock, end, elimination);
+      if (p.empty()) return false;
+    } else {
+      for (BodyVelocity& body : p) body = {share * body.linear, share * body.angular};
+    }
   }
   stop_at_ground(in, p);
   move_no_further(static_cast<double>(p.size()) * speed, p);

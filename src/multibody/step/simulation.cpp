@@ -141,6 +141,8 @@ constexpr double least_share = 0.2;
 constexpr double remembered = 0.8;
 // How many steps with errors of position wait for one that has no time for them either.
 constexpr unsigned patient_steps = 4;
+// Of the time that is left, for the solve of the step after those of its impacts.
+constexpr double share_of_step_proper = 0.5;
 // Times the tolerance: a step that misses it by no more would have come there with a little more work.
 constexpr double nearly_solved = 10;
 
@@ -474,9 +476,11 @@ std::optional<Simulation::Attempt> Simulation::advance(double h, const Attempt& 
                           corrected};
   const StepSolver at_impact{options_.method, solver.options, clock, first, s.impact_elimination, speeds};
   // 6. Impacts, over before stiffness could act, change the start velocities; the free ones follow from both.
+  clock.set_aside(share_of_step_proper);
   const bool bounced = resolve_impacts(
       {model, state_, s.frames, s.mobility, s.joints, joint_options, restitution_speed(), at_impact}, s.start,
       contacts_, s.impacts, report);
+  clock.set_aside(0);
   if (stiffened) s.mobility = s.stiffened;
   if (bounced || stiffened)
     make_free_velocities(model, state_, h, s.frames, s.mobility, s.start, s.loads, damped, s.free, s.spins);

@@ -14,6 +14,8 @@ namespace amontons {
 // Each look costs a search for contacts and a solve; what the last one leaves is an overlap, which the next
 // step takes back at the recovery speed.
 constexpr int most_detections = 4;
+// Of the time that the first solve of a step has: for what is seen after it.
+constexpr double second_look = 0.3;
 
 void warm_start(const Model& model, const State& state, double h, const BodyFrames& frames,
                 const std::vector<Contact>& contacts, StepProblem& vi) {
@@ -57,7 +59,11 @@ void solve_and_look(const Model& model, const StepBodies& bodies, const Assembly
   solver.missed = report.status != Status::converged;
   for (int detections = 0;; ++detections) {
     const bool in_time = !solver.clock.over();
+    // A hard solve takes all that it gets, and what its velocities lead to would not be looked for.
+    if (!solver.again && second_look * solver.clock.left() > 6 * solver.look)
+      solver.clock.set_aside(second_look);
     vi.solution = solve_step(solver, *vi.problem, vi.x0, std::move(vi.solution));
+    solver.clock.set_aside(0);
     solver.again = true;
     solver.missed = solver.missed || vi.solution.status != Status::converged;
     after = bodies.free;
