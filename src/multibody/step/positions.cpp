@@ -193,11 +193,17 @@ void stop_at_ground(const PositionInput& in, BodyVelocities& p) {
 }
 
 // Errors of all bodies in a row add up to `most` (m/s). What is light may be moved by any way where the
-// problem was not solved, through walls of which it has no contact.
-void move_no_further(double most, BodyVelocities& p) {
-  for (BodyVelocity& body : p)
-    if (const double speed = norm(body.linear); speed > most)
-      body = {(most / speed) * body.linear, (most / speed) * body.angular};
+// problem was not solved, through walls of which it has no contact. Bodies of joints have arms, and would
+// come apart.
+void move_no_further(const PositionInput& in, double most, BodyVelocities& p) {
+  static thread_local std::vector<char> jointed;
+  jointed.assign(p.size(), 0);
+  for (const JointContext& joint : in.joints)
+    for (Index body : {joint.body_a, joint.body_b})
+      if (body >= 0) jointed[body] = 1;
+  for (std::size_t i = 0; i < p.size(); ++i)
+    if (const double speed = norm(p[i].linear); speed > most && !jointed[i])
+      p[i] = {(most / speed) * p[i].linear, (most / speed) * p[i].angular};
 }
 
 }  // namespace
@@ -227,7 +233,7 @@ bool correct_positions(const PositionInput& in, StepClock& clock, Elimination& e
     }
   }
   stop_at_ground(in, p);
-  move_no_further(static_cast<double>(p.size()) * speed, p);
+  move_no_further(in, static_cast<double>(p.size()) * speed, p);
   for (std::size_t i = 0; i < p.size(); ++i) {
     if (!in.model.is_dynamic(static_cast<Index>(i)) || !is_finite(p[i].linear) || !is_finite(p[i].angular))
       continue;
