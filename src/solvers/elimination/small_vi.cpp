@@ -25,6 +25,11 @@ constexpr double proximal = 1e-7, smallest_proximal = 1e-13;
 // Directions in which W is softer than that come in at this rate only, and more slowly than by `slow`: then
 // the term falls.
 constexpr double slow = 0.1, proximal_fall = 0.1;
+// The same where the faces of the start were wrong: redundant contacts that oppose slips of 1e-7 m/s would be
+// moved far away by those, and the steps end at faces of which nothing is true. The term falls as they lead
+// on, and rises where they do not.
+constexpr std::size_t careful_steps = 20, more_patience = 8;
+constexpr double careful_proximal = 1e-3, largest_proximal = 1, proximal_rise = 10;
 // Times the natural map of no impulses: a start below it may have the right faces, however wrong its impulses
 // are, and a few Newton steps tell.
 constexpr double far_off = 10;
@@ -132,7 +137,7 @@ SmallVi::Result SmallVi::solve(const Reduction::Island& island, Law law, const L
   if (result_.map > limits.target && left()) {
     restart();
     descend(second_descent);
-    if (!done()) find_faces();
+    if (!done()) find_faces_carefully();
   }
   if (result_.map > limits.target) follow_curve();
   x = best_;
@@ -172,6 +177,23 @@ void SmallVi::find_faces() {
     if (stale == 0 && result_.map > slow * before)
       sigma_ = std::max(smallest_proximal, proximal_fall * sigma_);
     if (result_.map <= limits_.target && (stale > 0 || ++polish == polish_steps)) return;
+  }
+}
+
+// The same with a term that adapts.
+void SmallVi::find_faces_carefully() {
+  sigma_ = careful_proximal;
+  std::size_t stale = 0;
+  for (std::size_t i = 0; i < careful_steps && stale < more_patience && left(); ++i) {
+    const double before = result_.map;
+    centre_ = x_;
+    linearise();
+    if (!newton_step()) return;
+    keep(x_, u_);
+    if (done() || (before <= limits_.target && result_.map > slow * before)) return;
+    stale = result_.map < before ? 0 : stale + 1;
+    sigma_ = stale == 0 ? std::max(smallest_proximal, proximal_fall * sigma_)
+                        : std::min(largest_proximal, proximal_rise * sigma_);
   }
 }
 
