@@ -70,12 +70,12 @@ with Client({address!r}) as client:
 """
 
 
-# Breaks when a study on a cluster that was killed in the middle does not go on where it was.
 def rows_of(out):
     """Read at one moment: pyarrow opens a file twice, and it may be another one by then."""
     return pq.read_table(io.BytesIO(out.read_bytes()))
 
 
+# Breaks when a study on a cluster that was killed in the middle does not go on where it was.
 def test_killed_study_goes_on(client, tmp_path):
     out = tmp_path / "s.parquet"
     source = STUDY.format(address=client.scheduler.address, folder=str(tmp_path), out=str(out))
