@@ -137,7 +137,7 @@ SmallVi::Result SmallVi::solve(const Reduction::Island& island, Law law, const L
   if (result_.map > limits.target && left()) {
     restart();
     descend(second_descent);
-    if (!done()) find_faces(true);
+    if (!done()) find_faces_carefully();
   }
   if (result_.map > limits.target) follow_curve();
   x = best_;
@@ -163,12 +163,10 @@ void SmallVi::pay() {
 
 // Newton steps from the present x, each regularised about the point where it starts. The natural map may rise
 // on the way to the right faces: what counts is the best that is seen.
-void SmallVi::find_faces(bool carefully) {
-  sigma_ = carefully ? careful_proximal : proximal;
-  const std::size_t steps = carefully ? careful_steps : newton_steps;
-  const std::size_t most_stale = carefully ? more_patience : patience;
+void SmallVi::find_faces() {
+  sigma_ = proximal;
   std::size_t stale = 0, polish = 0;
-  for (std::size_t i = 0; i < steps && stale < most_stale && left(); ++i) {
+  for (std::size_t i = 0; i < newton_steps && stale < patience && left(); ++i) {
     const double before = result_.map;
     centre_ = x_;
     linearise();
@@ -176,11 +174,26 @@ void SmallVi::find_faces(bool carefully) {
     keep(x_, u_);
     if (done()) return;
     stale = result_.map < before ? 0 : stale + 1;
-    if (carefully && stale > 0)
-      sigma_ = std::min(largest_proximal, proximal_rise * sigma_);
-    else if (stale == 0 && (carefully || result_.map > slow * before))
+    if (stale == 0 && result_.map > slow * before)
       sigma_ = std::max(smallest_proximal, proximal_fall * sigma_);
     if (result_.map <= limits_.target && (stale > 0 || ++polish == polish_steps)) return;
+  }
+}
+
+// The same with a term that adapts.
+void SmallVi::find_faces_carefully() {
+  sigma_ = careful_proximal;
+  std::size_t stale = 0;
+  for (std::size_t i = 0; i < careful_steps && stale < more_patience && left(); ++i) {
+    const double before = result_.map;
+    centre_ = x_;
+    linearise();
+    if (!newton_step()) return;
+    keep(x_, u_);
+    if (done() || (before <= limits_.target && result_.map > slow * before)) return;
+    stale = result_.map < before ? 0 : stale + 1;
+    sigma_ = stale == 0 ? std::max(smallest_proximal, proximal_fall * sigma_)
+                        : std::min(largest_proximal, proximal_rise * sigma_);
   }
 }
 

@@ -46,7 +46,8 @@ class SmallVi {
   bool done() const;
   bool left();
   void pay();
-  void find_faces(bool carefully = false);
+  void find_faces();
+  void find_faces_carefully();
   void descend(std::size_t steps);
   void momentum_direction(double L, double& dPd, double& dPm);
   double multiply(const std::vector<double>& d, std::vector<double>& Wd);
