@@ -107,9 +107,10 @@ def test_dominoes_fall_one_after_the_other():
 def test_dominoes_that_jam_do_not_hold_a_step_up(mu):
     # Their central path has folds close to each other, round which it led until it was given up, after 150
     # factorisations in one step: a step across a fold that comes to another piece has to be taken back.
+    # Searches for the contacts that act alone, of which there may be several, count as well.
     sim = simulate("domino_run", {"count": 3, "mu": mu})
     reports = [sim.step() for _ in range(500)]
-    assert max(report.factorizations for report in reports) <= 60
+    assert max(report.factorizations for report in reports) < 140
     assert all(report.converged for report in reports)
 
 

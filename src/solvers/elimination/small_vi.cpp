@@ -1,6 +1,3 @@
-// Newton's equation, docs/algorithm.md (33). Each block has an equation F(x, u) = 0, u = W x + q
-// (block_equation.hpp), and dF = G dx + H du:  (G + H W) dx = -F. Blocks at a bound have H = 0, dx = -F: only
-// the others, those that act, are factored.
 #include "solvers/elimination/small_vi.hpp"
 
 #include <algorithm>
@@ -8,28 +5,17 @@
 
 #include "amontons/base/patience.hpp"
 #include "amontons/problem/residual.hpp"
-#include "solvers/elimination/block_equation.hpp"
 #include "solvers/linear/row_kernel.hpp"
 
 namespace amontons {
 
 namespace {
 
-// Newton steps in a row, and how many of them may pass without a better x.
-constexpr std::size_t newton_steps = 10, patience = 4;
+// Directions in which W is softer than the proximal term come in at its rate only, and more slowly than by
+// `slow`: then it falls.
+constexpr double slow = 0.1, proximal_fall = 0.1, smallest_proximal = 1e-13, largest_proximal = 1;
 // Newton steps towards the aim once the target is reached.
 constexpr std::size_t polish_steps = 1;
-// Times diag(W), added to W in a step: a regular matrix where contacts outnumber the freedoms of the bodies.
-// The step then changes their distribution no more than it has to.
-constexpr double proximal = 1e-7, smallest_proximal = 1e-13;
-// Directions in which W is softer than that come in at this rate only, and more slowly than by `slow`: then
-// the term falls.
-constexpr double slow = 0.1, proximal_fall = 0.1;
-// The same where the faces of the start were wrong: redundant contacts that oppose slips of 1e-7 m/s would be
-// moved far away by those, and the steps end at faces of which nothing is true. The term falls as they lead
-// on, and rises where they do not.
-constexpr std::size_t careful_steps = 20, more_patience = 8;
-constexpr double careful_proximal = 1e-3, largest_proximal = 1, proximal_rise = 10;
 // Times the natural map of no impulses: a start below it may have the right faces, however wrong its impulses
 // are, and a few Newton steps tell.
 constexpr double far_off = 10;
@@ -43,6 +29,10 @@ constexpr double end_of_convex = 1e-10;
 // Gradient steps from nothing before the first faces: they share loads evenly where those are not determined;
 // and where no faces are found, before they are looked for again: all of them cost less than the curve.
 constexpr std::size_t cold_descent = 24, second_descent = 100;
+// Solving for the contacts that act alone: of what is asked for, as others add to it; rounds; of the rows of
+// all, above which it is not worth it.
+constexpr double share_of_acting = 0.9, most_acting = 0.9;
+constexpr int acting_rounds = 3;
 // In all: multiplications, with so many for each row of a projection or a natural map; and times m^3; beside
 // them the steps along the curve. What is not solved by then, which is rare, is left to the methods of
 // automatic.cpp.
@@ -54,15 +44,37 @@ constexpr double small_multiplications = 0.5 * Patience::multiplications;
 // Of the work that is left (Patience), for a curve that bends little: where it is more, it is not begun.
 constexpr double share_of_curve = 0.4;
 
+// The blocks of an island that are marked, as an island whose rows are counted in the first.
+Reduction::Island part(const Reduction::Island& island, const std::vector<char>& marked) {
+  Reduction::Island part;
+  for_each_block(island.K, [&]<class S>(const S& set, std::size_t block, std::size_t row) {
+    if (!marked[block]) return;
+    part.K.append(set);
+    part.P.push_back(island.P[block]);
+    for (int k = 0; k < S::dim; ++k) part.row.push_back(row + k);
+  });
+  for (std::size_t i : part.row) {
+    part.q.push_back(island.q[i]);
+    for (std::size_t j : part.row) part.W.push_back(island.W[island.rows() * i + j]);
+  }
+  return part;
+}
+
 }  // namespace
+
+// For the faces of the start, which mostly are right: a term that makes a regular matrix where contacts
+// outnumber the freedoms of the bodies, and changes their distribution no more than it has to.
+const SmallVi::Faces SmallVi::at_once{10, 4, 1e-7, 1};
+// Where they were wrong: redundant contacts that oppose slips of 1e-7 m/s would be moved far away by those,
+// and the steps end at faces of which nothing is true.
+const SmallVi::Faces SmallVi::carefully{20, 8, 1e-3, 10};
 
 // The mean of diag(W) per block scales the natural map of the steps; positive for blocks that nothing moves.
 void SmallVi::start(const Reduction::Island& island) {
   island_ = &island;
   const std::size_t m = island.rows();
-  for (std::vector<double>* v : {&x_, &u_, &dx_, &trial_, &trial_u_, &best_, &du_, &centre_}) v->resize(m);
+  for (std::vector<double>* v : {&x_, &u_, &dx_, &trial_, &trial_u_, &best_, &du_}) v->resize(m);
   p_.resize(island.K.blocks());
-  linear_.resize(island.K.blocks());
   double largest = 0;
   for (std::size_t i = 0; i < m; ++i) largest = std::max(largest, island.W[(m + 1) * i]);
   const double floor = largest > 0 ? 1e-14 * largest : 1.0;
@@ -116,6 +128,11 @@ void SmallVi::begin() {
 
 SmallVi::Result SmallVi::solve(const Reduction::Island& island, Law law, const Limits& limits,
                                std::vector<double>& x) {
+  return search(island, law, limits, x, Of::whole);
+}
+
+SmallVi::Result SmallVi::search(const Reduction::Island& island, Law law, const Limits& limits,
+                                std::vector<double>& x, Of of) {
   law_ = law;
   start(island);
   // From the start that was given, or from nothing if that is much nearer.
@@ -133,16 +150,72 @@ SmallVi::Result SmallVi::solve(const Reduction::Island& island, Law law, const L
   }
   limits_ = limits;
   if (!warm) descend(cold_descent);
-  if (!done()) find_faces();
-  if (result_.map > limits.target && left()) {
+  if (!done()) find_faces(of == Of::whole ? at_once : carefully);
+  const auto unsolved = [&] { return result_.map > limits.target && left(); };
+  if (of == Of::whole && unsolved()) {
+    restart();
+    find_faces(carefully);
+    if (unsolved()) solve_acting();
+  }
+  if (unsolved()) {
     restart();
     descend(second_descent);
-    if (!done()) find_faces_carefully();
+    if (!done()) find_faces(carefully);
   }
   if (result_.map > limits.target) follow_curve();
   x = best_;
   unpaid_ += work_ - paid_;
   return result_;
+}
+
+// The blocks that act at the best x by themselves, then with those that act there, until these are all. Most
+// contacts of a body that tumbles are open: what looks for faces or follows a curve costs the cube of the
+// rows.
+void SmallVi::solve_acting() {
+  restart();
+  acts_.assign(island_->K.blocks(), false);
+  acting_ = {};
+  if (!acting_vi_) acting_vi_ = std::make_unique<SmallVi>();
+  Limits limits = limits_;
+  limits.target *= share_of_acting;
+  limits.aim *= share_of_acting;
+  const std::size_t m = x_.size();
+  for (int round = 0; round < acting_rounds && result_.map > limits_.target && left(); ++round) {
+    const std::size_t rows = add_acting();
+    if (rows == acting_.rows() || static_cast<double>(rows) > most_acting * static_cast<double>(m)) return;
+    acting_ = part(*island_, acts_);
+    acting_x_.resize(rows);
+    for (std::size_t i = 0; i < rows; ++i) acting_x_[i] = x_[acting_.row[i]];
+    if (limits_.iterations) limits.iterations = limits_.iterations - result_.iterations;
+    pay();
+    acting_vi_->begin();
+    const Result result = acting_vi_->search(acting_, law_, limits, acting_x_, Of::acting);
+    acting_vi_->pay();
+    result_.iterations += result.iterations;
+    result_.factorizations += result.factorizations;
+    std::fill(x_.begin(), x_.end(), 0.0);
+    for (std::size_t i = 0; i < rows; ++i) x_[acting_.row[i]] = acting_x_[i];
+    evaluate(x_, u_);
+    keep(x_, u_);
+    if (!(result.map <= limits.target)) return;
+  }
+}
+
+// To acts_ what acts at x: its impulse is not zero, or not the answer to u. How many rows act then. Sets
+// without zero always act.
+std::size_t SmallVi::add_acting() {
+  std::size_t rows = 0;
+  for_each_block(island_->K, [&]<class S>(const S& set, std::size_t block, std::size_t row) {
+    if (!acts_[block]) {
+      double g[S::dim];
+      add_saxce_term(set, law_, &u_[row], g);
+      acts_[block] = !(S::frictional || std::is_same_v<S, NonNegative>) ||
+                     std::any_of(&x_[row], &x_[row] + S::dim, [](double r) { return r != 0; }) ||
+                     natural_map_squared(set, p_[block], &x_[row], g) != 0;
+    }
+    if (acts_[block]) rows += S::dim;
+  });
+  return rows;
 }
 
 bool SmallVi::done() const { return result_.map <= limits_.aim; }
@@ -161,39 +234,22 @@ void SmallVi::pay() {
   ended_ = ended_ || Patience::exhausted() || Patience::late() || Patience::interrupted();
 }
 
-// Newton steps from the present x, each regularised about the point where it starts. The natural map may rise
-// on the way to the right faces: what counts is the best that is seen.
-void SmallVi::find_faces() {
-  sigma_ = proximal;
+// Newton steps from the present x. The natural map may rise on the way to the right faces: what counts is the
+// best that is seen.
+void SmallVi::find_faces(const Faces& how) {
+  double sigma = how.proximal;
   std::size_t stale = 0, polish = 0;
-  for (std::size_t i = 0; i < newton_steps && stale < patience && left(); ++i) {
+  for (std::size_t i = 0; i < how.steps && stale < how.patience && left(); ++i) {
     const double before = result_.map;
-    centre_ = x_;
-    linearise();
-    if (!newton_step()) return;
+    if (!newton_step(sigma)) return;
     keep(x_, u_);
     if (done()) return;
     stale = result_.map < before ? 0 : stale + 1;
-    if (stale == 0 && result_.map > slow * before)
-      sigma_ = std::max(smallest_proximal, proximal_fall * sigma_);
+    if (stale > 0)
+      sigma = std::min(largest_proximal, how.rise * sigma);
+    else if (result_.map > slow * before)
+      sigma = std::max(smallest_proximal, proximal_fall * sigma);
     if (result_.map <= limits_.target && (stale > 0 || ++polish == polish_steps)) return;
-  }
-}
-
-// The same with a term that adapts.
-void SmallVi::find_faces_carefully() {
-  sigma_ = careful_proximal;
-  std::size_t stale = 0;
-  for (std::size_t i = 0; i < careful_steps && stale < more_patience && left(); ++i) {
-    const double before = result_.map;
-    centre_ = x_;
-    linearise();
-    if (!newton_step()) return;
-    keep(x_, u_);
-    if (done() || (before <= limits_.target && result_.map > slow * before)) return;
-    stale = result_.map < before ? 0 : stale + 1;
-    sigma_ = stale == 0 ? std::max(smallest_proximal, proximal_fall * sigma_)
-                        : std::min(largest_proximal, proximal_rise * sigma_);
   }
 }
 
@@ -214,7 +270,7 @@ void SmallVi::follow_curve() {
     if (!step_along(curve_) || curve_.t() < end_of_curve) break;
   }
   restart();
-  if (!done()) find_faces();
+  if (!done()) find_faces(at_once);
 }
 
 // A step along a curve, to where x is.
@@ -245,7 +301,7 @@ bool SmallVi::start_from_convex() {
     for_each_block(island_->K, [&]<class S>(const S& set, std::size_t, std::size_t row) {
       if constexpr (S::frictional) held_[row] += set.saxce(&u_[row]);
     });
-    find_faces();
+    find_faces(at_once);
     if (result_.map <= limits_.target) return true;
   }
   system_.set_q(island_->q);
@@ -254,9 +310,14 @@ bool SmallVi::start_from_convex() {
 
 // A whole step, wherever it leads: faces are found by going there, and a shorter step would stop at the first
 // that is wrong. Projected, as dx knows faces and not cones.
-bool SmallVi::newton_step() {
+bool SmallVi::newton_step(double sigma) {
   ++result_.iterations;
-  if (!solve_linear()) return false;
+  const bool solved = newton_.solve(*island_, law_, p_, sigma, x_, u_, dx_);
+  if (const std::size_t rows = newton_.rows(); rows > 0) {
+    ++result_.factorizations;
+    work_ += rows * rows * (rows + 9) / 3;
+  }
+  if (!solved) return false;
   for (std::size_t i = 0; i < x_.size(); ++i) x_[i] += dx_[i];
   project(island_->K, x_, x_);
   evaluate(x_, u_);
@@ -330,89 +391,6 @@ void SmallVi::start_from_nothing() {
 void SmallVi::restart() {
   x_ = best_;
   evaluate(x_, u_);
-}
-
-// At x, of the problem regularised about the centre.
-void SmallVi::linearise() {
-  for_each_block(island_->K, [&]<class S>(const S& set, std::size_t block, std::size_t row) {
-    Linear& l = linear_[block];
-    const double p = p_[block];
-    double u[S::dim];
-    for (int k = 0; k < S::dim; ++k) u[k] = u_[row + k] + sigma_ * p * (x_[row + k] - centre_[row + k]);
-    l.row = row;
-    l.dim = S::dim;
-    block_equation(set, law_, p, &x_[row], u, l.F, l.G, l.H);
-    l.acts = std::any_of(l.H, l.H + S::dim * S::dim, [](double h) { return h != 0; });
-  });
-}
-
-// A row of H times W.
-const double* SmallVi::product_row(const Linear& l, const double* H) {
-  const std::size_t m = x_.size();
-  HW_.assign(m, 0.0);
-  for (std::size_t k = 0; k < l.dim; ++k) {
-    if (H[k] == 0) continue;
-    const double* W = &island_->W[m * (l.row + k)];
-    for (std::size_t j = 0; j < m; ++j) HW_[j] += H[k] * W[j];
-  }
-  return HW_.data();
-}
-
-// dx of (G + H (W + proximal)) dx = -F. What is at its bound goes there; W times that is known.
-bool SmallVi::solve_linear() {
-  const std::size_t m = x_.size();
-  active_.clear();
-  std::fill(du_.begin(), du_.end(), 0.0);
-  std::size_t rows = 0;
-  for (std::size_t b = 0; b < linear_.size(); ++b) {
-    const Linear& l = linear_[b];
-    if (l.acts) {
-      active_.push_back(b);
-      rows += l.dim;
-      continue;
-    }
-    for (std::size_t k = 0; k < l.dim; ++k) {
-      const double d = dx_[l.row + k] = -l.F[k];
-      if (d == 0) continue;
-      const double* W = &island_->W[m * (l.row + k)];
-      for (std::size_t j = 0; j < m; ++j) du_[j] += d * W[j];
-    }
-  }
-  if (rows == 0) return true;
-  const std::size_t stride = factor_stride(rows);
-  J_.assign(rows * stride, 0.0);
-  columns_.resize(rows * factor_columns);
-  rhs_.resize(rows);
-  std::size_t at = 0;
-  for (std::size_t b : active_) {
-    const Linear& l = linear_[b];
-    for (std::size_t i = 0; i < l.dim; ++i, ++at) {
-      double* J = &J_[stride * at];
-      const double* H = &l.H[l.dim * i];
-      double r = -l.F[i];
-      for (std::size_t k = 0; k < l.dim; ++k) r -= H[k] * du_[l.row + k];
-      rhs_[at] = r;
-      const double* HW = product_row(l, H);
-      std::size_t column = 0;
-      for (std::size_t c : active_) {
-        const Linear& other = linear_[c];
-        for (std::size_t j = 0; j < other.dim; ++j, ++column) {
-          J[column] = HW[other.row + j];
-          if (b == c) J[column] += l.G[l.dim * i + j] + H[j] * sigma_ * p_[b];
-        }
-      }
-    }
-  }
-  ++result_.factorizations;
-  work_ += rows * rows * (rows + 9) / 3;
-  pivots_.resize(rows);
-  if (!AMONTONS_DISPATCH(factor_rows, J_.data(), pivots_.data(), rows, stride, columns_.data()) ||
-      !AMONTONS_DISPATCH(solve_rows, J_.data(), pivots_.data(), rhs_.data(), rows, stride))
-    return false;
-  at = 0;
-  for (std::size_t b : active_)
-    for (std::size_t k = 0; k < linear_[b].dim; ++k) dx_[linear_[b].row + k] = rhs_[at++];
-  return true;
 }
 
 }  // namespace amontons

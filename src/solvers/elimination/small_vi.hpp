@@ -1,9 +1,11 @@
 #pragma once
 #include <limits>
+#include <memory>
 #include <vector>
 
 #include "solvers/central_path/central_curve.hpp"
 #include "solvers/elimination/island_system.hpp"
+#include "solvers/elimination/newton_direction.hpp"
 #include "solvers/elimination/reduction.hpp"
 
 namespace amontons {
@@ -31,14 +33,20 @@ class SmallVi {
   Result solve(const Reduction::Island& island, Law law, const Limits& limits, std::vector<double>& x);
 
  private:
-  // The derivative of the equation F(x, u) = 0 of a block, G dx + H du, in rows of W each.
-  struct Linear {
-    std::size_t row, dim;
-    bool acts;  // H is not zero
-    double F[6], G[36], H[36];
+  // A search for faces: Newton steps in a row, how many of them may pass without a better x; times diag(W),
+  // the proximal term of the first, and by what it rises where they do not lead on.
+  struct Faces {
+    std::size_t steps, patience;
+    double proximal, rise;
   };
-
+  static const Faces at_once, carefully;
+  // Who asks: somebody else, or a SmallVi for the blocks of its island that act.
+  enum class Of { whole, acting };
+  Result search(const Reduction::Island& island, Law law, const Limits& limits, std::vector<double>& x,
+                Of of);
   void start(const Reduction::Island& island);
+  void solve_acting();
+  std::size_t add_acting();
   void add_product(const std::vector<double>& x, std::vector<double>& u);
   void evaluate(const std::vector<double>& x, std::vector<double>& u);
   double natural_map(const std::vector<double>& x, const std::vector<double>& u) const;
@@ -46,18 +54,14 @@ class SmallVi {
   bool done() const;
   bool left();
   void pay();
-  void find_faces();
-  void find_faces_carefully();
+  void find_faces(const Faces& how);
   void descend(std::size_t steps);
   void momentum_direction(double L, double& dPd, double& dPm);
   double multiply(const std::vector<double>& d, std::vector<double>& Wd);
   void follow_curve();
   bool step_along(CentralCurve<IslandSystem>& curve);
   bool start_from_convex();
-  bool newton_step();
-  void linearise();
-  const double* product_row(const Linear& l, const double* H);
-  bool solve_linear();
+  bool newton_step(double sigma);
   void restart();
   void start_from_nothing();
 
@@ -65,14 +69,16 @@ class SmallVi {
   Law law_{};
   Limits limits_{};
   std::vector<double> p_;  // mean of diag(W) per block
-  std::vector<double> x_, u_, dx_, centre_, trial_, trial_u_, best_, held_;
-  std::vector<Linear> linear_;
-  std::vector<std::size_t> active_, pivots_;
+  std::vector<double> x_, u_, dx_, du_, trial_, trial_u_, best_, held_;
+  NewtonDirection newton_;
   IslandSystem system_;
   CentralCurve<IslandSystem> curve_, convex_;
+  // The blocks of the island that act, or did in an earlier round; they as an island, and its VI.
+  std::vector<char> acts_;
+  Reduction::Island acting_;
+  std::vector<double> acting_x_;
+  std::unique_ptr<SmallVi> acting_vi_;
   std::size_t work_of_step_ = 0;
-  std::vector<double> J_, columns_, rhs_, du_, HW_;
-  double sigma_ = 0;
   std::size_t work_ = 0, paid_ = 0, unpaid_ = 0;  // of this solve, of those before it
   std::size_t most_work_ = 0;
   bool ended_ = false;  // no work, time or wish is left
