@@ -20,11 +20,14 @@ function(amontons_settings target)
   if(NOT BUILD_SHARED_LIBS)
     set_target_properties(${target} PROPERTIES CXX_VISIBILITY_PRESET hidden VISIBILITY_INLINES_HIDDEN ON)
   endif()
-  # GCC copies structures of this size with `rep movsq`, whose start takes as long as a contact (368 bytes) in
-  # vector registers; contacts are copied into the problem and the state in every step.
+  # GCC copies and clears structures of this size with `rep movsq` and `rep stosq`, whose start takes as long as
+  # a contact (368 bytes) in vector registers; contacts are copied into the problem and the state in every step,
+  # and rows of joints begin as zeros.
   check_cxx_compiler_flag(-mmemcpy-strategy=vector_loop:512:noalign,libcall:-1:noalign AMONTONS_HAS_VECTOR_COPY)
   if(AMONTONS_HAS_VECTOR_COPY)
-    target_compile_options(${target} PRIVATE -mmemcpy-strategy=vector_loop:512:noalign,libcall:-1:noalign)
+    foreach(operation memcpy memset)
+      target_compile_options(${target} PRIVATE -m${operation}-strategy=vector_loop:512:noalign,libcall:-1:noalign)
+    endforeach()
   endif()
   if(AMONTONS_WARNINGS_AS_ERRORS)
     target_compile_options(${target} PRIVATE -Werror)

@@ -25,13 +25,13 @@ double drive_of(const Actuator& actuator, const State& state, Index index, doubl
 }
 
 // With L = G l: the effort along l is G times that along L, and its coefficients G^2 times theirs.
-Law law_of(const Actuator& actuator, double w, double length, double rate) {
+EffortLaw law_of(const Actuator& actuator, double w, double length, double rate) {
   const double G = actuator.transmission.gear;
   const auto coefficient = [&](int i) { return actuator.gain[i] * w + actuator.bias[i]; };
   if (G == 0) return {};
   const double k = -G * G * coefficient(1), d = -G * G * coefficient(2);
-  Law law{G * coefficient(0), std::max(k, 0.0), std::max(d, 0.0), G * actuator.lower_force,
-          G * actuator.upper_force};
+  EffortLaw law{G * coefficient(0), std::max(k, 0.0), std::max(d, 0.0), G * actuator.lower_force,
+                G * actuator.upper_force};
   law.effort -= std::min(k, 0.0) * length + std::min(d, 0.0) * rate;
   if (G < 0) std::swap(law.lower, law.upper);
   return law;
@@ -48,22 +48,23 @@ double next_activation(const Actuator& actuator, double control, double w, doubl
   return std::clamp(w, actuator.lower_activation, actuator.upper_activation);
 }
 
-Law present_law(const Model& model, const State& state, Index index, double length, double rate, double h) {
+EffortLaw present_law(const Model& model, const State& state, Index index, double length, double rate,
+                      double h) {
   const Actuator& actuator = model.description().actuators[index];
   return law_of(actuator, drive_of(actuator, state, index, h), length, rate);
 }
 
-double known_effort(const Law& law) { return std::clamp(law.effort, law.lower, law.upper); }
+double known_effort(const EffortLaw& law) { return std::clamp(law.effort, law.lower, law.upper); }
 
 bool has_row(const Model& model, const State& state, Index index, double h) {
-  const Law law = present_law(model, state, index, 0, 0, h);
+  const EffortLaw law = present_law(model, state, index, 0, 0, h);
   return law.stiffness > 0 || law.damping > 0;
 }
 
 void append_actuator(const RowInput& in, Index index, const ActuatedLine& line, JointRows& rows) {
   const Actuator& actuator = in.model.description().actuators[index];
   const double h = in.options.h, s = line.scale, G = actuator.transmission.gear;
-  const Law law = present_law(in.model, in.state, index, line.length, line.rate, h);
+  const EffortLaw law = present_law(in.model, in.state, index, line.length, line.rate, h);
   // A servo of a rotation goes the shorter way round: its target less its length is known but for turns.
   double length = line.length;
   const double turn = turn_of(actuator.transmission);

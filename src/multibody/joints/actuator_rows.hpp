@@ -5,12 +5,13 @@ namespace amontons {
 
 // The present law of an actuator: F - k l - d l', clipped to [lower, upper], along the coordinate l that its
 // gear multiplies.
-struct Law {
+struct EffortLaw {
   double effort, stiffness, damping, lower, upper;
 };
-Law present_law(const Model& model, const State& state, Index actuator, double length, double rate, double h);
+EffortLaw present_law(const Model& model, const State& state, Index actuator, double length, double rate,
+                      double h);
 // The effort of a law without stiffness and damping, which is known before the step.
-double known_effort(const Law& law);
+double known_effort(const EffortLaw& law);
 // Whether an actuator, with its present control, has a row.
 bool has_row(const Model& model, const State& state, Index actuator, double h);
 

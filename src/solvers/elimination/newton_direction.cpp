@@ -46,9 +46,10 @@ void NewtonDirection::take_bounds(const Reduction::Island& island, std::vector<d
   du_.assign(m, 0.0);
   std::size_t rows = 0;
   for (std::size_t b = 0; b < linear_.size(); ++b) {
-    const Linear& l = linear_[b];
+    Linear& l = linear_[b];
     if (l.acts) {
       active_.push_back(b);
+      l.column = rows;
       rows += l.dim;
       continue;
     }
@@ -62,38 +63,31 @@ void NewtonDirection::take_bounds(const Reduction::Island& island, std::vector<d
   rhs_.resize(rows);
 }
 
-// Matrix and right hand side of the blocks that act.
+// Matrix and right hand side of the blocks that act. Most rows of H have one number.
 void NewtonDirection::fill(const Reduction::Island& island, double sigma) {
-  const std::size_t stride = factor_stride(rhs_.size());
+  const std::size_t m = island.rows(), stride = factor_stride(rhs_.size());
   J_.assign(rhs_.size() * stride, 0.0);
   std::size_t at = 0;
   for (std::size_t b : active_) {
     const Linear& l = linear_[b];
     for (std::size_t i = 0; i < l.dim; ++i, ++at) {
-      double* J = &J_[stride * at];
       const double* H = &l.H[l.dim * i];
       rhs_[at] = -l.F[i];
-      for (std::size_t k = 0; k < l.dim; ++k) rhs_[at] -= H[k] * du_[l.row + k];
-      multiply_row(island, l, H);
-      for (std::size_t c : active_) {
-        const Linear& other = linear_[c];
-        for (std::size_t j = 0; j < other.dim; ++j, ++J) {
-          *J = HW_[other.row + j];
-          if (b == c) *J += l.G[l.dim * i + j] + H[j] * sigma * l.p;
-        }
+      for (std::size_t k = 0; k < l.dim; ++k) {
+        rhs_[at] -= H[k] * du_[l.row + k];
+        if (H[k] != 0) add_active(&island.W[m * (l.row + k)], H[k], &J_[stride * at]);
       }
+      double* J = &J_[stride * at + l.column];
+      for (std::size_t j = 0; j < l.dim; ++j) J[j] += l.G[l.dim * i + j] + H[j] * sigma * l.p;
     }
   }
 }
 
-// A row of H times W.
-void NewtonDirection::multiply_row(const Reduction::Island& island, const Linear& l, const double* H) {
-  const std::size_t m = island.rows();
-  HW_.assign(m, 0.0);
-  for (std::size_t k = 0; k < l.dim; ++k) {
-    if (H[k] == 0) continue;
-    const double* W = &island.W[m * (l.row + k)];
-    for (std::size_t j = 0; j < m; ++j) HW_[j] += H[k] * W[j];
+// J += h w, of a row w of W the columns of the blocks that act.
+void NewtonDirection::add_active(const double* w, double h, double* J) const {
+  for (std::size_t b : active_) {
+    const Linear& l = linear_[b];
+    for (std::size_t j = 0; j < l.dim; ++j) *J++ += h * w[l.row + j];
   }
 }
 

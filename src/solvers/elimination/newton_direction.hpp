@@ -23,8 +23,8 @@ class NewtonDirection {
 
  private:
   struct Linear {
-    std::size_t row, dim;
-    bool acts;  // H is not zero
+    std::size_t row, dim, column;  // of the first of its rows, in the matrix
+    bool acts;                     // H is not zero
     double p, F[6], G[36], H[36];
   };
 
@@ -32,11 +32,11 @@ class NewtonDirection {
                  const std::vector<double>& x, const std::vector<double>& u);
   void take_bounds(const Reduction::Island& island, std::vector<double>& dx);
   void fill(const Reduction::Island& island, double sigma);
-  void multiply_row(const Reduction::Island& island, const Linear& l, const double* H);
+  void add_active(const double* w, double h, double* J) const;
 
   std::vector<Linear> linear_;
   std::vector<std::size_t> active_, pivots_;
-  std::vector<double> J_, columns_, rhs_, du_, HW_;
+  std::vector<double> J_, columns_, rhs_, du_;
 };
 
 }  // namespace amontons
