@@ -16,6 +16,8 @@ Array = np.ndarray[Any, Any]
 COMPARED, STEP = 0.5, 2e-3  # s: how long motions are compared, and with which step
 FINER = 8  # MuJoCo's step over that of its reference
 SPEED = 0.5  # rad/s, m/s: of the velocities at the start, one standard deviation
+# Of equalities: MuJoCo raises the time constant to two steps, and lowers what an impedance may be.
+HARD_SOLREF, HARD_SOLIMP = (1e-9, 1.0), (1.0, 1.0, 1e-3, 0.5, 2.0)
 CONTROL = 0.1  # of the range of a control, above its middle or zero
 
 
@@ -66,24 +68,32 @@ class Motion:
 
 @dataclass(frozen=True)
 class Kick:
-    """What sets a model in motion: velocities at the start, in the order that both have, and controls."""
+    """What sets a model in motion, in the order that both have.
 
+    Coordinates to add at the start, which close what is open there (MuJoCo would pull it together within its
+    time constant, ours does within a tenth of a second); velocities, as far as loops allow them; controls.
+    """
+
+    closing: Array | None
     velocities: Array | None
     controls: dict[str, float]
 
     @staticmethod
     def of(model: amontons.Model, m: Any) -> Kick:
         start = amontons.Simulation(model)
-        velocities = None
-        if model.nv == m.nv:  # else bodies became one, or something was not read
+        closing = velocities = None
+        if (model.nq, model.nv) == (m.nq, m.nv):  # else bodies became one, or something was not read
+            open_q = start.q.copy()
+            start.q = open_q
+            closing = start.q - open_q
             start.qd = SPEED * np.random.default_rng(0).normal(size=model.nv)
-            velocities = start.qd.copy()  # as far as loops allow it
+            velocities = start.qd.copy()
         controls = {}
         for name in model.actuator_names:
             k = mujoco_actuator(m, name)
             low, high = m.actuator_ctrlrange[k] if m.actuator_ctrllimited[k] else (-1.0, 1.0)
             controls[name] = float(min(max(0.0, low), high) + CONTROL * (high - low))
-        return Kick(velocities, controls)
+        return Kick(closing, velocities, controls)
 
 
 def mujoco_actuator(m: Any, name: str) -> int:
@@ -98,6 +108,7 @@ def our_motion(
     simulation = amontons.Simulation(model, dt=STEP / parts, on_failure="ignore")
     if kick is not None:
         if kick.velocities is not None:
+            simulation.q = simulation.q + kick.closing
             simulation.qd = kick.velocities
         for name, value in kick.controls.items():
             simulation.set_control(name, value)
@@ -119,6 +130,7 @@ def their_motion(m: Any, ends: Ends, parts: int, kick: Kick | None = None) -> Mo
     data = mujoco.MjData(m)
     if kick is not None:
         if kick.velocities is not None:
+            data.qpos += kick.closing
             data.qvel[:] = kick.velocities
         for name, value in kick.controls.items():
             data.ctrl[mujoco_actuator(m, name)] = value
@@ -138,9 +150,9 @@ def their_motion(m: Any, ends: Ends, parts: int, kick: Kick | None = None) -> Mo
 def free_motion(model: amontons.Model, m: Any, ends: Ends, until: float) -> dict[str, Any]:
     """Without contacts, limits and dry friction on both sides, against MuJoCo's implicit integrator.
 
-    What is left out is soft in MuJoCo and hard here: where dry friction holds a joint, MuJoCo's creeps. All
-    joints start with some velocity, all actuators have a control: a robot that falls freely would show
-    nothing.
+    What is left out is soft in MuJoCo and hard here: where dry friction holds a joint, MuJoCo's creeps. So
+    are equalities, which are made as hard as its step lets them be. All joints start with some velocity, all
+    actuators have a control: a robot that falls freely would show nothing.
 
     Both methods are of first order, so that the error of a step is about twice what halving it changes (for
     MuJoCo, 8/7 of what the finer one changes). The larger of both errors of a body is what its difference is
@@ -151,10 +163,13 @@ def free_motion(model: amontons.Model, m: Any, ends: Ends, until: float) -> dict
     flags, integrator, off = int(m.opt.disableflags), int(m.opt.integrator), mujoco.mjtDisableBit
     m.opt.disableflags = flags | off.mjDSBL_CONTACT | off.mjDSBL_LIMIT | off.mjDSBL_FRICTIONLOSS
     m.opt.integrator = mujoco.mjtIntegrator.mjINT_IMPLICIT
+    softness = m.eq_solref.copy(), m.eq_solimp.copy()
+    m.eq_solref[:], m.eq_solimp[:] = HARD_SOLREF, HARD_SOLIMP
     loose = free_of_constraints(model)
     kick = Kick.of(loose, m)
     finer, coarse = their_motion(m, ends, FINER, kick), their_motion(m, ends, 1, kick)
     m.opt.disableflags, m.opt.integrator = flags, integrator
+    m.eq_solref[:], m.eq_solimp[:] = softness
     ours = our_motion(loose, ends, 1, until, kick)
     halved = our_motion(loose, ends, 2, until, kick)
     error = np.maximum(2 * ends.distances(ours, halved), FINER / (FINER - 1) * ends.distances(coarse, finer))
