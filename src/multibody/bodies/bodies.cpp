@@ -25,7 +25,9 @@ void place_bodies(const Model& model, const State& state, BodyFrames& frames, Bo
     velocities[i] = {state.linear_velocities[i] + cross(omega, arm), omega};
     if (!model.is_dynamic(static_cast<Index>(i))) continue;
     frames[i].inertia = R * body.inertia * transposed(R);
-    mobility[i] = {1 / body.mass, R * model.inverse_inertia(static_cast<Index>(i)) * transposed(R), false};
+    const double factor = model.mobility_factor(static_cast<Index>(i));
+    mobility[i] = {factor / body.mass,
+                   factor * (R * model.inverse_inertia(static_cast<Index>(i)) * transposed(R)), false};
   }
 }
 

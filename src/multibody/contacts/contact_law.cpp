@@ -105,6 +105,9 @@ void store_impulses(const Problem& problem, Law law, const Solution& solution, c
     c.slip = u.linear - c.normal_velocity * c.normal;
     c.spin = u.angular;
     c.state = state_of(set, problem.P[block], law, &solution.x[row], &solution.u[row]);
+    // Bodies that were stopped (step/step_problem) stick, wherever the error of the start put the trial
+    // point.
+    if (c.state == ContactState::slip && c.slip == Vec3{} && c.spin == Vec3{}) c.state = ContactState::stick;
   });
 }
 

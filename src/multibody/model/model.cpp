@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 namespace amontons {
 
@@ -40,6 +41,27 @@ double combined(FrictionRule rule, double a, double b) {
   return 0.5 * (a + b);
 }
 
+// Mass of each dynamic body over that of the heaviest body of its mechanism: dynamic bodies that joints
+// connect (union-find). 1 for bodies of no joint.
+std::vector<double> lightness_in_mechanism(const ModelDescription& d) {
+  std::vector<std::size_t> parent(d.bodies.size());
+  std::iota(parent.begin(), parent.end(), std::size_t{0});
+  const auto root = [&](std::size_t i) {
+    while (parent[i] != i) i = parent[i] = parent[parent[i]];
+    return i;
+  };
+  const auto moves = [&](Index body) { return body >= 0 && d.bodies[body].motion == Motion::dynamic; };
+  for (const Joint& joint : d.joints)
+    if (moves(joint.body_a) && moves(joint.body_b))
+      parent[root(static_cast<std::size_t>(joint.body_a))] = root(static_cast<std::size_t>(joint.body_b));
+  std::vector<double> heaviest(d.bodies.size(), 0.0), lightness(d.bodies.size(), 1.0);
+  for (std::size_t i = 0; i < d.bodies.size(); ++i)
+    if (moves(static_cast<Index>(i))) heaviest[root(i)] = std::max(heaviest[root(i)], d.bodies[i].mass);
+  for (std::size_t i = 0; i < d.bodies.size(); ++i)
+    if (moves(static_cast<Index>(i))) lightness[i] = d.bodies[i].mass / heaviest[root(i)];
+  return lightness;
+}
+
 std::vector<Mat3> inverse_inertias(const std::vector<Body>& bodies) {
   std::vector<Mat3> all;
   for (const Body& body : bodies)
@@ -56,6 +78,12 @@ Model::Model(ModelDescription description) : d_(std::move(description)) {
   for (const Body& body : d_.bodies)
     if (body.motion == Motion::dynamic) total_mass_ += body.mass;
   inverse_inertia_ = inverse_inertias(d_.bodies);
+  lightness_ = lightness_in_mechanism(d_);
+  constexpr double least_lightness = 1e-8;
+  for (double& lightness : lightness_) {
+    mobility_factor_.push_back(std::min(1.0, lightness / least_lightness));
+    lightness = std::max(lightness, least_lightness);
+  }
   length_ = median_radius(*this);
   first_dof_.push_back(0);
   for (const Joint& joint : d_.joints) {
@@ -89,6 +117,13 @@ Model::Model(ModelDescription description) : d_(std::move(description)) {
   // Of two materials for one pair the later one holds.
   std::stable_sort(pairs_.begin(), pairs_.end(),
                    [](const auto& a, const auto& b) { return a.first < b.first; });
+}
+
+double Model::lightness(Index body_a, Index body_b) const {
+  const bool a = is_dynamic(body_a), b = is_dynamic(body_b);
+  if (!a && !b) return 1;
+  if (!b || (a && body(body_a).mass < body(body_b).mass)) return lightness_[body_a];
+  return lightness_[body_b];
 }
 
 // Asked for every pair of the broad phase in every step: masks first, which decide most cases, then a search.

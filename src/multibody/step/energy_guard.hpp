@@ -22,14 +22,16 @@ struct EnergyInput {
   double closing;   // m/s, at which those of closed contacts are kept from growing
 };
 
-// J: the work of what can only dissipate, and how much of it may be positive.
+// J: the work of what can only dissipate, and how much of it may be positive. It is the work along the mean
+// velocity of the step, or that along the actual motion where the first exceeds the allowance.
 struct EnergyBalance {
   double work, allowed;
   bool holds() const { return work <= allowed; }
 };
-// Memory: mean velocities of the step, and those of the bodies that impulses move, zeros for others.
+// Memory: mean velocities of the step, those of the bodies that impulses move (zeros for others), and the
+// change of the velocities.
 struct EnergyScratch {
-  BodyVelocities all, moved;
+  BodyVelocities all, moved, change;
 };
 EnergyBalance energy_balance(const EnergyInput& in, EnergyScratch& scratch);
 

@@ -25,7 +25,7 @@ namespace amontons {
 
 namespace {
 
-// E of inequalities over D M^-1 D' of their row.
+// E of inequalities over D M^-1 D' of their row times Model::lightness().
 constexpr double softness = 1e-3;
 // Linear systems are solved to rounding, in one factorisation: of light bodies between heavy ones a rough
 // solution is none. With inequalities this precision is enough, as a step is followed by others.
@@ -126,8 +126,12 @@ JointRows position_rows(const PositionInput& in, const BodyVelocities& rest, con
   rows.auxiliary_inverse_mass = all.auxiliary_inverse_mass;
   const double h = in.options.h;
   const bool few = all.tags.size() <= few_position_rows;
+  const auto of_model = [&](Index body) {  // auxiliary bodies follow those of the model
+    return body < static_cast<Index>(in.model.bodies()) ? body : world;
+  };
   const auto append_inequality = [&](const JacobianRow& row, double gap, const RowTag& tag) {
-    const double E = softness * inverse_mass_felt(row, in.mobility, rows.auxiliary_inverse_mass);
+    const double E = softness * in.model.lightness(of_model(row.body_a), of_model(row.body_b)) *
+                     inverse_mass_felt(row, in.mobility, rows.auxiliary_inverse_mass);
     rows.append(NonNegative{}, row, {E, std::max(gap / h, -speed)}, 0, tag);
   };
   for (std::size_t i = 0; i < all.tags.size(); ++i) {

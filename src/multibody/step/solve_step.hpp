@@ -19,6 +19,7 @@ struct StepSolver {
   Elimination& elimination;  // of `auto`: memory, kept from step to step
   Speeds fastest;            // at the start, and what gravity adds
   bool corrected = false;    // positions, in this step
+  bool at_rest = false;      // bodies are slow before the step and with its start
   bool again = false;        // goes on from another solve of the same step
   bool missed = false;       // a solve of the same attempt at the step has missed its tolerance
 };
@@ -32,6 +33,9 @@ double most_work(std::size_t blocks);
 // from what it found, and the repair of a step that it left unsolved. The share is small where another solve
 // has `missed` its tolerance, as so will the step. It has so many seconds, whatever it is made of.
 Patience share_of_step(bool missed, double seconds);
+
+// Whether a solution is a start that was accepted.
+bool is_accepted_start(const Solution& solution);
 
 // Solves a VI of the step from x0, the impulses of the last step; empty: from nothing. A solution that is no
 // longer needed lends its memory.

@@ -46,6 +46,23 @@ double enough_of_a_turn(const Model& model, double h) {
   return share * h * norm(model.description().gravity);
 }
 
+// Whether bodies that touch something move no faster than the error of a start within the tolerance, before
+// the step and with the impulses of the last one. Such a start is accepted, and the bodies stop. Their
+// velocities would stay in the state, the starts of the next steps would add theirs, and the scene would
+// never come to rest. Where anything moves, the balance of forces stays exact.
+static bool is_at_rest(const Model& model, const StepBodies& bodies, const StepProblem& vi, double tolerance,
+                       double h, BodyVelocities& v) {
+  if (vi.x0.empty() || std::get<ContactSystem>(vi.problem->A).contacts.empty()) return false;
+  const double slow = tolerance * h * norm(model.description().gravity);
+  const auto is_slow = [&](const BodyVelocity& body) {
+    return norm(body.linear) <= slow && model.length() * norm(body.angular) <= slow;
+  };
+  if (!std::all_of(bodies.start.begin(), bodies.start.end(), is_slow)) return false;
+  v = bodies.free;
+  apply_impulses(*vi.problem, vi.x0, v);
+  return std::all_of(v.begin(), v.end(), is_slow);
+}
+
 void solve_and_look(const Model& model, const StepBodies& bodies, const Assembly& assembly, double margin,
                     StepSolver solver, ContactFinder& finder, std::vector<Contact>& contacts, StepProblem& vi,
                     BodyVelocities& after, Report& report) {
@@ -62,12 +79,15 @@ void solve_and_look(const Model& model, const StepBodies& bodies, const Assembly
     // A hard solve takes all that it gets, and what its velocities lead to would not be looked for.
     if (!solver.again && second_look * solver.clock.left() > 6 * solver.look)
       solver.clock.set_aside(second_look);
+    solver.at_rest = is_at_rest(model, bodies, vi, solver.options.tolerance, assembly.h, after);
     vi.solution = solve_step(solver, *vi.problem, vi.x0, std::move(vi.solution));
     solver.clock.set_aside(0);
     solver.again = true;
     solver.missed = solver.missed || vi.solution.status != Status::converged;
     after = bodies.free;
     apply_impulses(*vi.problem, vi.solution.x, after);
+    if (solver.at_rest && is_accepted_start(vi.solution))
+      std::fill(after.begin(), after.end(), BodyVelocity{});
     solver.clock.lap(report.timings.solve);
     solver.clock.solved(in_time);
     const std::size_t known = contacts.size();

@@ -365,16 +365,11 @@ Solution after_elimination(const Problem& problem, const Options& options, Elimi
   return better_of(std::move(s), solve_by_islands(problem, rest, solve_after_elimination));
 }
 
-// Mechanisms with few contacts, and few contacts alone, are solved directly, all islands at once: a step of a
-// simulation has the memory, the analysis and nearly the solution of the one before.
-Solution with_memory(const Problem& problem, const Options& options, Elimination& elimination,
-                     Solution memory, ToleranceOf tolerance) {
-  Solution s = std::move(memory);
-  if (elimination.solve(problem, options, s))
-    return after_elimination(problem, options, elimination, std::move(s));
-  s = solve_by_islands(problem, options, solve_directly_or_race, tolerance);
+// Islands race. Where the solve ends early, joints hold all the same, and contacts give no energy.
+Solution race_islands(const Problem& problem, const Options& options, Elimination& elimination,
+                      ToleranceOf tolerance) {
+  Solution s = solve_by_islands(problem, options, solve_directly_or_race, tolerance);
   if (s.status == Status::converged || s.status == Status::infeasible) return s;
-  // Where the solve ends early, joints hold all the same, and contacts give no energy.
   if (options.history || options.callback || !elimination.settle(problem, options, s)) return s;
   s.phases.push_back({"elimination", "joints for the contacts so far", 0, s.residual});
   s.reason += ", " + describe({s.phases.back()});
@@ -397,15 +392,31 @@ Solution automatic(const Problem& problem, const Options& options) {
     }
   }
   Elimination elimination;
-  Solution s = with_memory(problem, options, elimination, {}, ToleranceOf::whole);
+  Solution s;
+  if (!solve_directly(problem, options, elimination, s))
+    s = race_islands(problem, options, elimination, ToleranceOf::whole);
   if (s.reason.empty()) name_elimination(s);
   return s;
+}
+
+// Mechanisms with few contacts, and few contacts alone, all islands at once: a step of a simulation has the
+// memory, the analysis and nearly the solution of the one before.
+bool solve_directly(const Problem& problem, const Options& options, Elimination& elimination, Solution& s) {
+  if (!elimination.solve(problem, options, s)) return false;
+  s = after_elimination(problem, options, elimination, std::move(s));
+  return true;
+}
+
+Solution solve_by_race(const Problem& problem, const Options& options, Elimination& elimination) {
+  return race_islands(problem, options, elimination, ToleranceOf::each);
 }
 
 // A step of a simulation.
 Solution automatic(const Problem& problem, const Options& options, Elimination& elimination,
                    Solution memory) {
-  return with_memory(problem, options, elimination, std::move(memory), ToleranceOf::each);
+  Solution s = std::move(memory);
+  if (!solve_directly(problem, options, elimination, s)) s = solve_by_race(problem, options, elimination);
+  return s;
 }
 
 }  // namespace amontons

@@ -27,10 +27,11 @@ constexpr double most_work = 2e7;
 constexpr double aim = 1e-5;
 // Of the tolerance: what islands are asked for; the rest is left to the rounding of W.
 constexpr double share = 0.9;
-// Of the natural map at zero: what bilateral rows may leave beside the tolerance; and how often they are
-// corrected by what they leave.
+// Natural map that bilateral rows may leave beside the tolerance, as a fraction of that at zero. Refinements
+// of their impulses: the least compliance of K slows convergence down where links are 1e-8 of what they
+// carry.
 constexpr double rounding = 1e-13;
-constexpr int corrections = 2;
+constexpr int corrections = 6;
 // Solves of the small problems, each with what the last one left on the true problem.
 constexpr int most_rounds = 3;
 

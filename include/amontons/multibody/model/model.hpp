@@ -36,6 +36,14 @@ class Model {
   // (1 without any). Default tolerances are fractions of it, so that results do not depend on units.
   double length() const { return length_; }
   double total_mass() const { return total_mass_; }
+  // Mass of the lighter dynamic body of a row over the mass of the heaviest body that joints connect it to,
+  // in [1e-8, 1]; 1 if no joint holds the lighter body. Compliances that are relative to D M^-1 D' of a row
+  // are multiplied by it: a row of a light link carries the weight of the heavy ones.
+  double lightness(Index body_a, Index body_b) const;
+  // Factor of the inverse mass and inertia that impulses feel, at most 1: below 1 for a body that is lighter
+  // than 1e-8 of the heaviest one of its mechanism. One ulp of the impulses that carry the mechanism would
+  // move it by more than a tolerance of 1e-6 allows, and no solve could converge.
+  double mobility_factor(Index body) const { return mobility_factor_[body]; }
   // Whether two geoms may touch: masks, exclusions, joints that forbid it, unless their pair says always;
   // same body, none dynamic.
   bool may_touch(Index geom_a, Index geom_b) const;
@@ -55,6 +63,8 @@ class Model {
   std::vector<std::pair<Index, Index>> excluded_geoms_;              // the same of geoms
   std::vector<std::pair<std::pair<Index, Index>, Material>> pairs_;  // sorted geom pairs
   std::vector<double> rest_offset_;
+  std::vector<double> mobility_factor_;
+  std::vector<double> lightness_;  // of each body beside the heaviest one of its mechanism
   std::vector<Mat3> inverse_inertia_;
   double length_ = 1, total_mass_ = 0;
 };

@@ -8,7 +8,13 @@ namespace amontons {
 // Solution::reason tells what ran. Without a deadline the clock decides nothing: the same x every time.
 Solution automatic(const Problem&, const Options&);
 // The same with memory that is kept from one solve to the next; a solution that is no longer needed lends its
-// arrays.
+// arrays. It is solve_directly() where that applies, else solve_by_race().
 Solution automatic(const Problem&, const Options&, Elimination&, Solution memory = {});
+// The direct way, to rounding: bilateral rows eliminated, islands of few rows. What it leaves unsolved goes
+// to the race. False where the direct way does not apply; `s`, whose arrays keep their memory, is then
+// undefined.
+bool solve_directly(const Problem&, const Options&, Elimination&, Solution& s);
+// Methods race, island by island. Where the race ends early, joints hold and contacts give no energy.
+Solution solve_by_race(const Problem&, const Options&, Elimination&);
 
 }  // namespace amontons
