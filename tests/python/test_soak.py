@@ -6,7 +6,7 @@ from pathlib import Path
 
 import amontons
 import pytest
-from soak import odd_scenes, readers
+from soak import odd_scenes, random_scene, readers
 from soak.families import families
 from soak.family import Case
 from soak.runner import Run
@@ -116,6 +116,6 @@ def test_what_was_found_stays_mended(found):
     [(1, 68, 190), (1, 84, 32), (8003, 10, 8), (9101, 26, 80), (9304, 25, 42), (9991, 204, 30)],
 )
 def test_scenes_that_were_faults_hold(seed, index, steps, tmp_path):
-    scene = odd_scenes.Scene(Case("scenes", seed, index, tmp_path))
+    scene = random_scene.Scene(Case("scenes", seed, index, tmp_path))
     sim = amontons.Simulation(scene.model, **(scene.options | {"threads": 1}))
     assert not odd_scenes.judge(scene, sim, steps)["lost after a miss"]

@@ -5,6 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
+Command = Callable[[], None]
+Post = Callable[[Command], None]
+"""lets the owner of the simulation run a command before it goes on"""
+
 
 def on_user(handle: Any, call: Callable[[Any], None]) -> None:
     """Call with the new value (None of a button) when a user has changed it, in the order of the events.

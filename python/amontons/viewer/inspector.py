@@ -9,13 +9,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..model.model import Model
-from .events import on_user
-from .runs import LiveRun
+from .events import Post, on_user
+from .runs import LiveRun, ReplayRun
 
 if TYPE_CHECKING:
     import viser
-
-    from .viewer import Viewer
 
 MOST = 40
 """Sliders of a kind; of a larger model those of the first."""
@@ -24,8 +22,9 @@ MOST = 40
 class Inspector:
     """Name, mass and velocity of the chosen body; sliders of joints and controls."""
 
-    def __init__(self, server: viser.ViserServer, viewer: Viewer) -> None:
-        self._viewer, self._run = viewer, viewer.run
+    def __init__(self, server: viser.ViserServer, run: LiveRun | ReplayRun, post: Post) -> None:
+        self._run, self._post = run, post
+        self._chosen: int | None = None
         with server.gui.add_folder("Body"):
             self._text = server.gui.add_markdown("Click a body; drag it to pull it.")
         self._sliders: list[tuple[Any, Callable[[], float]]] = []  # and what they show
@@ -33,9 +32,14 @@ class Inspector:
             self._joints(server.gui, self._run)
             self._controls(server.gui, self._run)
 
+    def choose(self, body: int | None) -> None:
+        """Show this body from now on, or none."""
+        self._chosen = body
+        self.show()
+
     def show(self) -> None:
         """Values of now."""
-        run, body = self._run, self._viewer.chosen
+        run, body = self._run, self._chosen
         if body is None:
             text = "Click a body; drag it to pull it." if isinstance(run, LiveRun) else "Click a body."
         else:
@@ -91,8 +95,8 @@ class Inspector:
         value = min(max(float(shown()), low), high)
         slider = gui.add_slider(name, low, high, (high - low) / 1000, value)
         self._sliders.append((slider, shown))
-        viewer = self._viewer
-        on_user(slider, lambda value: viewer.post(lambda: set_value(float(value))))
+        post = self._post
+        on_user(slider, lambda value: post(lambda: set_value(float(value))))
 
 
 def motors_of(model: Model) -> Any:

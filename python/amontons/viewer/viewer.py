@@ -18,13 +18,13 @@ import threading
 import time
 import traceback
 import webbrowser
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 
 from ..checks import Array, integer
 from ..errors import InputError, SimulationError
+from .events import Command
 from .marks import Marks
 from .panel import Panel
 from .runs import LiveRun, ReplayRun
@@ -34,8 +34,6 @@ RATE = 25.0
 """Pictures per second."""
 WAIT = 60.0
 """An owner without anything to play looks up this often (s); commands wake it at once."""
-
-Command = Callable[[], None]
 
 
 class Viewer:
@@ -54,7 +52,7 @@ class Viewer:
         self.stage = Stage(self._server, run.model, pick=self._on_pick, grab=self._on_grab)
         self.stage.frame(run.positions)
         self.marks = Marks(self._server, self.stage.root, run)
-        self.panel = Panel(self._server, self)
+        self.panel = Panel(self._server, run, self.stage, self.marks, post=self.post, follow=self.follow)
         self.show()
 
     @property
@@ -130,7 +128,7 @@ class Viewer:
         """Pick a body; None lets it go."""
         self.chosen = body
         self.stage.choose(body)
-        self.panel.show_chosen()
+        self.panel.choose(body)
 
     def follow(self, wanted: bool) -> None:
         """Let the eye go along with the chosen body, or stay."""
