@@ -1,14 +1,9 @@
-"""Hashes of what small scenes do, under both laws: they tell when a change alters results to the last bit.
+"""Hashes of what small scenes do, under both laws: threads and instruction sets must not change them.
 
-    python tests/physics/golden.py            computes and compares, on all threads and instruction sets
-    python tests/physics/golden.py --renew    writes golden.json
+    python tests/physics/bits.py            computes and compares, on all threads and instruction sets
 
-Renew when a change is meant to alter results (another default, another order of a sum, better contact
-points), and say so in its message; never to silence a difference between numbers of threads or instruction
-sets, which is a fault. The core and the scenes take sines and powers from the C library and NumPy, which
-round them differently in other versions and on other processors: golden.json names the platform that it
-holds for, by its versions and by a hash of such values. Elsewhere only threads and instruction sets are
-compared with each other.
+Hashes are compared with each other and kept nowhere: another algorithm, or another C library, may change the
+bits. What a scene must do whatever the algorithm is in bands.py.
 """
 
 from __future__ import annotations
@@ -16,9 +11,7 @@ from __future__ import annotations
 import argparse
 import hashlib
 import json
-import math
 import os
-import platform
 import subprocess
 import sys
 from pathlib import Path
@@ -27,16 +20,16 @@ from typing import Any
 import numpy as np
 from measures import simulate
 
-FILE = Path(__file__).with_name("golden.json")
 THREADS = (1, 2, 3)
-# Scene: parameters, steps. The resting wall is large enough that its contacts are divided among threads.
+# Scene: parameters, steps. The resting wall is large enough that its contacts are divided among threads; the
+# first ball of the cradle hits the second after 355 steps.
 SCENES: dict[str, tuple[dict[str, Any], int]] = {
     "wall": ({"columns": 4, "rows": 4, "speed": 6.0}, 25),
     "wall_at_rest": ({}, 1),
     "hopper": ({"count": 40}, 120),
     "card_house": ({"levels": 2}, 30),
     "chain": ({"links": 10}, 60),
-    "newtons_cradle": ({}, 100),
+    "newtons_cradle": ({}, 400),
     "tracked_vehicle": ({"slabs": 2}, 15),
 }
 LAWS = ("coulomb", "associated")
@@ -64,20 +57,6 @@ def scene_hash(name: str, law: str, threads: int) -> str:
 
 def hashes(threads: int) -> dict[str, dict[str, str]]:
     return {name: {law: scene_hash(name, law, threads) for law in LAWS} for name in SCENES}
-
-
-def this_platform() -> dict[str, str]:
-    x = np.linspace(-3, 3, 20001)
-    library = [[f(v) for v in x.tolist()] for f in (math.sin, math.cos, math.tan)]
-    library += [[f(v, 0.7) for v in x.tolist()] for f in (math.atan2, math.hypot, math.remainder)]
-    arrays = (np.sin(x), np.cos(x), np.arctan2(x, 0.7), np.hypot(x, 0.7), np.exp(x), np.abs(x) ** 0.3)
-    products = x[:900].reshape(100, 3, 3) @ x[9000:9900].reshape(100, 3, 3)
-    return {
-        "machine": platform.machine(),
-        "C library": " ".join(platform.libc_ver()) or platform.platform(),
-        "NumPy": np.__version__,
-        "sines and powers": digest(*library, *arrays, products),
-    }
 
 
 def sets_of_the_processor() -> list[str]:
@@ -109,7 +88,6 @@ def main() -> int:
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
-    parser.add_argument("--renew", action="store_true", help="write golden.json")
     parser.add_argument("--print", action="store_true", help="print the hashes of this process as JSON")
     arguments = parser.parse_args()
     if arguments.print:
@@ -121,20 +99,8 @@ def main() -> int:
             if unlike := differences(found, others):
                 print(f"a fault: {isa} on {threads} threads has other bits of {', '.join(unlike)}")
                 return 1
-    if arguments.renew:
-        FILE.write_text(json.dumps({"platform": this_platform(), "hashes": found}, indent=2) + "\n")
-        print(FILE)
-        return 0
-    committed = json.loads(FILE.read_text())
-    for name, value in this_platform().items():
-        if committed["platform"][name] != value:
-            print(f"another platform: {name} is {value}, in golden.json {committed['platform'][name]}")
-    unlike = differences(committed["hashes"], found)
-    print(
-        "\n".join(f"{entry}: other bits than in golden.json" for entry in unlike)
-        or "all bits as in golden.json"
-    )
-    return bool(unlike)
+    print("all bits are the same")
+    return 0
 
 
 if __name__ == "__main__":
