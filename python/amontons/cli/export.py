@@ -137,7 +137,9 @@ def _export(
             hit = body is not None and touched(sim, body)
             if hit or (body is None and k % (every or last) == 0):
                 digits = max(6, len(str(last)))
-                path = output if every is None else output.with_stem(f"{output.stem}-{k:0{digits}d}")
+                path = output
+                if every is not None:
+                    path = writable(output.with_stem(f"{output.stem}-{k:0{digits}d}"), own=True)
                 _write(sim, chosen.source, path)
                 written[path] = report
                 if not quiet:

@@ -10,6 +10,7 @@ from typing import Annotated, Any
 import typer
 
 from ..errors import InputError
+from ..io.files import writable
 from .common import NOT_CONVERGED, AsJson, complain, facts_table, one_line_errors, print_json
 from .completion import studies
 
@@ -52,7 +53,7 @@ def sweep(
     with one_line_errors():
         require_parts("pyarrow")
         chosen = read_study(study)
-        out = chosen.out if output is None else output
+        out = writable(chosen.out, own=True) if output is None else output
         options = dict(chosen.options)
         if processes is not None and dask is not None:
             raise InputError("give one of --processes and --dask")

@@ -100,7 +100,7 @@ def _share(part: float, whole: float) -> str:
 
 def write_reports(reports: Table, path: Path) -> None:
     """A CSV file with one line per step."""
-    write_whole({path: csv_bytes(REPORTS.names or (), reports.tolist())})
+    write_whole({path: csv_bytes(REPORTS.names or (), reports.tolist())}, own={path})
 
 
 def run_figure(reports: Table, path: Path, *, title: str, tolerance: float) -> None:

@@ -12,7 +12,7 @@ from ..io.files import write_whole
 
 
 def save_figure(figure: Any, path: Path, dpi: int) -> None:
-    """A Matplotlib figure as PNG; it is closed, whatever happens."""
+    """A Matplotlib figure as PNG, in a folder that a user named; it is closed, whatever happens."""
     from matplotlib import pyplot
 
     try:
@@ -20,7 +20,7 @@ def save_figure(figure: Any, path: Path, dpi: int) -> None:
         figure.savefig(data, dpi=dpi, format="png")
     finally:
         pyplot.close(figure)
-    write_whole({path: data.getbuffer()})
+    write_whole({path: data.getbuffer()}, own={path})
 
 
 def csv_bytes(header: Sequence[str], rows: Iterable[Iterable[Any]]) -> bytes:

@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 import json
-import os
 import time
-from collections.abc import Iterable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Iterable, Sequence
+from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..errors import FileError, InputError
-from ..io.files import write_whole
+from ..io.files import locked, write_whole
 from .points import RESERVED, agree, kind
 from .task import Row
 
@@ -138,32 +137,8 @@ def _column(values: list[Any], type: Any) -> Any:
     return pyarrow.array(values, type)
 
 
-@contextmanager
-def alone(path: Path | None) -> Iterator[None]:
+def alone(path: Path | None) -> AbstractContextManager[None]:
     """FileError if another study writes to this file."""
-    if path is None or os.name != "posix":
-        yield
-        return
-    import fcntl
-
-    lock = path.with_name(f".{path.name}.lock")
-    while True:
-        try:
-            file = open(lock, "w")  # noqa: SIM115
-        except OSError as error:
-            raise FileError(f"{path}: cannot be written here ({error.strerror})") from None
-        try:
-            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except OSError:
-            file.close()
-            raise FileError(
-                f"{path}: another study is writing to it; wait for it, or give another out"
-            ) from None
-        if lock.exists() and os.path.samestat(os.fstat(file.fileno()), lock.stat()):
-            break
-        file.close()  # its owner has just removed it
-    try:
-        yield
-    finally:
-        lock.unlink(missing_ok=True)
-        file.close()
+    if path is None:
+        return nullcontext()
+    return locked(path, "another study is writing to it; wait for it, or give another out")
