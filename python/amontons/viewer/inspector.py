@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..checks import visible
 from ..model.model import Model
-from .events import on_user
+from .events import literal, on_user
 from .runs import LiveRun
 
 if TYPE_CHECKING:
@@ -47,9 +48,8 @@ class Inspector:
                 "velocity": f"{vector(v, 'm/s')}, |v| = {np.linalg.norm(v):.3g}",
                 "spin": vector(w, "rad/s"),
             }
-            text = f"**{part.name or f'body {body}'}**\n\n" + "\n".join(
-                f"- {k}: {t}" for k, t in rows.items()
-            )
+            title = literal(part.name) if part.name else f"body {body}"
+            text = f"**{title}**\n\n" + "\n".join(f"- {k}: {t}" for k, t in rows.items())
         if self._text.content != text:
             self._text.content = text
         for slider, shown in self._sliders:  # what a reset, a program or the motion has changed
@@ -89,7 +89,7 @@ class Inspector:
     ) -> None:
         """A slider of a thousand steps that shows a value and sets it."""
         value = min(max(float(shown()), low), high)
-        slider = gui.add_slider(name, low, high, (high - low) / 1000, value)
+        slider = gui.add_slider(visible(name), low, high, (high - low) / 1000, value)
         self._sliders.append((slider, shown))
         viewer = self._viewer
         on_user(slider, lambda value: viewer.post(lambda: set_value(float(value))))

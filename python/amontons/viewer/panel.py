@@ -5,11 +5,12 @@ from __future__ import annotations
 import time
 from typing import TYPE_CHECKING
 
+from ..checks import visible
 from .events import on_user
 from .inspector import Inspector
 from .marks import KINDS
 from .plots import Plots
-from .runs import LiveRun, ReplayRun
+from .runs import LiveRun, ReplayRun, pace
 from .solver_panel import add_solver
 from .stage import COLLISION, VISUAL
 
@@ -62,7 +63,7 @@ class Panel:
     def tell(self, message: str) -> None:
         """A message on every page."""
         for client in self._server.get_clients().values():
-            client.add_notification("amontons", message, auto_close_seconds=None, color="red")
+            client.add_notification("amontons", visible(message, "\n"), auto_close_seconds=None, color="red")
         self._show_playing()
 
     def _show_playing(self) -> None:
@@ -88,7 +89,7 @@ class Panel:
             run.step()
 
         def set_speed(value: str) -> None:
-            run.speed = float(value)
+            run.speed = pace(float(value))
 
         on_user(self._play, lambda _: viewer.post(toggle))
         on_user(step, lambda _: viewer.post(one))

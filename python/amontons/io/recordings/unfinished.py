@@ -1,9 +1,9 @@
 """HDF5 files whose writer was killed, or is within a write: read without waiting for it.
 
 The superblock of such a file says that it is open for writing, so that HDF5 reads it only as one of the many
-readers of a single writer (SWMR). It then takes a wrong checksum for a write that is about to be finished, and
-tries again after 1, 2, 4, 8, ... ns, a hundred times: for ever, where the file is damaged. So the file is shown
-to HDF5 with a superblock that says that it is closed and ends where it ends. A file in which a write has just
+readers of a single writer (SWMR). It then takes a wrong checksum for a write that is about to be finished,
+and tries again after 1, 2, 4, 8, ... ns, a hundred times: for ever, where the file is damaged. So HDF5 is
+shown a superblock that says that the file is closed and ends where it ends. A file in which a write has just
 begun may then seem damaged; who reads it looks again (`open_recording`).
 
 After the HDF5 File Format Specification 3.0, II.A (superblock, version 3) and III.G (Jenkins' hash).
