@@ -12,7 +12,7 @@ from types import FrameType
 from typing import Annotated, Any
 
 import typer
-from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+from rich.progress import BarColumn, Progress, TimeElapsedColumn, TimeRemainingColumn
 
 from ..errors import FileError, InputError, SimulationError
 from ..io import record as record_to
@@ -24,6 +24,7 @@ from .common import (
     NOT_CONVERGED,
     AsJson,
     Threads,
+    Words,
     complain,
     err,
     facts_table,
@@ -274,9 +275,9 @@ def _signals() -> Iterator[_Signals]:
 def _bar(subject: Subject, steps: int) -> Iterator[Any]:
     """A bar on stderr with simulated time, real-time factor, contacts and residual."""
     columns = (
-        TextColumn("{task.description}"),
+        Words("{task.description}"),
         BarColumn(),
-        TextColumn("{task.fields[status]}"),
+        Words("{task.fields[status]}"),
         TimeElapsedColumn(),
         TimeRemainingColumn(),
     )

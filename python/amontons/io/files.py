@@ -19,6 +19,7 @@ from secrets import token_hex
 
 from ..checks import shown
 from ..errors import FileError
+from ..visible import visible
 
 try:
     import fcntl
@@ -52,7 +53,7 @@ def existing(path: str | PathLike[str], what: str) -> Path:
     except OSError as error:  # a name too long
         raise FileError(f"{shown(path)}: cannot be a file ({_reason(error)})") from None
     if not there:
-        raise FileNotFoundError(f"{path}: no such file")
+        raise FileNotFoundError(visible(f"{path}: no such file"))
     if not path.is_file():  # a pipe would wait for its writer, a device has no end
         raise FileError(f"{path}: is no regular file; give {what}")
     if not os.access(path, os.R_OK):

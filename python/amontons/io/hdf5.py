@@ -275,7 +275,7 @@ def write_integer(group: h5py.Group, key: str, value: int) -> None:
 
 def write_text(group: h5py.Group, key: str, text: str) -> None:
     """A scalar of fixed length that ends with NUL, as the C library of FCLIB reads it."""
-    data = text.encode("utf-8") + b"\0"
+    data = text.encode("utf-8", "backslashreplace") + b"\0"
     kind = h5py.h5t.C_S1.copy()
     kind.set_size(len(data))
     kind.set_strpad(h5py.h5t.STR_NULLTERM)

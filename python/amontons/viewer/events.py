@@ -6,7 +6,7 @@ import re
 from collections.abc import Callable
 from typing import Any
 
-from ..checks import visible
+from ..visible import visible
 
 
 def on_user(handle: Any, call: Callable[[Any], None]) -> None:

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..checks import visible
 from ..model.model import Model
+from ..visible import visible
 from .events import literal, on_user
 from .runs import LiveRun
 

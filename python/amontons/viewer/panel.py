@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from typing import TYPE_CHECKING
 
-from ..checks import visible
+from ..visible import visible
 from .events import on_user
 from .inspector import Inspector
 from .marks import KINDS

@@ -24,8 +24,9 @@ from typing import Any
 
 import numpy as np
 
-from ..checks import Array, integer, visible
+from ..checks import Array, integer
 from ..errors import InputError, SimulationError
+from ..visible import visible
 from .gate import Gate
 from .marks import Marks
 from .panel import Panel
