@@ -24,6 +24,7 @@ from rich.text import Text
 from ..errors import InputError, SimulationError
 from ..io import read_problem
 from ..problem.problem import Problem
+from ..ranges import MOST_COUNT
 from ..visible import visible
 from . import completion
 
@@ -74,6 +75,13 @@ Threads = Annotated[
 ]
 
 AsJson = Annotated[bool, typer.Option("--json", help="Print JSON in place of the table.")]
+
+
+def most_steps(option: str, value: float, steps: int) -> int:
+    """The number of steps that an option asks for; InputError where nobody lives to see the last."""
+    if steps > MOST_COUNT:
+        raise InputError(f"{option} = {value:.6g}: asks for {steps:.4g} steps, more than {MOST_COUNT}")
+    return steps
 
 
 def make_folder(folder: Path) -> None:

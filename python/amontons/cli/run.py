@@ -29,6 +29,7 @@ from .common import (
     err,
     facts_table,
     make_folder,
+    most_steps,
     notes,
     one_line_errors,
     print_json,
@@ -187,7 +188,7 @@ def _steps(subject: Subject, duration: float | None) -> int:
     wanted = subject.duration if duration is None else duration
     if not 0 < wanted < float("inf"):
         raise InputError(f"duration = {wanted:g}; it must be positive and finite")
-    return max(1, round(wanted / subject.simulation.dt))
+    return most_steps("duration", wanted, max(1, round(wanted / subject.simulation.dt)))
 
 
 def _simulate(

@@ -243,8 +243,10 @@ class Reader:
             raise self.fail(f"{self.name(key)} cannot be read; the file is damaged ({reason})") from None
 
     def require_version(self, newest: int) -> None:
-        """FileError if a newer amontons wrote the file."""
-        if (version := self.integer("version")) > newest:
+        """FileError if a newer amontons wrote the file, or none."""
+        if (version := self.integer("version")) < 1:
+            raise self.fail(f"has version {version} of the format; the first is 1: the file is damaged")
+        if version > newest:
             raise self.fail(
                 f"has version {version} of the format; this amontons reads up to {newest}: update it"
             )

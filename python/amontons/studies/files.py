@@ -13,6 +13,7 @@ import numpy as np
 from ..checks import integer, number, suggestion
 from ..errors import FileError, InputError
 from ..io.files import existing
+from .points import MOST_RUNS
 from .subjects import named_run
 
 KEYS = ("run", "out", "grid", "points", "fixed", "seeds", "processes", "retries", "timeout")
@@ -41,6 +42,8 @@ def read_study(path: Path, module: str | None = None) -> Study:
         told = tomllib.loads(path.read_text())
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise FileError(f"{path}: is not TOML ({error})") from None
+    except RecursionError:
+        raise FileError(f"{path}: has lists or tables within each other, too many to be read") from None
     try:
         return _study(path, told, module)
     except FileError:
@@ -108,7 +111,7 @@ def _range(name: str, value: Any) -> Any:
         if key not in value:
             raise InputError(f"grid.{name}: {key} is missing; a range has from, to and count")
     ends = [number(f"grid.{name}.{key}", value[key]) for key in ("from", "to")]
-    count = integer(f"grid.{name}.count", value["count"], 2)
+    count = integer(f"grid.{name}.count", value["count"], 2, MOST_RUNS)
     scale = value.get("scale", "linear")
     if scale not in ("linear", "log"):
         raise InputError(f'grid.{name}.scale = {scale!r}; it must be "linear" or "log"')
