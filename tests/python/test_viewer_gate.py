@@ -192,6 +192,7 @@ def test_a_malformed_message_is_a_line(viewer, caplog):
         msgspec.msgpack.encode({"type": "ViewerCameraMessage", "wxyz": [math.nan, 0, 0, 0]}),
         msgspec.msgpack.encode({"type": "GuiUpdateMessage"}),
         drag(instance_index=-1), drag(instance_index="0"), drag(phase="none"), drag(unknown=1),
+        drag(name={}), drag(owner=[]), drag(modifier={}),
         drag(end_position=[math.inf, 0, 0]), drag(end_position=[1.0]), drag(start_position=None),
     ]  # fmt: skip
     with caplog.at_level(logging.WARNING), page(viewer) as opened:

@@ -156,12 +156,17 @@ def _odd(table: pyarrow.Table, about: Any) -> str:
     for name, kind_ in _types().items():
         if name in names and table.schema.field(name).type != kind_:
             return f"the column {name!r} holds {table.schema.field(name).type}, not {kind_}"
+    return _odd_values(table)
+
+
+def _odd_values(table: pyarrow.Table) -> str:
     try:
         rows = table.to_pylist()
         keys = [row["key"] for row in rows]
-        for row in rows:
-            for name, value in row.items():
-                plain(name, value) if name != "started" else None
+        for name, value in (
+            (name, value) for row in rows for name, value in row.items() if name != "started"
+        ):
+            plain(name, value)
     except Exception as error:  # texts that are none, times that there are not, values of other kinds
         return f"a value cannot be read ({' '.join(str(error).split())[:200]})"
     if None in keys or len(set(keys)) < len(keys):

@@ -79,6 +79,7 @@ def _click(told: dict[str, Any], inputs: Mapping[str, Any]) -> None:
     index = told.get("instance_index")
     if index is not None and (type(index) is not int or index < 0):
         raise Refused(f"a click on the body {_line(repr(index))}")
+    _texts(told)
     for name in ("ray_origin", "ray_direction"):
         _numbers(told, name, 3)
     _numbers(told, "screen_pos", 2)
@@ -88,6 +89,7 @@ def _drag(told: dict[str, Any], inputs: Mapping[str, Any]) -> None:
     index = told.get("instance_index")
     if told.get("phase") not in PHASES or (index is not None and (type(index) is not int or index < 0)):
         raise Refused(f"a drag of the body {_line(repr(index))}")
+    _texts(told)
     for name in ("start_position", "end_position"):
         _numbers(told, name, 3)
     for name in ("start_screen_pos", "end_screen_pos"):
@@ -101,6 +103,14 @@ KINDS = {
     "SceneNodeDragMessage": _drag,
 }
 """What the page of the viewer sends. viser knows more, such as a wish to be shown by a server elsewhere."""
+
+
+def _texts(told: dict[str, Any]) -> None:
+    """What was clicked or dragged, and how."""
+    for name in ("name", "owner", "modifier", "button"):
+        value = told.get(name)
+        if value is not None and not isinstance(value, str):
+            raise Refused(f"{name} = {_line(repr(value))}; it must be a text")
 
 
 def _numbers(told: dict[str, Any], name: str, count: int) -> None:
