@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import gc
 import http.client
 import logging
+import os
 import time
 from collections.abc import Callable
 from functools import cache
@@ -157,6 +159,7 @@ def _message(rng: Rng, inputs: list[str], encode: Callable[[Any], bytes]) -> byt
 def _judge(shown: Any, done: list[int]) -> None:
     from amontons.problem.options import LAWS, methods
 
+    gc.collect()  # of a task that failed asyncio tells when it goes
     if not done:
         raise Failure("hang", "the owner of the simulation no longer obeys")
     if faults:
@@ -175,6 +178,8 @@ def browser() -> Any:
     """Chromium without a window, or None."""
     import shutil
 
+    if "LD_PRELOAD" in os.environ:  # a sanitizer, with which no browser starts
+        return None
     try:
         from playwright.sync_api import sync_playwright
     except ImportError:
