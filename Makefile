@@ -1,4 +1,4 @@
-# make demo | test | docs | bench | soak | format | lint | sanitize | stubs | clean. All that is made lies in .venv, build and out.
+# make demo | test | docs | bench | soak | format | lint | sanitize | release_checks | stubs | clean. All that is made lies in .venv, build and out.
 SHELL := /bin/bash -o pipefail
 .DELETE_ON_ERROR:
 .DEFAULT_GOAL := help
@@ -20,13 +20,16 @@ BUILD := build/python
 FORMATTED = $(shell find include src bindings tests/cpp benchmarks examples \( -name '*.hpp' -o -name '*.cpp' \))
 # Folders are prerequisites too: their time changes when a file is added or removed.
 NATIVE := $(shell find include src bindings cmake 2>/dev/null) CMakeLists.txt pyproject.toml
+# What lint runs of tools; check_policy.py follows when the rooms that it lists have their policy.hpp.
+CHECKS := check_layers check_style check_policy
 say = @printf '\033[1m%s\033[0m\n'
 
-# Of make soak: its length (s) and the seed of all its cases.
+# The length (s) of make soak and of the soak under asan in make release_checks, and the seed of all their cases.
 SOAK_SECONDS ?= 3600
+SANITIZED_SOAK_SECONDS ?= 600
 SOAK_SEED ?= 1
 
-.PHONY: help demo test cpp_tests browser docs figures replays notebooks bench soak format lint sanitize stubs wheel clean install
+.PHONY: help demo test cpp_tests browser docs figures replays notebooks bench soak format lint sanitize release_checks stubs wheel clean install
 help:
 	@echo 'make demo      a wrecking ball hits a wall of 750 bricks: recording, pictures, figures in out/demo'
 	@echo 'make test      C++ and Python tests'
@@ -37,6 +40,7 @@ help:
 	@echo 'make soak      random damage, misuse and scenes for an hour; the table goes to benchmarks/results'
 	@echo 'make format    format the C++ and Python sources;  make lint  only check'
 	@echo 'make sanitize  C++ tests under the address, undefined-behaviour and thread sanitizers'
+	@echo 'make release_checks  what .ci/run leaves out: the Python module under sanitizers, make soak, make wheel'
 	@echo 'make wheel     wheels for every Linux and the source distribution, tried in empty environments, in dist'
 	@echo 'make stubs     renew the committed stub of the compiled module;  make clean  remove what was built'
 
@@ -112,12 +116,16 @@ lint: .venv/.requirements
 	$(BIN)/clang-format --dry-run -Werror $(FORMATTED) || code=1; \
 	$(BIN)/ruff check || code=1; \
 	$(BIN)/ruff format --check || code=1; \
-	$(BIN)/python tools/check_layers.py || code=1; \
-	$(BIN)/python tools/check_style.py || code=1; \
+	for check in $(CHECKS); do $(BIN)/python tools/$$check.py || code=1; done; \
 	exit $$code
 
 sanitize: .venv/.requirements
 	@for preset in asan tsan; do tools/sanitize $$preset || exit 1; done
+
+# Before a release, beside .ci/run: what takes an hour or more.
+release_checks: install
+	@SOAK_SECONDS=$(SANITIZED_SOAK_SECONDS) SOAK_SEED=$(SOAK_SEED) JOBS=$(JOBS) tools/sanitize asan --python
+	@$(MAKE) --no-print-directory soak wheel
 
 stubs: install
 	@cmake --build $(BUILD) --target amontons_stub

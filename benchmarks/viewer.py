@@ -31,13 +31,13 @@ def field(bodies: int) -> Simulation:
     return Simulation(builder.build())
 
 
-def client(port: int, received: Any, ready: Any) -> None:
+def client(address: str, received: Any, ready: Any) -> None:
     """Takes all that the server sends, and counts its bytes."""
     import viser
     from websockets.sync.client import connect
 
     protocol: Any = f"viser-v{viser.__version__}"
-    with connect(f"ws://127.0.0.1:{port}", subprotocols=[protocol], max_size=None) as socket:
+    with connect(address, subprotocols=[protocol], max_size=None) as socket:
         ready.set()
         while True:
             try:
@@ -53,8 +53,8 @@ def measure(bodies: int, seconds: float) -> dict[str, Any]:
     context = multiprocessing.get_context("spawn")
     received, ready = context.Value("q", 0), context.Event()
     with amontons.view(sim, play=None) as viewer:
-        port = int(viewer.url.rpartition(":")[2])
-        taker = context.Process(target=client, args=(port, received, ready), daemon=True)
+        address = viewer.url.replace("http", "ws", 1)
+        taker = context.Process(target=client, args=(address, received, ready), daemon=True)
         taker.start()
         ready.wait(60)
         time.sleep(1.0)  # the scene itself is sent

@@ -12,6 +12,22 @@ namespace amontons::python {
 
 namespace {
 
+const char* path_name(StepPath path) {
+  switch (path) {
+    case StepPath::accurate:
+      return "accurate";
+    case StepPath::joints_restored:
+      return "joints_restored";
+    case StepPath::budget_spent:
+      return "budget_spent";
+    case StepPath::impulses_scaled:
+      return "impulses_scaled";
+    case StepPath::bodies_stopped:
+      return "bodies_stopped";
+  }
+  return "";
+}
+
 using Handle = std::shared_ptr<Simulation>;
 
 // A simulation that no other thread is in a step of: what a step changes is read and written under the lock
@@ -200,6 +216,8 @@ void bind_options_and_report(nb::module_& m) {
       .def_prop_ro("status", [](const Report& r) { return name_of(r.status); })
       .def_prop_ro("is_sound", &Report::is_sound)
       .def_ro("residual", &Report::residual)
+      .def_prop_ro("path", [](const Report& r) { return path_name(r.path); })
+      .def_ro("solves", &Report::solves)
       .def_ro("iterations", &Report::iterations)
       .def_ro("products", &Report::products)
       .def_ro("factorizations", &Report::factorizations)
@@ -209,6 +227,7 @@ void bind_options_and_report(nb::module_& m) {
       .def_ro("penetration", &Report::penetration)
       .def_ro("joint_error", &Report::joint_error)
       .def_ro("joint_angle_error", &Report::joint_angle_error)
+      .def_ro("worst_joint", &Report::worst_joint)
       .def_ro("kinetic_energy", &Report::kinetic_energy)
       .def_ro("potential_energy", &Report::potential_energy)
       .def_ro("spring_energy", &Report::spring_energy)

@@ -15,6 +15,8 @@ const char* name_of(Status status) {
       return "stalled";
     case Status::interrupted:
       return "interrupted";
+    case Status::made_safe:
+      return "made_safe";
     case Status::infeasible:
       return "infeasible";
   }

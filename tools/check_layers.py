@@ -1,17 +1,20 @@
 """Checks that the layers of ARCHITECTURE.md hold, in C++ and in Python; prints every violation.
 
 C++ (include/amontons, src): see layers_cpp.py. bindings may use everything but Eigen.
-Python: a module may import its own package and those before it in PACKAGES, wherever in the file the import
-stands, and modules import each other without a cycle; what stands below `if TYPE_CHECKING:` does not count.
-amontons/__init__.py is the door and may import all up to DOOR.
+Python: a module may import its own package and those before it in PACKAGES, and modules import each other
+without a cycle, wherever in the file an import stands: inside functions and below `if TYPE_CHECKING:` too.
+amontons/__init__.py is the door and may import all up to DOOR. The scripts of FOLDERS have no layers, but
+they import each other without a cycle too.
 """
 
 import ast
+import itertools
 import sys
 from collections.abc import Iterator
+from dataclasses import dataclass
 from pathlib import Path
 
-from cycles import Graph, find_cycle
+from cycles import Graph, find_cycles
 from layers_cpp import check_cpp
 
 # Python packages from the bottom up; those in one bracket do not know each other. Modules beside them are
@@ -27,17 +30,13 @@ PACKAGES = [
 ]
 ALIASES = {"amontons.shapes": "model", "amontons.__main__": "cli"}
 DOOR = "viewer"
+FOLDERS = ("tools", "benchmarks")
 
 
 def imports(tree: ast.Module, module: str, is_package: bool) -> Iterator[tuple[str, int]]:
-    """(imported dotted name, line), inside functions too; `if TYPE_CHECKING:` does not count."""
+    """(imported dotted name, line) of all imports of a module, wherever they stand."""
     package = module.split(".") if is_package else module.split(".")[:-1]
-
-    def visit(node: ast.AST) -> Iterator[tuple[str, int]]:
-        if isinstance(node, ast.If) and "TYPE_CHECKING" in ast.unparse(node.test):
-            for child in node.orelse:
-                yield from visit(child)
-            return
+    for node in ast.walk(tree):
         if isinstance(node, ast.Import):
             for alias in node.names:
                 yield alias.name, node.lineno
@@ -46,10 +45,6 @@ def imports(tree: ast.Module, module: str, is_package: bool) -> Iterator[tuple[s
             prefix = ".".join([*base, *([node.module] if node.module else [])])
             for alias in node.names:
                 yield f"{prefix}.{alias.name}", node.lineno
-        for child in ast.iter_child_nodes(node):
-            yield from visit(child)
-
-    yield from visit(tree)
 
 
 def package_of(module: str) -> str:
@@ -69,26 +64,56 @@ def may_import(module: str, other: str) -> bool:
     return own == theirs or rank(theirs) < rank(own)
 
 
-def check_python(root: Path) -> Iterator[str]:
+@dataclass(frozen=True)
+class Import:
+    """An import between two modules of one folder."""
+
+    importer: str
+    name: str
+    """dotted, of a module or of what a module defines"""
+    target: str
+    """the module"""
+    where: str
+    """file and line"""
+
+
+def imports_below(root: Path, top: str, *, compiled: frozenset[str] = frozenset()) -> Iterator[Import]:
+    """All imports of modules below the folder `top`, or of compiled ones, by modules below it."""
     files = {}
-    for file in sorted((root / "python" / "amontons").rglob("*.py")):
-        parts = file.relative_to(root / "python").with_suffix("").parts
+    for file in sorted((root / top).rglob("*.py")):
+        parts = file.relative_to(root / top).with_suffix("").parts
         files[".".join(parts[:-1] if parts[-1] == "__init__" else parts)] = file
-    known = {*files, "amontons._core"}  # the compiled module imports nothing of the package
-    order = " < ".join(", ".join(packages) for packages in PACKAGES)
-    graph: Graph = {}
+    known = files.keys() | compiled
+    tops = {module.partition(".")[0] for module in known}
     for module, file in files.items():
         for name, line in imports(ast.parse(file.read_text()), module, file.name == "__init__.py"):
-            if name.split(".")[0] != "amontons":
-                continue
-            target = name if name in known else name.rpartition(".")[0]
-            if target in known and target != module:
-                graph.setdefault(module, set()).add(target)
-            if not may_import(module, name):
-                where = f"{file.relative_to(root)}:{line}"
-                yield f"{where}: {module} may not import {name} (packages: {order})"
-    if cycle := find_cycle(graph):
-        yield "import cycle: " + " -> ".join(cycle)
+            if name.partition(".")[0] in tops:
+                target = name if name in known else name.rpartition(".")[0]
+                yield Import(module, name, target, f"{file.relative_to(root)}:{line}")
+
+
+def cycle_faults(found: list[Import]) -> Iterator[str]:
+    graph: Graph = {}
+    witness: dict[tuple[str, str], str] = {}
+    for one in found:
+        if one.target != one.importer:
+            graph.setdefault(one.importer, set()).add(one.target)
+            witness.setdefault((one.importer, one.target), one.where)
+    for cycle in find_cycles(graph):
+        steps = "; ".join(f"{witness[pair]} imports {pair[1]}" for pair in itertools.pairwise(cycle))
+        yield f"import cycle {' -> '.join(cycle)}: {steps}; move what both need into a third module"
+
+
+def check_python(root: Path) -> Iterator[str]:
+    # The compiled module imports nothing of the package.
+    found = list(imports_below(root, "python", compiled=frozenset(["amontons._core"])))
+    order = " < ".join(", ".join(packages) for packages in PACKAGES)
+    for one in found:
+        if not may_import(one.importer, one.name):
+            yield f"{one.where}: {one.importer} may not import {one.name} (packages: {order})"
+    yield from cycle_faults(found)
+    for folder in FOLDERS:
+        yield from cycle_faults(list(imports_below(root, folder)))
 
 
 def violations(root: Path) -> list[str]:

@@ -1,6 +1,18 @@
-"""What goes wrong, in types. Every message names the thing that is wrong and the remedy."""
+"""What goes wrong, in types. Every message names the thing that is wrong and the remedy.
+
+A message may hold the name that a stranger gave to a body or a file. As text it has escapes in place of what
+a terminal would obey; `args` has it as it was.
+"""
 
 from ._core import InputError as InputError
+from .visible import visible
+
+
+def _text(self: BaseException) -> str:
+    return visible(" ".join(map(str, self.args)), "\n")
+
+
+InputError.__str__ = _text  # type: ignore[method-assign,assignment]
 
 
 class FileError(InputError):
@@ -10,6 +22,8 @@ class FileError(InputError):
 class SymmetrisedWarning(UserWarning):
     """A matrix in a file was unsymmetric and was replaced by its symmetric part."""
 
+    __str__ = _text
+
 
 class StepWarning(UserWarning):
     """The solve of a time step ended above its tolerance; the simulation went on with the best it found."""
@@ -18,9 +32,13 @@ class StepWarning(UserWarning):
 class SimulationError(RuntimeError):
     """A time step failed; the state of the simulation is that before the step."""
 
+    __str__ = _text
+
 
 class ModelWarning(UserWarning):
     """A model leaves something open: a file whether a robot's base is fixed, or there is no body at all."""
+
+    __str__ = _text
 
 
 class UnsupportedWarning(ModelWarning):

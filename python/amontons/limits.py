@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import os
 from dataclasses import dataclass
+from os import PathLike
+from pathlib import Path
 
 from .checks import integer
+from .errors import InputError
 
 COMPRESSION = 1100
 """Deflate, the compression of HDF5 and of archives, makes at most 1032 bytes of one; what a file declares
@@ -17,7 +21,7 @@ BULK, DENSE = 1 << 26, 100
 class Limits:
     """What a file may ask for before it is refused; every reader takes `limits=amontons.Limits(...)`.
 
-    Raises InputError for what is no positive integer.
+    Raises InputError for what is no positive integer, and for a folder that there is not.
     """
 
     memory: int = 2 * 2**30
@@ -29,10 +33,28 @@ class Limits:
     """of elements within elements; MuJoCo's parser takes 500 in a file"""
     chain: int = 1_000
     """of links of a URDF, one on the other; MuJoCo's time grows with the cube of it"""
+    attributes: int = 1_000
+    """of an element of a model file; the time of MuJoCo's parser grows with the square of it"""
+    folder: str | PathLike[str] | None = None
+    """outside of which a model has no meshes, textures, includes and attached models, with links resolved;
+    None: they may be anywhere"""
 
     def __post_init__(self) -> None:
         for name in self.__dataclass_fields__:
-            integer(f"limits: {name}", getattr(self, name), 1, 2**62)
+            if name != "folder":
+                integer(f"limits: {name}", getattr(self, name), 1, 2**62)
+        if self.folder is not None:
+            object.__setattr__(self, "folder", _folder(self.folder))
+
+
+def _folder(given: object) -> Path:
+    try:
+        path = Path(os.path.realpath(given))  # type: ignore[call-overload]
+        if path.is_dir():
+            return path
+    except (TypeError, ValueError, OSError):
+        pass
+    raise InputError(f"limits: folder = {given!r:.200}; it must be a folder that there is")
 
 
 DEFAULT = Limits()

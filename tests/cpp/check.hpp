@@ -12,6 +12,14 @@
 // The executable takes substrings of "test_file: name" and runs the tests that contain one of them, or all.
 namespace check {
 
+// A sanitizer makes programs about ten times slower. Tests that take one path for several sizes then leave
+// out the largest, which the build without sanitizers runs.
+#ifdef AMONTONS_SANITIZED
+constexpr bool sanitized = true;
+#else
+constexpr bool sanitized = false;
+#endif
+
 struct Test {
   const char* file;
   const char* name;

@@ -6,7 +6,7 @@
 #include "check.hpp"
 #include "problems.hpp"
 #include "solvers/central_path/central_curve.hpp"
-#include "solvers/elimination/island_system.hpp"
+#include "solvers/direct/island_system.hpp"
 
 using namespace amontons;
 

@@ -8,8 +8,8 @@
 #include "amontons/solvers/solvers.hpp"
 #include "check.hpp"
 #include "problems.hpp"
-#include "solvers/elimination/constrained.hpp"
-#include "solvers/elimination/reduction.hpp"
+#include "solvers/direct/constrained.hpp"
+#include "solvers/direct/reduction.hpp"
 #include "solvers/linear/quasidefinite.hpp"
 
 using namespace amontons;

@@ -1,4 +1,4 @@
-"""Feet with restitution on damped motors: a bounce that the motors press back within the step is no energy."""
+"""Feet with restitution on damped motors: a bounce that motors press back in the step is no energy."""
 
 import amontons
 import pytest
@@ -47,8 +47,8 @@ def drop(model, dt, duration=1.0):
 def test_a_leg_that_bounces_misses_no_step():
     # The work of a contact along the mean of the velocities before and after is x u- / 2 > 0 where u- points
     # upwards after a bounce and the motors press the foot back (u+ = 0). A balance of that work alone raises
-    # an alarm in 21 of these 500 steps, with every method. A base that rises above its start has gained energy:
-    # the motors start within 6 mJ of their targets' pose, m g z = 15 J per metre.
+    # an alarm in 21 of these 500 steps, with every method. A base that rises above its start has gained
+    # energy: the motors start within 6 mJ of their targets' pose, m g z = 15 J per metre.
     reports, rise = drop(robot(1, 0.4), 2e-3)
     assert all(r.converged and r.balanced for r in reports)
     assert rise < 1e-3

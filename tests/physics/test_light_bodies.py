@@ -33,8 +33,8 @@ def trunk_on_links(mass, links):
     return b.build()
 
 
-# A row that gives way by E x in each step has E = 1e-7 D M^-1 D' r with r = m_light / m_heaviest of the mechanism:
-# its sag per second is 1e-7 g h (masses carried / heaviest) = 2e-9 m here. With r = 1 the trunk on 1e-6 kg sinks
+# A row that gives way by E x in each step has E = 1e-7 D M^-1 D' r, r = m_light / m_heaviest of the mechanism: its
+# sag per second is 1e-7 g h (masses carried / heaviest) = 2e-9 m here. With r = 1 the trunk on 1e-6 kg sinks
 # through its own base by 33 mm/s, and with r of the joint's own two bodies two light links in a row do.
 @pytest.mark.parametrize("links", [1, 2, 3])
 @pytest.mark.parametrize("mass", LIGHT)
@@ -47,8 +47,8 @@ def test_light_links_carry_a_trunk(mass, links):
 
 @pytest.mark.parametrize("mass", LIGHT)
 def test_a_light_loop_carries_a_trunk(mass):
-    # A closed loop of four light links above the trunk: each of its rows is redundant. At 1e-9 kg one ulp of an
-    # impulse moves a link by about the tolerance, and 2 of 500 steps say so.
+    # A closed loop of four light links above the trunk: each of its rows is redundant. At 1e-9 kg one ulp of
+    # an impulse moves a link by about the tolerance, and 2 of 500 steps say so.
     b = ModelBuilder()
     trunk = b.add_body(position=(0, 0, 1), shape=shapes.Box((0.2, 0.1, 0.1)), mass=HEAVY)
     links = [

@@ -26,14 +26,16 @@ def launch(playwright):
 
 
 def open_page(browser, url, size=(900, 600)):
-    """A page and the addresses that it asks for, each of which it is refused unless it is the given one."""
+    """A page and the addresses that it asks for, each of which it is refused unless its server is that of the
+    given one."""
+    server = url.partition("?")[0]
     context = browser.new_context(viewport={"width": size[0], "height": size[1]})
     page = context.new_page()
     asked = []
 
     def route(request):
         asked.append(request.request.url)
-        if request.request.url.startswith((url, "blob:", "data:")):
+        if request.request.url.startswith((server, "blob:", "data:")):
             request.continue_()
         else:
             request.abort()

@@ -149,3 +149,25 @@ def test_equation_is_cited(tmp_path):
     (tmp_path / "docs" / "a.md").write_text("```math\nx \\tag{1}\n```\n[(1)](#eq-1)\n")
     (tmp_path / "a.cpp").write_text("// docs/a.md (1)\n")
     assert faults_of(tmp_path) == []
+
+
+# Breaks when the page on security forgets a kind of file that is read, or a page where it matters does not
+# lead to it: which files of strangers are data and which are programs.
+def test_security_page_names_all_files(root):
+    page = (root / "SECURITY.md").read_text()
+    for kind in (
+        "FCLIB",
+        ".npz",
+        ".mtx",
+        "MJCF",
+        "URDF",
+        ".parquet",
+        ".toml",
+        "pickle",
+        "recordings",
+        "Callbacks",
+    ):
+        assert kind in page, kind
+    for name in ("README.md", "docs/studies.md", "docs/simulation.md", "docs/models.md"):
+        assert "SECURITY.md" in (root / name).read_text(), name
+    assert "## Report a problem" in page

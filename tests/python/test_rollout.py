@@ -134,13 +134,31 @@ def test_missed_steps(model, states):
     rollout(model, low, **options, on_failure="ignore")
 
 
-# Breaks when a world whose velocities are no longer finite is reported as a motion, or without its number.
-def test_not_finite(model, states):
-    worlds = [Simulation(model), Simulation(model)]
+def with_a_bad_one(model, **options):
+    worlds = [Simulation(model, **options) for _ in range(3)]
     worlds[1].state.forces[0, 0] = 1.7e308
     worlds[1].state.linear_velocities[0, 0] = sys.float_info.max
+    return worlds
+
+
+# Breaks when a world whose velocities are no longer finite is reported as a motion or without its number, or
+# takes the rows of the others away; when on_failure does not count.
+@pytest.mark.parametrize("sensors", [False, True])
+def test_not_finite(model, states, sensors):
+    with pytest.warns(amontons.StepWarning, match=r"world 1, row 0: .*; look for loads.*its rows are NaN"):
+        result = rollout(model, with_a_bad_one(model), steps=3, sensors=sensors)
+    good = rollout(model, [Simulation(model), Simulation(model)], steps=3, sensors=sensors)
+    for name in ("q", "qd", "residuals", "missed", "sensors"):
+        assert np.array_equal(getattr(result, name)[[0, 2]], getattr(good, name)), name
+    for name in ("q", "qd", "residuals"):
+        assert np.isnan(getattr(result, name)[1]).all(), name
+    assert [bool(why) for why in result.failures] == [False, True, False]
+    assert "row 0" in result.failures[1]
+    assert good.failures == ["", ""]
     with pytest.raises(amontons.SimulationError, match=r"world 1, row 0: .*; look for loads"):
-        rollout(model, worlds, steps=3)
+        rollout(model, with_a_bad_one(model, on_failure="raise"), steps=3)
+    silent = rollout(model, with_a_bad_one(model, on_failure="ignore"), steps=3)
+    assert silent.failures[1]
 
 
 # Breaks when Python's lock is held during a rollout, or Ctrl-C waits for its end.

@@ -6,9 +6,9 @@ from pathlib import Path
 
 import amontons
 import pytest
-from soak import odd_scenes, readers
+from soak import odd_scenes, random_scene, readers
 from soak.families import families
-from soak.family import Case
+from soak.family import Case, Failure
 from soak.runner import Run
 from soak.shrink import shrink
 from soak.table import added, read_csv, rows, show, write_csv
@@ -84,6 +84,59 @@ def test_tables_of_several_runs_add_up(run, tmp_path):
     assert float(found["good"]["largest height"]) > 0
 
 
+# Breaks when a family of names, links, requests or messages finds what holds, or cannot run in a worker.
+def test_doors_are_closed(run):
+    pytest.importorskip("viser")
+    pytest.importorskip("pyarrow")
+    names = ("names", "links", "viewer-requests", "viewer-messages")
+    made = run(*names, cases=6, modules=("soak.doors", "soak.pages"))
+    table = {row["family"]: row for row in rows(made)}
+    assert [(table[name]["cases"], table[name]["failures"]) for name in names] == [(6, 0)] * 4
+
+
+# Breaks when the families of names, links and messages no longer see what they are there for: names as they
+# are, a writer that goes through a link, a viewer that hears everything, or answers everyone.
+def test_open_doors_are_seen(tmp_path, monkeypatch):
+    pytest.importorskip("viser")
+    from amontons.viewer import gate
+    from soak import doors, pages
+
+    def failures(judge, count):
+        found = []
+        for k in range(count):
+            folder = tmp_path / f"{judge.__name__} {len(os.listdir(tmp_path))}"
+            folder.mkdir()
+            try:
+                judge(Case(judge.__name__, 3, k, folder))
+            except Failure as failure:
+                found.append(failure.kind)
+        return set(found)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(doors, "visible", lambda text, keep="": text)
+        assert failures(doors.names, 20) == {"unshown name"}
+
+    def through(folder):
+        (folder / "report").mkdir(exist_ok=True)
+        with (folder / "report" / "steps.csv").open("w") as file:
+            file.write("x")
+
+    with monkeypatch.context() as patch:
+        patch.setattr(doors, "WAYS", {"through": (("report/steps.csv",), through)})
+        patch.setattr(doors, "PATIENCE", 1)
+        assert failures(doors.links, 20) >= {"followed link", "hang"}
+    with monkeypatch.context() as patch:
+        patch.setattr(gate, "checked", lambda raw, inputs: raw)
+        assert failures(pages.messages, 40) >= {"unchecked message"}
+        pages.viewer().close()
+        pages.viewer.cache_clear()
+    with monkeypatch.context() as patch:
+        patch.setattr(gate.Gate, "_wrong", lambda *_: "")
+        assert failures(pages.requests, 20) == {"door open"}
+        pages.viewer().close()
+        pages.viewer.cache_clear()
+
+
 # Breaks when a good file of a family is none: its damage would be refused for another reason.
 @pytest.mark.parametrize("name", [f.name for f in readers.FAMILIES])
 def test_undamaged_files_are_read(name, tmp_path):
@@ -116,6 +169,6 @@ def test_what_was_found_stays_mended(found):
     [(1, 68, 190), (1, 84, 32), (8003, 10, 8), (9101, 26, 80), (9304, 25, 42), (9991, 204, 30)],
 )
 def test_scenes_that_were_faults_hold(seed, index, steps, tmp_path):
-    scene = odd_scenes.Scene(Case("scenes", seed, index, tmp_path))
+    scene = random_scene.Scene(Case("scenes", seed, index, tmp_path))
     sim = amontons.Simulation(scene.model, **(scene.options | {"threads": 1}))
     assert not odd_scenes.judge(scene, sim, steps)["lost after a miss"]

@@ -36,22 +36,6 @@ def test_step_that_cannot_be_solved_ends():
     np.testing.assert_array_equal(first.state.positions, second.state.positions)
 
 
-# Breaks when every step of a scene that cannot be solved spends its whole limit, when none tries again, or
-# when a state that was saved on the way has forgotten how often it was tried.
-def test_steps_that_follow_unsolved_ones_do_less(tmp_path):
-    sim = hopeless()
-    work = [work_of(sim.step()) for _ in range(6)]
-    sim.save(tmp_path / "half.h5")
-    again = amontons.Simulation.load(tmp_path / "half.h5")
-    work += [work_of(sim.step()) for _ in range(6)]
-    for report, known in zip([again.step() for _ in range(6)], work[6:], strict=True):
-        assert work_of(report) == known
-    np.testing.assert_array_equal(sim.state.positions, again.state.positions)
-    whole = {0, 1, 2, 4, 8}
-    least = min(work[i] for i in whole)
-    assert all(work[i] < 0.7 * least for i in set(range(12)) - whole)
-
-
 # Breaks when a body that spins some million times in a step takes seconds for it, or energy from nothing.
 def test_spin_that_no_step_follows():
     builder = amontons.ModelBuilder(gravity=(0, 0, 0))

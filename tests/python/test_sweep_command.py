@@ -129,3 +129,35 @@ def test_study_of_the_examples(root, tmp_path):
     assert fell[min(fell)]
     assert not fell[max(fell)]
     assert amontons.__version__ == rows[0]["amontons"]
+
+
+# Breaks when a study that is held to one module runs anything else: a file, another module, a function that
+# the module only imported, a private one, a model file; when something is imported before it is refused; when
+# its rows go to another folder. Scenes and functions of the module are allowed.
+def test_functions_of_one_module(study, tmp_path, monkeypatch):
+    (tmp_path / "allowed.py").write_text(
+        "from os import system\nfrom helper import double\n"
+        "def run(x):\n    return {'y': x}\ndef _own(x):\n    return {'y': x}\nclass Made:\n    pass\n"
+    )
+    (tmp_path / "trap.py").write_text("raise SystemExit('imported')\n")
+    (tmp_path / "model.xml").write_text("<mujoco/>")
+    monkeypatch.syspath_prepend(tmp_path)
+    grid = "processes = 0\n[grid]\nx = [1, 2]\n"
+    for name in (
+        "trap:run", "trap.py:run", "mine.py:run", "allowed.py:run", "os:system", "allowed:system",
+        "allowed:double", "allowed:_own", "allowed:Made", "model.xml", "allowed.run:x", "allowed:",
+        "helper:double",
+    ):  # fmt: skip
+        result = run(study(f'run = "{name}"\n{grid}'), "--module", "allowed")
+        assert result.exit_code == 2, name
+        assert "allowed are scenes and functions of allowed" in " ".join(result.stderr.split()), name
+    for out in ("../x.parquet", str(tmp_path.parent / "x.parquet")):
+        result = run(study(f'run = "allowed:run"\nout = "{out}"\n{grid}'), "--module", "allowed")
+        assert result.exit_code == 2
+        assert "lies outside of its folder" in result.stderr
+    assert run(study(f'run = "allowed:run"\n{grid}'), "--module", "allowed").exit_code == 0
+    assert pq.read_table(tmp_path / "study.parquet")["y"].to_pylist() == [1, 2]
+    scene = (
+        'run = "arch"\nout = "arch.parquet"\nprocesses = 0\n[grid]\nmu = [0.5]\n[fixed]\nduration = 0.01\n'
+    )
+    assert run(study(scene), "--module", "allowed").exit_code == 0

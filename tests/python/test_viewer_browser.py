@@ -1,12 +1,18 @@
 """The page of the viewer in a browser without a window: what it loads, plays, picks, drags, scrubs."""
 
+from contextlib import contextmanager
+from functools import partial
+from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
+from threading import Thread
+from urllib.parse import urlsplit
+
 import amontons
 import browser as chrome
 import numpy as np
 import pytest
 from amontons import ModelBuilder, Simulation, shapes
 
-pytest.importorskip("viser", reason="needs viser: pip install 'amontons[view]'")
+viser = pytest.importorskip("viser", reason="needs viser: pip install 'amontons[view]'")
 playwright = pytest.importorskip("playwright.sync_api", reason="needs Playwright: pip install playwright")
 
 BRICK, GREEN = (0.81, 0.48, 0.34), (40, 130, 70)
@@ -69,7 +75,7 @@ def in_view(page):
 def test_loads_from_its_server_alone(opened):
     viewer, page, asked = opened(crate())
     in_view(page)
-    port = viewer.url.rpartition(":")[2]
+    port = urlsplit(viewer.url).port
     own = (f"http://localhost:{port}/", f"ws://localhost:{port}", f"blob:http://localhost:{port}/", "data:")
     assert [address for address in asked if not address.startswith(own)] == []
     seen = brick_seen(page)
@@ -246,3 +252,61 @@ def test_replay_file(browser, tmp_path):
         assert [a for a in asked if not a.startswith((url, "blob:", "data:"))] == []
     finally:
         page.context.close()
+
+
+# Breaks when the name of a body, of a joint or of a file is taken for markup: an iframe in it would run a
+# script in the origin of the viewer. Nothing of it may become an element, and all of it is to be read.
+def test_names_are_text(opened):
+    name = "<img src=x onerror=top.bad=1><iframe srcdoc='<script>top.bad=1</script>'></iframe> **b** `c` &lt;"
+    builder = ModelBuilder()
+    builder.add_geom(None, shapes.Plane())
+    builder.add_body(name, shape=shapes.Box((0.5, 0.5, 0.5)), density=100, position=(0, 0, 0.5))
+    builder.add_prismatic_joint(name, None, point=(0, 0, 0.5), axis=(1, 0, 0), name=f"j {name}")
+    viewer, page, _ = opened(Simulation(builder.build()), title=f"t {name}")
+    in_view(page)
+    viewer.post(lambda: viewer.choose(0))
+    page.get_by_text(name, exact=True).first.wait_for()
+    viewer.post(lambda: viewer.panel.tell(f"m {name}"))
+    page.get_by_text(f"m {name}").wait_for()
+    page.get_by_text("Joints").click()
+    page.get_by_text(f"j {name}").first.wait_for()
+    page.wait_for_timeout(300)
+    assert page.locator("iframe").count() == 0
+    assert page.locator("img[src=x]").count() == 0
+    assert page.evaluate("window.bad") is None
+
+
+# Breaks when a page of another origin reads the scene or changes anything, even one that knows the token.
+def test_a_foreign_page_is_refused(browser, opened, tmp_path):
+    sim = crate()
+    viewer, _, _ = opened(sim)
+    with serve_folder(tmp_path) as port:
+        context = browser.new_context()
+        page = context.new_page()
+        page.goto(f"http://localhost:{port}/")
+        for address in (viewer.url, viewer.url.partition("?")[0]):
+            told = page.evaluate(
+                """([address, version]) => new Promise(done => {
+                    const socket = new WebSocket(address.replace("http", "ws"), ["viser-v" + version])
+                    socket.onmessage = () => done("read")
+                    socket.onopen = () => setTimeout(() => done("opened"), 500)
+                    socket.onerror = () => done("refused")
+                })""",
+                [address, viser.__version__],
+            )
+            assert told == "refused"
+            assert page.evaluate(
+                "address => fetch(address).then(r => r.text(), e => 'refused')", address
+            ) in ("refused",)
+        context.close()
+    assert sim.options["law"] == "coulomb"
+
+
+@contextmanager
+def serve_folder(folder):
+    """A server of another origin."""
+    handler = partial(SimpleHTTPRequestHandler, directory=folder)
+    with ThreadingHTTPServer(("127.0.0.1", 0), handler) as server:
+        Thread(target=server.serve_forever, daemon=True).start()
+        yield server.server_port
+        server.shutdown()

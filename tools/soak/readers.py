@@ -68,6 +68,50 @@ def in_tree(rng: Rng, path: Path) -> None:
     path.write_text(trees.damage_xml(rng, path.read_text()))
 
 
+def at_its_end(rng: Rng, path: Path) -> None:
+    data = path.read_bytes()
+    path.write_bytes(data[: int(rng.integers(12, len(data)))])
+
+
+def in_columns(rng: Rng, path: Path) -> None:
+    """A column is gone, another one's, of another type; or the metadata are other ones."""
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
+    table = pq.read_table(path)
+    name = str(pick(rng, table.column_names))
+    place, rows = table.column_names.index(name), table.num_rows
+    meta = bytearray(table.schema.metadata[b"amontons"])
+    raw.set_byte(rng, meta)
+    ways: list[Callable[[], pa.Table]] = [
+        lambda: table.drop_columns([name]),
+        lambda: table.append_column(name, table[name]),
+        lambda: table.set_column(place, name, table[str(pick(rng, table.column_names))]),
+        lambda: table.set_column(place, name, pa.array([None] * rows, table[name].type)),
+        lambda: table.set_column(place, name, pa.array([pick(rng, CELLS)] * rows)),
+        lambda: table.replace_schema_metadata({b"amontons": bytes(meta)}),
+        lambda: table.replace_schema_metadata({b"amontons": bytes(pick(rng, raw.WORDS))}),  # type: ignore[arg-type]
+        lambda: table.take([0] * int(rng.integers(4))),
+    ]
+    pq.write_table(pick(rng, ways)(), path)  # type: ignore[operator]
+
+
+CELLS = [
+    "",
+    "\x1b[2J",
+    "x" * 100_000,
+    -1,
+    2**62,
+    float("nan"),
+    1e308,
+    True,
+    b"\xff",
+    [1, "2"][:1],
+    [[]],
+    {"a": 1},
+]
+
+
 def in_json(rng: Rng, path: Path) -> None:
     """The text of the model or of the options in an HDF5 file."""
     import h5py
@@ -168,6 +212,17 @@ def judge_recording(path: Path) -> None:
             repr(recording)
 
 
+def judge_table(path: Path) -> None:
+    from amontons.studies.rows import read_table
+    from amontons.studies.task import STATUSES
+
+    table, about = read_table(path)
+    keys, statuses = table["key"].to_pylist(), table["status"].to_pylist()
+    require(all(isinstance(key, str) for key in keys) and len(set(keys)) == len(keys), "keys")
+    require(set(statuses) <= set(STATUSES), "a status is none")
+    require(isinstance(about["run"], str) and set(about["parameters"]) <= set(table.column_names), "about")
+
+
 def judge_model(path: Path) -> None:
     model = amontons.load_model(path)
     for body in model.bodies:
@@ -189,6 +244,23 @@ FAMILIES = [
     family("model-json", "models as JSON", samples.states, [in_json], judge_state, "state.h5"),
     family("saved-state", "saved simulations", samples.states, HDF5, judge_state, "state.h5"),
     family("recording", "recordings", samples.recordings, HDF5, judge_recording, "run.h5"),
+    family(
+        "unfinished",
+        "recordings of killed processes",
+        samples.unfinished,
+        [in_bytes, at_its_end],
+        judge_recording,
+        "run.h5",
+    ),
+    family(
+        "table",
+        "tables of studies",
+        samples.tables,
+        [in_bytes, in_columns],
+        judge_table,
+        "rows.parquet",
+        memory=2 << 30,
+    ),
     family("mjcf", "MJCF", samples.mjcf, XML, judge_model, "model.xml", share=2),
     family("urdf", "URDF", samples.urdf, XML, judge_model, "model.urdf"),
 ]

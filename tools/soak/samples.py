@@ -11,6 +11,7 @@ from pathlib import Path
 
 import amontons
 import numpy as np
+from amontons.io.recordings.unfinished import HEAD, lookup3
 
 Files = dict[str, bytes]
 ROOT = Path(__file__).resolve().parents[2]
@@ -135,6 +136,25 @@ def recordings() -> dict[str, Files]:
             for _ in range(5):
                 recorder.add(simulation.step())
         return {"run": {"run.h5": path.read_bytes()}}
+
+
+@cache
+def unfinished() -> dict[str, Files]:
+    """Recordings with the mark of a writer, as a process leaves them that is killed within a write."""
+    head = bytearray(recordings()["run"]["run.h5"])
+    head[11] = 5  # open for writing, with readers (SWMR)
+    head[HEAD : HEAD + 4] = struct.pack("<I", lookup3(bytes(head[:HEAD])))
+    return {"run": {"run.h5": bytes(head)}}
+
+
+@cache
+def tables() -> dict[str, Files]:
+    """The rows of a study."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "rows.parquet"
+        grid = {"mu": [0.3, 0.5], "stones": [3], "duration": [0.01]}
+        amontons.sweep("arch", grid, out=path, executor=0, progress=False)
+        return {"study": {"rows.parquet": path.read_bytes()}}
 
 
 @cache

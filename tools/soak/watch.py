@@ -16,20 +16,16 @@ wrong.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import amontons
 import numpy as np
 
 from .family import Failure
-
-if TYPE_CHECKING:
-    from .odd_scenes import Scene
+from .random_scene import WIDE, Scene
 
 Array = np.ndarray[Any, Any]
 
-WIDE = 12
-"""From the middle to the walls, and their height, in sizes of the scene."""
 OF_ENERGY, OF_WEIGHT, OF_CHANGE = 1e-2, 0.25, 2e-2
 """What a step may seem to gain by its tolerance and by its second order: of the energy that is there, of what
 gravity gives in a step to a body at rest, m (g h)^2 / 2, of the energy of the change of velocities. A quarter

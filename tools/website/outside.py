@@ -85,7 +85,10 @@ def text_of(file: Path, name: str) -> str:
 def pages(root: Path) -> dict[str, str]:
     """Page by page what the site needs from outside docs/."""
     found: dict[str, str] = {}
-    wanted = [root / name for name in ("ARCHITECTURE.md", "CONTRIBUTING.md", "CHANGELOG.md", "examples")]
+    wanted = [
+        root / name
+        for name in ("ARCHITECTURE.md", "CONTRIBUTING.md", "SECURITY.md", "CHANGELOG.md", "examples")
+    ]
     texts = [(file.parent, file.read_text()) for file in (root / "docs").rglob("*.md")]
 
     def want(folder: Path, text: str) -> None:

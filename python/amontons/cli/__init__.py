@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import os
 import sys
+from contextlib import suppress
 from typing import Annotated
 
 import typer
 
 from .. import __version__
 from .bench import bench
-from .common import NOT_CONVERGED, out, show_log
+from .common import NOT_CONVERGED, complain, out, show_log
 from .compare import compare
 from .doctor import doctor
 from .export import export
@@ -38,8 +40,18 @@ def main() -> None:
     try:
         app()
     except BrokenPipeError:  # the reader of our output has seen enough
-        sys.stderr.close()
+        _let_go()
         sys.exit(NOT_CONVERGED)
+    except OSError as error:  # standard output is full
+        _let_go()
+        complain(f"nothing more can be printed ({error.strerror or error})")
+        sys.exit(NOT_CONVERGED)
+
+
+def _let_go() -> None:
+    """Nothing is written to standard output any more, not even at the end of the process."""
+    with suppress(OSError, ValueError, AttributeError):
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 def _version(wanted: bool) -> None:

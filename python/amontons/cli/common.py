@@ -10,26 +10,50 @@ import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import numpy as np
 import typer
-from rich.console import Console
+from rich.console import Console, ConsoleRenderable
 from rich.highlighter import NullHighlighter
 from rich.logging import RichHandler
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, Task, TextColumn, TimeElapsedColumn
 from rich.table import Table
+from rich.text import Text
 
 from ..errors import InputError, SimulationError
 from ..io import read_problem
 from ..problem.problem import Problem
+from ..ranges import MOST_COUNT
+from ..visible import visible
 from . import completion
 
 CONVERGED, NOT_CONVERGED, BAD_INPUT = 0, 1, 2
 """Exit codes: all converged, some did not, some input could not be used (which includes usage errors)."""
 
-out = Console(width=None if sys.stdout.isatty() else 140)  # a pipe or a log has no width: nothing is folded
-err = Console(stderr=True)
+
+class Plain(Console):
+    """A console for which texts are texts: no markup, and escapes in place of what a terminal obeys."""
+
+    def render_str(self, text: str, **options: Any) -> Text:
+        return super().render_str(visible(text, "\n"), **(options | {"markup": False, "emoji": False}))
+
+
+class Words(TextColumn):
+    """A column of progress whose words may be names."""
+
+    def render(self, task: Task) -> Text:
+        return Text(visible(self.text_format.format(task=task)), style="none")
+
+
+class _Log(RichHandler):
+    def render_message(self, record: logging.LogRecord, message: str) -> ConsoleRenderable:
+        return super().render_message(record, visible(message, "\n"))
+
+
+# A pipe or a log has no width: nothing is folded. There is no stdout at all where it was closed.
+out = Plain(width=None if sys.stdout is not None and sys.stdout.isatty() else 140)
+err = Plain(stderr=True)
 
 Files = Annotated[
     list[Path],
@@ -53,6 +77,13 @@ Threads = Annotated[
 AsJson = Annotated[bool, typer.Option("--json", help="Print JSON in place of the table.")]
 
 
+def most_steps(option: str, value: float, steps: int) -> int:
+    """The number of steps that an option asks for; InputError where nobody lives to see the last."""
+    if steps > MOST_COUNT:
+        raise InputError(f"{option} = {value:.6g}: asks for {steps:.4g} steps, more than {MOST_COUNT}")
+    return steps
+
+
 def make_folder(folder: Path) -> None:
     try:
         folder.mkdir(parents=True, exist_ok=True)
@@ -66,9 +97,12 @@ def read(path: Path) -> Problem | None:
         with notes():
             return read_problem(path)
     except (InputError, OSError) as error:
-        message = str(error)
-        complain(message if message.startswith(str(path)) else f"{path}: {message}")
+        complain(_with_name(path, str(error)))
         return None
+
+
+def _with_name(where: object, message: str) -> str:
+    return message if message.startswith((str(where), visible(str(where)))) else f"{where}: {message}"
 
 
 @contextmanager
@@ -87,7 +121,7 @@ def working(what: str) -> Iterator[None]:
     if not err.is_terminal:
         yield
         return
-    with err.status(what):
+    with err.status(Text(visible(what))):
         yield
 
 
@@ -120,7 +154,7 @@ def say(line: object, style: str = "") -> None:
 def show_log(verbose: int) -> None:
     """Lines of the logger "amontons" on stderr: what is done, with 2 every step and solve."""
     plain = NullHighlighter()
-    handler = RichHandler(
+    handler = _Log(
         console=err,
         show_path=False,
         show_level=False,
@@ -151,9 +185,7 @@ def one_line_errors(where: object = None) -> Iterator[None]:
         message = str(error)
         if isinstance(error, OSError) and error.strerror:  # from the system: its text has an errno in front
             message = f"{error.filename}: {error.strerror}" if error.filename else error.strerror
-        if where is not None and not message.startswith(str(where)):
-            message = f"{where}: {message}"
-        complain(message)
+        complain(message if where is None else _with_name(where, message))
         raise typer.Exit(BAD_INPUT) from None
     except SimulationError as error:
         complain(str(error))
@@ -163,7 +195,7 @@ def one_line_errors(where: object = None) -> Iterator[None]:
 @contextmanager
 def progress(total: int) -> Iterator[Callable[[str], None]]:
     """A bar on stderr; the function that it gives names the step that begins."""
-    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
+    columns = (Words("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
     with Progress(*columns, console=err, transient=True, disable=not err.is_terminal) as bar:
         task = bar.add_task("", total=total)
         started = False

@@ -83,8 +83,8 @@ def compare(
     if runs:
         with one_line_errors(output):
             make_folder(output)
-        made += convergence_figures(runs, output, tolerance=tolerance, law=law)
-        made += write_csv(runs, output)
+            made += convergence_figures(runs, output, tolerance=tolerance, law=law)
+            made += write_csv(runs, output)
     if as_json:
         print_json({"law": law, "runs": [as_dict(run) for run in runs], "files": made})
     else:

@@ -14,7 +14,17 @@ from ..io.files import writable
 from ..report.touch import touched
 from ..simulation.outcome import Report
 from ..simulation.simulation import Simulation
-from .common import NOT_CONVERGED, AsJson, Threads, notes, one_line_errors, print_json, progress, say
+from .common import (
+    NOT_CONVERGED,
+    AsJson,
+    Threads,
+    most_steps,
+    notes,
+    one_line_errors,
+    print_json,
+    progress,
+    say,
+)
 from .replays import (
     Azimuth,
     Csv,
@@ -137,7 +147,9 @@ def _export(
             hit = body is not None and touched(sim, body)
             if hit or (body is None and k % (every or last) == 0):
                 digits = max(6, len(str(last)))
-                path = output if every is None else output.with_stem(f"{output.stem}-{k:0{digits}d}")
+                path = output
+                if every is not None:
+                    path = writable(output.with_stem(f"{output.stem}-{k:0{digits}d}"), own=True)
                 _write(sim, chosen.source, path)
                 written[path] = report
                 if not quiet:
@@ -169,11 +181,11 @@ def _last_step(chosen: Subject, step: int | None, at: float | None, touch: str |
         if not sim.time < at < float("inf"):
             raise InputError(f"time = {at:g}; it must be after the start, {sim.time:g} s")
         # The step whose end is the first at or after that time, rounding aside.
-        return max(1, math.ceil((at - sim.time) / sim.dt * (1 - 1e-9)))
+        return most_steps("time", at, max(1, math.ceil((at - sim.time) / sim.dt * (1 - 1e-9))))
     assert step is not None
     if step < 1:
         raise InputError(f"step = {step}; the first is 1")
-    return step
+    return most_steps("step", step, step)
 
 
 def _write(sim: Simulation, source: str, path: Path) -> None:

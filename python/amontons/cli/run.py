@@ -12,7 +12,7 @@ from types import FrameType
 from typing import Annotated, Any
 
 import typer
-from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+from rich.progress import BarColumn, Progress, TimeElapsedColumn, TimeRemainingColumn
 
 from ..errors import FileError, InputError, SimulationError
 from ..io import record as record_to
@@ -24,10 +24,12 @@ from .common import (
     NOT_CONVERGED,
     AsJson,
     Threads,
+    Words,
     complain,
     err,
     facts_table,
     make_folder,
+    most_steps,
     notes,
     one_line_errors,
     print_json,
@@ -186,7 +188,7 @@ def _steps(subject: Subject, duration: float | None) -> int:
     wanted = subject.duration if duration is None else duration
     if not 0 < wanted < float("inf"):
         raise InputError(f"duration = {wanted:g}; it must be positive and finite")
-    return max(1, round(wanted / subject.simulation.dt))
+    return most_steps("duration", wanted, max(1, round(wanted / subject.simulation.dt)))
 
 
 def _simulate(
@@ -274,9 +276,9 @@ def _signals() -> Iterator[_Signals]:
 def _bar(subject: Subject, steps: int) -> Iterator[Any]:
     """A bar on stderr with simulated time, real-time factor, contacts and residual."""
     columns = (
-        TextColumn("{task.description}"),
+        Words("{task.description}"),
         BarColumn(),
-        TextColumn("{task.fields[status]}"),
+        Words("{task.fields[status]}"),
         TimeElapsedColumn(),
         TimeRemainingColumn(),
     )

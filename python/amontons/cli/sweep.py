@@ -10,6 +10,7 @@ from typing import Annotated, Any
 import typer
 
 from ..errors import InputError
+from ..io.files import writable
 from .common import NOT_CONVERGED, AsJson, complain, facts_table, one_line_errors, print_json
 from .completion import studies
 
@@ -38,6 +39,10 @@ def sweep(
     redo: Annotated[
         list[str] | None, typer.Option(help="Run those anew that are failed, timeout or died; repeatable.")
     ] = None,
+    module: Annotated[
+        str | None,
+        typer.Option(help="Of a study of somebody else: run scenes and functions of this module alone."),
+    ] = None,
     as_json: AsJson = False,
 ) -> None:
     """Run a study: one row per run in a Parquet file. The same command goes on where a stopped study was.
@@ -51,8 +56,8 @@ def sweep(
 
     with one_line_errors():
         require_parts("pyarrow")
-        chosen = read_study(study)
-        out = chosen.out if output is None else output
+        chosen = read_study(study, module)
+        out = writable(chosen.out, own=True) if output is None else output
         options = dict(chosen.options)
         if processes is not None and dask is not None:
             raise InputError("give one of --processes and --dask")

@@ -30,6 +30,9 @@ from .subject import (
     open_subject,
 )
 
+SOON = 0.3
+"""Seconds after Ctrl-C that a step may still last."""
+
 if TYPE_CHECKING:
     from ..io.recordings.recording import Recording
 
@@ -50,6 +53,10 @@ def view(
         str, typer.Option(help="Where the page can be reached; by default from here alone.")
     ] = HOST,
     port: Annotated[int, typer.Option(help="Of the page; the next free one is taken.")] = PORT,
+    allow_origin: Annotated[
+        list[str] | None,
+        typer.Option(help="A further address of the page, http://NAME:PORT; may be given several times."),
+    ] = None,
     browser: Annotated[
         bool, typer.Option("--browser/--no-browser", help="Ask the desktop to open the page.")
     ] = True,
@@ -84,11 +91,12 @@ def view(
         with notes():
             shown, title = _open(subject, choices, given)
         viewer = open_view(
-            shown, play=play, speed=speed, host=host, port=port, open_browser=browser, title=title
-        )
+            shown, play=play, speed=speed, host=host, port=port, open_browser=browser, title=title,
+            allow_origin=allow_origin or (),
+        )  # fmt: skip
     say(f"{viewer.url}  (Ctrl-C ends)")
     viewer.wait()
-    viewer.close()
+    viewer.close(wait=SOON)
 
 
 def _open(subject: str, choices: Choices, given: dict[str, Any]) -> tuple[Simulation | Recording, str]:

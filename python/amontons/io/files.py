@@ -2,7 +2,8 @@
 
 What is to be in a file is made in memory and then written by one loop of `write`, never by a library that
 meets a full disk half way: HDF5 does not survive one. Only regular files are replaced, and they keep owner
-and mode; a link is followed to the file that it names.
+and mode; a link that a user names is followed to the file that it names. Names that we choose (`own`) are
+known to everyone who fills a folder: at these no link is followed.
 """
 
 from __future__ import annotations
@@ -10,14 +11,20 @@ from __future__ import annotations
 import logging
 import os
 import stat
-from collections.abc import Mapping
-from contextlib import suppress
+from collections.abc import Collection, Iterator, Mapping
+from contextlib import contextmanager, suppress
 from os import PathLike
 from pathlib import Path
 from secrets import token_hex
 
 from ..checks import shown
 from ..errors import FileError
+from ..visible import visible
+
+try:
+    import fcntl
+except ImportError:  # no locks on this system
+    fcntl = None  # type: ignore[assignment]
 
 LONGEST_PATH = 4096
 """Characters: what systems take."""
@@ -46,7 +53,7 @@ def existing(path: str | PathLike[str], what: str) -> Path:
     except OSError as error:  # a name too long
         raise FileError(f"{shown(path)}: cannot be a file ({_reason(error)})") from None
     if not there:
-        raise FileNotFoundError(f"{path}: no such file")
+        raise FileNotFoundError(visible(f"{path}: no such file"))
     if not path.is_file():  # a pipe would wait for its writer, a device has no end
         raise FileError(f"{path}: is no regular file; give {what}")
     if not os.access(path, os.R_OK):
@@ -55,14 +62,19 @@ def existing(path: str | PathLike[str], what: str) -> Path:
     return path
 
 
-def writable(path: str | PathLike[str], *, new: bool = False) -> Path:
+def writable(path: str | PathLike[str], *, new: bool = False, own: bool = False) -> Path:
     """The path of a file that may come to be, or be replaced; FileError says why not.
 
-    new: refuse one that is there already.
+    new: refuse one that is there already. own: the name is our choice, so that a link there is refused.
     """
     path = named(path)
     try:
         _require_replaceable(path)
+        if own and path.is_symlink():
+            raise FileError(
+                f"{path}: is a link to {os.readlink(path)}; links are followed only at names that you give "
+                "yourself: remove it"
+            )
         if new and path.exists():
             raise FileError(f"{path}: exists; give another name, remove it, or allow to overwrite it")
         if not os.access(path.parent, os.W_OK | os.X_OK):
@@ -89,17 +101,20 @@ def _require_replaceable(path: Path) -> None:
         raise FileError(f"{path}: is read-only; give another name, or allow to write it")
 
 
-def write_whole(contents: Mapping[Path, bytes | memoryview], *, new: bool = False) -> None:
+def write_whole(
+    contents: Mapping[Path, bytes | memoryview], *, new: bool = False, own: Collection[Path] = ()
+) -> None:
     """Write files that appear, or replace what was there, only when all of them are on the disk.
 
-    new: nothing is replaced, not even what another program makes meanwhile. Raises FileError, after which
-    everything is as it was.
+    new: nothing is replaced, not even what another program makes meanwhile. own: those whose names are our
+    choice, see `writable`. Raises FileError, after which everything is as it was.
     """
     made: list[tuple[Path, Path]] = []
     try:
         for path, data in contents.items():
-            writable(path, new=new)
-            target = Path(os.path.realpath(path))  # through links
+            writable(path, new=new, own=path in own)
+            folder = Path(os.path.realpath(path.parent))
+            target = folder / path.name if path in own else Path(os.path.realpath(path))  # through links
             try:
                 made.append((_written_beside(target, data), target))
             except OSError as error:
@@ -158,6 +173,49 @@ def _take_over(handle: int, of: os.stat_result) -> None:
     with suppress(OSError):
         os.fchown(handle, of.st_uid, of.st_gid)
     os.fchmod(handle, stat.S_IMODE(of.st_mode))
+
+
+@contextmanager
+def locked(path: Path, busy: str) -> Iterator[None]:
+    """Holds the lock of a file that is going to be written, an empty hidden file beside it.
+
+    busy: what the FileError says where another process holds it. The lock follows no link, waits for no pipe
+    and changes no file: what is there and is no lock is refused.
+    """
+    if fcntl is None:
+        yield
+        return
+    lock = path.with_name(f".{path.name}.lock")
+    while True:
+        handle = _lock_file(path, lock)
+        try:
+            fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except OSError:
+            os.close(handle)
+            raise FileError(f"{path}: {busy}") from None
+        with suppress(OSError):
+            if os.path.samestat(os.fstat(handle), lock.lstat()):
+                break
+        os.close(handle)  # its owner has just removed it
+    try:
+        yield
+    finally:
+        lock.unlink(missing_ok=True)
+        os.close(handle)
+
+
+def _lock_file(path: Path, lock: Path) -> int:
+    try:
+        handle = os.open(lock, os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC, 0o600)
+    except OSError as error:
+        if lock.is_symlink():
+            raise FileError(f"{path}: its lock {lock} is a link, which is not followed; remove it") from None
+        raise FileError(f"{path}: its lock {lock} cannot be opened ({_reason(error)})") from None
+    found = os.fstat(handle)
+    if not stat.S_ISREG(found.st_mode) or found.st_size or found.st_nlink > 1:
+        os.close(handle)
+        raise FileError(f"{path}: {lock} is there and is no lock of a study; remove it")
+    return handle
 
 
 def _reason(error: Exception) -> str:

@@ -243,8 +243,10 @@ class Reader:
             raise self.fail(f"{self.name(key)} cannot be read; the file is damaged ({reason})") from None
 
     def require_version(self, newest: int) -> None:
-        """FileError if a newer amontons wrote the file."""
-        if (version := self.integer("version")) > newest:
+        """FileError if a newer amontons wrote the file, or none."""
+        if (version := self.integer("version")) < 1:
+            raise self.fail(f"has version {version} of the format; the first is 1: the file is damaged")
+        if version > newest:
             raise self.fail(
                 f"has version {version} of the format; this amontons reads up to {newest}: update it"
             )
@@ -275,7 +277,7 @@ def write_integer(group: h5py.Group, key: str, value: int) -> None:
 
 def write_text(group: h5py.Group, key: str, text: str) -> None:
     """A scalar of fixed length that ends with NUL, as the C library of FCLIB reads it."""
-    data = text.encode("utf-8") + b"\0"
+    data = text.encode("utf-8", "backslashreplace") + b"\0"
     kind = h5py.h5t.C_S1.copy()
     kind.set_size(len(data))
     kind.set_strpad(h5py.h5t.STR_NULLTERM)

@@ -4,13 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
-from .parts import WORLD, Joint
+from .. import _core
+from .parts import WORLD, Body, Joint
 from .transforms import ORIGIN
-
-if TYPE_CHECKING:
-    from .model import Model
 
 AXES = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 
@@ -54,10 +51,15 @@ class Coordinate:
         return tuple(f"{self.name}.{part}" for part in PARTS[self.kind][1]) if self.dof < 0 else (self.name,)
 
 
-def coordinates_of(model: Model) -> dict[str, Coordinate]:
-    """By name, in the order of q: that of the bodies, and of the degrees of freedom of their joints."""
+def coordinates_of(
+    tree: _core.Tree, bodies: Sequence[Body], joints: Sequence[Joint]
+) -> dict[str, Coordinate]:
+    """The coordinates of a tree of bodies and joints by name.
+
+    They are in the order of q: that of the bodies, and of the degrees of freedom of their joints.
+    """
     found: dict[str, Coordinate] = {}
-    for name, kind, body, joint, dof, q, qd in _parts(model):
+    for name, kind, body, joint, dof, q, qd in _parts(tree, bodies, joints):
         while name in found:
             name += "_"
         nq, nv = (len(part) for part in PARTS.get(kind, ("1", "1")))
@@ -65,16 +67,18 @@ def coordinates_of(model: Model) -> dict[str, Coordinate]:
     return found
 
 
-def _parts(model: Model) -> Iterator[tuple[str, str, int, int, int, int, int]]:
+def _parts(
+    tree: _core.Tree, bodies: Sequence[Body], joints: Sequence[Joint]
+) -> Iterator[tuple[str, str, int, int, int, int, int]]:
     """name, kind, body, joint, dof, first of q, first of qd."""
-    for body, _, joint, _, q, nq, v, _ in model.tree.links:
+    for body, _, joint, _, q, nq, v, _ in tree.links:
         if joint < 0:
-            yield model.bodies[body].name, "free", body, -1, -1, q, v
+            yield bodies[body].name, "free", body, -1, -1, q, v
             continue
-        own = model.joints[joint]
+        own = joints[joint]
         dofs = len(own.dofs)
         if is_floating(own):
-            yield model.bodies[body].name, "free", body, joint, -1, q, v
+            yield bodies[body].name, "free", body, joint, -1, q, v
             continue
         for k, dof in enumerate(own.dofs):
             yield coordinate_name(own, k), dof.kind, body, joint, k, q + k, v + k

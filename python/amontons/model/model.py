@@ -142,7 +142,7 @@ class Model:
         Of a joint with one degree of freedom the name is that of the joint, of a floating base that of its
         body; files name every degree of freedom.
         """
-        return MappingProxyType(coordinates_of(self))
+        return MappingProxyType(coordinates_of(self.tree, self.bodies, self.joints))
 
     @property
     def nq(self) -> int:

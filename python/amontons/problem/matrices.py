@@ -76,6 +76,8 @@ def _dense(A: np.ndarray) -> np.ndarray:
 def _sparse(A: Any) -> sp.csr_array:
     _require_square(A.shape)
     _require_real(A.dtype)
+    if A.format in ("csc", "csr", "bsr"):
+        _require_pointers(A)
     if A.format in ("csc", "csr"):
         parts = (A.data, A.indices, A.indptr)
         matrix = sp.csr_array(parts, shape=A.shape)
@@ -92,6 +94,22 @@ def _sparse(A: Any) -> sp.csr_array:
     indices.flags.writeable = indptr.flags.writeable = False
     parts = (np.ascontiguousarray(matrix.data, dtype=np.float64), indices, indptr)
     return sp.csr_array(parts, shape=matrix.shape)
+
+
+def _require_pointers(A: Any) -> None:
+    """InputError for pointers and indices that lead out of the arrays, which SciPy itself follows."""
+    size = A.shape[0] // (A.blocksize[0] if A.format == "bsr" else 1)
+    pointers, indices = np.asarray(A.indptr), np.asarray(A.indices)
+    if pointers.dtype.kind not in "iu" or indices.dtype.kind not in "iu":
+        raise InputError("A.indptr and A.indices must hold integers")
+    if pointers.shape != (size + 1,) or pointers[0] != 0 or (pointers[1:] < pointers[:-1]).any():
+        raise InputError(f"A.indptr must have {size + 1} entries that ascend from 0")
+    stored = min(len(indices), len(A.data))
+    if pointers[-1] > stored:
+        raise InputError(f"A.indptr ends with {pointers[-1]}; A has {stored} entries")
+    used = indices[: pointers[-1]]
+    if used.size and (used.min() < 0 or used.max() >= size):
+        raise InputError(f"A.indices must lie from 0 to {size - 1}")
 
 
 def diagonal(A: Matrix) -> np.ndarray:

@@ -117,7 +117,8 @@ def write_csv(runs: Sequence[Run], folder: Path) -> list[Path]:
         {
             summary: csv_bytes(["problem", "method", *FIELDS, "reason"], rows),
             curves: csv_bytes(["problem", "method", *(HISTORY.names or ())], records),
-        }
+        },
+        own={summary, curves},
     )
     return [summary, curves]
 

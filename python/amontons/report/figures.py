@@ -17,6 +17,7 @@ from matplotlib.axes import Axes
 
 from .comparison import Run, thinned
 from .whole import save_figure
+from .whole import title as plain
 
 ROWS_PER_FIGURE = 6
 AXES = {"iterations": "iterations", "products": "products with A", "time": "time (ms)"}
@@ -124,6 +125,6 @@ def _decorate(axes: Axes, title: str, label: str, tolerance: float) -> None:
     if tolerance > 0:
         axes.axhline(tolerance, color="black", linewidth=0.6, linestyle=(0, (1, 2)))
     if title:
-        axes.set_title(title, loc="left", fontsize="medium")
+        axes.set_title(plain(title), loc="left", fontsize="medium")
     if label:
         axes.set_ylabel(label)

@@ -18,6 +18,7 @@ from matplotlib.axes import Axes
 from ..io.files import write_whole
 from ..simulation.outcome import REPORTS, TIMINGS, Table, energy
 from .whole import csv_bytes, save_figure
+from .whole import title as plain
 
 PHASES = TIMINGS[:-1]
 COLOURS = {"collision": "#56b4e9", "assembly": "#009e73", "solve": "#d55e00", "integration": "#cc79a7"}
@@ -100,13 +101,13 @@ def _share(part: float, whole: float) -> str:
 
 def write_reports(reports: Table, path: Path) -> None:
     """A CSV file with one line per step."""
-    write_whole({path: csv_bytes(REPORTS.names or (), reports.tolist())})
+    write_whole({path: csv_bytes(REPORTS.names or (), reports.tolist())}, own={path})
 
 
 def run_figure(reports: Table, path: Path, *, title: str, tolerance: float) -> None:
     """Energy, residual, penetration, joint error, contacts, wall clock and iterations over time (PNG)."""
     figure, panels = plt.subplots(3, 2, figsize=(11, 8.5), sharex=True, layout="constrained")
-    figure.suptitle(title, x=0.01, ha="left", fontsize="medium")
+    figure.suptitle(plain(title), x=0.01, ha="left", fontsize="medium")
     _energy(panels[0, 0], reports)
     _residual(panels[0, 1], reports, tolerance)
     _errors(panels[1, 0], reports)

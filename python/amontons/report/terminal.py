@@ -8,6 +8,7 @@ from typing import Any
 
 from rich.box import SIMPLE_HEAD
 from rich.table import Table
+from rich.text import Text
 
 from ..problem.problem import Problem
 from ..problem.solution import Solution
@@ -21,8 +22,8 @@ def _milliseconds(seconds: float) -> str:
     return f"{1e3 * seconds:.3g}" if seconds < 1 else f"{1e3 * seconds:.0f}"
 
 
-def _colour(solution: Solution) -> str:
-    return f"[{'green' if solution.converged else 'red'}]{solution.status}[/]"
+def _colour(solution: Solution) -> Text:
+    return Text(solution.status, "green" if solution.converged else "red")
 
 
 def _table(law: str, first: str, columns: dict[str, str]) -> Table:
@@ -37,7 +38,7 @@ def _table(law: str, first: str, columns: dict[str, str]) -> Table:
 LEFT, RIGHT = "left", "right"
 
 
-def _outcome(s: Solution) -> dict[str, str]:
+def _outcome(s: Solution) -> dict[str, str | Text]:
     return {
         "method": s.method,
         "status": _colour(s),
@@ -74,7 +75,7 @@ def compared(runs: Sequence[Run], law: str) -> Table:
             table.add_section()
         first = run.problem if run.problem != previous else ""
         previous = run.problem
-        values = {"method": run.method, "status": "[dim]not applicable[/]"}
+        values: dict[str, str | Text] = {"method": run.method, "status": Text("not applicable", "dim")}
         if run.solution is not None:
             values |= _outcome(run.solution) | {"method": run.method}
         table.add_row(first, *(values.get(column, "") for column in columns))

@@ -3,16 +3,21 @@
 from __future__ import annotations
 
 import csv
+import math
 from collections.abc import Iterable, Sequence
 from io import BytesIO, StringIO
 from pathlib import Path
 from typing import Any
 
 from ..io.files import write_whole
+from ..visible import visible
+
+FORMULA = ("=", "+", "-", "@")
+"""What a cell begins with that is computed."""
 
 
 def save_figure(figure: Any, path: Path, dpi: int) -> None:
-    """A Matplotlib figure as PNG; it is closed, whatever happens."""
+    """A Matplotlib figure as PNG, in a folder that a user named; it is closed, whatever happens."""
     from matplotlib import pyplot
 
     try:
@@ -20,13 +25,34 @@ def save_figure(figure: Any, path: Path, dpi: int) -> None:
         figure.savefig(data, dpi=dpi, format="png")
     finally:
         pyplot.close(figure)
-    write_whole({path: data.getbuffer()})
+    write_whole({path: data.getbuffer()}, own={path})
 
 
 def csv_bytes(header: Sequence[str], rows: Iterable[Iterable[Any]]) -> bytes:
     """A table as CSV."""
     text = StringIO()
     writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(header)
-    writer.writerows(rows)
+    writer.writerow(map(cell, header))
+    writer.writerows(map(cell, row) for row in rows)
     return text.getvalue().encode()
+
+
+def cell(value: Any) -> Any:
+    """What a cell of a table may hold: a text that a program of tables would take for a formula begins with
+    an apostrophe, which such programs take for the mark of a text; numbers stay."""
+    if not isinstance(value, str):
+        return value
+    text = visible(value)
+    return f"'{text}" if text.startswith(FORMULA) and not _is_number(text) else text
+
+
+def _is_number(text: str) -> bool:
+    try:
+        return math.isfinite(float(text))
+    except ValueError:
+        return False
+
+
+def title(text: str) -> str:
+    """A text over a figure, as it is: without escapes, which no font has, and formulas."""
+    return visible(text).replace("$", r"\$")

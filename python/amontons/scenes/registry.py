@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any, TypeVar
@@ -40,6 +41,8 @@ class Scene:
         return {name: p.default for name, p in inspect.signature(self.make).parameters.items()}
 
 
+MOST = 1_000_000
+"""Parts of a scene, as the product of its counts: so many take minutes to build."""
 _scenes: dict[str, Scene] = {}
 
 
@@ -76,4 +79,22 @@ def make(name: str, **parameters: Any) -> Model:
         known = ", ".join(entry.parameters)
         near = suggestion(unknown[0], entry.parameters)
         raise InputError(f"scene {name!r} has no parameter {unknown[0]!r}{near}: use one of {known}")
+    _require_few(entry, parameters)
     return entry.make(**parameters)
+
+
+def _is_count(value: object) -> bool:
+    return isinstance(value, int) and not isinstance(value, bool)
+
+
+def _require_few(entry: Scene, given: dict[str, Any]) -> None:
+    """InputError for counts of a scene whose product nobody waits for."""
+    counts = {
+        name: value
+        for name, value in (entry.parameters | given).items()
+        if _is_count(value) and (entry.parameters[name] is None or _is_count(entry.parameters[name]))
+        if name != "seed"
+    }
+    if math.prod(max(1, count) for count in counts.values()) > MOST:
+        told = ", ".join(f"{name} = {count}" for name, count in counts.items() if count > 1)
+        raise InputError(f"scene {entry.name!r}: {told}; a scene has at most {MOST} parts")

@@ -48,12 +48,33 @@ class Report:
 
     @property
     def status(self) -> str:
-        """Of the solve: converged | iteration_limit | deadline | stalled | interrupted | infeasible."""
+        """How the solves of the step ended: converged | iteration_limit | deadline | stalled | interrupted |
+        infeasible; that of the first solve that missed its tolerance. made_safe: the solve converged, and the
+        safe step changed its impulses (`path`)."""
         return self._core.status
 
     @property
+    def path(self) -> str:
+        """Which way the step took, the last of these that changed its impulses or velocities.
+
+        - accurate: the impulses are those that the solve found.
+        - joints_restored: the solve missed its tolerance; the joints were solved exactly for the contact
+          impulses that it left.
+        - budget_spent: the same, as the budget of the step ended the solve.
+        - impulses_scaled: the step would have made energy from nothing; its contact impulses were scaled down
+          until it does not.
+        - bodies_stopped: bodies that would have passed fixed geometry were stopped there.
+        """
+        return self._core.path
+
+    @property
+    def solves(self) -> int:
+        """Calls of a solver: for positions, impacts and the step itself; 0 where the start was accepted."""
+        return self._core.solves
+
+    @property
     def residual(self) -> float:
-        """Natural residual of the law asked for, the worst of the substeps."""
+        """Natural residual of `Simulation.problem()` at `Simulation.impulses`, under the simulation's law."""
         return self._core.residual
 
     @property
@@ -180,6 +201,8 @@ REPORTS = np.dtype(
         ("status", "U16"),
         ("converged", np.bool_),
         ("residual", np.float64),
+        ("path", "U16"),
+        ("solves", np.int64),
         ("iterations", np.int64),
         ("products", np.int64),
         ("factorizations", np.int64),

@@ -16,6 +16,7 @@ from ..model.parts import WORLD
 from . import sensors
 from .coordinates import GeneralisedCoordinates
 from .outcome import Table
+from .rays import cast_rays
 
 SITES = np.dtype(
     [
@@ -81,7 +82,7 @@ class Queries(GeneralisedCoordinates):
         """
         if self._plan is None:
             self._plan = sensors.plan_of(self._model)
-        return sensors.read(self, self._plan)  # type: ignore[arg-type]
+        return sensors.read(self._core, self._model, self._plan, self.qdd)
 
     def ray(self, origin: Numbers, direction: Numbers, *, exclude: Iterable[int | str | None] = ()) -> RayHit:
         """The first geom that a ray meets: distance, geom and normal.
@@ -104,10 +105,7 @@ class Queries(GeneralisedCoordinates):
         if not (lengths > 0).all():
             raise InputError("a direction is zero; give one of any other length")
         hidden = {-1 if b in (None, "world", -1) else self._model.body_index(b) for b in _listed(exclude)}
-        excluded = np.array([geom.body in hidden for geom in self._model.geoms], dtype=np.uint8)
-        return _core.cast_rays(
-            self._core, np.ascontiguousarray(starts), np.ascontiguousarray(along / lengths), excluded
-        )
+        return cast_rays(self._core, self._model, starts, along / lengths, hidden)
 
 
 def _listed(bodies: Any) -> list[int | str | None]:

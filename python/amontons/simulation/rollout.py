@@ -20,7 +20,10 @@ from .simulation import Simulation
 
 @dataclass(frozen=True)
 class Rollout:
-    """Where the worlds of `rollout` went: a row per world, and in it one per row of controls."""
+    """Where the worlds of `rollout` went: a row per world, and in it one per row of controls.
+
+    The rows of a world that failed are NaN from there on, and `failures` says why.
+    """
 
     q: Array
     """(worlds, rows, nq), after the last step of each row"""
@@ -36,6 +39,8 @@ class Rollout:
     """(worlds, rows, values), as `Simulation.sensors.array`; no values unless they were asked for"""
     simulations: list[Simulation]
     """the worlds at their ends, from which they can go on"""
+    failures: list[str]
+    """of each world why it stopped, with its row; empty if it did not"""
 
 
 def rollout(
@@ -60,8 +65,9 @@ def rollout(
     sensors: read the sensors of the model after each row, one world after the other with Python's lock held.
     options: those of `Simulation`, for all worlds; on_failure too.
 
-    Raises InputError naming the argument, and SimulationError naming the world whose velocities came out not
-    finite or, with on_failure="raise", whose steps missed their tolerance.
+    A world whose velocities come out not finite stops, the others go on, and a StepWarning names it. Raises
+    InputError naming the argument and, with on_failure="raise", SimulationError naming the first such world,
+    or one whose steps missed their tolerance.
     """
     if not isinstance(model, Model):
         raise no_model("model", model)
@@ -69,26 +75,48 @@ def rollout(
     rows = _controls(model, controls, len(worlds), steps)
     repeat = option("repeat", repeat)
     sensors = flag("sensors", sensors)
-    courses, readings, done = [], [], 0
+    courses, readings, done, failures = [], [], 0, [""] * len(worlds)
     for part in _in_single_rows(rows) if sensors else [rows]:
         course = advance_worlds(worlds, part, repeat, threads)
-        for k, failure in enumerate(course.failures):
-            if failure:
-                raise SimulationError(
-                    f"world {k}, row {done + course.done[k]}: {failure}; look for loads or speeds out of "
-                    "proportion, or make dt smaller"
-                )
+        failures = [old or _failure(course, k, done) for k, old in enumerate(failures)]
+        failed = np.array([bool(failure) for failure in failures])
+        for values in (course.q, course.qd, course.residuals):
+            values[failed & (np.array(course.done) == 0)] = np.nan  # of a world that failed in a part before
         courses.append(course)
         done += course.q.shape[1]
-        values = [world.sensors.array for world in worlds] if sensors else np.zeros((len(worlds), 0))
-        readings.append(np.repeat(np.array(values)[:, None], course.q.shape[1], axis=1))
+        values = np.array([world.sensors.array if sensors else () for world in worlds], dtype=np.float64)
+        values[failed] = np.nan
+        readings.append(np.repeat(values[:, None], course.q.shape[1], axis=1))
     q, qd, residuals, missed = (
         np.concatenate([getattr(course, name) for course in courses], axis=1)
         for name in ("q", "qd", "residuals", "missed")
     )
+    _report_failures(worlds, failures)
     _report(worlds, residuals, missed, repeat)
     time = worlds[0].dt * repeat * np.arange(1, done + 1)
-    return Rollout(q, qd, residuals, missed, time, np.concatenate(readings, axis=1), worlds)
+    return Rollout(q, qd, residuals, missed, time, np.concatenate(readings, axis=1), worlds, failures)
+
+
+def _failure(course: Course, world: int, before: int) -> str:
+    """Why a world stopped in a part of the rows, if it did."""
+    if not (why := course.failures[world]):
+        return ""
+    remedy = "look for loads or speeds out of proportion, or make dt smaller"
+    return f"row {before + course.done[world]}: {why}; {remedy}"
+
+
+def _report_failures(worlds: Sequence[Simulation], failures: Sequence[str]) -> None:
+    """What `Simulation.step` says of velocities that are not finite: once for all, as `on_failure` has it."""
+    told = [(k, why) for k, why in enumerate(failures) if why]
+    heard = [(k, why) for k, why in told if worlds[k].options["on_failure"] != "ignore"]
+    if not heard:
+        return
+    k, why = next((e for e in heard if worlds[e[0]].options["on_failure"] == "raise"), heard[0])
+    message = f"world {k}, {why}"
+    if worlds[k].options["on_failure"] == "raise":
+        raise SimulationError(message)
+    more = f"; {len(told)} of {len(worlds)} worlds stopped" if len(told) > 1 else ""
+    warnings.warn(f"{message}{more}; its rows are NaN from there on", StepWarning, stacklevel=3)
 
 
 @dataclass(frozen=True)
@@ -195,7 +223,8 @@ def _controls(model: Model, controls: Any, worlds: int, steps: int | None) -> Ar
 
 def _report(worlds: Sequence[Simulation], residuals: Array, missed: Array, repeat: int) -> None:
     """What `Simulation.step` says of steps that did not converge, once for all."""
-    counted = watching.saw(float(residuals.max()), steps=residuals.size * repeat, missed=int(missed.sum()))
+    largest = float(np.nanmax(residuals, initial=0.0))  # those of worlds that stopped are NaN
+    counted = watching.saw(largest, steps=residuals.size * repeat, missed=int(missed.sum()))
     heard = np.array([world.options["on_failure"] != "ignore" for world in worlds])
     rows = np.argwhere((missed > 0) & heard[:, None])
     if not len(rows):
@@ -208,8 +237,8 @@ def _report(worlds: Sequence[Simulation], residuals: Array, missed: Array, repea
             f"the first of them in row {row} of world {k}"
         )
     else:
-        largest = f"{residuals[k, row]:.2e}, of world {k} in row {row}"
-        message = f"{said} did not converge, the largest residual is {largest}"
+        where = f"{residuals[k, row]:.2e}, of world {k} in row {row}"
+        message = f"{said} did not converge, the largest residual is {where}"
     if any(worlds[k].options["on_failure"] == "raise" for k, _ in rows):
         raise SimulationError(f"{message}; allow max_substeps, more iterations or a looser tolerance")
     if not counted:

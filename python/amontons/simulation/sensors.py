@@ -6,21 +6,20 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
+from .. import _core
 from ..checks import Array
 from ..model.drives import Tendon
 from ..model.model import Model
 from ..model.parts import WORLD, Dof
 from ..model.sensing import Sensor
 from ..model.transforms import Transform
-from .forces import motor_impulses
+from .forces import actuator_table, contact_table, motor_impulses, reaction_table, tendon_table
 from .outcome import Table
-
-if TYPE_CHECKING:
-    from .simulation import Simulation
+from .rays import cast_rays
 
 
 class Readings(Mapping[str, Array]):
@@ -100,15 +99,15 @@ def frame_rows(frames: Sequence[Transform]) -> Array:
     return np.array([(*f.position, *f.rotation) for f in frames], dtype=np.float64).reshape(-1, 7)
 
 
-def read(simulation: Simulation, plan: Plan) -> Readings:
-    """The readings of all sensors of the model."""
+def read(core: _core.Simulation, model: Model, plan: Plan, qdd: Array) -> Readings:
+    """The readings of all sensors of the model at the generalised accelerations qdd, (nv,)."""
     values = np.zeros(plan.size)
     if plan.size:
-        now = Moment(simulation, plan, simulation.qdd)
+        now = Moment(core, model, plan, qdd)
         for kind, group in plan.groups.items():
             found = KINDS[kind](now, group)
             values[group.entries] = np.reshape(found, group.entries.shape)
-    for sensor in simulation.model.sensors:
+    for sensor in model.sensors:
         if sensor.cutoff > 0:
             own = plan.slices[sensor.name]
             values[own] = np.clip(values[own], -sensor.cutoff, sensor.cutoff)
@@ -134,9 +133,9 @@ class Frames:
 class Moment:
     """A simulation between two steps, with what several sensors need worked out once."""
 
-    def __init__(self, simulation: Simulation, plan: Plan, qdd: Array) -> None:
-        self.simulation, self.model, self.core = simulation, simulation.model, simulation._core
-        self.rows, self.momenta = self.model.tree.observe(self.core, qdd, plan.bodies, plan.frames)
+    def __init__(self, core: _core.Simulation, model: Model, plan: Plan, qdd: Array) -> None:
+        self.core, self.model = core, model
+        self.rows, self.momenta = model.tree.observe(core, qdd, plan.bodies, plan.frames)
         self.gravity = np.array(self.model.gravity)
 
     def frames(self, group: Group) -> Frames:
@@ -151,7 +150,15 @@ class Moment:
 
     @cached_property
     def contacts(self) -> Table:
-        return self.simulation.contacts
+        return contact_table(self.core)
+
+    @cached_property
+    def actuators(self) -> Table:
+        return actuator_table(self.core, self.model)
+
+    @cached_property
+    def tendons(self) -> Table:
+        return tendon_table(self.core, self.model)
 
     @cached_property
     def from_carriers(self) -> Array:
@@ -165,7 +172,7 @@ class Moment:
         moments = np.cross(table["point"], table["force"]) + table["torque"]
         wrenches = [(table["body_a"], table["body_b"], np.concatenate([table["force"], moments], axis=1))]
         if loops := self.model.tree.loops:
-            held = self.simulation.joint_reactions[loops]
+            held = reaction_table(self.core, self.model)[loops]
             moments = np.cross(held["point"], held["force"]) + held["torque"]
             wrenches.append((held["body_a"], held["body_b"], np.concatenate([held["force"], moments], 1)))
         for a, b, wrench in wrenches:
@@ -219,9 +226,8 @@ def _rangefinder(now: Moment, group: Group) -> Array:
     bodies = np.array([sensor.body for sensor in group.sensors])
     for body in set(bodies.tolist()):
         own = bodies == body
-        found[own], geoms, _ = now.simulation.rays(
-            frames.position[own], frames.axes[own, :, 2], exclude=(body,)
-        )
+        starts, along = frames.position[own], frames.axes[own, :, 2]
+        found[own], geoms, _ = cast_rays(now.core, now.model, starts, along, {body})
         found[own] = np.where(geoms < 0, -1.0, found[own])
     return found
 
@@ -248,19 +254,23 @@ def _efforts(column: int) -> Kind:
     return reading
 
 
-def _drives(table: str, field: str) -> Kind:
-    """Of the tables of actuators and tendons."""
-
+def _of_actuators(field: str) -> Kind:
     def reading(now: Moment, group: Group) -> Array:
-        index = now.model.actuator_index if table == "actuator_efforts" else now.model.tendon_index
-        return getattr(now.simulation, table)[field][[index(sensor.source) for sensor in group.sensors]]
+        return now.actuators[field][[now.model.actuator_index(sensor.source) for sensor in group.sensors]]
+
+    return reading
+
+
+def _of_tendons(field: str) -> Kind:
+    def reading(now: Moment, group: Group) -> Array:
+        return now.tendons[field][[now.model.tendon_index(sensor.source) for sensor in group.sensors]]
 
     return reading
 
 
 def _on_tendons(now: Moment, group: Group) -> list[float]:
     """Sums of the efforts of the actuators on tendons, without their gears, as in MuJoCo."""
-    efforts = now.simulation.actuator_efforts["effort"]
+    efforts = now.actuators["effort"]
     totals = [0.0] * len(now.model.tendons)
     for actuator, effort in zip(now.model.actuators, efforts, strict=True):
         if (t := actuator.transmission).kind == "tendon":
@@ -270,11 +280,10 @@ def _on_tendons(now: Moment, group: Group) -> list[float]:
 
 def _tendon_limits(now: Moment, group: Group) -> Array:
     """(k, 2), as _limits()."""
-    table = now.simulation.tendon_efforts
     found = np.zeros((len(group.sensors), 2))
     for row, sensor in zip(found, group.sensors, strict=True):
         t = now.model.tendon_index(sensor.source)
-        row[:] = _gap(float(table["length"][t]), now.model.tendons[t])
+        row[:] = _gap(float(now.tendons["length"][t]), now.model.tendons[t])
     return found
 
 
@@ -374,17 +383,15 @@ KINDS: dict[str, Kind] = {
     "jointlimitpos": lambda now, group: _limits(now, group)[:, 0],
     "jointlimitvel": lambda now, group: _limits(now, group)[:, 1] * np.ravel(_entries(1)(now, group)),
     "jointlimitfrc": lambda now, group: np.abs(_efforts(3)(now, group)),
-    "actuatorpos": _drives("actuator_efforts", "length"),
-    "actuatorvel": _drives("actuator_efforts", "rate"),
-    "actuatorfrc": _drives("actuator_efforts", "effort"),
-    "tendonpos": _drives("tendon_efforts", "length"),
-    "tendonvel": _drives("tendon_efforts", "rate"),
+    "actuatorpos": _of_actuators("length"),
+    "actuatorvel": _of_actuators("rate"),
+    "actuatorfrc": _of_actuators("effort"),
+    "tendonpos": _of_tendons("length"),
+    "tendonvel": _of_tendons("rate"),
     "tendonactuatorfrc": _on_tendons,
     "tendonlimitpos": lambda now, group: _tendon_limits(now, group)[:, 0],
-    "tendonlimitvel": lambda now, group: (
-        _tendon_limits(now, group)[:, 1] * _drives("tendon_efforts", "rate")(now, group)
-    ),
-    "tendonlimitfrc": lambda now, group: np.abs(_drives("tendon_efforts", "limit")(now, group)),
+    "tendonlimitvel": lambda now, group: _tendon_limits(now, group)[:, 1] * _of_tendons("rate")(now, group),
+    "tendonlimitfrc": lambda now, group: np.abs(_of_tendons("limit")(now, group)),
     "framepos": _positions,
     "framequat": _orientations,
     "framexaxis": _axis(0),
@@ -398,6 +405,6 @@ KINDS: dict[str, Kind] = {
     "subtreecom": lambda now, group: _sums(now, group)[1],
     "subtreelinvel": _sum_velocity,
     "subtreeangmom": _angular_momentum,
-    "clock": lambda now, group: [now.simulation.time] * len(group.sensors),
+    "clock": lambda now, group: [now.core.time] * len(group.sensors),
 }
 """A function that reads all sensors of a kind, (k, size) or (k,)."""

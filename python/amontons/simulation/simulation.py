@@ -80,7 +80,8 @@ class Simulation(Driving):
     """
 
     force_callbacks: list[Callable[[Simulation], object]]
-    """called with the simulation before each step, to set forces, torques and targets"""
+    """called with the simulation before each step, to set forces, torques and targets; they make no steps"""
+    _in_callback = False
 
     @guided
     def __init__(
@@ -180,12 +181,24 @@ class Simulation(Driving):
         Raises InputError if the state, loads or targets are not usable, and SimulationError as `on_failure`
         says. The state is then that before the step; `contacts` and `problem` show the attempt that failed.
         """
-        for callback in self.force_callbacks:
-            callback(self)
+        self._require_no_callback()
+        if self.force_callbacks:
+            self._in_callback = True
+            try:
+                for callback in self.force_callbacks:
+                    callback(self)
+            finally:
+                self._in_callback = False
         self._contacts = None
         core = self._core.step()
         self._check(core, 1, core.residual, stacklevel=3)
         return Report(core)
+
+    def _require_no_callback(self) -> None:
+        if self._in_callback:
+            raise InputError(
+                "a force callback makes no step of its own simulation, which is within one; step a copy()"
+            )
 
     def _check(self, last: _core.Report, steps: int, residual: float, stacklevel: int) -> None:
         """After some steps, of which only the last can have failed: what `on_failure` says of it."""
@@ -238,6 +251,7 @@ class Simulation(Driving):
         return report
 
     def _run(self, steps: int) -> Report:
+        self._require_no_callback()
         self._contacts = None
         while True:  # between two parts Python looks at signals
             part = self._core.run(steps, PATIENCE)
@@ -352,6 +366,7 @@ class Simulation(Driving):
         other.__dict__.update(self.__dict__)
         other.force_callbacks = list(self.force_callbacks)
         other._options = dict(self._options)
+        other._in_callback = False
         other._take(self._core.copy())
         return other
 
@@ -361,7 +376,16 @@ class Simulation(Driving):
     def __deepcopy__(self, memo: dict[int, Any]) -> Simulation:
         other = self.copy()
         memo[id(self)] = other
-        own = {"_core", "_model", "_options", "_state", "_contacts", "_plan", "force_callbacks"}
+        own = {
+            "_core",
+            "_model",
+            "_options",
+            "_state",
+            "_contacts",
+            "_plan",
+            "_in_callback",
+            "force_callbacks",
+        }
         for name, value in self.__dict__.items():  # what a user has put there
             if name not in own:
                 setattr(other, name, copy.deepcopy(value, memo))
@@ -371,7 +395,7 @@ class Simulation(Driving):
         values = {
             name: v
             for name, v in self.__dict__.items()
-            if name not in ("_core", "_state", "_contacts", "_plan")
+            if name not in ("_core", "_state", "_contacts", "_plan", "_in_callback")
         }
         snapshot = self._core.snapshot()
         return values | {"_arrays": snapshot.arrays}

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 from numpy.typing import ArrayLike
 
 from .. import _core
@@ -19,6 +21,9 @@ class State:
     view.
     joint_coordinates, of every degree of freedom at the start of the last step, follow from the poses and are
     read only: `Simulation.q` sets coordinates.
+
+    A copy (`copy.copy`, `copy.deepcopy`, `pickle`) has arrays of its own and belongs to no simulation; what a
+    simulation needs to go on bit for bit is in its own copies.
     """
 
     positions: Array
@@ -45,9 +50,21 @@ class State:
     )
 
     def __init__(self, core: _core.Simulation) -> None:
+        self._hold({name: getattr(core, name) for name in self.__slots__})
+
+    def _hold(self, arrays: dict[str, Array]) -> None:
         for name in self.__slots__:
-            object.__setattr__(self, name, getattr(core, name))
+            object.__setattr__(self, name, arrays[name])
         self.joint_coordinates.flags.writeable = False
+
+    def __copy__(self) -> State:
+        return _detached({name: getattr(self, name).copy() for name in self.__slots__})
+
+    def __deepcopy__(self, memo: dict[int, Any]) -> State:
+        return memo.setdefault(id(self), self.__copy__())
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _detached, ({name: getattr(self, name).copy() for name in self.__slots__},)
 
     def __setattr__(self, name: str, value: ArrayLike) -> None:
         if name not in self.__slots__:
@@ -66,3 +83,10 @@ class State:
 
     def __repr__(self) -> str:
         return f"amontons.State({len(self.positions)} bodies, {len(self.joint_coordinates)} coordinates)"
+
+
+def _detached(arrays: dict[str, Array]) -> State:
+    """A state that is no view of a simulation."""
+    state = object.__new__(State)
+    state._hold(arrays)
+    return state

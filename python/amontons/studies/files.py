@@ -13,6 +13,7 @@ import numpy as np
 from ..checks import integer, number, suggestion
 from ..errors import FileError, InputError
 from ..io.files import existing
+from .points import MOST_RUNS
 from .subjects import named_run
 
 KEYS = ("run", "out", "grid", "points", "fixed", "seeds", "processes", "retries", "timeout")
@@ -30,22 +31,28 @@ class Study:
     """executor, seeds, retries, timeout, those that the file has"""
 
 
-def read_study(path: Path) -> Study:
-    """The study in a TOML file; its paths are relative to the file. FileError names what cannot be used."""
+def read_study(path: Path, module: str | None = None) -> Study:
+    """The study in a TOML file; its paths are relative to the file. FileError names what cannot be used.
+
+    module: for a file of somebody else, which is a program: it may name scenes and functions of this module
+    alone, and its rows stay in its folder.
+    """
     existing(path, "a TOML file")
     try:
         told = tomllib.loads(path.read_text())
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise FileError(f"{path}: is not TOML ({error})") from None
+    except RecursionError:
+        raise FileError(f"{path}: has lists or tables within each other, too many to be read") from None
     try:
-        return _study(path, told)
+        return _study(path, told, module)
     except FileError:
         raise
     except InputError as error:
         raise FileError(f"{path}: {error}") from None
 
 
-def _study(path: Path, told: Mapping[str, Any]) -> Study:
+def _study(path: Path, told: Mapping[str, Any], module: str | None) -> Study:
     for key in told:
         if key not in KEYS:
             raise InputError(f"unknown key {key!r}{suggestion(key, KEYS)}; known are {', '.join(KEYS)}")
@@ -61,7 +68,9 @@ def _study(path: Path, told: Mapping[str, Any]) -> Study:
     if "processes" in told:
         options["executor"] = integer("processes", told["processes"], 0)
     out = path.parent / told["out"] if "out" in told else path.with_suffix(".parquet")
-    return Study(named_run(told["run"], path.parent), _grid(told), out, options)
+    if module is not None and not out.resolve().is_relative_to(path.parent.resolve()):
+        raise InputError(f"out = {told['out']!r} lies outside of its folder; give another with --out")
+    return Study(named_run(told["run"], path.parent, module), _grid(told), out, options)
 
 
 def _grid(told: Mapping[str, Any]) -> Any:
@@ -102,7 +111,7 @@ def _range(name: str, value: Any) -> Any:
         if key not in value:
             raise InputError(f"grid.{name}: {key} is missing; a range has from, to and count")
     ends = [number(f"grid.{name}.{key}", value[key]) for key in ("from", "to")]
-    count = integer(f"grid.{name}.count", value["count"], 2)
+    count = integer(f"grid.{name}.count", value["count"], 2, MOST_RUNS)
     scale = value.get("scale", "linear")
     if scale not in ("linear", "log"):
         raise InputError(f'grid.{name}.scale = {scale!r}; it must be "linear" or "log"')

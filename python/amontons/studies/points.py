@@ -15,6 +15,8 @@ import numpy as np
 from ..checks import integer
 from ..errors import InputError
 
+MOST_RUNS = 1_000_000
+"""Of a study: each is a row in memory, and a line in the table."""
 RESERVED = (
     "key", "repetition", "seed", "status", "error", "traceback", "attempts", "wall", "steps", "missed",
     "worst_residual", "started", "host", "amontons", "python", "numpy",
@@ -46,6 +48,10 @@ def points(
 ) -> list[Point]:
     """The runs of a grid in its order, the last parameter fastest; seeded: every run gets a seed."""
     places = _product(grid) if isinstance(grid, Mapping) else _listed(grid)
+    repeated = (
+        len(seeds) if isinstance(seeds, Sequence) else integer("seeds", 1 if seeds is None else seeds, 1)
+    )
+    _require_few(len(places) * repeated, f"{len(places)} points, {repeated} seeds")
     _require_kinds(places)
     made: list[Point] = []
     for place in places:
@@ -75,10 +81,19 @@ def _product(grid: Mapping[str, Iterable[Any]]) -> list[dict[str, Any]]:
             raise InputError(
                 f"grid[{name!r}] is {values!r}; give a list of values, [{values!r}] for a single one"
             )
-        axes[_parameter(name)] = [plain(f"grid[{name!r}][{k}]", value) for k, value in enumerate(values)]
+        listed = list(itertools.islice(values, MOST_RUNS + 1))  # of what has no end, too
+        _require_few(len(listed), f"{name} has more values")
+        axes[_parameter(name)] = [plain(f"grid[{name!r}][{k}]", value) for k, value in enumerate(listed)]
         if not axes[name]:
             raise InputError(f"grid[{name!r}] is empty; give at least one value")
+    told = " x ".join(f"{name} {len(values)}" for name, values in axes.items())
+    _require_few(math.prod(map(len, axes.values())), told)
     return [dict(zip(axes, place, strict=True)) for place in itertools.product(*axes.values())]
+
+
+def _require_few(runs: int, told: str) -> None:
+    if runs > MOST_RUNS:
+        raise InputError(f"grid: it makes {runs:.4g} runs ({told:.300}); a study has at most {MOST_RUNS}")
 
 
 def _listed(grid: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:

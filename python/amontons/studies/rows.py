@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 import json
-import os
 import time
-from collections.abc import Iterable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Iterable, Sequence
+from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..errors import FileError, InputError
-from ..io.files import write_whole
-from .points import RESERVED, agree, kind
-from .task import Row
+from ..io.files import locked, write_whole
+from ..limits import DEFAULT, readable
+from .points import MOST_RUNS, RESERVED, agree, kind, plain
+from .task import STATUSES, Row
 
 if TYPE_CHECKING:
     import pyarrow
@@ -96,16 +96,7 @@ class Rows:
         return pyarrow.table(columns).replace_schema_metadata({META: json.dumps(self._about)})
 
     def _read(self, path: Path) -> None:
-        import pyarrow
-        import pyarrow.parquet
-
-        try:
-            table = pyarrow.parquet.read_table(path)
-            about = json.loads((table.schema.metadata or {}).get(META, b"null"))
-        except (pyarrow.ArrowException, OSError, ValueError) as error:
-            raise FileError(f"{path}: cannot be read as Parquet ({error}); give another out") from None
-        if about is None:
-            raise FileError(f"{path}: was not written by a study; give another out")
+        table, about = read_table(path)
         if about != self._about:
             what = "run" if about["run"] != self._about["run"] else "parameters"
             raise InputError(
@@ -118,6 +109,70 @@ class Rows:
             self._rows[key] = {name: value for name, value in row.items() if value is not None}
             for name, value in row.items():
                 self._kinds[name] = self._kinds.get(name, "") or kind(value)
+
+
+def read_table(path: Path) -> tuple[pyarrow.Table, dict[str, Any]]:
+    """The rows of a study in a file, and of what run and parameters they are.
+
+    FileError for all that no study wrote: it may have been damaged, or forged.
+    """
+    import pyarrow.parquet
+
+    try:
+        file = pyarrow.parquet.ParquetFile(path)
+        size = sum(file.metadata.row_group(k).total_byte_size for k in range(file.metadata.num_row_groups))
+        if file.metadata.num_rows > MOST_RUNS or size > DEFAULT.memory:
+            raise FileError(
+                f"{path}: declares {file.metadata.num_rows} rows of {readable(size)}, more than a study has"
+            )
+        table = file.read()
+        table.validate(full=True)
+        about = json.loads((table.schema.metadata or {}).get(META, b"null"))
+    except FileError:
+        raise
+    except Exception as error:  # of PyArrow, of any kind
+        reason = " ".join(str(error).split())[:300]
+        raise FileError(f"{path}: cannot be read as Parquet ({reason}); give another out") from None
+    if about is None:
+        raise FileError(f"{path}: was not written by a study; give another out")
+    if what := _odd(table, about):
+        raise FileError(f"{path}: {what}; the file is damaged: give another out")
+    return table, about
+
+
+def _odd(table: pyarrow.Table, about: Any) -> str:
+    """What a table has that no study writes; "" if nothing."""
+    told = about if isinstance(about, dict) else {}
+    parameters = told.get("parameters")
+    named = isinstance(parameters, list) and all(isinstance(name, str) for name in parameters)
+    if not named or not isinstance(told.get("run"), str):
+        return "it does not say of which run and parameters it is"
+    names = table.column_names
+    if len(set(names)) < len(names):
+        return "two columns have one name"
+    for name in ("key", "status", *parameters):
+        if name not in names:
+            return f"the column {name!r} is missing"
+    for name, kind_ in _types().items():
+        if name in names and table.schema.field(name).type != kind_:
+            return f"the column {name!r} holds {table.schema.field(name).type}, not {kind_}"
+    return _odd_values(table)
+
+
+def _odd_values(table: pyarrow.Table) -> str:
+    try:
+        rows = table.to_pylist()
+        keys = [row["key"] for row in rows]
+        for name, value in (
+            (name, value) for row in rows for name, value in row.items() if name != "started"
+        ):
+            plain(name, value)
+    except Exception as error:  # texts that are none, times that there are not, values of other kinds
+        return f"a value cannot be read ({' '.join(str(error).split())[:200]})"
+    if None in keys or len(set(keys)) < len(keys):
+        return "keys are missing, or stand in it twice"
+    odd = {row["status"] for row in rows} - set(STATUSES)
+    return f"the status {min(map(repr, odd))} is none" if odd else ""
 
 
 def _types() -> dict[str, Any]:
@@ -138,32 +193,8 @@ def _column(values: list[Any], type: Any) -> Any:
     return pyarrow.array(values, type)
 
 
-@contextmanager
-def alone(path: Path | None) -> Iterator[None]:
+def alone(path: Path | None) -> AbstractContextManager[None]:
     """FileError if another study writes to this file."""
-    if path is None or os.name != "posix":
-        yield
-        return
-    import fcntl
-
-    lock = path.with_name(f".{path.name}.lock")
-    while True:
-        try:
-            file = open(lock, "w")  # noqa: SIM115
-        except OSError as error:
-            raise FileError(f"{path}: cannot be written here ({error.strerror})") from None
-        try:
-            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except OSError:
-            file.close()
-            raise FileError(
-                f"{path}: another study is writing to it; wait for it, or give another out"
-            ) from None
-        if lock.exists() and os.path.samestat(os.fstat(file.fileno()), lock.stat()):
-            break
-        file.close()  # its owner has just removed it
-    try:
-        yield
-    finally:
-        lock.unlink(missing_ok=True)
-        file.close()
+    if path is None:
+        return nullcontext()
+    return locked(path, "another study is writing to it; wait for it, or give another out")

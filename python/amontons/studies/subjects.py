@@ -168,9 +168,35 @@ def _callable(module: Any, name: str, where: str) -> Callable[..., Any]:
     return found
 
 
-def named_run(text: str, folder: Path) -> Callable[..., Any]:
-    """What the name stands for: a scene, a model file, "file.py:function" or "package.module:function"."""
+def _allowed_run(text: str, module: str) -> Callable[..., Any]:
+    from .. import scenes
+
+    if text in scenes.names():
+        return Subject(text)
+    place, _, name = text.rpartition(":")
+    refusal = InputError(f"run = {text!r}; allowed are scenes and functions of {module}: {module}:FUNCTION")
+    if place != module or not name.isidentifier() or name.startswith("_"):
+        raise refusal
+    try:
+        found = _callable(importlib.import_module(module), name, module)
+    except ImportError as error:
+        raise InputError(f"the module {module} cannot be imported ({error})") from None
+    if (
+        not inspect.isfunction(found) or found.__module__ != module
+    ):  # only imported there, as os.system may be
+        raise refusal
+    return found
+
+
+def named_run(text: str, folder: Path, module: str | None = None) -> Callable[..., Any]:
+    """What the name stands for: a scene, a model file, "file.py:function" or "package.module:function".
+
+    module: the one module whose own functions may be named, beside scenes; InputError for all else, before
+    anything is imported or read.
+    """
     place, colon, function = text.rpartition(":")
+    if module is not None:
+        return _allowed_run(text, module)
     if not colon or not function.isidentifier():
         path = folder / text
         return Subject(str(path) if path.suffix.lower() in MODELS else text)

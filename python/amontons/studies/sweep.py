@@ -24,12 +24,11 @@ from .executors import Died, Executor, Here, Processes, Submitted
 from .points import Point, points
 from .rows import Rows, alone
 from .subjects import FileRun, Subject
-from .task import Row, Task, machine
+from .task import STATUSES, Row, Task, machine
 
 if TYPE_CHECKING:
     import pyarrow
 
-STATUSES = ("done", "failed", "timeout", "died")
 logger = logging.getLogger(__name__)
 
 

@@ -18,6 +18,7 @@ from ..watching import OverdueError, Watch, watched
 from .points import RESERVED, plain
 
 Row = dict[str, Any]
+STATUSES = ("done", "failed", "timeout", "died")
 
 
 @dataclass(frozen=True)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from ..simulation.simulation import Simulation, open_viewer
@@ -22,6 +23,7 @@ def view(
     port: int = PORT,
     open_browser: bool = False,
     title: str = "amontons",
+    allow_origin: Sequence[str] = (),
 ) -> Viewer:
     """Show a simulation or a recording on a page; its address is `url` of what is returned.
 
@@ -30,26 +32,27 @@ def view(
     speed: simulated over real time.
     host: where the page can be reached; by default from this machine alone (a tunnel of ssh ends there too).
     port: the first that is tried; the next free one is taken.
+    allow_origin: further addresses under which the page may be asked for, as "http://name:port": of a proxy,
+        of a tunnel that ends at another port. The page is there for who knows the token in `url` alone.
     open_browser: whether a browser is asked to open the page.
 
     Needs viser: pip install amontons[view]. Raises InputError.
     """
-    from ..checks import positive_number
     from ..errors import InputError
     from ..io.recordings.recording import Recording
-    from .runs import LiveRun, ReplayRun
+    from .runs import LiveRun, ReplayRun, pace
     from .viewer import Viewer, open_page
 
-    positive_number("speed", speed)
+    speed = pace(speed)
     if isinstance(subject, Simulation):
         run: LiveRun | ReplayRun = LiveRun(subject)
     elif isinstance(subject, Recording):
         run = ReplayRun(subject)
     else:
         raise InputError(f"there is no view of a {type(subject).__name__}; give a Simulation or a Recording")
-    run.speed = float(speed)
+    run.speed = speed
     try:
-        viewer = Viewer(run, title=title, host=host, port=port)
+        viewer = Viewer(run, title=title, host=host, port=port, allow_origin=allow_origin)
     except BaseException:
         if isinstance(run, LiveRun):
             run.close()

@@ -1,9 +1,16 @@
-"""What a user does on the page, told apart from what the program sets."""
+"""What a user does on the page, told apart from what the program sets; and names as the page shows them."""
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from typing import Any
+
+from ..visible import visible
+
+Command = Callable[[], None]
+Post = Callable[[Command], None]
+"""lets the owner of the simulation run a command before it goes on"""
 
 
 def on_user(handle: Any, call: Callable[[Any], None]) -> None:
@@ -17,3 +24,10 @@ def on_user(handle: Any, call: Callable[[Any], None]) -> None:
             call(getattr(event.target, "value", None))
 
     (handle.on_click if hasattr(handle, "on_click") else handle.on_update)(changed)
+
+
+def literal(name: str) -> str:
+    """A name as code of Markdown, in which nothing else has a meaning: no markup, no HTML, no address."""
+    text = visible(name) or " "
+    fence = "`" * (1 + max(map(len, re.findall("`+", text)), default=0))
+    return f"{fence} {text} {fence}" if text[0] in "` " or text[-1] in "` " else f"{fence}{text}{fence}"

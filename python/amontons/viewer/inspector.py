@@ -9,13 +9,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..model.model import Model
-from .events import on_user
-from .runs import LiveRun
+from ..visible import visible
+from .events import Post, literal, on_user
+from .runs import LiveRun, ReplayRun
 
 if TYPE_CHECKING:
     import viser
-
-    from .viewer import Viewer
 
 MOST = 40
 """Sliders of a kind; of a larger model those of the first."""
@@ -24,8 +23,9 @@ MOST = 40
 class Inspector:
     """Name, mass and velocity of the chosen body; sliders of joints and controls."""
 
-    def __init__(self, server: viser.ViserServer, viewer: Viewer) -> None:
-        self._viewer, self._run = viewer, viewer.run
+    def __init__(self, server: viser.ViserServer, run: LiveRun | ReplayRun, post: Post) -> None:
+        self._run, self._post = run, post
+        self._chosen: int | None = None
         with server.gui.add_folder("Body"):
             self._text = server.gui.add_markdown("Click a body; drag it to pull it.")
         self._sliders: list[tuple[Any, Callable[[], float]]] = []  # and what they show
@@ -33,9 +33,14 @@ class Inspector:
             self._joints(server.gui, self._run)
             self._controls(server.gui, self._run)
 
+    def choose(self, body: int | None) -> None:
+        """Show this body from now on, or none."""
+        self._chosen = body
+        self.show()
+
     def show(self) -> None:
         """Values of now."""
-        run, body = self._run, self._viewer.chosen
+        run, body = self._run, self._chosen
         if body is None:
             text = "Click a body; drag it to pull it." if isinstance(run, LiveRun) else "Click a body."
         else:
@@ -47,9 +52,8 @@ class Inspector:
                 "velocity": f"{vector(v, 'm/s')}, |v| = {np.linalg.norm(v):.3g}",
                 "spin": vector(w, "rad/s"),
             }
-            text = f"**{part.name or f'body {body}'}**\n\n" + "\n".join(
-                f"- {k}: {t}" for k, t in rows.items()
-            )
+            title = literal(part.name) if part.name else f"body {body}"
+            text = f"**{title}**\n\n" + "\n".join(f"- {k}: {t}" for k, t in rows.items())
         if self._text.content != text:
             self._text.content = text
         for slider, shown in self._sliders:  # what a reset, a program or the motion has changed
@@ -89,10 +93,10 @@ class Inspector:
     ) -> None:
         """A slider of a thousand steps that shows a value and sets it."""
         value = min(max(float(shown()), low), high)
-        slider = gui.add_slider(name, low, high, (high - low) / 1000, value)
+        slider = gui.add_slider(visible(name), low, high, (high - low) / 1000, value)
         self._sliders.append((slider, shown))
-        viewer = self._viewer
-        on_user(slider, lambda value: viewer.post(lambda: set_value(float(value))))
+        post = self._post
+        on_user(slider, lambda value: post(lambda: set_value(float(value))))
 
 
 def motors_of(model: Model) -> Any:

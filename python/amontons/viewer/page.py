@@ -10,6 +10,7 @@ from ..checks import Array
 from ..io.files import write_whole
 from ..io.recordings.recording import Recording
 from ..report.replays.film import movie_frames
+from .gate import Gate
 from .stage import Stage
 from .viewer import serve, stop
 
@@ -19,7 +20,8 @@ DIGITS = 12
 
 def write_page(recording: Recording, path: Path, *, fps: float = 25.0, speed: float = 1.0) -> None:
     """A page with the scene, that plays `fps` pictures per second at `speed` times real time."""
-    server = serve("127.0.0.1", 8080, recording.path.stem)
+    gate = Gate("127.0.0.1")
+    server = serve("127.0.0.1", 8080, recording.path.stem, gate)
     try:
         model = recording.model
         stage = Stage(server, model)
@@ -36,7 +38,7 @@ def write_page(recording: Recording, path: Path, *, fps: float = 25.0, speed: fl
         film.insert_sleep(1 / fps)
         write_whole({path: film.as_html().encode()})
     finally:
-        stop(server)
+        stop(server, gate)
 
 
 def _poses(recording: Recording, frame: int, length: float) -> tuple[Array, Array]:

@@ -3,20 +3,20 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from .events import on_user
+from ..visible import visible
+from .events import Post, on_user
 from .inspector import Inspector
-from .marks import KINDS
+from .marks import KINDS, Marks
 from .plots import Plots
-from .runs import LiveRun, ReplayRun
+from .runs import LiveRun, ReplayRun, pace
 from .solver_panel import add_solver
-from .stage import COLLISION, VISUAL
+from .stage import COLLISION, VISUAL, Stage
 
 if TYPE_CHECKING:
     import viser
-
-    from .viewer import Viewer
 
 SPEEDS = ("0.1", "0.25", "0.5", "1", "2", "4")
 PAUSE_BETWEEN = 0.2
@@ -26,22 +26,31 @@ PAUSE_BETWEEN = 0.2
 class Panel:
     """Play, pause, step, speed, reset, what is drawn; below it what its siblings add.
 
-    Callbacks run in the thread of the server: they post to the viewer and touch nothing else.
+    Callbacks run in the thread of the server: they post commands and touch nothing else.
     """
 
-    def __init__(self, server: viser.ViserServer, viewer: Viewer) -> None:
-        self._viewer, self._gui, self._server = viewer, server.gui, server
+    def __init__(
+        self,
+        server: viser.ViserServer,
+        run: LiveRun | ReplayRun,
+        stage: Stage,
+        marks: Marks,
+        *,
+        post: Post,
+        follow: Callable[[bool], None],
+    ) -> None:
+        self._run, self._post, self._gui, self._server = run, post, server.gui, server
         self._shown_at = 0.0
         self._transport()
-        self._drawing()
-        self._inspector = Inspector(server, viewer)
-        self._plots = Plots(server, viewer)
-        if isinstance(viewer.run, LiveRun):
-            add_solver(server, viewer, viewer.run)
+        self._drawing(stage, marks, follow)
+        self._inspector = Inspector(server, run, post)
+        self._plots = Plots(server, run, post)
+        if isinstance(run, LiveRun):
+            add_solver(server, run, post)
 
     def show(self) -> None:
         """Bring texts and sliders up to date."""
-        run = self._viewer.run
+        run = self._run
         self._show_playing()
         if isinstance(run, ReplayRun) and self._frames.value != run.frame:
             self._frames.value = run.frame
@@ -54,24 +63,24 @@ class Panel:
         self._inspector.show()
         self._plots.show()
 
-    def show_chosen(self) -> None:
-        """Another body was picked."""
-        self._follow.disabled = self._viewer.chosen is None
-        self._inspector.show()
+    def choose(self, body: int | None) -> None:
+        """Another body was picked, or none."""
+        self._follow.disabled = body is None
+        self._inspector.choose(body)
 
     def tell(self, message: str) -> None:
         """A message on every page."""
         for client in self._server.get_clients().values():
-            client.add_notification("amontons", message, auto_close_seconds=None, color="red")
+            client.add_notification("amontons", visible(message, "\n"), auto_close_seconds=None, color="red")
         self._show_playing()
 
     def _show_playing(self) -> None:
-        label = "Pause" if self._viewer.run.playing else "Play"
+        label = "Pause" if self._run.playing else "Play"
         if self._play.label != label:
             self._play.label = label
 
     def _transport(self) -> None:
-        gui, viewer, run = self._gui, self._viewer, self._viewer.run
+        gui, run, post = self._gui, self._run, self._post
         self._status = gui.add_markdown("")
         self._play = gui.add_button("Play")
         step = gui.add_button("Single step" if isinstance(run, LiveRun) else "Next frame")
@@ -88,32 +97,32 @@ class Panel:
             run.step()
 
         def set_speed(value: str) -> None:
-            run.speed = float(value)
+            run.speed = pace(float(value))
 
-        on_user(self._play, lambda _: viewer.post(toggle))
-        on_user(step, lambda _: viewer.post(one))
-        on_user(reset, lambda _: viewer.post(run.reset))
-        on_user(speed, lambda value: viewer.post(lambda: set_speed(value)))
+        on_user(self._play, lambda _: post(toggle))
+        on_user(step, lambda _: post(one))
+        on_user(reset, lambda _: post(run.reset))
+        on_user(speed, lambda value: post(lambda: set_speed(value)))
         if isinstance(run, ReplayRun):
             self._frames = gui.add_slider("Frame", 0, max(1, len(run.recording) - 1), 1, 0)
-            on_user(self._frames, lambda value: viewer.post(lambda: run.seek(int(value))))
+            on_user(self._frames, lambda value: post(lambda: run.seek(int(value))))
 
-    def _drawing(self) -> None:
-        gui, viewer = self._gui, self._viewer
+    def _drawing(self, stage: Stage, marks: Marks, follow: Callable[[bool], None]) -> None:
+        gui, post = self._gui, self._post
         with gui.add_folder("View"):
             shapes = gui.add_dropdown("Shapes", (VISUAL, COLLISION), initial_value=VISUAL)
-            on_user(shapes, lambda value: viewer.post(lambda: viewer.stage.show_shapes(value)))
-            glass = gui.add_checkbox("See through what is fixed", viewer.stage.see_through)
-            on_user(glass, lambda value: viewer.post(lambda: viewer.stage.show_through(value)))
+            on_user(shapes, lambda value: post(lambda: stage.show_shapes(value)))
+            glass = gui.add_checkbox("See through what is fixed", stage.see_through)
+            on_user(glass, lambda value: post(lambda: stage.show_through(value)))
             self._follow = gui.add_checkbox(
                 "Follow", False, disabled=True, hint="The eye goes along with the body that is picked"
             )
-            on_user(self._follow, lambda value: viewer.post(lambda: viewer.follow(value)))
+            on_user(self._follow, lambda value: post(lambda: follow(value)))
             for kind in KINDS:
                 box = gui.add_checkbox(kind.capitalize(), False, hint=HINTS.get(kind))
-                on_user(box, lambda value, kind=kind: viewer.post(lambda: viewer.marks.want(kind, value)))
+                on_user(box, lambda value, kind=kind: post(lambda: marks.want(kind, value)))
             scale = gui.add_slider("Force arrows", -3.0, 3.0, 0.1, 0.0, hint="Decades longer or shorter")
-            on_user(scale, lambda value: viewer.post(lambda: viewer.marks.scale_forces(10**value)))
+            on_user(scale, lambda value: post(lambda: marks.scale_forces(10**value)))
 
 
 HINTS = {

@@ -7,13 +7,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..checks import Array
-from .events import on_user
-from .runs import SERIES
+from .events import Post, on_user
+from .runs import SERIES, LiveRun, ReplayRun
 
 if TYPE_CHECKING:
     import viser
-
-    from .viewer import Viewer
 
 COLOURS = ("", "#c2413a", "#3a6fb0", "#3d8a4a", "#8a5fb0", "#b07a2a")
 LOGARITHMIC = {"residual", "real-time factor"}
@@ -25,8 +23,8 @@ SMALLEST = 1e-16
 class Plots:
     """One plot per quantity, each with a switch; those that are off cost nothing."""
 
-    def __init__(self, server: viser.ViserServer, viewer: Viewer) -> None:
-        self._run, self._gui = viewer.run, server.gui
+    def __init__(self, server: viser.ViserServer, run: LiveRun | ReplayRun, post: Post) -> None:
+        self._run, self._gui = run, server.gui
         self._plots: dict[str, Any] = {}
         self._wanted: dict[str, bool] = {}
         empty = np.zeros((0, len(SERIES)))
@@ -35,7 +33,7 @@ class Plots:
                 self._wanted[name] = name in SHOWN
                 box = server.gui.add_checkbox(name.capitalize(), self._wanted[name])
                 self._plots[name] = self._add(name, empty)
-                on_user(box, lambda v, name=name: viewer.post(lambda: self._switch(name, v)))
+                on_user(box, lambda v, name=name: post(lambda: self._switch(name, v)))
 
     def show(self) -> None:
         """Curves up to now."""

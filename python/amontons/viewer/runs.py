@@ -8,7 +8,7 @@ from typing import Protocol
 
 import numpy as np
 
-from ..checks import Array
+from ..checks import Array, positive
 from ..errors import InputError
 from ..io.recordings.recording import Recording
 from ..model.model import Model
@@ -197,6 +197,11 @@ class ReplayRun:
 
     def reset(self) -> None:
         self.seek(0)
+
+
+def pace(speed: object) -> float:
+    """A speed, simulated over real time, that can be played: positive and finite."""
+    return positive("speed", speed)
 
 
 def mean_speed(before: float, simulated: float, elapsed: float) -> float:

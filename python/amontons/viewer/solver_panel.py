@@ -5,23 +5,21 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from ..problem.options import LAWS, methods
-from .events import on_user
+from .events import Post, on_user
 from .runs import LiveRun
 
 if TYPE_CHECKING:
     import viser
 
-    from .viewer import Viewer
-
 TOLERANCES = tuple(f"1e-{k}" for k in range(2, 13))
 
 
-def add_solver(server: viser.ViserServer, viewer: Viewer, run: LiveRun) -> None:
+def add_solver(server: viser.ViserServer, run: LiveRun, post: Post) -> None:
     """What is chosen holds from the next step on; what cannot be used is told and changes nothing."""
     gui, options = server.gui, run.simulation.options
 
     def change(name: str, value: Any) -> None:
-        viewer.post(lambda: run.simulation.change_options(**{name: value}))
+        post(lambda: run.simulation.change_options(**{name: value}))
 
     with gui.add_folder("Solver", expand_by_default=False):
         law = gui.add_dropdown("Law", tuple(LAWS), initial_value=str(options["law"]))

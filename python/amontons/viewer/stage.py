@@ -159,12 +159,12 @@ class Stage:
 
         @handle.on_click
         async def _(event: Any) -> None:
-            if event.instance_index is not None:
+            if event.instance_index is not None and event.instance_index < len(batch.bodies):
                 pick(int(batch.bodies[event.instance_index]))
 
         @handle.on_drag
         async def _(event: Any) -> None:
-            if event.instance_index is not None:
+            if event.instance_index is not None and event.instance_index < len(batch.bodies):
                 body = int(batch.bodies[event.instance_index])
                 grabbed, pointer = np.array(event.start_position), np.array(event.end_position)
                 grab(event.phase, body, grabbed + self._offset, pointer + self._offset)

@@ -9,6 +9,7 @@ from __future__ import annotations
 import atexit
 import contextlib
 import errno
+import html
 import io
 import os
 import queue
@@ -18,13 +19,16 @@ import threading
 import time
 import traceback
 import webbrowser
-from collections.abc import Callable
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
 from ..checks import Array, integer
 from ..errors import InputError, SimulationError
+from ..visible import visible
+from .events import Command
+from .gate import Gate
 from .marks import Marks
 from .panel import Panel
 from .runs import LiveRun, ReplayRun
@@ -35,16 +39,26 @@ RATE = 25.0
 WAIT = 60.0
 """An owner without anything to play looks up this often (s); commands wake it at once."""
 
-Command = Callable[[], None]
+MOST_POSTED = 1000
+"""Wishes of pages that wait to be obeyed."""
 
 
 class Viewer:
     """A page that shows a simulation or a recording; made by `Simulation.view` or `amontons.viewer.view`."""
 
-    def __init__(self, run: LiveRun | ReplayRun, *, title: str, host: str, port: int) -> None:
+    def __init__(
+        self,
+        run: LiveRun | ReplayRun,
+        *,
+        title: str,
+        host: str,
+        port: int,
+        allow_origin: Sequence[str] = (),
+    ) -> None:
         self.run = run
         self._commands: queue.SimpleQueue[Command] = queue.SimpleQueue()
-        self._server = serve(host, port, title)
+        self._gate = Gate(host, allow_origin)
+        self._server = serve(host, port, title, self._gate)
         self._host = host
         self._closing = False
         self._thread: threading.Thread | None = None
@@ -54,18 +68,23 @@ class Viewer:
         self.stage = Stage(self._server, run.model, pick=self._on_pick, grab=self._on_grab)
         self.stage.frame(run.positions)
         self.marks = Marks(self._server, self.stage.root, run)
-        self.panel = Panel(self._server, self)
+        self.panel = Panel(self._server, run, self.stage, self.marks, post=self.post, follow=self.follow)
         self.show()
 
     @property
     def url(self) -> str:
-        """Where the page is."""
+        """Where the page is, with the token that it asks for."""
         host = "localhost" if self._host in ("0.0.0.0", "::", "127.0.0.1") else self._host
-        return f"http://{host}:{self._server.get_port()}"
+        host = f"[{host}]" if ":" in host else host
+        return f"http://{host}:{self._server.get_port()}/?token={self._gate.token}"
 
     def post(self, command: Command) -> None:
-        """Let the owner of the simulation run `command` before it goes on."""
-        self._commands.put(command)
+        """Let the owner of the simulation run `command` before it goes on.
+
+        While MOST_POSTED others wait it is dropped: a page may send them faster than anyone obeys.
+        """
+        if self._commands.qsize() < MOST_POSTED:
+            self._commands.put(command)
 
     def start(self) -> Viewer:
         """Let a thread of its own play; the simulation is its until `close`."""
@@ -92,17 +111,22 @@ class Viewer:
             while self._thread is not None and self._thread.is_alive():
                 self._thread.join(0.5)
 
-    def close(self) -> None:
-        """End the page; the simulation is its user's again, in the state that was shown last."""
+    def close(self, wait: float | None = None) -> None:
+        """End the page; the simulation is its user's again, in the state that was shown last.
+
+        wait: for the step at hand, at most so long (s); of a step that lasts longer the simulation is not
+        given back, and the thread ends with the process.
+        """
         if self._closing:
             return
         self._closing = True
-        self.post(lambda: None)
-        if self._thread is not None and self._thread is not threading.current_thread():
-            self._thread.join()
-        if isinstance(self.run, LiveRun):
+        self._commands.put(lambda: None)
+        playing = self._thread
+        if playing is not None and playing is not threading.current_thread():
+            playing.join(wait)
+        if isinstance(self.run, LiveRun) and not (playing is not None and playing.is_alive() and wait):
             self.run.close()
-        stop(self._server)
+        stop(self._server, self._gate)
 
     def __enter__(self) -> Viewer:
         return self
@@ -112,7 +136,7 @@ class Viewer:
 
     def _repr_html_(self) -> str:
         """In a notebook, the page in a frame."""
-        return f'<iframe src="{self.url}" width="100%" height="560" style="border:0"></iframe>'
+        return f'<iframe src="{html.escape(self.url)}" width="100%" height="560" style="border:0"></iframe>'
 
     def show(self) -> None:
         """Send the state of now to the pages."""
@@ -130,7 +154,7 @@ class Viewer:
         """Pick a body; None lets it go."""
         self.chosen = body
         self.stage.choose(body)
-        self.panel.show_chosen()
+        self.panel.choose(body)
 
     def follow(self, wanted: bool) -> None:
         """Let the eye go along with the chosen body, or stay."""
@@ -184,9 +208,11 @@ class Viewer:
         changed = False
         with contextlib.suppress(queue.Empty):
             command = self._commands.get(timeout=wait) if wait > 0 else self._commands.get_nowait()
-            while True:
+            for _ in range(MOST_POSTED):  # and then a picture, whatever pages send
                 changed = True
                 self._guarded(command)
+                if self._closing:
+                    break
                 command = self._commands.get_nowait()
         return changed
 
@@ -203,26 +229,32 @@ class Viewer:
             self.panel.tell(traceback.format_exc(limit=-1))
 
 
-def serve(host: str, port: int, title: str) -> Any:
-    """viser's server, without what it prints and without its button that asks a server elsewhere."""
+def serve(host: str, port: int, title: str, gate: Gate) -> Any:
+    """viser's server behind a gate, without what it prints and its button that asks a server elsewhere."""
     try:
         import viser
     except ImportError:
         raise InputError("the viewer needs viser: pip install 'amontons[view]'") from None
     _require_place(host, port)
-    with contextlib.redirect_stdout(io.StringIO()):
-        server = viser.ViserServer(host=host, port=port, label=title, verbose=False)
+    with contextlib.redirect_stdout(io.StringIO()), gate.guarding():
+        server = viser.ViserServer(host=host, port=port, label=visible(title), verbose=False)
     atexit.unregister(server.stop)  # which prints
-    atexit.register(stop, server)
+    if not gate.guards:
+        stop(server, gate)
+        raise InputError(f"this viser {viser.__version__} serves in an unknown way; install viser>=1.1,<1.2")
+    gate.inputs = lambda: server.gui._gui_input_handle_from_uuid
+    atexit.register(stop, server, gate)
     server.gui.configure_theme(show_logo=False, show_share_button=False, control_width="medium")
     server.gui.main_panel.dock_right()  # beside the scene, not above it
     return server
 
 
-def stop(server: Any) -> None:
-    """End a server without what it prints."""
+def stop(server: Any, gate: Gate) -> None:
+    """End a server at once, whatever its clients do, and without what it prints."""
+    gate.end()
     with contextlib.redirect_stdout(io.StringIO()):
         server.stop()
+    atexit.unregister(stop)
 
 
 def _require_place(host: str, port: int) -> None:

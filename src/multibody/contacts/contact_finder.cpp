@@ -190,13 +190,13 @@ void ContactFinder::find(const Reach& reach, std::vector<Contact>& contacts) {
     if (contact.gap <= reach.margin || closing <= reach.margin) contacts.push_back(contact);
   });
   // What a body rests on is known only now.
-  level(reach, seams_.find(reach, frames_, contacts), contacts);
-  spares_.set_aside(reach, contacts);
+  level(reach, edges_.find(reach, frames_, contacts), contacts);
+  redundant_.set_aside(reach, contacts);
 }
 
 // The pairs of the passages get the points along the neighbour's normal. In order, as the rest of the step
 // goes pair by pair; in most steps there is nothing to do.
-void ContactFinder::level(const Reach& reach, std::span<const Seams::Passage> passages,
+void ContactFinder::level(const Reach& reach, std::span<const InternalEdges::Passage> passages,
                           std::vector<Contact>& contacts) {
   if (passages.empty()) return;
   found_.clear();
@@ -204,7 +204,7 @@ void ContactFinder::level(const Reach& reach, std::span<const Seams::Passage> pa
   const auto copy_to = [&](std::size_t end) {
     for (; next < end; ++next) found_.push_back(contacts[next]);
   };
-  for (const Seams::Passage& p : passages) {
+  for (const InternalEdges::Passage& p : passages) {
     copy_to(p.first);
     Contact c = contacts[p.first];
     const SurfaceMotion surface = surface_motion(reach.model.geom(c.geom_a), frames_[c.geom_a],
@@ -229,8 +229,8 @@ void ContactFinder::level(const Reach& reach, std::span<const Seams::Passage> pa
 // to zero within rounding and the tolerance only.
 void ContactFinder::find_unforeseen(const Reach& reach, std::vector<Contact>& contacts) {
   const double allowance = reach.margin / 10;
-  spares_.call_in(reach, contacts);
-  seams_.call_in(reach, contacts);
+  redundant_.call_in(reach, contacts);
+  edges_.call_in(reach, contacts);
   find_missed(reach, allowance, contacts);
   find_overlaps(reach, allowance, contacts);
 }
@@ -280,12 +280,12 @@ void ContactFinder::find_missed(const Reach& reach, double allowance, std::vecto
   found_.clear();
   visit(reach, changed, [&](const Contact& contact, double closing) {
     if (closing >= -allowance) return;
-    if (seams_.passes(reach, frames_, contact)) return;
+    if (edges_.passes(reach, frames_, contact)) return;
     if (!is_known(reach, contact, contacts)) found_.push_back(contact);
   });
   for (std::size_t first = 0, end = 0; first < found_.size(); first = end) {
     end = end_of_pair(found_, first);
-    spares_.add(reach, std::span(found_).subspan(first, end - first), contacts);
+    redundant_.add(reach, std::span(found_).subspan(first, end - first), contacts);
   }
 }
 
@@ -352,7 +352,7 @@ void ContactFinder::find_overlaps(const Reach& reach, double allowance, std::vec
       c.gap -= reach.h * opening(c, reach.v);
       found_.push_back(c);
     }
-    spares_.add(reach, found_, contacts);
+    redundant_.add(reach, found_, contacts);
   }
 }
 

@@ -7,9 +7,9 @@
 #include "amontons/collision/pairs/collide.hpp"
 #include "amontons/multibody/bodies/bodies.hpp"
 #include "amontons/problem/contact.hpp"
+#include "multibody/contacts/internal_edges.hpp"
 #include "multibody/contacts/pair_order.hpp"
-#include "multibody/contacts/seams.hpp"
-#include "multibody/contacts/spares.hpp"
+#include "multibody/contacts/redundant_points.hpp"
 
 namespace amontons {
 
@@ -47,7 +47,8 @@ class ContactFinder {
   // these points are those of the end of the step, so that they ask for nothing that the motion does not.
   void find_overlaps(const Reach& reach, double allowance, std::vector<Contact>& contacts);
   // Gives pairs that pass a seam the points that they have along the neighbour's normal.
-  void level(const Reach& reach, std::span<const Seams::Passage> passages, std::vector<Contact>& contacts);
+  void level(const Reach& reach, std::span<const InternalEdges::Passage> passages,
+             std::vector<Contact>& contacts);
   // Whether a point is that of one of the contacts, whose keys by_pair_ has: the same features of the same
   // pair.
   bool is_known(const Reach& reach, const Contact& contact, const std::vector<Contact>& contacts) const;
@@ -68,8 +69,8 @@ class ContactFinder {
   std::vector<PairKey> by_pair_;
   std::vector<Contact> found_;
   Middles middles_;
-  Seams seams_;
-  Spares spares_;
+  InternalEdges edges_;
+  RedundantPoints redundant_;
 };
 
 }  // namespace amontons

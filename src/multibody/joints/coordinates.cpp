@@ -208,16 +208,19 @@ State initial_state(const Model& model) {
 // The violation of rigid joints, each seen by the error of its chain.
 JointError joint_error(const Model& model, std::span<const JointContext> joints) {
   JointError worst;
+  double largest = 0;
   for (const JointContext& context : joints) {
     const Joint& joint = *context.joint;
     if (!is_active(model, joint) || joint.compliance > 0) continue;
-    if (!is_chain(joint)) {
-      worst.distance = std::max(worst.distance, excess(joint, context.pose.relative));
-      continue;
-    }
-    const ChainKinematics& chain = context.chain;
-    worst.distance = std::max(worst.distance, norm(chain.error.linear));
-    if (!chain.spherical) worst.angle = std::max(worst.angle, norm(chain.error.angular));
+    const bool chain = is_chain(joint);
+    const double distance = chain ? norm(context.chain.error.linear) : excess(joint, context.pose.relative);
+    const double angle = chain && !context.chain.spherical ? norm(context.chain.error.angular) : 0;
+    worst.distance = std::max(worst.distance, distance);
+    worst.angle = std::max(worst.angle, angle);
+    const double error = std::max(distance, model.length() * angle);
+    if (!(error > largest)) continue;
+    largest = error;
+    worst.joint = context.index;
   }
   return worst;
 }

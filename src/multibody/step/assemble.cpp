@@ -53,32 +53,6 @@ double contact_compliance(const Material& m, const Assembly& options) {
   return m.compliance / (options.h * (options.h + m.relaxation_time));
 }
 
-// Marks bodies between surfaces that do not move and face each other: no velocity closes all of those
-// contacts, and to ask for one would leave the VI without a solution. Of other bodies one along the sum of
-// the normals does.
-void find_wedged(const BodyMobilities& mobility, const std::vector<Contact>& contacts,
-                 std::vector<char>& wedged) {
-  constexpr double narrow = 0.05;  // cosine
-  static thread_local std::vector<Vec3> sum;
-  sum.assign(mobility.size(), Vec3{});
-  wedged.assign(mobility.size(), 0);
-  const auto moves = [&](Index body) { return body >= 0 && mobility[body].inverse_mass > 0; };
-  // The body that a closed contact with what does not move pushes, and where to.
-  const auto for_each_push = [&](auto&& visit) {
-    for (const Contact& c : contacts) {
-      if (c.gap > 0 || moves(c.body_a) == moves(c.body_b)) continue;
-      if (moves(c.body_a))
-        visit(c.body_a, c.normal);
-      else
-        visit(c.body_b, -c.normal);
-    }
-  };
-  for_each_push([&](Index body, const Vec3& normal) { sum[body] += normal; });
-  for_each_push([&](Index body, const Vec3& normal) {
-    if (!(dot(normal, sum[body]) > narrow * norm(sum[body]))) wedged[body] = 1;
-  });
-}
-
 // c_n of a contact, docs/algorithm.md (6): a gap may close within the step, a penetration is taken back at no
 // more than `recovery` (m/s). Of the force of a compliant contact nothing may be cut off. An impact closes no
 // gap: u_n^+ = -e u_n^-. Within the slack nothing is asked: bodies that lie on several others have more
@@ -114,12 +88,7 @@ void assemble(const StepBodies& bodies, std::vector<Contact>& contacts, const Jo
   A.contact_compliance.clear();
   K.clear();
   b.clear();
-  static thread_local std::vector<char> wedged;
-  if (options.closing > 0) find_wedged(bodies.mobility, contacts, wedged);
-  const auto closes = [&](const Contact& c) {
-    return options.closing > 0 && -c.gap <= options.most_closed && !(c.body_a >= 0 && wedged[c.body_a]) &&
-           !(c.body_b >= 0 && wedged[c.body_b]);
-  };
+  const auto closes = [&](const Contact& c) { return options.closing > 0 && -c.gap <= options.most_closed; };
   // b = D v_free + c of the contacts, in the frame of each; the velocity of bodies that impulses do not move,
   // and of moving surfaces, is in it.
   A.contact_compliance.reserve(contacts.size());

@@ -17,37 +17,19 @@
 #include "multibody/bodies/motion.hpp"
 #include "multibody/joints/row_terms.hpp"
 #include "multibody/step/assemble.hpp"
-#include "multibody/step/ground.hpp"
+#include "multibody/step/fixed_contacts.hpp"
+#include "multibody/step/policy.hpp"
 #include "multibody/step/solve_step.hpp"
-#include "multibody/step/unseen.hpp"
 
 namespace amontons {
 
 namespace {
-
-// E of inequalities over D M^-1 D' of their row times Model::lightness().
-constexpr double softness = 1e-3;
-// Linear systems are solved to rounding, in one factorisation: of light bodies between heavy ones a rough
-// solution is none. With inequalities this precision is enough, as a step is followed by others.
-constexpr double precision = 1e-9, rough_precision = 1e-4;
-// rad: of a displacement, which is linear. A body that turns by t about its joint leaves it by t^2 / 2 of its
-// arm, which the next step takes back; what leaves an unstable balance would turn by any angle.
-constexpr double largest_turn = 0.03;
-// Up to so many rows the solver chosen for them; beyond, a first-order method, stopped early.
-constexpr std::size_t few_position_rows = 300;
-// Of the residual of no correction: one that was stopped with more left in it may bend springs, and waits for
-// the next step.
-constexpr double most_left = 0.1;
-// Of what is left of a budget, of all solves together: velocities come after.
-constexpr double share_of_time = 0.4;
-constexpr std::size_t most_iterations = 100;
 
 bool is_rigid(const Contact& c) { return c.material.compliance == 0; }
 
 // Whether a body cannot move along the normal of a contact, as the joint that it hangs on, at the world or at
 // what does not move, lets no dof go that way: a slider that is drawn into its table.
 bool is_held(const PositionInput& in, Index body, const Contact& c) {
-  constexpr double none = 1e-9;  // of a unit force's work, angles times length
   if (!in.model.is_dynamic(body)) return true;
   return std::any_of(in.joints.begin(), in.joints.end(), [&](const JointContext& joint) {
     const Index other = joint.body_a == body ? joint.body_b : joint.body_a;
@@ -58,7 +40,7 @@ bool is_held(const PositionInput& in, Index body, const Contact& c) {
     const Mat3 to_joint = transposed(joint.axes);
     const Screw push{to_joint * c.normal, to_joint * cross(c.point - reference, c.normal)};
     for (std::size_t i = 0; i < joint.chain.dofs; ++i)
-      if (std::abs(dot(push, joint.chain.screws[i])) > none * joint.scale(i)) return false;
+      if (std::abs(dot(push, joint.chain.screws[i])) > step::no_motion * joint.scale(i)) return false;
     return true;
   });
 }
@@ -125,12 +107,12 @@ JointRows position_rows(const PositionInput& in, const BodyVelocities& rest, con
   append_joint_rows(in.model, {in.frames, in.mobility, rest, rest}, in.joints, state, options, all);
   rows.auxiliary_inverse_mass = all.auxiliary_inverse_mass;
   const double h = in.options.h;
-  const bool few = all.tags.size() <= few_position_rows;
+  const bool few = all.tags.size() <= step::few_position_rows;
   const auto of_model = [&](Index body) {  // auxiliary bodies follow those of the model
     return body < static_cast<Index>(in.model.bodies()) ? body : world;
   };
   const auto append_inequality = [&](const JacobianRow& row, double gap, const RowTag& tag) {
-    const double E = softness * in.model.lightness(of_model(row.body_a), of_model(row.body_b)) *
+    const double E = step::softness * in.model.lightness(of_model(row.body_a), of_model(row.body_b)) *
                      inverse_mass_felt(row, in.mobility, rows.auxiliary_inverse_mass);
     rows.append(NonNegative{}, row, {E, std::max(gap / h, -speed)}, 0, tag);
   };
@@ -150,32 +132,24 @@ JointRows position_rows(const PositionInput& in, const BodyVelocities& rest, con
   return rows;
 }
 
-// The displacements, as velocities over h, of about `speed`; none where there was no time to find them until
+// The displacements, as velocities over h; none where there was no time to find them until
 // `end` on the clock.
 BodyVelocities displacements(const PositionInput& in, const BodyVelocities& rest, const JointRows& rows,
-                             double speed, const StepClock& clock, double end, Elimination& elimination) {
+                             const StepClock& clock, double end, Elimination& elimination, Report& report) {
   std::vector<Contact> none;
   const Problem problem = assemble({in.frames, in.mobility, rest, rest}, none, rows, {in.options.h, 0});
   const bool linear = problem.K.all_free();
   Options options;
   options.law = Law::associated;
-  options.tolerance = linear ? precision : rough_precision;
-  options.max_iterations = most_iterations;
+  options.tolerance = linear ? step::precision : step::rough_precision;
+  options.max_iterations = step::most_position_iterations;
   options.deadline = end - clock.elapsed();
   const Patience share = share_of_step(false, options.deadline);
-  const bool few = linear || rows.tags.size() <= few_position_rows;
+  const bool few = linear || rows.tags.size() <= step::few_position_rows;
   Solution s = few ? automatic(problem, options, elimination) : apgd(problem, options);
-  // What is light shall not be moved by what the heavy bodies leave in the residual.
-  options.tolerance =
-      tolerance_of_unseen(problem, options.law, s, {speed}, std::max(s.residual, options.tolerance));
-  options.deadline = end - clock.elapsed();
-  if (few && !linear && options.tolerance < rough_precision && options.deadline > 0) {
-    const std::vector<double> start = s.x;
-    options.x0 = start;
-    Solution finer = automatic(problem, options, elimination);
-    if (finer.residual < s.residual) s = std::move(finer);
-  }
-  if (s.status == Status::deadline && s.residual > most_left) return {};
+  ++report.solves;
+  add_cost(s, report);
+  if (s.status == Status::deadline && s.residual > step::most_left) return {};
   BodyVelocities p = rest;
   apply_impulses(problem, s.x, p);
   return p;
@@ -189,55 +163,36 @@ double turning(const BodyVelocities& p) {
 }
 
 // What others push may not be pushed into what is fixed, however roughly the problem was solved.
-void stop_at_ground(const PositionInput& in, BodyVelocities& p) {
+void stop_at_fixed(const PositionInput& in, BodyVelocities& p) {
   const double error = allowed_error(in.options.length);
   std::vector<double> least;
   for (const Contact& c : in.contacts) least.push_back(-(std::max(c.gap, 0.0) + error) / in.options.h);
-  stop_at_ground({in.model, in.mobility, in.contacts, least, error, in.options.h}, p);
-}
-
-// Errors of all bodies in a row add up to `most` (m/s). What is light may be moved by any way where the
-// problem was not solved, through walls of which it has no contact. Bodies of joints have arms, and would
-// come apart.
-void move_no_further(const PositionInput& in, double most, BodyVelocities& p) {
-  static thread_local std::vector<char> jointed;
-  jointed.assign(p.size(), 0);
-  for (const JointContext& joint : in.joints)
-    for (Index body : {joint.body_a, joint.body_b})
-      if (body >= 0) jointed[body] = 1;
-  for (std::size_t i = 0; i < p.size(); ++i)
-    if (const double speed = norm(p[i].linear); speed > most && !jointed[i])
-      p[i] = {(most / speed) * p[i].linear, (most / speed) * p[i].angular};
+  stop_at_fixed({in.model, in.mobility, in.contacts, least, error, in.options.h}, p);
 }
 
 }  // namespace
 
 // Errors below it stay, as bodies that rest shall not be moved.
-double allowed_error(double length) { return 1e-4 * length; }
+double allowed_error(double length) { return step::allowed_error * length; }
 
-bool correct_positions(const PositionInput& in, StepClock& clock, Elimination& elimination, State& state) {
+bool correct_positions(const PositionInput& in, StepClock& clock, Elimination& elimination, State& state,
+                       Report& report) {
   const double error = largest_error(in, state), h = in.options.h;
   if (!(error > allowed_error(in.options.length))) return false;
   const BodyVelocities rest(in.frames.size());
-  double speed = std::min(in.speed, error / h);
   JointRows rows = position_rows(in, rest, state, in.speed);
   if (rows.tags.empty()) return false;
-  const double end = clock.elapsed() + share_of_time * clock.left();
-  BodyVelocities p = displacements(in, rest, rows, speed, clock, end, elimination);
+  const double end = clock.elapsed() + step::share_of_positions * clock.left();
+  BodyVelocities p = displacements(in, rest, rows, clock, end, elimination, report);
   if (p.empty()) return false;
-  if (const double turn = h * turning(p); turn > largest_turn) {
-    const double share = largest_turn / turn;
-    speed *= share;
-    if (clock.elapsed() < end) {
-      rows = position_rows(in, rest, state, speed);
-      p = displacements(in, rest, rows, speed, clock, end, elimination);
-      if (p.empty()) return false;
-    } else {
-      for (BodyVelocity& body : p) body = {share * body.linear, share * body.angular};
-    }
+  // A displacement is linear: where bodies would turn by more, inequalities ask for a part of it only.
+  if (const double turn = h * turning(p); turn > step::largest_turn) {
+    const double share = step::largest_turn / turn;
+    rows = position_rows(in, rest, state, share * std::min(in.speed, error / h));
+    p = displacements(in, rest, rows, clock, end, elimination, report);
+    if (p.empty()) return false;
   }
-  stop_at_ground(in, p);
-  move_no_further(in, static_cast<double>(p.size()) * speed, p);
+  stop_at_fixed(in, p);
   for (std::size_t i = 0; i < p.size(); ++i) {
     if (!in.model.is_dynamic(static_cast<Index>(i)) || !is_finite(p[i].linear) || !is_finite(p[i].angular))
       continue;

@@ -2,9 +2,9 @@
 #pragma once
 #include "amontons/multibody/joints/coordinates.hpp"
 #include "amontons/multibody/joints/joints.hpp"
-#include "amontons/solvers/elimination/elimination.hpp"
+#include "amontons/solvers/direct/elimination.hpp"
 #include "multibody/joints/joint_context.hpp"
-#include "multibody/step/accounting.hpp"
+#include "multibody/step/report_sums.hpp"
 
 namespace amontons {
 
@@ -26,6 +26,7 @@ double allowed_error(double length);
 // Moves bodies so that overlaps and errors of rigid joints and limits vanish, as far as they can, and no
 // further than speed * h. Velocities of centres of mass stay, and so do angular momenta where that gives
 // no energy. Returns whether anything moved.
-bool correct_positions(const PositionInput& in, StepClock& clock, Elimination& elimination, State& state);
+bool correct_positions(const PositionInput& in, StepClock& clock, Elimination& elimination, State& state,
+                       Report& report);
 
 }  // namespace amontons

@@ -25,18 +25,11 @@
 #include "multibody/contacts/contact_law.hpp"
 #include "multibody/joints/joint_context.hpp"
 #include "multibody/joints/row_terms.hpp"
+#include "multibody/step/policy.hpp"
 
 namespace amontons {
 
 namespace {
-
-// |e| of this share of |D v-| is taken out completely. Where the velocity of a smooth motion changes by a
-// tenth per step, e is about a twentieth of D v-.
-constexpr double rough = 0.6;
-// Of the impulse of the last step, how much of its sag is taken back. The regularisation of locked rows lets
-// a joint give way by E x in every step; E (x - x_last) does not. Not all of it: the share of redundant rows
-// in the load, which nothing else decides, would be a sum of roundings.
-constexpr double remembered = 0.9;
 
 // The bodies in the middle of the last step, of length h, through which they moved with the velocities v.
 struct LastStep {
@@ -110,7 +103,7 @@ JointSlip middle_slip(const JointContext& now, std::span<const double> q, const 
 // What of the slip e of the last step is not reflected, with `before` that of the step before it and
 // `reflected` the slip of v- in the pose q.
 JointSlip taken_out(const JointSlip& e, const JointSlip& before, const JointSlip& reflected) {
-  const double size = rough * norm(reflected.linear);
+  const double size = step::rough_slip * norm(reflected.linear);
   double share = 0;
   if (norm(e.linear) >= size)
     share = 1;
@@ -176,7 +169,7 @@ void reflect_joints(const SmoothInput& in, State& state, JointRows& rows, Smooth
     const Vec3 torque = tag.torque - cross(now.arm, tag.force);
     rows.c[i] +=
         row_velocity(rows.jacobian[i], before) - dot(tag.force, out.linear) - dot(torque, out.angular);
-    if (!first) rows.c[i] -= remembered * rows.compliance[i] * rows.x0[i] * (in.h / last.h);
+    if (!first) rows.c[i] -= step::remembered_sag * rows.compliance[i] * rows.x0[i] * (in.h / last.h);
   }
 }
 
@@ -185,13 +178,12 @@ void reflect_joints(const SmoothInput& in, State& state, JointRows& rows, Smooth
 // D, as A is symmetric, and (D_m - D) v of velocities v near v+ joins b. Of pairs with several points nothing
 // is known about which of them stay.
 //
-// A normal that turns further than most_turned (rad) in half a step is that of a body which passes by.
+// A normal that turns further than that (policy.hpp) in half a step is that of a body which passes by.
 static Vec3 turn_of(const Contact& c, const Contact& middle, const BodyVelocities& v) {
-  constexpr double most_turned = 0.5;
   // Tangents are carried from the one normal to the other by the rotation that turns it there.
   const Vec3 axis = cross(middle.normal, c.normal);
   const double sine = norm(axis);
-  if (sine > std::sin(most_turned) || dot(middle.normal, c.normal) < 0) return {};
+  if (sine > std::sin(step::most_normal_turn) || dot(middle.normal, c.normal) < 0) return {};
   Vec3 u = relative_motion(middle, v).linear;
   if (sine > 0) u = rotate(exponential((std::asin(std::min(sine, 1.0)) / sine) * axis), u);
   double turn[3];
@@ -234,9 +226,8 @@ double turn_contacts(const Reach& reach, const BodyVelocities& free, double leas
                      ContactTurns& turns, Problem& problem) {
   // Impulses of the last step may mean nothing in this one: of a light body that heavy ones have left they
   // make any speed. Turns at many times the speeds that are there belong to such.
-  constexpr double times = 100;
   const auto& contacts = std::get<ContactSystem>(problem.A).contacts;
-  const double most = times * (fastest_point(contacts, free) + least);
+  const double most = step::fastest_turn * (fastest_point(contacts, free) + least);
   find_turns(reach, contacts, finder, turns.found);
   turns.added.resize(contacts.size());
   double change = 0;
@@ -247,21 +238,6 @@ double turn_contacts(const Reach& reach, const BodyVelocities& free, double leas
     change = std::max(change, exchange_turn(turns.found[i], turns.added[i], b));
   }
   return change;
-}
-
-// A turn that belongs to the velocities is found again from them, or nearly so.
-bool drop_turns(const Reach& reach, ContactFinder& finder, ContactTurns& turns, Problem& problem) {
-  constexpr double nearly = 0.5;
-  const auto& contacts = std::get<ContactSystem>(problem.A).contacts;
-  find_turns(reach, contacts, finder, turns.found);
-  bool dropped = false;
-  for (std::size_t i = 0; i < contacts.size(); ++i) {
-    const Vec3 turn = turns.added[i];
-    if (turn == Vec3{} || norm(turns.found[i] - turn) <= nearly * norm(turn)) continue;
-    exchange_turn({}, turns.added[i], &problem.b[problem.graph.first_row[i]]);
-    dropped = true;
-  }
-  return dropped;
 }
 
 }  // namespace amontons

@@ -39,8 +39,4 @@ struct ContactTurns {
 double turn_contacts(const Reach& reach, const BodyVelocities& free, double least, ContactFinder& finder,
                      ContactTurns& turns, Problem& problem);
 
-// Takes back what turn_contacts() added where it does not belong to the velocities v that came of it, as with
-// light bodies of which the prediction tells nothing. Returns whether there was any.
-bool drop_turns(const Reach& reach, ContactFinder& finder, ContactTurns& turns, Problem& problem);
-
 }  // namespace amontons

@@ -8,29 +8,16 @@
 #include "amontons/problem/residual.hpp"
 #include "amontons/solvers/driver/phases.hpp"
 #include "amontons/solvers/solvers.hpp"
+#include "multibody/step/policy.hpp"
 
 namespace amontons {
 
 namespace {
 
-// A start with a residual below this multiple of the tolerance, and below three digits, is that of a scene at
-// rest.
-constexpr double nearly_solved = 100, three_digits = 1e-3;
-// Aim of first-order methods at rest, as a fraction of the tolerance: the next ten starts are within the
-// tolerance.
-constexpr double aim_at_rest = 0.1;
-// Fraction of the tolerance above which a start is solved for again where the direct way applies, which goes
-// to rounding in microseconds.
-constexpr double direct_start = 1e-2;
-// Of the time that finding the contacts took: with less of the budget left no choice is made between methods,
-// each of which would have to be set up.
-constexpr double hurried = 6;
-constexpr std::size_t few_iterations = 10;
 // Solution::method of a start that is accepted.
 constexpr const char* warm_start = "warm start";
 
-// A problem without rows, and its solution.
-Solution nothing() {
+Solution solution_without_rows() {
   Solution s;
   s.status = Status::converged;
   s.method = "none";
@@ -39,6 +26,7 @@ Solution nothing() {
 
 Solution solve_with(const StepSolver& solver, const Problem& problem, const Options& options,
                     Solution memory) {
+  ++solver.solves;
   if (solver.method == "auto") return automatic(problem, options, solver.elimination, std::move(memory));
   return solve(problem, solver.method, options);
 }
@@ -66,32 +54,30 @@ Solution accepted(const Problem& problem, Solution memory, double residual) {
   return s;
 }
 
-// Where little is left of the budget, a first-order method, with joints that hold. Where it would be set up
-// for nothing it makes some iterations all the same, which take a third of that: bodies that nothing holds
-// sink into each other, and the next steps have the more to do. What has had its positions corrected for the
-// time of these goes on with the impulses of the last step.
-Solution in_a_hurry(const StepSolver& solver, const Problem& problem, std::span<const double> x0) {
+// If little of the budget is left, a first-order method. Out of budget it makes a few iterations all the
+// same, or goes on with the impulses of the last step if positions were corrected in the time of these. The
+// safe step restores the joints afterwards.
+Solution solve_within_budget(const StepSolver& solver, const Problem& problem, std::span<const double> x0) {
   Options options = solver.options;
   options.x0 = x0;
   options.deadline = solver.clock.left();
-  const bool too_late = solver.clock.over(solver.look);
+  const bool spent = solver.clock.over(solver.look);
   Solution s;
-  if (solver.clock.over(0.5 * solver.look) && solver.corrected && !x0.empty()) {
+  if (solver.corrected && !x0.empty() && solver.clock.over(0.5 * solver.look)) {
     const double start = look_at_start(problem, options, s);
     s = accepted(problem, std::move(s), start);
-    if (start <= options.tolerance) return s;
-  } else {
-    if (too_late) {
-      options.deadline = infinity;
-      options.max_iterations =
-          std::min(options.max_iterations ? options.max_iterations : few_iterations, few_iterations);
-    }
-    const Method method = options.law == Law::coulomb && problem.K.contacts() > 0 ? apgd : spg;
-    s = method(problem, options);
-    if (s.status == Status::converged) return s;
+    if (start > options.tolerance) s.status = Status::deadline;
+    return s;
   }
-  if (too_late) s.status = Status::deadline;
-  solver.elimination.settle(problem, options, s);
+  if (spent) {
+    options.deadline = infinity;
+    options.max_iterations = std::min(options.max_iterations ? options.max_iterations : step::few_iterations,
+                                      step::few_iterations);
+  }
+  ++solver.solves;
+  const Method method = options.law == Law::coulomb && problem.K.contacts() > 0 ? apgd : spg;
+  s = method(problem, options);
+  if (spent && s.status != Status::converged) s.status = Status::deadline;
   return s;
 }
 
@@ -109,14 +95,14 @@ void go_on(const StepSolver& solver, const Problem& problem, Options options, do
 
 // Goes on until light bodies are right in their own measure, as far as they come: the tolerance of the step
 // is kept already.
-Solution with_unseen(const StepSolver& solver, const Problem& problem, Solution s) {
+Solution solve_for_light_bodies(const StepSolver& solver, const Problem& problem, Solution s) {
   if (s.status != Status::converged) return s;
   Options options = solver.options;
-  const double finer = tolerance_of_unseen(problem, options.law, s, solver.fastest, options.tolerance);
+  const double finer = tolerance_for_light_bodies(problem, options.law, s, solver.fastest, options.tolerance);
   if (!(finer < options.tolerance)) return s;
   go_on(solver, problem, options, finer, s);
   // What is wrong still has not converged, whatever the heavy bodies make of the residual.
-  if (tolerance_of_unseen(problem, options.law, s, solver.fastest, solver.options.tolerance) <
+  if (tolerance_for_light_bodies(problem, options.law, s, solver.fastest, solver.options.tolerance) <
       solver.options.tolerance)
     s.status = Status::stalled;
   return s;
@@ -131,16 +117,20 @@ Solution solve_from(const StepSolver& solver, const Problem& problem, std::span<
   if (x0.empty()) return solve_with(solver, problem, options, std::move(memory));
   options.x0 = x0;
   const double tolerance = options.tolerance, start = look_at_start(problem, options, memory);
-  if (!(start <= std::min(nearly_solved * tolerance, std::max(three_digits, tolerance))))
+  if (!(start <= std::min(step::near_rest * tolerance, std::max(step::three_digits, tolerance))))
     return solve_with(solver, problem, options, std::move(memory));
-  if (start <= (solver.at_rest ? 1 : direct_start) * tolerance)
+  if (start <= (solver.at_rest ? 1 : step::direct_start) * tolerance)
     return accepted(problem, std::move(memory), start);
-  if (solver.method == "auto" && solve_directly(problem, options, solver.elimination, memory)) return memory;
+  if (solver.method == "auto" && solve_directly(problem, options, solver.elimination, memory)) {
+    ++solver.solves;
+    return memory;
+  }
   if (start <= tolerance) {
     look_at_start(problem, options, memory);
     return accepted(problem, std::move(memory), start);
   }
-  if (!solver.again) options.tolerance = aim_at_rest * tolerance;
+  if (!solver.again) options.tolerance = step::aim_at_rest * tolerance;
+  ++solver.solves;
   Solution s = solver.method == "auto" ? solve_by_race(problem, options, solver.elimination)
                                        : solve(problem, solver.method, options);
   if (s.residual <= tolerance) s.status = Status::converged;
@@ -152,22 +142,21 @@ Solution solve_from(const StepSolver& solver, const Problem& problem, std::span<
 bool is_accepted_start(const Solution& solution) { return solution.method == warm_start; }
 
 double most_work(std::size_t blocks) {
-  constexpr double least = 1.5e6, per_pair = 100, large = 400;
   const auto n = static_cast<double>(blocks);
-  return least + per_pair * n * std::min(n, large);
+  return step::least_work + step::work_per_pair * n * std::min(n, step::large_step);
 }
 
 Patience share_of_step(bool missed, double seconds) {
-  constexpr double most = 0.5, after_a_miss = 0.1;
-  return Patience(seconds, {}, Patience::Catches::no, (missed ? after_a_miss : most) * Patience::work_left());
+  const double share = missed ? step::work_after_miss : step::work_of_solve;
+  return Patience(seconds, {}, Patience::Catches::no, share * Patience::work_left());
 }
 
 Solution solve_step(const StepSolver& solver, const Problem& problem, std::span<const double> x0,
                     Solution memory) {
-  if (problem.rows() == 0) return nothing();
-  if (solver.clock.over(hurried * solver.look)) return in_a_hurry(solver, problem, x0);
+  if (problem.rows() == 0) return solution_without_rows();
+  if (solver.clock.over(step::hurried * solver.look)) return solve_within_budget(solver, problem, x0);
   const Patience share = share_of_step(solver.missed, solver.clock.left());
-  return with_unseen(solver, problem, solve_from(solver, problem, x0, std::move(memory)));
+  return solve_for_light_bodies(solver, problem, solve_from(solver, problem, x0, std::move(memory)));
 }
 
 }  // namespace amontons

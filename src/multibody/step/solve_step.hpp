@@ -3,10 +3,10 @@
 #include <string>
 
 #include "amontons/base/patience.hpp"
+#include "amontons/solvers/direct/elimination.hpp"
 #include "amontons/solvers/driver/options.hpp"
-#include "amontons/solvers/elimination/elimination.hpp"
-#include "multibody/step/accounting.hpp"
-#include "multibody/step/unseen.hpp"
+#include "multibody/step/light_body_error.hpp"
+#include "multibody/step/report_sums.hpp"
 
 namespace amontons {
 
@@ -18,14 +18,13 @@ struct StepSolver {
   double look;               // s: what finding the contacts took; a method takes about as long to set up
   Elimination& elimination;  // of `auto`: memory, kept from step to step
   Speeds fastest;            // at the start, and what gravity adds
+  unsigned& solves;          // calls of a solver, counted for the report
   bool corrected = false;    // positions, in this step
   bool at_rest = false;      // bodies are slow before the step and with its start
   bool again = false;        // goes on from another solve of the same step
   bool missed = false;       // a solve of the same attempt at the step has missed its tolerance
 };
 
-// Rows of a step that is solved far below its tolerance where that is cheap.
-constexpr std::size_t few_rows = 1000;
 // The work (Patience) that a step of so many contacts and joint rows may do in all: that of first-order
 // iterations, whose number grows with the size up to some point.
 double most_work(std::size_t blocks);

@@ -20,11 +20,9 @@
 
 #include "amontons/base/patience.hpp"
 #include "amontons/solvers/choice/islands.hpp"
-#include "amontons/solvers/companions/admm.hpp"
-#include "amontons/solvers/companions/gauss_seidel.hpp"
+#include "amontons/solvers/direct/elimination.hpp"
 #include "amontons/solvers/driver/driver.hpp"
 #include "amontons/solvers/driver/phases.hpp"
-#include "amontons/solvers/elimination/elimination.hpp"
 #include "amontons/solvers/first_order/apgd.hpp"
 #include "amontons/solvers/first_order/contact_iterate.hpp"
 #include "amontons/solvers/first_order/spg.hpp"
@@ -35,7 +33,7 @@
 #include "solvers/choice/direct_way.hpp"
 #include "solvers/choice/frozen_path.hpp"
 #include "solvers/choice/race.hpp"
-#include "solvers/elimination/constrained.hpp"
+#include "solvers/direct/constrained.hpp"
 
 namespace amontons {
 
@@ -63,8 +61,8 @@ constexpr const char* eliminated = "bilateral rows are eliminated, islands are s
 // Nominal costs in ns, least squares on the times of the corpus.
 struct Costs {
   // A product fused with the passes of a first-order method; one by itself; the mean of one and of a solve
-  // with the factor; a sweep of Gauss-Seidel.
-  double fused, plain, solve, sweep;
+  // with the factor.
+  double fused, plain, solve;
   FactorCost factor;
 };
 
@@ -97,14 +95,13 @@ Costs costs_of(const Problem& problem) {
     c.fused = cost(!fused ? 44 : stored ? 13 : 9);
     c.plain = stored ? cost(46) : 2.5 * c.fused;
     c.solve = 12 * c.fused;
-    c.sweep = 60 + 70 * contacts + 22 * std::max(0.0, rest);
     c.factor = {assembly(problem), problem.graph.bodies() > few_bodies ? analysed : nullptr};
     return c;
   }
   double entries = rows * rows;
   if (const auto* A = std::get_if<SparseOperator>(&problem.A)) entries = static_cast<double>(A->data.size());
   c.fused = 100 + entries + 10 * rows;
-  c.plain = c.solve = c.sweep = c.fused;
+  c.plain = c.solve = c.fused;
   c.factor = {assembly(problem) + 3 * entries, analysed};
   return c;
 }
@@ -185,12 +182,6 @@ void add_factoring(Field& field, const Costs& c, bool coulomb, bool warm, double
                    .products = (coulomb ? 20 * digits : 10) * size,
                    .factorizations = (1 + (coulomb ? 0.6 : 0.25) * digits) * size,
                    .restarts = 6});
-  field.push_back({.start = start_newton,
-                   .why = "finds the faces between first-order iterations",
-                   .product = c.plain,
-                   .products = (200 + (coulomb ? 60 * digits : 20)) * std::sqrt(size),
-                   .factorizations = (4 + (coulomb ? 3 : 2) * digits) * std::sqrt(size),
-                   .restarts = 2});
   field.push_back({.start = start_central_path,
                    .why = "factors in every iteration",
                    .factorizations = coulomb ? bent : central});
@@ -205,35 +196,15 @@ void add_factoring(Field& field, const Costs& c, bool coulomb, bool warm, double
     field.push_back({.start = start_path_of_frozen_terms,
                      .why = "factors in every iteration, the De Saxce term held",
                      .factorizations = frozen});
-  field.push_back({.start = start_spg,
-                   .why = "takes the last digits",
-                   .product = c.fused,
-                   .products = 500,
-                   .first_turn = 16,
-                   .from = From::previous});
 }
 
-// Further ways to a solution under coulomb, where none is sure. Sweeps and steps of ADMM take a force from
-// contact to contact, and need the more of them the more there are.
-void add_other_ways(Field& field, const Costs& c, double digits, double size) {
+// Under coulomb no method is sure.
+void add_other_ways(Field& field, const Costs& c, double digits) {
   field.push_back({.start = start_frozen_path,
                    .why = "finds the stresses for the friction directions so far",
                    .product = c.fused,
                    .products = 300,
                    .factorizations = 15 + 4 * digits});
-  field.push_back({.start = start_gauss_seidel,
-                   .why = "another way from the start",
-                   .product = 0.5 * c.sweep,
-                   .products = 1000 * size,
-                   .first_turn = 16,
-                   .from = From::start});
-  field.push_back({.start = start_admm,
-                   .why = "another way from the start",
-                   .product = c.solve,
-                   .products = 500 * size,
-                   .factorizations = 3,
-                   .first_turn = 10,
-                   .from = From::start});
 }
 
 // Inequalities or friction.
@@ -247,7 +218,7 @@ Field field_of(const Problem& problem, const Options& options, const Costs& c, s
   add_first_order(field, problem, c, held, size);
   if (!can_factor(problem)) return field;
   add_factoring(field, c, coulomb, !options.x0.empty(), digits, size);
-  if (coulomb) add_other_ways(field, c, digits, size);
+  if (coulomb) add_other_ways(field, c, digits);
   return field;
 }
 
@@ -382,6 +353,10 @@ Solution race_islands(const Problem& problem, const Options& options, Eliminatio
 // favourite from the first; islands have what the tolerance of the whole leaves them.
 Solution automatic(const Problem& problem, const Options& options) {
   if (Solution s; accepts_start(problem, options, s)) return s;
+  if (problem.K.all_free()) {
+    Solution s = solve_one(problem, options);
+    if (s.status != Status::stalled) return s;
+  }
   const double direct = elimination_cost(problem, options);
   if (std::isfinite(direct)) {
     const Costs costs = costs_of(problem);

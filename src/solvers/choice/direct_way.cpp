@@ -2,7 +2,7 @@
 
 #include <limits>
 
-#include "amontons/solvers/elimination/elimination.hpp"
+#include "amontons/solvers/direct/elimination.hpp"
 
 namespace amontons {
 

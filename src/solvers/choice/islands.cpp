@@ -135,7 +135,7 @@ class Extraction {
 // well with more; a part that stalled, or came too late, will not; and what is impossible for one island is
 // impossible for all. The interrupt of the user goes before everything.
 int severity(Status status) {
-  constexpr int order[] = {0, 1, 3, 2, 5, 4};
+  constexpr int order[] = {0, 1, 3, 2, 5, 4, 0};
   return order[static_cast<int>(status)];
 }
 

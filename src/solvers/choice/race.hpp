@@ -3,7 +3,7 @@
 #include <vector>
 
 #include "amontons/solvers/driver/driver.hpp"
-#include "solvers/elimination/constrained.hpp"
+#include "solvers/direct/constrained.hpp"
 
 namespace amontons {
 

@@ -21,6 +21,7 @@ State initial_state(const Model& model);
 // count.
 struct JointError {
   double distance = 0, angle = 0;
+  Index joint = -1;  // that of the largest distance, or angle times Model::length()
 };
 JointError joint_error(const Model& model, const BodyFrames& bodies, const State& state);
 JointError joint_error(const Model& model, std::span<const JointContext> joints);

@@ -12,20 +12,38 @@ struct Timings {
   double collision = 0, assembly = 0, solve = 0, integration = 0, total = 0;
 };
 
+// Which way a step took: the last of these that changed its impulses or velocities.
+enum class StepPath : unsigned char {
+  // The impulses are those that the solve found.
+  accurate,
+  // The solve missed its tolerance; the joints were solved exactly for the contact impulses that it left.
+  joints_restored,
+  // The same, as the budget of the step ended the solve.
+  budget_spent,
+  // The step would have made energy from nothing; its contact impulses were scaled down until it does not.
+  impulses_scaled,
+  // Bodies that would have passed fixed geometry were stopped there.
+  bodies_stopped,
+};
+
 // What one call of Simulation::step() did. With substeps, counts are sums, errors the largest, residual and
 // status those of the worst solve, contacts and rows those of the last one.
 struct Report {
   double time = 0;       // s, at the end of the step
   bool advanced = true;  // false: velocities came out not finite, and the state is that before the step
-  // Of the worst solve: one that missed, or else the one with the largest residual.
+  // Of the worst solve: one that missed its tolerance, or else the last one.
   Status status = Status::converged;
-  double residual = 0;  // of the law asked for, the worst of the substeps
+  // Of Simulation::problem() at Simulation::impulses(), under the law of the simulation.
+  double residual = 0;
+  StepPath path = StepPath::accurate;  // with substeps, the last of the enumeration
+  unsigned solves = 0;                 // calls of a solver: positions, impacts and the step itself
   std::size_t iterations = 0, products = 0, factorizations = 0;
   std::size_t contacts = 0, joint_rows = 0;
   unsigned substeps = 1;
   double penetration = 0;                         // m, the largest -gap at the start of the step, >= 0
   double joint_error = 0, joint_angle_error = 0;  // m, rad, at the start of the step; the first one
                                                   // of couplings and limits of tendons too
+  int worst_joint = -1;                           // that of the largest error; -1: none has one
   // J. The energy of gravity and that of springs are those of half a step before the end: symplectic Euler
   // moves with the velocity at the end, so that T(v+) + V(q+) is off by h/2 v . grad V, while with V(q+ - h
   // v+ / 2) the sum is exact for projectiles and second order elsewhere.

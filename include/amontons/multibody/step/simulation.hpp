@@ -1,7 +1,6 @@
 #pragma once
 #include <atomic>
 #include <memory>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -51,9 +50,10 @@ struct JointReaction {
   Vec3 impulse, angular;  // on A, world axes, the second about the point, N s and N m s
 };
 
-class StepClock;      // wall clock and budget of a step, step/accounting.hpp
+class StepClock;      // wall clock and budget of a step, step/report_sums.hpp
 struct Assembly;      // how a step becomes a problem, step/assemble.hpp
 struct JointOptions;  // joints/rows.hpp
+struct StepScratch;   // memory of a step, step/scratch.hpp
 struct StepSolver;    // method, options and clock of its solves, step/solve_step.hpp
 
 // A model in motion: its state, and what the last step found. Steps are deterministic: the same state and
@@ -104,31 +104,27 @@ class Simulation {
   double restitution_speed() const;
 
  private:
-  struct Scratch;
-  // What one attempt at a step is made of. `damped`: of first order, which loses energy and never gains any.
-  // `recovers`: errors of position are taken back by velocities.
+  // An attempt at a step: in so many parts; of first order, which loses energy and never gains any; the last
+  // one.
   struct Attempt {
-    unsigned parts = 1;
-    bool damped = false, recovers = false;
+    unsigned parts;
+    bool damped, is_last;
   };
-  double work_limit() const;
-  std::optional<Attempt> next_attempt(Attempt last, const StepClock& clock, const Report& report) const;
   void make_step(Report& report);
   void finish_report(Report& report);
-  std::optional<Attempt> try_step(const Attempt& attempt, StepClock& clock, Report& report);
-  // How long the first look at the step took (s), whether bodies were stiffened, and positions corrected.
-  struct Found {
-    double look;
-    bool stiffened, corrected;
-  };
-  Found find(double h, bool damped, const JointOptions& joint_options, StepClock& clock, Report& report);
-  void look(double h, bool damped, StepClock& clock, Report& report);
-  std::optional<Attempt> keep_balance(double closed, const Attempt& attempt, double recovery,
-                                      const StepSolver& solver, Report& report);
-  void stop_bodies(const StepBodies& bodies, const Assembly& assembly, const StepClock& clock,
-                   Report& report);
+  bool try_step(const Attempt& attempt, StepClock& clock, Report& report);
+  // The calls of a step of length h (s), step/step.cpp. `search`: s that a search for contacts takes.
+  // `recovery`: m/s by which velocities take back errors of position. False, with nothing changed but
+  // scratch, where the step made energy from nothing and another attempt follows.
+  bool advance(double h, const Attempt& attempt, StepClock& clock, Report& report);
+  void observe(double h, bool damped, StepClock& clock, Report& report);
+  bool correct(double h, bool damped, const JointOptions& options, double search, StepClock& clock,
+               Report& report);
+  Assembly pose_problem(double h, bool damped, double recovery, const JointOptions& options,
+                        const StepClock& clock, double search);
+  bool keep_balance(const Assembly& assembly, const Attempt& attempt, double recovery, StepSolver& solver,
+                    Report& report);
   void move_on(double h);
-  std::optional<Attempt> advance(double h, const Attempt& attempt, StepClock& clock, Report& report);
 
   std::shared_ptr<const Model> model_;
   SimulationOptions options_;
@@ -137,7 +133,7 @@ class Simulation {
   std::vector<JointReaction> reactions_;
   std::shared_ptr<const Problem> problem_;
   std::vector<double> x_;
-  std::unique_ptr<Scratch> scratch_;
+  std::unique_ptr<StepScratch> scratch_;
   std::atomic<bool> stepping_{false};
 };
 

@@ -1,6 +1,6 @@
 #pragma once
 #include "amontons/solvers/driver/options.hpp"
-#include "amontons/solvers/elimination/elimination.hpp"
+#include "amontons/solvers/direct/elimination.hpp"
 
 namespace amontons {
 

@@ -21,6 +21,8 @@ enum class Status : unsigned char {
   // A certificate was found: d in the recession cone of K with A d = 0 and <b, d> < 0. No velocity satisfies
   // the constraints, and impulses grow without bound along d. Sought after `stalled` and `iteration_limit`.
   infeasible,
+  // Steps of a simulation only: the solve converged, and the safe step changed its impulses (Report::path).
+  made_safe,
 };
 
 // One look of the driver at the iterate; the history is a list of these, and a callback gets each.

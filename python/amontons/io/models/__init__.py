@@ -65,6 +65,8 @@ def compiled_model(
     path = existing(path, "a model file")
     if path.suffix.lower() not in SUFFIXES:
         raise FileError(f"{path}: unknown kind of file; known suffixes are {', '.join(SUFFIXES)}")
+    if str(path) != str(path).encode(errors="replace").decode():
+        raise FileError(f"{path}: the name is no UTF-8, which MuJoCo asks for; rename the file")
     import_mujoco()
     faults: Faults = []
     budget = Budget(limits)

@@ -192,7 +192,7 @@ def compile_file(
         try:
             spec = mujoco.MjSpec.from_file(str(path))
             if root.tag == "robot":
-                prepare(spec, root, issues, floating_base)
+                prepare(spec, root, issues, floating_base, limits)
             if len(spec.bodies) > MANY:
                 LOG.info("%s: MuJoCo compiles %d bodies, which takes seconds", path, len(spec.bodies))
             if len(spec.bodies) > MANY or spec.memory > ARENA:

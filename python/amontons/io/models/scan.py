@@ -9,6 +9,7 @@ from ...errors import FileError
 from ...limits import Limits
 from .elements import Element, not_finite
 from .issues import Issues
+from .places import require_files
 from .rules import MJCF, URDF, Rule, words
 from .size import Budget, require_size
 from .xml_lines import Faults, expand_includes, is_file, read_xml
@@ -38,6 +39,7 @@ def scan(root: Element, issues: Issues, folder: Path, limits: Limits, outer: tup
 
     folder: that of the main file, from which attached models are found. outer: the files that attach it.
     """
+    require_files(root, folder, limits)
     outer = (*outer, root.file.resolve())
     rules = URDF if root.tag == "robot" else MJCF
     wrong: list[str] = []

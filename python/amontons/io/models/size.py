@@ -36,6 +36,9 @@ class Budget:
         self.elements += 1
         if self.elements > self.limits.elements:
             raise too_large(element.place, f"more than {self.limits.elements} elements", "elements")
+        if len(element.attributes) > self.limits.attributes:
+            what = f"{element} has {len(element.attributes)} attributes, more than {self.limits.attributes}"
+            raise too_large(element.place, what, "attributes")
         if depth > self.limits.depth:
             what = f"{element}: elements within elements, more than {self.limits.depth} of them"
             raise too_large(element.place, what, "depth")

@@ -12,9 +12,11 @@ import numpy as np
 
 from ...checks import shortened
 from ...errors import FileError
+from ...limits import DEFAULT, Limits
 from . import collada, stl_text
 from .elements import Element
 from .issues import Issues
+from .places import inside
 from .xml_lines import is_file
 
 NONE = 1e-15  # kg m^2: what MuJoCo takes for no inertia
@@ -23,9 +25,11 @@ DENSITY = 1000.0
 """kg/m^3, of what has a mass and no size; MuJoCo's default of geoms"""
 
 
-def prepare(spec: Any, root: Element, issues: Issues, floating_base: bool | None) -> None:
+def prepare(
+    spec: Any, root: Element, issues: Issues, floating_base: bool | None, limits: Limits = DEFAULT
+) -> None:
     """Edits the parsed, not yet compiled model: no visuals, meshes found, links kept, base free or not."""
-    _find_meshes(spec, root, issues)
+    _find_meshes(spec, root, issues, limits)
     spec.compiler.fusestatic = False
     for body in spec.worldbody.bodies:
         floats = _has_mass(body.name, root) if floating_base is None else floating_base
@@ -44,13 +48,13 @@ def prepare(spec: Any, root: Element, issues: Issues, floating_base: bool | None
             _check_inertia(body, root, issues, moves=bool(list(body.joints)))
 
 
-def _find_meshes(spec: Any, root: Element, issues: Issues) -> None:
+def _find_meshes(spec: Any, root: Element, issues: Issues, limits: Limits) -> None:
     for geom in list(spec.geoms):
         if not geom.contype and not geom.conaffinity:  # MuJoCo's form of <visual>
             spec.delete(geom)
     used = {geom.meshname for geom in spec.geoms}
     for mesh in list(spec.meshes):
-        file = _find_mesh(mesh.file, spec.meshdir, root, issues) if mesh.name in used else None
+        file = _find_mesh(mesh.file, spec.meshdir, root, issues, limits) if mesh.name in used else None
         if file is None:
             for geom in [geom for geom in spec.geoms if geom.meshname == mesh.name]:
                 spec.delete(geom)
@@ -172,18 +176,21 @@ def _is_root(name: str, root: Element) -> bool:
     return name not in {c.attributes.get("link") for c in children if c is not None}
 
 
-def _find_mesh(name: str, meshdir: str, root: Element, issues: Issues) -> Path | None:
+def _find_mesh(name: str, meshdir: str, root: Element, issues: Issues, limits: Limits) -> Path | None:
     """None, and listed, if it is of a kind that cannot be read."""
-    places = list(candidates(name, meshdir, issues.path.parent))
+    places = [c for c in candidates(name, meshdir, issues.path.parent) if inside(c, limits)]
     found = next((c for c in places if is_file(c)), None)
     element = next(
         (e for e in root.walk() if e.tag == "mesh" and e.attributes.get("filename", "").endswith(name)), root
     )
     if found is None:
-        looked = ", ".join(shortened(str(place)) for place in places)
+        looked = ", ".join(shortened(str(place)) for place in places) or "nothing"
+        confined = (
+            f" within {limits.folder}, to which Limits(folder=...) confines it" if limits.folder else ""
+        )
         raise FileError(
-            f'{element.place}: {element}: the file "{shortened(name)}" does not exist; looked for {looked}. '
-            "For package:// set ROS_PACKAGE_PATH to the folders that hold the packages"
+            f'{element.place}: {element}: the file "{shortened(name)}" does not exist{confined}; looked for '
+            f"{looked}. For package:// set ROS_PACKAGE_PATH to the folders that hold the packages"
         )
     if found.suffix.lower() == ".dae" and collada.read(found) is not None:
         return found.resolve()

@@ -22,6 +22,7 @@ from .bodies import Bodies
 from .compiled import Compiled, transform
 from .elements import Element
 from .geoms import Geoms
+from .places import inside
 from .urdf import candidates
 from .waiting import interruptible
 from .xml_lines import is_file
@@ -158,7 +159,8 @@ def _scaled(mesh: TriangleMesh | None, scale: list[float]) -> TriangleMesh | Non
 
 def _file(compiled: Compiled, name: str, known: dict[Path, TriangleMesh | None]) -> TriangleMesh | None:
     """The triangles of a mesh file, read once; None if it is missing or of a kind that is not read."""
-    path = next((p for p in candidates(name, "", compiled.path.parent) if is_file(p)), None)
+    places = candidates(name, "", compiled.path.parent)
+    path = next((p for p in places if inside(p, compiled.limits) and is_file(p)), None)
     if path is None:
         return None
     if path not in known:

@@ -8,6 +8,7 @@ from xml.parsers import expat
 from ...errors import FileError
 from . import sloppy_xml
 from .elements import Element
+from .places import is_special, require_inside
 from .size import Budget
 
 Faults = list[tuple[Element, str]]
@@ -90,6 +91,9 @@ def expand_includes(root: Element, folder: Path, faults: Faults, budget: Budget)
                 children.append(child)
                 continue
             file = folder / child.attributes.get("file", "")
+            require_inside(child, file, budget.limits)
+            if is_special(file):
+                raise FileError(f"{child.place}: {child}: {file} is no regular file")
             if not is_file(file):
                 raise FileError(f"{child.place}: {child}: the file {file} does not exist")
             if len(open_files) > MOST_OPEN:

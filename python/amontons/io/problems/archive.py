@@ -188,7 +188,7 @@ def write_archive(problem: Problem, path: Path) -> None:
         return
     text = io.BytesIO()
     scipy.io.mmwrite(text, _explicit(problem.A, path), symmetry="symmetric", precision=17)
-    write_whole({archive: _compressed(entries), path: text.getbuffer()})
+    write_whole({archive: _compressed(entries), path: text.getbuffer()}, own={archive})
 
 
 def _compressed(entries: dict[str, Any]) -> memoryview:

@@ -63,16 +63,9 @@ def read_recording(path: str | PathLike[str], *, limits: Limits = DEFAULT) -> Re
 
 def is_recording(path: str | PathLike[str]) -> bool:
     """Whether a file says that it is a recording; False of what cannot be read."""
-    import h5py
+    from .recording import says_recording
 
-    from .recorder import FORMAT
-
-    try:
-        with h5py.File(path) as file:
-            said = file["format"][()]
-    except (OSError, KeyError, TypeError):
-        return False
-    return said == FORMAT.encode()
+    return says_recording(path)
 
 
 def save_simulation(simulation: Simulation, path: str | PathLike[str]) -> None:

@@ -10,6 +10,7 @@ rows is taken from the disk before HDF5 is called, since a full disk within a wr
 from __future__ import annotations
 
 import os
+import stat
 import struct
 import threading
 import time
@@ -144,7 +145,7 @@ def _room(values: Array) -> int:
 def _create(path: Path, image: bytes, overwrite: bool) -> int:
     """The file with these bytes, and a descriptor that holds its lock."""
     if overwrite and path.exists():
-        handle = os.open(path, os.O_RDWR)
+        handle = _opened_regular(path)
         try:
             _lock(handle, path)
             write_whole({path: image})  # keeps the mode
@@ -152,12 +153,21 @@ def _create(path: Path, image: bytes, overwrite: bool) -> int:
             os.close(handle)
     else:
         write_whole({path: image}, new=True)
-    handle = os.open(path, os.O_RDWR)
+    handle = _opened_regular(path)
     try:
         _lock(handle, path)
     except FileError:
         os.close(handle)
         raise
+    return handle
+
+
+def _opened_regular(path: Path) -> int:
+    """A descriptor of a file that was found to be regular, whatever has its name by now."""
+    handle = os.open(os.path.realpath(path), os.O_RDWR | os.O_NOFOLLOW | os.O_NONBLOCK)
+    if not stat.S_ISREG(os.fstat(handle).st_mode):
+        os.close(handle)
+        raise FileError(f"{path}: was replaced by what is no regular file")
     return handle
 
 

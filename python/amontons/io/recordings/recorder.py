@@ -76,9 +76,14 @@ class Recorder:
         writer = _Writer(self._file)
         try:
             writer([self._item(None)])
-        except BaseException:
+        except BaseException as error:
             self._file.close()
             self.path.unlink(missing_ok=True)
+            if isinstance(error, FileError):  # which says that something is in it
+                why = getattr(error.__context__, "strerror", None) or error
+                raise FileError(
+                    f"{self.path}: cannot be begun ({why}); nothing was recorded, and no file is left"
+                ) from None
             raise
         self._background: Background[_Item] = Background(writer, delay=DELAY, enough=BUFFER)
         # Of a recorder that nobody closes: at the end of its life, or of the process.

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import json
 import time
+from collections.abc import Callable
 from functools import cached_property
 from os import PathLike
 from pathlib import Path
 from types import TracebackType
-from typing import Any
+from typing import Any, TypeVar
 
 import h5py
 import numpy as np
@@ -22,7 +23,9 @@ from ..files import existing
 from ..hdf5 import Reader, open_hdf5
 from .model_json import model_from_json
 from .recorder import FORMAT, STATE, VERSION
+from .unfinished import is_open_for_writing, open_unfinished
 
+T = TypeVar("T")
 Table = np.ndarray[Any, Any]
 LONGEST_WAIT = 2.0
 """Seconds for a writer between whose writes nothing is seen."""
@@ -192,35 +195,40 @@ class Recording:
 
 def _opened(path: Path) -> h5py.File:
     """The file, which may be written at the moment, or have been when its process was killed."""
-    try:
-        # A driver of its own, by which HDF5 tells it from the file that a recorder of this process writes.
-        return h5py.File(path, driver="stdio", locking=False)
-    except OSError:
-        if not _is_being_written(path):  # damaged: with SWMR, HDF5 would wait for a writer to mend it
-            raise
-        return h5py.File(path, libver="latest", swmr=True, locking=False)
-
-
-def _is_being_written(path: Path) -> bool:
-    """Whether the superblock of version 3 says so: its flags are the byte behind the sizes of offsets and
-    lengths (HDF5 File Format Specification, version 3.0, II.A)."""
-    with path.open("rb") as file:
-        head = file.read(12)
-    return head[8:9] == b"\3" and head[11:12] not in (b"", b"\0")
+    if is_open_for_writing(path):
+        return open_unfinished(path)
+    # A driver of its own, by which HDF5 tells it from the file that a recorder of this process writes.
+    return h5py.File(path, driver="stdio", locking=False)
 
 
 def open_recording(path: str | PathLike[str], limits: Limits) -> Recording:
-    """See `amontons.read_recording`.
-
-    Of a file that its writer opens or closes just now HDF5 says that it is damaged. It is looked at again as
-    long as it changes.
-    """
+    """See `amontons.read_recording`."""
     path = existing(path, "a recording")
+    return _settled(path, lambda: _with_file(path, lambda file: Recording(path, file, limits)))
+
+
+def says_recording(path: str | PathLike[str]) -> bool:
+    """See `is_recording`; looks at a file as `open_recording` does."""
+    try:
+        path = existing(path, "a recording")
+        return _settled(path, lambda: _with_file(path, lambda file: _format(path, file))) == FORMAT
+    except (InputError, OSError):
+        return False
+
+
+def _format(path: Path, file: h5py.File) -> str:
+    with file:
+        return Reader(path, file).text("format")
+
+
+def _settled(path: Path, look: Callable[[], T]) -> T:
+    """What a look at a file gives. Of a file that its writer opens or closes just now HDF5 says that it is
+    damaged, so that one which changes is looked at again."""
     end = time.monotonic() + LONGEST_WAIT
     while True:
         before = path.stat()
         try:
-            return _recording(path, limits)
+            return look()
         except FileError:
             time.sleep(PAUSE)
             now = path.stat()
@@ -229,10 +237,10 @@ def open_recording(path: str | PathLike[str], limits: Limits) -> Recording:
                 raise
 
 
-def _recording(path: Path, limits: Limits) -> Recording:
+def _with_file(path: Path, look: Callable[[h5py.File], T]) -> T:
     file = open_hdf5(path, "a recording", _opened)
     try:
-        return Recording(path, file, limits)
+        return look(file)
     except BaseException:
         file.close()
         raise

@@ -2,11 +2,12 @@
 
 /format "amontons-simulation", /version; /model: the model as JSON (Python writes and reads floats exactly);
 /options: the options of the simulation as JSON; /state: every array of the state by name, with what the warm
-start needs.
+start needs, and a checksum of the model, which tells the state of another one of equal shape.
 """
 
 from __future__ import annotations
 
+import hashlib
 import inspect
 import json
 from os import PathLike
@@ -18,6 +19,7 @@ from ... import _core
 from ...checks import suggestion
 from ...errors import InputError
 from ...limits import DEFAULT
+from ...model.model import Model
 from ...simulation.simulation import Simulation
 from ..files import existing, writable, write_whole
 from ..hdf5 import Reader, hdf5_image, open_hdf5, write_integer, write_text
@@ -26,6 +28,8 @@ from .model_json import model_from_json, model_to_json
 FORMAT = "amontons-simulation"
 VERSION = 1
 _SCALARS = ("time", "steps", "impulse_step")
+DIGEST = "model_sha256"
+"""The dataset that says of which model a state is."""
 LATEST = 1e15
 """What no time (s) or number of steps comes to."""
 
@@ -41,6 +45,7 @@ def save(simulation: Simulation, path: str | PathLike[str]) -> None:
         group = file.create_group("state")
         for name, values in simulation._core.snapshot().arrays.items():
             group.create_dataset(name, data=values)
+        group.create_dataset(DIGEST, data=_digest(simulation.model))
     write_whole({path: image()})
 
 
@@ -57,7 +62,7 @@ def load(path: str | PathLike[str], changes: dict[str, Any]) -> Simulation:
             raise reader.fail("/options must hold names and values")
         with reader.meaning("/model"):
             core = model.core
-        state = _state(reader.sub("state"), core)
+        state = _state(reader.sub("state"), core, _digest(model))
     unknown = set(changes) - set(inspect.signature(Simulation).parameters)
     if unknown:
         raise InputError(
@@ -89,17 +94,32 @@ def _is_problem(reader: Reader) -> bool:
     return reader.has("fclib_local") or reader.has("fclib_global")
 
 
-def _state(reader: Reader, model: _core.Model) -> _core.State:
+def _digest(model: Model) -> np.ndarray[Any, Any]:
+    """SHA-256 of a model as JSON, a number per byte, which old versions pass over like any array.
+
+    Of the model and not of a text, which may lack what has its default.
+    """
+    text = model_to_json(model).encode("utf-8", "backslashreplace")
+    return np.frombuffer(hashlib.sha256(text).digest(), np.uint8).astype(np.float64)
+
+
+def _state(reader: Reader, model: _core.Model, digest: np.ndarray[Any, Any]) -> _core.State:
     """Every array of the state that this version knows, of the size that the model asks for."""
+    if reader.has(DIGEST) and not np.array_equal(reader.array(DIGEST, "f"), digest):  # of 0.1.0 there is none
+        raise reader.fail("/state is that of another model than /model: its checksum is another one")
     scalars = {}
     for name in _SCALARS:
         values = reader.array(name)
         if values.shape != () or not values >= 0 or not np.isfinite(values) or values > LATEST:
             raise reader.fail(f"{reader.name(name)} must be one number from 0 to {LATEST:g}")
+        if name == "steps" and values != int(values):
+            raise reader.fail(f"{reader.name(name)} is {values}; it must be a whole number of steps")
         scalars[name] = int(values) if name == "steps" else float(values)
     arrays = {}
     for name in reader.names():
-        if name not in _SCALARS:
+        if name not in (*_SCALARS, DIGEST):
             arrays[name] = reader.finite(name, reader.array(name, "f"))
+    if np.any(np.mod(arrays.get("unsolved", np.zeros(1)), 1)):
+        raise reader.fail(f"{reader.name('unsolved')} must be a whole number of steps")
     with reader.meaning("/state"):
         return _core.State(model, arrays=arrays, **scalars)

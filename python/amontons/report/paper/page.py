@@ -73,7 +73,7 @@ def reproduce(plan: Plan, folder: Path, *, law: str, command: str, before: Befor
 
     page = folder / "README.md"
     text = "\n".join(_page(found, traced, runs, plan, law, command)) + "\n"
-    write_whole({page: text.encode()})
+    write_whole({page: text.encode()}, own={page})
     made = ["objective", "convergence", "size", "ratio", "snapshots"]
     tables = ["objective", "summary", "curves", "size", "ratio"]
     return [*(folder / f"{name}.png" for name in made), *(folder / f"{name}.csv" for name in tables), page]
@@ -117,7 +117,7 @@ def _objective_rows(found: Trace) -> Iterable[dict[str, Any]]:
 
 def _write(path: Path, rows: Iterable[dict[str, Any]]) -> None:
     rows = list(rows)
-    write_whole({path: csv_bytes(list(rows[0]) if rows else [], (row.values() for row in rows))})
+    write_whole({path: csv_bytes(list(rows[0]) if rows else [], (row.values() for row in rows))}, own={path})
 
 
 def _page(

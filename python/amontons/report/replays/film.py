@@ -101,7 +101,7 @@ def write_pictures(recording: Recording, path: Path, times: Sequence[float], sho
         data = io.BytesIO()
         Image.fromarray(film.image(recording.frame_at(time))).save(data, format="PNG")
         made[path] = data.getbuffer()
-    write_whole(made)
+    write_whole(made, own=set(made) if len(times) > 1 else ())
     return paths
 
 

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ...io.files import write_whole
+from ..whole import cell
 
 if TYPE_CHECKING:
     from ...io.recordings.recording import Recording
@@ -38,7 +39,7 @@ def write_table(recording: Recording, path: Path) -> None:
         header += [dof.name or (f"{name}.{d}" if several else name) for d, dof in enumerate(joint.dofs)]
     text = io.StringIO(newline="")
     writer = csv.writer(text)
-    writer.writerow(header)
+    writer.writerow(map(cell, header))
     for frame in range(len(recording)):
         state = np.concatenate([getattr(recording, name)[frame] for name in PARTS], axis=1)
         coordinates = recording.joint_coordinates[frame]

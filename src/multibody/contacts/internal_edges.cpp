@@ -1,0 +1,206 @@
+// Why a search needs to know of seams: see InternalEdges. Judged by geometry alone, at the start of the step:
+// the free velocities of what rests mean little. Should the solve move the neighbours apart, the contacts
+// come back.
+//
+// Let X touch Z with the normal m, X being above the plane of that contact and Z below it. A geom Y that does
+// not rise above that plane either is parted from X by it, whatever the nearest way from X to Y is: m is a
+// normal of the pair X, Y as well, and along it the pair has the points where X is over a face of Y. The ones
+// that it had along the way to its rim are those that a surface of triangles has at inner edges.
+#include "multibody/contacts/internal_edges.hpp"
+
+#include <algorithm>
+
+#include "amontons/collision/narrow/extent.hpp"
+
+namespace amontons {
+
+namespace {
+
+// Faces whose heights differ by less are level: far above the error of a resting body, far below what a
+// margin is taken for.
+double level_of(double margin) { return 0.01 * margin; }
+
+// The cosine of 1e-4 rad. Contacts that differ by less have one normal.
+constexpr double same_normal = 1 - 5e-9;
+
+// Spheres, boxes and so on of bodies that impulses move.
+bool may_pass(const Model& model, Index body, Index geom) {
+  return model.is_dynamic(body) && !is_static_only(model.geom(geom).shape);
+}
+
+bool is_still(const Model& model, Index geom) {
+  const Index body = model.geom(geom).body;
+  return body < 0 || model.body(body).motion == Motion::fixed;
+}
+
+// How far one geom rises beside another one within the step, at a point and along a direction.
+double rise_of(const Reach& reach, Index geom, Index beside, const Vec3& point, const Vec3& up) {
+  const auto speed = [&](Index g) {
+    const Index body = reach.model.geom(g).body;
+    if (body < 0) return 0.0;
+    const BodyVelocity& v = reach.v[body];
+    return dot(up, v.linear + cross(v.angular, point - reach.bodies[body].centre));
+  };
+  return reach.h * (speed(geom) - speed(beside));
+}
+
+}  // namespace
+
+InternalEdges::Touch InternalEdges::touch_of(const Contact& c, bool of_a, std::uint32_t pair) {
+  const Vec3 up = of_a ? c.normal : -c.normal;
+  const Vec3 half = (0.5 * (c.gap + c.material.rest_offset)) * up;
+  return {of_a ? c.geom_a : c.geom_b, of_a ? c.geom_b : c.geom_a, up, c.point + half, c.point - half, pair};
+}
+
+std::span<const InternalEdges::Touch> InternalEdges::touches_of(Index geom) const {
+  const auto g = static_cast<std::size_t>(geom);
+  return std::span(touches_).subspan(start_[g], start_[g + 1] - start_[g]);
+}
+
+// The pair that parts the two geoms of a touch. rise(t): by how much the ground of the touch may rise beside
+// that of t.
+const InternalEdges::Touch* InternalEdges::find_level(const Reach& reach,
+                                                      const std::vector<Transform>& frames,
+                                                      const Touch& touch, auto&& rises) const {
+  const Shape &x = reach.model.geom(touch.body).shape, &y = reach.model.geom(touch.ground).shape;
+  const double level = level_of(reach.margin);
+  const Transform& ground = frames[touch.ground];
+  for (const Touch& t : touches_of(touch.body)) {
+    if (states_[t.pair].passed || t.ground == touch.ground || dot(touch.up, t.up) > same_normal) continue;
+    if (dot(t.up, ground.position - t.on_ground) > level) continue;  // mostly it is far above the plane
+    const double rise = extent_along(y, ground, t.up, t.on_ground);
+    if (rise + rises(t) > level || extent_along(x, frames[t.body], -t.up, t.on_body) > level) continue;
+    // Of two that each look like the neighbour of the other the lower one is.
+    const Shape& z = reach.model.geom(t.ground).shape;
+    if (!is_static_only(z) && extent_along(z, frames[t.ground], touch.up, touch.on_ground) < rise) continue;
+    // A ball is held by the plane wherever it goes; others, which may tip, need a face to come to lie on.
+    if (std::holds_alternative<Sphere>(x) || has_face(y, ground, t.up)) return &t;
+  }
+  return nullptr;
+}
+
+// The same for a contact with the rim of a surface of triangles. Inner edges of such a surface have no
+// normals that the surface has not; at its rim it is the neighbour that tells: a normal that is not that of a
+// triangle is none of the two together if the neighbour begins at the point, and goes on where the normal
+// leans to.
+const InternalEdges::Touch* InternalEdges::find_rim(const Reach& reach, const std::vector<Transform>& frames,
+                                                    const Touch& touch) const {
+  const double level = level_of(reach.margin);
+  for (const Touch& t : touches_of(touch.body)) {
+    const double cosine = dot(touch.up, t.up);
+    if (states_[t.pair].passed || t.ground == touch.ground || cosine > same_normal || cosine < -0.01)
+      continue;
+    const Vec3 behind = touch.on_ground + (10 * level) * normalised(touch.up - cosine * t.up);
+    const Shape& z = reach.model.geom(t.ground).shape;
+    if (is_near(z, frames[t.ground], touch.on_ground, level) && is_near(z, frames[t.ground], behind, level) &&
+        !has_triangle(reach.model.geom(touch.ground).shape, frames[touch.ground], touch.up, touch.on_ground,
+                      level))
+      return &t;
+  }
+  return nullptr;
+}
+
+// Of two geoms that move the one that touches less passes, which keeps the search short.
+const InternalEdges::Touch* InternalEdges::judge(const Reach& reach, const std::vector<Transform>& frames,
+                                                 const Contact& contact, auto&& rises) const {
+  const bool a = may_pass(reach.model, contact.body_a, contact.geom_a);
+  const bool b = may_pass(reach.model, contact.body_b, contact.geom_b);
+  const Shape &of_geom_a = reach.model.geom(contact.geom_a).shape,
+              &of_geom_b = reach.model.geom(contact.geom_b).shape;
+  // A plane has one normal.
+  if (std::holds_alternative<Plane>(of_geom_a) || std::holds_alternative<Plane>(of_geom_b) || !(a || b))
+    return nullptr;
+  if (is_static_only(of_geom_a) || is_static_only(of_geom_b))
+    return find_rim(reach, frames, touch_of(contact, a, 0));
+  const std::size_t of_a = touches_of(contact.geom_a).size(), of_b = touches_of(contact.geom_b).size();
+  const Touch* level = nullptr;
+  if (a && (!b || of_a <= of_b)) level = find_level(reach, frames, touch_of(contact, true, 0), rises);
+  if (!level && b && (!a || of_b <= of_a))
+    level = find_level(reach, frames, touch_of(contact, false, 0), rises);
+  return level;
+}
+
+// The touches of all geoms that may pass, geom by geom, in the order of the pairs.
+void InternalEdges::collect(const Model& model, const std::vector<Contact>& contacts) {
+  found_.clear();
+  states_.clear();
+  start_.assign(model.description().geoms.size() + 1, 0);
+  for (std::size_t first = 0, end = 0; first < contacts.size(); first = end) {
+    end = end_of_pair(contacts, first);
+    // The deepest point stands for the pair.
+    std::size_t deepest = first;
+    for (std::size_t i = first + 1; i < end; ++i)
+      if (contacts[i].gap < contacts[deepest].gap) deepest = i;
+    const Contact& c = contacts[deepest];
+    const auto pair = static_cast<std::uint32_t>(states_.size());
+    states_.push_back({first, end, deepest, false, false});
+    if (may_pass(model, c.body_a, c.geom_a)) found_.push_back(touch_of(c, true, pair));
+    if (may_pass(model, c.body_b, c.geom_b)) found_.push_back(touch_of(c, false, pair));
+  }
+  for (const Touch& t : found_) ++start_[static_cast<std::size_t>(t.body) + 1];
+  for (std::size_t g = 1; g < start_.size(); ++g) start_[g] += start_[g - 1];
+  touches_.resize(found_.size());
+  place_.assign(start_.begin(), start_.end());
+  for (const Touch& t : found_) touches_[place_[static_cast<std::size_t>(t.body)]++] = t;
+}
+
+std::span<const InternalEdges::Passage> InternalEdges::find(const Reach& reach,
+                                                            const std::vector<Transform>& frames,
+                                                            const std::vector<Contact>& contacts) {
+  passages_.clear();
+  passed_.clear();
+  collect(reach.model, contacts);
+  for (PairState& pair : states_) {
+    const auto all = std::span(contacts).subspan(pair.first, pair.end - pair.first);
+    // What does not close within the step does nothing. What another pair relies on stays.
+    const auto closes = [&](const Contact& c) { return end_gap(c, reach) < 0; };
+    if (pair.holds || std::none_of(all.begin(), all.end(), closes)) continue;
+    // Points of a surface of triangles have normals of their own; those of other pairs are judged together.
+    const Model& model = reach.model;
+    if (is_static_only(model.geom(all[0].geom_a).shape) || is_static_only(model.geom(all[0].geom_b).shape)) {
+      for (std::size_t i = pair.first; i < pair.end; ++i)
+        if (closes(contacts[i])) try_passage(reach, frames, contacts, i, {i, i + 1}, pair);
+    } else {
+      try_passage(reach, frames, contacts, pair.deepest, {pair.first, pair.end}, pair);
+    }
+  }
+  return passages_;
+}
+
+// Of the contacts of `part`, for which one is judged.
+void InternalEdges::try_passage(const Reach& reach, const std::vector<Transform>& frames,
+                                const std::vector<Contact>& contacts, std::size_t judged, const Range& part,
+                                PairState& pair) {
+  const Contact& c = contacts[judged];
+  const Touch* level = judge(reach, frames, c, [](const Touch&) { return 0.0; });
+  if (!level) return;
+  pair.passed = pair.passed || judged == pair.deepest;
+  states_[level->pair].holds = true;
+  const bool a_passes = level->body == c.geom_a;
+  const Index ground = a_passes ? c.geom_b : c.geom_a;
+  passages_.push_back({part.first, part.end, level->up, a_passes});
+  if (is_still(reach.model, ground) && is_still(reach.model, level->ground)) return;
+  for (std::size_t i = part.first; i < part.end; ++i)
+    passed_.push_back({contacts[i], ground, level->ground, level->up});
+}
+
+void InternalEdges::call_in(const Reach& reach, std::vector<Contact>& contacts) {
+  const double level = level_of(reach.margin);
+  std::erase_if(passed_, [&](const Passed& p) {
+    if (end_gap(p.contact, reach) >= -level ||
+        !(rise_of(reach, p.ground, p.level, p.contact.point, p.up) > level))
+      return false;
+    contacts.push_back(p.contact);
+    return true;
+  });
+}
+
+bool InternalEdges::passes(const Reach& reach, const std::vector<Transform>& frames,
+                           const Contact& contact) const {
+  return judge(reach, frames, contact, [&](const Touch& t) {
+           const Index ground = t.body == contact.geom_a ? contact.geom_b : contact.geom_a;
+           return rise_of(reach, ground, t.ground, contact.point, t.up);
+         }) != nullptr;
+}
+
+}  // namespace amontons

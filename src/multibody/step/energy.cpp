@@ -1,0 +1,159 @@
+// docs/algorithm.md (29): impulses x act along the mean of the velocities before and after them: their work
+// is x' (u- + u+) / 2 with u = D v, and for any x it is the change of the kinetic energy that is theirs. Of a
+// contact u has the velocity of its surfaces, and bodies that are driven move in it: what they do to others
+// is no energy from nothing.
+#include "multibody/step/energy.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "multibody/contacts/contact_law.hpp"
+#include "multibody/joints/row_terms.hpp"
+#include "multibody/step/policy.hpp"
+
+namespace amontons {
+
+namespace {
+
+// Of an impulse along a row or at a contact: the work that can only dissipate less the work on bodies that
+// impulses move. Where no other moves (`driven`) that is nothing, and what can only dissipate need not be
+// looked at.
+double beyond_bodies(bool dissipates, double of_all, double of_moved) {
+  return dissipates ? of_all - of_moved : -of_moved;
+}
+
+// A compliant contact is a spring, which gives back what it has.
+bool dissipates(const Contact& c) { return !(c.material.compliance > 0); }
+
+// Whether a joint row can only take energy. A row over many bodies is several rows over auxiliary bodies,
+// whose work nobody counts.
+bool dissipates(const EnergyInput& in, std::size_t i) {
+  const Restraint r = in.rows.restraint[i];
+  const JacobianRow& row = in.rows.jacobian[i];
+  const bool whole = std::max(row.body_a, row.body_b) < static_cast<Index>(in.start.size());
+  return whole && (r == Restraint::equality || r == Restraint::inequality ||
+                   in.rows.tags[i].kind == RowKind::friction);
+}
+
+double contacts_beyond_bodies(const EnergyInput& in, const EnergyScratch& mean, bool driven) {
+  const auto& contacts = std::get<ContactSystem>(in.problem.A).contacts;
+  double work = 0;
+  for (std::size_t i = 0; i < contacts.size(); ++i) {
+    const Contact& c = contacts[i];
+    const bool passive = dissipates(c);
+    if (passive && !driven && c.surface_velocity == Vec3{}) continue;
+    const ContactImpulse impulse = to_world(c, &in.solution.x[in.problem.graph.first_row[i]]);
+    const auto along = [&](const ContactImpulse& u) {
+      return dot(impulse.linear, u.linear) + dot(impulse.angular, u.angular);
+    };
+    ContactImpulse moved = relative_motion(c, mean.moved);
+    moved.linear -= c.surface_velocity;
+    work += beyond_bodies(passive, along(relative_motion(c, mean.all)), along(moved));
+  }
+  return work;
+}
+
+// What closed contacts may do as they are kept closed, at `closing`: next to nothing beside gravity. Where
+// joints press bodies together by more, stresses of any size, that is no reason to let them move.
+double closing_work(const EnergyInput& in) {
+  const std::size_t contacts = std::get<ContactSystem>(in.problem.A).contacts.size();
+  double impulses = 0;
+  for (std::size_t i = 0; i < contacts; ++i) impulses += in.solution.x[in.problem.graph.first_row[i]];
+  return in.closing * impulses;
+}
+
+double joints_beyond_bodies(const EnergyInput& in, const EnergyScratch& mean, bool driven) {
+  const std::size_t first = in.problem.rows() - in.rows.tags.size();
+  double work = 0;
+  for (std::size_t i = 0; i < in.rows.tags.size(); ++i) {
+    const bool passive = dissipates(in, i);
+    if (passive && !driven) continue;
+    const JacobianRow& row = in.rows.jacobian[i];
+    work += in.solution.x[first + i] *
+            beyond_bodies(passive, row_velocity(row, mean.all), row_velocity(row, mean.moved));
+  }
+  return work;
+}
+
+BodyVelocity operator-(const BodyVelocity& v, const BodyVelocity& w) {
+  return {v.linear - w.linear, v.angular - w.angular};
+}
+
+// <v, M w> of one body.
+double inner_product(const EnergyInput& in, std::size_t body, const BodyVelocity& v, const BodyVelocity& w) {
+  return in.model.description().bodies[body].mass * dot(v.linear, w.linear) +
+         dot(v.angular, in.frames[body].inertia * w.angular);
+}
+
+// Impulses act on the spin of the start, of which the mean over the step is short by the lag.
+BodyVelocity with_lag(const EnergyInput& in, std::size_t body, const BodyVelocity& v) {
+  return {v.linear, v.angular + in.spins[body].lag};
+}
+
+// J. The work of all impulses on a body is the change that they make of its velocity, in the metric of its
+// mass, along the mean velocity: what inertia that stiffening adds takes up is no part of it. Summed over the
+// rows it would be the same but for rounding, which is all that is left of it where joints are torn.
+EnergyBalance along_mean(const EnergyInput& in, EnergyScratch& mean) {
+  mean.all = in.start;
+  mean.moved.assign(in.start.size(), {});
+  double kinetic = 0, gravity = 0, recovered = 0, work = 0;
+  bool driven = false;
+  for (std::size_t i = 0; i < mean.all.size(); ++i) {
+    const BodyVelocity& start = in.start[i];
+    if (!in.model.is_dynamic(static_cast<Index>(i))) {
+      driven |= !(start.linear == Vec3{} && start.angular == Vec3{});
+      continue;
+    }
+    const double mass = in.model.description().bodies[i].mass;
+    const BodyVelocity after = with_lag(in, i, in.after[i]);
+    mean.all[i] =
+        mean.moved[i] = {0.5 * (start.linear + after.linear), 0.5 * (start.angular + after.angular)};
+    work += inner_product(in, i, mean.all[i], in.after[i] - in.free[i]);
+    kinetic += 0.5 * (inner_product(in, i, start, start) + inner_product(in, i, after, after));
+    gravity += 0.5 * mass * norm_squared(in.dt * in.model.description().gravity);
+    recovered += 0.5 * mass * in.recovery * in.recovery;
+  }
+  return {work + contacts_beyond_bodies(in, mean, driven) + joints_beyond_bodies(in, mean, driven),
+          step::energy_of_motion * kinetic + step::energy_of_gravity * gravity + recovered +
+              std::min(closing_work(in), step::energy_of_gravity * gravity)};
+}
+
+// J - J2, docs/algorithm.md (29): 1/2 (h f + D_m'x_m) . dv, with the rows m of motors, springs and compliant
+// contacts, which J counts as no dissipation. J takes the work of passive rows along the mean velocity; J2
+// takes it along v+, with which bodies really move, less the 1/2 |dv|^2 that an implicit step loses. They
+// differ where a foot that bounced (u- > 0) is pressed back by its motors within the step: the contact holds
+// it (u+ = 0), and J credits the contact with x u- / 2 although nothing moved along x.
+double along_motion(const EnergyInput& in, BodyVelocities& change) {
+  change.assign(in.start.size(), {});
+  double sum = 0;
+  for (std::size_t i = 0; i < change.size(); ++i) {
+    if (!in.model.is_dynamic(static_cast<Index>(i))) continue;
+    change[i] = with_lag(in, i, in.after[i]) - in.start[i];
+    sum += inner_product(in, i, with_lag(in, i, in.free[i]) - in.start[i], change[i]);
+  }
+  const auto& contacts = std::get<ContactSystem>(in.problem.A).contacts;
+  for (std::size_t i = 0; i < contacts.size(); ++i) {
+    const Contact& c = contacts[i];
+    if (dissipates(c)) continue;
+    const ContactImpulse impulse = to_world(c, &in.solution.x[in.problem.graph.first_row[i]]);
+    const ContactImpulse u = relative_motion(c, change);
+    sum += dot(impulse.linear, u.linear - c.surface_velocity) + dot(impulse.angular, u.angular);
+  }
+  const std::size_t first = in.problem.rows() - in.rows.tags.size();
+  for (std::size_t i = 0; i < in.rows.tags.size(); ++i)
+    if (!dissipates(in, i)) sum += in.solution.x[first + i] * row_velocity(in.rows.jacobian[i], change);
+  return 0.5 * sum;
+}
+
+}  // namespace
+
+EnergyBalance energy_balance(const EnergyInput& in, EnergyScratch& scratch) {
+  EnergyBalance balance = along_mean(in, scratch);
+  if (!balance.holds())
+    balance.work = std::min(balance.work, balance.work - along_motion(in, scratch.change));
+  return balance;
+}
+
+double work_along_mean(const EnergyInput& in, EnergyScratch& scratch) { return along_mean(in, scratch).work; }
+
+}  // namespace amontons

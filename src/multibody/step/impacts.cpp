@@ -1,0 +1,141 @@
+// Restitution by generalised reflections (Smith, Kaufman, Vouga, Tamstorf, Grinspun, SIGGRAPH 2012): all
+// contacts that approach are reflected together, then those that approach now, until none does. Contacts that
+// do not approach take no part, so that momentum travels through a row of balls instead of stopping in it.
+// docs/algorithm.md (28). Energy does not grow in any reflection: see limit_energy.
+#include "multibody/step/impacts.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "amontons/base/patience.hpp"
+#include "multibody/contacts/contact_law.hpp"
+#include "multibody/step/assemble.hpp"
+#include "multibody/step/policy.hpp"
+
+namespace amontons {
+
+namespace {
+
+// Impacts are over before springs, motors, dry friction or stabilisation act: locked directions only, which
+// keep the velocities that they have (c = 0). Limits are left to the step that follows.
+JointRows locked_rows(const ImpactInput& in, const BodyVelocities& v) {
+  JointRows all, locked;
+  append_joint_rows(in.model, {in.frames, in.mobility, v, v}, in.joints, in.state, in.options, all);
+  locked.auxiliary_inverse_mass = all.auxiliary_inverse_mass;
+  for (std::size_t i = 0; i < all.tags.size(); ++i)
+    if (all.tags[i].kind == RowKind::locked || all.tags[i].kind == RowKind::coupling)
+      locked.append(Free{}, all.jacobian[i], {all.compliance[i], 0}, 0, all.tags[i]);
+  return locked;
+}
+
+// Newton's u_n^+ = -e u_n^- with friction may create energy where friction turns the slip of an excentric
+// impact round (Kane and Levinson, Dynamics, 1985; Stronge, Proc. R. Soc. A 431, 1990). The impact without
+// restitution never does: with x0 complementary to u0^+ its work is -x0' A x0 / 2 at most. Hence, where s has
+// done work, the impulses go back towards x0 until the work is zero: cone and joints are kept, being convex,
+// and so is u_n^+ >= 0.
+//
+// The work of impulses x on bodies that move with u- along the rows before is x' (u- + A x / 2), the mean of
+// the velocities before and after; A x is what the solution's u has over its b. As b_n = (1 + e) u_n^-, the
+// problem without restitution has u- for its b.
+void limit_energy(const Problem& problem, const StepSolver& solver, Solution& s, Report& report) {
+  Problem inelastic = problem;
+  const auto& contacts = std::get<ContactSystem>(problem.A).contacts;
+  for (std::size_t i = 0; i < contacts.size(); ++i)  // all of them approach
+    inelastic.b[problem.graph.first_row[i]] /= 1 + contacts[i].material.restitution;
+  const std::vector<double>& before = inelastic.b;
+  const auto sum = [&](const auto& term) {
+    double total = 0;
+    for (std::size_t i = 0; i < s.x.size(); ++i) total += term(i);
+    return total;
+  };
+  const auto Ax = [&](std::size_t i) { return s.u[i] - problem.b[i]; };
+  const double stored = sum([&](std::size_t i) { return 0.5 * s.x[i] * Ax(i); });
+  const double work = sum([&](std::size_t i) { return s.x[i] * (before[i] + 0.5 * Ax(i)); });
+  if (work <= solver.options.tolerance * stored) return;
+  const Solution plastic = solve_step(solver, inelastic, {});
+  add_cost(plastic, report);
+  add_status(plastic, report);
+  // The work at x0 + share d, d = x - x0, is a + b share + c share^2 with a <= 0 <= c: the larger root is the
+  // share of s that may stay, in the form that does not cancel for b > 0.
+  const auto Ax0 = [&](std::size_t i) { return plastic.u[i] - before[i]; };
+  const auto d = [&](std::size_t i) { return s.x[i] - plastic.x[i]; };
+  const double a =
+      std::min(sum([&](std::size_t i) { return plastic.x[i] * (before[i] + 0.5 * Ax0(i)); }), 0.0);
+  const double b = sum([&](std::size_t i) { return d(i) * (before[i] + Ax0(i)); });
+  const double c = sum([&](std::size_t i) { return 0.5 * d(i) * (Ax(i) - Ax0(i)); });
+  const double root = std::sqrt(b * b - 4 * a * c);
+  const double share = b > 0 ? -2 * a / (b + root) : c > 0 ? (root - b) / (2 * c) : 0;
+  for (std::size_t i = 0; i < s.x.size(); ++i)
+    s.x[i] = plastic.x[i] + std::clamp(share, 0.0, 1.0) * (s.x[i] - plastic.x[i]);
+}
+
+// The contacts that approach faster than the threshold and close within the step.
+// A contact that is still open takes part if it will close within the step (gap + h u_n <= 0): it strikes
+// then, and its bounce would otherwise be that of a later pose. Returns whether any of them has restitution.
+bool approaching(const std::vector<Contact>& contacts, const BodyVelocities& v, double threshold, double h,
+                 std::vector<std::size_t>& index) {
+  index.clear();
+  bool elastic = false;
+  for (std::size_t i = 0; i < contacts.size(); ++i) {
+    const double u = dot(contacts[i].normal, relative_motion(contacts[i], v).linear);
+    if (u >= -threshold || contacts[i].gap + h * u > 0) continue;
+    index.push_back(i);
+    elastic = elastic || contacts[i].material.restitution > 0;
+  }
+  return elastic;
+}
+
+// Impulses of the active contacts go to the contacts they are copies of, those of locked directions to their
+// joints as wrenches. Couplings are left out: their impulses are told per step, by the rows of the step.
+void store(const Problem& problem, const std::vector<double>& x, const std::vector<std::size_t>& index,
+           const JointRows& locked, std::vector<Contact>& contacts, std::vector<JointWrench>& joints) {
+  for (std::size_t k = 0; k < index.size(); ++k) {
+    Contact& c = contacts[index[k]];
+    // The active copy knows the length of its moments.
+    const Contact& active = std::get<ContactSystem>(problem.A).contacts[k];
+    const ContactImpulse impulse = to_world(active, &x[problem.graph.first_row[k]]);
+    c.impulse += impulse.linear;
+    c.angular_impulse += impulse.angular;
+  }
+  const std::size_t first = problem.rows() - locked.tags.size();
+  for (std::size_t i = 0; i < locked.tags.size(); ++i) {
+    const RowTag& tag = locked.tags[i];
+    if (tag.kind != RowKind::locked) continue;
+    joints[tag.joint].force += x[first + i] * tag.force;
+    joints[tag.joint].torque += x[first + i] * tag.torque;
+  }
+}
+
+}  // namespace
+
+bool resolve_impacts(const ImpactInput& in, BodyVelocities& v, std::vector<Contact>& contacts,
+                     std::vector<JointWrench>& joints, Report& report) {
+  const double h = in.options.h;
+  joints.assign(in.model.joints(), JointWrench{});
+  JointRows locked;
+  std::vector<Contact> active;
+  std::vector<std::size_t> index;
+  for (int reflection = 0; reflection < step::most_reflections; ++reflection) {
+    const bool elastic = approaching(contacts, v, in.threshold, h, index);
+    // Without restitution there is nothing to reflect, and the step stops what approaches.
+    if (index.empty() || (reflection == 0 && !elastic)) return reflection > 0;
+    // What bounces no more for want of time, or as nobody found how, is stopped by the step, too.
+    const bool missed = report.status != Status::converged;
+    if (in.solver.clock.over(reflection > 0 ? 0 : in.solver.look)) return reflection > 0;
+    if (reflection > 0 && (Patience::exhausted() || missed)) break;
+    if (reflection == 0) locked = locked_rows(in, v);
+    active.clear();
+    for (std::size_t i : index) active.push_back(contacts[i]);
+    const Problem problem = assemble({in.frames, in.mobility, v, v}, active, locked,
+                                     {.h = h, .recovery_speed = 0, .impact = true});
+    Solution s = solve_step(in.solver, problem, {});
+    add_cost(s, report);
+    add_status(s, report);
+    limit_energy(problem, in.solver, s, report);
+    apply_impulses(problem, s.x, v);
+    store(problem, s.x, index, locked, contacts, joints);
+  }
+  return true;
+}
+
+}  // namespace amontons

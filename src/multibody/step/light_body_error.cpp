@@ -1,0 +1,69 @@
+// Of a block with p, the mean of its diag(A), the natural map has a square of m v^2, m = 1 / p, where v is
+// the velocity by which it misses (residual.hpp). The same with U, the velocity that it has without impulses,
+// in the place of v is what the block puts into the measure of the whole: below the tolerance of that,
+// nothing which becomes of the block is seen.
+#include "multibody/step/light_body_error.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "amontons/problem/residual.hpp"
+#include "multibody/step/policy.hpp"
+
+namespace amontons {
+
+namespace {
+
+// The velocity of a block: of its normal and tangents, whatever turns at them.
+template <class S>
+double speed(const double* v) {
+  double sum = 0;
+  for (int k = 0; k < std::min(S::dim, 3); ++k) sum += v[k] * v[k];
+  return std::sqrt(sum);
+}
+
+// Of a spring or a servo the velocity says nothing: its E is what diag(A) has most of.
+bool is_soft(const Problem& problem, std::size_t block, std::size_t row) {
+  const auto& A = std::get<ContactSystem>(problem.A);
+  const std::size_t contacts = A.contacts.size();
+  if (block < contacts) return A.contact_compliance[block] > 0.5 * problem.P[block];
+  return A.compliance[row - (problem.rows() - A.jacobian.size())] > 0.5 * problem.P[block];
+}
+
+}  // namespace
+
+double tolerance_for_light_bodies(const Problem& problem, Law law, const Solution& s, const Speeds& fastest,
+                                  double tolerance) {
+  const double least_miss = step::speed_rounding * (fastest.moving + fastest.turning);
+  const double whole = natural_map_at_zero(problem, law), seen = tolerance * whole;
+  double heaviest = 0;
+  for_each_block(problem.K, [&]<class S>(const S&, std::size_t block, std::size_t row) {
+    if (is_soft(problem, block, row)) return;
+    heaviest = std::max(heaviest, 1 / problem.P[block]);
+  });
+  double found = std::numeric_limits<double>::infinity();
+  for_each_block(problem.K, [&]<class S>(const S& set, std::size_t block, std::size_t row) {
+    if (is_soft(problem, block, row)) return;
+    const double p = problem.P[block];
+    const bool light = 1 / p < tolerance * heaviest;
+    const double U = speed<S>(&problem.b[row]) + (light ? step::slow : 1) * fastest.moving;
+    // What closes while it slides or rolls is in the natural map of a steep cone by 1 / mu only.
+    double steep = 1, closing = 0;
+    if constexpr (S::frictional) {
+      constexpr double slips[6] = {0, 1, 1, 1, 1, 1};
+      steep = 1 + set.saxce(slips) * set.saxce(slips);
+      closing = set.violation(&s.u[row]);
+    }
+    if (!(step::wrong * step::wrong * U * U < p * steep * seen * seen)) return;
+    double g[S::dim];
+    add_saxce_term(set, law, &s.u[row], g);
+    const double missed = std::max(closing, std::sqrt(natural_map_squared(set, p, &s.x[row], g) * p));
+    const double felt = 1 / std::sqrt(p * steep);
+    if (missed > std::max(step::wrong * U, least_miss) && missed * felt > step::least_tolerance * whole)
+      found = std::min(found, step::right * U * felt);
+  });
+  return std::max(found / whole, step::least_tolerance);
+}
+
+}  // namespace amontons

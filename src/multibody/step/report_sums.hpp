@@ -1,0 +1,64 @@
+// What a step reports: time, work and errors, added up in one place.
+#pragma once
+#include <algorithm>
+#include <chrono>
+
+#include "amontons/multibody/joints/coordinates.hpp"
+#include "amontons/multibody/step/report.hpp"
+#include "amontons/problem/problem.hpp"
+#include "multibody/step/energy.hpp"
+
+namespace amontons {
+
+// The wall clock of a step: laps of its phases, and what is left of its budget.
+// Results never depend on it unless there is a budget.
+class StepClock {
+ public:
+  using Clock = std::chrono::steady_clock;
+  explicit StepClock(double budget) : whole_(budget), budget_(budget), start_(Clock::now()), lap_(start_) {}
+  double elapsed() const { return std::chrono::duration<double>(Clock::now() - start_).count(); }
+  // Adds the time since the last lap: every moment of a step belongs to one phase.
+  void lap(double& phase) {
+    const Clock::time_point now = Clock::now();
+    phase += std::chrono::duration<double>(now - lap_).count();
+    lap_ = now;
+  }
+  // For what cannot be left once it is begun, half of the budget at most (s): nothing else has that time.
+  void keep_free(double time) { budget_ = std::min(budget_, whole_ - std::min(time, most_free * whole_)); }
+  // A share of what is left, for what comes after the solve that is next; 0 gives it back.
+  void set_aside(double share) {
+    aside_ = 0;
+    if (share > 0 && budget_ < infinity) aside_ = share * left();
+  }
+  // The end of the last solve, or the deadline of one that was begun `in_time` if it ended later: what comes
+  // after that has to be kept free. How long ago it was (s).
+  void solved(bool in_time) { solved_ = in_time ? std::min(elapsed(), budget_) : elapsed(); }
+  double since_solved() const { return elapsed() - solved_; }
+  // For the deadline of a solve: a moment even when the budget is spent, infinite without one.
+  double left() const { return budget_ < infinity ? std::max(1e-6, budget_ - aside_ - elapsed()) : infinity; }
+  // Whether the budget does not hold so much more (s).
+  bool over(double more = 0) const { return budget_ < infinity && elapsed() + more >= budget_ - aside_; }
+
+ private:
+  static constexpr double most_free = 0.5;
+  double whole_, budget_, aside_ = 0, solved_ = 0;
+  Clock::time_point start_, lap_;
+};
+
+// The cost of a solve.
+void add_cost(const Solution& solution, Report& report);
+// The status of a solve whose impulses are no part of the problem of the step: of an impact.
+void add_status(const Solution& solution, Report& report);
+// What comes back of a step or of a part of it, and the way that it took.
+void add_result(const Problem& problem, const Solution& solution, StepPath path, double tolerance,
+                Report& report);
+// Penetration and joint errors of the poses at the start of a substep, the largest so far.
+void add_errors(const JointError& error, double line_error, const std::vector<Contact>& contacts,
+                Report& report);
+// The work of what can only dissipate, the sum over substeps.
+void add_balance(const EnergyBalance& balance, Report& report);
+// Energies at the end of a step of length h, or of its last part.
+void add_energies(const Model& model, State& state, const BodyFrames& frames,
+                  const BodyVelocities& velocities, double h, Report& report);
+
+}  // namespace amontons

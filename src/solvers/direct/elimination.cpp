@@ -1,0 +1,257 @@
+#include "amontons/solvers/direct/elimination.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <numeric>
+#include <utility>
+
+#include "amontons/base/patience.hpp"
+#include "amontons/problem/residual.hpp"
+#include "amontons/solvers/driver/driver.hpp"
+#include "solvers/direct/island_solver.hpp"
+#include "solvers/direct/policy.hpp"
+#include "solvers/direct/reduction.hpp"
+
+namespace amontons {
+
+namespace {
+
+// <x, u> over the rows that are not bilateral: what contacts would do if u lasted.
+double power(const Problem& problem, std::span<const double> x, std::span<const double> u) {
+  double sum = 0;
+  for (const SetRun& run : problem.K.runs())
+    visit_kind(run.kind, [&]<class S>() {
+      if constexpr (!std::is_same_v<S, Free>)
+        for (std::size_t i = run.row; i < run.row + S::dim * run.count; ++i) sum += x[i] * u[i];
+    });
+  return sum;
+}
+
+}  // namespace
+
+struct Elimination::Memory {
+  const Problem* problem = nullptr;
+  const Options* options = nullptr;
+  // Natural maps: at zero, and what is asked for, of all islands together and of each.
+  double scale = 0, whole = 0;
+  std::vector<double> target;
+  std::vector<std::size_t> order;
+  Reduction reduction;
+  IslandSolver small;
+  std::vector<double> part;
+  // Of complete(), whose problems have islands of many rows.
+  Mechanism mechanism;
+  std::vector<double> wrenches, z;
+  std::vector<char> short_of;  // of islands: whether they fell short of the target
+  bool solved() const { return std::find(short_of.begin(), short_of.end(), 1) == short_of.end(); }
+
+  void solve_islands(std::span<const double> start, Solution& s);
+  double complete(Solution& s);
+  double form_u(Solution& s) const;
+};
+
+Elimination::Elimination() : memory_(std::make_unique<Memory>()) {}
+Elimination::Elimination(Elimination&&) noexcept = default;
+Elimination& Elimination::operator=(Elimination&&) noexcept = default;
+Elimination::~Elimination() = default;
+
+// x of the rows that remain, island by island. The squares of their maps add up to that of the whole: an
+// island may leave an even share of what those before it have not used. Small ones are solved to rounding, so
+// that the largest, which is last, has nearly all.
+void Elimination::Memory::solve_islands(std::span<const double> start, Solution& s) {
+  const std::size_t count = reduction.islands();
+  short_of.assign(count, 0);
+  target.assign(count, 0);
+  order.resize(count);
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+    return std::pair(reduction.island(a).rows(), a) < std::pair(reduction.island(b).rows(), b);
+  });
+  const double even = whole / std::sqrt(static_cast<double>(count));
+  double left = whole * whole;
+  for (std::size_t solved = 0; solved < count; ++solved) {
+    const std::size_t i = order[solved];
+    const Reduction::Island& island = reduction.island(i);
+    target[i] = std::sqrt(left / static_cast<double>(count - solved));
+    part.clear();
+    if (!start.empty())
+      for (std::size_t row : island.row) part.push_back(start[row]);
+    const IslandSolver::Result result =
+        small.solve(island, options->law, {target[i], direct::aim * even, options->max_iterations}, part);
+    s.iterations += result.iterations;
+    s.factorizations += result.factorizations;
+    short_of[i] = !result.solved;
+    left -= std::pow(std::min(result.map, target[i]), 2);
+    for (std::size_t k = 0; k < part.size(); ++k) s.x[island.row[k]] = part[k];
+  }
+}
+
+// u = A x + b, and the natural map of the bilateral rows, |P^-1/2 u_f|.
+double Elimination::Memory::form_u(Solution& s) const {
+  s.u.resize(problem->rows());
+  product(problem->A, s.x, s.u);
+  ++s.products;
+  for (std::size_t i = 0; i < s.u.size(); ++i) s.u[i] += problem->b[i];
+  double sum = 0;
+  for (const SetRun& run : problem->K.runs()) {
+    if (run.kind != kind_of<Free>) continue;
+    for (std::size_t i = 0; i < run.count; ++i)
+      sum += s.u[run.row + i] * s.u[run.row + i] / problem->P[run.block + i];
+  }
+  return std::sqrt(sum);
+}
+
+// x of the bilateral rows, u and the residual of the problem; the natural map of those rows.
+double Elimination::Memory::complete(Solution& s) {
+  reduction.recover(s.x);
+  double bilateral = form_u(s);
+  for (int k = 0; k < direct::refinements &&
+                  bilateral > std::max(direct::bilateral_rounding, direct::aim * options->tolerance) * scale;
+       ++k) {
+    reduction.correct(s.u, s.x);
+    bilateral = form_u(s);
+  }
+  s.residual = natural_map(*problem, options->law, s.x, s.u) / scale;
+  return bilateral;
+}
+
+bool Elimination::solve(const Problem& problem, const Options& options, Solution& s) {
+  if (options.history || options.callback) return false;
+  const auto start = std::chrono::steady_clock::now();
+  Memory& m = *memory_;
+  const Patience patience(options.deadline);
+  const std::size_t bilateral_rows = problem.K.all<Free>().size();
+  const bool on_joints = 2 * bilateral_rows > problem.rows();
+  if (!m.reduction.analyse(problem, on_joints ? direct::most_rows_on_joints : direct::most_rows,
+                           direct::most_factor_work) ||
+      !m.reduction.factor(problem))
+    return false;
+  Patience::spend(m.reduction.work() / Patience::multiplications);
+  m.problem = &problem;
+  m.options = &options;
+  m.scale = natural_map_at_zero(problem, options.law);
+  m.whole = direct::island_share * options.tolerance * m.scale;
+  m.small.begin();
+  // Not a new one: its arrays keep their memory.
+  s.phases.clear();
+  s.history.clear();
+  s.reason.clear();
+  s.iterations = s.products = 0;
+  s.factorizations = 1;
+  s.objective = 0;
+  s.x.assign(problem.rows(), 0.0);
+  m.solve_islands(options.x0, s);
+  double bilateral = m.complete(s);
+  // W has the rounding of a factorisation and the least compliance of K, which bodies of very different
+  // masses may raise above the tolerance. The u of the problem itself then tells the q that would have been
+  // right (defect correction).
+  for (int round = 1;
+       round < direct::most_rounds && s.residual > options.tolerance && m.solved() && !Patience::late();
+       ++round) {
+    for (std::size_t i = 0; i < m.reduction.islands(); ++i) m.reduction.shift(i, s.x, s.u);
+    m.solve_islands(s.x, s);
+    bilateral = m.complete(s);
+  }
+  // Rows that contradict each other are for methods that can prove it.
+  if (!(bilateral <= options.tolerance * m.scale)) return false;
+  for (std::size_t i = 0; i < s.x.size(); ++i) s.objective += 0.5 * s.x[i] * (s.u[i] + problem.b[i]);
+  s.time = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  s.status = s.residual <= options.tolerance ? Status::converged
+             : Patience::late()              ? Status::deadline
+                                             : Status::stalled;
+  s.method = "elimination";
+  return true;
+}
+
+bool Elimination::solve_again(const Problem& problem, const Options& options, DenseSolver solver,
+                              Solution& s) {
+  Memory& m = *memory_;
+  if (m.solved()) return false;
+  Solution other;
+  other.x = s.x;
+  for (std::size_t i = 0; i < m.reduction.islands(); ++i) {
+    if (!m.short_of[i]) continue;
+    const Reduction::Island& island = m.reduction.island(i);
+    const Problem part = trusted_problem(DenseOperator{island.W, island.rows(), nullptr}, island.q, island.K);
+    Options o = options;
+    o.x0 = {};
+    o.tolerance = m.target[i] / natural_map_at_zero(part, options.law);
+    const Solution found = solver(part, o);
+    s.iterations += found.iterations;
+    s.factorizations += found.factorizations;
+    for (std::size_t k = 0; k < found.x.size(); ++k) other.x[island.row[k]] = found.x[k];
+  }
+  m.problem = &problem;
+  m.options = &options;
+  const double bilateral = m.complete(other);
+  s.products += other.products;
+  if (!(bilateral <= options.tolerance * m.scale && other.residual < s.residual)) return true;
+  s.x = std::move(other.x);
+  s.u = std::move(other.u);
+  s.residual = other.residual;
+  s.objective = 0;
+  for (std::size_t i = 0; i < s.x.size(); ++i) s.objective += 0.5 * s.x[i] * (s.u[i] + problem.b[i]);
+  if (s.residual <= options.tolerance) s.status = Status::converged;
+  return true;
+}
+
+bool Elimination::restore_joints(const Problem& problem, std::span<double> x) {
+  if (!std::holds_alternative<ContactSystem>(problem.A)) return false;
+  Mechanism& mechanism = memory_->mechanism;
+  mechanism.analyse(problem, Mechanism::Scope::held);
+  if (mechanism.rows().empty() || mechanism.K().work() > direct::most_factor_work || !mechanism.factor(problem))
+    return false;
+  Patience::spend(mechanism.K().work() / Patience::multiplications);
+  mechanism.hold(problem, x, memory_->wrenches, memory_->z);
+  return true;
+}
+
+// With x_f held, u_c = q + t (u_c(1) - q) of the impulses t x_c, q of none: <x_c, u_c> vanishes at
+//
+//   t = -<x_c, q> / <x_c, u_c(1) - q>,   the minimum of the objective along x_c.
+//
+// The work of impulses is <x, u- + u+> / 2, docs/algorithm.md (29): of a solution <x_c, u+> <= 0, so that it
+// is no more than half of <x_c, u->, what braking what comes together takes. With t it is so, too.
+bool Elimination::settle(const Problem& problem, const Options& options, Solution& s) {
+  const auto* A = std::get_if<ContactSystem>(&problem.A);
+  if (!A) return false;
+  Memory& m = *memory_;
+  Mechanism& mechanism = m.mechanism;
+  mechanism.analyse(problem, Mechanism::Scope::held);
+  const bool holds = !mechanism.rows().empty();
+  if (holds && (mechanism.K().work() > direct::most_factor_work || !mechanism.factor(problem))) return false;
+  const auto hold = [&](Solution& of) {
+    if (holds) mechanism.hold(problem, of.x, m.wrenches, m.z);
+    form_velocities(problem, of);
+    ++s.products;
+  };
+  Solution none;
+  none.x.assign(problem.rows(), 0.0);
+  project(problem.K, none.x, none.x);
+  // Of no impulses, where no joints need any, u is known.
+  const bool pushes = std::ranges::any_of(none.x, [](double x) { return x != 0; });
+  if (holds || pushes)
+    hold(none);
+  else
+    none.u = problem.b;
+  bool moved = holds || s.u.empty();
+  if (moved) hold(s);
+  const double now = power(problem, s.x, s.u), before = power(problem, s.x, none.u);
+  if (now > 0 && before < 0) {
+    const double t = before / (before - now);
+    for (double& x : s.x) x *= t;
+    project(problem.K, s.x, s.x);
+    hold(s);
+    moved = true;
+  }
+  if (moved) s.residual = residual(problem, options.law, s.x, s.u);
+  if (holds) {
+    ++s.factorizations;
+    Patience::spend(mechanism.K().work() / Patience::multiplications);
+  }
+  if (s.residual <= options.tolerance) s.status = Status::converged;
+  return true;
+}
+
+}  // namespace amontons

@@ -1,0 +1,252 @@
+#include "solvers/direct/island_solver.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "amontons/base/patience.hpp"
+#include "amontons/problem/residual.hpp"
+#include "solvers/direct/policy.hpp"
+#include "solvers/linear/row_kernel.hpp"
+
+namespace amontons {
+
+const IslandSolver::Faces IslandSolver::at_once = {direct::steps_at_once, direct::stale_at_once,
+                                                   direct::proximal_at_once, 1};
+const IslandSolver::Faces IslandSolver::carefully = {direct::steps_careful, direct::stale_careful,
+                                                     direct::proximal_careful, direct::proximal_rise};
+
+// The mean of diag(W) per block scales the natural map of the steps; positive for blocks that nothing moves.
+void IslandSolver::start(const Reduction::Island& island) {
+  island_ = &island;
+  const std::size_t m = island.rows();
+  for (std::vector<double>* v : {&x_, &u_, &dx_, &trial_, &trial_u_, &Wd_, &best_}) v->resize(m);
+  p_.resize(island.K.blocks());
+  double largest = 0;
+  for (std::size_t i = 0; i < m; ++i) largest = std::max(largest, island.W[(m + 1) * i]);
+  const double floor = largest > 0 ? direct::least_diagonal * largest : 1.0;
+  for_each_block(island.K, [&]<class S>(const S&, std::size_t block, std::size_t row) {
+    double mean = 0;
+    for (int k = 0; k < S::dim; ++k) mean += island.W[(m + 1) * (row + k)] / S::dim;
+    p_[block] = std::max(mean, floor);
+  });
+  result_ = {false, INFINITY, 0, 0};
+  work_ = paid_ = 0;
+  most_work_ = direct::most_island_work + direct::most_island_work_per_cube * m * m * m;
+}
+
+// u += W x
+void IslandSolver::add_product(const std::vector<double>& x, std::vector<double>& u) {
+  const std::size_t m = x.size();
+  work_ += m * (m + direct::multiplications_per_row);
+  AMONTONS_DISPATCH(add_product, u.data(), x.data(), island_->W.data(), m);
+}
+
+// u = W x + q
+void IslandSolver::evaluate(const std::vector<double>& x, std::vector<double>& u) {
+  u = island_->q;
+  add_product(x, u);
+}
+
+double IslandSolver::natural_map(const std::vector<double>& x, const std::vector<double>& u) const {
+  double sum = 0;
+  for_each_block(island_->K, [&]<class S>(const S& set, std::size_t block, std::size_t row) {
+    double g[S::dim];
+    add_saxce_term(set, law_, &u[row], g);
+    sum += natural_map_squared(set, island_->P[block], &x[row], g);
+  });
+  return std::sqrt(sum);
+}
+
+// Keeps x if it is the best so far by its natural map, which is returned.
+double IslandSolver::keep_better(const std::vector<double>& x, const std::vector<double>& u) {
+  const double map = natural_map(x, u);
+  if (map < result_.map) {
+    result_.map = map;
+    best_ = x;
+  }
+  return map;
+}
+
+void IslandSolver::begin() {
+  ended_ = false;
+  unpaid_ = 0;
+}
+
+IslandSolver::Result IslandSolver::solve(const Reduction::Island& island, Law law, const Limits& limits,
+                                         std::vector<double>& x) {
+  law_ = law;
+  limits_ = limits;
+  start(island);
+  choose_start(x);
+  if (result_.map > limits_.aim) find_faces(at_once);
+  if (is_unsolved()) {
+    go_to_best();
+    find_faces(carefully);
+  }
+  if (is_unsolved()) {
+    go_to_best();
+    descend();
+    find_faces(carefully);
+  }
+  if (result_.map > limits_.target) follow_curve();
+  x = best_;
+  unpaid_ += work_ - paid_;
+  result_.solved = result_.map <= limits_.target;
+  return result_;
+}
+
+// From the start that was given, or from nothing if that is much nearer: a start below `far_off` times the
+// natural map of nothing may have the right faces, however wrong its impulses are, and a few Newton steps
+// tell.
+void IslandSolver::choose_start(std::vector<double>& x) {
+  std::fill(x_.begin(), x_.end(), 0.0);
+  project(island_->K, x_, x_);
+  evaluate(x_, u_);
+  const double nothing = keep_better(x_, u_);
+  if (x.size() != x_.size()) return;
+  project(island_->K, x, trial_);
+  evaluate(trial_, trial_u_);
+  if (!(keep_better(trial_, trial_u_) < direct::far_off * nothing)) return;
+  x_.swap(trial_);
+  u_.swap(trial_u_);
+}
+
+bool IslandSolver::has_budget() {
+  if (unpaid_ + work_ - paid_ >= direct::unwatched_work) pay();
+  return !ended_ && work_ < most_work_ &&
+         (limits_.iterations == 0 || result_.iterations < limits_.iterations);
+}
+
+// Charges what was done since the last call, and sees whether that was all that may be.
+void IslandSolver::pay() {
+  Patience::spend(static_cast<double>(unpaid_ + work_ - paid_) / direct::island_multiplications);
+  unpaid_ = 0;
+  paid_ = work_;
+  ended_ = ended_ || Patience::exhausted() || Patience::late() || Patience::interrupted();
+}
+
+// Newton steps from the present x. The natural map may rise on the way to the right faces: what counts is the
+// best that is seen. Directions in which W is softer than the proximal term come in at its rate only: it
+// falls.
+void IslandSolver::find_faces(const Faces& how) {
+  double sigma = how.proximal;
+  std::size_t stale = 0;
+  for (std::size_t i = 0; i < how.steps && stale < how.stale_steps && has_budget(); ++i) {
+    const double before = result_.map;
+    if (!newton_step(sigma)) return;
+    keep_better(x_, u_);
+    if (result_.map <= limits_.aim) return;
+    // One more step after the target is reached: quadratic convergence takes it to rounding.
+    if (before <= limits_.target) return;
+    stale = result_.map < before ? 0 : stale + 1;
+    if (stale > 0)
+      sigma = std::min(direct::largest_proximal, how.rise * sigma);
+    else if (result_.map > direct::slow_step * before)
+      sigma = std::max(direct::smallest_proximal, direct::proximal_fall * sigma);
+  }
+}
+
+// A whole step, wherever it leads: faces are found by going there, and a shorter step would stop at the first
+// that is wrong. Projected, as dx knows faces and not cones.
+bool IslandSolver::newton_step(double sigma) {
+  ++result_.iterations;
+  const bool solved = newton_.solve(*island_, law_, p_, sigma, x_, u_, dx_);
+  if (const std::size_t rows = newton_.rows(); rows > 0) {
+    ++result_.factorizations;
+    work_ += rows * rows * (rows + 9) / 3;
+  }
+  if (!solved) return false;
+  for (std::size_t i = 0; i < x_.size(); ++i) x_[i] += dx_[i];
+  project(island_->K, x_, x_);
+  evaluate(x_, u_);
+  return true;
+}
+
+// Accelerated projected gradients in the metric of W from the present x, as in first_order/apgd.cpp: all of them
+// cost less than the curve, and share loads evenly among redundant contacts, where Newton steps cannot tell.
+void IslandSolver::descend() {
+  std::vector<double>&y = trial_, &u_y = trial_u_;
+  y = x_;
+  u_y = u_;
+  double L = 1, theta = 1;
+  for (std::size_t i = 0; i < direct::descent && is_unsolved(); ++i) {
+    ++result_.iterations;
+    // d = Pi(y - g / (L p)) - y with its curvature <d, W d> <= L <d, P d>.
+    double dPd, dPm, dWd;
+    for (;;) {
+      gradient_step(L, dPd, dPm);
+      std::fill(Wd_.begin(), Wd_.end(), 0.0);
+      add_product(dx_, Wd_);
+      dWd = std::inner_product(dx_.begin(), dx_.end(), Wd_.begin(), 0.0);
+      if (dWd <= L * dPd || !(dPd > 0)) break;
+      L = std::max(2 * L, dWd / dPd);
+    }
+    const bool uphill = -(dPd + dPm) > 0;
+    const double next = 0.5 * theta * (std::sqrt(theta * theta + 4) - theta);
+    const double beta = uphill ? 0.0 : theta * (1 - theta) / (theta * theta + next);
+    theta = uphill ? 1.0 : next;
+    L *= direct::forget_curvature;
+    for (std::size_t k = 0; k < x_.size(); ++k) {
+      const double x = y[k] + dx_[k], u = u_y[k] + Wd_[k];
+      y[k] = x + beta * (x - x_[k]);
+      u_y[k] = u + beta * (u - u_[k]);
+      x_[k] = x;
+      u_[k] = u;
+    }
+    keep_better(x_, u_);
+  }
+  evaluate(x_, u_);
+}
+
+// dx = Pi(y - g / (L p)) - y of y = trial, <dx, P dx> and <dx, P (y - x)>.
+void IslandSolver::gradient_step(double L, double& dPd, double& dPm) {
+  dPd = dPm = 0;
+  for_each_block(island_->K, [&]<class S>(const S& set, std::size_t block, std::size_t row) {
+    const double p = p_[block];
+    double g[S::dim], z[S::dim];
+    add_saxce_term(set, law_, &trial_u_[row], g);
+    for (int k = 0; k < S::dim; ++k) z[k] = trial_[row + k] - g[k] / (L * p);
+    set.project(z, z);
+    for (int k = 0; k < S::dim; ++k) {
+      const double d = dx_[row + k] = z[k] - trial_[row + k];
+      dPd += p * d * d;
+      dPm += p * d * (trial_[row + k] - x_[row + k]);
+    }
+  });
+}
+
+// Along the central curve. To look for the faces on the way is dearer than to go on: nearly all steps of
+// Newton's method are in vain as long as faces change.
+void IslandSolver::follow_curve() {
+  const std::size_t m = x_.size();
+  // m^3 / 3 multiplications of a dense kernel, four in the time of one of the others, and the passes over
+  // rows.
+  const std::size_t work_of_step = m * m * (m + 90) / 12;
+  const double left_to_all = std::max(0.0, Patience::work_left()) * direct::island_multiplications;
+  if (static_cast<double>(direct::usual_curve_steps * work_of_step) > direct::share_of_curve * left_to_all)
+    return;
+  most_work_ = work_ + direct::most_curve_steps * work_of_step + direct::most_island_work;
+  system_.start(*island_, p_);
+  curve_.start(system_, island_->K, law_);
+  for (std::size_t i = 0; i < direct::most_curve_steps && is_unsolved(); ++i) {
+    ++result_.iterations;
+    ++result_.factorizations;
+    work_ += work_of_step;
+    if (!curve_.step()) break;
+    curve_.x(x_);
+    system_.units().to_impulses(x_);
+    evaluate(x_, u_);
+    keep_better(x_, u_);
+    if (curve_.t() < direct::end_of_curve) break;
+  }
+  go_to_best();
+  if (result_.map > limits_.aim) find_faces(at_once);
+}
+
+void IslandSolver::go_to_best() {
+  x_ = best_;
+  evaluate(x_, u_);
+}
+
+}  // namespace amontons

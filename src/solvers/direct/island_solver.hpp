@@ -1,0 +1,76 @@
+#pragma once
+#include <vector>
+
+#include "solvers/central_path/central_curve.hpp"
+#include "solvers/direct/island_system.hpp"
+#include "solvers/direct/newton_direction.hpp"
+#include "solvers/direct/reduction.hpp"
+
+namespace amontons {
+
+// Solves the VI of an island, whose matrix is at hand: find x in K with u = W x + q (and the De Saxce term
+// under coulomb) in the normal cone. Three stages, each from the best x of the one before:
+//   1. semismooth Newton steps on the faces of the start, which are right in most steps of a simulation;
+//   2. the same with a larger proximal term, for redundant contacts that stage 1 moves far away;
+//   3. the central path as a curve (central_path/central_curve.hpp), which needs no start.
+// The work is bounded whatever the problem.
+class IslandSolver {
+ public:
+  struct Limits {
+    // Natural maps in the P of the island, absolute: what is asked for, and what is worth another step or two
+    // once it is reached.
+    double target, aim;
+    std::size_t iterations;  // Newton steps and steps along the curve; 0: the method's own
+  };
+  struct Result {
+    bool solved;  // the target is reached
+    double map;   // natural map of the x that comes back, the best seen
+    std::size_t iterations, factorizations;
+  };
+  // Call before the first of several solves, which share the work that the Patience of the thread leaves. No
+  // result depends on earlier calls: a simulation that was saved and loaded has the same bits.
+  void begin();
+  // x: the start if it has the rows of the island, and the best x seen. Its memory is kept between calls.
+  Result solve(const Reduction::Island& island, Law law, const Limits& limits, std::vector<double>& x);
+
+ private:
+  // A search for faces: Newton steps in a row, how many of them may pass without a better x, the first
+  // proximal term as a multiple of diag(W), and the factor by which it rises after a step without a better x.
+  struct Faces {
+    std::size_t steps, stale_steps;
+    double proximal, rise;
+  };
+  static const Faces at_once, carefully;
+
+  void start(const Reduction::Island& island);
+  void choose_start(std::vector<double>& x);
+  void add_product(const std::vector<double>& x, std::vector<double>& u);
+  void evaluate(const std::vector<double>& x, std::vector<double>& u);
+  double natural_map(const std::vector<double>& x, const std::vector<double>& u) const;
+  double keep_better(const std::vector<double>& x, const std::vector<double>& u);
+  bool has_budget();
+  bool is_unsolved() { return result_.map > limits_.target && has_budget(); }
+  void pay();
+  void find_faces(const Faces& how);
+  bool newton_step(double sigma);
+  void descend();
+  void gradient_step(double L, double& dPd, double& dPm);
+  void follow_curve();
+  void go_to_best();
+
+  const Reduction::Island* island_ = nullptr;
+  Law law_{};
+  Limits limits_{};
+  std::vector<double> p_;  // mean of diag(W) per block
+  std::vector<double> x_, u_, dx_, trial_, trial_u_, Wd_, best_;
+  NewtonDirection newton_;
+  IslandSystem system_;
+  CentralCurve<IslandSystem> curve_;
+  // Multiplications of this solve, those of it that were charged, and what earlier solves have not charged
+  // yet.
+  std::size_t work_ = 0, paid_ = 0, unpaid_ = 0, most_work_ = 0;
+  bool ended_ = false;  // no work or time is left, or the user wants to stop
+  Result result_{};
+};
+
+}  // namespace amontons

@@ -1,0 +1,258 @@
+// W is formed on the way up the elimination tree: a node's six rows of Y are ready once its children have
+// passed on theirs, and give their part of Y'S Y at once, while they are in the cache. The way down, which a
+// solve with K per column would need too, is spared.
+#include "solvers/direct/reduction.hpp"
+
+#include <algorithm>
+#include <numeric>
+#include <tuple>
+
+#include "solvers/linear/row_kernel.hpp"
+
+namespace amontons {
+
+bool Reduction::analyse(const Problem& problem, std::size_t most_rows, double most_work) {
+  if (!std::holds_alternative<ContactSystem>(problem.A)) return false;
+  mechanism_.analyse(problem);
+  return mechanism_.K().work() <= most_work && find_islands(problem, most_rows);
+}
+
+// Union-find over mechanisms, each by its root, and one more node for blocks without a moving body. Islands
+// are numbered in the order of their first blocks.
+bool Reduction::find_islands(const Problem& problem, std::size_t most_rows) {
+  rest_.clear();
+  for (const SetRun& run : problem.K.runs()) {
+    if (run.kind == kind_of<Free>) continue;
+    std::size_t dim = 0;
+    visit_kind(run.kind, [&]<class S>() { dim = S::dim; });
+    for (std::size_t i = 0; i < run.count; ++i) {
+      const ContactGraph::Link& link = problem.graph.links[run.block + i];
+      const Index a = mechanism_.place(link.a), b = mechanism_.place(link.b);
+      rest_.push_back({run.block + i, run.row + dim * i, dim, run.kind, run.first + i, a, b,
+                       a < 0   ? b
+                       : b < 0 ? a
+                               : std::min(a, b),
+                       0});
+    }
+  }
+  const Index none = static_cast<Index>(mechanism_.K().nodes());
+  parent_.resize(static_cast<std::size_t>(none) + 1);
+  std::iota(parent_.begin(), parent_.end(), 0);
+  const auto root = [&](Index place) {
+    Index i = place < 0 ? none : mechanism_.root(place);
+    while (parent_[i] != i) i = parent_[i] = parent_[parent_[i]];
+    return i;
+  };
+  for (const Rest& r : rest_)
+    if (r.a >= 0 && r.b >= 0) parent_[root(r.a)] = root(r.b);
+  number_.assign(parent_.size(), -1);
+  first_column_.assign(1, 0);
+  for (Rest& r : rest_) {
+    Index& mine = number_[root(r.first)];
+    if (mine < 0) {
+      mine = static_cast<Index>(first_column_.size()) - 1;
+      first_column_.push_back(0);
+    }
+    r.island = mine;
+    first_column_[mine + 1] += r.dim;
+  }
+  count_ = first_column_.size() - 1;
+  for (std::size_t i = 0; i < count_; ++i) {
+    if (first_column_[i + 1] > most_rows) return false;
+    first_column_[i + 1] += first_column_[i];
+  }
+  std::sort(rest_.begin(), rest_.end(), [](const Rest& a, const Rest& b) {
+    return std::tie(a.island, a.first, a.block) < std::tie(b.island, b.first, b.block);
+  });
+  return true;
+}
+
+bool Reduction::factor(const Problem& problem) {
+  if (!mechanism_.factor(problem)) return false;
+  mechanism_.right_side(problem.b, y_);
+  mechanism_.K().forward(y_.data());
+  fill_islands(problem);
+  place_columns();
+  start_columns(problem);
+  sweep();
+  return true;
+}
+
+// At a node with c columns the upper half of the Gram product takes 6 c^2 / 2, the solve and what is passed
+// on 36 c.
+double Reduction::work() const {
+  double sum = mechanism_.K().work();
+  for (const Range& range : range_)
+    if (range.first < range.last) {
+      const auto columns = static_cast<double>(range.size());
+      sum += columns * width * (0.5 * columns + width);
+    }
+  return sum;
+}
+
+// Sets, P, rows, q = b_c and W = E_c, in the order of the columns.
+void Reduction::fill_islands(const Problem& problem) {
+  const auto& A = std::get<ContactSystem>(problem.A);
+  const std::size_t contact_rows = problem.rows() - A.jacobian.size();
+  if (islands_.size() < count_) islands_.resize(count_);
+  for (std::size_t i = 0; i < count_; ++i) {
+    Island& island = islands_[i];
+    const std::size_t m = first_column_[i + 1] - first_column_[i];
+    island.K.clear();
+    island.q.clear();
+    island.P.clear();
+    island.row.clear();
+    island.W.assign(m * m, 0.0);
+  }
+  for (const Rest& r : rest_) {
+    Island& island = islands_[r.island];
+    visit_kind(r.kind, [&]<class S>() { island.K.append(problem.K.all<S>()[r.set]); });
+    island.P.push_back(problem.P[r.block]);
+    const std::size_t m = first_column_[r.island + 1] - first_column_[r.island];
+    for (std::size_t k = 0; k < r.dim; ++k) {
+      const std::size_t row = r.row + k;
+      island.W[(m + 1) * island.row.size()] =
+          row < contact_rows ? A.contact_compliance[r.block] : A.compliance[row - contact_rows];
+      island.row.push_back(row);
+      island.q.push_back(problem.b[row]);
+    }
+  }
+}
+
+// The range of a node is the hull of those of its children and of the columns that begin there. Those of an
+// island are side by side, so that no range holds columns of two.
+void Reduction::place_columns() {
+  const QuasidefiniteFactor& K = mechanism_.K();
+  // Empty: a first column after the last.
+  range_.assign(K.nodes(), {~std::size_t{0}, 0, 0});
+  island_of_node_.assign(K.nodes(), -1);
+  std::size_t column = 0;
+  for (const Rest& r : rest_) {
+    for (Index place : {r.a, r.b}) {
+      if (place < 0) continue;
+      Range& range = range_[place];
+      range.first = std::min(range.first, column);
+      range.last = std::max(range.last, column + r.dim);
+      island_of_node_[place] = r.island;
+    }
+    column += r.dim;
+  }
+  std::size_t size = 0;
+  for (std::size_t k = 0; k < K.nodes(); ++k) {
+    Range& range = range_[k];
+    if (range.first >= range.last) continue;
+    range.at = size;
+    size += width * range.stride();
+    if (const Index p = K.parent(k); p >= 0) {
+      range_[p].first = std::min(range_[p].first, range.first);
+      range_[p].last = std::max(range_[p].last, range.last);
+      island_of_node_[p] = island_of_node_[k];
+    }
+  }
+  // What fills up the last row of a child may reach beyond that of its parent.
+  Y_.assign(size + lanes, 0.0);
+}
+
+// D_c' at the nodes of the bodies, from which the columns start.
+void Reduction::start_columns(const Problem& problem) {
+  const auto& A = std::get<ContactSystem>(problem.A);
+  const std::size_t contact_rows = problem.rows() - A.jacobian.size();
+  std::size_t column = 0;
+  for (const Rest& r : rest_) {
+    if (r.row < contact_rows) {
+      const Contact& c = A.contacts[r.block];
+      const ContactBasis basis(c);
+      for (std::size_t k = 0; k < r.dim; ++k)
+        start_column(A.bodies, jacobian_row(c, basis, static_cast<int>(k)), column++);
+    } else {
+      for (std::size_t k = 0; k < r.dim; ++k)
+        start_column(A.bodies, A.jacobian[r.row + k - contact_rows], column++);
+    }
+  }
+}
+
+// Of a row between two bodies of one mechanism both parts stand in one column, at two nodes.
+void Reduction::start_column(const Bodies& bodies, const JacobianRow& D, std::size_t column) {
+  const auto start = [&](Index body, std::array<double, 6> d) {
+    const Index place = mechanism_.place(body);
+    if (place < 0) return;
+    keep_moving(bodies, static_cast<std::size_t>(body), d);
+    const Range& range = range_[place];
+    for (std::size_t k = 0; k < width; ++k) Y_[range.at + k * range.stride() + column - range.first] = d[k];
+  };
+  start(D.body_a, D.a);
+  start(D.body_b, D.b);
+}
+
+// Y = L^-1 (D_c', 0) from the leaves to the roots, W and q on the way.
+void Reduction::sweep() {
+  const QuasidefiniteFactor& K = mechanism_.K();
+  for (std::size_t k = 0; k < K.nodes(); ++k) {
+    const Range& range = range_[k];
+    if (range.first >= range.last) continue;
+    double* Y = &Y_[range.at];
+    K.forward_node(k, Y, range.stride());
+    for (std::size_t slot = K.first_slot(k); slot < K.last_slot(k); ++slot) {
+      const Range& above = range_[K.above(slot)];
+      K.forward_update(slot, K.sign(k), Y, range.stride(), &Y_[above.at + range.first - above.first],
+                       above.stride());
+    }
+    add_products(k, range);
+  }
+  for (std::size_t i = 0; i < count_; ++i) {
+    Island& island = islands_[i];
+    const std::size_t m = island.rows();
+    for (std::size_t r = 0; r < m; ++r)
+      for (std::size_t c = 0; c < r; ++c) island.W[m * r + c] = island.W[m * c + r];
+  }
+}
+
+// The upper half of W += s Y'Y, and q += s Y'y, of one node.
+void Reduction::add_products(std::size_t node, const Range& range) {
+  const std::size_t first = first_column_[island_of_node_[node]], size = range.size();
+  Island& island = islands_[island_of_node_[node]];
+  const std::size_t m = island.rows(), at = range.first - first;
+  const int s = mechanism_.K().sign(node);
+  double y[width];
+  for (std::size_t k = 0; k < width; ++k) y[k] = s * y_[width * node + k];
+  AMONTONS_DISPATCH(add_six_rows, &island.q[at], y, &Y_[range.at], range.stride(), size);
+  AMONTONS_DISPATCH(add_gram, &island.W[(m + 1) * at], m, &Y_[range.at], range.stride(), size, s);
+}
+
+// L^-1 (D_c'x_c, -b_f) = Y x_c + y, then up the tree.
+void Reduction::recover(std::span<double> x) {
+  const QuasidefiniteFactor& K = mechanism_.K();
+  z_ = y_;
+  for (std::size_t k = 0; k < K.nodes(); ++k) {
+    const Range& range = range_[k];
+    if (range.first >= range.last) continue;
+    const Island& island = islands_[island_of_node_[k]];
+    const std::size_t at = range.first - first_column_[island_of_node_[k]];
+    double sum[width] = {};
+    for (std::size_t c = 0; c < range.size(); ++c) {
+      const double impulse = x[island.row[at + c]];
+      if (impulse == 0) continue;
+      for (std::size_t i = 0; i < width; ++i) sum[i] += Y_[range.at + i * range.stride() + c] * impulse;
+    }
+    for (std::size_t i = 0; i < width; ++i) z_[width * k + i] += sum[i];
+  }
+  K.backward(z_.data());
+  for (std::size_t row : mechanism_.rows()) x[row] = 0;
+  mechanism_.add_impulses(z_, x);
+}
+
+// q := u_c - W x_c. With u from a product with the whole A at x, the error that K's rounding made in W and q
+// is zero there: what is solved next is the correction.
+void Reduction::shift(std::size_t i, std::span<const double> x, std::span<const double> u) {
+  Island& island = islands_[i];
+  const std::size_t m = island.rows();
+  for (std::size_t r = 0; r < m; ++r) {
+    double sum = 0;
+    for (std::size_t c = 0; c < m; ++c) sum += island.W[m * r + c] * x[island.row[c]];
+    island.q[r] = u[island.row[r]] - sum;
+  }
+}
+
+void Reduction::correct(std::span<const double> u, std::span<double> x) { mechanism_.correct(u, x, z_); }
+
+}  // namespace amontons

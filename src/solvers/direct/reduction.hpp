@@ -1,0 +1,88 @@
+#pragma once
+#include <span>
+#include <vector>
+
+#include "solvers/direct/mechanism.hpp"
+
+namespace amontons {
+
+// What is left of a problem once its bilateral rows (f) are eliminated: the other rows (c) with the mobility
+// of the constrained bodies, docs/algorithm.md (32),
+//
+//   u_c = W x_c + q,   W = D_c [K^-1]_vv D_c' + E_c,   q = b_c + D_c [K^-1 (0, -b_f)]_v,
+//
+// and their sets as they were. Bilateral rows are no inequalities: they leave the VI exactly. W falls apart
+// into islands, rows on bodies that neither bilateral nor other rows connect.
+//
+// With K = L S L', Y = L^-1 (D_c', 0) and y = L^-1 (0, -b_f): W = Y'S Y + E_c, q = b_c + Y'S y. A column of Y
+// is zero but on the way from its bodies to the root of the elimination tree. Columns are sorted by the place
+// of their body, so that those that pass a node are a range, and all loops run along rows of it.
+class Reduction {
+ public:
+  // One island: its sets, W (row-major), q, and P of the problem, in one order, and the row of the problem
+  // that each of its rows is.
+  struct Island {
+    SetProduct K;
+    std::vector<double> W, q, P;
+    std::vector<std::size_t> row;
+    std::size_t rows() const { return row.size(); }
+  };
+
+  // Finds the islands and analyses K. False where elimination does not apply: a matrix or a function in the
+  // place of bodies, an island of more than `most_rows` rows, a factorisation of more than `most_work`
+  // multiplications.
+  bool analyse(const Problem& problem, std::size_t most_rows, double most_work);
+  // W and q; false if K has no factorisation.
+  bool factor(const Problem& problem);
+
+  std::size_t islands() const { return count_; }
+  const Island& island(std::size_t i) const { return islands_[i]; }
+  // Moves q to where W x + q is the u of the problem: of an x, of which u is known.
+  void shift(std::size_t island, std::span<const double> x, std::span<const double> u);
+  const Mechanism& mechanism() const { return mechanism_; }
+  // Multiplications of factor().
+  double work() const;
+
+  // x_f of the x_c in x.
+  void recover(std::span<double> x);
+  // Changes x_f by what u = A x + b has left of zero there; x_c stays.
+  void correct(std::span<const double> u, std::span<double> x);
+
+ private:
+  static constexpr std::size_t width = QuasidefiniteFactor::width;
+  // A block that remains: its set is number `set` of its kind; places of its bodies in the order of K, the
+  // first of them.
+  struct Rest {
+    std::size_t block, row, dim, kind, set;
+    Index a, b, first, island;
+  };
+  // Columns [first, last) pass a node: six rows of so many numbers, from `at` on. Rows are filled up with
+  // zeros to whole vectors, which saves their loops the rest.
+  struct Range {
+    std::size_t first, last, at;
+    std::size_t size() const { return last - first; }
+    std::size_t stride() const { return (size() + lanes - 1) / lanes * lanes; }
+  };
+  static constexpr std::size_t lanes = 8;
+
+  bool find_islands(const Problem& problem, std::size_t most_rows);
+  void fill_islands(const Problem& problem);
+  void place_columns();
+  void start_columns(const Problem& problem);
+  void start_column(const Bodies& bodies, const JacobianRow& D, std::size_t column);
+  void sweep();
+  void add_products(std::size_t node, const Range& range);
+
+  Mechanism mechanism_;
+  std::vector<Rest> rest_;
+  std::vector<Index> parent_, number_;
+  std::size_t count_ = 0;
+  std::vector<Island> islands_;
+  // Of the columns of Y: where those of each island begin; of the nodes: range and island.
+  std::vector<std::size_t> first_column_;
+  std::vector<Range> range_;
+  std::vector<Index> island_of_node_;
+  std::vector<double> Y_, y_, z_;
+};
+
+}  // namespace amontons
