@@ -112,7 +112,6 @@ void restore(Simulation& simulation, const State& saved) {
   state.time = saved.time;
   state.steps = saved.steps;
   state.impulse_step = saved.impulse_step;
-  state.unsolved = saved.unsolved;
 }
 
 // One array per field of the contact table, by the names that the package gives them.
@@ -228,6 +227,7 @@ void bind_options_and_report(nb::module_& m) {
       .def_ro("joint_error", &Report::joint_error)
       .def_ro("joint_angle_error", &Report::joint_angle_error)
       .def_ro("worst_joint", &Report::worst_joint)
+      .def_ro("joints_close", &Report::joints_close)
       .def_ro("kinetic_energy", &Report::kinetic_energy)
       .def_ro("potential_energy", &Report::potential_energy)
       .def_ro("spring_energy", &Report::spring_energy)

@@ -72,7 +72,6 @@ nb::dict arrays_of(const State& s) {
   d["time"] = s.time;
   d["steps"] = s.steps;
   d["impulse_step"] = s.impulse_step;
-  d["unsolved"] = to_numpy(std::vector<double>{static_cast<double>(s.unsolved)});
   d["positions"] = rows_of(s.positions);
   d["orientations"] = rows_of(s.orientations);
   d["linear_velocities"] = rows_of(s.linear_velocities);
@@ -113,12 +112,6 @@ State state_of(const Model& model, double time, std::uint64_t steps, double impu
   s.time = time;
   s.steps = steps;
   s.impulse_step = impulse_step;
-  if (d.contains("unsolved")) {  // version 0.1.0 knew none
-    std::vector<double> count(1);
-    set_entries(count, vector_of(d, "unsolved"), "unsolved");
-    AMONTONS_REQUIRE(count[0] >= 0 && count[0] <= largest_coordinate, "unsolved is no number of steps");
-    s.unsolved = static_cast<std::uint64_t>(count[0]);
-  }
   set_rows(s.positions, matrix_of(d, "positions"), "positions");
   set_rows(s.orientations, matrix_of(d, "orientations"), "orientations");
   set_rows(s.linear_velocities, matrix_of(d, "linear_velocities"), "linear_velocities");

@@ -1518,6 +1518,9 @@ class Report:
     def worst_joint(self) -> int: ...
 
     @property
+    def joints_close(self) -> bool: ...
+
+    @property
     def kinetic_energy(self) -> float: ...
 
     @property

@@ -4,8 +4,8 @@
 #include "amontons/problem/residual.hpp"
 #include "amontons/solvers/solvers.hpp"
 #include "check.hpp"
-#include "multibody/step/report_sums.hpp"
 #include "multibody/step/light_body_error.hpp"
+#include "multibody/step/report_sums.hpp"
 
 using namespace amontons;
 

@@ -73,10 +73,6 @@ TEST(turn_of_what_comes_to_rest_leaves_b) {
   CHECK(rolling.problem.b != b);
   rolling.turn(0, 10);
   for (std::size_t i = 0; i < b.size(); ++i) CHECK(std::abs(rolling.problem.b[i] - b[i]) < 1e-12);
-  rolling.turn(10, 10);
-  const Reach still{rolling.model, rolling.frames, rolling.rest, h, margin};
-  CHECK(drop_turns(still, rolling.finder, rolling.turns, rolling.problem));
-  for (std::size_t i = 0; i < b.size(); ++i) CHECK(std::abs(rolling.problem.b[i] - b[i]) < 1e-12);
 }
 
 // Breaks when turns are not bound by the speeds that are there: what impulses of the last step, which mean

@@ -33,7 +33,7 @@ def trunk_on_links(mass, links):
     return b.build()
 
 
-# A row that gives way by E x in each step has E = 1e-7 D M^-1 D' r, r = m_light / m_heaviest of the mechanism: its
+# A row gives way by E x in each step, E = 1e-7 D M^-1 D' r, r = m_light / m_heaviest of the mechanism: the
 # sag per second is 1e-7 g h (masses carried / heaviest) = 2e-9 m here. With r = 1 the trunk on 1e-6 kg sinks
 # through its own base by 33 mm/s, and with r of the joint's own two bodies two light links in a row do.
 @pytest.mark.parametrize("links", [1, 2, 3])
@@ -82,3 +82,16 @@ def test_a_heavy_body_hangs_on_a_light_chain(mass):
         report = sim.step()
     assert report.joint_error < 1e-4
     assert np.allclose(sim.state.positions[5], (0, 0, -0.6), atol=1e-4)
+
+
+# Breaks when a joint that cannot hold comes apart without a word, or the warning names another one.
+def test_a_joint_that_stays_apart_is_named():
+    b = ModelBuilder(gravity=(0, 0, 0))
+    body = b.add_body(position=(0, 0, 0), shape=shapes.Sphere(0.1), mass=1.0)
+    b.add_ball_joint(body, None, point=(0.5, 0, 0), name="near")
+    other = b.add_body(position=(3, 0, 0), shape=shapes.Sphere(0.1), mass=1.0)
+    b.add_distance_joint(body, other, point_a=(0, 0, 0), point_b=(3, 0, 0), name="rod", length=2.0)
+    b.add_ball_joint(other, None, point=(3, 0, 0), name="far")
+    sim = amontons.Simulation(b.build())
+    with pytest.warns(amontons.StepWarning, match=r'joint "(near|rod|far)" is apart by'):
+        sim.run(0.5)

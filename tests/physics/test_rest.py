@@ -36,8 +36,8 @@ def hull_on_its_face():
 
 
 # Bodies that rest move by the error of the accepted start, at most tolerance x g h. Were that velocity kept,
-# the next starts would be off by 3, 6, 10 times as much, and the solver would be called again and again: fallen
-# dominoes took 200, 83 and 0 iterations in turn, for ever.
+# the next starts would be off by 3, 6, 10 times as much, and the solver would be called again and again:
+# fallen dominoes took 200, 83 and 0 iterations in turn, for ever.
 def test_fallen_dominoes_come_to_rest():
     sim = simulate("domino_run")
     for _ in range(1500):

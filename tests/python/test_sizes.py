@@ -225,7 +225,6 @@ def edit(path, name, value):
         ("version", np.array([0], np.int32), "version 0 "),
         ("version", np.array([-1], np.int32), "version -1 "),
         ("state/steps", np.float64(2.5), "whole number"),
-        ("state/unsolved", np.array([0.5]), "whole number"),
     ],
 )
 def test_versions_and_counts_of_states(saved, name, value, message):

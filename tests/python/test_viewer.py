@@ -112,6 +112,7 @@ def test_options_change_while_it_goes_on():
     sim.change_options(dt=1e-3, method="apgd", tolerance=1e-8)
     assert same_state(sim, other)
     assert (sim.time, sim.steps, sim.dt) == (other.time, other.steps, 1e-3)
+    sim.state.linear_velocities[0] = (0.5, 0, 0)  # at rest the start would be accepted
     report = sim.step()
     assert report.method == "apgd"
     assert report.time == pytest.approx(other.time + 1e-3)

@@ -22,6 +22,7 @@ from ..hooks import hook
 from ..model.model import Model, no_model
 from ..problem.options import LAWS, require_method
 from ..problem.problem import Problem
+from ..visible import visible
 from .driving import Driving
 from .forces import (
     actuator_table,
@@ -82,6 +83,9 @@ class Simulation(Driving):
     force_callbacks: list[Callable[[Simulation], object]]
     """called with the simulation before each step, to set forces, torques and targets; they make no steps"""
     _in_callback = False
+
+    _apart: frozenset[int] = frozenset()
+    """Joints about which a warning was given."""
 
     @guided
     def __init__(
@@ -215,6 +219,8 @@ class Simulation(Driving):
             )
         counted = watching.saw(residual, steps=steps, missed=not last.is_sound)
         on_failure = self._options["on_failure"]
+        if on_failure != "ignore":
+            self._check_joints(last, stacklevel + 1)
         if last.is_sound or on_failure == "ignore" or (counted and on_failure == "warn"):
             return
         if not last.balanced:
@@ -232,6 +238,21 @@ class Simulation(Driving):
                 f"{message}; the state is that before the step. Allow max_substeps, more iterations or a "
                 "looser tolerance"
             )
+        warnings.warn(message, StepWarning, stacklevel=stacklevel)
+
+    def _check_joints(self, last: _core.Report, stacklevel: int) -> None:
+        """Warn once about a joint that stays apart by more than a thousandth of Model.length."""
+        length = self._model.length
+        error = max(last.joint_error, length * last.joint_angle_error)
+        joint = last.worst_joint
+        if last.joints_close or error <= length / 1000 or joint < 0 or joint in self._apart:
+            return
+        self._apart |= {joint}
+        name = visible(self._model.joint_names[joint])
+        message = (
+            f'joint "{name}" is apart by {error:.2g} m at t = {last.time:g} s (angles times Model.length): '
+            "its constraints contradict others, or dt is too long for the motion"
+        )
         warnings.warn(message, StepWarning, stacklevel=stacklevel)
 
     def run(self, duration: float, callback: Callable[[Simulation, Report], object] | None = None) -> Report:

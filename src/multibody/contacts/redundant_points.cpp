@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "amontons/base/ablation.hpp"
+
 namespace amontons {
 
 namespace {
@@ -72,13 +74,14 @@ void RedundantPoints::keep_carrying(const Reach& reach, std::span<const Contact>
   const auto [first, last] =
       std::equal_range(reach.carried.begin(), reach.carried.end(), any,
                        [](const Contact& a, const Contact& b) { return pair_of(a) < pair_of(b); });
-  if (first == last) return;
+  if (first == last || off("keep carrying")) return;
   const Transform to_local = inverse(reach.bodies[any.body_a].pose);
-  const double same = tolerance_of(reach) * tolerance_of(reach);
+  const double same = tolerance_of(reach) * tolerance_of(reach), closed = 1e-4 * reach.margin;
   for (std::size_t k = 0; k < group_.size(); ++k) {
     const Vec3 local = to_local(contacts[group_[k]].point);
-    kept_[k] =
-        std::any_of(first, last, [&](const Contact& c) { return norm_squared(c.local - local) <= same; });
+    kept_[k] = contacts[group_[k]].gap <= closed && std::any_of(first, last, [&](const Contact& c) {
+                 return norm_squared(c.local - local) <= same;
+               });
   }
 }
 

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <numeric>
 
+#include "amontons/base/ablation.hpp"
+
 namespace amontons {
 
 namespace {
@@ -78,12 +80,7 @@ Model::Model(ModelDescription description) : d_(std::move(description)) {
   for (const Body& body : d_.bodies)
     if (body.motion == Motion::dynamic) total_mass_ += body.mass;
   inverse_inertia_ = inverse_inertias(d_.bodies);
-  lightness_ = lightness_in_mechanism(d_);
-  constexpr double least_lightness = 1e-8;
-  for (double& lightness : lightness_) {
-    mobility_factor_.push_back(std::min(1.0, lightness / least_lightness));
-    lightness = std::max(lightness, least_lightness);
-  }
+  weigh_mechanisms();
   length_ = median_radius(*this);
   first_dof_.push_back(0);
   for (const Joint& joint : d_.joints) {
@@ -117,6 +114,15 @@ Model::Model(ModelDescription description) : d_(std::move(description)) {
   // Of two materials for one pair the later one holds.
   std::stable_sort(pairs_.begin(), pairs_.end(),
                    [](const auto& a, const auto& b) { return a.first < b.first; });
+}
+
+void Model::weigh_mechanisms() {
+  constexpr double least_lightness = 1e-8;
+  lightness_ = lightness_in_mechanism(d_);
+  for (double& lightness : lightness_) {
+    mobility_factor_.push_back(std::min(1.0, lightness / least_lightness));
+    lightness = off("lightness") ? 1 : std::max(lightness, least_lightness);
+  }
 }
 
 double Model::lightness(Index body_a, Index body_b) const {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "amontons/base/ablation.hpp"
 #include "multibody/step/policy.hpp"
 #include "multibody/step/positions.hpp"
 
@@ -11,13 +12,13 @@ Assembly assembly_of_step(const Model& model, const std::vector<Contact>& contac
                           double h, double recovery, bool keeps_closed, double tolerance) {
   const double fall = h * norm(model.description().gravity), error = allowed_error(model.length());
   const bool overlaps = std::any_of(contacts.begin(), contacts.end(), [&](const Contact& c) {
-    return c.gap < -step::deep * error && !(c.material.compliance > 0);
+    return !off("deep") && c.gap < -2 * error && !(c.material.compliance > 0);
   });
-  const bool few = 3 * contacts.size() + joint_rows <= step::few_rows;
+  const bool few = off("slack") || 3 * contacts.size() + joint_rows <= step::few_rows;
   return {
       .h = h,
       .recovery_speed = recovery,
-      .closing = keeps_closed && !overlaps ? step::closing * fall : 0,
+      .closing = keeps_closed && !overlaps && !off("closing") ? step::closing * fall : 0,
       .most_closed = error,
       .slack =
           few ? 0 : std::min(step::steps_of_slack * tolerance * fall * h, step::most_slack * model.length())};

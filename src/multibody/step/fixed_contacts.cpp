@@ -7,6 +7,7 @@
 
 #include <algorithm>
 
+#include "amontons/base/ablation.hpp"
 #include "multibody/step/policy.hpp"
 
 namespace amontons {
@@ -74,7 +75,7 @@ std::span<const double> stop_at_fixed(const FixedContacts& fixed, BodyVelocities
   find_stops(fixed, v.size(), stops);
   impulse.assign(fixed.contacts.size(), 0);
   bool any = false;
-  for (int round = 0; round < step::spin_rounds && sweep_stops(fixed, stops, impulse, v); ++round) {
+  for (int round = 0; round < step::sweeps && sweep_stops(fixed, stops, impulse, v); ++round) {
     any = true;
     if (fixed.start == nullptr) break;
     slow_spins(fixed.model, *fixed.start, fixed.h, v);
@@ -83,8 +84,9 @@ std::span<const double> stop_at_fixed(const FixedContacts& fixed, BodyVelocities
 }
 
 void slow_spins(const Model& model, const BodyVelocities& start, double h, BodyVelocities& v) {
+  if (off("slow spins")) return;
   for (std::size_t i = 0; i < v.size(); ++i) {
-    const double spin = norm(v[i].angular), most = std::max(norm(start[i].angular), step::most_spin / h);
+    const double spin = norm(v[i].angular), most = std::max(norm(start[i].angular), 0.5 / h);
     if (model.is_dynamic(static_cast<Index>(i)) && spin > most) v[i].angular = (most / spin) * v[i].angular;
   }
 }

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "amontons/base/ablation.hpp"
 #include "amontons/base/patience.hpp"
 #include "multibody/contacts/contact_law.hpp"
 #include "multibody/step/assemble.hpp"
@@ -51,7 +52,7 @@ void limit_energy(const Problem& problem, const StepSolver& solver, Solution& s,
   const auto Ax = [&](std::size_t i) { return s.u[i] - problem.b[i]; };
   const double stored = sum([&](std::size_t i) { return 0.5 * s.x[i] * Ax(i); });
   const double work = sum([&](std::size_t i) { return s.x[i] * (before[i] + 0.5 * Ax(i)); });
-  if (work <= solver.options.tolerance * stored) return;
+  if (work <= solver.options.tolerance * stored || off("limit energy")) return;
   const Solution plastic = solve_step(solver, inelastic, {});
   add_cost(plastic, report);
   add_status(plastic, report);
@@ -115,7 +116,7 @@ bool resolve_impacts(const ImpactInput& in, BodyVelocities& v, std::vector<Conta
   JointRows locked;
   std::vector<Contact> active;
   std::vector<std::size_t> index;
-  for (int reflection = 0; reflection < step::most_reflections; ++reflection) {
+  for (int reflection = 0; reflection < (off("reflections") ? 1 : step::most_reflections); ++reflection) {
     const bool elastic = approaching(contacts, v, in.threshold, h, index);
     // Without restitution there is nothing to reflect, and the step stops what approaches.
     if (index.empty() || (reflection == 0 && !elastic)) return reflection > 0;

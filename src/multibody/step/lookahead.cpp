@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "amontons/base/ablation.hpp"
 #include "amontons/multibody/joints/joints.hpp"
 #include "multibody/contacts/contact_law.hpp"
 #include "multibody/contacts/warm_start.hpp"
@@ -46,7 +47,8 @@ double enough_of_a_turn(const Model& model, double h) {
 // never come to rest. Where anything moves, the balance of forces stays exact.
 static bool is_at_rest(const Model& model, const StepBodies& bodies, const StepProblem& vi, double tolerance,
                        double h, BodyVelocities& v) {
-  if (vi.x0.empty() || std::get<ContactSystem>(vi.problem->A).contacts.empty()) return false;
+  if (off("at rest") || vi.x0.empty() || std::get<ContactSystem>(vi.problem->A).contacts.empty())
+    return false;
   // The residual is a norm over all bodies: of n alike one may have the error of all.
   const double slow =
       tolerance * std::sqrt(static_cast<double>(model.bodies())) * h * norm(model.description().gravity);
@@ -77,12 +79,12 @@ void solve_with_lookahead(const Model& model, const StepBodies& bodies, const As
     solver.clock.lap(report.timings.solve);
     solver.clock.solved(in_time);
   };
-  for (const bool last : {false, true}) {
+  for (int looks = 0;; ++looks) {
     // A hard solve takes all the time that it gets; a share is set aside for the look and the second solve.
     solver.clock.set_aside(solver.again ? 0 : step::share_of_look);
     solve();
     solver.clock.set_aside(0);
-    if (last || solver.clock.over(report.timings.collision)) return;
+    if (looks == (off("looks") ? 1 : step::most_looks) || solver.clock.over(report.timings.collision)) return;
     const std::size_t known = contacts.size();
     finder.find_unforeseen(reach, contacts);
     solver.clock.lap(report.timings.collision);
@@ -94,7 +96,7 @@ void solve_with_lookahead(const Model& model, const StepBodies& bodies, const As
     const double turned =
         turning ? turn_contacts(reach, bodies.free, enough, finder, vi.turns, *vi.problem) : 0;
     solver.clock.lap(report.timings.assembly);
-    if (!found && !(turned > enough)) return;
+    if (!found && turned == 0) return;
     if (!found) vi.x0 = vi.solution.x;
     solver.again = true;
     solver.missed = solver.missed || vi.solution.status != Status::converged;

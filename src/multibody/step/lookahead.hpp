@@ -41,8 +41,9 @@ double enough_of_a_turn(const Model& model, double h);
 void take_in(const StepBodies& bodies, const Assembly& assembly, std::vector<Contact>& contacts,
              std::size_t known, StepProblem& vi);
 
-// Solves the VI, looks where its velocities lead, and solves once more if that brings contacts that nobody
-// could foresee or if contacts turn otherwise than predicted. `after` are the velocities of the last solve.
+// Solves the VI, looks where its velocities lead, and solves again as long as that brings contacts that
+// nobody could foresee or if contacts turn otherwise than predicted. `after` are the velocities of the last
+// solve.
 void solve_with_lookahead(const Model& model, const StepBodies& bodies, const Assembly& assembly,
                           double margin, StepSolver solver, ContactFinder& finder,
                           std::vector<Contact>& contacts, StepProblem& vi, BodyVelocities& after,

@@ -12,6 +12,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "amontons/base/ablation.hpp"
 #include "amontons/multibody/joints/coordinates.hpp"
 #include "amontons/solvers/solvers.hpp"
 #include "multibody/bodies/motion.hpp"
@@ -186,13 +187,13 @@ bool correct_positions(const PositionInput& in, StepClock& clock, Elimination& e
   BodyVelocities p = displacements(in, rest, rows, clock, end, elimination, report);
   if (p.empty()) return false;
   // A displacement is linear: where bodies would turn by more, inequalities ask for a part of it only.
-  if (const double turn = h * turning(p); turn > step::largest_turn) {
+  if (const double turn = h * turning(p); turn > step::largest_turn && !off("positions after turn limit")) {
     const double share = step::largest_turn / turn;
     rows = position_rows(in, rest, state, share * std::min(in.speed, error / h));
     p = displacements(in, rest, rows, clock, end, elimination, report);
     if (p.empty()) return false;
   }
-  stop_at_fixed(in, p);
+  if (!off("positions stop at fixed")) stop_at_fixed(in, p);
   for (std::size_t i = 0; i < p.size(); ++i) {
     if (!in.model.is_dynamic(static_cast<Index>(i)) || !is_finite(p[i].linear) || !is_finite(p[i].angular))
       continue;

@@ -35,7 +35,10 @@ class StepClock {
   void solved(bool in_time) { solved_ = in_time ? std::min(elapsed(), budget_) : elapsed(); }
   double since_solved() const { return elapsed() - solved_; }
   // For the deadline of a solve: a moment even when the budget is spent, infinite without one.
-  double left() const { return budget_ < infinity ? std::max(1e-6, budget_ - aside_ - elapsed()) : infinity; }
+  double left() const {
+    constexpr double moment = 1e-6;  // not tuned: s
+    return budget_ < infinity ? std::max(moment, budget_ - aside_ - elapsed()) : infinity;
+  }
   // Whether the budget does not hold so much more (s).
   bool over(double more = 0) const { return budget_ < infinity && elapsed() + more >= budget_ - aside_; }
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "amontons/base/ablation.hpp"
 #include "amontons/solvers/driver/driver.hpp"
 #include "multibody/contacts/contact_law.hpp"
 #include "multibody/step/assemble.hpp"
@@ -55,7 +56,7 @@ EnergyBalance scale_impulses(const SafeStepInput& in, StepPath& path) {
     return energy_balance(energy, in.energy);
   };
   EnergyBalance balance = balance_at(1);
-  if (balance.holds()) return balance;
+  if (balance.holds() || off("scale impulses")) return balance;
   const auto work_at = [&](double s) {
     scale_to(in, x, s);
     return work_along_mean(energy, in.energy);
@@ -75,6 +76,7 @@ EnergyBalance scale_impulses(const SafeStepInput& in, StepPath& path) {
 
 // Stage 3, docs/algorithm.md: of a body that has left through its floor nothing comes back.
 bool stop_bodies(const SafeStepInput& in) {
+  if (off("stop bodies")) return false;
   const double h = in.assembly.h, error = in.assembly.most_closed;
   slow_spins(in.model, in.bodies.start, h, in.after);
   const std::size_t known = in.contacts.size();

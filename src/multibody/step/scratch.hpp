@@ -18,7 +18,8 @@ struct StepScratch {
   BodyFrames frames;
   JointContexts joints;
   JointError joint_error;
-  double line_error = 0;  // of couplings and tendons, m
+  double line_error = 0;      // of couplings and tendons, m
+  double last_error = 1e300;  // not tuned: of joints a step before, m
   BodyMobilities mobility, stiffened;
   BodyVelocities start, free, after;
   EnergyScratch energy;

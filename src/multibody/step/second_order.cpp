@@ -183,22 +183,12 @@ static Vec3 turn_of(const Contact& c, const Contact& middle, const BodyVelocitie
   // Tangents are carried from the one normal to the other by the rotation that turns it there.
   const Vec3 axis = cross(middle.normal, c.normal);
   const double sine = norm(axis);
-  if (sine > std::sin(step::most_normal_turn) || dot(middle.normal, c.normal) < 0) return {};
+  if (sine > std::sin(0.5) || dot(middle.normal, c.normal) < 0) return {};
   Vec3 u = relative_motion(middle, v).linear;
   if (sine > 0) u = rotate(exponential((std::asin(std::min(sine, 1.0)) / sine) * axis), u);
   double turn[3];
   ContactBasis(c).to_contact(u - relative_motion(c, v).linear, turn);
   return {turn[0], turn[1], turn[2]};
-}
-
-// Puts `turn` in the place of `old`, in b too; the largest change.
-static double exchange_turn(const Vec3& turn, Vec3& old, double* b) {
-  const Vec3 change = turn - old;
-  b[0] += change.x;
-  b[1] += change.y;
-  b[2] += change.z;
-  old = turn;
-  return std::max({std::abs(change.x), std::abs(change.y), std::abs(change.z)});
 }
 
 // The largest speed (m/s) of a point of contact, of either body, with the velocities v.
@@ -234,9 +224,18 @@ double turn_contacts(const Reach& reach, const BodyVelocities& free, double leas
   for (std::size_t i = 0; i < contacts.size(); ++i) {
     const double size = norm(turns.found[i]);
     if (size < least || !(size <= most)) turns.found[i] = {};
-    double* b = &problem.b[problem.graph.first_row[i]];
-    change = std::max(change, exchange_turn(turns.found[i], turns.added[i], b));
+    const Vec3 d = turns.found[i] - turns.added[i];
+    change = std::max({change, std::abs(d.x), std::abs(d.y), std::abs(d.z)});
   }
+  if (!(change > least)) return 0;
+  for (std::size_t i = 0; i < contacts.size(); ++i) {
+    const Vec3 d = turns.found[i] - turns.added[i];
+    double* b = &problem.b[problem.graph.first_row[i]];
+    b[0] += d.x;
+    b[1] += d.y;
+    b[2] += d.z;
+  }
+  turns.added = turns.found;
   return change;
 }
 

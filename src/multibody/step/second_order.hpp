@@ -35,7 +35,7 @@ struct ContactTurns {
 };
 // Adds to b of the contacts that turn as bodies roll, for bodies that move with v, in the place of what was
 // added before. Turns below `least` (m/s) are none, nor those that are no size to the free velocities.
-// Returns the largest change.
+// Returns the largest change; one below `least` is none, and b stays as it was.
 double turn_contacts(const Reach& reach, const BodyVelocities& free, double least, ContactFinder& finder,
                      ContactTurns& turns, Problem& problem);
 

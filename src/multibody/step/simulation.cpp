@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "amontons/base/ablation.hpp"
 #include "amontons/base/error.hpp"
 #include "amontons/base/patience.hpp"
 #include "amontons/solvers/solvers.hpp"
@@ -75,10 +76,13 @@ void Simulation::reset() {
 }
 
 // Automatic options follow from the model, not from the state: they stay the same for a whole run.
-double Simulation::margin() const { return options_.margin > 0 ? options_.margin : model_->length() / 50; }
+double Simulation::margin() const {
+  constexpr double share = 0.02;  // not tuned: a default, SimulationOptions
+  return options_.margin > 0 ? options_.margin : share * model_->length();
+}
 double Simulation::recovery_speed() const {
   if (options_.recovery_speed > 0) return options_.recovery_speed;
-  return (options_.recovery == Recovery::projection ? 10 : 1) * model_->length();
+  return (options_.recovery == Recovery::projection ? 10 : 1) * model_->length();  // not tuned: a default
 }
 double Simulation::restitution_speed() const {
   return options_.restitution_speed > 0 ? options_.restitution_speed
@@ -121,19 +125,22 @@ void Simulation::make_step(Report& report) {
   clock.keep_free(s.reserved);
   const Patience allowance(infinity);  // its work is limited once the size of the step is known
   s.before = state_;
-  const unsigned most_parts = std::max(options_.max_substeps, step::parts_for_energy);
+  const unsigned most_parts = std::max(options_.max_substeps, off("parts") ? 1 : step::parts_for_energy);
   try {
-    for (Attempt attempt{1, options_.recovery == Recovery::velocity, false};;) {
-      attempt.is_last = attempt.damped && attempt.parts >= most_parts;
-      if (!try_step(attempt, clock, report)) {
-        if (attempt.damped) attempt.parts *= 2;
-        attempt.damped = true;
+    const bool by_velocities = options_.recovery == Recovery::velocity;
+    for (Attempt attempt{1, by_velocities, by_velocities, false};;) {
+      attempt.is_last = (attempt.damped || off("damped")) && !attempt.recovers && attempt.parts >= most_parts;
+      const bool balanced = try_step(attempt, clock, report);
+      const Timings& t = report.timings;
+      if (balanced && (report.is_sound() || Patience::interrupted() ||
+                       clock.over(t.assembly + t.collision + t.integration)))
+        break;
+      if (attempt.recovers) {
+        attempt.recovers = false;  // joints may forbid what velocities should take back
       } else {
-        const Timings& t = report.timings;
-        attempt.parts *= 2;
-        if (report.is_sound() || Patience::interrupted() || attempt.parts > options_.max_substeps ||
-            clock.over(t.assembly + t.collision + t.integration))
-          break;
+        if (attempt.damped || balanced) attempt.parts *= 2;
+        if (balanced && attempt.parts > options_.max_substeps) break;
+        attempt.damped = attempt.damped || !balanced;
       }
       state_ = s.before;
     }

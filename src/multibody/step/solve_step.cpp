@@ -5,6 +5,7 @@
 
 #include <algorithm>
 
+#include "amontons/base/ablation.hpp"
 #include "amontons/problem/residual.hpp"
 #include "amontons/solvers/driver/phases.hpp"
 #include "amontons/solvers/solvers.hpp"
@@ -96,7 +97,7 @@ void go_on(const StepSolver& solver, const Problem& problem, Options options, do
 // Goes on until light bodies are right in their own measure, as far as they come: the tolerance of the step
 // is kept already.
 Solution solve_for_light_bodies(const StepSolver& solver, const Problem& problem, Solution s) {
-  if (s.status != Status::converged) return s;
+  if (s.status != Status::converged || off("light bodies")) return s;
   Options options = solver.options;
   const double finer = tolerance_for_light_bodies(problem, options.law, s, solver.fastest, options.tolerance);
   if (!(finer < options.tolerance)) return s;
@@ -119,7 +120,7 @@ Solution solve_from(const StepSolver& solver, const Problem& problem, std::span<
   const double tolerance = options.tolerance, start = look_at_start(problem, options, memory);
   if (!(start <= std::min(step::near_rest * tolerance, std::max(step::three_digits, tolerance))))
     return solve_with(solver, problem, options, std::move(memory));
-  if (start <= (solver.at_rest ? 1 : step::direct_start) * tolerance)
+  if (start <= (solver.at_rest || off("direct start") ? 1 : step::direct_start) * tolerance)
     return accepted(problem, std::move(memory), start);
   if (solver.method == "auto" && solve_directly(problem, options, solver.elimination, memory)) {
     ++solver.solves;
@@ -129,7 +130,7 @@ Solution solve_from(const StepSolver& solver, const Problem& problem, std::span<
     look_at_start(problem, options, memory);
     return accepted(problem, std::move(memory), start);
   }
-  if (!solver.again) options.tolerance = step::aim_at_rest * tolerance;
+  if (!solver.again) options.tolerance = 0.5 * tolerance;
   ++solver.solves;
   Solution s = solver.method == "auto" ? solve_by_race(problem, options, solver.elimination)
                                        : solve(problem, solver.method, options);
@@ -147,7 +148,7 @@ double most_work(std::size_t blocks) {
 }
 
 Patience share_of_step(bool missed, double seconds) {
-  const double share = missed ? step::work_after_miss : step::work_of_solve;
+  const double share = missed && !off("share after a miss") ? step::work_after_miss : 0.5;
   return Patience(seconds, {}, Patience::Catches::no, share * Patience::work_left());
 }
 

@@ -2,7 +2,9 @@
 // names what it reads and, last, what it writes.
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
+#include "amontons/base/ablation.hpp"
 #include "amontons/base/patience.hpp"
 #include "amontons/multibody/joints/actuators.hpp"
 #include "amontons/multibody/joints/coordinates.hpp"
@@ -32,7 +34,7 @@ Options solver_options(const SimulationOptions& o) {
   options.tolerance = o.tolerance;
   options.max_iterations = o.max_iterations;
   options.threads = o.threads;
-  options.worst_start = step::worst_start;
+  options.worst_start = off("worst start") ? 1 : step::worst_start;
   return options;
 }
 
@@ -141,7 +143,7 @@ Assembly Simulation::pose_problem(double h, bool damped, double recovery, const 
   s.vi.x0.clear();
   s.vi.turns.added.clear();
   if (options_.warm_start) warm_start(model, state_, h, s.frames, contacts_, s.vi);
-  if (!damped && !contacts_.empty() && !clock.over(2 * search)) {
+  if (!damped && !contacts_.empty() && !clock.over(2 * search) && !off("turn contacts")) {
     predict(s.start, s.free, s.vi, s.after);
     turn_contacts({model, s.frames, s.after, h, margin()}, s.free, enough_of_a_turn(model, h), s.finder,
                   s.vi.turns, *s.vi.problem);
@@ -187,12 +189,14 @@ bool Simulation::advance(double h, const Attempt& attempt, StepClock& clock, Rep
   const bool damped = attempt.damped;
   StepScratch& s = *scratch_;
   const Model& model = *model_;
-  const double recovery = options_.recovery == Recovery::velocity ? recovery_speed() : 0;
+  const double recovery = attempt.recovers ? recovery_speed() : 0;
   const JointOptions joint_options{h, recovery, model.length()};
   // 1. and 2.
   const double begun = clock.elapsed();
   observe(h, damped, clock, report);
   add_errors(s.joint_error, s.line_error, contacts_, report);
+  const double error = std::max(s.joint_error.distance, model.length() * s.joint_error.angle);
+  report.joints_close = error < std::exchange(s.last_error, error);
   const double search = clock.elapsed() - begun;
   const bool corrected = correct(h, damped, joint_options, search, clock, report);
   // 3. Impacts, over before stiffness could act, change the start velocities; the free ones follow from both.

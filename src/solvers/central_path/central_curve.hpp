@@ -7,6 +7,7 @@
 
 #include "amontons/problem/residual.hpp"
 #include "amontons/sets/barriers.hpp"
+#include "solvers/central_path/policy.hpp"
 
 namespace amontons {
 
@@ -87,8 +88,6 @@ class CentralCurve {
   Barriers before_;
   double t_before_ = 1, dt_ = 0, step_ = 0;
   int back_steps_ = 0;
-  // The most that a step aims at now, in parts of t.
-  double most_part_ = 1;
   // Rows in which lengths are measured: not those that are free or that have no room.
   std::vector<char> counts_;
   std::vector<double> R_, BT_;
@@ -97,35 +96,22 @@ class CentralCurve {
   Direction back_, along_, trial_, corrected_;
 };
 
-namespace central_curve {
+namespace curve {
 
-// Of t: how far the kink of the De Saxce term is rounded off.
-inline constexpr double rounding = 0.8;
-// Of the way to the boundary: where the curve bends, where it hardly does, and back to the curve.
-inline constexpr double fraction = 0.8, most_fraction = 0.99, fraction_back = 0.9;
-// The length of the way back to the curve, of one block, beyond which a step does nothing else.
-inline constexpr double neighbourhood = 1.5;
-// The least t that a step aims at and the most that it rises by, in parts of t; times the way to the
-// boundary.
-inline constexpr double least_target = 0.01, most_rise = 0.5, beyond = 2;
-// Of the length of a step: what its correction may be, unless it is short; how much of the step the boundary
-// leaves. Otherwise the step is halved; the last half of all goes straight on.
-inline constexpr double most_bend = 0.7, short_bend = 0.3, least_free = 0.5;
+// Shares that are halves, and lengths twice the unit: round numbers, which their neighbours do not beat. The
+// most that t rises by in a step, and falls by in a step back, beyond which the curve bends away from where
+// it is sought; how much of a step the boundary leaves; t beyond a fold, relative to that before it, below
+// which the step has come to another piece of the curve, on which it might lead round and round; the length
+// of such a step when it is done again.
+inline constexpr double most_rise = 0.5, most_fall = 0.5, least_free = 0.5, far_from_fold = 0.5,
+                        shorter = 0.5;
+// The aim of a step, in ways to the boundary; the way back to the curve, of one block, beyond which a step
+// does nothing else.
+inline constexpr double beyond = 2, neighbourhood = 2;
+// Halvings of a step; the last one goes straight on.
 inline constexpr int most_halvings = 6;
-// Close to a fold t hardly changes. A step that ends beyond one with less than this part of its t has come to
-// another piece of the curve, on which it might lead round and round: it is done again, shorter.
-inline constexpr double far_from_fold = 0.5, shorter = 0.25;
-// Folds come in flocks: what a step may aim at after such a one, and by how much more from step to step.
-inline constexpr double less_aim = 0.5, least_aim = 0.3, more_aim = 1.5;
-// Of t, in a step back: beyond, the curve bends away from where it is sought, and every step ends closer to
-// the boundary.
-inline constexpr double most_fall = 0.2;
-// Steps back to the curve in a row: where they do not lead there, the last one along it was too long as well.
-inline constexpr int most_back = 5;
-// Steps this short lead nowhere; nor does a curve that runs off, in t or in x, whose order is one.
-inline constexpr double shortest_step = 1e-4, largest_t = 10, largest_x = 1e8;
 
-}  // namespace central_curve
+}  // namespace curve
 
 template <class System>
 void CentralCurve<System>::start(System& system, const SetProduct& K, Law law) {
@@ -137,7 +123,6 @@ void CentralCurve<System>::start(System& system, const SetProduct& K, Law law) {
   t_before_ = 1;
   step_ = 0;
   back_steps_ = 0;
-  most_part_ = 1;
   const std::size_t m = K.rows();
   for (std::vector<double>* v : {&F_, &F_start_, &F_t_, &bent_, &x_, &u_, &rho_}) v->assign(m, 0.0);
   for (Direction* d : {&back_, &along_, &trial_, &corrected_}) {
@@ -182,7 +167,7 @@ void CentralCurve<System>::linearise() {
     }
     if constexpr (S::frictional) {
       if (law_ != Law::coulomb || !set.has_friction()) return;
-      const double epsilon = central_curve::rounding * t_, s = set.saxce(w), rounded = std::hypot(s, epsilon);
+      const double epsilon = curve::rounding * t_, s = set.saxce(w), rounded = std::hypot(s, epsilon);
       F_[row] -= rounded;
       F_t_[row] -= epsilon * epsilon / rounded;
       if (!(s > 0)) return;
@@ -278,7 +263,7 @@ bool CentralCurve<System>::bend(Direction& d) {
       double w[n], end[n], g[n];
       barrier.dual(w);
       barrier.dual(end, 1);
-      const double epsilon = central_curve::rounding * t_, s = set.saxce(w), rounded = std::hypot(s, epsilon);
+      const double epsilon = curve::rounding * t_, s = set.saxce(w), rounded = std::hypot(s, epsilon);
       double linear = rounded + d.dt * epsilon * epsilon / rounded;
       if (s > 0) {
         set.saxce_gradient(w, g);
@@ -298,9 +283,9 @@ bool CentralCurve<System>::bend(Direction& d) {
 // Across the curve; where that does not lead to it soon, the last step along it was too long.
 template <class System>
 bool CentralCurve<System>::back() {
-  if (++back_steps_ > central_curve::most_back && step_ > 0) return shorten();
-  const double step = std::min(1.0, central_curve::fraction_back * longest_step(back_));
-  if (!(step > central_curve::shortest_step)) return false;
+  if (++back_steps_ > curve::most_back && step_ > 0) return shorten();
+  const double step = std::min(1.0, curve::fraction_back * longest_step(back_));
+  if (!(step > curve::shortest_step)) return false;
   go(t_, back_.dt, step);
   return true;
 }
@@ -308,7 +293,7 @@ bool CentralCurve<System>::back() {
 template <class System>
 bool CentralCurve<System>::move(const Direction& d, double share) {
   step_ = std::min(1.0, share * longest_step(d));
-  if (!(step_ > central_curve::shortest_step)) return false;
+  if (!(step_ > curve::shortest_step)) return false;
   before_ = barriers_;
   t_before_ = t_;
   dt_ = d.dt;
@@ -319,9 +304,8 @@ bool CentralCurve<System>::move(const Direction& d, double share) {
 // The last step along the curve again, with a part of its length.
 template <class System>
 bool CentralCurve<System>::shorten() {
-  step_ *= central_curve::shorter;
-  if (!(step_ > central_curve::shortest_step)) return false;
-  most_part_ = std::max(central_curve::less_aim * most_part_, central_curve::least_aim);
+  step_ *= curve::shorter;
+  if (!(step_ > curve::shortest_step)) return false;
   back_steps_ = 0;
   barriers_ = before_;
   go(t_before_, dt_, step_);
@@ -344,7 +328,7 @@ bool CentralCurve<System>::find_directions() {
   along_.dt = 1;
   if (!solve(F_, back_, 0) || !solve(F_t_, along_, 0)) return false;
   const double speed = norm(along_);
-  add(back_, std::max(-central_curve::most_fall, -inner(back_, along_) / (speed * speed)), along_);
+  add(back_, std::max(-curve::most_fall, -inner(back_, along_) / (speed * speed)), along_);
   recover(back_, false);
   return true;
 }
@@ -353,23 +337,19 @@ bool CentralCurve<System>::find_directions() {
 // there is no way.
 template <class System>
 double CentralCurve<System>::first_part(bool falls) {
-  namespace c = central_curve;
+  namespace c = curve;
   trial_ = back_;
   add(trial_, falls ? -1 : 1, along_);
   recover(trial_, false);
   const double free = std::min(1.0, longest_step(trial_)), rest = 1 - free;
   const double part = falls ? 1 - std::max(rest * rest * rest, c::least_target) : c::most_rise;
-  const double most = std::min(most_part_, c::beyond * free);
-  most_part_ = std::min(1.0, c::more_aim * most_part_);
-  return std::min(part, most);
+  return std::min(part, c::beyond * free);
 }
 
 template <class System>
 bool CentralCurve<System>::step() {
-  namespace c = central_curve;
+  namespace c = curve;
   linearise();
-  const auto off = [](double x) { return !(std::abs(x) < c::largest_x); };
-  if (t_ > c::largest_t || std::any_of(x_.begin(), x_.end(), off)) return false;
   const int sign = system_->factor(R_, BT_);
   if (sign == 0) return false;
   if (first_sign_ == 0) first_sign_ = sign_before_ = sign;
@@ -388,7 +368,7 @@ bool CentralCurve<System>::step() {
     recover(trial_, false);
     if (!bend(trial_)) return false;
     const double share = norm(corrected_) / (part * speed);
-    const bool bends = share > c::most_bend && share * part * speed > c::short_bend;
+    const bool bends = share > c::most_bend;
     const bool last = i == c::most_halvings, straight = last && bends;
     if (!straight) add(trial_, 1, corrected_);
     recover(trial_, !straight);

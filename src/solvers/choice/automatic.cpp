@@ -353,11 +353,12 @@ Solution race_islands(const Problem& problem, const Options& options, Eliminatio
 // favourite from the first; islands have what the tolerance of the whole leaves them.
 Solution automatic(const Problem& problem, const Options& options) {
   if (Solution s; accepts_start(problem, options, s)) return s;
-  if (problem.K.all_free()) {
+  const double direct = elimination_cost(problem, options);
+  // A linear system too large to be a contender's: conjugate gradients before a factorisation.
+  if (problem.K.all_free() && !std::isfinite(direct)) {
     Solution s = solve_one(problem, options);
     if (s.status != Status::stalled) return s;
   }
-  const double direct = elimination_cost(problem, options);
   if (std::isfinite(direct)) {
     const Costs costs = costs_of(problem);
     if (direct > (problem.K.all_free() ? linear_ahead : ahead) * costs.fused) {

@@ -33,9 +33,6 @@ namespace {
 constexpr double growth = 0.25;
 // Progress (of log residual) over half the work is taken to be at least this: 3 % in a whole doubling.
 constexpr double least_progress = 0.03;
-// The favourite does so many times the work of another that is nearly as near (residuals, in factors), then
-// that one has a turn.
-constexpr double lead = 4, nearly = 5;
 // A better x is one with a residual below this part of that from which a contender started last.
 constexpr double better_start = 0.3;
 // Each start that failed makes the next one of the same contender appear so much more expensive.
@@ -119,7 +116,7 @@ class Race {
 
   Solution run() {
     while (Runner* next = favourite()) {
-      turn(*overtaken(next));
+      turn(*next);
       if (ended_) break;
     }
     return result();
@@ -128,7 +125,6 @@ class Race {
  private:
   Runner* favourite();
   double analysed() const;
-  Runner* overtaken(Runner* favourite);
   void turn(Runner& r);
   void count_others(const Runner& r);
   void start(Runner& r);
@@ -207,17 +203,6 @@ Runner* Race::favourite() {
     factor_.analyse = nullptr;
     return this->favourite();
   }
-  return favourite;
-}
-
-// A method that creeps just above the tolerance expects little of the way to be left, and would keep its turn
-// for long: another that has come nearly as near, with much less work, has one in between.
-Runner* Race::overtaken(Runner* favourite) {
-  if (!favourite->run) return favourite;
-  for (Runner& r : runners_)
-    if (r.run && &r != favourite && r.spent(factor_) * lead < favourite->spent(factor_) &&
-        r.run->best_residual() < nearly * favourite->run->best_residual())
-      return &r;
   return favourite;
 }
 

@@ -6,6 +6,7 @@
 #include <numeric>
 #include <utility>
 
+#include "amontons/base/ablation.hpp"
 #include "amontons/base/patience.hpp"
 #include "amontons/problem/residual.hpp"
 #include "amontons/solvers/driver/driver.hpp"
@@ -106,7 +107,7 @@ double Elimination::Memory::form_u(Solution& s) const {
 double Elimination::Memory::complete(Solution& s) {
   reduction.recover(s.x);
   double bilateral = form_u(s);
-  for (int k = 0; k < direct::refinements &&
+  for (int k = 0; k < (off("refinements") ? 2 : direct::refinements) &&
                   bilateral > std::max(direct::bilateral_rounding, direct::aim * options->tolerance) * scale;
        ++k) {
     reduction.correct(s.u, s.x);
@@ -146,8 +147,8 @@ bool Elimination::solve(const Problem& problem, const Options& options, Solution
   // W has the rounding of a factorisation and the least compliance of K, which bodies of very different
   // masses may raise above the tolerance. The u of the problem itself then tells the q that would have been
   // right (defect correction).
-  for (int round = 1;
-       round < direct::most_rounds && s.residual > options.tolerance && m.solved() && !Patience::late();
+  for (int round = 1; round < (off("rounds") ? 1 : direct::most_rounds) && s.residual > options.tolerance &&
+                      m.solved() && !Patience::late();
        ++round) {
     for (std::size_t i = 0; i < m.reduction.islands(); ++i) m.reduction.shift(i, s.x, s.u);
     m.solve_islands(s.x, s);
@@ -200,7 +201,8 @@ bool Elimination::restore_joints(const Problem& problem, std::span<double> x) {
   if (!std::holds_alternative<ContactSystem>(problem.A)) return false;
   Mechanism& mechanism = memory_->mechanism;
   mechanism.analyse(problem, Mechanism::Scope::held);
-  if (mechanism.rows().empty() || mechanism.K().work() > direct::most_factor_work || !mechanism.factor(problem))
+  if (mechanism.rows().empty() || mechanism.K().work() > direct::most_factor_work ||
+      !mechanism.factor(problem))
     return false;
   Patience::spend(mechanism.K().work() / Patience::multiplications);
   mechanism.hold(problem, x, memory_->wrenches, memory_->z);

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "amontons/base/ablation.hpp"
 #include "amontons/base/patience.hpp"
 #include "amontons/problem/residual.hpp"
 #include "solvers/direct/policy.hpp"
@@ -11,9 +12,12 @@
 
 namespace amontons {
 
+// Multiplications of short rows in a unit of work, half of those of dense kernels.
+static constexpr double multiplications_in_unit = 0.5 * Patience::multiplications;
+
 const IslandSolver::Faces IslandSolver::at_once = {direct::steps_at_once, direct::stale_at_once,
                                                    direct::proximal_at_once, 1};
-const IslandSolver::Faces IslandSolver::carefully = {direct::steps_careful, direct::stale_careful,
+const IslandSolver::Faces IslandSolver::carefully = {2 * direct::steps_at_once, 2 * direct::stale_at_once,
                                                      direct::proximal_careful, direct::proximal_rise};
 
 // The mean of diag(W) per block scales the natural map of the steps; positive for blocks that nothing moves.
@@ -32,7 +36,7 @@ void IslandSolver::start(const Reduction::Island& island) {
   });
   result_ = {false, INFINITY, 0, 0};
   work_ = paid_ = 0;
-  most_work_ = direct::most_island_work + direct::most_island_work_per_cube * m * m * m;
+  most_work_ = direct::most_island_work + 2 * m * m * m;
 }
 
 // u += W x
@@ -80,16 +84,16 @@ IslandSolver::Result IslandSolver::solve(const Reduction::Island& island, Law la
   start(island);
   choose_start(x);
   if (result_.map > limits_.aim) find_faces(at_once);
-  if (is_unsolved()) {
+  if (is_unsolved() && !off("second search")) {
     go_to_best();
     find_faces(carefully);
   }
-  if (is_unsolved()) {
+  if (is_unsolved() && !off("descent")) {
     go_to_best();
     descend();
     find_faces(carefully);
   }
-  if (result_.map > limits_.target) follow_curve();
+  if (result_.map > limits_.target && !off("curve")) follow_curve();
   x = best_;
   unpaid_ += work_ - paid_;
   result_.solved = result_.map <= limits_.target;
@@ -120,7 +124,7 @@ bool IslandSolver::has_budget() {
 
 // Charges what was done since the last call, and sees whether that was all that may be.
 void IslandSolver::pay() {
-  Patience::spend(static_cast<double>(unpaid_ + work_ - paid_) / direct::island_multiplications);
+  Patience::spend(static_cast<double>(unpaid_ + work_ - paid_) / multiplications_in_unit);
   unpaid_ = 0;
   paid_ = work_;
   ended_ = ended_ || Patience::exhausted() || Patience::late() || Patience::interrupted();
@@ -141,9 +145,9 @@ void IslandSolver::find_faces(const Faces& how) {
     if (before <= limits_.target) return;
     stale = result_.map < before ? 0 : stale + 1;
     if (stale > 0)
-      sigma = std::min(direct::largest_proximal, how.rise * sigma);
+      sigma = std::min(1.0, how.rise * sigma);
     else if (result_.map > direct::slow_step * before)
-      sigma = std::max(direct::smallest_proximal, direct::proximal_fall * sigma);
+      sigma = std::max(direct::smallest_proximal, sigma / direct::proximal_rise);
   }
 }
 
@@ -163,8 +167,9 @@ bool IslandSolver::newton_step(double sigma) {
   return true;
 }
 
-// Accelerated projected gradients in the metric of W from the present x, as in first_order/apgd.cpp: all of them
-// cost less than the curve, and share loads evenly among redundant contacts, where Newton steps cannot tell.
+// Accelerated projected gradients in the metric of W from the present x, as in first_order/apgd.cpp: all of
+// them cost less than the curve, and share loads evenly among redundant contacts, where Newton steps cannot
+// tell.
 void IslandSolver::descend() {
   std::vector<double>&y = trial_, &u_y = trial_u_;
   y = x_;
@@ -222,8 +227,8 @@ void IslandSolver::follow_curve() {
   const std::size_t m = x_.size();
   // m^3 / 3 multiplications of a dense kernel, four in the time of one of the others, and the passes over
   // rows.
-  const std::size_t work_of_step = m * m * (m + 90) / 12;
-  const double left_to_all = std::max(0.0, Patience::work_left()) * direct::island_multiplications;
+  const std::size_t work_of_step = m * m * (m + 90) / 12;  // not tuned: counted
+  const double left_to_all = std::max(0.0, Patience::work_left()) * multiplications_in_unit;
   if (static_cast<double>(direct::usual_curve_steps * work_of_step) > direct::share_of_curve * left_to_all)
     return;
   most_work_ = work_ + direct::most_curve_steps * work_of_step + direct::most_island_work;

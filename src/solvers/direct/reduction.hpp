@@ -63,7 +63,7 @@ class Reduction {
     std::size_t size() const { return last - first; }
     std::size_t stride() const { return (size() + lanes - 1) / lanes * lanes; }
   };
-  static constexpr std::size_t lanes = 8;
+  static constexpr std::size_t lanes = 8;  // not tuned: of a vector
 
   bool find_islands(const Problem& problem, std::size_t most_rows);
   void fill_islands(const Problem& problem);

@@ -53,6 +53,8 @@ class Model {
   double rest_offset(Index geom) const { return rest_offset_[geom]; }
 
  private:
+  void weigh_mechanisms();
+
   ModelDescription d_;
   std::vector<std::size_t> first_dof_;
   std::vector<std::vector<Index>> dof_actuators_, tendon_actuators_;

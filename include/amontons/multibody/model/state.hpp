@@ -47,7 +47,6 @@ struct State {
   double time = 0;  // s
   std::uint64_t steps = 0;
   double impulse_step = 0;               // s, the time step that the impulses below belong to; 0: none yet
-  std::uint64_t unsolved = 0;            // steps in a row up to now of which an attempt missed by far
   std::vector<Vec3> positions;           // of the origin of each body frame, world, m
   std::vector<Quat> orientations;        // body axes into world axes
   std::vector<Vec3> linear_velocities;   // of the origin of each body frame, world, m/s

@@ -44,6 +44,7 @@ struct Report {
   double joint_error = 0, joint_angle_error = 0;  // m, rad, at the start of the step; the first one
                                                   // of couplings and limits of tendons too
   int worst_joint = -1;                           // that of the largest error; -1: none has one
+  bool joints_close = true;                       // that error is smaller than a step before
   // J. The energy of gravity and that of springs are those of half a step before the end: symplectic Euler
   // moves with the velocity at the end, so that T(v+) + V(q+) is off by h/2 v . grad V, while with V(q+ - h
   // v+ / 2) the sum is exact for projectiles and second order elsewhere.

@@ -1,6 +1,6 @@
 #pragma once
-#include "amontons/solvers/driver/options.hpp"
 #include "amontons/solvers/direct/elimination.hpp"
+#include "amontons/solvers/driver/options.hpp"
 
 namespace amontons {
 

@@ -119,7 +119,5 @@ def _state(reader: Reader, model: _core.Model, digest: np.ndarray[Any, Any]) -> 
     for name in reader.names():
         if name not in (*_SCALARS, DIGEST):
             arrays[name] = reader.finite(name, reader.array(name, "f"))
-    if np.any(np.mod(arrays.get("unsolved", np.zeros(1)), 1)):
-        raise reader.fail(f"{reader.name('unsolved')} must be a whole number of steps")
     with reader.meaning("/state"):
         return _core.State(model, arrays=arrays, **scalars)
