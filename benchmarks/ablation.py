@@ -42,7 +42,7 @@ STEP, SOLVER = "step", "solver"
 REPAIRS: dict[str, tuple[str, ...]] = {
     STEP: (
         "closing", "deep", "slack", "parts", "damped", "scale impulses", "along motion", "lightness",
-        "at rest", "keep carrying", "light bodies", "stop bodies", "slow spins", "direct start", "looks",
+        "at rest", "light bodies", "stop bodies", "slow spins", "direct start", "looks",
         "turn contacts", "worst start", "share after a miss", "limit energy", "reflections",
         "positions after turn limit", "positions stop at fixed",
     ),

@@ -1,7 +1,5 @@
 // What a search for contacts reads.
 #pragma once
-#include <span>
-
 #include "amontons/multibody/bodies/bodies.hpp"
 #include "amontons/problem/contact.hpp"
 #include "multibody/contacts/contact_law.hpp"
@@ -14,8 +12,6 @@ struct Reach {
   const BodyFrames& bodies;
   const BodyVelocities& v;
   double h, margin;
-  // Contacts of the last step that carried an impulse, sorted by pair (State::contacts).
-  std::span<const Contact> carried = {};
 };
 
 // How fast the gap of a contact opens, and what it is at the end of the step.

@@ -2,8 +2,6 @@
 
 #include <algorithm>
 
-#include "amontons/base/ablation.hpp"
-
 namespace amontons {
 
 namespace {
@@ -58,30 +56,8 @@ void RedundantPoints::choose(const Reach& reach, std::span<const Contact> contac
                      [&](const SupportPoint& p) { return std::min(p.gap, p.end) <= reach_of(reach); }))
       continue;
     kept_.assign(group_.size(), group_.size() <= few);
-    if (group_.size() > few) {
-      keep_carrying(reach, contacts);
-      support_.select(points_, contacts[i].normal, tolerance_of(reach), kept_);
-    }
+    if (group_.size() > few) support_.select(points_, contacts[i].normal, tolerance_of(reach), kept_);
     for (std::size_t k = 0; k < group_.size(); ++k) needed_[group_[k]] = kept_[k];
-  }
-}
-
-// Which points are chosen depends on gaps that differ by nanometres. A point that carries an impulse stays
-// chosen from step to step: another set of points would carry other impulses, and no start would be a
-// solution. It is the same point if it lies within the tolerance of where it was in the frame of body A.
-void RedundantPoints::keep_carrying(const Reach& reach, std::span<const Contact> contacts) {
-  const Contact& any = contacts[group_[0]];
-  const auto [first, last] =
-      std::equal_range(reach.carried.begin(), reach.carried.end(), any,
-                       [](const Contact& a, const Contact& b) { return pair_of(a) < pair_of(b); });
-  if (first == last || off("keep carrying")) return;
-  const Transform to_local = inverse(reach.bodies[any.body_a].pose);
-  const double same = tolerance_of(reach) * tolerance_of(reach), closed = 1e-4 * reach.margin;
-  for (std::size_t k = 0; k < group_.size(); ++k) {
-    const Vec3 local = to_local(contacts[group_[k]].point);
-    kept_[k] = contacts[group_[k]].gap <= closed && std::any_of(first, last, [&](const Contact& c) {
-                 return norm_squared(c.local - local) <= same;
-               });
   }
 }
 

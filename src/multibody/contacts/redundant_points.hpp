@@ -29,8 +29,6 @@ class RedundantPoints {
  private:
   // Marks in needed_ which of contacts[first, last) of one pair are, group by group of about one normal.
   void choose(const Reach& reach, std::span<const Contact> contacts);
-  // Marks in kept_ the points of the group that carried an impulse in the last step.
-  void keep_carrying(const Reach& reach, std::span<const Contact> contacts);
 
   std::vector<Contact> spare_, called_;
   SupportPoints support_;

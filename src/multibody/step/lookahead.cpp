@@ -88,7 +88,9 @@ void solve_with_lookahead(const Model& model, const StepBodies& bodies, const As
     const std::size_t known = contacts.size();
     finder.find_unforeseen(reach, contacts);
     solver.clock.lap(report.timings.collision);
-    const bool turning = !vi.turns.added.empty(), found = contacts.size() > known;
+    const bool found = contacts.size() > known;
+    // Turns follow the velocities once, and with new contacts.
+    const bool turning = !vi.turns.added.empty() && (found || looks == 0);
     if (found) {
       take_in(bodies, assembly, contacts, known, vi);
       vi.turns.added.clear();

@@ -95,7 +95,7 @@ void Simulation::observe(double h, bool damped, StepClock& clock, Report& report
   add_fluid_loads(model, s.frames, s.mobility, s.start, h, s.loads);
   make_free_velocities(model, state_, h, s.frames, s.mobility, s.start, s.loads, damped, s.free, s.spins);
   clock.lap(report.timings.assembly);
-  s.finder.find({model, s.frames, s.free, h, margin(), state_.contacts}, contacts_);
+  s.finder.find({model, s.frames, s.free, h, margin()}, contacts_);
   clock.lap(report.timings.collision);
   // The size of the step is known: so is the work that it may do. A limit of the user's own takes its place.
   if (options_.max_iterations == 0 && Patience::work_left() == Patience::infinite_work)
