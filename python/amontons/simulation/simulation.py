@@ -84,8 +84,8 @@ class Simulation(Driving):
     """called with the simulation before each step, to set forces, torques and targets; they make no steps"""
     _in_callback = False
 
-    _apart: frozenset[int] = frozenset()
-    """Joints about which a warning was given."""
+    _apart: float = 0.0
+    """The error of a joint (m) about which the last warning was given."""
 
     @guided
     def __init__(
@@ -241,14 +241,13 @@ class Simulation(Driving):
         warnings.warn(message, StepWarning, stacklevel=stacklevel)
 
     def _check_joints(self, last: _core.Report, stacklevel: int) -> None:
-        """Warn once about a joint that stays apart by more than a thousandth of Model.length."""
+        """Warn about a joint that stays apart by more than Model.length / 1000; again at twice the error."""
         length = self._model.length
         error = max(last.joint_error, length * last.joint_angle_error)
-        joint = last.worst_joint
-        if last.joints_close or error <= length / 1000 or joint < 0 or joint in self._apart:
+        if last.joints_close or last.worst_joint < 0 or error <= max(length / 1000, 2 * self._apart):
             return
-        self._apart |= {joint}
-        name = visible(self._model.joint_names[joint])
+        self._apart = error
+        name = visible(self._model.joint_names[last.worst_joint])
         message = (
             f'joint "{name}" is apart by {error:.2g} m at t = {last.time:g} s (angles times Model.length): '
             "its constraints contradict others, or dt is too long for the motion"

@@ -27,7 +27,7 @@ struct RowInput {
   const JointOptions& options;
 };
 
-// Of the equality C = error with the compliance e, 0 for a rigid one. `inverse_mass` is D M^-1 D', times
+// E and c of the equality C = error with the compliance e (0: rigid). `inverse_mass` is D M^-1 D' times
 // Model::lightness() of the bodies.
 RowTerms equality_terms(double error, double e, double inverse_mass, const JointOptions& options);
 // c of a rigid inequality: a gap may close within the step; a negative one is taken back as an error.

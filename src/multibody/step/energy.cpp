@@ -1,7 +1,7 @@
-// docs/algorithm.md (29): impulses x act along the mean of the velocities before and after them: their work
-// is x' (u- + u+) / 2 with u = D v, and for any x it is the change of the kinetic energy that is theirs. Of a
-// contact u has the velocity of its surfaces, and bodies that are driven move in it: what they do to others
-// is no energy from nothing.
+// docs/algorithm.md (29). Impulses x act along the mean of the velocities before and after them. Their work
+// is x' (u- + u+) / 2 with u = D v, and equals the change of kinetic energy that they make, for any x. The u
+// of a contact contains the velocity of its surfaces. Driven bodies move in u: what they do to others is no
+// energy from nothing.
 #include "multibody/step/energy.hpp"
 
 #include <algorithm>
@@ -16,9 +16,8 @@ namespace amontons {
 
 namespace {
 
-// Of an impulse along a row or at a contact: the work that can only dissipate less the work on bodies that
-// impulses move. Where no other moves (`driven`) that is nothing, and what can only dissipate need not be
-// looked at.
+// What a row or contact adds to the work that can only dissipate, beyond the work of its impulse on dynamic
+// bodies, which along_mean() has summed already. It is zero for a dissipative row between dynamic bodies.
 double beyond_bodies(bool dissipates, double of_all, double of_moved) {
   return dissipates ? of_all - of_moved : -of_moved;
 }

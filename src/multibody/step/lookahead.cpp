@@ -61,6 +61,12 @@ static bool is_at_rest(const Model& model, const StepBodies& bodies, const StepP
   return std::all_of(v.begin(), v.end(), is_slow);
 }
 
+// What is driven goes on.
+static void stop(const Model& model, BodyVelocities& v) {
+  for (std::size_t i = 0; i < v.size(); ++i)
+    if (model.is_dynamic(static_cast<Index>(i))) v[i] = {};
+}
+
 void solve_with_lookahead(const Model& model, const StepBodies& bodies, const Assembly& assembly,
                           double margin, StepSolver solver, ContactFinder& finder,
                           std::vector<Contact>& contacts, StepProblem& vi, BodyVelocities& after,
@@ -74,8 +80,7 @@ void solve_with_lookahead(const Model& model, const StepBodies& bodies, const As
     add_cost(vi.solution, report);
     after = bodies.free;
     apply_impulses(*vi.problem, vi.solution.x, after);
-    if (solver.at_rest && is_accepted_start(vi.solution))
-      std::fill(after.begin(), after.end(), BodyVelocity{});
+    if (solver.at_rest && is_accepted_start(vi.solution)) stop(model, after);
     solver.clock.lap(report.timings.solve);
     solver.clock.solved(in_time);
   };

@@ -30,19 +30,13 @@ void scale_to(const SafeStepInput& in, const std::vector<double>& x, double s) {
   apply_impulses(*in.vi.problem, solution.x, in.after);
 }
 
-// The largest s in [0, 1] at which the work J(s) = a + b s + c s^2 is not positive, from J at 0, 1/2 and 1; 0
-// if there is none.
+// The largest s in [0, 1] at which the work J(s) = none + b s + c s^2 is not positive, from J at 0, 1/2 and
+// 1, where J(1) > 0; 0 if there is none. J is not positive up to its smaller root for c < 0, and between its
+// roots for c > 0: both ends are the same root of the formula.
 double largest_passive_share(double none, double half, double whole) {
-  const double a = none, c = 2 * (whole - 2 * half + none), b = whole - none - c;
-  if (whole <= 0) return 1;
-  if (c == 0) return b > 0 ? std::clamp(-a / b, 0.0, 1.0) : 0;
-  const double root = b * b - 4 * a * c;
-  if (!(root >= 0)) return 0;
-  const double s = (-b + (c > 0 ? -1 : 1) * std::sqrt(root)) / (2 * c);
-  const double other = (-b + (c > 0 ? 1 : -1) * std::sqrt(root)) / (2 * c);
-  // J is positive at 1: it is not positive up to its smaller root for c < 0, between its roots for c > 0.
-  const double share = c > 0 ? other : std::min(s, other);
-  return share > 0 && share <= 1 ? share : 0;
+  const double c = 2 * (whole - 2 * half + none), b = whole - none - c;
+  const double share = c != 0 ? (-b + std::sqrt(b * b - 4 * none * c)) / (2 * c) : -none / b;
+  return share > 0 && share <= 1 ? share : 0;  // not of NaN: there is no root
 }
 
 // Stages 1 and 2. The work of impulses, with joints that hold, is a quadratic in the scale of the others.
@@ -74,7 +68,8 @@ EnergyBalance scale_impulses(const SafeStepInput& in, StepPath& path) {
   return energy_balance(energy, in.energy);
 }
 
-// Stage 3, docs/algorithm.md: of a body that has left through its floor nothing comes back.
+// Stage 3. What solves leave wrong between bodies the next steps take back; a body that has left through its
+// floor does not come back.
 bool stop_bodies(const SafeStepInput& in) {
   if (off("stop bodies")) return false;
   const double h = in.assembly.h, error = in.assembly.most_closed;

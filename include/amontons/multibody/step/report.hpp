@@ -31,7 +31,7 @@ enum class StepPath : unsigned char {
 struct Report {
   double time = 0;       // s, at the end of the step
   bool advanced = true;  // false: velocities came out not finite, and the state is that before the step
-  // Of the worst solve: one that missed its tolerance, or else the last one.
+  // Status of the first solve that missed its tolerance, or else of the last solve.
   Status status = Status::converged;
   // Of Simulation::problem() at Simulation::impulses(), under the law of the simulation.
   double residual = 0;

@@ -10,7 +10,7 @@ Solution automatic(const Problem&, const Options&);
 // The same with memory that is kept from one solve to the next; a solution that is no longer needed lends its
 // arrays. It is solve_directly() where that applies, else solve_by_race().
 Solution automatic(const Problem&, const Options&, Elimination&, Solution memory = {});
-// The direct way, to rounding: bilateral rows eliminated, islands of few rows. What it leaves unsolved goes
+// Eliminates bilateral rows and solves islands of few rows to rounding. What stays unsolved goes
 // to the race. False where the direct way does not apply; `s`, whose arrays keep their memory, is then
 // undefined.
 bool solve_directly(const Problem&, const Options&, Elimination&, Solution& s);
