@@ -44,7 +44,7 @@ STRING = re.compile(r'"(?:\\.|[^"\\\n])*"')
 SIZES = re.compile(r"\[[^][]*\]|<(?=\S)[\w\s:,&*]*(?<=\S)>")  # comparisons have spaces around them
 CONSTANT = re.compile(r"\bconstexpr\b[^;(]*?\b(\w+)\s*(?:\[[^]]*\]\s*)?(?:=|\{)[^;]*;")
 BEGINS = re.compile(r"(?<![=<>!+*/-])=\s*-?$")
-EXEMPT = re.compile(r"//\s*not tuned: \S")
+EXEMPT = re.compile(r"//.*\bnot tuned: \S")
 FORM = re.compile(r"[^():]+ \([^()]+\): \S")
 
 

@@ -22,10 +22,10 @@ enum class Recovery : unsigned char {
 // Every field: default, unit, range. Fields of 0 that say "automatic" follow from the model, so that results
 // do not depend on the units.
 struct SimulationOptions {
-  double dt = 5e-3;  // not tuned: a default. s, > 0
+  double dt = 5e-3;  // s, > 0; not tuned: a default
   Law law = Law::coulomb;
   std::string method = "auto";
-  double tolerance = 1e-6;  // not tuned: a default. natural residual, relative to that of zero impulses
+  double tolerance = 1e-6;  // natural residual, relative to that of zero impulses; not tuned: a default
   std::size_t max_iterations = 0;  // per solve; 0: the method's own limit
   double budget = infinity;        // s of wall clock per step; results then depend on the machine
   unsigned threads = 0;            // 0: one per core, where the problem is large enough
