@@ -236,11 +236,10 @@ TEST(elimination_solves_the_same_problem) {
     }
 }
 
-// Islands on which the direct way gave up, here for want of iterations, are problems of their own, with a
-// dense matrix. Breaks when their solution is not put back in its rows, joints do not follow, the residual is
-// not that of x; or when a solve without any is gone on with.
-TEST(islands_that_fell_short_are_solved_again) {
-  std::size_t again = 0;
+// Breaks when a direct solve that gave up, here for want of iterations, is not known as one, or when a solved
+// one is: the race after it would then be left out, or run for rounding.
+TEST(a_direct_solve_knows_that_it_fell_short) {
+  std::size_t short_of = 0;
   for (const small::Case& c : mechanisms())
     for (Law law : {Law::associated, Law::coulomb}) {
       Elimination memory;
@@ -249,18 +248,10 @@ TEST(islands_that_fell_short_are_solved_again) {
       options.max_iterations = 1;
       Solution s;
       CHECK(memory.solve(c.problem, options, s));
-      options.max_iterations = 0;
-      const auto path = [](const Problem& p, const Options& o) { return solve(p, "interior-point", o); };
-      if (s.status == Status::converged) {
-        CHECK(!memory.solve_again(c.problem, options, path, s));
-        continue;
-      }
-      ++again;
-      CHECK(memory.solve_again(c.problem, options, path, s));
-      CHECK(s.status == Status::converged && s.residual <= options.tolerance);
-      CHECK_NEAR(s.residual, residual(c.problem, law, s.x), 1e-14);
+      CHECK(memory.fell_short() == (s.status != Status::converged));
+      short_of += memory.fell_short();
     }
-  CHECK(again > 0);
+  CHECK(short_of > 0);
 }
 
 // Two links on a ball joint with twelve contacts each, of the ground and between them, that stick easily:

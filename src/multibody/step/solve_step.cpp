@@ -132,7 +132,7 @@ Solution solve_from(const StepSolver& solver, const Problem& problem, std::span<
   }
   if (!solver.again) options.tolerance = 0.5 * tolerance;
   ++solver.solves;
-  Solution s = solver.method == "auto" ? solve_by_race(problem, options, solver.elimination)
+  Solution s = solver.method == "auto" ? solve_by_race(problem, options)
                                        : solve(problem, solver.method, options);
   if (s.residual <= tolerance) s.status = Status::converged;
   return s;

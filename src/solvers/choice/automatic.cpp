@@ -314,37 +314,19 @@ Solution solve_directly_or_race(const Problem& problem, const Options& options) 
                                        : better_of(std::move(s), solve_after_elimination(problem, options));
 }
 
-// Islands that fell short by themselves; then the whole once more, from nothing, as the best x of the direct
-// way may lie where Coulomb's law has no solution nearby. The work stays bounded, as a robot that jams should
-// not stop the clock.
-Solution after_elimination(const Problem& problem, const Options& options, Elimination& elimination,
+// The whole once more after the direct way has failed, from nothing, as its best x may lie where Coulomb's law
+// has no solution nearby. The work stays bounded, as a robot that jams should not stop the clock.
+Solution after_elimination(const Problem& problem, const Options& options, const Elimination& elimination,
                            Solution s) {
   Options rest = options;
-  if (s.status == Status::stalled) {
-    rest.deadline = options.deadline - s.time;
-    const auto start = std::chrono::steady_clock::now();
-    // Where all islands are solved, rounding is what is left, and nobody would come nearer.
-    if (!elimination.solve_again(problem, rest, solve_after_elimination, s)) return s;
-    s.time += seconds_since(start);
-  }
-  rest.deadline = options.deadline - s.time;
-  if (s.status == Status::converged || s.status == Status::infeasible || s.status == Status::interrupted ||
-      !(rest.deadline > 0) || (options.max_iterations && s.iterations >= options.max_iterations))
-    return s;
-  if (options.max_iterations) rest.max_iterations = options.max_iterations - s.iterations;
   rest.x0 = {};
+  rest.deadline = options.deadline - s.time;
+  if (s.status != Status::stalled || !elimination.fell_short() || !(rest.deadline > 0)) return s;
+  if (options.max_iterations) {
+    if (s.iterations >= options.max_iterations) return s;
+    rest.max_iterations = options.max_iterations - s.iterations;
+  }
   return better_of(std::move(s), solve_by_islands(problem, rest, solve_after_elimination));
-}
-
-// Islands race. Where the solve ends early, joints hold all the same, and contacts give no energy.
-Solution race_islands(const Problem& problem, const Options& options, Elimination& elimination,
-                      ToleranceOf tolerance) {
-  Solution s = solve_by_islands(problem, options, solve_directly_or_race, tolerance);
-  if (s.status == Status::converged || s.status == Status::infeasible) return s;
-  if (options.history || options.callback || !elimination.settle(problem, options, s)) return s;
-  s.phases.push_back({"elimination", "joints for the contacts so far", 0, s.residual});
-  s.reason += ", " + describe({s.phases.back()});
-  return s;
 }
 
 }  // namespace
@@ -370,7 +352,7 @@ Solution automatic(const Problem& problem, const Options& options) {
   Elimination elimination;
   Solution s;
   if (!solve_directly(problem, options, elimination, s))
-    s = race_islands(problem, options, elimination, ToleranceOf::whole);
+    s = solve_by_islands(problem, options, solve_directly_or_race, ToleranceOf::whole);
   if (s.reason.empty()) name_elimination(s);
   return s;
 }
@@ -383,15 +365,15 @@ bool solve_directly(const Problem& problem, const Options& options, Elimination&
   return true;
 }
 
-Solution solve_by_race(const Problem& problem, const Options& options, Elimination& elimination) {
-  return race_islands(problem, options, elimination, ToleranceOf::each);
+Solution solve_by_race(const Problem& problem, const Options& options) {
+  return solve_by_islands(problem, options, solve_directly_or_race, ToleranceOf::each);
 }
 
 // A step of a simulation.
 Solution automatic(const Problem& problem, const Options& options, Elimination& elimination,
                    Solution memory) {
   Solution s = std::move(memory);
-  if (!solve_directly(problem, options, elimination, s)) s = solve_by_race(problem, options, elimination);
+  if (!solve_directly(problem, options, elimination, s)) s = solve_by_race(problem, options);
   return s;
 }
 

@@ -38,15 +38,6 @@ constexpr double better_start = 0.3;
 // Each start that failed makes the next one of the same contender appear so much more expensive.
 constexpr double disappointment = 3;
 
-// Where work is limited (Patience, as in a step), what is done without a question of what it gained, by the
-// number of blocks; and the best residual over that at half the work, above which it gained too little.
-double unquestioned_work(std::size_t blocks) {
-  constexpr double least = 3e5, per_pair = 50, large = 400;
-  const auto n = static_cast<double>(blocks);
-  return least + per_pair * n * std::min(n, large);
-}
-constexpr double least_gain = 0.7;
-
 // A contender in the race.
 struct Runner {
   const Contender* of;
@@ -130,7 +121,6 @@ class Race {
   void start(Runner& r);
   void end(Runner& r);
   void keep(Solution s);
-  bool stands_still();
   IterationRecord among_all(IterationRecord record);
   Solution result();
 
@@ -160,13 +150,6 @@ class Race {
   // Counts of all but the one whose turn it is, for its records.
   std::size_t other_iterations_ = 0, other_products_ = 0;
   double now_started_ = 0;  // when that one did, s
-  // After each turn: the work of the Patience, the best residual; the last one at half the work.
-  struct Gain {
-    double done, residual;
-  };
-  double work_at_start_ = Patience::work_left();
-  std::vector<Gain> gains_;
-  std::size_t half_ = 0;
   double best_before_ = std::numeric_limits<double>::infinity();
 };
 
@@ -264,19 +247,7 @@ void Race::turn(Runner& r) {
   if (over) end(r);
   if (!ended_ && iterations_left() == 0) ended_ = Status::iteration_limit;
   if (!ended_ && options_.deadline < seconds_since(clock_)) ended_ = Status::deadline;
-  if (!ended_ && (spent_ > work_ || Patience::exhausted() || stands_still())) ended_ = Status::stalled;
-}
-
-// Where work is limited, as in a step: whether all contenders together gained next to nothing by the second
-// half of it.
-bool Race::stands_still() {
-  const double left = Patience::work_left();
-  if (left == Patience::infinite_work) return false;
-  const double done = work_at_start_ - left, best = best_residual();
-  gains_.push_back({done, best});
-  if (done < unquestioned_work(problem_.K.blocks())) return false;
-  while (half_ + 1 < gains_.size() && gains_[half_ + 1].done <= 0.5 * done) ++half_;
-  return best > least_gain * gains_[half_].residual;
+  if (!ended_ && (spent_ > work_ || Patience::exhausted())) ended_ = Status::stalled;
 }
 
 // What was done before the turn of r, apart from what r did in this run: its records count on from there.

@@ -16,21 +16,6 @@
 
 namespace amontons {
 
-namespace {
-
-// <x, u> over the rows that are not bilateral: what contacts would do if u lasted.
-double power(const Problem& problem, std::span<const double> x, std::span<const double> u) {
-  double sum = 0;
-  for (const SetRun& run : problem.K.runs())
-    visit_kind(run.kind, [&]<class S>() {
-      if constexpr (!std::is_same_v<S, Free>)
-        for (std::size_t i = run.row; i < run.row + S::dim * run.count; ++i) sum += x[i] * u[i];
-    });
-  return sum;
-}
-
-}  // namespace
-
 struct Elimination::Memory {
   const Problem* problem = nullptr;
   const Options* options = nullptr;
@@ -165,37 +150,7 @@ bool Elimination::solve(const Problem& problem, const Options& options, Solution
   return true;
 }
 
-bool Elimination::solve_again(const Problem& problem, const Options& options, DenseSolver solver,
-                              Solution& s) {
-  Memory& m = *memory_;
-  if (m.solved()) return false;
-  Solution other;
-  other.x = s.x;
-  for (std::size_t i = 0; i < m.reduction.islands(); ++i) {
-    if (!m.short_of[i]) continue;
-    const Reduction::Island& island = m.reduction.island(i);
-    const Problem part = trusted_problem(DenseOperator{island.W, island.rows(), nullptr}, island.q, island.K);
-    Options o = options;
-    o.x0 = {};
-    o.tolerance = m.target[i] / natural_map_at_zero(part, options.law);
-    const Solution found = solver(part, o);
-    s.iterations += found.iterations;
-    s.factorizations += found.factorizations;
-    for (std::size_t k = 0; k < found.x.size(); ++k) other.x[island.row[k]] = found.x[k];
-  }
-  m.problem = &problem;
-  m.options = &options;
-  const double bilateral = m.complete(other);
-  s.products += other.products;
-  if (!(bilateral <= options.tolerance * m.scale && other.residual < s.residual)) return true;
-  s.x = std::move(other.x);
-  s.u = std::move(other.u);
-  s.residual = other.residual;
-  s.objective = 0;
-  for (std::size_t i = 0; i < s.x.size(); ++i) s.objective += 0.5 * s.x[i] * (s.u[i] + problem.b[i]);
-  if (s.residual <= options.tolerance) s.status = Status::converged;
-  return true;
-}
+bool Elimination::fell_short() const { return !memory_->solved(); }
 
 bool Elimination::restore_joints(const Problem& problem, std::span<double> x) {
   if (!std::holds_alternative<ContactSystem>(problem.A)) return false;
@@ -206,53 +161,6 @@ bool Elimination::restore_joints(const Problem& problem, std::span<double> x) {
     return false;
   Patience::spend(mechanism.K().work() / Patience::multiplications);
   mechanism.hold(problem, x, memory_->wrenches, memory_->z);
-  return true;
-}
-
-// With x_f held, u_c = q + t (u_c(1) - q) of the impulses t x_c, q of none: <x_c, u_c> vanishes at
-//
-//   t = -<x_c, q> / <x_c, u_c(1) - q>,   the minimum of the objective along x_c.
-//
-// The work of impulses is <x, u- + u+> / 2, docs/algorithm.md (29): of a solution <x_c, u+> <= 0, so that it
-// is no more than half of <x_c, u->, what braking what comes together takes. With t it is so, too.
-bool Elimination::settle(const Problem& problem, const Options& options, Solution& s) {
-  const auto* A = std::get_if<ContactSystem>(&problem.A);
-  if (!A) return false;
-  Memory& m = *memory_;
-  Mechanism& mechanism = m.mechanism;
-  mechanism.analyse(problem, Mechanism::Scope::held);
-  const bool holds = !mechanism.rows().empty();
-  if (holds && (mechanism.K().work() > direct::most_factor_work || !mechanism.factor(problem))) return false;
-  const auto hold = [&](Solution& of) {
-    if (holds) mechanism.hold(problem, of.x, m.wrenches, m.z);
-    form_velocities(problem, of);
-    ++s.products;
-  };
-  Solution none;
-  none.x.assign(problem.rows(), 0.0);
-  project(problem.K, none.x, none.x);
-  // Of no impulses, where no joints need any, u is known.
-  const bool pushes = std::ranges::any_of(none.x, [](double x) { return x != 0; });
-  if (holds || pushes)
-    hold(none);
-  else
-    none.u = problem.b;
-  bool moved = holds || s.u.empty();
-  if (moved) hold(s);
-  const double now = power(problem, s.x, s.u), before = power(problem, s.x, none.u);
-  if (now > 0 && before < 0) {
-    const double t = before / (before - now);
-    for (double& x : s.x) x *= t;
-    project(problem.K, s.x, s.x);
-    hold(s);
-    moved = true;
-  }
-  if (moved) s.residual = residual(problem, options.law, s.x, s.u);
-  if (holds) {
-    ++s.factorizations;
-    Patience::spend(mechanism.K().work() / Patience::multiplications);
-  }
-  if (s.residual <= options.tolerance) s.status = Status::converged;
   return true;
 }
 

@@ -14,7 +14,7 @@ Solution automatic(const Problem&, const Options&, Elimination&, Solution memory
 // to the race. False where the direct way does not apply; `s`, whose arrays keep their memory, is then
 // undefined.
 bool solve_directly(const Problem&, const Options&, Elimination&, Solution& s);
-// Methods race, island by island. Where the race ends early, joints hold and contacts give no energy.
-Solution solve_by_race(const Problem&, const Options&, Elimination&);
+// Methods race, island by island.
+Solution solve_by_race(const Problem&, const Options&);
 
 }  // namespace amontons
