@@ -26,9 +26,9 @@ from pathlib import Path
 from duplicates import without_comments
 
 ROOT = Path(__file__).resolve().parent.parent
-ROOMS = ("multibody/step", "solvers/direct", "solvers/central_path")
-LIMIT = 80
-"""of all rooms together; it only falls. The numbers of solvers/choice stand beside its contenders."""
+ROOMS = ("multibody/step", "solvers/direct", "solvers/central_path", "solvers/choice")
+LIMIT = 122
+"""of all rooms together; it only falls."""
 BASES = ("include/amontons", "src")
 POLICY = "policy.hpp"
 

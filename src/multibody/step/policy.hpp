@@ -34,9 +34,6 @@ inline constexpr double work_after_miss = 0.1;
 
 // Solve.
 
-// Residual (relative to that of no impulses): a start below it is used, as impulses of the last step carry
-// what rests. Piles under iteration limits sank alike with 2, 3 and 10.
-inline constexpr double worst_start = 3;
 // Residual (tolerances): a start below it is that of a scene near rest.
 inline constexpr double near_rest = 100;
 // Residual (relative to that of no impulses): the same where the tolerance is loose.

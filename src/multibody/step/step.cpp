@@ -34,7 +34,6 @@ Options solver_options(const SimulationOptions& o) {
   options.tolerance = o.tolerance;
   options.max_iterations = o.max_iterations;
   options.threads = o.threads;
-  options.worst_start = off("worst start") ? 1 : step::worst_start;
   return options;
 }
 

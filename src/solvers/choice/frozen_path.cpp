@@ -16,18 +16,11 @@
 
 #include "amontons/solvers/first_order/apgd.hpp"
 #include "amontons/solvers/second_order/interior_point.hpp"
+#include "solvers/choice/policy.hpp"
 
 namespace amontons {
 
 namespace {
-
-// The frozen problem is solved to this part of the residual of its start. Its solution is a solution of the
-// true problem up to the change of the frozen term, which is of the order of that residual: two digits more
-// are gained at best, and further ones would be those of the wrong problem.
-constexpr double frozen_tolerance = 0.02;
-constexpr std::size_t path_iterations = 30, burst = 300;
-// A round must bring the residual below this part of what it was.
-constexpr double worth_while = 0.7;
 
 Problem with_frozen_term(const Problem& problem, const std::vector<double>& u) {
   Problem frozen = problem;
@@ -43,7 +36,7 @@ Problem with_frozen_term(const Problem& problem, const std::vector<double>& u) {
 class FrozenPath : public VectorIterate {
  public:
   static constexpr const char* name = "apgd after a frozen path";
-  static constexpr Limits limits{20, 2, 0};
+  static constexpr Limits limits{choice::frozen_rounds, 2, 0};
   using VectorIterate::VectorIterate;
 
   std::optional<double> step() {
@@ -53,11 +46,11 @@ class FrozenPath : public VectorIterate {
     Options o = options;
     o.law = Law::associated;
     o.x0 = {};
-    o.tolerance = std::max(0.5 * options.tolerance, frozen_tolerance * map_ / scale);
-    o.max_iterations = path_iterations;
+    o.tolerance = std::max(0.5 * options.tolerance, choice::frozen_tolerance * map_ / scale);
+    o.max_iterations = choice::frozen_path_iterations;
     o.history = false;
     o.callback = nullptr;
-    o.deadline = std::max(1e-9, options.deadline - monitor.elapsed());
+    o.deadline = std::max(least_deadline, options.deadline - monitor.elapsed());
     const Problem frozen = with_frozen_term(problem, u);
     Solution path = central_path(frozen, o);
     count(path);
@@ -65,14 +58,14 @@ class FrozenPath : public VectorIterate {
     o.law = options.law;
     o.x0 = path.x;
     o.tolerance = options.tolerance;
-    o.max_iterations = burst;
-    o.deadline = std::max(1e-9, options.deadline - monitor.elapsed());
+    o.max_iterations = choice::frozen_burst;
+    o.deadline = std::max(least_deadline, options.deadline - monitor.elapsed());
     Solution s = apgd(problem, o);
     count(s);
     const double before = map_;
     x = std::move(s.x);
     map_ = evaluate();
-    if (map_ > worth_while * before && ++poor_ > 1) return std::nullopt;
+    if (map_ > choice::frozen_worth * before && ++poor_ > 1) return std::nullopt;
     return map_;
   }
   double start(const Start& s) { return map_ = VectorIterate::start(s); }

@@ -6,14 +6,11 @@
 
 #include "amontons/solvers/driver/driver.hpp"
 #include "amontons/solvers/driver/phases.hpp"
+#include "solvers/choice/policy.hpp"
 
 namespace amontons {
 
 namespace {
-
-// Islands of fewer blocks are gathered until there are so many: a solve costs some microseconds to set up, as
-// much as some iterations on so few blocks, and the fused passes work on batches of contacts.
-constexpr std::size_t few = 64;
 
 // Turns islands into groups: large ones alone, small ones together, with and without joints apart, because
 // what is easy for contacts and what is easy for joints differ. Islands are taken in the order of their first
@@ -28,11 +25,11 @@ std::size_t gather(std::size_t contacts, std::size_t islands, std::vector<Index>
   std::vector<Index> group(islands);
   // The group that takes small islands without and with joints, and its blocks; full before the first.
   Index count = 0, open[2] = {};
-  std::size_t filled[2] = {few, few};
+  std::size_t filled[2] = {choice::small_island, choice::small_island};
   for (std::size_t i = 0; i < islands; ++i) {
     const int kind = jointed[i];
-    const bool large = size[i] >= few;
-    if (!large && filled[kind] >= few) {
+    const bool large = size[i] >= choice::small_island;
+    if (!large && filled[kind] >= choice::small_island) {
       open[kind] = count++;
       filled[kind] = 0;
     }
@@ -135,7 +132,7 @@ class Extraction {
 // well with more; a part that stalled, or came too late, will not; and what is impossible for one island is
 // impossible for all. The interrupt of the user goes before everything.
 int severity(Status status) {
-  constexpr int order[] = {0, 1, 3, 2, 5, 4, 0};
+  constexpr int order[] = {0, 1, 3, 2, 5, 4, 0};  // not tuned: an order
   return order[static_cast<int>(status)];
 }
 
@@ -204,7 +201,7 @@ Solution solve_by_islands(const Problem& problem, const Options& options, Method
     // more than their share of contacts. Above zero, as a deadline must be.
     const double part_of_rest = std::max(static_cast<double>(members[i].size()) / static_cast<double>(left),
                                          0.5 / static_cast<double>(count - i));
-    o.deadline = std::max(1e-9, options.deadline - seconds_since(start)) * part_of_rest;
+    o.deadline = std::max(least_deadline, options.deadline - seconds_since(start)) * part_of_rest;
     const Patience share(std::numeric_limits<double>::infinity(), {}, Patience::Catches::no,
                          Patience::work_left() * part_of_rest);
     left -= members[i].size();

@@ -24,19 +24,11 @@
 
 #include "amontons/base/patience.hpp"
 #include "amontons/solvers/driver/phases.hpp"
+#include "solvers/choice/policy.hpp"
 
 namespace amontons {
 
 namespace {
-
-// A turn makes this much more work than there was before.
-constexpr double growth = 0.25;
-// Progress (of log residual) over half the work is taken to be at least this: 3 % in a whole doubling.
-constexpr double least_progress = 0.03;
-// A better x is one with a residual below this part of that from which a contender started last.
-constexpr double better_start = 0.3;
-// Each start that failed makes the next one of the same contender appear so much more expensive.
-constexpr double disappointment = 3;
 
 // A contender in the race.
 struct Runner {
@@ -50,9 +42,6 @@ struct Runner {
   std::vector<double> x0;
   // Where it ended, once it has started and stalled.
   std::vector<double> end;
-  // The residual of its start, and how often it started.
-  double started_at = std::numeric_limits<double>::infinity();
-  int starts = 0;
   // s after the start of the race; its records that the history has.
   double started_after = 0;
   std::size_t seen = 0;
@@ -63,11 +52,9 @@ struct Runner {
     return static_cast<double>(run->products()) * of->product +
            static_cast<double>(run->factorizations()) * factor.nominal;
   }
-  // Whether it has ended, or may start, given the best residual of all.
-  bool may_start(double best) const {
-    if (run || starts > of->restarts) return false;
-    if (of->from == Contender::From::previous) return !(this - 1)->end.empty();
-    return starts == 0 || best < better_start * started_at;
+  // Whether it may start: once, and where it goes on from the end of the method before it, after that one.
+  bool may_start() const {
+    return !run && end.empty() && (of->from != Contender::From::previous || !(this - 1)->end.empty());
   }
   double prior(const FactorCost& factor) const {
     return of->products * of->product + of->factorizations * factor.nominal;
@@ -78,18 +65,19 @@ struct Runner {
 // The nominal cost from here to the tolerance. Before the first expectation is used up it stands; then, with
 // the residual r at all that is spent, w, and r_h at half of it, the rate log(r_h / r) per w / 2 carries on.
 double Runner::expected(double tolerance, const FactorCost& factor) const {
-  if (!run) return prior(factor) * std::pow(disappointment, starts);
+  if (!run) return prior(factor);
   const Mark& now = marks.back();
   // Factorising methods gain most at the end, and are given what was expected of them; others show their
   // rate.
   const double before = of->factorizations > 0 ? prior(factor) : 0;
-  if (now.spent < before) return std::max(before - now.spent, 0.1 * before);
+  if (now.spent < before) return std::max(before - now.spent, choice::least_left * before);
   const Mark* half = &marks.front();
   for (const Mark& mark : marks)
     if (mark.spent <= 0.5 * now.spent) half = &mark;
-  const double progress = std::max(std::log(half->residual / now.residual), least_progress);
-  const double left = std::log(now.residual / std::max(tolerance, 1e-16));
-  return std::max(now.spent - half->spent, 0.3 * now.spent) * left / progress;
+  const double progress = std::max(std::log(half->residual / now.residual), choice::least_progress);
+  const double left =
+      std::log(now.residual / std::max(tolerance, 1e-16));  // not tuned: the rounding of a residual
+  return std::max(now.spent - half->spent, choice::least_window * now.spent) * left / progress;
 }
 
 class Race {
@@ -156,7 +144,7 @@ class Race {
 // The analysis takes as long as some hundred iterations. Where there is no time for it, there is none for
 // what it is about.
 double Race::analysed() const {
-  constexpr double never = 1e18;  // ns, thirty years
+  constexpr double never = 1e18;  // ns; not tuned: thirty years
   const Patience until_deadline(options_.deadline - seconds_since(clock_), {}, Patience::Catches::yes);
   try {
     return factor_.analyse(problem_);
@@ -168,10 +156,9 @@ double Race::analysed() const {
 Runner* Race::favourite() {
   Runner* favourite = nullptr;
   double least = std::numeric_limits<double>::infinity();
-  const double best = best_residual();
-  const double time_left = 1e9 * (options_.deadline - seconds_since(clock_));
+  const double time_left = 1e9 * (options_.deadline - seconds_since(clock_));  // not tuned: ns per s
   for (Runner& r : runners_) {
-    if (!r.run && !r.may_start(best)) continue;
+    if (!r.run && !r.may_start()) continue;
     // A deadline that falls into a factorisation leaves the caller with nothing.
     if (r.of->factorizations > 0 && 2 * factor_.nominal > time_left) continue;
     const double expected = r.expected(options_.tolerance, factor_);
@@ -193,7 +180,7 @@ Runner* Race::favourite() {
 void Race::start(Runner& r) {
   Options o = options_;
   if (watch_) o.callback = watch_;
-  o.deadline = std::max(1e-9, options_.deadline - seconds_since(clock_));
+  o.deadline = std::max(least_deadline, options_.deadline - seconds_since(clock_));
   o.max_iterations = r.of->limit ? std::min(r.of->limit, iterations_left()) : options_.max_iterations;
   const Runner* from = nullptr;
   double best = total_.x.empty() ? std::numeric_limits<double>::infinity() : total_.residual;
@@ -211,13 +198,11 @@ void Race::start(Runner& r) {
       r.x0 = total_.x;
     o.x0 = r.x0;
   }
-  r.started_at = best;
   r.seen = 0;
   r.run = rest_ && r.of->constrained ? rest_->start(r.of->start, o) : r.of->start(problem_, o);
   r.started_after = std::chrono::duration<double>(r.run->started() - clock_).count();
   r.marks.clear();
   r.record = total_.phases.size();
-  ++r.starts;
   total_.phases.push_back({r.run->name(), r.of->why, 0, 0});
 }
 
@@ -236,7 +221,7 @@ void Race::turn(Runner& r) {
     now_started_ = r.started_after;
     before = r.run->iterations();
     spent = r.spent(factor_);
-    iterations = std::max(iterations, static_cast<std::size_t>(growth * static_cast<double>(before)));
+    iterations = std::max(iterations, static_cast<std::size_t>(choice::turn * static_cast<double>(before)));
   }
   const bool over = r.run->advance(std::min(iterations, iterations_left()));
   iterations_ += r.run->iterations() - before;

@@ -37,8 +37,6 @@ struct Contender {
   From from = From::best;
   // Limit of its iterations; 0: that of the method.
   std::size_t limit = 0;
-  // Times that it may start again from a better x after it stalled.
-  int restarts = 0;
   // Whether it runs on what bilateral rows leave, where the race has it.
   bool constrained = false;
 };

@@ -205,15 +205,14 @@ class NewtonStep {
   std::vector<Vector> basis_, image_;
 };
 
-// Where a Newton step does not bring the residual down, P-SPG-FB takes over for a while; without `bursts`
-// that is the end.
+// Where a Newton step does not bring the residual down, P-SPG-FB takes over for a while.
 class Newton : public VectorIterate {
  public:
   static constexpr const char* name = "newton";
   static constexpr Limits limits{1000, 60, 0};
 
-  Newton(const Problem& p, const Options& o, Monitor& m, bool bursts = true)
-      : VectorIterate(p, o, m), bursts_(bursts) {}
+  using VectorIterate::VectorIterate;
+
   double start(const Start& s) {
     newton_.emplace(problem, options.law);
     scale_ = natural_map_at_zero(problem, options.law);
@@ -227,10 +226,8 @@ class Newton : public VectorIterate {
     newton_->direction(x, u, sigma, dx_, monitor);
     if (search())
       burst_ = shortest_burst;
-    else if (bursts_)
-      first_order_phase();
     else
-      return std::nullopt;
+      first_order_phase();
     return map_;
   }
 
@@ -269,7 +266,6 @@ class Newton : public VectorIterate {
     map_ = evaluate();
   }
 
-  const bool bursts_;
   std::optional<NewtonStep> newton_;
   // The natural map at zero and at x.
   double scale_ = 1, map_ = 0;
@@ -281,12 +277,6 @@ class Newton : public VectorIterate {
 
 std::unique_ptr<Run> start_newton(const Problem& problem, const Options& options) {
   return drive<Newton>(problem, options);
-}
-
-std::unique_ptr<Run> start_newton_steps(const Problem& problem, const Options& options) {
-  return std::make_unique<Driven<Newton>>(problem, options, [&](const Options& o, Monitor& monitor) {
-    return Newton(problem, o, monitor, false);
-  });
 }
 
 Solution newton(const Problem& problem, const Options& options) {

@@ -49,6 +49,9 @@ struct AdmmOptions {
 };
 
 // Options common to all methods.
+// s: stands for none that is left, as a deadline is above zero.
+inline constexpr double least_deadline = 1e-9;
+
 struct Options {
   // The law of friction; the two agree for cones without friction.
   Law law = Law::associated;
@@ -59,12 +62,10 @@ struct Options {
   std::size_t max_iterations = 0;
   // s of wall clock, > 0, for the whole of a solve. Results depend on the clock only where it is finite.
   double deadline = std::numeric_limits<double>::infinity();
-  // Warm start: empty, or m finite entries, which must outlive the solve. Projected on K, and used only where
-  // its residual is below that of 0. The interior point starts from the middle of its cones all the same.
+  // Warm start: empty, or m finite entries, which must outlive the solve. Projected on K, and used only if
+  // its residual is at most three times that of 0. The interior point starts from the middle of its cones all
+  // the same.
   std::span<const double> x0 = {};
-  // >= 1: below so many times the residual of 0, in place of once. For steps that may be stopped early: the
-  // impulses of the last one carry what rests, whatever the residual says where something new is hit.
-  double worst_start = 1.0;
   // Record every iteration in Solution::history. Costs the objective in every iteration; `auto` then keeps
   // islands together and bilateral rows in the problem, so that there is one iteration to be watched.
   bool history = false;

@@ -7,7 +7,5 @@ namespace amontons {
 // from near a solution; far away as slow as its bursts. InputError for a function.
 Solution newton(const Problem&, const Options&);
 std::unique_ptr<Run> start_newton(const Problem&, const Options&);
-// The steps alone, for those who have a first-order method of their own: stalls where one fails.
-std::unique_ptr<Run> start_newton_steps(const Problem&, const Options&);
 
 }  // namespace amontons
