@@ -1,11 +1,13 @@
-"""Environments of Gymnasium: amontons/Ant-v0, amontons/Walker-v0, amontons/CartPole-v0, amontons/Pusher-v0.
+"""Environments of Gymnasium: HalfCheetah, Hopper, Walker2d, Ant and Humanoid v5, and four tasks of our own.
 
-Importing this package registers them; `gymnasium.make("amontons.gym:amontons/Ant-v0")` imports it by itself,
-and `gymnasium.make_vec` of the same name steps many worlds in C++ threads.
+Importing this package registers them; `gymnasium.make("amontons.gym:amontons/Ant-v5")` imports it by itself.
+`gymnasium.make_vec` of the same name steps many worlds in C++ threads. `amontons.gym.sb3` adapts such a vector
+to Stable-Baselines3.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 try:
@@ -13,28 +15,63 @@ try:
 except ImportError as error:
     raise ImportError(f"amontons.gym needs Gymnasium ({error}): pip install amontons[gym]") from None
 
-from .environment import Environment, VectorEnvironment
-from .tasks import Ant, CartPole, Outcome, Pusher, Task, Walker
+from ..errors import InputError
+from .environment import Environment
+from .locomotion import Ant, HalfCheetah, Hopper, Humanoid, Walker2d
+from .task import Moment, Outcome, Task
+from .tasks import CartPole, Pusher, Quadruped, Walker
+from .vector import VectorEnvironment
 
-__all__ = ["Ant", "CartPole", "Environment", "Outcome", "Pusher", "Task", "VectorEnvironment", "Walker"]
+__all__ = [
+    "Ant",
+    "CartPole",
+    "Environment",
+    "HalfCheetah",
+    "Hopper",
+    "Humanoid",
+    "Moment",
+    "Outcome",
+    "Pusher",
+    "Quadruped",
+    "Task",
+    "VectorEnvironment",
+    "Walker",
+    "Walker2d",
+]
 
-TASKS: dict[str, tuple[type[Task], int]] = {
-    "amontons/Ant-v0": (Ant, 1000),
+TASKS: dict[str, tuple[Callable[..., Task], int]] = {
+    "amontons/HalfCheetah-v5": (HalfCheetah, 1000),
+    "amontons/Hopper-v5": (Hopper, 1000),
+    "amontons/Walker2d-v5": (Walker2d, 1000),
+    "amontons/Ant-v5": (Ant, 1000),
+    "amontons/Humanoid-v5": (Humanoid, 1000),
+    "amontons/Quadruped-v0": (Quadruped, 1000),
     "amontons/Walker-v0": (Walker, 1000),
     "amontons/CartPole-v0": (CartPole, 500),
     "amontons/Pusher-v0": (Pusher, 200),
 }
 """What is registered, and the steps after which an episode ends."""
 
-
-def make(*, task: str, **options: Any) -> Environment:
-    """The entry point of the environments that are registered."""
-    return Environment(TASKS[task][0](), **options)
+VECTOR_OPTIONS = ("max_episode_steps", "threads", "autoreset_mode", "render_mode")
 
 
-def make_vector(*, task: str, **options: Any) -> VectorEnvironment:
+def make(*, task: str, render_mode: str | None = None, **options: Any) -> Environment:
+    """The entry point of the environments that are registered. options: of the task."""
+    return Environment(make_task(task, options), render_mode)
+
+
+def make_vector(*, task: str, num_envs: int = 1, **options: Any) -> VectorEnvironment:
     """The same of many worlds at once."""
-    return VectorEnvironment(TASKS[task][0](), **options)
+    own = {name: options.pop(name) for name in VECTOR_OPTIONS if name in options}
+    return VectorEnvironment(make_task(task, options), num_envs, **own)
+
+
+def make_task(task: str, options: dict[str, Any]) -> Task:
+    kind = TASKS[task][0]
+    known = tuple(getattr(kind, "__dataclass_fields__", ()))
+    if unknown := sorted(set(options) - set(known)):
+        raise InputError(f"{task} has no option {unknown[0]!r}; it has {', '.join(known) or 'none'}")
+    return kind(**options)
 
 
 for _name, (_, _steps) in TASKS.items():

@@ -1,73 +1,15 @@
-"""What the environments are about: where worlds start, what is seen of them, and what counts.
-
-Everything is written for many worlds at once, one per row: an environment of Gymnasium has one row.
-"""
+"""Tasks with models of our own: a pole on a cart, runners on four and two legs, an arm that pushes."""
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
-from dataclasses import dataclass
-from functools import cached_property
+from abc import abstractmethod
 from math import cos, sin
-from pathlib import Path
 from typing import ClassVar
 
 import numpy as np
 
 from ..checks import Array
-from ..io import load_model
-from ..model.model import Model
-
-MODELS = Path(__file__).parent / "models"
-
-
-@dataclass(frozen=True)
-class Outcome:
-    """What a step of the environment was worth, one entry per world."""
-
-    reward: Array
-    terminated: Array
-    """bool: the task has failed"""
-    info: dict[str, Array]
-
-
-class Task(ABC):
-    """A model, and what to do with it. q, qd: (worlds, nq) and (worlds, nv), as in `Simulation`."""
-
-    file: ClassVar[str]
-    dt: ClassVar[float] = 5e-3
-    """time step of the simulation (s)"""
-    repeat: ClassVar[int] = 4
-    """steps per action"""
-    noise: ClassVar[tuple[float, float]] = (0.02, 0.05)
-    """largest change of each entry of q (m, rad) and qd (m/s, rad/s) at the start"""
-
-    @cached_property
-    def model(self) -> Model:
-        return load_model(MODELS / self.file)
-
-    @property
-    def interval(self) -> float:
-        """Time between two actions (s)."""
-        return self.dt * self.repeat
-
-    def start(self, q: Array, random: np.random.Generator) -> tuple[Array, Array, Array]:
-        """q, qd and goal of one world that begins; q: the model's own start."""
-        low, high = self.noise
-        moved = q + random.uniform(-low, low, q.shape)
-        return moved, random.uniform(-high, high, self.model.nv), np.zeros(0)
-
-    def observe(self, q: Array, qd: Array, goal: Array) -> Array:
-        """What an agent sees, (worlds, n)."""
-        return np.concatenate([q, qd], axis=1)
-
-    @abstractmethod
-    def judge(self, before: Array, q: Array, qd: Array, action: Array, goal: Array) -> Outcome:
-        """before: q at the start of the action."""
-
-    def column(self, name: str) -> int:
-        """Where a coordinate begins in q."""
-        return self.model.coordinates[name].q.start
+from .task import Moment, Outcome, Task, sum_of_squares
 
 
 def cosines(angles: Array) -> tuple[Array, Array]:
@@ -76,18 +18,18 @@ def cosines(angles: Array) -> tuple[Array, Array]:
     return shaped[0], shaped[1]
 
 
-def effort(action: Array) -> Array:
-    return np.square(action).sum(axis=1)
-
-
 class CartPole(Task):
     """Keep a pole upright on a cart that one motor pushes: 1 for every step that it stands."""
 
     file = "cartpole.xml"
 
-    def judge(self, before: Array, q: Array, qd: Array, action: Array, goal: Array) -> Outcome:
-        fallen = (np.abs(q[:, 1]) > 0.4) | (np.abs(q[:, 0]) > 1.5)  # rad, m
-        return Outcome(np.where(fallen, 0.0, 1.0), fallen, {})
+    def judge(self, before: Moment, now: Moment) -> Outcome:
+        fallen = (np.abs(now.q[:, 1]) > 0.4) | (np.abs(now.q[:, 0]) > 1.5)  # rad, m
+        survived = np.where(fallen, 0.0, 1.0)
+        return Outcome(survived, fallen, {"reward_survive": survived})
+
+    def locate(self, now: Moment) -> dict[str, Array]:
+        return {"x_position": now.q[:, 0]}
 
 
 class Runner(Task):
@@ -99,20 +41,24 @@ class Runner(Task):
     @abstractmethod
     def is_up(self, q: Array) -> Array: ...
 
-    def observe(self, q: Array, qd: Array, goal: Array) -> Array:
-        return np.concatenate([q[:, self.hidden :], qd], axis=1)
+    def observe(self, now: Moment) -> Array:
+        return np.concatenate([now.q[:, self.hidden :], now.qd], axis=1)
 
     hidden: ClassVar[int]
     """first entries of q that tell where it is, which does not matter"""
 
-    def judge(self, before: Array, q: Array, qd: Array, action: Array, goal: Array) -> Outcome:
-        speed = (q[:, 0] - before[:, 0]) / self.interval
-        up = self.is_up(q)
-        reward = speed + up - self.cost * effort(action)
-        return Outcome(reward, ~up, {"x": q[:, 0], "speed": speed})
+    def judge(self, before: Moment, now: Moment) -> Outcome:
+        velocity = (now.q[:, 0] - before.q[:, 0]) / self.interval
+        up = self.is_up(now.q)
+        cost = self.cost * sum_of_squares(now.action)
+        terms = {"reward_forward": velocity, "reward_survive": up * 1.0, "reward_ctrl": -cost}
+        return Outcome(velocity + up - cost, ~up, {"x_velocity": velocity, **terms})
+
+    def locate(self, now: Moment) -> dict[str, Array]:
+        return {"x_position": now.q[:, 0]}
 
 
-class Ant(Runner):
+class Quadruped(Runner):
     """Four legs with two motors each and a free body; it is up while the body is off the ground."""
 
     file = "ant.xml"
@@ -163,20 +109,31 @@ class Pusher(Task):
         at = self.column("puck")
         return q[:, at : at + 2]
 
-    def observe(self, q: Array, qd: Array, goal: Array) -> Array:
+    def observe(self, now: Moment) -> Array:
         at = self.model.coordinates["puck"].qd.start
         seen = [
-            *cosines(q[:, :3]),
-            qd[:, :3],
-            self.tip(q),
-            self.puck(q),
-            qd[:, at : at + 2],
-            goal,
+            *cosines(now.q[:, :3]),
+            now.qd[:, :3],
+            self.tip(now.q),
+            self.puck(now.q),
+            now.qd[:, at : at + 2],
+            now.goal,
         ]
         return np.concatenate(seen, axis=1)
 
-    def judge(self, before: Array, q: Array, qd: Array, action: Array, goal: Array) -> Outcome:
-        to_goal = np.linalg.norm(self.puck(q) - goal, axis=1)
-        to_puck = np.linalg.norm(self.puck(q) - self.tip(q), axis=1)
-        reward = -to_goal - 0.5 * to_puck - 0.01 * effort(action)
-        return Outcome(reward, np.zeros(len(q), dtype=bool), {"distance": to_goal})
+    def judge(self, before: Moment, now: Moment) -> Outcome:
+        terms = {
+            "reward_dist": -self.distance(now),
+            "reward_near": -0.5 * np.linalg.norm(self.puck(now.q) - self.tip(now.q), axis=1),
+            "reward_ctrl": -0.01 * sum_of_squares(now.action),
+        }
+        reward = terms["reward_dist"] + terms["reward_near"] + terms["reward_ctrl"]
+        return Outcome(reward, np.zeros(len(reward), dtype=bool), terms)
+
+    def distance(self, now: Moment) -> Array:
+        """From the puck to the goal (m)."""
+        return np.linalg.norm(self.puck(now.q) - now.goal, axis=1)
+
+    def locate(self, now: Moment) -> dict[str, Array]:
+        x, y = self.puck(now.q).T
+        return {"x_position": x, "y_position": y, "distance": self.distance(now)}

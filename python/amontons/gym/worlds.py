@@ -2,52 +2,97 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import gymnasium
 import numpy as np
 
 from ..checks import Array
-from ..errors import InputError
-from ..simulation.rollout import advance_worlds
+from ..errors import InputError, SimulationError
+from ..simulation.rollout import advance_worlds, clipped
 from ..simulation.simulation import Simulation
-from .tasks import Task
+from .task import Moment, Task
 
 
 class Worlds:
     """Simulations of a task, side by side."""
+
+    now: Moment
+    """of all worlds"""
 
     def __init__(self, task: Task, count: int) -> None:
         self.task = task
         first = Simulation(task.model, dt=task.dt, on_failure="ignore")
         self.simulations = [first, *(first.copy() for _ in range(count - 1))]
         self.home = first.q
-        self.q = np.tile(first.q, (count, 1))
-        self.qd = np.tile(first.qd, (count, 1))
-        self.goals = np.tile(task.start(self.home, np.random.default_rng(0))[2], (count, 1))
+        goal = task.start(self.home, np.random.default_rng(0))[2]
+        self.now = Moment(
+            np.tile(first.q, (count, 1)),
+            np.tile(first.qd, (count, 1)),
+            np.zeros((count, len(task.model.actuators))),
+            np.tile(goal, (count, 1)),
+            task.look(self.simulations),
+        )
 
     def start(self, rows: Sequence[int], random: Sequence[np.random.Generator]) -> None:
         """Begin again in some worlds, each by its own random numbers."""
+        if len(rows) == 0:
+            return
+        now = self.now
         for k in rows:
-            q, qd, self.goals[k] = self.task.start(self.home, random[k])
+            q, qd, now.goal[k] = self.task.start(self.home, random[k])
             self.simulations[k].reset(q=q, qd=qd)
-            self.q[k], self.qd[k] = self.simulations[k].q, self.simulations[k].qd
+            now.q[k], now.qd[k], now.action[k] = self.simulations[k].q, self.simulations[k].qd, 0.0
+        seen = self.task.look([self.simulations[k] for k in rows])
+        for name, values in seen.items():
+            now.seen[name][rows] = values
 
     def observe(self) -> Array:
-        return self.task.observe(self.q, self.qd, self.goals)
+        return self.task.observe(self.now)
+
+    def locate(self) -> dict[str, Array]:
+        return self.task.locate(self.now)
 
     def step(
-        self, actions: Array, rows: Sequence[int], threads: int | None
+        self,
+        actions: Array,
+        rows: Sequence[int],
+        threads: int | None,
+        watch: Callable[[], None] | None = None,
     ) -> tuple[Array, Array, dict[str, Array]]:
-        """Rewards, terminations and infos of some worlds; one whose step fails stays as it is and ends."""
-        before = self.q[rows]
+        """Rewards, terminations and infos of some worlds; one whose step fails stays as it is and ends.
+
+        watch: called before each step of the only world, with what its viewer asks for.
+        """
+        before, now = self.now.rows(rows), self.now
         acting = [self.simulations[k] for k in rows]
-        course = advance_worlds(acting, actions[:, None], self.task.repeat, threads)
-        failed = np.array([bool(failure) for failure in course.failures])
-        self.q[rows] = np.where(failed[:, None], before, course.q[:, -1])
-        self.qd[rows] = np.where(failed[:, None], self.qd[rows], course.qd[:, -1])
-        outcome = self.task.judge(before, self.q[rows], self.qd[rows], actions, self.goals[rows])
-        return outcome.reward, outcome.terminated | failed, {**outcome.info, "failed": failed}
+        if watch is not None:
+            now.q[rows], now.qd[rows], failed = self._step_watched(acting[0], actions[0], watch)
+        else:
+            course = advance_worlds(acting, actions[:, None], self.task.repeat, threads)
+            failed = np.array([bool(failure) for failure in course.failures])
+            now.q[rows] = np.where(failed[:, None], before.q, course.q[:, -1])
+            now.qd[rows] = np.where(failed[:, None], before.qd, course.qd[:, -1])
+        now.action[rows] = actions
+        for name, values in self.task.look(acting).items():
+            now.seen[name][rows] = values
+        after = now.rows(rows)
+        outcome = self.task.judge(before, after)
+        info = {**outcome.info, **self.task.locate(after), "failed": failed}
+        return outcome.reward, outcome.terminated | failed, info
+
+    def _step_watched(
+        self, simulation: Simulation, action: Array, watch: Callable[[], None]
+    ) -> tuple[Array, Array, Array]:
+        """q, qd and whether it failed: the same steps one by one, with the callbacks of the viewer."""
+        simulation.controls = clipped(simulation.model, action)
+        try:
+            for _ in range(self.task.repeat):
+                watch()
+                simulation.step()
+        except SimulationError:
+            return simulation.q, simulation.qd, np.array([True])
+        return simulation.q, simulation.qd, np.array([False])
 
 
 def action_space(task: Task) -> gymnasium.spaces.Box:

@@ -1,0 +1,107 @@
+"""What an environment is about: where its worlds start, what is seen of them, and what counts.
+
+Everything is written for many worlds at once, one per row: an environment of Gymnasium has one row.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+from typing import Any, ClassVar
+
+import numpy as np
+
+from ..checks import Array
+from ..io import load_model
+from ..model.model import Model
+from ..simulation.simulation import Simulation
+
+MODELS = Path(__file__).parent / "models"
+
+
+@dataclass(frozen=True)
+class Moment:
+    """Worlds at one instant, one per row of every array."""
+
+    q: Array
+    """(worlds, nq), as `Simulation.q`"""
+    qd: Array
+    """(worlds, nv), as `Simulation.qd`"""
+    action: Array
+    """(worlds, actuators), the one that led here; zeros at the start of an episode"""
+    goal: Array
+    """(worlds, n), what `Task.start` chose"""
+    seen: Mapping[str, Array] = field(default_factory=dict)
+    """what `Task.look` found, by name"""
+
+    def rows(self, rows: Any) -> Moment:
+        """Some of the worlds."""
+        seen = {name: values[rows] for name, values in self.seen.items()}
+        return Moment(self.q[rows], self.qd[rows], self.action[rows], self.goal[rows], seen)
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What a step of the environment was worth, one entry per world."""
+
+    reward: Array
+    terminated: Array
+    """bool: the task has failed"""
+    info: dict[str, Array]
+    """the terms of the reward, and what else is of interest"""
+
+
+class Task(ABC):
+    """A model, and what to do with it."""
+
+    file: ClassVar[str]
+    """of the model, in `folder`"""
+    folder: ClassVar[Path] = MODELS
+    dt: ClassVar[float] = 5e-3
+    """time step of the simulation (s)"""
+    repeat: ClassVar[int] = 4
+    """steps per action"""
+    noise: ClassVar[tuple[float, float]] = (0.02, 0.05)
+    """largest change of each entry of q (m, rad) and qd (m/s, rad/s) at the start"""
+
+    @cached_property
+    def model(self) -> Model:
+        return load_model(self.folder / self.file)
+
+    @property
+    def interval(self) -> float:
+        """Time between two actions (s)."""
+        return self.dt * self.repeat
+
+    def start(self, q: Array, random: np.random.Generator) -> tuple[Array, Array, Array]:
+        """q, qd and goal of one world that begins; q: the model's own start."""
+        low, high = self.noise
+        moved = q + random.uniform(-low, low, q.shape)
+        return moved, random.uniform(-high, high, self.model.nv), np.zeros(0)
+
+    def look(self, simulations: Sequence[Simulation]) -> dict[str, Array]:
+        """What else of the worlds counts than q and qd, a row per world; called after every action."""
+        return {}
+
+    def observe(self, now: Moment) -> Array:
+        """What an agent sees, (worlds, n)."""
+        return np.concatenate([now.q, now.qd], axis=1)
+
+    @abstractmethod
+    def judge(self, before: Moment, now: Moment) -> Outcome:
+        """What the action between two instants was worth."""
+
+    def locate(self, now: Moment) -> dict[str, Array]:
+        """Where the worlds are: a part of `info` after a step, and all of it after a reset."""
+        return {}
+
+    def column(self, name: str) -> int:
+        """Where a coordinate begins in q."""
+        return self.model.coordinates[name].q.start
+
+
+def sum_of_squares(values: Array) -> Array:
+    return np.square(values).sum(axis=1)
