@@ -200,6 +200,8 @@ def test_same_step():
         assert truncated.all()
         assert np.array_equal(np.stack(told["final_obs"]), expected)
         assert np.array_equal(told["final_info"]["x_position"], info["x_position"])
+        assert told["_x_position"].all()  # of the new episodes
+        assert not told["_reward_forward"].any()  # of which there is none yet
         expected, *_ = later.step(actions)  # the first of the next episode
         assert np.array_equal(observation, expected)
 

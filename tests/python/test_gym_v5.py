@@ -146,9 +146,10 @@ def test_options(theirs):
     assert terminated == (not b.is_healthy)
 
 
-# Breaks when inertias, springs, dampers, armatures or gears of a model are read otherwise: both move alike in the
-# air over one action. MuJoCo at a twentieth of its time step is exact beside ours. Our error is of the first order
-# at least, so that the error at the smaller of two steps is at most their difference; the bound is twice that.
+# Breaks when inertias, springs, dampers, armatures or gears of a model are read otherwise: both move alike in
+# the air over one action. MuJoCo at a twentieth of its time step is exact beside ours. Our error is of the
+# first order at least, so that the error at the smaller of two steps is at most their difference; the bound
+# is twice that.
 @pytest.mark.parametrize("name", NAMES)
 def test_motion_in_the_air(name, theirs):
     env, reference = ours(name), theirs(name)

@@ -1,8 +1,8 @@
 """Environments of Gymnasium: HalfCheetah, Hopper, Walker2d, Ant and Humanoid v5, and four tasks of our own.
 
 Importing this package registers them; `gymnasium.make("amontons.gym:amontons/Ant-v5")` imports it by itself.
-`gymnasium.make_vec` of the same name steps many worlds in C++ threads. `amontons.gym.sb3` adapts such a vector
-to Stable-Baselines3.
+`gymnasium.make_vec` of the same name steps many worlds in C++ threads. `amontons.gym.sb3` adapts such a
+vector to Stable-Baselines3.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
 """HalfCheetah, Hopper, Walker2d, Ant and Humanoid as in Gymnasium's environments v5 with MuJoCo.
 
 Models, spaces, rewards, terminations, starts and the options of `make` that concern them are those of v5. The
-models are read from the installed package `gymnasium`. Time steps and contacts are our own; docs/learning.md lists
-the differences.
+models are read from the installed package `gymnasium`. Time steps and contacts are our own; docs/learning.md
+lists the differences.
 """
 
 from __future__ import annotations

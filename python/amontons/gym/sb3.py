@@ -30,8 +30,8 @@ def make(name: str, num_envs: int, **options: Any) -> SB3Worlds:
 class SB3Worlds(VecEnv):
     """A `VectorEnvironment` with autoreset_mode=SAME_STEP as a `VecEnv` of Stable-Baselines3.
 
-    Where an episode ends, the observation is the first of the next episode, and info["terminal_observation"] is
-    the last of the one that ended.
+    Where an episode ends, the observation is the first of the next episode, and info["terminal_observation"]
+    is the last of the one that ended.
     Wrap it in `VecMonitor` for returns of episodes, in `VecNormalize` for observations of like size.
     Raises InputError for another vector.
     """
@@ -66,7 +66,7 @@ class SB3Worlds(VecEnv):
         if final is not None:
             finals = one_by_one(final, self.num_envs)
             for k in np.flatnonzero(ended):
-                self.reset_infos[k] = told[k]
+                self.reset_infos[k] = {name: v for name, v in told[k].items() if infos[f"_{name}"][k]}
                 told[k] = {**finals[k], "terminal_observation": final_observations[k]}
         for k, info in enumerate(told):
             info["TimeLimit.truncated"] = bool(truncated[k] and not terminated[k])
@@ -93,7 +93,7 @@ class SB3Worlds(VecEnv):
 
 
 def one_by_one(infos: dict[str, Any], count: int) -> list[dict[str, Any]]:
-    """The info of each world, of those that all have."""
+    """The info of each world, without the masks."""
     names = [name for name in infos if not name.startswith("_")]
     columns = [infos[name].tolist() for name in names]
     rows = zip(*columns, strict=True) if names else [()] * count

@@ -1,9 +1,9 @@
 """Inertias, velocities and contact forces of bodies as MuJoCo gives them: about the centre of mass of all.
 
 Observations of Ant and Humanoid contain MuJoCo's `cinert`, `cvel` and `cfrc_ext`: spatial quantities in world
-axes, about the centre of mass of the whole tree. Masses and inertias are MuJoCo's own. The pose and velocity of a
-body of MuJoCo's are those of our body that carries its geoms; bodies that are fixed to each other may be one body
-here and several there.
+axes, about the centre of mass of the whole tree. Masses and inertias are MuJoCo's own. The pose and velocity
+of a body of MuJoCo's are those of our body that carries its geoms; bodies that are fixed to each other may be
+one body here and several there.
 """
 
 from __future__ import annotations

@@ -24,9 +24,10 @@ class VectorEnvironment(gymnasium.vector.VectorEnv[Array, Array, Array]):
 
     threads: worlds at a time, by default as many as there are cores to use.
     max_episode_steps: after which an episode is truncated, None for no limit.
-    autoreset_mode: when a world whose episode has ended begins the next. NEXT_STEP: at the next step, whose action
-        does not count. SAME_STEP: within the step that ended it, which returns the first observation of the next
-        episode; info["final_obs"] and info["final_info"] hold the last observation and info, as in Gymnasium.
+    autoreset_mode: when a world whose episode has ended begins the next. NEXT_STEP: at the next step, whose
+        action does not count. SAME_STEP: within the step that ended it, which returns the first observation
+        of the next episode; info["final_obs"] and info["final_info"] hold the last observation and info, as
+        in Gymnasium.
     render_mode: None; InputError otherwise, because a page or a picture shows one world.
     """
 
@@ -119,16 +120,14 @@ class VectorEnvironment(gymnasium.vector.VectorEnv[Array, Array, Array]):
         seen = self._worlds.observe()
         for k in rows:
             final[k] = seen[k]
-        ends = {name: values for name, values in infos.items() if not name.startswith("_")}
-        ends = {name: np.where(has.reshape(-1, *[1] * (v.ndim - 1)), v, 0) for name, v in ends.items()}
         self._start(rows)
-        for name, values in self._worlds.locate().items():
-            infos[name][rows] = values[rows]
-        masks = {f"_{name}": has for name in ends}
-        return {
-            **infos,
-            "final_obs": final,
-            "_final_obs": has,
-            "final_info": {**ends, **masks},
-            "_final_info": has,
-        }
+        start, others = self._worlds.locate(), ~has
+        ends, begun = {}, {}
+        for name in [name for name in infos if not name.startswith("_")]:
+            values = infos[name]
+            ends |= {name: np.zeros_like(values), f"_{name}": has}
+            ends[name][rows] = values[rows]
+            begun |= {name: values, f"_{name}": infos[f"_{name}"] & (others | (name in start))}
+            values[rows] = start[name][rows] if name in start else 0
+        last = {"final_obs": final, "_final_obs": has, "final_info": ends, "_final_info": has}
+        return begun | last
