@@ -22,7 +22,7 @@ class Worlds:
 
     def __init__(self, task: Task, count: int) -> None:
         self.task = task
-        first = Simulation(task.model, dt=task.dt, on_failure="ignore")
+        first = Simulation(task.model, dt=task.dt, on_failure="ignore", **task.options)
         self.simulations = [first, *(first.copy() for _ in range(count - 1))]
         self.home = first.q
         goal = task.start(self.home, np.random.default_rng(0))[2]

@@ -4,7 +4,9 @@
 #include <atomic>
 #include <chrono>
 #include <cmath>
+#include <condition_variable>
 #include <limits>
+#include <mutex>
 #include <thread>
 
 #include "amontons/base/error.hpp"
@@ -39,6 +41,28 @@ class StopSign {
   std::thread::id caller_ = std::this_thread::get_id();
   std::chrono::steady_clock::time_point asked_ = std::chrono::steady_clock::now();
   std::atomic<bool> stop_{false};
+};
+
+// How many worlds are not at their ends, for a thread that waits for them.
+class LeftWorlds {
+ public:
+  explicit LeftWorlds(std::size_t count) : left_(count) {}
+
+  void remove_one() {
+    const std::lock_guard lock(mutex_);
+    if (--left_ == 0) none_.notify_all();
+  }
+  // Until none is left, or the sign says stop; it is asked some fifty times a second.
+  void wait(StopSign& sign) {
+    using namespace std::chrono_literals;
+    std::unique_lock lock(mutex_);
+    while (left_ > 0 && !sign.stopped()) none_.wait_for(lock, 20ms);
+  }
+
+ private:
+  std::mutex mutex_;
+  std::condition_variable none_;
+  std::size_t left_;
 };
 
 // One simulation in two rows would be advanced by two threads. Sorted by address, equals are neighbours.
@@ -108,18 +132,19 @@ Course run_worlds(const Tree& tree, Worlds worlds, const Schedule& schedule,
   course.failures.resize(worlds.size());
   // Worlds differ in what their steps cost: whoever is free takes the next one.
   const auto threads = static_cast<unsigned>(std::clamp<std::size_t>(worlds.size(), 1, schedule.threads));
-  std::atomic<std::size_t> next{0}, at_work{threads};
+  std::atomic<std::size_t> next{0};
+  LeftWorlds left(worlds.size());
   StopSign sign(interrupted);
   PoolLease pool(threads);
   pool->run(threads, [&](std::size_t) {
-    using namespace std::chrono_literals;
     const Patience patience(infinity, [&] { return sign.stopped(); });
-    for (std::size_t i; (i = next.fetch_add(1, std::memory_order_relaxed)) < worlds.size();)
+    for (std::size_t i; (i = next.fetch_add(1, std::memory_order_relaxed)) < worlds.size();) {
       run(tree, *worlds[i], i, schedule, sign, course);
-    at_work.fetch_sub(1, std::memory_order_acq_rel);
-    // Whoever called goes on asking for the others.
-    while (sign.asks() && at_work.load(std::memory_order_acquire) > 0 && !sign.stopped())
-      std::this_thread::sleep_for(100us);
+      left.remove_one();
+    }
+    // The caller goes on asking while others finish their worlds. It waits for worlds, not for threads: a
+    // thread that has no core yet holds none.
+    if (sign.asks()) left.wait(sign);
   });
   course.interrupted = sign.stopped();
   return course;
