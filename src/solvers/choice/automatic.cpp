@@ -267,8 +267,8 @@ Solution after_elimination(const Problem& problem, const Options& options, const
 // A problem by itself: islands have what the tolerance of the whole leaves them.
 Solution automatic(const Problem& problem, const Options& options) {
   if (Solution s; accepts_start(problem, options, s)) return s;
-  // Conjugate gradients before a factorisation.
-  if (problem.K.all_free()) {
+  // A large linear system: conjugate gradients before a factorisation.
+  if (problem.K.all_free() && problem.rows() > choice::large_linear_system) {
     Solution s = solve_one(problem, options);
     if (s.status != Status::stalled) return s;
   }
