@@ -97,8 +97,9 @@ inline constexpr double least_window = 0.3;
 inline constexpr double race_work = 1.6e9;
 // Work (ns per block): of the same; what is not solved by then creeps.
 inline constexpr double race_work_per_block = 6e5;
-// Work (ns): after the direct way has failed; most such problems have no solution, and the race proves it.
-inline constexpr double late_race_work = 2e6;
+// Work (ns): after the direct way has failed; most such problems have no
+// solution, which p-spg-fb has not proven within 2 ms (test_status).
+inline constexpr double late_race_work = 8e6;
 // Work (ns per block): of the same.
 inline constexpr double late_race_work_per_block = 5e4;
 
