@@ -93,7 +93,8 @@ def test_base_falls(rover):
     assert linear == pytest.approx((0, 0, -9.81 * 0.1 * sim.model.total_mass), abs=1e-9)
 
 
-# Breaks when the rule of the base changes: free with an inertia, fixed if called world or without mass.
+# Breaks when the rule of the base changes: free with a mass, its own or one that is fixed to it, fixed if
+# called world or without any.
 def test_floating_base(tmp_path):
     arm = [link("arm"), joint("j", "continuous", "base", "arm")]
     free = load_model(write(tmp_path, link("base"), *arm))
@@ -102,9 +103,15 @@ def test_floating_base(tmp_path):
     held = load_model(write(tmp_path, link("base"), *arm), floating_base=False)
     assert held.bodies[0].motion == "fixed"
     massless = write(tmp_path, link("base", ""), link("trunk"), joint("f", "fixed", "base", "trunk"))
-    assert [b.motion for b in load_model(massless).bodies] == ["fixed", "fixed"]
-    floating = load_model(massless, floating_base=True)
+    assert [b.motion for b in load_model(massless, floating_base=False).bodies] == ["fixed", "fixed"]
+    with pytest.warns(ModelWarning, match='"base" has no <inertial> and moves freely.*floating_base=False'):
+        floating = load_model(massless)
     assert [(b.name, b.motion, b.mass) for b in floating.bodies] == [("base", "dynamic", 2.0)]
+    nothing = write(tmp_path, link("base", ""), link("arm"), joint("j", "continuous", "base", "arm"))
+    assert [b.motion for b in load_model(nothing).bodies] == ["fixed", "dynamic"]
+    anchored = INERTIAL.replace('value="2"', 'value="0"')  # as Bullet fixes a base
+    held = write(tmp_path, link("base", anchored), link("trunk"), joint("f", "fixed", "base", "trunk"))
+    assert [b.motion for b in load_model(held).bodies] == ["fixed", "fixed"]
     world = [link("world", ""), link("base"), joint("f", "fixed", "world", "base", '<origin xyz="0 0 1"/>')]
     model = load_model(write(tmp_path, *world, link("arm"), joint("j", "continuous", "base", "arm")))
     assert [b.motion for b in model.bodies] == ["fixed", "dynamic"]

@@ -28,6 +28,16 @@ from .visuals import read_visuals
 from .xml_lines import Faults, expand_includes, read_xml
 
 SUFFIXES = (".xml", ".mjcf", ".urdf")
+CONVERTED = {
+    ".xacro": "run xacro first: `xacro robot.xacro > robot.urdf`, then load robot.urdf",
+    ".sdf": "SDF is not read; convert it to MJCF (sdformat_mjcf) or URDF (sdformat_urdf)",
+    **dict.fromkeys(
+        (".usd", ".usda", ".usdc", ".usdz"),
+        "USD is not read; export the robot as URDF or MJCF from the program that wrote the file",
+    ),
+    ".mjb": "a compiled MuJoCo model is not read; load the XML that it was compiled from",
+}
+"""What to do with a file of another kind."""
 
 
 def load_model(
@@ -64,7 +74,9 @@ def compiled_model(
     """A model file as MuJoCo has it, with the meshes and the base that `load_model` gives a URDF."""
     path = existing(path, "a model file")
     if path.suffix.lower() not in SUFFIXES:
-        raise FileError(f"{path}: unknown kind of file; known suffixes are {', '.join(SUFFIXES)}")
+        known = f"known suffixes are {', '.join(SUFFIXES)}"
+        remedy = CONVERTED.get(path.suffix.lower())
+        raise FileError(f"{path}: {f'{remedy}; {known}' if remedy else f'unknown kind of file; {known}'}")
     if str(path) != str(path).encode(errors="replace").decode():
         raise FileError(f"{path}: the name is no UTF-8, which MuJoCo asks for; rename the file")
     import_mujoco()

@@ -10,6 +10,7 @@ from ...model.mass import MassProperties, principal
 from ...model.parts import WORLD, Body, FluidBox
 from ...model.transforms import Transform
 from .compiled import Compiled, transform
+from .urdf import judge_masses
 
 THIN = 1e-15
 """Inertia below this fraction of the largest counts as none."""
@@ -55,6 +56,8 @@ def read_bodies(compiled: Compiled) -> Bodies:
                     "body", i, "gravcomp unlike that of the body that it is part of; the mean counts"
                 )
     names = unique_names(compiled, "body", m.nbody)
+    moving = [i for i in range(1, m.nbody) if m.body_weldid[i] != 0]
+    judge_masses(compiled.root, {names[i]: float(m.body_mass[i]) for i in moving}, compiled.issues)
     bodies, index = [], {0: WORLD}
     for i in range(1, m.nbody):
         if owner[i] != i:
