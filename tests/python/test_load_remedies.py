@@ -75,7 +75,7 @@ def test_keyframe_without_bodies(tmp_path):
 
 
 # Breaks when loading does not say which links have the mass of their shapes, or says it of links with
-# <inertial>, without mass, or of a base that does not move: a box of 0.1 x 0.2 x 0.3 m has 6 kg, the other two have 1 kg.
+# <inertial>, without mass, or of a base that does not move. A box of 0.1 x 0.2 x 0.3 m has 6 kg, others 1 kg.
 def test_mass_of_shapes_is_said(tmp_path):
     path = tmp_path / "robot.urdf"
     inertia = '<inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/>'

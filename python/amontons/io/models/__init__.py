@@ -118,7 +118,7 @@ def _read(compiled: Compiled) -> tuple[Model, Geoms]:
     tendons, tendon_of = read_tendons(compiled, bodies, joints)
     actuators, actuator_ids = read_actuators(compiled, bodies, joints, tendons, tendon_of)
     couplings = read_equalities(compiled, bodies, joints, tendon_of)
-    pair_materials, excluded = read_contacts(compiled, bodies, geoms)
+    pair_materials, excluded, excluded_geoms = read_contacts(compiled, bodies, geoms)
     keyframes = read_keyframes(compiled, bodies, joints, actuator_ids)
     sites = read_sites(compiled, bodies)
     sensors = read_sensors(
@@ -141,12 +141,14 @@ def _read(compiled: Compiled) -> tuple[Model, Geoms]:
         couplings=tuple(couplings),
         pair_materials=tuple(pair_materials),
         excluded_bodies=tuple(excluded),
+        excluded_geoms=tuple(excluded_geoms),
         tendons=tuple(tendons),
         actuators=tuple(actuators),
         keyframes=keyframes,
         sites=sites,
         sensors=sensors,
         visuals=tuple(read_visuals(compiled, bodies, geoms)),
+        links=tuple(bodies.links),
         fluid=Fluid(*map(float, (m.opt.density, m.opt.viscosity)), tuple(m.opt.wind.tolist())),
         fluid_boxes=tuple(boxes),
         unread=compiled.issues.unread(),

@@ -34,8 +34,8 @@ PAIR = 64
 FRICTIONS = ("friction", "torsional_friction", "rolling_friction")
 
 
-def excluded_bodies(compiled: Compiled, bodies: Bodies) -> Pairs:
-    """<exclude>, and the rule that a body does not touch its parent.
+def excluded_pairs(compiled: Compiled, bodies: Bodies, geoms: Geoms) -> tuple[Pairs, Pairs]:
+    """Of bodies and of geoms: <exclude>, and the rule that a body does not touch its parent.
 
     What is fixed to each other counts as one body, and the world touches its children (MuJoCo, Computation,
     Collision, Selection, filter 3).
@@ -43,6 +43,10 @@ def excluded_bodies(compiled: Compiled, bodies: Bodies) -> Pairs:
     m = compiled.model
     groups = fixed_groups(compiled, bodies)
     found: Pairs = set()
+    of_geoms: Pairs = set()
+    on: dict[int, list[int]] = {}
+    for geom, ours in geoms.index.items():
+        on.setdefault(int(m.geom_bodyid[geom]), []).append(ours)
     for root, members in groups.items():
         if root == 0:
             continue
@@ -50,27 +54,26 @@ def excluded_bodies(compiled: Compiled, bodies: Bodies) -> Pairs:
         parent = int(m.body_weldid[m.body_parentid[root]])
         if parent != 0 and compiled.enabled("filterparent"):
             found.update(product(members, groups[parent]))
-    for e, signature in enumerate(m.exclude_signature):
-        pair = int(signature) >> 16, int(signature) & 0xFFFF
-        for body in pair:
-            if bodies.owner[body] != body:
-                compiled.refuse(
-                    "exclude",
-                    e,
-                    f'"{compiled.name("body", body)}" has no mass and is part of '
-                    f'"{compiled.name("body", bodies.owner[body])}" here, which touches nothing of the other',
-                )
+    shared = {bodies.at(i) for i in range(m.nbody) if bodies.owner[i] != i}
+    for signature in m.exclude_signature.tolist():
+        pair = signature >> 16, signature & 0xFFFF
         a, b = (bodies.at(body) for body in pair)
-        if a != b:
+        if shared & {a, b}:  # of a part of a body
+            of_geoms.update(product(*(on.get(body, []) for body in pair)) if a != b else ())
+        elif a != b:
             found.add((a, b))
-    return {(min(p), max(p)) for p in found}
+    return _ordered(found), _ordered(of_geoms)
+
+
+def _ordered(pairs: Pairs) -> Pairs:
+    return {(min(p), max(p)) for p in pairs}
 
 
 def read_contacts(
     compiled: Compiled, bodies: Bodies, geoms: Geoms
-) -> tuple[list[PairMaterial], list[tuple[int, int]]]:
-    """Pair materials and exclusions; makes geoms soft."""
-    excluded = excluded_bodies(compiled, bodies)
+) -> tuple[list[PairMaterial], list[tuple[int, int]], list[tuple[int, int]]]:
+    """Pair materials, excluded bodies and excluded geoms; makes geoms soft."""
+    excluded, excluded_geoms = excluded_pairs(compiled, bodies, geoms)
     frictions = _frictions(compiled, geoms)
     soft = _soften(compiled, geoms)
     pairs = {}
@@ -84,7 +87,7 @@ def read_contacts(
     found = {pair: PairMaterial(*pair, material) for pair, material in pairs.items()}
     if compiled.enabled("contact"):
         found |= _explicit(compiled, geoms)
-    return [found[pair] for pair in sorted(found)], sorted(excluded)
+    return [found[pair] for pair in sorted(found)], sorted(excluded), sorted(excluded_geoms)
 
 
 def combined(a: Material, b: Material) -> Material:
