@@ -357,6 +357,17 @@ def _to_core_value(value: Any) -> Any:
         return (value.position, value.rotation)
     if type(value) in _CORE:
         return to_core(value)
+    if isinstance(value, tuple) and value and type(value[0]) is PairMaterial:
+        return _to_core_pairs(value)
     if isinstance(value, tuple) and value and type(value[0]) in _CORE:
         return [to_core(part) for part in value]
     return value
+
+
+def _to_core_pairs(pairs: tuple[PairMaterial, ...]) -> list[_core.PairMaterial]:
+    """There may be a million of them, which share few materials."""
+    materials: dict[int, _core.Material] = {}
+    for pair in pairs:
+        if id(pair.material) not in materials:
+            materials[id(pair.material)] = to_core(pair.material)
+    return [_core.PairMaterial(p.geom_a, p.geom_b, materials[id(p.material)], p.always) for p in pairs]
