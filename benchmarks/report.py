@@ -240,12 +240,14 @@ def robot_table(r: Results) -> str:
          f"{row['contacts']} / {row['mujoco_contacts']}", cell(row, "missed_percent"),
          cell(row, "residual"), cell(row, "penetration", 1e3), cell(row, "energy_gain_relative"),
          cell(row, "free", 1e3), cell(row, "free_in_errors"), cell(row, "motion", 1e3),
+         cell(row, "joint_error", 1e3), cell(row, "driven_missed_percent"), cell(row, "driven_joint_error"),
          cell(row, "step_median", 1e3), cell(row, "longest_in_medians"),
          f"{cell(row, 'steps_per_second')} / {cell(row, 'mujoco_steps_per_second')}")
         for row in r.robots
     ]  # fmt: skip
     header = ("model", "outcome", "not read", "contacts", "missed %", "residual", "penetration", "gain",
-              "free motion", "in errors", "motion", "median step", "longest, medians", "steps/s")  # fmt: skip
+              "free motion", "in errors", "motion", "joints", "driven: missed %", "driven: joints, lengths",
+              "median step", "longest, medians", "steps/s")  # fmt: skip
     return table(header, rows)
 
 

@@ -22,8 +22,9 @@ from typing import Any
 
 import amontons
 import mujoco
-import numpy as np
+from robot_energy import Energy
 from robot_motion import Ends, as_it_is, free_motion
+from robot_trials import driven, joint_error, keyframes
 
 START = 0.2  # s, after which overlaps of the initial pose should be gone
 
@@ -62,11 +63,13 @@ def stages(options: argparse.Namespace) -> Iterator[dict[str, Any]]:
     times: list[float] = []
     yield from our_run(simulation, options.duration, start + 0.5 * options.limit, times)
     yield our_speed(simulation, options.duration, start + 0.6 * options.limit, times)
+    yield keyframes(model, theirs, start + 0.65 * options.limit)
+    yield driven(model, start + 0.75 * options.limit)
     yield {"finished": True, "compared": theirs is None}
     if theirs is None:
         return
     ends = Ends.of(model, theirs)
-    yield free_motion(model, theirs, ends, start + 0.75 * options.limit)
+    yield free_motion(model, theirs, ends, start + 0.85 * options.limit)
     yield as_it_is(model, theirs, ends, start + 0.95 * options.limit)
     yield {"compared": True}
 
@@ -151,11 +154,12 @@ def our_speed(
     while len(ends) <= wanted and ends[-1] < until:
         simulation.step()
         ends.append(perf_counter())
-    speed = {"steps_per_second": (len(ends) - 1) / max(thread_time() - before, 1e-9)}
-    if len(ends) - 1 < len(times):
-        return speed
     again = [end - begin for begin, end in pairwise(ends)]
-    return speed | of_steps([min(two) for two in zip(times, again, strict=False)])
+    speed = {"steps_per_second": len(again) / max(thread_time() - before, 1e-9)}
+    if not again or len(again) < len(times):
+        return speed
+    longest = {"longest": max(times), "longest_again": max(again)}
+    return speed | longest | of_steps([min(two) for two in zip(times, again, strict=False)])
 
 
 def of_steps(times: list[float]) -> dict[str, Any]:
@@ -169,6 +173,8 @@ def our_run(
     steps = max(1, math.ceil(duration / simulation.dt - 1e-9))
     energy, said = Energy(simulation), perf_counter()
     worst = {"missed": 0, "residual": 0.0, "contacts": 0, "penetration_start": 0.0, "penetration": 0.0}
+    worst |= {"joint_error": 0.0, "joint_error_relative": 0.0}
+    length = simulation.model.length
     for k in range(1, steps + 1):
         before = thread_time()
         try:
@@ -183,6 +189,9 @@ def our_run(
         worst["contacts"] = max(worst["contacts"], report.contacts)
         depth = "penetration_start" if report.time <= START else "penetration"
         worst[depth] = max(worst[depth], report.penetration)
+        if report.time > START:
+            worst["joint_error"] = max(worst["joint_error"], joint_error(report, length))
+            worst["joint_error_relative"] = worst["joint_error"] / length
         if k == steps or perf_counter() > said + 1.0 or perf_counter() > until:
             said = perf_counter()
             yield {
@@ -192,117 +201,6 @@ def our_run(
             }  # fmt: skip
         if perf_counter() > until:
             return
-
-
-class Energy:
-    """Gains of a step that no load, motor or spring explains, from what the simulation tells of itself.
-
-    The energy of a step is kinetic (armatures included), of gravity and of springs; the work of motors is
-    their effort over the coordinate's way, all else that acts along coordinates only takes. Ways are those
-    of the velocities: what corrections of positions lift and bend, where bodies or limits start too deep,
-    is told apart. Blank where surfaces, kinematic bodies or motors on joints that close loops drive, or
-    soft contacts and tendons store, whose work is not told. Beside it the balance that reports tell
-    themselves.
-    """
-
-    def __init__(self, simulation: amontons.Simulation) -> None:
-        model = simulation.model
-        self.simulation = simulation
-        dofs = [d for joint in model.joints for d in joint.dofs]
-        self.armature = np.array([d.armature for d in dofs])
-        self.stiffness = np.array([d.stiffness for d in dofs])
-        self.rest = np.array([d.rest for d in dofs])
-        materials = [g.material for g in model.geoms] + [pair.material for pair in model.pair_materials]
-        self.untold = (
-            any(any(g.surface_velocity) for g in model.geoms)
-            or any(
-                b.motion == "kinematic" and any(b.linear_velocity + b.angular_velocity) for b in model.bodies
-            )
-            or any(material.compliance for material in materials)
-            or any(tendon.stiffness or tendon.armature for tendon in model.tendons)
-        )
-        # Plus the largest kinetic energy so far; without gravity, that of a thousandth of a length in 1 s.
-        weight = float(np.linalg.norm(model.gravity)) + 1e-6 * model.length
-        self.scale = model.total_mass * weight * model.length
-        own = [c for c in model.coordinates.values() if c.dof >= 0]
-        self.dofs = [model.dof_index(c.joint, c.dof) for c in own]
-        self.of_q, self.of_qd = [c.q.start for c in own], [c.qd.start for c in own]
-        self.coordinates = simulation.q[self.of_q]
-        driven = {
-            model.dof_index(j, k)
-            for j, joint in enumerate(model.joints)
-            for k, dof in enumerate(joint.dofs)
-            if dof.armature or dof.motor != amontons.Motor()
-        } | {
-            model.dof_index(a.transmission.joint, a.transmission.dof)
-            for a in model.actuators
-            if a.transmission.kind == "dof"
-        }
-        self.untold = self.untold or not driven <= set(self.dofs)
-        # Those on degrees of freedom count among the motors there.
-        self.others = np.array([a.transmission.kind != "dof" for a in model.actuators], dtype=bool)
-        self.lengths = simulation.actuator_efforts["length"][self.others]
-        dynamic = np.array([b.motion == "dynamic" for b in model.bodies])
-        weights = np.array([b.mass * b.gravity_scale for b in model.bodies]) * dynamic
-        self.weights = np.outer(weights, model.gravity)
-        self.centres = np.array([b.centre_of_mass for b in model.bodies]).reshape(-1, 3)
-        self.last: float | None = None
-        self.stored = 0.0  # of gravity and springs (J)
-        self.gain, self.above, self.rise, self.largest, self.lift = 0.0, 0.0, 0.0, 0.0, 0.0
-        self.told: float | None = None
-
-    def storing(self, rates: np.ndarray[Any, Any]) -> float:
-        """What the velocities of the end, with which bodies moved, put into gravity and springs."""
-        dt = self.simulation.dt
-        stretch = self.simulation.q[self.of_q] - 0.5 * dt * rates - self.rest[self.dofs]
-        return dt * float(self.stiffness[self.dofs] * stretch @ rates) - dt * self.power_of_gravity()
-
-    def power_of_gravity(self) -> float:
-        """Along the velocities of the end (W)."""
-        state = self.simulation.state
-        w, q = state.orientations[:, :1], state.orientations[:, 1:]
-        arms = self.centres + 2 * np.cross(q, np.cross(q, self.centres) + w * self.centres)
-        velocities = state.linear_velocities + np.cross(state.angular_velocities, arms)
-        return float(np.sum(self.weights * velocities))
-
-    def add(self, report: amontons.Report) -> None:
-        moved = self.simulation.q[self.of_q] - self.coordinates
-        self.coordinates += moved
-        efforts = self.simulation.joint_efforts[self.dofs]
-        others = self.simulation.actuator_efforts[self.others]
-        lengthened = others["length"] - self.lengths
-        self.lengths = others["length"]
-        rates = self.simulation.qd[self.of_qd]
-        lift = 0.0
-        if report.substeps == 1:
-            dt = self.simulation.dt
-            moved, lengthened = dt * rates, dt * others["rate"]
-            lift = report.potential_energy + report.spring_energy - self.stored - self.storing(rates)
-        self.stored = report.potential_energy + report.spring_energy
-        work = float(efforts["motor"] @ moved + others["effort"] @ lengthened)
-        energy = report.energy + 0.5 * float(self.armature[self.dofs] @ rates**2)
-        self.largest = max(self.largest, report.kinetic_energy)
-        if self.last is not None:
-            gain = energy - self.last - work - lift
-            self.lift = max(self.lift, lift)
-            self.gain = max(self.gain, gain)
-            # How far it climbs above the lowest value so far: what many small gains add up to.
-            self.above = max(0.0, self.above + gain)
-            self.rise = max(self.rise, self.above)
-        self.last = energy
-        if hasattr(report, "energy_balance"):
-            self.told = max(self.told or 0.0, report.energy_balance)
-
-    def facts(self) -> dict[str, Any]:
-        scale = max(self.scale + self.largest, 1e-300)
-        gains = [gain for gain in (None if self.untold else self.gain, self.told) if gain is not None]
-        return {
-            "energy_gain": None if self.untold else self.gain,
-            "energy_rise": None if self.untold else self.rise,
-            "energy_balance": self.told,
-            "energy_gain_relative": max(gains) / scale if gains else None,
-            "energy_lift": self.lift,
-        }
 
 
 if __name__ == "__main__":

@@ -25,9 +25,11 @@ from rich.console import Console
 from rich.table import Table
 
 WORKER = Path(__file__).with_name("robot_run.py")
-MISSED, MEDIANS, GAIN, ERRORS = 1.0, 10.0, 0.01, 3.0
+MISSED, MEDIANS, GAIN, ERRORS, APART = 1.0, 10.0, 0.01, 3.0, 0.01
 """From where on a row counts: missed steps (%), longest step (medians), relative gain of a step, difference
-of free motion (errors of the step)."""
+of free motion (errors of the step), joints that are apart (lengths of the model)."""
+SAME = 1e-6
+"""Lengths of the model by which a keyframe may be off MuJoCo's."""
 SHORT = 2e-3
 """A step below this (s) is not long, however short the median: memory that is new costs as much."""
 SHORT_STEP = 2e-3
@@ -35,10 +37,13 @@ SHORT_STEP = 2e-3
 COLUMNS = (
     "model", "outcome", "load", "changes_motion", "not_read", "what", "mujoco_refuses", "floor", "bodies",
     "load_time", "steps", "wanted_steps", "simulated", "contacts", "mujoco_contacts", "missed",
-    "missed_percent", "residual", "penetration_start", "penetration", "energy_gain", "energy_balance",
-    "energy_gain_relative", "energy_rise", "energy_lift", "free", "free_error", "free_in_errors", "free_time",
-    "free_kicked", "motion", "motion_time", "compared", "step_median", "longest_in_medians",
-    "steps_per_second", "mujoco_steps_per_second", "stopped",
+    "missed_percent", "residual", "penetration_start", "penetration", "joint_error", "joint_error_relative",
+    "energy_gain", "energy_balance", "energy_gain_relative", "energy_rise", "energy_lift", "free",
+    "free_error", "free_in_errors", "free_time", "free_kicked", "motion", "motion_time", "compared",
+    "step_median", "longest_in_medians", "longest", "longest_again", "keyframes", "keyframe_error",
+    "keyframe_in_lengths", "keyframe_missed_percent", "keyframes_failed", "driven", "driven_time",
+    "driven_missed_percent", "driven_residual", "driven_joint_error", "driven_gain", "driven_gain_relative",
+    "driven_stopped", "steps_per_second", "mujoco_steps_per_second", "stopped",
 )  # fmt: skip
 Row = dict[str, Any]
 
@@ -138,6 +143,14 @@ def beside(ours: str, theirs: str, digits: int) -> Cell:
     return cell
 
 
+def keyed(row: Row) -> str:
+    """How many keyframes, and how far the worst is from MuJoCo's (lengths)."""
+    if not row["keyframes"]:
+        return ""
+    off = number("keyframe_in_lengths", 1, above=SAME)(row)
+    return f"{row['keyframes']}, {off}" + (" [red]failed[/red]" if row["keyframes_failed"] else "")
+
+
 SHOWN: tuple[tuple[str, Cell], ...] = (
     ("model", lambda row: row["model"]),
     ("not read", loaded),
@@ -146,6 +159,7 @@ SHOWN: tuple[tuple[str, Cell], ...] = (
     ("residual", number("residual", 1)),
     ("pen. start, later mm", lambda row: ", ".join(
         number(key, 2, 1e3)(row) for key in ("penetration_start", "penetration"))),
+    ("joints mm", number("joint_error", 2, 1e3)),
     ("gain J", number("energy_gain", 1)),
     ("balance J", number("energy_balance", 1)),
     ("of scale", number("energy_gain_relative", 1, above=GAIN)),
@@ -155,6 +169,12 @@ SHOWN: tuple[tuple[str, Cell], ...] = (
     ("as is mm", number("motion", 2, 1e3)),
     ("median ms", number("step_median", 2, 1e3)),
     ("longest", lambda row: number("longest_in_medians", 2, above=MEDIANS if long(row) else 1e300)(row)),
+    ("longest of each run ms", lambda row: ", ".join(
+        number(key, 2, 1e3)(row) for key in ("longest", "longest_again"))),
+    ("key frames", keyed),
+    ("driven: missed %", number("driven_missed_percent", above=MISSED)),
+    ("joints", number("driven_joint_error", 1, above=APART)),
+    ("gain", number("driven_gain_relative", 1, above=GAIN)),
     ("steps/s", beside("steps_per_second", "mujoco_steps_per_second", 2)),
 )  # fmt: skip
 
@@ -187,6 +207,18 @@ FAULTS: tuple[tuple[str, Callable[[Row], bool]], ...] = (
     (f"longest step above {MEDIANS:g} medians", lambda r: long(r) and r["longest_in_medians"] > MEDIANS),
     (f"a step gains more than {100 * GAIN:g} % of the energy's scale", above("energy_gain_relative", GAIN)),
     (f"free motion further off than {ERRORS:g} errors of the step", above("free_in_errors", ERRORS)),
+    (f"joints apart by more than {APART:g} lengths", above("joint_error_relative", APART)),
+    (
+        "keyframes that fail or are another pose",
+        lambda r: bool(r["keyframes_failed"]) or above("keyframe_in_lengths", SAME)(r),
+    ),
+    (f"keyframes: more than {MISSED:g} % of the steps missed", above("keyframe_missed_percent", MISSED)),
+    (
+        f"driven: more than {MISSED:g} % of the steps missed, or stopped",
+        lambda r: bool(r["driven_stopped"]) or above("driven_missed_percent", MISSED)(r),
+    ),
+    (f"driven: joints apart by more than {APART:g} lengths", above("driven_joint_error", APART)),
+    (f"driven: a step gains more than {100 * GAIN:g} %", above("driven_gain_relative", GAIN)),
     ("free motion not compared", lambda r: r["outcome"] == "finished" and not r["compared"]),
 )
 """What no model should do."""

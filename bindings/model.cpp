@@ -79,6 +79,12 @@ void bind_bodies(nb::module_& m) {
       .def_rw("category", &Geom::category)
       .def_rw("mask", &Geom::mask);
   nb::class_<PairMaterial>(m, "PairMaterial")
+      .def(
+          "__init__",
+          [](PairMaterial* self, Index a, Index b, const Material& material, bool always) {
+            new (self) PairMaterial{a, b, material, always};
+          },
+          nb::arg("geom_a"), nb::arg("geom_b"), nb::arg("material"), nb::arg("always"))
       .def(nb::init<>())
       .def_rw("geom_a", &PairMaterial::geom_a)
       .def_rw("geom_b", &PairMaterial::geom_b)

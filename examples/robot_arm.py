@@ -10,7 +10,7 @@ print(model, "actuators:", ", ".join(model.actuator_names))
 
 simulation = amontons.Simulation(model, dt=2e-3)
 simulation.apply_keyframe("bent")
-box, hand = model.body_index("box"), model.body_index("hand")
+box, hand = model.link_index("box"), model.link_index("hand")
 simulation.state.positions[box, 0] = 0.3  # m; the arrays of the state may be written
 
 times = [0.0, 1.0, 2.0, 3.0, 5.0, 6.0]  # s
@@ -26,7 +26,7 @@ def control(sim: amontons.Simulation) -> None:
 
 def watch(sim: amontons.Simulation, report: amontons.Report) -> None:
     """Adds up the force of the hand on the box."""
-    forces = [c["force"] for c in sim.contacts if {int(c["body_a"]), int(c["body_b"])} == {hand, box}]
+    forces = [c["force"] for c in sim.contacts if {int(c["link_a"]), int(c["link_b"])} == {hand, box}]
     pushes.append(abs(sum(forces)[0]) if forces else 0.0)
     if sim.steps % 500 == 0:
         s, e, x = sim.coordinate("shoulder"), sim.coordinate("elbow"), sim.state.positions[box, 0]

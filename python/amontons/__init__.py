@@ -40,6 +40,7 @@ from .model.drives import PathElement as PathElement
 from .model.drives import Tendon as Tendon
 from .model.drives import TendonTerm as TendonTerm
 from .model.drives import Transmission as Transmission
+from .model.links import Link as Link
 from .model.model import Model as Model
 from .model.parts import Body as Body
 from .model.parts import Coupling as Coupling

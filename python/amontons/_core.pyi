@@ -4,7 +4,7 @@ The C++ core of amontons. Use the package `amontons`, which checks and documents
 
 from collections.abc import Callable, Sequence
 import enum
-from typing import Annotated
+from typing import Annotated, overload
 
 import numpy
 from numpy.typing import NDArray
@@ -584,6 +584,10 @@ class Geom:
     def mask(self, arg: int, /) -> None: ...
 
 class PairMaterial:
+    @overload
+    def __init__(self, geom_a: int, geom_b: int, material: Material, always: bool) -> None: ...
+
+    @overload
     def __init__(self) -> None: ...
 
     @property

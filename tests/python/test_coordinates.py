@@ -143,12 +143,12 @@ def test_equations_of_motion_are_those_of_mujoco(mujoco, tmp_path):
         Jp, Jr = np.zeros((3, m.nv)), np.zeros((3, m.nv))
         mujoco.mj_jac(m, d, Jp, Jr, d.xpos[b] + d.xmat[b].reshape(3, 3) @ point, b)
         np.testing.assert_allclose(sim.jacobian("foot", point), np.vstack([Jp, Jr]), atol=1e-12)
-        d.xfrc_applied[1:] = rng.normal(size=(m.nbody - 1, 6))
+        forces, torques = rng.normal(size=(2, len(model.bodies), 3))
         tau = np.zeros(m.nv)
-        for i in range(1, m.nbody):
-            f = d.xfrc_applied[i]
-            mujoco.mj_applyFT(m, d, f[:3].copy(), f[3:].copy(), d.xipos[i].copy(), i, tau)
-        forces, torques = d.xfrc_applied[1:, :3], d.xfrc_applied[1:, 3:]  # no body is merged here
+        for body, f, t in zip(model.bodies, forces, torques, strict=True):
+            i = mujoco.mj_name2id(m, mujoco.mjtObj.mjOBJ_BODY, body.name)
+            centre = d.xpos[i] + d.xmat[i].reshape(3, 3) @ body.centre_of_mass  # of the body with its links
+            mujoco.mj_applyFT(m, d, f.copy(), t.copy(), centre, i, tau)
         np.testing.assert_allclose(sim.generalised_forces(forces, torques), tau, atol=1e-11)
 
 

@@ -124,22 +124,29 @@ def test_worst_first(tmp_path):
     assert [line.strip().removeprefix(f"{path}:") for line in lines] == [
         " 4 things are not read (model.unread has the list).",
         "Changes the motion; strict=True refuses it:",
-        "5: <xacro:macro>: a macro; run xacro first",
-        "3: <wing>: this element is not known (and 1 more like it)",
+        "line 5: <xacro:macro>: a macro; run xacro first",
+        "line 3: <wing>: this element is not known (and 1 more like it)",
         "Does not change the motion:",
-        "2: <drake:joint_filter>: an element for drake, which MuJoCo does not read either",
+        "line 2: <drake:joint_filter>: an element for drake, which MuJoCo does not read either",
     ]
     path.write_text('<robot name="r"><drake:joint_filter/><link name="world"/></robot>')
     with pytest.warns(UnsupportedWarning, match="Does not change the motion"):
         assert not load_model(path, strict=True).unread[0].changes_motion
 
 
-# Breaks when a long list floods the terminal: 12 lines of each part, the rest counted.
+# Breaks when a long list floods the terminal: 5 lines of each part, of about 140 characters, the
+# rest counted, and the file named once however long its name is.
 def test_long_list_is_cut(tmp_path):
-    body = "".join(f'<geom size="1" adhesion="{i}"/>' for i in range(1, 21))
-    with pytest.warns(UnsupportedWarning, match=r"(?s)20 things.*and 8 more\Z") as caught:
-        model = load(tmp_path, body, strict=False)
-    assert len(str(caught[0].message).splitlines()) == 2 + 12 + 1
+    folder = tmp_path / ("f" * 100)
+    folder.mkdir()
+    name = "g" * 200
+    body = "".join(f'<geom name="{name}{i}" size="1" adhesion="{i}"/>' for i in range(1, 21))
+    with pytest.warns(UnsupportedWarning, match=r"(?s)20 things.*and 15 more\Z") as caught:
+        model = load(folder, body, strict=False)
+    message = str(caught[0].message)
+    assert len(message.splitlines()) == 2 + 5 + 1
+    assert max(map(len, message.splitlines()[1:])) <= 145
+    assert message.count(str(folder)) == 1
     assert len(model.unread) == 20
 
 

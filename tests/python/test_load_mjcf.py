@@ -46,18 +46,24 @@ def test_bodies_are_those_of_mujoco(arm):
     model, m = load_model(arm), mujoco.MjModel.from_xml_path(str(arm))
     d = mujoco.MjData(m)
     mujoco.mj_kinematics(m, d)
-    massless = "marker"  # part of sensor_mount
     names = [m.body(i).name for i in range(1, m.nbody)]
-    assert model.body_names == tuple(n for n in names if n != massless)
-    for body in model.bodies:
-        i = index(m, body.name)
+    moves = [m.body_weldid[i] != 0 for i in range(1, m.nbody)]
+    parts = [k and not m.body_jntnum[i + 1] and m.body_mocapid[i + 1] < 0 for i, k in enumerate(moves)]
+    assert model.body_names == tuple(n for n, part in zip(names, parts, strict=True) if not part)
+    assert tuple(link.name for link in model.links) == tuple(np.array(names)[parts])
+    assert {"sensor_mount", "marker"} <= {link.name for link in model.links}
+    whole = {link.body for link in model.links}
+    for thing in (*model.links, *(b for k, b in enumerate(model.bodies) if k not in whole)):
+        i = index(m, thing.name)
         R = np.zeros(9)
         mujoco.mju_quat2Mat(R, m.body_iquat[i])
         R = R.reshape(3, 3)
-        assert body.mass == pytest.approx(m.body_mass[i], rel=1e-14)
-        np.testing.assert_allclose(body.centre_of_mass, m.body_ipos[i], atol=ROUNDING)
+        assert thing.mass == pytest.approx(m.body_mass[i], rel=1e-14)
+        np.testing.assert_allclose(thing.centre_of_mass, m.body_ipos[i], atol=ROUNDING)
         inertia = R @ np.diag(m.body_inertia[i]) @ R.T
-        np.testing.assert_allclose(body.inertia, inertia, atol=ROUNDING * max(inertia.max(), 1e-9))
+        np.testing.assert_allclose(thing.inertia, inertia, atol=ROUNDING * max(inertia.max(), 1e-9))
+    for body in model.bodies:
+        i = index(m, body.name)
         np.testing.assert_allclose(body.pose.position, d.xpos[i], atol=ROUNDING)
         np.testing.assert_allclose(
             rotation_matrix(body.pose.rotation), d.xmat[i].reshape(3, 3), atol=ROUNDING
@@ -163,7 +169,10 @@ def test_joint_parameters(arm):
     assert (wrist.ball_stiffness, wrist.ball_damping) == (0.5, 0.1)
     assert wrist.ball_limit == pytest.approx(math.radians(60))
     assert all(joint.collide for joint in model.joints)
-    assert model.joints[model.joint_index("sensor_mount_fixed")].dofs == ()
+    with pytest.raises(
+        InputError, match='"sensor_mount_fixed" fixes the link "sensor_mount".*link_reactions'
+    ):
+        model.joint_index("sensor_mount_fixed")
 
 
 # Breaks when the motor of an actuator gives another effort than MuJoCo's, or limits are not kept.

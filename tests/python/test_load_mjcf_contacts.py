@@ -139,3 +139,22 @@ def test_ball_rolls_to_rest_as_in_mujoco(root):
     ours = 1.0 - sim.state.linear_velocities[roll, 0], 20.0 - sim.state.angular_velocities[spin, 2]
     assert ours == pytest.approx((5 / 7 * 9.81 * 0.003 / 0.1, 0.004 * 9.81 / (0.4 * 0.01)), rel=3e-3)
     assert ours == pytest.approx((1.0 - d.qvel[first], 20.0 - d.qvel[spinning + 5]), rel=0.05)
+
+
+# Breaks when each pair of a crowd of unlike priorities or softness gets a material for itself, whose making
+# takes the time, or two kinds of pairs get one.
+@pytest.mark.parametrize("unlike", ['friction="0.{} 0 0"', 'solref="0.{}1 1"'])
+def test_pairs_of_a_crowd_share_materials(tmp_path, unlike):
+    geom = '<body pos="{} 0 1"><freejoint/><geom size="0.1" mass="1" {}/></body>'
+    bodies = "".join(geom.format(i, f'priority="{i % 3}" ' + unlike.format(3 - i % 3)) for i in range(30))
+    model, m = load(tmp_path, '<geom type="plane" size="0 0 1" priority="1"/>' + bodies)
+    assert len(model.pair_materials) > 100
+    assert len({id(pair.material) for pair in model.pair_materials}) < 12
+    for pair in model.pair_materials:
+        a, b = (model.geoms[g].material for g in (pair.geom_a, pair.geom_b))
+        first, second = (int(m.geom_priority[g]) for g in (pair.geom_a, pair.geom_b))
+        if first != second:
+            decides = pair.geom_a if first > second else pair.geom_b
+            assert pair.material.friction == m.geom_friction[decides, 0]
+        assert model.core.material(pair.geom_a, pair.geom_b).friction == pair.material.friction
+        assert pair.material.friction <= max(a.friction, b.friction)

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from amontons import FileError, InputError, Material, ModelWarning, UnsupportedWarning, shapes
 from amontons.io.models import load_model
+from amontons.model.mass import MassProperties
 from amontons.model.transforms import axis_angle, multiply, rotate, rotation_matrix
 
 mujoco = pytest.importorskip("mujoco")
@@ -40,20 +41,22 @@ def joint(name, kind, parent, child, more=""):
     )
 
 
-# Breaks when a fixed link is fused away, the base is welded to the world, or a mass or centre is moved.
+# Breaks when the name of a fixed link is lost, the base is welded to the world, or a mass or centre is moved.
 def test_links_stay_links(rover):
     model = load_model(rover)
-    assert model.body_names == (
-        "chassis",
-        "wheel_left",
-        "wheel_right",
-        "mast",
-        "lift",
-    )  # camera_frame: massless
-    assert model.joint_names == ("left", "right", "mast_joint", "lift_joint")
+    assert model.body_names == ("chassis", "wheel_left", "wheel_right", "lift")
+    assert model.joint_names == ("left", "right", "lift_joint")
+    assert [(link.name, link.joint, link.carrier) for link in model.links] == [
+        ("mast", "mast_joint", -1),
+        ("camera_frame", "camera_joint", 0),
+    ]
     assert all(body.motion == "dynamic" for body in model.bodies)
-    assert [body.mass for body in model.bodies] == [12, 1, 1, 0.5, 0.7]
-    chassis = model.bodies[0]
+    assert [body.mass for body in model.bodies] == [12.5, 1, 1, 0.7]
+    assert [link.mass for link in model.links] == [0.5, 0]
+    mast = model.links[0]
+    alone = MassProperties(mast.mass, mast.centre_of_mass, mast.inertia).moved(mast.frame)
+    whole = model.bodies[0]
+    chassis = MassProperties(whole.mass, whole.centre_of_mass, whole.inertia) + alone.scaled(-1)
     assert chassis.centre_of_mass == pytest.approx((0.02, 0, 0.01))
     turn = np.array(rotation_matrix(axis_angle((0, 0, 1), 0.3)))
     inertia = np.array([[0.4, 0.01, 0.02], [0.01, 0.6, 0], [0.02, 0, 0.8]])
@@ -64,6 +67,7 @@ def test_links_stay_links(rover):
 def test_frames_follow_the_origins(rover):
     model = load_model(rover)
     poses = dict(zip(model.body_names, (b.pose for b in model.bodies), strict=True))
+    poses |= {link.name: model.bodies[link.body].pose @ link.frame for link in model.links}
     tilt = axis_angle((1, 0, 0), 0.1)
     mast = np.array([-0.2, 0, 0.2])
     np.testing.assert_allclose(poses["wheel_left"].position, (0, 0.3, -0.05), atol=1e-15)
@@ -76,7 +80,7 @@ def test_frames_follow_the_origins(rover):
     lift = model.joints[model.joint_index("lift_joint")]
     assert (lift.dofs[0].kind, lift.dofs[0].lower, lift.dofs[0].upper) == ("slide", -0.1, 0.2)
     assert lift.dofs[0].motor.max_effort == 30
-    assert model.bodies[lift.body_b].name == "mast"  # to which the camera frame belongs
+    assert model.links[lift.link_b].name == "camera_frame"
     wheel = next(g for g in model.geoms if model.bodies[g.body].name == "wheel_left")
     assert wheel.shape == shapes.Cylinder(0.1, 0.02)
     np.testing.assert_allclose(rotate(wheel.frame.rotation, (0, 0, 1)), (0, -1, 0), atol=1e-15)
@@ -93,7 +97,8 @@ def test_base_falls(rover):
     assert linear == pytest.approx((0, 0, -9.81 * 0.1 * sim.model.total_mass), abs=1e-9)
 
 
-# Breaks when the rule of the base changes: free with an inertia, fixed if called world or without mass.
+# Breaks when the rule of the base changes: free with a mass, its own or one that is fixed to it, fixed if
+# called world or without any.
 def test_floating_base(tmp_path):
     arm = [link("arm"), joint("j", "continuous", "base", "arm")]
     free = load_model(write(tmp_path, link("base"), *arm))
@@ -102,9 +107,15 @@ def test_floating_base(tmp_path):
     held = load_model(write(tmp_path, link("base"), *arm), floating_base=False)
     assert held.bodies[0].motion == "fixed"
     massless = write(tmp_path, link("base", ""), link("trunk"), joint("f", "fixed", "base", "trunk"))
-    assert [b.motion for b in load_model(massless).bodies] == ["fixed", "fixed"]
-    floating = load_model(massless, floating_base=True)
+    assert [b.motion for b in load_model(massless, floating_base=False).bodies] == ["fixed", "fixed"]
+    with pytest.warns(ModelWarning, match='"base" has no <inertial> and moves freely.*floating_base=False'):
+        floating = load_model(massless)
     assert [(b.name, b.motion, b.mass) for b in floating.bodies] == [("base", "dynamic", 2.0)]
+    nothing = write(tmp_path, link("base", ""), link("arm"), joint("j", "continuous", "base", "arm"))
+    assert [b.motion for b in load_model(nothing).bodies] == ["fixed", "dynamic"]
+    anchored = INERTIAL.replace('value="2"', 'value="0"')  # as Bullet fixes a base
+    held = write(tmp_path, link("base", anchored), link("trunk"), joint("f", "fixed", "base", "trunk"))
+    assert [b.motion for b in load_model(held).bodies] == ["fixed", "fixed"]
     world = [link("world", ""), link("base"), joint("f", "fixed", "world", "base", '<origin xyz="0 0 1"/>')]
     model = load_model(write(tmp_path, *world, link("arm"), joint("j", "continuous", "base", "arm")))
     assert [b.motion for b in model.bodies] == ["fixed", "dynamic"]
@@ -388,6 +399,6 @@ def test_fixed_links_compose(tmp_path):
     )  # fmt: skip
     model = load_model(path)
     turn = axis_angle((0, 0, 1), 0.5)
-    assert model.bodies[1].pose.position == pytest.approx((1 + math.cos(0.5), math.sin(0.5), 0))
-    assert model.bodies[1].pose.rotation == pytest.approx(multiply(turn, turn))
-    np.testing.assert_allclose(model.joints[0].frame_b.position, model.bodies[1].pose.position, atol=1e-15)
+    frame = model.links[-1].frame
+    assert frame.position == pytest.approx((1 + math.cos(0.5), math.sin(0.5), 0))
+    assert frame.rotation == pytest.approx(multiply(turn, turn))

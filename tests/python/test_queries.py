@@ -417,7 +417,7 @@ def test_rays_past_bodies():
     hit = sim.ray((0, 0, 5), (0, 0, -3))
     assert (hit.distance, hit.geom, hit.normal) == (2.5, sim.model.geom_index(1), (0, 0, 1))
     assert sim.ray((0, 0, 5), (0, 0, -1), exclude=("ball",)).distance == 5
-    assert sim.ray((0, 0, 5), (0, 0, -1), exclude=("ball", None)) == (math.inf, -1, (0, 0, 0))
+    assert sim.ray((0, 0, 5), (0, 0, -1), exclude=("ball", None)) == (math.inf, -1, (0, 0, 0), -1)
     assert sim.ray((0, 0, 5), (0, 0, -1), exclude=np.int32(0)).distance == 5
     assert sim.ray((0, 0, 5), (0, 0, -1), exclude=None).distance == 2.5
     assert sim.ray((0, 0, 2), (1, 0, 0)).distance == 0.5  # from inside to where it leaves

@@ -85,8 +85,8 @@ def test_contacts_of_a_stack():
     sim.run(0.2)
     table = sim.contacts
     assert table.dtype.names == (
-        *("body_a", "body_b", "geom_a", "geom_b", "point", "normal", "gap", "friction", "impulse", "force"),
-        *("torque", "slip", "spin", "normal_velocity", "state"),
+        *("body_a", "body_b", "geom_a", "geom_b", "link_a", "link_b", "point", "normal", "gap", "friction"),
+        *("impulse", "force", "torque", "slip", "spin", "normal_velocity", "state"),
     )
     assert table.dtype["state"] == np.dtype("U5")
     assert len(table) == 12
@@ -94,6 +94,7 @@ def test_contacts_of_a_stack():
     assert (table["friction"] == 0.5).all()
     np.testing.assert_allclose(table["impulse"], table["force"] * STEP, rtol=1e-14)
     np.testing.assert_allclose(np.linalg.norm(table["normal"], axis=1), 1, rtol=1e-14)
+    np.testing.assert_array_equal(table["link_a"], table["body_a"])  # no body has links
     floor = sim.model.geom_index("floor")
     on_floor = table[table["geom_b"] == floor]
     assert set(on_floor["body_b"]) == {-1}

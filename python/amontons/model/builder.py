@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from itertools import product
 from typing import Any
 
 from ..checks import Numbers, about, changed, chosen, positive, shown, vector3
@@ -11,11 +12,13 @@ from ..errors import InputError
 from ..guidance import guided
 from .composing import KeyframePart, bottom, whole_keyframe
 from .drives import Actuator, Tendon
+from .links import Link
 from .mass import NOTHING, MassProperties
 from .model import FRICTION_RULES, Model, index_of, no_model
 from .part_builder import PartBuilder, require_movable
 from .parts import (
     NO_FLUID,
+    OWN,
     WORLD,
     Body,
     Coupling,
@@ -75,7 +78,8 @@ class ModelBuilder(PartBuilder):
         self._sites: list[Site] = []
         self._visuals: list[Visual] = []
         self._sensors: list[Sensor] = []
-        kinds = ("body", "geom", "joint", "coupling", "site", "sensor", "tendon", "actuator")
+        self._links: list[Link] = []
+        kinds = ("body", "geom", "joint", "coupling", "site", "sensor", "tendon", "actuator", "link")
         self._names: dict[str, dict[str, int]] = {kind: {} for kind in kinds}
 
     def add_body(
@@ -159,22 +163,25 @@ class ModelBuilder(PartBuilder):
         density: float | None = None,
         friction_direction: Numbers | None = None,
     ) -> int:
-        """Add a shape to a body, or to the world, and return the index of the geom.
+        """Add a shape to a body or link, or to the world, and return the index of the geom.
 
-        position, orientation: of the shape in the body frame. surface_velocity: of the surface relative to
-        the body, in body axes (m/s); surface_spin: of its turning about the geom's origin (rad/s).
+        position, orientation: of the shape in the frame of the body or link. surface_velocity: of the
+        surface relative to the body, in body axes (m/s); surface_spin: of its turning about the geom's origin
+        (rad/s).
         category, mask: bits; two geoms may touch if the category of one shares a bit with the mask of the
         other.
         density: adds the mass of this shape to the body (kg/m^3); without it the geom has no mass.
         friction_direction: in body axes, along which `material.friction` is; friction_across needs it.
         """
-        index = self._body(body)
+        index, inner, link = self._place(body)
         name = self._new_name("geom", name)
         who = f'geom "{name}"'
+        local = Transform.named(who, position, orientation)
         geom = Geom(
             name,
             index,
-            Transform.named(who, position, orientation),
+            inner @ local if link != OWN else local,
+            link=link,
             shape=shape,
             material=_or_default(material),
             surface_velocity=surface_velocity,  # type: ignore[arg-type]
@@ -190,6 +197,11 @@ class ModelBuilder(PartBuilder):
                 part = shape.mass_properties(positive(f"{who}: density", density)).moved(geom.frame)
                 solid = MassProperties(carrier.mass, carrier.centre_of_mass, carrier.inertia) + part
                 self._bodies[index] = changed(carrier, **vars(solid))
+                if link != OWN:
+                    part = shape.mass_properties(density).moved(local) + MassProperties(
+                        *(getattr(self._links[link], key) for key in ("mass", "centre_of_mass", "inertia"))
+                    )
+                    self._links[link] = changed(self._links[link], **vars(part))
         return self._append("geom", self._geoms, geom)
 
     def add_visual(
@@ -206,8 +218,9 @@ class ModelBuilder(PartBuilder):
         position, orientation: in the body frame (m; unit quaternion w, x, y, z). colour: red, green, blue and
         opacity from 0 to 1; None is that of the kind of shape.
         """
-        frame = Transform.named("visual", position, orientation)
-        self._visuals.append(Visual("", self._body(body), frame, shape=shape, colour=colour))
+        index, inner, link = self._place(body)
+        frame = inner @ Transform.named("visual", position, orientation)
+        self._visuals.append(Visual("", index, frame, shape=shape, colour=colour, link=link))
 
     def add_site(
         self,
@@ -223,8 +236,9 @@ class ModelBuilder(PartBuilder):
         where it is and how it moves.
         """
         name = self._new_name("site", name)
-        frame = Transform.named(f'site "{name}"', position, orientation)
-        return self._append("site", self._sites, Site(name, self._body(body), frame))
+        index, inner, _ = self._place(body)
+        frame = inner @ Transform.named(f'site "{name}"', position, orientation)
+        return self._append("site", self._sites, Site(name, index, frame))
 
     def add_coupling(
         self,
@@ -301,11 +315,18 @@ class ModelBuilder(PartBuilder):
         self._pair_materials.append(pair)
 
     def exclude(self, body_a: int | str | None, body_b: int | str | None) -> None:
-        """Let two bodies never touch."""
-        a, b = self._body(body_a), self._body(body_b)
+        """Let two bodies or links never touch."""
+        (a, _, link_a), (b, _, link_b) = self._place(body_a), self._place(body_b)
         if a == b:
             raise InputError("exclude: a body never touches itself; give two bodies")
-        self._excluded.append((a, b))
+        if link_a == link_b == OWN:
+            self._excluded.append((a, b))
+            return
+        on = [
+            [g for g, geom in enumerate(self._geoms) if geom.body == body and link in (OWN, geom.link)]
+            for body, link in ((a, link_a), (b, link_b))
+        ]
+        self._excluded_geoms += product(*on)
 
     def add_floor(
         self, *, height: float = 0.0, material: Material | None = None, name: str | None = None
@@ -351,6 +372,7 @@ class ModelBuilder(PartBuilder):
             sites=tuple(self._sites),
             sensors=tuple(self._sensors),
             visuals=tuple(self._visuals),
+            links=tuple(self._links),
         )
         keyframes = {name: whole_keyframe(model, parts) for name, parts in self._keyframes.items()}
         return changed(model, keyframes=keyframes)
@@ -379,7 +401,7 @@ class ModelBuilder(PartBuilder):
             raise InputError(f'{kind} name {shown(name)}: give a string that is not empty and not "world"')
         if len(name) > LONGEST_NAME:
             raise InputError(f"{kind} name {shown(name)}: give one of at most {LONGEST_NAME} characters")
-        if name in names:
+        if name in names or (kind == "body" and name in self._names["link"]):
             raise InputError(f'there is a {kind} "{name}" already; names must be unique')
         return name
 

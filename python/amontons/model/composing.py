@@ -12,15 +12,16 @@ import numpy as np
 from .. import _core
 from ..checks import changed
 from .drives import Actuator, PathElement, Tendon, Transmission
+from .links import Link
 from .model import Model
-from .parts import WORLD, Body, Coupling, FluidBox, Geom, Joint, PairMaterial
+from .parts import OWN, WORLD, Body, Coupling, FluidBox, Geom, Joint, PairMaterial
 from .presets import Keyframe
 from .sensing import Sensor, Site
 from .shapes import Plane
 from .transforms import ORIGIN, Transform, multiply, rotate
 from .visuals import Visual
 
-T = TypeVar("T", Body, Geom, Joint, Coupling, Tendon, Actuator, Site, Sensor)
+T = TypeVar("T", Body, Geom, Joint, Coupling, Tendon, Actuator, Site, Sensor, Link)
 
 
 @dataclass(frozen=True)
@@ -28,7 +29,7 @@ class Added:
     """Where `ModelBuilder.add_model` put the parts of a model: their indices, in the order of the model."""
 
     bodies: tuple[int, ...]
-    """a body without mass that was fixed to the world of the model is part of the parent"""
+    """a body without mass that was fixed to the world of the model is a link of the parent"""
     geoms: range
     joints: range
     couplings: range
@@ -46,6 +47,8 @@ class Seat:
     """the same in the world, at the initial pose of the parent"""
     carries: bool
     """whether the parent is a body that may move, so that what is fixed to the world must hold on to it"""
+    link: int = OWN
+    """the link of the parent that takes the place of the world, of the builder"""
 
 
 @dataclass(frozen=True)
@@ -58,6 +61,7 @@ class Counts:
     couplings: int
     tendons: int
     actuators: int
+    links: int
     dofs: int
 
 
@@ -79,6 +83,7 @@ class Parts:
     sites: list[Site]
     sensors: list[Sensor]
     visuals: list[Visual]
+    links: list[Link]
     added: Added
 
 
@@ -98,6 +103,9 @@ class Move:
     def __init__(self, model: Model, seat: Seat, before: Counts) -> None:
         merged = merged_bodies(model, seat)
         self.before = before
+        self.seat = seat
+        self.parts = {b: before.links + len(model.links) + i for i, b in enumerate(sorted(merged))}
+        """the links that merged bodies become"""
         self.kept = [b for b in range(len(model.bodies)) if b not in merged]
         """the bodies of the model that stay bodies"""
         self.where = {WORLD: seat.frame, **{b: seat.frame @ model.bodies[b].pose for b in merged}}
@@ -108,8 +116,27 @@ class Move:
     def frame(self, body: int, local: Transform) -> Transform:
         return self.where[body] @ local if body in self.where else local
 
+    def link_index(self, body: int, link: int) -> int:
+        """Where a link of a body goes, or what the body is without its links."""
+        if link != OWN:
+            return self.before.links + link
+        return self.seat.link if body == WORLD else self.parts.get(body, OWN)
+
+    def link(self, link: Link) -> Link:
+        return changed(
+            link,
+            body=self.index[link.body],
+            frame=self.frame(link.body, link.frame),
+            carrier=self.link_index(link.body, link.carrier),
+        )
+
+    def part(self, b: int, body: Body, joint: str) -> Link:
+        """The link that a merged body becomes."""
+        return Link(body.name, self.seat.parent, self.where[b], carrier=self.seat.link, joint=joint)
+
     def geom(self, geom: Geom) -> Geom:
-        moved = changed(geom, body=self.index[geom.body])
+        link = self.link_index(geom.body, geom.link)
+        moved = changed(geom, body=self.index[geom.body], link=link)
         if geom.body not in self.where:
             return moved
         turn = self.where[geom.body].rotation
@@ -124,7 +151,8 @@ class Move:
 
     def visual(self, visual: Visual) -> Visual:
         frame = self.frame(visual.body, visual.frame)
-        return changed(visual, body=self.index[visual.body], frame=frame)
+        link = self.link_index(visual.body, visual.link)
+        return changed(visual, body=self.index[visual.body], frame=frame, link=link)
 
     def joint(self, joint: Joint) -> Joint:
         return changed(
@@ -133,6 +161,8 @@ class Move:
             body_b=self.index[joint.body_b],
             frame_a=self.frame(joint.body_a, joint.frame_a),
             frame_b=self.frame(joint.body_b, joint.frame_b),
+            link_a=self.link_index(joint.body_a, joint.link_a),
+            link_b=self.link_index(joint.body_b, joint.link_b),
         )
 
     def site(self, site: Site) -> Site:
@@ -150,6 +180,13 @@ class Move:
             else self.frame(there, sensor.reference_frame),
             source=sensor.source and prefix + sensor.source,
             bodies=tuple(sorted(self.index[b] for b in sensor.bodies if b not in self.where)),
+            link=self.link_index(sensor.body, sensor.link),
+            links=tuple(
+                sorted(
+                    [self.before.links + k for k in sensor.links]
+                    + [self.parts[b] for b in sensor.bodies if b in self.parts]
+                )
+            ),
         )
 
     def joint_index(self, joint: int) -> int:
@@ -207,6 +244,8 @@ def parts_of(model: Model, seat: Seat, prefix: str, before: Counts, new_name: Ca
         if b in move.kept
     ]
     excluded = [(move.index[a], move.index[b]) for a, b in model.excluded_bodies]
+    links = [changed(link, joint=prefix + link.joint) for link in map(move.link, model.links)]
+    links += [move.part(b, model.bodies[b], new_name(prefix + model.bodies[b].name)) for b in move.parts]
     return Parts(
         bodies=named(prefix, (moved_body(model.bodies[b], seat) for b in move.kept)),
         geoms=named(prefix, map(move.geom, model.geoms)),
@@ -227,6 +266,7 @@ def parts_of(model: Model, seat: Seat, prefix: str, before: Counts, new_name: Ca
         sites=named(prefix, map(move.site, model.sites)),
         sensors=named(prefix, (move.sensor(sensor, prefix) for sensor in model.sensors)),
         visuals=named(prefix, map(move.visual, model.visuals)),
+        links=named(prefix, links),
         added=Added(
             tuple(move.index[b] for b in range(len(model.bodies))),
             range(before.geoms, before.geoms + len(model.geoms)),
@@ -296,7 +336,9 @@ def held(model: Model, seat: Seat) -> list[int]:
 
 def hold(seat: Seat, name: str, body: Body, index: int) -> Joint:
     """The joint that fixes a body of the model to the parent as it stands."""
-    return Joint(name=name, body_a=index, body_b=seat.parent, frame_b=seat.frame @ body.pose)
+    return Joint(
+        name=name, body_a=index, body_b=seat.parent, frame_b=seat.frame @ body.pose, link_b=seat.link
+    )
 
 
 def keyframe_part(keyframe: Keyframe, seat: Seat, move: Move) -> KeyframePart:

@@ -13,7 +13,7 @@ from ..guidance import guided
 from .drives import Actuator, PathElement, Tendon, TendonTerm, Transmission, law
 from .joint_builder import JointBuilder
 from .joint_options import Limits, bounds
-from .parts import WORLD
+from .parts import OWN, WORLD
 from .transforms import IDENTITY, Transform
 
 Joints = Mapping[int | str, float] | Sequence[TendonTerm]
@@ -95,7 +95,10 @@ class DriveBuilder(JointBuilder):
                     f"path has {shown(stop)}; give (body, position in its frame), or a PathElement"
                 ) from None
             stop = PathElement(body=body, frame=Transform(vector3("position", position)))
-        return replace(stop, body=self._carrier(stop.body), side_body=self._carrier(stop.side_body))
+        body, frame = self._carried(stop.body, stop.frame)
+        side_body, at = self._carried(stop.side_body, Transform(stop.side or (0.0, 0.0, 0.0)))
+        side = stop.side and at.position
+        return replace(stop, body=body, frame=frame, side_body=side_body, side=side)
 
     def add_actuator(
         self,
@@ -173,15 +176,18 @@ class DriveBuilder(JointBuilder):
         if tendon is not None:
             return Transmission("tendon", tendon=self._index("tendon", tendon), gear=gear)
         if body is not None:
-            return replace(wrench, body=self._body(body))
+            index, frame = self._carried(body, wrench.frame)
+            return replace(wrench, body=index, frame=frame)
         if not isinstance(transmission, Transmission):
             raise InputError(f"transmission is {shown(transmission)}; give a Transmission")
-        ends = self._carrier(transmission.body), self._carrier(transmission.reference_body)
-        return replace(transmission, body=ends[0], reference_body=ends[1])
+        index, frame = self._carried(transmission.body, transmission.frame)
+        other, reference = self._carried(transmission.reference_body, transmission.reference)
+        return replace(transmission, body=index, frame=frame, reference_body=other, reference=reference)
 
-    def _carrier(self, body: int | str | None) -> int:
-        """The index of a body of a part, whose default is the index of the world."""
-        return WORLD if type(body) is int and body == WORLD else self._body(body)
+    def _carried(self, body: int | str | None, frame: Transform) -> tuple[int, Transform]:
+        """The body of what is on a body or link, by default the world, and its frame there."""
+        index, inner, link = self._place(None if type(body) is int and body == WORLD else body)
+        return index, frame if link == OWN else inner @ frame
 
     def _require_dof(self, joint: int, dof: object) -> None:
         if not (type(dof) is int and 0 <= dof < len(self._joints[joint].dofs)):

@@ -23,9 +23,11 @@ from .joint_options import (
     joint_fields,
     require_options,
 )
-from .parts import WORLD, Body, Dof, Joint
-from .transforms import IDENTITY, Transform, conjugate, cross, dot, rotate, rotation_to_z, subtract
+from .parts import OWN, WORLD, Body, Dof, Joint
+from .transforms import ORIGIN, Transform, conjugate, cross, dot, rotate, rotation_to_z, subtract
 
+Place = tuple[int, Transform, int]
+"""A body, and the frame and index of one of its links; ORIGIN and OWN of the body itself."""
 X, Y, Z = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
 
 
@@ -201,7 +203,7 @@ class JointBuilder(ABC):
             limits = (length, length)
         with about(who):
             shortest, longest = bounds(limits)
-        index_a, index_b = self._ends(who, a, b)
+        (index_a, _, link_a), (index_b, _, link_b) = self._ends(who, a, b)
         joint = Joint(
             name,
             "distance",
@@ -209,6 +211,8 @@ class JointBuilder(ABC):
             index_b,
             self._local(index_a, Transform(at_a)),
             self._local(index_b, Transform(at_b)),
+            link_a=link_a,
+            link_b=link_b,
             lower_distance=0.0 if shortest == -math.inf else shortest,
             upper_distance=longest,
             **joint_fields(options),
@@ -216,12 +220,18 @@ class JointBuilder(ABC):
         return self._append("joint", self._joints, joint)
 
     def add_joint(self, joint: Joint) -> int:
-        """Add a general joint; its bodies may be names, its frames are in the bodies."""
+        """Add a general joint; its bodies may be names, also of links, its frames are in them."""
         if not isinstance(joint, Joint):
             raise InputError(f"joint is {shown(joint)}; give a Joint")
         name = self._new_name("joint", joint.name or None)
-        a, b = self._ends(f'joint "{name}"', joint.body_a, joint.body_b)
-        return self._append("joint", self._joints, changed(joint, name=name, body_a=a, body_b=b))
+        moved: dict[str, Any] = {}
+        for end, (body, inner, link) in zip(
+            "ab", self._ends(f'joint "{name}"', joint.body_a, joint.body_b), strict=True
+        ):
+            moved[f"body_{end}"] = body
+            if link != OWN:
+                moved |= {f"frame_{end}": inner @ getattr(joint, f"frame_{end}"), f"link_{end}": link}
+        return self._append("joint", self._joints, changed(joint, name=name, **moved))
 
     def _checked(self, function: str, options: Mapping[str, Any], kind: Any) -> str:
         """The name of a new joint, after a look at the options that were given."""
@@ -241,12 +251,13 @@ class JointBuilder(ABC):
     ) -> int:
         """Adds a joint whose frames meet at `point` of the world, turned by `rotation`, B's if None."""
         who = f'joint "{name}"'
-        index_a, index_b = self._ends(who, a, b)
-        origin = (
-            self._bodies[index_a].pose.position if point is None else checks.point(f"{who}: point", point)
-        )
+        (index_a, inner_a, link_a), (index_b, inner_b, link_b) = self._ends(who, a, b)
+        pose_a = self._bodies[index_a].pose
+        frame_a = pose_a if link_a == OWN else pose_a @ inner_a
+        origin = frame_a.position if point is None else checks.point(f"{who}: point", point)
         if rotation is None:
-            rotation = IDENTITY if index_b == WORLD else self._bodies[index_b].pose.rotation
+            pose_b = ORIGIN if index_b == WORLD else self._bodies[index_b].pose
+            rotation = (pose_b if link_b == OWN else pose_b @ inner_b).rotation
         frame = Transform(origin, rotation)
         joint = Joint(
             name=name,
@@ -254,6 +265,8 @@ class JointBuilder(ABC):
             body_b=index_b,
             frame_a=self._local(index_a, frame),
             frame_b=self._local(index_b, frame),
+            link_a=link_a,
+            link_b=link_b,
             dofs=dofs,
             **joint_fields(options),
             **spherical_fields,
@@ -272,24 +285,23 @@ class JointBuilder(ABC):
             offset, (Transform((0.0, 0.0, 0.0), back) @ Transform(rotation=frame.rotation)).rotation
         )
 
-    def _ends(self, who: str, a: int | str | None, b: int | str | None) -> tuple[int, int]:
+    def _ends(self, who: str, a: int | str | None, b: int | str | None) -> tuple[Place, Place]:
         ends = []
         for body in (a, b):
             try:
-                ends.append(WORLD if type(body) is int and body == WORLD else self._body(body))
+                ends.append(self._place(None if type(body) is int and body == WORLD else body))
             except InputError as error:
                 raise InputError(f"{who}: {error}") from None
-        if ends[0] == WORLD:
+        index = ends[0][0]
+        if index == WORLD:
             raise InputError(f"{who}: body A must not be the world; swap the bodies")
-        if ends[0] == ends[1]:
-            raise InputError(
-                f'{who} joins body "{self._bodies[ends[0]].name}" to itself; it needs two bodies'
-            )
+        if index == ends[1][0]:
+            raise InputError(f'{who} joins body "{self._bodies[index].name}" to itself; it needs two bodies')
         return ends[0], ends[1]
 
     @abstractmethod
-    def _body(self, body: int | str | None) -> int:
-        """The index of a body given by index or name."""
+    def _place(self, body: int | str | None) -> Place:
+        """The body of a body or link given by index or name, the frame of the link in it, and the link."""
 
     @abstractmethod
     def _new_name(self, kind: str, name: str | None) -> str:

@@ -27,6 +27,7 @@ from .drives import (
     TendonTerm,
     Transmission,
 )
+from .links import Link, check_links, place_index
 from .parts import (
     DOFS,
     JOINTS,
@@ -96,6 +97,8 @@ class Model:
     """what is measured: `Simulation.sensors`"""
     visuals: tuple[Visual, ...] = field(default=(), repr=False, compare=False, metadata={"core": False})
     """what it looks like, where that is not its geoms"""
+    links: tuple[Link, ...] = field(default=(), metadata={"core": False})
+    """parts of bodies that have names of their own, as fixed joints of a file hold them"""
     core: _core.Model = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
@@ -105,6 +108,7 @@ class Model:
             if isinstance(getattr(self, f.name, None), list):
                 object.__setattr__(self, f.name, tuple(getattr(self, f.name)))
         object.__setattr__(self, "core", _core.Model(to_core(self)))
+        check_links(self.links, self.bodies, self.geoms, self.joints, self.visuals, self.sensors)
 
     def __reduce__(self) -> tuple[Any, ...]:  # the compiled model is made again
         return Model, tuple(getattr(self, f.name) for f in fields(self) if f.init)
@@ -129,6 +133,16 @@ class Model:
     def joint_names(self) -> tuple[str, ...]:
         """Names by index."""
         return tuple(joint.name for joint in self.joints)
+
+    @cached_property
+    def link_names(self) -> tuple[str, ...]:
+        """Names of the bodies, then of the links that are parts of them, as in `Simulation.links`."""
+        return (*self.body_names, *(link.name for link in self.links))
+
+    @cached_property
+    def geom_links(self) -> tuple[int, ...]:
+        """The link or body of each geom, an index of `link_names`; -1 is the world."""
+        return tuple(place_index(len(self.bodies), geom.body, geom.link) for geom in self.geoms)
 
     @cached_property
     def tree(self) -> _core.Tree:
@@ -191,7 +205,17 @@ class Model:
 
     def body_index(self, body: int | str) -> int:
         """The index of a body given by index or name; InputError if there is none."""
+        link = next((link for link in self.links if link.name == body), None)
+        if link is not None:
+            raise InputError(
+                f'"{link.name}" is a link of the body "{self.bodies[link.body].name}", on which the joint '
+                f'"{link.joint}" fixes it; give the body, or ask Simulation.link("{link.name}")'
+            )
         return index_of("body", body, self.body_names)
+
+    def link_index(self, link: int | str) -> int:
+        """The index in `link_names` of a link or body given by index or name; InputError if there is none."""
+        return index_of("link" if self.links else "body", link, self.link_names)
 
     def geom_index(self, geom: int | str) -> int:
         """The index of a geom given by index or name; InputError if there is none."""
@@ -199,6 +223,13 @@ class Model:
 
     def joint_index(self, joint: int | str) -> int:
         """The index of a joint given by index or name; InputError if there is none."""
+        link = next((link for link in self.links if link.joint == joint), None)
+        if link is not None and joint not in self.joint_names:
+            raise InputError(
+                f'the joint "{link.joint}" fixes the link "{link.name}" on the body '
+                f'"{self.bodies[link.body].name}", which is one with it; its forces are in '
+                "Simulation.link_reactions"
+            )
         return index_of("joint", joint, self.joint_names)
 
     @cached_property
@@ -326,6 +357,17 @@ def _to_core_value(value: Any) -> Any:
         return (value.position, value.rotation)
     if type(value) in _CORE:
         return to_core(value)
+    if isinstance(value, tuple) and value and type(value[0]) is PairMaterial:
+        return _to_core_pairs(value)
     if isinstance(value, tuple) and value and type(value[0]) in _CORE:
         return [to_core(part) for part in value]
     return value
+
+
+def _to_core_pairs(pairs: tuple[PairMaterial, ...]) -> list[_core.PairMaterial]:
+    """There may be a million of them, which share few materials."""
+    materials: dict[int, _core.Material] = {}
+    for pair in pairs:
+        if id(pair.material) not in materials:
+            materials[id(pair.material)] = to_core(pair.material)
+    return [_core.PairMaterial(p.geom_a, p.geom_b, materials[id(p.material)], p.always) for p in pairs]

@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import math
+from abc import abstractmethod
 
 from ..checks import Numbers, changed, shown
 from ..errors import InputError
 from ..guidance import guided
 from .composing import Added, Counts, KeyframePart, Parts, Seat, bottom, parts_of, top
 from .drive_builder import DriveBuilder
+from .joint_builder import Place
+from .links import Link
 from .model import Model, no_model
-from .parts import WORLD, Coupling, FluidBox, Geom, PairMaterial
+from .parts import OWN, WORLD, Coupling, FluidBox, Geom, PairMaterial
 from .presets import Unread
 from .sensing import Sensor, Site
 from .shapes import Shape
@@ -32,6 +35,7 @@ class PartBuilder(DriveBuilder):
     _sites: list[Site]
     _visuals: list[Visual]
     _sensors: list[Sensor]
+    _links: list[Link]
     _unread: list[Unread]
     _names: dict[str, dict[str, int]]
 
@@ -52,8 +56,8 @@ class PartBuilder(DriveBuilder):
         (m; unit quaternion w, x, y, z).
         prefix: in front of all its names. Keyframes of the same name become one; where a part has none of
         that name, it stands as at the start.
-        parent: the body that takes the place of the model's world: what was fixed or jointed to it is so to
-        the parent, and what was free is held by a fixed joint of its first body.
+        parent: the body or link that takes the place of the model's world: what was fixed or jointed to it is
+        so to the parent, and what was free is held by a fixed joint of its first body.
         on: the geom or body of the builder on which the model stands: position[2] is then measured from
         the highest point there to the lowest of its shapes, both at the initial poses.
 
@@ -68,10 +72,11 @@ class PartBuilder(DriveBuilder):
         place = Transform.named("add_model", position, orientation)
         if on is not None:
             place = changed(place, position=add(place.position, (0.0, 0.0, self._rise(model, place, on))))
-        carrier = self._body(parent)
+        carrier, inner, link = self._place(parent)
+        place = inner @ place
         pose = ORIGIN if carrier == WORLD else self._bodies[carrier].pose
         carries = carrier != WORLD and self._bodies[carrier].motion != "fixed"
-        seat = Seat(carrier, place, pose @ place, carries)
+        seat = Seat(carrier, place, pose @ place, carries, link)
         before = Counts(
             len(self._bodies),
             len(self._geoms),
@@ -79,6 +84,7 @@ class PartBuilder(DriveBuilder):
             len(self._couplings),
             len(self._tendons),
             len(self._actuators),
+            len(self._links),
             sum(len(joint.dofs) for joint in self._joints),
         )
         parts = parts_of(model, seat, prefix, before, self._holding_name)
@@ -92,6 +98,16 @@ class PartBuilder(DriveBuilder):
                     )
         self._take(parts, model)
         return parts.added
+
+    def _place(self, body: int | str | None) -> Place:
+        if isinstance(body, str) and body in self._names["link"]:
+            index = self._names["link"][body]
+            return self._links[index].body, self._links[index].frame, index
+        return self._body(body), ORIGIN, OWN
+
+    @abstractmethod
+    def _body(self, body: int | str | None) -> int:
+        """The index of a body given by index or name."""
 
     def _rise(self, model: Model, place: Transform, on: str) -> float:
         """How far up a model must go to stand on a geom or body."""
@@ -128,9 +144,12 @@ class PartBuilder(DriveBuilder):
             "sensor": parts.sensors,
             "tendon": parts.tendons,
             "actuator": parts.actuators,
+            "link": [*parts.bodies, *parts.links],
         }
         for kind, things in added.items():
             known = dict(self._names[kind])
+            if kind in ("body", "link"):
+                known |= self._names["body"] | self._names["link"]
             for thing in things:
                 if thing.name in known or thing.name == "world":
                     raise InputError(
@@ -148,6 +167,7 @@ class PartBuilder(DriveBuilder):
             ("sensor", self._sensors, parts.sensors),
             ("tendon", self._tendons, parts.tendons),
             ("actuator", self._actuators, parts.actuators),
+            ("link", self._links, parts.links),
         ):
             for thing in new:
                 self._append(kind, own, thing)  # type: ignore[arg-type]

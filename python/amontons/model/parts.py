@@ -29,6 +29,8 @@ from .shapes import Shape
 from .transforms import ORIGIN, Transform
 
 WORLD = -1
+OWN = -1
+"""In place of a link: what a body is without its links."""
 MOTIONS = {name: getattr(_core.Motion, name) for name in ("dynamic", "kinematic", "fixed")}
 MOTORS = {name: getattr(_core.MotorKind, name) for name in ("none", "effort", "speed", "position")}
 DOFS = {name: getattr(_core.DofKind, name) for name in ("hinge", "slide")}
@@ -219,6 +221,8 @@ class Geom:
     """along which `material.friction` is, in body axes, of any length; its tangential part counts"""
     surface_spin: Vector3 = (0.0, 0.0, 0.0)
     """of the surface about the origin of the geom, in body axes (rad/s): turntables, rollers"""
+    link: int = field(default=OWN, metadata={"core": False})
+    """the link of the body that it belongs to, an index of `Model.links`; OWN: none"""
 
     def __post_init__(self) -> None:
         who = named("geom", self.name)
@@ -288,6 +292,9 @@ class Joint:
     """whether the two bodies may touch each other"""
     closes_loop: bool = False
     """a condition between bodies that other joints place: never among `Simulation.q`"""
+    link_a: int = field(default=OWN, metadata={"core": False})
+    """the link of body A that it holds, an index of `Model.links`; OWN: none"""
+    link_b: int = field(default=OWN, metadata={"core": False})
 
     def __post_init__(self) -> None:
         who = named("joint", self.name)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from ..checks import Vector3, chosen
-from .parts import WORLD
+from .parts import OWN, WORLD
 from .shapes import Shape
 from .transforms import ORIGIN, Transform
 
@@ -60,15 +60,20 @@ class Sensor:
     shape: Shape | None = None
     """of touch sensors, at `frame`; of insidesite, at `reference_frame`"""
     bodies: tuple[int, ...] = ()
-    """of force, torque and subtree sensors: the body and all that hangs on it"""
+    """of force, torque and subtree sensors: the bodies that hang on it, each with all its links"""
     field: Vector3 = (0.0, 0.0, 0.0)
     """of magnetometers: the field in the world"""
     cutoff: float = 0.0
     """values are clipped to +- this; 0: they are not"""
+    link: int = OWN
+    """the link of `body` whose frame it is, an index of `Model.links`; OWN: none"""
+    links: tuple[int, ...] = ()
+    """of force, torque and subtree sensors: links that count, of bodies that are not in `bodies`"""
 
     def __post_init__(self) -> None:
         chosen("kind of sensor", self.kind, SENSORS)
         object.__setattr__(self, "bodies", tuple(self.bodies))
+        object.__setattr__(self, "links", tuple(self.links))
         object.__setattr__(self, "field", tuple(self.field))
 
     @property

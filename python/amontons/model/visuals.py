@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from ..checks import entries, frozen, indices, named, reals, shown
 from ..errors import InputError
-from .parts import WORLD, fill
+from .parts import OWN, WORLD, fill
 from .shapes import Shape
 from .transforms import ORIGIN, Transform
 
@@ -55,6 +55,8 @@ class Visual:
     shape: Shape | TriangleMesh = field(kw_only=True)
     colour: Sequence[float] | None = None
     """red, green, blue and opacity, from 0 to 1; None is that of the kind of shape"""
+    link: int = OWN
+    """the link of the body that looks like this, an index of `Model.links`; OWN: none"""
 
     def __post_init__(self) -> None:
         who = named("visual", self.name)

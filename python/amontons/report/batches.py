@@ -55,8 +55,8 @@ def shapes_of(model: Model) -> list[Batch]:
 
 
 def visuals_of(model: Model) -> list[Batch]:
-    """What the model looks like: its visuals, and the geoms of the bodies without any."""
-    seen = {visual.body for visual in model.visuals}
+    """What the model looks like: its visuals, and the geoms of the bodies and links without any."""
+    seen = {(visual.body, visual.link) for visual in model.visuals}
     if not seen:
         return shapes_of(model)
     rows: list[Row] = []
@@ -68,7 +68,7 @@ def visuals_of(model: Model) -> list[Batch]:
     left: list[Row] = [
         (k, geom.body, geom, _colour(model, geom, k), 1.0)
         for k, geom in enumerate(model.geoms)
-        if geom.body not in seen and (geom.category or geom.mask)
+        if (geom.body, geom.link) not in seen and (geom.category or geom.mask)
     ]
     return _batches(model, rows) + _batches(model, left)
 

@@ -126,17 +126,17 @@ class GeneralisedCoordinates:
         return joint, dof
 
     def jacobian(self, body: int | str | None, point: Numbers | None = None) -> Array:
-        """(6, nv): velocity of a point of a body (3 rows, world axes), then its angular velocity, over qd.
+        """(6, nv): velocity of a point of a body or link (3 rows), then its angular velocity, over qd.
 
-        point: in the body frame (m), by default its origin. `jacobian(...) @ qd` is the velocity but for what
-        a kinematic body brings along.
+        In world axes. point: in its frame (m), by default the origin. `jacobian(...) @ qd` is the velocity
+        but for what a kinematic body brings along.
         """
-        index = (
-            WORLD
-            if body is None or (isinstance(body, str) and body == "world")
-            else self._model.body_index(body)
-        )
+        named = body is not None and not (isinstance(body, str) and body == "world")
+        index = self._model.link_index(body) if named else WORLD
         at = np.zeros(3) if point is None else np.array(vector3("point", point))
+        if index >= len(self._model.bodies):
+            link = self._model.links[index - len(self._model.bodies)]
+            index, at = link.body, np.array(link.frame(tuple(at.tolist())))
         if index != WORLD:
             pose = self._core.positions[index], self._core.orientations[index]
             at = pose[0] + rotation_matrix(pose[1]) @ at

@@ -62,8 +62,9 @@ class Driving(Queries):
         """Put bodies, coordinates, targets and controls as a keyframe says, loads to zero; time goes on."""
         frame = self._keyframe(name)
         state = self._state
-        state.positions, state.orientations = frame.positions, frame.orientations
-        state.linear_velocities, state.angular_velocities = frame.linear_velocities, frame.angular_velocities
+        for name in ("positions", "orientations", "linear_velocities", "angular_velocities"):
+            view = getattr(state, name)
+            view[...] = np.reshape(getattr(frame, name), view.shape)  # of no bodies there are no rows
         self._core.set_joint_coordinates(np.array(frame.joint_coordinates, dtype=np.float64))
         state.targets = frame.targets
         if frame.controls:

@@ -16,6 +16,8 @@ CONTACTS = np.dtype(
         ("body_b", np.int32),
         ("geom_a", np.int32),
         ("geom_b", np.int32),
+        ("link_a", np.int32),
+        ("link_b", np.int32),
         ("point", np.float64, 3),
         ("normal", np.float64, 3),
         ("gap", np.float64),
@@ -84,13 +86,15 @@ ACTUATORS = np.dtype(
 _STATES = np.array(["open", "stick", "slip"], dtype="U5")
 
 
-def contact_table(core: _core.Simulation) -> Table:
+def contact_table(core: _core.Simulation, model: Model) -> Table:
     fields = core.contacts
     table = np.zeros(len(fields["gap"]), CONTACTS)
     for name, values in fields.items():
         if name in (CONTACTS.names or ()):
             table[name] = _STATES[values] if name == "state" else values
     if len(table):
+        links = np.array(model.geom_links, dtype=np.int32)
+        table["link_a"], table["link_b"] = links[table["geom_a"]], links[table["geom_b"]]
         table["force"] = fields["impulse"] / core.impulse_step
         table["torque"] = fields["angular_impulse"] / core.impulse_step
     return table

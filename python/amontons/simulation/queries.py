@@ -15,19 +15,9 @@ from ..model.model import Model
 from ..model.parts import WORLD
 from . import sensors
 from .coordinates import GeneralisedCoordinates
+from .links import link_reactions, link_table, moving_frames
 from .outcome import Table
-from .rays import cast_rays
-
-SITES = np.dtype(
-    [
-        ("body", np.int32),
-        ("position", np.float64, 3),
-        ("orientation", np.float64, 4),
-        ("linear_velocity", np.float64, 3),
-        ("angular_velocity", np.float64, 3),
-    ]
-)
-"""The fields of Simulation.sites."""
+from .rays import cast_rays, geoms_of
 
 
 class RayHit(NamedTuple):
@@ -39,6 +29,8 @@ class RayHit(NamedTuple):
     """-1 where it meets nothing"""
     normal: Vector3
     """of the surface there, outwards, world axes"""
+    link: int = -1
+    """of the geom, an index of `Model.link_names`; -1 is the world"""
 
 
 class Queries(GeneralisedCoordinates):
@@ -55,15 +47,32 @@ class Queries(GeneralisedCoordinates):
 
         A structured array; `site(name)` is one row.
         """
-        sites, tree = self._model.sites, self._model.tree
-        table = np.zeros(len(sites), SITES)
-        table["body"] = [site.body for site in sites]
-        frames = sensors.frame_rows([site.frame for site in sites])
-        rows, _ = tree.observe(self._core, np.zeros(tree.nv), np.ascontiguousarray(table["body"]), frames)
-        seen = sensors.Frames(rows)
-        table["position"], table["orientation"] = seen.position, seen.orientation
-        table["linear_velocity"], table["angular_velocity"] = seen.velocity, seen.angular_velocity
-        return table
+        sites = self._model.sites
+        bodies, frames = [site.body for site in sites], [site.frame for site in sites]
+        return moving_frames(self._core, self._model, bodies, frames)
+
+    @property
+    def links(self) -> Table:
+        """All bodies, then the links that are parts of them, in the order of `Model.link_names`.
+
+        Fields: body, position (m), orientation (w, x, y, z), velocities of the origin (world axes). A
+        structured array; `link(name)` is one row.
+        """
+        return link_table(self._core, self._model)
+
+    def link(self, link: int | str) -> Table:
+        """One row of `links`, by index or name: the pose and motion of a link of a file, or of a body."""
+        return self.links[self._model.link_index(link)]
+
+    @property
+    def link_reactions(self) -> Table:
+        """Force (N) and torque (N m) of the fixed joint that holds each link on its body, world axes.
+
+        Fields: link (an index of `Model.link_names`), body, point (m, the origin of the link now; the torque
+        is about it), force, torque. A row for each of `Model.links`: means over the last step, from the
+        balance of all that hangs on the joint. Loads of `state.forces` act on the body, not on a link.
+        """
+        return link_reactions(self._core, self._model, self.qdd)
 
     def site(self, site: int | str) -> Table:
         """One row of `sites`, by index or name."""
@@ -85,16 +94,18 @@ class Queries(GeneralisedCoordinates):
         return sensors.read(self._core, self._model, self._plan, self.qdd)
 
     def ray(self, origin: Numbers, direction: Numbers, *, exclude: Iterable[int | str | None] = ()) -> RayHit:
-        """The first geom that a ray meets: distance, geom and normal.
+        """The first geom that a ray meets: distance, geom, normal and link.
 
-        origin, direction: in the world (m; of any length, not zero). exclude: bodies, by index or name, that
-        the ray passes through; None is the world. Geoms that touch nothing count too. From inside a shape it
-        is where the ray leaves; planes are met from above only.
+        origin, direction: in the world (m; of any length, not zero). exclude: bodies or links, by index or
+        name, that the ray passes through; None is the world. Geoms that touch nothing count too. From inside
+        a shape it is where the ray leaves; planes are met from above only.
         """
         distances, geoms, normals = self.rays(
             [vector3("origin", origin)], [vector3("direction", direction)], exclude=exclude
         )
-        return RayHit(float(distances[0]), int(geoms[0]), tuple(normals[0].tolist()))
+        geom = int(geoms[0])
+        link = self._model.geom_links[geom] if geom >= 0 else -1
+        return RayHit(float(distances[0]), geom, tuple(normals[0].tolist()), link)
 
     def rays(
         self, origins: ArrayLike, directions: ArrayLike, *, exclude: Iterable[int | str | None] = ()
@@ -104,8 +115,8 @@ class Queries(GeneralisedCoordinates):
         lengths = np.linalg.norm(along, axis=1, keepdims=True)
         if not (lengths > 0).all():
             raise InputError("a direction is zero; give one of any other length")
-        hidden = {-1 if b in (None, "world", -1) else self._model.body_index(b) for b in _listed(exclude)}
-        return cast_rays(self._core, self._model, starts, along / lengths, hidden)
+        hidden = {-1 if b in (None, "world", -1) else self._model.link_index(b) for b in _listed(exclude)}
+        return cast_rays(self._core, starts, along / lengths, geoms_of(self._model, hidden))
 
 
 def _listed(bodies: Any) -> list[int | str | None]:

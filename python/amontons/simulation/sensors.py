@@ -13,6 +13,7 @@ import numpy as np
 from .. import _core
 from ..checks import Array
 from ..model.drives import Tendon
+from ..model.links import place_index
 from ..model.model import Model
 from ..model.parts import WORLD, Dof
 from ..model.sensing import Sensor
@@ -55,7 +56,9 @@ class Group:
     entries: Array
     """(k, size): where their values go"""
     inside: Array
-    """(k, bodies): 1 for the bodies that a sum of theirs is about"""
+    """(k, bodies and links): 1 for those that a sum of theirs is about, links of other bodies alone"""
+    places: Array
+    """of each the link or body of its frame, an index of `Model.link_names`; -1 is the world"""
 
 
 @dataclass
@@ -66,9 +69,9 @@ class Plan:
     slices: dict[str, slice]
     size: int
     bodies: Array
-    """of the frames of all sensors, then of their references"""
+    """of the frames of all sensors, of their references, and of the centres of mass of all links"""
     frames: Array
-    """(2 n, 7)"""
+    """(2 n + links, 7)"""
 
 
 def plan_of(model: Model) -> Plan:
@@ -79,17 +82,21 @@ def plan_of(model: Model) -> Plan:
     for kind in dict.fromkeys(sensor.kind for sensor in sensors):
         rows = np.array([i for i, sensor in enumerate(sensors) if sensor.kind == kind])
         own = [sensors[i] for i in rows]
-        inside = np.zeros((len(own), len(model.bodies)))
+        inside = np.zeros((len(own), len(model.link_names)))
         for row, sensor in zip(inside, own, strict=True):
             row[list(sensor.bodies)] = 1
-        groups[kind] = Group(own, rows, ends[rows, None] + np.arange(own[0].size), inside)
+            row[[len(model.bodies) + k for k in sensor.links]] = 1
+        places = np.array([place_index(len(model.bodies), sensor.body, sensor.link) for sensor in own])
+        groups[kind] = Group(own, rows, ends[rows, None] + np.arange(own[0].size), inside, places)
     references = [WORLD if sensor.reference is None else sensor.reference for sensor in sensors]
     frames = [sensor.frame for sensor in sensors] + [sensor.reference_frame for sensor in sensors]
+    frames += [link.frame @ Transform(link.centre_of_mass) for link in model.links]
+    carriers = [link.body for link in model.links]
     return Plan(
         groups,
         {s.name: slice(a, b) for s, a, b in zip(sensors, ends[:-1].tolist(), ends[1:].tolist(), strict=True)},
         int(ends[-1]),
-        np.array([sensor.body for sensor in sensors] + references, dtype=np.int32),
+        np.array([sensor.body for sensor in sensors] + references + carriers, dtype=np.int32),
         frame_rows(frames),
     )
 
@@ -135,14 +142,33 @@ class Moment:
 
     def __init__(self, core: _core.Simulation, model: Model, plan: Plan, qdd: Array) -> None:
         self.core, self.model = core, model
-        self.rows, self.momenta = model.tree.observe(core, qdd, plan.bodies, plan.frames)
         self.gravity = np.array(self.model.gravity)
+        self.rows, of_bodies = model.tree.observe(core, qdd, plan.bodies, plan.frames)
+        self.sensors = len(model.sensors)
+        self.momenta = np.concatenate([of_bodies, self._of_links()])
+        """(bodies and links, 15): centre of mass, momentum and its moment, force and its moment"""
+
+    def _of_links(self) -> Array:
+        links, at = self.model.links, Frames(self.rows[2 * self.sensors :])
+        mass = np.array([link.mass for link in links]).reshape(-1, 1)
+        inertia = np.array([link.inertia for link in links]).reshape(-1, 3, 3)
+        weight = np.array([self.model.bodies[link.body].gravity_scale for link in links]).reshape(-1, 1)
+
+        def turning(vectors: Array) -> Array:
+            """Inertia times vectors, in world axes."""
+            return np.einsum("kij,kjl,kl->ki", at.axes, inertia, at.local(vectors))
+
+        momentum, spin = mass * at.velocity, turning(at.angular_velocity)
+        force = mass * (at.acceleration - weight * self.gravity)
+        torque = turning(at.angular_acceleration) + np.cross(at.angular_velocity, spin)
+        moments = np.cross(at.position, momentum) + spin, np.cross(at.position, force) + torque
+        return np.concatenate([at.position, momentum, moments[0], force, moments[1]], axis=1)
 
     def frames(self, group: Group) -> Frames:
         return Frames(self.rows[group.rows])
 
     def references(self, group: Group) -> Frames:
-        return Frames(self.rows[len(self.rows) // 2 + group.rows])
+        return Frames(self.rows[self.sensors + group.rows])
 
     @cached_property
     def coordinates(self) -> tuple[Array, Array]:
@@ -150,7 +176,7 @@ class Moment:
 
     @cached_property
     def contacts(self) -> Table:
-        return contact_table(self.core)
+        return contact_table(self.core, self.model)
 
     @cached_property
     def actuators(self) -> Table:
@@ -162,23 +188,35 @@ class Moment:
 
     @cached_property
     def from_carriers(self) -> Array:
-        """(bodies, 6): per body what its motion asks for less loads, contacts and loops, about the origin."""
+        """(bodies and links, 6): what the motion of each asks for less loads, contacts and loops, about the
+        origin.
+
+        Loads are those of bodies: of a link they are none.
+        """
         left = self.momenta[:, 9:].copy()
-        moving = np.array([body.motion == "dynamic" for body in self.model.bodies], dtype=bool)
+        moving = [k for k, body in enumerate(self.model.bodies) if body.motion == "dynamic"]
         forces = self.core.forces[moving]
         left[moving, :3] -= forces
         left[moving, 3:] -= self.core.torques[moving] + np.cross(self.momenta[moving, :3], forces)
         table = self.contacts
         moments = np.cross(table["point"], table["force"]) + table["torque"]
-        wrenches = [(table["body_a"], table["body_b"], np.concatenate([table["force"], moments], axis=1))]
+        self._subtract(left, table, table["link_a"], table["link_b"], moments)
         if loops := self.model.tree.loops:
             held = reaction_table(self.core, self.model)[loops]
             moments = np.cross(held["point"], held["force"]) + held["torque"]
-            wrenches.append((held["body_a"], held["body_b"], np.concatenate([held["force"], moments], 1)))
-        for a, b, wrench in wrenches:
-            np.subtract.at(left, a[a != WORLD], wrench[a != WORLD])
-            np.add.at(left, b[b != WORLD], wrench[b != WORLD])
+            joints, count = [self.model.joints[j] for j in loops], len(self.model.bodies)
+            place_a = np.array([place_index(count, joint.body_a, joint.link_a) for joint in joints])
+            place_b = np.array([place_index(count, joint.body_b, joint.link_b) for joint in joints])
+            self._subtract(left, held, place_a, place_b, moments)
         return left
+
+    def _subtract(self, left: Array, table: Table, place_a: Array, place_b: Array, moments: Array) -> None:
+        """Takes forces on A and, opposite, on B off the rows of the bodies and links that feel them."""
+        wrench = np.concatenate([table["force"], moments], axis=1)
+        for body, place, sign in ((table["body_a"], place_a, -1), (table["body_b"], place_b, 1)):
+            part = place >= len(self.model.bodies)
+            np.add.at(left, body[body != WORLD], sign * wrench[body != WORLD])
+            np.add.at(left, place[part], sign * wrench[part])
 
 
 Kind = Callable[[Moment, Group], Any]
@@ -204,12 +242,12 @@ def _torque(now: Moment, group: Group) -> Array:
 
 
 def _touch(now: Moment, group: Group) -> list[float]:
-    """Sums of normal forces on the body whose line into it passes through the sensor's volume."""
+    """Sums of normal forces on the link whose line into it passes through the sensor's volume."""
     frames, table = now.frames(group), now.contacts
     normal_force = np.einsum("ij,ij->i", table["force"], table["normal"])
     totals = [0.0] * len(group.sensors)
     for k, sensor in enumerate(group.sensors):
-        sign = (table["body_a"] == sensor.body).astype(float) - (table["body_b"] == sensor.body)
+        sign = (table["link_a"] == group.places[k]).astype(float) - (table["link_b"] == group.places[k])
         for i in np.flatnonzero((sign != 0) & (normal_force > 0)):
             start = (table["point"][i] - frames.position[k]) @ frames.axes[k]
             along = sign[i] * table["normal"][i] @ frames.axes[k]
@@ -221,13 +259,13 @@ def _touch(now: Moment, group: Group) -> list[float]:
 
 
 def _rangefinder(now: Moment, group: Group) -> Array:
-    """Distances along the z axes of sites to the first geom of another body; -1 if there is none."""
+    """Distances along the z axes of sites to the first geom of another link; -1 if there is none."""
     frames, found = now.frames(group), np.empty(len(group.sensors))
-    bodies = np.array([sensor.body for sensor in group.sensors])
-    for body in set(bodies.tolist()):
-        own = bodies == body
+    for place in set(group.places.tolist()):
+        own = group.places == place
         starts, along = frames.position[own], frames.axes[own, :, 2]
-        found[own], geoms, _ = cast_rays(now.core, now.model, starts, along, {body})
+        hidden = np.array(now.model.geom_links) == place
+        found[own], geoms, _ = cast_rays(now.core, starts, along, hidden)
         found[own] = np.where(geoms < 0, -1.0, found[own])
     return found
 
@@ -347,7 +385,7 @@ def _inside(now: Moment, group: Group) -> list[bool]:
 
 def _sums(now: Moment, group: Group) -> tuple[Array, Array, Array]:
     """Mass (k, 1), centre of mass and momentum of the bodies of each sensor."""
-    masses = np.array([body.mass for body in now.model.bodies])
+    masses = np.array([part.mass for part in (*now.model.bodies, *now.model.links)])
     mass = (group.inside @ masses)[:, None]
     with np.errstate(invalid="ignore"):
         centre = group.inside @ (masses[:, None] * now.momenta[:, :3]) / mass

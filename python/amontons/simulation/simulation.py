@@ -284,7 +284,7 @@ class Simulation(Driving):
     def contacts(self) -> Table:
         """The contact points of the last step, a structured array with the fields of docs/simulation.md."""
         if self._contacts is None:
-            self._contacts = contact_table(self._core)
+            self._contacts = contact_table(self._core, self._model)
         return self._contacts
 
     @property

@@ -52,6 +52,8 @@ class Inspector:
                 "velocity": f"{vector(v, 'm/s')}, |v| = {np.linalg.norm(v):.3g}",
                 "spin": vector(w, "rad/s"),
             }
+            if links := [link.name for link in run.model.links if link.body == body]:
+                rows["with"] = literal(", ".join(links))
             title = literal(part.name) if part.name else f"body {body}"
             text = f"**{title}**\n\n" + "\n".join(f"- {k}: {t}" for k, t in rows.items())
         if self._text.content != text:

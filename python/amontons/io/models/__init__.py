@@ -28,6 +28,16 @@ from .visuals import read_visuals
 from .xml_lines import Faults, expand_includes, read_xml
 
 SUFFIXES = (".xml", ".mjcf", ".urdf")
+CONVERTED = {
+    ".xacro": "run xacro first: `xacro robot.xacro > robot.urdf`, then load robot.urdf",
+    ".sdf": "SDF is not read; convert it to MJCF (sdformat_mjcf) or URDF (sdformat_urdf)",
+    **dict.fromkeys(
+        (".usd", ".usda", ".usdc", ".usdz"),
+        "USD is not read; export the robot as URDF or MJCF from the program that wrote the file",
+    ),
+    ".mjb": "a compiled MuJoCo model is not read; load the XML that it was compiled from",
+}
+"""What to do with a file of another kind."""
 
 
 def load_model(
@@ -64,7 +74,9 @@ def compiled_model(
     """A model file as MuJoCo has it, with the meshes and the base that `load_model` gives a URDF."""
     path = existing(path, "a model file")
     if path.suffix.lower() not in SUFFIXES:
-        raise FileError(f"{path}: unknown kind of file; known suffixes are {', '.join(SUFFIXES)}")
+        known = f"known suffixes are {', '.join(SUFFIXES)}"
+        remedy = CONVERTED.get(path.suffix.lower())
+        raise FileError(f"{path}: {f'{remedy}; {known}' if remedy else f'unknown kind of file; {known}'}")
     if str(path) != str(path).encode(errors="replace").decode():
         raise FileError(f"{path}: the name is no UTF-8, which MuJoCo asks for; rename the file")
     import_mujoco()
@@ -106,7 +118,7 @@ def _read(compiled: Compiled) -> tuple[Model, Geoms]:
     tendons, tendon_of = read_tendons(compiled, bodies, joints)
     actuators, actuator_ids = read_actuators(compiled, bodies, joints, tendons, tendon_of)
     couplings = read_equalities(compiled, bodies, joints, tendon_of)
-    pair_materials, excluded = read_contacts(compiled, bodies, geoms)
+    pair_materials, excluded, excluded_geoms = read_contacts(compiled, bodies, geoms)
     keyframes = read_keyframes(compiled, bodies, joints, actuator_ids)
     sites = read_sites(compiled, bodies)
     sensors = read_sensors(
@@ -129,12 +141,14 @@ def _read(compiled: Compiled) -> tuple[Model, Geoms]:
         couplings=tuple(couplings),
         pair_materials=tuple(pair_materials),
         excluded_bodies=tuple(excluded),
+        excluded_geoms=tuple(excluded_geoms),
         tendons=tuple(tendons),
         actuators=tuple(actuators),
         keyframes=keyframes,
         sites=sites,
         sensors=sensors,
         visuals=tuple(read_visuals(compiled, bodies, geoms)),
+        links=tuple(bodies.links),
         fluid=Fluid(*map(float, (m.opt.density, m.opt.viscosity)), tuple(m.opt.wind.tolist())),
         fluid_boxes=tuple(boxes),
         unread=compiled.issues.unread(),

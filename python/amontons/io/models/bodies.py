@@ -6,10 +6,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ...model.links import Link
 from ...model.mass import MassProperties, principal
-from ...model.parts import WORLD, Body, FluidBox
+from ...model.parts import OWN, WORLD, Body, FluidBox
 from ...model.transforms import Transform
 from .compiled import Compiled, transform
+from .urdf import fixed_joint_names, judge_masses
 
 THIN = 1e-15
 """Inertia below this fraction of the largest counts as none."""
@@ -26,6 +28,10 @@ class Bodies:
     """Our index by MuJoCo body, of those that are bodies of ours; the world is WORLD."""
     frame: list[Transform]
     """By MuJoCo body: its frame in that of its owner."""
+    links: list[Link]
+    """MuJoCo's bodies that are parts of ours, as they have no joints."""
+    link: list[int]
+    """By MuJoCo body: which of these it is; OWN for those that are bodies of ours."""
 
     def at(self, mujoco_body: int) -> int:
         """Our body that carries what MuJoCo attaches to `mujoco_body`."""
@@ -40,21 +46,25 @@ def read_bodies(compiled: Compiled) -> Bodies:
     m, d = compiled.model, compiled.data
     owner = _owners(compiled)
     frame = [Transform()] * m.nbody
-    mass = {}
+    own = [_mass_properties(compiled, i) for i in range(m.nbody)]
+    mass = list(own)  # with that of what became part of it
     weightless = m.body_mass * m.body_gravcomp
     for i in range(m.nbody):
-        mass[i] = _mass_properties(compiled, i)
         if owner[i] != i:
             parent = m.body_parentid[i]
             # On the way to the owner all bodies are merged into it, so that the parent's frame is in it too.
             frame[i] = frame[parent] @ compiled.body_frame(i)
-            mass[owner[i]] = mass[owner[i]] + mass[i].moved(frame[i])
+            mass[owner[i]] = mass[owner[i]] + own[i].moved(frame[i])
             weightless[owner[i]] += weightless[i]
             if m.body_mass[i] and m.body_gravcomp[i] != m.body_gravcomp[owner[i]]:
                 compiled.refuse(
-                    "body", i, "gravcomp unlike that of the body that it is part of; the mean counts"
+                    "body",
+                    i,
+                    "gravcomp unlike that of the body without mass that it is part of; the mean counts",
                 )
     names = unique_names(compiled, "body", m.nbody)
+    moving = [i for i in range(1, m.nbody) if m.body_weldid[i] != 0]
+    judge_masses(compiled.root, {names[i]: float(m.body_mass[i]) for i in moving}, compiled.issues)
     bodies, index = [], {0: WORLD}
     for i in range(1, m.nbody):
         if owner[i] != i:
@@ -71,7 +81,28 @@ def read_bodies(compiled: Compiled) -> Bodies:
                 pose=transform(d.xpos[i], d.xquat[i]),
             )
         )
-    return Bodies(bodies, owner, index, frame)
+    found = Bodies(bodies, owner, index, frame, [], [OWN] * m.nbody)
+    _add_links(compiled, found, names, own)
+    return found
+
+
+def _add_links(compiled: Compiled, bodies: Bodies, names: list[str], own: list[MassProperties]) -> None:
+    """Lists what became part of another body. names and masses: by MuJoCo body."""
+    joints = fixed_joint_names(compiled.root)
+    for i, owner in enumerate(bodies.owner):
+        if owner == i:
+            continue
+        bodies.link[i] = len(bodies.links)
+        bodies.links.append(
+            Link(
+                names[i],
+                bodies.at(i),
+                bodies.frame[i],
+                carrier=bodies.link[compiled.model.body_parentid[i]],
+                joint=joints.get(names[i]) or f"{names[i]}_fixed",
+                **vars(own[i]),
+            )
+        )
 
 
 def unique_names(compiled: Compiled, kind: str, count: int) -> list[str]:
@@ -102,21 +133,22 @@ def _mass_properties(compiled: Compiled, body: int) -> MassProperties:
 
 
 def _owners(compiled: Compiled) -> list[int]:
-    """A body without joints on a moving one is a body of its own if it can be one, else part of its parent;
-    if the moving one itself has no mass, all that is fixed to it makes one body with it."""
+    """A body without joints on one that moves is part of it: one body has fewer rows than two and a joint.
+
+    Where the two feel unlike shares of gravity it is a body of its own, if both can be one.
+    """
     m = compiled.model
     inertia = m.body_inertia
     solid = (m.body_mass > 0) & (inertia.min(axis=1) > THIN * inertia.max(axis=1))
     owner = list(range(m.nbody))
     for i in range(1, m.nbody):
         root = int(m.body_weldid[i])
-        if root in (0, i) or (m.body_jntnum[i] > 0 and root == i):
+        if root in (0, i):
             continue
-        moves_by_itself = m.body_mocapid[root] >= 0 or solid[root]
-        if not moves_by_itself:
-            owner[i] = root
-        elif not solid[i]:
-            owner[i] = owner[m.body_parentid[i]]
+        owner[i] = owner[m.body_parentid[i]]
+        falls_alike = m.body_mocapid[root] >= 0 or m.body_gravcomp[i] == m.body_gravcomp[owner[i]]
+        if not falls_alike and solid[i] and solid[root]:
+            owner[i] = i
     return owner
 
 

@@ -191,6 +191,8 @@ def compile_file(
     with _warnings_to(mujoco, said):
         try:
             spec = mujoco.MjSpec.from_file(str(path))
+            for texture in spec.textures:
+                _without_files(mujoco, texture)
             if root.tag == "robot":
                 prepare(spec, root, issues, floating_base, limits)
             if len(spec.bodies) > MANY:
@@ -212,6 +214,14 @@ def compile_file(
             effect = "none" if "conflict" in text else "small"  # an option of an attached file is not taken
             issues.add(element, f"MuJoCo warns: {' '.join(text.split())}", effect)
     return Compiled(path, root, mujoco, spec, model, data, issues, limits)
+
+
+def _without_files(mujoco: ModuleType, texture: Any) -> None:
+    """A texture of one colour in place of its files, which nothing here looks at and which may be missing."""
+    if texture.file or any(texture.cubefiles):
+        texture.file, texture.cubefiles = "", [""] * len(texture.cubefiles)
+        texture.builtin = mujoco.mjtBuiltin.mjBUILTIN_FLAT
+        texture.width = texture.height = 1
 
 
 def _override_contacts(mujoco: ModuleType, model: Any) -> None:

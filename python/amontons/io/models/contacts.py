@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from itertools import combinations, product
 
 import numpy as np
@@ -25,17 +25,35 @@ from .softness import (
 )
 
 Pairs = set[tuple[int, int]]
-Values = dict[str, float]
-"""Fields of a Material."""
 MANY = 1000
 """Pairs: so many more with a material of their own are worth it where geoms then keep their friction."""
 PAIR = 64
 """Bytes that a pair of geoms takes while rules of pairs are compared."""
 FRICTIONS = ("friction", "torsional_friction", "rolling_friction")
+SOFTNESS = ("compliance", "relaxation_time", "restitution")
 
 
-def excluded_bodies(compiled: Compiled, bodies: Bodies) -> Pairs:
-    """<exclude>, and the rule that a body does not touch its parent.
+@dataclass(frozen=True)
+class Values:
+    """Fields of materials of pairs of geoms a < b."""
+
+    a: Array
+    b: Array
+    kind: Array
+    """of each pair, as many have the same fields"""
+    columns: Array
+    """(kinds, 3): FRICTIONS or SOFTNESS"""
+
+    def keys(self, count: int) -> Array:
+        """A number for each pair, of `count` geoms, in the order of pairs."""
+        return self.a * count + self.b
+
+
+NO_PAIRS = Values(*(np.zeros(0, dtype=int) for _ in range(3)), np.zeros((0, 3)))
+
+
+def excluded_pairs(compiled: Compiled, bodies: Bodies, geoms: Geoms) -> tuple[Pairs, Pairs]:
+    """Of bodies and of geoms: <exclude>, and the rule that a body does not touch its parent.
 
     What is fixed to each other counts as one body, and the world touches its children (MuJoCo, Computation,
     Collision, Selection, filter 3).
@@ -43,6 +61,10 @@ def excluded_bodies(compiled: Compiled, bodies: Bodies) -> Pairs:
     m = compiled.model
     groups = fixed_groups(compiled, bodies)
     found: Pairs = set()
+    of_geoms: Pairs = set()
+    on: dict[int, list[int]] = {}
+    for geom, ours in geoms.index.items():
+        on.setdefault(int(m.geom_bodyid[geom]), []).append(ours)
     for root, members in groups.items():
         if root == 0:
             continue
@@ -50,41 +72,71 @@ def excluded_bodies(compiled: Compiled, bodies: Bodies) -> Pairs:
         parent = int(m.body_weldid[m.body_parentid[root]])
         if parent != 0 and compiled.enabled("filterparent"):
             found.update(product(members, groups[parent]))
-    for e, signature in enumerate(m.exclude_signature):
-        pair = int(signature) >> 16, int(signature) & 0xFFFF
-        for body in pair:
-            if bodies.owner[body] != body:
-                compiled.refuse(
-                    "exclude",
-                    e,
-                    f'"{compiled.name("body", body)}" has no mass and is part of '
-                    f'"{compiled.name("body", bodies.owner[body])}" here, which touches nothing of the other',
-                )
+    shared = {bodies.at(i) for i in range(m.nbody) if bodies.owner[i] != i}
+    for signature in m.exclude_signature.tolist():
+        pair = signature >> 16, signature & 0xFFFF
         a, b = (bodies.at(body) for body in pair)
-        if a != b:
+        if shared & {a, b}:  # of a part of a body
+            of_geoms.update(product(*(on.get(body, []) for body in pair)) if a != b else ())
+        elif a != b:
             found.add((a, b))
-    return {(min(p), max(p)) for p in found}
+    return _ordered(found), _ordered(of_geoms)
+
+
+def _ordered(pairs: Pairs) -> Pairs:
+    return {(min(p), max(p)) for p in pairs}
 
 
 def read_contacts(
     compiled: Compiled, bodies: Bodies, geoms: Geoms
-) -> tuple[list[PairMaterial], list[tuple[int, int]]]:
-    """Pair materials and exclusions; makes geoms soft."""
-    excluded = excluded_bodies(compiled, bodies)
+) -> tuple[list[PairMaterial], list[tuple[int, int]], list[tuple[int, int]]]:
+    """Pair materials, excluded bodies and excluded geoms; makes geoms soft."""
+    excluded, excluded_geoms = excluded_pairs(compiled, bodies, geoms)
     frictions = _frictions(compiled, geoms)
     soft = _soften(compiled, geoms)
-    pairs = {}
-    made: dict[tuple, Material] = {}  # many pairs share few materials
-    for a, b in sorted({*frictions, *soft}):
-        changes = {**frictions.get((a, b), {}), **soft.get((a, b), {})}
-        key = (geoms.geoms[a].material, geoms.geoms[b].material, *changes.items())
-        if key not in made:
-            made[key] = replace(combined(key[0], key[1]), **changes)
-        pairs[a, b] = made[key]
-    found = {pair: PairMaterial(*pair, material) for pair, material in pairs.items()}
-    if compiled.enabled("contact"):
-        found |= _explicit(compiled, geoms)
-    return [found[pair] for pair in sorted(found)], sorted(excluded)
+    pairs = _paired(geoms, frictions, soft)
+    if compiled.enabled("contact") and (explicit := _explicit(compiled, geoms)):
+        found = {(pair.geom_a, pair.geom_b): pair for pair in pairs} | explicit
+        pairs = [found[pair] for pair in sorted(found)]
+    return pairs, sorted(excluded), sorted(excluded_geoms)
+
+
+def _paired(geoms: Geoms, frictions: Values, soft: Values) -> list[PairMaterial]:
+    """Sorted pairs with materials of their own. There may be a million, which share few materials."""
+    count = len(geoms.geoms)
+    both = np.concatenate([frictions.keys(count), soft.keys(count)])
+    keys, _ = np.unique(both, return_index=True)  # with the index NumPy sorts; without, its hashing is slow
+    a, b = np.divmod(keys, max(count, 1))
+    known: dict[Material, int] = {}
+    own = np.array([known.setdefault(geom.material, len(known)) for geom in geoms.geoms], dtype=int)
+    code = own[a] * len(known) + own[b]
+    which = []
+    for values in (frictions, soft):
+        kind = np.zeros(len(keys), dtype=int)  # 0: as both materials together have it
+        kind[np.searchsorted(keys, values.keys(count))] = values.kind + 1
+        _, code = np.unique(code * (len(values.columns) + 1) + kind, return_inverse=True)
+        which.append((values, kind))
+    _, first = np.unique(code, return_index=True)
+    materials = []
+    for k in first.tolist():
+        changes: dict[str, float] = {}
+        for (values, kind), names in zip(which, (FRICTIONS, SOFTNESS), strict=True):
+            if kind[k]:
+                changes |= zip(names, values.columns[kind[k] - 1].tolist(), strict=True)
+        of_a, of_b = (geoms.geoms[int(g)].material for g in (a[k], b[k]))
+        materials.append(replace(combined(of_a, of_b), **changes))
+    return list(map(PairMaterial, a.tolist(), b.tolist(), (materials[k] for k in code.tolist())))
+
+
+def _kinds(rows: Array, a: Array, b: Array) -> tuple[Array, Array]:
+    """The first pair of each kind, and the kind of each pair.
+
+    a, b: the geoms of pairs, (pairs,). rows: (geoms, n), from which the values of pairs follow.
+    """
+    levels, kind = np.unique(rows, axis=0, return_inverse=True)
+    code = kind.reshape(-1)[a] * len(levels) + kind.reshape(-1)[b]
+    _, first, found = np.unique(code, return_index=True, return_inverse=True)
+    return first, found
 
 
 def combined(a: Material, b: Material) -> Material:
@@ -102,7 +154,7 @@ def combined(a: Material, b: Material) -> Material:
     )
 
 
-def _frictions(compiled: Compiled, geoms: Geoms) -> dict[tuple[int, int], Values]:
+def _frictions(compiled: Compiled, geoms: Geoms) -> Values:
     """The coefficients of pairs for which MuJoCo's rule is not the larger of the materials of both.
 
     The geom of higher priority decides alone. Of equal ones the larger condim counts, and of each coefficient
@@ -113,9 +165,9 @@ def _frictions(compiled: Compiled, geoms: Geoms) -> dict[tuple[int, int], Values
     dim, priority = m.geom_condim[ids], m.geom_priority[ids]
     if (dim == 1).all():
         geoms.geoms[:] = [with_friction(geom, 0.0) for geom in geoms.geoms]
-        return {}
+        return NO_PAIRS
     if np.ptp(dim) == 0 and np.ptp(priority) == 0:
-        return {}
+        return NO_PAIRS
     _require_pairs(compiled, len(ids))
     rule = coefficients(*_condim_and_friction(compiled, ids[:, None], ids[None, :]))
     own = coefficients(dim, m.geom_friction[ids])
@@ -129,12 +181,17 @@ def _frictions(compiled: Compiled, geoms: Geoms) -> dict[tuple[int, int], Values
             with_friction(geom, 0.0) if slides else geom
             for geom, slides in zip(geoms.geoms, dim == 1, strict=True)
         ]
+    body, category, mask = _fields(geoms)
     a, b = np.nonzero(differs)
-    return {
-        (i, j): dict(zip(FRICTIONS, rule[i, j].tolist(), strict=True))
-        for i, j in zip(a.tolist(), b.tolist(), strict=True)
-        if _may_touch(geoms, i, j)
-    }
+    meet = (body[a] != body[b]) & ((category[a] & mask[b] != 0) | (category[b] & mask[a] != 0))
+    a, b = a[meet], b[meet]
+    first, kind = _kinds(np.column_stack([dim, priority, m.geom_friction[ids]]), a, b)
+    return Values(a, b, kind, rule[a[first], b[first]])
+
+
+def _fields(geoms: Geoms) -> tuple[Array, Array, Array]:
+    """Body, category and mask of all geoms."""
+    return tuple(np.array([getattr(g, name) for g in geoms.geoms]) for name in ("body", "category", "mask"))
 
 
 def _require_pairs(compiled: Compiled, geoms: int) -> None:
@@ -165,7 +222,7 @@ def _condim_and_friction(compiled: Compiled, a: Array, b: Array) -> tuple[Array,
     return of_pairs(m.geom_condim), np.stack([of_pairs(column) for column in m.geom_friction.T], axis=-1)
 
 
-def _soften(compiled: Compiled, geoms: Geoms) -> dict[tuple[int, int], Values]:
+def _soften(compiled: Compiled, geoms: Geoms) -> Values:
     """Gives geoms the softness of their contact with what does not move, or else with their like; returns
     that of the pairs of which the combination of both is not the one of MuJoCo."""
     m = compiled.model
@@ -173,9 +230,9 @@ def _soften(compiled: Compiled, geoms: Geoms) -> dict[tuple[int, int], Values]:
     plain = (m.geom_solref[ids] == DEFAULT_REFERENCE).all(axis=1)
     plain &= (m.geom_solimp[ids] == DEFAULT_IMPEDANCE).all(axis=1)
     if plain.all() or not compiled.enabled("contact"):
-        return {}
+        return NO_PAIRS
     _require_pairs(compiled, len(ids))
-    category, mask = (np.array([getattr(g, name) for g in geoms.geoms]) for name in ("category", "mask"))
+    body, category, mask = _fields(geoms)
     meets = (category[:, None] & mask[None, :] != 0) | (mask[:, None] & category[None, :] != 0)
     touching = np.zeros(m.ngeom, dtype=bool)
     touching[ids[meets.any(axis=1)]] = True
@@ -196,18 +253,31 @@ def _soften(compiled: Compiled, geoms: Geoms) -> dict[tuple[int, int], Values]:
     meets &= ~(fixed[:, None] & fixed[None, :])
     a, b = np.nonzero(np.triu(meets, 1))
     if not len(a):
-        return {}
-    pair = _softness_of(compiled, ids[a], ids[b], load)
+        return NO_PAIRS
+    body_of = m.geom_bodyid[ids]
+    rows = [
+        m.geom_condim,
+        m.geom_priority,
+        m.geom_friction,
+        m.geom_solref,
+        m.geom_solimp,
+        m.geom_solmix,
+        load,
+    ]
+    rows = np.column_stack([*(row[ids] for row in rows), m.body_invweight0[body_of, 0], fixed])
+    first, kind = _kinds(rows, a, b)
+    pair = _softness_of(compiled, ids[a[first]], ids[b[first]], load)
     materials = [geom.material for geom in geoms.geoms]
     compliance, restitution = (
         np.array([getattr(m, name) for m in materials]) for name in ("compliance", "restitution")
     )
     # Some per cent more or less are nothing: loads are not known better.
-    differs = np.abs(compliance[a] + compliance[b] - pair.compliance) > 0.05 * pair.compliance
-    differs |= np.abs(np.maximum(restitution[a], restitution[b]) - pair.restitution) > 0.01
-    body = np.array([geom.body for geom in geoms.geoms])
+    wanted = pair.compliance[kind]
+    differs = np.abs(compliance[a] + compliance[b] - wanted) > 0.05 * wanted
+    differs |= np.abs(np.maximum(restitution[a], restitution[b]) - pair.restitution[kind]) > 0.01
     differs &= body[a] != body[b]
-    return {(int(a[k]), int(b[k])): _values(pair, k) for k in np.nonzero(differs)[0].tolist()}
+    columns = np.stack([getattr(pair, name) for name in SOFTNESS], axis=1)
+    return Values(a[differs], b[differs], kind[differs], columns)
 
 
 def _softness_of(compiled: Compiled, a: Array, b: Array, load: Array) -> Softness:
@@ -223,17 +293,8 @@ def _softness_of(compiled: Compiled, a: Array, b: Array, load: Array) -> Softnes
     return softness(compiled, solref, solimp, weight, np.where(moves.any(axis=1), both, 0.0))
 
 
-def _values(soft: Softness, k: int) -> Values:
-    return {
-        "compliance": float(soft.compliance[k]),
-        "relaxation_time": float(soft.relaxation_time[k]),
-        "restitution": float(soft.restitution[k]),
-    }
-
-
-def _may_touch(geoms: Geoms, i: int, j: int) -> bool:
-    a, b = geoms.geoms[i], geoms.geoms[j]
-    return a.body != b.body and bool(a.category & b.mask or b.category & a.mask)
+def _values(soft: Softness, k: int) -> dict[str, float]:
+    return {name: float(getattr(soft, name)[k]) for name in SOFTNESS}
 
 
 def _explicit(compiled: Compiled, geoms: Geoms) -> dict[tuple[int, int], PairMaterial]:

@@ -66,6 +66,8 @@ def _loop(compiled: Compiled, bodies: Bodies, e: int, name: str, *, ball: bool) 
         body_b=bodies.at(body_b),
         frame_a=frame_a,
         frame_b=frame_b,
+        link_a=bodies.link[body_a],
+        link_b=bodies.link[body_b],
         spherical=ball,
         collide=True,
         closes_loop=True,

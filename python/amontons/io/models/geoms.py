@@ -59,6 +59,7 @@ def read_geoms(compiled: Compiled, bodies: Bodies) -> Geoms:
                 material=replace(_material(m, g), **of_link),
                 surface_velocity=surface,
                 surface_spin=spin,
+                link=bodies.link[body],
                 category=int(m.geom_contype[g]) & BITS if contact else 0,
                 mask=int(m.geom_conaffinity[g]) & BITS if contact else 0,
             )

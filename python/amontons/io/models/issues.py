@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
+from ...checks import shortened
 from ...errors import InputError, ModelWarning, UnsupportedWarning
 from ...model.presets import EFFECTS, Unread
 from .elements import Element
 
-SHOWN = 12
-"""Lines of each part of the warning; `Model.unread` has all."""
+SHOWN, WIDTH = 5, 140
+"""Lines of each part of the warning, and characters of a line; `Model.unread` has all."""
 
 
 @dataclass
@@ -58,29 +59,37 @@ class Issues:
                 f"{self.path}: {_things(changing)} not supported:\n{lines}\n"
                 "Change the file, or load it without them: strict=False."
             )
-        parts = [f"{self.path}: {note}" for note in self.notes]
+        parts = [*self.notes]
         if unread:
-            parts.append(f"{self.path}: {_things(unread)} not read (model.unread has the list).")
+            parts.append(f"{_things(unread)} not read (model.unread has the list).")
         if changing:
-            parts += ["Changes the motion; strict=True refuses it:", *_lines(changing)]
+            parts += ["Changes the motion; strict=True refuses it:", *self._lines(changing)]
         if len(changing) < len(unread):
-            parts += ["Does not change the motion:", *_lines(unread[len(changing) :])]
+            parts += ["Does not change the motion:", *self._lines(unread[len(changing) :])]
         if parts:
             category = UnsupportedWarning if unread else ModelWarning
-            warnings.warn("\n".join(parts), category, stacklevel=4)
+            warnings.warn(f"{self.path}: " + "\n".join(parts), category, stacklevel=4)
+
+    def _lines(self, entries: Iterable[Unread]) -> Iterator[str]:
+        """A line for all entries that say the same, in the order of the first of each."""
+        alike: dict[str, list[Unread]] = {}
+        for entry in entries:
+            alike.setdefault(entry.what, []).append(entry)
+        for group in list(alike.values())[:SHOWN]:
+            first = replace(group[0], place=self._line(group[0].place))
+            more = f" (and {len(group) - 1} more like it)" if len(group) > 1 else ""
+            yield f"  {shortened(str(first), WIDTH - len(more))}{more}"
+        if len(alike) > SHOWN:
+            yield f"  and {sum(map(len, list(alike.values())[SHOWN:]))} more"
+
+    def _line(self, place: str) -> str:
+        """A place in the file whose name stands at the top of the message, or in another one."""
+        file, _, line = place.rpartition(":")
+        if file == str(self.path):
+            return f"line {line}"
+        return "" if place == str(self.path) else f"{Path(file).name}:{line}"
 
 
 def _things(entries: Iterable[Unread]) -> str:
     count = len(list(entries))
     return f"{count} things are" if count > 1 else "1 thing is"
-
-
-def _lines(entries: Iterable[Unread]) -> Iterator[str]:
-    """A line for all entries that say the same, in the order of the first of each."""
-    alike: dict[str, list[Unread]] = {}
-    for entry in entries:
-        alike.setdefault(entry.what, []).append(entry)
-    for group in list(alike.values())[:SHOWN]:
-        yield f"  {group[0]}" + (f" (and {len(group) - 1} more like it)" if len(group) > 1 else "")
-    if len(alike) > SHOWN:
-        yield f"  and {sum(map(len, list(alike.values())[SHOWN:]))} more"

@@ -11,7 +11,7 @@ from ...model.transforms import IDENTITY, Transform, axis_angle, conjugate, rota
 from .bodies import Bodies
 from .compiled import Compiled, transform
 from .softness import is_soft
-from .urdf import fixed_joint_names, judge_limits, urdf_range
+from .urdf import judge_limits, urdf_range
 
 SMALL_ANGLE = 1e-6
 """rad: what is left of the range of a ball joint at least"""
@@ -32,7 +32,6 @@ def read_joints(compiled: Compiled, bodies: Bodies) -> Joints:
     m = compiled.model
     judge_limits(compiled.root, compiled.issues)
     joints = Joints([], {}, {})
-    fixed = fixed_joint_names(compiled.root)
     taken = {compiled.name("jnt", j) for j in range(m.njnt)}
     for body, ours in bodies.index.items():
         if body == 0 or bodies.bodies[ours].motion != "dynamic":
@@ -46,9 +45,8 @@ def read_joints(compiled: Compiled, bodies: Bodies) -> Joints:
         joint = _chain(compiled, bodies, body, list(own), joints)
         name = "+".join(filter(None, (compiled.name("jnt", j) for j in own)))
         if not name or len(own) > 1:  # not a name of MuJoCo's, which are unique
-            own_body = compiled.name("body", body)
             kind = "joint" if own else "fixed"
-            name = name or fixed.get(own_body) or f"{bodies.bodies[ours].name}_{kind}"
+            name = name or f"{bodies.bodies[ours].name}_{kind}"
             while name in taken:
                 name += "_"
         taken.add(name)
@@ -140,6 +138,7 @@ def _chain(compiled: Compiled, bodies: Bodies, body: int, own: list[int], joints
     joint = Joint(
         body_a=bodies.index[body],
         body_b=bodies.at(parent),
+        link_b=bodies.link[parent],
         frame_a=origin,
         frame_b=in_parent @ frame,
         dofs=dofs,

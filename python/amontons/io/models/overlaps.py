@@ -11,7 +11,7 @@ from .geoms import Geoms
 
 ALLOWED = 1e-4
 """lengths of the model: overlaps below it are none, as in the correction of positions"""
-SHOWN = 12
+SHOWN = 3
 
 Pairs = set[tuple[int, int]]
 

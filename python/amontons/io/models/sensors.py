@@ -71,15 +71,15 @@ def _sensor(
     body, frame, place = _frame(compiled, bodies, of, thing)
     if place is None:
         return "a sensor on a thing that is not read", {}
-    values: dict[str, Any] = {"body": place, "frame": frame}
+    values: dict[str, Any] = {"body": place, "frame": frame, "link": bodies.link[body]}
     if kind == "magnetometer":
         values["field"] = tuple(m.opt.magnetic.tolist())
     if kind == "touch":
         values["shape"] = sites[thing].shape
     if kind in SUMS:
-        reason, values["bodies"] = _subtree(compiled, bodies, body, force=kind in ("force", "torque"))
-        if reason:
-            return reason, {}
+        if body == 0 and kind in ("force", "torque"):
+            return "a force on the world, which nothing carries", {}
+        values["bodies"], values["links"] = _subtree(compiled, bodies, body)
     if m.sensor_refid[i] >= 0:
         _, values["reference_frame"], values["reference"] = _frame(
             compiled, bodies, m.sensor_reftype[i], int(m.sensor_refid[i])
@@ -125,15 +125,13 @@ def _frame(compiled: Compiled, bodies: Bodies, of: int, thing: int) -> tuple[int
     return body, bodies.frame[body] @ frame, bodies.at(body)
 
 
-def _subtree(compiled: Compiled, bodies: Bodies, body: int, *, force: bool) -> tuple[str, tuple[int, ...]]:
+def _subtree(compiled: Compiled, bodies: Bodies, body: int) -> tuple[tuple[int, ...], tuple[int, ...]]:
+    """Our bodies that are part of a body of MuJoCo and all that hangs on it, and links of others that are."""
     m = compiled.model
     inside = [False] * m.nbody
     for i in range(m.nbody):
         inside[i] = i == body or (i > 0 and inside[m.body_parentid[i]])
-    ours = {bodies.at(i) for i in range(1, m.nbody) if inside[i]}
-    others = {bodies.at(i) for i in range(1, m.nbody) if not inside[i]}
-    if force and (ours & others or body == 0):
-        return "a force between bodies that are one here, as one has no mass", ()
-    if ours & others:
-        return "a sum over bodies of which one is part of another here, as it has no mass", ()
-    return "", tuple(sorted(ours - {-1}))
+    # A body carries what is part of it: with it all its links are inside.
+    ours = {bodies.index[i] for i in range(1, m.nbody) if inside[i] and bodies.owner[i] == i}
+    links = (bodies.link[i] for i in range(1, m.nbody) if inside[i] and not inside[bodies.owner[i]])
+    return tuple(sorted(ours)), tuple(sorted(links))

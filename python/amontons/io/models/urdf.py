@@ -23,6 +23,8 @@ NONE = 1e-15  # kg m^2: what MuJoCo takes for no inertia
 FORMATS = (".stl", ".obj", ".msh")
 DENSITY = 1000.0
 """kg/m^3, of what has a mass and no size; MuJoCo's default of geoms"""
+NAMED = 3
+"""Links in a note at most."""
 
 
 def prepare(
@@ -32,20 +34,53 @@ def prepare(
     _find_meshes(spec, root, issues, limits)
     spec.compiler.fusestatic = False
     for body in spec.worldbody.bodies:
-        floats = _has_mass(body.name, root) if floating_base is None else floating_base
         # A link of a floating joint to the root called world is free already.
         if list(body.joints) or not _is_root(body.name, root):
             continue
-        if floats:
-            body.add_freejoint()
+        floats, how = _base(body, root)
         if floating_base is None:
-            how = (
-                "moves freely; floating_base=False fixes" if floats else "is fixed; floating_base=True frees"
-            )
             issues.notes.append(f'the base link "{body.name}" {how} it')
+        if floats if floating_base is None else floating_base:
+            body.add_freejoint()
     for body in spec.bodies[1:]:
         if body.explicitinertial:
             _check_inertia(body, root, issues, moves=bool(list(body.joints)))
+
+
+def _base(body: Any, root: Element) -> tuple[bool, str]:
+    """Whether a root link moves, where the user has not said so, and what a note says of it.
+
+    Robots that walk or drive often have a root without <inertial> that carries the trunk by a fixed joint,
+    as some libraries take no mass of a root. A mass of 0 is Bullet's way to fix it.
+    """
+    link = _link(body.name, root)
+    if link is not None and link.child("inertial") is None and _carries_mass(body, root):
+        return True, "has no <inertial> and moves freely, as of most robots; floating_base=False fixes"
+    if _has_mass(body.name, root):
+        return True, "moves freely; floating_base=False fixes"
+    return False, "is fixed; floating_base=True frees"
+
+
+def _carries_mass(body: Any, root: Element) -> bool:
+    """Whether a link, or one that fixed joints hold on it, has a mass: of its own or from its shapes."""
+    link = _link(body.name, root)
+    from_shapes = link is not None and link.child("inertial") is None and bool(list(body.geoms))
+    fixed = (child for child in body.bodies if not list(child.joints))
+    return from_shapes or _has_mass(body.name, root) or any(_carries_mass(child, root) for child in fixed)
+
+
+def judge_masses(root: Element, masses: dict[str, float], issues: Issues) -> None:
+    """Says which links have the mass of their shapes. masses: of the links that move, by name (kg)."""
+    links = (e for e in root.children if e.tag == "link" and e.child("inertial") is None)
+    found = {link.name: masses[link.name] for link in links if masses.get(link.name, 0.0) > 0}
+    if root.tag == "robot" and found:
+        heaviest = sorted(found, key=lambda name: -found[name])
+        shown = ", ".join(f'"{name}" {found[name]:.3g} kg' for name in heaviest[:NAMED])
+        more = f" and {len(found) - NAMED} more" if len(found) > NAMED else ""
+        issues.notes.append(
+            f"links without <inertial> have the mass of their shapes at {DENSITY:g} kg/m^3, "
+            f"{sum(found.values()):.3g} kg of {sum(masses.values()):.3g} kg: {shown}{more}"
+        )
 
 
 def _find_meshes(spec: Any, root: Element, issues: Issues, limits: Limits) -> None:
@@ -93,8 +128,7 @@ def _check_inertia(body: Any, root: Element, issues: Issues, *, moves: bool) -> 
         shown = ", ".join(f"{x:.4g}" for x in moments)
         issues.add(
             link,
-            f"its principal moments of inertia are {shown}: of a solid they are positive and the largest is "
-            "at most the sum of the others. Their mean is taken; correct them",
+            f"no solid has its principal moments of inertia, {shown}. Their mean is taken; correct them",
         )
         body.fullinertia = [max(moments.mean(), 2 * NONE)] * 3 + [0.0] * 3
 

@@ -58,8 +58,8 @@ def _of_mjcf(compiled: Compiled, bodies: Bodies, geoms: Geoms) -> list[Visual]:
             continue
         body = int(m.geom_bodyid[g])
         frame = bodies.frame[body] @ transform(m.geom_pos[g], m.geom_quat[g])
-        name = compiled.name("geom", g)
-        found.append(Visual(name, bodies.at(body), frame, shape=shape, colour=_colour(m, g)))
+        of = {"shape": shape, "colour": _colour(m, g), "link": bodies.link[body]}
+        found.append(Visual(compiled.name("geom", g), bodies.at(body), frame, **of))
     alike = len(shown) == m.ngeom and not known and all(visual.colour is None for visual in found)
     return [] if alike else found
 
@@ -99,7 +99,8 @@ def _of_urdf(compiled: Compiled, bodies: Bodies) -> list[Visual]:
                 material = visual.child("material")
                 colour = (_rgba(material) or colours.get(material.name)) if material else None
                 frame = bodies.frame[body] @ _origin(visual)
-                found.append(Visual(visual.name, bodies.at(body), frame, shape=shape, colour=colour))
+                of = {"shape": shape, "colour": colour, "link": bodies.link[body]}
+                found.append(Visual(visual.name, bodies.at(body), frame, **of))
             except (InputError, OSError, ValueError, OverflowError):
                 continue
     return found

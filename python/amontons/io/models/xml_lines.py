@@ -36,6 +36,7 @@ def read_xml(path: Path, faults: Faults, budget: Budget, depth: int = 0) -> Elem
         data = path.read_bytes()
     except OSError as error:
         raise FileError(f"{path}: cannot be read ({error.strerror})") from None
+    data = data.rstrip(b"\0 \t\r\n")  # some programs end files with a zero; MuJoCo's parser stops there
     if b"\0" in data:
         raise FileError(f"{path}: is no text: it holds bytes of zero, where MuJoCo's parser would stop")
     parser = expat.ParserCreate()

@@ -13,6 +13,7 @@ import numpy as np
 
 from ...limits import plausible
 from ...model.drives import Actuator, PathElement, Tendon, TendonTerm, Transmission
+from ...model.links import Link
 from ...model.model import Model
 from ...model.parts import Body, Coupling, Dof, Fluid, FluidBox, Geom, Joint, Material, Motor, PairMaterial
 from ...model.presets import Keyframe, Unread
@@ -82,6 +83,7 @@ def model_from_json(text: str) -> Model:
     d["actuators"] = tuple(_actuator(actuator) for actuator in actuators)
     for name, kind in (("sites", Site), ("sensors", Sensor), ("visuals", Visual)):
         d[name] = tuple(_looking(kind, parts, shapes) for parts in d.get(name, ()))
+    d["links"] = tuple(Link(**{**link, "frame": Transform(**link["frame"])}) for link in d.get("links", ()))
     if "fluid" in d:
         d["fluid"] = Fluid(**d["fluid"])
         d["fluid_boxes"] = tuple(

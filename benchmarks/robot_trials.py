@@ -1,0 +1,118 @@
+"""A model in its keyframes, and with servos that hold it at targets; for robot_run.py."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from time import perf_counter
+from typing import Any
+
+import amontons
+import mujoco
+import numpy as np
+from robot_energy import Energy
+
+KEYFRAME, DRIVEN = 0.1, 1.0  # s: how long they run
+SHARE = 0.25  # of the range of a control or coordinate: how far targets are from its middle at most
+FREQUENCY = 20.0  # rad/s, of the servos that joints without any get, critically damped
+
+
+def keyframes(model: amontons.Model, m: Any, until: float) -> dict[str, Any]:
+    """How many keyframes there are, how far bodies in them are from MuJoCo's (m), how many steps after them
+    miss the tolerance, and what fails."""
+    facts: dict[str, Any] = {"keyframes": len(model.keyframes)}
+    if not model.keyframes:
+        return facts
+    simulation = amontons.Simulation(model, on_failure="ignore")
+    off, missed, steps, failed = 0.0, 0, 0, []
+    for name in model.keyframes:
+        try:
+            simulation.reset(name)
+            off = max(off, distance(simulation, m, name))
+            for _ in range(math.ceil(KEYFRAME / simulation.dt)):
+                missed += not simulation.step().converged
+                steps += 1
+        except (amontons.InputError, amontons.SimulationError) as error:
+            failed.append(f"{name}: {error}"[:100])
+        if perf_counter() > until:
+            break
+    return facts | {
+        "keyframe_error": off, "keyframe_in_lengths": off / model.length,
+        "keyframes_failed": "; ".join(failed),
+        "keyframe_missed_percent": 100 * missed / max(steps, 1),
+    }  # fmt: skip
+
+
+def distance(simulation: amontons.Simulation, m: Any, name: str) -> float:
+    """The largest of a body or link from where MuJoCo has it (m); 0 without MuJoCo's model."""
+    if m is None or (k := mujoco.mj_name2id(m, mujoco.mjtObj.mjOBJ_KEY, name)) < 0:
+        return 0.0
+    data = mujoco.MjData(m)
+    mujoco.mj_resetDataKeyframe(m, data, k)
+    mujoco.mj_kinematics(m, data)
+    found = 0.0
+    for place, at in zip(simulation.model.link_names, simulation.links["position"], strict=True):
+        body = mujoco.mj_name2id(m, mujoco.mjtObj.mjOBJ_BODY, place)
+        if body >= 0:
+            found = max(found, float(np.linalg.norm(at - data.xpos[body])))
+    return found
+
+
+def driven(model: amontons.Model, until: float) -> dict[str, Any]:
+    """A run with all actuators at random controls; where there are none, all joints get servos at targets."""
+    rng = np.random.default_rng(1)
+    servos = [] if model.actuators else [c for c in model.coordinates.values() if c.dof >= 0]
+    if servos:
+        model = with_servos(model, servos, rng)
+    elif not model.actuators:
+        return {"driven": ""}
+    simulation = amontons.Simulation(model, on_failure="ignore")
+    for drive in model.actuators:
+        low, high = drive.lower_control, drive.upper_control
+        low, high = (low, high) if math.isfinite(high - low) else (-1.0, 1.0)
+        middle = min(max(0.0, low), high)
+        simulation.set_control(drive.name, middle + SHARE * (high - low) * rng.uniform(-1, 1))
+    energy, worst = Energy(simulation), {"missed": 0, "residual": 0.0, "joint_error": 0.0}
+    steps, wanted = 0, math.ceil(DRIVEN / simulation.dt)
+    stopped = ""
+    while steps < wanted and perf_counter() < until:
+        try:
+            report = simulation.step()
+        except amontons.SimulationError as error:
+            stopped = str(error)[:200]
+            break
+        steps += 1
+        energy.add(report)
+        worst["missed"] += not report.converged
+        worst["residual"] = max(worst["residual"], report.residual)
+        worst["joint_error"] = max(worst["joint_error"], joint_error(report, model.length))
+    gained = energy.facts()
+    return {
+        "driven": "actuators" if model.actuators else "servos", "driven_time": steps * simulation.dt,
+        "driven_missed_percent": 100 * worst["missed"] / max(steps, 1), "driven_residual": worst["residual"],
+        "driven_joint_error": worst["joint_error"] / model.length, "driven_gain": gained["energy_gain"],
+        "driven_gain_relative": gained["energy_gain_relative"], "driven_stopped": stopped,
+    }  # fmt: skip
+
+
+def joint_error(report: amontons.Report, length: float) -> float:
+    """The largest of a step, angles times a length (m)."""
+    return max(report.joint_error, length * report.joint_angle_error)
+
+
+def with_servos(
+    model: amontons.Model, coordinates: list[amontons.model.coordinates.Coordinate], rng: np.random.Generator
+) -> amontons.Model:
+    """Every hinge and slide with a position motor: of the inertia that it moves alone, critically damped."""
+    inertia = np.diag(amontons.Simulation(model).mass_matrix())
+    joints = list(model.joints)
+    for c in coordinates:
+        dofs = list(joints[c.joint].dofs)
+        dof = dofs[c.dof]
+        low, high = (dof.lower, dof.upper) if math.isfinite(dof.upper - dof.lower) else (-1.0, 1.0)
+        gain = float(inertia[c.qd.start]) * FREQUENCY**2
+        target = 0.5 * (low + high) + SHARE * (high - low) * rng.uniform(-1, 1)
+        motor = amontons.Motor("position", target=target, gain=gain, damping_gain=2 * gain / FREQUENCY)
+        dofs[c.dof] = replace(dof, motor=replace(motor, max_effort=dof.motor.max_effort))
+        joints[c.joint] = replace(joints[c.joint], dofs=tuple(dofs))
+    return replace(model, joints=tuple(joints))

@@ -1,0 +1,85 @@
+"""Links: named parts of bodies. A fixed joint of a file makes one body of its two; the names stay."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from ..checks import Matrix3, Vector3, named, vector3
+from ..errors import InputError
+from .mass import NOTHING
+from .parts import OWN, Body, Geom, Joint, fill, inertia_matrix, numbers
+from .sensing import Sensor
+from .transforms import ORIGIN, Transform
+from .visuals import Visual
+
+
+@dataclass(frozen=True)
+class Link:
+    """A part of a body that has a name of its own: a fixed joint of a file holds it there.
+
+    Mass and inertia of the body include those of its links.
+    """
+
+    name: str
+    body: int
+    frame: Transform = ORIGIN
+    """in the body frame"""
+    carrier: int = OWN
+    """the link that holds it; OWN: what the body is without its links"""
+    joint: str = ""
+    """name of the fixed joint"""
+    mass: float = 0.0
+    """of this part alone (kg)"""
+    centre_of_mass: Vector3 = (0.0, 0.0, 0.0)
+    """in the frame of the link (m)"""
+    inertia: Matrix3 = NOTHING.inertia
+    """about its centre of mass, in its own axes (kg m^2)"""
+
+    def __post_init__(self) -> None:
+        who = named("link", self.name)
+        numbers(self, who, "mass")
+        fill(self, centre_of_mass=vector3(f"{who}centre_of_mass", self.centre_of_mass))
+        fill(self, inertia=inertia_matrix(f"{who}inertia", self.inertia))
+
+
+def check_links(
+    links: Sequence[Link],
+    bodies: Sequence[Body],
+    geoms: Sequence[Geom],
+    joints: Sequence[Joint],
+    visuals: Sequence[Visual],
+    sensors: Sequence[Sensor],
+) -> None:
+    """Raises InputError where a link, or the link that something says it is on, does not exist."""
+    names = {body.name for body in bodies if body.name}
+    for k, link in enumerate(links):
+        if not 0 <= link.body < len(bodies):
+            raise InputError(f'link "{link.name}": there is no body {link.body}')
+        if link.name in names:
+            raise InputError(f'link "{link.name}": there is another link or a body of this name; rename one')
+        names.add(link.name)
+        if link.carrier != OWN and not (0 <= link.carrier < k and links[link.carrier].body == link.body):
+            raise InputError(f'link "{link.name}": its carrier must be a link of its body before it')
+
+    def check(what: str, name: str, body: Any, link: int) -> None:
+        if link != OWN and not (0 <= link < len(links) and body in (None, links[link].body)):
+            raise InputError(f'{what} "{name}": its body has no link {link}')
+
+    for geom in geoms:
+        check("geom", geom.name, geom.body, geom.link)
+    for visual in visuals:
+        check("visual", visual.name, visual.body, visual.link)
+    for joint in joints:
+        check("joint", joint.name, joint.body_a, joint.link_a)
+        check("joint", joint.name, joint.body_b, joint.link_b)
+    for sensor in sensors:
+        check("sensor", sensor.name, sensor.body, sensor.link)
+        for k in sensor.links:
+            check("sensor", sensor.name, None, k)
+
+
+def place_index(bodies: int, body: int, link: int) -> int:
+    """The index in `Model.link_names` of a link of a body, or of the body itself; -1 is the world."""
+    return body if link == OWN else bodies + link
