@@ -50,7 +50,7 @@ def write_page(
     gate, title = Gate("127.0.0.1"), title_of(recording.source, recording.path)
     server = serve("127.0.0.1", 8080, title, gate)
     try:
-        stage = Stage(server, recording.model, pick=lambda body: None)
+        stage = Stage(server, recording.model)
         stage.frame(np.array([recording.positions[k] for k in (0, len(recording) // 2)]))
         stage.fade(forces)
         frames = movie_frames(recording.times, fps, speed).tolist()

@@ -18,8 +18,7 @@
     while (open.length) {
       const fiber = open.pop();
       const value = fiber.memoizedProps && fiber.memoizedProps.value;
-      if (value && value.mutable && value.mutable.current && "sendMessage" in value.mutable.current)
-        return value.mutable.current;
+      if (value && value.sceneTreeActions && value.mutable && value.mutable.current) return value;
       for (const next of [fiber.sibling, fiber.child]) if (next) open.push(next);
     }
     return null;
@@ -28,9 +27,9 @@
   const box = document.createElement("div");
   box.id = "amontons-body";
   box.style.cssText =
-    "position:fixed;left:1em;top:1em;z-index:5;display:none;padding:.6em .9em;border-radius:4px;" +
+    "position:fixed;right:1em;top:1em;z-index:500;display:none;padding:.6em .9em;border-radius:4px;" +
     "background:rgba(255,255,255,.92);color:#222;box-shadow:0 1px 6px rgba(0,0,0,.25);" +
-    "font:13px/1.45 system-ui,sans-serif;max-width:24em;white-space:pre-line;overflow-wrap:anywhere";
+    "font:13px/1.45 system-ui,sans-serif;min-width:14em;max-width:24em;white-space:pre-line;overflow-wrap:anywhere";
   const close = document.createElement("button");
   close.textContent = "×";
   close.setAttribute("aria-label", "Close");
@@ -47,9 +46,9 @@
   };
 
   const nameOf = (body) => (body < 0 ? "the world" : told.bodies[body][0]);
-  const show = (state) => {
+  const show = (page) => {
     if (chosen === null) return;
-    const pose = state.nodePoseData[told.clock];
+    const pose = page.mutable.current.nodePoseData[told.clock];
     const frame = Math.min(Math.max(0, Math.round(pose ? pose.position[0] : 0)), told.times.length - 1);
     const lines = [told.bodies[chosen][1] + ", t = " + told.times[frame] + " s"];
     if (contacts === null) lines.push("contacts were not recorded");
@@ -64,18 +63,30 @@
     if (text.textContent !== now) text.textContent = now;
   };
 
+  // Bodies can be clicked where the server says so, which replays leave out.
+  const listen = (page) => {
+    for (const node of Object.keys(told.instances)) {
+      const known = page.useSceneTree.get(node);
+      if (known && known.clickBindings.length === 0)
+        page.sceneTreeActions.updateNodeAttributes(node, { clickBindings: [{ button: "left", modifier: null }] });
+    }
+  };
+
   const wait = setInterval(() => {
-    const state = stateOf();
-    if (state === null) return;
+    const page = stateOf();
+    if (page === null) return;
     clearInterval(wait);
-    state.sendMessage = (message) => {
+    page.mutable.current.sendMessage = (message) => {
       const bodies = message.type === "SceneNodeClickMessage" ? told.instances[message.name] : undefined;
       if (bodies === undefined || message.instance_index === null) return;
       chosen = bodies[message.instance_index];
       name.textContent = nameOf(chosen);
       box.style.display = "block";
-      show(state);
+      show(page);
     };
-    setInterval(() => show(state), 100);
+    setInterval(() => {
+      listen(page);
+      show(page);
+    }, 100);
   }, 100);
 })();

@@ -188,20 +188,17 @@ class Stage:
             side="double" if batch.surface.flat else "front",  # visual meshes may be open
             lod="off",
         )
-        if batch.moves and self._pick is not None:
+        if batch.moves and self._pick is not None and self._grab is not None:
             self._listen(batch, handle, self._pick, self._grab)
         return handle
 
-    def _listen(self, batch: Batch, handle: Any, pick: Callable[[int], None], grab: Grab | None) -> None:
+    def _listen(self, batch: Batch, handle: Any, pick: Callable[[int], None], grab: Grab) -> None:
         """Callbacks are coroutines: the server runs them in order, and all they do is to post."""
 
         @handle.on_click
         async def _(event: Any) -> None:
             if event.instance_index is not None and event.instance_index < len(batch.bodies):
                 pick(int(batch.bodies[event.instance_index]))
-
-        if grab is None:
-            return
 
         @handle.on_drag
         async def _(event: Any) -> None:
