@@ -95,5 +95,6 @@ void bind_state(nb::module_& m);
 void bind_simulation(nb::module_& m);
 void bind_kinematics(nb::module_& m);
 void bind_worlds(nb::module_& m);
+void bind_picture(nb::module_& m);
 
 }  // namespace amontons::python

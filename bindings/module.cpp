@@ -46,4 +46,5 @@ NB_MODULE(_core, m) {
   bind_simulation(m);
   bind_kinematics(m);
   bind_worlds(m);
+  bind_picture(m);
 }

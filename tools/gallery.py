@@ -62,7 +62,7 @@ def picture(name: str) -> None:
     options = {"tolerance": 1e-3, "on_failure": "ignore"} | dict(scene.options)
     simulation = Simulation(scene.make(**parameters), dt=scene.dt, **options)
     simulation.run(seconds)
-    pixels = amontons.render(simulation, WIDTH, HEIGHT, azimuth=azimuth, elevation=elevation)
+    pixels = amontons.render(simulation, (WIDTH, HEIGHT), azimuth=azimuth, elevation=elevation)
     image = Image.fromarray(pixels)
     buffer = io.BytesIO()
     image.quantize(48, dither=Image.Dither.NONE).save(buffer, "PNG", optimize=True)

@@ -35,6 +35,7 @@ LAYERS: dict[str, list[str]] = {
     ],
     "collision": ["shapes", "narrow", "broad_phase", "pairs", "rays"],
     "multibody": ["model", "bodies", "joints", "kinematics", "contacts", "step", "worlds"],
+    "picture": [],
 }
 # Sources that declare nothing and so have no header: the file and the reason.
 WITHOUT_HEADER: dict[str, str] = {

@@ -76,7 +76,7 @@ from .problem.problem import solve as solve
 from .problem.problem import violations as violations
 from .problem.solution import Solution as Solution
 from .report.render import render as render
-from .report.render import render_window as render_window
+from .report.render import render_view as render_view
 from .simulation.outcome import Report as Report
 from .simulation.queries import RayHit as RayHit
 from .simulation.rollout import Rollout as Rollout

@@ -1720,3 +1720,123 @@ def run_worlds(tree: Tree, worlds: Sequence[Simulation], controls: Annotated[NDA
     """
     Advances simulations side by side, without the GIL: q, qd, residuals and missed steps by world and record, how many records each world completed, and why it stopped.
     """
+
+class Appearance(enum.Enum):
+    moving = 0
+
+    fixed = 1
+
+    clear = 2
+
+    hidden = 3
+
+class PictureCamera:
+    def __init__(self) -> None: ...
+
+    @property
+    def right(self) -> list[float]: ...
+
+    @right.setter
+    def right(self, arg: Sequence[float], /) -> None: ...
+
+    @property
+    def up(self) -> list[float]: ...
+
+    @up.setter
+    def up(self, arg: Sequence[float], /) -> None: ...
+
+    @property
+    def eye(self) -> list[float]: ...
+
+    @eye.setter
+    def eye(self, arg: Sequence[float], /) -> None: ...
+
+    @property
+    def target(self) -> list[float]: ...
+
+    @target.setter
+    def target(self, arg: Sequence[float], /) -> None: ...
+
+    @property
+    def distance(self) -> float: ...
+
+    @distance.setter
+    def distance(self, arg: float, /) -> None: ...
+
+    @property
+    def pixel(self) -> float: ...
+
+    @pixel.setter
+    def pixel(self, arg: float, /) -> None: ...
+
+    @property
+    def width(self) -> int: ...
+
+    @width.setter
+    def width(self, arg: int, /) -> None: ...
+
+    @property
+    def height(self) -> int: ...
+
+    @height.setter
+    def height(self, arg: int, /) -> None: ...
+
+    @property
+    def samples(self) -> int: ...
+
+    @samples.setter
+    def samples(self, arg: int, /) -> None: ...
+
+class PictureStyle:
+    def __init__(self) -> None: ...
+
+    @property
+    def light(self) -> list[float]: ...
+
+    @light.setter
+    def light(self, arg: Sequence[float], /) -> None: ...
+
+    @property
+    def ambient(self) -> float: ...
+
+    @ambient.setter
+    def ambient(self, arg: float, /) -> None: ...
+
+    @property
+    def glass(self) -> float: ...
+
+    @glass.setter
+    def glass(self, arg: float, /) -> None: ...
+
+    @property
+    def fade(self) -> float: ...
+
+    @fade.setter
+    def fade(self, arg: float, /) -> None: ...
+
+    @property
+    def floor(self) -> list[float]: ...
+
+    @floor.setter
+    def floor(self, arg: Sequence[float], /) -> None: ...
+
+    @property
+    def nothing(self) -> list[float]: ...
+
+    @nothing.setter
+    def nothing(self, arg: Sequence[float], /) -> None: ...
+
+class PictureScene:
+    """Surfaces, instances of them and planes."""
+
+    def __init__(self) -> None: ...
+
+    def add(self, vertices: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], triangles: Annotated[NDArray[numpy.int32], dict(shape=(None, None), order='C', device='cpu', writable=False)], flat: bool, closed: bool, bodies: Annotated[NDArray[numpy.int32], dict(shape=(None,), order='C', device='cpu', writable=False)], positions: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], rotations: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], scales: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], colours: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], opacity: float, appearance: Appearance) -> None:
+        """A surface with its n instances."""
+
+    def add_plane(self, body: int, position: Sequence[float], rotation: Sequence[float]) -> None: ...
+
+    def draw(self, positions: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], orientations: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], camera: PictureCamera, style: PictureStyle, lines: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], probe: bool, threads: int) -> tuple:
+        """
+        Colours, and if probed the label and the depth of each sample; flat arrays.
+        """

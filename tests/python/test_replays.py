@@ -35,10 +35,10 @@ def test_render_shows_the_state():
     builder = ModelBuilder(gravity=(0, 0, 0))
     builder.add_body("ball", shape=shapes.Sphere(0.5), density=1, linear_velocity=(1, 0, 0))
     sim = Simulation(builder.build())
-    view = {"azimuth": -90.0, "elevation": 0.0, "window": (-3, 3, -2, 2)}
+    view = {"azimuth": -90.0, "elevation": 0.0, "target": (0, 0, 0), "width": 6}
     columns = []
     for _ in range(2):
-        image = amontons.render(sim, 120, 80, **view)
+        image = amontons.render(sim, (120, 80), **view)
         assert image.shape == (80, 120, 3)
         assert image.dtype == np.uint8
         seen = (image < 250).any(axis=2)
@@ -47,20 +47,33 @@ def test_render_shows_the_state():
         columns.append(np.nonzero(seen)[1].mean())
         sim.run(1.0)
     assert columns[1] - columns[0] == pytest.approx(20, abs=1)
-    left, right, bottom, top = amontons.render_window(sim, azimuth=-90.0, elevation=0.0)
-    assert left < 1.5 < 2.5 < right  # it is at 2 m
-    assert bottom < -0.5 < 0.5 < top
+    kept = amontons.render_view(sim, (100, 100), azimuth=-90.0, elevation=0.0)
+    assert kept["target"] == pytest.approx((2, 0, 0), abs=1e-9)
+    assert 1 < kept["width"] < 1.2
+    assert (
+        amontons.render(sim, (100, 100), **kept) == amontons.render(sim, (100, 100), azimuth=-90, elevation=0)
+    ).all()
 
 
-# Breaks when a size or window that no picture can have is not refused by name.
+# Breaks when a size or view that no picture can have is not refused by name.
 @pytest.mark.parametrize(
     ("arguments", "named"),
-    [({"width": 0}, "width"), ({"height": 10**6}, "height"), ({"window": (1, 0, 0, 1)}, "window")],
+    [
+        ({"size": (0, 10)}, "size"),
+        ({"size": (10, 10**6)}, "size"),
+        ({"size": 640}, "give \\(width, height\\)"),
+        ({"target": (1, 0)}, "target"),
+        ({"target": "bob"}, "no body 'bob'|no body \"bob\""),
+        ({"width": 0}, "width"),
+        ({"distance": -1}, "distance"),
+        ({"fixed": "gone"}, "known are glass, show, hide"),
+        ({"forces": -1.0}, "forces"),
+    ],
 )
 def test_render_refuses(arguments, named):
     sim = Simulation(scenes.make("pendulum"))
     with pytest.raises(amontons.InputError, match=named):
-        amontons.render(sim, **{"width": 10, "height": 10} | arguments)
+        amontons.render(sim, **{"size": (10, 10)} | arguments)
 
 
 # Breaks when a movie shows a frame before its time, leaves out the end, or runs at another speed.
@@ -158,6 +171,10 @@ def test_html(recorded, tmp_path):
         (["--png", "a.png", "--times", "soon"], "write times"),
         (["--png", "a.png", "--size", "big"], "write WIDTHxHEIGHT"),
         (["--png", "a.png", "--size", "1x1"], "from 16 to 8192"),
+        (["--png", "a.png", "--fixed", "gone"], "known are glass, show, hide"),
+        (["--png", "a.png", "--target", "1,b,2"], "write X,Y,Z"),
+        (["--png", "a.png", "--target", "nobody"], "no body"),
+        (["--png", "a.png", "--width", "0"], "width"),
         (["--mp4", "a.mp4", "--size", "33x21"], "even numbers"),
         (["--gif", "a.gif", "--fps", "0"], "must be positive"),
         (["--csv", "no/a.csv"], "does not exist"),

@@ -265,3 +265,89 @@ def test_bad_input_is_refused(served):
         with pytest.raises(amontons.InputError, match=named):
             served(sim, **place)
     assert sim.force_callbacks == []
+
+
+# Breaks when the first view is so wide that balls look like eggs, or begins inside of a wall: a ball beside
+# a block that stands where the eye would be is looked at from elsewhere.
+def test_the_eye_begins_in_the_open(served):
+    def eye(*walls):
+        builder = ModelBuilder()
+        for position, half in walls:
+            builder.add_geom(None, shapes.Box(half), position=position)
+        builder.add_body("ball", shape=shapes.Sphere(0.5), density=1000)
+        viewer = served(Simulation(builder.build()))
+        camera = viewer._server.initial_camera
+        assert np.degrees(camera.fov) <= 45
+        return np.array(camera.position)
+
+    free = eye()
+    again = eye((tuple(free), (0.5, 0.5, 0.5)))
+    assert (abs(again - free) > 0.5).any()
+    assert np.linalg.norm(again) == pytest.approx(np.linalg.norm(free))
+    assert eye(((0, 0, 0), (50, 50, 1.2)))[2] > 1.2  # nowhere around, but above
+
+
+# Breaks when the panel does not say that the page is slower than it should be, or that it is as fast.
+def test_pace_is_told_in_words():
+    from amontons.viewer.panel import arrow_label, pace_of
+
+    run = LiveRun(stack())
+    run.achieved = 0.0612
+    assert pace_of(run) == "slower than real time (0.061x)"
+    run.achieved = 0.998
+    assert pace_of(run) == "1.00x real time"
+    run.speed, run.achieved = 2.0, 1.0
+    assert pace_of(run) == "slower than 2 x real time (1x)"
+    assert [arrow_label(k) for k in (0, 1, -1, 2.3)] == [
+        f"Arrow length x{t}" for t in ("1", "10", "0.1", "200")
+    ]
+
+
+# Breaks when the box beside a slider cuts its number: at most six characters, on steps within the given ends.
+@pytest.mark.parametrize(
+    ("low", "high"), [(-np.pi, np.pi), (-1, 1), (-0.0573, 0.0572), (0.1 / 3, 2e-1), (-1234.5, 777.7)]
+)
+def test_numbers_of_sliders_are_short(low, high):
+    from amontons.viewer.inspector import round_steps
+
+    first, last, step = round_steps(low, high)
+    assert low - 1e-9 <= first < last <= high + 1e-9
+    assert first - low < step
+    assert high - last < step
+    assert 100 <= (last - first) / step <= 500
+    for k in range(round((last - first) / step) + 1):
+        assert len(f"{round(first + k * step, 9):g}") <= 7
+
+
+# Breaks when a page has viser's title in place of the name of what it shows, or a name is markup.
+def test_titles():
+    from pathlib import Path
+
+    from amontons.viewer.title import title_of, with_title
+
+    path = Path("out/run.h5")
+    assert title_of("hopper count=20 angle=3", path) == "hopper"
+    assert title_of("my models/arm 2.xml elbow=1", path) == "arm 2"
+    assert title_of("", path) == "run"
+    page = "<head><title>Viser</title></head>"
+    assert with_title(page, "a</title><b>") == "<head><title>a&lt;/title&gt;&lt;b&gt;</title></head>"
+
+
+# Breaks when a line of the network is elsewhere, or as thick, as it should be: bars are cylinders of radius
+# one and half length one along z.
+def test_network_bars_lie_on_their_lines(served):
+    from amontons.report.batches import turned
+    from amontons.viewer.network import Network
+
+    viewer = served(stack())
+    network = Network(viewer._server, "/test", room=4)
+    start = np.array([[0, 0, 0], [1, 1, 1], [0, 0, 2.0]])
+    end = np.array([[0, 0, 1], [2, 1, 0], [0, 0, 1.0]])
+    network.show((start, end, np.array([0.1, 0.2, 0.3]), np.full((3, 3), 9, dtype=np.uint8)))
+    handle = network._handle
+    for sign, ends in ((-1, start), (1, end)):
+        tips = np.column_stack((np.zeros((3, 2)), sign * handle.batched_scales[:3, 2]))
+        at = handle.batched_positions[:3] + turned(handle.batched_wxyzs[:3], tips)
+        assert at == pytest.approx(ends, abs=1e-6)
+    assert 2 * handle.batched_scales[:3, 0] == pytest.approx(np.array([0.1, 0.2, 0.3]))
+    assert (handle.batched_scales[3:] == 0).all()

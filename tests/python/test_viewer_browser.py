@@ -109,6 +109,7 @@ def test_picks(opened):
     viewer, page, _ = opened(crate())
     page.mouse.click(*in_view(page))
     assert chrome.wait_for(lambda: viewer.chosen == 0)
+    assert page.title() == "amontons"
     page.get_by_text("crate", exact=True).wait_for()
     page.get_by_text("mass: 100 kg").wait_for()
     assert chrome.wait_for(lambda: golden(page).sum() > 5000)
@@ -250,6 +251,39 @@ def test_replay_file(browser, tmp_path):
         page.locator("button").first.click()  # a still page is drawn once
         assert brick_seen(page).sum() > 1000
         assert [a for a in asked if not a.startswith((url, "blob:", "data:"))] == []
+    finally:
+        page.context.close()
+
+
+# Breaks when a click on a body of a replay does not tell its name and its contacts in that frame, or the page
+# is not named after the scene. A crate of 100 kg rests: 981 N.
+def test_a_click_on_a_replay_tells_the_body(browser, tmp_path):
+    from amontons.viewer.page import write_page
+
+    sim = crate()
+    with amontons.record(tmp_path / "a.h5", sim, every=2, source="boxes count=1") as recorder:
+        for _ in range(20):
+            recorder.add(sim.step())
+    with amontons.read_recording(tmp_path / "a.h5") as recording:
+        write_page(recording, tmp_path / "a.html", forces=True)
+    page, _ = chrome.open_page(browser, (tmp_path / "a.html").as_uri(), size=(520, 400))
+    try:
+        assert page.title() == "boxes"
+        page.keyboard.press("Space")  # a still page is drawn once
+        told = page.locator("#amontons-body")
+
+        def clicked():
+            page.mouse.click(260, 190)
+            page.wait_for_timeout(300)
+            return told.is_visible()
+
+        assert chrome.wait_for(clicked)
+        text = told.inner_text()
+        assert "crate" in text
+        assert "100 kg" in text
+        assert "the world: 981 N, stick" in text
+        page.get_by_label("Close").click()
+        assert not told.is_visible()
     finally:
         page.context.close()
 

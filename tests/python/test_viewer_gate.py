@@ -149,7 +149,7 @@ def test_speed_is_checked(viewer, speed):
 def test_values_are_checked(viewer, caplog):
     sim = viewer.run.simulation
     values = {
-        "Law": ("none",), "Method": ("x", 1), "Tolerance": ("inf", 5), "Force arrows": (1e6, "1"),
+        "Law": ("none",), "Method": ("x", 1), "Tolerance": ("inf", 5), "Arrow length x1": (1e6, "1"),
         "Step (ms)": (-1, math.nan, 1e300, "1", True, None), "Forces": ("yes", None, 2),
     }  # fmt: skip
     wrong = [

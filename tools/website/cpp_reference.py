@@ -13,7 +13,7 @@ from typing import Any
 
 from cxxheaderparser.simple import ClassScope, NamespaceScope, parse_string
 
-LAYERS = ("base", "sets", "problem", "solvers", "collision", "multibody")
+LAYERS = ("base", "sets", "problem", "solvers", "collision", "multibody", "picture")
 DIRECTIVE = re.compile(r"^[ \t]*#(?!include)(?:[^\n]*\\\n)*[^\n]*$", re.MULTILINE)
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -25,10 +25,9 @@ from .common import (
     progress,
     say,
 )
+from .pictures import pictured
 from .replays import (
-    Azimuth,
     Csv,
-    Elevation,
     Fps,
     Gif,
     Html,
@@ -60,6 +59,7 @@ from .subject import (
 )
 
 
+@pictured
 def export(
     subject: Name,
     output: Annotated[
@@ -99,9 +99,9 @@ def export(
     size: Size = "960x540",
     fps: Fps = 25.0,
     speed: Speed = 1.0,
-    azimuth: Azimuth = -60.0,
-    elevation: Elevation = 20.0,
     as_json: AsJson = False,
+    *,
+    view: Any,
 ) -> None:
     """Simulate up to a step and write its problem, with the solution found, for `compare` and other solvers;
     or turn a recording into a page, pictures, movies, a scene of USD or a table.
@@ -115,9 +115,9 @@ def export(
         "max_iterations": max_iterations, "budget": budget, "threads": threads,
     }  # fmt: skip
     files = {"html": html, "png": png, "mp4": mp4, "gif": gif, "usd": usd, "csv": csv}
-    wanted = Wanted(files, times, size, fps, speed, azimuth, elevation)
     choices = Choices(settings or (), strict, floating_base, keyframe, self_overlaps)
     with one_line_errors():
+        wanted = Wanted(files, times, size, fps, speed, view)
         if wanted.any:
             return _tell(export_recording(subject, wanted), as_json)
         output = _require_output(output)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -13,6 +13,9 @@ from ..errors import InputError
 from ..io.files import existing, writable
 from ..io.recordings import is_recording, read_recording
 from .common import progress
+
+if TYPE_CHECKING:
+    from ..report.picture import View
 
 PANEL = "Of a recording"
 
@@ -36,8 +39,6 @@ Size = Annotated[
 ]
 Fps = Annotated[float, typer.Option(help="Pictures per second of movies and pages.", rich_help_panel=PANEL)]
 Speed = Annotated[float, typer.Option(help="Simulated over shown time.", rich_help_panel=PANEL)]
-Azimuth = Annotated[float, typer.Option(help="Where the eye is, degrees from x.", rich_help_panel=PANEL)]
-Elevation = Annotated[float, typer.Option(help="Degrees above the horizon.", rich_help_panel=PANEL)]
 SUFFIXES = {
     "html": (".html", ".htm"), "png": (".png",), "mp4": (".mp4",), "gif": (".gif", ".webp"),
     "usd": (".usd", ".usda", ".usdc"), "csv": (".csv",),
@@ -53,8 +54,7 @@ class Wanted:
     size: str
     fps: float
     speed: float
-    azimuth: float
-    elevation: float
+    view: View
 
     @property
     def any(self) -> bool:
@@ -66,7 +66,6 @@ def export_recording(subject: str, wanted: Wanted) -> list[Path]:
     from ..report.replays.film import Shot, write_animation, write_movie, write_pictures
     from ..report.replays.table import write_table
     from ..report.replays.usd import write_usd
-    from ..report.snapshots import View
 
     path = existing(subject, "a recording")
     if not is_recording(path):
@@ -76,14 +75,16 @@ def export_recording(subject: str, wanted: Wanted) -> list[Path]:
         )
     files = {name: _checked(name, file) for name, file in wanted.files.items() if file is not None}
     width, height = _size(wanted.size)
-    shot = Shot(width, height, View(wanted.azimuth, wanted.elevation), wanted.fps, wanted.speed)
+    shot = Shot(width, height, wanted.view, wanted.fps, wanted.speed)
     with read_recording(path) as recording:
         if not len(recording):
             raise InputError(f"{path}: the recording has no frames")
         times = _times(wanted.times, float(recording.times[-1]))
         pictures = len(recording)
         makers: dict[str, Callable[[Path, Callable[[str], None]], object]] = {
-            "html": lambda file, _: _page()(recording, file, fps=shot.fps, speed=shot.speed),
+            "html": lambda file, _: _page()(
+                recording, file, fps=shot.fps, speed=shot.speed, forces=bool(shot.view.forces)
+            ),
             "png": lambda file, _: write_pictures(recording, file, times, shot),
             "mp4": lambda file, tell: write_movie(recording, file, shot, tell),
             "gif": lambda file, tell: write_animation(recording, file, shot, tell),

@@ -9,7 +9,7 @@ from contextlib import AbstractContextManager, contextmanager, nullcontext
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import FrameType
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 from rich.progress import BarColumn, Progress, TimeElapsedColumn, TimeRemainingColumn
@@ -35,6 +35,7 @@ from .common import (
     print_json,
     say,
 )
+from .pictures import pictured
 from .subject import (
     Budget,
     Choices,
@@ -53,6 +54,9 @@ from .subject import (
     open_subject,
 )
 
+if TYPE_CHECKING:
+    from ..report.picture import View
+
 
 @dataclass
 class Outcome:
@@ -67,6 +71,7 @@ class Outcome:
     """why it ended early, or nothing"""
 
 
+@pictured
 def run(
     subject: Name,
     duration: Annotated[
@@ -94,14 +99,12 @@ def run(
         Path | None, typer.Option(help="Folder for figures and a CSV file of all steps.")
     ] = None,
     snapshots: Annotated[int, typer.Option(help="Pictures in the report, evenly spaced; 0 for none.")] = 4,
-    azimuth: Annotated[
-        float, typer.Option(help="Of the pictures: where the eye is, degrees from x.")
-    ] = -60.0,
-    elevation: Annotated[float, typer.Option(help="Of the pictures, degrees above the horizon.")] = 20.0,
     save: Annotated[
         Path | None, typer.Option(help="Save the last state, to run or export from (HDF5).")
     ] = None,
     as_json: AsJson = False,
+    *,
+    view: Any,
 ) -> None:
     """Simulate a scene, a model or a saved simulation; record it, report on it.
 
@@ -119,7 +122,7 @@ def run(
         with notes():
             chosen = open_subject(subject, choices, given)
         steps = _steps(chosen, duration)
-        _require(snapshots, save)
+        _require(chosen, snapshots, view, save)
     if report is not None:
         with one_line_errors(report):
             make_folder(report)
@@ -128,13 +131,13 @@ def run(
         _signals() as signals,
         _recorder(record, chosen, record_every, record_contacts, overwrite) as recorder,
     ):
-        outcome = _simulate(chosen, steps, recorder, snapshots if report else 0, signals)
+        outcome = _simulate(chosen, steps, recorder, snapshots if report else 0, signals, bool(view.forces))
         _close(recorder, outcome)
     with one_line_errors():
         if save is not None:
             chosen.simulation.save(save)
     with one_line_errors(report):
-        made = [] if report is None else _draw(chosen, outcome, report, (azimuth, elevation))
+        made = [] if report is None else _draw(chosen, outcome, report, view)
     _end(chosen, outcome, [*made, *(path for path in (record, save) if path is not None)], as_json)
 
 
@@ -161,8 +164,10 @@ def _end(chosen: Subject, outcome: Outcome, written: Sequence[Path], as_json: bo
         raise typer.Exit(NOT_CONVERGED)
 
 
-def _require(snapshots: int, save: Path | None) -> None:
-    """A state that cannot be saved is refused before minutes of work."""
+def _require(chosen: Subject, snapshots: int, view: View, save: Path | None) -> None:
+    """What cannot be pictured or saved is refused before minutes of work."""
+    if isinstance(view.target, str):
+        chosen.simulation.model.body_index(view.target)
     if snapshots < 0:
         raise InputError(f"snapshots = {snapshots}; it must be zero or positive")
     if save is not None:
@@ -192,18 +197,22 @@ def _steps(subject: Subject, duration: float | None) -> int:
 
 
 def _simulate(
-    subject: Subject, steps: int, recorder: Recorder | None, snapshots: int, signals: _Signals
+    subject: Subject,
+    steps: int,
+    recorder: Recorder | None,
+    snapshots: int,
+    signals: _Signals,
+    forces: bool,
 ) -> Outcome:
     sim = subject.simulation
     pictured = {round(k * steps / max(1, snapshots - 1)) for k in range(snapshots)}
     outcome = Outcome()
 
     if snapshots:  # takes long, before the clock starts; a run without pictures does without
-        from ..report.snapshots import Frame
+        from ..report.picture import frame_of
 
     def picture() -> None:
-        state = sim.state
-        outcome.frames.append(Frame(sim.time, state.positions.copy(), state.orientations.copy()))
+        outcome.frames.append(frame_of(sim, forces=forces))
 
     start = time.perf_counter()
     with _bar(subject, steps) as show:
@@ -325,10 +334,10 @@ def _as_dict(subject: Subject, outcome: Outcome, files: Sequence[Path]) -> dict[
     }
 
 
-def _draw(subject: Subject, outcome: Outcome, folder: Path, view: tuple[float, float]) -> list[Path]:
+def _draw(subject: Subject, outcome: Outcome, folder: Path, view: View) -> list[Path]:
     """The files of the report."""
     from ..report.run_summary import run_figure, write_reports
-    from ..report.snapshots import View, snapshots_figure
+    from ..report.snapshots import snapshots_figure
 
     sim = subject.simulation
     reports, tolerance = reports_array(outcome.reports), float(sim.options["tolerance"])
@@ -340,5 +349,5 @@ def _draw(subject: Subject, outcome: Outcome, folder: Path, view: tuple[float, f
     made = [folder / "report.png", folder / "steps.csv"]
     if outcome.frames and sim.model.geoms:
         made.append(folder / "snapshots.png")
-        snapshots_figure(sim.model, outcome.frames, made[-1], view=View(*view))
+        snapshots_figure(sim.model, outcome.frames, made[-1], view=view)
     return made

@@ -12,6 +12,7 @@ from ..io.recordings import is_recording, read_recording
 from ..simulation.simulation import Simulation
 from ..viewer import HOST, PORT
 from ..viewer import view as open_view
+from ..viewer.title import title_of
 from .common import Threads, notes, one_line_errors, say
 from .subject import (
     SAVED,
@@ -108,4 +109,5 @@ def _open(subject: str, choices: Choices, given: dict[str, Any]) -> tuple[Simula
     wanted = [name for name, value in given.items() if value is not None]
     if wanted or choices != Choices():
         raise InputError(f"{subject}: a recording is shown as it is; options of simulations are not for it")
-    return read_recording(path), path.stem
+    recording = read_recording(path)
+    return recording, title_of(recording.source, path)

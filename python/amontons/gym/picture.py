@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
-from typing import Any
+from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
-from ..checks import Array
 from ..model.model import Model
+from ..report.picture import Picture, View, frame_of
 from ..simulation.simulation import Simulation
+
+ROOM = 1.5
+"""Of the width that the model takes at the start, for moving about."""
 
 
 class Painter:
@@ -17,29 +21,13 @@ class Painter:
     width, height = 480, 360  # pixels
 
     def __init__(self, model: Model) -> None:
-        from ..report.snapshots import Picture, View  # Matplotlib takes long to import
-
-        self.picture = Picture(model, View())
         start = Simulation(model)
-        left, right, bottom, top = self.picture.bounds([self.frame(start)])
-        # Room for moving about: half as much again as the model takes at the start.
-        reach = 0.75 * max(top - bottom, (right - left) * self.height / self.width)
-        self.half = np.array([reach * self.width / self.height, reach])
-        self.offset = np.array([left + right, bottom + top]) / 2 - self.first(start)
+        self.picture = Picture(model, View())
+        framing = self.picture.framing([frame_of(start)], self.width / self.height)
+        self.framing = replace(framing, width=ROOM * framing.width)
+        self.offset = framing.target_in(frame_of(start)) - start.state.positions[0]
 
-    def frame(self, simulation: Simulation) -> Any:
-        from ..report.snapshots import Frame
-
-        state = simulation.state
-        return Frame(simulation.time, state.positions.copy(), state.orientations.copy())
-
-    def first(self, simulation: Simulation) -> Array:
-        """Where the first body is in the picture (m)."""
-        return np.array(self.picture.view[:2]) @ simulation.state.positions[0]
-
-    def paint(self, simulation: Simulation) -> Array:
+    def paint(self, simulation: Simulation) -> NDArray[np.uint8]:
         """(height, width, 3) colours of 8 bits, the highest row first."""
-        middle = self.first(simulation) + self.offset
-        (left, bottom), (right, top) = middle - self.half, middle + self.half
-        image = self.picture.draw(self.frame(simulation), (left, right, bottom, top), self.width, self.height)
-        return np.ascontiguousarray((255 * image[::-1]).astype(np.uint8))
+        along = replace(self.framing, target=simulation.state.positions[0] + self.offset)
+        return self.picture.draw(frame_of(simulation), along, self.width, self.height)

@@ -3,66 +3,114 @@
 from __future__ import annotations
 
 import weakref
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..checks import Array, entries, integer, number
+from ..checks import integer
 from ..errors import InputError
 from ..guidance import guided
 from ..model.model import Model
 from ..simulation.simulation import Simulation
+from .picture import Picture, View, frame_of
 
 LARGEST = 8192
-_last: list[tuple[weakref.ref[Model], tuple[Any, ...], Any]] = []
-"""The picture drawn last with its model and view: its triangles serve the next call."""
+_last: list[tuple[weakref.ref[Model], View, Picture]] = []
+"""The picture drawn last with its model and view: its surfaces serve the next call."""
 
 
 @guided
 def render(
     simulation: Simulation,
-    width: int = 640,
-    height: int = 480,
+    size: tuple[int, int] = (640, 480),
     *,
     azimuth: float = -60.0,
     elevation: float = 20.0,
-    window: tuple[float, float, float, float] | None = None,
+    target: str | int | Sequence[float] | None = None,
+    width: float | None = None,
+    distance: float | None = None,
+    fixed: str = "glass",
+    forces: bool | float = False,
     collision: bool = False,
 ) -> NDArray[np.uint8]:
     """A picture of the state of now: (height, width, 3) red, green and blue, the highest row first.
 
-    Seen by parallel rays, so that lengths keep their proportions; needs no display and no graphics card, and
-    comes out the same everywhere.
+    Needs no display and no graphics card, and comes out the same everywhere.
 
+    size: width and height (pixels).
     azimuth, elevation: of the eye, degrees about z from the x axis, and above the horizon.
-    window: left, right, bottom and top of what is seen, along the picture's axes from the world's origin (m),
-        as `render_window` returns it; by default all that moves.
+    target: what is in the middle: a point (m), or a body by name or index; by default the middle of what
+        moves.
+    width: what is seen at the target from side to side (m); by default all that moves. A body that is farther
+        from the middle half of all than three times its spread does not count: it does not shrink the others.
+    distance: of the eye from the target (m); by default infinite, so that rays are parallel and lengths keep
+        their proportions. With a distance and no width, 40 degrees are seen from side to side.
+    fixed: "glass" lets what moves shine through what is fixed before it, "show" hides it there, "hide" leaves
+        out what is fixed but for planes.
+    forces: draw the contact forces of the last step, over a pale picture, as lines from the bodies to the
+        points where they touch: green where it sticks, red where it slips. A line is as wide as its force is
+        large: by so many m per N, or, if True, half as wide as a body for the largest of this picture.
     collision: draw what touches in place of what the model looks like.
 
     Raises InputError naming the argument.
     """
-    for name, size in (("width", width), ("height", height)):
-        if integer(name, size, 1) > LARGEST:
-            raise _too_large(name, size)
-    picture = _picture(_shown(simulation), azimuth, elevation, collision)
-    frame = _frame(simulation)
-    bounds = picture.bounds([frame]) if window is None else _checked(window)
-    return to_bytes(picture.draw(frame, bounds, width, height))
+    columns, rows = _pixels(size)
+    view = _view(azimuth, elevation, target, width, distance, fixed, forces, collision)
+    picture, frame = _picture(_shown(simulation), view), frame_of(simulation, forces=bool(forces))
+    return picture.draw(frame, picture.framing([frame], columns / rows), columns, rows)
 
 
 @guided
-def render_window(
-    simulation: Simulation, *, azimuth: float = -60.0, elevation: float = 20.0, collision: bool = False
-) -> tuple[float, float, float, float]:
-    """The window of `render` that holds all that moves now, to keep it for the pictures that follow."""
-    picture = _picture(_shown(simulation), azimuth, elevation, collision)
-    return picture.bounds([_frame(simulation)])
+def render_view(
+    simulation: Simulation,
+    size: tuple[int, int] = (640, 480),
+    *,
+    azimuth: float = -60.0,
+    elevation: float = 20.0,
+    forces: bool = False,
+    collision: bool = False,
+) -> dict[str, Any]:
+    """The arguments of `render` that hold all that moves now, to keep them for the pictures that follow:
+    azimuth, elevation, target (m), width (m), forces (m/N, or False) and collision.
+
+    Raises InputError naming the argument.
+    """
+    columns, rows = _pixels(size)
+    view = _view(azimuth, elevation, None, None, None, "glass", forces, collision)
+    picture, frame = _picture(_shown(simulation), view), frame_of(simulation, forces=forces)
+    framing = picture.framing([frame], columns / rows)
+    target = framing.target_in(frame)
+    return {
+        "azimuth": view.azimuth,
+        "elevation": view.elevation,
+        "target": tuple(target.tolist()),
+        "width": framing.width,
+        "forces": framing.per_newton or bool(forces),
+        "collision": view.collision,
+    }
 
 
-def to_bytes(image: Array) -> NDArray[np.uint8]:
-    """Colours from 0 to 1, the lowest row first, as bytes with the highest row first."""
-    return np.ascontiguousarray(np.round(255 * image[::-1]).astype(np.uint8))
+def _view(
+    azimuth: float,
+    elevation: float,
+    target: Any,
+    width: float | None,
+    distance: float | None,
+    fixed: str,
+    forces: bool | float,
+    collision: bool,
+) -> View:
+    place = target if isinstance(target, str | int | None) else tuple(np.ravel(target).tolist())
+    return View(azimuth, elevation, place, width, distance, fixed, forces, bool(collision))
+
+
+def _pixels(size: Any) -> tuple[int, int]:
+    if isinstance(size, str) or np.shape(size) != (2,):
+        raise InputError(f"size = {size!r}; give (width, height) in pixels")
+    columns, rows = (integer("size", value, 1, LARGEST) for value in size)
+    return columns, rows
 
 
 def _shown(simulation: Simulation) -> Model:
@@ -72,28 +120,7 @@ def _shown(simulation: Simulation) -> Model:
     return simulation.model
 
 
-def _picture(model: Model, azimuth: float, elevation: float, collision: bool) -> Any:
-    from .snapshots import Picture, View  # Matplotlib takes long to import
-
-    key = (number("azimuth", azimuth), number("elevation", elevation), bool(collision))
-    if not (_last and _last[0][0]() is model and _last[0][1] == key):
-        _last[:] = [(weakref.ref(model), key, Picture(model, View(*key[:2]), collision=key[2]))]
+def _picture(model: Model, view: View) -> Picture:
+    if not (_last and _last[0][0]() is model and _last[0][1] == view):
+        _last[:] = [(weakref.ref(model), view, Picture(model, view))]
     return _last[0][2]
-
-
-def _frame(simulation: Simulation) -> Any:
-    from .snapshots import Frame
-
-    return Frame(simulation.time, simulation.state.positions, simulation.state.orientations)
-
-
-def _checked(window: Any) -> tuple[float, float, float, float]:
-    left, right, bottom, top = entries("window", window, 4)
-    if not (left < right and bottom < top):
-        raise InputError(f"window = {tuple(window)}; it must be left < right, bottom < top")
-    return left, right, bottom, top
-
-
-def _too_large(name: str, size: int) -> Exception:
-
-    return InputError(f"{name} = {size}; it must be at most {LARGEST}")

@@ -27,6 +27,15 @@ class Surface:
     """(m, 3)"""
     flat: bool
     """whether its faces are flat; else normals are means over the triangles that share a vertex"""
+    closed: bool = True
+    """whether it has an outside; what may be open is seen from both sides"""
+
+    @property
+    def ball(self) -> tuple[Array, float]:
+        """The middle of its bounds (3,) and how far it reaches from there."""
+        low, high = self.vertices.min(axis=0), self.vertices.max(axis=0)
+        centre = (low.astype(np.float64) + high) / 2
+        return centre, float(np.linalg.norm(self.vertices - centre, axis=1).max())
 
 
 @dataclass(frozen=True)
@@ -74,19 +83,20 @@ def surface_of(shape: Shape | TriangleMesh) -> Surface:
             cap = np.column_stack((np.cos(angles), half + np.sin(angles)))
             return Surface(*_turned(np.concatenate((cap[::-1] * (1, -1), cap))), flat=False)
         case Hull():
-            return _surface(*convex_triangles(shape.vertices))
+            return _surface(*convex_triangles(shape.vertices), closed=True)
         case HeightField():
-            return _surface(*height_field(shape))
+            return _surface(*height_field(shape), closed=False)
         case Mesh() | TriangleMesh():
-            return _surface(shape.vertices, shape.triangles)
+            return _surface(shape.vertices, shape.triangles, closed=False)
     raise TypeError(f"{type(shape).__name__} has no surface")
 
 
-def _surface(vertices: Array, triangles: Array) -> Surface:
+def _surface(vertices: Array, triangles: Array, *, closed: bool) -> Surface:
     return Surface(
         np.ascontiguousarray(vertices, dtype=np.float32),
         np.ascontiguousarray(triangles, dtype=np.uint32),
         flat=True,
+        closed=closed,
     )
 
 

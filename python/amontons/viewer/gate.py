@@ -25,6 +25,7 @@ from weakref import WeakSet
 
 from ..errors import InputError
 from .messages import Refused, checked
+from .title import put_title
 
 LOCAL = ("localhost", "127.0.0.1", "[::1]")
 EVERYWHERE = ("0.0.0.0", "::", "")
@@ -62,6 +63,8 @@ class Gate:
         """host: where the server listens. allowed: origins beside its own, as "http://name:8080"."""
         self.token = token_urlsafe(16)
         self._host, self._others = host, {origin_of(text) for text in allowed}
+        self.title = "amontons"
+        """of the page"""
         self._connections: WeakSet[Any] = WeakSet()
         self._loop: asyncio.AbstractEventLoop | None = None
         self._closing = False
@@ -140,6 +143,7 @@ class Gate:
             response.headers["Location"] = f"/{self.token}/"
         else:
             response = pages(connection, replace(request, path="/" + rest))
+            put_title(response, self.title)
         for name, value in HEADERS.items():
             response.headers[name] = value
         return response

@@ -16,6 +16,7 @@ from .runs import LiveRun, ReplayRun
 if TYPE_CHECKING:
     import viser
 
+STEPS = 500
 MOST = 40
 """Sliders of a kind; of a larger model those of the first."""
 
@@ -93,9 +94,10 @@ class Inspector:
     def _slider(
         self, gui: Any, name: str, low: float, high: float, shown: Callable[[], Any], set_value: Any
     ) -> None:
-        """A slider of a thousand steps that shows a value and sets it."""
+        """A slider of some hundred round steps that shows a value and sets it."""
+        low, high, step = round_steps(low, high)
         value = min(max(float(shown()), low), high)
-        slider = gui.add_slider(visible(name), low, high, (high - low) / 1000, value)
+        slider = gui.add_slider(visible(name), low, high, step, value)
         self._sliders.append((slider, shown))
         post = self._post
         on_user(slider, lambda value: post(lambda: set_value(float(value))))
@@ -128,6 +130,17 @@ def bounds(lower: float, upper: float, otherwise: float) -> tuple[float, float]:
     low = lower if math.isfinite(lower) else min(-otherwise, upper - 2 * otherwise)
     high = upper if math.isfinite(upper) else max(otherwise, low + 2 * otherwise)
     return (low, high) if high > low else (low - 1e-6, low + 1e-6)
+
+
+def round_steps(low: float, high: float) -> tuple[float, float, float]:
+    """Ends and step of a slider whose numbers are short, so that its box does not cut them: 1, 2 or 5 times a
+    power of ten, at most STEPS of them, and ends that are multiples of the step within the given ones."""
+    least = (high - low) / STEPS
+    decade = 10.0 ** math.floor(math.log10(least))
+    step = next(decade * k for k in (1, 2, 5, 10) if decade * k >= least * (1 - 1e-9))
+    digits = max(0, 1 - math.floor(math.log10(step) + 1e-9))
+    first, last = math.ceil(low / step - 1e-6), math.floor(high / step + 1e-6)
+    return round(first * step, digits), round(last * step, digits), round(step, digits)
 
 
 def vector(values: Any, unit: str) -> str:

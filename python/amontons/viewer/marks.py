@@ -8,18 +8,21 @@ import numpy as np
 
 from ..checks import Array
 from ..model.parts import WORLD
-from ..report.batches import product, turned
+from ..report.batches import product, turned, visuals_of
+from ..report.colours import STATES
+from ..report.extents import Balls
+from ..report.force_lines import force_lines, width_per_newton
+from .network import Network
 from .runs import LiveRun, ReplayRun
 from .spring import connected_mass
 
 if TYPE_CHECKING:
     import viser
 
-COLOURS = {"stick": (40, 130, 70), "slip": (215, 80, 40), "open": (120, 140, 200)}
 NORMAL, CENTRE, SPRING = (90, 90, 90), (30, 30, 30), (250, 180, 20)
 MOST = 4000
 """Contacts drawn; of more, every second, third, ..."""
-KINDS = ("contact points", "normals", "forces", "joint frames", "centres of mass")
+KINDS = ("contact points", "normals", "forces", "force network", "joint frames", "centres of mass")
 
 
 class Marks:
@@ -32,6 +35,9 @@ class Marks:
         self.wanted = dict.fromkeys(KINDS, False)
         self.force_scale = self._default_scale()
         """m of arrow per N"""
+        self._network = Network(server, f"{self._root}/force network")
+        self._per_newton = 0.0
+        """m of a line's width per N, from the forces when it is first drawn"""
 
     def want(self, kind: str, wanted: bool) -> None:
         """Switch one of KINDS on or off."""
@@ -41,6 +47,13 @@ class Marks:
         """Draw the arrows of forces this many times as long as they are by default."""
         self.force_scale = factor * self._default_scale()
 
+    def _show_network(self, positions: Array, orientations: Array) -> None:
+        model, contacts = self._run.model, self._run.contacts
+        if not self._per_newton:
+            balls = Balls.of(visuals_of(model))
+            self._per_newton = width_per_newton([contacts], balls.median(balls.thickness))
+        self._network.show(force_lines(model, positions, orientations, contacts, self._per_newton))
+
     def show(self, positions: Array, orientations: Array) -> None:
         """Draw what is wanted, with the bodies at these poses."""
         wanted = self.wanted
@@ -48,10 +61,15 @@ class Marks:
         if wanted["contact points"] or wanted["normals"] or wanted["forces"]:
             table = self._run.contacts
             table = table[:: max(1, -(-len(table) // MOST))]
-        colours = np.array([COLOURS[state] for state in table["state"]]) if table is not None else None
+        colours = np.array([STATES[state] for state in table["state"]]) if table is not None else None
         for kind in KINDS:
             draw = wanted[kind]
-            if not draw:
+            if kind == "force network":
+                if draw:
+                    self._show_network(positions, orientations)
+                else:
+                    self._network.hide()
+            elif not draw:
                 self._hide(kind)
             elif kind == "contact points":
                 self._points(kind, table["point"], colours)

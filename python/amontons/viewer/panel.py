@@ -19,6 +19,8 @@ if TYPE_CHECKING:
     import viser
 
 SPEEDS = ("0.1", "0.25", "0.5", "1", "2", "4")
+LATE = 0.9
+"""Of the speed that was asked for: with less a run is slower."""
 PAUSE_BETWEEN = 0.2
 """Texts and plots are renewed no more often (s): they cost more than the scene."""
 
@@ -58,8 +60,7 @@ class Panel:
         if run.playing and now - self._shown_at < PAUSE_BETWEEN:
             return
         self._shown_at = now
-        pace = f" · {run.achieved:.2f} × real time" if run.playing else " · paused"
-        self._status.content = f"t = {run.time:.3f} s{pace}"
+        self._status.content = f"t = {run.time:.3f} s · {pace_of(run) if run.playing else 'paused'}"
         self._inspector.show()
         self._plots.show()
 
@@ -118,14 +119,39 @@ class Panel:
                 "Follow", False, disabled=True, hint="The eye goes along with the body that is picked"
             )
             on_user(self._follow, lambda value: post(lambda: follow(value)))
+
+            def want(kind: str, wanted: bool) -> None:
+                marks.want(kind, wanted)
+                if kind == "force network":
+                    stage.fade(wanted)
+
             for kind in KINDS:
                 box = gui.add_checkbox(kind.capitalize(), False, hint=HINTS.get(kind))
-                on_user(box, lambda value, kind=kind: post(lambda: marks.want(kind, value)))
-            scale = gui.add_slider("Force arrows", -3.0, 3.0, 0.1, 0.0, hint="Decades longer or shorter")
-            on_user(scale, lambda value: post(lambda: marks.scale_forces(10**value)))
+                on_user(box, lambda value, kind=kind: post(lambda: want(kind, value)))
+            scale = gui.add_slider(arrow_label(0.0), -3.0, 3.0, 0.1, 0.0, hint=HINTS["arrows"])
+
+            def scale_arrows(exponent: float) -> None:
+                marks.scale_forces(10**exponent)
+                scale.label = arrow_label(exponent)
+
+            on_user(scale, lambda value: post(lambda: scale_arrows(float(value))))
+
+
+def arrow_label(exponent: float) -> str:
+    """What the slider of the arrows says: how many times as long they are as by default."""
+    return f"Arrow length x{10**exponent:.2g}" if exponent < 1 else f"Arrow length x{10**exponent:.0f}"
+
+
+def pace_of(run: LiveRun | ReplayRun) -> str:
+    """Simulated over real time, and whether that is less than was asked for."""
+    late = run.achieved < LATE * run.speed
+    slower = "real time" if run.speed == 1 else f"{run.speed:g} x real time"
+    return f"slower than {slower} ({run.achieved:.2g}x)" if late else f"{run.achieved:.2f}x real time"
 
 
 HINTS = {
+    "arrows": "The slider is the power of ten: 0 is x1, 1 is x10, -1 is x0.1",
     "contact points": "Green sticks, red slips, blue is open",
     "forces": "On body A of each contact: green sticks, red slips",
+    "force network": "Lines between the bodies that touch, as wide as the force is large",
 }

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
@@ -24,6 +25,15 @@ DARKEST = np.uint8(52)
 VISUAL, COLLISION = "visual", "collision"
 GLASS = 0.25
 """Opacity of what is fixed where one sees through it."""
+FIELD = 40.0
+"""Degrees that are seen from below to above: at 75, which viser has by default, balls beside the middle look
+like eggs."""
+NEARER = 1.15
+"""The eye is at first so many times as far away as what moves needs to fit in."""
+AROUND = (-57.0, -33.0, -90.0, 33.0, 90.0, 147.0, -147.0, 0.0, 180.0)
+"""Where the eye is tried at first, one after the other: degrees about z from the x axis."""
+ABOVE = 20.7
+"""Degrees above the horizon."""
 
 Grab = Callable[[str, int, Array, Array], None]
 """phase (start, update, end), body, point that was grabbed, point under the pointer (m)"""
@@ -49,6 +59,8 @@ class Stage:
         self._batches: list[tuple[Batch, Any]] = []
         self.see_through = False
         """whether what is fixed is as of glass: walls around what moves"""
+        self.faded = False
+        """whether all bodies are"""
         self._root = server.scene.add_frame(ROOT, show_axes=False)
         self._light()
         self.show_shapes(VISUAL)
@@ -64,16 +76,29 @@ class Stage:
         return self._offset
 
     def frame(self, positions: Array) -> None:
-        """Ground, and where the eye is first, from where the bodies are (n, 3)."""
+        """Ground, and where the eye is first, from where the bodies are, (n, 3) or in k frames (k, n, 3)."""
         centre, size = extent(self._model, positions)
         self._ground(centre, size)
         camera = self._server.initial_camera
+        camera.fov = math.radians(FIELD)
         camera.look_at = tuple(centre)
-        eye = centre + 0.75 * size * np.array([0.65, -1.0, 0.45])
+        eye = self._eye(centre, size)
         camera.position = tuple(eye)
         camera.up = (0.0, 0.0, 1.0)
         camera.near = 1e-3 * size
-        self.show_through(self._hidden(positions, eye) > 0.4)
+        self.show_through(self._hidden(positions.reshape(-1, *positions.shape[-2:])[0], eye) > 0.4)
+
+    def _eye(self, centre: Array, size: float) -> Array:
+        """The first place that is not inside of something fixed: AROUND the centre, or nearer, or above."""
+        far = NEARER * size / (2 * math.tan(math.radians(FIELD) / 2))
+        flat, up = math.cos(math.radians(ABOVE)), math.sin(math.radians(ABOVE))
+        for distance in (far, 0.6 * far):
+            for around in np.radians(AROUND):
+                way = np.array([flat * math.cos(around), flat * math.sin(around), up])
+                eye: Array = centre + distance * way
+                if not any(inside(batch, eye) for batch, _ in self._batches if not batch.moves):
+                    return eye
+        return centre + far * np.array([0.0, 0.0, 1.0])
 
     def show_through(self, wanted: bool) -> None:
         """Draw what is fixed as of glass, or as it is."""
@@ -82,8 +107,16 @@ class Stage:
             if not batch.moves:
                 handle.opacity = self._opacity(batch)
 
+    def fade(self, wanted: bool) -> None:
+        """Draw all bodies as of glass, so that what is drawn between them is seen."""
+        if wanted != self.faded:
+            self.faded = wanted
+            for batch, handle in self._batches:
+                handle.opacity = self._opacity(batch)
+
     def _opacity(self, batch: Batch) -> float | None:
-        opacity = min(batch.opacity, GLASS) if self.see_through and not batch.moves else batch.opacity
+        glass = self.faded or (self.see_through and not batch.moves)
+        opacity = min(batch.opacity, GLASS) if glass else batch.opacity
         return opacity if opacity < 1 else None
 
     def _hidden(self, positions: Array, eye: Array) -> float:
@@ -94,6 +127,11 @@ class Stage:
             if not batch.moves:
                 hidden |= behind(batch, eye, positions[moving])
         return float(hidden.mean()) if moving else 0.0
+
+    @property
+    def clickable(self) -> dict[str, NDArray[np.int32]]:
+        """By the name of each batch that moves, the bodies of its instances."""
+        return {handle.name: batch.bodies for batch, handle in self._batches if batch.moves}
 
     def show_shapes(self, which: str) -> None:
         """Draw the visuals or the collision shapes."""
@@ -198,9 +236,10 @@ class Stage:
 
 
 def extent(model: Model, positions: Array) -> tuple[Array, float]:
-    """The middle of what moves and its largest diameter (m), without the few that are far away."""
+    """The middle of what moves, at positions (n, 3) or (k, n, 3), and its largest diameter (m), but for the
+    few that are far off."""
     moving = [k for k, body in enumerate(model.bodies) if body.motion != "fixed"]
-    points = positions[moving] if moving else positions
+    points = (positions[..., moving, :] if moving else positions).reshape(-1, 3)
     if not len(points):
         return np.zeros(3), 1.0
     low, high = np.percentile(points, 1, axis=0), np.percentile(points, 99, axis=0)
@@ -222,6 +261,16 @@ def behind(batch: Batch, eye: Array, points: Array) -> NDArray[np.bool_]:
         enter, leave = np.minimum(one, other).max(axis=1), np.maximum(one, other).min(axis=1)
         found |= (enter < leave) & (enter > 0) & (leave < 1)
     return found
+
+
+def inside(batch: Batch, eye: Array) -> bool:
+    """Whether the eye is in the box around an instance of a closed surface that does not move."""
+    if not batch.surface.closed:
+        return False
+    back = batch.rotations * (1, -1, -1, -1)
+    local = turned(back, eye - batch.positions) / batch.scales
+    low, high = batch.surface.vertices.min(axis=0), batch.surface.vertices.max(axis=0)
+    return bool(((local >= low) & (local <= high)).all(axis=1).any())
 
 
 def linear(colours: NDArray[np.uint8]) -> NDArray[np.uint8]:

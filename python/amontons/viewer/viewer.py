@@ -236,6 +236,7 @@ def serve(host: str, port: int, title: str, gate: Gate) -> Any:
     except ImportError:
         raise InputError("the viewer needs viser: pip install 'amontons[view]'") from None
     _require_place(host, port)
+    gate.title = title
     with contextlib.redirect_stdout(io.StringIO()), gate.guarding():
         server = viser.ViserServer(host=host, port=port, label=visible(title), verbose=False)
     atexit.unregister(server.stop)  # which prints

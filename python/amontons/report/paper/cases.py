@@ -9,7 +9,7 @@ from typing import Any
 from ...problem.problem import Problem
 from ...scenes import get, make
 from ...simulation.simulation import Simulation
-from ..snapshots import Frame
+from ..picture import Frame
 from ..touch import touched
 
 SOLVES: dict[str, Any] = {"tolerance": 1e-3, "max_iterations": 600, "on_failure": "ignore"}

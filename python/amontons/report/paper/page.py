@@ -12,7 +12,8 @@ import numpy as np
 from ...io.files import write_whole
 from ..comparison import Run, comparable_methods, compare, write_csv
 from ..figures import convergence_figures
-from ..snapshots import View, snapshots_figure
+from ..picture import View
+from ..snapshots import snapshots_figure
 from ..whole import csv_bytes
 from . import cases
 from .cases import Case, Plan

@@ -17,8 +17,7 @@ from numpy.typing import NDArray
 from ...checks import Array
 from ...errors import FileError, InputError
 from ...io.files import write_whole
-from ..render import to_bytes
-from ..snapshots import Frame, Picture, View
+from ..picture import Frame, Picture, View, require_contacts
 
 if TYPE_CHECKING:
     from ...io.recordings.recording import Recording
@@ -50,25 +49,28 @@ class Shot:
 
 
 class Film:
-    """Draws frames of a recording, all in one window that holds what moves."""
+    """Draws frames of a recording, all of one width, which holds what moves unless the view says it."""
 
     def __init__(self, recording: Recording, shot: Shot) -> None:
         if not len(recording):
             raise InputError(f"{recording.path}: the recording has no frames")
         self.recording, self.shot = recording, shot
         self._picture = Picture(recording.model, shot.view)
-        some = np.unique(np.linspace(0, len(recording) - 1, SURVEYED).astype(int))
-        self._bounds = self._picture.bounds([self.frame(k) for k in some])
+        survey = np.unique(np.linspace(0, len(recording) - 1, SURVEYED).astype(int))
+        some = [self.frame(k) for k in survey.tolist()]
+        if shot.view.forces:
+            require_contacts(some, bool(recording.reports["contacts"].any()), str(recording.path))
+        self._framing = self._picture.framing(some, shot.width / shot.height)
 
     def frame(self, k: int) -> Frame:
         """One moment."""
         r = self.recording
-        return Frame(float(r.times[k]), r.positions[k], r.orientations[k])
+        contacts = r.contacts(k) if self.shot.view.forces else None
+        return Frame(float(r.times[k]), r.positions[k], r.orientations[k], contacts)
 
     def image(self, k: int) -> NDArray[np.uint8]:
         """(height, width, 3), the highest row first."""
-        drawn = self._picture.draw(self.frame(k), self._bounds, self.shot.width, self.shot.height)
-        return to_bytes(drawn)
+        return self._picture.draw(self.frame(k), self._framing, self.shot.width, self.shot.height)
 
     def frames(self) -> Array:
         """The frame of each picture of a movie."""

@@ -1,0 +1,99 @@
+"""Where the things of a model are, and the window that holds them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..checks import Array
+from ..model.parts import WORLD
+from .batches import Batch, turned
+
+FAR = 3.0
+"""What is farther from the middle half of all than this many times its spread does not count."""
+FEW = 5
+"""Fewer things all count."""
+MARGIN = 0.04
+THIN = 0.15
+
+
+class Moment(Protocol):
+    """Positions (n, 3) and orientations (n, 4) of the bodies."""
+
+    @property
+    def positions(self) -> Array: ...
+    @property
+    def orientations(self) -> Array: ...
+
+
+@dataclass(frozen=True)
+class Balls:
+    """The balls around the m things of a model; what does not move is in the world's frame."""
+
+    bodies: NDArray[np.int32]
+    """(m,): WORLD for what does not move"""
+    centres: Array
+    """(m, 3) in the frame of the body"""
+    reach: Array
+    """(m,) radius (m)"""
+    thickness: Array
+    """(m,) the shortest side of the thing, or of what is thin THIN times its diameter (m)"""
+
+    @staticmethod
+    def of(batches: Sequence[Batch]) -> Balls:
+        bodies, centres = [np.zeros(0, dtype=np.int32)], [np.zeros((0, 3))]
+        reach, thickness = [np.zeros(0)], [np.zeros(0)]
+        for batch in batches:
+            middle, radius = batch.surface.ball
+            bodies.append(batch.bodies if batch.moves else np.full(len(batch.bodies), WORLD, dtype=np.int32))
+            centres.append(batch.positions + turned(batch.rotations, batch.scales * middle))
+            reach.append(radius * batch.scales.max(axis=1))
+            shortest = (np.ptp(batch.surface.vertices, axis=0) * batch.scales).min(axis=1)
+            thickness.append(np.maximum(shortest, 2 * THIN * reach[-1]))
+        return Balls(*(np.concatenate(parts) for parts in (bodies, centres, reach, thickness)))
+
+    @property
+    def counted(self) -> NDArray[np.bool_]:
+        """(m,) what pictures must hold: what moves, or all if nothing does."""
+        moving = self.bodies != WORLD
+        return moving if moving.any() else ~moving
+
+    def median(self, sizes: Array) -> float:
+        """Of `reach` or `thickness` the median over what is counted (m)."""
+        return float(np.median(sizes[self.counted])) if len(sizes) else 1.0
+
+    def places(self, moment: Moment) -> Array:
+        """(k, 3) the centres in the world of the things that are counted."""
+        bodies, centres = self.bodies[self.counted], self.centres[self.counted]
+        if not len(bodies) or bodies[0] == WORLD:
+            return centres
+        return moment.positions[bodies] + turned(moment.orientations[bodies], centres)
+
+
+def window_of(places: Sequence[Array], balls: Balls, *, centred: bool) -> tuple[float, float, float, float]:
+    """left, right, bottom, top around the places (k, 2) of all moments, with a margin.
+
+    A place counts unless it is farther from the range of the middle half, along an axis, than FAR times the
+    larger of that range and of a thing's diameter: a body that flew away does not shrink all others.
+
+    centred: the window is as far to the left as to the right of zero, and down as up.
+    """
+    if not places or not len(places[0]):
+        return -1.0, 1.0, -1.0, 1.0
+    at = np.concatenate(places)
+    reach = np.tile(balls.reach[balls.counted], len(places))
+    if len(places[0]) >= FEW:
+        low, high = np.percentile(at, [25, 75], axis=0)
+        far = FAR * max(float((high - low).max()), 2 * balls.median(balls.reach))
+        kept = ((at >= low - far) & (at <= high + far)).all(axis=1)
+        at, reach = at[kept], reach[kept]
+    (left, bottom), (right, top) = (at - reach[:, None]).min(axis=0), (at + reach[:, None]).max(axis=0)
+    if centred:
+        right, top = max(-left, right), max(-bottom, top)
+        left, bottom = -right, -top
+    margin = MARGIN * max(right - left, top - bottom)
+    return left - margin, right + margin, bottom - margin, top + margin

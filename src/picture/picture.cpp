@@ -1,0 +1,242 @@
+#include "amontons/picture/picture.hpp"
+
+#include <algorithm>
+#include <string>
+
+#include "amontons/base/error.hpp"
+#include "picture/raster.hpp"
+#include "picture/shadow.hpp"
+
+namespace amontons {
+
+namespace {
+
+constexpr int band_rows = 16;        // pixels
+constexpr int most_texels = 1400;    // of the light's picture
+constexpr double brightest = 1.06;   // of a face that the light meets at right angles
+constexpr double shade = 0.75;       // what a shadow takes from the direct light
+constexpr double floor_shade = 0.3;  // what a shadow takes from a plane
+constexpr float outline = 0.72f;     // brightness where one thing ends and another begins
+constexpr std::int32_t nothing = -1;
+
+void require(const PictureScene& scene, std::size_t bodies, const PictureCamera& camera) {
+  AMONTONS_REQUIRE(camera.width > 0 && camera.height > 0 && camera.samples > 0 && camera.pixel > 0,
+                   "a picture needs width, height, samples and size of a pixel above zero");
+  for (const PictureSurface& s : scene.surfaces)
+    for (const auto& t : s.triangles)
+      AMONTONS_REQUIRE(
+          *std::min_element(t.begin(), t.end()) >= 0 &&
+              *std::max_element(t.begin(), t.end()) < static_cast<std::int64_t>(s.vertices.size()),
+          "a triangle of a picture names a vertex that is not there");
+  const auto there = [&](std::int32_t body) { return body < static_cast<std::int64_t>(bodies); };
+  for (const PictureInstance& i : scene.instances)
+    AMONTONS_REQUIRE(there(i.body) && i.surface >= 0 && i.surface < std::ssize(scene.surfaces),
+                     "an instance of a picture names a body or a surface that is not there");
+  for (const PicturePlane& p : scene.planes)
+    AMONTONS_REQUIRE(there(p.body), "a plane of a picture names a body that is not there");
+}
+
+// What a sample shows, layer by layer.
+struct Seen {
+  std::int32_t moving = nothing, fixed = nothing;              // instance; -2 - k is plane k
+  bool fixed_first = false;                                    // whether the fixed one is nearer
+  double nearness = -std::numeric_limits<double>::infinity();  // of the nearer one
+
+  std::int32_t first() const { return fixed_first || moving == nothing ? fixed : moving; }
+};
+
+class Painter {
+ public:
+  Painter(const PictureScene& scene, std::span<const Transform> bodies, const PictureCamera& camera,
+          const PictureStyle& style, std::span<const PictureLine> lines, unsigned threads)
+      : scene_(scene),
+        style_(style),
+        lines_(lines),
+        projection_(camera),
+        triangles_(project(scene, bodies, lines, projection_)),
+        shadows_(scene, bodies, projection_, style.light,
+                 std::min(most_texels, std::max(projection_.width(), projection_.height())), threads) {
+    for (const PicturePlane& plane : scene.planes) {
+      const Transform at = plane.body < 0 ? plane.at : bodies[plane.body] * plane.at;
+      const Vec3 normal = rotate(at.rotation, {0, 0, 1});
+      planes_.push_back({projection_.plane(at.position, normal), normal});
+    }
+  }
+
+  Picture draw(const PictureCamera& camera, bool probe, unsigned threads) const {
+    const int samples = camera.samples, width = projection_.width(), height = projection_.height();
+    Picture picture;
+    picture.colours.resize(static_cast<std::size_t>(3) * camera.width * camera.height);
+    if (probe) {
+      picture.labels.resize(static_cast<std::size_t>(width) * height);
+      picture.depths.resize(picture.labels.size());
+    }
+    rasterise(triangles_, width, height, band_rows * samples, 1, threads, [&](const Band& band) {
+      const int below = band.first == 0 ? 0 : 1;
+      const std::vector<Seen> seen = look(band);
+      std::vector<float> row(static_cast<std::size_t>(3) * camera.width);
+      for (int r = band.first + below; r < band.first + band.rows; r += samples) {
+        for (int pixel = 0; pixel < camera.width; ++pixel) {
+          const Colour c = mean(band, seen, pixel * samples, r, samples);
+          for (int k = 0; k < 3; ++k) row[3 * pixel + k] = c[k];
+        }
+        std::uint8_t* out = &picture.colours[row.size() * (camera.height - 1 - r / samples)];
+        for (std::size_t k = 0; k < row.size(); ++k) out[k] = static_cast<std::uint8_t>(255 * row[k] + 0.5f);
+      }
+      if (probe) report(band, seen, below, picture);
+    });
+    return picture;
+  }
+
+ private:
+  struct Plane {
+    SeenPlane seen;
+    Vec3 normal;
+  };
+
+  std::vector<Seen> look(const Band& band) const {
+    std::vector<Seen> out(band.nearness[0].size());
+    for (int row = band.first; row < band.first + band.rows; ++row)
+      for (int column = 0; column < band.width; ++column) {
+        const std::size_t k = band.at(column, row);
+        Seen& s = out[k];
+        double fixed = band.nearness[1][k];
+        if (band.triangle[1][k] >= 0) s.fixed = triangles_[band.triangle[1][k]].thing;
+        for (std::size_t p = 0; p < planes_.size(); ++p) {
+          const double here = planes_[p].seen.nearness(column + 0.5, row + 0.5);
+          if (here > fixed) fixed = here, s.fixed = -2 - static_cast<std::int32_t>(p);
+        }
+        if (band.triangle[0][k] >= 0) s.moving = triangles_[band.triangle[0][k]].thing;
+        s.fixed_first = fixed > band.nearness[0][k];
+        s.nearness = std::max(fixed, band.nearness[0][k]);
+      }
+    return out;
+  }
+
+  // Of the samples of a pixel; one stands for all where they show the same triangles.
+  Colour mean(const Band& band, const std::vector<Seen>& seen, int column, int row, int samples) const {
+    const std::size_t first = band.at(column, row);
+    bool same = !edge(band, seen, column, row);
+    for (int i = 0; i < samples && same; ++i)
+      for (int j = 0; j < samples && same; ++j) {
+        const std::size_t k = band.at(column + j, row + i);
+        for (const auto& triangle : band.triangle) same = same && triangle[k] == triangle[first];
+        same = same && seen[k].fixed == seen[first].fixed && seen[k].fixed_first == seen[first].fixed_first;
+      }
+    if (same) return colour(band, seen, column, row);
+    Colour sum{};
+    for (int i = 0; i < samples; ++i)
+      for (int j = 0; j < samples; ++j) {
+        const Colour c = colour(band, seen, column + j, row + i);
+        for (int k = 0; k < 3; ++k) sum[k] += c[k];
+      }
+    for (float& c : sum) c /= static_cast<float>(samples * samples);
+    return sum;
+  }
+
+  Colour colour(const Band& band, const std::vector<Seen>& seen, int column, int row) const {
+    const std::size_t k = band.at(column, row);
+    if (const std::int32_t over = band.triangle[3][k]; over >= 0)
+      return lines_[triangles_[over].thing].colour;
+    const Seen& s = seen[k];
+    const bool through = shines_through(s);
+    Colour out = style_.nothing;
+    if (s.moving != nothing && (!s.fixed_first || through))
+      out = lit(triangles_[band.triangle[0][k]], column, row, style_.glass >= 1);
+    if (s.fixed <= -2 && (s.fixed_first || s.moving == nothing)) out = floor(s, column, row);
+    if (s.fixed >= 0 && (s.fixed_first || s.moving == nothing))
+      out = mixed(out, lit(triangles_[band.triangle[1][k]], column, row, true), through ? style_.glass : 1);
+    if (band.triangle[2][k] >= 0 && band.nearness[2][k] > s.nearness) {
+      const ScreenTriangle& t = triangles_[band.triangle[2][k]];
+      out = mixed(out, lit(t, column, row, false), scene_.instances[t.thing].opacity);
+    }
+    if (edge(band, seen, column, row))
+      for (float& c : out) c *= outline;
+    return mixed(out, {1, 1, 1}, style_.fade);
+  }
+
+  // A plane covers what is below it; other fixed things let what moves shine through.
+  bool shines_through(const Seen& s) const {
+    return s.moving != nothing && s.fixed_first && s.fixed >= 0 && style_.glass < 1;
+  }
+  std::int32_t shown_moving(const Seen& s) const {
+    return !s.fixed_first || shines_through(s) ? s.moving : nothing;
+  }
+
+  // Whether another thing begins here than to the left or below.
+  bool edge(const Band& band, const std::vector<Seen>& seen, int column, int row) const {
+    const Seen& s = seen[band.at(column, row)];
+    const auto differs = [&](int c, int r) {
+      const Seen& other = seen[band.at(c, r)];
+      return shown_moving(s) != shown_moving(other) || s.first() != other.first();
+    };
+    return (column > 0 && differs(column - 1, row)) || (row > band.first && differs(column, row - 1));
+  }
+
+  Colour lit(const ScreenTriangle& t, int column, int row, bool behind_fixed) const {
+    Vec3 w = weights(t, column + 0.5, row + 0.5);
+    const double nearness = w.x * t.nearness[0] + w.y * t.nearness[1] + w.z * t.nearness[2];
+    if (!projection_
+             .parallel())  // what is linear in the world is so on the screen once divided by the distance
+      w = Vec3{w.x * t.nearness[0], w.y * t.nearness[1], w.z * t.nearness[2]} / nearness;
+    Vec3 normal;
+    for (int i = 0; i < 3; ++i)
+      normal[i] = w.x * t.normal[0][i] + w.y * t.normal[1][i] + w.z * t.normal[2][i];
+    normal = normalised(normal);
+    const double direct = std::max(dot(normal, style_.light), 0.0);
+    double missing = 0;
+    if (direct > 0)
+      missing = shadows_.missing(projection_.world(column + 0.5, row + 0.5, nearness), normal, behind_fixed);
+    const double bright = style_.ambient + (brightest - style_.ambient) * direct * (1 - shade * missing);
+    Colour out = scene_.instances[t.thing].colour;
+    for (float& c : out) c = std::min(1.0f, static_cast<float>(c * bright));
+    return out;
+  }
+
+  Colour floor(const Seen& s, int column, int row) const {
+    const Plane& plane = planes_[-2 - s.fixed];
+    const Vec3 point = projection_.world(column + 0.5, row + 0.5, s.nearness);
+    const auto bright = [&](double cosine) {
+      return style_.ambient + (brightest - style_.ambient) * std::max(cosine, 0.0);
+    };
+    const double tilt = std::min(1.0, bright(dot(plane.normal, style_.light)) / bright(style_.light.z));
+    const double missing = shadows_.missing(point, plane.normal, true);
+    Colour out = style_.floor;
+    for (float& c : out) c *= static_cast<float>(tilt * (1 - floor_shade * missing));
+    return out;
+  }
+
+  static Colour mixed(Colour a, const Colour& b, double share) {
+    for (int k = 0; k < 3; ++k) a[k] += static_cast<float>(share) * (b[k] - a[k]);
+    return a;
+  }
+
+  void report(const Band& band, const std::vector<Seen>& seen, int below, Picture& picture) const {
+    for (int row = band.first + below; row < band.first + band.rows; ++row)
+      for (int column = 0; column < band.width; ++column) {
+        const Seen& s = seen[band.at(column, row)];
+        const std::size_t at = static_cast<std::size_t>(row) * band.width + column;
+        picture.labels[at] = s.first();
+        picture.depths[at] = static_cast<float>(projection_.depth(s.nearness));
+      }
+  }
+
+  const PictureScene& scene_;
+  const PictureStyle& style_;
+  std::span<const PictureLine> lines_;
+  Projection projection_;
+  std::vector<ScreenTriangle> triangles_;
+  Shadows shadows_;
+  std::vector<Plane> planes_;
+};
+
+}  // namespace
+
+Picture draw_picture(const PictureScene& scene, std::span<const Transform> bodies,
+                     const PictureCamera& camera, const PictureStyle& style,
+                     std::span<const PictureLine> lines, bool probe, unsigned threads) {
+  require(scene, bodies.size(), camera);
+  return Painter(scene, bodies, camera, style, lines, threads).draw(camera, probe, threads);
+}
+
+}  // namespace amontons

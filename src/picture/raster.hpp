@@ -1,0 +1,30 @@
+#pragma once
+#include <functional>
+#include <span>
+#include <vector>
+
+#include "picture/projection.hpp"
+
+// Triangles into depth buffers, by bands of rows, so that the buffers stay in the cache whatever the
+// picture's size.
+namespace amontons {
+
+// Of the samples of some rows the nearest triangle of each layer, -1 for none.
+struct Band {
+  int first = 0, rows = 0, width = 0;  // the first row of samples, counted from below
+  std::vector<double> nearness[layers];
+  std::vector<std::int32_t> triangle[layers];
+
+  std::size_t at(int column, int row) const { return static_cast<std::size_t>(row - first) * width + column; }
+  void clear(int first_row, int count, int columns);
+  void fill(const ScreenTriangle& t, std::int32_t index);
+};
+
+// The weights of the corners of a triangle at a sample; they sum up to one.
+Vec3 weights(const ScreenTriangle& t, double column, double row);
+
+// Calls done(band) for each band of so many rows, and `below` more below it, from several threads.
+void rasterise(std::span<const ScreenTriangle> triangles, int width, int height, int rows, int below,
+               unsigned threads, const std::function<void(const Band&)>& done);
+
+}  // namespace amontons
