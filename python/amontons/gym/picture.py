@@ -17,7 +17,7 @@ class Painter:
     width, height = 480, 360  # pixels
 
     def __init__(self, model: Model) -> None:
-        from ..report.snapshots import Picture, View  # Matplotlib takes long to import
+        from ..report.snapshots import Picture, View
 
         self.picture = Picture(model, View())
         start = Simulation(model)

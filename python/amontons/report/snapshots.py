@@ -6,12 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-import matplotlib
-
-matplotlib.use("Agg")
-
 import numpy as np
-from matplotlib import pyplot as plt
 
 from ..checks import Array
 from ..model.model import Model
@@ -61,6 +56,8 @@ def snapshots_figure(
     width: int = 1300,
 ) -> None:
     """The frames side by side in one PNG, `width` pixels wide, all with the same scale."""
+    from .plotting import plt
+
     columns = min(columns, len(frames))
     rows = -(-len(frames) // columns)
     scene = Picture(model, view or View())
