@@ -13,7 +13,7 @@ namespace {
 template <class E>
 void bind_names(nb::module_& m, const char* name) {
   nb::enum_<E> kind(m, name);
-  for (const auto& [text, value] : values_of<E>) kind.value(text, value);
+  for (const auto& [text, value] : detail::values_of<E>) kind.value(text, value);
 }
 
 template <class T>
@@ -26,13 +26,13 @@ template <class T>
 void bind_fields(nb::module_& m, const char* name) {
   nb::class_<T> part(m, name);
   part.def(nb::init<>());
-  const auto bind = [&]<class Value>(const Field<T, Value>& field) {
+  const auto bind = [&]<class Value>(const detail::Field<T, Value>& field) {
     if constexpr (is_optional<Value>)
       part.def_rw(field.name, field.member, nb::arg().none());
     else
       part.def_rw(field.name, field.member);
   };
-  std::apply([&](const auto&... field) { (bind(field), ...); }, fields<T>);
+  std::apply([&](const auto&... field) { (bind(field), ...); }, detail::fields<T>);
 }
 
 }  // namespace

@@ -13,6 +13,7 @@ namespace amontons {
 namespace {
 
 using Json = nlohmann::json;
+using detail::fields, detail::values_of, detail::Described;
 
 // A value of the file with the way to it, which is put into words only for a message.
 struct Place {

@@ -8,8 +8,9 @@ namespace amontons {
 
 // What a new body is, beside its name.
 struct NewBody {
-  Vec3 position{};     // of the body frame in the world, m
-  Quat orientation{};  // unit
+  // Of the body frame in the world: m, unit quaternion.
+  Vec3 position{};
+  Quat orientation{};
   // Carried at the origin of the body frame, with `material`; more by add_geom.
   std::optional<Shape> shape{};
   // Of a dynamic body: density (kg/m^3) of the shape; or mass (kg), and inertia (kg m^2, about the centre of
@@ -42,7 +43,8 @@ struct NewJoint {
   std::string name{};
   std::optional<Vec3> point{};  // without it the origin of A, where the joint may do without
   Vec3 axis{};                  // of a planar joint its normal
-  Vec3 axis_2{};                // of a universal joint
+  Vec3 axis_2{};                // of a universal joint, what turns with A
+
   // Limits, spring, damper, friction, drive and motor of every degree of freedom, or of each; kind, axis and
   // anchor are the joint's own. A ball takes stiffness, damping, friction and armature, and `upper` as its
   // limit.
@@ -78,16 +80,21 @@ class ModelBuilder {
   // A plane on the world at a height (m), which every shape touches that may touch anything.
   Index add_floor(double height = 0, const Material& material = {}, const std::string& name = "floor");
 
-  // Every joint moves A relative to B; A may not be the world. Degrees of freedom are in brackets.
+  // Every joint moves A relative to B; A may not be the world. Comments list the coordinates. A point of A
+  // stays on a point of B, and A turns freely about it:
   Index add_ball_joint(Reference a, Reference b, const NewJoint& joint);
-  Index add_revolute_joint(Reference a, Reference b, const NewJoint& joint);     // [rad]
-  Index add_prismatic_joint(Reference a, Reference b, const NewJoint& joint);    // [m]
-  Index add_cylindrical_joint(Reference a, Reference b, const NewJoint& joint);  // [m, rad]
-  // A turns about axis_2, fixed in A, which turns about axis, fixed in B: [rad about axis, rad about axis_2].
+  // The angle about the axis, rad.
+  Index add_revolute_joint(Reference a, Reference b, const NewJoint& joint);
+  // The way along the axis, m.
+  Index add_prismatic_joint(Reference a, Reference b, const NewJoint& joint);
+  // Along the axis, m, and about it, rad.
+  Index add_cylindrical_joint(Reference a, Reference b, const NewJoint& joint);
+  // About axis, fixed in B, and about axis_2, fixed in A, rad: they may not be parallel.
   Index add_universal_joint(Reference a, Reference b, const NewJoint& joint);
-  Index add_planar_joint(Reference a, Reference b, const NewJoint& joint);  // [m, m, rad]
+  // In the plane across the axis, m and m, and about it, rad.
+  Index add_planar_joint(Reference a, Reference b, const NewJoint& joint);
   Index add_fixed_joint(Reference a, Reference b, const NewJoint& joint = {});
-  // A point of A stays on a line of B; A turns freely about it: [m].
+  // Along the axis, m: a point of A stays on a line of B, and A turns freely about it.
   Index add_point_on_line_joint(Reference a, Reference b, const NewJoint& joint);
   Index add_distance_joint(Reference a, Reference b, const NewRod& rod);
 

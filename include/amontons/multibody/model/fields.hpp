@@ -5,7 +5,7 @@
 
 // The fields of a description and of its parts by name, and the names of its enumerations. Files and bindings
 // go through them, so that a new field is named once.
-namespace amontons {
+namespace amontons::detail {
 
 template <class Owner, class Value>
 struct Field {
@@ -181,4 +181,4 @@ inline constexpr auto values_of<ActivationKind> =
     std::array{Named{"none", ActivationKind::none}, Named{"integrator", ActivationKind::integrator},
                Named{"filter", ActivationKind::filter}};
 
-}  // namespace amontons
+}  // namespace amontons::detail
