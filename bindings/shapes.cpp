@@ -3,6 +3,7 @@
 #include "amontons/collision/broad_phase.hpp"
 #include "amontons/collision/pairs/collide.hpp"
 #include "amontons/collision/rays/ray.hpp"
+#include "amontons/collision/shapes/mass.hpp"
 #include "bindings.hpp"
 #include "math_casters.hpp"
 
@@ -29,6 +30,11 @@ Shape checked(Shape shape) {
   validate(shape);
   return shape;
 }
+
+// (mass, centre, inertia)
+using Solid = std::tuple<double, Vec3, Mat3>;
+Solid to_tuple(const MassProperties& s) { return {s.mass, s.centre_of_mass, s.inertia}; }
+MassProperties to_solid(const Solid& s) { return {std::get<0>(s), std::get<1>(s), std::get<2>(s)}; }
 
 OutMatrix contact_points(const Shape& a, const Vec3& position_a, const Quat& orientation_a, const Shape& b,
                          const Vec3& position_b, const Quat& orientation_b, double margin) {
@@ -93,6 +99,10 @@ void bind_shapes(nb::module_& m) {
           nb::arg("heights"), nb::arg("size_x"), nb::arg("size_y"))
       .def_prop_ro("bounding_radius", &bounding_radius)
       .def(
+          "mass_properties",
+          [](const Shape& shape, double density) { return to_tuple(mass_properties(shape, density)); },
+          nb::arg("density"), "Mass, centre, inertia about the centre.")
+      .def(
           "cast_ray",
           [](const Shape& shape, const Vec3& origin, const Vec3& direction) {
             const RayHit hit = cast_ray(shape, {origin, direction});
@@ -106,6 +116,13 @@ void bind_shapes(nb::module_& m) {
             return std::make_pair(box.lower, box.upper);
           },
           nb::arg("position"), nb::arg("orientation"), "Corners of the box around it, world axes.");
+  m.def(
+      "moved_solid",
+      [](const Solid& solid, const Transform& frame) { return to_tuple(moved(to_solid(solid), frame)); },
+      nb::arg("solid"), nb::arg("frame"), "(mass, centre, inertia) seen from the parent of the frame.");
+  m.def(
+      "sum_of_solids", [](const Solid& a, const Solid& b) { return to_tuple(to_solid(a) + to_solid(b)); },
+      nb::arg("a"), nb::arg("b"), "(mass, centre, inertia) of both as one.");
   m.def("collide", &contact_points, nb::arg("shape_a"), nb::arg("position_a"), nb::arg("orientation_a"),
         nb::arg("shape_b"), nb::arg("position_b"), nb::arg("orientation_b"), nb::arg("margin"),
         nb::rv_policy::automatic, "(n, 7): point, normal from B to A, gap.");

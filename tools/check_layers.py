@@ -1,6 +1,6 @@
 """Checks that the layers of ARCHITECTURE.md hold, in C++ and in Python; prints every violation.
 
-C++ (include/amontons, src): see layers_cpp.py. bindings may use everything but Eigen.
+C++ (include/amontons, src): see layers_cpp.py. bindings may use everything but libraries for sources.
 Python: a module may import its own package and those before it in PACKAGES, and modules import each other
 without a cycle, wherever in the file an import stands: inside functions and below `if TYPE_CHECKING:` too.
 amontons/__init__.py is the door and may import all up to DOOR. The scripts of FOLDERS have no layers, but

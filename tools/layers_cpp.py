@@ -1,4 +1,4 @@
-"""The C++ half of check_layers.py: layers, rooms, private headers, pairs of files, cycles, Eigen.
+"""The C++ half of check_layers.py: layers, rooms, private headers, pairs of files, cycles, libraries.
 
 - A layer (first folder below include/amontons and src) uses only itself and those before it in LAYERS.
 - A room (second folder) uses only itself and the rooms of its layer before it. Files that lie in the layer
@@ -6,7 +6,8 @@
 - A header below src is private to its layer.
 - src/R/X.cpp and src/R/X.isa.cpp belong to include/amontons/R/X.hpp or src/R/X.hpp. Together they are the
   component R/X, and components include each other without a cycle.
-- Eigen appears below src only, so that it never reaches a consumer.
+- Eigen and nlohmann/json appear below src only, so that they never reach a consumer.
+- include/amontons.hpp lies above all layers: it includes what programs of users need.
 """
 
 import itertools
@@ -41,6 +42,7 @@ LAYERS: dict[str, list[str]] = {
 WITHOUT_HEADER: dict[str, str] = {
     "src/multibody/step/step.cpp": "the members of Simulation that make one step",
 }
+PRIVATE_LIBRARIES = ("Eigen/", "nlohmann/")
 INCLUDE = re.compile(r'^\s*#\s*include\s*([<"])([^>"]+)[>"]', re.MULTILINE)
 
 
@@ -150,17 +152,17 @@ def cycle_faults(includes: list[tuple[File, File]]) -> Iterator[str]:
         yield f"cycle of includes {' -> '.join(cycle)}: a file may not include itself"
 
 
-def eigen_faults(root: Path) -> Iterator[str]:
+def private_library_faults(root: Path) -> Iterator[str]:
     for folder in ("include", "bindings"):
         for path in sorted((root / folder).rglob("*.[hc]pp")):
             for _, name in INCLUDE.findall(path.read_text()):
-                if name.startswith("Eigen/"):
-                    yield f"{path.relative_to(root)}: includes <{name}>; Eigen is for sources below src only"
+                if name.startswith(PRIVATE_LIBRARIES):
+                    yield f"{path.relative_to(root)}: includes <{name}>, which is for sources below src only"
 
 
 def check_cpp(root: Path, without_header: Mapping[str, str] = WITHOUT_HEADER) -> Iterator[str]:
     files = []
-    for path in sorted(p for top in ("include", "src") for p in (root / top).rglob("*.[hc]pp")):
+    for path in sorted(p for top in ("include/amontons", "src") for p in (root / top).rglob("*.[hc]pp")):
         file = place(path.relative_to(root))
         if fault := misplaced(file):
             yield fault
@@ -182,4 +184,4 @@ def check_cpp(root: Path, without_header: Mapping[str, str] = WITHOUT_HEADER) ->
     if files:
         yield from pair_faults(files, without_header)
     yield from cycle_faults(includes)
-    yield from eigen_faults(root)
+    yield from private_library_faults(root)

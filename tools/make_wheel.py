@@ -147,7 +147,7 @@ def pack(build: Path) -> None:
 
 
 def try_wheel(python: Python, where: Path = DIST) -> None:
-    """Install from a folder into an empty environment without a compiler, and use it."""
+    """Install from a folder into an empty environment without a compiler, and use it; then the command."""
     programs = environment(python, f"try-{python.name}")
     nothing = WORK / "nothing"
     nothing.mkdir(exist_ok=True)
@@ -155,9 +155,11 @@ def try_wheel(python: Python, where: Path = DIST) -> None:
         **{k: v for k, v in os.environ.items() if not k.startswith("PYTHON")},
         "PATH": f"{programs}{os.pathsep}{nothing}", "CXX": "false", "CC": "false",
     }  # fmt: skip
-    run(programs / "python", "-m", "pip", "install", "--progress-bar", "off", "--only-binary=:all:",
-        "--find-links", where, f"amontons=={version()}", env=variables)  # fmt: skip
-    run(programs / "python", ROOT / "tools" / "smoke_test.py", env=variables, cwd=nothing)
+    for extra in ("", "cli"):
+        wanted = f"amontons[{extra}]=={version()}" if extra else f"amontons=={version()}"
+        run(programs / "python", "-m", "pip", "install", "--progress-bar", "off", "--only-binary=:all:",
+            "--find-links", where, wanted, env=variables)  # fmt: skip
+        run(programs / "python", ROOT / "tools" / "smoke_test.py", extra, env=variables, cwd=nothing)
 
 
 def version() -> str:

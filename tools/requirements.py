@@ -18,6 +18,7 @@ def requirements(root: Path = ROOT, extra: str = "") -> list[str]:
     return [
         *data["build-system"]["requires"],
         *data["project"]["dependencies"],
+        *extras["cli"],
         *extras["test"],
         *extras["dev"],
     ]

@@ -1,4 +1,7 @@
-"""Uses an installed amontons: tools/make_wheel.py runs it in an environment with nothing else installed."""
+"""Uses an installed amontons: tools/make_wheel.py runs it in an environment with nothing else installed.
+
+With the argument `cli`, the command that the extra of this name brings.
+"""
 
 import json
 import subprocess
@@ -11,10 +14,17 @@ import numpy as np
 
 assert "site-packages" in amontons.__file__, amontons.__file__
 
-# The command, its self-test and its optional parts, which are missing here.
-told = json.loads(subprocess.run(["amontons", "doctor", "--json"], capture_output=True, check=True).stdout)
-assert told["passed"], told
-subprocess.run([sys.executable, "-m", "amontons", "--version"], check=True)
+if sys.argv[1:] == ["cli"]:  # the command, its self-test and its optional parts, which are missing here
+    done = subprocess.run(["amontons", "doctor", "--json"], capture_output=True, check=True)
+    told = json.loads(done.stdout)
+    assert told["passed"], told
+    assert told["parts"]["cli"]["installed"] and not told["parts"]["studies"]["installed"], told
+    subprocess.run([sys.executable, "-m", "amontons", "--version"], check=True)
+    sys.exit()
+
+# The command says what it needs.
+refused = subprocess.run(["amontons", "--version"], capture_output=True, text=True, check=False)
+assert refused.returncode == 1 and "amontons[cli]" in refused.stderr, refused
 
 # A simulation, its problem through a file, a recording.
 with tempfile.TemporaryDirectory() as folder:

@@ -1,26 +1,18 @@
 """A hammer on a hinge falls against a block: knock.cpp in Python, to the same digits."""
 
 import amontons
-from amontons import Dof, Joint, Material, ModelBuilder, Simulation, Transform, shapes
+from amontons import Material, ModelBuilder, Simulation, shapes
 
 rubber = Material(friction=0.4)
 builder = ModelBuilder()
-builder.add_geom(None, shapes.Plane(), material=rubber, name="floor")
+builder.add_floor(material=rubber)
 builder.add_body(
     "block", shape=shapes.Box((0.1, 0.1, 0.1)), density=500, position=(0.21, 0, 0.1), material=rubber
 )
-hammer = builder.add_body(
+builder.add_body(
     "hammer", shape=shapes.Box((0.5, 0.05, 0.05)), density=2000, position=(-0.5, 0, 1.1), material=rubber
 )
-builder.add_joint(
-    Joint(
-        name="hinge",
-        body_a=hammer,
-        frame_a=Transform((0.5, 0, 0)),
-        frame_b=Transform((0, 0, 1.1)),
-        dofs=(Dof(axis=(0, 1, 0)),),
-    )
-)
+builder.add_revolute_joint("hammer", point=(0, 0, 1.1), axis=(0, 1, 0), name="hinge")
 simulation = Simulation(builder.build(), dt=2e-3)
 
 

@@ -340,11 +340,20 @@ class Shape:
     @property
     def bounding_radius(self) -> float: ...
 
+    def mass_properties(self, density: float) -> tuple[float, list[float], list[list[float]]]:
+        """Mass, centre, inertia about the centre."""
+
     def cast_ray(self, origin: Sequence[float], direction: Sequence[float]) -> tuple[float, list[float]]:
         """Distance, normal; in the frame of the shape."""
 
     def bounds(self, position: Sequence[float], orientation: Sequence[float]) -> tuple[list[float], list[float]]:
         """Corners of the box around it, world axes."""
+
+def moved_solid(solid: tuple[float, Sequence[float], Sequence[Sequence[float]]], frame: tuple[Sequence[float], Sequence[float]]) -> tuple[float, list[float], list[list[float]]]:
+    """(mass, centre, inertia) seen from the parent of the frame."""
+
+def sum_of_solids(a: tuple[float, Sequence[float], Sequence[Sequence[float]]], b: tuple[float, Sequence[float], Sequence[Sequence[float]]]) -> tuple[float, list[float], list[list[float]]]:
+    """(mass, centre, inertia) of both as one."""
 
 def collide(shape_a: Shape, position_a: Sequence[float], orientation_a: Sequence[float], shape_b: Shape, position_b: Sequence[float], orientation_b: Sequence[float], margin: float) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None))]:
     """(n, 7): point, normal from B to A, gap."""
@@ -1332,6 +1341,10 @@ class Model:
     """A checked description, which never changes."""
 
     def __init__(self, description: ModelDescription) -> None: ...
+
+    @staticmethod
+    def from_json(file: str) -> Model:
+        """The model of a JSON file; its errors name the place."""
 
     @property
     def dofs(self) -> int: ...

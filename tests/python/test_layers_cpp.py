@@ -148,10 +148,12 @@ def test_cycles_of_a_graph():
     assert len(list(find_cycles({"a": {"b"}, "b": {"a", "c"}, "c": {"b"}}))) == 2
 
 
-# Breaks when a user of the installed library, or of the bindings, would need Eigen.
+# Breaks when a user of the installed library, or of the bindings, would need Eigen or the reader of JSON.
 @pytest.mark.parametrize("name", ["include/amontons/sets/e.hpp", "bindings/e.cpp"])
-def test_eigen_is_for_sources(tmp_path, name):
-    assert "Eigen is for sources below src only" in only(tmp_path, name, "#include <Eigen/Dense>\n")
+@pytest.mark.parametrize("library", ["Eigen/Dense", "nlohmann/json.hpp"])
+def test_libraries_are_for_sources(tmp_path, name, library):
+    message = f"<{library}>, which is for sources below src only"
+    assert message in only(tmp_path, name, f"#include <{library}>\n")
 
 
 # Breaks when a name that resolves nowhere is passed over: a moved file would leave the rules.

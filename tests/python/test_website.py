@@ -64,7 +64,8 @@ def test_cpp_reference(root):
     for header in (root / "include" / "amontons").rglob("*.hpp"):
         layer = header.relative_to(root / "include" / "amontons").parts[0]
         shown = f"## {header.relative_to(root / 'include')}" in pages[f"cpp-reference/{layer}.md"]
-        assert shown or "inline" not in header.read_text(), header
+        text = header.read_text()
+        assert shown or "inline" not in text or "namespace amontons::detail {" in text, header
     text = pages["cpp-reference/multibody.md"]
     assert "Report step();" in text
     assert "Advances the state by dt. Throws InputError" in text

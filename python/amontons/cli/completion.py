@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from textwrap import shorten
 
-MODELS = (".xml", ".mjcf", ".urdf", ".h5", ".hdf5", ".hdf")
+MODELS = (".xml", ".mjcf", ".urdf", ".json", ".h5", ".hdf5", ".hdf")
 PROBLEMS = (".hdf5", ".h5", ".npz", ".mtx")
 
 

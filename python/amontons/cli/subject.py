@@ -22,7 +22,7 @@ from .common import working
 if TYPE_CHECKING:
     from ..scenes import Scene
 
-MODELS = (".xml", ".mjcf", ".urdf")
+MODELS = (".xml", ".mjcf", ".urdf", ".json")
 SAVED = (".h5", ".hdf5", ".hdf")
 DURATION = 5.0
 """Simulated time of models that do not say how long they are worth watching (s)."""
@@ -31,7 +31,7 @@ Name = Annotated[
     str,
     typer.Argument(
         metavar="MODEL_OR_SCENE",
-        help="A scene (see `amontons scenes`), a model (MJCF .xml, .urdf) or a saved simulation (.h5).",
+        help="A scene (see `amontons scenes`), a model (MJCF .xml, .urdf, .json), a saved simulation (.h5).",
         show_default=False,
         autocompletion=completion.subjects,
     ),

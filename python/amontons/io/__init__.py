@@ -6,6 +6,7 @@
 from ..problem.problem import write_file
 from ..simulation.simulation import load_file, save_file
 from .models import load_model as load_model
+from .models import write_model as write_model
 from .problems import HDF5 as HDF5
 from .problems import SUFFIXES as SUFFIXES
 from .problems import read_problem as read_problem

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, fields
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -10,12 +9,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .. import _core
-from ..checks import Array, Numbers, Vector3, entries, finite, frozen, number, reals, vector3
+from ..checks import Array, Numbers, Vector3, entries, finite, frozen, number, positive, reals, vector3
 from ..checks import array as as_array
 from ..errors import InputError
 from ..guidance import guided
 from .hulls import Triangles, convex_triangles
-from .mass import MassProperties, polyhedron, principal
+from .mass import MassProperties
 
 __all__ = [
     "Box",
@@ -41,18 +40,16 @@ class Shape:
     """Whether bodies that move by forces may not carry it: planes, meshes and height fields."""
     core: _core.Shape
 
-    def _unit(self) -> MassProperties:
-        """The mass properties at density 1."""
-        raise InputError(f"{type(self).__name__} has no volume; give the mass of the body by itself")
-
     def mass_properties(self, density: float = 1.0) -> MassProperties:
-        """Mass, centre and inertia of the solid of `density` (kg/m^3)."""
-        unit = self._unit()
-        return unit if density == 1 else unit.scaled(density)
+        """Mass, centre and inertia of the solid of `density` (kg/m^3).
+
+        Raises InputError for planes, height fields, and meshes that are not closed or face inwards.
+        """
+        return MassProperties.of(self.core.mass_properties(positive("density", density)))
 
     def volume(self) -> float:
         """m^3"""
-        return self._unit().mass
+        return self.mass_properties().mass
 
     def _set(self, **values: Any) -> None:
         for name, value in values.items():
@@ -82,10 +79,6 @@ class Sphere(Shape):
         self._set(radius=number("Sphere: radius", self.radius))
         self._set(core=_core.Shape.sphere(self.radius))
 
-    def _unit(self) -> MassProperties:
-        mass = 4 / 3 * math.pi * self.radius**3
-        return principal(mass, *[0.4 * mass * self.radius**2] * 3)
-
 
 @guided
 @dataclass(frozen=True, eq=False)
@@ -101,11 +94,6 @@ class Box(Shape):
     def __post_init__(self) -> None:
         self._set(half=entries("Box: half", self.half, 3, remedy=": half edge lengths along x, y and z"))
         self._set(core=_core.Shape.box(self.half))
-
-    def _unit(self) -> MassProperties:
-        x, y, z = self.half
-        mass = 8 * x * y * z
-        return principal(mass, *(mass / 3 * (p * p + q * q) for p, q in ((y, z), (x, z), (x, y))))
 
 
 @dataclass(frozen=True, eq=False)
@@ -135,14 +123,6 @@ class Capsule(_Tube):
     def _core_shape(self) -> _core.Shape:
         return _core.Shape.capsule(self.radius, self.half_length)
 
-    def _unit(self) -> MassProperties:
-        r, h = self.radius, self.half_length
-        tube, caps = 2 * math.pi * r * r * h, 4 / 3 * math.pi * r**3
-        # The centre of a half ball lies 3/8 r from its flat face.
-        across = tube * (r * r / 4 + h * h / 3) + caps * (0.4 * r * r + h * h + 0.75 * h * r)
-        along = tube * r * r / 2 + caps * 0.4 * r * r
-        return principal(tube + caps, across, across, along)
-
 
 @guided
 @dataclass(frozen=True, eq=False)
@@ -151,12 +131,6 @@ class Cylinder(_Tube):
 
     def _core_shape(self) -> _core.Shape:
         return _core.Shape.cylinder(self.radius, self.half_length)
-
-    def _unit(self) -> MassProperties:
-        r, h = self.radius, self.half_length
-        mass = 2 * math.pi * r * r * h
-        across = mass * (r * r / 4 + h * h / 3)
-        return principal(mass, across, across, mass * r * r / 2)
 
 
 @guided
@@ -173,11 +147,6 @@ class Ellipsoid(Shape):
     def __post_init__(self) -> None:
         self._set(radii=vector3("Ellipsoid: radii", self.radii))
         self._set(core=_core.Shape.ellipsoid(self.radii))
-
-    def _unit(self) -> MassProperties:
-        a, b, c = self.radii
-        mass = 4 / 3 * math.pi * a * b * c
-        return principal(mass, *(mass / 5 * (p * p + q * q) for p, q in ((b, c), (a, c), (a, b))))
 
 
 @guided
@@ -213,9 +182,6 @@ class Hull(Shape):
         self._set(vertices=frozen(vertices), triangles=frozen(triangles))
         self._set(core=_core.Shape.hull(self.vertices, triangles))
 
-    def _unit(self) -> MassProperties:
-        return polyhedron(self.vertices, self.triangles)
-
     def __repr__(self) -> str:
         return f"Hull({len(self.vertices)} vertices)"
 
@@ -239,12 +205,6 @@ class Mesh(Shape):
             triangles=frozen(_triangles("Mesh: triangles", self.triangles)),
         )
         self._set(core=_core.Shape.mesh(self.vertices, self.triangles))
-
-    def _unit(self) -> MassProperties:
-        unit = polyhedron(self.vertices, self.triangles)
-        if not unit.mass > 0:
-            raise InputError("Mesh: the triangles enclose no volume; they must be closed and face outwards")
-        return unit
 
     def __repr__(self) -> str:
         return f"Mesh({len(self.vertices)} vertices, {len(self.triangles)} triangles)"

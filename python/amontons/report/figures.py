@@ -7,15 +7,10 @@ from itertools import groupby
 from pathlib import Path
 from typing import Any
 
-import matplotlib
-
-matplotlib.use("Agg")
-
 import numpy as np
-from matplotlib import pyplot as plt
-from matplotlib.axes import Axes
 
 from .comparison import Run, thinned
+from .plotting import Axes, plt
 from .whole import save_figure
 from .whole import title as plain
 

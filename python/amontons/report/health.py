@@ -24,9 +24,13 @@ from ..model.shapes import Box, Plane, Sphere
 from ..simulation.rollout import rollout, usable_cores
 from ..simulation.simulation import Simulation
 
-REQUIRED = ("numpy", "scipy", "h5py", "matplotlib", "rich", "typer")
+REQUIRED = ("numpy", "scipy", "h5py")
 # Extra of the package -> what it is for, and its modules with the distributions that bring them.
 PARTS: dict[str, tuple[str, dict[str, str]]] = {
+    "cli": (
+        "the command, figures",
+        {"typer": "typer", "rich": "rich", "matplotlib": "matplotlib", "PIL": "pillow"},
+    ),
     "models": ("MJCF and URDF files", {"mujoco": "mujoco-core"}),
     "gym": ("environments for learning", {"gymnasium": "gymnasium", "mujoco": "mujoco-core"}),
     "view": ("the page of `amontons view`", {"viser": "viser"}),

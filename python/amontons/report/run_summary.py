@@ -7,16 +7,11 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-import matplotlib
-
-matplotlib.use("Agg")
-
 import numpy as np
-from matplotlib import pyplot as plt
-from matplotlib.axes import Axes
 
 from ..io.files import write_whole
 from ..simulation.outcome import REPORTS, TIMINGS, Table, energy
+from .plotting import Axes, plt
 from .whole import csv_bytes, save_figure
 from .whole import title as plain
 

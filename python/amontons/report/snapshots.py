@@ -5,12 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-import matplotlib
-
-matplotlib.use("Agg")
-
 import numpy as np
-from matplotlib import pyplot as plt
 
 from ..model.model import Model
 from .picture import Frame, Picture, View
@@ -27,6 +22,8 @@ def snapshots_figure(
     width: int = 1300,
 ) -> None:
     """The frames side by side in one PNG, `width` pixels wide, all with the same scale."""
+    from .plotting import plt
+
     columns = min(columns, len(frames))
     rows = -(-len(frames) // columns)
     scene = Picture(model, view)

@@ -18,13 +18,13 @@ FORMULA = ("=", "+", "-", "@")
 
 def save_figure(figure: Any, path: Path, dpi: int) -> None:
     """A Matplotlib figure as PNG, in a folder that a user named; it is closed, whatever happens."""
-    from matplotlib import pyplot
+    from .plotting import plt
 
     try:
         data = BytesIO()
         figure.savefig(data, dpi=dpi, format="png")
     finally:
-        pyplot.close(figure)
+        plt.close(figure)
     write_whole({path: data.getbuffer()}, own={path})
 
 

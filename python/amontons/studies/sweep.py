@@ -229,16 +229,23 @@ def _workers(executor: Any, run: Callable[..., Any], runs: int) -> Here | Submit
 
 @contextmanager
 def _bar(total: int, wanted: bool) -> Iterator[Callable[[int, int], None]]:
-    """A bar on stderr where that is a terminal; the function adds runs, and how many of them failed."""
-    from rich.console import Console
-    from rich.progress import (
-        BarColumn,
-        MofNCompleteColumn,
-        Progress,
-        TextColumn,
-        TimeElapsedColumn,
-        TimeRemainingColumn,
-    )
+    """A bar on stderr where that is a terminal; the function adds runs, and how many of them failed.
+
+    Rich draws it (`amontons[cli]`); without Rich there is none.
+    """
+    try:
+        from rich.console import Console
+        from rich.progress import (
+            BarColumn,
+            MofNCompleteColumn,
+            Progress,
+            TextColumn,
+            TimeElapsedColumn,
+            TimeRemainingColumn,
+        )
+    except ImportError:
+        yield lambda runs, failed: None
+        return
 
     console = Console(file=sys.stderr)
     columns = (

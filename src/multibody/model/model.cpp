@@ -5,6 +5,7 @@
 #include <numeric>
 
 #include "amontons/base/ablation.hpp"
+#include "amontons/multibody/model/model_json.hpp"
 
 namespace amontons {
 
@@ -123,6 +124,24 @@ void Model::weigh_mechanisms() {
     mobility_factor_.push_back(std::min(1.0, lightness / least_lightness));
     lightness = off("lightness") ? 1 : std::max(lightness, least_lightness);
   }
+}
+
+Model Model::from_json(const std::filesystem::path& file) {
+  try {
+    return Model(read_model_file(file));
+  } catch (const InputError& error) {  // of the check, which does not know the file
+    if (std::string_view(error.what()).starts_with(file.string())) throw;
+    throw InputError(file.string() + ": " + error.what());
+  }
+}
+
+std::size_t Model::dof_index(Reference joint, Index dof) const {
+  const Index j = joint_index(joint);
+  const std::size_t count = d_.joints[j].dofs.size();
+  AMONTONS_REQUIRE(dof >= 0 && static_cast<std::size_t>(dof) < count,
+                   "joint \"" + d_.joints[j].name + "\" has " + std::to_string(count) +
+                       " degrees of freedom; dof = " + std::to_string(dof) + " is none of them");
+  return first_dof_[j] + static_cast<std::size_t>(dof);
 }
 
 double Model::lightness(Index body_a, Index body_b) const {

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 
 #include "amontons/base/ablation.hpp"
 #include "amontons/base/error.hpp"
@@ -53,6 +54,8 @@ Simulation& Simulation::operator=(const Simulation& other) {
   options_ = other.options_;
   state_ = other.state_;
   contacts_ = other.contacts_;
+  touching_ = other.touching_;
+  touched_ = other.touched_;
   reactions_ = other.reactions_;
   problem_ = other.problem_;
   x_ = other.x_;
@@ -70,6 +73,8 @@ void Simulation::reset() {
   state_ = initial;
   scratch_->before = {};
   contacts_.clear();
+  touching_.clear();
+  touched_.clear();
   reactions_.clear();
   problem_.reset();
   x_.clear();
@@ -158,6 +163,7 @@ void Simulation::make_step(Report& report) {
     ++state_.steps;
     state_.time = s.before.time + options_.dt;
   }
+  note_touching(report.advanced);
   report.time = state_.time;
   report.timings.total = clock.elapsed();
   s.reserved = std::max(clock.since_solved(), step::reserved_decay * s.reserved);
@@ -192,6 +198,80 @@ Simulation::Run Simulation::run(std::size_t steps, double seconds) {
   } while (run.steps < steps && spent < seconds && run.report.is_sound());
   finish_report(run.report);
   return run;
+}
+
+// A point may carry only an impact, which the contacts of the state do not hold: so the pairs are kept here.
+// Their order follows from the contacts; contact_events() sorts.
+void Simulation::note_touching(bool advanced) {
+  if (!advanced) return void(touched_ = touching_);
+  std::swap(touching_, touched_);
+  touching_.clear();
+  for (const Contact& c : contacts_) {
+    const GeomPair pair{c.body_a, c.body_b, c.geom_a, c.geom_b};
+    if (!(c.impulse == Vec3{}) && (touching_.empty() || touching_.back() != pair)) touching_.push_back(pair);
+  }
+}
+
+ContactEvents Simulation::contact_events() const {
+  auto now = touching_, before = touched_;
+  for (auto* pairs : {&now, &before}) {
+    std::sort(pairs->begin(), pairs->end());
+    pairs->erase(std::unique(pairs->begin(), pairs->end()), pairs->end());
+  }
+  ContactEvents events;
+  std::set_difference(now.begin(), now.end(), before.begin(), before.end(), std::back_inserter(events.began));
+  std::set_difference(before.begin(), before.end(), now.begin(), now.end(), std::back_inserter(events.ended));
+  return events;
+}
+
+namespace {
+
+// The same contact from the side of B.
+Contact seen_from_b(Contact c) {
+  std::swap(c.body_a, c.body_b);
+  std::swap(c.geom_a, c.geom_b);
+  std::swap(c.r_a, c.r_b);
+  for (Vec3* v : {&c.normal, &c.surface_velocity, &c.held, &c.impulse, &c.angular_impulse, &c.slip, &c.spin})
+    *v = -*v;
+  return c;
+}
+
+}  // namespace
+
+std::vector<Contact> Simulation::contacts_of(Reference body) const {
+  const Index index = body.body_among(model_->description().bodies);
+  std::vector<Contact> found;
+  for (const Contact& c : contacts_)
+    if (c.body_a == index || c.body_b == index) found.push_back(c.body_a == index ? c : seen_from_b(c));
+  return found;
+}
+
+std::vector<Contact> Simulation::contacts_between(Reference a, Reference b) const {
+  std::vector<Contact> found = contacts_of(a);
+  const Index other = b.body_among(model_->description().bodies);
+  std::erase_if(found, [&](const Contact& c) { return c.body_b != other; });
+  return found;
+}
+
+Vec3 Simulation::contact_force(Reference body) const {
+  Vec3 impulse;
+  for (const Contact& c : contacts_of(body)) impulse += c.impulse;
+  return state_.impulse_step > 0 ? impulse / state_.impulse_step : impulse;
+}
+
+GeomHit Simulation::ray(const Vec3& origin, const Vec3& direction,
+                        std::initializer_list<Reference> exclude) const {
+  AMONTONS_REQUIRE(is_finite(origin), "ray: the origin is not finite");
+  AMONTONS_REQUIRE(is_finite(direction) && !(direction == Vec3{}),
+                   "ray: the direction is zero or not finite; give one of any other length");
+  const auto& d = model_->description();
+  std::vector<unsigned char> hidden(d.geoms.size(), 0);
+  for (const Reference& body : exclude) {
+    const Index index = body.body_among(d.bodies);
+    for (std::size_t g = 0; g < hidden.size(); ++g) hidden[g] |= d.geoms[g].body == index;
+  }
+  const double scale = std::max({std::abs(direction.x), std::abs(direction.y), std::abs(direction.z)});
+  return cast_ray(*model_, state_, {origin, normalised(direction / scale)}, hidden);
 }
 
 }  // namespace amontons

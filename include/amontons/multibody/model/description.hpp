@@ -86,13 +86,13 @@ struct Motor {
 struct Dof {
   enum class Kind : unsigned char { hinge, slide } kind = Kind::hinge;
   Vec3 axis{0, 0, 1};                          // unit
-  Vec3 anchor;                                 // a point of the axis of a hinge, frame_b, m
+  Vec3 anchor{};                               // a point of the axis of a hinge, frame_b, m
   double lower = -infinity, upper = infinity;  // limits, m or rad
   double stiffness = 0, rest = 0;              // spring, N/m or N m/rad, coordinate at zero force
   double damping = 0;                          // N s/m or N m s/rad
   double friction = 0;                         // largest force or torque of dry friction, N or N m
   double armature = 0;                         // inertia of the drive, kg or kg m^2
-  Motor motor;
+  Motor motor{};
   // Of the sum that actuators put on the dof, themselves or by fixed tendons, as far as their efforts are
   // known before the step: N or N m.
   double lower_effort = -infinity, upper_effort = infinity;

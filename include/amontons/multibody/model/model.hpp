@@ -1,8 +1,9 @@
 #pragma once
+#include <filesystem>
 #include <utility>
 #include <vector>
 
-#include "amontons/multibody/model/description.hpp"
+#include "amontons/multibody/model/names.hpp"
 
 namespace amontons {
 
@@ -11,6 +12,8 @@ class Model {
  public:
   // Throws what check() throws.
   explicit Model(ModelDescription description);
+  // Of a file that Python wrote (amontons.write_model); throws InputError naming the file and the place.
+  static Model from_json(const std::filesystem::path& file);
 
   const ModelDescription& description() const { return d_; }
   // Counts; arrays of a State have these lengths.
@@ -24,6 +27,14 @@ class Model {
   const Mat3& inverse_inertia(Index i) const { return inverse_inertia_[i]; }
   const Joint& joint(Index j) const { return d_.joints[j]; }
   const Geom& geom(Index g) const { return d_.geoms[g]; }
+  // Indices by name; an index is checked. Throw InputError naming what is known.
+  Index body_index(Reference body) const { return body.among(d_.bodies, "body"); }
+  Index geom_index(Reference geom) const { return geom.among(d_.geoms, "geom"); }
+  Index joint_index(Reference joint) const { return joint.among(d_.joints, "joint"); }
+  Index tendon_index(Reference tendon) const { return tendon.among(d_.tendons, "tendon"); }
+  Index actuator_index(Reference actuator) const { return actuator.among(d_.actuators, "actuator"); }
+  // Of a joint's degree of freedom in State::coordinates and State::targets.
+  std::size_t dof_index(Reference joint, Index dof = 0) const;
   // Actuators on a dof (global index), on a tendon, and on nothing of these, in the order of the model.
   const std::vector<Index>& actuators_of_dof(std::size_t dof) const { return dof_actuators_[dof]; }
   const std::vector<Index>& actuators_of_tendon(std::size_t t) const { return tendon_actuators_[t]; }

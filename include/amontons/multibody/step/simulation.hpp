@@ -1,10 +1,12 @@
 #pragma once
 #include <atomic>
+#include <initializer_list>
 #include <memory>
 #include <string>
 #include <vector>
 
 #include "amontons/multibody/bodies/bodies.hpp"
+#include "amontons/multibody/kinematics/rays.hpp"
 #include "amontons/multibody/step/report.hpp"
 #include "amontons/solvers/driver/options.hpp"
 
@@ -50,6 +52,16 @@ struct JointReaction {
   Vec3 impulse, angular;  // on A, world axes, the second about the point, N s and N m s
 };
 
+// Two geoms, with the bodies that carry them.
+struct GeomPair {
+  Index body_a, body_b, geom_a, geom_b;
+  auto operator<=>(const GeomPair&) const = default;
+};
+// Which pairs began to carry a contact force in a step, and which ceased to, in order.
+struct ContactEvents {
+  std::vector<GeomPair> began, ended;
+};
+
 class StepClock;      // wall clock and budget of a step, step/report_sums.hpp
 struct Assembly;      // how a step becomes a problem, step/assemble.hpp
 struct JointOptions;  // joints/rows.hpp
@@ -61,6 +73,8 @@ struct StepSolver;    // method, options and clock of its solves, step/solve_ste
 class Simulation {
  public:
   Simulation(std::shared_ptr<const Model> model, SimulationOptions options);
+  explicit Simulation(Model model, SimulationOptions options = {})
+      : Simulation(std::make_shared<const Model>(std::move(model)), std::move(options)) {}
   // A copy goes on bit for bit, and shares only what never changes: the model and the last problem.
   Simulation(const Simulation& other);
   // Of the same model; the memory of the state's arrays stays.
@@ -93,6 +107,17 @@ class Simulation {
   const State& last_state() const;
   // Of the last step (the last substep), open ones included.
   const std::vector<Contact>& contacts() const { return contacts_; }
+  // Of a body, or of two, by index or name, "world" included. The body, or the first, is A: normals and
+  // impulses are those on it. `local` stays that of the contact in contacts().
+  std::vector<Contact> contacts_of(Reference body) const;
+  std::vector<Contact> contacts_between(Reference a, Reference b) const;
+  // The sum of the contact forces on a body, a mean over the last step, world axes, N.
+  Vec3 contact_force(Reference body) const;
+  // Between the last step and the one before it, impacts included; none after a step that failed.
+  ContactEvents contact_events() const;
+  // The first geom that a ray meets in the present state: from inside a shape where it leaves, of planes the
+  // upper side only. The direction may have any length but zero. The ray passes through excluded bodies.
+  GeomHit ray(const Vec3& origin, const Vec3& direction, std::initializer_list<Reference> exclude = {}) const;
   // One per joint; empty before the first step.
   const std::vector<JointReaction>& joint_reactions() const { return reactions_; }
   // The VI of the last step (the last substep), and its solution; empty before the first step.
@@ -125,11 +150,13 @@ class Simulation {
   bool keep_balance(const Assembly& assembly, const Attempt& attempt, double recovery, StepSolver& solver,
                     Report& report);
   void move_on(double h);
+  void note_touching(bool advanced);
 
   std::shared_ptr<const Model> model_;
   SimulationOptions options_;
   State state_;
   std::vector<Contact> contacts_;
+  std::vector<GeomPair> touching_, touched_;  // with a force in the last step, in the one before
   std::vector<JointReaction> reactions_;
   std::shared_ptr<const Problem> problem_;
   std::vector<double> x_;

@@ -17,6 +17,8 @@ from .equalities import read_equalities
 from .geoms import Geoms, read_geoms
 from .issues import Issues
 from .joints import read_joints
+from .json_file import read_model_json
+from .json_file import write_model as write_model
 from .keyframes import read_keyframes
 from .overlaps import without_overlaps
 from .scan import scan
@@ -48,7 +50,7 @@ def load_model(
     self_overlaps: bool = False,
     limits: Limits = DEFAULT,
 ) -> Model:
-    """Read a MuJoCo (MJCF .xml) or URDF (.urdf, or <robot> in .xml) model file.
+    """Read a MuJoCo (MJCF .xml) or URDF (.urdf, or <robot> in .xml) model file, or a .json of `write_model`.
 
     What the file asks for and amontons does not do is left out: `Model.unread` has the list, and one warning
     (UnsupportedWarning) shows it, worst first.
@@ -65,6 +67,10 @@ def load_model(
     docs/models.md tells what is read. Needs MuJoCo: pip install amontons[models].
     Raises FileNotFoundError, or FileError naming file, line and element of what is missing or wrong.
     """
+    if str(path).lower().endswith(".json"):
+        if strict or floating_base is not None or self_overlaps:
+            raise InputError(f"{path}: options are for MJCF and URDF; a .json holds the model that they made")
+        return read_model_json(existing(path, "a model file"), limits)
     return _model(compiled_model(path, floating_base, limits), strict=strict, self_overlaps=self_overlaps)
 
 
@@ -74,7 +80,7 @@ def compiled_model(
     """A model file as MuJoCo has it, with the meshes and the base that `load_model` gives a URDF."""
     path = existing(path, "a model file")
     if path.suffix.lower() not in SUFFIXES:
-        known = f"known suffixes are {', '.join(SUFFIXES)}"
+        known = f"known suffixes are {', '.join((*SUFFIXES, '.json'))}"
         remedy = CONVERTED.get(path.suffix.lower())
         raise FileError(f"{path}: {f'{remedy}; {known}' if remedy else f'unknown kind of file; {known}'}")
     if str(path) != str(path).encode(errors="replace").decode():

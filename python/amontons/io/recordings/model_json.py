@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import json
+import math
 import zlib
 from collections.abc import Mapping
 from dataclasses import fields
@@ -22,12 +23,14 @@ from ...model.shapes import KINDS, Shape
 from ...model.transforms import Transform
 from ...model.visuals import TriangleMesh, Visual
 
+_INFINITIES = {math.inf: "Infinity", -math.inf: "-Infinity"}
+_NUMBERS = {text: number for number, text in _INFINITIES.items()}
 PACKED = {"vertices": "<f4", "triangles": "<i4"}
 """The arrays of a mesh to look at, with their types in the file."""
 
 
 def model_to_json(model: Model) -> str:
-    """Every number comes back exactly; infinity is written as Infinity, as Python's json reads it."""
+    """Every number comes back exactly. Infinity is a string: JSON has no such number."""
     shapes: dict[int, int] = {}
     listed: list[Shape | TriangleMesh] = []
     for thing in (*model.geoms, *model.sites, *model.sensors, *model.visuals):
@@ -44,14 +47,14 @@ def model_to_json(model: Model) -> str:
             return {name: plain(part) for name, part in value.items()}
         if hasattr(value, "__dataclass_fields__"):
             return {f.name: plain(getattr(value, f.name)) for f in fields(value) if f.init}
-        return value
+        return _INFINITIES.get(value, value) if isinstance(value, float) else value
 
-    return json.dumps({"shapes": [_plain_shape(shape) for shape in listed], **plain(model)})
+    return json.dumps({"shapes": [_plain_shape(shape) for shape in listed], **plain(model)}, allow_nan=False)
 
 
 def model_from_json(text: str) -> Model:
     """Raises ValueError, TypeError or KeyError for text that model_to_json did not write."""
-    d = json.loads(text)
+    d = json.loads(text, object_hook=_with_infinities)
     shapes: list[Any] = [_shape(parts) for parts in d.pop("shapes")]
     d["bodies"] = tuple(Body(**{**body, "pose": Transform(**body["pose"])}) for body in d["bodies"])
     d["geoms"] = tuple(
@@ -93,6 +96,14 @@ def model_from_json(text: str) -> Model:
     for name in ("excluded_bodies", "excluded_geoms"):
         d[name] = tuple((a, b) for a, b in d.get(name, ()))
     return Model(**d)
+
+
+def _with_infinities(parts: dict[str, Any]) -> dict[str, Any]:
+    """An object with numbers in place of the two strings, but for a name that is one of them."""
+    return {
+        key: _NUMBERS.get(value, value) if isinstance(value, str) and key != "name" else value
+        for key, value in parts.items()
+    }
 
 
 def _plain_shape(shape: Shape | TriangleMesh) -> dict[str, Any]:

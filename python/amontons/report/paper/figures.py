@@ -6,16 +6,10 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-import matplotlib
-
-matplotlib.use("Agg")
-
 import numpy as np
-from matplotlib import pyplot as plt
-from matplotlib.axes import Axes
-from matplotlib.ticker import NullFormatter
 
 from ..figures import STYLES
+from ..plotting import Axes, NullFormatter, plt
 from ..whole import save_figure
 from .measure import LEVEL, PRODUCTS, Trace
 

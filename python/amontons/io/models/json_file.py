@@ -1,0 +1,45 @@
+"""Models as JSON files: for programs in C++ (Model::from_json), and to read a large model fast."""
+
+from __future__ import annotations
+
+from os import PathLike
+from pathlib import Path
+
+from ... import _core
+from ...errors import FileError, InputError
+from ...limits import Limits, readable
+from ...model.model import Model, no_model
+from ..files import writable, write_whole
+from ..recordings.model_json import model_from_json, model_to_json
+
+
+def write_model(model: Model, path: str | PathLike[str]) -> None:
+    """Write a model as JSON (.json), which `load_model` and C++ read (`Model::from_json`).
+
+    Every number comes back exactly, with keyframes, sites, sensors and looks; C++ passes over these. Infinity
+    is written as "Infinity", as JSON has no such number. Raises InputError or FileError.
+    """
+    if not isinstance(model, Model):
+        raise no_model("write_model: model", model)
+    path = writable(path)
+    if path.suffix.lower() != ".json":
+        raise FileError(f"{path}: unknown kind of file; models are written to .json")
+    write_whole({path: model_to_json(model).encode()})
+
+
+def read_model_json(path: Path, limits: Limits) -> Model:
+    """The model of a file that `write_model` wrote; FileError that names the field where it is broken."""
+    if (size := path.stat().st_size) > limits.memory:
+        raise FileError(
+            f"{path}: has {readable(size)}, more than limits.memory = {readable(limits.memory)}; "
+            "give limits=amontons.Limits(memory=...) to read it"
+        )
+    try:
+        _core.Model.from_json(str(path))  # whose messages name line or field
+        return model_from_json(path.read_text(encoding="utf-8"))
+    except InputError as error:
+        text = str(error)
+        raise FileError(text if text.startswith(str(path)) else f"{path}: {text}") from None
+    except (ValueError, TypeError, LookupError, AttributeError, ArithmeticError, RecursionError) as error:
+        reason = " ".join(str(error).split())[:300]
+        raise FileError(f"{path}: is no model that write_model wrote ({reason})") from None

@@ -1,0 +1,234 @@
+#include "amontons/multibody/model/model_json.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <iterator>
+#include <nlohmann/json.hpp>
+
+#include "amontons/base/error.hpp"
+#include "amontons/multibody/model/fields.hpp"
+
+namespace amontons {
+namespace {
+
+using Json = nlohmann::json;
+using detail::fields, detail::values_of, detail::Described;
+
+// A value of the file with the way to it, which is put into words only for a message.
+struct Place {
+  const Json& value;
+  const Place* parent = nullptr;
+  const char* key = nullptr;  // in an object; else the place `index` of a list
+  std::size_t index = 0;
+
+  std::string path() const {
+    if (!parent) return "";
+    const std::string before = parent->path();
+    if (!key) return before + "[" + std::to_string(index) + "]";
+    return before + (before.empty() ? "" : ".") + key;
+  }
+  [[noreturn]] void fail(const std::string& what) const {
+    const std::string where = path();
+    throw InputError((where.empty() ? "" : where + ": ") + what);
+  }
+  Place entry(std::size_t i) const { return {value[i], this, nullptr, i}; }
+  Place field(const char* name) const { return {value.at(name), this, name}; }
+  // A list; of a certain length if one is given.
+  void require_list(std::size_t size) const {
+    if (!value.is_array() || value.size() != size) fail("give " + std::to_string(size) + " entries");
+  }
+};
+
+// What the file holds and C++ has no use for: the looks of a model, what is measured on it, its
+// presets, and the names of links that were merged into bodies.
+template <class T>
+constexpr std::array<const char*, 0> passed_over{};
+template <>
+constexpr std::array<const char*, 1> passed_over<Dof>{"name"};
+template <>
+constexpr std::array<const char*, 1> passed_over<Geom>{"link"};
+template <>
+constexpr std::array<const char*, 2> passed_over<Joint>{"link_a", "link_b"};
+template <>
+constexpr std::array<const char*, 7> passed_over<ModelDescription>{"shapes",  "keyframes", "unread", "sites",
+                                                                   "sensors", "visuals",   "links"};
+
+class Reader {
+ public:
+  explicit Reader(const Place& file) {
+    for (const char* key : {"shapes", "bodies", "geoms"})
+      if (!file.value.is_object() || !file.value.contains(key) || !file.value[key].is_array())
+        file.fail(std::string("no model: there is no list \"") + key +
+                  "\"; write it by amontons.write_model");
+    const Place list = file.field("shapes");
+    for (std::size_t i = 0; i < list.value.size(); ++i) shapes_.push_back(shape_of(list.entry(i)));
+  }
+
+  void read(const Place& p, double& x) const {
+    if (p.value.is_number())
+      x = p.value.get<double>();
+    else if (p.value == "Infinity" || p.value == "-Infinity")
+      x = p.value == "Infinity" ? infinity : -infinity;
+    else
+      p.fail("give a number");
+  }
+  void read(const Place& p, bool& x) const {
+    if (!p.value.is_boolean()) p.fail("give true or false");
+    x = p.value.get<bool>();
+  }
+  void read(const Place& p, std::string& x) const {
+    if (!p.value.is_string()) p.fail("give a text");
+    x = p.value.get<std::string>();
+  }
+  template <std::integral T>
+  void read(const Place& p, T& x) const {
+    // An integer beyond 64 bits is a float to the parser, and so refused as well.
+    const bool in_range = p.value.is_number_unsigned()
+                              ? p.value.get<std::uint64_t>() <= std::uint64_t{std::numeric_limits<T>::max()}
+                          : p.value.is_number_integer()
+                              ? p.value.get<std::int64_t>() >= std::int64_t{std::numeric_limits<T>::min()}
+                              : false;
+    if (!in_range) p.fail("give an integer of 32 bits");
+    x = p.value.get<T>();
+  }
+  void read(const Place& p, Vec3& x) const {
+    p.require_list(3);
+    for (int i = 0; i < 3; ++i) read(p.entry(i), x[i]);
+  }
+  void read(const Place& p, Quat& x) const {
+    p.require_list(4);
+    std::size_t i = 0;
+    for (double* part : {&x.w, &x.x, &x.y, &x.z}) read(p.entry(i++), *part);
+  }
+  void read(const Place& p, Mat3& x) const {
+    p.require_list(3);
+    for (int i = 0; i < 3; ++i) read(p.entry(i), x.row[i]);
+  }
+  template <class T, std::size_t n>
+  void read(const Place& p, std::array<T, n>& x) const {
+    p.require_list(n);
+    for (std::size_t i = 0; i < n; ++i) read(p.entry(i), x[i]);
+  }
+  void read(const Place& p, std::pair<Index, Index>& x) const {
+    p.require_list(2);
+    read(p.entry(0), x.first);
+    read(p.entry(1), x.second);
+  }
+  template <class T>
+  void read(const Place& p, std::vector<T>& x) const {
+    if (!p.value.is_array()) p.fail("give a list");
+    x.resize(p.value.size());
+    for (std::size_t i = 0; i < x.size(); ++i) read(p.entry(i), x[i]);
+  }
+  template <class T>
+  void read(const Place& p, std::optional<T>& x) const {
+    read(p, x.emplace());
+  }
+  template <class E>
+    requires std::is_enum_v<E>
+  void read(const Place& p, E& x) const {
+    std::string known;
+    for (const auto& [name, value] : values_of<E>) {
+      if (p.value == name) return void(x = value);
+      known += (known.empty() ? "" : ", ") + std::string(name);
+    }
+    p.fail("give one of " + known);
+  }
+  void read(const Place& p, Shape& x) const {
+    std::uint32_t index = 0;
+    read(p, index);
+    if (index >= shapes_.size() || !shapes_[index]) p.fail("there is no such shape in \"shapes\"");
+    x = *shapes_[index];
+  }
+  // A part of the model: every key of the object must be known, so that nothing that moves bodies is lost.
+  // Null stands for what the field has without it.
+  template <Described T>
+  void read(const Place& p, T& part) const {
+    if (!p.value.is_object()) p.fail("give an object");
+    if constexpr (std::is_same_v<T, Geom>)
+      if (!p.value.contains("shape")) p.fail("there is no \"shape\"");
+    for (const auto& [key, value] : p.value.items()) {
+      const auto take = [&](const auto& field) {
+        if (key != field.name) return false;
+        if (!value.is_null()) read({value, &p, field.name}, part.*field.member);
+        return true;
+      };
+      if (!std::apply([&](const auto&... field) { return (take(field) || ...); }, fields<T>) &&
+          std::find(passed_over<T>.begin(), passed_over<T>.end(), key) == passed_over<T>.end())
+        p.fail("\"" + key + "\" is not known here; the file may be of a newer version");
+    }
+  }
+
+ private:
+  // None of what is only looked at.
+  std::optional<Shape> shape_of(const Place& p) const {
+    if (!p.value.is_object() || !p.value.contains("kind")) p.fail("give an object with a \"kind\"");
+    const Json& kind = p.value["kind"];
+    if (kind == "TriangleMesh") return std::nullopt;
+    const auto get = [&]<class T>(const char* key, T value) {
+      if (!p.value.contains(key)) p.fail(std::string("there is no \"") + key + "\"");
+      read(p.field(key), value);
+      return value;
+    };
+    const auto number = [&](const char* key) { return get(key, 0.0); };
+    try {
+      if (kind == "Sphere") return Sphere{number("radius")};
+      if (kind == "Capsule") return Capsule{number("radius"), number("half_length")};
+      if (kind == "Box") return Box{get("half", Vec3{})};
+      if (kind == "Cylinder") return Cylinder{number("radius"), number("half_length")};
+      if (kind == "Ellipsoid") return Ellipsoid{get("radii", Vec3{})};
+      if (kind == "Plane") return Plane{};
+      if (kind == "HeightField")
+        return grid_of(get("heights", std::vector<std::vector<double>>{}), number("size_x"),
+                       number("size_y"));
+      if (kind == "Hull" || kind == "Mesh") {
+        const auto points = get("vertices", std::vector<Vec3>{});
+        const auto triangles = get("triangles", std::vector<std::array<std::int32_t, 3>>{});
+        return kind == "Hull" ? Shape(make_hull(points, triangles)) : Shape(make_mesh(points, triangles));
+      }
+    } catch (const InputError& error) {  // of what makes the shape, which does not know the place
+      if (std::string_view(error.what()).starts_with(p.path())) throw;
+      p.fail(error.what());
+    }
+    p.fail("the kind of shape is not known");
+  }
+  static Shape grid_of(const std::vector<std::vector<double>>& rows, double size_x, double size_y) {
+    std::vector<double> heights;
+    for (const auto& row : rows) {
+      AMONTONS_REQUIRE(row.size() == rows[0].size(), "the rows of heights differ in length");
+      heights.insert(heights.end(), row.begin(), row.end());
+    }
+    return make_height_field(heights, rows.size(), rows.empty() ? 0 : rows[0].size(), size_x, size_y);
+  }
+
+  std::vector<std::optional<Shape>> shapes_;
+};
+
+}  // namespace
+
+ModelDescription read_model_json(std::string_view text, const std::string& who) {
+  try {
+    const Json file = Json::parse(text);
+    ModelDescription description;
+    const Place all{file};
+    Reader(all).read(all, description);
+    return description;
+  } catch (const InputError& error) {
+    throw InputError(who + ": " + error.what());
+  } catch (const Json::exception& error) {  // "[json.exception.parse_error.101] parse error at line 1, ..."
+    const std::string_view said = error.what();
+    throw InputError(who + ": no JSON: " + std::string(said.substr(said.find("] ") + 2)));
+  }
+}
+
+ModelDescription read_model_file(const std::filesystem::path& file) {
+  std::error_code error;
+  AMONTONS_REQUIRE(std::filesystem::is_regular_file(file, error), file.string() + ": no such file");
+  std::ifstream stream(file, std::ios::binary);
+  AMONTONS_REQUIRE(stream.is_open(), file.string() + ": the file cannot be opened; look at its permissions");
+  const std::string text{std::istreambuf_iterator<char>(stream), {}};
+  return read_model_json(text, file.string());
+}
+
+}  // namespace amontons

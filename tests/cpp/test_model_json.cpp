@@ -1,0 +1,86 @@
+#include <fstream>
+
+#include "amontons.hpp"
+#include "check.hpp"
+
+// Models as Python writes them. That every field arrives is tests/python/test_model_file.py.
+using namespace amontons;
+
+namespace {
+
+// A ball on the floor.
+const std::string good = R"({
+  "shapes": [{"kind": "Plane"}, {"kind": "Sphere", "radius": 0.1}, {"kind": "TriangleMesh"}],
+  "gravity": [0, 0, -1.6],
+  "bodies": [{"name": "ball", "motion": "dynamic", "mass": 2, "inertia": [[1, 0, 0], [0, 1, 0], [0, 0, 1]],
+              "pose": {"position": [0, 0, 0.5], "rotation": [1, 0, 0, 0]}}],
+  "geoms": [{"name": "floor", "body": -1, "shape": 0, "mask": 4294967295},
+            {"body": 0, "shape": 1, "material": {"friction": 0.3, "friction_across": null}}],
+  "joints": [{"body_a": 0, "dofs": [{"kind": "slide", "name": "x", "upper": "Infinity", "lower": "-Infinity"}]}],
+  "keyframes": {"home": {}}, "sites": [], "sensors": [], "visuals": [], "unread": []
+})";
+
+// The text with one part of it replaced.
+std::string broken(const std::string& part, const std::string& by) {
+  std::string text = good;
+  const std::size_t at = text.find(part);
+  CHECK(at != std::string::npos);
+  return text.replace(at, part.size(), by);
+}
+
+}  // namespace
+
+// Fails if a field goes elsewhere, an infinity is a number, or what C++ has no use for is an error.
+TEST(model_from_json) {
+  const ModelDescription d = read_model_json(good);
+  CHECK(d.gravity == Vec3(0, 0, -1.6) && d.bodies.size() == 1 && d.geoms.size() == 2);
+  CHECK(d.bodies[0].mass == 2 && d.bodies[0].pose.position == Vec3(0, 0, 0.5));
+  CHECK(d.geoms[0].mask == 4294967295u && d.geoms[0].body == world);
+  CHECK(std::get<Sphere>(d.geoms[1].shape).radius == 0.1);
+  CHECK(d.geoms[1].material.friction == 0.3 && d.geoms[1].material.friction_across < 0);
+  CHECK(d.joints[0].dofs[0].upper == infinity && d.joints[0].dofs[0].lower == -infinity);
+  const Model model(d);
+  CHECK(model.body_index("ball") == 0);
+}
+
+// Fails if a broken file is read, or the message does not say where it is broken.
+TEST(json_that_is_broken) {
+  const auto read = [](const std::string& text) { read_model_json(text, "m.json"); };
+  CHECK_THROWS(read(""), "m.json: no JSON: parse error at line 1, column 1");
+  CHECK_THROWS(read(broken("[0, 0, -1.6]", "[0, 0, ]")), "m.json: no JSON: parse error at line 3, column 21");
+  CHECK_THROWS(read("[1]"), "m.json: no model: there is no list \"shapes\"");
+  CHECK_THROWS(read(R"({"bodies": []})"), "amontons.write_model");
+  CHECK_THROWS(read(broken("\"mass\": 2", "\"mass\": \"2\"")), "m.json: bodies[0].mass: give a number");
+  CHECK_THROWS(read(broken("[0, 0, 0.5]", "[0, 0]")), "m.json: bodies[0].pose.position: give 3 entries");
+  CHECK_THROWS(read(broken("[0, 0, 0.5]", "[0, 0, null]")), "bodies[0].pose.position[2]: give a number");
+  CHECK_THROWS(read(broken("dynamic", "flying")), "bodies[0].motion: give one of dynamic, kinematic, fixed");
+  CHECK_THROWS(read(broken("\"shape\": 1", "\"shape\": 7")), "geoms[1].shape: there is no such shape");
+  CHECK_THROWS(read(broken("\"shape\": 1", "\"shape\": 2")), "geoms[1].shape: there is no such shape");
+  CHECK_THROWS(read(broken("\"shape\": 1, ", "")), "geoms[1]: there is no \"shape\"");
+  CHECK_THROWS(read(broken("4294967295", "4294967296")), "geoms[0].mask: give an integer of 32 bits");
+  CHECK_THROWS(read(broken("4294967295", "-1")), "geoms[0].mask: give an integer");
+  CHECK_THROWS(read(broken("\"body\": -1", "\"body\": 0.5")), "geoms[0].body: give an integer");
+  CHECK_THROWS(read(broken("0.3", "\"NaN\"")), "geoms[1].material.friction: give a number");
+  CHECK_THROWS(read(broken("\"upper\"", "\"uper\"")), "joints[0].dofs[0]: \"uper\" is not known here");
+  CHECK_THROWS(read(broken("\"radius\": 0.1", "\"radius\": []")), "shapes[1].radius: give a number");
+  CHECK_THROWS(read(broken("\"radius\": 0.1", "\"r\": 1")), "shapes[1]: there is no \"radius\"");
+  CHECK_THROWS(read(broken("\"Sphere\"", "\"Torus\"")), "shapes[1]: the kind of shape is not known");
+  CHECK_THROWS(
+      read(broken(R"("Sphere", "radius": 0.1)", R"("Hull", "vertices": [[0, 0, 0]], "triangles": [])")),
+      "shapes[1]: ");
+  CHECK_THROWS(read(std::string(100000, '[')), "no JSON");
+}
+
+// Fails if the name of the file is lost, by what reads it or by what checks the model.
+TEST(model_files_are_named) {
+  const std::string path = "test_model_json.json";
+  CHECK_THROWS(Model::from_json("nothing.json"), "nothing.json: no such file");
+  CHECK_THROWS(Model::from_json("."), ".: no such file");
+  std::ofstream(path) << broken("\"mass\": 2", "\"mass\": -2");
+  CHECK_THROWS(Model::from_json(path), path + ": body \"ball\": the mass is -2");
+  std::ofstream(path) << broken("\"mass\": 2", "\"mass\": ");
+  CHECK_THROWS(Model::from_json(path), path + ": no JSON: parse error at line 4");
+  std::ofstream(path) << good;
+  CHECK(Model::from_json(path).total_mass() == 2);
+  std::remove(path.c_str());
+}

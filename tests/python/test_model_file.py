@@ -1,0 +1,155 @@
+"""Models as JSON: what Python writes is what C++ and Python read, to the last bit."""
+
+import json
+import math
+
+import amontons
+import numpy as np
+import pytest
+from amontons import _core, scenes
+from amontons.io.recordings.model_json import model_from_json, model_to_json
+
+MODELS = ("arm.xml", "dog.urdf", "gripper.xml", "quadruped.xml")
+
+
+def every_part():
+    """A model with a value that is no default in every field of every part."""
+    builder = amontons.ModelBuilder(gravity=(0.1, 0.2, -3), friction_rule="minimum")
+    rubber = amontons.Material(0.7, 0.1, 1e-6, 0.02, 1e-3, 0.4, 0.003, 0.002)
+    tetrahedron = ([(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)], [(0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3)])
+    shapes = amontons.shapes
+    builder.add_floor()
+    builder.add_geom(None, shapes.Mesh(*tetrahedron), position=(9, 9, 9), name="rock")
+    builder.add_geom(None, shapes.HeightField([[0, 1, 2], [1, 0, 1]], 2, 3), position=(-9, 9, 0))
+    solids = (
+        shapes.Sphere(0.1),
+        shapes.Box((0.1, 0.2, 0.3)),
+        shapes.Capsule(0.1, 0.2),
+        shapes.Cylinder(0.1, 0.2),
+        shapes.Ellipsoid((0.1, 0.2, 0.3)),
+        shapes.Hull(*tetrahedron),
+    )
+    for k, shape in enumerate(solids):
+        body = builder.add_body(
+            f"b{k}",
+            shape=shape,
+            density=300 + k,
+            position=(2 * k, 0.5, 3),
+            orientation=amontons.axis_angle((1, 2, 3), 0.3 * k),
+            linear_velocity=(0.1, 0, 0.2),
+            angular_velocity=(0, 0.3, 0),
+            gravity_scale=0.5,
+        )
+        builder.add_geom(
+            body,
+            shapes.Sphere(0.05),
+            material=rubber,
+            friction_direction=(1, 0, 0),
+            surface_velocity=(0.1, 0.2, 0.3),
+            surface_spin=(0.3, 0.2, 0.1),
+            category=2**32 - 1,
+            mask=5,
+        )
+    builder.add_body("k", motion="kinematic", linear_velocity=(0, 0, 1), position=(0, 5, 5))
+    builder.add_revolute_joint(
+        "b0", "b1", point=(1, 0.5, 3), axis=(1, 1, 0), limits=(-1, None), stiffness=3, rest=0.1, damping=2,
+        friction=0.3, armature=0.01, motor=amontons.Motor("position", 0.2, 50, 10, 1), collide=True,
+        name="pin",
+    )  # fmt: skip
+    builder.add_ball_joint(
+        "b2", "b3", point=(5, 0.5, 3), limit=1, stiffness=1, damping=2, friction=3, armature=4
+    )
+    builder.add_distance_joint("b4", "b5", point_a=(8, 0.5, 3), point_b=(10, 0.5, 3), limits=(1, None))
+    builder.add_prismatic_joint("b1", axis=(0, 0, 1), name="slide", compliance=1e-5)
+    builder.add_coupling("pin", "slide", coefficients=(0.1, 2, 0.3), compliance=1e-4)
+    builder.set_pair_material("geom4", "rock", rubber)
+    builder.exclude("b0", "b4")
+    return builder.build()
+
+
+# Breaks when a field is not written, is read into another one, or loses a digit: Python's model is the same
+# again, and the compiled model that C++ reads from the file moves like it bit for bit.
+@pytest.mark.parametrize("name", ["every part", *MODELS, "tracked_vehicle", "hopper", "wall_at_rest"])
+def test_same_model_in_both_languages(root, tmp_path, name):
+    if name == "every part":
+        model = every_part()
+    elif name in MODELS:
+        pytest.importorskip("mujoco")
+        model = amontons.load_model(root / "examples" / "models" / name)
+    else:
+        model = scenes.make(name)
+    file = tmp_path / "model.json"
+    amontons.write_model(model, file)
+    again = amontons.load_model(file)
+    assert again == model
+    assert again.keyframes == model.keyframes
+    assert again.sites == model.sites
+    read = _core.Model.from_json(str(file))
+    ours, theirs = (_core.Simulation(core, _core.SimulationOptions()) for core in (model.core, read))
+    for _ in range(3):
+        ours.step(), theirs.step()
+        for key, values in ours.snapshot().arrays.items():
+            np.testing.assert_array_equal(values, theirs.snapshot().arrays[key], key)
+
+
+# Breaks when the file is no JSON that others read, or a name that is the word for infinity becomes a number.
+def test_json_of_the_standard(tmp_path):
+    builder = amontons.ModelBuilder()
+    builder.add_body("Infinity", mass=1, inertia=(1, 1, 1))
+    builder.add_revolute_joint(
+        "Infinity", point=(0, 0, 0), axis=(0, 0, 1), limits=(None, 1), name="-Infinity"
+    )
+    amontons.write_model(builder.build(), tmp_path / "m.json")
+
+    def refuse(constant):
+        raise AssertionError(constant)
+
+    text = (tmp_path / "m.json").read_text()
+    json.loads(text, parse_constant=refuse)
+    again = model_from_json(text)
+    assert again.body_names == ("Infinity",)
+    assert again.joint_names == ("-Infinity",)
+    assert again.joints[0].dofs[0].lower == -math.inf
+
+
+# Breaks when a broken file is read, or the message names neither the file nor the place.
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (lambda d: d["bodies"][1].update(mass="x"), "bodies[1].mass: give a number"),
+        (lambda d: d["bodies"][1].update(mass=-1), 'body "b": the mass is -1'),
+        (lambda d: d["geoms"][0].update(shape=9), "geoms[0].shape: there is no such shape"),
+        (lambda d: d["shapes"][0].update(kind="Torus"), "shapes[0]: the kind of shape is not known"),
+        (lambda d: d["bodies"][0].update(weight=2), 'bodies[0]: "weight" is not known here'),
+        (lambda d: d.pop("bodies"), 'there is no list "bodies"'),
+        (lambda d: d.update(keyframes=3), "is no model that write_model wrote"),
+    ],
+)
+def test_broken_files(tmp_path, change, message):
+    builder = amontons.ModelBuilder()
+    for name in "ab":
+        builder.add_body(name, shape=amontons.shapes.Sphere(1), density=1, position=(ord(name) * 9, 0, 0))
+    d = json.loads(model_to_json(builder.build()))
+    change(d)
+    file = tmp_path / "m.json"
+    file.write_text(json.dumps(d))
+    with pytest.raises(amontons.FileError) as caught:
+        amontons.load_model(file)
+    assert str(caught.value).startswith(str(file))
+    assert message in str(caught.value)
+
+
+# Breaks when a text that is no JSON is not told by line and column, or a limit or an option is passed over.
+def test_other_refusals(tmp_path):
+    file = tmp_path / "m.json"
+    file.write_text('{"bodies": [\n 1, }')
+    with pytest.raises(amontons.FileError, match="no JSON: parse error at line 2, column 5"):
+        amontons.load_model(file)
+    with pytest.raises(amontons.FileError, match=r"more than limits\.memory"):
+        amontons.load_model(file, limits=amontons.Limits(memory=3))
+    with pytest.raises(amontons.InputError, match="options are for MJCF and URDF"):
+        amontons.load_model(file, strict=True)
+    with pytest.raises(amontons.FileError, match=r"models are written to \.json"):
+        amontons.write_model(scenes.make("stack"), tmp_path / "m.xml")
+    with pytest.raises(amontons.InputError, match="give a Model"):
+        amontons.write_model(3, file)
