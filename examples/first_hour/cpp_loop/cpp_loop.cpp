@@ -1,6 +1,6 @@
 // The first hour in C++: a pusher brings a box to 0.3 m before a wall, which it sees by a ray; then an arm
-// from an MJCF file lowers its hand to the floor. Python wrote the file:
-// amontons.write_model(amontons.load_model( "examples/models/arm.xml"), "arm.json").
+// from an MJCF file lowers its forearm with the hand to the floor. Python wrote the file:
+// amontons.write_model(amontons.load_model("examples/models/arm.xml"), "arm.json").
 #include <algorithm>
 #include <amontons.hpp>
 #include <cmath>
@@ -40,7 +40,7 @@ double lower_hand(const char* file) {
   Simulation simulation(Model::from_json(file), {.dt = 2e-3});
   const Index shoulder = simulation.model().actuator_index("shoulder");
   double& angle = simulation.state().controls[shoulder];
-  while (simulation.contacts_between("hand", "world").empty() && simulation.state().time < 5) {
+  while (simulation.contacts_between("forearm", "world").empty() && simulation.state().time < 5) {
     angle += 0.5 * simulation.options().dt;  // rad
     simulation.step();
   }
