@@ -132,8 +132,8 @@ Solution solve_from(const StepSolver& solver, const Problem& problem, std::span<
   }
   if (!solver.again) options.tolerance = 0.5 * tolerance;
   ++solver.solves;
-  Solution s = solver.method == "auto" ? solve_by_race(problem, options)
-                                       : solve(problem, solver.method, options);
+  Solution s =
+      solver.method == "auto" ? solve_by_race(problem, options) : solve(problem, solver.method, options);
   if (s.residual <= tolerance) s.status = Status::converged;
   return s;
 }

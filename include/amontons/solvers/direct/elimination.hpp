@@ -25,8 +25,8 @@ class Elimination {
   // its arrays keep their memory, so that a step of a simulation allocates nothing here.
   bool solve(const Problem& problem, const Options& options, Solution& s);
 
-  // After a solve() that did not converge: whether the solver of islands failed. Otherwise rounding is what is
-  // left, and no other method would come nearer.
+  // After a solve() that did not converge: whether the solver of islands failed. Otherwise rounding is what
+  // is left, and no other method would come nearer.
   bool fell_short() const;
 
   // Changes x of the bilateral rows to the impulses that belong to those of the others, so that joints hold
