@@ -21,7 +21,7 @@ FORMATTED = $(shell find include src bindings tests/cpp benchmarks examples \( -
 # Folders are prerequisites too: their time changes when a file is added or removed.
 NATIVE := $(shell find include src bindings cmake 2>/dev/null) CMakeLists.txt pyproject.toml
 # What lint runs of tools; check_policy.py follows when the rooms that it lists have their policy.hpp.
-CHECKS := check_layers check_style check_policy
+CHECKS := check_layers check_style check_policy check_words
 say = @printf '\033[1m%s\033[0m\n'
 
 # The length (s) of make soak and of the soak under asan in make release_checks, and the seed of all their cases.
