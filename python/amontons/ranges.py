@@ -53,4 +53,4 @@ OPTIONS = {
     "repeat": Range(1, MOST_COUNT, whole=True),
     "every": Range(1, MOST_COUNT, whole=True),
 }
-"""Of the options by name."""
+"""Ranges of the options by name."""

@@ -1,4 +1,4 @@
-"""What an environment is about: where its worlds start, what is seen of them, and what counts.
+"""The task of an environment: the start of its worlds, the observation and the reward.
 
 Everything is written for many worlds at once, one per row: an environment of Gymnasium has one row.
 """
@@ -46,7 +46,7 @@ class Moment:
 
 @dataclass(frozen=True)
 class Outcome:
-    """What a step of the environment was worth, one entry per world."""
+    """The reward of a step of the environment, one entry per world."""
 
     reward: Array
     terminated: Array
@@ -87,16 +87,16 @@ class Task(ABC):
         return moved, random.uniform(-high, high, self.model.nv), np.zeros(0)
 
     def look(self, simulations: Sequence[Simulation]) -> dict[str, Array]:
-        """What else of the worlds counts than q and qd, a row per world; called after every action."""
+        """Further quantities for the reward beside q and qd, a row per world; called after every action."""
         return {}
 
     def observe(self, now: Moment) -> Array:
-        """What an agent sees, (worlds, n)."""
+        """Returns the observation, (worlds, n)."""
         return np.concatenate([now.q, now.qd], axis=1)
 
     @abstractmethod
     def judge(self, before: Moment, now: Moment) -> Outcome:
-        """What the action between two instants was worth."""
+        """Returns the reward of the action between two instants."""
 
     def locate(self, now: Moment) -> dict[str, Array]:
         """Where the worlds are: a part of `info` after a step, and all of it after a reset."""

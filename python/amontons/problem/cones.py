@@ -26,7 +26,7 @@ def _count(name: str, n: object) -> int:
 
 
 class Cone:
-    """What all sets share, so that a list of several kinds has a type."""
+    """Base of all sets, so that a list of several kinds has a type."""
 
     kind: ClassVar[str]
     moments: ClassVar[bool] = False

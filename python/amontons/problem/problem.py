@@ -33,7 +33,7 @@ def write_file(
     storage: str,
     form: str,
 ) -> None:
-    """What `Problem.write` calls; amontons.io supplies it."""
+    """Function behind `Problem.write`; amontons.io supplies it."""
     raise NotImplementedError("import amontons.io, which writes files")
 
 
@@ -225,7 +225,7 @@ class Problem:
 
 
 class Violations(NamedTuple):
-    """What a residual means in physical terms; all zero at a solution."""
+    """Violations in physical terms; all zero at a solution."""
 
     penetration_velocity: float
     """max of -u_n over contacts and unilateral rows, and of |u| over bilateral rows (m/s)"""

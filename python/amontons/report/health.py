@@ -1,4 +1,4 @@
-"""What `amontons doctor` looks at: versions, processor, optional parts, a self-test against closed forms."""
+"""Checks of `amontons doctor`: versions, processor, optional parts, a self-test against closed forms."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ PARTS: dict[str, tuple[str, dict[str, str]]] = {
 
 
 def versions() -> dict[str, str]:
-    """Of amontons, what it needs and what it was built with."""
+    """Versions of amontons, of its dependencies and of its build tools."""
     found = {"amontons": _version("amontons") or "not installed", "python": platform.python_version()}
     found |= {name: _version(name) or "missing" for name in REQUIRED}
     return found | {"compiler": _core.compiler()}

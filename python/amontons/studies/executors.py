@@ -30,7 +30,7 @@ Ended = list[tuple[str, "Row | Died"]]
 
 
 class Future(Protocol):
-    """What `submit` gives, as that of concurrent.futures."""
+    """The result of `submit`, as that of concurrent.futures."""
 
     def result(self) -> Any: ...
     def cancel(self) -> Any: ...
@@ -38,7 +38,7 @@ class Future(Protocol):
 
 
 class Executor(Protocol):
-    """What `sweep` asks of an executor: those of concurrent.futures and mpi4py have it, Dask's Client too."""
+    """Interface that `sweep` needs: executors of concurrent.futures and mpi4py have it, and Dask's Client."""
 
     def submit(self, function: Any, /, *args: Any) -> Future: ...
 
@@ -210,7 +210,7 @@ def _begin(parent: int) -> None:
 
 
 def _cause(error: Exception) -> str:
-    """Of loky's advice only the signal."""
+    """Only the signal of loky's advice."""
     codes = re.search(r"exit codes of the workers are \{(.*?)\}", str(error))
     if codes:
         return f"the worker process ended with {codes.group(1)}"

@@ -48,7 +48,7 @@ def sweep(
     """Call `run` at every point of a grid, many at a time; one row per run comes back as a PyArrow table.
 
     run: called as run(**parameters); it returns a mapping, name -> number, text or array of them, whose
-        entries become columns. What it raises becomes a row too. Or the name of a scene or of a model file:
+        entries become columns. An error in it becomes a row too. Or the name of a scene or of a model file:
         the grid then holds its parameters, options of `Simulation` and the duration, and the results are
         those of docs/studies.md.
     grid: name -> values, of which all combinations are run, or a list of points, name -> value.

@@ -29,7 +29,7 @@ from .viewer import serve, stop
 DIGITS = 12
 """Bits of the fraction of the poses in the file: neighbouring frames then compress to a third."""
 FORCE_DIGITS = 3
-"""Of the forces that a click tells."""
+"""Digits of the forces that a click shows."""
 CLOCK = "/frame"
 """A node that is not seen, whose x is the number of the frame: what a click tells is that of the frame."""
 SCRIPT = Path(__file__).with_name("replay.js")
@@ -104,7 +104,7 @@ class _Reel:
             self._network.show(force_lines(model, positions, orientations, table, self._width))
 
     def told(self, stage: Stage) -> dict[str, Any]:
-        """What the script of the page knows."""
+        """Data for the script of the page."""
         model = self._recording.model
         return {
             "bodies": [[_name(model, k), _mass(body)] for k, body in enumerate(model.bodies)],
@@ -123,7 +123,7 @@ class _Reel:
 
 
 def _pairs(acting: Forces) -> list[Any]:
-    """Of each pair the bodies, the force (N) and the state, without what repeats."""
+    """For each pair the bodies, the force (N) and the state, without repetitions."""
     columns = (acting.body_a, acting.body_b, acting.forces, acting.states)
     rows = zip(*(column.tolist() for column in columns), strict=True)
     return [[a, b, float(f"{force:.{FORCE_DIGITS}g}"), state] for a, b, force, state in rows]

@@ -12,7 +12,7 @@ from ..model.parts import WORLD
 from ..simulation.simulation import Simulation
 
 FREQUENCY = 1.5
-"""Of what is pulled, on the spring (Hz)."""
+"""Frequency of the pulled bodies on the spring (Hz)."""
 STABLE = 0.1
 """The spring changes a velocity of the point within a step by at most this part of what would overshoot."""
 

@@ -270,7 +270,7 @@ def _located(what: str, where: str, root: Element) -> Element | None:
         return next((e for e in root.walk() if name and e.name == name), None)
     at = [e for e in root.walk() if e.line == int(line[1])]
     by_name = [e for e in at if name and name in (e.tag, e.name)]
-    # Of a line with several elements, the one that holds what the message quotes, or the innermost.
+    # If a line has several elements: the one that contains the quoted text of the message, or the innermost.
     words = set(re.findall(r"'([^']+)'", what))
     by_value = [e for e in at if words & set(e.attributes.values())]
     return next(iter(by_name or by_value or at[::-1]), None)

@@ -17,8 +17,8 @@ Pairs = set[tuple[int, int]]
 
 
 class Trees:
-    """Which geoms belong to which tree of links. Of MJCF the geoms of the world are scenery and belong to
-    none, but for those of a body that is fixed there; URDF has no scenery."""
+    """Which geoms belong to which tree of links. In MJCF the geoms of the world are scenery and belong to no
+    model, except those of a body that is fixed there. URDF has no scenery."""
 
     def __init__(self, compiled: Compiled, geoms: Geoms) -> None:
         m = compiled.model

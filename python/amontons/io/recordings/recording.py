@@ -222,8 +222,8 @@ def _format(path: Path, file: h5py.File) -> str:
 
 
 def _settled(path: Path, look: Callable[[], T]) -> T:
-    """What a look at a file gives. Of a file that its writer opens or closes just now HDF5 says that it is
-    damaged, so that one which changes is looked at again."""
+    """The result of one attempt to open a file. HDF5 reports a file as damaged while its writer opens or
+    closes it. So a file that changes is opened again."""
     end = time.monotonic() + LONGEST_WAIT
     while True:
         before = path.stat()
