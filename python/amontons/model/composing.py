@@ -53,7 +53,7 @@ class Seat:
 
 @dataclass(frozen=True)
 class Counts:
-    """Number of parts that the builder had before."""
+    """Numbers of parts of the builder before the model was added."""
 
     bodies: int
     geoms: int

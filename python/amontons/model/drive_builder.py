@@ -205,7 +205,7 @@ def _wrench(
     torque: Numbers,
     gear: float,
 ) -> Transmission:
-    """Message for a thruster without a body."""
+    """The transmission of a thruster, to which the caller adds the body."""
     gear = number("gear", gear)
     parts = [tuple(gear * x for x in vector3(name, v)) for name, v in (("force", force), ("torque", torque))]
     frame = Transform.named("actuator", position, orientation)

@@ -71,9 +71,7 @@ class Track:
 
     @property
     def bend_radius(self) -> float:
-        """Radius of the pins where the track bends around an outer road wheel, so that no flat cuts into
-        it.
-        """
+        """Radius of the pins where the track bends around an outer road wheel, so that no flat enters it."""
         return math.hypot(self.wheel_radius + self.half_thickness, self.pitch / 2)
 
     def wheel_z(self, i: int) -> float:

@@ -79,17 +79,17 @@ class Report:
 
     @property
     def iterations(self) -> int:
-        """Of all solves of the step."""
+        """Iterations of all solves of the step."""
         return self._core.iterations
 
     @property
     def products(self) -> int:
-        """With the operator A, of all solves of the step."""
+        """Products with the operator A in all solves of the step."""
         return self._core.products
 
     @property
     def factorizations(self) -> int:
-        """Of all solves of the step."""
+        """Factorisations of all solves of the step."""
         return self._core.factorizations
 
     @property
@@ -152,7 +152,7 @@ class Report:
 
     @property
     def method(self) -> str:
-        """Iterations of the solve."""
+        """Name of the method that solved the step."""
         return self._core.method
 
     @property

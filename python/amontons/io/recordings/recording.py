@@ -222,7 +222,7 @@ def _format(path: Path, file: h5py.File) -> str:
 
 
 def _settled(path: Path, look: Callable[[], T]) -> T:
-    """The result of one attempt to open a file. HDF5 reports a file as damaged while its writer opens or
+    """The result of `look`, called again while the file changes. HDF5 reports a file as damaged while its writer opens or
     closes it. So a file that changes is opened again."""
     end = time.monotonic() + LONGEST_WAIT
     while True:

@@ -31,7 +31,7 @@ _SCALARS = ("time", "steps", "impulse_step")
 DIGEST = "model_sha256"
 """The dataset that says of which model a state is."""
 LATEST = 1e15
-"""Bound that no time (s) or number of steps reaches."""
+"""Upper bound of a time (s) and of a number of steps."""
 
 
 def save(simulation: Simulation, path: str | PathLike[str]) -> None:
