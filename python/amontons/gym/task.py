@@ -66,8 +66,8 @@ class Task(ABC):
     repeat: ClassVar[int] = 4
     """steps per action"""
     options: ClassVar[Mapping[str, Any]] = MappingProxyType({"recovery": "velocity", "recovery_speed": 1.0})
-    """others of the `Simulation`. Errors of position are taken back by velocities, up to 1 m/s: a step then
-    takes half of the time that it takes with "projection", and smooth motion is of first order in dt."""
+    """others of the `Simulation`. Velocities of up to 1 m/s correct errors of position. A step then takes
+    half of the time that it takes with "projection", and smooth motion is of first order in dt."""
     noise: ClassVar[tuple[float, float]] = (0.02, 0.05)
     """largest change of each entry of q (m, rad) and qd (m/s, rad/s) at the start"""
 

@@ -93,7 +93,7 @@ class Problem:
 
     @classmethod
     def _from_core(cls, core: _core.Problem, *, name: str, description: str, source: str) -> Problem:
-        """The problem that the core made and keeps: shared, and read back only where it is asked for."""
+        """The problem that the core made and keeps: shared, and read back only on request."""
         problem = cls.__new__(cls)
         problem._core, problem._A, problem._cones = core, None, None
         problem._scale = S = problem.A.moment_scale() if core.has_moments else None

@@ -79,7 +79,7 @@ def self_test() -> Iterator[dict[str, Any]]:
         start = time.perf_counter()
         try:
             holds, measured = check()
-        except Exception as error:  # whatever is broken here must be told
+        except Exception as error:  # every fault of the installation must be reported
             holds, measured = False, f"{type(error).__name__}: {error}"
         seconds = time.perf_counter() - start
         yield {"check": check.__doc__, "passed": holds, "measured": measured, "seconds": seconds}

@@ -234,7 +234,7 @@ def frame_of(simulation: Any, *, forces: bool = False) -> Frame:
 
 
 def require_contacts(frames: Sequence[Frame], touching: bool, where: str) -> None:
-    """InputError where forces are asked for of a recording whose contacts were left out."""
+    """InputError if `forces` is set for a recording without contacts."""
     if touching and all(frame.contacts is None or not len(frame.contacts) for frame in frames):
         raise InputError(
             f"{where}: has no contact tables, which --forces draws; record without --no-record-contacts"

@@ -191,7 +191,7 @@ class Moment:
         """(bodies and links, 6): what the motion of each asks for less loads, contacts and loops, about the
         origin.
 
-        Loads are those of bodies: of a link they are none.
+        Loads belong to bodies; links have none.
         """
         left = self.momenta[:, 9:].copy()
         moving = [k for k, body in enumerate(self.model.bodies) if body.motion == "dynamic"]

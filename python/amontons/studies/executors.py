@@ -110,7 +110,7 @@ class _Slot:
     key: str = ""
     """of the run at hand, none if empty"""
     number: int = 0
-    """of the run, so that news of an earlier one is told apart"""
+    """of the run, to distinguish messages of an earlier one"""
     since: float = float("inf")
     """when the worker began (s, monotonic)"""
     timeout: float | None = None
@@ -185,7 +185,8 @@ def _all_of(events: queue.SimpleQueue[Any], seconds: float) -> list[Any]:
 def _process() -> Any:
     from loky import ProcessPoolExecutor  # type: ignore[import-untyped]
 
-    # Libraries of linear algebra start a thread per core in each process, unless they are told not to.
+    # Libraries of linear algebra start a thread per core in each process, unless environment variables limit
+    # them.
     names = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
     threads = {name: os.environ.get(name, "1") for name in names}
     return ProcessPoolExecutor(max_workers=1, initializer=_begin, initargs=(os.getpid(),), env=threads)

@@ -61,7 +61,7 @@ def sweep(
     retries: how often a run is tried again whose worker died.
     timeout: wall clock of a run (s). It ends between two steps of a simulation; a process that does not come
         to one is killed.
-    redo: statuses of rows that are run anew: "failed", "timeout", "died".
+    redo: statuses of rows to repeat: "failed", "timeout", "died".
     progress: a bar on standard error, if that is a terminal.
 
     Columns beside parameters and results: key, repetition and seed where there are some, status ("done",

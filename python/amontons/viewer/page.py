@@ -45,7 +45,7 @@ def write_page(
 
     forces: draw contact forces as lines between bodies of glass, as thick as they are large.
 
-    Raises InputError where forces are asked for that were not recorded.
+    Raises InputError if forces are requested that were not recorded.
     """
     gate, title = Gate("127.0.0.1"), title_of(recording.source, recording.path)
     server = serve("127.0.0.1", 8080, title, gate)

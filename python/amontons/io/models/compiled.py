@@ -225,7 +225,8 @@ def _without_files(mujoco: ModuleType, texture: Any) -> None:
 
 
 def _override_contacts(mujoco: ModuleType, model: Any) -> None:
-    """Puts the o_* parameters of <option>, where the flag override says so, in the place of all geoms' own.
+    """Replaces the contact parameters of all geoms by the o_* parameters of <option>, if the flag override is
+    set.
     Margins of two geoms add; of the two sliding frictions of a pair a geom has one."""
     option = model.opt
     if not int(option.enableflags) & mujoco.mjtEnableBit.mjENBL_OVERRIDE:

@@ -10,7 +10,7 @@ from .compiled import Compiled
 from .geoms import Geoms
 
 ALLOWED = 1e-4
-"""lengths of the model: overlaps below it are none, as in the correction of positions"""
+"""lengths of the model: smaller overlaps count as zero, as in the correction of positions"""
 SHOWN = 3
 
 Pairs = set[tuple[int, int]]

@@ -130,7 +130,7 @@ def faults(element: Element) -> list[str]:
 
 
 def _spelling_faults(element: Element) -> list[str]:
-    """Names that MuJoCo's parser breaks on, and numbers that are none."""
+    """Names that break MuJoCo's parser, and attributes that are not numbers."""
     formats = [name for name in ("class", "childclass") if "%" in element.attributes.get(name, "")]
     endless = [
         name

@@ -222,8 +222,9 @@ def _format(path: Path, file: h5py.File) -> str:
 
 
 def _settled(path: Path, look: Callable[[], T]) -> T:
-    """The result of `look`, called again while the file changes. HDF5 reports a file as damaged while its writer opens or
-    closes it. So a file that changes is opened again."""
+    """Returns the result of `look`. HDF5 reports a file as damaged while its writer opens or closes it, so
+    `look` is called again while the file changes.
+    """
     end = time.monotonic() + LONGEST_WAIT
     while True:
         before = path.stat()
