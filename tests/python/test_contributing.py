@@ -94,3 +94,17 @@ def test_templates_and_container(root):
     text = (root / ".github/pull_request_template.md").read_text() + container["postCreateCommand"]
     for target in re.findall(r"\bmake (\w+)", text):
         assert re.search(rf"^{target}:", (root / "Makefile").read_text(), re.MULTILINE), target
+
+
+# Breaks when a decision lacks a part, or names a test, benchmark or tool that is gone.
+def test_decisions_are_records(root):
+    text = (root / "ARCHITECTURE.md").read_text()
+    records = re.split(r"^\*\*", text.partition("\n## Decisions\n")[2], flags=re.MULTILINE)[1:]
+    assert len(records) > 30
+    sources = "\n".join(p.read_text() for p in (root / "tests").rglob("test_*.[cp][py]*"))
+    files = {p.stem for p in (root / "tests").rglob("test_*")}
+    for record in records:
+        parts = re.findall(r"^- \*([A-Z][a-z ]+)\*: \S", record, re.MULTILINE)
+        assert parts == ["Context", "Decision", "Consequence", "Measured by"], record
+        for name in re.findall(r"`(test_\w+|[a-z]+(?:_[a-z]+){2,})`", record.partition("*Measured by*")[2]):
+            assert name in files or re.search(rf"(def |TEST\(){name}\(?", sources), name
