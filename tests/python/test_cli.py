@@ -192,7 +192,7 @@ def test_spectrum():
     Q = np.linalg.qr(np.random.default_rng(0).normal(size=(30, 30)))[0]
     values = np.r_[np.zeros(10), np.linspace(1e-3, 5, 20)]
     A = (Q * values) @ Q.T
-    s = spectrum(amontons.Problem((A + A.T) / 2, np.zeros(30), "free"))
+    s = spectrum(amontons.Problem((A + A.T) / 2, np.zeros(30), "bilateral"))
     assert s.exact
     assert s.rank == 20
     assert s.largest == pytest.approx(5)
@@ -212,7 +212,7 @@ def test_spectrum_of_large_matrices():
     from amontons.report.spectrum import spectrum
 
     values = np.r_[np.zeros(1500), np.linspace(1, 100, 3000)]
-    s = spectrum(amontons.Problem(sp.diags_array(values), np.zeros(4500), "free"))
+    s = spectrum(amontons.Problem(sp.diags_array(values), np.zeros(4500), "bilateral"))
     assert not s.exact
     assert s.rank == pytest.approx(3000, rel=0.05)
     assert s.largest == pytest.approx(100, rel=0.01)

@@ -55,7 +55,7 @@ def random_problem(rng, bodies, mu, kinds, compliance, speculative):
     b[: 3 * len(mu) : 3] += speculative * rng.integers(0, 2, len(mu))
     cones = [amontons.Friction(mu)] if len(mu) else []
     cones += [
-        [amontons.Free(1), amontons.NonNegative(1), amontons.Interval(-0.3, 0.2)][kind] for kind in kinds
+        [amontons.Bilateral(1), amontons.NonNegative(1), amontons.Interval(-0.3, 0.2)][kind] for kind in kinds
     ]
     return amontons.Problem(A, b, cones)
 

@@ -55,7 +55,7 @@ def random_problem(kind, seed, size=1.0, compliance=0.0, joints=0):
     velocities[:, 3:] /= size
     b = A.stored().jacobian() @ velocities.ravel()
     b[: contacts * BLOCK[kind] : BLOCK[kind]] += 0.3 * rng.integers(0, 2, contacts)
-    cones = [cone_of(kind, rng, contacts, size), amontons.Free(joints)]
+    cones = [cone_of(kind, rng, contacts, size), amontons.Bilateral(joints)]
     return amontons.Problem(A, b, cones)
 
 
@@ -235,7 +235,7 @@ def test_a_problem_of_the_core_is_in_the_users_units(kind):
     assert np.allclose(shared.b, problem.b, rtol=1e-14)
     assert np.allclose(shared.A @ x, problem.A @ x)
     assert shared.residual(x) == pytest.approx(problem.residual(x), rel=1e-12)
-    assert [cone.kind for cone in shared.cones] == [kind, "free"]
+    assert [cone.kind for cone in shared.cones] == [kind, "bilateral"]
     for ours, theirs in zip(shared.cones[0].parameters, problem.cones[0].parameters, strict=True):
         assert np.allclose(ours, theirs, rtol=1e-14)
     assert np.allclose(shared.solve(tolerance=1e-10).u, problem.solve(tolerance=1e-10).u, atol=1e-7)

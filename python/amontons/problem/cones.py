@@ -57,13 +57,13 @@ class _Rows(Cone):
         return self.n
 
 
-class Free(_Rows):
+class Bilateral(_Rows):
     """R^n: n bilateral rows, whose impulse may have either sign and whose velocity must vanish.
 
     n: number of rows.
     """
 
-    kind = "free"
+    kind = "bilateral"
 
 
 class NonNegative(_Rows):
@@ -314,13 +314,13 @@ class RollingFriction(Cone):
 
 
 FRICTIONAL = (Friction, EllipticFriction, RollingFriction)
-_BY_NAME = {"free": Free, "nonnegative": NonNegative, "friction": Friction}
+_BY_NAME = {"bilateral": Bilateral, "nonnegative": NonNegative, "friction": Friction}
 
 
 def normalise(cones: str | Cone | Iterable[Cone], rows: int, mu: ArrayLike | None = None) -> tuple[Cone, ...]:
     """The cones as a tuple whose friction cones all carry their coefficients.
 
-    cones: cone objects in row order, one of them, or "free", "nonnegative" or "friction" for all rows.
+    cones: cone objects in row order, one of them, or "bilateral", "nonnegative" or "friction" for all rows.
     rows: number of rows of A. mu: one coefficient, or one per contact, for friction cones without their own.
     """
     if isinstance(cones, str):
@@ -343,7 +343,7 @@ def normalise(cones: str | Cone | Iterable[Cone], rows: int, mu: ArrayLike | Non
     for i, cone in enumerate(listed):
         if not isinstance(cone, Cone):
             raise InputError(
-                f"cones[{i}] is a {type(cone).__name__}; it must be Free, NonNegative, Interval, Friction, "
+                f"cones[{i}] is a {type(cone).__name__}; it must be Bilateral, NonNegative, Interval, Friction, "
                 "EllipticFriction or RollingFriction"
             )
     total = sum(cone.rows for cone in listed)
@@ -416,8 +416,8 @@ def to_core(cones: Iterable[Cone], scale: Array | None = None) -> _core.SetProdu
 
 def _made(kind: str, count: int, parameters: Sequence[Any]) -> Cone:
     match kind:
-        case "free":
-            return Free(count)
+        case "bilateral":
+            return Bilateral(count)
         case "nonnegative":
             return NonNegative(count)
         case "interval":

@@ -43,7 +43,7 @@ def require_method(method: object) -> str:
 def core_options(
     method: str,
     *,
-    law: str,
+    law: str | None,
     tolerance: float,
     max_iterations: int | None,
     deadline: float | None,
@@ -52,7 +52,7 @@ def core_options(
     method_options: dict[str, Any],
 ) -> _core.Options:
     options = _core.Options()
-    options.law = chosen("law", law, LAWS)
+    options.law = None if law is None else chosen("law", law, LAWS)  # that of the problem
     options.tolerance = option("tolerance", tolerance)
     if max_iterations is not None:
         options.max_iterations = option("max_iterations", max_iterations)

@@ -343,8 +343,8 @@ class Simulation(Driving):
         """The variational inequality of the last step (of its last substep); InputError before the first.
 
         Rows: three per contact (normal, tangent 1, tangent 2) and up to three moments over a length where
-        there is torsional or rolling friction, in the order of `contacts`, then those of the joints. The law
-        stays with the simulation: `sim.problem().solve(law="coulomb")`.
+        there is torsional or rolling friction, in the order of `contacts`, then those of the joints. Its law
+        is that of the simulation: `sim.problem().residual(sim.impulses)` is what the report says.
         """
         core = self._core.problem
         if core is None:
