@@ -108,10 +108,10 @@ def test_names_of_cones(name, cones):
 
 # Breaks when mu is dealt out to contacts in another order than rows have.
 def test_mu_is_dealt_out_in_row_order():
-    cones = [amontons.Friction(1), amontons.Bilateral(3), amontons.Friction(n=1)]
+    cones = [amontons.Friction(n=1), amontons.Bilateral(3), amontons.Friction(n=1)]
     problem = amontons.Problem(DENSE, B, cones, mu=[0.1, 0.9])
     assert [c.mu.tolist() for c in problem.cones if isinstance(c, amontons.Friction)] == [[0.1], [0.9]]
-    assert amontons.Problem(DENSE, B, [amontons.Friction(2), *cones[1:2]], mu=0.5).mu.tolist() == [0.5, 0.5]
+    assert amontons.Problem(DENSE, B, [amontons.Friction(n=2), *cones[1:2]], mu=0.5).mu.tolist() == [0.5, 0.5]
     assert amontons.Problem(np.eye(3), np.ones(3), amontons.Friction(mu=1, n=1)).mu.tolist() == [1.0]
 
 

@@ -23,7 +23,7 @@ FOREVER = {"tolerance": 0, "max_iterations": 10**9, "method": "p-spg-fb-literal"
 @pytest.mark.parametrize("v", [0.3, 2.0])
 def test_one_contact_associated(v):
     A, b, cones = one_contact(mu=0.5, tangential_velocity=v)
-    solution = amontons.solve(A, b, cones, tolerance=1e-12)
+    solution = amontons.solve(A, b, cones, law="associated", tolerance=1e-12)
     foot = (1 + 0.5 * v) / 1.25
     expected = [1, -v, 0] if v <= 0.5 else [foot, -0.5 * foot, 0]
     assert np.allclose(solution.x, expected, atol=1e-10)

@@ -111,7 +111,7 @@ def test_objective_is_that_of_the_reference(path):
     error = reference.get("associated_error", reference.get("natural_map_over_b"))
     if error > 1e-8 or reference["contacts"] > 1000:
         pytest.skip("the reference is not accurate enough, or the problem is large")
-    solution = read_quietly(path).solve(tolerance=1e-8, deadline=20)
+    solution = read_quietly(path).solve(law="associated", tolerance=1e-8, deadline=20)
     assert solution.objective == pytest.approx(reference["associated_objective"], rel=1e-6)
 
 

@@ -1,4 +1,4 @@
-"""The sets of which K is the product: free, unilateral and bounded rows, and friction cones.
+"""The sets of which K is the product: bilateral, unilateral and bounded rows, and friction cones.
 
 A cone object is a run of equal sets of the core, whose name is `kind` and whose parameters, one array each
 with one entry per set, are `parameters`; `moments` tells whether rows after the third are moments.
@@ -125,9 +125,10 @@ class Friction(Cone):
     Friction(0.3)          one contact with mu = 0.3
     Friction([0.3, 0.5])   two contacts
     Friction(0.3, n=100)   a hundred contacts with the same mu
-    Friction(100)          an integer counts contacts; their mu comes from the `mu` of `solve` or `Problem`
+    Friction(n=100)        a hundred contacts whose mu comes from the `mu` of `solve` or `Problem`
 
     mu: friction coefficients (dimensionless), finite and not negative; else InputError names the contact.
+    n: number of contacts, always by name: Friction(1) is one contact with mu = 1.
     """
 
     n: int
@@ -136,8 +137,6 @@ class Friction(Cone):
     moments: ClassVar[bool] = False
 
     def __init__(self, mu: ArrayLike | None = None, *, n: int | None = None) -> None:
-        if isinstance(mu, numbers.Integral) and not isinstance(mu, bool) and n is None:
-            mu, n = None, int(mu)
         values = None
         if mu is not None:
             values = vector("Friction: mu", mu, " with one entry per contact")
