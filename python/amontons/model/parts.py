@@ -92,6 +92,19 @@ class Material:
 
 
 @guided
+MOTOR_TERMS = {
+    "force": "effort",
+    "general": "effort",
+    "motor": "effort",
+    "pd": "position",
+    "servo": "position",
+    "speed": "velocity",
+    "torque": "effort",
+    "velocity": "speed",
+}
+"""What a kind of motor is called elsewhere -> here."""
+
+
 @dataclass(frozen=True)
 class Motor:
     """Drive of a degree of freedom besides its spring; its target can change during a simulation."""
@@ -108,7 +121,7 @@ class Motor:
     """of a position motor, N s/m or N m s/rad"""
 
     def __post_init__(self) -> None:
-        chosen("motor kind", self.kind, MOTORS)
+        chosen("motor kind", self.kind, MOTORS, MOTOR_TERMS)
         numbers(self, "motor: ", "target", "gain", "damping_gain")
         numbers(self, "motor: ", "max_effort", infinite=True)
 

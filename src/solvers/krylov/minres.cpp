@@ -105,7 +105,7 @@ struct Minres : VectorIterate {
 
 Solution minres(const Problem& problem, const Options& options) {
   AMONTONS_REQUIRE(
-      problem.K.all_free(),
+      problem.K.all_bilateral(),
       "minres solves purely bilateral problems (every cone R) only; this one has inequalities or "
       "friction: use p-spg-fb");
   return complete(drive<Minres>(problem, options));
