@@ -148,6 +148,18 @@ nb::dict contacts_of(const Simulation& s) {
   return d;
 }
 
+// Pairs of geoms that began to carry a force in the last step, and that ceased to: body_a, body_b, geom_a,
+// geom_b of each, (n, 4).
+nb::tuple contact_events(const Simulation& s) {
+  const auto rows = [](const std::vector<GeomPair>& pairs) {
+    std::vector<Index> out;
+    for (const GeomPair& p : pairs) out.insert(out.end(), {p.body_a, p.body_b, p.geom_a, p.geom_b});
+    return to_numpy(std::move(out), 4);
+  };
+  const ContactEvents events = idle(s).contact_events();
+  return nb::make_tuple(rows(events.began), rows(events.ended));
+}
+
 // Arms of the contacts of the last step from both centres of mass, (n, 3) each.
 nb::tuple contact_arms(const Simulation& s) {
   std::vector<double> a, b;
@@ -284,6 +296,7 @@ void bind_simulation(nb::module_& m) {
           "impulses", [](const Simulation& s) { return to_numpy(idle(s).impulses()); },
           nb::rv_policy::automatic)
       .def("contact_arms", &contact_arms)
+      .def("contact_events", &contact_events)
       .def("joint_reactions", &joint_reactions)
       .def("tendon_lines", &lines_of<&tendon_lines>)
       .def("actuator_lines", &lines_of<&actuator_lines>)

@@ -1,0 +1,150 @@
+"""What is measured on a simulation, as numbers with names: `screw.motor`, `foot.fx`. Recordings, tables and
+reports have a column for each."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from ..checks import Array
+from ..model.coordinates import coordinate_name
+from ..model.model import Model
+from ..model.parts import Dof
+from .forces import motor_impulses
+from .simulation import Simulation
+
+WRENCH = ("fx", "fy", "fz", "tx", "ty", "tz")
+WRENCH_UNITS = ("N",) * 3 + ("N m",) * 3
+AXES = {3: ("x", "y", "z"), 4: ("qw", "qx", "qy", "qz")}
+"""What the values of a sensor of several are called."""
+SENSOR_UNITS = {
+    "accelerometer": "m/s^2", "framelinacc": "m/s^2", "frameangacc": "rad/s^2",
+    "velocimeter": "m/s", "framelinvel": "m/s", "subtreelinvel": "m/s",
+    "gyro": "rad/s", "frameangvel": "rad/s", "ballangvel": "rad/s",
+    "force": "N", "touch": "N", "torque": "N m", "subtreeangmom": "N m s",
+    "rangefinder": "m", "framepos": "m", "subtreecom": "m", "clock": "s",
+}  # fmt: skip
+"""Of sensors whose unit does not depend on what they are on."""
+TARGET_UNITS = {"effort": ("N", "N m"), "position": ("m", "rad")}
+"""Of motors by kind, on a slide and on a hinge; of all others a speed."""
+STATE = {
+    "positions": (("x", "y", "z"), "m"),
+    "orientations": (("qw", "qx", "qy", "qz"), ""),
+    "linear_velocities": (("vx", "vy", "vz"), "m/s"),
+    "angular_velocities": (("wx", "wy", "wz"), "rad/s"),
+}
+"""The arrays of the state with a row for each body: what their columns are called, and their unit."""
+
+
+class Names:
+    """Names of columns, each of them once, with their units."""
+
+    def __init__(self) -> None:
+        self.units: dict[str, str] = {}
+
+    def add(self, owner: str, parts: Sequence[str], units: Sequence[str], kind: str) -> None:
+        """OWNER.PART for each part, or OWNER alone for a part without a name.
+
+        Where something else has one of these names, OWNER.KIND stands for OWNER.
+        """
+        base = owner
+        while any(joined(base, part) in self.units for part in parts):
+            base = f"{owner}.{kind}" if base == owner else base + "_"
+        self.units.update({joined(base, part): unit for part, unit in zip(parts, units, strict=True)})
+
+
+def joined(owner: str, part: str) -> str:
+    return f"{owner}.{part}" if part else owner
+
+
+def state_units(model: Model) -> dict[str, str]:
+    """Of each body NAME.x, ..., .qw, ..., .vx, ..., .wx, ...; then NAME of each degree of freedom (m, rad)."""
+    return _state_names(model).units
+
+
+def _state_names(model: Model) -> Names:
+    names = Names()
+    parts = [part for parts, _ in STATE.values() for part in parts]
+    units = [unit for parts, unit in STATE.values() for _ in parts]
+    for k, body in enumerate(model.bodies):
+        names.add(body.name or f"body {k}", parts, units, "body")
+    for name, dof in degrees(model):
+        names.add(name, ("",), ("rad" if dof.kind == "hinge" else "m",), "joint")
+    return names
+
+
+class Signals:
+    """The signals of a model.
+
+    Of each degree of freedom with a motor or an actuator NAME.motor, the effort (N, N m), and with a motor
+    NAME.target; of each actuator NAME.control and NAME.effort; of each joint and link NAME.fx, .fy, .fz (N),
+    .tx, .ty, .tz (N m), its reaction in world axes as in `Simulation.joint_reactions` and `link_reactions`;
+    of each sensor NAME, or NAME.x, .y, .z. Efforts and reactions are means over the last step.
+    """
+
+    units: dict[str, str]
+    """by name, in the order of the values"""
+
+    def __init__(self, model: Model) -> None:
+        self._motors = [k for k, (_, dof) in enumerate(degrees(model)) if dof.motor.kind != "none"]
+        on = {
+            model.core.first_dof(drive.transmission.joint) + drive.transmission.dof
+            for drive in model.actuators
+            if drive.transmission.kind == "dof"
+        }
+        self._driven = sorted(on | set(self._motors))
+        names = _state_names(model)
+        known = len(names.units)
+        _name_drives(names, model, self._driven, self._motors)
+        for owner in (*joint_labels(model), *(link.name for link in model.links)):
+            names.add(owner, WRENCH, WRENCH_UNITS, "reaction")
+        for sensor in model.sensors:
+            parts = AXES.get(sensor.size, ("",))
+            names.add(sensor.name, parts, [SENSOR_UNITS.get(sensor.kind, "")] * len(parts), "sensor")
+        self.units = dict(list(names.units.items())[known:])
+
+    def read(self, simulation: Simulation) -> Array:
+        """The values at the end of the last step, (signals,)."""
+        if not self.units:
+            return np.zeros(0)
+        core, model = simulation._core, simulation.model
+        step = core.impulse_step or 1.0  # no impulses before the first step
+        parts = [motor_impulses(core, model)[self._driven] / step, core.targets[self._motors]]
+        drives = np.stack((core.controls, core.actuator_impulses / step), axis=1)
+        parts += [drives.ravel(), core.joint_reactions()[:, 3:].ravel() / step]
+        if model.links:
+            reactions = simulation.link_reactions
+            parts.append(np.concatenate([reactions["force"], reactions["torque"]], axis=1).ravel())
+        if model.sensors:
+            parts.append(simulation.sensors.array)
+        return np.concatenate(parts)
+
+
+def _name_drives(names: Names, model: Model, driven: Iterable[int], motors: Iterable[int]) -> None:
+    found = list(degrees(model))
+    for k in driven:
+        name, dof = found[k]
+        names.add(name, ("motor",), ("N m" if dof.kind == "hinge" else "N",), "joint")
+    for k in motors:
+        name, dof = found[k]
+        units = TARGET_UNITS.get(dof.motor.kind, ("m/s", "rad/s"))
+        names.add(name, ("target",), (units[dof.kind == "hinge"],), "joint")
+    for k, drive in enumerate(model.actuators):
+        on = drive.transmission
+        turns = on.kind == "dof" and model.joints[on.joint].dofs[on.dof].kind == "hinge"
+        units = ("", "N m" if turns else "N" if on.kind == "dof" else "")
+        names.add(drive.name or f"actuator {k}", ("control", "effort"), units, "actuator")
+
+
+def joint_labels(model: Model) -> list[str]:
+    return [joint.name or f"joint {k}" for k, joint in enumerate(model.joints)]
+
+
+def degrees(model: Model) -> Iterator[tuple[str, Dof]]:
+    """Name and description of all degrees of freedom, in the order of `Simulation.joint_efforts`."""
+    for joint, label in zip(model.joints, joint_labels(model), strict=True):
+        named = joint if joint.name else replace(joint, name=label)
+        for d, dof in enumerate(joint.dofs):
+            yield coordinate_name(named, d), dof
