@@ -193,7 +193,10 @@ def test_plot(recorded, tmp_path, monkeypatch):
 def test_plot_tells_names(recorded, tmp_path):
     listed = call("plot", recorded)
     assert listed.exit_code == 0
-    assert [line.split() for line in listed.stdout.splitlines()][:2] == [["screw.motor", "N"], ["screw.target", "m"]]
+    assert [line.split() for line in listed.stdout.splitlines()][:2] == [
+        ["screw.motor", "N"],
+        ["screw.target", "m"],
+    ]
     columns = json.loads(call("plot", recorded, "--json").stdout)["columns"]
     with amontons.read_recording(recorded) as recording:
         assert columns == recording.columns

@@ -23,6 +23,7 @@ from ..model.model import Model, no_model
 from ..problem.options import LAWS, require_method
 from ..problem.problem import Problem
 from ..visible import visible
+from .analysis import Analysis
 from .driving import Driving
 from .forces import (
     actuator_table,
@@ -60,7 +61,7 @@ def open_viewer(simulation: Simulation, options: dict[str, Any]) -> Any:
     raise NotImplementedError("import amontons.viewer, which shows simulations")
 
 
-class Simulation(Driving):
+class Simulation(Driving, Analysis):
     """A model and its state, advanced in time steps, each one variational inequality.
 
     dt: time step (s). law: "coulomb" or "associated". method, tolerance, max_iterations, threads: of the

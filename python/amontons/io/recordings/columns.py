@@ -59,7 +59,9 @@ def units_of(recorded: Recorded) -> dict[str, str]:
     state = list(state_units(recorded.model).items())
     bodies = len(state) - recorded.joint_coordinates.shape[1]
     units = recorded.signal_units | dict(state[bodies:] + state[:bodies])
-    return units | {_report_name(name, units): unit for name, unit in ({"energy": "J"} | REPORT_UNITS).items()}
+    return units | {
+        _report_name(name, units): unit for name, unit in ({"energy": "J"} | REPORT_UNITS).items()
+    }
 
 
 def _report_name(name: str, taken: dict[str, str]) -> str:

@@ -1,0 +1,89 @@
+"""What a simulation tells beyond its state: contact events, inverse kinematics, gravity, linear models."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import numpy as np
+
+from .. import _core
+from ..checks import Array, Numbers, flag, integer, option, positive, quaternion, vector3
+from ..errors import InputError
+from ..model.model import Model
+from . import inverse_kinematics as ik
+from .events import ContactEvents, contact_events
+from .queries import Queries
+
+
+class Analysis(Queries):
+    """What `Simulation` works out of its state; nothing of it changes the state unless that is asked for."""
+
+    _core: _core.Simulation
+    _model: Model
+
+    @property
+    def contact_events(self) -> ContactEvents:
+        """Which pairs of geoms began to carry a contact force in the last step, and which ceased to.
+
+        (began, ended), arrays with the fields body_a, body_b, geom_a, geom_b, link_a, link_b of `contacts`.
+        Against the step before; impacts count. After reset(), load() and unpickling all that touches begins.
+        Nothing began or ended in a step that failed.
+        """
+        return contact_events(self._core, self._model)
+
+    def gravity_compensation(self) -> Array:
+        """The generalised forces, (nv,), that hold the present pose at rest against gravity (N, N m).
+
+        In the order of `qd`: bias_forces() without velocities. Springs, contacts and loads are not in them;
+        where loops are closed, they are the forces with which the loops carry nothing.
+        """
+        still = self._core.copy()
+        still.linear_velocities[...] = still.angular_velocities[...] = 0.0
+        return self._model.tree.inverse_dynamics(still, np.zeros(self._model.nv))
+
+    def solve_ik(
+        self,
+        site: int | str,
+        position: Numbers | None = None,
+        orientation: Numbers | None = None,
+        *,
+        coordinates: Iterable[str] | None = None,
+        tolerance: float | None = None,
+        max_iterations: int = 100,
+        attempts: int = 10,
+        apply: bool = False,
+    ) -> ik.IkSolution:
+        """Coordinates at which a site is at a position, has an orientation, or both, within joint limits.
+
+        By damped least squares, beginning at the present pose, with closed loops kept closed. Says whether it
+        converged; `q` of the solution is the nearest that was found. Nothing of the simulation changes.
+
+        site: index or name; also the name of a link or body, whose frame is meant.
+        position: (m), orientation: (w, x, y, z), both in the world; at least one of them.
+        coordinates: names of those that may move, by default all but floating bases.
+        tolerance: of the position (m), by default Model.length / 1e6; angles times Model.length.
+        max_iterations: of an attempt. attempts: those after the first begin at poses anywhere within the
+            limits, always the same ones.
+        apply: set `q` to what was found, converged or not.
+
+        Raises InputError naming the site, the coordinate or the argument.
+        """
+        body, frame = ik.frame_of(self._model, site)
+        if position is None and orientation is None:
+            raise InputError("solve_ik needs a position, an orientation or both")
+        goal = ik.Goal(
+            body,
+            frame,
+            None if position is None else np.array(vector3("position", position)),
+            None if orientation is None else np.array(quaternion("orientation", orientation)),
+        )
+        near = self._model.length / 1e6 if tolerance is None else positive("tolerance", tolerance)
+        effort = ik.Effort(
+            near, int(option("max_iterations", max_iterations)), integer("attempts", attempts, 1)
+        )
+        apply = flag("apply", apply)
+        arm = ik.Arm(self._core.copy(), self._model, ik.moving_entries(self._model, coordinates))
+        found = ik.solve(arm, goal, effort)
+        if apply:
+            self.set_q(found.q)
+        return found
