@@ -43,8 +43,8 @@ def recorded(tmp_path_factory):
     return path
 
 
-# Breaks when an effort or a reaction is recorded under another name, sign, unit or frame: a motor that holds a
-# plate pushes with its weight, a foot carries weight and moment (about y: r x F with r along x).
+# Breaks when an effort or a reaction is recorded under another name, sign, unit or frame: a motor that holds
+# a plate pushes with its weight, a foot carries weight and moment (about y: r x F with r along x).
 def test_columns_of_statics(recorded):
     weight = MASS * GRAVITY
     with amontons.read_recording(recorded) as recording:

@@ -60,6 +60,7 @@ from .subject import (
 if TYPE_CHECKING:
     from ..report.picture import View
 
+RecordSignals = Annotated[bool, typer.Option(help="Record motor efforts, controls, reactions and sensors.")]
 MOST_READINGS = 20_000_000
 """Numbers (of 8 bytes) of signals that a report keeps until it is written"""
 
@@ -102,9 +103,7 @@ def run(
     record: Annotated[Path | None, typer.Option(help="Record states, contacts and reports (HDF5).")] = None,
     record_every: Annotated[int, typer.Option(help="Steps between recorded states.")] = 1,
     record_contacts: Annotated[bool, typer.Option(help="Record contact tables.")] = True,
-    record_signals: Annotated[
-        bool, typer.Option(help="Record motor efforts, controls, reactions and sensors.")
-    ] = True,
+    record_signals: RecordSignals = True,
     overwrite: Annotated[
         bool, typer.Option("--overwrite", help="Replace a recording that is there.")
     ] = False,
@@ -144,8 +143,7 @@ def run(
         _signals() as signals,
         _recorder(record, chosen, record_every, (record_contacts, record_signals), overwrite) as recorder,
     ):
-        measured = None if report is None else _measured(chosen, steps)
-        outcome = Outcome(measured=measured)
+        outcome = Outcome(measured=None if report is None else _measured(chosen, steps))
         _simulate(chosen, outcome, steps, recorder, snapshots if report else 0, signals, bool(view.forces))
         _close(recorder, outcome)
     with one_line_errors():

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -12,6 +13,7 @@ from ..errors import InputError
 from ..model.model import Model
 from . import inverse_kinematics as ik
 from .events import ContactEvents, contact_events
+from .linearise import Linearisation, linearise_core
 from .queries import Queries
 
 
@@ -20,6 +22,11 @@ class Analysis(Queries):
 
     _core: _core.Simulation
     _model: Model
+    if TYPE_CHECKING:
+        dt: Any
+
+        def copy(self) -> Any:
+            """See Simulation"""
 
     @property
     def contact_events(self) -> ContactEvents:
@@ -87,3 +94,23 @@ class Analysis(Queries):
         if apply:
             self.set_q(found.q)
         return found
+
+    def linearise(self, *, tolerance: float = 1e-10, threads: int | None = None) -> Linearisation:
+        """How the state after a time step follows from state and inputs before it: A and B at the present.
+
+        By central differences, with a step of a copy for each; copies run side by side. `Linearisation` says
+        what the state and the inputs are, in which order and units. Where contacts begin, end or start to
+        slide there is no derivative: there the numbers are those of a change of 1e-6. Callbacks are not
+        called. Where loops are closed, each state is the nearest at which they are.
+
+        tolerance: of the solve of each step, if it is tighter than the simulation's. threads: copies at a
+            time, by default one per core; the result does not depend on it.
+
+        Raises SimulationError if a step fails, InputError naming the argument.
+        """
+        probe = self.copy()
+        least = min(option("tolerance", tolerance), probe.options["tolerance"])
+        if threads is not None:
+            threads = int(option("threads", threads))
+        probe.change_options(tolerance=least, threads=1)
+        return linearise_core(probe._core, self._model, self.dt, threads)

@@ -1,8 +1,8 @@
 """Inverse kinematics: coordinates that bring a frame of a body to a place.
 
 Damped least squares (Levenberg and Marquardt; Nakamura and Hanafusa 1986, Wampler 1986): each step minimises
-|J dq - e|^2 + damping |dq|^2, angles as lengths by `Model.length`. A coordinate at a limit that the step would
-pass is left out. Where loops are closed J is that along the motions that they allow.
+|J dq - e|^2 + damping |dq|^2, angles as lengths by `Model.length`. A coordinate at a limit that the step
+would pass is left out. Where loops are closed J is that along the motions that they allow.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ LESS, MORE = 0.2, 4.0
 """by which the damping changes after a step that came nearer, and after one that did not"""
 NO_DAMPING, MOST_DAMPING = 1e-12, 1e8
 STILL = 1e-10
-"""of the squared error: a step that gains less has not come nearer"""
+"""relative to the squared error: a step that gains less has not come nearer"""
 LONGEST = 1.0
 """rad, or Model.length: no coordinate changes by more in one step, where J says little any more"""
 SEED = 1
@@ -206,7 +206,7 @@ def _size(arm: Arm, found: IkSolution) -> float:
 
 
 def _anywhere(arm: Arm, start: Array, rng: np.random.Generator) -> Array:
-    """A pose with hinges and slides anywhere within their limits; pi or Model.length around the start else."""
+    """Hinges and slides anywhere within their limits; else within pi or Model.length of the start."""
     reach = np.where(arm.turning, np.pi, arm.model.length)
     q = start.copy()
     for k, at in arm.at.items():
@@ -217,11 +217,12 @@ def _anywhere(arm: Arm, start: Array, rng: np.random.Generator) -> Array:
 
 
 def _descend(arm: Arm, goal: Goal, effort: Effort) -> IkSolution:
-    damping, k = FIRST_DAMPING, 0
+    damping, steps = FIRST_DAMPING, 0
     left = _error(arm, goal)
-    for k in range(effort.iterations):
-        if _worst(arm, goal, left) <= effort.tolerance or damping > MOST_DAMPING:
+    while steps < effort.iterations and damping <= MOST_DAMPING:
+        if _worst(arm, goal, left) <= effort.tolerance:
             break
+        steps += 1
         before, change = arm.q, _step(arm, goal, left, damping)
         if arm.place(integrate(arm.model, before, change)):
             now = _error(arm, goal)
@@ -233,7 +234,7 @@ def _descend(arm: Arm, goal: Goal, effort: Effort) -> IkSolution:
         damping *= MORE
     position, angle = _norms(arm, goal, left)
     reached = max(position, arm.model.length * angle, arm.beyond()) <= effort.tolerance
-    return IkSolution(arm.q, reached, position, angle, k)
+    return IkSolution(arm.q, reached, position, angle, steps)
 
 
 def _seen(arm: Arm, goal: Goal) -> Frames:

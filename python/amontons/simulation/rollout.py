@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -15,6 +14,7 @@ from .. import _core, watching
 from ..checks import Array, flag, option, reals
 from ..errors import InputError, SimulationError, StepWarning
 from ..model.model import Model, no_model
+from .processors import usable_cores as usable_cores
 from .simulation import Simulation
 
 
@@ -159,12 +159,6 @@ def clipped(model: Model, controls: Array) -> Array:
 
 def _in_single_rows(rows: Array | int) -> list[Array | int]:
     return [1] * rows if isinstance(rows, int) else [rows[:, k : k + 1] for k in range(rows.shape[1])]
-
-
-def usable_cores() -> int:
-    if hasattr(os, "sched_getaffinity"):
-        return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1
 
 
 def _worlds(model: Model, states: Any, options: dict[str, Any]) -> list[Simulation]:

@@ -3,15 +3,13 @@ reports have a column for each."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import replace
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 
 from ..checks import Array
-from ..model.coordinates import coordinate_name
+from ..model.coordinates import degrees, joint_labels
 from ..model.model import Model
-from ..model.parts import Dof
 from .forces import motor_impulses
 from .simulation import Simulation
 
@@ -26,9 +24,9 @@ SENSOR_UNITS = {
     "force": "N", "touch": "N", "torque": "N m", "subtreeangmom": "N m s",
     "rangefinder": "m", "framepos": "m", "subtreecom": "m", "clock": "s",
 }  # fmt: skip
-"""Of sensors whose unit does not depend on what they are on."""
+"""Units of sensors whose unit does not depend on what they are on."""
 TARGET_UNITS = {"effort": ("N", "N m"), "position": ("m", "rad")}
-"""Of motors by kind, on a slide and on a hinge; of all others a speed."""
+"""Units of targets of motors by kind, on a slide and on a hinge; of all others a speed."""
 STATE = {
     "positions": (("x", "y", "z"), "m"),
     "orientations": (("qw", "qx", "qy", "qz"), ""),
@@ -60,7 +58,7 @@ def joined(owner: str, part: str) -> str:
 
 
 def state_units(model: Model) -> dict[str, str]:
-    """Of each body NAME.x, ..., .qw, ..., .vx, ..., .wx, ...; then NAME of each degree of freedom (m, rad)."""
+    """Unit by name: NAME.x, ..., .qw, ..., .vx, ..., .wx, ... of bodies, NAME of degrees of freedom."""
     return _state_names(model).units
 
 
@@ -70,7 +68,7 @@ def _state_names(model: Model) -> Names:
     units = [unit for parts, unit in STATE.values() for _ in parts]
     for k, body in enumerate(model.bodies):
         names.add(body.name or f"body {k}", parts, units, "body")
-    for name, dof in degrees(model):
+    for name, dof in degrees(model.joints):
         names.add(name, ("",), ("rad" if dof.kind == "hinge" else "m",), "joint")
     return names
 
@@ -78,17 +76,21 @@ def _state_names(model: Model) -> Names:
 class Signals:
     """The signals of a model.
 
-    Of each degree of freedom with a motor or an actuator NAME.motor, the effort (N, N m), and with a motor
-    NAME.target; of each actuator NAME.control and NAME.effort; of each joint and link NAME.fx, .fy, .fz (N),
-    .tx, .ty, .tz (N m), its reaction in world axes as in `Simulation.joint_reactions` and `link_reactions`;
-    of each sensor NAME, or NAME.x, .y, .z. Efforts and reactions are means over the last step.
+    - NAME.motor of each degree of freedom with a motor or an actuator: the effort (N, N m). NAME.target of
+      each with a motor.
+    - NAME.control and NAME.effort of each actuator.
+    - NAME.fx, .fy, .fz (N), .tx, .ty, .tz (N m) of each joint and link: its reaction in world axes, as in
+      `Simulation.joint_reactions` and `link_reactions`.
+    - NAME, or NAME.x, .y, .z of each sensor.
+
+    Efforts and reactions are means over the last step.
     """
 
     units: dict[str, str]
     """by name, in the order of the values"""
 
     def __init__(self, model: Model) -> None:
-        self._motors = [k for k, (_, dof) in enumerate(degrees(model)) if dof.motor.kind != "none"]
+        self._motors = [k for k, (_, dof) in enumerate(degrees(model.joints)) if dof.motor.kind != "none"]
         on = {
             model.core.first_dof(drive.transmission.joint) + drive.transmission.dof
             for drive in model.actuators
@@ -98,7 +100,7 @@ class Signals:
         names = _state_names(model)
         known = len(names.units)
         _name_drives(names, model, self._driven, self._motors)
-        for owner in (*joint_labels(model), *(link.name for link in model.links)):
+        for owner in (*joint_labels(model.joints), *(link.name for link in model.links)):
             names.add(owner, WRENCH, WRENCH_UNITS, "reaction")
         for sensor in model.sensors:
             parts = AXES.get(sensor.size, ("",))
@@ -123,7 +125,7 @@ class Signals:
 
 
 def _name_drives(names: Names, model: Model, driven: Iterable[int], motors: Iterable[int]) -> None:
-    found = list(degrees(model))
+    found = list(degrees(model.joints))
     for k in driven:
         name, dof = found[k]
         names.add(name, ("motor",), ("N m" if dof.kind == "hinge" else "N",), "joint")
@@ -136,15 +138,3 @@ def _name_drives(names: Names, model: Model, driven: Iterable[int], motors: Iter
         turns = on.kind == "dof" and model.joints[on.joint].dofs[on.dof].kind == "hinge"
         units = ("", "N m" if turns else "N" if on.kind == "dof" else "")
         names.add(drive.name or f"actuator {k}", ("control", "effort"), units, "actuator")
-
-
-def joint_labels(model: Model) -> list[str]:
-    return [joint.name or f"joint {k}" for k, joint in enumerate(model.joints)]
-
-
-def degrees(model: Model) -> Iterator[tuple[str, Dof]]:
-    """Name and description of all degrees of freedom, in the order of `Simulation.joint_efforts`."""
-    for joint, label in zip(model.joints, joint_labels(model), strict=True):
-        named = joint if joint.name else replace(joint, name=label)
-        for d, dof in enumerate(joint.dofs):
-            yield coordinate_name(named, d), dof

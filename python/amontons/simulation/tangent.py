@@ -15,7 +15,7 @@ SMALL = 1e-8
 
 
 def integrate(model: Model, q: Array, change: Array) -> Array:
-    """q after a time 1 with the constant velocities `change`, (nv,): quaternions turn about axes of theirs."""
+    """q after a time 1 with constant velocities `change`, (nv,): quaternions turn about axes of theirs."""
     moved = q.copy()
     for at, rates in linear_entries(model):
         moved[at] += change[rates]
@@ -61,7 +61,7 @@ def angles(model: Model) -> Array:
 
 
 def product(a: Array, b: Array) -> Array:
-    """Of quaternions w, x, y, z."""
+    """Two turns one after the other: quaternions w, x, y, z."""
     u, v = a[1:], b[1:]
     return np.array([a[0] * b[0] - u @ v, *(a[0] * v + b[0] * u + np.cross(u, v))])
 

@@ -11,7 +11,7 @@ from ...checks import Array, shown, suggestion
 from ...errors import InputError
 from ...model.coordinates import known
 from ...model.model import Model
-from ...simulation.outcome import REPORTS, TIMINGS, Table, energy
+from ...simulation.outcome import TIMINGS, Table, energy
 from ...simulation.signals import STATE, state_units
 
 REPORT_UNITS = {
@@ -20,7 +20,7 @@ REPORT_UNITS = {
     "joint_angle_error": "rad", "kinetic_energy": "J", "potential_energy": "J", "spring_energy": "J",
     "energy_balance": "J", **dict.fromkeys(TIMINGS, "s"),
 }  # fmt: skip
-"""Of the numbers of a report; `energy` is the sum of three of them."""
+"""Units of the numbers of a report; `energy` is the sum of three of them."""
 
 
 @dataclass(frozen=True)

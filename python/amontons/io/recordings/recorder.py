@@ -2,10 +2,11 @@
 
 /format "amontons-recording", /version; /model and /options: JSON; /source: where the model came from. One
 frame per recorded step: /frames/step, time, positions, orientations, linear_velocities, angular_velocities,
-joint_coordinates. /signals/values: motor efforts, controls, reactions and sensors of each frame, with a column
-for each name of /signals/units (JSON: unit by name). /contacts/rows: the contact tables of all frames one after
-the other, that of frame k in rows offsets[k] to offsets[k + 1]. /reports: one row per step, of frames or not.
-/complete: 1 where the recording was closed without an exception; a process that was killed leaves 0.
+joint_coordinates. /signals/values: motor efforts, controls, reactions and sensors of each frame, with a
+column for each name of /signals/units (JSON: unit by name). /contacts/rows: the contact tables of all frames
+one after the other, that of frame k in rows offsets[k] to offsets[k + 1]. /reports: one row per step, of
+frames or not. /complete: 1 where the recording was closed without an exception; a process that was killed
+leaves 0.
 
 Of each frame /frames/step is written last: what a killed process left is whole as far as that goes.
 """
