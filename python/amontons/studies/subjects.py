@@ -105,7 +105,7 @@ def measured(simulation: Simulation, duration: float) -> dict[str, Any]:
         iterations += report.iterations
         depth = max(depth, report.penetration)
 
-    last = simulation.run(duration, look)
+    last = simulation.run(duration, after_step=look)
     way = np.linalg.norm(simulation.state.positions - begin, axis=1)
     speed = np.linalg.norm(simulation.state.linear_velocities, axis=1)
     return {
