@@ -291,12 +291,13 @@ void bind_simulation(nb::module_& m) {
           "problem", [](const Simulation& s) { return idle(s).problem(); },
           nb::for_getter(nb::sig("def problem(self) -> Problem | None")),
           "The VI of the last step, shared and never changed; None before the first.")
-      .def("instant",
-           [](const Simulation& s) {
-             StepInstant at = idle(s).instant();
-             return std::make_pair(at.time, to_numpy(std::move(at.q)));
-           },
-           "Time and generalised coordinates to which the forces of the last step belong.")
+      .def(
+          "instant",
+          [](const Simulation& s) {
+            StepInstant at = idle(s).instant();
+            return std::make_pair(at.time, to_numpy(std::move(at.q)));
+          },
+          "Time and generalised coordinates to which the forces of the last step belong.")
       .def("momentum", [](const Simulation& s) {
         const Momentum p = momentum(s.model(), s.state());
         return std::make_pair(p.linear, p.angular);

@@ -108,7 +108,8 @@ Vector vector_of(const nb::dict& d, const char* name) {
   return a;
 }
 
-State state_of(const std::shared_ptr<Model>& shared, double time, std::uint64_t steps, double impulse_step, const nb::dict& d) {
+State state_of(const std::shared_ptr<Model>& shared, double time, std::uint64_t steps, double impulse_step,
+               const nb::dict& d) {
   const Model& model = *shared;
   State s = initial_state(model);
   s.time = time;

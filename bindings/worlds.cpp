@@ -49,8 +49,8 @@ nb::tuple run(const Tree& tree, const std::vector<std::shared_ptr<Simulation>>& 
 }  // namespace
 
 void bind_worlds(nb::module_& m) {
-  m.def("run_worlds", &run, nb::arg("tree"), nb::arg("worlds"), nb::arg("controls").none(), nb::arg("joint_forces").none(),
-        nb::arg("records"), nb::arg("repeat"), nb::arg("threads"),
+  m.def("run_worlds", &run, nb::arg("tree"), nb::arg("worlds"), nb::arg("controls").none(),
+        nb::arg("joint_forces").none(), nb::arg("records"), nb::arg("repeat"), nb::arg("threads"),
         "Advances simulations side by side, without the GIL: q, qd, residuals and missed steps by world and "
         "record, how many "
         "records each world completed, and why it stopped.");

@@ -1,4 +1,4 @@
-"""The first hour of a mechanical engineer: a slider-crank, its torque, its bearing forces, against closed forms."""
+"""The first hour of a mechanical engineer: torque and bearing forces of a slider-crank, and closed forms."""
 
 import math
 
@@ -24,23 +24,25 @@ engine.set_control("main bearing", SPEED)
 engine.state.forces[2] = (-PRESSURE, 0, 0)
 
 
-def place(angle):
+def place(angle: float) -> float:
     """Of the piston (m)."""
     return CRANK * math.cos(angle) + math.sqrt(ROD**2 - (CRANK * math.sin(angle)) ** 2)
 
 
-def expected(angle, h=1e-4):
+def expected(angle: float, h: float = 1e-4) -> tuple[float, float]:
     """Torque of the motor (N m), by the work of the piston, and side force on the cylinder (N)."""
     slope = (place(angle + h) - place(angle - h)) / (2 * h)
     bend = (place(angle + h) - 2 * place(angle) + place(angle - h)) / h**2
     force = PISTON * SPEED**2 * bend + PRESSURE
-    return slope * force, -force * CRANK * math.sin(angle) / math.sqrt(ROD**2 - (CRANK * math.sin(angle)) ** 2)
+    return slope * force, -force * CRANK * math.sin(angle) / math.sqrt(
+        ROD**2 - (CRANK * math.sin(angle)) ** 2
+    )
 
 
 rows = []
 
 
-def measure(engine, report):
+def measure(engine: Simulation, _: object) -> None:
     torque = engine.effort("main bearing")  # with the angle to which it belongs
     side = engine.reaction("cylinder").force[2]
     rows.append((torque.coordinate, torque.motor, side, *expected(torque.coordinate)))

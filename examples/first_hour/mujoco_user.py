@@ -33,8 +33,7 @@ data.run(
 assert np.allclose(data.link("hand")["position"], hand)
 
 
-
-def carry(d):
+def carry(d: amontons.Simulation) -> None:
     """qfrc_applied = qfrc_bias of the arm, which unloads its servos; what floats keeps its weight."""
     d.state.joint_forces[:2] = d.bias_forces()[:2]
 

@@ -154,7 +154,10 @@ def crank_torque(a, w, r=0.2, l=0.6, gravity=9.81):
     spins = [body.inertia[1][1] for body in model.bodies]
 
     def centres(a):
-        pin, reach = np.array([r * np.cos(a), r * np.sin(a)]), r * np.cos(a) + np.sqrt(l**2 - (r * np.sin(a)) ** 2)
+        pin, reach = (
+            np.array([r * np.cos(a), r * np.sin(a)]),
+            r * np.cos(a) + np.sqrt(l**2 - (r * np.sin(a)) ** 2),
+        )
         end = np.array([reach, 0 * a])
         return [pin / 2, (pin + end) / 2, end], [a, -np.arcsin(r / l * np.sin(a)), 0 * a]
 
@@ -183,7 +186,9 @@ def test_efforts_belong_to_the_start_of_the_step():
         effort = s.effort("crank pivot")
         assert effort.time == s.instant.time == pytest.approx(report.time - h, abs=1e-12)
         assert effort.coordinate == pytest.approx(s.instant.q[0], abs=1e-12)
-        rows.append((effort.motor, crank_torque(effort.coordinate, w), crank_torque(s.coordinate("crank pivot"), w)))
+        rows.append(
+            (effort.motor, crank_torque(effort.coordinate, w), crank_torque(s.coordinate("crank pivot"), w))
+        )
 
     run(sim, 1.0, check)
     torque, there, now = np.array(rows).T
@@ -193,8 +198,8 @@ def test_efforts_belong_to_the_start_of_the_step():
 
 
 def test_reactions_belong_to_the_start_of_the_step():
-    # The guide of the slider takes what its mass and weight leave: force along x is that of the rod. Breaks when
-    # a reaction by name is another joint's, or its point is that of another instant.
+    # The guide of the slider takes what its mass and weight leave: force along x is that of the rod. Breaks
+    # when a reaction by name is another joint's, or its point is that of another instant.
     w, h = 2 * math.pi, 1e-3
     sim = simulate("slider_crank", {"speed": w}, dt=h)
     run(sim, 0.3)

@@ -1,12 +1,11 @@
-"""One array of controls over actuators and motors, forces along joints, what is called before and after steps."""
+"""One array of controls over actuators and motors, forces along joints, functions around steps."""
 
 import math
 import pickle
 
+import amontons
 import numpy as np
 import pytest
-
-import amontons
 from amontons import InputError, ModelBuilder, Motor, Simulation, load_model, rollout, shapes
 
 G = 9.81
@@ -22,12 +21,13 @@ URDF = """<robot name="r"><link name="base"/>
 <joint name="knee" type="continuous"><parent link="upper"/><child link="lower"/><origin xyz="0 0 -0.4"/>
 <axis xyz="0 1 0"/></joint>
 <joint name="grip" type="prismatic"><parent link="lower"/><child link="finger"/><origin xyz="0 0 -0.4"/>
-<axis xyz="0 0 1"/><limit lower="-1" upper="1" effort="5" velocity="1"/><mimic joint="knee"/></joint></robot>"""
+<axis xyz="0 0 1"/><limit lower="-1" upper="1" effort="5" velocity="1"/><mimic joint="knee"/></joint>
+</robot>"""
 
 
 def chain(motor=None):
-    """A trunk that floats, an arm on a hinge and a slide, a ball with a link turned the other way round, and a
-    point on a line: every kind of coordinate."""
+    """A trunk that floats, an arm on a hinge and a slide, a ball with a link turned the other way round, and
+    a point on a line: every kind of coordinate."""
     b = ModelBuilder()
     box = dict(shape=shapes.Box((0.1, 0.05, 0.2)), density=800)
     b.add_body("trunk", position=(0, 0, 1), **box)
@@ -121,7 +121,9 @@ def test_joint_forces_in_rollouts():
             alone.state.joint_forces = forces[k, row]
             alone.run(2 * alone.dt)
             np.testing.assert_array_equal(result.q[k, row], alone.q)
-    with pytest.raises(InputError, match=r"joint_forces has the shape \(4,\); it must be \(worlds, rows, nv\)"):
+    with pytest.raises(
+        InputError, match=r"joint_forces has the shape \(4,\); it must be \(worlds, rows, nv\)"
+    ):
         rollout(model, np.zeros((3, 2)), joint_forces=np.zeros(4))
     with pytest.raises(InputError, match="controls has 2 rows, but joint_forces has 4"):
         rollout(pendulum(motor=Motor("effort")), np.zeros((3, 2)), np.zeros((2, 1)), joint_forces=forces)
@@ -161,7 +163,9 @@ def test_controls_of_actuators_and_motors():
 # remedy.
 def test_joint_without_a_motor():
     sim = Simulation(both())
-    with pytest.raises(InputError, match=r'joint "loose" has no motor; .*builder.set_motor\(.loose., Motor') as e:
+    with pytest.raises(
+        InputError, match=r'joint "loose" has no motor; .*builder.set_motor\(.loose., Motor'
+    ) as e:
         sim.set_control("loose", 1.0)
     assert "state.joint_forces" in str(e.value)
     assert "motors=Motor" in str(e.value)
@@ -224,7 +228,7 @@ def test_motors_of_a_urdf(tmp_path):
     sim.controls = (0.3, -0.5)
     sim.run(3.0)
     assert sim.coordinate("knee") == pytest.approx(-0.5, abs=0.02)
-    with pytest.raises(InputError, match=r'motors is 3; give a Motor'):
+    with pytest.raises(InputError, match=r"motors is 3; give a Motor"):
         load_model(path, motors=3)
     mjcf = tmp_path / "m.xml"
     mjcf.write_text('<mujoco><worldbody><body><joint/><geom size="0.1"/></body></worldbody></mujoco>')
@@ -278,9 +282,9 @@ def test_recorder_after_steps(tmp_path):
     with amontons.record(tmp_path / "run.h5", sim) as recorder:
         sim.run(0.1, after_step=recorder)
     assert len(amontons.read_recording(tmp_path / "run.h5")) == 21
-    with amontons.record(tmp_path / "other.h5", sim) as recorder:
-        with pytest.raises(InputError, match="records another simulation"):
-            sim.copy().run(0.1, after_step=recorder)
+    recorder = amontons.record(tmp_path / "other.h5", sim)
+    with recorder, pytest.raises(InputError, match="records another simulation"):
+        sim.copy().run(0.1, after_step=recorder)
 
 
 # Breaks when keyframes are not found by number, or the message does not list them.

@@ -280,8 +280,8 @@ def test_states_are_copied():
     assert twice[0] is twice[1]
 
 
-# Breaks when a function of before_step makes a step of its own simulation, within which it is called: without an end,
-# or with loads of another step. A copy may go ahead, and afterwards all goes on.
+# Breaks when a function of before_step makes a step of its own simulation, within which it is called: without
+# an end, or with loads of another step. A copy may go ahead, and afterwards all goes on.
 @pytest.mark.parametrize("how", [lambda sim: sim.step(), lambda sim: sim.run(0.01)])
 def test_no_step_within_a_callback(how):
     sim = Simulation(scenes.make("stack", boxes=2))

@@ -186,7 +186,7 @@ class Model:
 
     @cached_property
     def control_names(self) -> tuple[str, ...]:
-        """A name for every entry of `Simulation.controls`: of all actuators, then of the motors of all joints.
+        """Names by index in `Simulation.controls`: of all actuators, then of the motors of all joints.
 
         A motor has the name of its coordinate, with " motor" behind it where an actuator has that name.
         """

@@ -134,7 +134,12 @@ def slider_crank(*, speed: float = 2.0 * math.pi, crank: float = 0.2, rod: float
     )
     axis = (0, -1, 0)
     b.add_revolute_joint(
-        first, None, point=(0, 0, 0), axis=axis, motor=Motor(kind="velocity", control=speed), name="crank pivot"
+        first,
+        None,
+        point=(0, 0, 0),
+        axis=axis,
+        motor=Motor(kind="velocity", control=speed),
+        name="crank pivot",
     )
     b.add_revolute_joint(second, first, point=(crank, 0, 0), axis=axis, name="crank pin")
     b.add_revolute_joint(slider, second, point=(end[0], 0, 0), axis=axis, name="wrist pin")

@@ -14,7 +14,7 @@ from .outcome import Table
 class Instant:
     """To which contacts, reactions, efforts and controls of the last step belong.
 
-    They are means over the step, of the velocities at its start and at its end, and fit the pose at its start.
+    They are means over the step, and fit the pose at its start.
     """
 
     time: float
@@ -86,8 +86,8 @@ class Acting(Driving):
     def reaction(self, joint: int | str) -> Reaction:
         """What held a joint in the last step, by index or name, on its body A.
 
-        joint: or a link of a file, or the fixed joint that holds it on its body: then from the balance of what
-        hangs on it, in the present pose (`link_reactions`). Raises InputError before the first step.
+        joint: or a link of a file, or the fixed joint that holds it on its body: then from the balance of
+        what hangs on it, in the present pose (`link_reactions`). Raises InputError before the first step.
         """
         time, _ = self._core.instant()
         for k, link in enumerate(self._model.links):
@@ -103,4 +103,3 @@ class Acting(Driving):
 
 def _reaction(time: float, row: Table) -> Reaction:
     return Reaction(time, *(tuple(row[name].tolist()) for name in ("point", "force", "torque")))  # type: ignore[arg-type]
-

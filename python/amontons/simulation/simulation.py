@@ -89,8 +89,8 @@ class Simulation(Acting):
     before_step: list[BeforeStep]
     """called as f(simulation) before each step, to set controls and loads; they make no steps"""
     after_step: list[AfterStep]
-    """called as f(simulation, report) after each step; they make no steps, and one that returns something true
-    ends the `run`"""
+    """called as f(simulation, report) after each step; they make no steps, and a true result ends the
+    `run`"""
     _in_callback = False
     _ended = False
     """whether a function of after_step asked the last step to end the run"""
@@ -218,8 +218,8 @@ class Simulation(Acting):
     def _require_no_callback(self) -> None:
         if self._in_callback:
             raise InputError(
-                "before_step and after_step make no step of their own simulation, which is within one; step a "
-                "copy()"
+                "before_step and after_step make no step of their own simulation, which is within one; step "
+                "a copy()"
             )
 
     def _steps_watched(
@@ -296,8 +296,8 @@ class Simulation(Acting):
 
         before_step: called as before_step(simulation) before each step, to set controls and loads.
         after_step: called as after_step(simulation, report) after each step; a true result ends the run.
-        They come after those in the lists `Simulation.before_step` and `Simulation.after_step`. Without any of
-        them all steps are made by the compiled module; Ctrl-C ends between two of them.
+        They come after those in the lists `Simulation.before_step` and `after_step`. Without any of them all steps
+        are made by the compiled module; Ctrl-C ends between two of them.
         """
         steps = max(1, math.ceil(option("duration", duration) / self.dt - 1e-9))
         function("before_step", before_step)
@@ -465,11 +465,7 @@ class Simulation(Acting):
         return other
 
     def __getstate__(self) -> dict[str, Any]:
-        values = {
-            name: v
-            for name, v in self.__dict__.items()
-            if name not in _OF_PROCESS
-        }
+        values = {name: v for name, v in self.__dict__.items() if name not in _OF_PROCESS}
         snapshot = self._core.snapshot()
         return values | {"_arrays": snapshot.arrays}
 
@@ -488,7 +484,7 @@ class Simulation(Acting):
     def save(self, path: str | PathLike[str]) -> None:
         """Write model, options and state to an HDF5 file from which `load` continues bit for bit.
 
-        Functions of before_step and after_step are not stored. Raises FileError; no partial file is left behind.
+        Functions of before_step and after_step are not stored. Raises FileError; no partial file is left.
         """
         save_file(self, path)
 

@@ -16,8 +16,8 @@ class State:
 
     positions (n, 3) and linear_velocities (n, 3) of the origins of the body frames, orientations (n, 4)
     (unit quaternions w, x, y, z), angular_velocities (n, 3), forces and torques (n, 3) at the centres of
-    mass, held until changed; all in world axes, SI units. joint_forces (nv,) along `Simulation.qd`, held until
-    changed (N, N m). controls of all actuators and motors (`Model.control_names`), activations of all
+    mass, held until changed; all in world axes, SI units. joint_forces (nv,) along `Simulation.qd`, held
+    until changed (N, N m). controls of all actuators and motors (`Model.control_names`), activations of all
     actuators. Assigning to an attribute copies into the view.
     joint_coordinates, of every degree of freedom at the start of the last step, follow from the poses and are
     read only: `Simulation.q` sets coordinates.

@@ -96,13 +96,12 @@ double within_limits(const DofRow& d, double c, const JointOptions& options) {
 }
 
 // With gains the motor is a damper about its velocity, x = h kd (control - q'+), or a spring about its
-// coordinate with a damper, x = -h kp (q + h q'+ - control) - h kd q'+, as in append_passive. Without, it asks
-// for a velocity: its own, or the one that brings it to its coordinate.
+// coordinate with a damper, x = -h kp (q + h q'+ - control) - h kd q'+, as in append_passive. Without, it
+// asks for a velocity: its own, or the one that brings it to its coordinate.
 RowTerms motor_terms(const RowInput& in, const DofRow& d) {
   const Motor& motor = d.dof.motor;
   const double h = in.options.h, s = d.scale;
-  if (motor.kind == MotorKind::velocity)
-    return {motor.kd > 0 ? s * s / (h * motor.kd) : 0.0, -s * d.control};
+  if (motor.kind == MotorKind::velocity) return {motor.kd > 0 ? s * s / (h * motor.kd) : 0.0, -s * d.control};
   if (motor.kp > 0) {
     const double compliance = s * s / (h * h * motor.kp + h * motor.kd);
     return {compliance, compliance * h * motor.kp * (d.q - d.control) / s};

@@ -173,7 +173,8 @@ void add_motor_loads(const Model& model, std::span<const JointContext> joints, c
     for (std::size_t i = 0; i < joint.dofs.size(); ++i) {
       if (!is_effort(joint.dofs[i])) continue;
       const double bound = joint.dofs[i].motor.max_effort;
-      const double impulse = h * std::clamp(state.controls[model.control_of_dof(model.first_dof(j) + i)], -bound, bound);
+      const double impulse =
+          h * std::clamp(state.controls[model.control_of_dof(model.first_dof(j) + i)], -bound, bound);
       const JacobianRow row = joint_row(context, impulse * context.duals[i]);
       add(row.body_a, row.a);
       add(row.body_b, row.b);

@@ -132,7 +132,8 @@ void Model::list_controls() {
   for (std::size_t k = 0; k < d_.actuators.size(); ++k)
     controls_.push_back({d_.actuators[k].name, static_cast<Index>(k)});
   const auto is_actuator = [&](const std::string& name) {
-    return std::any_of(d_.actuators.begin(), d_.actuators.end(), [&](const auto& a) { return a.name == name; });
+    return std::any_of(d_.actuators.begin(), d_.actuators.end(),
+                       [&](const auto& a) { return a.name == name; });
   };
   for (std::size_t j = 0; j < d_.joints.size(); ++j)
     for (std::size_t k = 0; k < d_.joints[j].dofs.size(); ++k) {

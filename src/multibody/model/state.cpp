@@ -29,9 +29,8 @@ void validate(const Model& model, const State& s) {
   const auto& controls = model.controls();
   for (std::size_t k = 0; k < s.controls.size(); ++k) {
     if (controls[k].actuator >= 0)
-      AMONTONS_REQUIRE(
-          std::isfinite(s.controls[k]) && std::isfinite(s.activations[k]),
-          "actuator \"" + controls[k].name + "\": the control or activation is not finite");
+      AMONTONS_REQUIRE(std::isfinite(s.controls[k]) && std::isfinite(s.activations[k]),
+                       "actuator \"" + controls[k].name + "\": the control or activation is not finite");
     else
       AMONTONS_REQUIRE(std::abs(s.controls[k]) <= largest_load,
                        "motor of \"" + controls[k].name + "\": the control is not finite, or beyond 1e30");

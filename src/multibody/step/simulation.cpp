@@ -48,7 +48,10 @@ Simulation::Simulation(std::shared_ptr<const Model> model, SimulationOptions opt
 }
 // Scratch is memory only, but for the state from which the last step began.
 Simulation::Simulation(const Simulation& other)
-    : model_(other.model_), tree_(other.tree_), options_(other.options_), scratch_(std::make_unique<StepScratch>()) {
+    : model_(other.model_),
+      tree_(other.tree_),
+      options_(other.options_),
+      scratch_(std::make_unique<StepScratch>()) {
   *this = other;
 }
 Simulation& Simulation::operator=(const Simulation& other) {

@@ -52,9 +52,9 @@ inline constexpr auto fields<PairMaterial> =
                Field{"material", &PairMaterial::material}, Field{"always", &PairMaterial::always});
 
 template <>
-inline constexpr auto fields<Motor> = std::tuple(
-    Field{"kind", &Motor::kind}, Field{"control", &Motor::control}, Field{"max_effort", &Motor::max_effort},
-    Field{"kp", &Motor::kp}, Field{"kd", &Motor::kd});
+inline constexpr auto fields<Motor> =
+    std::tuple(Field{"kind", &Motor::kind}, Field{"control", &Motor::control},
+               Field{"max_effort", &Motor::max_effort}, Field{"kp", &Motor::kp}, Field{"kd", &Motor::kd});
 
 template <>
 inline constexpr auto fields<Dof> =

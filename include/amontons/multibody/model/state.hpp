@@ -26,7 +26,7 @@ struct DofImpulse {
 // The impulses along a tendon's length.
 struct TendonImpulse {
   double passive = 0;  // damper and armature, and the spring if it has one rest length
-  double spring = 0;  // one with a range of rest lengths
+  double spring = 0;   // one with a range of rest lengths
   double friction = 0;
   double limit = 0;  // > 0 pushes away from the lower limit
 };

@@ -52,8 +52,8 @@ struct JointReaction {
   Vec3 impulse, angular;  // on A, world axes, the second about the point, N s and N m s
 };
 
-// The instant to which forces, reactions, efforts and contacts of a step belong: they are means over the step,
-// and fit the pose at its start (of the last substep).
+// The instant to which forces, reactions, efforts and contacts of a step belong: they are means over the
+// step, and fit the pose at its start (of the last substep).
 struct StepInstant {
   double time;            // s
   std::vector<double> q;  // generalised coordinates there, in the order of Tree
@@ -72,7 +72,7 @@ struct ContactEvents {
 class StepClock;      // wall clock and budget of a step, step/report_sums.hpp
 struct Assembly;      // how a step becomes a problem, step/assemble.hpp
 struct JointOptions;  // joints/rows.hpp
-class Tree;            // generalised coordinates, kinematics/tree.hpp
+class Tree;           // generalised coordinates, kinematics/tree.hpp
 struct StepScratch;   // memory of a step, step/scratch.hpp
 struct StepSolver;    // method, options and clock of its solves, step/solve_step.hpp
 

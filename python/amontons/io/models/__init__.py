@@ -80,7 +80,9 @@ def load_model(
         return read_model_json(existing(path, "a model file"), limits)
     compiled = compiled_model(path, floating_base, limits)
     if motors is not None and compiled.root.tag != "robot":
-        raise InputError(f"{path}: motors is for URDF; MJCF has <actuator>, or builder.set_motor gives a motor")
+        raise InputError(
+            f"{path}: motors is for URDF; MJCF has <actuator>, or builder.set_motor gives a motor"
+        )
     model = _model(compiled, strict=strict, self_overlaps=self_overlaps)
     return model if motors is None else with_motors(model, motors)
 

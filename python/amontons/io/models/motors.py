@@ -25,7 +25,7 @@ def with_motors(model: Model, motor: Motor) -> Model:
     """
     follow = {(c.joint_a, c.dof_a) for c in model.couplings}
     joints = (_driven(joint, j, motor, follow) for j, joint in enumerate(model.joints))
-    return changed(model, joints=tuple(joints))
+    return replace(model, joints=tuple(joints))
 
 
 def _driven(joint: Joint, j: int, motor: Motor, follow: set[tuple[int, int]]) -> Joint:

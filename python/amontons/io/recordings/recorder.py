@@ -55,8 +55,9 @@ class _Item(NamedTuple):
 class Recorder:
     """Writes a recording while a simulation runs; `amontons.record` makes one.
 
-    add(report) after every step, or `simulation.run(..., after_step=recorder)`. The file has its name from the beginning and can be read at any time;
-    close(), or the end of a `with` block, marks it as complete, unless an exception ended it.
+    add(report) after every step, or `simulation.run(..., after_step=recorder)`. The file has its name from
+    the beginning and can be read at any time; close(), or the end of a `with` block, marks it as complete,
+    unless an exception ended it.
     """
 
     def __init__(
