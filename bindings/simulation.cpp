@@ -98,7 +98,7 @@ void restore(Simulation& simulation, const State& saved) {
   copy(state.forces, saved.forces);
   copy(state.torques, saved.torques);
   copy(state.coordinates, saved.coordinates);
-  copy(state.targets, saved.targets);
+  copy(state.joint_forces, saved.joint_forces);
   copy(state.joint_wrenches, saved.joint_wrenches);
   copy(state.joint_slips, saved.joint_slips);
   copy(state.dof_impulses, saved.dof_impulses);
@@ -304,6 +304,13 @@ void bind_simulation(nb::module_& m) {
           "problem", [](const Simulation& s) { return idle(s).problem(); },
           nb::for_getter(nb::sig("def problem(self) -> Problem | None")),
           "The VI of the last step, shared and never changed; None before the first.")
+      .def(
+          "instant",
+          [](const Simulation& s) {
+            StepInstant at = idle(s).instant();
+            return std::make_pair(at.time, to_numpy(std::move(at.q)));
+          },
+          "Time and generalised coordinates to which the forces of the last step belong.")
       .def("momentum", [](const Simulation& s) {
         const Momentum p = momentum(s.model(), s.state());
         return std::make_pair(p.linear, p.angular);
@@ -315,7 +322,7 @@ void bind_simulation(nb::module_& m) {
   def_view<&State::forces>(cls, "forces");
   def_view<&State::torques>(cls, "torques");
   def_vector_view<&State::coordinates>(cls, "joint_coordinates");
-  def_vector_view<&State::targets>(cls, "targets");
+  def_vector_view<&State::joint_forces>(cls, "joint_forces");
   def_view<&State::joint_wrenches>(cls, "joint_wrenches");
   def_view<&State::dof_impulses>(cls, "dof_impulses");
   def_view<&State::ball_impulses>(cls, "ball_impulses");

@@ -200,7 +200,7 @@ def test_gravity_compensation_of_a_chain():
     forces = sim.gravity_compensation()
     assert forces == pytest.approx([about_a, about_b], abs=1e-12)
     sim.reset(q=(0.4, -1.1))
-    sim.state.targets = forces
+    sim.state.joint_forces = forces
     sim.run(0.2)
     assert sim.q == pytest.approx([0.4, -1.1], abs=1e-6)
 

@@ -55,8 +55,11 @@ def test_pendulum(angle):
         assert errors[-1] <= 2 * dt**2
         np.testing.assert_array_equal(sim.q, before)
         assert sim.steps == 0
-        assert (found.states, found.inputs) == (("hinge.change", "hinge.rate"), ("hinge.target",))
+        assert (found.states, found.inputs) == (("hinge.change", "hinge.rate"), ("hinge.control",))
         assert found.dt == dt
+        by_force = sim.linearise(inputs="joint_forces")  # of an effort motor, which is that force
+        assert by_force.inputs == ("hinge.force",)
+        assert by_force.B == pytest.approx(found.B, abs=1e-9 / inertia)
         assert found.residual <= 1e-9
         fall = -dt * MASS * GRAVITY * LENGTH * np.sin(angle) / inertia
         assert found.drift == pytest.approx([dt * fall, fall], abs=abs(fall) * 10 * dt + 1e-12)
@@ -85,7 +88,7 @@ def test_cart_pole():
     gain = np.linalg.solve(0.01 * np.eye(1) + found.B.T @ cost @ found.B, found.B.T @ cost @ found.A)
     sim.set_q({"pin": 0.2})
     for _ in range(8000):
-        sim.set_target("rail", float(-(gain @ np.concatenate([sim.q, sim.qd]))[0]))
+        sim.set_control("rail", float(-(gain @ np.concatenate([sim.q, sim.qd]))[0]))
         sim.step()
     assert np.abs(sim.q).max() < 1e-3
 
@@ -150,6 +153,6 @@ def test_threads(root):
     assert one.A.shape == (2 * nv, 2 * nv)
     assert one.B.shape == (2 * nv, len(sim.model.actuators))
     assert np.isfinite(one.A).all()
-    for bad in ({"threads": 0}, {"tolerance": -1.0}):
+    for bad in ({"threads": 0}, {"tolerance": -1.0}, {"inputs": "targets"}):
         with pytest.raises(amontons.InputError, match=next(iter(bad))):
             sim.linearise(**bad)

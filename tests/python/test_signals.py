@@ -49,8 +49,8 @@ def test_columns_of_statics(recorded):
     weight = MASS * GRAVITY
     with amontons.read_recording(recorded) as recording:
         units = recording.columns
-        assert list(units)[:2] == ["screw.motor", "screw.target"]
-        assert (units["screw.motor"], units["screw.target"], units["foot.fz"], units["foot.ty"]) == (
+        assert list(units)[:2] == ["screw.motor", "screw.control"]
+        assert (units["screw.motor"], units["screw.control"], units["foot.fz"], units["foot.ty"]) == (
             "N", "m", "N", "N m",
         )  # fmt: skip
         motor = recording.column("screw.motor")
@@ -195,13 +195,13 @@ def test_plot_tells_names(recorded, tmp_path):
     assert listed.exit_code == 0
     assert [line.split() for line in listed.stdout.splitlines()][:2] == [
         ["screw.motor", "N"],
-        ["screw.target", "m"],
+        ["screw.control", "m"],
     ]
     columns = json.loads(call("plot", recorded, "--json").stdout)["columns"]
     with amontons.read_recording(recorded) as recording:
         assert columns == recording.columns
     for wrong, said in (
-        ("screw.moter", "(did you mean 'screw.motor'?); known are screw.motor, screw.target, "),
+        ("screw.moter", "(did you mean 'screw.motor'?); known are screw.motor, screw.control, "),
         ("hip*", 'there is no column "hip*"; known are screw.motor, '),
     ):
         done = call("plot", recorded, wrong, "--output", tmp_path / "a.png")

@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from .. import _core
-from ..checks import Array, Numbers, flag, integer, option, positive, quaternion, vector3
+from ..checks import Array, Numbers, chosen, flag, integer, option, positive, quaternion, vector3
 from ..errors import InputError
 from ..model.model import Model
 from . import inverse_kinematics as ik
 from .events import ContactEvents, contact_events
-from .linearise import Linearisation, linearise_core
+from .linearise import INPUTS, Linearisation, linearise_core
 from .queries import Queries
 
 
@@ -95,7 +95,9 @@ class Analysis(Queries):
             self.set_q(found.q)
         return found
 
-    def linearise(self, *, tolerance: float = 1e-10, threads: int | None = None) -> Linearisation:
+    def linearise(
+        self, *, inputs: str = "controls", tolerance: float = 1e-10, threads: int | None = None
+    ) -> Linearisation:
         """How the state after a time step follows from state and inputs before it: A and B at the present.
 
         By central differences, with a step of a copy for each; copies run side by side. `Linearisation` says
@@ -103,14 +105,16 @@ class Analysis(Queries):
         slide there is no derivative: there the numbers are those of a change of 1e-6. Callbacks are not
         called. Where loops are closed, each state is the nearest at which they are.
 
+        inputs: "controls", of actuators and motors, or "joint_forces", generalised forces along qd.
         tolerance: of the solve of each step, if it is tighter than the simulation's. threads: copies at a
             time, by default one per core; the result does not depend on it.
 
         Raises SimulationError if a step fails, InputError naming the argument.
         """
+        chosen("inputs", inputs, INPUTS)
         probe = self.copy()
         least = min(option("tolerance", tolerance), probe.options["tolerance"])
         if threads is not None:
             threads = int(option("threads", threads))
         probe.change_options(tolerance=least, threads=1)
-        return linearise_core(probe._core, self._model, self.dt, threads)
+        return linearise_core(probe._core, self._model, self.dt, inputs, threads)

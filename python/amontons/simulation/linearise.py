@@ -15,7 +15,6 @@ import numpy as np
 from .. import _core
 from ..checks import Array
 from ..errors import SimulationError
-from ..model.coordinates import degrees
 from ..model.model import Model
 from .processors import usable_cores
 from .tangent import angles, difference, integrate
@@ -32,8 +31,8 @@ class Linearisation:
     """x+ - f(x0, u0) = A (x - x0) + B (u - u0) for one time step dt.
 
     x: the changes of q along qd from the present q (nv), qd (nv), activations (na). For hinges and slides
-    rad and m, rad/s and m/s; of floating bases and balls in the axes of `qd`. u: controls of all actuators,
-    then targets of all motors.
+    rad and m, rad/s and m/s; of floating bases and balls in the axes of `qd`. u: the controls, in the order
+    of `Model.control_names`, or the forces along qd (N, N m).
     """
 
     A: Array
@@ -47,7 +46,7 @@ class Linearisation:
     states: tuple[str, ...]
     """names of the entries of x: hip.change, ..., hip.rate, ..., grip.activation"""
     inputs: tuple[str, ...]
-    """names of the entries of u: hip.control, screw.target"""
+    """names of the entries of u: hip.control, or hip.force"""
     residual: float
     """largest natural residual of the steps; above the tolerance A and B are not to be trusted"""
 
@@ -57,16 +56,18 @@ class Entry:
     """Something that is changed by so much to both sides."""
 
     kind: str
-    """q | qd | activations | controls | targets"""
+    """q | qd | activations | controls | joint_forces"""
     index: int
     low: float
     high: float
     """by how much"""
 
 
-def linearise_core(core: _core.Simulation, model: Model, dt: float, threads: int | None) -> Linearisation:
-    """See `Simulation.linearise`; `core` is a copy that may be changed."""
-    entries = [*_of_state(model), *_of_inputs(core, model)]
+def linearise_core(
+    core: _core.Simulation, model: Model, dt: float, inputs: str, threads: int | None
+) -> Linearisation:
+    """See `Simulation.linearise`."""
+    entries = [*_of_state(model), *_of_activations(core, model), *_of_inputs(core, model, inputs)]
     q, qd = model.tree.coordinates(core)
     base = Rows(model, q, dt)
     (middle,), residual = base.after([core.copy()], threads)
@@ -82,7 +83,7 @@ def linearise_core(core: _core.Simulation, model: Model, dt: float, threads: int
     start = np.concatenate([np.zeros(model.nv), qd, core.activations[activations]])
     matrix = np.array(columns).reshape(len(columns), len(start)).T
     size = len(start)
-    names = _names(model)
+    names = _names(model, inputs)
     return Linearisation(
         matrix[:, :size].copy(), matrix[:, size:].copy(), middle - start, dt, *names, residual
     )
@@ -97,7 +98,9 @@ class Rows:
     def after(self, copies: list[_core.Simulation], threads: int | None) -> tuple[list[Array], float]:
         """The state of each after a step, and the largest residual."""
         threads = threads or usable_cores()
-        q, qd, residuals, _, _, failures = _core.run_worlds(self.model.tree, copies, None, 1, 1, threads)
+        q, qd, residuals, _, _, failures = _core.run_worlds(
+            self.model.tree, copies, None, None, 1, 1, threads
+        )
         if any(failures):
             why = next(failure for failure in failures if failure)
             raise SimulationError(f"there is no linear model here, as a step fails: {why}")
@@ -113,10 +116,6 @@ def _activated(model: Model) -> list[int]:
     return [k for k, drive in enumerate(model.actuators) if drive.dynamics != "none"]
 
 
-def _motors(model: Model) -> list[int]:
-    return [k for k, (_, dof) in enumerate(degrees(model.joints)) if dof.motor.kind != "none"]
-
-
 def _of_state(model: Model) -> Iterator[Entry]:
     gravity = float(np.linalg.norm(model.gravity))
     # Rates that fall through Model.length would have; without gravity those that pass it in a second.
@@ -126,14 +125,22 @@ def _of_state(model: Model) -> Iterator[Entry]:
         yield from (Entry(kind, k, -by * unit, by * unit) for k, unit in enumerate(units.tolist()))
 
 
-def _of_inputs(core: _core.Simulation, model: Model) -> Iterator[Entry]:
+def _of_activations(core: _core.Simulation, model: Model) -> Iterator[Entry]:
     for k in _activated(model):
         drive, now = model.actuators[k], float(core.activations[k])
         yield _within("activations", k, now, drive.lower_activation, drive.upper_activation)
-    for k, drive in enumerate(model.actuators):
-        yield _within("controls", k, float(core.controls[k]), drive.lower_control, drive.upper_control)
-    for k in _motors(model):
-        yield _within("targets", k, float(core.targets[k]), -np.inf, np.inf)
+
+
+def _of_inputs(core: _core.Simulation, model: Model, inputs: str) -> Iterator[Entry]:
+    if inputs == "controls":
+        for k, (lower, upper) in enumerate(model.control_limits):
+            yield _within("controls", k, float(core.controls[k]), lower, upper)
+    else:
+        for k in range(model.nv):
+            yield _within("joint_forces", k, float(core.joint_forces[k]), -np.inf, np.inf)
+
+
+INPUTS = {"controls": None, "joint_forces": None}
 
 
 def _within(kind: str, index: int, now: float, lower: float, upper: float) -> Entry:
@@ -158,9 +165,9 @@ def _changed(
     return copy
 
 
-def _names(model: Model) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    drives, named = model.actuators, list(degrees(model.joints))
+def _names(model: Model, inputs: str) -> tuple[tuple[str, ...], tuple[str, ...]]:
     states = [f"{name}.change" for name in model.qd_names] + [f"{name}.rate" for name in model.qd_names]
-    states += [f"{drives[k].name}.activation" for k in _activated(model)]
-    inputs = [f"{drive.name}.control" for drive in drives]
-    return tuple(states), tuple(inputs + [f"{named[k][0]}.target" for k in _motors(model)])
+    states += [f"{model.actuators[k].name}.activation" for k in _activated(model)]
+    if inputs == "controls":
+        return tuple(states), tuple(f"{name}.control" for name in model.control_names)
+    return tuple(states), tuple(f"{name}.force" for name in model.qd_names)

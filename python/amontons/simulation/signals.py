@@ -25,8 +25,8 @@ SENSOR_UNITS = {
     "rangefinder": "m", "framepos": "m", "subtreecom": "m", "clock": "s",
 }  # fmt: skip
 """Units of sensors whose unit does not depend on what they are on."""
-TARGET_UNITS = {"effort": ("N", "N m"), "position": ("m", "rad")}
-"""Units of targets of motors by kind, on a slide and on a hinge; of all others a speed."""
+MOTOR_UNITS = {"effort": ("N", "N m"), "position": ("m", "rad")}
+"""Units of controls of motors by kind, on a slide and on a hinge; of all others that of a velocity."""
 STATE = {
     "positions": (("x", "y", "z"), "m"),
     "orientations": (("qw", "qx", "qy", "qz"), ""),
@@ -76,9 +76,9 @@ def _state_names(model: Model) -> Names:
 class Signals:
     """The signals of a model.
 
-    - NAME.motor of each degree of freedom with a motor or an actuator: the effort (N, N m). NAME.target of
-      each with a motor.
-    - NAME.control and NAME.effort of each actuator.
+    - NAME.motor of each degree of freedom with a motor or an actuator: the effort (N, N m).
+    - NAME.control of each actuator and motor, named as in `Model.control_names`.
+    - NAME.effort of each actuator.
     - NAME.fx, .fy, .fz (N), .tx, .ty, .tz (N m) of each joint and link: its reaction in world axes, as in
       `Simulation.joint_reactions` and `link_reactions`.
     - NAME, or NAME.x, .y, .z of each sensor.
@@ -90,16 +90,10 @@ class Signals:
     """by name, in the order of the values"""
 
     def __init__(self, model: Model) -> None:
-        self._motors = [k for k, (_, dof) in enumerate(degrees(model.joints)) if dof.motor.kind != "none"]
-        on = {
-            model.core.first_dof(drive.transmission.joint) + drive.transmission.dof
-            for drive in model.actuators
-            if drive.transmission.kind == "dof"
-        }
-        self._driven = sorted(on | set(self._motors))
+        self._driven = _driven(model)
         names = _state_names(model)
         known = len(names.units)
-        _name_drives(names, model, self._driven, self._motors)
+        _name_drives(names, model, self._driven)
         for owner in (*joint_labels(model.joints), *(link.name for link in model.links)):
             names.add(owner, WRENCH, WRENCH_UNITS, "reaction")
         for sensor in model.sensors:
@@ -113,9 +107,8 @@ class Signals:
             return np.zeros(0)
         core, model = simulation._core, simulation.model
         step = core.impulse_step or 1.0  # no impulses before the first step
-        parts = [motor_impulses(core, model)[self._driven] / step, core.targets[self._motors]]
-        drives = np.stack((core.controls, core.actuator_impulses / step), axis=1)
-        parts += [drives.ravel(), core.joint_reactions()[:, 3:].ravel() / step]
+        parts = [motor_impulses(core, model)[self._driven] / step, core.controls]
+        parts += [core.actuator_impulses / step, core.joint_reactions()[:, 3:].ravel() / step]
         if model.links:
             reactions = simulation.link_reactions
             parts.append(np.concatenate([reactions["force"], reactions["torque"]], axis=1).ravel())
@@ -124,17 +117,28 @@ class Signals:
         return np.concatenate(parts)
 
 
-def _name_drives(names: Names, model: Model, driven: Iterable[int], motors: Iterable[int]) -> None:
+def _driven(model: Model) -> list[int]:
+    """The degrees of freedom with a motor or an actuator."""
+    on = {k for k, (_, dof) in enumerate(degrees(model.joints)) if dof.motor.kind != "none"}
+    for drive in model.actuators:
+        if (t := drive.transmission).kind == "dof":
+            on.add(model.core.first_dof(t.joint) + t.dof)
+    return sorted(on)
+
+
+def _name_drives(names: Names, model: Model, driven: Iterable[int]) -> None:
     found = list(degrees(model.joints))
     for k in driven:
         name, dof = found[k]
         names.add(name, ("motor",), ("N m" if dof.kind == "hinge" else "N",), "joint")
-    for k in motors:
-        name, dof = found[k]
-        units = TARGET_UNITS.get(dof.motor.kind, ("m/s", "rad/s"))
-        names.add(name, ("target",), (units[dof.kind == "hinge"],), "joint")
-    for k, drive in enumerate(model.actuators):
-        on = drive.transmission
-        turns = on.kind == "dof" and model.joints[on.joint].dofs[on.dof].kind == "hinge"
-        units = ("", "N m" if turns else "N" if on.kind == "dof" else "")
-        names.add(drive.name or f"actuator {k}", ("control", "effort"), units, "actuator")
+    for name, (actuator, joint, d) in zip(model.control_names, model.core.controls, strict=True):
+        unit = ""
+        if actuator < 0:
+            dof = model.joints[joint].dofs[d]
+            unit = MOTOR_UNITS.get(dof.motor.kind, ("m/s", "rad/s"))[dof.kind == "hinge"]
+        names.add(name, ("control",), (unit,), "control")
+    for drive in model.actuators:
+        unit = ""
+        if (t := drive.transmission).kind == "dof":
+            unit = "N m" if model.joints[t.joint].dofs[t.dof].kind == "hinge" else "N"
+        names.add(drive.name, ("effort",), (unit,), "actuator")

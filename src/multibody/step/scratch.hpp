@@ -15,6 +15,7 @@ namespace amontons {
 // velocities at its start, free (with all loads, without impulses) and after it are arrays apart from them.
 struct StepScratch {
   State before;
+  double begun = 0;  // when the last substep began, s: the instant of its forces
   BodyFrames frames;
   JointContexts joints;
   JointError joint_error;

@@ -13,6 +13,7 @@
 #include "multibody/bodies/fluid.hpp"
 #include "multibody/contacts/warm_start.hpp"
 #include "multibody/joints/stiffening.hpp"
+#include "multibody/kinematics/joint_forces.hpp"
 #include "multibody/step/assemble.hpp"
 #include "multibody/step/closed_contacts.hpp"
 #include "multibody/step/impacts.hpp"
@@ -89,7 +90,9 @@ void Simulation::observe(double h, bool damped, StepClock& clock, Report& report
   // Motors of known effort are loads; whatever else acts on bodies and does not depend on what the step finds
   // would be added here.
   s.loads.assign(model.bodies(), BodyImpulse{});
+  s.begun = state_.time;
   add_motor_loads(model, s.joints, state_, h, s.loads);
+  add_joint_forces(*tree_, s.frames, s.joints, state_, h, s.loads);
   add_actuator_loads(model, s.frames, s.joints, s.start, state_, h, s.loads);
   add_fluid_loads(model, s.frames, s.mobility, s.start, h, s.loads);
   make_free_velocities(model, state_, h, s.frames, s.mobility, s.start, s.loads, damped, s.free, s.spins);

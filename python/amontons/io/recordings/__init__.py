@@ -30,9 +30,8 @@ def record(
 ) -> Recorder:
     """Begin a recording of a simulation; `read_recording` reads it.
 
-    with amontons.record("run.h5", sim) as recorder:
-        while sim.time < 2:
-            recorder.add(sim.step())
+    with amontons.record("run.h5", simulation) as recorder:
+        simulation.run(2.0, after_step=recorder)  # or recorder.add(simulation.step())
 
     path: names the file from now on. It can be read at any time, and whatever ends the process, all but the
         last second is in it. close(), or the end of the block, marks it as complete; an exception does not.

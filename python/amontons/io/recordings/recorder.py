@@ -58,8 +58,9 @@ class _Item(NamedTuple):
 class Recorder:
     """Writes a recording while a simulation runs; `amontons.record` makes one.
 
-    add(report) after every step. The file has its name from the beginning and can be read at any time;
-    close(), or the end of a `with` block, marks it as complete, unless an exception ended it.
+    add(report) after every step, or `simulation.run(..., after_step=recorder)`. The file has its name from
+    the beginning and can be read at any time; close(), or the end of a `with` block, marks it as complete,
+    unless an exception ended it.
     """
 
     def __init__(
@@ -116,6 +117,12 @@ class Recorder:
         item = self._item(report)
         size = sum(np.asarray(v).nbytes for v in (item.frame or {}).values())
         self._background.put(item, 200 + size + (0 if item.contacts is None else item.contacts.nbytes))
+
+    def __call__(self, simulation: Simulation, report: Report) -> None:
+        """The recorder as an `after_step` of its simulation."""
+        if simulation is not self._simulation:
+            raise InputError(f"{self.path} records another simulation; give each a recorder of its own")
+        self.add(report)
 
     def close(self, *, complete: bool = True) -> None:
         """Write what is left, and whether that is all."""
