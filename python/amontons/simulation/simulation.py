@@ -296,8 +296,8 @@ class Simulation(Acting):
 
         before_step: called as before_step(simulation) before each step, to set controls and loads.
         after_step: called as after_step(simulation, report) after each step; a true result ends the run.
-        They come after those in the lists `Simulation.before_step` and `after_step`. Without any of them all steps
-        are made by the compiled module; Ctrl-C ends between two of them.
+        They come after those in the lists `Simulation.before_step` and `after_step`. Without any of them all
+        steps are made by the compiled module; Ctrl-C ends between two of them.
         """
         steps = max(1, math.ceil(option("duration", duration) / self.dt - 1e-9))
         function("before_step", before_step)
