@@ -67,7 +67,7 @@ MOST_READINGS = 20_000_000
 
 @dataclass
 class Outcome:
-    """What came of a run."""
+    """The result of a run."""
 
     reports: list[Report] = field(default_factory=list)
     frames: list[Any] = field(default_factory=list)
@@ -178,7 +178,7 @@ def _end(chosen: Subject, outcome: Outcome, written: Sequence[Path], as_json: bo
 
 
 def _require(chosen: Subject, snapshots: int, view: View, save: Path | None) -> None:
-    """What cannot be pictured or saved is refused before minutes of work."""
+    """Outputs that cannot be drawn or saved are refused before the run starts."""
     if isinstance(view.target, str):
         chosen.simulation.model.body_index(view.target)
     if snapshots < 0:
@@ -211,7 +211,7 @@ def _steps(subject: Subject, duration: float | None) -> int:
 
 
 def _measured(chosen: Subject, steps: int) -> Signals | None:
-    """What the table of steps has besides reports; None, with a note, where that would be too much."""
+    """The signals of the table of steps; None, with a note, where they would be too many."""
     signals = Signals(chosen.simulation.model)
     if steps * len(signals.units) <= MOST_READINGS:
         return signals

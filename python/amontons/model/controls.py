@@ -64,6 +64,6 @@ def no_control(
         return InputError(f'joint "{key}" has no motor; the actuator "{by[0]}" drives it: give its name')
     return InputError(
         f'joint "{key}" has no motor; give it one by builder.set_motor({shown(key)}, Motor("position", '
-        "kp=...)), or all joints of a URDF by load_model(path, motors=Motor(...)); forces without a motor are "
-        "in simulation.state.joint_forces"
+        "kp=...)), or all joints of a URDF by load_model(path, motors=Motor(...)); forces without a motor "
+        "are in simulation.state.joint_forces"
     )

@@ -1,4 +1,4 @@
-"""What a simulation tells beyond its state: contact events, inverse kinematics, gravity, linear models."""
+"""Results of a state: contact events, inverse kinematics, gravity compensation, linear models."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from .queries import Queries
 
 
 class Analysis(Queries):
-    """What `Simulation` works out of its state; nothing of it changes the state unless that is asked for."""
+    """Results that `Simulation` computes from its state, which they do not change by default."""
 
     _core: _core.Simulation
     _model: Model
@@ -30,11 +30,11 @@ class Analysis(Queries):
 
     @property
     def contact_events(self) -> ContactEvents:
-        """Which pairs of geoms began to carry a contact force in the last step, and which ceased to.
+        """The pairs of geoms that began to carry a contact force in the last step, and those that ceased to.
 
         (began, ended), arrays with the fields body_a, body_b, geom_a, geom_b, link_a, link_b of `contacts`.
-        Against the step before; impacts count. After reset(), load() and unpickling all that touches begins.
-        Nothing began or ended in a step that failed.
+        They compare the last step with the one before it; impacts count. After reset(), load() and unpickling
+        every pair that touches begins. Nothing began or ended in a step that failed.
         """
         return contact_events(self._core, self._model)
 
@@ -98,12 +98,12 @@ class Analysis(Queries):
     def linearise(
         self, *, inputs: str = "controls", tolerance: float = 1e-10, threads: int | None = None
     ) -> Linearisation:
-        """How the state after a time step follows from state and inputs before it: A and B at the present.
+        """A and B of one time step: the state after it as a linear function of state and inputs before it.
 
-        By central differences, with a step of a copy for each; copies run side by side. `Linearisation` says
-        what the state and the inputs are, in which order and units. Where contacts begin, end or start to
-        slide there is no derivative: there the numbers are those of a change of 1e-6. Callbacks are not
-        called. Where loops are closed, each state is the nearest at which they are.
+        By central differences, each a step of a copy; the copies run side by side. `Linearisation` describes
+        the state and the inputs, their order and units. If contacts begin, end or start to slide, there is no
+        derivative: the numbers then belong to a change of 1e-6. Functions of before_step and after_step are
+        not called. Each changed state is the nearest one with closed loops.
 
         inputs: "controls", of actuators and motors, or "joint_forces", generalised forces along qd.
         tolerance: of the solve of each step, if it is tighter than the simulation's. threads: copies at a

@@ -1,4 +1,4 @@
-"""Which pairs of shapes began to touch in a step, and which ceased to."""
+"""Pairs of shapes that began to touch in a step, and those that ceased to."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ PAIRS = np.dtype([(name, np.int32) for name in ("body_a", "body_b", "geom_a", "g
 
 
 class ContactEvents(NamedTuple):
-    """What changed between the last step and the one before it, in the order of the indices."""
+    """Differences between the last step and the one before it, in the order of the indices."""
 
     began: Table
     """pairs of geoms that carry a force since the last step, impacts included"""

@@ -37,7 +37,7 @@ SEED = 1
 
 @dataclass(frozen=True)
 class IkSolution:
-    """What `Simulation.solve_ik` found."""
+    """The result of `Simulation.solve_ik`."""
 
     q: Array
     """(nq,): the nearest that was found, within the limits of joints"""
@@ -256,7 +256,7 @@ def _error(arm: Arm, goal: Goal) -> Array:
 
 
 def _norms(arm: Arm, goal: Goal, left: Array) -> tuple[float, float]:
-    """Of what is left: m, rad."""
+    """Distance (m) and angle (rad) that are left."""
     position = float(np.linalg.norm(left[:3])) if goal.position is not None else 0.0
     turn = left[-3:] if goal.orientation is not None else np.zeros(3)
     return position, float(np.linalg.norm(turn)) / arm.model.length
@@ -288,7 +288,7 @@ def _step(arm: Arm, goal: Goal, left: Array, damping: float) -> Array:
 
 
 def _jacobian(arm: Arm, goal: Goal) -> Array:
-    """The rows of the frame that are asked for, angles by Model.length."""
+    """The rows of the goal, angles by Model.length."""
     place = _seen(arm, goal).position[0]
     jacobian = arm.model.tree.jacobian(arm.core, goal.body, tuple(place.tolist()))
     parts = [] if goal.position is None else [jacobian[:3]]

@@ -90,7 +90,7 @@ def linearise_core(
 
 
 class Rows:
-    """What copies of a simulation come to in a step."""
+    """States of copies of a simulation after a step."""
 
     def __init__(self, model: Model, q: Array, dt: float) -> None:
         self.model, self.q, self.dt = model, q, dt

@@ -1,5 +1,5 @@
-"""What is measured on a simulation, as numbers with names: `screw.motor`, `foot.fx`. Recordings, tables and
-reports have a column for each."""
+"""Measured numbers with names, such as `screw.motor` and `foot.fx`: the columns of recordings, tables and
+reports."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from .simulation import Simulation
 WRENCH = ("fx", "fy", "fz", "tx", "ty", "tz")
 WRENCH_UNITS = ("N",) * 3 + ("N m",) * 3
 AXES = {3: ("x", "y", "z"), 4: ("qw", "qx", "qy", "qz")}
-"""What the values of a sensor of several are called."""
+"""Names of the values of a sensor that has several."""
 SENSOR_UNITS = {
     "accelerometer": "m/s^2", "framelinacc": "m/s^2", "frameangacc": "rad/s^2",
     "velocimeter": "m/s", "framelinvel": "m/s", "subtreelinvel": "m/s",

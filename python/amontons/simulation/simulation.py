@@ -51,19 +51,19 @@ PATIENCE = 0.05
 
 @hook
 def save_file(simulation: Simulation, path: str | PathLike[str]) -> None:
-    """What `Simulation.save` calls; amontons.io supplies it."""
+    """Function behind `Simulation.save`; amontons.io supplies it."""
     raise NotImplementedError("import amontons.io, which writes files")
 
 
 @hook
 def load_file(path: str | PathLike[str], options: dict[str, Any]) -> Simulation:
-    """What `Simulation.load` calls; amontons.io supplies it."""
+    """Function behind `Simulation.load`; amontons.io supplies it."""
     raise NotImplementedError("import amontons.io, which reads files")
 
 
 @hook
 def open_viewer(simulation: Simulation, options: dict[str, Any]) -> Any:
-    """What `Simulation.view` calls; amontons.viewer supplies it."""
+    """Function behind `Simulation.view`; amontons.viewer supplies it."""
     raise NotImplementedError("import amontons.viewer, which shows simulations")
 
 
@@ -297,8 +297,8 @@ class Simulation(Acting, Analysis):
 
         before_step: called as before_step(simulation) before each step, to set controls and loads.
         after_step: called as after_step(simulation, report) after each step; a true result ends the run.
-        They come after those in the lists `Simulation.before_step` and `after_step`. Without any of them all steps
-        are made by the compiled module; Ctrl-C ends between two of them.
+        They come after those in the lists `Simulation.before_step` and `after_step`. Without any of them all
+        steps are made by the compiled module; Ctrl-C ends between two of them.
         """
         steps = max(1, math.ceil(option("duration", duration) / self.dt - 1e-9))
         function("before_step", before_step)
@@ -347,7 +347,7 @@ class Simulation(Acting, Analysis):
 
     @property
     def joint_efforts(self) -> Table:
-        """What acted along each degree of freedom in the last step (N or N m), and its coordinate.
+        """Efforts along each degree of freedom in the last step (N or N m), and its coordinate.
 
         Fields: joint, dof, coordinate, control (of its motor, NaN without one), passive (spring, damper and
         armature), motor (with the actuators on it), friction, limit. The coordinate is that of the instant to
@@ -357,7 +357,7 @@ class Simulation(Acting, Analysis):
 
     @property
     def tendon_efforts(self) -> Table:
-        """What acted along each tendon in the last step (N, N m), and where the tendon is now.
+        """Forces along each tendon in the last step (N, N m), and its present length.
 
         Fields: tendon, length (m, or the unit of its joints), rate, passive (spring, damper and armature),
         friction, limit; efforts are positive where they lengthen it. Actuators are in `actuator_efforts`.
@@ -366,7 +366,7 @@ class Simulation(Acting, Analysis):
 
     @property
     def actuator_efforts(self) -> Table:
-        """What each actuator did in the last step, and where it is now.
+        """Effort of each actuator in the last step, and its present length.
 
         Fields: actuator, control, activation, length, rate (of its transmission, gear included), effort (N,
         N m).

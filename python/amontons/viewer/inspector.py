@@ -1,4 +1,4 @@
-"""What is picked, and sliders for what moves it."""
+"""The picked body, and sliders for its joints."""
 
 from __future__ import annotations
 
@@ -103,7 +103,7 @@ def reach(model: Model, joint: int, k: int) -> tuple[float, float]:
 
 
 def control_range(model: Model, control: int, now: float) -> tuple[float, float]:
-    """What a control may be: of a position motor where the coordinate may be."""
+    """Range of a control: that of the coordinate for a position motor."""
     actuator, joint, dof = model.core.controls[control]
     if actuator < 0 and model.joints[joint].dofs[dof].motor.kind == "position":
         return reach(model, joint, dof)

@@ -65,7 +65,7 @@ Simulation& Simulation::operator=(const Simulation& other) {
   problem_ = other.problem_;
   x_ = other.x_;
   scratch_->before = other.scratch_->before;
-  scratch_->frames = other.scratch_->frames;
+  scratch_->stood = other.scratch_->stood;
   scratch_->begun = other.scratch_->begun;
   return *this;
 }
@@ -81,15 +81,15 @@ State Simulation::first_state() const {
   return state;
 }
 
-// Frames are those of the last substep, as corrections of positions left them before its impulses acted.
+// Corrections of positions are in the poses, which are those in which the impulses acted.
 StepInstant Simulation::instant() const {
-  const BodyFrames& frames = scratch_->frames;
-  AMONTONS_REQUIRE(state_.impulse_step > 0 && frames.size() == model_->bodies(),
+  const std::vector<Transform>& poses = scratch_->stood;
+  AMONTONS_REQUIRE(state_.impulse_step > 0 && poses.size() == model_->bodies(),
                    "there was no step yet to which forces could belong; call step() first");
   State there = state_;
-  for (std::size_t i = 0; i < frames.size(); ++i) {
-    there.positions[i] = frames[i].pose.position;
-    there.orientations[i] = frames[i].pose.rotation;
+  for (std::size_t i = 0; i < poses.size(); ++i) {
+    there.positions[i] = poses[i].position;
+    there.orientations[i] = poses[i].rotation;
   }
   return {scratch_->begun, read_coordinates(*tree_, there).q};
 }

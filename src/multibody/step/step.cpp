@@ -90,7 +90,6 @@ void Simulation::observe(double h, bool damped, StepClock& clock, Report& report
   // Motors of known effort are loads; whatever else acts on bodies and does not depend on what the step finds
   // would be added here.
   s.loads.assign(model.bodies(), BodyImpulse{});
-  s.begun = state_.time;
   add_motor_loads(model, s.joints, state_, h, s.loads);
   add_joint_forces(*tree_, s.frames, s.joints, state_, h, s.loads);
   add_actuator_loads(model, s.frames, s.joints, s.start, state_, h, s.loads);
@@ -183,6 +182,9 @@ void Simulation::move_on(double h) {
   std::swap(x_, s.vi.solution.x);
   s.spare = exchange(problem_, std::move(s.vi.problem));
   fill_reactions(s.joints, state_, s.impacts, reactions_);
+  s.begun = state_.time;
+  s.stood.clear();
+  for (const BodyFrame& body : s.frames) s.stood.push_back(body.pose);
   integrate(*model_, s.frames, s.spins, s.after, h, state_);
   advance_activations(*model_, h, state_);
 }

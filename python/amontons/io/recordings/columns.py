@@ -1,4 +1,4 @@
-"""What a recording holds as columns with names: numbers over time."""
+"""Columns of a recording by name: numbers over time."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ class Column:
 
 
 class Recorded(Protocol):
-    """What a recording has."""
+    """The parts of a recording that columns come from."""
 
     times: Any
     positions: Any

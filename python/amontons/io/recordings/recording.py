@@ -157,7 +157,7 @@ class Recording:
 
     @cached_property
     def signal_units(self) -> dict[str, str]:
-        """Unit by name of what `signals` has of each frame: motor efforts, controls, reactions, sensors."""
+        """Unit by name of each column of `signals`: motor efforts, controls, reactions, sensors."""
         if self.signals is None:
             return {}
         units = self._reader.sub("signals").parsed("units", json.loads)
@@ -170,14 +170,14 @@ class Recording:
 
     @cached_property
     def columns(self) -> dict[str, str]:
-        """Unit by name of what `column` gives: signals, joints, bodies and reports, in this order."""
+        """Unit by name of each column: signals, joints, bodies and reports, in this order."""
         return units_of(self)
 
     def column(self, name: str) -> Column:
-        """What was recorded under a name, over time: "screw.motor", "foot.fx", "ball.z", "residual".
+        """A recorded number over time by name: "screw.motor", "foot.fx", "ball.z", "residual".
 
-        Of states and signals a value for each frame, of reports for each step. Raises InputError, which
-        lists the known names, where there is no such column.
+        States and signals have a value for each frame, reports for each step. Raises InputError, which lists
+        the known names, if there is no such column.
         """
         return column_of(self, name)
 
@@ -257,8 +257,9 @@ def _format(path: Path, file: h5py.File) -> str:
 
 
 def _settled(path: Path, look: Callable[[], T]) -> T:
-    """What a look at a file gives. Of a file that its writer opens or closes just now HDF5 says that it is
-    damaged, so that one which changes is looked at again."""
+    """Returns the result of `look`. HDF5 reports a file as damaged while its writer opens or closes it, so
+    `look` is called again while the file changes.
+    """
     end = time.monotonic() + LONGEST_WAIT
     while True:
         before = path.stat()
