@@ -68,7 +68,10 @@ class BadDiagonal:
             (EYE, ONES, [amontons.Bilateral(2)]),
             r"the cones have 2 rows in all but A has 3 \(a friction cone takes",
         ),
-        ((EYE, ONES, [3]), r"cones\[0\] is a int; it must be Bilateral, NonNegative, Interval, Friction, Ell"),
+        (
+            (EYE, ONES, [3]),
+            r"cones\[0\] is a int; it must be Bilateral, NonNegative, Interval, Friction, Ell",
+        ),
         ((EYE, ONES, 3), "cones is a int; give a list of cone objects or a name"),
         ((EYE, ONES, "friction"), r"no friction coefficient: give mu=, or Friction\(mu\)"),
     ],

@@ -9,7 +9,7 @@ import pytest
 from amontons import scenes
 
 ROOT = Path(__file__).resolve().parents[2]
-EXAMPLES = sorted((ROOT / "examples").glob("*.py"))
+EXAMPLES = sorted([*(ROOT / "examples").glob("*.py"), *(ROOT / "examples" / "first_hour").glob("*.py")])
 # All that have Python blocks.
 DOCUMENTS = [
     page.relative_to(ROOT)

@@ -214,10 +214,6 @@ def test_wrong_simulations(model):
     ):
         with pytest.raises(amontons.InputError, match=message):
             rollout(model, states, steps=1)
-    world = Simulation(model)
-    world.force_callbacks.append(print)
-    with pytest.raises(amontons.InputError, match=r"states\[0\] has force_callbacks"):
-        rollout(model, [world], steps=1)
     with pytest.raises(amontons.InputError, match="dt: simulations have their own options"):
         rollout(model, [Simulation(model)], steps=1, dt=1e-3)
 

@@ -84,9 +84,7 @@ class Problem:
         self._scale = S = units.scale_of(self._A, self._cones)
         self._b: Array | None = None if S is None else right.copy()
         core_b = right if S is None else S * right
-        self._core = _core.Problem(
-            units.scaled(self._A, S), core_b, cones_.to_core(self._cones, S), core_law
-        )
+        self._core = _core.Problem(units.scaled(self._A, S), core_b, cones_.to_core(self._cones, S), core_law)
         self.name, self.description, self.source = (
             text(what, value)
             for what, value in (("name", name), ("description", description), ("source", source))
@@ -208,9 +206,7 @@ class Problem:
 
     def residual(self, x: ArrayLike, *, law: str | None = None, norm: str = "natural") -> float:
         """The residual of x under the law of the problem, or the `law` given; see `amontons.residual`."""
-        return self._core.residual(
-            self._to_core("x", x), self._law(law), chosen("norm", norm, options.NORMS)
-        )
+        return self._core.residual(self._to_core("x", x), self._law(law), chosen("norm", norm, options.NORMS))
 
     def project(self, x: ArrayLike) -> Array:
         """Pi_K(x), (m,): the nearest point of each cone, in the metric of `P`.

@@ -171,7 +171,7 @@ void update_coordinates(const Model& model, const BodyFrames& bodies, State& sta
 }
 
 // Dofs of a joint whose bodies do not fit T(0) get the coordinates of the given poses, not zeros; motors get
-// the targets of the description; no impulses, as there was no step.
+// the controls of the description; no impulses, as there was no step.
 State initial_state(const Model& model) {
   State s;
   // The poses as they are given, of unit quaternions to rounding; a description allows 1e-6.
@@ -196,7 +196,8 @@ State initial_state(const Model& model) {
     s.activations.push_back(actuator.activation);
   }
   for (const Joint& joint : model.description().joints)
-    for (const Dof& dof : joint.dofs) s.targets.push_back(dof.motor.target);
+    for (const Dof& dof : joint.dofs)
+      if (dof.motor.kind != MotorKind::none) s.controls.push_back(dof.motor.control);
   BodyFrames frames;
   BodyMobilities mobility;
   BodyVelocities velocities;
