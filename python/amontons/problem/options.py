@@ -80,7 +80,8 @@ def methods() -> tuple[str, ...]:
 def require_method(method: object) -> str:
     if not isinstance(method, str) or method not in methods():
         raise InputError(
-            f"unknown method {shown(method)}{suggestion(method, methods(), METHOD_TERMS)}; known are {', '.join(methods())}"
+            f"unknown method {shown(method)}{suggestion(method, methods(), METHOD_TERMS)}; "
+            f"known are {', '.join(methods())}"
         )
     return method
 

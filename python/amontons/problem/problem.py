@@ -44,8 +44,8 @@ class Problem:
         array with both triangles, a dense array, a LinearOperator, `Factored` or `Contacts`.
     b: (m,) velocities of the constraints without impulses (m/s), u = A x + b.
     cones: cone objects in row order (`Bilateral`, `NonNegative`, `Interval`, `Friction`, `EllipticFriction`,
-        `RollingFriction`), or one name for all rows: "bilateral", "nonnegative", "friction". Rows of moments take
-        N m s in x and rad/s in u.
+        `RollingFriction`), or one name for all rows: "bilateral", "nonnegative", "friction". Rows of moments
+        take N m s in x and rad/s in u.
     mu: friction coefficients, one or one per contact, for friction cones that do not carry theirs.
     name, description, source: free text; notes: what a reader changed or wants to say.
     f: (6 n,) generalised impulse of the free motion when A is `Factored` (b already contains D M^-1 f); kept
@@ -180,7 +180,7 @@ class Problem:
         threads: int | None = None,
         **method_options: Any,
     ) -> Solution:
-        """Solve the problem under its law, or the `law` given; the arguments are those of `amontons.solve`."""
+        """Solve the problem under its law, or the given `law`; arguments as in `amontons.solve`."""
         method = options.require_method(method)
         opts = options.core_options(
             method,
