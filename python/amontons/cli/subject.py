@@ -238,7 +238,7 @@ def _key_and_text(setting: str) -> tuple[str, str]:
 
 
 def _kind(default: Any) -> str:
-    """What a value like the default is called."""
+    """Name of the type of the default value, for messages."""
     match default:
         case bool():
             return "true or false"

@@ -53,7 +53,7 @@ class Problem:
     guesses: known approximate x, each (m,).
     law: "coulomb", true Coulomb friction by the correction of De Saxce (1992); or "associated", its convex
         relaxation, in which sliding contacts separate with u_n = mu |u_t|. It is the law by which the problem
-        is solved and judged where no other is asked for; without friction both are the same.
+        is used to solve and to compute residuals unless another is given; without friction both are the same.
 
     Raises InputError that names what is wrong: shapes, NaN, an unsymmetric or indefinite matrix (where its
     diagonal shows it), negative mu, cones that do not add up to m rows.

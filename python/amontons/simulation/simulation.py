@@ -76,7 +76,7 @@ class Simulation(Acting, Analysis):
     method: or a function (problem, x0, options) -> x of the Problem of a step, a start (m,) in K and
     `SolveOptions`, which returns impulses (m,). Our residual judges x: where it misses the tolerance the step
     did not converge and ends with the safe step, as with every method. x that is not finite counts as zero.
-    What the function raises ends the step, with the state put back; so does x of another shape.
+    An error of the function ends the step and restores the state; so does x of another shape.
     budget: wall clock of a step (s), None for no limit; results then depend on the machine.
     margin: contacts are found up to this gap (m), by default a fiftieth of `Model.length`.
     recovery: how errors of position (overlaps, joints apart, violated limits) are taken back: "projection"
@@ -437,7 +437,7 @@ class Simulation(Acting, Analysis):
 
         Its lists `before_step` and `after_step` are its own and hold the same functions. `copy.copy` and
         `copy.deepcopy` do the same. Pickling leaves out the tables of the last step (contacts, reactions,
-        problem), which the next step makes anew.
+        problem), which the next step makes again.
         """
         other = object.__new__(type(self))
         other.__dict__.update(self.__dict__)
