@@ -91,7 +91,6 @@ class Material:
             raise InputError(f"material: restitution is {self.restitution:g}; it must lie in [0, 1]")
 
 
-@guided
 MOTOR_TERMS = {
     "force": "effort",
     "general": "effort",
@@ -105,6 +104,7 @@ MOTOR_TERMS = {
 """What a kind of motor is called elsewhere -> here."""
 
 
+@guided
 @dataclass(frozen=True)
 class Motor:
     """What drives a degree of freedom besides its spring; its target can change during a simulation."""
