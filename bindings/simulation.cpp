@@ -201,7 +201,10 @@ struct Held {
   Held(const Held&) = delete;
   Held& operator=(const Held&) = delete;
   ~Held() {
-    if (!nb::is_alive()) return void(object.release());
+    if (!nb::is_alive()) {
+      object.release();
+      return;
+    }
     nb::gil_scoped_acquire gil;
     object.reset();
   }
