@@ -151,7 +151,7 @@ class Course:
 
 @dataclass(frozen=True)
 class Rows:
-    """What worlds are given, row by row; None leaves it as it is."""
+    """Inputs of worlds, row by row; None leaves them as they are."""
 
     controls: Array | None
     """(worlds, rows, controls)"""
@@ -195,8 +195,7 @@ def advance_watched(
     after_step: AfterStep | None,
     stopped: list[bool],
 ) -> Course:
-    """What `advance_worlds` does, step by step with what is called before and after each; marks worlds that
-    after_step stopped."""
+    """Advance worlds as `advance_worlds` does, with functions around steps; mark worlds that after_step stops."""
     model, count = worlds[0].model, len(worlds)
     q, qd, residuals = (np.full((count, rows.count, *n), np.nan) for n in ((model.nq,), (model.nv,), ()))
     missed = np.zeros((count, rows.count), dtype=np.uint64)
