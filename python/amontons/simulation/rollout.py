@@ -195,7 +195,7 @@ def advance_watched(
     after_step: AfterStep | None,
     stopped: list[bool],
 ) -> Course:
-    """Advance worlds as `advance_worlds` does, with functions around steps; mark worlds that after_step stops."""
+    """Advance worlds with functions around steps; mark worlds that after_step stops."""
     model, count = worlds[0].model, len(worlds)
     q, qd, residuals = (np.full((count, rows.count, *n), np.nan) for n in ((model.nq,), (model.nv,), ()))
     missed = np.zeros((count, rows.count), dtype=np.uint64)
