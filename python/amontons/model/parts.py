@@ -92,6 +92,7 @@ class Material:
 
 
 MOTOR_TERMS = {
+    "angle": "position",
     "force": "effort",
     "general": "effort",
     "motor": "effort",

@@ -86,8 +86,9 @@ class Acting(Driving):
     def reaction(self, joint: int | str) -> Reaction:
         """Reaction of a joint in the last step, by index or name, on its body A.
 
-        joint: or a link of a file, or the fixed joint that holds it on its body: then from the balance of
-        what hangs on it, in the present pose (`link_reactions`). Raises InputError before the first step.
+        joint: may also be a link of a file, or the fixed joint that holds it on its body. Its reaction
+        follows from the balance of all that it carries, in the present pose (`link_reactions`). Raises
+        InputError before the first step.
         """
         time, _ = self._core.instant()
         for k, link in enumerate(self._model.links):
