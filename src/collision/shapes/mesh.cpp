@@ -9,6 +9,7 @@
 #include <tuple>
 #include <utility>
 
+#include "amontons/base/elementary.hpp"
 #include "amontons/base/error.hpp"
 #include "collision/shapes/triangle_mesh.hpp"
 
@@ -89,7 +90,7 @@ double outer_angle(const TriangleMesh& mesh, const SharedEdge& e, const SharedEd
   const Vec3 &a = mesh.corner(e.triangle, e.k), &b = mesh.corner(e.triangle, e.k + 1);
   const Vec3 &n = mesh.normals[e.triangle], inward = cross(n, normalised(b - a));
   const Vec3 to = mesh.corner(other.triangle, other.k + 2) - a;
-  const double angle = std::atan2(dot(n, to), dot(inward, to));
+  const double angle = elementary::atan2(dot(n, to), dot(inward, to));
   // The back of a sheet lies on its front: all the way round, not at no angle at all.
   return angle > 1e-9 ? angle : angle + 2 * std::numbers::pi;
 }
@@ -164,7 +165,7 @@ void describe_vertices(TriangleMesh& mesh) {
       joined.emplace_back(next, v);
       const Vec3 a = normalised(mesh.corner(t, k + 1) - mesh.corner(t, k));
       const Vec3 b = normalised(mesh.corner(t, k + 2) - mesh.corner(t, k));
-      mesh.vertex_normals[v] += std::atan2(norm(cross(a, b)), dot(a, b)) * mesh.normals[t];
+      mesh.vertex_normals[v] += elementary::atan2(norm(cross(a, b)), dot(a, b)) * mesh.normals[t];
       const collision::EdgeKind kind = mesh.edges[t][k];
       for (std::int32_t end : {v, next}) {
         mesh.is_active[end] |= kind != collision::EdgeKind::flat;
