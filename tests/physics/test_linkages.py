@@ -174,10 +174,10 @@ def crank_torque(a, w, r=0.2, l=0.6, gravity=9.81):
 
 
 def test_efforts_belong_to_the_start_of_the_step():
-    # The torque of a step is that of the pose at its start: the mean of two steps to 1e-4 of the largest at 1 ms,
-    # which is of second order. Single steps alternate about it (joints are a midpoint rule). With the coordinate
-    # of now the torque is off by w h times its slope, 1.1 %. Breaks when an effort, the coordinate that comes with
-    # it or Simulation.instant are those of another instant.
+    # The torque of a step is that of the pose at its start: the mean of two steps to 1e-4 of the largest at
+    # 1 ms, which is of second order. Single steps alternate about it (joints are a midpoint rule). With the
+    # coordinate of now the torque is off by w h times its slope, 1.1 %. Breaks when an effort, the coordinate
+    # that comes with it or Simulation.instant are those of another instant.
     w, h = 2 * math.pi, 1e-3
     sim = simulate("slider_crank", {"speed": w}, dt=h)
     run(sim, 0.1)  # past the start, whose velocities are those of no step
