@@ -13,8 +13,8 @@ namespace amontons {
 
 namespace {
 
-// A function pointer per method: one indirect call per solve, none inside. A new method is a line here, and
-// its section in docs/methods.md.
+// One function pointer per method: one indirect call per solve, none inside. A new method needs a line here
+// and a section in docs/methods.md.
 constexpr std::array<std::pair<std::string_view, Method>, 11> methods{{
     {"auto", static_cast<Method>(automatic)},
     {"p-spg-fb", spg},
@@ -29,8 +29,8 @@ constexpr std::array<std::pair<std::string_view, Method>, 11> methods{{
     {"newton", newton},
 }};
 
-// s: what follows the last iteration, products and natural maps of the whole, belongs to a deadline; a tenth
-// of it at most.
+// Time for the work after the last iteration (s), which the deadline includes: products and natural maps of
+// the whole problem; at most a tenth of the deadline.
 double ending(const Problem& problem, double deadline) {
   constexpr double per_block = 2e-7, most = 0.1;
   if (!std::isfinite(deadline)) return 0;
