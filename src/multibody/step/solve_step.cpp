@@ -1,6 +1,6 @@
-// The solve of a step. A scene that rests presents almost the same problem again and again. A start within
-// the tolerance is accepted. Where the start is nearly a solution, the solve aims below the tolerance, so
-// that the starts of the next steps are within it.
+// The solve of a step. A resting scene presents almost the same problem in each step. A start within the
+// tolerance is accepted. If the start is nearly a solution, the solve aims below the tolerance, so that the
+// starts of the next steps are within it.
 #include "multibody/step/solve_step.hpp"
 
 #include <algorithm>
@@ -15,7 +15,7 @@ namespace amontons {
 
 namespace {
 
-// Solution::method of a start that is accepted.
+// Solution::method of an accepted start.
 constexpr const char* warm_start = "warm start";
 
 Solution solution_without_rows() {
@@ -32,7 +32,7 @@ Solution solve_with(const StepSolver& solver, const Problem& problem, const Opti
   return solve(problem, solver.method, options);
 }
 
-// x and u of the start, projected; its residual.
+// Projects the start and forms its u; returns its residual.
 double look_at_start(const Problem& problem, const Options& options, Solution& s) {
   s.x.resize(problem.rows());
   s.u.resize(problem.rows());
@@ -42,7 +42,7 @@ double look_at_start(const Problem& problem, const Options& options, Solution& s
   return residual(problem, options.law, s.x, s.u);
 }
 
-// The start as the solution, with the residual that it has.
+// The start as the solution, with its residual.
 Solution accepted(const Problem& problem, Solution memory, double residual) {
   Solution s;
   s.x = std::move(memory.x);
@@ -55,9 +55,9 @@ Solution accepted(const Problem& problem, Solution memory, double residual) {
   return s;
 }
 
-// If little of the budget is left, a first-order method. Out of budget it makes a few iterations all the
-// same, or goes on with the impulses of the last step if positions were corrected in the time of these. The
-// safe step restores the joints afterwards.
+// If little of the budget is left, runs a first-order method. Out of budget this makes a few iterations. If
+// positions were corrected in their time, the impulses of the last step are used instead. The safe step
+// restores the joints afterwards.
 Solution solve_within_budget(const StepSolver& solver, const Problem& problem, std::span<const double> x0) {
   Options options = solver.options;
   options.x0 = x0;
@@ -82,7 +82,7 @@ Solution solve_within_budget(const StepSolver& solver, const Problem& problem, s
   return s;
 }
 
-// Solves again to the tolerance from the x of s, which becomes the better of both.
+// Solves again to the tolerance from the x of s; s becomes the better of the two.
 void go_on(const StepSolver& solver, const Problem& problem, Options options, double tolerance, Solution& s) {
   const std::vector<double> start = s.x;
   options.x0 = start;
@@ -94,23 +94,23 @@ void go_on(const StepSolver& solver, const Problem& problem, Options options, do
   take_better(s, std::move(other));
 }
 
-// Goes on until light bodies are right in their own measure, as far as they come: the tolerance of the step
-// is kept already.
+// Continues until light bodies are accurate in their own measure, if possible; the tolerance of the step is
+// already met.
 Solution solve_for_light_bodies(const StepSolver& solver, const Problem& problem, Solution s) {
   if (s.status != Status::converged || off("light bodies")) return s;
   Options options = solver.options;
   const double finer = tolerance_for_light_bodies(problem, options.law, s, solver.fastest, options.tolerance);
   if (!(finer < options.tolerance)) return s;
   go_on(solver, problem, options, finer, s);
-  // What is wrong still has not converged, whatever the heavy bodies make of the residual.
+  // A light body that is still wrong has not converged, whatever the residual.
   if (tolerance_for_light_bodies(problem, options.law, s, solver.fastest, solver.options.tolerance) <
       solver.options.tolerance)
     s.status = Status::stalled;
   return s;
 }
 
-// From the residual of the start: far from a solution (solve to the tolerance), solved (accept), nearly
-// solved (solve to rounding, or below the tolerance where the direct way does not apply).
+// By the residual of the start: far from a solution (solve to the tolerance), within the tolerance (accept),
+// nearly within it (solve to rounding, or below the tolerance if the direct way does not apply).
 Solution solve_from(const StepSolver& solver, const Problem& problem, std::span<const double> x0,
                     Solution memory) {
   Options options = solver.options;
