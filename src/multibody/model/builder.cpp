@@ -34,14 +34,14 @@ MassProperties solid_of(const NewBody& given, const std::string& who) {
     const double unit = mass_properties(*given.shape).mass;
     solid = mass_properties(*given.shape, given.density != 0 ? given.density : given.mass / unit);
   }
-  if (given.mass != 0) solid.mass = given.mass;  // to the last bit
+  if (given.mass != 0) solid.mass = given.mass;  // exact to the last bit
   if (given.inertia) solid.inertia = *given.inertia;
   if (given.centre_of_mass) solid.centre_of_mass = *given.centre_of_mass;
   return solid;
 }
 
-// A frame of the world in the frame of a body at its initial pose. The difference of positions first: it is
-// exact for frames near the body, however far both are from the origin.
+// A world frame in the frame of a body at its initial pose. Positions are subtracted first: that is exact for
+// frames near the body, however far both are from the origin.
 Transform local(const ModelDescription& d, Index body, const Transform& frame) {
   if (body == world) return frame;
   const Transform& pose = d.bodies[body].pose;
@@ -52,7 +52,7 @@ Transform local(const ModelDescription& d, Index body, const Transform& frame) {
 Vec3 direction(const std::string& who, const char* what, const Vec3& axis) {
   AMONTONS_REQUIRE(is_finite(axis) && !(axis == Vec3{}),
                    who + ": " + what + " is zero, not finite or not given; give a direction in the world");
-  // Divided by the largest entry first: no overflow or underflow in the squares.
+  // Divided by the largest entry first, so that squares do not overflow or underflow.
   const double scale = std::max({std::abs(axis.x), std::abs(axis.y), std::abs(axis.z)});
   return normalised(axis / scale);
 }
