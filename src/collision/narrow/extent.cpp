@@ -8,7 +8,7 @@
 
 namespace amontons {
 
-// The support function about `from` as origin; the radius around a core adds the same along every direction.
+// The support function with `from` as origin; the radius of a core adds the same in every direction.
 double extent_along(const Shape& shape, const Transform& frame, const Vec3& direction, const Vec3& from) {
   const collision::Convex body = collision::make_convex(shape, frame, from);
   return dot(direction, collision::support(body, direction)) + body.radius;
@@ -23,8 +23,8 @@ bool has_face(const Shape& shape, const Transform& frame, const Vec3& direction)
 
 namespace {
 
-// look(triangle) for the triangles within a distance of a point, in the coordinates of
-// the surface. Nothing for other shapes.
+// Calls look(triangle) for the triangles within a distance of a point, in the coordinates of the surface; for
+// other shapes it makes no call.
 void for_each_triangle_near(const Shape& surface, const Vec3& point, double distance, auto&& look) {
   const Vec3 reach{distance, distance, distance};
   const auto search = [&](const auto& triangles) {
