@@ -30,8 +30,8 @@ const char* path_name(StepPath path) {
 
 using Handle = std::shared_ptr<Simulation>;
 
-// A simulation that no other thread is in a step of: what a step changes is read and written under the lock
-// of the interpreter, which a step does not hold.
+// Returns a simulation that no other thread is stepping. Data that a step changes are read and written under
+// the lock of the interpreter, which a step does not hold.
 template <class S>
 S& idle(S& s) {
   AMONTONS_REQUIRE(!s.stepping(),
@@ -39,8 +39,8 @@ S& idle(S& s) {
   return s;
 }
 
-// Ctrl-C and other signals, whose handlers Python runs on the main thread: what they raise ends the step,
-// which puts its state back.
+// Handles Ctrl-C and other signals, whose handlers Python runs on the main thread: an exception of a handler
+// ends the step, which then restores its state.
 template <class Work>
 auto patiently(Work&& work) {
   decltype(work()) result;
@@ -84,7 +84,7 @@ void def_vector_view(nb::class_<Simulation>& cls, const char* name) {
       name, [](const Handle& s) { return view_of(s->state().*Field, s); }, nb::rv_policy::automatic);
 }
 
-// Copies into the vectors of the state, whose memory arrays of the package view.
+// Copies into the vectors of the state, which arrays of the package view.
 void restore(Simulation& simulation, const State& saved) {
   State& state = idle(simulation).state();
   const auto copy = [](auto& to, const auto& from) {
@@ -114,7 +114,7 @@ void restore(Simulation& simulation, const State& saved) {
   state.impulse_step = saved.impulse_step;
 }
 
-// One array per field of the contact table, by the names that the package gives them.
+// One array per field of the contact table, by the names in the package.
 nb::dict contacts_of(const Simulation& s) {
   const std::vector<Contact>& contacts = idle(s).contacts();
   const auto vectors = [&](auto field) {
@@ -158,7 +158,7 @@ nb::tuple contact_arms(const Simulation& s) {
   return nb::make_tuple(to_numpy(std::move(a), 3), to_numpy(std::move(b), 3));
 }
 
-// Point, impulse and angular impulse of each joint in the last step, (n, 9); zeros before the first.
+// Point, impulse and angular impulse of each joint in the last step, (n, 9); zeros before the first step.
 nb::ndarray<nb::numpy, double, nb::ndim<2>> joint_reactions(const Simulation& s) {
   std::vector<double> rows;
   for (const JointReaction& r : idle(s).joint_reactions())

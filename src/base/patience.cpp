@@ -10,11 +10,11 @@ namespace {
 
 thread_local Patience* innermost = nullptr;
 
-// Between two questions to the caller: in Python each takes the lock of the interpreter, which another thread
-// may keep for 5 ms; nobody sees 20 ms between Ctrl-C and the end.
+// Time between two calls of the caller's function. In Python each takes the lock of the interpreter, which
+// another thread may hold for 5 ms. A delay of 20 ms after Ctrl-C is not noticeable.
 constexpr std::chrono::milliseconds question_period{20};
 
-// Of a step or a solve that is short no question is asked at all.
+// A step or solve that is shorter makes no call at all.
 Patience::Clock::time_point after(Patience::Clock::time_point now, double seconds) {
   constexpr double longest = 1e8;  // s, three years: beyond it the clock would overflow
   if (!(seconds < longest)) return Patience::Clock::time_point::max();

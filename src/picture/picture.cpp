@@ -13,10 +13,10 @@ namespace {
 
 constexpr int band_rows = 16;        // pixels
 constexpr int most_texels = 1400;    // of the light's picture
-constexpr double brightest = 1.06;   // of a face that the light meets at right angles
-constexpr double shade = 0.75;       // what a shadow takes from the direct light
-constexpr double floor_shade = 0.3;  // what a shadow takes from a plane
-constexpr float outline = 0.72f;     // brightness where one thing ends and another begins
+constexpr double brightest = 1.06;   // of a face normal to the light
+constexpr double shade = 0.75;       // share of the direct light that a shadow removes
+constexpr double floor_shade = 0.3;  // the same on a plane
+constexpr float outline = 0.72f;     // brightness at the border of two things
 constexpr std::int32_t nothing = -1;
 
 void require(const PictureScene& scene, std::size_t bodies, const PictureCamera& camera) {
@@ -36,7 +36,7 @@ void require(const PictureScene& scene, std::size_t bodies, const PictureCamera&
     AMONTONS_REQUIRE(there(p.body), "a plane of a picture names a body that is not there");
 }
 
-// What a sample shows, layer by layer.
+// The layers of a sample.
 struct Seen {
   std::int32_t moving = nothing, fixed = nothing;              // instance; -2 - k is plane k
   bool fixed_first = false;                                    // whether the fixed one is nearer
@@ -113,7 +113,7 @@ class Painter {
     return out;
   }
 
-  // Of the samples of a pixel; one stands for all where they show the same triangles.
+  // Mean over the samples of a pixel; one represents all if they show the same triangles.
   Colour mean(const Band& band, const std::vector<Seen>& seen, int column, int row, int samples) const {
     const std::size_t first = band.at(column, row);
     bool same = !edge(band, seen, column, row);
@@ -155,7 +155,7 @@ class Painter {
     return mixed(out, {1, 1, 1}, style_.fade);
   }
 
-  // A plane covers what is below it; other fixed things let what moves shine through.
+  // A plane covers things below it; moving instances shine through other fixed ones.
   bool shines_through(const Seen& s) const {
     return s.moving != nothing && s.fixed_first && s.fixed >= 0 && style_.glass < 1;
   }
@@ -163,7 +163,7 @@ class Painter {
     return !s.fixed_first || shines_through(s) ? s.moving : nothing;
   }
 
-  // Whether another thing begins here than to the left or below.
+  // Whether a sample and its left or lower neighbour show different things.
   bool edge(const Band& band, const std::vector<Seen>& seen, int column, int row) const {
     const Seen& s = seen[band.at(column, row)];
     const auto differs = [&](int c, int r) {

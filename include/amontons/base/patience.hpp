@@ -6,26 +6,25 @@
 
 namespace amontons {
 
-// How long the work on this thread may last: until a moment, until so much work is done, and until somebody
-// says stop. Work is counted and not timed, so that its limit does not make results depend on the clock; the
-// unit is one block of a product with A, some 20 ns. Whoever sets such
-// a limit makes a Patience on the stack, and work that takes long looks at the innermost one, which knows the
-// outer ones. So a solve within a step within a rollout, and a factorisation within that, end when the user
-// presses Ctrl-C, and none of their functions has an argument for it.
+// Limits of the work on this thread: a deadline, an amount of work, and an interrupt by the caller. Work is
+// counted and not timed, so that its limit does not make results depend on the clock. Its unit is one block
+// of a product with A, some 20 ns. A limit is set by a Patience on the stack. Long work checks the innermost
+// Patience, which includes the outer ones. So a factorisation within a solve within a step within a rollout
+// ends when the user presses Ctrl-C, and no function needs an argument for it.
 //
-// A loop that keeps the best it has asks late() or interrupted(). Work in the middle of which nothing can be
-// kept, a factorisation, calls leave_if_due(), which throws LeftEarly to the loop that it belongs to.
+// A loop that keeps its best result checks late() or interrupted(). Work without intermediate results, such
+// as a factorisation, calls leave_if_due(), which throws LeftEarly to the enclosing loop.
 class Patience {
  public:
   using Clock = std::chrono::steady_clock;
-  // Whether the loop that makes it catches LeftEarly.
+  // Whether the loop that makes this Patience catches LeftEarly.
   enum class Catches : bool { no, yes };
   static constexpr double infinite_work = std::numeric_limits<double>::infinity();
-  // Multiplications of dense kernels in the time of one unit of work.
+  // Multiplications of dense kernels per unit of work.
   static constexpr double multiplications = 80;
 
-  // seconds: from now on, may be infinite. work: likewise. asked: true is the wish to stop, which stays; may
-  // be empty, or throw. It is called on this thread, at most every 20 ms.
+  // seconds, work: allowance from now on, may be infinite. asked: returns true to interrupt, which is
+  // permanent; it may be empty, or throw. It is called on this thread, at most every 20 ms.
   explicit Patience(double seconds, std::function<bool()> asked = {}, Catches catches = Catches::no,
                     double work = infinite_work);
   ~Patience();
@@ -34,19 +33,21 @@ class Patience {
 
   static bool interrupted();
   static bool late();
-  // s, infinite without a limit; not below zero.
+  // Time left (s), infinite without a limit; not below zero.
   static double left();
-  // Of loops with short passes: looks at the clock in one of some hundred calls, by a count of the caller's.
+  // For loops with short passes: reads the clock in one of some hundred calls, by the caller's counter
+  // `pass`.
   static void leave_if_due_at(std::size_t pass) {
     if (pass % 512 == 511) leave_if_due();
   }
-  // Of the innermost scope: work from now on, where its amount is known only later than its scope.
+  // Sets the work limit of the innermost scope from now on, if its amount is known only after the scope
+  // began.
   static void limit_work(double work);
   static void spend(double work);
   static double work_left();
   static bool exhausted() { return work_left() <= 0; }
-  // Throws if the work was interrupted, is late or would be: it takes so many seconds yet. Does nothing where
-  // nobody would catch it.
+  // Throws LeftEarly if the work was interrupted, is late or would be late after `seconds` more. Does nothing
+  // without a loop that catches it.
   static void leave_if_due(double seconds = 0);
 
  private:
@@ -59,9 +60,9 @@ class Patience {
   bool stopped_ = false, catches_;
 };
 
-// Work that was left before it was done.
+// Thrown by work that ends before it is done.
 struct LeftEarly {
-  bool interrupted;  // or else late
+  bool interrupted;  // otherwise late
 };
 
 }  // namespace amontons

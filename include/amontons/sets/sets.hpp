@@ -11,7 +11,7 @@ namespace amontons {
 template <Set... S>
 struct SetList {};
 
-// Every set there is. The place in the list is the kind of a run in a SetProduct.
+// All sets. The index in the list is the kind of a run in a SetProduct.
 using Sets = SetList<Free, NonNegative, Interval, Friction, EllipticFriction<3>, EllipticFriction<4>,
                      EllipticFriction<6>, RollingFriction>;
 
