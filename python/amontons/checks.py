@@ -1,4 +1,4 @@
-"""What users hand in, brought to one form or refused with a message that names it: the one place for it.
+"""Checks of user input: values are converted to one form, or refused with a message that names them.
 
 `what` in these functions is how the message calls the value: "body "wheel": mass", "Box: half".
 """
@@ -25,12 +25,12 @@ Vector3 = tuple[float, float, float]
 Quaternion = tuple[float, float, float, float]
 """w, x, y, z"""
 Numbers = Sequence[float] | NDArray[Any]
-"""What users may hand in for a vector: a tuple, a list, an array."""
+"""Input for a vector: a tuple, a list or an array."""
 Matrix3 = tuple[Vector3, Vector3, Vector3]
 T = TypeVar("T")
 
 LONGEST_TEXT = 100_000
-"""Of descriptions and names; a part's name may have fewer."""
+"""Limit for descriptions and names (characters); names of parts can have a lower one."""
 UNIT = 1e-6
 """|length - 1| up to which a quaternion counts as a unit quaternion with rounding and is normalised."""
 EXACT = 1e-15
@@ -46,7 +46,7 @@ def suggestion(name: object, known: Iterable[str]) -> str:
 
 
 def chosen(what: str, name: object, known: Mapping[str, T]) -> T:
-    """What `name` stands for among the known names."""
+    """Returns the entry of `name` among the known names."""
     if not isinstance(name, str) or name not in known:
         raise InputError(
             f"unknown {what} {shown(name)}{suggestion(name, known)}; known are {', '.join(known)}"

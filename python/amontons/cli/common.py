@@ -1,4 +1,4 @@
-"""What the commands share: exit codes, options, output, errors in one line, progress."""
+"""Shared parts of the commands: exit codes, options, output, errors in one line, progress."""
 
 from __future__ import annotations
 

@@ -60,7 +60,7 @@ if TYPE_CHECKING:
 
 @dataclass
 class Outcome:
-    """What came of a run."""
+    """The result of a run."""
 
     reports: list[Report] = field(default_factory=list)
     frames: list[Any] = field(default_factory=list)
@@ -165,7 +165,7 @@ def _end(chosen: Subject, outcome: Outcome, written: Sequence[Path], as_json: bo
 
 
 def _require(chosen: Subject, snapshots: int, view: View, save: Path | None) -> None:
-    """What cannot be pictured or saved is refused before minutes of work."""
+    """Outputs that cannot be drawn or saved are refused before the run starts."""
     if isinstance(view.target, str):
         chosen.simulation.model.body_index(view.target)
     if snapshots < 0:

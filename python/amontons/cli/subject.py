@@ -1,4 +1,4 @@
-"""What `run` and `export` simulate: a scene by name, a model file, or a saved simulation."""
+"""The subject of `run` and `export`: a scene by name, a model file, or a saved simulation."""
 
 from __future__ import annotations
 
@@ -93,7 +93,7 @@ class Subject:
 
 @dataclass(frozen=True)
 class Choices:
-    """What the options of the command say of the subject, beside the options of `Simulation`."""
+    """The subject's own options of the command, beside the options of `Simulation`."""
 
     settings: Sequence[str] = ()
     strict: bool = False

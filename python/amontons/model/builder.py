@@ -432,7 +432,7 @@ def on_floor(model: Model, *, material: Material | None = None) -> Model:
 def _mass_properties(
     who: str, shape: Shape | None, density: float | None, mass: float | None, inertia: Any, centre: Any
 ) -> MassProperties:
-    """What the arguments of add_body say, zero if nothing; `Body` checks inertia and centre."""
+    """Mass properties from the arguments of add_body, zero by default; `Body` checks inertia and centre."""
     _require_one_source(who, shape, density, mass, inertia)
     density = None if density is None else positive(f"{who}: density", density)
     mass = None if mass is None else positive(f"{who}: mass", mass)

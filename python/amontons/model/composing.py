@@ -53,7 +53,7 @@ class Seat:
 
 @dataclass(frozen=True)
 class Counts:
-    """Of what the builder had before."""
+    """Numbers of parts of the builder before the model was added."""
 
     bodies: int
     geoms: int
@@ -67,7 +67,7 @@ class Counts:
 
 @dataclass(frozen=True)
 class Parts:
-    """What a model adds to a builder; indices are those of the builder, its former parts before them."""
+    """The parts that a model adds to a builder; indices are those of the builder, after its former parts."""
 
     bodies: list[Body]
     geoms: list[Geom]

@@ -16,12 +16,12 @@ PARTS = {
     "free": (("x", "y", "z", *QUATERNION), ("vx", "vy", "vz", "wx", "wy", "wz")),
     "ball": (QUATERNION, ("wx", "wy", "wz")),
 }
-"""What the entries of q and qd are called after the name of the coordinate and a dot."""
+"""Suffixes of the entries of q and qd, after the name of the coordinate and a dot."""
 
 
 @dataclass(frozen=True)
 class Coordinate:
-    """What moves one body against another by itself: a hinge, a slide, a ball, or nothing (a floating base).
+    """One elementary joint between two bodies: a hinge, a slide, a ball, or none (a floating base).
 
     docs/simulation.md says what its entries of q and qd mean.
     """
@@ -42,12 +42,12 @@ class Coordinate:
 
     @property
     def q_names(self) -> tuple[str, ...]:
-        """Of its entries in q: hip, or torso.x, ..., torso.qw, ..."""
+        """Names of its entries in q: hip, or torso.x, ..., torso.qw, ..."""
         return tuple(f"{self.name}.{part}" for part in PARTS[self.kind][0]) if self.dof < 0 else (self.name,)
 
     @property
     def qd_names(self) -> tuple[str, ...]:
-        """Of its entries in qd: hip, or torso.vx, ..., torso.wx, ..."""
+        """Names of its entries in qd: hip, or torso.vx, ..., torso.wx, ..."""
         return tuple(f"{self.name}.{part}" for part in PARTS[self.kind][1]) if self.dof < 0 else (self.name,)
 
 

@@ -22,7 +22,7 @@ Path = Sequence[PathElement | tuple[int | str | None, Numbers]]
 
 @guided
 class DriveBuilder(JointBuilder):
-    """What is stretched along joints and bodies, and what drives them."""
+    """Builder functions for tendons and actuators."""
 
     _tendons: list[Tendon]
     _actuators: list[Actuator]
@@ -166,7 +166,7 @@ class DriveBuilder(JointBuilder):
         wrench: Transmission,
         gear: float,
     ) -> Transmission:
-        """What one of the places moves that an actuator may act on."""
+        """Returns the transmission of an actuator for one kind of target."""
         if sum(place is not None for place in (joint, tendon, body, transmission)) != 1:
             raise InputError("give one of joint, tendon, body and transmission to act on")
         if joint is not None:
@@ -205,7 +205,7 @@ def _wrench(
     torque: Numbers,
     gear: float,
 ) -> Transmission:
-    """Of a thruster; the body is yet to be said."""
+    """The transmission of a thruster, to which the caller adds the body."""
     gear = number("gear", gear)
     parts = [tuple(gear * x for x in vector3(name, v)) for name, v in (("force", force), ("torque", torque))]
     frame = Transform.named("actuator", position, orientation)

@@ -1,4 +1,4 @@
-"""What does not change during a simulation. SI units.
+"""The constant part of a simulation. SI units.
 
 A body index of -1 is the world. Most models come from `ModelBuilder` or a file; the classes of which they are
 made are for code that makes or reads models by itself.
@@ -153,8 +153,8 @@ class Model:
     def coordinates(self) -> Mapping[str, Coordinate]:
         """The generalised coordinates by name, in the order of `Simulation.q`.
 
-        Of a joint with one degree of freedom the name is that of the joint, of a floating base that of its
-        body; files name every degree of freedom.
+        A joint with one degree of freedom gives its name to it, a floating base that of its body; files name
+        every degree of freedom.
         """
         return MappingProxyType(coordinates_of(self.tree, self.bodies, self.joints))
 
@@ -195,7 +195,7 @@ class Model:
 
     @property
     def total_mass(self) -> float:
-        """Of the dynamic bodies (kg)."""
+        """Mass of the dynamic bodies (kg)."""
         return self.core.total_mass
 
     @property
@@ -268,7 +268,7 @@ class Model:
 
 
 def no_model(what: str, thing: Any) -> InputError:
-    """What a function says that was given something else than a Model."""
+    """Message of a function whose argument is not a Model."""
     if isinstance(thing, str) and thing.isidentifier():
         remedy = f"if it is a scene, give amontons.scenes.{thing[:80]}()"
     elif isinstance(thing, str | PathLike):

@@ -1,4 +1,4 @@
-"""What models are made of: immutable data with the fields of multibody/model/description.hpp."""
+"""Parts of models: immutable data with the fields of multibody/model/description.hpp."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ def numbers(thing: Any, what: str, *names: str, infinite: bool = False) -> None:
 @guided
 @dataclass(frozen=True)
 class Material:
-    """What a surface brings into a contact.
+    """Contact properties of a surface.
 
     Frictions of two surfaces combine by the model's rule; of restitutions, torsional and rolling frictions
     the larger one holds; compliances and rest offsets add. docs/physics.md has the laws.
@@ -94,7 +94,7 @@ class Material:
 @guided
 @dataclass(frozen=True)
 class Motor:
-    """What drives a degree of freedom besides its spring; its target can change during a simulation."""
+    """Drive of a degree of freedom besides its spring; its target can change during a simulation."""
 
     kind: str = "none"
     """none | effort (target is a force or torque) | speed | position"""
@@ -363,7 +363,7 @@ class PairMaterial:
 
 @dataclass(frozen=True)
 class Fluid:
-    """What bodies with a `FluidBox` move through."""
+    """The fluid around bodies with a `FluidBox`."""
 
     density: float = 0.0
     """kg/m^3, >= 0: air 1.2, water 1000"""
@@ -384,10 +384,9 @@ NO_FLUID = Fluid()
 class FluidBox:
     """How a body feels the fluid: as a box, by Stokes' drag and the dynamic pressure on its faces.
 
-    Of the mean edge d, edges b, and the velocity v and spin w along its axes: the force
-    -(3 pi d viscosity + density / 2 b_j b_k |v_i|) v_i and the torque
-    -(pi d^3 viscosity + density / 64 b_i (b_j^4 + b_k^4) |w_i|) w_i (MuJoCo, Computation, Fluid forces,
-    inertia model).
+    With the mean edge d, edges b, and the velocity v and spin w along its axes: the force is -(3 pi d
+    viscosity + density / 2 b_j b_k |v_i|) v_i and the torque -(pi d^3 viscosity + density / 64 b_i (b_j^4 +
+    b_k^4) |w_i|) w_i (MuJoCo, Computation, Fluid forces, inertia model).
     """
 
     body: int

@@ -1,4 +1,4 @@
-"""What a model brings from its file: keyframes by name, and what was not read. SI units."""
+"""Parts of a model from its file: keyframes by name, and the list of unread elements. SI units."""
 
 from __future__ import annotations
 

@@ -33,7 +33,7 @@ def write_file(
     storage: str,
     form: str,
 ) -> None:
-    """What `Problem.write` calls; amontons.io supplies it."""
+    """Function behind `Problem.write`; amontons.io supplies it."""
     raise NotImplementedError("import amontons.io, which writes files")
 
 
@@ -93,7 +93,7 @@ class Problem:
 
     @classmethod
     def _from_core(cls, core: _core.Problem, *, name: str, description: str, source: str) -> Problem:
-        """The problem that the core made and keeps: shared, and read back only where it is asked for."""
+        """The problem that the core made and keeps: shared, and read back only on request."""
         problem = cls.__new__(cls)
         problem._core, problem._A, problem._cones = core, None, None
         problem._scale = S = problem.A.moment_scale() if core.has_moments else None
@@ -225,7 +225,7 @@ class Problem:
 
 
 class Violations(NamedTuple):
-    """What a residual means in physical terms; all zero at a solution."""
+    """Violations in physical terms; all zero at a solution."""
 
     penetration_velocity: float
     """max of -u_n over contacts and unilateral rows, and of |u| over bilateral rows (m/s)"""

@@ -1,4 +1,4 @@
-"""What a run did: a summary, a figure and a CSV file of the reports of its steps."""
+"""Outputs of a run: a summary, a figure and a CSV file of the reports of its steps."""
 
 from __future__ import annotations
 

@@ -13,7 +13,7 @@ from ..io.files import write_whole
 from ..visible import visible
 
 FORMULA = ("=", "+", "-", "@")
-"""What a cell begins with that is computed."""
+"""First characters of cells that spreadsheets compute."""
 
 
 def save_figure(figure: Any, path: Path, dpi: int) -> None:
@@ -38,8 +38,9 @@ def csv_bytes(header: Sequence[str], rows: Iterable[Iterable[Any]]) -> bytes:
 
 
 def cell(value: Any) -> Any:
-    """What a cell of a table may hold: a text that a program of tables would take for a formula begins with
-    an apostrophe, which such programs take for the mark of a text; numbers stay."""
+    """Content of a cell. A text that a spreadsheet would read as a formula gets an apostrophe in front, which
+    marks a text there. Numbers stay.
+    """
     if not isinstance(value, str):
         return value
     text = visible(value)

@@ -1,4 +1,4 @@
-"""What drives a simulation: targets, controls, keyframes, a new start."""
+"""Driving a simulation: targets, controls, keyframes, a new start."""
 
 from __future__ import annotations
 

@@ -136,7 +136,9 @@ def effort_table(core: _core.Simulation, model: Model) -> Table:
 
 
 def motor_impulses(core: _core.Simulation, model: Model) -> Array:
-    """Of the motor of each degree of freedom and the actuators on it, in the last step (N s, N m s)."""
+    """Impulses of the motor of each degree of freedom and of the actuators on it, in the last step (N s, N m
+    s).
+    """
     impulses = core.dof_impulses[:, 1].copy()
     for actuator, impulse in zip(model.actuators, core.actuator_impulses, strict=True):
         if (t := actuator.transmission).kind == "dof":

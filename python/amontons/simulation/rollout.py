@@ -106,7 +106,7 @@ def _failure(course: Course, world: int, before: int) -> str:
 
 
 def _report_failures(worlds: Sequence[Simulation], failures: Sequence[str]) -> None:
-    """What `Simulation.step` says of velocities that are not finite: once for all, as `on_failure` has it."""
+    """Reports velocities that are not finite, once for all worlds, as `on_failure` says."""
     told = [(k, why) for k, why in enumerate(failures) if why]
     heard = [(k, why) for k, why in told if worlds[k].options["on_failure"] != "ignore"]
     if not heard:
@@ -121,7 +121,7 @@ def _report_failures(worlds: Sequence[Simulation], failures: Sequence[str]) -> N
 
 @dataclass(frozen=True)
 class Course:
-    """What worlds did, failures included: their rows are NaN from there on."""
+    """Results of worlds, including failed ones: their rows are NaN from the failure on."""
 
     q: Array
     qd: Array
@@ -222,7 +222,7 @@ def _controls(model: Model, controls: Any, worlds: int, steps: int | None) -> Ar
 
 
 def _report(worlds: Sequence[Simulation], residuals: Array, missed: Array, repeat: int) -> None:
-    """What `Simulation.step` says of steps that did not converge, once for all."""
+    """Reports steps that did not converge, once for all worlds."""
     largest = float(np.nanmax(residuals, initial=0.0))  # those of worlds that stopped are NaN
     counted = watching.saw(largest, steps=residuals.size * repeat, missed=int(missed.sum()))
     heard = np.array([world.options["on_failure"] != "ignore" for world in worlds])

@@ -44,19 +44,19 @@ PATIENCE = 0.05
 
 @hook
 def save_file(simulation: Simulation, path: str | PathLike[str]) -> None:
-    """What `Simulation.save` calls; amontons.io supplies it."""
+    """Function behind `Simulation.save`; amontons.io supplies it."""
     raise NotImplementedError("import amontons.io, which writes files")
 
 
 @hook
 def load_file(path: str | PathLike[str], options: dict[str, Any]) -> Simulation:
-    """What `Simulation.load` calls; amontons.io supplies it."""
+    """Function behind `Simulation.load`; amontons.io supplies it."""
     raise NotImplementedError("import amontons.io, which reads files")
 
 
 @hook
 def open_viewer(simulation: Simulation, options: dict[str, Any]) -> Any:
-    """What `Simulation.view` calls; amontons.viewer supplies it."""
+    """Function behind `Simulation.view`; amontons.viewer supplies it."""
     raise NotImplementedError("import amontons.viewer, which shows simulations")
 
 
@@ -299,7 +299,7 @@ class Simulation(Driving):
 
     @property
     def joint_efforts(self) -> Table:
-        """What acted along each degree of freedom in the last step (N or N m), and its coordinate.
+        """Efforts along each degree of freedom in the last step (N or N m), and its coordinate.
 
         Fields: joint, dof, coordinate, target, drive (spring, damper and armature), motor (with
         the actuators on it), friction, limit.
@@ -308,7 +308,7 @@ class Simulation(Driving):
 
     @property
     def tendon_efforts(self) -> Table:
-        """What acted along each tendon in the last step (N, N m), and where the tendon is now.
+        """Forces along each tendon in the last step (N, N m), and its present length.
 
         Fields: tendon, length (m, or the unit of its joints), rate, drive (spring, damper and armature),
         friction, limit; efforts are positive where they lengthen it. Actuators are in `actuator_efforts`.
@@ -317,7 +317,7 @@ class Simulation(Driving):
 
     @property
     def actuator_efforts(self) -> Table:
-        """What each actuator did in the last step, and where it is now.
+        """Effort of each actuator in the last step, and its present length.
 
         Fields: actuator, control, activation, length, rate (of its transmission, gear included), effort (N,
         N m).

@@ -1,4 +1,4 @@
-"""What a simulation changes, as users see it."""
+"""The state of a simulation, as users see it."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from ..errors import InputError
 
 
 class State:
-    """What a simulation changes, as writable views of its memory: what is written holds for the next step.
+    """The state of a simulation, as writable views of its memory: written values hold for the next step.
 
     positions (n, 3) and linear_velocities (n, 3) of the origins of the body frames, orientations (n, 4)
     (unit quaternions w, x, y, z), angular_velocities (n, 3), forces and torques (n, 3) at the centres of

@@ -40,7 +40,7 @@ class Subject:
 
     @property
     def __signature__(self) -> inspect.Signature:
-        """What may stand in the grid."""
+        """Permitted values of the grid."""
         names = ["duration", *OPTIONS, *(self._parameters())]
         named = [
             inspect.Parameter(n, inspect.Parameter.KEYWORD_ONLY, default=None) for n in dict.fromkeys(names)
@@ -189,7 +189,7 @@ def _allowed_run(text: str, module: str) -> Callable[..., Any]:
 
 
 def named_run(text: str, folder: Path, module: str | None = None) -> Callable[..., Any]:
-    """What the name stands for: a scene, a model file, "file.py:function" or "package.module:function".
+    """Returns the subject of a name: a scene, a model file, "file.py:function" or "package.module:function".
 
     module: the one module whose own functions may be named, beside scenes; InputError for all else, before
     anything is imported or read.

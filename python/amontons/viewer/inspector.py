@@ -1,4 +1,4 @@
-"""What is picked, and sliders for what moves it."""
+"""The picked body, and sliders for its joints."""
 
 from __future__ import annotations
 
@@ -118,7 +118,7 @@ def reach(model: Model, joint: int, k: int) -> tuple[float, float]:
 
 
 def targets(model: Model, joint: int, k: int, now: float) -> tuple[float, float]:
-    """What the target of a motor may be: of a position motor where the coordinate may be."""
+    """Range for the target of a motor: that of the coordinate for a position motor."""
     if model.joints[joint].dofs[k].motor.kind == "position":
         return reach(model, joint, k)
     most = max(1.0, 2 * abs(now))

@@ -1,4 +1,4 @@
-"""What a page plays: a simulation that goes on, or a recording."""
+"""The subject of a page: a running simulation, or a recording."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ from .spring import Spring
 HISTORY = 600
 """Steps that the plots show."""
 SERIES = ("time", "residual", "iterations", "energy", "contacts", "real-time factor")
-"""What is plotted: time (s), energy (J), and of the pace the simulated over the wall clock of each step."""
+"""Plotted values: time (s), energy (J), and the pace, simulated time over wall-clock time of each step."""
 SHARE = 0.8
-"""Of the time between two pictures, what steps may take before the page gets its turn."""
+"""Share of the time between two pictures for steps, before the page is served."""
 
 
 class Run(Protocol):
-    """What a page plays."""
+    """The subject of a page."""
 
     model: Model
     playing: bool
@@ -147,7 +147,7 @@ class ReplayRun:
 
     @property
     def history(self) -> Array:
-        """Of the steps up to the frame."""
+        """Values of the steps up to the frame."""
         last = int(self._last_row[self.frame]) + 1
         rows = self.recording.reports[max(0, last - HISTORY) : last]
         columns = [rows[name] for name in ("time", "residual", "iterations")]

@@ -39,7 +39,7 @@ CONVERTED = {
     ),
     ".mjb": "a compiled MuJoCo model is not read; load the XML that it was compiled from",
 }
-"""What to do with a file of another kind."""
+"""Remedies for files of other kinds."""
 
 
 def load_model(
@@ -52,8 +52,8 @@ def load_model(
 ) -> Model:
     """Read a MuJoCo (MJCF .xml) or URDF (.urdf, or <robot> in .xml) model file, or a .json of `write_model`.
 
-    What the file asks for and amontons does not do is left out: `Model.unread` has the list, and one warning
-    (UnsupportedWarning) shows it, worst first.
+    Elements that amontons does not support are left out. `Model.unread` lists them, and one warning
+    (UnsupportedWarning) shows them, worst first.
 
     strict: raise InputError with the list in place of leaving out anything that changes the motion.
     floating_base: of URDF: whether the root link moves freely. By default it does if it has an <inertial>

@@ -6,7 +6,7 @@ joint_coordinates. /contacts/rows: the contact tables of all frames one after th
 rows offsets[k] to offsets[k + 1]. /reports: one row per step, of frames or not. /complete: 1 where the
 recording was closed without an exception; a process that was killed leaves 0.
 
-Of each frame /frames/step is written last: what a killed process left is whole as far as that goes.
+/frames/step is written last in each frame: the file of a killed process is complete up to that frame.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ Array = np.ndarray[Any, Any]
 
 
 class _Item(NamedTuple):
-    """What one step adds."""
+    """The data of one step."""
 
     frame: dict[str, Any] | None
     contacts: Array | None
@@ -86,14 +86,14 @@ class Recorder:
                 ) from None
             raise
         self._background: Background[_Item] = Background(writer, delay=DELAY, enough=BUFFER)
-        # Of a recorder that nobody closes: at the end of its life, or of the process.
+        # Closes a recorder that was not closed, at the end of its life or of the process.
         self._end = weakref.finalize(self, _finish, self._background, self._file)
 
     def add(self, report: Report) -> None:
         """Record the step that returned `report`.
 
         Raises FileError where what was added before could not be written: the disk is full, or somebody
-        removed the file. What was written until then stays.
+        removed the file. Data written before the error stays.
         """
         if not self._end.alive:
             raise InputError(f"the recording {self.path} is closed")

@@ -222,8 +222,9 @@ def _format(path: Path, file: h5py.File) -> str:
 
 
 def _settled(path: Path, look: Callable[[], T]) -> T:
-    """What a look at a file gives. Of a file that its writer opens or closes just now HDF5 says that it is
-    damaged, so that one which changes is looked at again."""
+    """Returns the result of `look`. HDF5 reports a file as damaged while its writer opens or closes it, so
+    `look` is called again while the file changes.
+    """
     end = time.monotonic() + LONGEST_WAIT
     while True:
         before = path.stat()
