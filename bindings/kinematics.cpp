@@ -114,9 +114,9 @@ void append(std::vector<double>& row, std::initializer_list<Vec3> vectors) {
 }
 
 // Data of bodies for sensors, at given accelerations. First (n, 28), per frame on a body (-1: the world):
-// position, axes as the rows of a matrix (3, 3), orientation, velocity, angular velocity, acceleration of its
-// origin and angular acceleration. Then (bodies, 15): centre of mass, momentum and its moment, force and its
-// moment.
+// position, axes as the rows of a matrix (3, 3) and orientation. Then velocity, angular velocity,
+// acceleration of its origin and angular acceleration. Then (bodies, 15): centre of mass, momentum and its
+// moment, force and its moment.
 nb::tuple observe(const Tree& tree, const Simulation& s, const Vector& qdd, const IndexVector& bodies,
                   const Matrix& frames) {
   AMONTONS_REQUIRE(frames.shape(0) == bodies.shape(0) && frames.shape(1) == 7,

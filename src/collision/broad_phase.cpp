@@ -11,10 +11,10 @@
 #endif
 
 // The broad phase finds the overlapping pairs of n boxes in about n log n steps instead of n^2. It is a
-// bounding volume hierarchy (Ericson, Real-Time Collision Detection, section 6.2), fitted anew in every call,
-// because all bodies move.
+// bounding volume hierarchy (Ericson, Real-Time Collision Detection, section 6.2), fitted again in every
+// call, because all bodies move.
 //
-// A tree with eight children per node over the boxes, stored without pointers: leaf k is in node k / 8 of
+// A tree with eight children per node over the boxes, stored without pointers. Leaf k is in node k / 8 of
 // level 0, in node k / 64 of level 1, and so on. The order of the leaves makes it a k-d tree. Ranges are
 // split at the median of the centres, along the axis that shrinks the halves most, at multiples of powers of
 // eight. Boxes of very different size are separated before that: a floor among bricks would make every node

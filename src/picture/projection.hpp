@@ -23,9 +23,9 @@ struct SeenPlane {
   }
 };
 
-// A camera in units of samples. Nearness grows towards the eye and is affine over the screen of any plane:
-// the distance z from the target with parallel rays, and d / (d - z) for an eye at distance d, which is also
-// the scale there.
+// A camera in units of samples. Nearness grows towards the eye and is affine over the screen of any plane. It
+// is the distance z from the target with parallel rays, and d / (d - z) for an eye at distance d, which is
+// also the scale there.
 class Projection {
  public:
   explicit Projection(const PictureCamera& camera);

@@ -1,6 +1,6 @@
-// D is the map from the velocities of the bodies w = (v, omega), at the centres of mass, to velocities of
-// the rows; D' takes impulses of the rows to wrenches at the centres of mass. A row along e of a contact
-// with arms r_a, r_b is
+// D is the map from the velocities of the bodies w = (v, omega), at the centres of mass, to velocities of the
+// rows. D' takes impulses of the rows to wrenches at the centres of mass. A row along e of a contact with
+// arms r_a, r_b is
 //  e . [ (v_A + omega_A x r_A) - (v_B + omega_B x r_B) ] = (e, r_A x e) . w_A - (e, r_B x e) . w_B,
 // and that of a moment about e, in m/s by the length l, l e . (omega_A - omega_B). The world has zero
 // velocity: actions on it are left out.
@@ -120,7 +120,7 @@ void Bodies::apply(std::size_t body, const double* f, double* v) const {
   v[5] = xz * tx + yz * ty + zz * tz;
 }
 
-// A unit impulse along e at r is the wrench (e, r x e) on A, its opposite on B; a unit of a moment row is the
+// A unit impulse along e at r is the wrench (e, r x e) on A, its opposite on B. A unit of a moment row is the
 // torque moment_length e.
 JacobianRow jacobian_row(const Contact& c, const ContactBasis& basis, int k) {
   const ContactRow row = contact_row(c.rows, k);

@@ -1,7 +1,7 @@
 // The dual certificate of a convex quadratic programme (Banjac, Goulart, Stellato, Boyd, "Infeasibility
-// detection in the alternating direction method of multipliers for convex optimization", JOTA 2019), for a
-// cone or a set with an unbounded direction. The driver supplies the candidates d: the growing impulses, or
-// their last change.
+// detection in the alternating direction method of multipliers for convex optimization", JOTA 2019). It
+// serves a cone or a set with an unbounded direction. The driver supplies the candidates d: the growing
+// impulses, or their last change.
 #include "amontons/problem/infeasibility.hpp"
 
 #include <cmath>
@@ -24,8 +24,8 @@ void project_recession(const S& set, const double* d, double* out) {
 
 // The conditions without cost come first; the product is only formed for a d that satisfies them. All
 // conditions are relative to the length of d in the metric of P, so that neither the length of d nor units
-// matter; -1e-3 keeps <b, d> far from the rounding of its sum. Norms in the P metric: impulses d by P,
-// velocities b and A d by P^-1.
+// matter. The limit -1e-3 keeps <b, d> far from the rounding of its sum. Norms in the P metric: impulses d by
+// P, velocities b and A d by P^-1.
 bool proves_infeasible(const Problem& problem, Law law, std::span<const double> d, double tolerance) {
   if (law == Law::coulomb && problem.K.contacts() > 0) return false;
   const std::size_t m = problem.rows();

@@ -131,7 +131,7 @@ void check_bodies(const Bodies& bodies) {
                      body() + ": inverse mass must be finite and not negative");
     const auto& [xx, yy, zz, xy, xz, yz] = bodies.inverse_inertia[i];
     require_finite(bodies.inverse_inertia[i], [&] { return body() + ": inverse inertia"; });
-    // Positive semidefinite by all seven principal minors, with room for rounding: a minor of order k is a
+    // Positive semidefinite by all seven principal minors, with room for rounding. A minor of order k is a
     // sum of products of k entries, and is compared with the k-th power of the trace.
     const double scale = xx + yy + zz, eps = 1e-10;
     const double det = xx * (yy * zz - yz * yz) - xy * (xy * zz - yz * xz) + xz * (xy * yz - yy * xz);

@@ -135,9 +135,9 @@ inline Quat exponential(const Vec3& r) {
   return {std::cos(half), s * r.x, s * r.y, s * r.z};
 }
 // The rotation vector of q (rad), of length at most pi: exponential(logarithm(q)) = +-q. With q = (w, v) and
-// w >= 0 the angle is 2 atan2(|v|, w), which keeps all digits at every angle (an arc cosine of w would lose
-// half of them near 0). Its direction is v / |v|. Up to |v| / w = 0.01, as for joint errors, it comes from
-// the series of atan in t = (|v| / w)^2, whose next term t^4 / 9 is below rounding.
+// w >= 0 the angle is 2 atan2(|v|, w). This keeps all digits at every angle; an arc cosine of w would lose
+// half of them near 0. Its direction is v / |v|. Up to |v| / w = 0.01, as for joint errors, it comes from the
+// series of atan in t = (|v| / w)^2, whose next term t^4 / 9 is below rounding.
 inline Vec3 logarithm(const Quat& q) {
   const Vec3 v = q.w < 0 ? -q.vector() : q.vector();
   const double squared = dot(v, v), w = std::abs(q.w), t = squared / (w * w);

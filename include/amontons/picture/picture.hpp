@@ -12,7 +12,7 @@ namespace amontons {
 struct Picture {
   std::vector<std::uint8_t> colours;  // (height, width, 3), the highest row first
   // Per sample, the lowest row first: the nearest instance that is not clear, -1 for none, -2 - k for plane
-  // k; and its distance from the target towards the eye (m). Empty unless requested.
+  // k. Then its distance from the target towards the eye (m). Empty unless requested.
   std::vector<std::int32_t> labels;
   std::vector<float> depths;
 };

@@ -13,7 +13,7 @@ namespace amontons {
 // siconos    | x - Pi_K(x - u) |_2 / max(|b|_2, |x|_2, |u|_2)
 // with u = A x + b (+ the De Saxce term under coulomb).
 //
-// The natural one is the default. The P metric gives all rows one unit, the root of an energy: the measure
+// The natural one is the default. The P metric gives all rows one unit, the root of an energy. The measure
 // depends neither on units nor on a common factor of the masses, and is 1 at x = 0.
 enum class Norm : unsigned char { natural, plain, plain_inf, siconos };
 

@@ -60,8 +60,8 @@ struct Friction {
     }
   }
 
-  // Sliding: along the ray of the foot the cone is flat (value 1), along its rim it is curved (foot s / t),
-  // and normal to the boundary the projection is constant (0).
+  // Sliding: along the ray of the foot the cone is flat (value 1), along its rim it is curved (foot s / t).
+  // Normal to the boundary the projection is constant (0).
   Face<3> face(const double* y) const {
     const double t = std::sqrt(y[1] * y[1] + y[2] * y[2]);
     if (y[0] >= 0 && t <= mu * y[0]) return face_of_all<3>(1);

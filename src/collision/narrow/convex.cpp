@@ -62,7 +62,7 @@ Convex make_convex(const Shape& shape, const Transform& frame, const Vec3& origi
   return make(Convex::Kind::ellipsoid, extent, std::get<Ellipsoid>(shape).radii);
 }
 
-// A triangle has corners instead of axes: it is made anew for every triangle near a body.
+// A triangle has corners instead of axes: it is made again for every triangle near a body.
 Convex make_triangle(const Vec3& a, const Vec3& b, const Vec3& c) {
   Convex body;
   body.kind = Convex::Kind::triangle;

@@ -71,10 +71,9 @@ void cap_feature(const Convex& body, const Vec3& direction, double c, const Vec3
     angle = std::atan2(dot(down, f), dot(down, e)) * (cap_corners / 6.283185307179586);
     if (angle < 0) angle += cap_corners;
   }
-  // On a tilted cap the exact extreme point is inserted in the order of the corners, so that the deepest
-  // point of a rocking drum is never lost between two corners.
-  // (cos, sin) of the corners on the unit circle. Twelve leave out 1 - cos(15 degrees), 3 % of the
-  // radius, at the middle of a side.
+  // On a tilted cap the exact extreme point is inserted in the order of the corners. So the deepest point of
+  // a rocking drum is never lost between two corners. (cos, sin) of the corners on the unit circle. Twelve
+  // leave out 1 - cos(15 degrees), 3 % of the radius, at the middle of a side.
   static const auto polygon = [] {
     std::array<std::array<double, 2>, cap_corners> table;
     for (int k = 0; k < cap_corners; ++k) {

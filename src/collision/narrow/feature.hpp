@@ -6,8 +6,8 @@
 
 namespace amontons::collision {
 
-// The feature of a body (radius included) that supports it along a unit direction: a face whose normal is
-// close to the direction, an edge that is nearly perpendicular to it, or the extreme point.
+// The feature of a body (radius included) that supports it along a unit direction. It is a face whose normal
+// is close to the direction, an edge that is nearly perpendicular to it, or the extreme point.
 struct Feature {
   static constexpr int capacity = 64;  // faces with more corners are reduced
   int count = 0;                       // 1: a point, 2: an edge, 3 and more: a flat face

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-// The distance of two convex sets by the algorithm of Gilbert, Johnson and Keerthi (1988): the point v of
-// their difference C nearest to the origin, approached by simplices of extreme points of C.
+// The distance of two convex sets by the algorithm of Gilbert, Johnson and Keerthi (1988). It finds the point
+// v of their difference C nearest to the origin, approached by simplices of extreme points of C.
 //
 // For the extreme point w of C along -v, <v, w> / |v| bounds the distance from below, as all of C is beyond
 // the plane through w with the normal v. |v| bounds it from above, as v is in C. Unless the two bounds agree,
@@ -37,7 +37,7 @@ Nearest nearest_on_segment(const Simplex& s, int i, int j) {
 
 Nearest nearer(const Nearest& a, const Nearest& b) { return b.squared < a.squared ? b : a; }
 
-// The nearest point is on a face with the origin on its outer side, that is with the apex d and the origin on
+// The nearest point is on a face with the origin on its outer side. There the apex d and the origin on
 // different sides of the plane of a, b, c. A flat tetrahedron has no inside; all its faces are candidates.
 // False: the origin is inside.
 bool nearest_on_tetrahedron(const Simplex& s, Nearest& result) {
@@ -82,7 +82,7 @@ bool holds(const Simplex& s, const Vec3& w) {
 }
 
 // The direction of v, the simplex's point nearest to the origin. v is the difference of nearby points and has
-// lost digits if the bodies are close: at a gap of 1e-9 of their size only seven are left, which would tilt
+// lost digits if the bodies are close. At a gap of 1e-9 of their size only seven are left, which would tilt
 // the plane of a contact. The simplex is as large as the bodies and has lost none. v is perpendicular to its
 // face, or to its edge, whose part is removed. For a corner only v itself is known.
 Vec3 sharpened_normal(const Simplex& s, const Vec3& v) {

@@ -1,8 +1,8 @@
 #pragma once
 #include "collision/narrow/convex.hpp"
 
-// The distance of two convex bodies is that of the origin from the difference { a - b } of their cores, the
-// set of all vectors from a point of b to one of a (the Minkowski difference). If the cores overlap it
+// The distance of two convex bodies is that of the origin from the difference { a - b } of their cores. This
+// Minkowski difference is the set of all vectors from a point of b to one of a. If the cores overlap it
 // contains the origin; otherwise its point nearest to the origin is their distance. The difference is convex,
 // and its support function follows from those of a and b. The algorithms use nothing else: GJK here, from
 // outside, and EPA (epa.hpp), from inside.

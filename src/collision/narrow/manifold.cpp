@@ -52,8 +52,8 @@ struct Clipper {
   double gap[capacity];
 };
 
-// The part of the polygon (or segment, for two points) on the inner, left side of the directed edge p -> q;
-// points outside by no more than the tolerance count as inside.
+// The part of the polygon (or segment, for two points) on the inner, left side of the directed edge p -> q.
+// Points outside by no more than the tolerance count as inside.
 void clip_by_edge(Clipper& c, const Lifted& p, const Lifted& q, bool closed, double tolerance) {
   double nu = p.v - q.v, nv = q.u - p.u;  // the edge turned to the left
   const double length = std::sqrt(nu * nu + nv * nv);
@@ -103,9 +103,9 @@ double shortest_edge(const Feature& f) {
   return std::sqrt(least);
 }
 
-// Emits the points of c.clipped with their gaps, each half-way between the two surfaces: the clipped feature
-// has the point's height, and the other surface is above or below by the gap. Of points closer together than
-// a thousandth of the shortest edge only one stays, because nearly aligned corners would occur twice.
+// Emits the points of c.clipped with their gaps, each half-way between the two surfaces. The clipped feature
+// has the point's height, and the other surface is above or below by the gap. Only one of the points closer
+// together than a thousandth of the shortest edge stays, because nearly aligned corners would occur twice.
 double emit(Clipper& c, const TangentFrame& frame, double merge, double margin, bool clipped_above,
             std::vector<ContactPoint>& points) {
   double least = infinity;
@@ -216,10 +216,10 @@ double clip_features(const Convex& a, const Convex& b, const Vec3& normal, const
 
 void manifold(const Convex& a, const Convex& b, const Separation& deepest, double margin,
               std::vector<ContactPoint>& points) {
-  // A face within 0.1 rad of the normal of least separation replaces that normal if it gives the same gap:
-  // between nearly flat faces the direction of least separation is rounding, the face normals are not. The
-  // gap may differ by 2 %, four times the change of a depth by a turn of 0.1 rad (1 - cos 0.1), and by 1e-5
-  // of the size, for surfaces that just touch.
+  // A face within 0.1 rad of the normal of least separation replaces that normal if it gives the same gap.
+  // Between nearly flat faces the direction of least separation is rounding, the face normals are not. The
+  // gap may differ by 2 %, four times the change of a depth by a turn of 0.1 rad (1 - cos 0.1). It may also
+  // differ by 1e-5 of the size, for surfaces that just touch.
   constexpr double aligned = 0.995;
   thread_local Feature face;
   const double size = pair_scale(a, b).size;

@@ -31,9 +31,9 @@ View look(const Convex& a, const Convex& b, const Vec3& n, const Vec3& u, const 
 
 // EPA's polytope has corners on the surface of C and its faces below it. If C is curved the depth is wrong by
 // the height of a cap, the normal by its angle, the root of that height. The best normal n of two smooth
-// bodies is parallel to the difference w(n) of their support points: w is the gradient of the separation <n,
-// w(n)>, which is largest over the unit sphere where the gradient has no part across n. Newton's method finds
-// the zero of that part, in two tangent coordinates, with finite differences for its derivative.
+// bodies is parallel to the difference w(n) of their support points. For w is the gradient of the separation
+// <n, w(n)>. The separation is largest over the unit sphere where the gradient has no part across n. Newton's
+// method finds the zero of that part, in two tangent coordinates, with finite differences for its derivative.
 void sharpen_smooth(const Convex& a, const Convex& b, Separation& s) {
   // Radians: about the root of the rounding of w, where truncation and rounding of the difference balance.
   // From the root of EPA's tolerance between smooth bodies, 3e-3, two quadratic steps reach rounding; four

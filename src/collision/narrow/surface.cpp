@@ -50,7 +50,7 @@ bool SurfaceBody::separate_by_face(const Convex& triangle, const Vec3& n, double
   return true;
 }
 
-// Among coincident points with about the same normal the deepest one stays, in the place of the first. In
+// Among coincident points with about the same normal the deepest one stays, at the index of the first. In
 // place and in the order of discovery; the cost is that of sorting.
 void remove_doubles(std::vector<ContactPoint>& points, std::size_t first, double length) {
   thread_local std::vector<Place> places;

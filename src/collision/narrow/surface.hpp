@@ -69,9 +69,9 @@ struct SurfaceBody {
     return yes;
   }
 
-  // The separation of a box from a triangle with the normal n over one of its faces, if the distance of the
-  // nearest corner from the face is the distance of the two. Most triangles under a box that rests on many
-  // are such. False: unknown.
+  // The separation of a box from a triangle with the normal n over one of its faces. It applies if the
+  // distance of the nearest corner from the face is the distance of the two. Most triangles under a box that
+  // rests on many are such. False: unknown.
   bool separate_by_face(const Convex& triangle, const Vec3& n, double limit, Separation& s) const;
 
   // The feature of the body that faces a face. It is stored for the next face: on flat ground all have the
@@ -324,8 +324,8 @@ class SurfaceContact {
   }
 
   // Whether the crossing of edge k with a side of the polygon is a contact. On a side of the body's feature
-  // it is if the edge is an edge of the surface; on another triangle edge if the corner between the two is a
-  // corner of it.
+  // it is one if the edge is an edge of the surface. On another triangle edge it is one if the corner between
+  // the two is a corner of it.
   bool is_kept(const Facet& facet, int k, int other_edge) const {
     if (other_edge < 0) return facet.edge[k] != EdgeKind::flat;
     const int corner = other_edge == (k + 2) % 3 ? k : (k + 1) % 3;
@@ -354,8 +354,8 @@ class SurfaceContact {
     return {centre - reach, centre + reach};
   }
 
-  // A body whose centre is behind the surface: out along the normal of the closest face, with its whole
-  // feature there as contacts, so that no single point takes the whole push.
+  // Pushes a body whose centre is behind the surface out along the normal of the closest face. Its whole
+  // feature there makes contacts, so that no single point takes the whole push.
   void push_out(std::size_t first) {
     double best = infinite;
     Facet face{};

@@ -9,7 +9,7 @@
 
 // Two boxes by the separating axis theorem (Gottschalk, Lin, Manocha, OBBTree, 1996, section 5). Two convex
 // polyhedra are disjoint if and only if their projections onto some axis are. It suffices to try the normals
-// of the faces of either and the products of an edge of one with an edge of the other: these are the normals
+// of the faces of either and the products of an edge of one with an edge of the other. These are the normals
 // of the faces of the difference of the two. For boxes these are 3 + 3 + 9 axes.
 //
 // The separation along a unit axis n is |<n, offset>| minus the reaches of both boxes. The largest of the 15

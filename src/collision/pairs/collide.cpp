@@ -19,8 +19,8 @@ namespace {
 constexpr Kinds near_known = kinds<Sphere, Capsule, Box, Cylinder, Ellipsoid>;
 
 // The first row that contains both kinds serves the pair: special algorithms first, the general ones last. A
-// special algorithm needs a reason beyond speed, which its row states: an exact result where the general one
-// iterates, or points among which the general one would have to choose.
+// special algorithm needs a reason beyond speed, which its row states. That is an exact result where the
+// general one iterates, or points among which the general one would have to choose.
 constexpr std::array rows{
     PairRow{convex_kinds, kinds<Plane>, collide_plane, "every corner is a constraint of its own"},
     PairRow{convex_kinds, kinds<Mesh>, collide_mesh, "triangle by triangle, normals of active edges only"},
@@ -59,8 +59,8 @@ const PairRow* find_row(std::size_t a, std::size_t b) { return index_of_rows[a][
 }  // namespace collision
 
 // Every pair is treated in one order, so that swapping the shapes does not change the result, not even its
-// last bits: by kind in the order of Shape, shapes of one kind by their poses. The normals of a swapped pair
-// are reversed; points and gaps are symmetric.
+// last bits. The order is by kind in the order of Shape, shapes of one kind by their poses. The normals of a
+// swapped pair are reversed; points and gaps are symmetric.
 void collide(const Shape& a, const Transform& frame_a, const Shape& b, const Transform& frame_b,
              double margin, std::vector<ContactPoint>& points) {
   const std::size_t kind_a = a.index(), kind_b = b.index();

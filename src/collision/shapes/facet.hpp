@@ -31,14 +31,14 @@ inline Vec3 inward_of(const Facet& facet, int k) {
 }
 
 // The kind of an edge from a to b of a triangle with unit normal n, whose neighbour has the normal m and a
-// third corner c: convex if c is below the triangle's plane. The height of c over its distance from the edge
-// is the sine of the dihedral angle.
+// third corner c. It is convex if c is below the triangle's plane. The height of c over its distance from the
+// edge is the sine of the dihedral angle.
 inline EdgeKind edge_kind(const Vec3& a, const Vec3& b, const Vec3& n, const Vec3& m, const Vec3& c) {
   const Vec3 across = cross(n, b - a), to = c - a;
   const Vec3 along = normalised(b - a);
   const double height = dot(n, to), distance = norm(to - dot(to, along) * along);
-  // The sine is small at an angle of pi as well, where the neighbour is folded back: onto the triangle's
-  // back, which makes a sharp convex edge, or onto its front, which leaves no outside.
+  // The sine is small at an angle of pi as well, where the neighbour is folded back. It lies onto the
+  // triangle's back, which makes a sharp convex edge, or onto its front, which leaves no outside.
   if (dot(n, m) < 0 && std::abs(height) <= flat_angle * distance)
     return dot(across, to) > 0 ? EdgeKind::convex : EdgeKind::flat;
   if (std::abs(height) <= flat_angle * distance) return EdgeKind::flat;

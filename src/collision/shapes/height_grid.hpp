@@ -65,7 +65,7 @@ struct GridSurface {
     return {cell(lower), cell(upper)};
   }
 
-  // Triangles above the box by up to the box's own size count as near: the field is solid below its surface,
+  // Triangles above the box by up to the box's own size count as near. The field is solid below its surface,
   // and a body that has sunk into it by at most its own height must still find the triangles over it.
   void for_each_near(const Aabb& box, auto&& visit) const {
     const double c0 = column_at(box.lower.x), c1 = column_at(box.upper.x);
@@ -158,8 +158,8 @@ struct GridSurface {
     const double u = column - static_cast<double>(c), v = row - static_cast<double>(r);
     const double a = height(r, c), d = height(r + 1, c + 1);
     const double b = u > v ? height(r, c + 1) : height(r + 1, c);
-    // Linear over the triangle a b d, b being the corner on p's side of the diagonal u = v: from a by
-    // min(u, v) along the diagonal to d and by |u - v| along the leg to b.
+    // Linear over the triangle a b d, where b is the corner on p's side of the diagonal u = v. It goes from a
+    // by min(u, v) along the diagonal to d and by |u - v| along the leg to b.
     const double surface = a + std::min(u, v) * (d - a) + std::abs(u - v) * (b - a);
     return p.z > surface;
   }

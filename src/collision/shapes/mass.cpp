@@ -25,11 +25,11 @@ Mat3 inertia_of(const Mat3& S) {
 // Removes the asymmetry of rounding.
 Mat3 symmetric(const Mat3& m) { return 0.5 * (m + transposed(m)); }
 
-// The integrals over a polyhedron whose triangles are counter-clockwise seen from outside, as sums over the
-// signed tetrahedra between them and a point inside (Lien and Kajiya, "A symbolic method for calculating the
-// integral properties of arbitrary nonconvex polyhedra", 1984). With corners a, b, c and the origin, the
-// integral of x x' is V / 20 (aa' + bb' + cc' + ss'), s = a + b + c, and that of x is V / 4 s. The point is
-// the middle of the box around the corners, because far from it the sums would cancel.
+// The integrals over a polyhedron whose triangles are counter-clockwise seen from outside. They are sums over
+// the signed tetrahedra between the triangles and a point inside (Lien and Kajiya, "A symbolic method for
+// calculating the integral properties of arbitrary nonconvex polyhedra", 1984). With corners a, b, c and the
+// origin, the integral of x x' is V / 20 (aa' + bb' + cc' + ss'), s = a + b + c, and that of x is V / 4 s.
+// The point is the middle of the box around the corners, because far from it the sums would cancel.
 struct Polyhedron {
   Vec3 origin;
   double volume = 0;

@@ -184,7 +184,7 @@ void describe_vertices(TriangleMesh& mesh) {
 }
 
 // Step 5. A node over order[first, last), and below it the halves, split at the median of the centres along
-// their longest extent: the tree is balanced, and boxes of siblings overlap little. Leaves have up to four
+// their longest extent. The tree is balanced, and boxes of siblings overlap little. Leaves have up to four
 // triangles: testing a few more boxes costs less than another level. Within a half the triangles keep their
 // order.
 void build_tree(TriangleMesh& mesh, const std::vector<Vec3>& centres, std::int32_t first, std::int32_t last) {

@@ -4,7 +4,7 @@ namespace amontons {
 
 // The state holds the origins of the body frames, because these define the pose of a body for users. The
 // equations of motion are those of centres of mass, x = p + R c and v = p' + omega x R c, where momentum and
-// spin separate: M is block-diagonal, 1 / m and R I^-1 R' with the inertia I in body axes. A kinematic body
+// spin separate. M is block-diagonal, 1 / m and R I^-1 R' with the inertia I in body axes. A kinematic body
 // has a velocity in contacts and joints, but zero mobility: no impulse changes it.
 void place_bodies(const Model& model, const State& state, BodyFrames& frames, BodyMobilities& mobility,
                   BodyVelocities& velocities) {

@@ -14,9 +14,9 @@ namespace {
 // = 2 tan(h |Wm| / 2) / |Wm| makes that rotation exp(h Wm), which is exact for constant W.
 //
 // s as a function of W. If the body turns by less than 0.06 rad in the step, as nearly always, tan(x) / x
-// with x = h |W| / 2 comes from its series in t = x^2, whose next term, 0.009 t^5, is below rounding there.
-// The bound 1.2 on x keeps the tangent away from its pole if an iterate is too large; the solution itself is
-// far below it (largest_turn).
+// with x = h |W| / 2 comes from its series in t = x^2. The next term, 0.009 t^5, is below rounding there. The
+// bound 1.2 on x keeps the tangent away from its pole if an iterate is too large; the solution itself is far
+// below it (largest_turn).
 double cayley_time(const Vec3& W, double h) {
   const double t = 0.25 * h * h * norm_squared(W);
   if (t < 1e-3) return h * (1 + t * (1.0 / 3 + t * (2.0 / 15 + t * (17.0 / 315 + t * (62.0 / 2835)))));
@@ -26,7 +26,7 @@ double cayley_time(const Vec3& W, double h) {
 
 // Newton's method for F(W) = 2 I (W - W0) - s (I W) x W = 0 in W = Wm, with s constant in the derivative:
 // d((I W) x W) = ([I W]x - [W]x I) dW. The remaining error is of second order in the step, except for a share
-// (h |W|)^3 / 6, as s is not constant: below rounding after a small step of a small turn.
+// (h |W|)^3 / 6, as s is not constant. It is below rounding after a small step of a small turn.
 Vec3 midpoint(const Mat3& I, const Vec3& W0, double h) {
   const double size = norm_squared(W0);
   const double enough = h * h * size < 1e-3 ? 1e-22 : 1e-32;
@@ -142,8 +142,8 @@ void make_free_velocities(const Model& model, const State& state, double h, cons
 }
 
 // docs/algorithm.md (3). Symplectic Euler: positions move with the velocities at the end of the step,
-// rotations by the exponential of theirs, which keeps quaternions of unit length and is exact for constant
-// spin. normalised() only removes the rounding.
+// rotations by the exponential of theirs. The exponential keeps quaternions of unit length and is exact for
+// constant spin. normalised() only removes the rounding.
 void integrate(const Model& model, const BodyFrames& frames, const std::vector<GyroscopicSpin>& spins,
                const BodyVelocities& v, double h, State& state) {
   for (std::size_t i = 0; i < frames.size(); ++i) {

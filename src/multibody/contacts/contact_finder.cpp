@@ -121,8 +121,8 @@ struct Later {
 }  // namespace
 
 // Poses and motions of the geoms, and the boxes that they may reach within the step. A box covers the travel
-// of the centre and grows by half of the margin, by the effect of turning, and by the rest offset, so that
-// the boxes of all pairs that could touch overlap.
+// of the centre and grows by half of the margin, by the effect of turning, and by the rest offset. So the
+// boxes of all pairs that could touch overlap.
 void ContactFinder::place_geoms(const Reach& reach) {
   const Model& model = reach.model;
   const auto& geoms = model.description().geoms;

@@ -41,9 +41,9 @@ class ContactFinder {
  private:
   // Appends the points that v brings deeper than `allowance` and that are not among the contacts.
   void find_missed(const Reach& reach, double allowance, std::vector<Contact>& contacts);
-  // Appends the points of known pairs that overlap by more than `allowance` in the poses to which v leads,
-  // for example on a face that turns while a body slides along it. Arms, normal and gap of these points are
-  // those at the end of the step, so that they only constrain that motion.
+  // Appends the points of known pairs that overlap by more than `allowance` in the poses to which v leads. An
+  // example is a face that turns while a body slides along it. Arms, normal and gap of these points are those
+  // at the end of the step, so that they only constrain that motion.
   void find_overlaps(const Reach& reach, double allowance, std::vector<Contact>& contacts);
   // Replaces the points of pairs at internal edges by those along the neighbour's normal.
   void level(const Reach& reach, std::span<const InternalEdges::Passage> passages,

@@ -83,9 +83,8 @@ const InternalEdges::Touch* InternalEdges::find_level(const Reach& reach,
 }
 
 // The same for a contact with the rim of a triangle surface. Inner edges of such a surface only have normals
-// of the surface. At its rim the neighbour decides. A normal that belongs to no triangle is not a normal of
-// the joint surface if the neighbour begins at the point and continues in the direction in which the normal
-// leans.
+// of the surface. At its rim the neighbour decides. A normal that belongs to no triangle is rejected if the
+// neighbour begins at the point and continues in the direction in which the normal leans.
 const InternalEdges::Touch* InternalEdges::find_rim(const Reach& reach, const std::vector<Transform>& frames,
                                                     const Touch& touch) const {
   const double level = level_of(reach.margin);

@@ -105,8 +105,8 @@ void search(const Joint& joint, const Transform& relative, double length, std::s
 // have several fits (elbow up and down) or local minima, and are searched if the first fit is poor.
 void update_joint(const Joint& joint, const Transform& relative, double length, std::span<double> q) {
   constexpr double good = 1e-6;  // rad^2: error of a first fit below which it is good
-  // All coordinates are zero either before any fit, or for a joint at zero, where the first fit is good and
-  // ends at once.
+  // All coordinates are zero either before any fit or for a joint at zero. In the latter case the first fit
+  // is good and ends at once.
   const bool first = std::all_of(q.begin(), q.end(), [](double v) { return v == 0; });
   std::size_t hinges = 0, hinge = 0;
   for (std::size_t i = 0; i < q.size(); ++i) {

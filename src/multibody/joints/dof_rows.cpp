@@ -76,8 +76,8 @@ void append_drive(const RowInput& in, const DofRow& d, JointRows& rows) {
   if (terms) rows.append(Free{}, d.row, *terms, d.last.drive / d.scale, d.tag(RowKind::drive));
 }
 
-// The speed of a position motor at the distance `way` from its target: the travel within the step, but no
-// faster than half of its largest acceleration a can brake, way = v h + v^2 / a. (The other half is for
+// The speed of a position motor at the distance `way` from its target. It is the travel within the step, but
+// no faster than half of its largest acceleration a can brake, way = v h + v^2 / a. (The other half is for
 // loads.) A motor with the speed way / h would overshoot by as much as it approached, for ever.
 //
 // v^2 / a + h v - |way| = 0 has the positive root v = a (-h + sqrt(h^2 + 4 |way| / a)) / 2. Multiplied by the

@@ -95,7 +95,7 @@ Screw joint_twist(const JointContext& joint, const BodyVelocities& v) {
 }
 
 // The power of a wrench (f, t) at a point P of the world on a body is <f, v + w x r> + <t, w> with r from the
-// centre of mass to P, which equals <f, v> + <r x f + t, w>. So the row is (f, r x f + t) on A. B gets the
+// centre of mass to P. This equals <f, v> + <r x f + t, w>. So the row is (f, r x f + t) on A. B gets the
 // opposite wrench at the same P, so that linear and angular momentum are conserved to rounding.
 JacobianRow joint_row(const JointContext& joint, const Screw& wrench) {
   const Vec3 f = joint.axes * wrench.linear, t = joint.axes * wrench.angular;

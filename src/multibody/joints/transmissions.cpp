@@ -41,7 +41,7 @@ Line transmission_line(const Model& model, const BodyFrames& bodies, const Trans
   const double root = square > 0 ? std::sqrt(square) : 0;
   line.length = along - root;
   // dl/dv. The turn of a adds <dl/da, w x a> = <w, a x v> dl/d<a, v>, which is the moment of the force about
-  // the crank: again both forces act at one point.
+  // the crank. Again both forces act at one point.
   const Vec3 f = root > 0 ? (1 - along / root) * a + v / root : a;
   add(t.body, f, {}, here.position, 1);
   add(t.reference_body, f, {}, here.position, -1);

@@ -7,9 +7,9 @@
 // impulses.
 //
 // Eliminating z shows the error. With M_z = 1 / w the impulses of the parts differ from each other by M_z
-// (z_i+ - z_i), at most lightness times the impulse of the row; this is the error of the momentum. The
-// problem contains only changes of z: c of a link is -z_i, and the row itself has their sum as an offset, so
-// that a motion that satisfies it needs no impulse.
+// (z_i+ - z_i), at most lightness times the impulse of the row. This is the error of the momentum. The
+// problem contains only changes of z: c of a link is -z_i, and the row itself has their sum as an offset. So
+// a motion that satisfies the row needs no impulse.
 #include "multibody/joints/wide_rows.hpp"
 
 #include <algorithm>

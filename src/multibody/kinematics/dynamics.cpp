@@ -120,8 +120,8 @@ double line_acceleration(const Tree& tree, const State& state, std::span<const d
 
 }  // namespace
 
-// With the inertia I of all links that a link supports, a unit of its column s gives the momentum I s, and M
-// = <s', I s> for every column s' of the link and of its ancestors.
+// With the inertia I of all links that a link supports, a unit of its column s gives the momentum I s. So M =
+// <s', I s> for every column s' of the link and of its ancestors.
 std::vector<double> mass_matrix(const Tree& tree, const State& state, const TreePose& pose,
                                 std::span<const double> q) {
   const Model& model = tree.model();

@@ -11,7 +11,7 @@ struct Speeds {
   double moving = 0, turning = 0;
 };
 
-// The residual is an energy norm, relative to the whole problem: with masses of 1e8 and 1e-8 kg a light body
+// The residual is an energy norm, relative to the whole problem. With masses of 1e8 and 1e-8 kg a light body
 // may have any velocity error within a tolerance that the heavy ones meet. If blocks are wrong by a large
 // share of their own velocity and the tolerance does not see this, returns a tolerance that does; otherwise
 // infinity. For bodies beside stiff drives, and for bodies that slide along steep cones, the share is that of

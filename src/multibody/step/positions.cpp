@@ -1,7 +1,7 @@
 // docs/algorithm.md (27): the smallest displacement p of the bodies that removes position errors, 1/2 p' M p
 // -> min. Equalities are C + D p = 0, inequalities C + D p >= 0. These include the gaps of all contacts, so
 // that a body pushed out of one neighbour is not pushed into the next. The optimality conditions are a VI of
-// the form of the step's, with frictionless impulses as multipliers and p / h as velocities (Acary,
+// the form of the step's. Frictionless impulses are the multipliers and p / h the velocities (Acary,
 // "Projected event-capturing time-stepping schemes for nonsmooth mechanical systems with unilateral contact
 // and Coulomb's friction", CMAME 256, 2013).
 //
@@ -29,7 +29,7 @@ namespace {
 bool is_rigid(const Contact& c) { return c.material.compliance == 0; }
 
 // Whether a body cannot move along the normal of a contact, because its joint to the world or to a fixed body
-// has no dof in that direction: for example a slider modelled inside its table.
+// has no dof in that direction. An example is a slider modelled inside its table.
 bool is_held(const PositionInput& in, Index body, const Contact& c) {
   if (!in.model.is_dynamic(body)) return true;
   return std::any_of(in.joints.begin(), in.joints.end(), [&](const JointContext& joint) {

@@ -3,7 +3,7 @@
 // 2, the work of the impulses x along the mean of the velocities.
 //
 // Joints. D v+ = 0 in the pose q is of first order. A body on a circle moves along its tangent for a step and
-// is projected onto the next one, which loses the share (h w)^2 / 2 of its energy per step. Instead D (v- +
+// is projected onto the next one. That loses the share (h w)^2 / 2 of its energy per step. Instead D (v- +
 // v+) = 0 is required, docs/algorithm.md (9). The work is then zero for every x, so that energy is kept to
 // rounding and cannot grow. v- and v+ are the chords of the circle before and after q, and its tangent
 // bisects them. The error of the path is therefore of third order. It is the midpoint rule for the

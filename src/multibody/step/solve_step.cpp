@@ -109,8 +109,9 @@ Solution solve_for_light_bodies(const StepSolver& solver, const Problem& problem
   return s;
 }
 
-// By the residual of the start: far from a solution (solve to the tolerance), within the tolerance (accept),
-// nearly within it (solve to rounding, or below the tolerance if the direct way does not apply).
+// Decides by the residual of the start. Far from a solution: solve to the tolerance. Within the tolerance:
+// accept the start. Nearly within it: solve to rounding, or below the tolerance if the direct way does not
+// apply.
 Solution solve_from(const StepSolver& solver, const Problem& problem, std::span<const double> x0,
                     Solution memory) {
   Options options = solver.options;

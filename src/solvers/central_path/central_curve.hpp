@@ -82,8 +82,8 @@ class CentralCurve {
   double t_ = 1;
   // Signs of the determinant: at the start, and where the last step along the curve began.
   int first_sign_ = 0, sign_before_ = 0;
-  // The start of the last step along the curve: the point, the direction and the share of it that was taken,
-  // t, and the relative change of t along the whole direction. Then the number of steps back to the curve
+  // The start of the last step along the curve: the point, the direction and the share of it that was taken.
+  // Then t, and its relative change along the whole direction. Then the number of steps back to the curve
   // since.
   Barriers before_;
   double t_before_ = 1, dt_ = 0, step_ = 0;
@@ -99,10 +99,10 @@ class CentralCurve {
 namespace curve {
 
 // Round numbers whose neighbours are no better: shares are 1/2, lengths 2 units. In this order: largest rise
-// of t in a step, and largest fall in a step back, since the curve bends away beyond; the share of a step
-// that the boundary must leave. Then the ratio of t after a fold to t before it: below this ratio the step
-// has jumped to another branch of the curve, on which it might circle. Last, the length of such a step when
-// it is repeated.
+// of t in a step, and largest fall in a step back, since the curve bends away beyond. Next the share of a
+// step that the boundary must leave. Then the ratio of t after a fold to t before it: below this ratio the
+// step has jumped to another branch of the curve, on which it might circle. Last, the length of such a step
+// when it is repeated.
 inline constexpr double most_rise = 0.5, most_fall = 0.5, least_free = 0.5, far_from_fold = 0.5,
                         shorter = 0.5;
 // beyond: aim of a step, in distances to the boundary. neighbourhood: distance of one block to the curve

@@ -49,7 +49,7 @@ struct Part {
 };
 
 // The problem of some blocks, with bodies numbered in the order of their appearance. The data were checked
-// with the whole problem, so make_problem is not called: P is that of the whole, and the pattern of rows and
+// with the whole problem, so make_problem is not called. P is that of the whole, and the pattern of rows and
 // bodies is that of its links. Blocks keep their order, contacts before joints, which is the order of the
 // rows of a ContactSystem. `body_number` is scratch, -1 before and after. It is sized once for all parts, so
 // that the cost of many islands is linear in the whole.

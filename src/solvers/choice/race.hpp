@@ -41,12 +41,12 @@ struct Contender {
   bool constrained = false;
 };
 
-// Runs the contenders in turns until one reaches the tolerance, all have stalled, the limits of the caller
-// are reached, or nominal `work` (ns) is used up, which only counts where the caller set no limit. Costs are
-// nominal: estimates, never clocks, so that the same problem takes the same turns everywhere. x is the best
-// of all and `method` that which made it; `phases` and `reason` tell what each did, in the order of their
-// starts; counts, time and history are those of the whole. `rest`: the problem without its bilateral rows, or
-// null.
+// Runs the contenders in turns until one reaches the tolerance, all have stalled or the limits of the caller
+// are reached. If the caller set no limit, nominal `work` (ns) limits the race. Costs are nominal, that is
+// estimates and no clock readings, so that the same problem takes the same turns everywhere. x is the best of
+// all, and `method` the one that made it. `phases` and `reason` list the contenders in the order of their
+// starts. Counts, time and history are those of the whole race. `rest`: the problem without its bilateral
+// rows, or null.
 Solution race(const Problem& problem, const Options& options, const std::vector<Contender>& contenders,
               FactorCost factor, double work, ConstrainedProblem* rest = nullptr);
 

@@ -4,7 +4,7 @@
 //     x^ = 1.6 x + (1 - 1.6) z_old,
 //
 // with one factorisation of A + rho P, in body space if there are bodies. It minimises the augmented
-// Lagrangian 1/2 x'Ax + b'x + rho/2 |x - z + w|_P^2 in turn over x, without K, and over z in K, without A; w
+// Lagrangian 1/2 x'Ax + b'x + rho/2 |x - z + w|_P^2 in turn over x, without K, and over z in K, without A. w
 // is the scaled multiplier of x = z. At a fixed point x = z. The first line then gives -rho P w = A x + b =
 // u, the third z = Pi_K(z - P^-1 u / rho). So z is a solution for any rho > 0.
 //

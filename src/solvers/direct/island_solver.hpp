@@ -34,8 +34,9 @@ class IslandSolver {
   Result solve(const Reduction::Island& island, Law law, const Limits& limits, std::vector<double>& x);
 
  private:
-  // Parameters of a search for faces: Newton steps in a row, number of them that may pass without a better x,
-  // first proximal term as a multiple of diag(W), and its factor after a step without a better x.
+  // Parameters of a search for faces: Newton steps in a row, and number of them that may pass without a
+  // better x. Then the first proximal term as a multiple of diag(W), and its factor after a step without a
+  // better x.
   struct Faces {
     std::size_t steps, stale_steps;
     double proximal, rise;

@@ -183,8 +183,8 @@ void Mechanism::add_wrenches(const Bodies& bodies, std::span<const double> w, st
   }
 }
 
-// v of K (v, -x_f) = (w, 0): joints react to w as in the whole problem. b_f = 0, because only the change of
-// the velocities is asked for.
+// v of K (v, -x_f) = (w, 0): joints react to w as in the whole problem. b_f = 0, because the result is only
+// the change of the velocities.
 void Mechanism::move(const Bodies& bodies, const std::vector<Index>& body, double* w,
                      std::vector<double>& z) const {
   z.assign(width * K_.nodes(), 0.0);

@@ -53,7 +53,7 @@ inline constexpr std::size_t steps_at_once = 10;
 // Newton steps (count): that may pass without a better x.
 inline constexpr std::size_t stale_at_once = 4;
 // Proximal term (relative to the diagonal of W): makes the matrix regular if contacts outnumber the degrees
-// of freedom of the bodies, and changes their impulses by no more than the tolerance.
+// of freedom of the bodies. It changes their impulses by no more than the tolerance.
 inline constexpr double proximal_at_once = 1e-7;
 // Proximal term (relative to the diagonal of W): in the careful search. Redundant contacts that oppose slips
 // of 1e-7 m/s keep their impulses (test_scenes, jammed dominoes).

@@ -93,7 +93,8 @@ struct ContactIterate::State {
   }
 };
 
-// LineArray zeroes its memory. What is not filled below stays an inert lane, a dummy line or an absent array.
+// LineArray zeroes its memory. An array that is not filled below stays an inert lane, a dummy line or an
+// absent array.
 ContactIterate::State::State(const Problem& problem, Law law, unsigned threads, Isa isa)
     : layout(lay_out(std::get<ContactSystem>(problem.A), problem.graph, problem.K.contacts())),
       pool(automatic_threads(threads, layout.chunks.size())),

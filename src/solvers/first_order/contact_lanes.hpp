@@ -114,7 +114,7 @@ AMONTONS_INLINE Vec6 gather(const double* lines, const std::uint32_t* at) {
 struct Rows {
   Vec line[8];
 };
-// The inverse transpose. q_i are components 0 1 2 3 of lines i and i + 4; p0 and p1 are the pairs of even and
+// The inverse transpose. q_i are components 0 1 2 3 of lines i and i + 4. p0 and p1 are the pairs of even and
 // of odd lines, in the order 0, 2, 4, 6. A line takes four doubles from q_i and two from p0 or p1; the rest
 // is padding.
 AMONTONS_INLINE Rows rows(const Vec6& c) {

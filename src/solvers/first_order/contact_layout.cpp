@@ -17,7 +17,7 @@ constexpr std::size_t contacts_per_chunk = 2048, max_chunks = 64;
 
 using Link = ContactGraph::Link;
 
-// A batch contains a body at most once, so a body needs as many batches as it has contacts: the ground box of
+// A batch contains a body at most once, so a body needs as many batches as it has contacts. The ground box of
 // a pile would leave seven of eight lanes inert. If a body needs more batches than all contacts fill, it is a
 // hub: it gets a line for each of the eight lanes, and causes no conflict. The limit is at least 8, the lines
 // that a hub takes, and at most 64, two rings of batches.

@@ -10,8 +10,9 @@
 // and the metric in its direction, and moves x, u, y and u_y in its last pass: 528 per contact (544 under
 // coulomb).
 //
-// Three rules keep the bits the same on every instruction set: no function that is not correctly rounded, no
-// fused multiply-add (-ffp-contract=off), and every sum over eight lanes and then in the order of LaneSums.
+// Three rules keep the bits the same on every instruction set. Every function is correctly rounded. There is
+// no fused multiply-add (-ffp-contract=off). Every sum runs over eight lanes and then in the order of
+// LaneSums.
 #include "solvers/first_order/contact_passes.hpp"
 
 #include "solvers/first_order/cone_lanes.hpp"
@@ -176,8 +177,8 @@ PassSums direction(const PassData& data, const Chunk& chunk, double alpha) {
   return {{sums.total(0), sums.total(1), sums.total(2), sums.total(3)}};
 }
 
-// `width` contacts of a batch in the last pass of an iteration: place of their lane in the batch, place of
-// their x in the vectors, number of their sum, normal, d and A d.
+// `width` contacts of a batch in the last pass of an iteration. The data are the place of their lane in the
+// batch, the place of their x in the vectors, number of their sum, normal, d and A d.
 struct StepLanes {
   std::size_t batch, at;
   int part, lane;

@@ -33,7 +33,7 @@ struct alignas(64) ContactRows {
 };
 
 // Eight stored rows of D, (linear, angular) of each body padded with two zeros to the length of a line, with
-// their intervals [lo, hi]; free and nonnegative rows have infinite bounds. compliance is the entry of E.
+// their intervals [lo, hi]. Free and nonnegative rows have infinite bounds. compliance is the entry of E.
 // Rows of a batch may share bodies. Short batches are padded with rows of zeros at the dummy.
 struct alignas(64) JointBatch {
   double a[lanes][8], b[lanes][8];

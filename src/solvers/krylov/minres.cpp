@@ -72,7 +72,7 @@ struct Minres : VectorIterate {
   }
 
   // The last two rotations carry the new column (beta_k, alpha_k, beta_{k+1}) of T to R, where it becomes
-  // (rho3, rho2, delta, beta_{k+1}); a third one turns its last two entries into (rho1, 0), and x follows:
+  // (rho3, rho2, delta, beta_{k+1}). A third one turns its last two entries into (rho1, 0), and x follows:
   //
   //     w_k = (z_k - rho3 w_{k-2} - rho2 w_{k-1}) / rho1,   x := x + c eta w_k,   eta := -s eta.
   //

@@ -1,8 +1,7 @@
-// Multifrontal factorisation, after Liu 1992. Names: a node is a block of rows in elimination order; a
+// Multifrontal factorisation, after Liu 1992. Names: a node is a block of rows in elimination order. A
 // supernode is a run of nodes whose columns of L have (nearly) the same rows, held as one dense panel.
-// Analysis, once:
-// 1. an order with little fill, on the graph of blocks: block_order.cpp;
-// 2. the elimination tree: parent(k) is the first row below k in column k of L. Column k changes only
+// Analysis, once: 1. an order with little fill, on the graph of blocks: block_order.cpp; 2. the elimination
+// tree: parent(k) is the first row below k in column k of L. Column k changes only
 //    columns on the path from k to the root, so that subtrees are independent of each other;
 // 3. a postorder of the tree: each subtree is contiguous, directly before its parent;
 // 4. the rows of every column, from those of its children; supernodes; and the place of each row of a child
@@ -277,8 +276,8 @@ constexpr double shortest_measured = 1e6;
 constexpr double unwatched_work = 3e5;
 
 // A front in pieces of some columns each. The kernels subtract from all columns to the right, so that the
-// next piece is a front of its own, and every entry sees the same operations in the same order. upper: null
-// if the matrix is symmetric.
+// next piece is a front of its own. Every entry sees the same operations in the same order. upper: null if
+// the matrix is symmetric.
 int factor_front(double* lower, double* upper, int front, int stride, int columns, double* pack) {
   int replaced = 0;
   for (int first = 0; first < columns;) {
@@ -301,7 +300,7 @@ int stride_of(int front) { return (front + 7) / 8 * 8; }
 
 }  // namespace
 
-// Assembles the front of a supernode: F11 and F21 from the panel, where A was assembled; F22 zero; and the
+// Assembles the front of a supernode: F11 and F21 from the panel, where A was assembled; F22 zero. Adds the
 // updates of its children, which lie on the stack below `top`, the last child's on the top.
 void BlockCholesky::take(Triangle& of, const Supernode& s, std::size_t top) const {
   const int stride = stride_of(s.front);

@@ -20,8 +20,8 @@ AMONTONS_FOR_EACH_ISA(void panel_forward(const double* L, int front, int columns
                       void panel_backward(const double* L, int front, int columns, double* own,
                                           const double* below);)
 
-// Columns per panel: narrow, because factoring a panel runs slower than subtracting it; 12 times 16 rows of
-// L are 1.5 kB and stay in the L1 cache for all columns to the right.
+// Columns per panel: narrow, because factoring a panel runs slower than subtracting it. 12 times 16 rows of L
+// are 1.5 kB and stay in the L1 cache for all columns to the right.
 constexpr int front_panel = 12;
 // Doubles of the packed transpose of a panel; strips of four columns round its length up.
 constexpr int front_pack_size(int front) { return front_panel * (front + 8); }

@@ -20,7 +20,7 @@ inline void subtract_scaled(double* __restrict y, const double* __restrict x, do
   for (; i < n; ++i) y[i] -= a * x[i];
 }
 
-// Columns [p, end) of the rows [p, n), left-looking inside the panel: the earlier columns of the panel are
+// Columns [p, end) of the rows [p, n), left-looking inside the panel. The earlier columns of the panel are
 // subtracted from column j, which is then divided by the root of its pivot. A pivot that is not positive
 // (rounding in a semidefinite matrix) becomes 1e100: its column nearly vanishes, and with it the part of a
 // solution along it.

@@ -11,8 +11,8 @@
 //
 // Eliminating du leaves (A + W^2) dx = r for ShiftedSystem: in body space that is a sparse Cholesky
 // factorisation with six unknowns per body. The contribution of a block is the Barrier of its set
-// (sets/barrier.hpp), in units in which the block's mean of diag(A), and the natural map at zero, are of
-// order one:
+// (sets/barrier.hpp). In its units the block's mean of diag(A), and the natural map at zero, are of order
+// one:
 //
 //     x = unit x~,   u = (beta^2 / unit) u~,   unit = beta / sqrt(P),   so that <x, u> = beta^2 <x~, u~>.
 //

@@ -7,17 +7,17 @@
 
 namespace amontons {
 
-// A contact point for the selection of few from many: its place, its gap now, and its predicted gap at the
-// end of the step (m; equal if there is no prediction).
+// A contact point for the selection of few from many. It has a place, the gap now, and the predicted gap at
+// the end of the step (m; equal if there is no prediction).
 struct SupportPoint {
   Vec3 point;
   double gap, end;
 };
 
 // Selects those points of two bodies with about one normal that carry the same load as all of them. A force
-// at a point inside a polygon is a sum of forces at its corners, with the same direction, and the constraint
-// gap >= 0 is linear in the plane across the normal. So the corners of the support polygon matter, and the
-// points on which the bodies would stand after a small turn. The other points follow from these, or cannot be
+// at a point inside a polygon is a sum of forces at its corners, with the same direction. The constraint gap
+// >= 0 is linear in the plane across the normal. So the corners of the support polygon matter, and the points
+// on which the bodies would stand after a small turn. The other points follow from these, or cannot be
 // reached within the step.
 class SupportPoints {
  public:

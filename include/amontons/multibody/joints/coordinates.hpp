@@ -16,8 +16,9 @@ void update_coordinates(const Model& model, const BodyFrames& bodies, std::span<
 // Bodies at their initial poses and velocities, coordinates found from the poses, no loads.
 State initial_state(const Model& model);
 
-// Largest violation of locked directions in the present pose: of a position (m), at the anchor of the joint's
-// last hinge or the origin of frame_a, and of an angle (rad). Compliant joints are springs and do not count.
+// Largest violation of locked directions in the present pose: of a position (m) and of an angle (rad).
+// Positions are taken at the anchor of the joint's last hinge or the origin of frame_a. Compliant joints are
+// springs and do not count.
 struct JointError {
   double distance = 0, angle = 0;
   Index joint = -1;  // joint of the largest distance, or angle times Model::length()

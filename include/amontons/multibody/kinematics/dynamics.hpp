@@ -17,7 +17,8 @@ struct BodyMomentum {
   Vec3 centre;  // of mass, world
   Wrench momentum, force;
 };
-// Of all bodies of the model; those that are not dynamic count with the mass in their description.
+// The momenta of all bodies of the model. Those that are not dynamic count with the mass in their
+// description.
 std::vector<BodyMomentum> body_momenta(const Tree& tree, const State& state, const TreePose& pose,
                                        std::span<const double> qd, std::span<const double> qdd);
 

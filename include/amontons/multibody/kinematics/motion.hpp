@@ -7,8 +7,8 @@
 
 namespace amontons {
 
-// The velocity of a body: of its point at the world's origin, and angular; or the rates of both (spatial
-// acceleration: that of the flow at a place, not of a particle). World axes.
+// The velocity of a body: of its point at the world's origin, and angular. Or the rates of both, the spatial
+// acceleration, which is that of the flow at a place and not of a particle. World axes.
 //
 // About one common point twists of all bodies add, which makes every formula of the tree one line
 // (Featherstone, Rigid Body Dynamics Algorithms, 2008, ch. 2). Far from the origin cancellation costs digits

@@ -14,7 +14,7 @@ struct Link {
   Index parent = world;   // body relative to which it moves; world for a floating base
   Index joint = -1;       // -1: a floating base
   bool reversed = false;  // the body is B of the joint: its coordinates move the parent against the body
-  // Its entries in q and qd. For a joint: those of its dofs in their order; a ball joint adds a unit
+  // Its entries in q and qd. For a joint: those of its dofs in their order. A ball joint adds a unit
   // quaternion (w, x, y, z), the rotation of frame_a from its place after the dofs, and three angular
   // velocities of A relative to B in the axes of frame_a. For a floating base: position of the body frame's
   // origin and its orientation, velocity of the origin in world axes and angular velocity in body axes.

@@ -139,7 +139,7 @@ struct PathElement {
     point,     // the tendon passes through the origin of the frame
     sphere,    // obstacle about the origin of the frame: the tendon goes around or through it
     cylinder,  // the same, about the frame's third axis and without ends
-    pulley,    // the tendon begins anew at the next point; from here on lengths count 1 / divisor
+    pulley,    // the tendon restarts at the next point; from here on lengths count 1 / divisor
   } kind = Kind::point;
   Index body = world;
   Transform frame;    // in the body frame
@@ -186,7 +186,7 @@ struct Transmission {
     // reference body only takes the reaction) the force has no length: l = <torque, r>.
     wrench,
     // A rod of length `rod` joins the origin of `frame` (the crank) to a slider on the third axis of the
-    // reference frame: l = gear times the position of the slider on that axis.
+    // reference frame. l is gear times the position of the slider on that axis.
     slider_crank,
   } kind = Kind::dof;
   Index joint = -1, dof = 0, tendon = -1;
@@ -263,8 +263,9 @@ struct ModelDescription {
 };
 
 // Throws InputError naming the body, geom or joint and the remedy. Causes are: mass or inertia that is not
-// positive (or violates the triangle inequality), poses that are not finite, duplicate names, missing bodies,
-// a joint of a body with itself, limits in the wrong order, static-only shapes on moving bodies, and so on.
+// positive (or violates the triangle inequality), poses that are not finite, duplicate names, missing bodies.
+// Further causes are a joint of a body with itself, limits in the wrong order, static-only shapes on moving
+// bodies, and so on.
 void check(const ModelDescription& description);
 
 }  // namespace amontons

@@ -48,8 +48,8 @@ class Model {
   double length() const { return length_; }
   double total_mass() const { return total_mass_; }
   // Mass of the lighter dynamic body of a row over the mass of the heaviest body that joints connect to it,
-  // in [1e-8, 1]; 1 if no joint holds the lighter body. Compliances that are relative to D M^-1 D' of a row
-  // are multiplied by it, because a row of a light link carries the weight of the heavy ones.
+  // in [1e-8, 1]. It is 1 if no joint holds the lighter body. Compliances that are relative to D M^-1 D' of a
+  // row are multiplied by it, because a row of a light link carries the weight of the heavy ones.
   double lightness(Index body_a, Index body_b) const;
   // Factor of the inverse mass and inertia in the response to impulses, at most 1. It is below 1 for a body
   // that is lighter than 1e-8 of the heaviest one of its mechanism. Otherwise one ulp of the impulses that

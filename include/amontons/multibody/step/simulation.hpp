@@ -131,8 +131,8 @@ class Simulation {
   double restitution_speed() const;
 
  private:
-  // An attempt at a step: the number of parts; whether it is damped, that is of first order, which may lose
-  // but never gain energy; whether it is the last attempt.
+  // An attempt at a step: the number of parts; whether it is damped; whether it is the last attempt. A damped
+  // attempt is of first order and may lose but never gain energy.
   struct Attempt {
     unsigned parts;
     bool damped, recovers, is_last;

@@ -55,8 +55,8 @@ inline constexpr double least_deadline = 1e-9;
 struct Options {
   // The law of friction. The two laws agree for sets without friction.
   Law law = Law::associated;
-  // Of the natural residual, >= 0. The residual is 1 at x = 0, or 0 if x = 0 is the solution. 0 runs to the
-  // limits.
+  // Tolerance of the natural residual, >= 0. The residual is 1 at x = 0, or 0 if x = 0 is the solution. 0
+  // runs to the limits.
   double tolerance = 1e-6;
   // 0 leaves every method its own limit. A given number is the limit of all phases of `auto` together, for
   // each group of islands separately. The cost of an iteration differs between methods.

@@ -13,8 +13,8 @@ enum class Status : unsigned char {
   iteration_limit,
   // The wall-clock deadline passed. The clock is read between iterations.
   deadline,
-  // No further progress is possible: no step was found, the best residual did not fall by 1 % within the
-  // stall window, the iterate is not finite, or all of several methods ended.
+  // No further progress is possible. Causes: no step was found, the best residual did not fall by 1 % within
+  // the stall window, the iterate is not finite, or all methods ended.
   stalled,
   // The callback returned true, or the poll of `interrupted` (Ctrl-C in Python) did.
   interrupted,

@@ -8,10 +8,10 @@
 
 namespace amontons {
 
-// An Iterate (iterate.hpp) for bodies and contacts, fused into three passes over memory: a trial point with
-// its projection (direction), the inverse masses (curvature), and the new iterate with its residual (update).
-// Its plain twin for any operator is PlainIterate. src/solvers/first_order/pass_data.hpp describes the layout
-// of the arrays.
+// An Iterate (iterate.hpp) for bodies and contacts, fused into three passes over memory. These are a trial
+// point with its projection (direction), the inverse masses (curvature), and the new iterate with its
+// residual (update). Its plain twin for any operator is PlainIterate. src/solvers/first_order/pass_data.hpp
+// describes the layout of the arrays.
 //
 // x and u are impulses (N s) and velocities (m/s). They are stored in world coordinates, where a circular
 // cone needs no tangents. Spans are in the order of the problem and in the frames of the contacts. All sums

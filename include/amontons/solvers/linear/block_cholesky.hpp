@@ -8,11 +8,11 @@
 
 namespace amontons {
 
-// Multifrontal Cholesky factorisation L L' of a symmetric positive definite matrix given in blocks: bodies of
-// 6 rows in body space, cones of 1 to 6 rows in impulse space, or one block for a dense matrix. The order is
-// found once per pattern (approximate minimum degree or nested dissection of the graph of blocks). factor()
-// then runs on dense fronts only. Sources: Duff, Reid 1983; Liu, "The multifrontal method for sparse matrix
-// solution", SIAM Review 1992. The code is our own because no permissive library offers the method;
+// Multifrontal Cholesky factorisation L L' of a symmetric positive definite matrix given in blocks. These are
+// bodies of 6 rows in body space, cones of 1 to 6 rows in impulse space, or one block for a dense matrix. The
+// order is found once per pattern (approximate minimum degree or nested dissection of the graph of blocks).
+// factor() then runs on dense fronts only. Sources: Duff, Reid 1983; Liu, "The multifrontal method for sparse
+// matrix solution", SIAM Review 1992. The code is our own because no permissive library offers the method;
 // ARCHITECTURE.md gives the reasons and the measured ratio.
 //
 // For unsymmetric values on that pattern it is L U: twice the work and memory, the same order, no exchange of
