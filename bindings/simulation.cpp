@@ -2,7 +2,7 @@
 
 #include <type_traits>
 
-#include "amontons/base/patience.hpp"
+#include "amontons/base/budget.hpp"
 #include "amontons/multibody/joints/actuators.hpp"
 #include "amontons/multibody/joints/coordinates.hpp"
 #include "bindings.hpp"
@@ -46,7 +46,7 @@ auto patiently(Work&& work) {
   decltype(work()) result;
   {
     nb::gil_scoped_release release;
-    const Patience patience(infinity, [] {
+    const Budget budget(infinity, [] {
       nb::gil_scoped_acquire gil;
       return PyErr_CheckSignals() != 0;
     });

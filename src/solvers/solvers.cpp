@@ -6,8 +6,8 @@
 #include <string>
 #include <utility>
 
+#include "amontons/base/budget.hpp"
 #include "amontons/base/error.hpp"
-#include "amontons/base/patience.hpp"
 
 namespace amontons {
 
@@ -62,7 +62,7 @@ Solution solve(const Problem& problem, std::string_view method, const Options& o
   validate(options, problem);
   Options in_time = options;
   in_time.deadline -= ending(problem, options.deadline);
-  const Patience patience(in_time.deadline, options.interrupted);
+  const Budget budget(in_time.deadline, options.interrupted);
   return run(problem, in_time);
 }
 

@@ -63,18 +63,18 @@ struct PictureCamera {
   Vec3 target;                                      // point in the middle of the picture
   double distance = std::numeric_limits<double>::infinity();  // distance of the eye from the target;
                                                               // infinite: parallel rays
-  double pixel = 1e-2;        // size of a pixel at the target, m
-  int width = 1, height = 1;  // pixels
-  int samples = 2;            // per pixel in each direction
+  double pixel = 1e-2;                                        // size of a pixel at the target, m
+  int width = 1, height = 1;                                  // pixels
+  int samples = 2;                                            // per pixel in each direction
 };
 
 struct PictureStyle {
-  Vec3 light{0, 0, 1};      // unit vector towards the light
-  double ambient = 0.42;    // brightness without direct light
-  double glass = 0.25;      // opacity of a fixed instance in front of a moving one; 1: opaque
-  double fade = 0;          // share of white in everything except lines
-  Colour floor{1, 1, 1};    // of lit planes
-  Colour nothing{1, 1, 1};  // colour of the background
+  Vec3 light{0, 0, 1};         // unit vector towards the light
+  double ambient = 0.42;       // brightness without direct light
+  double glass = 0.25;         // opacity of a fixed instance in front of a moving one; 1: opaque
+  double fade = 0;             // share of white in everything except lines
+  Colour floor{1, 1, 1};       // of lit planes
+  Colour background{1, 1, 1};  // colour of the background
 };
 
 }  // namespace amontons

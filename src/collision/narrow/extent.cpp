@@ -23,14 +23,14 @@ bool has_face(const Shape& shape, const Transform& frame, const Vec3& direction)
 
 namespace {
 
-// Calls look(triangle) for the triangles within a distance of a point, in the coordinates of the surface; for
-// other shapes it makes no call.
-void for_each_triangle_near(const Shape& surface, const Vec3& point, double distance, auto&& look) {
+// Calls visit(triangle) for the triangles within a distance of a point, in the coordinates of the surface;
+// for other shapes it makes no call.
+void for_each_triangle_near(const Shape& surface, const Vec3& point, double distance, auto&& visit) {
   const Vec3 reach{distance, distance, distance};
   const auto search = [&](const auto& triangles) {
     triangles.for_each_near(Aabb{point - reach, point + reach}, [&](auto triangle) {
       const collision::Facet facet = triangles.facet(triangle);
-      if (norm(collision::closest_point(facet.corner, point).at - point) <= distance) look(facet);
+      if (norm(collision::closest_point(facet.corner, point).at - point) <= distance) visit(facet);
     });
   };
   if (const auto* mesh = std::get_if<Mesh>(&surface)) search(collision::MeshSurface{*mesh->data});

@@ -22,7 +22,7 @@ struct View {
 
 // `u`, `v`: unit, across the normal about which n varies. They are constant while n changes, so that views
 // are comparable.
-View look(const Convex& a, const Convex& b, const Vec3& n, const Vec3& u, const Vec3& v) {
+View view_along(const Convex& a, const Convex& b, const Vec3& n, const Vec3& u, const Vec3& v) {
   const Vec3 on_a = support(a, -n) - a.radius * n, on_b = support(b, n) + b.radius * n, w = on_a - on_b;
   const double distance = dot(n, w);
   const Vec3 across = w - distance * n;
@@ -45,7 +45,7 @@ void sharpen_smooth(const Convex& a, const Convex& b, Separation& s) {
     const Vec3 u = rotate(frame, {1, 0, 0}), v = rotate(frame, {0, 1, 0});
     // At the normal turned by about (x, y) radians.
     const auto turned = [&](double x, double y) {
-      return look(a, b, normalised(s.normal + x * u + y * v), u, v);
+      return view_along(a, b, normalised(s.normal + x * u + y * v), u, v);
     };
     const View g = turned(0, 0), gx = turned(step, 0), gy = turned(0, step);
     const double xx = (gx.u - g.u) / step, xy = (gy.u - g.u) / step;

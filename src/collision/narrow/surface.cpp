@@ -69,7 +69,7 @@ void remove_doubles(std::vector<ContactPoint>& points, std::size_t first, double
   for (std::uint32_t i = 0; i < n; ++i) {
     const ContactPoint p = points[first + i];
     std::uint32_t same = end;
-    const auto look = [&](std::size_t k) {
+    const auto is_in_range = [&](std::size_t k) {
       // A slot may hold a point from the other end of the tolerance.
       if (std::abs(places[k].along - places[order[i]].along) > 2 * tolerance) return false;
       const std::uint32_t j = slot[places[k].point];
@@ -78,9 +78,9 @@ void remove_doubles(std::vector<ContactPoint>& points, std::size_t first, double
         same = j;
       return true;
     };
-    for (std::size_t k = order[i] + 1; k < n && look(k); ++k) {
+    for (std::size_t k = order[i] + 1; k < n && is_in_range(k); ++k) {
     }
-    for (std::size_t k = order[i]; k-- > 0 && look(k);) {
+    for (std::size_t k = order[i]; k-- > 0 && is_in_range(k);) {
     }
     if (same == end) {
       slot[i] = end;

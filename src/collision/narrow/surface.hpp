@@ -360,7 +360,7 @@ class SurfaceContact {
     double best = infinite;
     Facet face{};
     bool outside = true;
-    const auto look = [&](const Aabb& where) {
+    const auto find_closest = [&](const Aabb& where) {
       surface_.for_each_near(where, [&](auto triangle) {
         const Facet facet = shifted(triangle);
         TrianglePoint closest = closest_point(facet.corner, body_.inside);
@@ -372,8 +372,8 @@ class SurfaceContact {
         outside = surface_.is_outside(body_.inside + body_.origin, triangle, closest);
       });
     };
-    look(body_.box);
-    look(around(body_.inside, best));  // the closest may be beside the body
+    find_closest(body_.box);
+    find_closest(around(body_.inside, best));  // the closest may be beside the body
     if (outside) return;
     points_.resize(first);
     const Vec3 n = face.normal, lowest = body_.lowest_along(n);

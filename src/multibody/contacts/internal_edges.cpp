@@ -59,25 +59,24 @@ std::span<const InternalEdges::Touch> InternalEdges::touches_of(Index geom) cons
 }
 
 // Finds the touch whose plane separates the two geoms of the given touch. rises(t): height by which the
-// ground of the given touch may rise beside that of t.
+// support of the given touch may rise beside that of t.
 const InternalEdges::Touch* InternalEdges::find_level(const Reach& reach,
                                                       const std::vector<Transform>& frames,
                                                       const Touch& touch, auto&& rises) const {
-  const Shape &x = reach.model.geom(touch.body).shape, &y = reach.model.geom(touch.ground).shape;
+  const Shape &x = reach.model.geom(touch.body).shape, &y = reach.model.geom(touch.support).shape;
   const double level = level_of(reach.margin);
-  const Transform& ground = frames[touch.ground];
+  const Transform& support = frames[touch.support];
   for (const Touch& t : touches_of(touch.body)) {
-    if (states_[t.pair].passed || t.ground == touch.ground || dot(touch.up, t.up) > same_normal) continue;
-    if (dot(t.up, ground.position - t.on_ground) > level)
-      continue;  // a quick test: the ground is usually
-                 // far above the plane
-    const double rise = extent_along(y, ground, t.up, t.on_ground);
+    if (states_[t.pair].passed || t.support == touch.support || dot(touch.up, t.up) > same_normal) continue;
+    // A quick test: the support is usually far above the plane.
+    if (dot(t.up, support.position - t.on_support) > level) continue;
+    const double rise = extent_along(y, support, t.up, t.on_support);
     if (rise + rises(t) > level || extent_along(x, frames[t.body], -t.up, t.on_body) > level) continue;
-    // If each ground is a possible neighbour of the other, the lower one counts.
-    const Shape& z = reach.model.geom(t.ground).shape;
-    if (!is_static_only(z) && extent_along(z, frames[t.ground], touch.up, touch.on_ground) < rise) continue;
+    // If each support is a possible neighbour of the other, the lower one counts.
+    const Shape& z = reach.model.geom(t.support).shape;
+    if (!is_static_only(z) && extent_along(z, frames[t.support], touch.up, touch.on_support) < rise) continue;
     // A plane supports a ball everywhere. Other shapes may tip, so they need a face to rest on.
-    if (std::holds_alternative<Sphere>(x) || has_face(y, ground, t.up)) return &t;
+    if (std::holds_alternative<Sphere>(x) || has_face(y, support, t.up)) return &t;
   }
   return nullptr;
 }
@@ -90,13 +89,14 @@ const InternalEdges::Touch* InternalEdges::find_rim(const Reach& reach, const st
   const double level = level_of(reach.margin);
   for (const Touch& t : touches_of(touch.body)) {
     const double cosine = dot(touch.up, t.up);
-    if (states_[t.pair].passed || t.ground == touch.ground || cosine > same_normal || cosine < -0.01)
+    if (states_[t.pair].passed || t.support == touch.support || cosine > same_normal || cosine < -0.01)
       continue;
-    const Vec3 behind = touch.on_ground + (10 * level) * normalised(touch.up - cosine * t.up);
-    const Shape& z = reach.model.geom(t.ground).shape;
-    if (is_near(z, frames[t.ground], touch.on_ground, level) && is_near(z, frames[t.ground], behind, level) &&
-        !has_triangle(reach.model.geom(touch.ground).shape, frames[touch.ground], touch.up, touch.on_ground,
-                      level))
+    const Vec3 behind = touch.on_support + (10 * level) * normalised(touch.up - cosine * t.up);
+    const Shape& z = reach.model.geom(t.support).shape;
+    if (is_near(z, frames[t.support], touch.on_support, level) &&
+        is_near(z, frames[t.support], behind, level) &&
+        !has_triangle(reach.model.geom(touch.support).shape, frames[touch.support], touch.up,
+                      touch.on_support, level))
       return &t;
   }
   return nullptr;
@@ -181,18 +181,18 @@ void InternalEdges::try_passage(const Reach& reach, const std::vector<Transform>
   pair.passed = pair.passed || judged == pair.deepest;
   states_[level->pair].holds = true;
   const bool a_passes = level->body == c.geom_a;
-  const Index ground = a_passes ? c.geom_b : c.geom_a;
+  const Index support = a_passes ? c.geom_b : c.geom_a;
   passages_.push_back({part.first, part.end, level->up, a_passes});
-  if (is_still(reach.model, ground) && is_still(reach.model, level->ground)) return;
+  if (is_still(reach.model, support) && is_still(reach.model, level->support)) return;
   for (std::size_t i = part.first; i < part.end; ++i)
-    passed_.push_back({contacts[i], ground, level->ground, level->up});
+    passed_.push_back({contacts[i], support, level->support, level->up});
 }
 
 void InternalEdges::call_in(const Reach& reach, std::vector<Contact>& contacts) {
   const double level = level_of(reach.margin);
   std::erase_if(passed_, [&](const Passed& p) {
     if (end_gap(p.contact, reach) >= -level ||
-        !(rise_of(reach, p.ground, p.level, p.contact.point, p.up) > level))
+        !(rise_of(reach, p.support, p.level, p.contact.point, p.up) > level))
       return false;
     contacts.push_back(p.contact);
     return true;
@@ -202,8 +202,8 @@ void InternalEdges::call_in(const Reach& reach, std::vector<Contact>& contacts) 
 bool InternalEdges::passes(const Reach& reach, const std::vector<Transform>& frames,
                            const Contact& contact) const {
   return judge(reach, frames, contact, [&](const Touch& t) {
-           const Index ground = t.body == contact.geom_a ? contact.geom_b : contact.geom_a;
-           return rise_of(reach, ground, t.ground, contact.point, t.up);
+           const Index support = t.body == contact.geom_a ? contact.geom_b : contact.geom_a;
+           return rise_of(reach, support, t.support, contact.point, t.up);
          }) != nullptr;
 }
 

@@ -19,8 +19,8 @@ class InternalEdges {
   // triangle surface they are removed.
   struct Passage {
     std::size_t first, end;
-    Vec3 normal;    // from the ground to the passing body
-    bool a_passes;  // the passing body is A and the ground B; otherwise reversed
+    Vec3 normal;    // from the support to the passing body
+    bool a_passes;  // the passing body is A and the support B; otherwise reversed
   };
 
   // For contacts ordered by pairs. frames: poses of the geoms.
@@ -37,8 +37,8 @@ class InternalEdges {
   // A contact seen from one of its geoms, the body that may pass over the other: the normal towards the body,
   // and the points of both surfaces.
   struct Touch {
-    Index body, ground;  // geoms
-    Vec3 up, on_body, on_ground;
+    Index body, support;  // geoms
+    Vec3 up, on_body, on_support;
     std::uint32_t pair;
   };
   struct PairState {
@@ -52,7 +52,7 @@ class InternalEdges {
   };
   struct Passed {
     Contact contact;
-    Index ground, level;  // geoms: the passed one, and the neighbour that replaces it
+    Index support, level;  // geoms: the passed one, and the neighbour that replaces it
     Vec3 up;
   };
 

@@ -64,7 +64,7 @@ void RedundantPoints::choose(const Reach& reach, std::span<const Contact> contac
 
 // In place; the order is kept.
 void RedundantPoints::set_aside(const Reach& reach, std::vector<Contact>& contacts) {
-  spare_.clear();
+  redundant_.clear();
   std::size_t out = 0;
   for (std::size_t first = 0, end = 0; first < contacts.size(); first = end) {
     end = end_of_pair(contacts, first);
@@ -72,7 +72,7 @@ void RedundantPoints::set_aside(const Reach& reach, std::vector<Contact>& contac
     if (many) choose(reach, std::span(contacts).subspan(first, end - first));
     for (std::size_t i = first; i < end; ++i) {
       if (many && !needed_[i - first])
-        spare_.push_back(contacts[i]);
+        redundant_.push_back(contacts[i]);
       else if (out++ != i)
         contacts[out - 1] = contacts[i];
     }
@@ -93,22 +93,23 @@ void RedundantPoints::call_in(const Reach& reach, std::vector<Contact>& contacts
     const double end = end_gap(c, reach);
     return end < held - overlap_of(c, end, reach);
   };
-  if (std::none_of(spare_.begin(), spare_.end(), [&](const Contact& c) { return overlaps(c, 0); })) return;
+  if (std::none_of(redundant_.begin(), redundant_.end(), [&](const Contact& c) { return overlaps(c, 0); }))
+    return;
   sort_by_pair(contacts, by_pair_, [](std::size_t) { return true; });
   called_.clear();
   std::size_t out = 0;
-  for (std::size_t first = 0, end = 0; first < spare_.size(); first = end) {
-    end = end_of_pair(spare_, first);
-    const auto [begin, after] = keys_of(by_pair_, pair_of(spare_[first]));
+  for (std::size_t first = 0, end = 0; first < redundant_.size(); first = end) {
+    end = end_of_pair(redundant_, first);
+    const auto [begin, after] = keys_of(by_pair_, pair_of(redundant_[first]));
     const double held = deepest(contacts, {begin, after}, reach);
     for (std::size_t i = first; i < end; ++i) {
-      if (overlaps(spare_[i], held))
-        called_.push_back(spare_[i]);
+      if (overlaps(redundant_[i], held))
+        called_.push_back(redundant_[i]);
       else if (out++ != i)
-        spare_[out - 1] = spare_[i];
+        redundant_[out - 1] = redundant_[i];
     }
   }
-  spare_.resize(out);
+  redundant_.resize(out);
   for (std::size_t first = 0, end = 0; first < called_.size(); first = end) {
     end = end_of_pair(called_, first);
     add(reach, std::span(called_).subspan(first, end - first), contacts);
@@ -122,7 +123,7 @@ void RedundantPoints::add(const Reach& reach, std::span<const Contact> found,
     return;
   }
   choose(reach, found);
-  for (std::size_t i = 0; i < found.size(); ++i) (needed_[i] ? contacts : spare_).push_back(found[i]);
+  for (std::size_t i = 0; i < found.size(); ++i) (needed_[i] ? contacts : redundant_).push_back(found[i]);
 }
 
 }  // namespace amontons

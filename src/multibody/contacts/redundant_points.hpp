@@ -29,7 +29,7 @@ class RedundantPoints {
   // Marks in needed_ the needed ones of the contacts of one pair, by groups of about equal normal.
   void choose(const Reach& reach, std::span<const Contact> contacts);
 
-  std::vector<Contact> spare_, called_;
+  std::vector<Contact> redundant_, called_;
   SupportPoints support_;
   std::vector<PairKey> by_pair_;
   std::vector<SupportPoint> points_;

@@ -126,22 +126,24 @@ Joint ModelBuilder::between(const std::string& who, const std::string& name, Ref
 }
 
 Index ModelBuilder::add_chain(const char* kind, Reference a, Reference b, const NewJoint& given, Use point,
-                              std::optional<Quat> rotation, std::initializer_list<Way> ways, bool spherical) {
+                              std::optional<Quat> rotation, std::initializer_list<Freedom> freedoms,
+                              bool spherical) {
   const std::string who = quoted(kind, given.name);
   Joint joint = between(who, given.name, a, b);
   AMONTONS_REQUIRE(given.point || point == Use::optional,
                    who + ": point is not given; give one in the world");
-  AMONTONS_REQUIRE(given.dofs.empty() || given.dofs.size() == ways.size(),
+  AMONTONS_REQUIRE(given.dofs.empty() || given.dofs.size() == freedoms.size(),
                    who + ": dofs has " + std::to_string(given.dofs.size()) + " entries; the joint has " +
-                       std::to_string(ways.size()) + " degrees of freedom");
+                       std::to_string(freedoms.size()) + " degrees of freedom");
   const Quat as_b = joint.body_b == world ? Quat{} : d_.bodies[joint.body_b].pose.rotation;
   const Transform frame{given.point.value_or(d_.bodies[joint.body_a].pose.position), rotation.value_or(as_b)};
   joint.frame_a = local(d_, joint.body_a, frame), joint.frame_b = local(d_, joint.body_b, frame);
   joint.spherical = spherical;
   joint.compliance = given.compliance, joint.collide = given.collide;
-  for (const Way& way : ways) {
-    Dof& dof = joint.dofs.emplace_back(given.dofs.empty() ? given.dof : given.dofs[&way - std::data(ways)]);
-    dof.kind = way.kind, dof.axis = way.axis, dof.anchor = {};
+  for (const Freedom& freedom : freedoms) {
+    Dof& dof =
+        joint.dofs.emplace_back(given.dofs.empty() ? given.dof : given.dofs[&freedom - std::data(freedoms)]);
+    dof.kind = freedom.kind, dof.axis = freedom.axis, dof.anchor = {};
   }
   return append(d_.joints, joint);
 }

@@ -8,7 +8,7 @@
 #include <cmath>
 
 #include "amontons/base/ablation.hpp"
-#include "amontons/base/patience.hpp"
+#include "amontons/base/budget.hpp"
 #include "multibody/contacts/contact_law.hpp"
 #include "multibody/step/assemble.hpp"
 #include "multibody/step/policy.hpp"
@@ -123,8 +123,8 @@ bool resolve_impacts(const ImpactInput& in, BodyVelocities& v, std::vector<Conta
     if (index.empty() || (reflection == 0 && !elastic)) return reflection > 0;
     // If time runs out or the solve fails, the step also stops the remaining approaching bodies.
     const bool missed = report.status != Status::converged;
-    if (in.solver.clock.over(reflection > 0 ? 0 : in.solver.look)) return reflection > 0;
-    if (reflection > 0 && (Patience::exhausted() || missed)) break;
+    if (in.solver.clock.over(reflection > 0 ? 0 : in.solver.search_time)) return reflection > 0;
+    if (reflection > 0 && (Budget::exhausted() || missed)) break;
     if (reflection == 0) locked = locked_rows(in, v);
     active.clear();
     for (std::size_t i : index) active.push_back(contacts[i]);

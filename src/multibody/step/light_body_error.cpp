@@ -60,9 +60,9 @@ double tolerance_for_light_bodies(const Problem& problem, Law law, const Solutio
     double g[S::dim];
     add_saxce_term(set, law, &s.u[row], g);
     const double missed = std::max(closing, std::sqrt(natural_map_squared(set, p, &s.x[row], g) * p));
-    const double felt = 1 / std::sqrt(p * steep);
-    if (missed > std::max(step::wrong * U, least_miss) && missed * felt > step::least_tolerance * whole)
-      found = std::min(found, step::right * U * felt);
+    const double weight = 1 / std::sqrt(p * steep);
+    if (missed > std::max(step::wrong * U, least_miss) && missed * weight > step::least_tolerance * whole)
+      found = std::min(found, step::right * U * weight);
   });
   return std::max(found / whole, step::least_tolerance);
 }

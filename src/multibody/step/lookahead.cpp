@@ -84,18 +84,18 @@ void solve_with_lookahead(const Model& model, const StepBodies& bodies, const As
     solver.clock.lap(report.timings.solve);
     solver.clock.solved(in_time);
   };
-  for (int looks = 0;; ++looks) {
+  for (int round = 0;; ++round) {
     // A hard solve uses all of its time, so a share is reserved for the look ahead and the second solve.
-    solver.clock.set_aside(solver.again ? 0 : step::share_of_look);
+    solver.clock.set_aside(solver.again ? 0 : step::share_of_lookahead);
     solve();
     solver.clock.set_aside(0);
-    if (looks == (off("looks") ? 1 : step::most_looks) || solver.clock.over(report.timings.collision)) return;
+    if (round == (off("looks") ? 1 : step::most_looks) || solver.clock.over(report.timings.collision)) return;
     const std::size_t known = contacts.size();
     finder.find_unforeseen(reach, contacts);
     solver.clock.lap(report.timings.collision);
     const bool found = contacts.size() > known;
     // Turns follow the velocities once, and again with new contacts.
-    const bool turning = !vi.turns.added.empty() && (found || looks == 0);
+    const bool turning = !vi.turns.added.empty() && (found || round == 0);
     if (found) {
       take_in(bodies, assembly, contacts, known, vi);
       vi.turns.added.clear();

@@ -9,7 +9,7 @@ namespace amontons::step {
 
 // Time left (relative): reserved during the first solve for the look ahead and the second solve
 // (benchmarks/deadlines.py).
-inline constexpr double share_of_look = 0.3;
+inline constexpr double share_of_lookahead = 0.3;
 // Time left (relative): reserved during impacts for the solve of the step (benchmarks/deadlines.py).
 inline constexpr double share_after_impacts = 0.5;
 // Reserved time (factor per step): decay of the time reserved for work after the solve.
@@ -18,7 +18,7 @@ inline constexpr double reserved_decay = 0.8;
 inline constexpr double share_of_positions = 0.4;
 // Budget left (searches for contacts): with less a first-order method runs at once, because setting up a
 // method takes about as long as a search; row `hurry` of the ablation.
-inline constexpr double hurried = 6;
+inline constexpr double least_searches = 6;
 // Iterations (count): made even out of budget; unsupported bodies would sink into each other and cost more
 // later.
 inline constexpr std::size_t few_iterations = 10;

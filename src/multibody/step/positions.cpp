@@ -70,8 +70,8 @@ double largest_error(const PositionInput& in, const State& state) {
 }
 
 // D M^-1 D' of a row that may have an auxiliary body: six numbers with one mass.
-double inverse_mass_felt(const JacobianRow& row, const BodyMobilities& mobility,
-                         const std::vector<double>& auxiliary) {
+double effective_inverse_mass(const JacobianRow& row, const BodyMobilities& mobility,
+                              const std::vector<double>& auxiliary) {
   double w = 0;
   const auto add = [&](Index body, const std::array<double, 6>& j) {
     if (body < 0) return;
@@ -114,7 +114,7 @@ JointRows position_rows(const PositionInput& in, const BodyVelocities& rest, con
   };
   const auto append_inequality = [&](const JacobianRow& row, double gap, const RowTag& tag) {
     const double E = step::softness * in.model.lightness(of_model(row.body_a), of_model(row.body_b)) *
-                     inverse_mass_felt(row, in.mobility, rows.auxiliary_inverse_mass);
+                     effective_inverse_mass(row, in.mobility, rows.auxiliary_inverse_mass);
     rows.append(NonNegative{}, row, {E, std::max(gap / h, -speed)}, 0, tag);
   };
   for (std::size_t i = 0; i < all.tags.size(); ++i) {
@@ -144,7 +144,7 @@ BodyVelocities displacements(const PositionInput& in, const BodyVelocities& rest
   options.tolerance = linear ? step::precision : step::rough_precision;
   options.max_iterations = step::most_position_iterations;
   options.deadline = end - clock.elapsed();
-  const Patience share = share_of_step(false, options.deadline);
+  const Budget share = share_of_step(false, options.deadline);
   const bool few = linear || rows.tags.size() <= step::few_position_rows;
   Solution s = few ? automatic(problem, options, elimination) : apgd(problem, options);
   ++report.solves;

@@ -35,7 +35,7 @@ struct StepScratch {
   // Time (s) reserved for work after the solve: the longest of the last steps, which decays.
   double reserved = 0;
   // The problem before the last one, if only the step holds it.
-  std::shared_ptr<Problem> spare;
+  std::shared_ptr<Problem> reusable_problem;
   // One for each kind of problem, because each stores the mechanism: that of the step has all bilateral rows.
   Elimination elimination, position_elimination, impact_elimination;
 };

@@ -195,12 +195,12 @@ static Vec3 turn_of(const Contact& c, const Contact& middle, const BodyVelocitie
 // The largest speed (m/s) of a contact point on either body, with the velocities v.
 static double fastest_point(const std::vector<Contact>& contacts, const BodyVelocities& v) {
   double fastest = 0;
-  const auto look = [&](Index body, const Vec3& arm) {
+  const auto include_point = [&](Index body, const Vec3& arm) {
     if (body >= 0) fastest = std::max(fastest, norm(v[body].linear) + norm(v[body].angular) * norm(arm));
   };
   for (const Contact& c : contacts) {
-    look(c.body_a, c.r_a);
-    look(c.body_b, c.r_b);
+    include_point(c.body_a, c.r_a);
+    include_point(c.body_b, c.r_b);
   }
   return fastest;
 }

@@ -7,8 +7,8 @@
 #include <iterator>
 
 #include "amontons/base/ablation.hpp"
+#include "amontons/base/budget.hpp"
 #include "amontons/base/error.hpp"
-#include "amontons/base/patience.hpp"
 #include "amontons/solvers/solvers.hpp"
 #include "multibody/step/policy.hpp"
 #include "multibody/step/report_sums.hpp"
@@ -128,7 +128,7 @@ void Simulation::make_step(Report& report) {
   StepScratch& s = *scratch_;
   StepClock clock(options_.budget);
   clock.keep_free(s.reserved);
-  const Patience allowance(infinity);  // the work is limited once the size of the step is known
+  const Budget allowance(infinity);  // the work is limited once the size of the step is known
   s.before = state_;
   const unsigned most_parts = std::max(options_.max_substeps, off("parts") ? 1 : step::parts_for_energy);
   try {
@@ -137,7 +137,7 @@ void Simulation::make_step(Report& report) {
       attempt.is_last = (attempt.damped || off("damped")) && !attempt.recovers && attempt.parts >= most_parts;
       const bool balanced = try_step(attempt, clock, report);
       const Timings& t = report.timings;
-      if (balanced && (report.is_sound() || Patience::interrupted() ||
+      if (balanced && (report.is_sound() || Budget::interrupted() ||
                        clock.over(t.assembly + t.collision + t.integration)))
         break;
       if (attempt.recovers) {
@@ -153,7 +153,7 @@ void Simulation::make_step(Report& report) {
     state_ = s.before;
     throw;
   }
-  if (Patience::interrupted()) {
+  if (Budget::interrupted()) {
     state_ = s.before;
     report.advanced = false;
     report.status = Status::interrupted;

@@ -33,7 +33,7 @@ Solution solve_with(const StepSolver& solver, const Problem& problem, const Opti
 }
 
 // Projects the start and forms its u; returns its residual.
-double look_at_start(const Problem& problem, const Options& options, Solution& s) {
+double evaluate_start(const Problem& problem, const Options& options, Solution& s) {
   s.x.resize(problem.rows());
   s.u.resize(problem.rows());
   project(problem.K, options.x0, s.x);
@@ -62,10 +62,10 @@ Solution solve_within_budget(const StepSolver& solver, const Problem& problem, s
   Options options = solver.options;
   options.x0 = x0;
   options.deadline = solver.clock.left();
-  const bool spent = solver.clock.over(solver.look);
+  const bool spent = solver.clock.over(solver.search_time);
   Solution s;
-  if (solver.corrected && !x0.empty() && solver.clock.over(0.5 * solver.look)) {
-    const double start = look_at_start(problem, options, s);
+  if (solver.corrected && !x0.empty() && solver.clock.over(0.5 * solver.search_time)) {
+    const double start = evaluate_start(problem, options, s);
     s = accepted(problem, std::move(s), start);
     if (start > options.tolerance) s.status = Status::deadline;
     return s;
@@ -118,7 +118,7 @@ Solution solve_from(const StepSolver& solver, const Problem& problem, std::span<
   options.deadline = solver.clock.left();
   if (x0.empty()) return solve_with(solver, problem, options, std::move(memory));
   options.x0 = x0;
-  const double tolerance = options.tolerance, start = look_at_start(problem, options, memory);
+  const double tolerance = options.tolerance, start = evaluate_start(problem, options, memory);
   if (!(start <= std::min(step::near_rest * tolerance, std::max(step::three_digits, tolerance))))
     return solve_with(solver, problem, options, std::move(memory));
   if (start <= (solver.at_rest || off("direct start") ? 1 : step::direct_start) * tolerance)
@@ -128,7 +128,7 @@ Solution solve_from(const StepSolver& solver, const Problem& problem, std::span<
     return memory;
   }
   if (start <= tolerance) {
-    look_at_start(problem, options, memory);
+    evaluate_start(problem, options, memory);
     return accepted(problem, std::move(memory), start);
   }
   if (!solver.again) options.tolerance = 0.5 * tolerance;
@@ -148,16 +148,17 @@ double most_work(std::size_t blocks) {
   return step::least_work + step::work_per_pair * n * std::min(n, step::large_step);
 }
 
-Patience share_of_step(bool missed, double seconds) {
+Budget share_of_step(bool missed, double seconds) {
   const double share = missed && !off("share after a miss") ? step::work_after_miss : 0.5;
-  return Patience(seconds, {}, Patience::Catches::no, share * Patience::work_left());
+  return Budget(seconds, {}, Budget::Catches::no, share * Budget::work_left());
 }
 
 Solution solve_step(const StepSolver& solver, const Problem& problem, std::span<const double> x0,
                     Solution memory) {
   if (problem.rows() == 0) return solution_without_rows();
-  if (solver.clock.over(step::hurried * solver.look)) return solve_within_budget(solver, problem, x0);
-  const Patience share = share_of_step(solver.missed, solver.clock.left());
+  if (solver.clock.over(step::least_searches * solver.search_time))
+    return solve_within_budget(solver, problem, x0);
+  const Budget share = share_of_step(solver.missed, solver.clock.left());
   return solve_for_light_bodies(solver, problem, solve_from(solver, problem, x0, std::move(memory)));
 }
 

@@ -2,7 +2,7 @@
 #include <span>
 #include <string>
 
-#include "amontons/base/patience.hpp"
+#include "amontons/base/budget.hpp"
 #include "amontons/solvers/direct/elimination.hpp"
 #include "amontons/solvers/driver/options.hpp"
 #include "multibody/step/light_body_error.hpp"
@@ -15,7 +15,7 @@ struct StepSolver {
   std::string method;
   Options options;  // except start and deadline, which each solve sets
   StepClock& clock;
-  double look;               // s: time of the search for contacts; setting up a method takes about as long
+  double search_time;        // s: time of the search for contacts; setting up a method takes about as long
   Elimination& elimination;  // memory of `auto`, kept between steps
   Speeds fastest;            // at the start, including the velocity that gravity adds
   unsigned& solves;          // calls of a solver, counted for the report
@@ -25,13 +25,13 @@ struct StepSolver {
   bool missed = false;       // a solve of the same attempt has missed its tolerance
 };
 
-// Work limit (Patience units) of a step with `blocks` contacts and joint rows: that of first-order
+// Work limit (Budget units) of a step with `blocks` contacts and joint rows: that of first-order
 // iterations, whose number increases with the size up to a limit.
 double most_work(std::size_t blocks);
 // Limits one solve of a step to a share of the remaining work, so that later solves and the safe step have
 // some. The share is small after another solve has `missed` its tolerance, because the step will miss it too.
 // `seconds`: time limit.
-Patience share_of_step(bool missed, double seconds);
+Budget share_of_step(bool missed, double seconds);
 
 // Whether a solution is an accepted start.
 bool is_accepted_start(const Solution& solution);

@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "amontons/base/ablation.hpp"
-#include "amontons/base/patience.hpp"
+#include "amontons/base/budget.hpp"
 #include "amontons/multibody/joints/actuators.hpp"
 #include "amontons/multibody/joints/coordinates.hpp"
 #include "amontons/multibody/joints/joints.hpp"
@@ -96,8 +96,8 @@ void Simulation::observe(double h, bool damped, StepClock& clock, Report& report
   s.finder.find({model, s.frames, s.free, h, margin()}, contacts_);
   clock.lap(report.timings.collision);
   // The size of the step is known, and so is its work limit. A limit set by the user replaces it.
-  if (options_.max_iterations == 0 && Patience::work_left() == Patience::infinite_work)
-    Patience::limit_work(most_work(contacts_.size() + 6 * model.joints()));
+  if (options_.max_iterations == 0 && Budget::work_left() == Budget::infinite_work)
+    Budget::limit_work(most_work(contacts_.size() + 6 * model.joints()));
 }
 
 // 2. Bodies are displaced if a position error exceeds the allowed one, and observed again. Light links under
@@ -135,7 +135,7 @@ Assembly Simulation::pose_problem(double h, bool damped, double recovery, const 
     hold_contacts(model, state_.contacts, h / state_.impulse_step, s.frames, contacts_);
   const Assembly assembly = assembly_of_step(model, contacts_, s.vi.rows.tags.size(), h, recovery,
                                              recovery > 0 || !damped, options_.tolerance);
-  s.vi.problem = s.spare ? std::move(s.spare) : std::make_shared<Problem>();
+  s.vi.problem = s.reusable_problem ? std::move(s.reusable_problem) : std::make_shared<Problem>();
   assemble(bodies, contacts_, s.vi.rows, assembly, *s.vi.problem);
   s.vi.x0.clear();
   s.vi.turns.added.clear();
@@ -176,7 +176,7 @@ void Simulation::move_on(double h) {
   StepScratch& s = *scratch_;
   keep_impulses(s.vi, options_.law, h, s.frames, s.after, contacts_, state_);
   std::swap(x_, s.vi.solution.x);
-  s.spare = exchange(problem_, std::move(s.vi.problem));
+  s.reusable_problem = exchange(problem_, std::move(s.vi.problem));
   fill_reactions(s.joints, state_, s.impacts, reactions_);
   integrate(*model_, s.frames, s.spins, s.after, h, state_);
   advance_activations(*model_, h, state_);
@@ -189,12 +189,12 @@ bool Simulation::advance(double h, const Attempt& attempt, StepClock& clock, Rep
   const double recovery = attempt.recovers ? recovery_speed() : 0;
   const JointOptions joint_options{h, recovery, model.length()};
   // 1. and 2.
-  const double begun = clock.elapsed();
+  const double search_start = clock.elapsed();
   observe(h, damped, clock, report);
   add_errors(s.joint_error, s.line_error, contacts_, report);
   const double error = std::max(s.joint_error.distance, model.length() * s.joint_error.angle);
   report.joints_close = error < std::exchange(s.last_error, error);
-  const double search = clock.elapsed() - begun;
+  const double search = clock.elapsed() - search_start;
   const bool corrected = correct(h, damped, joint_options, search, clock, report);
   // 3. Impacts are over before stiffness can act. They change the start velocities and the free velocities.
   Speeds speeds = fastest(s.start, model.length());

@@ -9,8 +9,8 @@
 #include <mutex>
 #include <thread>
 
+#include "amontons/base/budget.hpp"
 #include "amontons/base/error.hpp"
-#include "amontons/base/patience.hpp"
 #include "amontons/base/threads.hpp"
 #include "amontons/multibody/kinematics/motion.hpp"
 
@@ -122,12 +122,12 @@ Course run_worlds(const Tree& tree, Worlds worlds, const Schedule& schedule,
                   const std::function<bool()>& interrupted) {
   check(tree, worlds, schedule);
   // Unreached records must not look like results.
-  constexpr double nothing = std::numeric_limits<double>::quiet_NaN();
+  constexpr double unreached = std::numeric_limits<double>::quiet_NaN();
   const std::size_t rows = worlds.size() * schedule.records;
   Course course;
-  course.q.assign(rows * tree.nq(), nothing);
-  course.qd.assign(rows * tree.nv(), nothing);
-  course.residuals.assign(rows, nothing);
+  course.q.assign(rows * tree.nq(), unreached);
+  course.qd.assign(rows * tree.nv(), unreached);
+  course.residuals.assign(rows, unreached);
   course.missed.assign(rows, 0);
   course.done.assign(worlds.size(), 0);
   course.failures.resize(worlds.size());
@@ -138,7 +138,7 @@ Course run_worlds(const Tree& tree, Worlds worlds, const Schedule& schedule,
   StopSign sign(interrupted);
   PoolLease pool(threads);
   pool->run(threads, [&](std::size_t) {
-    const Patience patience(infinity, [&] { return sign.stopped(); });
+    const Budget budget(infinity, [&] { return sign.stopped(); });
     for (std::size_t i; (i = next.fetch_add(1, std::memory_order_relaxed)) < worlds.size();) {
       run(tree, *worlds[i], i, schedule, sign, course);
       left.remove_one();

@@ -133,8 +133,8 @@ void CentralCurve<System>::start(System& system, const SetProduct& K, Law law) {
   counts_.assign(m, 1);
   barriers_.make(K, system.units().of_x());
   each([&]<class S>(const S&, auto& barrier, std::size_t, std::size_t) {
-    const double nothing[S::dim] = {};
-    barrier.start(nothing);
+    const double zero[S::dim] = {};
+    barrier.start(zero);
     barrier.push(1, 1);
   });
   linearise();

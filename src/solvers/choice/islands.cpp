@@ -203,8 +203,8 @@ Solution solve_by_islands(const Problem& problem, const Options& options, Method
     const double part_of_rest = std::max(static_cast<double>(members[i].size()) / static_cast<double>(left),
                                          0.5 / static_cast<double>(count - i));
     o.deadline = std::max(least_deadline, options.deadline - seconds_since(start)) * part_of_rest;
-    const Patience share(std::numeric_limits<double>::infinity(), {}, Patience::Catches::no,
-                         Patience::work_left() * part_of_rest);
+    const Budget share(std::numeric_limits<double>::infinity(), {}, Budget::Catches::no,
+                       Budget::work_left() * part_of_rest);
     left -= members[i].size();
     add_part(total, method(part.problem, o), part, options.tolerance, worst);
   }

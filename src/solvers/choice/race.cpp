@@ -21,7 +21,7 @@
 #include <limits>
 #include <optional>
 
-#include "amontons/base/patience.hpp"
+#include "amontons/base/budget.hpp"
 #include "amontons/solvers/driver/phases.hpp"
 #include "solvers/choice/policy.hpp"
 
@@ -144,7 +144,7 @@ class Race {
 // factorisation.
 double Race::analysed() const {
   constexpr double never = 1e18;  // ns; not tuned: thirty years
-  const Patience until_deadline(options_.deadline - seconds_since(clock_), {}, Patience::Catches::yes);
+  const Budget until_deadline(options_.deadline - seconds_since(clock_), {}, Budget::Catches::yes);
   try {
     return factor_.analyse(problem_);
   } catch (const LeftEarly&) {
@@ -231,7 +231,7 @@ void Race::turn(Runner& r) {
   if (over) end(r);
   if (!ended_ && iterations_left() == 0) ended_ = Status::iteration_limit;
   if (!ended_ && options_.deadline < seconds_since(clock_)) ended_ = Status::deadline;
-  if (!ended_ && (spent_ > work_ || Patience::exhausted())) ended_ = Status::stalled;
+  if (!ended_ && (spent_ > work_ || Budget::exhausted())) ended_ = Status::stalled;
 }
 
 // Counts before this turn of r, without those of r in this run: its records continue from there.

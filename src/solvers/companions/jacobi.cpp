@@ -8,7 +8,7 @@
 
 #include <cmath>
 
-#include "amontons/base/patience.hpp"
+#include "amontons/base/budget.hpp"
 #include "amontons/solvers/driver/driver.hpp"
 
 namespace amontons {
@@ -29,7 +29,7 @@ double largest_eigenvalue(const Problem& problem, Monitor& monitor) {
   for (std::size_t i = 0; i < m; ++i) v[i] = 1 + 0.5 * std::sin(1.0 + i);
   double lambda = 0;
   for (int k = 0; k < power_iterations; ++k) {
-    Patience::leave_if_due();
+    Budget::leave_if_due();
     double norm = 0;
     for (double value : v) norm += value * value;
     norm = std::sqrt(norm);

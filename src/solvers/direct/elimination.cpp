@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "amontons/base/ablation.hpp"
-#include "amontons/base/patience.hpp"
+#include "amontons/base/budget.hpp"
 #include "amontons/problem/residual.hpp"
 #include "amontons/solvers/driver/driver.hpp"
 #include "solvers/direct/island_solver.hpp"
@@ -106,14 +106,14 @@ bool Elimination::solve(const Problem& problem, const Options& options, Solution
   if (options.history || options.callback) return false;
   const auto start = std::chrono::steady_clock::now();
   Memory& m = *memory_;
-  const Patience patience(options.deadline);
+  const Budget budget(options.deadline);
   const std::size_t bilateral_rows = problem.K.all<Free>().size();
   const bool on_joints = 2 * bilateral_rows > problem.rows();
   if (!m.reduction.analyse(problem, on_joints ? direct::most_rows_on_joints : direct::most_rows,
                            direct::most_factor_work) ||
       !m.reduction.factor(problem))
     return false;
-  Patience::spend(m.reduction.work() / Patience::multiplications);
+  Budget::spend(m.reduction.work() / Budget::multiplications);
   m.problem = &problem;
   m.options = &options;
   m.scale = natural_map_at_zero(problem, options.law);
@@ -132,7 +132,7 @@ bool Elimination::solve(const Problem& problem, const Options& options, Solution
   // W has the rounding of a factorisation and the least compliance of K; with very different masses these may
   // exceed the tolerance. The u of the problem itself then gives the correct q (defect correction).
   for (int round = 1; round < (off("rounds") ? 1 : direct::most_rounds) && s.residual > options.tolerance &&
-                      m.solved() && !Patience::late();
+                      m.solved() && !Budget::late();
        ++round) {
     for (std::size_t i = 0; i < m.reduction.islands(); ++i) m.reduction.shift(i, s.x, s.u);
     m.solve_islands(s.x, s);
@@ -143,7 +143,7 @@ bool Elimination::solve(const Problem& problem, const Options& options, Solution
   for (std::size_t i = 0; i < s.x.size(); ++i) s.objective += 0.5 * s.x[i] * (s.u[i] + problem.b[i]);
   s.time = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   s.status = s.residual <= options.tolerance ? Status::converged
-             : Patience::late()              ? Status::deadline
+             : Budget::late()                ? Status::deadline
                                              : Status::stalled;
   s.method = "elimination";
   return true;
@@ -158,7 +158,7 @@ bool Elimination::restore_joints(const Problem& problem, std::span<double> x) {
   if (mechanism.rows().empty() || mechanism.K().work() > direct::most_factor_work ||
       !mechanism.factor(problem))
     return false;
-  Patience::spend(mechanism.K().work() / Patience::multiplications);
+  Budget::spend(mechanism.K().work() / Budget::multiplications);
   mechanism.hold(problem, x, memory_->wrenches, memory_->z);
   return true;
 }

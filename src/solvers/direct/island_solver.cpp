@@ -5,7 +5,7 @@
 #include <numeric>
 
 #include "amontons/base/ablation.hpp"
-#include "amontons/base/patience.hpp"
+#include "amontons/base/budget.hpp"
 #include "amontons/problem/residual.hpp"
 #include "solvers/direct/policy.hpp"
 #include "solvers/linear/row_kernel.hpp"
@@ -13,7 +13,7 @@
 namespace amontons {
 
 // Multiplications of short rows per unit of work: half as many as in dense kernels.
-static constexpr double multiplications_in_unit = 0.5 * Patience::multiplications;
+static constexpr double multiplications_in_unit = 0.5 * Budget::multiplications;
 
 const IslandSolver::Faces IslandSolver::at_once = {direct::steps_at_once, direct::stale_at_once,
                                                    direct::proximal_at_once, 1};
@@ -107,11 +107,11 @@ void IslandSolver::choose_start(std::vector<double>& x) {
   std::fill(x_.begin(), x_.end(), 0.0);
   project(island_->K, x_, x_);
   evaluate(x_, u_);
-  const double nothing = keep_better(x_, u_);
+  const double map_at_zero = keep_better(x_, u_);
   if (x.size() != x_.size()) return;
   project(island_->K, x, trial_);
   evaluate(trial_, trial_u_);
-  if (!(keep_better(trial_, trial_u_) < direct::far_off * nothing)) return;
+  if (!(keep_better(trial_, trial_u_) < direct::far_off * map_at_zero)) return;
   x_.swap(trial_);
   u_.swap(trial_u_);
 }
@@ -124,10 +124,10 @@ bool IslandSolver::has_budget() {
 
 // Charges the work since the last call, and checks whether the allowance is used up.
 void IslandSolver::pay() {
-  Patience::spend(static_cast<double>(unpaid_ + work_ - paid_) / multiplications_in_unit);
+  Budget::spend(static_cast<double>(unpaid_ + work_ - paid_) / multiplications_in_unit);
   unpaid_ = 0;
   paid_ = work_;
-  ended_ = ended_ || Patience::exhausted() || Patience::late() || Patience::interrupted();
+  ended_ = ended_ || Budget::exhausted() || Budget::late() || Budget::interrupted();
 }
 
 // Newton steps from the present x. The natural map may rise on the way to the right faces, so the best x is
@@ -228,7 +228,7 @@ void IslandSolver::follow_curve() {
   // m^3 / 3 multiplications of a dense kernel, which does four in the time of one elsewhere, and the passes
   // over rows.
   const std::size_t work_of_step = m * m * (m + 90) / 12;  // not tuned: counted
-  const double left_to_all = std::max(0.0, Patience::work_left()) * multiplications_in_unit;
+  const double left_to_all = std::max(0.0, Budget::work_left()) * multiplications_in_unit;
   if (static_cast<double>(direct::usual_curve_steps * work_of_step) > direct::share_of_curve * left_to_all)
     return;
   most_work_ = work_ + direct::most_curve_steps * work_of_step + direct::most_island_work;

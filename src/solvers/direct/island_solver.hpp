@@ -27,7 +27,7 @@ class IslandSolver {
     double map;   // natural map of the returned x, the best seen
     std::size_t iterations, factorizations;
   };
-  // Call before the first of several solves, which share the rest of the work of the thread's Patience. No
+  // Call before the first of several solves, which share the rest of the work of the thread's Budget. No
   // result depends on earlier calls: a simulation that was saved and loaded gives the same bits.
   void begin();
   // x: the start, if it has as many entries as the island has rows; then the best x seen. Its memory is kept.

@@ -3,7 +3,7 @@
 #pragma once
 #include <cstddef>
 
-#include "amontons/base/patience.hpp"
+#include "amontons/base/budget.hpp"
 
 namespace amontons::direct {
 

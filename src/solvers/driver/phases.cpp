@@ -71,7 +71,7 @@ void add_part(Solution& total, const Solution& part, const Phase& phase, const O
 // infeasibility.
 bool ends(const Solution& total, const Solution& part, const Options& options) {
   return (options.max_iterations && total.iterations >= options.max_iterations) ||
-         total.time >= options.deadline || Patience::exhausted() || part.status == Status::interrupted ||
+         total.time >= options.deadline || Budget::exhausted() || part.status == Status::interrupted ||
          part.status == Status::deadline || part.status == Status::infeasible;
 }
 

@@ -93,18 +93,18 @@ class CoulombPath : public VectorIterate {
   double start(const Start&) {
     system_.emplace(problem);
     curve_.start(*system_, problem.K, options.law);
-    return look();
+    return evaluate_iterate();
   }
   std::optional<double> step() {
     ++monitor.factorizations;
     monitor.products += products_of_step;
     stale_ = monitor.improved() || curve_.t() > near_the_end ? 0 : stale_ + 1;
     if (stale_ == most_stale || !curve_.step() || curve_.t() < end_of_curve) return std::nullopt;
-    return look();
+    return evaluate_iterate();
   }
 
  private:
-  double look() {
+  double evaluate_iterate() {
     for (Vector* v : {&x, &u}) v->resize(problem.rows());
     curve_.x(x);
     system_->units().to_impulses(x);

@@ -113,13 +113,14 @@ class ModelBuilder {
 
  private:
   // The degrees of freedom of a joint, in a frame of B that is turned by `rotation`.
-  struct Way {
+  struct Freedom {
     Dof::Kind kind;
     Vec3 axis{0, 0, 1};
   };
   enum class Use : unsigned char { required, optional };
   Index add_chain(const char* kind, Reference a, Reference b, const NewJoint& given, Use point,
-                  std::optional<Quat> rotation, std::initializer_list<Way> ways, bool spherical = false);
+                  std::optional<Quat> rotation, std::initializer_list<Freedom> freedoms,
+                  bool spherical = false);
   Joint between(const std::string& who, const std::string& name, Reference a, Reference b) const;
 
   ModelDescription d_;

@@ -87,7 +87,7 @@ class Simulation {
 
   // Advances the state by dt. Throws InputError if the state, forces or targets are invalid (then nothing has
   // changed), or if another thread is in a step of this simulation. If velocities are not finite, or the
-  // Patience of the thread was interrupted, the state is put back and the status says so.
+  // Budget of the thread was interrupted, the state is put back and the status says so.
   Report step();
   // Makes at least one and at most `steps` steps. Ends after a step that is not sound, and after `seconds` of
   // wall clock.

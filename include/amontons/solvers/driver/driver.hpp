@@ -8,7 +8,7 @@
 #include <type_traits>
 #include <vector>
 
-#include "amontons/base/patience.hpp"
+#include "amontons/base/budget.hpp"
 #include "amontons/problem/residual.hpp"
 #include "amontons/solvers/driver/options.hpp"
 
@@ -34,7 +34,7 @@ inline double seconds_since(Time start) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
-// Work (units of Patience) of an iteration with one product: a part for each block, and a constant part for
+// Work (units of Budget) of an iteration with one product: a part for each block, and a constant part for
 // calls and short vectors. Cones other than Friction have no fused passes, and project by iterations of their
 // own.
 inline double work_of_iteration(const Problem& problem) {
@@ -65,9 +65,9 @@ class Monitor {
   Time started() const { return start_; }
   // For methods that work long between two calls of observe().
   bool out_of_time() const { return elapsed() > deadline_; }
-  // Charges the products since the last call to the Patience of the thread, at `per_product` units each.
+  // Charges the products since the last call to the Budget of the thread, at `per_product` units each.
   void pay(double per_product) {
-    Patience::spend(static_cast<double>(products - paid_) * per_product);
+    Budget::spend(static_cast<double>(products - paid_) * per_product);
     paid_ = products;
   }
   // A solve inside this one was interrupted: the next observe() returns `interrupted`.
@@ -79,7 +79,7 @@ class Monitor {
 
  private:
   const Options& options_;
-  double deadline_;  // s: the earlier one of the options and of the Patience of the thread
+  double deadline_;  // s: the earlier one of the options and of the Budget of the thread
   Time start_;
   std::size_t limit_, stall_window_, iterations_ = 0, last_progress_ = 0, paid_ = 0;
   // milestone_: the best residual at iteration last_progress_, when it last fell by 1 %.
@@ -188,7 +188,7 @@ class Driven final : public Run {
         } else {
           residual_ = *map / scale_;
           ++stale_;
-          look();
+          assess_iterate();
         }
       }
     });
@@ -227,7 +227,7 @@ class Driven final : public Run {
   // Runs work that factors. It is abandoned when the time is up or the user interrupts. The answer is then
   // the best x so far; without a first iterate, or without a method, it is the start.
   void unless_left(auto&& work) {
-    const Patience patience(options_.deadline - monitor_.elapsed(), {}, Patience::Catches::yes);
+    const Budget budget(options_.deadline - monitor_.elapsed(), {}, Budget::Catches::yes);
     try {
       work();
     } catch (const LeftEarly& early) {
@@ -250,7 +250,7 @@ class Driven final : public Run {
     } else if (method_) {
       unless_left([&] {
         residual_ = method_->start(start) / scale_;
-        look();
+        assess_iterate();
       });
     }
     // From here on it is the answer of a method that never reaches a smaller residual.
@@ -258,7 +258,7 @@ class Driven final : public Run {
   }
 
   // After each iterate: refresh if due, record, keep the best, stop.
-  void look() {
+  void assess_iterate() {
     constexpr const Limits& limits = Method::limits;
     const bool due = stale_ >= limits.refresh_period || residual_ <= options_.tolerance;
     if (limits.refresh_period > 0 && stale_ > 0 && due) {

@@ -77,8 +77,8 @@ struct Options {
   // Called once per iteration if not empty; true stops with Status::interrupted. It costs as much as history.
   std::function<bool(const IterationRecord&)> callback;
   // If not empty, called between iterations and within factorisations, at most every 20 ms; true stops with
-  // Status::interrupted. solve() calls it through a Patience (base/patience.hpp). A caller of a single method
-  // must make a Patience itself.
+  // Status::interrupted. solve() calls it through a Budget (base/budget.hpp). A caller of a single method
+  // must make a Budget itself.
   std::function<bool()> interrupted;
   SpgOptions spg;
   SorOptions sor;

@@ -40,12 +40,12 @@ class BlockCholesky {
   Slot slot(int i, int j) const;
   enum Side : unsigned char { lower, upper };
   std::span<double> panels(Side side = lower) { return sides_[side].panels; }
-  // Clears the panels and sets whether the next matrix is symmetric. Checks the Patience as factor() does: a
+  // Clears the panels and sets whether the next matrix is symmetric. Checks the Budget as factor() does: a
   // matrix that cannot be factored in time need not be assembled.
   void set_zero(bool symmetric = true);
 
   // Factors the assembled matrix in place. A pivot that rounding made non-positive is replaced by a huge one,
-  // which removes its direction from the solution; returns the number of such pivots. Checks the Patience of
+  // which removes its direction from the solution; returns the number of such pivots. Checks the Budget of
   // the thread before it begins, by its own estimate of the time, and while it runs. LeftEarly leaves
   // panels() undefined.
   int factor();

@@ -8,28 +8,28 @@ namespace amontons {
 
 // Limits of the work on this thread: a deadline, an amount of work, and an interrupt by the caller. Work is
 // counted and not timed, so that its limit does not make results depend on the clock. Its unit is one block
-// of a product with A, some 20 ns. A limit is set by a Patience on the stack. Long work checks the innermost
-// Patience, which includes the outer ones. So a factorisation within a solve within a step within a rollout
+// of a product with A, some 20 ns. A limit is set by a Budget on the stack. Long work checks the innermost
+// Budget, which includes the outer ones. So a factorisation within a solve within a step within a rollout
 // ends when the user presses Ctrl-C, and no function needs an argument for it.
 //
 // A loop that keeps its best result checks late() or interrupted(). Work without intermediate results, such
 // as a factorisation, calls leave_if_due(), which throws LeftEarly to the enclosing loop.
-class Patience {
+class Budget {
  public:
   using Clock = std::chrono::steady_clock;
-  // Whether the loop that makes this Patience catches LeftEarly.
+  // Whether the loop that makes this Budget catches LeftEarly.
   enum class Catches : bool { no, yes };
   static constexpr double infinite_work = std::numeric_limits<double>::infinity();
   // Multiplications of dense kernels per unit of work.
   static constexpr double multiplications = 80;
 
-  // seconds, work: allowance from now on, may be infinite. asked: returns true to interrupt, which is
+  // seconds, work: allowance from now on, may be infinite. interrupt: returns true to interrupt, which is
   // permanent; it may be empty, or throw. It is called on this thread, at most every 20 ms.
-  explicit Patience(double seconds, std::function<bool()> asked = {}, Catches catches = Catches::no,
-                    double work = infinite_work);
-  ~Patience();
-  Patience(const Patience&) = delete;
-  Patience& operator=(const Patience&) = delete;
+  explicit Budget(double seconds, std::function<bool()> interrupt = {}, Catches catches = Catches::no,
+                  double work = infinite_work);
+  ~Budget();
+  Budget(const Budget&) = delete;
+  Budget& operator=(const Budget&) = delete;
 
   static bool interrupted();
   static bool late();
@@ -53,9 +53,9 @@ class Patience {
  private:
   bool stop(Clock::time_point now);
 
-  Patience* outer_;
-  Clock::time_point end_, asked_at_;
-  std::function<bool()> asked_;
+  Budget* outer_;
+  Clock::time_point end_, polled_at_;
+  std::function<bool()> interrupt_;
   double work_;
   bool stopped_ = false, catches_;
 };
