@@ -6,11 +6,11 @@
 namespace amontons {
 
 // Measures of the error of x. All are zero exactly at a solution of the given law.
-// natural    | P^1/2 (x - Pi_K(x - P^-1 u)) |_2 / max(same at x = 0, tiny): the residual in every method,
-//            tolerance and report
-// plain      | x - Pi_K(x - u) |_2
-// plain_inf  the same in the maximum norm
-// siconos    | x - Pi_K(x - u) |_2 / max(|b|_2, |x|_2, |u|_2)
+//  natural    | P^1/2 (x - Pi_K(x - P^-1 u)) |_2 / max(same at x = 0, tiny): the residual in every method,
+//             tolerance and report
+//  plain      | x - Pi_K(x - u) |_2
+//  plain_inf  the same in the maximum norm
+//  siconos    | x - Pi_K(x - u) |_2 / max(|b|_2, |x|_2, |u|_2)
 // with u = A x + b (+ the De Saxce term under coulomb).
 //
 // The natural one is the default. The P metric gives all rows one unit, the root of an energy. The measure

@@ -10,20 +10,20 @@
 // The barrier of a block in a primal-dual interior point (solvers/second_order/interior_point.cpp). Each set
 // has a Barrier with the iterate of one block, in units in which the block's mean of diag(A) is one:
 //
-//  Barrier(set, unit)         x in units of `unit` (N s)
-//  degree()                   the number of complementarity products, <x, u> = degree mu on the central path
-//  start_factor(R)            R of the first system, a unit proximal term in place of W^2
-//  start(x)                   sets x to the solution of that system and u = -x, which may lie outside
-//  worst(x, u)                lowers both arguments to the smallest eigenvalues of x and u
-//  push(x, u)                 adds these multiples of e to x and u, so that they lie inside
-//  factor(R)                  the scaling W of the iterate; R = W^-1, so that R R' is the inverse Hessian
-//  dual_factor(T)             T = R^-T of that iterate, from which du = T (rho - z)
-//  target(mu, corrector, rho) of W dx + W^-1 du = rho: rho = lambda \ (mu e - lambda o lambda - second)
-//  recover(mu, z)             dx = R z, du = W (rho - z) from the solution z = W dx of the system
-//  longest_step()             the largest t for which x + t dx and u + t du stay inside
-//  gap(t)                     <x + t dx, u + t du>
-//  move(t)                    makes the step
-//  primal(x), dual(u)         the iterate, in the same units
+//   Barrier(set, unit)         x in units of `unit` (N s)
+//   degree()                   the number of complementarity products, <x, u> = degree mu on the central path
+//   start_factor(R)            R of the first system, a unit proximal term in place of W^2
+//   start(x)                   sets x to the solution of that system and u = -x, which may lie outside
+//   worst(x, u)                lowers both arguments to the smallest eigenvalues of x and u
+//   push(x, u)                 adds these multiples of e to x and u, so that they lie inside
+//   factor(R)                  the scaling W of the iterate; R = W^-1, so that R R' is the inverse Hessian
+//   dual_factor(T)             T = R^-T of that iterate, from which du = T (rho - z)
+//   target(mu, corrector, rho) of W dx + W^-1 du = rho: rho = lambda \ (mu e - lambda o lambda - second)
+//   recover(mu, z)             dx = R z, du = W (rho - z) from the solution z = W dx of the system
+//   longest_step()             the largest t for which x + t dx and u + t du stay inside
+//   gap(t)                     <x + t dx, u + t du>
+//   move(t)                    makes the step
+//   primal(x), dual(u)         the iterate, in the same units
 //
 // `corrector` adds Mehrotra's second-order term of the last recovered step.
 namespace amontons {

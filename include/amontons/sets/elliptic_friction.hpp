@@ -11,11 +11,11 @@ namespace amontons {
 //
 // Projection of z = (n, t), with D = diag(mu): z itself if |D^-1 t| <= n, the apex if |D t| <= -n, otherwise
 // the foot on the boundary. There, with the multiplier lambda >= 0 of 1/2 (|D^-1 s|^2 - a^2) = 0,
-//  a (1 - lambda) = n,   s_k = t_k mu_k^2 / (mu_k^2 + lambda),   a = |D^-1 s| =: h(lambda).
+//   a (1 - lambda) = n,   s_k = t_k mu_k^2 / (mu_k^2 + lambda),   a = |D^-1 s| =: h(lambda).
 // (1 - lambda) h(lambda) - n falls strictly from |D^-1 t| - n > 0 to -|D t| - n < 0, so lambda is its only
 // root. In tau = lambda / (1 + lambda) and w = 1 - tau, with D_k = mu_k^2 w + tau, nothing is singular at a =
 // 0 or lambda = 1:
-//  F(tau) = (w - tau) K(tau) - n,   K = |(t_k mu_k / D_k)|,   a = w K,   s_k = t_k mu_k^2 w / D_k.
+//   F(tau) = (w - tau) K(tau) - n,   K = |(t_k mu_k / D_k)|,   a = w K,   s_k = t_k mu_k^2 w / D_k.
 // F(1/2) = -n, so the sign of n determines the smaller of tau and w. The smaller one is the unknown, so that
 // its digits are not lost in 1 - tau for large coefficients.
 template <int n>

@@ -10,7 +10,7 @@ namespace amontons {
 // Moments and mu_r are divided by a length (Contact::moment_length).
 //
 // Projection: for given n the two discs are independent, so it remains to find
-//  min over a >= 0 of (a - n)^2 + (|t| - mu a)_+^2 + (|m| - mu_r a)_+^2.
+//   min over a >= 0 of (a - n)^2 + (|t| - mu a)_+^2 + (|m| - mu_r a)_+^2.
 // The slope grows with a and has four linear pieces; the result is the root of the piece that is valid there.
 struct RollingFriction {
   static constexpr int dim = 5;

@@ -22,23 +22,23 @@ struct Face {
 // in sets.hpp. Nothing else in the C++ core lists sets, except kernels that implement one of them a second
 // time (Friction, in solvers/first_order).
 //
-//  dim, name        rows of a block; the name of the set in files and Python
-//  is_cone          0 in the set and closed under scaling; otherwise project_recession(d, out) gives the
-//                   directions in which it is unbounded
-//  frictional       the block of a contact: has a De Saxce term
-//  project(x, out)  out = Pi(x), Euclidean; x and out may be the same memory
-//  natural_map(x, step, out)
-//                   out = x - Pi(x - step), formed without cancellation: if the trial point is inside, it is
-//                   `step` itself, however large x is. Otherwise a method whose impulses diverge to 1e16
-//                   would seem converged, because x - step rounds to x.
-//  face(y)          Pi'(y), an element of the generalised Jacobian, for the semismooth Newton method
-//  violation(u)     the speed (m/s) at which u violates the constraint, negative if it separates
-//  complaint(i)     the error in the user's parameters of block i; empty if they are valid
-//  saxce(u)         for frictional sets: the term that turns the VI into Coulomb's law, g = u + saxce(u) e_n
-//                   (De Saxce 1992). The dual cone is { u_n >= saxce(u) }: it contains g if u_n >= 0.
-//  saxce_gradient(u, out)  its derivative with respect to u, dim entries
-//  has_friction()   for frictional sets: whether the term can be nonzero
-//  Barrier          the block in an interior-point method: see barrier.hpp
+//   dim, name        rows of a block; the name of the set in files and Python
+//   is_cone          0 in the set and closed under scaling; otherwise project_recession(d, out) gives the
+//                    directions in which it is unbounded
+//   frictional       the block of a contact: has a De Saxce term
+//   project(x, out)  out = Pi(x), Euclidean; x and out may be the same memory
+//   natural_map(x, step, out)
+//                    out = x - Pi(x - step), formed without cancellation: if the trial point is inside, it is
+//                    `step` itself, however large x is. Otherwise a method whose impulses diverge to 1e16
+//                    would seem converged, because x - step rounds to x.
+//   face(y)          Pi'(y), an element of the generalised Jacobian, for the semismooth Newton method
+//   violation(u)     the speed (m/s) at which u violates the constraint, negative if it separates
+//   complaint(i)     the error in the user's parameters of block i; empty if they are valid
+//   saxce(u)         for frictional sets: the term that turns the VI into Coulomb's law, g = u + saxce(u) e_n
+//                    (De Saxce 1992). The dual cone is { u_n >= saxce(u) }: it contains g if u_n >= 0.
+//   saxce_gradient(u, out)  its derivative with respect to u, dim entries
+//   has_friction()   for frictional sets: whether the term can be nonzero
+//   Barrier          the block in an interior-point method: see barrier.hpp
 //
 // A set is an aggregate of doubles, its parameters, in the order in which files and Python give them.
 template <class S>

@@ -13,11 +13,11 @@
 //
 // All corners of the common projection are kept: no choice of four is made that could change from step to
 // step. Points that exist only by rounding would flicker, and each kind of them is removed where it arises:
-//  - a corner on the clipping edge counts as inside, up to 1e-9 of the size: neither side loses it;
-//  - a crossing is computed from the inside to the outside, in either direction of the polygon, so that both
-//    bodies give the same one;
-//  - corners of the two faces that nearly coincide are one point;
-//  - crossings of edges that nearly coincide are between two corners and are redundant.
+//   - a corner on the clipping edge counts as inside, up to 1e-9 of the size: neither side loses it;
+//   - a crossing is computed from the inside to the outside, in either direction of the polygon, so that both
+//     bodies give the same one;
+//   - corners of the two faces that nearly coincide are one point;
+//   - crossings of edges that nearly coincide are between two corners and are redundant.
 namespace amontons::collision {
 
 namespace {

@@ -2,15 +2,14 @@
 // costs the same row in a solve, even if it is redundant. Three kinds of points are kept, with heights (gaps)
 // over the plane across the normal:
 //   1. the lowest one, now and at the end of the step;
-//  2. the support polygon: the corners of the convex outline of the points as low as the lowest, without
-//     those that add next to nothing to its area (M. Visvalingam, J. D. Whyatt, Line generalisation by
-//     repeated elimination of points, 1993: the corner with the smallest triangle goes first);
-//  3. the points that would be lowest if the body turned a little about any axis in the plane: those that
-//     minimise  height - slope <direction, (u, v)>  for eight directions and slopes of all sizes, if no
-//     kept point comes near.
+//   2. the support polygon: the corners of the convex outline of the points as low as the lowest, without
+//      those that add next to nothing to its area (M. Visvalingam, J. D. Whyatt, Line generalisation by
+//      repeated elimination of points, 1993: the corner with the smallest triangle goes first);
+//   3. the points that would be lowest if the body turned a little about any axis in the plane: those that
+//      minimise  height - slope <direction, (u, v)>  for eight directions and slopes of all sizes, if no
+//      kept point comes near.
 // A turn adds a linear function to the heights, which changes 2 and 3 only by their range of heights: the
 // kept points change little when a body rocks.
-// that it looks at: what is kept changes little when a body rocks.
 #include "amontons/collision/narrow/support_points.hpp"
 
 #include <algorithm>

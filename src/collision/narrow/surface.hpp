@@ -95,11 +95,11 @@ void remove_doubles(std::vector<ContactPoint>& points, std::size_t first, double
 // the coordinates of the body (SurfaceBody::origin) unless a function says otherwise.
 //
 // A Surface has, in coordinates of its own and with triangles identified by integers:
-//  void for_each_near(const Aabb&, visit) const   visit(triangle) for all that may touch the box
-//  Facet facet(triangle) const
-//  void for_each_neighbour(vertex, visit) const   visit(position) for all that edges join to it
-//  bool is_active(vertex) const             whether an edge that is not flat ends there
-//  bool is_outside(p, triangle, closest) const   p, with its closest point on the surface
+//   void for_each_near(const Aabb&, visit) const   visit(triangle) for all that may touch the box
+//   Facet facet(triangle) const
+//   void for_each_neighbour(vertex, visit) const   visit(position) for all that edges join to it
+//   bool is_active(vertex) const             whether an edge that is not flat ends there
+//   bool is_outside(p, triangle, closest) const   p, with its closest point on the surface
 template <class Surface>
 class SurfaceContact {
  public:
@@ -223,10 +223,10 @@ class SurfaceContact {
 
   // Whether the surface has the normal d at the triangle: no corner around the supporting corner or edge
   // extends farther along d. With n the normal of the face, d is supported by
-  //  the face (d = n up to the tolerance),
-  //  an edge: a border has all normals from the face outwards, a convex edge those that its other triangle
-  //    does not rise above, a flat or concave edge has none of its own;
-  //  or a corner: then its neighbours must not rise above it.
+  //   the face (d = n up to the tolerance),
+  //   an edge: a border has all normals from the face outwards, a convex edge those that its other triangle
+  //     does not rise above, a flat or concave edge has none of its own;
+  //   or a corner: then its neighbours must not rise above it.
   bool is_allowed(const Facet& facet, const Vec3& d) const {
     double along[3], length = 0;
     for (int k = 0; k < 3; ++k) {

@@ -9,11 +9,11 @@
 #include "amontons/base/error.hpp"
 
 // A convex polyhedron from the triangles of its surface, in these steps:
-//  1. check that the surface is closed, faces outwards and has a volume;
-//  2. join coplanar triangles to faces, because a divided face would give the manifold of one triangle at a
-//     time, and of another one as soon as the body rocks;
-//  3. trace the rim of every face, and keep the points where at least three faces meet: the corners;
-//  4. compute the planes of the faces again from their corners, and check that no corner is beyond one.
+//   1. check that the surface is closed, faces outwards and has a volume;
+//   2. join coplanar triangles to faces, because a divided face would give the manifold of one triangle at a
+//      time, and of another one as soon as the body rocks;
+//   3. trace the rim of every face, and keep the points where at least three faces meet: the corners;
+//   4. compute the planes of the faces again from their corners, and check that no corner is beyond one.
 // The triangles may come from any convex hull program. The hull is not computed here from points alone, so
 // that the geometry is the one that the user sees.
 //

@@ -14,13 +14,12 @@
 
 // make_mesh() checks the mesh and computes once which triangles are adjacent, which edges and vertices are
 // convex, and a tree of boxes over the triangles. Its steps:
-//  1. weld vertices at one place, so that triangles share them;
-//  2. normals; degenerate triangles are rejected;
-//  3. per edge the neighbour across it and the dihedral angle, as flat, convex, concave or border: only
-//  convex
-//     and border edges have contact normals other than the face's (narrow/surface.hpp);
-//  4. per vertex whether any such edge ends there, its neighbours, and a normal that separates inside from
-//     outside;
+//   1. weld vertices at one place, so that triangles share them;
+//   2. normals; degenerate triangles are rejected;
+//   3. per edge the neighbour across it and the dihedral angle, as flat, convex, concave or border: only
+//      convex and border edges have contact normals other than the face's (narrow/surface.hpp);
+//   4. per vertex whether any such edge ends there, its neighbours, and a normal that separates inside from
+//      outside;
 //   5. the tree.
 // Meshes of files are rarely perfect. Open borders, edges of more than two triangles and unused vertices are
 // allowed; only data that is no surface is rejected, by name.

@@ -13,7 +13,7 @@
 // around it. A new shape adds its three functions here; std::visit selects them by overload.
 //
 // The box around a convex body extends from its centre along the axis e_i by its support function
-//  h(d) = max { <d, p> : p in the body }
+//   h(d) = max { <d, p> : p in the body }
 // in the direction R' e_i, where R turns the body into the world: R' e_i is row i of R. For a body that is
 // symmetric about its centre h(d) = h(-d), so that one value per axis suffices.
 namespace amontons {

@@ -53,7 +53,7 @@ int rows_of(const Material& m) {
 }
 
 // For unit impulses along the axes e_k of the contact, A has on its diagonal the sum over both bodies of
-//  1/m + (r x e_k)' I^-1 (r x e_k)   for forces (`force`),   e_k' I^-1 e_k   for moments (`moment`).
+//   1/m + (r x e_k)' I^-1 (r x e_k)   for forces (`force`),   e_k' I^-1 e_k   for moments (`moment`).
 // Moments enter as m / L, spins as L w: with rows in m/s their diagonal is L^2 times the second. The two
 // means agree for L^2 = force / moment; for a rolling ball that is about its radius. All three axes are
 // summed, so that L does not depend on the tangents. Between bodies that cannot turn L has no effect: 1.

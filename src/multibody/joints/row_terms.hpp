@@ -7,14 +7,14 @@
 #include "multibody/joints/joint_context.hpp"
 
 // The common form of joint rows. A row requires, docs/algorithm.md (5),
-//  u = D v+ + E x + c,  -u in the normal cone of x's set
+//   u = D v+ + E x + c,  -u in the normal cone of x's set
 // with x the impulse along D'. For a constraint C(q) with the Jacobian D = dC/dq:
 // - a rigid equality C = 0 at the end of the step is, to first order in h, C + h D v+ = 0: E = 0, c = C / h
-//  and x free (Baumgarte's stabilisation with the factor 1, and a bound on c);
+//   and x free (Baumgarte's stabilisation with the factor 1, and a bound on c);
 // - a spring of compliance e without mass, C + h D v+ = -e x / h: E = e / h^2, c = C / h, x free;
 // - an inequality C >= 0 is C + h D v+ >= 0: c = C / h, x >= 0, complementary;
 // - a bounded effort |x| <= h effort against D v+ + c: x in that interval. Dry friction has c = 0, a motor
-//  c = -speed.
+//   c = -speed.
 // Each of these is one function below. A caller provides D and C, and the place of the impulse.
 namespace amontons {
 

@@ -29,9 +29,9 @@ struct SafeStepInput {
 };
 
 // Makes impulses and velocities safe in three stages:
-//  1. bilateral impulses are solved for the contact impulses, so that joints hold exactly;
-//  2. contact impulses are scaled by one factor until the step creates no energy;
-//  3. bodies stop at fixed geometry, and spin by no more than half a radian within the step.
+//   1. bilateral impulses are solved for the contact impulses, so that joints hold exactly;
+//   2. contact impulses are scaled by one factor until the step creates no energy;
+//   3. bodies stop at fixed geometry, and spin by no more than half a radian within the step.
 // Returns the path: the last stage that changed anything. `balance` is that of the result. The residual is
 // that of the problem at the returned impulses.
 StepPath make_safe(const SafeStepInput& in, EnergyBalance& balance);

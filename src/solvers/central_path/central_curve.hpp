@@ -31,11 +31,11 @@ namespace amontons {
 // det R, det T > 0 and det B = 1, so this sign is that of the matrix of the linear system, or of R' times it.
 //
 // System, in units in which A and b are of order one:
-//  units().of_x()                      impulse unit per block (N s), which scales the bounds of intervals
-//  size_t offset(block), size()        layout of the row-major matrices of the blocks, dim^2 each
-//  product(x, u)                       u = A x + b
-//  int factor(R, BT)                   factors B T + A R; the sign of its determinant, 0 if it fails
-//  solve(q, z, refinements)            false if z is not finite; q may be z
+//   units().of_x()                      impulse unit per block (N s), which scales the bounds of intervals
+//   size_t offset(block), size()        layout of the row-major matrices of the blocks, dim^2 each
+//   product(x, u)                       u = A x + b
+//   int factor(R, BT)                   factors B T + A R; the sign of its determinant, 0 if it fails
+//   solve(q, z, refinements)            false if z is not finite; q may be z
 template <class System>
 class CentralCurve {
  public:

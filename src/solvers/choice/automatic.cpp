@@ -3,14 +3,14 @@
 //
 // Three facts about the methods determine the choice of contenders:
 //
-//  - A first-order iteration costs one pass over the contacts, about 10 ns each, and soon finds which of them
-//    slide. The number of iterations grows with the condition. Stresses in high or hyperstatic stacks, chains
-//    of joints and mass ratios take tens of thousands. Neither of the two methods is always faster.
-//  - A step with a factorisation costs some fifty passes, more if the factor has much fill. It hardly depends
-//  on
-//    the condition: the interior point takes ten to twenty steps, Newton's method near a solution a few.
-//  - Under coulomb no method is proven to converge. Several methods succeed more often than one method given
-//    more time.
+//   - A first-order iteration costs one pass over the contacts, about 10 ns each, and soon finds which of
+//     them slide. The number of iterations grows with the condition. Stresses in high or hyperstatic stacks,
+//     chains of joints and mass ratios take tens of thousands. Neither of the two methods is always faster.
+//   - A step with a factorisation costs some fifty passes, more if the factor has much fill. It hardly
+//     depends on the condition: the interior point takes ten to twenty steps, Newton's method near a solution
+//     a few.
+//   - Under coulomb no method is proven to converge. Several methods succeed more often than one method given
+//     more time.
 #include "amontons/solvers/choice/automatic.hpp"
 
 #include <algorithm>

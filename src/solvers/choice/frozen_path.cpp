@@ -6,8 +6,8 @@
 //
 // First-order iterates find soon which contacts slide, but only slowly the stresses of a hyperstatic stack.
 // The interior point finds these at once. So in each round
-//  1.  a central path solves the convex problem of the best x so far,
-//  2.  a burst of apgd from there renews the term.
+//   1.  a central path solves the convex problem of the best x so far,
+//   2.  a burst of apgd from there renews the term.
 // Either alone needs ten times the work. A round without progress ends it.
 #include "solvers/choice/frozen_path.hpp"
 

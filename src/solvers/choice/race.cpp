@@ -1,9 +1,9 @@
 // A race of methods without thresholds tuned to particular scenes: it measures the rates of convergence.
 //
-//  while no contender has reached the tolerance
-//    1.  choose the contender with the least expected nominal cost from here to the tolerance
-//    2.  its turn: it continues from its own state until its total work has grown by a quarter
-//    3.  update its expected cost from its rate over the second half of its work
+//   while no contender has reached the tolerance
+//     1.  choose the contender with the least expected nominal cost from here to the tolerance
+//     2.  its turn: it continues from its own state until its total work has grown by a quarter
+//     3.  update its expected cost from its rate over the second half of its work
 //
 // Past cost does not count in 1: only the remaining cost matters. A first-order method that converges quickly
 // is never left. One that slows down hands over once its remaining cost, at its present rate, exceeds the

@@ -23,10 +23,10 @@ namespace {
 
 // Access of a sweep to A by rows:
 //
-//  start(x)        forms the state that belongs to x, without the drift of updates
-//  entry(i, j)     A_ij, for the diagonal blocks
-//  velocity(i, x)  u_i with the newest impulses
-//  change(i, dx)   x_i was changed by dx
+//   start(x)        forms the state that belongs to x, without the drift of updates
+//   entry(i, j)     A_ij, for the diagonal blocks
+//   velocity(i, x)  u_i with the newest impulses
+//   change(i, dx)   x_i was changed by dx
 
 // Rows of a matrix: u_i is formed from the newest x, and there is no other state.
 template <class Matrix>

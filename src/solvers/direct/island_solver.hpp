@@ -10,9 +10,9 @@ namespace amontons {
 
 // Solves the VI of an island with a dense matrix: find x in K with u = W x + q (and the De Saxce term under
 // coulomb) in the normal cone. Three stages, each from the best x so far:
-//  1. semismooth Newton steps on the faces of the start, which are right in most steps of a simulation;
-//  2. the same with a larger proximal term, for redundant contacts that stage 1 moves far away;
-//  3. the central path as a curve (central_path/central_curve.hpp), which needs no start.
+//   1. semismooth Newton steps on the faces of the start, which are right in most steps of a simulation;
+//   2. the same with a larger proximal term, for redundant contacts that stage 1 moves far away;
+//   3. the central path as a curve (central_path/central_curve.hpp), which needs no start.
 // The work is bounded for every problem.
 class IslandSolver {
  public:

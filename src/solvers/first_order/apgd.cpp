@@ -5,13 +5,13 @@
 //
 // docs/algorithm.md (21):
 //
-// x_0 := Pi_K(x_0);  y_0 := x_0;  theta_0 := 1;  L := 1
-// for j = 0 ..
-//   1.  d := Pi_K(y_j - P^-1 g(y_j) / L) - y_j;  while d'Ad > L d'Pd: raise L, repeat
-//   2.  x_j+1 := y_j + d
-//   3.  theta_j+1: the positive root of theta^2 = (1 - theta) theta_j^2
-//       beta := theta_j (1 - theta_j) / (theta_j^2 + theta_j+1)
-//   4.  y_j+1 := x_j+1 + beta (x_j+1 - x_j); if the momentum points uphill, y_j+1 := x_j+1, theta := 1
+//  x_0 := Pi_K(x_0);  y_0 := x_0;  theta_0 := 1;  L := 1
+//  for j = 0 ..
+//    1.  d := Pi_K(y_j - P^-1 g(y_j) / L) - y_j;  while d'Ad > L d'Pd: raise L, repeat
+//    2.  x_j+1 := y_j + d
+//    3.  theta_j+1: the positive root of theta^2 = (1 - theta) theta_j^2
+//        beta := theta_j (1 - theta_j) / (theta_j^2 + theta_j+1)
+//    4.  y_j+1 := x_j+1 + beta (x_j+1 - x_j); if the momentum points uphill, y_j+1 := x_j+1, theta := 1
 //
 // Under coulomb g is no gradient, and momentum amplifies rotational parts of g. Residuals then rise by a
 // factor in some ten iterations although no step is uphill. The momentum is therefore also dropped once the
@@ -71,7 +71,7 @@ class Apgd {
     }
     // 3. The sums of the direction give the angle of the momentum: x_j+1 - x_j = d + (y - x), hence in the P
     // metric
-    // <y - x+, x+ - x> = -<d, d> - <d, y - x>.
+    //  <y - x+, x+ - x> = -<d, d> - <d, y - x>.
     // y - x+ is the projected gradient over L. If the sum is positive, the move x+ - x goes uphill. The
     // momentum is then dropped, and builds up again from theta = 1 (the gradient scheme of O'Donoghue and
     // Candes).

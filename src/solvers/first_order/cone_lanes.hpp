@@ -11,7 +11,7 @@ namespace {
 //  Pi(z) = k t n + mu k z_t,  k = (z_n + mu t) / ((1 + mu^2) t),  t = |z_t|
 //        = mu k z + k (t - mu z_n) n            with z_t = z - z_n n,
 // This form needs no z_t and is exact for z inside after the blend. All three regions are a z + b n:
-// inside (1, 0),   polar (0, 0),   else (mu k, k (t - mu z_n)).
+//  inside (1, 0),   polar (0, 0),   else (mu k, k (t - mu z_n)).
 // If t = 0, k is infinite or NaN and not used.
 //
 // In a metric that scales tangents by `aspect`, aspect t and aspect mu replace t and mu.
@@ -39,7 +39,7 @@ AMONTONS_INLINE Vec tangential_speed(const Vec3& u, const Vec3& n) {
 
 // p |x - Pi_K(x - step)|^2 with step = g / p, as natural_map_squared() in problem/residual.hpp. It is formed
 // without cancellation, as in Friction::natural_map(). With the trial point z = x - step it is
-// e = step + (z - Pi(z)),   z - Pi(z) = k z_t - mu k t n,   k = (t - mu z_n) / ((1 + mu^2) t),   t = |z_t|
+//  e = step + (z - Pi(z)),   z - Pi(z) = k z_t - mu k t n,   k = (t - mu z_n) / ((1 + mu^2) t),   t = |z_t|
 // on the boundary. Inside, z - Pi(z) is zero, however large x is; in the polar cone it is z_t + z_n n.
 AMONTONS_INLINE Vec natural_map(const ContactBatch& batch, int lane, const Vec3& x, const Vec3& g,
                                 const Vec3& n) {

@@ -66,10 +66,10 @@ AMONTONS_INLINE Vec3 cross(const Vec3& a, const Vec3& b) {
 // Exchanges six components, one vector each, with `width` lines (0 1 2 3 | 4 5 - -): a transpose in
 // registers. It costs far less than gather instructions because a line is read in two loads. The two spare
 // doubles of a line may hold anything.
-// gather       component k of line at[l] to lane l of vector k
-// scatter_add  lines += vectors; all loads come before all stores, so that lanes which share a dummy line
-//              do not wait for each other (the value of a dummy is irrelevant: M^-1 makes it zero)
-// scatter      lines = vectors
+//  gather       component k of line at[l] to lane l of vector k
+//  scatter_add  lines += vectors; all loads come before all stores, so that lanes which share a dummy line
+//               do not wait for each other (the value of a dummy is irrelevant: M^-1 makes it zero)
+//  scatter      lines = vectors
 // The four shuffles are the same on every set, within each group of four lanes:
 //  even  (a0 b0 a2 b2)    odd   (a1 b1 a3 b3)
 //  low   (a0 a1 b0 b1)    high  (a2 a3 b2 b3)

@@ -63,7 +63,7 @@ Sorted sort_by_rank(const std::vector<std::uint32_t>& rank, std::size_t first, s
 // Greedy filling of conflict-free batches. Up to 32 batches are open at a time, in a ring. A contact goes to
 // the oldest one with room that contains neither of its bodies. present[body] has one bit per place in the
 // ring, so that the batches without both bodies are one expression,
-// open & ~(present[a] | present[b]),
+//  open & ~(present[a] | present[b]),
 // and the oldest is its lowest bit counted from the place of the oldest batch. The number 32 is that of the
 // bits of a word: about 256 contacts, a stretch of the curve that contains all contacts of a body.
 //

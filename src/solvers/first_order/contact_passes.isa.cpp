@@ -102,7 +102,7 @@ AMONTONS_INLINE void prefetch_batch(const PassData& data, const Chunk& chunk, st
 }
 
 // One batch of the direction, from x, or with momentum from y:
-// g = u + s n,   d = Pi(x - alpha/p g) - x,
+//  g = u + s n,   d = Pi(x - alpha/p g) - x,
 // and its part of <d, g>, <d, P d>, <d, E d>. With momentum the metric of metric.hpp replaces p, and <d, P (y
 // - x)>, whose sign is uphill or downhill, replaces <d, g>. Here x is the point from which the step starts.
 template <bool coulomb, bool compliant, bool momentum>

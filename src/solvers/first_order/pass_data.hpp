@@ -57,10 +57,12 @@ struct Chunk {
 
 // The data of the passes; the roles of the three buffers of x change from iteration to iteration.
 //
-// x, x_next, y, u, u_y, d, b   24 doubles per batch (three components of eight lanes), then 8 per batch of
-// rows saxce        mu |u_t| for the u of x, 8 per batch; coulomb only compliance   E, 8 per batch; null if
-// all are zero lines        one line of 64 bytes per touched body: (linear, angular) and two unused doubles
-// y, u_y       the extrapolated point and A y + b, of accelerated methods; null for the others
+//  x, x_next, y, u, u_y, d, b   24 doubles per batch (three components of eight lanes), then 8 per batch of
+//               rows
+//  saxce        mu |u_t| for the u of x, 8 per batch; coulomb only
+//  compliance   E, 8 per batch; null if all are zero
+//  lines        one line of 64 bytes per touched body: (linear, angular) and two unused doubles
+//  y, u_y       the extrapolated point and A y + b, of accelerated methods; null for the others
 //
 // `lines` holds impulses at the centres of mass, D'd or D'x, after a direction or impulse pass, and the
 // velocities M^-1 D'd or M^-1 D'x after the mass pass.

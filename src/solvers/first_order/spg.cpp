@@ -16,12 +16,12 @@
 //
 // companions/spg_literal.cpp has the algorithm unchanged. This variant differs where that costs time or
 // robustness:
-// - one product per iteration: f is an exact quadratic along d, f(x + lambda d) - f(x) = lambda <d,g> +
-//   lambda^2/2 d'Ad, so that the line search needs no further product;
-// - these differences are summed instead of comparing objective values, which stalls at rounding;
-// - the fallback keeps the iterate with the smallest natural residual, which the third pass yields at no
-// cost;
-// - u is formed from scratch at intervals, and before convergence is declared.
+//  - one product per iteration: f is an exact quadratic along d, f(x + lambda d) - f(x) = lambda <d,g> +
+//    lambda^2/2 d'Ad, so that the line search needs no further product;
+//  - these differences are summed instead of comparing objective values, which stalls at rounding;
+//  - the fallback keeps the iterate with the smallest natural residual, which the third pass yields at no
+//    cost;
+//  - u is formed from scratch at intervals, and before convergence is declared.
 // Under coulomb g = u + s(u) e_n follows u in every iteration: one loop, no nested solves. f is then only a
 // model, with the De Saxce term frozen at each x_j; the residual decides.
 #include "amontons/solvers/first_order/spg.hpp"
@@ -97,7 +97,7 @@ class Spg {
     f_.add(lambda * dg + 0.5 * lambda * lambda * dAd);
     // 5. docs/algorithm.md (20): alpha_j+1 := <s,Ps> / <s,y> for odd j, <s,y> / <y,P^-1 y> for even j, within
     // [alpha_min, alpha_max]
-    //   (Fletcher 2005: alternating is more robust than either formula); doubled if <s,y> <= 0.
+    //    (Fletcher 2005: alternating is more robust than either formula); doubled if <s,y> <= 0.
     const double sPs = lambda * lambda * d.dPd;
     const double next = s.sy > 0 ? (odd_ ? sPs / s.sy : s.sy / s.yPy) : 2 * alpha_;
     alpha_ = std::clamp(next, options_.alpha_min, options_.alpha_max);

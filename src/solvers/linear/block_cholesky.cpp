@@ -1,12 +1,12 @@
 // Multifrontal factorisation, after Liu 1992. Names: a node is a block of rows in elimination order. A
 // supernode is a run of nodes whose columns of L have (nearly) the same rows, held as one dense panel.
-// Analysis, once: 1. an order with little fill, on the graph of blocks: block_order.cpp; 2. the elimination
-// tree: parent(k) is the first row below k in column k of L. Column k changes only
-//    columns on the path from k to the root, so that subtrees are independent of each other;
-// 3. a postorder of the tree: each subtree is contiguous, directly before its parent;
-// 4. the rows of every column, from those of its children; supernodes; and the place of each row of a child
-// in
-//    the front of its parent.
+// Analysis, once:
+//  1. an order with little fill, on the graph of blocks: block_order.cpp;
+//  2. the elimination tree: parent(k) is the first row below k in column k of L. Column k changes only
+//     columns on the path from k to the root, so that subtrees are independent of each other;
+//  3. a postorder of the tree: each subtree is contiguous, directly before its parent;
+//  4. the rows of every column, from those of its children; supernodes; and the place of each row of a child
+//     in the front of its parent.
 // factor() visits the supernodes in that order. Its front F is a dense matrix over the columns of the
 // supernode and the rows below them,
 //  F = | F11  .  |  =  the panel of A   +   the update matrices of the children (extend-add)

@@ -7,7 +7,6 @@
 // seven directions with two fifths or more on either side, the one with the smallest border is taken. The
 // separator is the smallest set of blocks that touches every edge across it; by theorems of Koenig it follows
 // from a largest matching of these edges.
-// off a largest matching of these edges.
 #include "solvers/linear/block_order.hpp"
 
 #include <Eigen/OrderingMethods>

@@ -1,7 +1,7 @@
 // From A + Theta^-1 to a matrix with six rows per body, step by step: docs/algorithm.md (22, 23).
 //
 // 1. Symmetric, and without an inverse of Theta. With Theta = R R' and y = R z,
-//   (A + Theta^-1) y = r   <=>   (I + R'A R) z = R'r                              (multiply by R')
+//    (A + Theta^-1) y = r   <=>   (I + R'A R) z = R'r                              (multiply by R')
 // This also holds for singular R: y is sought only in range(R). Eigenvalues are 1 or more.
 //
 // 2. Bodies: A = D M^-1 D' + E, M^-1 = C C'. E is a multiple of I in each block, so that I + R'E R = L L' is

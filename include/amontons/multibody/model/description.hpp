@@ -206,7 +206,7 @@ enum class ActivationKind : unsigned char {
 };
 
 // An effort that is affine in control, length and rate:
-//  effort = clip(gain_0 w + gain_1 w l + gain_2 w l' + bias_0 + bias_1 l + bias_2 l', force limits).
+//   effort = clip(gain_0 w + gain_1 w l + gain_2 w l' + bias_0 + bias_1 l + bias_2 l', force limits).
 // The restoring part (coefficients of l and l' that are not positive) acts within the step, as a row of the
 // problem. The rest takes its values at the start of the step.
 struct Actuator {

@@ -12,7 +12,7 @@ namespace amontons {
 // if and only if it holds for every island with the others' y = x.
 //
 // The tolerance is kept. F_k is the natural map of island k, and each is solved to |F_k(x)| <= tol |F_k(0)|:
-// |F(x)|^2 = sum |F_k(x)|^2 <= tol^2 sum |F_k(0)|^2 = tol^2 |F(0)|^2.
+//  |F(x)|^2 = sum |F_k(x)|^2 <= tol^2 sum |F_k(0)|^2 = tol^2 |F(0)|^2.
 // The converse is false: an island at rest beside a hit one is solved more accurately apart than together.
 //
 // Small islands are solved together. Only a ContactSystem is divided into islands; another operator, and a
@@ -21,7 +21,7 @@ namespace amontons {
 //
 // `each` solves every island to its own tolerance: a wall at rest does not creep because a ball flies
 // elsewhere. `whole` gives each island its share of the error of the whole problem; with n islands
-//   tol_k^2 |F_k(0)|^2 = tol^2 (|F_k(0)|^2 + |F(0)|^2 / n) / 2,   whose sum over k is tol^2 |F(0)|^2.
+//    tol_k^2 |F_k(0)|^2 = tol^2 (|F_k(0)|^2 + |F(0)|^2 / n) / 2,   whose sum over k is tol^2 |F(0)|^2.
 enum class ToleranceOf : unsigned char { each, whole };
 Solution solve_by_islands(const Problem& problem, const Options& options, Method method,
                           ToleranceOf tolerance = ToleranceOf::each);

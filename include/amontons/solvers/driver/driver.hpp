@@ -149,17 +149,16 @@ inline Solution complete(std::unique_ptr<Run> run) {
 
 // The loop that all methods share. A method supplies its step:
 //
-//  name, limits         constants
-//  start(s)             takes over the start; returns the natural map of its first iterate
-//  step()               one iteration; returns the natural map of the new iterate, or std::nullopt if no
-//                       progress is possible
-//  refresh()            forms u from scratch, without the rounding that updates accumulate; returns the
-//  natural
-//                       map; only needed if limits.refresh_period > 0
-//  keep_best(), best(x) stores the current iterate; returns the stored one
-//  last(x)              the current iterate
-//  objective()          1/2 x'Ax + b'x of the current iterate
-//  step_size(), backtracks()   for the history
+//   name, limits         constants
+//   start(s)             takes over the start; returns the natural map of its first iterate
+//   step()               one iteration; returns the natural map of the new iterate, or std::nullopt if no
+//                        progress is possible
+//   refresh()            forms u from scratch, without the rounding that updates accumulate; returns the
+//                        natural map; only needed if limits.refresh_period > 0
+//   keep_best(), best(x) stores the current iterate; returns the stored one
+//   last(x)              the current iterate
+//   objective()          1/2 x'Ax + b'x of the current iterate
+//   step_size(), backtracks()   for the history
 //
 // The result is the iterate with the smallest residual, not the last: the fallback of P-SPG-FB (Tasora 2013).
 // Residuals of spectral and accelerated steps rise and fall, and under coulomb no method is proven to

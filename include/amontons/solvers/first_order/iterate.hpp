@@ -31,22 +31,22 @@ struct MomentumDirection {
 // driver divides its root by the value at x = 0.
 //
 // Always:
-//  start(x0)         x = Pi_K(x0), x0 = 0 if it is empty; u = A x + b; the residual
-//  refresh()         u = A x + b from scratch, without the rounding that updates accumulate; the residual
-//  keep_best()       the current x becomes the best one; called often, so that it must not copy
-//  extract_best(x), extract(x)   the best x, and the current one, in the order of the problem
-//  objective()       1/2 x'Ax + b'x
+//   start(x0)         x = Pi_K(x0), x0 = 0 if it is empty; u = A x + b; the residual
+//   refresh()         u = A x + b from scratch, without the rounding that updates accumulate; the residual
+//   keep_best()       the current x becomes the best one; called often, so that it must not copy
+//   extract_best(x), extract(x)   the best x, and the current one, in the order of the problem
+//   objective()       1/2 x'Ax + b'x
 // P-SPG-FB, in this order:
 //   direction(alpha)  d = Pi_K(x - alpha P^-1 g(x)) - x
 //   curvature()       <d, A d>: the one product of an iteration
 //   update(lambda)    x += lambda d, u += lambda A d
 // APGD, in this order; after a rejected step the middle two are repeated with a smaller alpha:
-//  start_momentum()            y = x, once after start()
-//  momentum_direction(alpha)   d = Pi_K(y - alpha P^-1 g) - y, P of metric.hpp, g = A y + b and the De Saxce
-//                              term of x; y and x stay as they are
-//  curvature()                 as above
-//  accelerate(beta)            x+ = y + d, y = x+ + beta (x+ - x); the residual at x+
-//  refresh_momentum()          refresh() for x and for y; the residual at x
+//   start_momentum()            y = x, once after start()
+//   momentum_direction(alpha)   d = Pi_K(y - alpha P^-1 g) - y, P of metric.hpp, g = A y + b and the De Saxce
+//                               term of x; y and x stay as they are
+//   curvature()                 as above
+//   accelerate(beta)            x+ = y + d, y = x+ + beta (x+ - x); the residual at x+
+//   refresh_momentum()          refresh() for x and for y; the residual at x
 template <class T>
 concept Iterate = requires(T& t, const T& c, std::span<const double> x0, std::span<double> x, double step) {
   { t.start(x0) } -> std::same_as<double>;
