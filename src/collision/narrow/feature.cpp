@@ -63,8 +63,7 @@ void cap_feature(const Convex& body, const Vec3& direction, double c, const Vec3
   const double side = c < 0 ? -1 : 1;
   const Vec3 n = side * body.axis[2], m = body.centre + side * body.size.z * body.axis[2];
   const Vec3 e = cap_phase(body, n, phase), f = cross(n, e);
-  const Vec3 down = direction - std::abs(c) * n;  // part of the direction along the cap, towards the extreme
-                                                  // point
+  const Vec3 down = direction - std::abs(c) * n;  // part of the direction along the cap
   const double tilt = norm(down);
   double angle = -1;  // of the extreme point, in sides of the polygon; -1 within 1 mrad of flat
   if (tilt > 1e-3) {

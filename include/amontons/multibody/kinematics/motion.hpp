@@ -25,8 +25,7 @@ struct TreeMotion {
 // Poses of the bodies for q.
 struct TreePose {
   std::vector<Transform> bodies;  // all of the model; bodies that are not dynamic have the pose in the state
-  std::vector<Twist> columns;     // per entry of qd: twist that a unit rate adds to the bodies that the link
-                                  // supports
+  std::vector<Twist> columns;     // per entry of qd: twist of the supported bodies per unit rate
 };
 
 // q and qd of a state, fitted to its poses and velocities. Turns are counted from state.coordinates. The

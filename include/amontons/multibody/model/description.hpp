@@ -50,8 +50,7 @@ struct Geom {
   Shape shape = Sphere{1};
   Material material;
   Vec3 surface_velocity;  // of the surface relative to the body, body frame, m/s (conveyors, tracks)
-  Vec3 surface_spin;      // spin of the surface about the origin of the geom, body frame, rad/s (turntables,
-                          // rollers)
+  Vec3 surface_spin;      // of the surface about the geom's origin, body frame, rad/s (turntables)
   // Direction of material.friction, body frame; zero only without friction_across.
   Vec3 friction_direction;
   // Two geoms may touch if the category of one has a bit of the other's mask.

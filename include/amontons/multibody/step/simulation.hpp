@@ -48,8 +48,7 @@ struct SimulationOptions {
 
 // Impulse of the locked directions of a joint in the last step, including impacts at its start.
 struct JointReaction {
-  Vec3 point;             // point of A that the joint holds (origin of frame_a), world, at the start of the
-                          // step, m
+  Vec3 point;             // held point of A (origin of frame_a), world, at the start of the step, m
   Vec3 impulse, angular;  // on A, world axes; N s, and N m s about the point
 };
 

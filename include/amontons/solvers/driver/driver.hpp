@@ -92,8 +92,8 @@ struct Start {
   std::vector<double> x, u;
   double map;
 };
-// Returns Pi_K(x0) if x0 is given and its residual is below that of 0, or below the multiple of it that the
-// options allow. Otherwise returns 0.
+// Returns Pi_K(x0) if x0 is given and its natural map is below a multiple of that of 0 (worst_start in
+// driver.cpp). Otherwise returns Pi_K(0).
 Start starting_point(const Problem& problem, const Options& options, Monitor& monitor);
 
 // u := A x + b, one product; returns the natural map.
