@@ -24,8 +24,7 @@ struct TriangleMesh {
   // Per vertex: those that edges join to v are around[around_start[v]] to around[around_start[v + 1]].
   std::vector<std::int32_t> around_start, around;
   std::vector<Vec3> vertex_normals;                 // weighted by angles; not normalised
-  std::vector<unsigned char> is_active, is_border;  // whether an edge that is not flat ends there; whether a
-                                                    // border does
+  std::vector<unsigned char> is_active, is_border;  // whether a non-flat edge ends there; a border
 
   // The tree over the triangles, parents first: the left child follows its parent.
   struct Node {

@@ -44,8 +44,7 @@ Tree::Tree(std::shared_ptr<const Model> model) : model_(std::move(model)), link_
     links_.push_back({static_cast<Index>(i)});
   }
   Groups groups(*model_);
-  std::vector<std::vector<Index>> joints_of(model_->bodies() + 1);  // of the tree; the last entry: of the
-                                                                    // ground
+  std::vector<std::vector<Index>> joints_of(model_->bodies() + 1);  // of the tree; last: of the ground
   for (std::size_t j = 0; j < model_->joints(); ++j) {
     const Joint& joint = model_->joint(static_cast<Index>(j));
     if (!is_active(*model_, joint)) continue;
