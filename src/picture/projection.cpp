@@ -6,8 +6,7 @@ namespace amontons {
 
 namespace {
 
-constexpr double grid = 256;      // corners are multiples of 2^-8 samples: edge functions are then exact in
-                                  // doubles
+constexpr double grid = 256;      // corners are multiples of 2^-8 samples: exact edge functions in doubles
 constexpr double cut = 0.99;      // relative to the distance of the eye: nearer parts are clipped
 constexpr double no_area = 1e-9;  // squared samples
 
