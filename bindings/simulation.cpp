@@ -98,7 +98,7 @@ void restore(Simulation& simulation, const State& saved) {
   copy(state.forces, saved.forces);
   copy(state.torques, saved.torques);
   copy(state.coordinates, saved.coordinates);
-  copy(state.targets, saved.targets);
+  copy(state.joint_forces, saved.joint_forces);
   copy(state.joint_wrenches, saved.joint_wrenches);
   copy(state.joint_slips, saved.joint_slips);
   copy(state.dof_impulses, saved.dof_impulses);
@@ -148,6 +148,18 @@ nb::dict contacts_of(const Simulation& s) {
   return d;
 }
 
+// Pairs of geoms that began to carry a force in the last step, and that ceased to: body_a, body_b, geom_a,
+// geom_b of each, (n, 4).
+nb::tuple contact_events(const Simulation& s) {
+  const auto rows = [](const std::vector<GeomPair>& pairs) {
+    std::vector<Index> out;
+    for (const GeomPair& p : pairs) out.insert(out.end(), {p.body_a, p.body_b, p.geom_a, p.geom_b});
+    return to_numpy(std::move(out), 4);
+  };
+  const ContactEvents events = idle(s).contact_events();
+  return nb::make_tuple(rows(events.began), rows(events.ended));
+}
+
 // Arms of the contacts of the last step from both centres of mass, (n, 3) each.
 nb::tuple contact_arms(const Simulation& s) {
   std::vector<double> a, b;
@@ -182,6 +194,37 @@ nb::ndarray<nb::numpy, double, nb::ndim<2>> lines_of(const Simulation& s) {
   return to_numpy(std::move(rows), 2);
 }
 
+// A Python object that any thread may let go of.
+struct Held {
+  nb::object object;
+  explicit Held(nb::object o) : object(std::move(o)) {}
+  Held(const Held&) = delete;
+  Held& operator=(const Held&) = delete;
+  ~Held() {
+    if (!nb::is_alive()) {
+      object.release();
+      return;
+    }
+    nb::gil_scoped_acquire gil;
+    object.reset();
+  }
+};
+
+// function(problem, x0 or None, options) -> x, called with copies: Python may keep what it gets.
+StepMethod own_method(nb::object function) {
+  if (function.is_none()) return {};
+  return
+      [held = std::make_shared<Held>(std::move(function))](const Problem& problem, const Options& options) {
+        nb::gil_scoped_acquire gil;
+        nb::object x0 = nb::none();
+        if (!options.x0.empty())
+          x0 = nb::cast(to_numpy(std::vector<double>(options.x0.begin(), options.x0.end())));
+        const auto x = nb::cast<Vector>(
+            held->object(std::make_shared<Problem>(problem), x0, std::make_shared<Options>(options)));
+        return std::vector<double>(view(x).begin(), view(x).end());
+      };
+}
+
 void bind_options_and_report(nb::module_& m) {
   using O = SimulationOptions;
   nb::class_<O>(m, "SimulationOptions", "Fields of zero that may be automatic follow from the model.")
@@ -189,6 +232,9 @@ void bind_options_and_report(nb::module_& m) {
       .def_rw("dt", &O::dt)
       .def_rw("law", &O::law)
       .def_rw("method", &O::method)
+      .def(
+          "set_own_method", [](O& o, nb::object function) { o.own_method = own_method(std::move(function)); },
+          nb::arg("function"), "function(problem, x0 or None, options) -> x in the place of a method.")
       .def_rw("tolerance", &O::tolerance)
       .def_rw("max_iterations", &O::max_iterations)
       .def_rw("budget", &O::budget)
@@ -284,6 +330,7 @@ void bind_simulation(nb::module_& m) {
           "impulses", [](const Simulation& s) { return to_numpy(idle(s).impulses()); },
           nb::rv_policy::automatic)
       .def("contact_arms", &contact_arms)
+      .def("contact_events", &contact_events)
       .def("joint_reactions", &joint_reactions)
       .def("tendon_lines", &lines_of<&tendon_lines>)
       .def("actuator_lines", &lines_of<&actuator_lines>)
@@ -291,6 +338,13 @@ void bind_simulation(nb::module_& m) {
           "problem", [](const Simulation& s) { return idle(s).problem(); },
           nb::for_getter(nb::sig("def problem(self) -> Problem | None")),
           "The VI of the last step, shared and never changed; None before the first.")
+      .def(
+          "instant",
+          [](const Simulation& s) {
+            StepInstant at = idle(s).instant();
+            return std::make_pair(at.time, to_numpy(std::move(at.q)));
+          },
+          "Time and generalised coordinates to which the forces of the last step belong.")
       .def("momentum", [](const Simulation& s) {
         const Momentum p = momentum(s.model(), s.state());
         return std::make_pair(p.linear, p.angular);
@@ -302,7 +356,7 @@ void bind_simulation(nb::module_& m) {
   def_view<&State::forces>(cls, "forces");
   def_view<&State::torques>(cls, "torques");
   def_vector_view<&State::coordinates>(cls, "joint_coordinates");
-  def_vector_view<&State::targets>(cls, "targets");
+  def_vector_view<&State::joint_forces>(cls, "joint_forces");
   def_view<&State::joint_wrenches>(cls, "joint_wrenches");
   def_view<&State::dof_impulses>(cls, "dof_impulses");
   def_view<&State::ball_impulses>(cls, "ball_impulses");

@@ -25,15 +25,18 @@ struct Problem {
   // the P metric is the Euclidean projection. Always positive.
   std::vector<double> P;
   ContactGraph graph;  // empty for matrices and functions
+  // The law by which it is to be solved and judged, unless another is asked for by name: that of the
+  // simulation that made it. Without friction both laws are the same.
+  Law law = Law::coulomb;
 
   std::size_t rows() const { return b.size(); }
 };
 
 // Makes the problem of a user: checks sizes, finiteness, the sign of the diagonal and (for matrices)
 // symmetry. Throws InputError naming the error.
-Problem make_problem(Operator A, std::vector<double> b, SetProduct K);
+Problem make_problem(Operator A, std::vector<double> b, SetProduct K, Law law = Law::coulomb);
 // The same for data that are already checked or made by the library: without checks.
-Problem trusted_problem(Operator A, std::vector<double> b, SetProduct K);
+Problem trusted_problem(Operator A, std::vector<double> b, SetProduct K, Law law = Law::coulomb);
 // Updates P and the graph after A, b and K were replaced in place: a problem that is made again in every step
 // keeps its memory.
 void renew(Problem& problem);

@@ -188,14 +188,14 @@ class Actuator:
         return min(max(control, self.lower_control), self.upper_control)
 
 
-LAWS = ("effort", "position", "speed")
+LAWS = ("effort", "position", "velocity")
 
 
-def law(kind: str, kp: float, kv: float) -> dict[str, Sequence[float]]:
+def law(kind: str, kp: float, kd: float) -> dict[str, Sequence[float]]:
     """Gain and bias of the usual laws: of an effort the control itself, of a servo the difference to it."""
     chosen("law of an actuator", kind, dict.fromkeys(LAWS))
     if kind == "effort":
-        return {"gain": (1.0, 0.0, 0.0), "bias": (0.0, 0.0, -kv)}
+        return {"gain": (1.0, 0.0, 0.0), "bias": (0.0, 0.0, -kd)}
     if kind == "position":
-        return {"gain": (kp, 0.0, 0.0), "bias": (0.0, -kp, -kv)}
-    return {"gain": (kv, 0.0, 0.0), "bias": (0.0, 0.0, -kv)}
+        return {"gain": (kp, 0.0, 0.0), "bias": (0.0, -kp, -kd)}
+    return {"gain": (kd, 0.0, 0.0), "bias": (0.0, 0.0, -kd)}

@@ -285,6 +285,6 @@ def _sprocket(
             name=f"{name} tooth {k}",
         )
     motor = Motor(
-        kind="speed", target=2 * math.pi * pace / (track.teeth * track.pitch), max_effort=track.torque
+        kind="velocity", control=2 * math.pi * pace / (track.teeth * track.pitch), max_effort=track.torque
     )
     b.add_revolute_joint(sprocket, hull, point=(x, y, z), axis=Y, motor=motor, name=f"{name} drive")

@@ -59,7 +59,7 @@ class Subject:
                 f"there is no scene or model file {self.name!r}{near}; scenes: {', '.join(scenes.names())}"
             )
         model = _model(self.name)
-        return [*model.actuator_names, *(f"q.{name}" for name in model.coordinates), "keyframe"]
+        return [*model.control_names, *(f"q.{name}" for name in model.coordinates), "keyframe"]
 
     def _scene(
         self, parameters: Mapping[str, Any], options: Mapping[str, Any]
@@ -78,7 +78,7 @@ class Subject:
             simulation.apply_keyframe(parameters["keyframe"])
         start = {}
         for name, value in parameters.items():
-            if name in simulation.model.actuator_names:
+            if name in simulation.model.control_names:
                 simulation.set_control(name, value)
             elif name != "keyframe":
                 start[name.removeprefix("q.")] = value
@@ -105,7 +105,7 @@ def measured(simulation: Simulation, duration: float) -> dict[str, Any]:
         iterations += report.iterations
         depth = max(depth, report.penetration)
 
-    last = simulation.run(duration, look)
+    last = simulation.run(duration, after_step=look)
     way = np.linalg.norm(simulation.state.positions - begin, axis=1)
     speed = np.linalg.norm(simulation.state.linear_velocities, axis=1)
     return {

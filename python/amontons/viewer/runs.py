@@ -69,7 +69,7 @@ class LiveRun:
         self._history: deque[tuple[float, ...]] = deque(maxlen=HISTORY)
         self.playing, self.speed, self.achieved = False, 1.0, 0.0
         self.spring = Spring(simulation)
-        simulation.force_callbacks.append(self.spring.before_step)
+        simulation.before_step.append(self.spring.before_step)
         self._start = simulation._core.snapshot()
         self._owed = 0.0  # simulated time that the clock is ahead by (s)
 
@@ -130,7 +130,7 @@ class LiveRun:
     def close(self) -> None:
         """Leave the simulation to its user."""
         self.spring.release()
-        self.simulation.force_callbacks.remove(self.spring.before_step)
+        self.simulation.before_step.remove(self.spring.before_step)
 
 
 class ReplayRun:

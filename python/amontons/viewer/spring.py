@@ -56,7 +56,7 @@ class Spring:
         return None if self.body is None else (self._point(), self._target)
 
     def before_step(self, simulation: Simulation) -> None:
-        """Renew the load; one of `Simulation.force_callbacks`."""
+        """Renew the load; one of `Simulation.before_step`."""
         if self.body is None:
             return
         b, state, part = self.body, simulation.state, simulation.model.bodies[self.body]

@@ -4,6 +4,8 @@
 #include <array>
 #include <cmath>
 
+#include "amontons/base/elementary.hpp"
+
 // The supporting feature of a body along a direction. The support function gives one extreme point. A
 // manifold needs all nearly extreme points, because a box that is tilted by rounding still rests on a face.
 // The thresholds below decide between face, edge and point; they are angles, which hold in any unit. They are
@@ -67,7 +69,7 @@ void cap_feature(const Convex& body, const Vec3& direction, double c, const Vec3
   const double tilt = norm(down);
   double angle = -1;  // of the extreme point, in sides of the polygon; -1 within 1 mrad of flat
   if (tilt > 1e-3) {
-    angle = std::atan2(dot(down, f), dot(down, e)) * (cap_corners / 6.283185307179586);
+    angle = elementary::atan2(dot(down, f), dot(down, e)) * (cap_corners / 6.283185307179586);
     if (angle < 0) angle += cap_corners;
   }
   // On a tilted cap the exact extreme point is inserted in the order of the corners. So the deepest point of
@@ -77,7 +79,7 @@ void cap_feature(const Convex& body, const Vec3& direction, double c, const Vec3
     std::array<std::array<double, 2>, cap_corners> table;
     for (int k = 0; k < cap_corners; ++k) {
       const double a = 6.283185307179586 * k / cap_corners;
-      table[k] = {std::cos(a), std::sin(a)};
+      table[k] = {elementary::cos(a), elementary::sin(a)};
     }
     return table;
   }();

@@ -22,7 +22,7 @@ namespace {
 double level_of(double margin) { return 0.01 * margin; }
 
 // Cosine of 1e-4 rad: contacts that differ by less have the same normal.
-constexpr double same_normal = 1 - 5e-9;
+constexpr double coplanar = 1 - 5e-9;
 
 // Whether a geom may pass an internal edge: a convex shape of a body that impulses move.
 bool may_pass(const Model& model, Index body, Index geom) {
@@ -67,7 +67,7 @@ const InternalEdges::Touch* InternalEdges::find_level(const Reach& reach,
   const double level = level_of(reach.margin);
   const Transform& support = frames[touch.support];
   for (const Touch& t : touches_of(touch.body)) {
-    if (states_[t.pair].passed || t.support == touch.support || dot(touch.up, t.up) > same_normal) continue;
+    if (states_[t.pair].passed || t.support == touch.support || dot(touch.up, t.up) > coplanar) continue;
     // A quick test: the support is usually far above the plane.
     if (dot(t.up, support.position - t.on_support) > level) continue;
     const double rise = extent_along(y, support, t.up, t.on_support);
@@ -89,8 +89,7 @@ const InternalEdges::Touch* InternalEdges::find_rim(const Reach& reach, const st
   const double level = level_of(reach.margin);
   for (const Touch& t : touches_of(touch.body)) {
     const double cosine = dot(touch.up, t.up);
-    if (states_[t.pair].passed || t.support == touch.support || cosine > same_normal || cosine < -0.01)
-      continue;
+    if (states_[t.pair].passed || t.support == touch.support || cosine > coplanar || cosine < -0.01) continue;
     const Vec3 behind = touch.on_support + (10 * level) * normalised(touch.up - cosine * t.up);
     const Shape& z = reach.model.geom(t.support).shape;
     if (is_near(z, frames[t.support], touch.on_support, level) &&

@@ -24,7 +24,7 @@ double reach_of(const Reach& reach) { return 0.1 * reach.margin; }
 constexpr std::size_t few = 4;
 // About 8 degrees: less than the angle at edges of a body or of the ground, more than that between triangles
 // of a fine mesh.
-constexpr double same_normal = 0.99;  // cosine
+constexpr double parallel_normals = 0.99;  // cosine
 
 // Shapes with any number of corners. Other shapes have few, each with a feature number.
 bool has_many_corners(const Shape& shape) {
@@ -47,7 +47,7 @@ void RedundantPoints::choose(const Reach& reach, std::span<const Contact> contac
     group_.clear();
     for (std::size_t k = i; k < contacts.size(); ++k) {
       const Contact& c = contacts[k];
-      if (grouped_[k] || dot(c.normal, contacts[i].normal) <= same_normal) continue;
+      if (grouped_[k] || dot(c.normal, contacts[i].normal) <= parallel_normals) continue;
       grouped_[k] = 1;
       group_.push_back(static_cast<std::uint32_t>(k));
       points_.push_back({c.point, c.gap, end_gap(c, reach)});

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "amontons/base/elementary.hpp"
 #include "multibody/joints/couplings.hpp"
 #include "multibody/joints/joint_context.hpp"
 #include "multibody/joints/tendons.hpp"
@@ -60,7 +61,7 @@ Fit fit(const Joint& joint, const Transform& relative, double length, std::span<
 // The angle of a rotation about a unit axis (swing-twist decomposition) next to `near`. It minimises the
 // angle of the remaining rotation.
 double hinge_angle(const Quat& rotation, const Vec3& axis, double near) {
-  const double angle = 2 * std::atan2(dot(rotation.vector(), axis), rotation.w);
+  const double angle = 2 * elementary::atan2(dot(rotation.vector(), axis), rotation.w);
   return std::abs(angle - near) <= pi ? angle : near + std::remainder(angle - near, 2 * pi);
 }
 
@@ -169,7 +170,7 @@ void update_coordinates(const Model& model, const BodyFrames& bodies, State& sta
 }
 
 // Dofs of a joint whose bodies do not fit T(0) get the coordinates of the given poses, not zeros. Motors get
-// the targets of the description. Impulses are empty before the first step.
+// the controls of the description. Impulses are empty before the first step.
 State initial_state(const Model& model) {
   State s;
   // The given poses with quaternions normalised to rounding; a description allows 1e-6.
@@ -194,7 +195,8 @@ State initial_state(const Model& model) {
     s.activations.push_back(actuator.activation);
   }
   for (const Joint& joint : model.description().joints)
-    for (const Dof& dof : joint.dofs) s.targets.push_back(dof.motor.target);
+    for (const Dof& dof : joint.dofs)
+      if (dof.motor.kind != MotorKind::none) s.controls.push_back(dof.motor.control);
   BodyFrames frames;
   BodyMobilities mobility;
   BodyVelocities velocities;

@@ -16,6 +16,9 @@ namespace amontons {
 // it.
 struct StepScratch {
   State before;
+  // When the last substep began, s, and where all bodies stood: the instant of its forces.
+  double begun = 0;
+  std::vector<Transform> stood;
   BodyFrames frames;
   JointContexts joints;
   JointError joint_error;

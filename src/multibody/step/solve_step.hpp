@@ -3,6 +3,7 @@
 #include <string>
 
 #include "amontons/base/budget.hpp"
+#include "amontons/multibody/step/simulation.hpp"
 #include "amontons/solvers/direct/elimination.hpp"
 #include "amontons/solvers/driver/options.hpp"
 #include "multibody/step/light_body_error.hpp"
@@ -23,6 +24,9 @@ struct StepSolver {
   bool at_rest = false;      // bodies are slow before the step and with its start
   bool again = false;        // continues from another solve of the same step
   bool missed = false;       // a solve of the same attempt has missed its tolerance
+  const StepMethod* own_method = nullptr;  // replaces `method`, which is then its name
+
+  bool is_auto() const { return own_method == nullptr && method == "auto"; }
 };
 
 // Work limit (Budget units) of a step with `blocks` contacts and joint rows: that of first-order

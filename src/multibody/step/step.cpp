@@ -13,6 +13,7 @@
 #include "multibody/bodies/fluid.hpp"
 #include "multibody/contacts/warm_start.hpp"
 #include "multibody/joints/stiffening.hpp"
+#include "multibody/kinematics/joint_forces.hpp"
 #include "multibody/step/assemble.hpp"
 #include "multibody/step/closed_contacts.hpp"
 #include "multibody/step/impacts.hpp"
@@ -89,6 +90,7 @@ void Simulation::observe(double h, bool damped, StepClock& clock, Report& report
   // added here.
   s.loads.assign(model.bodies(), BodyImpulse{});
   add_motor_loads(model, s.joints, state_, h, s.loads);
+  add_joint_forces(*tree_, s.frames, s.joints, state_, h, s.loads);
   add_actuator_loads(model, s.frames, s.joints, s.start, state_, h, s.loads);
   add_fluid_loads(model, s.frames, s.mobility, s.start, h, s.loads);
   make_free_velocities(model, state_, h, s.frames, s.mobility, s.start, s.loads, damped, s.free, s.spins);
@@ -136,6 +138,7 @@ Assembly Simulation::pose_problem(double h, bool damped, double recovery, const 
   const Assembly assembly = assembly_of_step(model, contacts_, s.vi.rows.tags.size(), h, recovery,
                                              recovery > 0 || !damped, options_.tolerance);
   s.vi.problem = s.reusable_problem ? std::move(s.reusable_problem) : std::make_shared<Problem>();
+  s.vi.problem->law = options_.law;
   assemble(bodies, contacts_, s.vi.rows, assembly, *s.vi.problem);
   s.vi.x0.clear();
   s.vi.turns.added.clear();
@@ -178,6 +181,9 @@ void Simulation::move_on(double h) {
   std::swap(x_, s.vi.solution.x);
   s.reusable_problem = exchange(problem_, std::move(s.vi.problem));
   fill_reactions(s.joints, state_, s.impacts, reactions_);
+  s.begun = state_.time;
+  s.stood.clear();
+  for (const BodyFrame& body : s.frames) s.stood.push_back(body.pose);
   integrate(*model_, s.frames, s.spins, s.after, h, state_);
   advance_activations(*model_, h, state_);
 }
@@ -204,6 +210,7 @@ bool Simulation::advance(double h, const Attempt& attempt, StepClock& clock, Rep
       corrected};
   StepSolver at_impact{options_.method,      solver.options, clock,        search,
                        s.impact_elimination, speeds,         report.solves};
+  if (options_.own_method) solver.own_method = at_impact.own_method = &options_.own_method;
   clock.set_aside(step::share_after_impacts);
   const bool bounced = resolve_impacts(
       {model, state_, s.frames, s.mobility, s.joints, joint_options, restitution_speed(), at_impact}, s.start,

@@ -41,7 +41,7 @@ class FrozenPath : public VectorIterate {
 
   std::optional<double> step() {
     // 1. The path starts cold: the term holds the directions of friction, and the path replaces the stresses.
-    const double scale = natural_map_at_zero(problem, options.law);
+    const double scale = natural_map_at_zero(problem, law_of(problem, options));
     Options o = options;
     o.law = Law::associated;
     o.x0 = {};

@@ -10,8 +10,8 @@ namespace amontons {
 // Sets to zero those velocities that no impulse changes: of a body that only turns or does not turn.
 void keep_moving(const Bodies& bodies, std::size_t body, std::array<double, 6>& d);
 
-// The bodies of a problem with its bilateral rows (sets Free). w: impulses at the bodies; v: the velocities
-// that they cause; x: the impulses of the bilateral rows:
+// The bodies of a problem with its bilateral rows (sets Bilateral). w: impulses at the bodies; v: the
+// velocities that they cause; x: the impulses of the bilateral rows:
 //
 //   M v - D'x = w,   D v + E x = -u_0,   that is   K (v, -x) = (w, -u_0),   K = [M D'; D -E].
 //

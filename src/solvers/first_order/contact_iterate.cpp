@@ -171,7 +171,7 @@ void ContactIterate::State::fill_contacts(const Problem& problem, const ContactS
 namespace {
 
 // To the passes the three sets of single rows are intervals.
-Interval bounds_of(const Free&) { return {-INFINITY, INFINITY}; }
+Interval bounds_of(const Bilateral&) { return {-INFINITY, INFINITY}; }
 Interval bounds_of(const NonNegative&) { return {0, INFINITY}; }
 Interval bounds_of(const Interval& set) { return set; }
 

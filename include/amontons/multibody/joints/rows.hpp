@@ -11,7 +11,7 @@ namespace amontons {
 // Kind of a row of joints; it determines where the state stores its impulse.
 enum class RowKind : unsigned char {
   locked,
-  drive,
+  passive,
   motor,
   friction,
   limit,

@@ -17,7 +17,7 @@ struct JointSlip {
 };
 // The impulses of one degree of freedom along its coordinate, N s or N m s.
 struct DofImpulse {
-  double drive = 0;  // spring, damper and armature
+  double passive = 0;  // spring, damper and armature
   double motor = 0;
   double friction = 0;
   double limit = 0;  // > 0 pushes away from the lower limit
@@ -25,8 +25,8 @@ struct DofImpulse {
 
 // The impulses of a tendon along its length.
 struct TendonImpulse {
-  double drive = 0;   // damper, armature, and a spring with one rest length
-  double spring = 0;  // a spring with a range of rest lengths
+  double passive = 0;  // damper, armature, and a spring with one rest length
+  double spring = 0;   // a spring with a range of rest lengths
   double friction = 0;
   double limit = 0;  // > 0 pushes away from the lower limit
 };
@@ -54,9 +54,13 @@ struct State {
   std::vector<Vec3> forces, torques;     // constant external loads at each centre of mass, world, N, N m
   // Arrays with one entry per dof are indexed by Model::first_dof().
   std::vector<double> coordinates;  // per dof, m or rad, including full turns
-  std::vector<double> targets;      // per dof, for its motor
-  // Per actuator: control, activation (ignored without dynamics), impulse of the effort along its length.
-  std::vector<double> controls, activations, actuator_impulses;
+  // Controls in the order of Model::controls(): of every actuator, then of every motor.
+  std::vector<double> controls;
+  // Constant generalised forces along qd, in the order of Tree: N or N m. Empty means zero; a Simulation has
+  // all.
+  std::vector<double> joint_forces;
+  // Per actuator: activation (ignored without dynamics), impulse of the effort along its length.
+  std::vector<double> activations, actuator_impulses;
   // Contacts with an impulse in the last step, without impacts, sorted by (geom_a, geom_b). The next step
   // reads their geoms, `local` and impulses.
   std::vector<Contact> contacts;

@@ -1,5 +1,6 @@
 #pragma once
 #include <atomic>
+#include <functional>
 #include <initializer_list>
 #include <memory>
 #include <string>
@@ -21,12 +22,19 @@ enum class Recovery : unsigned char {
   velocity,
 };
 
+// A solver of the caller: x of a problem, (m,), from Options::x0 if that is not empty. The thread that makes
+// the step calls it. The residual of its x is measured by the library. InputError for x of another length; x
+// that is not finite counts as none. An exception ends the step, with the state put back.
+using StepMethod = std::function<std::vector<double>(const Problem&, const Options&)>;
+
 // Each field states default, unit and range. A value of 0, "automatic", is derived from the model, so that
 // results do not depend on the units.
 struct SimulationOptions {
   double dt = 5e-3;  // s, > 0; not tuned: a default
   Law law = Law::coulomb;
   std::string method = "auto";
+  // Where it is not empty it takes the place of the method, whose name is then only what reports say.
+  StepMethod own_method;
   double tolerance = 1e-6;  // natural residual, relative to that of zero impulses; not tuned: a default
   std::size_t max_iterations = 0;  // per solve; 0: the method's own limit
   double budget = infinity;        // s of wall clock per step; results then depend on the machine
@@ -52,6 +60,13 @@ struct JointReaction {
   Vec3 impulse, angular;  // on A, world axes; N s, and N m s about the point
 };
 
+// The instant to which forces, reactions, efforts and contacts of a step belong: they are means over the
+// step, and fit the pose at its start (of the last substep).
+struct StepInstant {
+  double time;            // s
+  std::vector<double> q;  // generalised coordinates there, in the order of Tree
+};
+
 // Two geoms, with the bodies that carry them.
 struct GeomPair {
   Index body_a, body_b, geom_a, geom_b;
@@ -65,6 +80,7 @@ struct ContactEvents {
 class StepClock;      // wall clock and budget of a step, step/report_sums.hpp
 struct Assembly;      // how a step becomes a problem, step/assemble.hpp
 struct JointOptions;  // joints/rows.hpp
+class Tree;           // generalised coordinates, kinematics/tree.hpp
 struct StepScratch;   // memory of a step, step/scratch.hpp
 struct StepSolver;    // method, options and clock of its solves, step/solve_step.hpp
 
@@ -84,8 +100,8 @@ class Simulation {
   // Returns to the initial state, as if no step had been made.
   void reset();
 
-  // Advances the state by dt. Throws InputError if the state, forces or targets are invalid (then nothing has
-  // changed), or if another thread is in a step of this simulation. If velocities are not finite, or the
+  // Advances the state by dt. Throws InputError if the state, forces or controls are invalid (then nothing
+  // has changed), or if another thread is in a step of this simulation. If velocities are not finite, or the
   // Budget of the thread was interrupted, the state is put back and the status says so.
   Report step();
   // Makes at least one and at most `steps` steps. Ends after a step that is not sound, and after `seconds` of
@@ -103,6 +119,10 @@ class Simulation {
   const SimulationOptions& options() const { return options_; }
   State& state() { return state_; }
   const State& state() const { return state_; }
+  // The tree of joints that place the bodies, and the order of State::joint_forces.
+  const Tree& tree() const { return *tree_; }
+  // The instant to which the forces of the last step belong. InputError before the first step.
+  StepInstant instant() const;
   // The state at the start of the last step; without bodies before the first step.
   const State& last_state() const;
   // Contacts of the last step or substep, including open ones.
@@ -153,7 +173,10 @@ class Simulation {
   void move_on(double h);
   void note_touching(bool advanced);
 
+  State first_state() const;
+
   std::shared_ptr<const Model> model_;
+  std::shared_ptr<const Tree> tree_;
   SimulationOptions options_;
   State state_;
   std::vector<Contact> contacts_;

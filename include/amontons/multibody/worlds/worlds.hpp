@@ -20,6 +20,8 @@ struct Schedule {
   // (worlds, records, entries of State::controls) by rows; empty: controls stay constant.
   std::span<const double> controls;
   unsigned threads = 1;
+  // (worlds, records, nv), State::joint_forces; empty: they stay as they are.
+  std::span<const double> joint_forces{};
 };
 
 // Results, one row per world and record.

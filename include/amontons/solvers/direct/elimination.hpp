@@ -7,9 +7,9 @@
 namespace amontons {
 
 // The direct way of `auto`, for mechanisms with few contacts. A sparse factorisation over bodies and joints
-// eliminates bilateral rows (sets Free). A small VI with a dense matrix remains for each island. Bilateral
-// impulses follow from its solution. The way is exact: x solves the VI of the problem, and the residual is
-// measured on that problem.
+// eliminates bilateral rows (sets Bilateral). A small VI with a dense matrix remains for each island.
+// Bilateral impulses follow from its solution. The way is exact: x solves the VI of the problem, and the
+// residual is measured on that problem.
 //
 // Memory and the analysis of the mechanism are kept between calls. The analysis is repeated when the
 // mechanism changes. No result depends on it.
