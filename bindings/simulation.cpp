@@ -148,8 +148,8 @@ nb::dict contacts_of(const Simulation& s) {
   return d;
 }
 
-// Pairs of geoms that began to carry a force in the last step, and that ceased to: body_a, body_b, geom_a,
-// geom_b of each, (n, 4).
+// Pairs of geoms that began to carry a force in the last step, and pairs that ceased to: body_a, body_b,
+// geom_a, geom_b of each, (n, 4).
 nb::tuple contact_events(const Simulation& s) {
   const auto rows = [](const std::vector<GeomPair>& pairs) {
     std::vector<Index> out;
@@ -194,7 +194,7 @@ nb::ndarray<nb::numpy, double, nb::ndim<2>> lines_of(const Simulation& s) {
   return to_numpy(std::move(rows), 2);
 }
 
-// A Python object that any thread may let go of.
+// A Python object that any thread may release.
 struct Held {
   nb::object object;
   explicit Held(nb::object o) : object(std::move(o)) {}
@@ -210,7 +210,7 @@ struct Held {
   }
 };
 
-// function(problem, x0 or None, options) -> x, called with copies: Python may keep what it gets.
+// function(problem, x0 or None, options) -> x, called with copies: Python may keep its arguments.
 StepMethod own_method(nb::object function) {
   if (function.is_none()) return {};
   return

@@ -184,7 +184,7 @@ unsigned usable_cores() {
   cpu_set_t set;
   if (sched_getaffinity(0, sizeof set, &set) == 0) return static_cast<unsigned>(std::max(1, CPU_COUNT(&set)));
 #elif defined(_WIN32)
-  // Of the processor group of this process, which has 64 cores at most.
+  // The size of the processor group of this process, at most 64 cores.
   DWORD_PTR own = 0, all = 0;
   if (GetProcessAffinityMask(GetCurrentProcess(), &own, &all) && own)
     return static_cast<unsigned>(std::popcount(own));
@@ -215,8 +215,8 @@ struct IdlePools {
   std::vector<std::unique_ptr<ThreadPool>> pools;
   long owner = process();
 
-  // On Windows the end of a process ends all other threads before it comes here; and where the library is
-  // unloaded earlier, it holds the lock that a thread takes to end: joining would wait for ever.
+  // On Windows the end of a process ends all other threads before this point. If the library is unloaded
+  // earlier, it holds the lock that a thread takes to end: joining would wait for ever.
   ~IdlePools() {
 #if defined(_WIN32)
     owner = -1;

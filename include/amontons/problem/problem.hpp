@@ -25,8 +25,8 @@ struct Problem {
   // the P metric is the Euclidean projection. Always positive.
   std::vector<double> P;
   ContactGraph graph;  // empty for matrices and functions
-  // The law by which it is to be solved and judged, unless another is asked for by name: that of the
-  // simulation that made it. Without friction both laws are the same.
+  // The law of the problem, by default the law of the simulation that made it. Options of a solve may name
+  // another one. Without friction both laws agree.
   Law law = Law::coulomb;
 
   std::size_t rows() const { return b.size(); }

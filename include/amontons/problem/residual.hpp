@@ -34,7 +34,7 @@ double residual(const Problem& problem, Law law, std::span<const double> x, std:
 // The numerator of the natural residual, and its denominator (the same at x = 0, at least tiny).
 double natural_map(const Problem& problem, Law law, std::span<const double> x, std::span<const double> u);
 double natural_map_at_zero(const Problem& problem, Law law);
-// The vector of which that is the P norm: r = x - Pi_K(x - P^-1 g), g = A x + b (+ the De Saxce term).
+// The vector whose P norm that is: r = x - Pi_K(x - P^-1 g), g = A x + b (+ the De Saxce term).
 void natural_map_step(const Problem& problem, Law law, std::span<const double> x, std::span<double> r);
 // Forms u = A x + b first; one product.
 double residual(const Problem& problem, Law law, std::span<const double> x, Norm norm = Norm::natural);

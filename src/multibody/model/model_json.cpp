@@ -223,7 +223,7 @@ ModelDescription read_model_json(std::string_view text, const std::string& who) 
 }
 
 namespace {
-// UTF-8 on every system: string() takes the code page of Windows, and throws where that lacks a letter.
+// UTF-8 on every system: string() uses the code page of Windows, and throws if that lacks a letter.
 std::string shown(const std::filesystem::path& file) {
   const std::u8string name = file.u8string();
   return {name.begin(), name.end()};

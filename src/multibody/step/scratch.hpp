@@ -16,7 +16,7 @@ namespace amontons {
 // it.
 struct StepScratch {
   State before;
-  // When the last substep began, s, and where all bodies stood: the instant of its forces.
+  // Begin of the last substep (s), and the poses of all bodies there: the instant of its forces.
   double begun = 0;
   std::vector<Transform> stood;
   BodyFrames frames;

@@ -29,8 +29,8 @@ Solution solution_without_rows() {
   return s;
 }
 
-// What a solver of the user's returns is measured like every x. From an x that overflows nothing follows: it
-// counts as no impulses, and the safe step does the rest.
+// The x of a user's solver is measured like any other. An x that overflows is replaced by zero impulses, and
+// the safe step follows.
 Solution solve_by_own_method(const StepSolver& solver, const Problem& problem, const Options& options) {
   const Time start = std::chrono::steady_clock::now();
   Solution s;

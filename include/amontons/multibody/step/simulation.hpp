@@ -33,7 +33,7 @@ struct SimulationOptions {
   double dt = 5e-3;  // s, > 0; not tuned: a default
   Law law = Law::coulomb;
   std::string method = "auto";
-  // Where it is not empty it takes the place of the method, whose name is then only what reports say.
+  // If it is not empty it replaces the method; reports then use the method's name for it.
   StepMethod own_method;
   double tolerance = 1e-6;  // natural residual, relative to that of zero impulses; not tuned: a default
   std::size_t max_iterations = 0;  // per solve; 0: the method's own limit
@@ -60,11 +60,11 @@ struct JointReaction {
   Vec3 impulse, angular;  // on A, world axes; N s, and N m s about the point
 };
 
-// The instant to which forces, reactions, efforts and contacts of a step belong: they are means over the
+// The instant to which forces, reactions, efforts and contacts of a step belong. They are means over the
 // step, and fit the pose at its start (of the last substep).
 struct StepInstant {
   double time;            // s
-  std::vector<double> q;  // generalised coordinates there, in the order of Tree
+  std::vector<double> q;  // generalised coordinates at that time, in the order of Tree
 };
 
 // Two geoms, with the bodies that carry them.

@@ -20,7 +20,7 @@ struct Schedule {
   // (worlds, records, entries of State::controls) by rows; empty: controls stay constant.
   std::span<const double> controls;
   unsigned threads = 1;
-  // (worlds, records, nv), State::joint_forces; empty: they stay as they are.
+  // (worlds, records, nv), State::joint_forces; empty: they stay constant.
   std::span<const double> joint_forces{};
 };
 
