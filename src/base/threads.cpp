@@ -55,6 +55,7 @@ inline void pause() {
 // a solve.
 template <class T>
 bool changed(const std::atomic<T>& value, T old) {
+  // Pauses, then yields (counts), before the thread sleeps.
   constexpr int spins = 4000, yields = 64;
   for (int i = 0; i < spins; ++i) {
     if (value.load(std::memory_order_acquire) != old) return true;

@@ -147,6 +147,7 @@ void BroadPhase::build(std::span<const Aabb> boxes) {
 
 // The median of a few centres is amid most boxes, even if a few others are far away.
 void BroadPhase::choose_origin(std::span<const Aabb> boxes) {
+  // Size (boxes): largest number of centres in the sample.
   constexpr std::size_t sample = 31;
   const std::size_t stride = finite_.size() / sample + 1;
   for (int axis = 0; axis < 3; ++axis) {

@@ -8,6 +8,7 @@ namespace amontons {
 // One link per block of K. All rows of a block act on the same bodies (check_blocks), so its first row gives
 // them. Contacts come first and are blocks of their own.
 void make_contact_graph(const ContactSystem& A, const SetProduct& K, ContactGraph& graph) {
+  // Mark of a body that impulses move while no block acts on it yet.
   constexpr unsigned char untouched = 2;
   graph.moves.resize(A.bodies.size());
   graph.links.clear();

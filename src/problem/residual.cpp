@@ -1,5 +1,5 @@
 // A solution of the VI, docs/algorithm.md (11, 12), is a fixed point of x -> Pi_K(x - t P^-1 g(x)) for any t
-// > 0. The natural map is the deviation from that at t = 1 in the metric of P, where a step has the size of
+// > 0. The natural map is the deviation from that at t = 1 in the metric of P. A step then has the size of
 // the impulse that would bring each block to rest.
 #include "amontons/problem/residual.hpp"
 

@@ -32,6 +32,7 @@ constexpr std::array<std::pair<std::string_view, Method>, 11> methods{{
 // Time for the work after the last iteration (s), which the deadline includes: products and natural maps of
 // the whole problem; at most a tenth of the deadline.
 double ending(const Problem& problem, double deadline) {
+  // Time of that work (s per block), and its limit (relative to the deadline).
   constexpr double per_block = 2e-7, most = 0.1;
   if (!std::isfinite(deadline)) return 0;
   return std::min(per_block * static_cast<double>(problem.K.blocks()), most * deadline);

@@ -5,9 +5,9 @@
 // of them differs between releases. A simulation that differs in the last bit of one angle differs in all
 // bits a second later. Only fixed operations are used here, in a fixed order.
 //
-// The result is within one unit in the last place of the exact one (sin, cos, atan2, log, expm1, hypot) or
-// two (tan, asin, log10), for every argument; `test_elementary` measures it. Special values (zeros with a
-// sign, infinities, NaN) are treated as C does. Angles in rad.
+// The result is within one unit in the last place of the exact one (sin, cos, atan2, log, expm1, hypot), or
+// within two (tan, asin, log10). This holds for every argument; `test_elementary` measures it. Special values
+// (zeros with a sign, infinities, NaN) are treated as C does. Angles in rad.
 namespace amontons::elementary {
 
 double sin(double x);

@@ -30,6 +30,7 @@ namespace amontons {
 
 // A free row: u = 0, W^2 is a small proximal term.
 struct BilateralBarrier {
+  // W^2 of a free row (relative to the block's mean of diag(A)): keeps the linear system regular.
   static constexpr double proximal = 1e-9;
   double x = 0, dx = 0;
 

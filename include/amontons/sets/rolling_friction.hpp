@@ -5,9 +5,9 @@
 namespace amontons {
 
 // Sliding and rolling friction side by side, { (n, t, m) : |t| <= mu n, |m| <= mu_r n }, t and m with two
-// rows each: the set of FCLIB's rolling problems (Acary, Bourrier, "Coulomb friction with rolling resistance
-// as a cone complementarity problem", European Journal of Mechanics A 85, 2021). mu, mu_r >= 0 and finite.
-// Moments and mu_r are divided by a length (Contact::moment_length).
+// rows each. It is the set of FCLIB's rolling problems (Acary, Bourrier, "Coulomb friction with rolling
+// resistance as a cone complementarity problem", European Journal of Mechanics A 85, 2021). mu, mu_r >= 0 and
+// finite. Moments and mu_r are divided by a length (Contact::moment_length).
 //
 // Projection: for given n the two discs are independent, so it remains to find
 //   min over a >= 0 of (a - n)^2 + (|t| - mu a)_+^2 + (|m| - mu_r a)_+^2.

@@ -95,8 +95,8 @@ struct Scaling {
   }
 };
 
-// The largest t with s + t d in the cone (infinity if the ray never leaves), for s in its interior: the first
-// positive root of q(t) = det(s + t d) = c + 2 b t + a t^2, and of s0 + t d0.
+// The largest t with s + t d in the cone (infinity if the ray never leaves), for s in its interior. It is the
+// first positive root of q(t) = det(s + t d) = c + 2 b t + a t^2, and of s0 + t d0.
 template <std::size_t n>
 double step_to_boundary(const V<n>& s, const V<n>& d) {
   const double inf = std::numeric_limits<double>::infinity();

@@ -22,6 +22,7 @@ constexpr double face_cosine = 0.95, edge_sine = 0.3;
 // A capsule keeps both its end points up to this limit: they form no thin area, so a wide limit loses
 // nothing.
 constexpr double segment_sine = 0.5;
+// Corners (count) of the polygon that stands for a round cap.
 constexpr int cap_corners = 12;
 
 // In the box's own axes the components of the direction are the cosines to its faces. The feature is a face

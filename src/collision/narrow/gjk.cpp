@@ -6,7 +6,7 @@
 // The distance of two convex sets by the algorithm of Gilbert, Johnson and Keerthi (1988). It finds the point
 // v of their difference C nearest to the origin, approached by simplices of extreme points of C.
 //
-// For the extreme point w of C along -v, <v, w> / |v| bounds the distance from below, as all of C is beyond
+// For the extreme point w of C along -v, <v, w> / |v| bounds the distance from below. For all of C is beyond
 // the plane through w with the normal v. |v| bounds it from above, as v is in C. Unless the two bounds agree,
 // the simplex joined by w contains a point nearer to the origin than v. It is reduced to the corners that
 // span that point, so that it never has more than four. For polyhedra this ends after finitely many steps.

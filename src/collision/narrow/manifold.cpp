@@ -157,6 +157,7 @@ double clip_by_face(Clipper& c, const Feature& clipped, const Feature& face, boo
 // point, which is not handled here. Both ends of the common part are points, half-way between the edges, with
 // the gap there.
 double clip_edges(Clipper& c, const TangentFrame& frame, double margin, std::vector<ContactPoint>& points) {
+  // Angle (sine): edges that cross by more touch in a point.
   constexpr double parallel = 0.02;
   const Lifted a0 = frame.lift(c.feature_a.points[0]), a1 = frame.lift(c.feature_a.points[1]);
   Lifted b[2] = {frame.lift(c.feature_b.points[0]), frame.lift(c.feature_b.points[1])};

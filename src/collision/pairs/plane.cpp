@@ -65,6 +65,7 @@ void cylinder_on_plane(const Cylinder& cylinder, const Transform& frame, const P
     // The rim's lowest point, unless the cap is within 1 mrad of flat, where its position is arbitrary.
     if (tilt > 1e-3) plane.add(cap + (cylinder.radius / tilt) * flat);
     if (side * c >= looks_down) continue;
+    // Corners of the polygon on the rim, as in cap_feature() of narrow/feature.cpp.
     constexpr int corners = 12;
     for (int k = 0; k < corners; ++k) {
       const double angle = 6.283185307179586 * k / corners;

@@ -191,6 +191,7 @@ RayHit cast(const HeightField& field, const Ray& ray) {
   const HeightGrid& grid = *field.data;
   const collision::GridSurface surface{grid};
   const auto [enter, leave] = interval(grid.box(), ray);
+  // Distance (cells): rounding of a ray along a grid line.
   constexpr double room = 1e-9;
   RayHit hit;
   if (enter > leave) return hit;

@@ -138,6 +138,7 @@ struct PureScrews {
 // rounding. Then forces do no work on hinges and torques none on slides, and each half is a complement in
 // space.
 bool split(const ChainKinematics& chain, double length, PureScrews& out) {
+  // Offset of a hinge from the reference (relative to length): smaller is rounding.
   constexpr double pure = 1e-12;
   for (std::size_t i = 0; i < chain.dofs; ++i) {
     const Screw& s = chain.screws[i];

@@ -37,6 +37,7 @@ Fit fit(const Joint& joint, const Transform& relative, double length, std::span<
   constexpr int most_steps = 25;
   constexpr double largest_turn = 1;      // limit of one step (rad): beyond it T(q) is far from linear
   constexpr double smallest_step = 1e-7;  // radians or lengths
+  // Step (radians or lengths): the fit has converged if its last step is at most this.
   constexpr double small_step = 1e-6;
   double largest = infinity, error = infinity;
   for (int step = 0; step < most_steps && largest > smallest_step; ++step) {
@@ -79,6 +80,7 @@ double turned_into_limits(const Dof& dof, double q) {
 // more than 60 degrees from a start. Three hinges need 27 fits: affordable when a model is loaded or posed,
 // and in a step only after the fit from the last one has failed.
 void search(const Joint& joint, const Transform& relative, double length, std::span<double> q, double error) {
+  // Squared error (rad^2): a fit below it ends the search.
   constexpr double good = 1e-12;
   std::array<double, 6> trial;
   std::size_t starts = 1;

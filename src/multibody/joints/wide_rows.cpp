@@ -17,7 +17,9 @@
 namespace amontons {
 namespace {
 
+// Mass of an auxiliary body (relative to the lightest part of the row): the error of the momentum.
 constexpr double lightness = 1e-5;
+// Velocity components of an auxiliary body.
 constexpr std::size_t components = 6;
 
 }  // namespace

@@ -16,6 +16,7 @@
 namespace amontons {
 namespace {
 
+// Angles (rad), lengths (m) and sines below it are rounding of zero.
 constexpr double tiny = 1e-15;
 
 // In the plane of the circle, about its centre.

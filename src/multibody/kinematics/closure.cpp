@@ -265,6 +265,7 @@ void check_coordinates(const Tree& tree, std::span<double> q, std::span<const do
 
 void close_loops(const Tree& tree, const State& state, std::span<const unsigned char> held,
                  std::vector<double>& q) {
+  // Newton steps, and halvings of each (counts): limits.
   constexpr int most_steps = 100, most_halvings = 8;
   constexpr double largest_turn = 0.5;  // limit of one step (rad): beyond it errors are nonlinear
   const std::vector<double> unit = units(tree);

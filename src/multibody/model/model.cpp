@@ -116,6 +116,7 @@ Model::Model(ModelDescription description) : d_(std::move(description)) {
 }
 
 void Model::weigh_mechanisms() {
+  // Mass (relative to the heaviest body of the mechanism): floor, see Model::mobility_factor().
   constexpr double least_lightness = 1e-8;
   lightness_ = lightness_in_mechanism(d_);
   for (double& lightness : lightness_) {

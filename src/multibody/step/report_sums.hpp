@@ -43,6 +43,7 @@ class StepClock {
   bool over(double more = 0) const { return budget_ < infinity && elapsed() + more >= budget_ - aside_; }
 
  private:
+  // Time (relative to the budget): most that is reserved for work that cannot be interrupted.
   static constexpr double most_free = 0.5;
   double whole_, budget_, aside_ = 0, solved_ = 0;
   Clock::time_point start_, lap_;

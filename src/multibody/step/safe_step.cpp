@@ -31,8 +31,8 @@ void scale_to(const SafeStepInput& in, const std::vector<double>& x, double s) {
 }
 
 // The largest s in [0, 1] at which the work J(s) = none + b s + c s^2 is not positive, from J at 0, 1/2 and
-// 1, where J(1) > 0; 0 if there is none. J is not positive up to its smaller root for c < 0, and between its
-// roots for c > 0. Both ends are the same root of the formula.
+// 1, where J(1) > 0. It is 0 if there is none. J is not positive up to its smaller root for c < 0, and
+// between its roots for c > 0. Both ends are the same root of the formula.
 double largest_passive_share(double none, double half, double whole) {
   const double c = 2 * (whole - 2 * half + none), b = whole - none - c;
   const double share = c != 0 ? (-b + std::sqrt(b * b - 4 * none * c)) / (2 * c) : -none / b;

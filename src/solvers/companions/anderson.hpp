@@ -69,6 +69,7 @@ class Anderson {
   void reset() { count_ = 0; }
 
  private:
+  // Differences (count): size of the small matrices on the stack.
   static constexpr int max_memory = 16;
   // The residual of a good step may rise for a while; after a growth beyond two it does not recover.
   static constexpr double tolerated_growth = 2;

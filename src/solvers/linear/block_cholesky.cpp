@@ -270,6 +270,7 @@ void BlockCholesky::extend_add(const Supernode& child, const double* update, int
 
 namespace {
 
+// Work (multiplications): shorter factorisations do not update the pace.
 constexpr double shortest_measured = 1e6;
 
 // Multiplications between two readings of the clock: a tenth of a millisecond.

@@ -112,6 +112,7 @@ class NewtonStep {
   // by up to three digits. If 40 vectors do not give them, the burst after a failed step is a better use of
   // the time.
   static constexpr int krylov = 40;
+  // Residual (relative to the start of GMRES): where it stops, three digits.
   static constexpr double krylov_tolerance = 1e-3;
 
   // y = (I - Q + sigma Q + Q P^-1 A)^-1 r: y = r + R zeta, (I + R'AR) zeta = R' ((1 - sigma) P r - A r).

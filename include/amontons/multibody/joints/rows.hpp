@@ -26,7 +26,7 @@ struct RowTag {
   // A distance row of one fixed length is `locked`; `distance` rows are those of a range.
   RowKind kind;
   Index joint;  // or coupling, tendon, actuator
-  // Global index of the dof; 0..2 the axis of a ball row; 0..3 the impulse of a tendon; -1: limit of a ball,
+  // Global index of the dof; 0..2 the axis of a ball row; 0..3 the impulse of a tendon. -1: limit of a ball,
   // or helper of a row over many bodies.
   Index dof;
   double sign = 1;  // relative to the coordinate: -1 for an upper limit
@@ -63,8 +63,8 @@ struct Past {
   BodyVelocity velocity;
 };
 
-// The joint rows of one step, one entry per row in each array: rows of D (velocities of the centres of mass,
-// world axes), E, c, sets, warm start, and tags.
+// The joint rows of one step, one entry per row in each array. The arrays are D (velocities of the centres of
+// mass, world axes), E, c, sets, warm start, and tags.
 struct JointRows {
   std::vector<JacobianRow> jacobian;
   std::vector<double> compliance, c, x0, position;

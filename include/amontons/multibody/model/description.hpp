@@ -116,7 +116,7 @@ struct Joint {
   std::vector<Dof> dofs;  // up to six
   bool spherical = false;
   // For a spherical joint: stiffness and damping towards zero rotation (N m/rad, N m s/rad), dry friction (N
-  // m), limit of the rotation angle (rad), inertia of the drive (kg m^2).
+  // m). Then the limit of the rotation angle (rad) and the inertia of the drive (kg m^2).
   double ball_armature = 0;
   double ball_stiffness = 0, ball_damping = 0, ball_friction = 0, ball_limit = infinity;
   double lower_distance = 0, upper_distance = 0;  // m

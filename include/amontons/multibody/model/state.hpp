@@ -34,6 +34,7 @@ struct TendonImpulse {
 // Largest |coordinate| of a position (m), speed (m/s, rad/s), force and so on in a state. It is far beyond
 // any mechanism in any units, and far below values whose squares and products overflow.
 inline constexpr double largest_coordinate = 1e15;
+// Largest |force|, |torque|, |control| and joint force in a state.
 inline constexpr double largest_load = 1e30;
 // The comparison is written so that a NaN fails it.
 inline bool within(const Vec3& a, double most) {
