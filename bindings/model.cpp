@@ -50,7 +50,7 @@ void bind_model(nb::module_& m) {
   bind_fields<Material>(m, "Material");
   bind_fields<Body>(m, "Body");
   bind_fields<Geom>(m, "Geom");
-  // Models have one for each pair of some kinds of geoms: assigning fields takes four times as long.
+  // Models have one for each pair of some kinds of geoms; assigning fields instead takes four times as long.
   bind_fields<PairMaterial>(m, "PairMaterial")
       .def(
           "__init__",

@@ -23,8 +23,8 @@ std::shared_ptr<Problem> make(OperatorHandle& A, Vector b, const SetProduct& K, 
   return std::make_shared<Problem>(make_problem(std::move(A.op), std::move(rhs), K, law));
 }
 
-// The sets in row order, (name, count, parameters ...) with one array per parameter: what
-// amontons.problem.cones makes cones of.
+// The sets in row order, (name, count, parameters ...) with one array per parameter, from which
+// amontons.problem.cones makes cones.
 nb::list sets_of(const Problem& problem) {
   nb::list sets;
   for (const SetRun& run : problem.K.runs())
@@ -43,8 +43,7 @@ nb::list sets_of(const Problem& problem) {
   return sets;
 }
 
-// Bodies and stored rows by the names of the arguments of amontons.Factored, those of the rows after
-// `prefix`.
+// Bodies and stored rows, by the argument names of amontons.Factored; names of the rows follow `prefix`.
 nb::dict arrays_of(const ContactSystem& op, const std::string& prefix) {
   std::vector<Index> body_a, body_b;
   std::vector<double> jacobian_a, jacobian_b, inertia;
@@ -66,7 +65,7 @@ nb::dict arrays_of(const ContactSystem& op, const std::string& prefix) {
   return d;
 }
 
-// The same with contacts, by the names of the arguments of amontons.Contacts.
+// The same with contacts, by the argument names of amontons.Contacts.
 nb::dict arrays_with_contacts(const ContactSystem& op) {
   std::vector<Index> body_a, body_b, rows;
   std::vector<double> r_a, r_b, normal, direction, length;
@@ -94,7 +93,7 @@ nb::dict arrays_with_contacts(const ContactSystem& op) {
   return d;
 }
 
-// Of the operators that C++ makes; a matrix or function came from the package, which has it still.
+// Arrays of an operator that C++ made; a matrix or function comes from the package, which still has it.
 nb::dict operator_arrays(const Problem& problem) {
   const auto* system = std::get_if<ContactSystem>(&problem.A);
   AMONTONS_REQUIRE(system != nullptr, "this operator has no bodies; keep the matrix of which it was made");

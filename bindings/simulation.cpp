@@ -2,7 +2,7 @@
 
 #include <type_traits>
 
-#include "amontons/base/patience.hpp"
+#include "amontons/base/budget.hpp"
 #include "amontons/multibody/joints/actuators.hpp"
 #include "amontons/multibody/joints/coordinates.hpp"
 #include "bindings.hpp"
@@ -30,8 +30,8 @@ const char* path_name(StepPath path) {
 
 using Handle = std::shared_ptr<Simulation>;
 
-// A simulation that no other thread is in a step of: what a step changes is read and written under the lock
-// of the interpreter, which a step does not hold.
+// Returns a simulation that no other thread is stepping. Data that a step changes are read and written under
+// the lock of the interpreter, which a step does not hold.
 template <class S>
 S& idle(S& s) {
   AMONTONS_REQUIRE(!s.stepping(),
@@ -39,14 +39,14 @@ S& idle(S& s) {
   return s;
 }
 
-// Ctrl-C and other signals, whose handlers Python runs on the main thread: what they raise ends the step,
-// which puts its state back.
+// Handles Ctrl-C and other signals, whose handlers Python runs on the main thread: an exception of a handler
+// ends the step, which then restores its state.
 template <class Work>
 auto patiently(Work&& work) {
   decltype(work()) result;
   {
     nb::gil_scoped_release release;
-    const Patience patience(infinity, [] {
+    const Budget budget(infinity, [] {
       nb::gil_scoped_acquire gil;
       return PyErr_CheckSignals() != 0;
     });
@@ -84,7 +84,7 @@ void def_vector_view(nb::class_<Simulation>& cls, const char* name) {
       name, [](const Handle& s) { return view_of(s->state().*Field, s); }, nb::rv_policy::automatic);
 }
 
-// Copies into the vectors of the state, whose memory arrays of the package view.
+// Copies into the vectors of the state, which arrays of the package view.
 void restore(Simulation& simulation, const State& saved) {
   State& state = idle(simulation).state();
   const auto copy = [](auto& to, const auto& from) {
@@ -114,7 +114,7 @@ void restore(Simulation& simulation, const State& saved) {
   state.impulse_step = saved.impulse_step;
 }
 
-// One array per field of the contact table, by the names that the package gives them.
+// One array per field of the contact table, by the names in the package.
 nb::dict contacts_of(const Simulation& s) {
   const std::vector<Contact>& contacts = idle(s).contacts();
   const auto vectors = [&](auto field) {
@@ -148,8 +148,8 @@ nb::dict contacts_of(const Simulation& s) {
   return d;
 }
 
-// Pairs of geoms that began to carry a force in the last step, and that ceased to: body_a, body_b, geom_a,
-// geom_b of each, (n, 4).
+// Pairs of geoms that began to carry a force in the last step, and pairs that ceased to: body_a, body_b,
+// geom_a, geom_b of each, (n, 4).
 nb::tuple contact_events(const Simulation& s) {
   const auto rows = [](const std::vector<GeomPair>& pairs) {
     std::vector<Index> out;
@@ -170,7 +170,7 @@ nb::tuple contact_arms(const Simulation& s) {
   return nb::make_tuple(to_numpy(std::move(a), 3), to_numpy(std::move(b), 3));
 }
 
-// Point, impulse and angular impulse of each joint in the last step, (n, 9); zeros before the first.
+// Point, impulse and angular impulse of each joint in the last step, (n, 9); zeros before the first step.
 nb::ndarray<nb::numpy, double, nb::ndim<2>> joint_reactions(const Simulation& s) {
   std::vector<double> rows;
   for (const JointReaction& r : idle(s).joint_reactions())
@@ -194,7 +194,7 @@ nb::ndarray<nb::numpy, double, nb::ndim<2>> lines_of(const Simulation& s) {
   return to_numpy(std::move(rows), 2);
 }
 
-// A Python object that any thread may let go of.
+// A Python object that any thread may release.
 struct Held {
   nb::object object;
   explicit Held(nb::object o) : object(std::move(o)) {}
@@ -210,18 +210,19 @@ struct Held {
   }
 };
 
-// function(problem, x0 or None, options) -> x, called with copies: Python may keep what it gets.
+// function(problem, x0 or None, options) -> x, called with copies: Python may keep its arguments.
 StepMethod own_method(nb::object function) {
   if (function.is_none()) return {};
-  return [held = std::make_shared<Held>(std::move(function))](const Problem& problem, const Options& options) {
-    nb::gil_scoped_acquire gil;
-    nb::object x0 = nb::none();
-    if (!options.x0.empty())
-      x0 = nb::cast(to_numpy(std::vector<double>(options.x0.begin(), options.x0.end())));
-    const auto x =
-        nb::cast<Vector>(held->object(std::make_shared<Problem>(problem), x0, std::make_shared<Options>(options)));
-    return std::vector<double>(view(x).begin(), view(x).end());
-  };
+  return
+      [held = std::make_shared<Held>(std::move(function))](const Problem& problem, const Options& options) {
+        nb::gil_scoped_acquire gil;
+        nb::object x0 = nb::none();
+        if (!options.x0.empty())
+          x0 = nb::cast(to_numpy(std::vector<double>(options.x0.begin(), options.x0.end())));
+        const auto x = nb::cast<Vector>(
+            held->object(std::make_shared<Problem>(problem), x0, std::make_shared<Options>(options)));
+        return std::vector<double>(view(x).begin(), view(x).end());
+      };
 }
 
 void bind_options_and_report(nb::module_& m) {

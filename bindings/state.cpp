@@ -10,8 +10,8 @@ namespace amontons::python {
 
 namespace {
 
-// Entries of a State are plain structs of doubles, or start with two indices: as rows of numbers they go into
-// files and come back.
+// Entries of a State are plain structs of doubles, or start with two indices: files store them as rows of
+// numbers.
 static_assert(sizeof(Vec3) == 24 && sizeof(Quat) == 32 && sizeof(JointWrench) == 48 &&
                   sizeof(DofImpulse) == 32 && sizeof(TendonImpulse) == 32,
               "the arrays of a state take these structs as rows of doubles");
@@ -39,7 +39,7 @@ void set_entries(std::vector<double>& values, const Vector& given, const char* n
   std::copy_n(given.data(), values.size(), values.data());
 }
 
-// What a step reads of the contacts of the last one: geoms, the point on A, impulse and angular impulse.
+// The data of the last contacts that a step reads: geoms, the point on A, impulse and angular impulse.
 OutMatrix contact_rows(const State& state) {
   std::vector<double> out;
   for (const Contact& c : state.contacts) {
@@ -126,12 +126,12 @@ State state_of(const std::shared_ptr<Model>& shared, double time, std::uint64_t 
   set_entries(s.joint_forces, vector_of(d, "joint_forces"), "joint_forces");
   set_contacts(s, model, matrix_of(d, "contacts"));
   set_rows(s.joint_wrenches, matrix_of(d, "joint_wrenches"), "joint_wrenches");
-  // Absent where version 0.1.0 saved the state; a slip that is forgotten costs accuracy in one step.
+  // Missing in a state saved by version 0.1.0; a missing slip costs accuracy in one step.
   if (d.contains("joint_slips")) set_rows(s.joint_slips, matrix_of(d, "joint_slips"), "joint_slips");
   set_rows(s.dof_impulses, matrix_of(d, "dof_impulses"), "dof_impulses");
   set_rows(s.ball_impulses, matrix_of(d, "ball_impulses"), "ball_impulses");
   set_entries(s.coupling_impulses, vector_of(d, "coupling_impulses"), "coupling_impulses");
-  // Files from before there were tendons and actuators of the core have none of these.
+  // Missing in files from before tendons and actuators were part of the core.
   if (!s.tendon_impulses.empty())
     set_rows(s.tendon_impulses, matrix_of(d, "tendon_impulses"), "tendon_impulses");
   if (!s.controls.empty()) set_entries(s.controls, vector_of(d, "controls"), "controls");

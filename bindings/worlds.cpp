@@ -8,7 +8,7 @@ namespace {
 
 using Rows = nb::ndarray<const double, nb::ndim<3>, nb::c_contig, nb::device::cpu>;
 
-// (worlds, records, columns) of a course.
+// (worlds, records, columns) array of a course.
 nb::ndarray<nb::numpy, double, nb::ndim<3>> cube(std::vector<double> values, std::size_t worlds,
                                                  std::size_t records, std::size_t columns) {
   auto* owner = new std::vector<double>(std::move(values));

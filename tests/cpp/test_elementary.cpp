@@ -109,6 +109,6 @@ TEST(same_bits_everywhere) {
           e::log(std::abs(large)), e::log10(std::abs(x)), e::hypot(x, large), random.normal()})
       state = hash(state, v);
   }
-  check::near(0, static_cast<double>(state>>11), 0, "x", __FILE__, __LINE__);
+  check::near(0, static_cast<double>(state >> 11), 0, "x", __FILE__, __LINE__);
   std::printf("%llx\n", (unsigned long long)state);
 }

@@ -4,7 +4,7 @@
 #include <memory>
 #include <vector>
 
-#include "amontons/base/patience.hpp"
+#include "amontons/base/budget.hpp"
 #include "amontons/multibody/step/simulation.hpp"
 #include "amontons/problem/residual.hpp"
 #include "amontons/solvers/choice/islands.hpp"
@@ -54,7 +54,7 @@ struct Share {
 std::vector<Share> shares;
 
 Solution note_the_share(const Problem& problem, const Options& options) {
-  shares.push_back({problem.K.blocks(), Patience::work_left(), options.deadline});
+  shares.push_back({problem.K.blocks(), Budget::work_left(), options.deadline});
   Solution s;
   s.x.assign(problem.rows(), 0.0);
   return s;
@@ -71,7 +71,7 @@ TEST(small_islands_get_enough) {
   Options options;
   options.deadline = 100;
   constexpr double work = 1e9;
-  const Patience limit(std::numeric_limits<double>::infinity(), {}, Patience::Catches::no, work);
+  const Budget limit(std::numeric_limits<double>::infinity(), {}, Budget::Catches::no, work);
   solve_by_islands(problem, options, note_the_share);
   CHECK(shares.size() > 2);
   CHECK(shares.front().blocks == 17);  // twelve contacts, five rows of the hinge

@@ -1,5 +1,5 @@
-// Generalised forces tau along qd as loads on bodies: those of the same power, for every velocity that the
-// joints allow, sum_i tau_i qd_i = sum_b <F_b, v_b> + <T_b, omega_b>.
+// Generalised forces tau along qd as loads on bodies. The loads have the same power for every velocity that
+// the joints allow, sum_i tau_i qd_i = sum_b <F_b, v_b> + <T_b, omega_b>.
 #include "multibody/kinematics/joint_forces.hpp"
 
 #include <algorithm>
@@ -18,8 +18,8 @@ void add(const Model& model, Index body, const Vec3& force, const Vec3& torque,
   loads[body].torque += torque;
 }
 
-// A floating base has the power <f, v of its frame> + <t, R' omega>: f acts at the frame, which is moved to the centre
-// of mass.
+// The power on a floating base is <f, v of its frame> + <t, R' omega>: f acts at the frame, and is moved to
+// the centre of mass.
 void add_to_base(const Model& model, Index body, const BodyFrame& frame, std::span<const double> x,
                  std::vector<BodyImpulse>& loads) {
   const Vec3 force{x[0], x[1], x[2]}, torque{x[3], x[4], x[5]};
@@ -27,9 +27,9 @@ void add_to_base(const Model& model, Index body, const BodyFrame& frame, std::sp
   add(model, body, force, rotate(frame.pose.rotation, torque) + cross(arm, force), loads);
 }
 
-// Dofs of a joint have q_i' = <dual_i, twist>: the effort tau_i is the wrench tau_i dual_i on A and its opposite
-// on B, as of an effort motor. A ball turns with omega_ball = omega - sum_i axis_i q_i'. So its torque T acts on
-// A, the opposite on B, and the effort -<T, axis_i> along every dof before it.
+// Dofs of a joint have q_i' = <dual_i, twist>: the effort tau_i is the wrench tau_i dual_i on A and its
+// opposite on B, as for an effort motor. A ball turns with omega_ball = omega - sum_i axis_i q_i'. So its
+// torque T acts on A, the opposite on B, and the effort -<T, axis_i> along every dof before it.
 void add_to_joint(const Model& model, const JointContext& joint, std::span<const double> x,
                   std::vector<BodyImpulse>& loads) {
   const std::size_t dofs = joint.joint->dofs.size();
@@ -47,7 +47,7 @@ void add_to_joint(const Model& model, const JointContext& joint, std::span<const
 
 }  // namespace
 
-// Nothing is done for links without a force, so that a step without any has the bits that it had.
+// Links without a force are skipped, so that a step without forces keeps its bits.
 void add_joint_forces(const Tree& tree, const BodyFrames& bodies, std::span<const JointContext> joints,
                       const State& state, double h, std::vector<BodyImpulse>& loads) {
   if (state.joint_forces.empty()) return;

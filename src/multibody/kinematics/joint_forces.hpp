@@ -10,8 +10,8 @@ namespace amontons {
 
 struct JointContext;  // a joint in the world, joints/joint_context.hpp
 
-// Adds the impulses over h of state.joint_forces to the loads of dynamic bodies. `joints`: all of the model
-// where the bodies stand.
+// Adds the impulses over h of state.joint_forces to the loads of dynamic bodies. `joints`: all joints of the
+// model in the present pose.
 void add_joint_forces(const Tree& tree, const BodyFrames& bodies, std::span<const JointContext> joints,
                       const State& state, double h, std::vector<BodyImpulse>& loads);
 

@@ -6,9 +6,9 @@
 
 namespace amontons {
 
-// Checked before every step, as users write into the state; hence messages are built only when they are
-// needed. Only what is an input of the step is checked: coordinates follow from the poses, and impulses only
-// tell where a solve starts.
+// Called before every step, because users write into the state. Messages are only built when needed. Only
+// inputs of the step are checked: coordinates follow from the poses, and impulses are only the start of a
+// solve.
 void validate(const Model& model, const State& s) {
   for (std::size_t i = 0; i < model.bodies(); ++i) {
     const auto who = [&] {

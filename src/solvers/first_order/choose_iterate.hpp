@@ -1,4 +1,4 @@
-// Private: the iterate that serves a problem best.
+// Private: the choice of the iterate for a problem.
 #pragma once
 #include "amontons/solvers/driver/driver.hpp"
 #include "amontons/solvers/first_order/contact_iterate.hpp"
@@ -6,10 +6,10 @@
 
 namespace amontons {
 
-// f(make), where make() returns the iterate: with the fused passes where they know the sets and the rows,
-// with plain loops elsewhere. Made by f, so that the clock of a solve counts it. The one place where a
-// first-order method meets an operator: a device has its line here. f is instantiated for every operator,
-// outside its iteration, so that no call inside one is virtual.
+// Calls f(make), where make() returns the iterate: the fused passes if they support the sets and rows, plain
+// loops otherwise. f calls make(), so that the clock of a solve includes it. Only here does a first-order
+// method meet an operator; a device adds its line here. f is instantiated for every operator, outside its
+// iteration, so that no call inside one is virtual.
 template <class F>
 auto with_iterate(const Problem& problem, const Options& options, F&& f) {
   return std::visit(

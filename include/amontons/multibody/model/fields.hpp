@@ -4,7 +4,7 @@
 #include "amontons/multibody/model/description.hpp"
 
 // The fields of a description and of its parts by name, and the names of its enumerations. Files and bindings
-// go through them, so that a new field is named once.
+// use these tables, so that a new field is named once.
 namespace amontons::detail {
 
 template <class Owner, class Value>
