@@ -78,6 +78,9 @@ from .problem.problem import violations as violations
 from .problem.solution import Solution as Solution
 from .report.render import render as render
 from .report.render import render_view as render_view
+from .simulation.acting import Effort as Effort
+from .simulation.acting import Instant as Instant
+from .simulation.acting import Reaction as Reaction
 from .simulation.outcome import Report as Report
 from .simulation.queries import RayHit as RayHit
 from .simulation.rollout import Rollout as Rollout
