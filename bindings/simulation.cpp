@@ -148,6 +148,18 @@ nb::dict contacts_of(const Simulation& s) {
   return d;
 }
 
+// Pairs of geoms that began to carry a force in the last step, and that ceased to: body_a, body_b, geom_a,
+// geom_b of each, (n, 4).
+nb::tuple contact_events(const Simulation& s) {
+  const auto rows = [](const std::vector<GeomPair>& pairs) {
+    std::vector<Index> out;
+    for (const GeomPair& p : pairs) out.insert(out.end(), {p.body_a, p.body_b, p.geom_a, p.geom_b});
+    return to_numpy(std::move(out), 4);
+  };
+  const ContactEvents events = idle(s).contact_events();
+  return nb::make_tuple(rows(events.began), rows(events.ended));
+}
+
 // Arms of the contacts of the last step from both centres of mass, (n, 3) each.
 nb::tuple contact_arms(const Simulation& s) {
   std::vector<double> a, b;
@@ -182,6 +194,36 @@ nb::ndarray<nb::numpy, double, nb::ndim<2>> lines_of(const Simulation& s) {
   return to_numpy(std::move(rows), 2);
 }
 
+// A Python object that any thread may let go of.
+struct Held {
+  nb::object object;
+  explicit Held(nb::object o) : object(std::move(o)) {}
+  Held(const Held&) = delete;
+  Held& operator=(const Held&) = delete;
+  ~Held() {
+    if (!nb::is_alive()) {
+      object.release();
+      return;
+    }
+    nb::gil_scoped_acquire gil;
+    object.reset();
+  }
+};
+
+// function(problem, x0 or None, options) -> x, called with copies: Python may keep what it gets.
+StepMethod own_method(nb::object function) {
+  if (function.is_none()) return {};
+  return [held = std::make_shared<Held>(std::move(function))](const Problem& problem, const Options& options) {
+    nb::gil_scoped_acquire gil;
+    nb::object x0 = nb::none();
+    if (!options.x0.empty())
+      x0 = nb::cast(to_numpy(std::vector<double>(options.x0.begin(), options.x0.end())));
+    const auto x =
+        nb::cast<Vector>(held->object(std::make_shared<Problem>(problem), x0, std::make_shared<Options>(options)));
+    return std::vector<double>(view(x).begin(), view(x).end());
+  };
+}
+
 void bind_options_and_report(nb::module_& m) {
   using O = SimulationOptions;
   nb::class_<O>(m, "SimulationOptions", "Fields of zero that may be automatic follow from the model.")
@@ -189,6 +231,9 @@ void bind_options_and_report(nb::module_& m) {
       .def_rw("dt", &O::dt)
       .def_rw("law", &O::law)
       .def_rw("method", &O::method)
+      .def(
+          "set_own_method", [](O& o, nb::object function) { o.own_method = own_method(std::move(function)); },
+          nb::arg("function"), "function(problem, x0 or None, options) -> x in the place of a method.")
       .def_rw("tolerance", &O::tolerance)
       .def_rw("max_iterations", &O::max_iterations)
       .def_rw("budget", &O::budget)
@@ -284,6 +329,7 @@ void bind_simulation(nb::module_& m) {
           "impulses", [](const Simulation& s) { return to_numpy(idle(s).impulses()); },
           nb::rv_policy::automatic)
       .def("contact_arms", &contact_arms)
+      .def("contact_events", &contact_events)
       .def("joint_reactions", &joint_reactions)
       .def("tendon_lines", &lines_of<&tendon_lines>)
       .def("actuator_lines", &lines_of<&actuator_lines>)

@@ -31,6 +31,11 @@ def problems(incomplete: str) -> list[tuple[str, str]]:
     return _files(incomplete, PROBLEMS)
 
 
+def recordings(incomplete: str) -> list[tuple[str, str]]:
+    """Recordings, by their suffix."""
+    return _files(incomplete, (".h5", ".hdf5", ".hdf"))
+
+
 def studies(incomplete: str) -> list[tuple[str, str]]:
     """Study files."""
     return _files(incomplete, (".toml",))

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from .. import _core
-from .parts import WORLD, Body, Joint
+from .parts import WORLD, Body, Dof, Joint
 from .transforms import ORIGIN
 
 AXES = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
@@ -99,6 +99,19 @@ def coordinate_name(joint: Joint, dof: int) -> str:
         return joint.name + (".ball" if joint.dofs else "")
     alone = len(joint.dofs) == 1 and not joint.spherical
     return joint.dofs[dof].name or (joint.name if alone else f"{joint.name}[{dof}]")
+
+
+def joint_labels(joints: Sequence[Joint]) -> list[str]:
+    """Names, and for joints without one their number."""
+    return [joint.name or f"joint {k}" for k, joint in enumerate(joints)]
+
+
+def degrees(joints: Sequence[Joint]) -> Iterator[tuple[str, Dof]]:
+    """Name and description of all degrees of freedom, in the order of `Simulation.joint_efforts`."""
+    for joint, label in zip(joints, joint_labels(joints), strict=True):
+        named = joint if joint.name else replace(joint, name=label)
+        for d, dof in enumerate(joint.dofs):
+            yield coordinate_name(named, d), dof
 
 
 def known(names: Sequence[str]) -> str:

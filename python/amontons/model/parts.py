@@ -32,12 +32,6 @@ WORLD = -1
 OWN = -1
 """In place of a link: what a body is without its links."""
 MOTIONS = {name: getattr(_core.Motion, name) for name in ("dynamic", "kinematic", "fixed")}
-MEANT = {
-    **dict.fromkeys(("force", "torque"), "effort"),
-    "speed": "velocity",
-    **dict.fromkeys(("angle", "servo"), "position"),
-}
-"""Other names of kinds of motors -> the kind."""
 MOTORS = {name: getattr(_core.MotorKind, name) for name in ("none", "effort", "velocity", "position")}
 DOFS = {name: getattr(_core.DofKind, name) for name in ("hinge", "slide")}
 JOINTS = {name: getattr(_core.JointKind, name) for name in ("chain", "distance")}
@@ -97,6 +91,19 @@ class Material:
             raise InputError(f"material: restitution is {self.restitution:g}; it must lie in [0, 1]")
 
 
+MOTOR_TERMS = {
+    "angle": "position",
+    "force": "effort",
+    "general": "effort",
+    "motor": "effort",
+    "pd": "position",
+    "servo": "position",
+    "speed": "velocity",
+    "torque": "effort",
+}
+"""Names of kinds of motors elsewhere -> here."""
+
+
 @guided
 @dataclass(frozen=True)
 class Motor:
@@ -115,11 +122,7 @@ class Motor:
     is exact"""
 
     def __post_init__(self) -> None:
-        if isinstance(self.kind, str) and self.kind in MEANT:
-            known = ", ".join(MOTORS)
-            meant = MEANT[self.kind]
-            raise InputError(f"unknown motor kind {self.kind!r} (did you mean {meant!r}?); known are {known}")
-        chosen("motor kind", self.kind, MOTORS)
+        chosen("motor kind", self.kind, MOTORS, MOTOR_TERMS)
         numbers(self, "motor: ", "control", "kp", "kd")
         numbers(self, "motor: ", "max_effort", infinite=True)
         if self.kp and self.kind != "position":

@@ -16,16 +16,19 @@ FORMULA = ("=", "+", "-", "@")
 """First characters of cells that spreadsheets compute."""
 
 
-def save_figure(figure: Any, path: Path, dpi: int) -> None:
-    """A Matplotlib figure as PNG, in a folder that a user named; it is closed, whatever happens."""
+def save_figure(figure: Any, path: Path, dpi: int, *, own: bool = True) -> None:
+    """A Matplotlib figure as PNG, PDF or SVG, as the suffix says; it is closed, whatever happens.
+
+    own: the name is our choice, in a folder that a user named.
+    """
     from .plotting import plt
 
     try:
         data = BytesIO()
-        figure.savefig(data, dpi=dpi, format="png")
+        figure.savefig(data, dpi=dpi, format=path.suffix.lower()[1:])
     finally:
         plt.close(figure)
-    write_whole({path: data.getbuffer()}, own={path})
+    write_whole({path: data.getbuffer()}, own={path} if own else ())
 
 
 def csv_bytes(header: Sequence[str], rows: Iterable[Iterable[Any]]) -> bytes:

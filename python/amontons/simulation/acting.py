@@ -63,7 +63,7 @@ class Reaction:
 
 
 class Acting(Driving):
-    """Forces of the last step that `Simulation` gives by name."""
+    """Functions of `Simulation` that return efforts and reactions of the last step by name."""
 
     @property
     def instant(self) -> Instant:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import warnings
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -16,6 +15,7 @@ from ..checks import Array, flag, function, option, reals
 from ..errors import InputError, SimulationError, StepWarning
 from ..model.model import Model, no_model
 from .driving import clipped
+from .processors import usable_cores as usable_cores
 from .simulation import AfterStep, BeforeStep, Simulation
 
 
@@ -151,7 +151,7 @@ class Course:
 
 @dataclass(frozen=True)
 class Rows:
-    """Inputs of worlds, row by row; None leaves them as they are."""
+    """Inputs of worlds, row by row; None leaves them unchanged."""
 
     controls: Array | None
     """(worlds, rows, controls)"""
@@ -195,7 +195,9 @@ def advance_watched(
     after_step: AfterStep | None,
     stopped: list[bool],
 ) -> Course:
-    """Advance worlds with functions around steps; mark worlds that after_step stops."""
+    """Does the same as `advance_worlds`, step by step, with the functions before and after each step. Marks
+    worlds that after_step stopped.
+    """
     model, count = worlds[0].model, len(worlds)
     q, qd, residuals = (np.full((count, rows.count, *n), np.nan) for n in ((model.nq,), (model.nv,), ()))
     missed = np.zeros((count, rows.count), dtype=np.uint64)
@@ -221,12 +223,6 @@ def advance_watched(
             q[k, row], qd[k, row] = world.q, world.qd
             done[k], stopped[k] = row + 1, world._ended
     return Course(q, qd, residuals, missed, done, failures)
-
-
-def usable_cores() -> int:
-    if hasattr(os, "sched_getaffinity"):
-        return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1
 
 
 def _worlds(model: Model, states: Any, options: dict[str, Any]) -> list[Simulation]:

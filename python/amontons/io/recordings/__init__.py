@@ -9,6 +9,7 @@ from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from ...checks import flag
 from ...limits import DEFAULT, Limits
 
 if TYPE_CHECKING:
@@ -23,6 +24,7 @@ def record(
     *,
     every: int = 1,
     contacts: bool = True,
+    signals: bool = True,
     source: str = "",
     overwrite: bool = False,
 ) -> Recorder:
@@ -36,6 +38,8 @@ def record(
     every: states and contacts are recorded every so many steps, beginning with the state that the simulation
         is in now; reports of every step.
     contacts: whether contact tables are recorded, which take by far the most room.
+    signals: whether motor efforts, controls, reactions and sensors are recorded with the states, as columns
+        such as "screw.motor" and "foot.fx".
     source: free text, where the model came from.
     overwrite: replace a file that is there, unless it is being recorded.
 
@@ -44,7 +48,13 @@ def record(
     from .recorder import Recorder
 
     return Recorder(
-        Path(path), simulation, every=every, contacts=contacts, source=source, overwrite=overwrite
+        Path(path),
+        simulation,
+        every=every,
+        contacts=contacts,
+        signals=flag("signals", signals),
+        source=source,
+        overwrite=overwrite,
     )
 
 
