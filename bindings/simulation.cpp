@@ -213,15 +213,16 @@ struct Held {
 // function(problem, x0 or None, options) -> x, called with copies: Python may keep what it gets.
 StepMethod own_method(nb::object function) {
   if (function.is_none()) return {};
-  return [held = std::make_shared<Held>(std::move(function))](const Problem& problem, const Options& options) {
-    nb::gil_scoped_acquire gil;
-    nb::object x0 = nb::none();
-    if (!options.x0.empty())
-      x0 = nb::cast(to_numpy(std::vector<double>(options.x0.begin(), options.x0.end())));
-    const auto x =
-        nb::cast<Vector>(held->object(std::make_shared<Problem>(problem), x0, std::make_shared<Options>(options)));
-    return std::vector<double>(view(x).begin(), view(x).end());
-  };
+  return
+      [held = std::make_shared<Held>(std::move(function))](const Problem& problem, const Options& options) {
+        nb::gil_scoped_acquire gil;
+        nb::object x0 = nb::none();
+        if (!options.x0.empty())
+          x0 = nb::cast(to_numpy(std::vector<double>(options.x0.begin(), options.x0.end())));
+        const auto x = nb::cast<Vector>(
+            held->object(std::make_shared<Problem>(problem), x0, std::make_shared<Options>(options)));
+        return std::vector<double>(view(x).begin(), view(x).end());
+      };
 }
 
 void bind_options_and_report(nb::module_& m) {
@@ -287,6 +288,25 @@ void bind_options_and_report(nb::module_& m) {
       .def_ro("residual", &R::residual);
 }
 
+void bind_views(nb::class_<Simulation>& cls) {
+  def_view<&State::positions>(cls, "positions");
+  def_view<&State::orientations>(cls, "orientations");
+  def_view<&State::linear_velocities>(cls, "linear_velocities");
+  def_view<&State::angular_velocities>(cls, "angular_velocities");
+  def_view<&State::forces>(cls, "forces");
+  def_view<&State::torques>(cls, "torques");
+  def_vector_view<&State::coordinates>(cls, "joint_coordinates");
+  def_vector_view<&State::joint_forces>(cls, "joint_forces");
+  def_view<&State::joint_wrenches>(cls, "joint_wrenches");
+  def_view<&State::dof_impulses>(cls, "dof_impulses");
+  def_view<&State::ball_impulses>(cls, "ball_impulses");
+  def_vector_view<&State::coupling_impulses>(cls, "coupling_impulses");
+  def_view<&State::tendon_impulses>(cls, "tendon_impulses");
+  def_vector_view<&State::controls>(cls, "controls");
+  def_vector_view<&State::activations>(cls, "activations");
+  def_vector_view<&State::actuator_impulses>(cls, "actuator_impulses");
+}
+
 }  // namespace
 
 void bind_simulation(nb::module_& m) {
@@ -348,22 +368,7 @@ void bind_simulation(nb::module_& m) {
         const Momentum p = momentum(s.model(), s.state());
         return std::make_pair(p.linear, p.angular);
       });
-  def_view<&State::positions>(cls, "positions");
-  def_view<&State::orientations>(cls, "orientations");
-  def_view<&State::linear_velocities>(cls, "linear_velocities");
-  def_view<&State::angular_velocities>(cls, "angular_velocities");
-  def_view<&State::forces>(cls, "forces");
-  def_view<&State::torques>(cls, "torques");
-  def_vector_view<&State::coordinates>(cls, "joint_coordinates");
-  def_vector_view<&State::joint_forces>(cls, "joint_forces");
-  def_view<&State::joint_wrenches>(cls, "joint_wrenches");
-  def_view<&State::dof_impulses>(cls, "dof_impulses");
-  def_view<&State::ball_impulses>(cls, "ball_impulses");
-  def_vector_view<&State::coupling_impulses>(cls, "coupling_impulses");
-  def_view<&State::tendon_impulses>(cls, "tendon_impulses");
-  def_vector_view<&State::controls>(cls, "controls");
-  def_vector_view<&State::activations>(cls, "activations");
-  def_vector_view<&State::actuator_impulses>(cls, "actuator_impulses");
+  bind_views(cls);
 }
 
 }  // namespace amontons::python
