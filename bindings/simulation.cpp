@@ -60,7 +60,7 @@ Report step(Simulation& s) {
   return patiently([&] { return s.step(); });
 }
 
-Simulation::Run run(Simulation& s, std::size_t steps, double seconds) {
+Simulation::Run run_steps(Simulation& s, std::size_t steps, double seconds) {
   return patiently([&] { return s.run(steps, seconds); });
 }
 
@@ -331,7 +331,7 @@ void bind_simulation(nb::module_& m) {
       .def(
           "set_time", [](Simulation& s, double time) { s.state().time = time; }, nb::arg("time"))
       .def("step", &step)
-      .def("run", &run, nb::arg("steps"), nb::arg("seconds"),
+      .def("run", &run_steps, nb::arg("steps"), nb::arg("seconds"),
            "At most so many steps; ends after one that is not sound, and after so many seconds.")
       .def("snapshot", [](const Simulation& s) { return idle(s).state(); })
       .def("restore", &restore, nb::arg("state"))
