@@ -60,7 +60,7 @@ Report step(Simulation& s) {
   return patiently([&] { return s.step(); });
 }
 
-Simulation::Run run(Simulation& s, std::size_t steps, double seconds) {
+Simulation::Run run_steps(Simulation& s, std::size_t steps, double seconds) {
   return patiently([&] { return s.run(steps, seconds); });
 }
 
@@ -288,6 +288,25 @@ void bind_options_and_report(nb::module_& m) {
       .def_ro("residual", &R::residual);
 }
 
+void bind_views(nb::class_<Simulation>& cls) {
+  def_view<&State::positions>(cls, "positions");
+  def_view<&State::orientations>(cls, "orientations");
+  def_view<&State::linear_velocities>(cls, "linear_velocities");
+  def_view<&State::angular_velocities>(cls, "angular_velocities");
+  def_view<&State::forces>(cls, "forces");
+  def_view<&State::torques>(cls, "torques");
+  def_vector_view<&State::coordinates>(cls, "joint_coordinates");
+  def_vector_view<&State::joint_forces>(cls, "joint_forces");
+  def_view<&State::joint_wrenches>(cls, "joint_wrenches");
+  def_view<&State::dof_impulses>(cls, "dof_impulses");
+  def_view<&State::ball_impulses>(cls, "ball_impulses");
+  def_vector_view<&State::coupling_impulses>(cls, "coupling_impulses");
+  def_view<&State::tendon_impulses>(cls, "tendon_impulses");
+  def_vector_view<&State::controls>(cls, "controls");
+  def_vector_view<&State::activations>(cls, "activations");
+  def_vector_view<&State::actuator_impulses>(cls, "actuator_impulses");
+}
+
 }  // namespace
 
 void bind_simulation(nb::module_& m) {
@@ -312,7 +331,7 @@ void bind_simulation(nb::module_& m) {
       .def(
           "set_time", [](Simulation& s, double time) { s.state().time = time; }, nb::arg("time"))
       .def("step", &step)
-      .def("run", &run, nb::arg("steps"), nb::arg("seconds"),
+      .def("run", &run_steps, nb::arg("steps"), nb::arg("seconds"),
            "At most so many steps; ends after one that is not sound, and after so many seconds.")
       .def("snapshot", [](const Simulation& s) { return idle(s).state(); })
       .def("restore", &restore, nb::arg("state"))
@@ -349,22 +368,7 @@ void bind_simulation(nb::module_& m) {
         const Momentum p = momentum(s.model(), s.state());
         return std::make_pair(p.linear, p.angular);
       });
-  def_view<&State::positions>(cls, "positions");
-  def_view<&State::orientations>(cls, "orientations");
-  def_view<&State::linear_velocities>(cls, "linear_velocities");
-  def_view<&State::angular_velocities>(cls, "angular_velocities");
-  def_view<&State::forces>(cls, "forces");
-  def_view<&State::torques>(cls, "torques");
-  def_vector_view<&State::coordinates>(cls, "joint_coordinates");
-  def_vector_view<&State::joint_forces>(cls, "joint_forces");
-  def_view<&State::joint_wrenches>(cls, "joint_wrenches");
-  def_view<&State::dof_impulses>(cls, "dof_impulses");
-  def_view<&State::ball_impulses>(cls, "ball_impulses");
-  def_vector_view<&State::coupling_impulses>(cls, "coupling_impulses");
-  def_view<&State::tendon_impulses>(cls, "tendon_impulses");
-  def_vector_view<&State::controls>(cls, "controls");
-  def_vector_view<&State::activations>(cls, "activations");
-  def_vector_view<&State::actuator_impulses>(cls, "actuator_impulses");
+  bind_views(cls);
 }
 
 }  // namespace amontons::python

@@ -27,7 +27,7 @@ def show(what: str, duration: float) -> None:
     lower, upper = simulation.joint_efforts
     angle = math.degrees(simulation.coordinate("lower hinge"))
     print(
-        f"{what:20s} {angle:5.1f} deg   motor {lower['motor']:6.2f}   closer {upper['drive']:6.2f}"
+        f"{what:20s} {angle:5.1f} deg   motor {lower['motor']:6.2f}   closer {upper['passive']:6.2f}"
         f"   stop {lower['limit']:6.2f} N m   error {report.joint_error:.0e} m"
     )
 
