@@ -254,6 +254,26 @@ void bind_options_and_report(nb::module_& m) {
       .def_ro("residual", &R::residual);
 }
 
+// Arrays over what a simulation changes.
+void def_views(nb::class_<Simulation>& cls) {
+  def_view<&State::positions>(cls, "positions");
+  def_view<&State::orientations>(cls, "orientations");
+  def_view<&State::linear_velocities>(cls, "linear_velocities");
+  def_view<&State::angular_velocities>(cls, "angular_velocities");
+  def_view<&State::forces>(cls, "forces");
+  def_view<&State::torques>(cls, "torques");
+  def_vector_view<&State::coordinates>(cls, "joint_coordinates");
+  def_vector_view<&State::joint_forces>(cls, "joint_forces");
+  def_view<&State::joint_wrenches>(cls, "joint_wrenches");
+  def_view<&State::dof_impulses>(cls, "dof_impulses");
+  def_view<&State::ball_impulses>(cls, "ball_impulses");
+  def_vector_view<&State::coupling_impulses>(cls, "coupling_impulses");
+  def_view<&State::tendon_impulses>(cls, "tendon_impulses");
+  def_vector_view<&State::controls>(cls, "controls");
+  def_vector_view<&State::activations>(cls, "activations");
+  def_vector_view<&State::actuator_impulses>(cls, "actuator_impulses");
+}
+
 }  // namespace
 
 void bind_simulation(nb::module_& m) {
@@ -315,22 +335,7 @@ void bind_simulation(nb::module_& m) {
         const Momentum p = momentum(s.model(), s.state());
         return std::make_pair(p.linear, p.angular);
       });
-  def_view<&State::positions>(cls, "positions");
-  def_view<&State::orientations>(cls, "orientations");
-  def_view<&State::linear_velocities>(cls, "linear_velocities");
-  def_view<&State::angular_velocities>(cls, "angular_velocities");
-  def_view<&State::forces>(cls, "forces");
-  def_view<&State::torques>(cls, "torques");
-  def_vector_view<&State::coordinates>(cls, "joint_coordinates");
-  def_vector_view<&State::joint_forces>(cls, "joint_forces");
-  def_view<&State::joint_wrenches>(cls, "joint_wrenches");
-  def_view<&State::dof_impulses>(cls, "dof_impulses");
-  def_view<&State::ball_impulses>(cls, "ball_impulses");
-  def_vector_view<&State::coupling_impulses>(cls, "coupling_impulses");
-  def_view<&State::tendon_impulses>(cls, "tendon_impulses");
-  def_vector_view<&State::controls>(cls, "controls");
-  def_vector_view<&State::activations>(cls, "activations");
-  def_vector_view<&State::actuator_impulses>(cls, "actuator_impulses");
+  def_views(cls);
 }
 
 }  // namespace amontons::python

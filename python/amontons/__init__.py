@@ -78,10 +78,10 @@ from .problem.problem import violations as violations
 from .problem.solution import Solution as Solution
 from .report.render import render as render
 from .report.render import render_view as render_view
-from .simulation.outcome import Report as Report
 from .simulation.events import ContactEvents as ContactEvents
 from .simulation.inverse_kinematics import IkSolution as IkSolution
 from .simulation.linearise import Linearisation as Linearisation
+from .simulation.outcome import Report as Report
 from .simulation.queries import RayHit as RayHit
 from .simulation.rollout import Rollout as Rollout
 from .simulation.rollout import rollout as rollout
