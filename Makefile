@@ -12,10 +12,11 @@ CONFIG ?=
 COMPILER ?= zig
 PYTHONS ?=
 
-export PATH := $(CURDIR)/.venv/bin:$(PATH)
+export PATH := $(CURDIR)/$(if $(filter Windows_NT,$(OS)),.venv/Scripts,.venv/bin):$(PATH)
 export CMAKE_BUILD_PARALLEL_LEVEL := $(JOBS)
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
-BIN := .venv/bin
+# Python for Windows puts its programs elsewhere.
+BIN := .venv/$(if $(filter Windows_NT,$(OS)),Scripts,bin)
 BUILD := build/python
 FORMATTED = $(shell find include src bindings tests/cpp benchmarks examples \( -name '*.hpp' -o -name '*.cpp' \))
 # Folders are prerequisites too: their time changes when a file is added or removed.
@@ -29,7 +30,7 @@ SOAK_SECONDS ?= 3600
 SANITIZED_SOAK_SECONDS ?= 600
 SOAK_SEED ?= 1
 
-.PHONY: help demo test quick quick_room cpp_tests browser docs figures replays notebooks bench soak format lint sanitize release_checks stubs wheel clean install
+.PHONY: help demo test quick quick_room cpp_tests browser docs figures replays notebooks bench soak format lint sanitize release_checks stubs wheel clean install package
 help:
 	@echo 'make demo      a wrecking ball hits a wall of 750 bricks: recording, pictures, figures in out/demo'
 	@echo 'make test      C++ and Python tests;  make quick ROOM=joint  those with joint in their file names'
@@ -45,7 +46,7 @@ help:
 	@echo 'make stubs     renew the committed stub of the compiled module;  make clean  remove what was built'
 
 # Exit code 1 says that some steps, or all methods, ended at their limits: the tables tell which.
-demo: install
+demo: package
 	@mkdir -p out/demo
 	$(say) 'A wrecking ball hits a wall of 750 bricks: two seconds of it, in a minute or two'
 	@$(BIN)/amontons run wall --duration 2 --tolerance 1e-3 --threads $(JOBS) \
@@ -155,6 +156,16 @@ clean:
 	rm -rf .venv build out dist .pytest_cache .ruff_cache .hypothesis
 
 install: .venv/.amontons
+
+# A wheel in dist that fits this Python saves the compilation, and the compiler, as long as nothing is compiled here.
+package:
+	@test -e .venv/.amontons -o ! -d dist && exec $(MAKE) --no-print-directory install; \
+	test -x $(BIN)/python || $(PYTHON) -m venv .venv || exit 1; \
+	wheel=$$($(BIN)/python tools/fitting_wheel.py) || exec $(MAKE) --no-print-directory install; \
+	test .venv/.wheel -nt "$$wheel" && exit 0; \
+	printf '\033[1mInstalling %s into .venv (make install compiles instead)\033[0m\n' "$${wheel##*/}"; \
+	$(BIN)/python -m pip install --quiet --progress-bar off --force-reinstall --no-deps "$$wheel" \
+	  && $(BIN)/python -m pip install --quiet --progress-bar off "$$wheel[cli]" && touch .venv/.wheel
 
 .venv/.checked: tools/check_environment.py
 	@command -v $(PYTHON) >/dev/null || { echo 'amontons: no python3 found: install Python 3.11 or newer' >&2; exit 1; }

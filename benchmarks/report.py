@@ -199,8 +199,8 @@ def more_cores(s: dict[str, str]) -> str:
 def scene_table(r: Results) -> str:
     """The simulated scenes, for everyone."""
     return table(
-        ("scene", "bodies", "contacts", "joint rows", "h (ms)", "tolerance", "time per step (ms)", "real-time factor",
-         "all cores over one", "worst residual"),
+        ("scene", "bodies", "contacts", "joint rows", "h (ms)", "tolerance", "time per step (ms)",
+         "real-time factor", "all cores over one", "worst residual"),
         [(s["name"], s["bodies"], f"{float(s['contacts']):.0f}", f"{float(s['joint_rows']):.0f}",
           milliseconds(s["dt"]), f"{float(s['tolerance']):.0e}", milliseconds(s["step"]),
           f"{float(s['real_time_factor']):.2g}", more_cores(s), scientific(s["residual_worst"]))

@@ -16,11 +16,11 @@ void require_rows(const Problem& problem, const Vector& x, const char* name) {
                                                      std::to_string(problem.rows()) + " rows");
 }
 
-std::shared_ptr<Problem> make(OperatorHandle& A, Vector b, const SetProduct& K) {
+std::shared_ptr<Problem> make(OperatorHandle& A, Vector b, const SetProduct& K, Law law) {
   AMONTONS_REQUIRE(!A.taken, "this operator was handed over to a problem; build another one");
   std::vector<double> rhs(view(b).begin(), view(b).end());
   A.taken = true;
-  return std::make_shared<Problem>(make_problem(std::move(A.op), std::move(rhs), K));
+  return std::make_shared<Problem>(make_problem(std::move(A.op), std::move(rhs), K, law));
 }
 
 // The sets in row order, (name, count, parameters ...) with one array per parameter: what
@@ -118,7 +118,9 @@ void bind_problem(nb::module_& m) {
       .value("siconos", Norm::siconos);
   m.attr("ASYMMETRY") = asymmetry_of_rounding;
   nb::class_<Problem>(m, "Problem", "A x + b over a product of sets; checked when it is made.")
-      .def(nb::new_(&make), nb::arg("A"), nb::arg("b"), nb::arg("cones"), "Takes over the operator A.")
+      .def(nb::new_(&make), nb::arg("A"), nb::arg("b"), nb::arg("cones"), nb::arg("law"),
+           "Takes over the operator A.")
+      .def_ro("law", &Problem::law)
       .def_prop_ro("rows", &Problem::rows)
       .def_prop_ro(
           "b", [](const std::shared_ptr<Problem>& p) { return view_of(p->b, p); }, nb::rv_policy::automatic,
@@ -127,8 +129,15 @@ void bind_problem(nb::module_& m) {
       .def("sets", &sets_of, "The sets in row order: (name, count, parameters ...).")
       .def("operator_arrays", &operator_arrays, "Arguments of amontons.Contacts or amontons.Factored.")
       .def_prop_ro(
-          "preconditioner", [](const Problem& p) { return to_numpy(p.P); }, nb::rv_policy::automatic,
-          "Mean of diag(A) per cone block.")
+          "preconditioner",
+          [](const Problem& p) {
+            std::vector<double> P(p.rows());
+            for_each_block(p.K, [&]<class S>(const S&, std::size_t block, std::size_t row) {
+              std::fill_n(&P[row], S::dim, p.P[block]);
+            });
+            return to_numpy(std::move(P));
+          },
+          nb::rv_policy::automatic, "Mean of diag(A) of the cone block of each row.")
       .def(
           "product",
           [](const Problem& p, Vector x) {
@@ -149,6 +158,39 @@ void bind_problem(nb::module_& m) {
             return residual(p, law, view(x), norm);
           },
           nb::arg("x"), nb::arg("law"), nb::arg("norm"))
+      .def(
+          "project",
+          [](const Problem& p, Vector x) {
+            require_rows(p, x, "x");
+            std::vector<double> y(p.rows());
+            project(p.K, view(x), y);
+            return to_numpy(std::move(y));
+          },
+          nb::arg("x"), "Pi_K(x), Euclidean.")
+      .def(
+          "saxce",
+          [](const Problem& p, Vector u, Law law) {
+            require_rows(p, u, "u");
+            std::vector<double> term(p.rows(), 0.0);
+            for_each_block(p.K, [&]<class S>(const S& set, std::size_t, std::size_t row) {
+              if constexpr (S::frictional)
+                if (law == Law::coulomb) term[row] = set.saxce(&view(u)[row]);
+            });
+            return to_numpy(std::move(term));
+          },
+          nb::arg("u"), nb::arg("law"), "The De Saxce term.")
+      .def(
+          "natural_map",
+          [](const Problem& p, Vector x, Law law) {
+            require_rows(p, x, "x");
+            std::vector<double> r(p.rows());
+            {
+              nb::gil_scoped_release release;
+              natural_map_step(p, law, view(x), r);
+            }
+            return to_numpy(std::move(r));
+          },
+          nb::arg("x"), nb::arg("law"), "x - Pi_K(x - g / P).")
       .def(
           "violations",
           [](const Problem& p, Vector x, Law law) {

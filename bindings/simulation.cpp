@@ -194,6 +194,36 @@ nb::ndarray<nb::numpy, double, nb::ndim<2>> lines_of(const Simulation& s) {
   return to_numpy(std::move(rows), 2);
 }
 
+// A Python object that any thread may let go of.
+struct Held {
+  nb::object object;
+  explicit Held(nb::object o) : object(std::move(o)) {}
+  Held(const Held&) = delete;
+  Held& operator=(const Held&) = delete;
+  ~Held() {
+    if (!nb::is_alive()) {
+      object.release();
+      return;
+    }
+    nb::gil_scoped_acquire gil;
+    object.reset();
+  }
+};
+
+// function(problem, x0 or None, options) -> x, called with copies: Python may keep what it gets.
+StepMethod own_method(nb::object function) {
+  if (function.is_none()) return {};
+  return [held = std::make_shared<Held>(std::move(function))](const Problem& problem, const Options& options) {
+    nb::gil_scoped_acquire gil;
+    nb::object x0 = nb::none();
+    if (!options.x0.empty())
+      x0 = nb::cast(to_numpy(std::vector<double>(options.x0.begin(), options.x0.end())));
+    const auto x =
+        nb::cast<Vector>(held->object(std::make_shared<Problem>(problem), x0, std::make_shared<Options>(options)));
+    return std::vector<double>(view(x).begin(), view(x).end());
+  };
+}
+
 void bind_options_and_report(nb::module_& m) {
   using O = SimulationOptions;
   nb::class_<O>(m, "SimulationOptions", "Fields of zero that may be automatic follow from the model.")
@@ -201,6 +231,9 @@ void bind_options_and_report(nb::module_& m) {
       .def_rw("dt", &O::dt)
       .def_rw("law", &O::law)
       .def_rw("method", &O::method)
+      .def(
+          "set_own_method", [](O& o, nb::object function) { o.own_method = own_method(std::move(function)); },
+          nb::arg("function"), "function(problem, x0 or None, options) -> x in the place of a method.")
       .def_rw("tolerance", &O::tolerance)
       .def_rw("max_iterations", &O::max_iterations)
       .def_rw("budget", &O::budget)

@@ -134,10 +134,10 @@ def residual() -> Figure:
     left.set(xlim=(-1.3, 2.6), ylim=(-0.1, 2.1))
 
     problem = amontons.read_problem("examples/problems/plates.hdf5")
-    exact = problem.solve(law="coulomb", tolerance=1e-13).u
+    exact = problem.solve(tolerance=1e-13).u
     seen = []
     for tolerance in 10.0 ** np.arange(-1, -9, -0.5):
-        solution = problem.solve(law="coulomb", method="apgd", tolerance=tolerance)
+        solution = problem.solve(method="apgd", tolerance=tolerance)
         seen.append((solution.residual, abs(solution.u - exact).max()))
     right.loglog(*np.array(seen).T, "o-", color=BLUE, ms=3)
     right.set(xlabel="residual", ylabel="largest error of a velocity (m/s)")

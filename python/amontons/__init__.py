@@ -61,8 +61,8 @@ from .model.transforms import Transform as Transform
 from .model.transforms import axis_angle as axis_angle
 from .model.visuals import TriangleMesh as TriangleMesh
 from .model.visuals import Visual as Visual
+from .problem.cones import Bilateral as Bilateral
 from .problem.cones import EllipticFriction as EllipticFriction
-from .problem.cones import Free as Free
 from .problem.cones import Friction as Friction
 from .problem.cones import Interval as Interval
 from .problem.cones import NonNegative as NonNegative
@@ -82,6 +82,7 @@ from .simulation.events import ContactEvents as ContactEvents
 from .simulation.inverse_kinematics import IkSolution as IkSolution
 from .simulation.linearise import Linearisation as Linearisation
 from .simulation.outcome import Report as Report
+from .simulation.own_method import SolveOptions as SolveOptions
 from .simulation.queries import RayHit as RayHit
 from .simulation.rollout import Rollout as Rollout
 from .simulation.rollout import rollout as rollout
@@ -108,4 +109,6 @@ __all__ += ["__version__", "shapes"]
 def __getattr__(name: str) -> _Any:
     if name == "scenes":  # most programs do without, and it takes long to import
         return _import_module(".scenes", __name__)
+    if name == "Free":
+        raise AttributeError(f"module {__name__!r} has no attribute 'Free': the cone is called Bilateral")
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

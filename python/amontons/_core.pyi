@@ -91,8 +91,11 @@ ASYMMETRY: float = 1e-10
 class Problem:
     """A x + b over a product of sets; checked when it is made."""
 
-    def __init__(self, A: Operator, b: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], cones: SetProduct) -> None:
+    def __init__(self, A: Operator, b: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], cones: SetProduct, law: Law) -> None:
         """Takes over the operator A."""
+
+    @property
+    def law(self) -> Law: ...
 
     @property
     def rows(self) -> int: ...
@@ -113,12 +116,21 @@ class Problem:
 
     @property
     def preconditioner(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,))]:
-        """Mean of diag(A) per cone block."""
+        """Mean of diag(A) of the cone block of each row."""
 
     def product(self, x: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)]) -> Annotated[NDArray[numpy.float64], dict(shape=(None,))]:
         """A x."""
 
     def residual(self, x: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], law: Law, norm: Norm) -> float: ...
+
+    def project(self, x: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)]) -> Annotated[NDArray[numpy.float64], dict(shape=(None,))]:
+        """Pi_K(x), Euclidean."""
+
+    def saxce(self, u: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], law: Law) -> Annotated[NDArray[numpy.float64], dict(shape=(None,))]:
+        """The De Saxce term."""
+
+    def natural_map(self, x: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], law: Law) -> Annotated[NDArray[numpy.float64], dict(shape=(None,))]:
+        """x - Pi_K(x - g / P)."""
 
     def violations(self, x: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], law: Law) -> tuple:
         """(penetration velocity, cone, complementarity, energy)."""
@@ -129,10 +141,10 @@ class Options:
     def __init__(self) -> None: ...
 
     @property
-    def law(self) -> Law: ...
+    def law(self) -> Law | None: ...
 
     @law.setter
-    def law(self, arg: Law, /) -> None: ...
+    def law(self, arg: Law | None, /) -> None: ...
 
     @property
     def tolerance(self) -> float: ...
@@ -1411,6 +1423,9 @@ class SimulationOptions:
 
     @method.setter
     def method(self, arg: str, /) -> None: ...
+
+    def set_own_method(self, function: object) -> None:
+        """function(problem, x0 or None, options) -> x in the place of a method."""
 
     @property
     def tolerance(self) -> float: ...

@@ -248,14 +248,14 @@ void renew(Problem& problem) {
     make_contact_graph(*system, problem.K, problem.graph);
 }
 
-Problem trusted_problem(Operator A, std::vector<double> b, SetProduct K) {
-  Problem problem{std::move(A), std::move(b), std::move(K), {}, {}};
+Problem trusted_problem(Operator A, std::vector<double> b, SetProduct K, Law law) {
+  Problem problem{std::move(A), std::move(b), std::move(K), {}, {}, law};
   renew(problem);
   return problem;
 }
 
 // A by itself, then b and K against A, then their blocks; the diagonal last, as it is formed from all of A.
-Problem make_problem(Operator A, std::vector<double> b, SetProduct K) {
+Problem make_problem(Operator A, std::vector<double> b, SetProduct K, Law law) {
   std::visit([](const auto& op) { check(op); }, A);
   const std::size_t m = rows(A);
   AMONTONS_REQUIRE(b.size() == m,
@@ -264,7 +264,7 @@ Problem make_problem(Operator A, std::vector<double> b, SetProduct K) {
                                       std::to_string(m) + " (a friction cone takes three rows)");
   require_finite(b, [] { return std::string("b"); });
   if (const auto* system = std::get_if<ContactSystem>(&A)) check_blocks(*system, K);
-  Problem problem = trusted_problem(std::move(A), std::move(b), std::move(K));
+  Problem problem = trusted_problem(std::move(A), std::move(b), std::move(K), law);
   std::vector<double> diag(m);
   diagonal(problem.A, diag);
   double largest = 0;

@@ -37,6 +37,16 @@ double natural_map(const Problem& problem, Law law, std::span<const double> x, s
   return std::sqrt(sum);
 }
 
+void natural_map_step(const Problem& problem, Law law, std::span<const double> x, std::span<double> r) {
+  const std::vector<double> u = apply(problem, x);
+  for_each_block(problem.K, [&]<class S>(const S& set, std::size_t block, std::size_t row) {
+    double step[S::dim];
+    add_saxce_term(set, law, &u[row], step);
+    for (double& s : step) s /= problem.P[block];
+    set.natural_map(&x[row], step, &r[row]);
+  });
+}
+
 // docs/algorithm.md (16). At x = 0, u = b: the length of Pi_K(-P^-1 b) in the P metric, to which the residual
 // is relative. It is zero where 0 is a solution; 1e-300 then keeps the quotient of two zeros at zero.
 double natural_map_at_zero(const Problem& problem, Law law) {
@@ -98,7 +108,7 @@ Violations violations(const Problem& problem, Law law, std::span<const double> x
     v.cone = std::max(v.cone, std::sqrt(outside));
     v.penetration_velocity = std::max(v.penetration_velocity, set.violation(&u[row]));
     // Of bilateral rows u is what violates; an interval balances it against its bounds.
-    if constexpr (S::is_cone && !std::is_same_v<S, Free>)
+    if constexpr (S::is_cone && !std::is_same_v<S, Bilateral>)
       v.complementarity = std::max(v.complementarity, std::abs(work));
   });
   product(problem.A, e, Ae);

@@ -101,12 +101,12 @@ TEST(natural_residual_has_no_unit) {
   for (double& v : lo) v *= t;
   for (double& v : hi) v *= t;
   SetProduct K;
-  K.add_count<Free>(2);
+  K.add_count<Bilateral>(2);
   K.add_each<Friction>(Vector{0.0, 0.3, 1.0});
   K.add_count<NonNegative>(3);
   K.add_each<Interval>(lo, hi);
   K.add_each<Friction>(Vector{5.0, 1e-12});
-  K.add_count<Free>(1);
+  K.add_count<Bilateral>(1);
   const Problem scaled = make_problem(small::dense_operator(scaled_A, p.rows()), scaled_b, K);
   for (Law law : laws) {
     const double r = residual(p, law, x);
@@ -149,7 +149,7 @@ TEST(violations_by_hand) {
   SetProduct K;
   K.add_each<Friction>(Vector{0.5});
   K.add_count<NonNegative>(1);
-  K.add_count<Free>(1);
+  K.add_count<Bilateral>(1);
   K.add_each<Interval>(Vector{-1.0}, Vector{1.0});
   Vector I(36);
   for (int i = 0; i < 6; ++i) I[7 * i] = 1;

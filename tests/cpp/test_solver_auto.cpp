@@ -43,7 +43,7 @@ TEST(auto_solves_redundant_joint_chains_at_once) {
     }
     Vector b = small::row_velocities(A, v);
     SetProduct K;
-    K.add_count<Free>(A.rows());
+    K.add_count<Bilateral>(A.rows());
     const Problem p = make_problem(std::move(A), std::move(b), std::move(K));
     Options options;
     options.tolerance = 1e-8;
@@ -85,7 +85,7 @@ TEST(auto_solves_coulomb_steps) {
       A.compliance.push_back(0);
       SetProduct K;
       K.append(std::span(boxes_only.K.all<Friction>()));
-      K.add_count<Free>(6);
+      K.add_count<Bilateral>(6);
       K.add_each<Interval>(Vector{-1e-3}, Vector{1e-3});
       Vector v;
       for (int i = 0; i < boxes; ++i) v.insert(v.end(), {0.02 * i, 0.006 * i, -0.0981, 0, 0, 0});

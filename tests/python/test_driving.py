@@ -196,7 +196,10 @@ def test_several_motors_of_a_joint():
         (dict(kind="effort", kp=1), "kp is of position motors"),
         (dict(kind="effort", kd=1), "kd is of velocity motors, and of position motors with kp"),
         (dict(kind="position", kd=1), "kd is of velocity motors, and of position motors with kp"),
-        (dict(kind="speed"), "unknown motor kind 'speed'; known are none, effort, velocity, position"),
+        (
+            dict(kind="speed"),
+            "unknown motor kind 'speed' .did you mean 'velocity'.*known are none, effort, velocity, position",
+        ),
     ],
 )
 def test_gains_without_effect(given, said):

@@ -184,7 +184,7 @@ WRONG = {
     "nothing to do": (dict(controls=None), "rollout needs controls, or steps"),
     "no steps": (dict(controls=None, steps=0), "steps = 0"),
     "both": (dict(steps=3), "steps = 3, but controls has 6 rows"),
-    "columns of controls": (dict(controls=np.zeros((5, 6, 3))), "it must be (worlds, rows, actuators) = (5,"),
+    "columns of controls": (dict(controls=np.zeros((5, 6, 3))), "it must be (worlds, rows, controls) = (5,"),
     "worlds of controls": (dict(controls=np.zeros((4, 6, 2))), "controls has the shape (4, 6, 2)"),
     "no rows": (dict(controls=np.zeros((5, 0, 2))), "controls has the shape (5, 0, 2)"),
     "infinite control": (dict(controls=np.full((1, 2), np.inf)), "controls[0, 0, 0] is not finite"),

@@ -246,7 +246,7 @@ def test_export_one_step(tmp_path):
         assert "step 5" in problem.name
         assert problem.contacts == len(sim.contacts) == 8
         np.testing.assert_allclose(problem.b, sim.problem().b, atol=1e-14)
-        assert problem.residual(problem.guesses[0], law="coulomb") <= 1.1e-6
+        assert problem.residual(problem.guesses[0]) <= 1.1e-6
     result = run("compare", by_step, "--methods", "p-spg-fb,newton", "--out", tmp_path / "out")
     assert result.exit_code == 0, result.output
 

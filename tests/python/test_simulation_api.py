@@ -147,13 +147,13 @@ def test_problem(tmp_path):
     report = sim.run(0.1)
     problem = sim.problem()
     assert problem.contacts == report.contacts == len(sim.contacts)
-    assert problem.residual(sim.impulses, law="coulomb") == pytest.approx(report.residual, rel=1e-6)
+    assert problem.residual(sim.impulses) == pytest.approx(report.residual, rel=1e-6)
     normal = sim.impulses[: 3 * report.contacts : 3]
     expected = np.einsum("ij,ij->i", sim.contacts["impulse"], sim.contacts["normal"])
     np.testing.assert_allclose(normal, expected, rtol=1e-12)
     problem.write(tmp_path / "step.hdf5", solution=sim.impulses)
     again = amontons.read_problem(tmp_path / "step.hdf5")
-    assert again.residual(sim.impulses, law="coulomb") == pytest.approx(report.residual, rel=1e-3)
+    assert again.residual(sim.impulses) == pytest.approx(report.residual, rel=1e-3)
 
 
 # Breaks when the problem of a step is a copy, changes with the next step, or can be written to.
@@ -188,7 +188,7 @@ def test_problem_with_joints():
     assert problem.rows == report.joint_rows == sum(cone.rows for cone in problem.cones)
     interval = next(cone for cone in problem.cones if isinstance(cone, amontons.Interval))
     assert np.isfinite(interval.lo).all()
-    assert problem.residual(sim.impulses, law="coulomb") <= 1e-6
+    assert problem.residual(sim.impulses) <= 1e-6
 
 
 def pendulum(**options):
@@ -455,6 +455,6 @@ def test_impulses_of_rolling_contacts_solve_their_problem():
     problem = sim.problem()
     assert report.contacts == 1
     assert np.abs(sim.impulses[3:]).max() > 0
-    assert problem.residual(sim.impulses, law="coulomb") <= 1e-6
-    solution = problem.solve(law="coulomb", tolerance=1e-9)
+    assert problem.residual(sim.impulses) <= 1e-6
+    solution = problem.solve(tolerance=1e-9)
     np.testing.assert_allclose(sim.impulses, solution.x, atol=1e-4 * np.abs(solution.x).max())

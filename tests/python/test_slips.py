@@ -88,7 +88,7 @@ SLIPS = {
     "duration as text": (lambda: simulation().run("1"), "duration = '1'; it must be a number"),
     "no such scene": (lambda: scenes.walls(), "there is no scene 'walls'; known are arch"),
     "no such parameter": (lambda: scenes.arch(blocks=3), r"'blocks'; it is arch\(\*, stones="),
-    "no such joint": (lambda: simulation().set_control("elbow", 1), 'there is no joint "elbow"; known'),
+    "no such joint": (lambda: simulation().set_control("elbow", 1), 'there is no control "elbow"; known'),
     "no step yet": (lambda: simulation().problem(), r"call step\(\) first"),
     "picture of a model": (lambda: amontons.render(builder().build()), r"give amontons.Simulation\(model\)"),
     "grid forgotten": (lambda: amontons.sweep(print), r"grid is missing; it is sweep\(run, grid, \*, out="),

@@ -25,15 +25,18 @@ struct Problem {
   // the P metric is the Euclidean projection. Always positive.
   std::vector<double> P;
   ContactGraph graph;  // empty for matrices and functions
+  // The law by which it is to be solved and judged, unless another is asked for by name: that of the
+  // simulation that made it. Without friction both laws are the same.
+  Law law = Law::coulomb;
 
   std::size_t rows() const { return b.size(); }
 };
 
 // The problem of a user: checks sizes, finiteness, the sign of the diagonal and (for matrices) symmetry.
 // Throws InputError naming the thing that is wrong.
-Problem make_problem(Operator A, std::vector<double> b, SetProduct K);
+Problem make_problem(Operator A, std::vector<double> b, SetProduct K, Law law = Law::coulomb);
 // The same of data that has been checked before, or was made by us: not looked at again.
-Problem trusted_problem(Operator A, std::vector<double> b, SetProduct K);
+Problem trusted_problem(Operator A, std::vector<double> b, SetProduct K, Law law = Law::coulomb);
 // P and graph of A, b and K that were replaced in place: a problem that is made anew in every step keeps its
 // memory.
 void renew(Problem& problem);

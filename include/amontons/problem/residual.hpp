@@ -34,8 +34,14 @@ double residual(const Problem& problem, Law law, std::span<const double> x, std:
 // The numerator of the natural residual, and its denominator (the same at x = 0, at least tiny).
 double natural_map(const Problem& problem, Law law, std::span<const double> x, std::span<const double> u);
 double natural_map_at_zero(const Problem& problem, Law law);
+// The vector of which that is the P norm: r = x - Pi_K(x - P^-1 g), g = A x + b (+ the De Saxce term).
+void natural_map_step(const Problem& problem, Law law, std::span<const double> x, std::span<double> r);
 // Forms u = A x + b first; one product.
 double residual(const Problem& problem, Law law, std::span<const double> x, Norm norm = Norm::natural);
+// Under the law of the problem.
+inline double residual(const Problem& problem, std::span<const double> x, Norm norm = Norm::natural) {
+  return residual(problem, problem.law, x, norm);
+}
 
 // What the residual means in physical terms: each is zero at a solution, but none of them is one number to
 // stop at.
@@ -46,5 +52,8 @@ struct Violations {
   double energy;                // 1/2 e'Ae of the natural map's step e = x - Pi_K(x - P^-1 u) (J)
 };
 Violations violations(const Problem& problem, Law law, std::span<const double> x);
+inline Violations violations(const Problem& problem, std::span<const double> x) {
+  return violations(problem, problem.law, x);
+}
 
 }  // namespace amontons

@@ -29,12 +29,12 @@
 namespace amontons {
 
 // R: u = 0 there, W^2 a small proximal term.
-struct FreeBarrier {
+struct BilateralBarrier {
   static constexpr double proximal = 1e-9;
   double x = 0, dx = 0;
 
   template <class Set>
-  FreeBarrier(const Set&, double) {}
+  BilateralBarrier(const Set&, double) {}
   double degree() const { return 0; }
   void start_factor(double* R) const { R[0] = 1 / std::sqrt(proximal); }
   void start(const double* solution) { x = solution[0]; }

@@ -46,7 +46,7 @@ struct Interval {
     }
 
     double degree() const { return fixed_ ? 0 : below_ + above_; }
-    void start_factor(double* R) const { R[0] = open_ ? 1 / std::sqrt(FreeBarrier::proximal) : 0; }
+    void start_factor(double* R) const { R[0] = open_ ? 1 / std::sqrt(BilateralBarrier::proximal) : 0; }
     void start(const double* solution) {
       if (open_) x_ = solution[0];
     }

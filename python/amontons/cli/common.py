@@ -62,9 +62,9 @@ Files = Annotated[
     ),
 ]
 Law = Annotated[
-    str,
+    str | None,
     typer.Option(
-        help="associated (convex relaxation) or coulomb (true Coulomb friction).",
+        help="coulomb (true Coulomb friction) or associated (convex relaxation); default: that of the file.",
         autocompletion=completion.law_names,
     ),
 ]

@@ -237,6 +237,21 @@ def _key_and_text(setting: str) -> tuple[str, str]:
     return key.strip(), text.strip()
 
 
+def _kind(default: Any) -> str:
+    """Name of the type of the default value, for messages."""
+    match default:
+        case bool():
+            return "true or false"
+        case int():
+            return "a whole number"
+        case float():
+            return "a number"
+        case tuple():
+            return "numbers in parentheses"
+        case _:
+            return "a text"
+
+
 def _value(setting: str, text: str, default: Any) -> Any:
     """A literal of Python, or true and false; a number where the default is one, and so on."""
     value: Any
@@ -254,5 +269,7 @@ def _value(setting: str, text: str, default: Any) -> Any:
         kinds = (int, float)
     wrong_flag = isinstance(value, bool) and bool not in kinds
     if wrong_flag or not isinstance(value, kinds):
-        raise InputError(f"--set {setting}: the value must be like the default, {default!r}")
+        raise InputError(
+            f"--set {setting}: the value must be {_kind(default)}, like the default, {default!r}"
+        )
     return float(value) if isinstance(default, float) else value

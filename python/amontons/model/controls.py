@@ -53,7 +53,7 @@ def motor_control(core: _core.Model, joint: int, dof: int | None) -> int | None:
 def no_control(
     key: str, core: _core.Model, actuators: Sequence[Actuator], joints: Sequence[Joint], names: Sequence[str]
 ) -> InputError | None:
-    """What is said of a joint that no control has the name of; None if it is no joint."""
+    """Message for a joint without a control; None if the name is not that of a joint."""
     index = next((j for j, joint in enumerate(joints) if joint.name == key), None)
     if index is None:
         return None

@@ -91,6 +91,19 @@ class Material:
             raise InputError(f"material: restitution is {self.restitution:g}; it must lie in [0, 1]")
 
 
+MOTOR_TERMS = {
+    "angle": "position",
+    "force": "effort",
+    "general": "effort",
+    "motor": "effort",
+    "pd": "position",
+    "servo": "position",
+    "speed": "velocity",
+    "torque": "effort",
+}
+"""Names of kinds of motors elsewhere -> here."""
+
+
 @guided
 @dataclass(frozen=True)
 class Motor:
@@ -109,7 +122,7 @@ class Motor:
     is exact"""
 
     def __post_init__(self) -> None:
-        chosen("motor kind", self.kind, MOTORS)
+        chosen("motor kind", self.kind, MOTORS, MOTOR_TERMS)
         numbers(self, "motor: ", "control", "kp", "kd")
         numbers(self, "motor: ", "max_effort", infinite=True)
         if self.kp and self.kind != "position":

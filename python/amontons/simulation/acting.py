@@ -1,4 +1,4 @@
-"""What acted in the last step, by name, and the instant to which it belongs."""
+"""Efforts and reactions of the last step by name, and the instant to which they belong."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class Instant:
 
 @dataclass(frozen=True)
 class Effort:
-    """What acted along one degree of freedom in the last step: a row of `Simulation.joint_efforts`."""
+    """Efforts along one degree of freedom in the last step: a row of `Simulation.joint_efforts`."""
 
     time: float
     """of the instant to which it belongs, the start of the step (s)"""
@@ -50,7 +50,7 @@ class Effort:
 
 @dataclass(frozen=True)
 class Reaction:
-    """What held a joint, on its body A, in world axes: a row of `Simulation.joint_reactions`."""
+    """Reaction of a joint on its body A, in world axes: a row of `Simulation.joint_reactions`."""
 
     time: float
     """of the instant to which it belongs (s)"""
@@ -63,7 +63,7 @@ class Reaction:
 
 
 class Acting(Driving):
-    """What `Simulation` tells of the last step by name."""
+    """Functions of `Simulation` that return efforts and reactions of the last step by name."""
 
     @property
     def instant(self) -> Instant:
@@ -73,7 +73,7 @@ class Acting(Driving):
         return Instant(time, q)
 
     def effort(self, joint: int | str, dof: int = 0) -> Effort:
-        """What acted along a joint's degree of freedom in the last step, by index or name.
+        """Efforts along a joint's degree of freedom in the last step, by index or name.
 
         joint: or the name of a degree of freedom. Raises InputError before the first step.
         """
@@ -84,10 +84,11 @@ class Acting(Driving):
         return Effort(time, *(float(row[name]) for name in names))
 
     def reaction(self, joint: int | str) -> Reaction:
-        """What held a joint in the last step, by index or name, on its body A.
+        """Reaction of a joint in the last step, by index or name, on its body A.
 
-        joint: or a link of a file, or the fixed joint that holds it on its body: then from the balance of
-        what hangs on it, in the present pose (`link_reactions`). Raises InputError before the first step.
+        joint: may also be a link of a file, or the fixed joint that holds it on its body. Its reaction
+        follows from the balance of all that it carries, in the present pose (`link_reactions`). Raises
+        InputError before the first step.
         """
         time, _ = self._core.instant()
         for k, link in enumerate(self._model.links):

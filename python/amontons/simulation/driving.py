@@ -24,7 +24,7 @@ class Driving(Queries):
     def controls(self) -> Array:
         """The controls of all actuators, then of all motors, in the order of `Model.control_names`.
 
-        Read only, assign a whole array; each is clipped to its `Model.control_limits`. Of a motor the control
+        Read only, assign a whole array; each is clipped to its `Model.control_limits`. The control of a motor
         is its effort (N, N m), velocity (m/s, rad/s) or position (m, rad).
         """
         array = self._state.controls.copy()

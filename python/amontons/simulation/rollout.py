@@ -151,7 +151,7 @@ class Course:
 
 @dataclass(frozen=True)
 class Rows:
-    """What worlds are given, row by row; None leaves it as it is."""
+    """Inputs of worlds, row by row; None leaves them unchanged."""
 
     controls: Array | None
     """(worlds, rows, controls)"""
@@ -195,8 +195,9 @@ def advance_watched(
     after_step: AfterStep | None,
     stopped: list[bool],
 ) -> Course:
-    """What `advance_worlds` does, step by step with what is called before and after each; marks worlds that
-    after_step stopped."""
+    """Does the same as `advance_worlds`, step by step, with the functions before and after each step. Marks
+    worlds that after_step stopped.
+    """
     model, count = worlds[0].model, len(worlds)
     q, qd, residuals = (np.full((count, rows.count, *n), np.nan) for n in ((model.nq,), (model.nv,), ()))
     missed = np.zeros((count, rows.count), dtype=np.uint64)

@@ -11,7 +11,8 @@ from typing import Any
 import numpy as np
 
 from .. import _core
-from ..checks import Array
+from ..checks import Array, shown, suggestion
+from ..errors import InputError
 from ..model.drives import Tendon
 from ..model.links import place_index
 from ..model.model import Model
@@ -23,6 +24,10 @@ from .outcome import Table
 from .rays import cast_rays
 
 
+class UnknownSensor(InputError, KeyError):
+    """No sensor of the model has that name."""
+
+
 class Readings(Mapping[str, Array]):
     """The values of all sensors, (size,) each by name; `array` is all of them one after the other."""
 
@@ -31,6 +36,11 @@ class Readings(Mapping[str, Array]):
         self._slices = slices
 
     def __getitem__(self, name: str) -> Array:
+        if name not in self._slices:
+            known = ", ".join(self._slices) or "none"
+            raise UnknownSensor(
+                f"unknown sensor {shown(name)}{suggestion(name, self._slices)}; known are {known}"
+            )
         return self.array[self._slices[name]]
 
     def __iter__(self) -> Iterator[str]:

@@ -15,12 +15,12 @@ from typing import Any
 import numpy as np
 
 from .. import _core, watching
-from ..checks import Array, Vector3, chosen, flag, function, option
+from ..checks import Array, Vector3, chosen, flag, function, option, suggestion
 from ..errors import InputError, ModelWarning, SimulationError, StepWarning
 from ..guidance import guided
 from ..hooks import hook
 from ..model.model import Model, no_model
-from ..problem.options import LAWS, require_method
+from ..problem.options import LAWS, OPTION_TERMS, require_method
 from ..problem.problem import Problem
 from ..visible import visible
 from .acting import Acting
@@ -34,6 +34,7 @@ from .forces import (
     tendon_table,
 )
 from .outcome import Report, Table
+from .own_method import OwnMethod, name_of, wrapped
 from .state import State
 
 logger = logging.getLogger(__name__)
@@ -72,6 +73,10 @@ class Simulation(Acting, Analysis):
 
     dt: time step (s). law: "coulomb" or "associated". method, tolerance, max_iterations, threads: of the
     solve of each step, as in `amontons.solve`.
+    method: or a function (problem, x0, options) -> x of the Problem of a step, a start (m,) in K and
+    `SolveOptions`, which returns impulses (m,). Our residual judges x: where it misses the tolerance the step
+    did not converge and ends with the safe step, as with every method. x that is not finite counts as zero.
+    An error of the function ends the step and restores the state; so does x of another shape.
     budget: wall clock of a step (s), None for no limit; results then depend on the machine.
     margin: contacts are found up to this gap (m), by default a fiftieth of `Model.length`.
     recovery: how errors of position (overlaps, joints apart, violated limits) are taken back: "projection"
@@ -109,7 +114,7 @@ class Simulation(Acting, Analysis):
         *,
         dt: float = 5e-3,
         law: str = "coulomb",
-        method: str = "auto",
+        method: str | OwnMethod = "auto",
         tolerance: float = 1e-6,
         max_iterations: int | None = None,
         budget: float | None = None,
@@ -392,8 +397,8 @@ class Simulation(Acting, Analysis):
         """The variational inequality of the last step (of its last substep); InputError before the first.
 
         Rows: three per contact (normal, tangent 1, tangent 2) and up to three moments over a length where
-        there is torsional or rolling friction, in the order of `contacts`, then those of the joints. The law
-        stays with the simulation: `sim.problem().solve(law="coulomb")`.
+        there is torsional or rolling friction, in the order of `contacts`, then those of the joints. Its law
+        is that of the simulation: `sim.problem().residual(sim.impulses)` is what the report says.
         """
         core = self._core.problem
         if core is None:
@@ -418,7 +423,10 @@ class Simulation(Acting, Analysis):
         """
         if unknown := set(options) - set(self._options):
             known = ", ".join(sorted(self._options))
-            raise InputError(f"unknown option {min(unknown)!r} of a simulation; known are {known}")
+            near = suggestion(
+                min(unknown), self._options, OPTION_TERMS | {"timestep": "dt", "time-step": "dt"}
+            )
+            raise InputError(f"unknown option {min(unknown)!r} of a simulation{near}; known are {known}")
         changed = Simulation(self._model, **{**self._options, **options})
         changed._core.restore(self._core.snapshot())
         self._options = changed._options
@@ -429,7 +437,7 @@ class Simulation(Acting, Analysis):
 
         Its lists `before_step` and `after_step` are its own and hold the same functions. `copy.copy` and
         `copy.deepcopy` do the same. Pickling leaves out the tables of the last step (contacts, reactions,
-        problem), which the next step makes anew.
+        problem), which the next step makes again.
         """
         other = object.__new__(type(self))
         other.__dict__.update(self.__dict__)
@@ -512,7 +520,11 @@ def _core_options(given: dict[str, Any]) -> _core.SimulationOptions:
     o = _core.SimulationOptions()
     o.dt = option("dt", given["dt"])
     o.law = chosen("law", given["law"], LAWS)
-    o.method = require_method(given["method"])
+    if callable(given["method"]):
+        o.method = name_of(given["method"])
+        o.set_own_method(wrapped(given["method"]))
+    else:
+        o.method = require_method(given["method"])
     o.tolerance = option("tolerance", given["tolerance"])
     o.threads = 0 if given["threads"] is None else option("threads", given["threads"])
     o.max_substeps = option("max_substeps", given["max_substeps"])

@@ -17,6 +17,7 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple, Protocol
 
 from ..errors import InputError
+from ..io import system
 from .task import Row, Task, overdue, perform
 
 
@@ -199,12 +200,9 @@ def _nothing() -> None:
 def _begin(parent: int) -> None:
     """Ctrl-C is for the study, which ends its workers; a worker whose study was killed ends by itself."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    if not hasattr(os, "getppid"):
-        return
 
     def watch() -> None:
-        while os.getppid() == parent:
-            time.sleep(0.5)
+        system.end_with(parent)
         os._exit(1)
 
     threading.Thread(target=watch, daemon=True).start()

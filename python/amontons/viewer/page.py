@@ -66,7 +66,7 @@ def write_page(
         film.insert_sleep(1 / fps)
         page = with_title(film.as_html(), title)
         end = page.index("</body>")
-        script = SCRIPT.read_text().replace(PLACE, _as_json(reel.told(stage)))
+        script = SCRIPT.read_text(encoding="utf-8").replace(PLACE, _as_json(reel.told(stage)))
         write_whole({path: f"{page[:end]}<script>{script}</script>{page[end:]}".encode()})
     finally:
         stop(server, gate)

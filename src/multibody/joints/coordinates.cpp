@@ -7,6 +7,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "amontons/base/elementary.hpp"
 #include "multibody/joints/couplings.hpp"
 #include "multibody/joints/joint_context.hpp"
 #include "multibody/joints/tendons.hpp"
@@ -61,7 +62,7 @@ Fit fit(const Joint& joint, const Transform& relative, double length, std::span<
 // The angle of a rotation about a unit axis (swing-twist decomposition) next to `near`. It minimises the
 // angle of the rotation that is left.
 double hinge_angle(const Quat& rotation, const Vec3& axis, double near) {
-  const double angle = 2 * std::atan2(dot(rotation.vector(), axis), rotation.w);
+  const double angle = 2 * elementary::atan2(dot(rotation.vector(), axis), rotation.w);
   return std::abs(angle - near) <= pi ? angle : near + std::remainder(angle - near, 2 * pi);
 }
 

@@ -70,7 +70,7 @@ void append_coupling_rows(const RowInput& in, JointRows& rows) {
     tag.scale = s;
     const NarrowRow narrow = narrowed(wide, in.bodies, x0, tag, rows);
     terms.c += narrow.offset;
-    rows.append(Free{}, narrow.row, terms, x0, tag);
+    rows.append(Bilateral{}, narrow.row, terms, x0, tag);
   }
 }
 

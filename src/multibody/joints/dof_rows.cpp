@@ -73,7 +73,7 @@ void append_passive(const RowInput& in, const DofRow& d, JointRows& rows) {
   const double damping = in.options.dampers ? dof.damping : 0;
   const auto terms =
       drive_terms({dof.stiffness, d.q - dof.rest, damping, dof.armature, d.before, 0}, d.scale, in.options.h);
-  if (terms) rows.append(Free{}, d.row, *terms, d.last.passive / d.scale, d.tag(RowKind::passive));
+  if (terms) rows.append(Bilateral{}, d.row, *terms, d.last.passive / d.scale, d.tag(RowKind::passive));
 }
 
 // The speed of a position motor at the distance `way` of its target: the way within the step, but no faster

@@ -109,7 +109,7 @@ void append_ball_rows(const RowInput& in, const JointContext& joint, JointRows& 
   const Vec3 before = a > 0 ? s * drive_spin_before(in, joint) : Vec3{};
   for (int k = 0; stiff > 0 && k < 3; ++k) {
     const double c = (h * ball.ball_stiffness * r[k] / s - a * before[k]) / stiff;
-    rows.append(Free{}, rotation_row(axis(k)), {1 / stiff, c}, last[k] / s, tag_of(RowKind::ball, k));
+    rows.append(Bilateral{}, rotation_row(axis(k)), {1 / stiff, c}, last[k] / s, tag_of(RowKind::ball, k));
   }
 
   // Friction. The state holds its sum with spring and damper, which then take all of it as their start.

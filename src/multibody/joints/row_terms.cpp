@@ -53,7 +53,7 @@ void append_equality(const RowInput& in, const JacobianRow& row, double error, d
                      const RowTag& tag, JointRows& rows) {
   const double inverse_mass =
       in.model.lightness(row.body_a, row.body_b) * inverse_effective_mass(row, in.bodies.mobility);
-  rows.append(Free{}, row, equality_terms(error, e, inverse_mass, in.options), last, tag);
+  rows.append(Bilateral{}, row, equality_terms(error, e, inverse_mass, in.options), last, tag);
 }
 
 void append_inequality(const RowInput& in, const JacobianRow& row, double gap, double e, double motor_speed,
@@ -76,7 +76,7 @@ void append_bounded(double bound, const JacobianRow& row, const RowTerms& terms,
 void append_bounded(double lower, double upper, const JacobianRow& row, const RowTerms& terms, double last,
                     const RowTag& tag, JointRows& rows) {
   // An interval without ends is the whole line, and linear systems are solved faster.
-  if (lower == -infinity && upper == infinity) return rows.append(Free{}, row, terms, last, tag);
+  if (lower == -infinity && upper == infinity) return rows.append(Bilateral{}, row, terms, last, tag);
   rows.append(Interval{lower, upper}, row, terms, std::clamp(last, lower, upper), tag);
 }
 

@@ -135,7 +135,7 @@ void append_springs(const RowInput& in, const TendonRow& t, JointRows& rows) {
   }
   if (auto terms = drive_terms(both, t.s, h)) {
     terms->c += t.narrow.offset;
-    rows.append(Free{}, t.narrow.row, *terms, t.last.passive / t.s, t.tag(drive));
+    rows.append(Bilateral{}, t.narrow.row, *terms, t.last.passive / t.s, t.tag(drive));
   }
 }
 
@@ -144,7 +144,7 @@ void append_limits(const RowInput& in, const TendonRow& t, double inverse_mass, 
   if (d.lower == d.upper) {
     RowTerms terms = equality_terms(t.s * (t.length - d.lower), 0, inverse_mass, in.options);
     terms.c += t.narrow.offset;
-    return rows.append(Free{}, t.narrow.row, terms, t.last.limit / t.s, t.tag(limit));
+    return rows.append(Bilateral{}, t.narrow.row, terms, t.last.limit / t.s, t.tag(limit));
   }
   append_end(in, t, 1, t.length - d.lower, 0, limit, t.last.limit, rows);
   append_end(in, t, -1, d.upper - t.length, 0, limit, t.last.limit, rows);

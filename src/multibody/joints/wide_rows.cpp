@@ -79,14 +79,14 @@ NarrowRow narrowed(const WideRow& wide, const StepBodies& bodies, double x0, Row
       JacobianRow sum{auxiliary, new_body(), {1, 1, 1, 1, 1, 1}, {-1, 0, 0, 0, 0, 0}};
       auxiliary = sum.body_b;
       used = 1;
-      rows.append(Free{}, sum, {0, 0, Restraint::held}, x0, tag);
+      rows.append(Bilateral{}, sum, {0, 0, Restraint::held}, x0, tag);
     }
     JacobianRow link = wide.part(i);
     const double free = row_velocity(link, bodies.free);
     link.body_b = auxiliary;
     link.b[used++] = -1;
     narrow.offset += free;
-    rows.append(Free{}, link, {0, -free, Restraint::held}, x0, tag);
+    rows.append(Bilateral{}, link, {0, -free, Restraint::held}, x0, tag);
   }
   narrow.row.body_b = auxiliary;
   std::fill_n(narrow.row.b.begin(), used, 1.0);

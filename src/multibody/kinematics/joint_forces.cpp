@@ -18,7 +18,7 @@ void add(const Model& model, Index body, const Vec3& force, const Vec3& torque,
   loads[body].torque += torque;
 }
 
-// Of a floating base, <f, v of its frame> + <t, R' omega>: f acts at the frame, which is moved to the centre
+// A floating base has the power <f, v of its frame> + <t, R' omega>: f acts at the frame, which is moved to the centre
 // of mass.
 void add_to_base(const Model& model, Index body, const BodyFrame& frame, std::span<const double> x,
                  std::vector<BodyImpulse>& loads) {
@@ -27,9 +27,9 @@ void add_to_base(const Model& model, Index body, const BodyFrame& frame, std::sp
   add(model, body, force, rotate(frame.pose.rotation, torque) + cross(arm, force), loads);
 }
 
-// Of a joint. q_i' = <dual_i, twist>, so that the effort tau_i is the wrench tau_i dual_i on A and its
-// opposite on B, as of an effort motor. A ball turns with omega_ball = omega - sum_i axis_i q_i', so that its
-// torque T is that on A, the opposite on B, and the effort -<T, axis_i> along every dof before it.
+// Dofs of a joint have q_i' = <dual_i, twist>: the effort tau_i is the wrench tau_i dual_i on A and its opposite
+// on B, as of an effort motor. A ball turns with omega_ball = omega - sum_i axis_i q_i'. So its torque T acts on
+// A, the opposite on B, and the effort -<T, axis_i> along every dof before it.
 void add_to_joint(const Model& model, const JointContext& joint, std::span<const double> x,
                   std::vector<BodyImpulse>& loads) {
   const std::size_t dofs = joint.joint->dofs.size();

@@ -25,7 +25,7 @@ JointRows locked_rows(const ImpactInput& in, const BodyVelocities& v) {
   locked.auxiliary_inverse_mass = all.auxiliary_inverse_mass;
   for (std::size_t i = 0; i < all.tags.size(); ++i)
     if (all.tags[i].kind == RowKind::locked || all.tags[i].kind == RowKind::coupling)
-      locked.append(Free{}, all.jacobian[i], {all.compliance[i], 0}, 0, all.tags[i]);
+      locked.append(Bilateral{}, all.jacobian[i], {all.compliance[i], 0}, 0, all.tags[i]);
   return locked;
 }
 

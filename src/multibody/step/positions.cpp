@@ -123,9 +123,9 @@ JointRows position_rows(const PositionInput& in, const BodyVelocities& rest, con
     if (restraint == Restraint::inequality)
       append_inequality(all.jacobian[i], C, all.tags[i]);
     else if (restraint == Restraint::none && all.compliance[i] > 0 && few)
-      rows.append(Free{}, all.jacobian[i], {all.compliance[i], 0}, 0, all.tags[i]);
+      rows.append(Bilateral{}, all.jacobian[i], {all.compliance[i], 0}, 0, all.tags[i]);
     else if (restraint != Restraint::none)  // what is held has C = 0
-      rows.append(Free{}, all.jacobian[i], {all.compliance[i], std::clamp(C / h, -in.speed, in.speed)}, 0,
+      rows.append(Bilateral{}, all.jacobian[i], {all.compliance[i], std::clamp(C / h, -in.speed, in.speed)}, 0,
                   all.tags[i]);
   }
   for (const Contact& c : in.contacts)
@@ -139,7 +139,7 @@ BodyVelocities displacements(const PositionInput& in, const BodyVelocities& rest
                              const StepClock& clock, double end, Elimination& elimination, Report& report) {
   std::vector<Contact> none;
   const Problem problem = assemble({in.frames, in.mobility, rest, rest}, none, rows, {in.options.h, 0});
-  const bool linear = problem.K.all_free();
+  const bool linear = problem.K.all_bilateral();
   Options options;
   options.law = Law::associated;
   options.tolerance = linear ? step::precision : step::rough_precision;

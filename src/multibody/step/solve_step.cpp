@@ -4,9 +4,13 @@
 #include "multibody/step/solve_step.hpp"
 
 #include <algorithm>
+#include <chrono>
+#include <cmath>
 
 #include "amontons/base/ablation.hpp"
+#include "amontons/base/error.hpp"
 #include "amontons/problem/residual.hpp"
+#include "amontons/solvers/driver/driver.hpp"
 #include "amontons/solvers/driver/phases.hpp"
 #include "amontons/solvers/solvers.hpp"
 #include "multibody/step/policy.hpp"
@@ -16,7 +20,7 @@ namespace amontons {
 namespace {
 
 // Solution::method of a start that is accepted.
-constexpr const char* warm_start = "warm start";
+constexpr const char* warm_start_method = "warm start";
 
 Solution solution_without_rows() {
   Solution s;
@@ -25,9 +29,32 @@ Solution solution_without_rows() {
   return s;
 }
 
+// What a solver of the user's returns is measured like every x. From an x that overflows nothing follows: it
+// counts as no impulses, and the safe step does the rest.
+Solution solve_by_own_method(const StepSolver& solver, const Problem& problem, const Options& options) {
+  const Time start = std::chrono::steady_clock::now();
+  Solution s;
+  s.x = (*solver.own_method)(problem, options);
+  AMONTONS_REQUIRE(s.x.size() == problem.rows(),
+                   "method " + solver.method + " returned " + std::to_string(s.x.size()) +
+                       " impulses but the problem has " + std::to_string(problem.rows()) + " rows");
+  measure(problem, law_of(problem, options), s);
+  if (!std::isfinite(s.residual) || !std::isfinite(s.objective)) {
+    std::fill(s.x.begin(), s.x.end(), 0.0);
+    project(problem.K, s.x, s.x);
+    measure(problem, law_of(problem, options), s);
+  }
+  s.status = s.residual <= options.tolerance ? Status::converged : Status::stalled;
+  s.iterations = s.products = 1;
+  s.method = solver.method;
+  s.time = seconds_since(start);
+  return s;
+}
+
 Solution solve_with(const StepSolver& solver, const Problem& problem, const Options& options,
                     Solution memory) {
   ++solver.solves;
+  if (solver.own_method) return solve_by_own_method(solver, problem, options);
   if (solver.method == "auto") return automatic(problem, options, solver.elimination, std::move(memory));
   return solve(problem, solver.method, options);
 }
@@ -39,7 +66,7 @@ double look_at_start(const Problem& problem, const Options& options, Solution& s
   project(problem.K, options.x0, s.x);
   product(problem.A, s.x, s.u);
   for (std::size_t i = 0; i < s.u.size(); ++i) s.u[i] += problem.b[i];
-  return residual(problem, options.law, s.x, s.u);
+  return residual(problem, law_of(problem, options), s.x, s.u);
 }
 
 // The start as the solution, with the residual that it has.
@@ -51,7 +78,7 @@ Solution accepted(const Problem& problem, Solution memory, double residual) {
   s.residual = residual;
   s.status = Status::converged;
   s.products = 1;
-  s.method = warm_start;
+  s.method = warm_start_method;
   return s;
 }
 
@@ -76,7 +103,7 @@ Solution solve_within_budget(const StepSolver& solver, const Problem& problem, s
                                       step::few_iterations);
   }
   ++solver.solves;
-  const Method method = options.law == Law::coulomb && problem.K.contacts() > 0 ? apgd : spg;
+  const Method method = law_of(problem, options) == Law::coulomb && problem.K.contacts() > 0 ? apgd : spg;
   s = method(problem, options);
   if (spent && s.status != Status::converged) s.status = Status::deadline;
   return s;
@@ -99,13 +126,19 @@ void go_on(const StepSolver& solver, const Problem& problem, Options options, do
 Solution solve_for_light_bodies(const StepSolver& solver, const Problem& problem, Solution s) {
   if (s.status != Status::converged || off("light bodies")) return s;
   Options options = solver.options;
-  const double finer = tolerance_for_light_bodies(problem, options.law, s, solver.fastest, options.tolerance);
+  const double finer = tolerance_for_light_bodies(problem, law_of(problem, options), s, solver.fastest, options.tolerance);
   if (!(finer < options.tolerance)) return s;
   go_on(solver, problem, options, finer, s);
   // What is wrong still has not converged, whatever the heavy bodies make of the residual.
-  if (tolerance_for_light_bodies(problem, options.law, s, solver.fastest, solver.options.tolerance) <
+  if (tolerance_for_light_bodies(problem, law_of(problem, options), s, solver.fastest, solver.options.tolerance) <
       solver.options.tolerance)
     s.status = Status::stalled;
+  return s;
+}
+
+// A solve that aimed lower than it had to.
+Solution as_converged(Solution s, double tolerance) {
+  if (s.residual <= tolerance) s.status = Status::converged;
   return s;
 }
 
@@ -122,7 +155,7 @@ Solution solve_from(const StepSolver& solver, const Problem& problem, std::span<
     return solve_with(solver, problem, options, std::move(memory));
   if (start <= (solver.at_rest || off("direct start") ? 1 : step::direct_start) * tolerance)
     return accepted(problem, std::move(memory), start);
-  if (solver.method == "auto" && solve_directly(problem, options, solver.elimination, memory)) {
+  if (solver.is_auto() && solve_directly(problem, options, solver.elimination, memory)) {
     ++solver.solves;
     return memory;
   }
@@ -131,16 +164,14 @@ Solution solve_from(const StepSolver& solver, const Problem& problem, std::span<
     return accepted(problem, std::move(memory), start);
   }
   if (!solver.again) options.tolerance = 0.5 * tolerance;
+  if (!solver.is_auto()) return as_converged(solve_with(solver, problem, options, {}), tolerance);
   ++solver.solves;
-  Solution s =
-      solver.method == "auto" ? solve_by_race(problem, options) : solve(problem, solver.method, options);
-  if (s.residual <= tolerance) s.status = Status::converged;
-  return s;
+  return as_converged(solve_by_race(problem, options), tolerance);
 }
 
 }  // namespace
 
-bool is_accepted_start(const Solution& solution) { return solution.method == warm_start; }
+bool is_accepted_start(const Solution& solution) { return solution.method == warm_start_method; }
 
 double most_work(std::size_t blocks) {
   const auto n = static_cast<double>(blocks);

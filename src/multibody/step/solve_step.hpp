@@ -3,6 +3,7 @@
 #include <string>
 
 #include "amontons/base/patience.hpp"
+#include "amontons/multibody/step/simulation.hpp"
 #include "amontons/solvers/direct/elimination.hpp"
 #include "amontons/solvers/driver/options.hpp"
 #include "multibody/step/light_body_error.hpp"
@@ -23,6 +24,9 @@ struct StepSolver {
   bool at_rest = false;      // bodies are slow before the step and with its start
   bool again = false;        // goes on from another solve of the same step
   bool missed = false;       // a solve of the same attempt at the step has missed its tolerance
+  const StepMethod* own_method = nullptr;  // in the place of `method`, which is its name
+
+  bool is_auto() const { return own_method == nullptr && method == "auto"; }
 };
 
 // The work (Patience) that a step of so many contacts and joint rows may do in all: that of first-order

@@ -140,6 +140,7 @@ Assembly Simulation::pose_problem(double h, bool damped, double recovery, const 
   const Assembly assembly = assembly_of_step(model, contacts_, s.vi.rows.tags.size(), h, recovery,
                                              recovery > 0 || !damped, options_.tolerance);
   s.vi.problem = s.spare ? std::move(s.spare) : std::make_shared<Problem>();
+  s.vi.problem->law = options_.law;
   assemble(bodies, contacts_, s.vi.rows, assembly, *s.vi.problem);
   s.vi.x0.clear();
   s.vi.turns.added.clear();
@@ -211,6 +212,7 @@ bool Simulation::advance(double h, const Attempt& attempt, StepClock& clock, Rep
       corrected};
   StepSolver at_impact{options_.method,      solver.options, clock,        search,
                        s.impact_elimination, speeds,         report.solves};
+  if (options_.own_method) solver.own_method = at_impact.own_method = &options_.own_method;
   clock.set_aside(step::share_after_impacts);
   const bool bounced = resolve_impacts(
       {model, state_, s.frames, s.mobility, s.joints, joint_options, restitution_speed(), at_impact}, s.start,

@@ -97,7 +97,7 @@ void advance(Simulation& world, std::size_t repeat, StopSign& sign, Course& cour
   course.residuals[at] = residual;
 }
 
-// What a row of the schedule gives, if it gives any.
+// Takes a row of the schedule, if it has any.
 void take_row(std::span<const double> rows, std::size_t row, std::vector<double>& values) {
   if (!rows.empty()) std::copy_n(rows.data() + row * values.size(), values.size(), values.data());
 }

@@ -18,6 +18,7 @@
 #include <string>
 
 #include "amontons/base/ablation.hpp"
+#include "amontons/base/elementary.hpp"
 #include "amontons/solvers/choice/islands.hpp"
 #include "amontons/solvers/direct/elimination.hpp"
 #include "amontons/solvers/driver/driver.hpp"
@@ -159,9 +160,9 @@ void add_factoring(Field& field, const Costs& c, bool coulomb, double digits, do
 // Inequalities or friction.
 Field field_of(const Problem& problem, const Options& options, const Costs& c, std::size_t held) {
   constexpr double most_digits = 16;  // not tuned: those of double precision
-  const double digits = std::clamp(-std::log10(options.tolerance), 1.0, most_digits);
+  const double digits = std::clamp(-elementary::log10(options.tolerance), 1.0, most_digits);
   const double size = 1 + static_cast<double>(problem.K.blocks()) / choice::blocks_unit;
-  const bool coulomb = options.law == Law::coulomb && problem.K.has_friction();
+  const bool coulomb = law_of(problem, options) == Law::coulomb && problem.K.has_friction();
   Field field;
   add_first_order(field, problem, c, held, size);
   if (can_factor(problem)) add_factoring(field, c, coulomb, digits, size);
@@ -170,7 +171,7 @@ Field field_of(const Problem& problem, const Options& options, const Costs& c, s
 
 // What the problem says before anything has run; empty for the common case.
 const char* remark(const Problem& problem) {
-  if (problem.K.all_free()) return "all rows are bilateral, a linear system: ";
+  if (problem.K.all_bilateral()) return "all rows are bilateral, a linear system: ";
   if (std::holds_alternative<CallbackOperator>(problem.A))
     return "A is a function, which cannot be factored: ";
   return can_factor(problem) ? "" : "A is too large to factor: ";
@@ -181,8 +182,8 @@ Solution race_for(const Problem& problem, const Options& options, double work) {
   ConstrainedProblem rest;
   const bool watched = options.history || options.callback;
   const bool held =
-      !off("joints eliminated") && !problem.K.all_free() && !watched && rest.make(problem, options.law);
-  const Field field = problem.K.all_free() ? linear_field(costs, can_factor(problem))
+      !off("joints eliminated") && !problem.K.all_bilateral() && !watched && rest.make(problem, law_of(problem, options));
+  const Field field = problem.K.all_bilateral() ? linear_field(costs, can_factor(problem))
                                            : field_of(problem, options, costs, held ? rest.bodies() : 0);
   Solution s = race(problem, options, field, costs.factor, work, held ? &rest : nullptr);
   s.reason = remark(problem) + s.reason;
@@ -206,7 +207,7 @@ bool accepts_start(const Problem& problem, const Options& options, Solution& s) 
   if (options.x0.empty() || options.history || options.callback) return false;
   s.x.assign(options.x0.begin(), options.x0.end());
   project(problem.K, s.x, s.x);
-  measure(problem, options.law, s);
+  measure(problem, law_of(problem, options), s);
   if (!(s.residual <= options.tolerance)) return false;
   s.products = 1;
   s.status = Status::converged;
@@ -268,7 +269,7 @@ Solution after_elimination(const Problem& problem, const Options& options, const
 Solution automatic(const Problem& problem, const Options& options) {
   if (Solution s; accepts_start(problem, options, s)) return s;
   // A large linear system: conjugate gradients before a factorisation.
-  if (problem.K.all_free() && problem.rows() > choice::large_linear_system) {
+  if (problem.K.all_bilateral() && problem.rows() > choice::large_linear_system) {
     Solution s = solve_one(problem, options);
     if (s.status != Status::stalled) return s;
   }

@@ -42,7 +42,7 @@ class FrozenPath : public VectorIterate {
   std::optional<double> step() {
     // 1. It starts cold: the friction directions are in the term, and the stresses, which the path is to
     // replace, are no help.
-    const double scale = natural_map_at_zero(problem, options.law);
+    const double scale = natural_map_at_zero(problem, law_of(problem, options));
     Options o = options;
     o.law = Law::associated;
     o.x0 = {};

@@ -66,6 +66,7 @@ class Extraction {
       if (!A_.bodies.centre.empty()) sub_.bodies.centre.push_back(A_.bodies.centre[body]);
       number_[body] = -1;
     }
+    part_.problem.law = whole_.law;
     part_.problem.graph = contact_graph(sub_, part_.problem.K);
     part_.problem.A = std::move(sub_);
     return std::move(part_);
@@ -178,7 +179,7 @@ Solution solve_by_islands(const Problem& problem, const Options& options, Method
   Hardness worst{-1, 0};
   std::vector<double> x0;
   const double mean_map = tolerance == ToleranceOf::each ? 0
-                                                         : natural_map_at_zero(problem, options.law) /
+                                                         : natural_map_at_zero(problem, law_of(problem, options)) /
                                                                std::sqrt(static_cast<double>(count));
   // Small groups first: what an easy one leaves over is for those that follow.
   std::stable_sort(members.begin(), members.end(),
@@ -192,7 +193,7 @@ Solution solve_by_islands(const Problem& problem, const Options& options, Method
       o.x0 = x0;
     }
     if (mean_map > 0) {
-      const double map = natural_map_at_zero(part.problem, options.law);
+      const double map = natural_map_at_zero(part.problem, law_of(part.problem, options));
       o.tolerance *= std::sqrt(0.5 + 0.5 * (mean_map / map) * (mean_map / map));
       if (!(o.tolerance < 1)) o.tolerance = 1;
     }
@@ -208,7 +209,7 @@ Solution solve_by_islands(const Problem& problem, const Options& options, Method
     add_part(total, method(part.problem, o), part, options.tolerance, worst);
   }
   // Of the whole, from a product that no part knows of: islands that lie at the tolerance do so together.
-  measure(problem, options.law, total);
+  measure(problem, law_of(problem, options), total);
   if (total.residual <= options.tolerance) total.status = Status::converged;
   total.reason += "; the hardest of " + std::to_string(count) + " groups of islands";
   total.time = seconds_since(start);

@@ -57,7 +57,7 @@ class Admm : public VectorIterate {
     for_each_block(problem.K, [&]<class S>(const S& set, std::size_t block, std::size_t row) {
       const double root = std::sqrt(problem.P[block]);
       double g[S::dim];
-      add_saxce_term(set, options.law, &u[row], g);
+      add_saxce_term(set, law_of(problem, options), &u[row], g);
       for (int k = 0; k < S::dim; ++k) t_[row + k] = root * (x[row + k] - g[k] / (rho_ * problem.P[block]));
     });
     factor();
@@ -102,7 +102,7 @@ class Admm : public VectorIterate {
       const double p = problem.P[block], root = std::sqrt(p);
       double v[S::dim], g[S::dim];
       for (int k = 0; k < S::dim; ++k) v[k] = rho_ * p * (x[row + k] - t_[row + k] / root);
-      add_saxce_term(set, options.law, v, g);
+      add_saxce_term(set, law_of(problem, options), v, g);
       for (int k = 0; k < S::dim; ++k)
         rhs_[row + k] = rho_ * p * x[row + k] + v[k] - problem.b[row + k] - (g[k] - v[k]);
     });

@@ -8,6 +8,7 @@
 
 #include <cmath>
 
+#include "amontons/base/elementary.hpp"
 #include "amontons/base/patience.hpp"
 #include "amontons/solvers/driver/driver.hpp"
 
@@ -25,7 +26,7 @@ constexpr double estimate_factor = 1.1;
 double largest_eigenvalue(const Problem& problem, Monitor& monitor) {
   const std::size_t m = problem.rows();
   std::vector<double> v(m), Av(m);
-  for (std::size_t i = 0; i < m; ++i) v[i] = 1 + 0.5 * std::sin(1.0 + i);
+  for (std::size_t i = 0; i < m; ++i) v[i] = 1 + 0.5 * elementary::sin(1.0 + i);
   double lambda = 0;
   for (int k = 0; k < power_iterations; ++k) {
     Patience::leave_if_due();
@@ -61,7 +62,7 @@ struct Jacobi : VectorIterate {
   std::optional<double> step() {
     for_each_block(problem.K, [&]<class S>(const S& set, std::size_t block, std::size_t row) {
       double g[S::dim];
-      add_saxce_term(set, options.law, &u[row], g);
+      add_saxce_term(set, law_of(problem, options), &u[row], g);
       for (int k = 0; k < S::dim; ++k) g[k] = x[row + k] - omega * g[k] / problem.P[block];
       set.project(g, &x[row]);
     });

@@ -63,7 +63,7 @@ class SpgLiteral : public VectorIterate {
     f_ = objective_at(x, u);
     recent_.assign(o_.memory + 1, -INFINITY);  // f_{j-i} for i = 0 .. N_GLL
     recent_[0] = f_;
-    return natural_map(problem, options.law, x, u);
+    return natural_map(problem, law_of(problem, options), x, u);
   }
 
   std::optional<double> step() {
@@ -91,7 +91,7 @@ class SpgLiteral : public VectorIterate {
     g_.swap(g_next_);
     f_ = f_next;
     recent_[++j_ % recent_.size()] = f_;
-    const double map = natural_map(problem, options.law, x, u);
+    const double map = natural_map(problem, law_of(problem, options), x, u);
     if (std::sqrt(w) <= w_best_) {
       w_best_ = std::sqrt(w);
       x_FB_ = x;
@@ -108,7 +108,7 @@ class SpgLiteral : public VectorIterate {
     kept_map_ = last_map_;
   }
   void best(Vector& out) const {
-    const double scale = natural_map_at_zero(problem, options.law);
+    const double scale = natural_map_at_zero(problem, law_of(problem, options));
     if (kept_map_ <= options.tolerance * scale)
       out = kept;
     else if (fallback_map_ <= start_map_)
@@ -121,9 +121,9 @@ class SpgLiteral : public VectorIterate {
  private:
   // g = A x + b, and under coulomb the De Saxce correction refreshed at every evaluation.
   void gradient(const Vector& point, Vector& point_u, Vector& point_g) {
-    amontons::evaluate(problem, options.law, point, point_u, monitor);
+    amontons::evaluate(problem, law_of(problem, options), point, point_u, monitor);
     for_each_block(problem.K, [&](const auto& set, std::size_t, std::size_t row) {
-      add_saxce_term(set, options.law, &point_u[row], &point_g[row]);
+      add_saxce_term(set, law_of(problem, options), &point_u[row], &point_g[row]);
     });
   }
   // 1/2 x'Ax + x'b, the correction (g - u) of the current iterate counted as part of b

@@ -47,11 +47,11 @@ class ConstrainedRun final : public Run {
     rest_ = std::move(s.x);
     problem_.extend(rest_, s.x);
     // Of the whole problem, joints included: what is reported is never the residual of the rest.
-    measure(problem_.whole(), options_.law, s);
+    measure(problem_.whole(), law_of(problem_.whole(), options_), s);
     ++s.products;
     for (int k = 0; k < direct::refinements && s.residual > options_.tolerance; ++k, ++s.products) {
       problem_.correct(s.u, s.x);
-      measure(problem_.whole(), options_.law, s);
+      measure(problem_.whole(), law_of(problem_.whole(), options_), s);
     }
     if (s.residual <= options_.tolerance)
       s.status = Status::converged;
@@ -94,7 +94,7 @@ bool ConstrainedProblem::make(const Problem& problem, Law law) {
   row_.clear();
   for (const SetRun& run : problem.K.runs())
     visit_kind(run.kind, [&]<class S>() {
-      if constexpr (!std::is_same_v<S, Free>) {
+      if constexpr (!std::is_same_v<S, Bilateral>) {
         K.append(std::span<const S>(problem.K.all<S>()).subspan(run.first, run.count));
         for (std::size_t row = run.row; row < run.row + S::dim * run.count; ++row) {
           row_.push_back(row);
@@ -107,7 +107,7 @@ bool ConstrainedProblem::make(const Problem& problem, Law law) {
     });
   const auto move = [this, bodies = A->bodies](double* w) { mechanism_.move(bodies, held_, w, z_); };
   rest.constrained = std::make_shared<ConstrainedBodies>(ConstrainedBodies{held_, move});
-  rest_ = trusted_problem(std::move(rest), std::move(q), std::move(K));
+  rest_ = trusted_problem(std::move(rest), std::move(q), std::move(K), law);
   ratio_ = natural_map_at_zero(rest_, law) / natural_map_at_zero(problem, law);
   return ratio_ > 0 && std::isfinite(ratio_);
 }

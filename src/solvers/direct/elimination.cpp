@@ -64,11 +64,12 @@ void Elimination::Memory::solve_islands(std::span<const double> start, Solution&
     if (!start.empty())
       for (std::size_t row : island.row) part.push_back(start[row]);
     const IslandSolver::Result result =
-        small.solve(island, options->law, {target[i], direct::aim * even, options->max_iterations}, part);
+        small.solve(island, law_of(*problem, *options), {target[i], direct::aim * even, options->max_iterations}, part);
     s.iterations += result.iterations;
     s.factorizations += result.factorizations;
     short_of[i] = !result.solved;
-    left -= std::pow(std::min(result.map, target[i]), 2);
+    const double reached = std::min(result.map, target[i]);
+    left -= reached * reached;
     for (std::size_t k = 0; k < part.size(); ++k) s.x[island.row[k]] = part[k];
   }
 }
@@ -81,7 +82,7 @@ double Elimination::Memory::form_u(Solution& s) const {
   for (std::size_t i = 0; i < s.u.size(); ++i) s.u[i] += problem->b[i];
   double sum = 0;
   for (const SetRun& run : problem->K.runs()) {
-    if (run.kind != kind_of<Free>) continue;
+    if (run.kind != kind_of<Bilateral>) continue;
     for (std::size_t i = 0; i < run.count; ++i)
       sum += s.u[run.row + i] * s.u[run.row + i] / problem->P[run.block + i];
   }
@@ -98,7 +99,7 @@ double Elimination::Memory::complete(Solution& s) {
     reduction.correct(s.u, s.x);
     bilateral = form_u(s);
   }
-  s.residual = natural_map(*problem, options->law, s.x, s.u) / scale;
+  s.residual = natural_map(*problem, law_of(*problem, *options), s.x, s.u) / scale;
   return bilateral;
 }
 
@@ -107,7 +108,7 @@ bool Elimination::solve(const Problem& problem, const Options& options, Solution
   const auto start = std::chrono::steady_clock::now();
   Memory& m = *memory_;
   const Patience patience(options.deadline);
-  const std::size_t bilateral_rows = problem.K.all<Free>().size();
+  const std::size_t bilateral_rows = problem.K.all<Bilateral>().size();
   const bool on_joints = 2 * bilateral_rows > problem.rows();
   if (!m.reduction.analyse(problem, on_joints ? direct::most_rows_on_joints : direct::most_rows,
                            direct::most_factor_work) ||
@@ -116,7 +117,7 @@ bool Elimination::solve(const Problem& problem, const Options& options, Solution
   Patience::spend(m.reduction.work() / Patience::multiplications);
   m.problem = &problem;
   m.options = &options;
-  m.scale = natural_map_at_zero(problem, options.law);
+  m.scale = natural_map_at_zero(problem, law_of(problem, options));
   m.whole = direct::island_share * options.tolerance * m.scale;
   m.small.begin();
   // Not a new one: its arrays keep their memory.

@@ -47,7 +47,7 @@ void Mechanism::analyse(const Problem& problem, Scope scope) {
   link_.clear();
   P_.clear();
   for (const SetRun& run : problem.K.runs()) {
-    if (run.kind != kind_of<Free>) continue;
+    if (run.kind != kind_of<Bilateral>) continue;
     for (std::size_t i = 0; i < run.count; ++i) {
       const ContactGraph::Link& link = problem.graph.links[run.block + i];
       row_.push_back(run.row + i);

@@ -22,7 +22,7 @@ bool Reduction::analyse(const Problem& problem, std::size_t most_rows, double mo
 bool Reduction::find_islands(const Problem& problem, std::size_t most_rows) {
   rest_.clear();
   for (const SetRun& run : problem.K.runs()) {
-    if (run.kind == kind_of<Free>) continue;
+    if (run.kind == kind_of<Bilateral>) continue;
     std::size_t dim = 0;
     visit_kind(run.kind, [&]<class S>() { dim = S::dim; });
     for (std::size_t i = 0; i < run.count; ++i) {

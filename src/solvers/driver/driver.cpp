@@ -101,13 +101,13 @@ Start starting_point(const Problem& problem, const Options& options, Monitor& mo
   // 0 may lie outside an interval; where it lies in K, u = b costs no product.
   project(problem.K, cold.x, cold.x);
   if (std::all_of(cold.x.begin(), cold.x.end(), [](double v) { return v == 0; }))
-    cold.map = natural_map(problem, options.law, cold.x, cold.u);
+    cold.map = natural_map(problem, law_of(problem, options), cold.x, cold.u);
   else
-    cold.map = evaluate(problem, options.law, cold.x, cold.u, monitor);
+    cold.map = evaluate(problem, law_of(problem, options), cold.x, cold.u, monitor);
   if (options.x0.empty()) return cold;
   Start warm{{options.x0.begin(), options.x0.end()}, std::vector<double>(m), 0};
   project(problem.K, warm.x, warm.x);
-  warm.map = evaluate(problem, options.law, warm.x, warm.u, monitor);
+  warm.map = evaluate(problem, law_of(problem, options), warm.x, warm.u, monitor);
   return warm.map < worst_start * cold.map ? warm : cold;
 }
 
@@ -130,13 +130,13 @@ Solution finish(const Problem& problem, const Options& options, const char* meth
                 std::span<const double> last, Status status, Monitor& monitor) {
   Solution s;
   s.x = std::move(x);
-  measure(problem, options.law, s);
+  measure(problem, law_of(problem, options), s);
   ++monitor.products;
   const bool reached = s.residual <= options.tolerance;
   // A method that believed to be done may be above the tolerance by the rounding of its own running sums.
   s.status = reached ? Status::converged : status == Status::converged ? Status::stalled : status;
   if ((s.status == Status::stalled || s.status == Status::iteration_limit) && !last.empty() &&
-      infeasible(problem, options.law, s.x, s.u, last))
+      infeasible(problem, law_of(problem, options), s.x, s.u, last))
     s.status = Status::infeasible;
   s.iterations = monitor.iterations();
   s.products = monitor.products;

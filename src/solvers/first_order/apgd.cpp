@@ -45,8 +45,8 @@ class Apgd {
   static constexpr const char* name = "apgd";
   static constexpr Limits limits{100000, 10000, 100};
 
-  Apgd(const Options& options, Monitor& monitor, T iterate)
-      : monitor_(monitor), iterate_(std::move(iterate)), coulomb_(options.law == Law::coulomb) {}
+  Apgd(Law law, Monitor& monitor, T iterate)
+      : monitor_(monitor), iterate_(std::move(iterate)), coulomb_(law == Law::coulomb) {}
 
   double start(const Start& s) {
     const double residual_squared = iterate_.start(s.x);
@@ -115,7 +115,7 @@ template <class Make>
 std::unique_ptr<Run> started(const Problem& problem, const Options& options, Make make) {
   using Method = Apgd<decltype(make())>;
   return std::make_unique<Driven<Method>>(
-      problem, options, [&](const Options& o, Monitor& monitor) { return Method(o, monitor, make()); });
+      problem, options, [&](const Options& o, Monitor& monitor) { return Method(law_of(problem, o), monitor, make()); });
 }
 
 }  // namespace

@@ -16,8 +16,8 @@ auto with_iterate(const Problem& problem, const Options& options, F&& f) {
       [&]<class Op>(const Op& A) {
         if constexpr (std::is_same_v<Op, ContactSystem>)
           if (ContactIterate::fits(problem))
-            return f([&] { return ContactIterate(problem, options.law, options.threads); });
-        return f([&] { return PlainIterate<Op>(A, problem, options.law); });
+            return f([&] { return ContactIterate(problem, law_of(problem, options), options.threads); });
+        return f([&] { return PlainIterate<Op>(A, problem, law_of(problem, options)); });
       },
       problem.A);
 }

@@ -170,7 +170,7 @@ void ContactIterate::State::fill_contacts(const Problem& problem, const ContactS
 namespace {
 
 // The three sets of single rows are intervals to the passes.
-Interval bounds_of(const Free&) { return {-INFINITY, INFINITY}; }
+Interval bounds_of(const Bilateral&) { return {-INFINITY, INFINITY}; }
 Interval bounds_of(const NonNegative&) { return {0, INFINITY}; }
 Interval bounds_of(const Interval& set) { return set; }
 

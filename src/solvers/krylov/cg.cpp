@@ -108,7 +108,7 @@ struct ConjugateGradients : VectorIterate {
       x[i] += alpha * p[i];
       u[i] += alpha * q[i];
     }
-    return natural_map(problem, options.law, x, u);
+    return natural_map(problem, law_of(problem, options), x, u);
   }
 };
 
@@ -123,7 +123,7 @@ std::unique_ptr<Run> start_factored_cg(const Problem& problem, const Options& op
 }
 
 Solution cg(const Problem& problem, const Options& options) {
-  AMONTONS_REQUIRE(problem.K.all_free(),
+  AMONTONS_REQUIRE(problem.K.all_bilateral(),
                    "cg solves purely bilateral problems (every cone R) only; this one has inequalities or "
                    "friction: use p-spg-fb");
   return complete(start_cg(problem, options));

@@ -92,7 +92,7 @@ class CoulombPath : public VectorIterate {
   using VectorIterate::VectorIterate;
   double start(const Start&) {
     system_.emplace(problem);
-    curve_.start(*system_, problem.K, options.law);
+    curve_.start(*system_, problem.K, law_of(problem, options));
     return look();
   }
   std::optional<double> step() {

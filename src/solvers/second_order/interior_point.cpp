@@ -99,7 +99,7 @@ class InteriorPoint : public VectorIterate {
 };
 
 void InteriorPoint::make_barriers() {
-  scale_ = natural_map_at_zero(problem, options.law);
+  scale_ = natural_map_at_zero(problem, law_of(problem, options));
   beta_ = scale_ / std::sqrt(std::max<double>(1, problem.K.blocks()));
   if (beta_ < smallest_scale) beta_ = 1;
   for (double p : problem.P) unit_.push_back(beta_ / std::sqrt(p));
@@ -217,7 +217,7 @@ std::optional<double> InteriorPoint::step() {
   // Rounding ends the central path: the residual leaps off, or the step collapses.
   if (map_ / scale_ > lost_path * std::max(monitor.best(), path_floor)) return std::nullopt;
   scale_blocks([](auto& barrier, double* R) { barrier.factor(R); });
-  if (options.law == Law::coulomb && problem.K.has_friction()) freeze();
+  if (law_of(problem, options) == Law::coulomb && problem.K.has_friction()) freeze();
   factor();
   // Predictor: the affine step to mu = 0. It tells how far the path can be cut, sigma = (its gap over the gap
   // now)^3 (Mehrotra), and the second-order term that the linearisation dropped.
@@ -241,7 +241,7 @@ Solution path_of_frozen_terms(const Problem& problem, const Options& options) {
 }  // namespace
 
 std::unique_ptr<Run> start_central_path(const Problem& problem, const Options& options) {
-  return options.law == Law::coulomb && problem.K.has_friction() ? start_coulomb_path(problem, options)
+  return law_of(problem, options) == Law::coulomb && problem.K.has_friction() ? start_coulomb_path(problem, options)
                                                                  : drive<InteriorPoint>(problem, options);
 }
 
@@ -259,14 +259,14 @@ Solution central_path(const Problem& problem, const Options& options) {
 Solution interior_point(const Problem& problem, const Options& options) {
   const std::size_t blocks = problem.K.blocks();
   const std::size_t newtons = blocks > few_blocks           ? many_newton_iterations
-                              : options.law == Law::coulomb ? coulomb_newton_iterations
+                              : law_of(problem, options) == Law::coulomb ? coulomb_newton_iterations
                                                             : newton_iterations;
   const std::size_t first_order =
       std::min(first_order_iterations, many_first_order_work / std::max<std::size_t>(blocks, 1));
   std::vector<Phase> crossover{
       {.method = central_path, .why = "follows the central path"},
       {.method = newton, .why = "finds the faces that hold the path back", .iterations = newtons}};
-  if (options.law == Law::coulomb && problem.K.has_friction()) {
+  if (law_of(problem, options) == Law::coulomb && problem.K.has_friction()) {
     crossover.push_back(
         {.method = path_of_frozen_terms, .why = "another path, the De Saxce term held in each step"});
     crossover.push_back(

@@ -28,6 +28,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "amontons/base/elementary.hpp"
 #include "amontons/solvers/driver/driver.hpp"
 #include "amontons/solvers/first_order/spg.hpp"
 #include "amontons/solvers/linear/shifted_system.hpp"
@@ -180,7 +181,7 @@ class NewtonStep {
         H[j][k] = c[j] * a + s[j] * b;
         H[j + 1][k] = -s[j] * a + c[j] * b;
       }
-      const double rho = std::hypot(H[k][k], H[k + 1][k]);
+      const double rho = elementary::hypot(H[k][k], H[k + 1][k]);
       if (!(rho > 0)) break;
       c[k] = H[k][k] / rho;
       s[k] = H[k + 1][k] / rho;
@@ -214,8 +215,8 @@ class Newton : public VectorIterate {
   using VectorIterate::VectorIterate;
 
   double start(const Start& s) {
-    newton_.emplace(problem, options.law);
-    scale_ = natural_map_at_zero(problem, options.law);
+    newton_.emplace(problem, law_of(problem, options));
+    scale_ = natural_map_at_zero(problem, law_of(problem, options));
     map_ = VectorIterate::start(s);
     for (Vector* v : {&dx_, &trial_, &trial_u_}) v->resize(x.size());
     return map_;
@@ -239,7 +240,7 @@ class Newton : public VectorIterate {
       const double t = std::ldexp(1.0, -k);
       for (std::size_t i = 0; i < x.size(); ++i) trial_[i] = x[i] + t * dx_[i];
       project(problem.K, trial_, trial_);
-      const double map = amontons::evaluate(problem, options.law, trial_, trial_u_, monitor);
+      const double map = amontons::evaluate(problem, law_of(problem, options), trial_, trial_u_, monitor);
       if (!(map < sufficient * map_)) continue;
       x.swap(trial_);
       u.swap(trial_u_);

@@ -71,7 +71,7 @@ enum class MotorKind : unsigned char {
   position,
 };
 
-// Motors act within the step, as rows of the same problem as contacts: a motor pushes as hard as it may
+// Motors act within the step, as rows of the same problem as contacts. A motor pushes as hard as it may
 // against what is in its way, and a control that is out of reach leads to a motor at its largest effort.
 struct Motor {
   MotorKind kind = MotorKind::none;

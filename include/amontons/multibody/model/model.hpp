@@ -7,7 +7,7 @@
 
 namespace amontons {
 
-// What an entry of State::controls drives: an actuator, or the motor of a joint's degree of freedom (then
+// The drive of an entry of State::controls: an actuator, or the motor of a joint's degree of freedom (then
 // `actuator` is -1).
 struct Control {
   std::string name;
@@ -40,14 +40,14 @@ class Model {
   Index joint_index(Reference joint) const { return joint.among(d_.joints, "joint"); }
   Index tendon_index(Reference tendon) const { return tendon.among(d_.tendons, "tendon"); }
   Index actuator_index(Reference actuator) const { return actuator.among(d_.actuators, "actuator"); }
-  // Of a joint's degree of freedom in State::coordinates.
+  // The place of a joint's degree of freedom in State::coordinates.
   std::size_t dof_index(Reference joint, Index dof = 0) const;
   // Actuators in their order, then the motors of all joints. A motor has the name of its joint, of a joint
   // with several dofs "joint[dof]", and with " motor" behind it where an actuator has that name.
   const std::vector<Control>& controls() const { return controls_; }
   // In State::controls.
   Index control_index(Reference control) const { return control.among(controls_, "control"); }
-  // Of a dof's motor (global index), -1 without one.
+  // The control of a dof's motor (global index), -1 without one.
   Index control_of_dof(std::size_t dof) const { return dof_control_[dof]; }
   // Actuators on a dof (global index), on a tendon, and on nothing of these, in the order of the model.
   const std::vector<Index>& actuators_of_dof(std::size_t dof) const { return dof_actuators_[dof]; }

@@ -54,11 +54,11 @@ struct State {
   std::vector<Vec3> forces, torques;     // held external loads at each centre of mass, world, N, N m
   // Arrays of one entry per dof go by Model::first_dof().
   std::vector<double> coordinates;  // of every dof, m or rad, turns counted
-  // What drives the model, in the order of Model::controls(): of every actuator, then of every motor.
+  // Controls in the order of Model::controls(): of every actuator, then of every motor.
   std::vector<double> controls;
   // Held generalised forces along qd, in the order of Tree: N or N m. Empty is none; a Simulation has all.
   std::vector<double> joint_forces;
-  // Of every actuator: activation (not read of one without dynamics), effort impulse along its length.
+  // Activation (not read without dynamics) and effort impulse along its length of every actuator.
   std::vector<double> activations, actuator_impulses;
   // Contacts that carried something in the last step, without impacts, sorted by (geom_a, geom_b): of them
   // the next step reads geoms, `local` and the impulses.

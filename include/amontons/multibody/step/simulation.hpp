@@ -1,5 +1,6 @@
 #pragma once
 #include <atomic>
+#include <functional>
 #include <initializer_list>
 #include <memory>
 #include <string>
@@ -21,12 +22,19 @@ enum class Recovery : unsigned char {
   velocity,
 };
 
+// A solver of the caller's: x of a problem, (m,), from Options::x0 where that is not empty. It is called by the
+// thread that makes the step. Its x is judged by our residual. InputError for x of another length; x that is
+// not finite counts as none. What it throws ends the step, with the state put back.
+using StepMethod = std::function<std::vector<double>(const Problem&, const Options&)>;
+
 // Every field: default, unit, range. Fields of 0 that say "automatic" follow from the model, so that results
 // do not depend on the units.
 struct SimulationOptions {
   double dt = 5e-3;  // s, > 0; not tuned: a default
   Law law = Law::coulomb;
   std::string method = "auto";
+  // Where it is not empty it takes the place of the method, whose name is then only what reports say.
+  StepMethod own_method;
   double tolerance = 1e-6;  // natural residual, relative to that of zero impulses; not tuned: a default
   std::size_t max_iterations = 0;  // per solve; 0: the method's own limit
   double budget = infinity;        // s of wall clock per step; results then depend on the machine

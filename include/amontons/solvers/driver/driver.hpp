@@ -238,7 +238,7 @@ class Driven final : public Run {
   // they return.
   void begin() {
     started_ = true;
-    scale_ = natural_map_at_zero(problem_, options_.law);
+    scale_ = natural_map_at_zero(problem_, law_of(problem_, options_));
     Start start = starting_point(problem_, options_, monitor_);
     at_start_ = start.map / scale_;
     if (at_start_ <= options_.tolerance) {
@@ -309,7 +309,7 @@ struct VectorIterate {
     u = s.u;
     return s.map;
   }
-  double evaluate() { return amontons::evaluate(problem, options.law, x, u, monitor); }
+  double evaluate() { return amontons::evaluate(problem, law_of(problem, options), x, u, monitor); }
   double refresh() { return evaluate(); }
   void keep_best() { kept = x; }
   void best(std::vector<double>& out) const { out = kept; }

@@ -2,6 +2,7 @@
 #include <cstddef>
 #include <functional>
 #include <limits>
+#include <optional>
 #include <span>
 
 #include "amontons/problem/problem.hpp"
@@ -53,8 +54,8 @@ struct AdmmOptions {
 inline constexpr double least_deadline = 1e-9;
 
 struct Options {
-  // The law of friction; the two agree for cones without friction.
-  Law law = Law::associated;
+  // The law of friction; by default that of the problem. The two agree for cones without friction.
+  std::optional<Law> law;
   // Of the natural residual, which is 1 at x = 0 (or 0 if that is the solution); >= 0. 0 runs to the limits.
   double tolerance = 1e-6;
   // 0 leaves every method its own limit. A given number counts for the whole of `auto`, over all its phases,
@@ -83,6 +84,11 @@ struct Options {
   JacobiOptions jacobi;
   AdmmOptions admm;
 };
+
+// The law of a solve.
+inline Law law_of(const Problem& problem, const Options& options) {
+  return options.law.value_or(problem.law);
+}
 
 // InputError for a field out of range or an x0 that does not fit the problem.
 void validate(const Options& options, const Problem& problem);

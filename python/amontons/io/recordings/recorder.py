@@ -26,6 +26,7 @@ from ...checks import option
 from ...errors import FileError, InputError
 from ...simulation.forces import CONTACTS
 from ...simulation.outcome import REPORTS, Report, reports_array
+from ...simulation.own_method import name_of
 from ...simulation.signals import Signals
 from ...simulation.simulation import Simulation
 from ..files import writable
@@ -144,12 +145,13 @@ class Recorder:
         self.close(complete=kind is None)
 
     def _create(self, file: h5py.File, source: str) -> None:
+        options = self._simulation.options
         write_text(file, "format", FORMAT)
         write_integer(file, "version", VERSION)
         write_integer(file, "complete", 0)
         write_text(file, "source", source)
         write_text(file, "model", model_to_json(self._simulation.model))
-        write_text(file, "options", json.dumps(dict(self._simulation.options)))
+        write_text(file, "options", json.dumps(dict(options) | {"method": name_of(options["method"])}))
         frames = file.create_group("frames")
         extensible(frames, "step", np.dtype(np.int64))
         extensible(frames, "time", np.dtype(np.float64))
