@@ -463,7 +463,7 @@ def test_wrong_model(body, message):
         (lambda: shapes.Plane().volume(), "no volume"),
         (lambda: Material(friction=-1), "friction is -1"),
         (lambda: Material(restitution=2), "[0, 1]"),
-        (lambda: Motor("torque"), "known are none, effort, speed, position"),
+        (lambda: Motor("torque"), r"'torque' \(here it is called 'effort'\); known are none, effort"),
         (lambda: ModelBuilder(friction_rule="product"), "geometric_mean, maximum, minimum, mean"),
         (lambda: ModelBuilder(gravity=9.81), "3 numbers"),
     ],
