@@ -19,7 +19,7 @@ from typing import Any
 
 import amontons
 import numpy as np
-from amontons.report.comparison import Run, single_methods, compare
+from amontons.report.comparison import Run, compare, single_methods
 from amontons.report.figures import convergence_figures
 from common import arguments, read, shrink, tracked, use_one_core, with_folders, write_csv
 

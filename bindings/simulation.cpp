@@ -201,15 +201,16 @@ struct Held {
 // function(problem, x0 or None, options) -> x, called with copies: Python may keep what it gets.
 StepMethod own_method(nb::object function) {
   if (function.is_none()) return {};
-  return [held = std::make_shared<Held>(std::move(function))](const Problem& problem, const Options& options) {
-    nb::gil_scoped_acquire gil;
-    nb::object x0 = nb::none();
-    if (!options.x0.empty())
-      x0 = nb::cast(to_numpy(std::vector<double>(options.x0.begin(), options.x0.end())));
-    const auto x =
-        nb::cast<Vector>(held->object(std::make_shared<Problem>(problem), x0, std::make_shared<Options>(options)));
-    return std::vector<double>(view(x).begin(), view(x).end());
-  };
+  return
+      [held = std::make_shared<Held>(std::move(function))](const Problem& problem, const Options& options) {
+        nb::gil_scoped_acquire gil;
+        nb::object x0 = nb::none();
+        if (!options.x0.empty())
+          x0 = nb::cast(to_numpy(std::vector<double>(options.x0.begin(), options.x0.end())));
+        const auto x = nb::cast<Vector>(
+            held->object(std::make_shared<Problem>(problem), x0, std::make_shared<Options>(options)));
+        return std::vector<double>(view(x).begin(), view(x).end());
+      };
 }
 
 void bind_options_and_report(nb::module_& m) {

@@ -61,8 +61,8 @@ from .model.transforms import Transform as Transform
 from .model.transforms import axis_angle as axis_angle
 from .model.visuals import TriangleMesh as TriangleMesh
 from .model.visuals import Visual as Visual
-from .problem.cones import EllipticFriction as EllipticFriction
 from .problem.cones import Bilateral as Bilateral
+from .problem.cones import EllipticFriction as EllipticFriction
 from .problem.cones import Friction as Friction
 from .problem.cones import Interval as Interval
 from .problem.cones import NonNegative as NonNegative

@@ -64,7 +64,9 @@ def test_unusual_sparse_storage():
     for matrix, dense in ((wide, DENSE), (reverse, DENSE), (coo, DENSE + np.eye(N))):
         problem = amontons.Problem(matrix, B, "bilateral")
         assert np.allclose(problem.A.toarray(), dense)
-        assert np.allclose(amontons.solve(matrix, B, "bilateral", tolerance=1e-12).x, np.linalg.solve(dense, -B))
+        assert np.allclose(
+            amontons.solve(matrix, B, "bilateral", tolerance=1e-12).x, np.linalg.solve(dense, -B)
+        )
     integers = amontons.Problem(np.diag(np.arange(1, N + 1)), B, "bilateral")
     assert np.allclose(integers.solve(tolerance=1e-12).x, -B / np.arange(1, N + 1))
 

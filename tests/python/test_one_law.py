@@ -100,7 +100,9 @@ def test_commands_take_the_law_of_the_file(tmp_path, root):
     assert "law coulomb" in run("solve", tmp_path / "block.hdf5").stdout
     both = run("solve", tmp_path / "block.hdf5", tmp_path / "relaxed.npz").stdout
     assert "law associated or coulomb" in both
-    told = run("compare", tmp_path / "relaxed.npz", "--methods", "auto,apgd", "--out", tmp_path / "out", "--json")
+    told = run(
+        "compare", tmp_path / "relaxed.npz", "--methods", "auto,apgd", "--out", tmp_path / "out", "--json"
+    )
     told = json.loads(told.stdout)
     assert told["law"] == "associated"
     assert [r["objective"] for r in told["runs"]] == pytest.approx([own, own], rel=1e-4)

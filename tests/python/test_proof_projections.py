@@ -58,7 +58,9 @@ def products(draw):
             cones.append(amontons.Interval(bounds[:, 0], bounds[:, 1]))
         else:
             cones.append(
-                {"bilateral": amontons.Bilateral, "nonnegative": amontons.NonNegative}[kind](draw(st.integers(1, 3)))
+                {"bilateral": amontons.Bilateral, "nonnegative": amontons.NonNegative}[kind](
+                    draw(st.integers(1, 3))
+                )
             )
     rows = sum(cone.rows for cone in cones)
     return cones, np.array(draw(st.lists(components, min_size=rows, max_size=rows)))

@@ -238,7 +238,11 @@ def test_a_problem_of_the_core_is_in_the_users_units(kind):
     assert [cone.kind for cone in shared.cones] == [kind, "bilateral"]
     for ours, theirs in zip(shared.cones[0].parameters, problem.cones[0].parameters, strict=True):
         assert np.allclose(ours, theirs, rtol=1e-14)
-    assert np.allclose(shared.solve(law="associated", tolerance=1e-10).u, problem.solve(law="associated", tolerance=1e-10).u, atol=1e-7)
+    assert np.allclose(
+        shared.solve(law="associated", tolerance=1e-10).u,
+        problem.solve(law="associated", tolerance=1e-10).u,
+        atol=1e-7,
+    )
 
 
 # Breaks when a warm start is taken in other units than x: at the solution nothing is left to do.

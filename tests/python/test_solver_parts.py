@@ -1,4 +1,4 @@
-"""What solvers are made of, for every kind of cone: projection, P, De Saxce term and natural map in plain NumPy."""
+"""Parts of solvers for every kind of cone, against plain NumPy: projection, P, De Saxce term, natural map."""
 
 import amontons
 import numpy as np

@@ -117,7 +117,7 @@ class SetProduct {
   std::size_t rows() const { return rows_; }
   std::size_t blocks() const { return blocks_; }
   std::size_t contacts() const { return contacts_; }  // blocks with friction
-  bool all_bilateral() const;                              // K = R^m: the VI is a linear system
+  bool all_bilateral() const;                         // K = R^m: the VI is a linear system
   bool has_friction() const;                          // any friction coefficient above zero
   const std::vector<SetRun>& runs() const { return runs_; }
   // All sets of one type, in order.

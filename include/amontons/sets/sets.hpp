@@ -1,6 +1,6 @@
 #pragma once
-#include "amontons/sets/elliptic_friction.hpp"
 #include "amontons/sets/bilateral.hpp"
+#include "amontons/sets/elliptic_friction.hpp"
 #include "amontons/sets/friction.hpp"
 #include "amontons/sets/interval.hpp"
 #include "amontons/sets/nonnegative.hpp"

@@ -31,9 +31,7 @@ def paper(
     ] = False,
     law: Annotated[
         str,
-        typer.Option(
-            help="associated, that of the paper, or coulomb.", autocompletion=completion.law_names
-        ),
+        typer.Option(help="associated, that of the paper, or coulomb.", autocompletion=completion.law_names),
     ] = "associated",
     deadline: Annotated[
         float | None, typer.Option(help="Wall clock per method and problem (s), at full size 10 by default.")

@@ -64,7 +64,7 @@ Files = Annotated[
 Law = Annotated[
     str | None,
     typer.Option(
-        help="coulomb (true Coulomb friction) or associated (convex relaxation); that of the file by default.",
+        help="coulomb (true Coulomb friction) or associated (its convex relaxation); else that of the file.",
         autocompletion=completion.law_names,
     ),
 ]

@@ -49,7 +49,9 @@ def compare(
     from ..report.figures import convergence_figures
 
     with one_line_errors():
-        chosen = list(options.methods()) if methods == "all" else [name.strip() for name in methods.split(",")]
+        chosen = (
+            list(options.methods()) if methods == "all" else [name.strip() for name in methods.split(",")]
+        )
         for name in chosen:
             options.require_method(name)
         if law is not None:

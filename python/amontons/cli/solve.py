@@ -77,7 +77,13 @@ def solve(
     if as_json:
         print_json([terminal.as_dict(*entry) for entry in solved])
     elif solved:
-        out.print(terminal.solved(solved, terminal.laws([problem for _, problem, _ in solved], law), wide=out.width >= terminal.WIDE))
+        out.print(
+            terminal.solved(
+                solved,
+                terminal.laws([problem for _, problem, _ in solved], law),
+                wide=out.width >= terminal.WIDE,
+            )
+        )
     if bad:
         raise typer.Exit(BAD_INPUT)
     if not all(solution.converged for _, _, solution in solved):

@@ -269,5 +269,7 @@ def _value(setting: str, text: str, default: Any) -> Any:
         kinds = (int, float)
     wrong_flag = isinstance(value, bool) and bool not in kinds
     if wrong_flag or not isinstance(value, kinds):
-        raise InputError(f"--set {setting}: the value must be {_kind(default)}, like the default, {default!r}")
+        raise InputError(
+            f"--set {setting}: the value must be {_kind(default)}, like the default, {default!r}"
+        )
     return float(value) if isinstance(default, float) else value

@@ -342,8 +342,8 @@ def normalise(cones: str | Cone | Iterable[Cone], rows: int, mu: ArrayLike | Non
     for i, cone in enumerate(listed):
         if not isinstance(cone, Cone):
             raise InputError(
-                f"cones[{i}] is a {type(cone).__name__}; it must be Bilateral, NonNegative, Interval, Friction, "
-                "EllipticFriction or RollingFriction"
+                f"cones[{i}] is a {type(cone).__name__}; it must be Bilateral, NonNegative, Interval, "
+                "Friction, EllipticFriction or RollingFriction"
             )
     total = sum(cone.rows for cone in listed)
     if total != rows:

@@ -44,8 +44,8 @@ class Problem:
         array with both triangles, a dense array, a LinearOperator, `Factored` or `Contacts`.
     b: (m,) velocities of the constraints without impulses (m/s), u = A x + b.
     cones: cone objects in row order (`Bilateral`, `NonNegative`, `Interval`, `Friction`, `EllipticFriction`,
-        `RollingFriction`), or one name for all rows: "bilateral", "nonnegative", "friction". Rows of moments take
-        N m s in x and rad/s in u.
+        `RollingFriction`), or one name for all rows: "bilateral", "nonnegative", "friction". Rows of moments
+        take N m s in x and rad/s in u.
     mu: friction coefficients, one or one per contact, for friction cones that do not carry theirs.
     name, description, source: free text; notes: what a reader changed or wants to say.
     f: (6 n,) generalised impulse of the free motion when A is `Factored` (b already contains D M^-1 f); kept
@@ -84,9 +84,7 @@ class Problem:
         self._scale = S = units.scale_of(self._A, self._cones)
         self._b: Array | None = None if S is None else right.copy()
         core_b = right if S is None else S * right
-        self._core = _core.Problem(
-            units.scaled(self._A, S), core_b, cones_.to_core(self._cones, S), core_law
-        )
+        self._core = _core.Problem(units.scaled(self._A, S), core_b, cones_.to_core(self._cones, S), core_law)
         self.name, self.description, self.source = (
             text(what, value)
             for what, value in (("name", name), ("description", description), ("source", source))
@@ -182,7 +180,7 @@ class Problem:
         threads: int | None = None,
         **method_options: Any,
     ) -> Solution:
-        """Solve the problem under its law, or the `law` given; the arguments are those of `amontons.solve`."""
+        """Solve the problem under its law, or that given; the arguments are those of `amontons.solve`."""
         method = options.require_method(method)
         opts = options.core_options(
             method,
@@ -208,9 +206,7 @@ class Problem:
 
     def residual(self, x: ArrayLike, *, law: str | None = None, norm: str = "natural") -> float:
         """The residual of x under the law of the problem, or the `law` given; see `amontons.residual`."""
-        return self._core.residual(
-            self._to_core("x", x), self._law(law), chosen("norm", norm, options.NORMS)
-        )
+        return self._core.residual(self._to_core("x", x), self._law(law), chosen("norm", norm, options.NORMS))
 
     def project(self, x: ArrayLike) -> Array:
         """Pi_K(x), (m,): the nearest point of each cone, in the metric of `P`.

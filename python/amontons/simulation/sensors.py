@@ -38,7 +38,9 @@ class Readings(Mapping[str, Array]):
     def __getitem__(self, name: str) -> Array:
         if name not in self._slices:
             known = ", ".join(self._slices) or "none"
-            raise UnknownSensor(f"unknown sensor {shown(name)}{suggestion(name, self._slices)}; known are {known}")
+            raise UnknownSensor(
+                f"unknown sensor {shown(name)}{suggestion(name, self._slices)}; known are {known}"
+            )
         return self.array[self._slices[name]]
 
     def __iter__(self) -> Iterator[str]:

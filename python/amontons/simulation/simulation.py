@@ -374,7 +374,9 @@ class Simulation(Driving):
         """
         if unknown := set(options) - set(self._options):
             known = ", ".join(sorted(self._options))
-            near = suggestion(min(unknown), self._options, OPTION_TERMS | {"timestep": "dt", "time-step": "dt"})
+            near = suggestion(
+                min(unknown), self._options, OPTION_TERMS | {"timestep": "dt", "time-step": "dt"}
+            )
             raise InputError(f"unknown option {min(unknown)!r} of a simulation{near}; known are {known}")
         changed = Simulation(self._model, **{**self._options, **options})
         changed._core.restore(self._core.snapshot())

@@ -125,8 +125,8 @@ JointRows position_rows(const PositionInput& in, const BodyVelocities& rest, con
     else if (restraint == Restraint::none && all.compliance[i] > 0 && few)
       rows.append(Bilateral{}, all.jacobian[i], {all.compliance[i], 0}, 0, all.tags[i]);
     else if (restraint != Restraint::none)  // what is held has C = 0
-      rows.append(Bilateral{}, all.jacobian[i], {all.compliance[i], std::clamp(C / h, -in.speed, in.speed)}, 0,
-                  all.tags[i]);
+      rows.append(Bilateral{}, all.jacobian[i], {all.compliance[i], std::clamp(C / h, -in.speed, in.speed)},
+                  0, all.tags[i]);
   }
   for (const Contact& c : in.contacts)
     if (is_rigid(c)) append_inequality(normal_row(c), c.gap, {RowKind::limit, -1, -1});

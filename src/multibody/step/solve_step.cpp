@@ -126,12 +126,13 @@ void go_on(const StepSolver& solver, const Problem& problem, Options options, do
 Solution solve_for_light_bodies(const StepSolver& solver, const Problem& problem, Solution s) {
   if (s.status != Status::converged || off("light bodies")) return s;
   Options options = solver.options;
-  const double finer = tolerance_for_light_bodies(problem, law_of(problem, options), s, solver.fastest, options.tolerance);
+  const double finer =
+      tolerance_for_light_bodies(problem, law_of(problem, options), s, solver.fastest, options.tolerance);
   if (!(finer < options.tolerance)) return s;
   go_on(solver, problem, options, finer, s);
   // What is wrong still has not converged, whatever the heavy bodies make of the residual.
-  if (tolerance_for_light_bodies(problem, law_of(problem, options), s, solver.fastest, solver.options.tolerance) <
-      solver.options.tolerance)
+  if (tolerance_for_light_bodies(problem, law_of(problem, options), s, solver.fastest,
+                                 solver.options.tolerance) < solver.options.tolerance)
     s.status = Status::stalled;
   return s;
 }

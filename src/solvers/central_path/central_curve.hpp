@@ -140,7 +140,8 @@ void CentralCurve<System>::start(System& system, const SetProduct& K, Law law) {
   linearise();
   for_each_block(K, [&]<class S>(const S&, std::size_t block, std::size_t row) {
     const double* R = &R_[system.offset(block)];
-    for (int k = 0; k < S::dim; ++k) counts_[row + k] = !std::is_same_v<S, Bilateral> && R[(S::dim + 1) * k] != 0;
+    for (int k = 0; k < S::dim; ++k)
+      counts_[row + k] = !std::is_same_v<S, Bilateral> && R[(S::dim + 1) * k] != 0;
   });
   F_start_ = F_;
 }

@@ -180,10 +180,10 @@ Solution race_for(const Problem& problem, const Options& options, double work) {
   const Costs costs = costs_of(problem);
   ConstrainedProblem rest;
   const bool watched = options.history || options.callback;
-  const bool held =
-      !off("joints eliminated") && !problem.K.all_bilateral() && !watched && rest.make(problem, law_of(problem, options));
+  const bool held = !off("joints eliminated") && !problem.K.all_bilateral() && !watched &&
+                    rest.make(problem, law_of(problem, options));
   const Field field = problem.K.all_bilateral() ? linear_field(costs, can_factor(problem))
-                                           : field_of(problem, options, costs, held ? rest.bodies() : 0);
+                                                : field_of(problem, options, costs, held ? rest.bodies() : 0);
   Solution s = race(problem, options, field, costs.factor, work, held ? &rest : nullptr);
   s.reason = remark(problem) + s.reason;
   return s;

@@ -178,9 +178,10 @@ Solution solve_by_islands(const Problem& problem, const Options& options, Method
   std::size_t left = island.size();
   Hardness worst{-1, 0};
   std::vector<double> x0;
-  const double mean_map = tolerance == ToleranceOf::each ? 0
-                                                         : natural_map_at_zero(problem, law_of(problem, options)) /
-                                                               std::sqrt(static_cast<double>(count));
+  const double mean_map =
+      tolerance == ToleranceOf::each
+          ? 0
+          : natural_map_at_zero(problem, law_of(problem, options)) / std::sqrt(static_cast<double>(count));
   // Small groups first: what an easy one leaves over is for those that follow.
   std::stable_sort(members.begin(), members.end(),
                    [](const auto& a, const auto& b) { return a.size() < b.size(); });

@@ -63,8 +63,8 @@ void Elimination::Memory::solve_islands(std::span<const double> start, Solution&
     part.clear();
     if (!start.empty())
       for (std::size_t row : island.row) part.push_back(start[row]);
-    const IslandSolver::Result result =
-        small.solve(island, law_of(*problem, *options), {target[i], direct::aim * even, options->max_iterations}, part);
+    const IslandSolver::Result result = small.solve(
+        island, law_of(*problem, *options), {target[i], direct::aim * even, options->max_iterations}, part);
     s.iterations += result.iterations;
     s.factorizations += result.factorizations;
     short_of[i] = !result.solved;

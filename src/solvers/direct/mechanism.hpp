@@ -10,8 +10,8 @@ namespace amontons {
 // Zero in the place of velocities that no impulse changes: of a body that only turns or does not turn.
 void keep_moving(const Bodies& bodies, std::size_t body, std::array<double, 6>& d);
 
-// The bodies of a problem with its bilateral rows (sets Bilateral): with the velocities v that impulses w at the
-// bodies bring about, and the impulses x of those rows,
+// The bodies of a problem with its bilateral rows (sets Bilateral): with the velocities v that impulses w at
+// the bodies bring about, and the impulses x of those rows,
 //
 //   M v - D'x = w,   D v + E x = -u_0,   that is   K (v, -x) = (w, -u_0),   K = [M D'; D -E].
 //

@@ -114,8 +114,9 @@ class Apgd {
 template <class Make>
 std::unique_ptr<Run> started(const Problem& problem, const Options& options, Make make) {
   using Method = Apgd<decltype(make())>;
-  return std::make_unique<Driven<Method>>(
-      problem, options, [&](const Options& o, Monitor& monitor) { return Method(law_of(problem, o), monitor, make()); });
+  return std::make_unique<Driven<Method>>(problem, options, [&](const Options& o, Monitor& monitor) {
+    return Method(law_of(problem, o), monitor, make());
+  });
 }
 
 }  // namespace

@@ -241,8 +241,9 @@ Solution path_of_frozen_terms(const Problem& problem, const Options& options) {
 }  // namespace
 
 std::unique_ptr<Run> start_central_path(const Problem& problem, const Options& options) {
-  return law_of(problem, options) == Law::coulomb && problem.K.has_friction() ? start_coulomb_path(problem, options)
-                                                                 : drive<InteriorPoint>(problem, options);
+  return law_of(problem, options) == Law::coulomb && problem.K.has_friction()
+             ? start_coulomb_path(problem, options)
+             : drive<InteriorPoint>(problem, options);
 }
 
 std::unique_ptr<Run> start_path_of_frozen_terms(const Problem& problem, const Options& options) {
@@ -258,9 +259,9 @@ Solution central_path(const Problem& problem, const Options& options) {
 // where it cannot, P-SPG-FB does.
 Solution interior_point(const Problem& problem, const Options& options) {
   const std::size_t blocks = problem.K.blocks();
-  const std::size_t newtons = blocks > few_blocks           ? many_newton_iterations
+  const std::size_t newtons = blocks > few_blocks                        ? many_newton_iterations
                               : law_of(problem, options) == Law::coulomb ? coulomb_newton_iterations
-                                                            : newton_iterations;
+                                                                         : newton_iterations;
   const std::size_t first_order =
       std::min(first_order_iterations, many_first_order_work / std::max<std::size_t>(blocks, 1));
   std::vector<Phase> crossover{

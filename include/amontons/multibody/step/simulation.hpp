@@ -22,9 +22,9 @@ enum class Recovery : unsigned char {
   velocity,
 };
 
-// A solver of the caller's: x of a problem, (m,), from Options::x0 where that is not empty. It is called by the
-// thread that makes the step. Its x is judged by our residual. InputError for x of another length; x that is
-// not finite counts as none. What it throws ends the step, with the state put back.
+// A solver of the caller's: x of a problem, (m,), from Options::x0 where that is not empty. It is called by
+// the thread that makes the step. Its x is judged by our residual. InputError for x of another length; x that
+// is not finite counts as none. What it throws ends the step, with the state put back.
 using StepMethod = std::function<std::vector<double>(const Problem&, const Options&)>;
 
 // Every field: default, unit, range. Fields of 0 that say "automatic" follow from the model, so that results

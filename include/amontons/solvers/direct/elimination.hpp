@@ -6,8 +6,8 @@
 
 namespace amontons {
 
-// The direct way of `auto`, for mechanisms with few contacts: bilateral rows (sets Bilateral) are eliminated by a
-// sparse factorisation over bodies and joints, what remains is a small VI with a dense matrix for each
+// The direct way of `auto`, for mechanisms with few contacts: bilateral rows (sets Bilateral) are eliminated
+// by a sparse factorisation over bodies and joints, what remains is a small VI with a dense matrix for each
 // island, and bilateral impulses follow from its solution. Exact: x solves the VI of the problem, and the
 // residual is measured on it.
 //

@@ -18,9 +18,9 @@ from ...checks import finite, reals
 from ...errors import FileError, InputError
 from ...limits import Limits
 from ...problem.cones import (
+    Bilateral,
     Cone,
     EllipticFriction,
-    Bilateral,
     Friction,
     Interval,
     NonNegative,

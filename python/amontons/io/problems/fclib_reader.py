@@ -13,7 +13,7 @@ import scipy.sparse as sp
 from ...checks import Array
 from ...errors import FileError, InputError, SymmetrisedWarning
 from ...limits import Limits
-from ...problem.cones import Cone, Bilateral, Friction, RollingFriction
+from ...problem.cones import Bilateral, Cone, Friction, RollingFriction
 from ...problem.matrices import ASYMMETRY
 from ...problem.problem import Problem
 from ..hdf5 import Reader, open_hdf5

@@ -76,7 +76,9 @@ def load(path: str | PathLike[str], changes: dict[str, Any]) -> Simulation:
     kept = {name: value for name, value in options.items() if name not in changes}
     if isinstance(kept.get("method"), dict):
         function = shown(kept["method"].get("function"))
-        raise reader.fail(f"its method is the function {function}, which a file cannot hold; load it with method=")
+        raise reader.fail(
+            f"its method is the function {function}, which a file cannot hold; load it with method="
+        )
     if not set(kept) <= set(inspect.signature(Simulation).parameters) - {"model"}:
         raise reader.fail("/options has an option that this version does not know")
     try:

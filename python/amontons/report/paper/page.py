@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from ...io.files import write_whole
-from ..comparison import Run, single_methods, compare, write_csv
+from ..comparison import Run, compare, single_methods, write_csv
 from ..figures import convergence_figures
 from ..picture import View
 from ..snapshots import snapshots_figure
