@@ -9,7 +9,7 @@ import pytest
 from amontons import scenes
 
 ROOT = Path(__file__).resolve().parents[2]
-EXAMPLES = sorted((ROOT / "examples").glob("*.py"))
+EXAMPLES = sorted(p for part in ("*.py", "first_hour/*.py") for p in (ROOT / "examples").glob(part))
 # All that have Python blocks.
 DOCUMENTS = [
     page.relative_to(ROOT)
