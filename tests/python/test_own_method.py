@@ -100,9 +100,17 @@ def raises(problem, x0, options):
         (raises, RuntimeError, "no idea"),
         (lambda problem, x0, options: 1 / 0, ZeroDivisionError, "division"),
         (lambda problem: None, TypeError, "positional"),
-        (lambda problem, x0, options: None, amontons.InputError, "returned None; it must return the impulses x, "),
+        (
+            lambda problem, x0, options: None,
+            amontons.InputError,
+            "returned None; it must return the impulses x, ",
+        ),
         (lambda problem, x0, options: 3.0, amontons.InputError, r"returned 3.0; it must return"),
-        (lambda problem, x0, options: x0[:2], amontons.InputError, "returned 2 impulses; the problem has 24 rows"),
+        (
+            lambda problem, x0, options: x0[:2],
+            amontons.InputError,
+            "returned 2 impulses; the problem has 24 rows",
+        ),
         (lambda problem, x0, options: x0.reshape(-1, 3), amontons.InputError, r"has shape \(8, 3\)"),
         (lambda problem, x0, options: ["a"] * 24, amontons.InputError, "must hold real numbers"),
         (lambda problem, x0, options: x0 * 1j, amontons.InputError, "is complex"),
@@ -161,7 +169,9 @@ def test_copies():
     assert len(SEEN) >= 6
     assert result.residuals.max() <= 1e-6
     with pytest.warns(StepWarning, match="no idea"):
-        failed = amontons.rollout(simulation.model, [amontons.Simulation(simulation.model, method=raises)], steps=2)
+        failed = amontons.rollout(
+            simulation.model, [amontons.Simulation(simulation.model, method=raises)], steps=2
+        )
     assert "no idea" in failed.failures[0]
 
 

@@ -1,6 +1,5 @@
 #pragma once
 #include <atomic>
-#include <functional>
 #include <initializer_list>
 #include <memory>
 #include <string>
@@ -8,6 +7,7 @@
 
 #include "amontons/multibody/bodies/bodies.hpp"
 #include "amontons/multibody/kinematics/rays.hpp"
+#include "amontons/multibody/step/own_method.hpp"
 #include "amontons/multibody/step/report.hpp"
 #include "amontons/solvers/driver/options.hpp"
 
@@ -21,11 +21,6 @@ enum class Recovery : unsigned char {
   // order, and what is pushed apart keeps its speed.
   velocity,
 };
-
-// A solver of the caller's: x of a problem, (m,), from Options::x0 where that is not empty. It is called by
-// the thread that makes the step. Its x is judged by our residual. InputError for x of another length; x that
-// is not finite counts as none. What it throws ends the step, with the state put back.
-using StepMethod = std::function<std::vector<double>(const Problem&, const Options&)>;
 
 // Every field: default, unit, range. Fields of 0 that say "automatic" follow from the model, so that results
 // do not depend on the units.
