@@ -1,4 +1,4 @@
-"""A solver of one's own: projected Gauss-Seidel, beside the methods that are there, then inside a simulation."""
+"""A solver of one's own: projected Gauss-Seidel, beside the built-in methods, then inside a simulation."""
 
 from pathlib import Path
 from typing import Any

@@ -1,4 +1,4 @@
-"""A Python function as the method of a simulation: when it is believed, and what becomes of what it does wrong."""
+"""A Python function as the method of a simulation: when it is believed, and what follows from its faults."""
 
 import copy
 import gc
