@@ -98,7 +98,7 @@ void restore(Simulation& simulation, const State& saved) {
   copy(state.forces, saved.forces);
   copy(state.torques, saved.torques);
   copy(state.coordinates, saved.coordinates);
-  copy(state.targets, saved.targets);
+  copy(state.joint_forces, saved.joint_forces);
   copy(state.joint_wrenches, saved.joint_wrenches);
   copy(state.joint_slips, saved.joint_slips);
   copy(state.dof_impulses, saved.dof_impulses);
@@ -146,6 +146,18 @@ nb::dict contacts_of(const Simulation& s) {
   d["normal_velocity"] = numbers([](const Contact& c) { return c.normal_velocity; });
   d["state"] = numbers([](const Contact& c) { return static_cast<Index>(c.state); });
   return d;
+}
+
+// Pairs of geoms that began to carry a force in the last step, and that ceased to: body_a, body_b, geom_a,
+// geom_b of each, (n, 4).
+nb::tuple contact_events(const Simulation& s) {
+  const auto rows = [](const std::vector<GeomPair>& pairs) {
+    std::vector<Index> out;
+    for (const GeomPair& p : pairs) out.insert(out.end(), {p.body_a, p.body_b, p.geom_a, p.geom_b});
+    return to_numpy(std::move(out), 4);
+  };
+  const ContactEvents events = idle(s).contact_events();
+  return nb::make_tuple(rows(events.began), rows(events.ended));
 }
 
 // Arms of the contacts of the last step from both centres of mass, (n, 3) each.
@@ -318,6 +330,7 @@ void bind_simulation(nb::module_& m) {
           "impulses", [](const Simulation& s) { return to_numpy(idle(s).impulses()); },
           nb::rv_policy::automatic)
       .def("contact_arms", &contact_arms)
+      .def("contact_events", &contact_events)
       .def("joint_reactions", &joint_reactions)
       .def("tendon_lines", &lines_of<&tendon_lines>)
       .def("actuator_lines", &lines_of<&actuator_lines>)
@@ -325,6 +338,13 @@ void bind_simulation(nb::module_& m) {
           "problem", [](const Simulation& s) { return idle(s).problem(); },
           nb::for_getter(nb::sig("def problem(self) -> Problem | None")),
           "The VI of the last step, shared and never changed; None before the first.")
+      .def(
+          "instant",
+          [](const Simulation& s) {
+            StepInstant at = idle(s).instant();
+            return std::make_pair(at.time, to_numpy(std::move(at.q)));
+          },
+          "Time and generalised coordinates to which the forces of the last step belong.")
       .def("momentum", [](const Simulation& s) {
         const Momentum p = momentum(s.model(), s.state());
         return std::make_pair(p.linear, p.angular);
@@ -336,7 +356,7 @@ void bind_simulation(nb::module_& m) {
   def_view<&State::forces>(cls, "forces");
   def_view<&State::torques>(cls, "torques");
   def_vector_view<&State::coordinates>(cls, "joint_coordinates");
-  def_vector_view<&State::targets>(cls, "targets");
+  def_vector_view<&State::joint_forces>(cls, "joint_forces");
   def_view<&State::joint_wrenches>(cls, "joint_wrenches");
   def_view<&State::dof_impulses>(cls, "dof_impulses");
   def_view<&State::ball_impulses>(cls, "ball_impulses");

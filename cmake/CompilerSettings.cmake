@@ -1,5 +1,14 @@
 include(CheckCXXCompilerFlag)
 
+# The same sources give the same bytes in every folder: names of files in messages begin where the project begins.
+function(amontons_hide_folders target)
+  check_cxx_compiler_flag(-ffile-prefix-map=/a=/b AMONTONS_HAS_PREFIX_MAP)
+  if(AMONTONS_HAS_PREFIX_MAP)
+    target_compile_options(${target} PRIVATE
+      -ffile-prefix-map=${PROJECT_SOURCE_DIR}/= -ffile-prefix-map=${PROJECT_BINARY_DIR}/=)
+  endif()
+endfunction()
+
 # What every C++ target of this project is compiled with. Nothing here reaches a consumer.
 function(amontons_settings target)
   target_compile_features(${target} PUBLIC cxx_std_20)
@@ -11,6 +20,7 @@ function(amontons_settings target)
     -ffp-contract=off
     # Square roots are instructions: nobody asks for errno. No value changes.
     -fno-math-errno)
+  amontons_hide_folders(${target})
   # Functions are not replaced by those of another library: they may be inlined, and within the module of Python,
   # which takes the static library in, they are called directly and not by way of a table.
   check_cxx_compiler_flag(-fno-semantic-interposition AMONTONS_HAS_NO_INTERPOSITION)

@@ -164,7 +164,7 @@ def implicit() -> Figure:
         builder.add_body(shape=shapes.Box((0.1, 0.1, 0.1)), mass=mass, position=(0, 0, 0.1 + height))
         box = Simulation(builder.build(), dt=dt)
         path = [height]
-        box.run(0.4, lambda sim, report, path=path: path.append(sim.state.positions[0, 2] - 0.1))
+        box.run(0.4, after_step=lambda sim, report, path=path: path.append(sim.state.positions[0, 2] - 0.1))
         axes.plot(dt * np.arange(len(path)), 1e3 * np.array(path), color=BLUE, lw=2, label="amontons")
         axes.set(title=f"h = {dt * 1e3:g} ms", xlabel="time (s)", ylim=(-15, 130))
         axes.axhline(0, color="k", lw=0.6)

@@ -78,6 +78,9 @@ from .problem.problem import violations as violations
 from .problem.solution import Solution as Solution
 from .report.render import render as render
 from .report.render import render_view as render_view
+from .simulation.events import ContactEvents as ContactEvents
+from .simulation.inverse_kinematics import IkSolution as IkSolution
+from .simulation.linearise import Linearisation as Linearisation
 from .simulation.outcome import Report as Report
 from .simulation.own_method import SolveOptions as SolveOptions
 from .simulation.queries import RayHit as RayHit

@@ -394,7 +394,7 @@ class MotorKind(enum.Enum):
 
     effort = 1
 
-    speed = 2
+    velocity = 2
 
     position = 3
 
@@ -645,10 +645,10 @@ class Motor:
     def kind(self, arg: MotorKind, /) -> None: ...
 
     @property
-    def target(self) -> float: ...
+    def control(self) -> float: ...
 
-    @target.setter
-    def target(self, arg: float, /) -> None: ...
+    @control.setter
+    def control(self, arg: float, /) -> None: ...
 
     @property
     def max_effort(self) -> float: ...
@@ -657,16 +657,16 @@ class Motor:
     def max_effort(self, arg: float, /) -> None: ...
 
     @property
-    def gain(self) -> float: ...
+    def kp(self) -> float: ...
 
-    @gain.setter
-    def gain(self, arg: float, /) -> None: ...
+    @kp.setter
+    def kp(self, arg: float, /) -> None: ...
 
     @property
-    def damping_gain(self) -> float: ...
+    def kd(self) -> float: ...
 
-    @damping_gain.setter
-    def damping_gain(self, arg: float, /) -> None: ...
+    @kd.setter
+    def kd(self, arg: float, /) -> None: ...
 
 class Dof:
     def __init__(self) -> None: ...
@@ -1367,6 +1367,12 @@ class Model:
     @property
     def total_mass(self) -> float: ...
 
+    @property
+    def controls(self) -> list[tuple[int, int, int]]:
+        """
+        (actuator, joint, dof) of every control; without an actuator it is that of a motor.
+        """
+
     def overlaps(self, depth: float) -> list[tuple[int, int]]:
         """
         Pairs of geoms that may touch and overlap by more in the initial state.
@@ -1640,6 +1646,8 @@ class Simulation:
 
     def contact_arms(self) -> tuple: ...
 
+    def contact_events(self) -> tuple: ...
+
     def joint_reactions(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None))]: ...
 
     def tendon_lines(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None))]: ...
@@ -1650,6 +1658,11 @@ class Simulation:
     def problem(self) -> Problem | None:
         """
         The VI of the last step, shared and never changed; None before the first.
+        """
+
+    def instant(self) -> tuple[float, Annotated[NDArray[numpy.float64], dict(shape=(None,))]]:
+        """
+        Time and generalised coordinates to which the forces of the last step belong.
         """
 
     def momentum(self) -> tuple[list[float], list[float]]: ...
@@ -1676,7 +1689,7 @@ class Simulation:
     def joint_coordinates(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,))]: ...
 
     @property
-    def targets(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,))]: ...
+    def joint_forces(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,))]: ...
 
     @property
     def joint_wrenches(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None))]: ...
@@ -1744,7 +1757,7 @@ class Tree:
 
     def generalised_forces(self, simulation: Simulation, forces: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], torques: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)]) -> Annotated[NDArray[numpy.float64], dict(shape=(None,))]: ...
 
-def run_worlds(tree: Tree, worlds: Sequence[Simulation], controls: Annotated[NDArray[numpy.float64], dict(shape=(None, None, None), order='C', device='cpu', writable=False)] | None, records: int, repeat: int, threads: int) -> tuple:
+def run_worlds(tree: Tree, worlds: Sequence[Simulation], controls: Annotated[NDArray[numpy.float64], dict(shape=(None, None, None), order='C', device='cpu', writable=False)] | None, joint_forces: Annotated[NDArray[numpy.float64], dict(shape=(None, None, None), order='C', device='cpu', writable=False)] | None, records: int, repeat: int, threads: int) -> tuple:
     """
     Advances simulations side by side, without the GIL: q, qd, residuals and missed steps by world and record, how many records each world completed, and why it stopped.
     """

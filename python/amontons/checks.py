@@ -1,4 +1,4 @@
-"""What users hand in, brought to one form or refused with a message that names it: the one place for it.
+"""Checks of user input: values are converted to one form, or refused with a message that names them.
 
 `what` in these functions is how the message calls the value: "body "wheel": mass", "Box: half".
 """
@@ -26,13 +26,13 @@ Vector3 = tuple[float, float, float]
 Quaternion = tuple[float, float, float, float]
 """w, x, y, z"""
 Numbers = Sequence[float] | NDArray[Any]
-"""What users may hand in for a vector: a tuple, a list, an array."""
+"""Input for a vector: a tuple, a list or an array."""
 Matrix3 = tuple[Vector3, Vector3, Vector3]
 T = TypeVar("T")
 
 NO_TERMS: Mapping[str, str] = MappingProxyType({})
 LONGEST_TEXT = 100_000
-"""Of descriptions and names; a part's name may have fewer."""
+"""Limit for descriptions and names (characters); names of parts can have a lower one."""
 UNIT = 1e-6
 """|length - 1| up to which a quaternion counts as a unit quaternion with rounding and is normalised."""
 EXACT = 1e-15
@@ -55,7 +55,7 @@ def suggestion(name: object, known: Iterable[str], terms: Mapping[str, str] = NO
 
 
 def chosen(what: str, name: object, known: Mapping[str, T], terms: Mapping[str, str] = NO_TERMS) -> T:
-    """What `name` stands for among the known names; terms: as in `suggestion`."""
+    """Returns the entry of `name` among the known names; terms: as in `suggestion`."""
     if not isinstance(name, str) or name not in known:
         raise InputError(
             f"unknown {what} {shown(name)}{suggestion(name, known, terms)}; known are {', '.join(known)}"

@@ -13,6 +13,12 @@
 #endif
 #if defined(__linux__)
 #include <sched.h>
+#elif defined(_WIN32)
+#define WIN32_LEAN_AND_MEAN
+#define NOMINMAX
+#include <windows.h>
+
+#include <bit>
 #endif
 
 // How a call runs. The caller writes what is to be done into fields that all workers read, gives each thread
@@ -178,6 +184,11 @@ unsigned usable_cores() {
 #if defined(__linux__)
   cpu_set_t set;
   if (sched_getaffinity(0, sizeof set, &set) == 0) return static_cast<unsigned>(std::max(1, CPU_COUNT(&set)));
+#elif defined(_WIN32)
+  // Of the processor group of this process, which has 64 cores at most.
+  DWORD_PTR own = 0, all = 0;
+  if (GetProcessAffinityMask(GetCurrentProcess(), &own, &all) && own)
+    return static_cast<unsigned>(std::popcount(own));
 #endif
   return std::max(1u, std::thread::hardware_concurrency());
 }
@@ -205,7 +216,14 @@ struct IdlePools {
   std::vector<std::unique_ptr<ThreadPool>> pools;
   long owner = process();
 
-  ~IdlePools() { forget_after_fork(); }
+  // On Windows the end of a process ends all other threads before it comes here; and where the library is
+  // unloaded earlier, it holds the lock that a thread takes to end: joining would wait for ever.
+  ~IdlePools() {
+#if defined(_WIN32)
+    owner = -1;
+#endif
+    forget_after_fork();
+  }
   void forget_after_fork() {
     if (owner == process()) return;
     for (auto& pool : pools) static_cast<void>(pool.release());

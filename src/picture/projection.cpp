@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "amontons/base/elementary.hpp"
+
 namespace amontons {
 
 namespace {
@@ -100,7 +102,7 @@ void add_line(const PictureLine& line, std::int32_t index, const Projection& to,
   const Vec3 a = to.view(line.from), b = to.view(line.to);
   if (a.z > to.nearest() || b.z > to.nearest()) return;
   const Vec3 along = b - a;
-  const double length = std::hypot(along.x, along.y);
+  const double length = elementary::hypot(along.x, along.y);
   if (length == 0) return;
   const Vec3 side = (0.5 * line.width / length) * Vec3{-along.y, along.x, 0};
   const Corner quad[4] = {{a - side, {}}, {b - side, {}}, {b + side, {}}, {a + side, {}}};

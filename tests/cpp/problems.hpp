@@ -3,11 +3,11 @@
 #include <array>
 #include <cmath>
 #include <memory>
-#include <random>
 #include <string>
 #include <vector>
 
 #include "amontons/problem/problem.hpp"
+#include "random.hpp"
 
 // Small problems for the tests, each with what makes it hard.
 namespace small {
@@ -20,22 +20,14 @@ struct Case {
   Problem problem;
 };
 
-class Random {
+class Random : public Draws {
  public:
-  explicit Random(unsigned seed) : engine_(seed) {}
-  double normal() { return normal_(engine_); }
-  double uniform(double lo, double hi) { return lo + (hi - lo) * uniform_(engine_); }
-  std::size_t below(std::size_t n) { return engine_() % n; }
+  using Draws::Draws;
   Vector vector(std::size_t n) {
     Vector v(n);
     for (double& value : v) value = normal();
     return v;
   }
-
- private:
-  std::mt19937 engine_;
-  std::normal_distribution<double> normal_;
-  std::uniform_real_distribution<double> uniform_;
 };
 
 // Row-major A by products with unit vectors.

@@ -1,7 +1,6 @@
 // How long work may last, and what is left of it that ends early.
 #include <cmath>
 #include <numeric>
-#include <random>
 #include <thread>
 
 #include "amontons/base/patience.hpp"
@@ -27,11 +26,11 @@ BlockCholesky dense(int n) {
   BlockCholesky c(std::vector<int>{n}, {});
   c.set_zero();
   const auto slot = c.slot(0, 0);
-  std::mt19937 random(3);
-  std::uniform_real_distribution<double> entry(-0.5, 0.5);
+  small::Draws random(3);
   for (int j = 0; j < n; ++j)
     for (int i = j; i < n; ++i)
-      c.panels()[slot.offset + static_cast<std::size_t>(j) * slot.stride + i] = i == j ? n : entry(random);
+      c.panels()[slot.offset + static_cast<std::size_t>(j) * slot.stride + i] =
+          i == j ? n : random.uniform(-0.5, 0.5);
   return c;
 }
 

@@ -1,7 +1,5 @@
 #pragma once
-#include <algorithm>
 #include <cstddef>
-#include <cstdlib>
 #include <cstring>
 #include <memory>
 #include <new>
@@ -9,6 +7,8 @@
 #if defined(__linux__)
 #include <sys/mman.h>
 #endif
+
+#include "amontons/base/aligned_memory.hpp"
 
 namespace amontons {
 
@@ -23,9 +23,8 @@ class LineArray {
     // 2 MiB. Below two of them the ends would waste more than the pages save.
     constexpr std::size_t huge_page = std::size_t{1} << 21;
     const std::size_t bytes = count * sizeof(T), page = bytes >= 2 * huge_page ? huge_page : 64;
-    // A multiple of the alignment, as aligned_alloc() wants it, and never nothing.
-    const std::size_t size = std::max<std::size_t>((bytes + page - 1) / page * page, page);
-    void* memory = std::aligned_alloc(page, size);
+    const std::size_t size = (bytes + page - 1) / page * page;  // whole pages, also for madvise()
+    void* memory = aligned_allocate(page, size);
     if (!memory) throw std::bad_alloc();
     data_.reset(static_cast<T*>(memory));
     // Before the first touch, which is what gives memory its pages. If the system has none free, small ones
@@ -41,7 +40,7 @@ class LineArray {
 
  private:
   struct Free {
-    void operator()(void* p) const { std::free(p); }
+    void operator()(void* p) const { aligned_free(p); }
   };
   std::unique_ptr<T, Free> data_;
 };

@@ -2,6 +2,8 @@
 #include <array>
 #include <cmath>
 
+#include "amontons/base/elementary.hpp"
+
 // Small vectors, matrices, rotations and rigid transforms: plain data, row-major, SI units. Rotations are
 // unit quaternions (w, x, y, z) that turn body coordinates into world coordinates.
 //
@@ -131,8 +133,8 @@ inline Quat exponential(const Vec3& r) {
     const double s = 0.5 - t * (1.0 / 12 - t * (1.0 / 240 - t * (1.0 / 10080 - t * (1.0 / 725760))));
     return {c, s * r.x, s * r.y, s * r.z};
   }
-  const double half = std::sqrt(t), s = std::sin(half) / (2 * half);
-  return {std::cos(half), s * r.x, s * r.y, s * r.z};
+  const double half = std::sqrt(t), s = elementary::sin(half) / (2 * half);
+  return {elementary::cos(half), s * r.x, s * r.y, s * r.z};
 }
 // The rotation vector of q (rad), of length at most pi: exponential(logarithm(q)) = +-q. With q = (w, v)
 // turned to w >= 0 the angle is 2 atan2(|v|, w), which keeps all digits at every angle (an arc cosine of w
@@ -143,7 +145,7 @@ inline Vec3 logarithm(const Quat& q) {
   const double squared = dot(v, v), w = std::abs(q.w), t = squared / (w * w);
   if (t < 1e-4) return (2 * (1 - t * (1.0 / 3 - t * (1.0 / 5 - t * (1.0 / 7)))) / w) * v;
   const double s = std::sqrt(squared);
-  return (2 * std::atan2(s, w) / s) * v;
+  return (2 * elementary::atan2(s, w) / s) * v;
 }
 // The rotation whose third axis is the unit vector z, the other two the tangents of a contact with
 // the normal z. The quaternion half-way between the identity and the turn by twice the angle from e_z to z is

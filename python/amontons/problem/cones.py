@@ -26,7 +26,7 @@ def _count(name: str, n: object) -> int:
 
 
 class Cone:
-    """What all sets share, so that a list of several kinds has a type."""
+    """Base of all sets, so that a list of several kinds has a type."""
 
     kind: ClassVar[str]
     moments: ClassVar[bool] = False
@@ -200,7 +200,7 @@ def _spread(name: str, values: Array) -> str:
 
 @dataclass(frozen=True, eq=False, init=False)
 class EllipticFriction(Cone):
-    """Elliptic friction cones, anisotropic, with torsion and rolling as they are asked for:
+    """Elliptic friction cones, anisotropic, with optional torsion and rolling:
     (f_1/mu_1)^2 + (f_2/mu_2)^2 + (m_n/torsion)^2 + (m_1/rolling_1)^2 + (m_2/rolling_2)^2 <= f_n^2.
 
     Rows per contact: f_n, f_1, f_2 (normal and both tangents); with torsion also the moment about the normal,

@@ -52,7 +52,7 @@ METHOD_TERMS = {
     "sor": "gauss-seidel",
     "spg": "p-spg-fb",
 }
-"""What a method is called elsewhere -> here."""
+"""Names of methods elsewhere -> here."""
 OPTION_TERMS = {
     "atol": "tolerance",
     "eps": "tolerance",
@@ -69,7 +69,7 @@ OPTION_TERMS = {
     "warm-start": "x0",
     "relaxation": "omega",
 }
-"""What an option is called elsewhere -> here."""
+"""Names of options elsewhere -> here."""
 
 
 def methods() -> tuple[str, ...]:

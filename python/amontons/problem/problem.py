@@ -33,7 +33,7 @@ def write_file(
     storage: str,
     form: str,
 ) -> None:
-    """What `Problem.write` calls; amontons.io supplies it."""
+    """Function behind `Problem.write`; amontons.io supplies it."""
     raise NotImplementedError("import amontons.io, which writes files")
 
 
@@ -53,7 +53,7 @@ class Problem:
     guesses: known approximate x, each (m,).
     law: "coulomb", true Coulomb friction by the correction of De Saxce (1992); or "associated", its convex
         relaxation, in which sliding contacts separate with u_n = mu |u_t|. It is the law by which the problem
-        is solved and judged where no other is asked for; without friction both are the same.
+        is used to solve and to compute residuals unless another is given; without friction both are the same.
 
     Raises InputError that names what is wrong: shapes, NaN, an unsymmetric or indefinite matrix (where its
     diagonal shows it), negative mu, cones that do not add up to m rows.
@@ -98,7 +98,7 @@ class Problem:
 
     @classmethod
     def _from_core(cls, core: _core.Problem, *, name: str, description: str, source: str) -> Problem:
-        """The problem that the core made and keeps: shared, and read back only where it is asked for."""
+        """The problem that the core made and keeps: shared, and read back only on request."""
         problem = cls.__new__(cls)
         problem._core, problem._A, problem._cones = core, None, None
         problem._scale = S = problem.A.moment_scale() if core.has_moments else None
@@ -180,7 +180,7 @@ class Problem:
         threads: int | None = None,
         **method_options: Any,
     ) -> Solution:
-        """Solve the problem under its law, or that given; the arguments are those of `amontons.solve`."""
+        """Solve the problem under its law, or the given `law`; arguments as in `amontons.solve`."""
         method = options.require_method(method)
         opts = options.core_options(
             method,
@@ -276,7 +276,7 @@ class Problem:
 
 
 class Violations(NamedTuple):
-    """What a residual means in physical terms; all zero at a solution."""
+    """Violations in physical terms; all zero at a solution."""
 
     penetration_velocity: float
     """max of -u_n over contacts and unilateral rows, and of |u| over bilateral rows (m/s)"""

@@ -55,8 +55,8 @@ def compare(
     """Solve the problem by each method with its history recorded.
 
     A method that refuses the problem (CG with contacts, for example) gives a Run with the reason.
-    law: None for that of the problem. deadline: per method (s). before: called with the names of the problem
-    and of the method before each run.
+    law: None for that of the problem. deadline: per method (s).
+    before: called with the names of the problem and of the method before each run.
     Ctrl-C ends the comparison with the current method.
     """
     runs = []

@@ -1,4 +1,4 @@
-"""What there is to know about a problem before it is solved."""
+"""Properties of a problem before it is solved."""
 
 from __future__ import annotations
 

@@ -16,7 +16,7 @@ from ..problem.problem import Problem
 
 @dataclass(frozen=True)
 class SolveOptions:
-    """What a simulation asks of a solve: the last argument of a method of the user's own."""
+    """Options of a solve of a simulation: the last argument of a user's own method."""
 
     law: str = "coulomb"
     """coulomb | associated, the law of the problem"""
@@ -35,7 +35,7 @@ OwnMethod = Callable[[Problem, Array, SolveOptions], ArrayLike]
 
 
 def name_of(method: object) -> str:
-    """What reports call a method: its name, or that of its function."""
+    """Name of a method in reports: its name, or that of its function."""
     return method if isinstance(method, str) else getattr(method, "__name__", type(method).__name__)
 
 

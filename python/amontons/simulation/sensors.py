@@ -201,7 +201,7 @@ class Moment:
         """(bodies and links, 6): what the motion of each asks for less loads, contacts and loops, about the
         origin.
 
-        Loads are those of bodies: of a link they are none.
+        Loads belong to bodies; links have none.
         """
         left = self.momenta[:, 9:].copy()
         moving = [k for k, body in enumerate(self.model.bodies) if body.motion == "dynamic"]
@@ -281,7 +281,7 @@ def _rangefinder(now: Moment, group: Group) -> Array:
 
 
 def _entries(which: int) -> Kind:
-    """Of q or qd."""
+    """Entries of q or qd."""
 
     def reading(now: Moment, group: Group) -> list[Array]:
         coordinates = [now.model.coordinates[sensor.source] for sensor in group.sensors]
@@ -291,7 +291,7 @@ def _entries(which: int) -> Kind:
 
 
 def _efforts(column: int) -> Kind:
-    """Of what acts along degrees of freedom: 1 motor and actuators, 3 the limit."""
+    """Column of the efforts along degrees of freedom: 1 motor and actuators, 3 the limit."""
 
     def reading(now: Moment, group: Group) -> Array:
         coordinates = [now.model.coordinates[sensor.source] for sensor in group.sensors]

@@ -16,7 +16,7 @@ TOLERANCES = tuple(f"1e-{k}" for k in range(2, 13))
 
 
 def add_solver(server: viser.ViserServer, run: LiveRun, post: Post) -> None:
-    """What is chosen holds from the next step on; what cannot be used is told and changes nothing."""
+    """A choice holds from the next step on. An invalid choice gives a message and changes nothing."""
     gui, options = server.gui, run.simulation.options
 
     def change(name: str, value: Any) -> None:

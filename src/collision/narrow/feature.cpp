@@ -4,6 +4,8 @@
 #include <array>
 #include <cmath>
 
+#include "amontons/base/elementary.hpp"
+
 // What a body rests on along a direction. The support function names one extreme point; a manifold needs all
 // that are nearly extreme, because a box that is tilted by rounding still rests on a face. The thresholds
 // below decide between face, edge and point; they are angles, so that they hold in any unit. They are wide on
@@ -66,7 +68,7 @@ void cap_feature(const Convex& body, const Vec3& direction, double c, const Vec3
   const double tilt = norm(down);
   double angle = -1;  // of the extreme point, in sides of the polygon; none within 1 mrad of flat
   if (tilt > 1e-3) {
-    angle = std::atan2(dot(down, f), dot(down, e)) * (cap_corners / 6.283185307179586);
+    angle = elementary::atan2(dot(down, f), dot(down, e)) * (cap_corners / 6.283185307179586);
     if (angle < 0) angle += cap_corners;
   }
   // Where the polygon would hide the extreme point, on a cap that is tilted, the exact one is put in its
@@ -78,7 +80,7 @@ void cap_feature(const Convex& body, const Vec3& direction, double c, const Vec3
     std::array<std::array<double, 2>, cap_corners> table;
     for (int k = 0; k < cap_corners; ++k) {
       const double a = 6.283185307179586 * k / cap_corners;
-      table[k] = {std::cos(a), std::sin(a)};
+      table[k] = {elementary::cos(a), elementary::sin(a)};
     }
     return table;
   }();

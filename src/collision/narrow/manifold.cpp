@@ -23,7 +23,7 @@ namespace amontons::collision {
 
 namespace {
 
-constexpr double infinity = std::numeric_limits<double>::infinity();
+constexpr double unbounded = std::numeric_limits<double>::infinity();
 
 // The plane across the contact normal, through a point of the contact: clipping happens in its coordinates.
 struct TangentFrame {
@@ -98,7 +98,7 @@ bool is_on_line(const Lifted& p, const Lifted& a, const Lifted& b, double merge)
 // Of a face or an edge; what counts as the same point is relative to it.
 // Squares are compared, and one root is taken at the end.
 double shortest_edge(const Feature& f) {
-  double least = infinity;
+  double least = unbounded;
   for (int i = 0; i < f.count; ++i)
     least = std::min(least, norm_squared(f.points[i] - f.points[i + 1 < f.count ? i + 1 : 0]));
   return std::sqrt(least);
@@ -110,14 +110,14 @@ double shortest_edge(const Feature& f) {
 // same.
 double emit(Clipper& c, const TangentFrame& frame, double merge, double margin, bool clipped_above,
             std::vector<ContactPoint>& points) {
-  double least = infinity;
+  double least = unbounded;
   for (int i = 0; i < c.count; ++i) {
     const Lifted& p = c.clipped[i];
     bool repeated = false;
     for (int k = 0; k < i && !repeated; ++k) repeated = is_near(p, c.clipped[k], merge) && c.gap[k] <= margin;
     least = std::min(least, c.gap[i]);
     if (repeated) {
-      c.gap[i] = infinity;  // so that no chain of neighbours hides behind it
+      c.gap[i] = unbounded;  // so that no chain of neighbours hides behind it
       continue;
     }
     if (c.gap[i] > margin) continue;
@@ -163,7 +163,7 @@ double clip_edges(Clipper& c, const TangentFrame& frame, double margin, std::vec
   Lifted b[2] = {frame.lift(c.feature_b.points[0]), frame.lift(c.feature_b.points[1])};
   const double du = a1.u - a0.u, dv = a1.v - a0.v, length = std::sqrt(du * du + dv * dv);
   const double eu = b[1].u - b[0].u, ev = b[1].v - b[0].v, other = std::sqrt(eu * eu + ev * ev);
-  if (length == 0 || other == 0 || std::abs(du * ev - dv * eu) > parallel * length * other) return infinity;
+  if (length == 0 || other == 0 || std::abs(du * ev - dv * eu) > parallel * length * other) return unbounded;
   const auto along = [&](const Lifted& p) { return ((p.u - a0.u) * du + (p.v - a0.v) * dv) / length; };
   double from = along(b[0]), to = along(b[1]);
   if (from > to) {
@@ -171,7 +171,7 @@ double clip_edges(Clipper& c, const TangentFrame& frame, double margin, std::vec
     std::swap(b[0], b[1]);
   }
   const double begin = std::max(0.0, from), end = std::min(length, to);
-  if (end <= begin) return infinity;
+  if (end <= begin) return unbounded;
   c.count = 0;
   for (double s : {begin, end}) {
     const Lifted p = lerp(a0, a1, s / length), q = lerp(b[0], b[1], (s - from) / (to - from));
@@ -212,7 +212,7 @@ double clip_features(const Convex& a, const Convex& b, const Vec3& normal, const
   if (fb.count > 2) return clip_by_face(c, fa, fb, true, frame, size, margin, points);
   if (fa.count > 2) return clip_by_face(c, fb, fa, false, frame, size, margin, points);
   if (fa.count == 2 && fb.count == 2) return clip_edges(c, frame, margin, points);
-  return infinity;
+  return unbounded;
 }
 
 void manifold(const Convex& a, const Convex& b, const Separation& deepest, double margin,

@@ -16,6 +16,8 @@
 #include <cmath>
 #include <limits>
 
+#include "amontons/base/elementary.hpp"
+
 namespace amontons {
 
 namespace {
@@ -116,7 +118,8 @@ void SupportPoints::keep_under_turns(double height, std::span<unsigned char> kep
   kept[base.point] = 1;
   double width = 0;
   for (const Site& s : sites_)
-    if (s.height <= base.height + height) width = std::max(width, std::hypot(s.u - base.u, s.v - base.v));
+    if (s.height <= base.height + height)
+      width = std::max(width, elementary::hypot(s.u - base.u, s.v - base.v));
   if (!(width > 0)) return;
   const double slope = height / width, half = std::sqrt(0.5);
   const double around[8][2] = {{1, 0},  {half, half},   {0, 1},  {-half, half},

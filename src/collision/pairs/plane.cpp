@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "amontons/base/elementary.hpp"
 #include "collision/narrow/convex.hpp"
 
 // Shapes on a half space. The gap of a point p is its height <n, p - at> over the plane: linear, so that the
@@ -68,7 +69,8 @@ void cylinder_on_plane(const Cylinder& cylinder, const Transform& frame, const P
     constexpr int corners = 12;
     for (int k = 0; k < corners; ++k) {
       const double angle = 6.283185307179586 * k / corners;
-      plane.add(cap + cylinder.radius * (std::cos(angle) * r.column(0) + std::sin(angle) * r.column(1)));
+      plane.add(cap + cylinder.radius *
+                          (elementary::cos(angle) * r.column(0) + elementary::sin(angle) * r.column(1)));
     }
   }
 }

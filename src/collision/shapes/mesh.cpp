@@ -9,6 +9,7 @@
 #include <tuple>
 #include <utility>
 
+#include "amontons/base/elementary.hpp"
 #include "amontons/base/error.hpp"
 #include "collision/shapes/triangle_mesh.hpp"
 
@@ -76,28 +77,28 @@ void find_normals(TriangleMesh& mesh) {
 
 // Edge k of a triangle, named by its ends: sorted by them, the edges that several triangles share lie
 // together.
-struct HalfEdge {
+struct SharedEdge {
   std::int32_t low, high, triangle, k;
   bool up;  // from low to high
-  auto operator<=>(const HalfEdge&) const = default;
+  auto operator<=>(const SharedEdge&) const = default;
 };
 
 // The angle through the outside from triangle e to triangle other about their common edge, in (0, 2 pi]: in
 // the plane across the edge `inward` points into triangle e and its normal n to the outside, so that the
 // third corner of the other triangle lies at atan2(<n, to>, <inward, to>).
-double outer_angle(const TriangleMesh& mesh, const HalfEdge& e, const HalfEdge& other) {
+double outer_angle(const TriangleMesh& mesh, const SharedEdge& e, const SharedEdge& other) {
   const Vec3 &a = mesh.corner(e.triangle, e.k), &b = mesh.corner(e.triangle, e.k + 1);
   const Vec3 &n = mesh.normals[e.triangle], inward = cross(n, normalised(b - a));
   const Vec3 to = mesh.corner(other.triangle, other.k + 2) - a;
-  const double angle = std::atan2(dot(n, to), dot(inward, to));
+  const double angle = elementary::atan2(dot(n, to), dot(inward, to));
   // The back of a sheet lies on its front: all the way round, not at no angle at all.
   return angle > 1e-9 ? angle : angle + 2 * std::numbers::pi;
 }
 
 // Sorting stands in for a hash table of edges: no allocation per edge, and an order that depends on the mesh
 // only. All edges, those between the same two ends one after the other.
-std::vector<HalfEdge> sorted_edges(const TriangleMesh& mesh) {
-  std::vector<HalfEdge> edges;
+std::vector<SharedEdge> edges_by_ends(const TriangleMesh& mesh) {
+  std::vector<SharedEdge> edges;
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
     for (int k = 0; k < 3; ++k) {
       const std::int32_t a = mesh.triangles[t][k], b = mesh.triangles[t][(k + 1) % 3];
@@ -110,10 +111,10 @@ std::vector<HalfEdge> sorted_edges(const TriangleMesh& mesh) {
 // Sets the neighbour of triangle e across its edge, and the kind of that edge, from `shared`: all edges
 // between the same ends. Where more than two triangles meet at an edge, neighbours are those that bound the
 // same outside: the first one met on the way round the edge through the outside.
-void set_neighbour(TriangleMesh& mesh, const HalfEdge& e, std::span<const HalfEdge> shared) {
-  const HalfEdge* best = nullptr;
+void set_neighbour(TriangleMesh& mesh, const SharedEdge& e, std::span<const SharedEdge> shared) {
+  const SharedEdge* best = nullptr;
   double best_angle = 0;
-  for (const HalfEdge& other : shared) {
+  for (const SharedEdge& other : shared) {
     if (other.up == e.up) continue;  // seen from the same outside it would run the other way
     const double angle = outer_angle(mesh, e, other);
     if (best && !(angle < best_angle)) continue;
@@ -131,12 +132,12 @@ void set_neighbour(TriangleMesh& mesh, const HalfEdge& e, std::span<const HalfEd
 // Step 3. What lies across every edge, and of which kind the edge is. Two triangles that run the same way
 // along it show different sides to the outside.
 void find_neighbours(TriangleMesh& mesh) {
-  const std::vector<HalfEdge> edges = sorted_edges(mesh);
+  const std::vector<SharedEdge> edges = edges_by_ends(mesh);
   mesh.neighbours.assign(mesh.triangles.size(), {-1, -1, -1});
   mesh.edges.assign(mesh.triangles.size(), {});
   for (auto first = edges.begin(); first != edges.end();) {
     const auto last = std::find_if(
-        first, edges.end(), [&](const HalfEdge& e) { return e.low != first->low || e.high != first->high; });
+        first, edges.end(), [&](const SharedEdge& e) { return e.low != first->low || e.high != first->high; });
     AMONTONS_REQUIRE(
         last - first != 2 || first->up != first[1].up,
         name_of(static_cast<std::size_t>(first->triangle)) + " and triangle " +
@@ -164,7 +165,7 @@ void describe_vertices(TriangleMesh& mesh) {
       joined.emplace_back(next, v);
       const Vec3 a = normalised(mesh.corner(t, k + 1) - mesh.corner(t, k));
       const Vec3 b = normalised(mesh.corner(t, k + 2) - mesh.corner(t, k));
-      mesh.vertex_normals[v] += std::atan2(norm(cross(a, b)), dot(a, b)) * mesh.normals[t];
+      mesh.vertex_normals[v] += elementary::atan2(norm(cross(a, b)), dot(a, b)) * mesh.normals[t];
       const collision::EdgeKind kind = mesh.edges[t][k];
       for (std::int32_t end : {v, next}) {
         mesh.is_active[end] |= kind != collision::EdgeKind::flat;

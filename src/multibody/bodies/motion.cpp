@@ -4,6 +4,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "amontons/base/elementary.hpp"
+
 namespace amontons {
 
 namespace {
@@ -21,7 +23,7 @@ double cayley_time(const Vec3& W, double h) {
   const double t = 0.25 * h * h * norm_squared(W);
   if (t < 1e-3) return h * (1 + t * (1.0 / 3 + t * (2.0 / 15 + t * (17.0 / 315 + t * (62.0 / 2835)))));
   const double x = std::sqrt(t);
-  return h * std::tan(std::min(x, 1.2)) / x;
+  return h * elementary::tan(std::min(x, 1.2)) / x;
 }
 
 // Newton's method for F(W) = 2 I (W - W0) - s (I W) x W = 0 in W = Wm, with s taken as constant in the

@@ -21,7 +21,7 @@ namespace {
 double level_of(double margin) { return 0.01 * margin; }
 
 // The cosine of 1e-4 rad. Contacts that differ by less have one normal.
-constexpr double same_normal = 1 - 5e-9;
+constexpr double coplanar = 1 - 5e-9;
 
 // Spheres, boxes and so on of bodies that impulses move.
 bool may_pass(const Model& model, Index body, Index geom) {
@@ -66,7 +66,7 @@ const InternalEdges::Touch* InternalEdges::find_level(const Reach& reach,
   const double level = level_of(reach.margin);
   const Transform& ground = frames[touch.ground];
   for (const Touch& t : touches_of(touch.body)) {
-    if (states_[t.pair].passed || t.ground == touch.ground || dot(touch.up, t.up) > same_normal) continue;
+    if (states_[t.pair].passed || t.ground == touch.ground || dot(touch.up, t.up) > coplanar) continue;
     if (dot(t.up, ground.position - t.on_ground) > level) continue;  // mostly it is far above the plane
     const double rise = extent_along(y, ground, t.up, t.on_ground);
     if (rise + rises(t) > level || extent_along(x, frames[t.body], -t.up, t.on_body) > level) continue;
@@ -88,7 +88,7 @@ const InternalEdges::Touch* InternalEdges::find_rim(const Reach& reach, const st
   const double level = level_of(reach.margin);
   for (const Touch& t : touches_of(touch.body)) {
     const double cosine = dot(touch.up, t.up);
-    if (states_[t.pair].passed || t.ground == touch.ground || cosine > same_normal || cosine < -0.01)
+    if (states_[t.pair].passed || t.ground == touch.ground || cosine > coplanar || cosine < -0.01)
       continue;
     const Vec3 behind = touch.on_ground + (10 * level) * normalised(touch.up - cosine * t.up);
     const Shape& z = reach.model.geom(t.ground).shape;

@@ -23,7 +23,7 @@ double reach_of(const Reach& reach) { return 0.1 * reach.margin; }
 constexpr std::size_t few = 4;
 // About 8 degrees: less than the edges of a body or of the ground turn by, more than a fine mesh from one
 // triangle to the next.
-constexpr double same_normal = 0.99;  // cosine
+constexpr double parallel_normals = 0.99;  // cosine
 
 // Shapes with any number of corners. The others have few, each of which is known by name.
 bool has_many_corners(const Shape& shape) {
@@ -46,7 +46,7 @@ void RedundantPoints::choose(const Reach& reach, std::span<const Contact> contac
     group_.clear();
     for (std::size_t k = i; k < contacts.size(); ++k) {
       const Contact& c = contacts[k];
-      if (grouped_[k] || dot(c.normal, contacts[i].normal) <= same_normal) continue;
+      if (grouped_[k] || dot(c.normal, contacts[i].normal) <= parallel_normals) continue;
       grouped_[k] = 1;
       group_.push_back(static_cast<std::uint32_t>(k));
       points_.push_back({c.point, c.gap, end_gap(c, reach)});

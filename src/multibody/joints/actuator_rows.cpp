@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "amontons/base/elementary.hpp"
 #include "multibody/joints/transmissions.hpp"
 
 namespace amontons {
@@ -44,7 +45,7 @@ double next_activation(const Actuator& actuator, double control, double w, doubl
   if (actuator.dynamics == ActivationKind::integrator) w += h * u;
   // Exact for a control that is held over the step, stable for any.
   if (actuator.dynamics == ActivationKind::filter)
-    w = actuator.time_constant > 0 ? w - std::expm1(-h / actuator.time_constant) * (u - w) : u;
+    w = actuator.time_constant > 0 ? w - elementary::expm1(-h / actuator.time_constant) * (u - w) : u;
   return std::clamp(w, actuator.lower_activation, actuator.upper_activation);
 }
 

@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "amontons/base/elementary.hpp"
 #include "amontons/problem/contact.hpp"
 
 namespace amontons {
@@ -9,7 +10,7 @@ namespace {
 
 // The rotation by an angle about a unit axis.
 Quat turn_about(const Vec3& axis, double angle) {
-  const double c = std::cos(0.5 * angle), s = std::sin(0.5 * angle);
+  const double c = elementary::cos(0.5 * angle), s = elementary::sin(0.5 * angle);
   return {c, s * axis.x, s * axis.y, s * axis.z};
 }
 

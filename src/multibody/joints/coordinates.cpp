@@ -7,6 +7,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "amontons/base/elementary.hpp"
 #include "multibody/joints/couplings.hpp"
 #include "multibody/joints/joint_context.hpp"
 #include "multibody/joints/tendons.hpp"
@@ -61,7 +62,7 @@ Fit fit(const Joint& joint, const Transform& relative, double length, std::span<
 // The angle of a rotation about a unit axis (swing-twist decomposition) next to `near`. It minimises the
 // angle of the rotation that is left.
 double hinge_angle(const Quat& rotation, const Vec3& axis, double near) {
-  const double angle = 2 * std::atan2(dot(rotation.vector(), axis), rotation.w);
+  const double angle = 2 * elementary::atan2(dot(rotation.vector(), axis), rotation.w);
   return std::abs(angle - near) <= pi ? angle : near + std::remainder(angle - near, 2 * pi);
 }
 
@@ -171,7 +172,7 @@ void update_coordinates(const Model& model, const BodyFrames& bodies, State& sta
 }
 
 // Dofs of a joint whose bodies do not fit T(0) get the coordinates of the given poses, not zeros; motors get
-// the targets of the description; no impulses, as there was no step.
+// the controls of the description; no impulses, as there was no step.
 State initial_state(const Model& model) {
   State s;
   // The poses as they are given, of unit quaternions to rounding; a description allows 1e-6.
@@ -196,7 +197,8 @@ State initial_state(const Model& model) {
     s.activations.push_back(actuator.activation);
   }
   for (const Joint& joint : model.description().joints)
-    for (const Dof& dof : joint.dofs) s.targets.push_back(dof.motor.target);
+    for (const Dof& dof : joint.dofs)
+      if (dof.motor.kind != MotorKind::none) s.controls.push_back(dof.motor.control);
   BodyFrames frames;
   BodyMobilities mobility;
   BodyVelocities velocities;

@@ -60,7 +60,7 @@ struct DofRow {
   const Dof& dof;
   Index joint, index;  // of the dof: global
   double scale;        // s
-  double q, target;    // m or rad; of the motor
+  double q, control;   // m or rad; of the motor
   DofImpulse last;     // along q
   JacobianRow row;     // D v = s q'
   double before;       // q' that the last step ended with
@@ -68,12 +68,12 @@ struct DofRow {
   RowTag tag(RowKind kind, double sign = 1) const { return {kind, joint, index, sign, {}, {}, scale}; }
 };
 
-void append_drive(const RowInput& in, const DofRow& d, JointRows& rows) {
+void append_passive(const RowInput& in, const DofRow& d, JointRows& rows) {
   const Dof& dof = d.dof;
   const double damping = in.options.dampers ? dof.damping : 0;
   const auto terms =
       drive_terms({dof.stiffness, d.q - dof.rest, damping, dof.armature, d.before, 0}, d.scale, in.options.h);
-  if (terms) rows.append(Bilateral{}, d.row, *terms, d.last.drive / d.scale, d.tag(RowKind::drive));
+  if (terms) rows.append(Bilateral{}, d.row, *terms, d.last.passive / d.scale, d.tag(RowKind::passive));
 }
 
 // The speed of a position motor at the distance `way` of its target: the way within the step, but no faster
@@ -95,23 +95,23 @@ double within_limits(const DofRow& d, double c, const JointOptions& options) {
   return std::clamp(c, -up, down);
 }
 
-// With a gain the motor is a damper about its speed, x = h g (target - q'+), or a spring about its target
-// with a damper, x = -h g (q + h q'+ - target) - h d q'+, as in append_drive. Without, it asks for a speed:
-// its own, or the one that brings it to its target.
+// With gains the motor is a damper about its velocity, x = h kd (control - q'+), or a spring about its
+// coordinate with a damper, x = -h kp (q + h q'+ - control) - h kd q'+, as in append_passive. Without, it
+// asks for a velocity: its own, or the one that brings it to its coordinate.
 RowTerms motor_terms(const RowInput& in, const DofRow& d) {
   const Motor& motor = d.dof.motor;
   const double h = in.options.h, s = d.scale;
-  if (motor.kind == MotorKind::speed) return {motor.gain > 0 ? s * s / (h * motor.gain) : 0.0, -s * d.target};
-  if (motor.gain > 0) {
-    const double compliance = s * s / (h * h * motor.gain + h * motor.damping_gain);
-    return {compliance, compliance * h * motor.gain * (d.q - d.target) / s};
+  if (motor.kind == MotorKind::velocity) return {motor.kd > 0 ? s * s / (h * motor.kd) : 0.0, -s * d.control};
+  if (motor.kp > 0) {
+    const double compliance = s * s / (h * h * motor.kp + h * motor.kd);
+    return {compliance, compliance * h * motor.kp * (d.q - d.control) / s};
   }
   // Turns can be counted as long as a step makes less than half of one; a quarter leaves room. A slide has no
   // turns, but a target that jumps by metres shall not fling the bodies: a length at most.
   const double quarter_turn = 0.5 * std::numbers::pi;
   const double largest = (d.dof.kind == Dof::Kind::hinge ? quarter_turn : 1) * in.options.length;
   const double strongest = motor.max_effort / s * inverse_effective_mass(d.row, in.bodies.mobility);
-  return {0, std::clamp(approach_speed(s * (d.q - d.target), strongest, h), -largest / h, largest / h)};
+  return {0, std::clamp(approach_speed(s * (d.q - d.control), strongest, h), -largest / h, largest / h)};
 }
 
 // Returns the speed of the row that the motor asks for. An effort motor has no row: its impulse is known and
@@ -123,11 +123,11 @@ double append_motor(const RowInput& in, const DofRow& d, JointRows& rows) {
   if (motor.kind == MotorKind::effort) {
     RowTag tag = d.tag(RowKind::motor);
     tag.scale = 1;
-    rows.efforts.push_back({tag, h * std::clamp(d.target, -motor.max_effort, motor.max_effort)});
+    rows.efforts.push_back({tag, h * std::clamp(d.control, -motor.max_effort, motor.max_effort)});
     return 0;
   }
   RowTerms terms = motor_terms(in, d);
-  if (motor.gain == 0 && motor.max_effort == infinity) {
+  if (motor.kp == 0 && motor.kd == 0 && motor.max_effort == infinity) {
     terms.c = within_limits(d, terms.c, in.options);
     terms.restraint = Restraint::held;
   }
@@ -162,17 +162,17 @@ void append_dof_rows(const RowInput& in, const JointContext& joint, JointRows& r
   for (std::size_t i = 0; i < dofs.size(); ++i) {
     const Dof& dof = dofs[i];
     const double s = joint.scale(i), h = in.options.h;
-    const double target = dof.motor.kind == MotorKind::none ? 0 : in.state.targets[first + i];
+    const Index control = in.model.control_of_dof(first + i);
     const DofRow d{dof,
                    joint.index,
                    static_cast<Index>(first + i),
                    s,
                    q[i],
-                   target,
+                   control < 0 ? 0 : in.state.controls[control],
                    in.state.dof_impulses[first + i],
                    joint_row(joint, s * joint.duals[i]),
                    dof.armature > 0 ? rates[i] : 0};
-    append_drive(in, d, rows);
+    append_passive(in, d, rows);
     const double motor_speed = append_motor(in, d, rows);
     for (const Index k : in.model.actuators_of_dof(first + i))
       append_actuator(in, k, {d.row, s, q[i], row_velocity(d.row, in.bodies.start) / s}, rows);

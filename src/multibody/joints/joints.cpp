@@ -100,7 +100,7 @@ void append_ball_rows(const RowInput& in, const JointContext& joint, JointRows& 
   const auto axis = [](int k) { return Vec3{k == 0 ? 1.0 : 0.0, k == 1 ? 1.0 : 0.0, k == 2 ? 1.0 : 0.0}; };
   const auto tag_of = [&](RowKind kind, Index k) { return RowTag{kind, joint.index, k, 1, {}, {}, s}; };
 
-  // Spring k towards r = 0, damper d and inertia a, as the drive of a dof (append_drive): with r+ = r + h
+  // Spring k towards r = 0, damper d and inertia a, as the drive of a dof (append_passive): with r+ = r + h
   // omega
   //   omega + E x + c = 0,  E = 1 / (h^2 k + h d + a),  c = E (h k r - a omega-),
   // where omega - omega- is the change of the spin over the step (spin_before).
@@ -173,7 +173,8 @@ void add_motor_loads(const Model& model, std::span<const JointContext> joints, c
     for (std::size_t i = 0; i < joint.dofs.size(); ++i) {
       if (!is_effort(joint.dofs[i])) continue;
       const double bound = joint.dofs[i].motor.max_effort;
-      const double impulse = h * std::clamp(state.targets[model.first_dof(j) + i], -bound, bound);
+      const double impulse =
+          h * std::clamp(state.controls[model.control_of_dof(model.first_dof(j) + i)], -bound, bound);
       const JacobianRow row = joint_row(context, impulse * context.duals[i]);
       add(row.body_a, row.a);
       add(row.body_b, row.b);

@@ -27,8 +27,8 @@ namespace {
 // Where the impulse of a row along one coordinate is kept; null for a row whose impulse is a wrench.
 double* place_of(const RowTag& tag, State& state) {
   switch (tag.kind) {
-    case RowKind::drive:
-      return &state.dof_impulses[tag.dof].drive;
+    case RowKind::passive:
+      return &state.dof_impulses[tag.dof].passive;
     case RowKind::motor:
       return &state.dof_impulses[tag.dof].motor;
     case RowKind::friction:
@@ -41,7 +41,7 @@ double* place_of(const RowTag& tag, State& state) {
       return &state.coupling_impulses[tag.joint];
     case RowKind::tendon: {
       TendonImpulse& tendon = state.tendon_impulses[tag.joint];
-      return std::array{&tendon.drive, &tendon.spring, &tendon.friction, &tendon.limit}[tag.dof];
+      return std::array{&tendon.passive, &tendon.spring, &tendon.friction, &tendon.limit}[tag.dof];
     }
     case RowKind::actuator:
       return &state.actuator_impulses[tag.joint];

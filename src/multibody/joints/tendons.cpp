@@ -135,7 +135,7 @@ void append_springs(const RowInput& in, const TendonRow& t, JointRows& rows) {
   }
   if (auto terms = drive_terms(both, t.s, h)) {
     terms->c += t.narrow.offset;
-    rows.append(Bilateral{}, t.narrow.row, *terms, t.last.drive / t.s, t.tag(drive));
+    rows.append(Bilateral{}, t.narrow.row, *terms, t.last.passive / t.s, t.tag(drive));
   }
 }
 
@@ -225,7 +225,7 @@ void append_tendon_rows(const RowInput& in, JointRows& rows) {
     NarrowRow narrow;
     if (pulled || acts(in, d, line.length, s, speed)) {
       const TendonImpulse& last = in.state.tendon_impulses[k];
-      double all = last.drive + last.spring + last.friction + last.limit;
+      double all = last.passive + last.spring + last.friction + last.limit;
       for (const Index a : actuators)
         all += in.model.description().actuators[a].transmission.gear * in.state.actuator_impulses[a];
       narrow = narrowed(line.row, in.bodies, all / s, {RowKind::tendon, index, -1}, rows);

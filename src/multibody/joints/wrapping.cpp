@@ -11,6 +11,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "amontons/base/elementary.hpp"
+
 namespace amontons {
 namespace {
 
@@ -26,7 +28,7 @@ Vec2 operator*(double s, const Vec2& a) { return {s * a.x, s * a.y}; }
 double dot(const Vec2& a, const Vec2& b) { return a.x * b.x + a.y * b.y; }
 double cross(const Vec2& a, const Vec2& b) { return a.x * b.y - a.y * b.x; }
 Vec2 left_of(const Vec2& a) { return {-a.y, a.x}; }
-double norm(const Vec2& a) { return std::hypot(a.x, a.y); }
+double norm(const Vec2& a) { return elementary::hypot(a.x, a.y); }
 
 struct Arc {
   Vec2 first, last;
@@ -52,7 +54,7 @@ std::optional<Arc> around(const Vec2& a, const Vec2& b, double r, const std::opt
   if (!far && dot(nearest, nearest) > r * r) return std::nullopt;
   const double turn = far ? -turn_short : turn_short;
   const Vec2 first = touching(a, r, turn), last = touching(b, r, -turn);
-  double angle = turn * std::atan2(cross(first, last), dot(first, last));
+  double angle = turn * elementary::atan2(cross(first, last), dot(first, last));
   if (angle < 0) angle += 2 * std::numbers::pi;
   return Arc{first, last, r * angle};
 }
@@ -66,9 +68,9 @@ std::optional<Arc> around(const Vec2& a, const Vec2& b, double r, const std::opt
 // circle.
 std::optional<Arc> through(const Vec2& a, const Vec2& b, double r) {
   const double A = r / norm(a), B = r / norm(b);
-  const double G = std::atan2(std::abs(cross(a, b)), dot(a, b));
+  const double G = elementary::atan2(std::abs(cross(a, b)), dot(a, b));
   const auto excess = [&](double t) {
-    return 2 * t - std::asin(A * std::sin(t)) - std::asin(B * std::sin(t)) - G;
+    return 2 * t - elementary::asin(A * elementary::sin(t)) - elementary::asin(B * elementary::sin(t)) - G;
   };
   double low = 0, high = 0.5 * std::numbers::pi;
   if (excess(high) <= 0) return std::nullopt;
@@ -76,7 +78,7 @@ std::optional<Arc> through(const Vec2& a, const Vec2& b, double r) {
   // Newton's method within brackets: bisection where a step leaves them.
   for (int k = 0; k < 100; ++k) {
     if (!(t > low && t < high)) t = 0.5 * (low + high);
-    const double f = excess(t), s = std::sin(t), c = std::cos(t);
+    const double f = excess(t), s = elementary::sin(t), c = elementary::cos(t);
     if (f == 0 || high - low < tiny) break;
     (f > 0 ? high : low) = t;
     const double slope = 2 - A * c / std::sqrt(1 - A * A * s * s) - B * c / std::sqrt(1 - B * B * s * s);
@@ -84,9 +86,9 @@ std::optional<Arc> through(const Vec2& a, const Vec2& b, double r) {
     if (std::abs(next - t) < tiny) break;
     t = next;
   }
-  const double turn = (cross(a, b) >= 0 ? 1 : -1) * (t - std::asin(A * std::sin(t)));
+  const double turn = (cross(a, b) >= 0 ? 1 : -1) * (t - elementary::asin(A * elementary::sin(t)));
   const Vec2 u = 1 / norm(a) * a;
-  const Vec2 P = r * (std::cos(turn) * u + std::sin(turn) * left_of(u));
+  const Vec2 P = r * (elementary::cos(turn) * u + elementary::sin(turn) * left_of(u));
   return Arc{P, P, 0};
 }
 
@@ -132,7 +134,7 @@ std::optional<Wrap> wrap(const Vec3& a_world, const Vec3& b_world, PathElement::
     const double slope = (b3.z - a3.z) / (before + length + after);
     first.z = a3.z + slope * before;
     last.z = a3.z + slope * (before + length);
-    length = std::hypot(length, last.z - first.z);
+    length = elementary::hypot(length, last.z - first.z);
   }
   return Wrap{obstacle(first), obstacle(last), length};
 }

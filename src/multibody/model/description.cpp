@@ -118,11 +118,16 @@ void check_dof(const Dof& dof, const std::string& who) {
                            {dof.damping, "damping"},
                            {dof.friction, "friction"},
                            {dof.armature, "armature"},
-                           {dof.motor.gain, "the gain of the motor"},
-                           {dof.motor.damping_gain, "the damping gain of the motor"}});
+                           {dof.motor.kp, "kp of the motor"},
+                           {dof.motor.kd, "kd of the motor"}});
   require(std::isfinite(dof.rest), who, "the rest coordinate of the spring is not finite");
   require(dof.motor.max_effort > 0, who, "the largest effort of the motor must be positive");
-  require(std::isfinite(dof.motor.target), who, "the target of the motor is not finite");
+  require(std::isfinite(dof.motor.control), who, "the control of the motor is not finite");
+  const MotorKind kind = dof.motor.kind;
+  require(dof.motor.kp == 0 || kind == MotorKind::position, who,
+          "kp is of motors to positions; a velocity motor takes kd, an effort motor none");
+  require(dof.motor.kd == 0 || kind == MotorKind::velocity || dof.motor.kp > 0, who,
+          "kd is of velocity motors and of position motors with kp; give kp, or damping of the joint");
   require(dof.lower_effort <= dof.upper_effort && dof.lower_effort < infinity && dof.upper_effort > -infinity,
           who, "the bounds of the effort of actuators leave none; the lower one comes first");
 }

@@ -101,6 +101,7 @@ Model::Model(ModelDescription description) : d_(std::move(description)) {
                                                                       : other_actuators_;
     list.push_back(static_cast<Index>(k));
   }
+  list_controls();
   for (const auto& [a, b] : d_.excluded_bodies) excluded_.push_back(ordered(a, b));
   std::sort(excluded_.begin(), excluded_.end());
   for (const auto& [a, b] : d_.excluded_geoms) excluded_geoms_.push_back(ordered(a, b));
@@ -124,6 +125,27 @@ void Model::weigh_mechanisms() {
     mobility_factor_.push_back(std::min(1.0, lightness / least_lightness));
     lightness = off("lightness") ? 1 : std::max(lightness, least_lightness);
   }
+}
+
+// Actuators come first, so that controls of MJCF keep their order.
+void Model::list_controls() {
+  for (std::size_t k = 0; k < d_.actuators.size(); ++k)
+    controls_.push_back({d_.actuators[k].name, static_cast<Index>(k)});
+  const auto is_actuator = [&](const std::string& name) {
+    return std::any_of(d_.actuators.begin(), d_.actuators.end(),
+                       [&](const auto& a) { return a.name == name; });
+  };
+  for (std::size_t j = 0; j < d_.joints.size(); ++j)
+    for (std::size_t k = 0; k < d_.joints[j].dofs.size(); ++k) {
+      const Joint& joint = d_.joints[j];
+      const bool has_motor = joint.dofs[k].motor.kind != MotorKind::none;
+      dof_control_.push_back(has_motor ? static_cast<Index>(controls_.size()) : -1);
+      if (!has_motor) continue;
+      std::string name = joint.name;
+      if (joint.dofs.size() > 1 || joint.spherical) name += "[" + std::to_string(k) + "]";
+      if (is_actuator(name)) name += " motor";
+      controls_.push_back({std::move(name), -1, static_cast<Index>(j), static_cast<Index>(k)});
+    }
 }
 
 Model Model::from_json(const std::filesystem::path& file) {

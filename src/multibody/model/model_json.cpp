@@ -222,13 +222,21 @@ ModelDescription read_model_json(std::string_view text, const std::string& who) 
   }
 }
 
+namespace {
+// UTF-8 on every system: string() takes the code page of Windows, and throws where that lacks a letter.
+std::string shown(const std::filesystem::path& file) {
+  const std::u8string name = file.u8string();
+  return {name.begin(), name.end()};
+}
+}  // namespace
+
 ModelDescription read_model_file(const std::filesystem::path& file) {
   std::error_code error;
-  AMONTONS_REQUIRE(std::filesystem::is_regular_file(file, error), file.string() + ": no such file");
+  AMONTONS_REQUIRE(std::filesystem::is_regular_file(file, error), shown(file) + ": no such file");
   std::ifstream stream(file, std::ios::binary);
-  AMONTONS_REQUIRE(stream.is_open(), file.string() + ": the file cannot be opened; look at its permissions");
+  AMONTONS_REQUIRE(stream.is_open(), shown(file) + ": the file cannot be opened; look at its permissions");
   const std::string text{std::istreambuf_iterator<char>(stream), {}};
-  return read_model_json(text, file.string());
+  return read_model_json(text, shown(file));
 }
 
 }  // namespace amontons

@@ -15,6 +15,9 @@ namespace amontons {
 // velocities at its start, free (with all loads, without impulses) and after it are arrays apart from them.
 struct StepScratch {
   State before;
+  // When the last substep began, s, and where all bodies stood: the instant of its forces.
+  double begun = 0;
+  std::vector<Transform> stood;
   BodyFrames frames;
   JointContexts joints;
   JointError joint_error;

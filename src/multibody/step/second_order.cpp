@@ -22,6 +22,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "amontons/base/elementary.hpp"
 #include "multibody/contacts/contact_law.hpp"
 #include "multibody/joints/joint_context.hpp"
 #include "multibody/joints/row_terms.hpp"
@@ -183,9 +184,9 @@ static Vec3 turn_of(const Contact& c, const Contact& middle, const BodyVelocitie
   // Tangents are carried from the one normal to the other by the rotation that turns it there.
   const Vec3 axis = cross(middle.normal, c.normal);
   const double sine = norm(axis);
-  if (sine > std::sin(0.5) || dot(middle.normal, c.normal) < 0) return {};
+  if (sine > elementary::sin(0.5) || dot(middle.normal, c.normal) < 0) return {};
   Vec3 u = relative_motion(middle, v).linear;
-  if (sine > 0) u = rotate(exponential((std::asin(std::min(sine, 1.0)) / sine) * axis), u);
+  if (sine > 0) u = rotate(exponential((elementary::asin(std::min(sine, 1.0)) / sine) * axis), u);
   double turn[3];
   ContactBasis(c).to_contact(u - relative_motion(c, v).linear, turn);
   return {turn[0], turn[1], turn[2]};

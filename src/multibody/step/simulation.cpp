@@ -9,6 +9,7 @@
 #include "amontons/base/ablation.hpp"
 #include "amontons/base/error.hpp"
 #include "amontons/base/patience.hpp"
+#include "amontons/multibody/kinematics/motion.hpp"
 #include "amontons/solvers/solvers.hpp"
 #include "multibody/step/policy.hpp"
 #include "multibody/step/report_sums.hpp"
@@ -42,11 +43,15 @@ Simulation::Simulation(std::shared_ptr<const Model> model, SimulationOptions opt
     : model_(std::move(model)), options_(std::move(options)), scratch_(std::make_unique<StepScratch>()) {
   AMONTONS_REQUIRE(model_ != nullptr, "a simulation needs a model");
   check(options_);
-  state_ = initial_state(*model_);
+  tree_ = std::make_shared<const Tree>(model_);
+  state_ = first_state();
 }
 // Scratch is memory only, but for the state from which the last step began.
 Simulation::Simulation(const Simulation& other)
-    : model_(other.model_), options_(other.options_), scratch_(std::make_unique<StepScratch>()) {
+    : model_(other.model_),
+      tree_(other.tree_),
+      options_(other.options_),
+      scratch_(std::make_unique<StepScratch>()) {
   *this = other;
 }
 Simulation& Simulation::operator=(const Simulation& other) {
@@ -60,6 +65,8 @@ Simulation& Simulation::operator=(const Simulation& other) {
   problem_ = other.problem_;
   x_ = other.x_;
   scratch_->before = other.scratch_->before;
+  scratch_->stood = other.scratch_->stood;
+  scratch_->begun = other.scratch_->begun;
   return *this;
 }
 // Here, where Scratch is complete.
@@ -67,9 +74,29 @@ Simulation::~Simulation() = default;
 
 const State& Simulation::last_state() const { return scratch_->before; }
 
+// Without loads along joints; all of them are there, so that users hold views of them.
+State Simulation::first_state() const {
+  State state = initial_state(*model_);
+  state.joint_forces.resize(tree_->nv());
+  return state;
+}
+
+// Corrections of positions are in the poses, which are those in which the impulses acted.
+StepInstant Simulation::instant() const {
+  const std::vector<Transform>& poses = scratch_->stood;
+  AMONTONS_REQUIRE(state_.impulse_step > 0 && poses.size() == model_->bodies(),
+                   "there was no step yet to which forces could belong; call step() first");
+  State there = state_;
+  for (std::size_t i = 0; i < poses.size(); ++i) {
+    there.positions[i] = poses[i].position;
+    there.orientations[i] = poses[i].rotation;
+  }
+  return {scratch_->begun, read_coordinates(*tree_, there).q};
+}
+
 // Copied, not moved: the memory of the arrays stays, of which users hold views.
 void Simulation::reset() {
-  const State initial = initial_state(*model_);
+  const State initial = first_state();
   state_ = initial;
   scratch_->before = {};
   contacts_.clear();

@@ -20,7 +20,7 @@ namespace amontons {
 namespace {
 
 // Solution::method of a start that is accepted.
-constexpr const char* warm_start = "warm start";
+constexpr const char* warm_start_method = "warm start";
 
 Solution solution_without_rows() {
   Solution s;
@@ -78,7 +78,7 @@ Solution accepted(const Problem& problem, Solution memory, double residual) {
   s.residual = residual;
   s.status = Status::converged;
   s.products = 1;
-  s.method = warm_start;
+  s.method = warm_start_method;
   return s;
 }
 
@@ -172,7 +172,7 @@ Solution solve_from(const StepSolver& solver, const Problem& problem, std::span<
 
 }  // namespace
 
-bool is_accepted_start(const Solution& solution) { return solution.method == warm_start; }
+bool is_accepted_start(const Solution& solution) { return solution.method == warm_start_method; }
 
 double most_work(std::size_t blocks) {
   const auto n = static_cast<double>(blocks);

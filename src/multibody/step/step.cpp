@@ -13,6 +13,7 @@
 #include "multibody/bodies/fluid.hpp"
 #include "multibody/contacts/warm_start.hpp"
 #include "multibody/joints/stiffening.hpp"
+#include "multibody/kinematics/joint_forces.hpp"
 #include "multibody/step/assemble.hpp"
 #include "multibody/step/closed_contacts.hpp"
 #include "multibody/step/impacts.hpp"
@@ -90,6 +91,7 @@ void Simulation::observe(double h, bool damped, StepClock& clock, Report& report
   // would be added here.
   s.loads.assign(model.bodies(), BodyImpulse{});
   add_motor_loads(model, s.joints, state_, h, s.loads);
+  add_joint_forces(*tree_, s.frames, s.joints, state_, h, s.loads);
   add_actuator_loads(model, s.frames, s.joints, s.start, state_, h, s.loads);
   add_fluid_loads(model, s.frames, s.mobility, s.start, h, s.loads);
   make_free_velocities(model, state_, h, s.frames, s.mobility, s.start, s.loads, damped, s.free, s.spins);
@@ -181,6 +183,9 @@ void Simulation::move_on(double h) {
   std::swap(x_, s.vi.solution.x);
   s.spare = exchange(problem_, std::move(s.vi.problem));
   fill_reactions(s.joints, state_, s.impacts, reactions_);
+  s.begun = state_.time;
+  s.stood.clear();
+  for (const BodyFrame& body : s.frames) s.stood.push_back(body.pose);
   integrate(*model_, s.frames, s.spins, s.after, h, state_);
   advance_activations(*model_, h, state_);
 }

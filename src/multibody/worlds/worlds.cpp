@@ -75,9 +75,12 @@ void check(const Tree& tree, Worlds worlds, const Schedule& schedule) {
   std::sort(sorted.begin(), sorted.end(), std::less<>());
   AMONTONS_REQUIRE(std::adjacent_find(sorted.begin(), sorted.end()) == sorted.end(),
                    "a world is there twice; give a copy of it");
-  const std::size_t entries = worlds.size() * schedule.records * tree.model().description().actuators.size();
-  AMONTONS_REQUIRE(schedule.controls.empty() || schedule.controls.size() == entries,
-                   "controls must have one row per world and record");
+  const std::size_t rows = worlds.size() * schedule.records;
+  AMONTONS_REQUIRE(
+      schedule.controls.empty() || schedule.controls.size() == rows * tree.model().controls().size(),
+      "controls must have one row per world and record");
+  AMONTONS_REQUIRE(schedule.joint_forces.empty() || schedule.joint_forces.size() == rows * tree.nv(),
+                   "joint_forces must have one row per world and record");
 }
 
 // `repeat` steps with one row of controls, noted in the entry `at`; throws if a step cannot be made.
@@ -94,16 +97,21 @@ void advance(Simulation& world, std::size_t repeat, StopSign& sign, Course& cour
   course.residuals[at] = residual;
 }
 
+// Takes a row of the schedule, if it has any.
+void take_row(std::span<const double> rows, std::size_t row, std::vector<double>& values) {
+  if (!rows.empty()) std::copy_n(rows.data() + row * values.size(), values.size(), values.data());
+}
+
 // All of one world, into its rows. What it throws stays with its row: the others go on.
 void run(const Tree& tree, Simulation& world, std::size_t row, const Schedule& schedule, StopSign& sign,
          Course& course) {
-  const std::size_t count = tree.model().description().actuators.size(), first = row * schedule.records;
+  const std::size_t first = row * schedule.records;
   std::size_t& done = course.done[row];
   try {
     for (; done < schedule.records; ++done) {
       const std::size_t at = first + done;
-      if (!schedule.controls.empty())
-        std::copy_n(schedule.controls.data() + at * count, count, world.state().controls.data());
+      take_row(schedule.controls, at, world.state().controls);
+      take_row(schedule.joint_forces, at, world.state().joint_forces);
       advance(world, schedule.repeat, sign, course, at);
       if (sign.stopped()) return;
       const Coordinates c = read_coordinates(tree, world.state());

@@ -5,6 +5,7 @@
 #include <type_traits>
 #include <vector>
 
+#include "amontons/base/elementary.hpp"
 #include "amontons/problem/residual.hpp"
 #include "amontons/sets/barriers.hpp"
 #include "solvers/central_path/policy.hpp"
@@ -168,7 +169,7 @@ void CentralCurve<System>::linearise() {
     }
     if constexpr (S::frictional) {
       if (law_ != Law::coulomb || !set.has_friction()) return;
-      const double epsilon = curve::rounding * t_, s = set.saxce(w), rounded = std::hypot(s, epsilon);
+      const double epsilon = curve::rounding * t_, s = set.saxce(w), rounded = elementary::hypot(s, epsilon);
       F_[row] -= rounded;
       F_t_[row] -= epsilon * epsilon / rounded;
       if (!(s > 0)) return;
@@ -264,13 +265,13 @@ bool CentralCurve<System>::bend(Direction& d) {
       double w[n], end[n], g[n];
       barrier.dual(w);
       barrier.dual(end, 1);
-      const double epsilon = curve::rounding * t_, s = set.saxce(w), rounded = std::hypot(s, epsilon);
+      const double epsilon = curve::rounding * t_, s = set.saxce(w), rounded = elementary::hypot(s, epsilon);
       double linear = rounded + d.dt * epsilon * epsilon / rounded;
       if (s > 0) {
         set.saxce_gradient(w, g);
         for (int k = 1; k < n; ++k) linear += s / rounded * g[k] * (end[k] - w[k]);
       }
-      bent_[row] -= std::hypot(set.saxce(end), epsilon * (1 + d.dt)) - linear;
+      bent_[row] -= elementary::hypot(set.saxce(end), epsilon * (1 + d.dt)) - linear;
     }
   });
   corrected_.dt = d.dt;

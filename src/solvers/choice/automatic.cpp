@@ -18,6 +18,7 @@
 #include <string>
 
 #include "amontons/base/ablation.hpp"
+#include "amontons/base/elementary.hpp"
 #include "amontons/solvers/choice/islands.hpp"
 #include "amontons/solvers/direct/elimination.hpp"
 #include "amontons/solvers/driver/driver.hpp"
@@ -159,7 +160,7 @@ void add_factoring(Field& field, const Costs& c, bool coulomb, double digits, do
 // Inequalities or friction.
 Field field_of(const Problem& problem, const Options& options, const Costs& c, std::size_t held) {
   constexpr double most_digits = 16;  // not tuned: those of double precision
-  const double digits = std::clamp(-std::log10(options.tolerance), 1.0, most_digits);
+  const double digits = std::clamp(-elementary::log10(options.tolerance), 1.0, most_digits);
   const double size = 1 + static_cast<double>(problem.K.blocks()) / choice::blocks_unit;
   const bool coulomb = law_of(problem, options) == Law::coulomb && problem.K.has_friction();
   Field field;

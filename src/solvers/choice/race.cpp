@@ -22,6 +22,7 @@
 #include <limits>
 #include <optional>
 
+#include "amontons/base/elementary.hpp"
 #include "amontons/base/patience.hpp"
 #include "amontons/solvers/driver/phases.hpp"
 #include "solvers/choice/policy.hpp"
@@ -74,9 +75,9 @@ double Runner::expected(double tolerance, const FactorCost& factor) const {
   const Mark* half = &marks.front();
   for (const Mark& mark : marks)
     if (mark.spent <= 0.5 * now.spent) half = &mark;
-  const double progress = std::max(std::log(half->residual / now.residual), choice::least_progress);
+  const double progress = std::max(elementary::log(half->residual / now.residual), choice::least_progress);
   const double left =
-      std::log(now.residual / std::max(tolerance, 1e-16));  // not tuned: the rounding of a residual
+      elementary::log(now.residual / std::max(tolerance, 1e-16));  // not tuned: the rounding of a residual
   return std::max(now.spent - half->spent, choice::least_window * now.spent) * left / progress;
 }
 

@@ -8,6 +8,7 @@
 
 #include <cmath>
 
+#include "amontons/base/elementary.hpp"
 #include "amontons/base/patience.hpp"
 #include "amontons/solvers/driver/driver.hpp"
 
@@ -25,7 +26,7 @@ constexpr double estimate_factor = 1.1;
 double largest_eigenvalue(const Problem& problem, Monitor& monitor) {
   const std::size_t m = problem.rows();
   std::vector<double> v(m), Av(m);
-  for (std::size_t i = 0; i < m; ++i) v[i] = 1 + 0.5 * std::sin(1.0 + i);
+  for (std::size_t i = 0; i < m; ++i) v[i] = 1 + 0.5 * elementary::sin(1.0 + i);
   double lambda = 0;
   for (int k = 0; k < power_iterations; ++k) {
     Patience::leave_if_due();

@@ -68,7 +68,8 @@ void Elimination::Memory::solve_islands(std::span<const double> start, Solution&
     s.iterations += result.iterations;
     s.factorizations += result.factorizations;
     short_of[i] = !result.solved;
-    left -= std::pow(std::min(result.map, target[i]), 2);
+    const double reached = std::min(result.map, target[i]);
+    left -= reached * reached;
     for (std::size_t k = 0; k < part.size(); ++k) s.x[island.row[k]] = part[k];
   }
 }

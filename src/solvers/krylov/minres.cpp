@@ -16,6 +16,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "amontons/base/elementary.hpp"
 #include "amontons/base/error.hpp"
 #include "amontons/solvers/driver/driver.hpp"
 
@@ -82,7 +83,7 @@ struct Minres : VectorIterate {
   bool rotate(double alpha, double beta_next) {
     const double delta = c * alpha - c_old * s * beta_old;
     const double rho2 = s * alpha + c_old * c * beta_old, rho3 = s_old * beta_old;
-    const double rho1 = std::hypot(delta, beta_next);
+    const double rho1 = elementary::hypot(delta, beta_next);
     largest = std::max(largest, rho1);
     if (!(rho1 > null_pivot * largest)) return false;
     c_old = c;

@@ -48,7 +48,7 @@ void combine_rows(const double* R, int dim, const double* D, double* G) {
 void add_outer_product(double* H, int stride, const double* left, const double* right, int dim) {
   for (int c = 0; c < 6; ++c)
     for (int q = 0; q < 8; q += width) {
-      double* to = H + (long)c * stride + q;
+      double* to = H + (std::ptrdiff_t)c * stride + q;
       LooseVec column = *(const LooseVec*)to;
       for (int i = 0; i < dim; ++i) column += *(const LooseVec*)(left + 16 * i + q) * right[16 * i + c];
       *(LooseVec*)to = column;

@@ -7,6 +7,8 @@
 // give the same bits.
 #include "solvers/linear/front_kernel.hpp"
 
+#include <cstddef>
+
 #include "amontons/base/native_vector.hpp"
 
 namespace amontons::AMONTONS_ISA {
@@ -27,9 +29,10 @@ inline void subtract_scaled(double* __restrict y, const double* __restrict x, do
 int factor_panel(double* A, int n, int stride, int p, int end) {
   int replaced = 0;
   for (int j = p; j < end; ++j) {
-    double* column = A + (long)j * stride;
+    double* column = A + (std::ptrdiff_t)j * stride;
     for (int k = p; k < j; ++k)
-      subtract_scaled(column + j, A + (long)k * stride + j, A[(long)k * stride + j], n - j);
+      subtract_scaled(column + j, A + (std::ptrdiff_t)k * stride + j, A[(std::ptrdiff_t)k * stride + j],
+                      n - j);
     double pivot = column[j];
     if (!(pivot > 0)) {
       pivot = 1e100;
@@ -47,9 +50,9 @@ int factor_panel(double* A, int n, int stride, int p, int end) {
 int factor_both_panels(double* A, double* B, int n, int stride, int p, int end) {
   int replaced = 0;
   for (int j = p; j < end; ++j) {
-    double *l = A + (long)j * stride, *u = B + (long)j * stride;
+    double *l = A + (std::ptrdiff_t)j * stride, *u = B + (std::ptrdiff_t)j * stride;
     for (int k = p; k < j; ++k) {
-      const double *lk = A + (long)k * stride + j, *uk = B + (long)k * stride + j;
+      const double *lk = A + (std::ptrdiff_t)k * stride + j, *uk = B + (std::ptrdiff_t)k * stride + j;
       subtract_scaled(l + j, lk, uk[0], n - j);
       subtract_scaled(u + j, uk, lk[0], n - j);
     }
@@ -76,7 +79,8 @@ inline void tile(double* C, int stride, const double* L, const double* B, int de
   for (int r = 0; r < rows; r += step) {
     LooseVec c[4][registers];
     for (int j = 0; j < 4; ++j)
-      for (int i = 0; i < registers; ++i) c[j][i] = *(const LooseVec*)(C + (long)j * stride + r + i * width);
+      for (int i = 0; i < registers; ++i)
+        c[j][i] = *(const LooseVec*)(C + (std::ptrdiff_t)j * stride + r + i * width);
     const double *l = L + r, *b = B;
     for (int k = 0; k < depth; ++k, l += stride, b += 4)
       for (int i = 0; i < registers; ++i) {
@@ -84,7 +88,8 @@ inline void tile(double* C, int stride, const double* L, const double* B, int de
         for (int j = 0; j < 4; ++j) c[j][i] -= column * b[j];
       }
     for (int j = 0; j < 4; ++j)
-      for (int i = 0; i < registers; ++i) *(LooseVec*)(C + (long)j * stride + r + i * width) = c[j][i];
+      for (int i = 0; i < registers; ++i)
+        *(LooseVec*)(C + (std::ptrdiff_t)j * stride + r + i * width) = c[j][i];
   }
 }
 
@@ -93,9 +98,9 @@ inline void tile_small(double* C, int stride, const double* L, const double* B, 
                        int columns) {
   for (int j = 0; j < columns; ++j)
     for (int i = 0; i < rows; ++i) {
-      double sum = C[(long)j * stride + i];
-      for (int k = 0; k < depth; ++k) sum -= L[(long)k * stride + i] * B[4 * k + j];
-      C[(long)j * stride + i] = sum;
+      double sum = C[(std::ptrdiff_t)j * stride + i];
+      for (int k = 0; k < depth; ++k) sum -= L[(std::ptrdiff_t)k * stride + i] * B[4 * k + j];
+      C[(std::ptrdiff_t)j * stride + i] = sum;
     }
 }
 
@@ -105,17 +110,18 @@ void subtract_panel(double* A, const double* B, int front, int stride, int p, in
   // Rows [end, front) of the panel of B, transposed into strips of 4 columns: what a tile multiplies by lies
   // in one stream, in the order in which it is read.
   for (int j = end; j < front; j += 4) {
-    double* strip = pack + (long)(j - end) * front_panel;
+    double* strip = pack + (std::ptrdiff_t)(j - end) * front_panel;
     for (int k = 0; k < depth; ++k)
-      for (int q = 0; q < 4; ++q) strip[4 * k + q] = j + q < front ? B[(long)(p + k) * stride + j + q] : 0.0;
+      for (int q = 0; q < 4; ++q)
+        strip[4 * k + q] = j + q < front ? B[(std::ptrdiff_t)(p + k) * stride + j + q] : 0.0;
   }
-  const double* L = A + (long)p * stride;
+  const double* L = A + (std::ptrdiff_t)p * stride;
   // Strips of rows outside, so that 16 rows of L serve all columns from the L1 cache.
   for (int i = end; i < front; i += 16) {
     const int rows = front - i < 16 ? front - i : 16;
     for (int j = end; j < front && j < i + rows; j += 4) {
-      const double* strip = pack + (long)(j - end) * front_panel;
-      double* C = A + (long)j * stride + i;
+      const double* strip = pack + (std::ptrdiff_t)(j - end) * front_panel;
+      double* C = A + (std::ptrdiff_t)j * stride + i;
       const int wide = front - j < 4 ? front - j : 4;
       // 16 rows at a time, or 8 where there are no more; what remains entry by entry.
       if (wide < 4) {
@@ -169,7 +175,7 @@ void panel_forward(const double* L, int front, int columns, double* own, double*
 // Row j of L' is column j of L: the inner product with what is known, eight sums in a fixed order.
 void panel_backward(const double* L, int front, int columns, double* own, const double* below) {
   const int rest = front - columns;
-  L += (long)(columns - 1) * front;
+  L += (std::ptrdiff_t)(columns - 1) * front;
   for (int j = columns - 1; j >= 0; --j, L -= front) {
     double lanes[8] = {};
     int i = 0;

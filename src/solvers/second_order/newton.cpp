@@ -28,6 +28,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "amontons/base/elementary.hpp"
 #include "amontons/solvers/driver/driver.hpp"
 #include "amontons/solvers/first_order/spg.hpp"
 #include "amontons/solvers/linear/shifted_system.hpp"
@@ -180,7 +181,7 @@ class NewtonStep {
         H[j][k] = c[j] * a + s[j] * b;
         H[j + 1][k] = -s[j] * a + c[j] * b;
       }
-      const double rho = std::hypot(H[k][k], H[k + 1][k]);
+      const double rho = elementary::hypot(H[k][k], H[k + 1][k]);
       if (!(rho > 0)) break;
       c[k] = H[k][k] / rho;
       s[k] = H[k + 1][k] / rho;

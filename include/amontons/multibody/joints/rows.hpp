@@ -11,7 +11,7 @@ namespace amontons {
 // Which quantity a row of joints is, so that its impulse finds its way back into the state.
 enum class RowKind : unsigned char {
   locked,
-  drive,
+  passive,
   motor,
   friction,
   limit,

@@ -62,23 +62,23 @@ struct Geom {
 // What drives a degree of freedom of a joint besides its spring.
 enum class MotorKind : unsigned char {
   none,
-  // The target is the force or torque itself (N, N m), clipped to max_effort.
+  // The control is the force or torque itself (N, N m), clipped to max_effort.
   effort,
-  // The target is the speed (m/s, rad/s). With gain d > 0 effort = d (target - speed), else exact.
-  speed,
-  // The target is the coordinate (m, rad). With gain k > 0 effort = k (target - q) - damping_gain q', else
-  // exact within one step, as far as max_effort can accelerate and brake.
+  // The control is the velocity (m/s, rad/s). With kd > 0 effort = kd (control - q'), else exact.
+  velocity,
+  // The control is the coordinate (m, rad). With kp > 0 effort = kp (control - q) - kd q', else exact within
+  // one step, as far as max_effort can accelerate and brake.
   position,
 };
 
-// Motors act within the step, as rows of the same problem as contacts: a motor pushes as hard as it may
-// against what is in its way, and a target that is out of reach leads to a motor at its largest effort.
+// Motors act within the step, as rows of the same problem as contacts. A motor pushes as hard as it may
+// against what is in its way, and a control that is out of reach leads to a motor at its largest effort.
 struct Motor {
   MotorKind kind = MotorKind::none;
-  double target = 0;             // initial; the state holds the present one
+  double control = 0;            // initial; State::controls hold the present one
   double max_effort = infinity;  // N or N m, > 0
-  double gain = 0;               // of a speed motor N s/m or N m s/rad, of a position motor N/m or N m/rad
-  double damping_gain = 0;       // of a position motor, N s/m or N m s/rad
+  double kp = 0;                 // of a position motor, N/m or N m/rad
+  double kd = 0;                 // of a velocity motor, or a position motor with kp: N s/m or N m s/rad
 };
 
 // One degree of freedom of a joint: a hinge about, or a slide along, an axis given in frame_b at zero

@@ -7,6 +7,13 @@
 
 namespace amontons {
 
+// The drive of an entry of State::controls: an actuator, or the motor of a joint's degree of freedom (then
+// `actuator` is -1).
+struct Control {
+  std::string name;
+  Index actuator = -1, joint = -1, dof = 0;
+};
+
 // A checked description with what follows from it. Immutable, shared by simulations.
 class Model {
  public:
@@ -33,8 +40,15 @@ class Model {
   Index joint_index(Reference joint) const { return joint.among(d_.joints, "joint"); }
   Index tendon_index(Reference tendon) const { return tendon.among(d_.tendons, "tendon"); }
   Index actuator_index(Reference actuator) const { return actuator.among(d_.actuators, "actuator"); }
-  // Of a joint's degree of freedom in State::coordinates and State::targets.
+  // The place of a joint's degree of freedom in State::coordinates.
   std::size_t dof_index(Reference joint, Index dof = 0) const;
+  // Actuators in their order, then the motors of all joints. A motor has the name of its joint, of a joint
+  // with several dofs "joint[dof]", and with " motor" behind it where an actuator has that name.
+  const std::vector<Control>& controls() const { return controls_; }
+  // In State::controls.
+  Index control_index(Reference control) const { return control.among(controls_, "control"); }
+  // The control of a dof's motor (global index), -1 without one.
+  Index control_of_dof(std::size_t dof) const { return dof_control_[dof]; }
   // Actuators on a dof (global index), on a tendon, and on nothing of these, in the order of the model.
   const std::vector<Index>& actuators_of_dof(std::size_t dof) const { return dof_actuators_[dof]; }
   const std::vector<Index>& actuators_of_tendon(std::size_t t) const { return tendon_actuators_[t]; }
@@ -65,11 +79,14 @@ class Model {
 
  private:
   void weigh_mechanisms();
+  void list_controls();
 
   ModelDescription d_;
   std::vector<std::size_t> first_dof_;
   std::vector<std::vector<Index>> dof_actuators_, tendon_actuators_;
   std::vector<Index> other_actuators_;
+  std::vector<Control> controls_;
+  std::vector<Index> dof_control_;
   bool bounds_efforts_ = false;
   std::vector<std::pair<Index, Index>> excluded_;                    // sorted body pairs, first < second
   std::vector<std::pair<Index, Index>> always_;                      // sorted geom pairs

@@ -17,7 +17,7 @@ struct JointSlip {
 };
 // The impulses of one degree of freedom along its coordinate, N s or N m s.
 struct DofImpulse {
-  double drive = 0;  // spring, damper and armature
+  double passive = 0;  // spring, damper and armature
   double motor = 0;
   double friction = 0;
   double limit = 0;  // > 0 pushes away from the lower limit
@@ -25,8 +25,8 @@ struct DofImpulse {
 
 // The impulses along a tendon's length.
 struct TendonImpulse {
-  double drive = 0;   // damper and armature, and the spring if it has one rest length
-  double spring = 0;  // one with a range of rest lengths
+  double passive = 0;  // damper and armature, and the spring if it has one rest length
+  double spring = 0;   // one with a range of rest lengths
   double friction = 0;
   double limit = 0;  // > 0 pushes away from the lower limit
 };
@@ -54,10 +54,12 @@ struct State {
   std::vector<Vec3> forces, torques;     // held external loads at each centre of mass, world, N, N m
   // Arrays of one entry per dof go by Model::first_dof().
   std::vector<double> coordinates;  // of every dof, m or rad, turns counted
-  std::vector<double> targets;      // of every dof's motor
-  // Of every actuator: control, activation (not read of one without dynamics), effort impulse along its
-  // length.
-  std::vector<double> controls, activations, actuator_impulses;
+  // Controls in the order of Model::controls(): of every actuator, then of every motor.
+  std::vector<double> controls;
+  // Held generalised forces along qd, in the order of Tree: N or N m. Empty is none; a Simulation has all.
+  std::vector<double> joint_forces;
+  // Activation (not read without dynamics) and effort impulse along its length of every actuator.
+  std::vector<double> activations, actuator_impulses;
   // Contacts that carried something in the last step, without impacts, sorted by (geom_a, geom_b): of them
   // the next step reads geoms, `local` and the impulses.
   std::vector<Contact> contacts;

@@ -55,6 +55,13 @@ struct JointReaction {
   Vec3 impulse, angular;  // on A, world axes, the second about the point, N s and N m s
 };
 
+// The instant to which forces, reactions, efforts and contacts of a step belong: they are means over the
+// step, and fit the pose at its start (of the last substep).
+struct StepInstant {
+  double time;            // s
+  std::vector<double> q;  // generalised coordinates there, in the order of Tree
+};
+
 // Two geoms, with the bodies that carry them.
 struct GeomPair {
   Index body_a, body_b, geom_a, geom_b;
@@ -68,6 +75,7 @@ struct ContactEvents {
 class StepClock;      // wall clock and budget of a step, step/report_sums.hpp
 struct Assembly;      // how a step becomes a problem, step/assemble.hpp
 struct JointOptions;  // joints/rows.hpp
+class Tree;           // generalised coordinates, kinematics/tree.hpp
 struct StepScratch;   // memory of a step, step/scratch.hpp
 struct StepSolver;    // method, options and clock of its solves, step/solve_step.hpp
 
@@ -87,7 +95,7 @@ class Simulation {
   // Back to the initial state, as if there had been no step.
   void reset();
 
-  // Advances the state by dt. Throws InputError if the state, forces or targets are not usable (then nothing
+  // Advances the state by dt. Throws InputError if the state, forces or controls are not usable (then nothing
   // has changed), or if another thread is in a step of this simulation. When velocities come out not finite,
   // or the Patience of the thread was interrupted, the state is put back and the status says so.
   Report step();
@@ -106,6 +114,10 @@ class Simulation {
   const SimulationOptions& options() const { return options_; }
   State& state() { return state_; }
   const State& state() const { return state_; }
+  // Which joints place the bodies, and the order of State::joint_forces.
+  const Tree& tree() const { return *tree_; }
+  // To which forces of the last step belong. InputError before the first one.
+  StepInstant instant() const;
   // The state at the start of the last step; without bodies before the first one.
   const State& last_state() const;
   // Of the last step (the last substep), open ones included.
@@ -155,7 +167,10 @@ class Simulation {
   void move_on(double h);
   void note_touching(bool advanced);
 
+  State first_state() const;
+
   std::shared_ptr<const Model> model_;
+  std::shared_ptr<const Tree> tree_;
   SimulationOptions options_;
   State state_;
   std::vector<Contact> contacts_;

@@ -21,6 +21,8 @@ struct Schedule {
   // (worlds, records, entries of State::controls) by rows; empty: controls stay as they are.
   std::span<const double> controls;
   unsigned threads = 1;
+  // (worlds, records, nv), State::joint_forces; empty: they stay as they are.
+  std::span<const double> joint_forces{};
 };
 
 // What they did, a row per world and record.

@@ -32,7 +32,7 @@ _SCALARS = ("time", "steps", "impulse_step")
 DIGEST = "model_sha256"
 """The dataset that says of which model a state is."""
 LATEST = 1e15
-"""What no time (s) or number of steps comes to."""
+"""Upper bound of a time (s) and of a number of steps."""
 
 
 def save(simulation: Simulation, path: str | PathLike[str]) -> None:
@@ -106,7 +106,7 @@ def _is_problem(reader: Reader) -> bool:
 def _digest(model: Model) -> np.ndarray[Any, Any]:
     """SHA-256 of a model as JSON, a number per byte, which old versions pass over like any array.
 
-    Of the model and not of a text, which may lack what has its default.
+    The checksum is that of the model and not of a text, in which default values can be missing.
     """
     text = model_to_json(model).encode("utf-8", "backslashreplace")
     return np.frombuffer(hashlib.sha256(text).digest(), np.uint8).astype(np.float64)

@@ -1,4 +1,4 @@
-"""What is measured on the time steps."""
+"""Measurements on the time steps."""
 
 from __future__ import annotations
 
