@@ -106,6 +106,43 @@ bool has_moments(const Problem& problem) {
                                           [](const Contact& c) { return c.rows > 3; });
 }
 
+// What a solver is made of.
+void bind_parts(nb::class_<Problem>& cls) {
+  cls.def(
+         "project",
+         [](const Problem& p, Vector x) {
+           require_rows(p, x, "x");
+           std::vector<double> y(p.rows());
+           project(p.K, view(x), y);
+           return to_numpy(std::move(y));
+         },
+         nb::arg("x"), "Pi_K(x), Euclidean.")
+      .def(
+          "saxce",
+          [](const Problem& p, Vector u, Law law) {
+            require_rows(p, u, "u");
+            std::vector<double> term(p.rows(), 0.0);
+            for_each_block(p.K, [&]<class S>(const S& set, std::size_t, std::size_t row) {
+              if constexpr (S::frictional)
+                if (law == Law::coulomb) term[row] = set.saxce(&view(u)[row]);
+            });
+            return to_numpy(std::move(term));
+          },
+          nb::arg("u"), nb::arg("law"), "The De Saxce term.")
+      .def(
+          "natural_map",
+          [](const Problem& p, Vector x, Law law) {
+            require_rows(p, x, "x");
+            std::vector<double> r(p.rows());
+            {
+              nb::gil_scoped_release release;
+              natural_map_step(p, law, view(x), r);
+            }
+            return to_numpy(std::move(r));
+          },
+          nb::arg("x"), nb::arg("law"), "x - Pi_K(x - g / P).");
+}
+
 }  // namespace
 
 void bind_problem(nb::module_& m) {
@@ -116,9 +153,10 @@ void bind_problem(nb::module_& m) {
       .value("plain_inf", Norm::plain_inf)
       .value("siconos", Norm::siconos);
   m.attr("ASYMMETRY") = asymmetry_of_rounding;
-  nb::class_<Problem>(m, "Problem", "A x + b over a product of sets; checked when it is made.")
-      .def(nb::new_(&make), nb::arg("A"), nb::arg("b"), nb::arg("cones"), nb::arg("law"),
-           "Takes over the operator A.")
+  nb::class_<Problem> cls(m, "Problem", "A x + b over a product of sets; checked when it is made.");
+  bind_parts(cls);
+  cls.def(nb::new_(&make), nb::arg("A"), nb::arg("b"), nb::arg("cones"), nb::arg("law"),
+          "Takes over the operator A.")
       .def_ro("law", &Problem::law)
       .def_prop_ro("rows", &Problem::rows)
       .def_prop_ro(
@@ -157,39 +195,6 @@ void bind_problem(nb::module_& m) {
             return residual(p, law, view(x), norm);
           },
           nb::arg("x"), nb::arg("law"), nb::arg("norm"))
-      .def(
-          "project",
-          [](const Problem& p, Vector x) {
-            require_rows(p, x, "x");
-            std::vector<double> y(p.rows());
-            project(p.K, view(x), y);
-            return to_numpy(std::move(y));
-          },
-          nb::arg("x"), "Pi_K(x), Euclidean.")
-      .def(
-          "saxce",
-          [](const Problem& p, Vector u, Law law) {
-            require_rows(p, u, "u");
-            std::vector<double> term(p.rows(), 0.0);
-            for_each_block(p.K, [&]<class S>(const S& set, std::size_t, std::size_t row) {
-              if constexpr (S::frictional)
-                if (law == Law::coulomb) term[row] = set.saxce(&view(u)[row]);
-            });
-            return to_numpy(std::move(term));
-          },
-          nb::arg("u"), nb::arg("law"), "The De Saxce term.")
-      .def(
-          "natural_map",
-          [](const Problem& p, Vector x, Law law) {
-            require_rows(p, x, "x");
-            std::vector<double> r(p.rows());
-            {
-              nb::gil_scoped_release release;
-              natural_map_step(p, law, view(x), r);
-            }
-            return to_numpy(std::move(r));
-          },
-          nb::arg("x"), nb::arg("law"), "x - Pi_K(x - g / P).")
       .def(
           "violations",
           [](const Problem& p, Vector x, Law law) {

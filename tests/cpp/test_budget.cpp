@@ -135,6 +135,7 @@ TEST(work_is_limited) {
     const Budget outer(forever, {}, Budget::Catches::no, 1e9);
     const Budget inner(forever, {}, Budget::Catches::no, 40 * product);
     Options options;
+    options.law = Law::associated;
     options.tolerance = 0;
     options.max_iterations = 100000;
     const Solution s = solve(problem, method, options);
@@ -153,6 +154,7 @@ TEST(methods_end_in_time) {
   const Problem problem = small::stack(12);
   for (const char* method : {"newton", "interior-point", "admm", "auto"}) {
     Options options;
+    options.law = Law::associated;
     options.deadline = 1e-7;
     options.tolerance = 0;
     const Solution s = solve(problem, method, options);

@@ -69,6 +69,7 @@ TEST(small_islands_get_enough) {
   const Problem problem = stacks_on_a_floor(40);
   shares.clear();
   Options options;
+  options.law = Law::associated;
   options.deadline = 100;
   constexpr double work = 1e9;
   const Budget limit(std::numeric_limits<double>::infinity(), {}, Budget::Catches::no, work);
@@ -89,6 +90,7 @@ TEST(islands_agree_with_the_whole) {
     const Problem problem = stacks_on_a_floor(stacks);
     CHECK(problem.K.blocks() == static_cast<std::size_t>(12 * stacks + 5));
     Options options;
+    options.law = Law::associated;
     options.tolerance = 1e-10;
     const Solution whole = interior_point(problem, options),
                    parts = solve_by_islands(problem, options, interior_point);
@@ -119,6 +121,7 @@ TEST(islands_keep_the_law) {
 TEST(islands_start_warm) {
   const Problem problem = stacks_on_a_floor(40);
   Options options;
+  options.law = Law::associated;
   options.tolerance = 1e-8;
   const Solution first = solve_by_islands(problem, options, apgd);
   options.x0 = first.x;

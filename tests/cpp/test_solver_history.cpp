@@ -82,6 +82,7 @@ TEST(objective_of_krylov_history_is_that_of_the_iterate) {
   const Law law = Law::associated;
   for (std::string_view method : {"cg", "minres"}) {
     Options options;
+    options.law = Law::associated;
     options.history = true;
     options.tolerance = 1e-10;
     for (const IterationRecord& r : solve(c.problem, method, options).history) {

@@ -248,6 +248,7 @@ TEST(one_row_by_hand) {
       if (is_linear_only(method) && !c.problem.K.all_bilateral()) continue;
       const Law law = Law::associated;
       Options options;
+      options.law = Law::associated;
       options.tolerance = 1e-9;
       const Solution s = solve(c.problem, method, options);
       EXPECT(s.status == Status::converged);
@@ -312,6 +313,7 @@ TEST(extreme_units) {
 TEST(methods_refuse_what_they_cannot_do) {
   const Problem contacts = small::stack(2), callback = small::as_callback(contacts);
   Options options;
+  options.law = Law::associated;
   for (std::string_view method : {"cg", "minres"})
     CHECK_THROWS(solve(contacts, method, options), "purely bilateral problems");
   for (std::string_view method : {"admm", "interior-point", "newton"})
@@ -329,6 +331,7 @@ TEST(bad_options_are_named) {
   const Problem p = small::stack(1);
   const auto with = [&](auto&& change) {
     Options options;
+    options.law = Law::associated;
     change(options);
     return solve(p, "p-spg-fb", options);
   };

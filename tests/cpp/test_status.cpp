@@ -196,6 +196,7 @@ TEST(infeasible) {
     for (std::string_view method : method_names()) {
       if (is_linear_only(method) && !p->K.all_bilateral()) continue;
       Options options;
+      options.law = Law::associated;
       const Solution s = solve(*p, method, options);
       // The others run off along d too, but their best iterate, the first one, does not show it.
       const bool detects = method == "auto" || method == "p-spg-fb" || method == "p-spg-fb-literal";

@@ -61,7 +61,7 @@ class BadDiagonal:
         ((EYE, with_entry(ONES, 0, -np.inf), "bilateral"), r"b\[0\] is not finite"),
         (
             (EYE, ONES, "slippery"),
-            "cones = 'slippery'; a name must be one of 'free', 'nonnegative', 'friction'",
+            "cones = 'slippery'; a name must be one of 'bilateral', 'nonnegative', 'friction'",
         ),
         ((np.eye(4), np.ones(4), "friction"), "4 rows, which is no multiple of three"),
         (
@@ -98,7 +98,17 @@ def test_matrix_vector_and_cones(arguments, message):
         ({"method": None}, "unknown method None"),
         ({"method": "cg"}, "cg.*bilateral"),
         ({"method": "minres"}, "minres.*bilateral"),
-        ({"method": "apgd", "omega": 1.0}, "unknown option 'omega' of method 'apgd'; its options are: none"),
+        (
+            {"method": "apgd", "omega": 1.0},
+            r"unknown option 'omega' of method 'apgd' \(it belongs to jacobi, gauss-seidel\); its opt.* none",
+        ),
+        ({"tol": 1e-3}, r"unknown option 'tol' of method 'auto' \(here it is called 'tolerance'\)"),
+        ({"max_iter": 3}, r"\(here it is called 'max_iterations'\)"),
+        ({"toleranse": 3}, r"\(did you mean 'tolerance'\?\)"),
+        ({"method": "pgs"}, r"unknown method 'pgs' \(here it is called 'gauss-seidel'\); known are auto"),
+        ({"method": "NSGS"}, r"\(here it is called 'gauss-seidel'\)"),
+        ({"method": "ipm"}, r"\(here it is called 'interior-point'\)"),
+        ({"method": "projected Jacobi"}, r"\(here it is called 'jacobi'\)"),
         ({"method": "p-spg-fb", "rho": 1.0}, "its options are: alpha_min, alpha_max, .*gamma"),
         ({"relaxation": 1.0}, "unknown option 'relaxation' of method 'auto'"),
         ({"method": "gauss-seidel", "omega": 2.5}, "omega = 2.5.*0 < omega < 2"),
@@ -146,7 +156,8 @@ def test_options(options, message):
         (lambda: amontons.Friction([0.1, -0.2]), r"mu\[1\] = -0.2.*not negative"),
         (lambda: amontons.Friction([0.1, 0.2], n=3), "mu has 2 entries but n = 3"),
         (lambda: amontons.Friction([[0.1]]), r"Friction: mu has shape \(1, 1\)"),
-        (lambda: amontons.Friction(-2), r"Friction\(n\): n = -2"),
+        (lambda: amontons.Friction(-2), r"mu\[0\] = -2.*not negative"),
+        (lambda: amontons.Friction(n=-2), r"Friction\(n\): n = -2"),
     ],
 )
 def test_cones(make, message):

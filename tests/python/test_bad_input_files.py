@@ -280,7 +280,7 @@ def archive(path, **changes):
         ({"A_data": None}, "the array 'A_data' is missing"),
         ({"A_indices": np.full(9, 7)}, "are no matrix of 3 rows"),
         ({"A_data": np.arange(9.0)}, "A is not symmetric"),
-        ({"cone_kinds": ["round"], "cone_counts": [1]}, "unknown cone 'round'; known are free"),
+        ({"cone_kinds": ["round"], "cone_counts": [1]}, "unknown cone 'round'; known are bilateral"),
         ({"cone_kinds": ["bilateral"]}, "the array 'cone_counts' is missing"),
         ({"cone_kinds": ["interval"], "cone_counts": [3]}, "the array 'lo' is missing"),
         ({"cone_kinds": ["friction"], "cone_counts": [1], "mu": []}, "mu|rows in all"),

@@ -146,7 +146,7 @@ def test_compare(tmp_path):
 # Breaks when an unsolved problem counts as a success, or the choice of methods is ignored.
 def test_compare_chosen_methods(tmp_path):
     result = run("compare", WALL, "--methods", "jacobi, p-spg-fb", "--out", tmp_path, "--deadline", "0.05",
-                 "--tolerance", "1e-14")  # fmt: skip
+                 "--tolerance", "1e-14", "--law", "associated")  # fmt: skip
     assert result.exit_code == 1
     with open(tmp_path / "summary.csv") as file:
         assert [row["method"] for row in csv.DictReader(file)] == ["jacobi", "p-spg-fb"]

@@ -48,14 +48,7 @@ def compare(
     from ..report.comparison import compare as run_methods
     from ..report.figures import convergence_figures
 
-    with one_line_errors():
-        chosen = (
-            list(options.methods()) if methods == "all" else [name.strip() for name in methods.split(",")]
-        )
-        for name in chosen:
-            options.require_method(name)
-        if law is not None:
-            options.chosen("law", law, options.LAWS)
+    chosen = _chosen(methods, law)
     runs: list[Run] = []
     problems: list[Problem] = []
     bad = 0
@@ -65,11 +58,10 @@ def compare(
             if problem is None:
                 bad += 1
                 continue
-            name = path.stem
             problems.append(problem)
             with one_line_errors(path):
                 mine = run_methods(
-                    name,
+                    path.stem,
                     problem,
                     chosen,
                     law=law,
@@ -102,3 +94,12 @@ def compare(
     converged = {run.problem for run in runs if run.solution is not None and run.solution.converged}
     if len(converged) < len({run.problem for run in runs}):
         raise typer.Exit(NOT_CONVERGED)
+
+
+def _chosen(methods: str, law: str | None) -> list[str]:
+    """The methods to run; a name that is none, and a law that is none, end the command."""
+    with one_line_errors():
+        if law is not None:
+            options.chosen("law", law, options.LAWS)
+        names = options.methods() if methods == "all" else [name.strip() for name in methods.split(",")]
+        return [options.require_method(name) for name in names]

@@ -79,10 +79,8 @@ def methods() -> tuple[str, ...]:
 
 def require_method(method: object) -> str:
     if not isinstance(method, str) or method not in methods():
-        raise InputError(
-            f"unknown method {shown(method)}{suggestion(method, methods(), METHOD_TERMS)}; "
-            f"known are {', '.join(methods())}"
-        )
+        near = suggestion(method, methods(), METHOD_TERMS)
+        raise InputError(f"unknown method {shown(method)}{near}; known are {', '.join(methods())}")
     return method
 
 

@@ -3,7 +3,7 @@
 #include <string>
 
 #include "amontons/base/budget.hpp"
-#include "amontons/multibody/step/simulation.hpp"
+#include "amontons/multibody/step/own_method.hpp"
 #include "amontons/solvers/direct/elimination.hpp"
 #include "amontons/solvers/driver/options.hpp"
 #include "multibody/step/light_body_error.hpp"

@@ -1,6 +1,5 @@
 #pragma once
 #include <atomic>
-#include <functional>
 #include <initializer_list>
 #include <memory>
 #include <string>
@@ -8,6 +7,7 @@
 
 #include "amontons/multibody/bodies/bodies.hpp"
 #include "amontons/multibody/kinematics/rays.hpp"
+#include "amontons/multibody/step/own_method.hpp"
 #include "amontons/multibody/step/report.hpp"
 #include "amontons/solvers/driver/options.hpp"
 
@@ -21,11 +21,6 @@ enum class Recovery : unsigned char {
   // order, and bodies that are pushed apart keep their speed.
   velocity,
 };
-
-// A solver of the caller: x of a problem, (m,), from Options::x0 if that is not empty. The thread that makes
-// the step calls it. The residual of its x is measured by the library. InputError for x of another length; x
-// that is not finite counts as none. An exception ends the step, with the state put back.
-using StepMethod = std::function<std::vector<double>(const Problem&, const Options&)>;
 
 // Each field states default, unit and range. A value of 0, "automatic", is derived from the model, so that
 // results do not depend on the units.
