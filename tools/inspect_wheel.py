@@ -110,7 +110,8 @@ def _system_faults(binary: Binary, target: Target, python: str) -> Iterator[str]
         return
     most = target.zig.split("gnu.")[-1] if target.system == "linux" else target.zig.split("macos.")[-1]
     if _numbers(binary.oldest) > _numbers(most):
-        yield f"asks for {'glibc' if target.system == 'linux' else 'macOS'} {binary.oldest}, newer than {most}"
+        what = "glibc" if target.system == "linux" else "macOS"
+        yield f"asks for {what} {binary.oldest}, newer than {most}"
     if target.system == "macos" and target.machine == "aarch64" and not binary.signed:
         yield "has no signature, without which Apple silicon loads nothing"
 

@@ -15,8 +15,8 @@ Wheels are made from the source distribution, which so is complete. Standard lib
 With --compiled, one wheel is made of what a build folder of the running interpreter holds, named for this
 system alone, and tried in the same way: a minute for the tests.
 
-With --targets, wheels for the systems of tools/wheel_targets.py, or "all", are made on this one: the module is
-compiled for each (tools/cross_build.py) and takes the place of ours in the wheel of build/python, which a
+With --targets, wheels for the systems of tools/wheel_targets.py, or "all", are made on this one: the module
+is compiled for each (tools/cross_build.py) and takes the place of ours in the wheel of build/python, which a
 build of the package by the running interpreter must have made before. Each wheel is then read
 (tools/inspect_wheel.py).
 """

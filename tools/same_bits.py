@@ -3,10 +3,10 @@
     python tools/same_bits.py --write FOLDER
     python tools/same_bits.py OUTPUT ... [--table FILE]
 
-The first form writes the models of the regression scenes (tests/physics/bits.py) and the table scenes.txt that
-amontons_bits reads; they are made once, here, so that all systems start from the same numbers. The second one
-compares outputs of that program, each in a file whose name says the system (linux-aarch64.txt), and prints a
-table of hashes by scene and law; exit status 1 if two differ.
+The first form writes the models of the regression scenes (tests/physics/bits.py) and the table scenes.txt
+that amontons_bits reads; they are made once, here, so that all systems start from the same numbers. The
+second one compares outputs of that program, each in a file whose name says the system (linux-aarch64.txt),
+and prints a table of hashes by scene and law; exit status 1 if two differ.
 """
 
 from __future__ import annotations
