@@ -22,8 +22,10 @@ DEBIAN = (
     "libpython3.11-stdlib",
 )  # fmt: skip
 # CPython's own build for Windows, as the JavaCPP presets ship it.
-WINDOWS_PYTHON = "org.bytedeco:cpython:LATEST:jar:windows-x86_64"
+WINDOWS_PYTHON = "org.bytedeco:cpython:3.12.1-1.5.10:jar:windows-x86_64"
 NEEDED = ("numpy", "scipy", "h5py")
+# NumPy 2 calls functions of complex numbers that the C library of wine 8 lacks.
+UNDER_WINE = ("numpy<2", "scipy<1.14", "h5py<3.12")
 
 
 def program(name: str) -> str | None:
@@ -60,13 +62,15 @@ def debian_root(architecture: str) -> Path:
     return root
 
 
-def wheels_for(platforms: tuple[str, ...], version: str, folder: Path) -> None:
+def wheels_for(
+    platforms: tuple[str, ...], version: str, folder: Path, needed: tuple[str, ...] = NEEDED
+) -> None:
     """The packages that amontons needs, for another system, unpacked."""
     if (folder / "numpy").is_dir():
         return
     tags = [part for platform in platforms for part in ("--platform", platform)]
     _run(sys.executable, "-m", "pip", "install", "--quiet", "--only-binary=:all:", "--no-compile", *tags,
-         "--python-version", version, "--implementation", "cp", "--target", folder, *NEEDED)  # fmt: skip
+         "--python-version", version, "--implementation", "cp", "--target", folder, *needed)  # fmt: skip
 
 
 def unpack(wheel: Path, folder: Path) -> None:

@@ -143,7 +143,7 @@ def python_of(target: Target) -> tuple[list[str], dict[str, str], str] | None:
             return None
         program, version = foreign.windows_python()
         site = foreign.FOREIGN / "site-windows"
-        foreign.wheels_for(("win_amd64",), version, site)
+        foreign.wheels_for(("win_amd64",), version, site, foreign.UNDER_WINE)
         return [*how[0], str(program)], foreign.wine_environment([place, site]), "abi3"
     site = foreign.FOREIGN / "site-arm64"
     platforms = tuple(f"manylinux_2_{minor}_aarch64" for minor in (28, 27, 17)) + ("manylinux2014_aarch64",)
