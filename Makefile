@@ -30,7 +30,7 @@ SOAK_SECONDS ?= 3600
 SANITIZED_SOAK_SECONDS ?= 600
 SOAK_SEED ?= 1
 
-.PHONY: help demo test quick quick_room cpp_tests browser docs figures replays notebooks bench soak format lint sanitize release_checks stubs wheel clean install package
+.PHONY: help demo test quick quick_room cpp_tests browser docs figures replays notebooks bench soak format lint sanitize release_checks stubs wheel wheels wheels-test cross clean install package
 help:
 	@echo 'make demo      a wrecking ball hits a wall of 750 bricks: recording, pictures, figures in out/demo'
 	@echo 'make test      C++ and Python tests;  make quick ROOM=joint  those with joint in their file names'
@@ -43,6 +43,7 @@ help:
 	@echo 'make sanitize  C++ tests under the address, undefined-behaviour and thread sanitizers'
 	@echo 'make release_checks  what .ci/run leaves out: the Python module under sanitizers, make soak, make wheel'
 	@echo 'make wheel     wheels for every Linux and the source distribution, tried in empty environments, in dist'
+	@echo 'make wheels    wheels for Linux, macOS and Windows, by cross compilation;  make wheels-test  run them by qemu and wine'
 	@echo 'make stubs     renew the committed stub of the compiled module;  make clean  remove what was built'
 
 # Exit code 1 says that some steps, or all methods, ended at their limits: the tables tell which.
@@ -151,6 +152,26 @@ stubs: install
 wheel: .venv/.checked
 	$(say) 'Source distribution and wheels in dist: a compilation of minutes each'
 	@$(PYTHON) tools/make_wheel.py --compiler $(COMPILER) $(PYTHONS)
+
+# Wheels for the systems of tools/wheel_targets.py, or those in TARGETS; minutes of compilation for each.
+TARGETS ?= all
+wheels: install
+	$(say) 'Wheels for Linux, macOS and Windows in dist'
+	@$(BIN)/python tools/make_wheel.py --targets $(TARGETS) --jobs $(JOBS) $(PYTHONS)
+
+# What `make wheels` made, with the C++ tests: aarch64 by qemu, Windows by wine. RUNS=windows-x86_64 for one of them.
+RUNS ?= linux-x86_64,linux-aarch64,windows-x86_64
+wheels-test: install
+	$(say) 'Tests of what was built for other systems'
+	@$(BIN)/python tools/wheels_test.py --targets $(RUNS) --jobs $(JOBS)
+
+# A few sources for other systems, compiled and linked.
+cross: .venv/.zig
+	@.venv/zig/bin/python tools/cross_check.py
+
+.venv/.zig: | .venv/.requirements
+	@$(PYTHON) -m venv .venv/zig && .venv/zig/bin/python -m pip install --quiet --progress-bar off 'ziglang>=0.13'
+	@touch $@
 
 clean:
 	rm -rf .venv build out dist .pytest_cache .ruff_cache .hypothesis

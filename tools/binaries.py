@@ -58,7 +58,9 @@ def _elf(data: bytes) -> Binary:
         return next(at + address - start for start, at, length in loads if start <= address < start + length)
 
     (dynamic,) = (h for h in headers if h[0] == 2)
-    entries: list[tuple[int, int]] = list(struct.iter_unpack("<QQ", data[dynamic[2] : dynamic[2] + dynamic[5]]))
+    entries: list[tuple[int, int]] = list(
+        struct.iter_unpack("<QQ", data[dynamic[2] : dynamic[2] + dynamic[5]])
+    )
     entries = entries[: [tag for tag, _ in entries].index(0)]
     value = dict(entries)
     strings = place(value[5])
@@ -119,7 +121,9 @@ def _pe(data: bytes) -> Binary:
     ]  # size, address, size in the file, place in the file
 
     def place(address: int) -> int:
-        return next(at + address - start for _, start, length, at in table if start <= address < start + length)
+        return next(
+            at + address - start for _, start, length, at in table if start <= address < start + length
+        )
 
     imports = struct.unpack_from("<I", data, optional + 112 + 8)[0]  # the second of the directories
     at = place(imports) if imports else 0

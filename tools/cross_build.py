@@ -98,12 +98,13 @@ def build(
     """Configure and compile; the build folder."""
     tools = write_tools(target, zig)
     folder = CROSS / target.name / "build"
+    entries = ";".join(module_entries(target, headers, tools))
     run([
         "cmake", "-G", "Ninja", "-S", source, "-B", folder,
         f"-DCMAKE_TOOLCHAIN_FILE={source}/cmake/zig.cmake", f"-DAMONTONS_TARGET={target.zig}",
         f"-DAMONTONS_TOOLS={tools}", f"-DAMONTONS_HOST_PYTHON={python}", f"-DPython_EXECUTABLE={python}",
         "-DAMONTONS_TESTS=ON", "-DCMAKE_BUILD_TYPE=Release",
-        f"-DAMONTONS_CROSS_MODULES={';'.join(module_entries(target, headers, tools))}",
+        *([f"-DAMONTONS_CROSS_MODULES={entries}"] if headers else []),
     ], env=environment(), stdout=subprocess.DEVNULL)  # fmt: skip
     run(["cmake", "--build", folder, "-j", jobs, "--target", *targets], env=environment())
     return folder

@@ -1,9 +1,9 @@
 """Import libraries of Python's DLLs, made from its headers: what a linker for Windows must know of them.
 
 A module for Windows says of each name from which DLL it comes, so that its linker asks for a list. The
-headers of a Python declare the same names on every system: functions by PyAPI_FUNC, data by PyAPI_DATA. A name
-that the DLL does not export can be in the list, as only what the module uses is taken over; what the stable ABI
-lacks is not declared under Py_LIMITED_API.
+headers of a Python declare the same names on every system: functions by PyAPI_FUNC, data by PyAPI_DATA. A
+name that the DLL does not export can be in the list, as only what the module uses is taken over; what the
+stable ABI lacks is not declared under Py_LIMITED_API.
 """
 
 from __future__ import annotations

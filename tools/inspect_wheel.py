@@ -23,7 +23,9 @@ from wheel_targets import MOST_BYTES, PYTHONS, TARGETS, Target, tag
 ALLOWED = {
     "linux": re.compile(r"lib(c|m|dl|rt|pthread)\.so\.\d|ld-linux-[\w-]+\.so\.\d"),
     "macos": re.compile(r"/usr/lib/lib(System\.B|c\+\+\.1|c\+\+abi)\.dylib"),
-    "windows": re.compile(r"(kernel32|ntdll|advapi32|python3|python311|api-ms-win-[\w-]+)\.dll", re.IGNORECASE),
+    "windows": re.compile(
+        r"(kernel32|ntdll|advapi32|python3|python311|api-ms-win-[\w-]+)\.dll", re.IGNORECASE
+    ),
 }
 # Of a folder in which somebody built it: no such file is on the machine of the user.
 FOLDERS = re.compile(rb"/(?:home|root|Users|build|work|tmp)/[\w.+-]+/[\w./+-]+|[A-Z]:\\Users\\[\w\\.]+")
@@ -108,7 +110,8 @@ def _system_faults(binary: Binary, target: Target, python: str) -> Iterator[str]
         return
     most = target.zig.split("gnu.")[-1] if target.system == "linux" else target.zig.split("macos.")[-1]
     if _numbers(binary.oldest) > _numbers(most):
-        yield f"asks for {'glibc' if target.system == 'linux' else 'macOS'} {binary.oldest}, newer than {most}"
+        what = "glibc" if target.system == "linux" else "macOS"
+        yield f"asks for {what} {binary.oldest}, newer than {most}"
     if target.system == "macos" and target.machine == "aarch64" and not binary.signed:
         yield "has no signature, without which Apple silicon loads nothing"
 
@@ -122,8 +125,14 @@ def row(path: Path) -> str:
     with zipfile.ZipFile(path) as wheel:
         (module,) = (n for n in wheel.namelist() if n.endswith((".so", ".pyd")))
         binary = read(wheel.read(module))
-    libraries = ", ".join(Path(name).name for name in binary.libraries if not name.startswith("api-ms-win-crt"))
-    crt = "; the C library of Windows 10" if any(n.startswith("api-ms-win-crt") for n in binary.libraries) else ""
+    libraries = ", ".join(
+        Path(name).name for name in binary.libraries if not name.startswith("api-ms-win-crt")
+    )
+    crt = (
+        "; the C library of Windows 10"
+        if any(n.startswith("api-ms-win-crt") for n in binary.libraries)
+        else ""
+    )
     return f"| `{path.name}` | {path.stat().st_size / 1e6:.2f} | {libraries}{crt} | {binary.oldest or '-'} |"
 
 
