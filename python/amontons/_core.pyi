@@ -94,6 +94,15 @@ class Problem:
     def __init__(self, A: Operator, b: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], cones: SetProduct, law: Law) -> None:
         """Takes over the operator A."""
 
+    def project(self, x: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)]) -> Annotated[NDArray[numpy.float64], dict(shape=(None,))]:
+        """Pi_K(x), Euclidean."""
+
+    def saxce(self, u: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], law: Law) -> Annotated[NDArray[numpy.float64], dict(shape=(None,))]:
+        """The De Saxce term."""
+
+    def natural_map(self, x: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], law: Law) -> Annotated[NDArray[numpy.float64], dict(shape=(None,))]:
+        """x - Pi_K(x - g / P)."""
+
     @property
     def law(self) -> Law: ...
 
@@ -122,15 +131,6 @@ class Problem:
         """A x."""
 
     def residual(self, x: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], law: Law, norm: Norm) -> float: ...
-
-    def project(self, x: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)]) -> Annotated[NDArray[numpy.float64], dict(shape=(None,))]:
-        """Pi_K(x), Euclidean."""
-
-    def saxce(self, u: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], law: Law) -> Annotated[NDArray[numpy.float64], dict(shape=(None,))]:
-        """The De Saxce term."""
-
-    def natural_map(self, x: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], law: Law) -> Annotated[NDArray[numpy.float64], dict(shape=(None,))]:
-        """x - Pi_K(x - g / P)."""
 
     def violations(self, x: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], law: Law) -> tuple:
         """(penetration velocity, cone, complementarity, energy)."""
