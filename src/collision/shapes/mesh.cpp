@@ -135,8 +135,9 @@ void find_neighbours(TriangleMesh& mesh) {
   mesh.neighbours.assign(mesh.triangles.size(), {-1, -1, -1});
   mesh.edges.assign(mesh.triangles.size(), {});
   for (auto first = edges.begin(); first != edges.end();) {
-    const auto last = std::find_if(
-        first, edges.end(), [&](const SharedEdge& e) { return e.low != first->low || e.high != first->high; });
+    const auto last = std::find_if(first, edges.end(), [&](const SharedEdge& e) {
+      return e.low != first->low || e.high != first->high;
+    });
     AMONTONS_REQUIRE(
         last - first != 2 || first->up != first[1].up,
         name_of(static_cast<std::size_t>(first->triangle)) + " and triangle " +

@@ -88,8 +88,7 @@ const InternalEdges::Touch* InternalEdges::find_rim(const Reach& reach, const st
   const double level = level_of(reach.margin);
   for (const Touch& t : touches_of(touch.body)) {
     const double cosine = dot(touch.up, t.up);
-    if (states_[t.pair].passed || t.ground == touch.ground || cosine > coplanar || cosine < -0.01)
-      continue;
+    if (states_[t.pair].passed || t.ground == touch.ground || cosine > coplanar || cosine < -0.01) continue;
     const Vec3 behind = touch.on_ground + (10 * level) * normalised(touch.up - cosine * t.up);
     const Shape& z = reach.model.geom(t.ground).shape;
     if (is_near(z, frames[t.ground], touch.on_ground, level) && is_near(z, frames[t.ground], behind, level) &&

@@ -112,7 +112,7 @@ class Apgd {
 // A function of its own: Clang 22 does not emit the virtual functions of a class template that it first meets
 // inside a generic lambda.
 template <class Make>
-std::unique_ptr<Run> started(const Problem& problem, const Options& options, Make make) {
+std::unique_ptr<Run> started_apgd(const Problem& problem, const Options& options, Make make) {
   using Method = Apgd<decltype(make())>;
   return std::make_unique<Driven<Method>>(
       problem, options, [&](const Options& o, Monitor& monitor) { return Method(o, monitor, make()); });
@@ -121,7 +121,7 @@ std::unique_ptr<Run> started(const Problem& problem, const Options& options, Mak
 }  // namespace
 
 std::unique_ptr<Run> start_apgd(const Problem& problem, const Options& options) {
-  return with_iterate(problem, options, [&](auto make) { return started(problem, options, make); });
+  return with_iterate(problem, options, [&](auto make) { return started_apgd(problem, options, make); });
 }
 
 Solution apgd(const Problem& problem, const Options& options) {

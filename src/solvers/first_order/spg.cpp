@@ -145,7 +145,7 @@ class Spg {
 // A function of its own: Clang 22 does not emit the virtual functions of a class template that it first meets
 // inside a generic lambda.
 template <class Make>
-std::unique_ptr<Run> started(const Problem& problem, const Options& options, Make make) {
+std::unique_ptr<Run> started_spg(const Problem& problem, const Options& options, Make make) {
   using Method = Spg<decltype(make())>;
   return std::make_unique<Driven<Method>>(
       problem, options, [&](const Options& o, Monitor& monitor) { return Method(o, monitor, make()); });
@@ -154,7 +154,7 @@ std::unique_ptr<Run> started(const Problem& problem, const Options& options, Mak
 }  // namespace
 
 std::unique_ptr<Run> start_spg(const Problem& problem, const Options& options) {
-  return with_iterate(problem, options, [&](auto make) { return started(problem, options, make); });
+  return with_iterate(problem, options, [&](auto make) { return started_spg(problem, options, make); });
 }
 
 Solution spg(const Problem& problem, const Options& options) { return complete(start_spg(problem, options)); }
