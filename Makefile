@@ -1,4 +1,4 @@
-# make demo | test | docs | bench | soak | format | lint | sanitize | release_checks | stubs | clean. All that is made lies in .venv, build and out.
+# make demo | test | quick | docs | bench | soak | format | lint | sanitize | release_checks | stubs | clean. All that is made lies in .venv, build and out.
 SHELL := /bin/bash -o pipefail
 .DELETE_ON_ERROR:
 .DEFAULT_GOAL := help
@@ -22,7 +22,7 @@ FORMATTED = $(shell find include src bindings tests/cpp benchmarks examples \( -
 # Folders are prerequisites too: their time changes when a file is added or removed.
 NATIVE := $(shell find include src bindings cmake 2>/dev/null) CMakeLists.txt pyproject.toml
 # What lint runs of tools; check_policy.py follows when the rooms that it lists have their policy.hpp.
-CHECKS := check_layers check_style check_policy
+CHECKS := check_layers check_style check_policy check_words
 say = @printf '\033[1m%s\033[0m\n'
 
 # The length (s) of make soak and of the soak under asan in make release_checks, and the seed of all their cases.
@@ -30,10 +30,10 @@ SOAK_SECONDS ?= 3600
 SANITIZED_SOAK_SECONDS ?= 600
 SOAK_SEED ?= 1
 
-.PHONY: help demo test cpp_tests browser docs figures replays notebooks bench soak format lint sanitize release_checks stubs wheel clean install package
+.PHONY: help demo test quick quick_room cpp_tests browser docs figures replays notebooks bench soak format lint sanitize release_checks stubs wheel wheels wheels-test cross clean install package
 help:
 	@echo 'make demo      a wrecking ball hits a wall of 750 bricks: recording, pictures, figures in out/demo'
-	@echo 'make test      C++ and Python tests'
+	@echo 'make test      C++ and Python tests;  make quick ROOM=joint  those with joint in their file names'
 	@echo 'make docs      the documentation site, in build/site'
 	@echo 'make replays   all scenes as pages with a play bar, in out/replays, which make docs takes into the site'
 	@echo 'make notebooks the tutorials as notebooks, in out/notebooks;  make figures  pictures of the documents'
@@ -43,6 +43,7 @@ help:
 	@echo 'make sanitize  C++ tests under the address, undefined-behaviour and thread sanitizers'
 	@echo 'make release_checks  what .ci/run leaves out: the Python module under sanitizers, make soak, make wheel'
 	@echo 'make wheel     wheels for every Linux and the source distribution, tried in empty environments, in dist'
+	@echo 'make wheels    wheels for Linux, macOS and Windows, by cross compilation;  make wheels-test  run them by qemu and wine'
 	@echo 'make stubs     renew the committed stub of the compiled module;  make clean  remove what was built'
 
 # Exit code 1 says that some steps, or all methods, ended at their limits: the tables tell which.
@@ -66,6 +67,19 @@ test: install cpp_tests browser
 	$(say) 'Python tests'
 	@$(BIN)/python -m pytest
 
+# The test files with the word ROOM in their names; several words are possible. Each C++ file is a program of its own.
+ROOM ?=
+QUICK_CPP = $(sort $(foreach room,$(ROOM),$(wildcard tests/cpp/test_*$(room)*.cpp)))
+QUICK_PYTHON = $(sort $(foreach room,$(ROOM),$(wildcard tests/python/test_*$(room)*.py tests/physics/test_*$(room)*.py)))
+quick: quick_room install
+	@for name in $(basename $(notdir $(QUICK_CPP))); do \
+	  cmake --build $(BUILD) --target $$name && echo "$$name" && $(BUILD)/tests/cpp/$$name || exit 1; done
+	@test -z '$(QUICK_PYTHON)' || $(BIN)/python -m pytest -q $(QUICK_PYTHON)
+
+quick_room:
+	@test -n '$(QUICK_CPP)$(QUICK_PYTHON)' || { echo 'amontons: no file tests/*/test_*ROOM* for ROOM=$(ROOM);' \
+	  'try make quick ROOM=joint, shapes, islands, urdf' >&2; exit 2; }
+
 # Chromium for the tests of the viewer, where there is none and one can be had; else these tests are skipped.
 browser: install
 	@command -v chromium chromium-browser google-chrome >/dev/null \
@@ -84,6 +98,7 @@ docs: .venv/.docs
 # Pictures of the concepts and of all scenes, which the pages show.
 figures: install
 	@MPLBACKEND=Agg $(BIN)/python tools/concept_figures.py
+	@$(BIN)/python tools/diagrams.py
 	@$(BIN)/python tools/gallery.py
 
 replays: install
@@ -137,6 +152,26 @@ stubs: install
 wheel: .venv/.checked
 	$(say) 'Source distribution and wheels in dist: a compilation of minutes each'
 	@$(PYTHON) tools/make_wheel.py --compiler $(COMPILER) $(PYTHONS)
+
+# Wheels for the systems of tools/wheel_targets.py, or those in TARGETS; minutes of compilation for each.
+TARGETS ?= all
+wheels: install
+	$(say) 'Wheels for Linux, macOS and Windows in dist'
+	@$(BIN)/python tools/make_wheel.py --targets $(TARGETS) --jobs $(JOBS) $(PYTHONS)
+
+# What `make wheels` made, with the C++ tests: aarch64 by qemu, Windows by wine. RUNS=windows-x86_64 for one of them.
+RUNS ?= linux-x86_64,linux-aarch64,windows-x86_64
+wheels-test: install
+	$(say) 'Tests of what was built for other systems'
+	@$(BIN)/python tools/wheels_test.py --targets $(RUNS) --jobs $(JOBS)
+
+# A few sources for other systems, compiled and linked.
+cross: .venv/.zig
+	@.venv/zig/bin/python tools/cross_check.py
+
+.venv/.zig: | .venv/.requirements
+	@$(PYTHON) -m venv .venv/zig && .venv/zig/bin/python -m pip install --quiet --progress-bar off 'ziglang>=0.13'
+	@touch $@
 
 clean:
 	rm -rf .venv build out dist .pytest_cache .ruff_cache .hypothesis

@@ -2,6 +2,7 @@
 
     python tools/make_wheel.py [--compiler zig|system] [--no-test] [PYTHON ...]
     python tools/make_wheel.py --compiled BUILD
+    python tools/make_wheel.py --targets TARGET,... [--jobs N] [PYTHON ...]
 
 PYTHON: interpreters to build for and to try with; by default every python3.X on the path. 3.11 gets a wheel
 of its own; the oldest that is newer makes the one for 3.12 and all that follow (stable ABI).
@@ -13,6 +14,11 @@ Wheels are made from the source distribution, which so is complete. Standard lib
 
 With --compiled, one wheel is made of what a build folder of the running interpreter holds, named for this
 system alone, and tried in the same way: a minute for the tests.
+
+With --targets, wheels for the systems of tools/wheel_targets.py, or "all", are made on this one: the module
+is compiled for each (tools/cross_build.py) and takes the place of ours in the wheel of build/python, which a
+build of the package by the running interpreter must have made before. Each wheel is then read
+(tools/inspect_wheel.py).
 """
 
 from __future__ import annotations
@@ -27,6 +33,11 @@ import tarfile
 import tomllib
 from dataclasses import dataclass
 from pathlib import Path
+
+from cross_build import build, headers_of, zig_program
+from inspect_wheel import faults
+from pack_wheel import pack as pack_wheel
+from wheel_targets import TARGETS
 
 ROOT = Path(__file__).resolve().parent.parent
 WORK, DIST = ROOT / "build" / "wheel", ROOT / "dist"
@@ -136,14 +147,64 @@ def make_wheel(python: Python, source: Path, requires: list[str], compiler: str)
 
 def pack(build: Path) -> None:
     """The wheel of what is compiled in a build folder of this interpreter, in build/wheel/packed; tried."""
+    wheel = wheel_of_build(build)
+    python = look(sys.executable)
+    assert python is not None
+    try_wheel(python, wheel.parent)
+    print(f"{wheel.relative_to(ROOT)}: installed and used, without a compiler")
+
+
+def wheel_of_build(build: Path) -> Path:
+    """The wheel of what is compiled in a build folder of this interpreter."""
     packed = WORK / "packed"
     shutil.rmtree(packed, ignore_errors=True)
     run(sys.executable, "-m", "pip", "wheel", "--no-build-isolation", "--no-deps", "-w", packed,
         "--config-settings", f"build-dir={build}", ROOT)  # fmt: skip
-    python = look(sys.executable)
-    assert python is not None
-    try_wheel(python, packed)
-    print(f"{next(packed.glob('*.whl')).relative_to(ROOT)}: installed and used, without a compiler")
+    return next(packed.glob("*.whl"))
+
+
+def headers(pythons: list[Python]) -> dict[str, Path]:
+    """Folders of Python.h: the oldest for the stable ABI, and that of 3.11, as far as there are any."""
+    stable = [p for p in pythons if p.version >= STABLE and p.headers][:1]
+    oldest = [p for p in pythons if p.version == OLDEST and p.headers][:1]
+    for wanted, found in (("3.12 or newer", stable), ("3.11", oldest)):
+        if not found:
+            print(f"no wheels for Python {wanted}: there is none here with its headers; PYTHONS= names one")
+    return {name: headers_of(found[0].path) for name, found in (("abi3", stable), ("cp311", oldest)) if found}
+
+
+def make_wheels(names: str, pythons: list[Python], jobs: int) -> int:
+    """Wheels for other systems, in dist; how many have a fault."""
+    targets = list(TARGETS) if names == "all" else names.split(",")
+    if unknown := [name for name in targets if name not in TARGETS]:
+        sys.exit(f"amontons: no target {unknown[0]}; there are {', '.join(TARGETS)}")
+    builder = look(sys.executable)
+    assert builder is not None
+    zig = zig_program(str(environment(builder, "zig", ZIG) / "python"))
+    base, wrong = wheel_of_build(ROOT / "build" / "python"), 0
+    DIST.mkdir(exist_ok=True)
+    for name in targets:
+        target, found = TARGETS[name], headers(pythons)
+        built = build(target, ["amontons_modules"], found, zig=zig, jobs=jobs)
+        for python in found:
+            module = (built / python / "_core.built").read_bytes()
+            wheel = pack_wheel(base, module, target, python, DIST)
+            for fault in (found_faults := list(faults(wheel))):
+                print(f"{wheel.name}: {fault}", file=sys.stderr)
+            wrong += bool(found_faults)
+            print(f"{wheel.relative_to(ROOT)}  {wheel.stat().st_size / 1e6:.2f} MB", flush=True)
+    return wrong
+
+
+def make_wheels_and_sdist(given: argparse.Namespace, pythons: list[Python]) -> None:
+    WORK.mkdir(parents=True, exist_ok=True)
+    shutil.rmtree(DIST, ignore_errors=True)
+    builder = look(sys.executable)
+    assert builder is not None
+    archive, _ = make_sdist(builder, project()["build-system"]["requires"])
+    print(f"{archive.relative_to(ROOT)}  {archive.stat().st_size / 1e6:.2f} MB", flush=True)
+    if wrong := make_wheels(given.targets, pythons, given.jobs):
+        sys.exit(f"amontons: {wrong} wheels are not as they should be")
 
 
 def try_wheel(python: Python, where: Path = DIST) -> None:
@@ -176,6 +237,8 @@ def main() -> None:
     parser.add_argument("--compiler", choices=("zig", "system"), default="zig")
     parser.add_argument("--no-test", action="store_true")
     parser.add_argument("--compiled", type=Path, metavar="BUILD")
+    parser.add_argument("--targets", metavar="TARGET,...")
+    parser.add_argument("--jobs", type=int, default=os.cpu_count() or 2)
     given = parser.parse_args()
     if platform.system() != "Linux":
         sys.exit("amontons: wheels are made on Linux only; elsewhere: pip install .")
@@ -184,6 +247,9 @@ def main() -> None:
         pack(given.compiled)
         return
     pythons = interpreters(given.pythons)
+    if given.targets:
+        make_wheels_and_sdist(given, pythons)
+        return
     builders = [p for p in pythons if p.version == OLDEST and p.headers]
     builders += [p for p in pythons if p.version >= STABLE and p.headers][:1]
     if not builders:

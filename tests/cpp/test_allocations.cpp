@@ -1,9 +1,9 @@
 #include <atomic>
-#include <cstdlib>
 #include <new>
 #include <string>
 #include <vector>
 
+#include "amontons/base/aligned_memory.hpp"
 #include "amontons/multibody/step/simulation.hpp"
 #include "amontons/solvers/solvers.hpp"
 #include "check.hpp"
@@ -15,14 +15,13 @@ std::atomic<std::size_t> allocations{0};
 
 void* counted(std::size_t size, std::size_t alignment) {
   ++allocations;
-  // aligned_alloc wants a multiple of the alignment.
-  void* memory = std::aligned_alloc(alignment, (size + alignment) / alignment * alignment);
+  void* memory = amontons::aligned_allocate(alignment, size);
   if (!memory) throw std::bad_alloc();
   return memory;
 }
 
 // Not inlined: GCC would see free() of what operator new returned, and warn of a mismatch.
-[[gnu::noinline]] void release(void* memory) noexcept { std::free(memory); }
+[[gnu::noinline]] void release(void* memory) noexcept { amontons::aligned_free(memory); }
 }  // namespace
 
 void* operator new(std::size_t size) { return counted(size, alignof(std::max_align_t)); }

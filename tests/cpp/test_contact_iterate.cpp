@@ -1,7 +1,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
-#include <random>
 #include <vector>
 
 #include "amontons/base/isa.hpp"
@@ -9,6 +8,7 @@
 #include "amontons/solvers/first_order/metric.hpp"
 #include "amontons/solvers/first_order/plain_iterate.hpp"
 #include "check.hpp"
+#include "random.hpp"
 
 using namespace amontons;
 
@@ -21,20 +21,19 @@ struct Size {
 // Random contacts and joint rows of every kind between bodies of which every seventh is fixed and body 1 is
 // in every fifth contact; some sides are the world, some contacts have no moving body at all.
 Problem random_problem(Size size, bool compliant, unsigned seed = 1) {
-  std::mt19937 random(seed);
-  std::normal_distribution<double> normal;
-  const auto uniform = [&](std::size_t n) { return static_cast<Index>(random() % n); };
+  small::Draws random(seed);
+  const auto uniform = [&](std::size_t n) { return static_cast<Index>(random.below(n)); };
   ContactSystem A;
   Bodies& mass = A.bodies;
   for (std::size_t i = 0; i < size.bodies; ++i) {
     double L[3][3], I[3][3] = {};
     for (auto& row : L)
-      for (double& v : row) v = normal(random);
+      for (double& v : row) v = random.normal();
     for (int r = 0; r < 3; ++r)
       for (int c = 0; c < 3; ++c)
         for (int k = 0; k < 3; ++k) I[r][c] += 0.3 * L[r][k] * L[c][k];
     const bool fixed = i % 7 == 3;
-    mass.inverse_mass.push_back(fixed ? 0 : 0.5 + std::abs(normal(random)));
+    mass.inverse_mass.push_back(fixed ? 0 : 0.5 + std::abs(random.normal()));
     if (fixed)
       mass.inverse_inertia.push_back({});
     else
@@ -42,7 +41,7 @@ Problem random_problem(Size size, bool compliant, unsigned seed = 1) {
   }
   // Another side than `not_this`; every tenth is the world.
   const auto side = [&](Index not_this) {
-    const bool world = not_this >= 0 && (size.bodies == 1 || random() % 10 == 0);
+    const bool world = not_this >= 0 && (size.bodies == 1 || random.below(10) == 0);
     Index body = world ? Index{-1} : uniform(size.bodies);
     if (body == not_this) body = (body + 1) % static_cast<Index>(size.bodies);
     return body;
@@ -54,29 +53,29 @@ Problem random_problem(Size size, bool compliant, unsigned seed = 1) {
     c.body_b = side(c.body_a);
     if (i % 3 == 0) std::swap(c.body_a, c.body_b);
     for (int k = 0; k < 3; ++k)
-      c.r_a[k] = normal(random), c.r_b[k] = normal(random), c.normal[k] = normal(random);
+      c.r_a[k] = random.normal(), c.r_b[k] = random.normal(), c.normal[k] = random.normal();
     c.normal = normalised(c.normal);
     A.contacts.push_back(c);
-    A.contact_compliance.push_back(compliant ? 0.1 * std::abs(normal(random)) : 0);
+    A.contact_compliance.push_back(compliant ? 0.1 * std::abs(random.normal()) : 0);
     const double values[] = {0, 0.3, 0.5, 1, 20};
-    mu.push_back(values[random() % 5]);
+    mu.push_back(values[random.below(5)]);
   }
   for (std::size_t i = 0; i < size.joints; ++i) {
     JacobianRow row{uniform(size.bodies), 0, {}, {}};
     row.body_b = side(row.body_a);
-    for (double& v : row.a) v = normal(random);
-    for (double& v : row.b) v = normal(random);
+    for (double& v : row.a) v = random.normal();
+    for (double& v : row.b) v = random.normal();
     A.jacobian.push_back(row);
     A.compliance.push_back(compliant ? 0.2 : 0);
   }
   SetProduct K;
   K.add_each<Friction>(mu);
   const std::size_t third = size.joints / 3;
-  K.add_count<Free>(third);
+  K.add_count<Bilateral>(third);
   K.add_each<Interval>(std::vector<double>(third, -0.2), std::vector<double>(third, 0.1));
   K.add_count<NonNegative>(size.joints - 2 * third);
   std::vector<double> b(A.rows());
-  for (double& v : b) v = normal(random);
+  for (double& v : b) v = random.normal();
   return make_problem(std::move(A), std::move(b), std::move(K));
 }
 
@@ -99,10 +98,9 @@ void check_close(const std::vector<double>& a, const std::vector<double>& b) {
 void check_sum(double a, double b) { CHECK_NEAR(a, b, 1e-11 * (std::abs(b) + 0.01)); }
 
 std::vector<double> random_vector(std::size_t n) {
-  std::mt19937 random(3);
-  std::normal_distribution<double> normal;
+  small::Draws random(3);
   std::vector<double> x(n);
-  for (double& v : x) v = normal(random);
+  for (double& v : x) v = random.normal();
   return x;
 }
 
@@ -386,7 +384,7 @@ TEST(passes_fit_what_they_know) {
   K.append(Friction{0.5});
   K.append(EllipticFriction<3>{0.5, 0.3});
   for (int i = 0; i < 7; ++i) K.append(Friction{0.5});
-  K.add_count<Free>(4);
+  K.add_count<Bilateral>(4);
   p.K = K;
   CHECK(!ContactIterate::fits(p));
 }

@@ -2,8 +2,9 @@
 
     python tests/physics/bits.py            computes and compares, on all threads and instruction sets
 
-Hashes are compared with each other and kept nowhere: another algorithm, or another C library, may change the
-bits. What a scene must do whatever the algorithm is in bands.py.
+Hashes are compared with each other and kept nowhere: another algorithm may change the bits. Other systems
+have the same ones: tools/wheels_test.py compares them. What a scene must do whatever the algorithm is in
+bands.py.
 """
 
 from __future__ import annotations
@@ -89,9 +90,10 @@ def main() -> int:
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument("--print", action="store_true", help="print the hashes of this process as JSON")
+    parser.add_argument("--threads", type=int, nargs="+", default=THREADS, metavar="N")
     arguments = parser.parse_args()
     if arguments.print:
-        print(json.dumps({threads: hashes(threads) for threads in THREADS}))
+        print(json.dumps({threads: hashes(threads) for threads in arguments.threads}))
         return 0
     found = hashes(1)
     for isa in sets_of_the_processor():

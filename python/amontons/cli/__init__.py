@@ -16,6 +16,7 @@ from .compare import compare
 from .doctor import doctor
 from .export import export
 from .info import info
+from .plot import plot
 from .run import run
 from .scenes import scenes
 from .solve import solve
@@ -27,7 +28,7 @@ app = typer.Typer(
     no_args_is_help=True,
     pretty_exceptions_enable=False,
 )
-for command in (run, view, scenes, export, sweep):
+for command in (run, view, scenes, export, plot, sweep):
     app.command(rich_help_panel="Simulations")(command)
 for command in (solve, compare, info):
     app.command(rich_help_panel="Problem files")(command)
@@ -37,6 +38,7 @@ app.add_typer(bench, name="bench", rich_help_panel="Benchmarks")
 
 def main() -> None:
     """Entry point of the command."""
+    _show_any_letter()
     try:
         app()
     except BrokenPipeError:  # the reader of our output has seen enough
@@ -46,6 +48,13 @@ def main() -> None:
         _let_go()
         complain(f"nothing more can be printed ({error.strerror or error})")
         sys.exit(NOT_CONVERGED)
+
+
+def _show_any_letter() -> None:
+    """An escape stands for a letter that the console has not: that of Windows may have 256 of them."""
+    for stream in (sys.stdout, sys.stderr):
+        if getattr(stream, "errors", "") == "strict":
+            stream.reconfigure(errors="backslashreplace")  # type: ignore[union-attr]
 
 
 def _let_go() -> None:

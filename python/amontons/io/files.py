@@ -1,7 +1,7 @@
 """Paths that users name, checked; and files that appear whole or not at all.
 
-What is to be in a file is made in memory and then written by one loop of `write`, never by a library that
-meets a full disk half way: HDF5 does not survive one. Only regular files are replaced, and they keep owner
+The content of a file is made in memory and then written by one loop of `write`. A library must not meet a
+full disk while it writes: HDF5 does not survive that. Only regular files are replaced, and they keep owner
 and mode; a link that a user names is followed to the file that it names. Names that we choose (`own`) are
 known to everyone who fills a folder: at these no link is followed.
 """
@@ -20,11 +20,7 @@ from secrets import token_hex
 from ..checks import shown
 from ..errors import FileError
 from ..visible import visible
-
-try:
-    import fcntl
-except ImportError:  # no locks on this system
-    fcntl = None  # type: ignore[assignment]
+from . import system
 
 LONGEST_PATH = 4096
 """Characters: what systems take."""
@@ -122,7 +118,7 @@ def write_whole(
         while made:
             temporary, target = made[0]
             try:
-                (os.link if new else os.replace)(temporary, target)
+                (system.put_new if new else system.replace)(temporary, target)
             except OSError as error:
                 raise FileError(f"{target}: cannot be written ({_reason(error)})") from None
             temporary.unlink(missing_ok=True)
@@ -140,7 +136,7 @@ def _written_beside(target: Path, data: bytes | memoryview) -> Path:
     try:
         _write(handle, data)
         if target.exists():
-            _take_over(handle, os.stat(target))
+            system.take_over(handle, os.stat(target))
         if not named:
             # A folder, which a whole path ignores, makes Python call linkat, which follows links if told so.
             os.link(f"/proc/self/fd/{handle}", name, src_dir_fd=handle, follow_symlinks=True)
@@ -159,20 +155,13 @@ def _new_file(folder: Path, name: Path) -> tuple[int, bool]:
             return os.open(folder, os.O_TMPFILE | os.O_WRONLY, 0o666), False
         except OSError:  # a file system without nameless files, or one that fails for all names
             pass
-    return os.open(name, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o666), True
+    return os.open(name, os.O_CREAT | os.O_EXCL | os.O_WRONLY | system.BINARY, 0o666), True
 
 
 def _write(handle: int, data: bytes | memoryview) -> None:
     rest = memoryview(data).cast("B")
     while rest:
         rest = rest[os.write(handle, rest) :]
-
-
-def _take_over(handle: int, of: os.stat_result) -> None:
-    """Mode and, where the system lets us, owner of the file that is replaced."""
-    with suppress(OSError):
-        os.fchown(handle, of.st_uid, of.st_gid)
-    os.fchmod(handle, stat.S_IMODE(of.st_mode))
 
 
 @contextmanager
@@ -182,17 +171,16 @@ def locked(path: Path, busy: str) -> Iterator[None]:
     busy: what the FileError says where another process holds it. The lock follows no link, waits for no pipe
     and changes no file: what is there and is no lock is refused.
     """
-    if fcntl is None:
-        yield
-        return
     lock = path.with_name(f".{path.name}.lock")
     while True:
         handle = _lock_file(path, lock)
         try:
-            fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except OSError:
+            free = system.lock(handle)
+        except OSError:  # a file system without locks
+            free = False
+        if not free:
             os.close(handle)
-            raise FileError(f"{path}: {busy}") from None
+            raise FileError(f"{path}: {busy}")
         with suppress(OSError):
             if os.path.samestat(os.fstat(handle), lock.lstat()):
                 break
@@ -200,13 +188,12 @@ def locked(path: Path, busy: str) -> Iterator[None]:
     try:
         yield
     finally:
-        lock.unlink(missing_ok=True)
-        os.close(handle)
+        system.drop_lock(lock, handle)
 
 
 def _lock_file(path: Path, lock: Path) -> int:
     try:
-        handle = os.open(lock, os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC, 0o600)
+        handle = os.open(lock, os.O_RDWR | os.O_CREAT | system.CAREFUL, 0o600)
     except OSError as error:
         if lock.is_symlink():
             raise FileError(f"{path}: its lock {lock} is a link, which is not followed; remove it") from None

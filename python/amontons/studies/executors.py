@@ -17,6 +17,7 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple, Protocol
 
 from ..errors import InputError
+from ..io import system
 from .task import Row, Task, overdue, perform
 
 
@@ -30,7 +31,7 @@ Ended = list[tuple[str, "Row | Died"]]
 
 
 class Future(Protocol):
-    """What `submit` gives, as that of concurrent.futures."""
+    """The result of `submit`, as that of concurrent.futures."""
 
     def result(self) -> Any: ...
     def cancel(self) -> Any: ...
@@ -38,7 +39,7 @@ class Future(Protocol):
 
 
 class Executor(Protocol):
-    """What `sweep` asks of an executor: those of concurrent.futures and mpi4py have it, Dask's Client too."""
+    """Interface that `sweep` needs: executors of concurrent.futures and mpi4py have it, and Dask's Client."""
 
     def submit(self, function: Any, /, *args: Any) -> Future: ...
 
@@ -110,7 +111,7 @@ class _Slot:
     key: str = ""
     """of the run at hand, none if empty"""
     number: int = 0
-    """of the run, so that news of an earlier one is told apart"""
+    """of the run, to distinguish messages of an earlier one"""
     since: float = float("inf")
     """when the worker began (s, monotonic)"""
     timeout: float | None = None
@@ -185,7 +186,8 @@ def _all_of(events: queue.SimpleQueue[Any], seconds: float) -> list[Any]:
 def _process() -> Any:
     from loky import ProcessPoolExecutor  # type: ignore[import-untyped]
 
-    # Libraries of linear algebra start a thread per core in each process, unless they are told not to.
+    # Libraries of linear algebra start a thread per core in each process, unless environment variables limit
+    # them.
     names = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
     threads = {name: os.environ.get(name, "1") for name in names}
     return ProcessPoolExecutor(max_workers=1, initializer=_begin, initargs=(os.getpid(),), env=threads)
@@ -198,19 +200,16 @@ def _nothing() -> None:
 def _begin(parent: int) -> None:
     """Ctrl-C is for the study, which ends its workers; a worker whose study was killed ends by itself."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    if not hasattr(os, "getppid"):
-        return
 
     def watch() -> None:
-        while os.getppid() == parent:
-            time.sleep(0.5)
+        system.end_with(parent)
         os._exit(1)
 
     threading.Thread(target=watch, daemon=True).start()
 
 
 def _cause(error: Exception) -> str:
-    """Of loky's advice only the signal."""
+    """Only the signal of loky's advice."""
     codes = re.search(r"exit codes of the workers are \{(.*?)\}", str(error))
     if codes:
         return f"the worker process ended with {codes.group(1)}"

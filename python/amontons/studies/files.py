@@ -22,7 +22,7 @@ RANGE = ("from", "to", "count", "scale")
 
 @dataclass(frozen=True)
 class Study:
-    """What `sweep` is called with."""
+    """Arguments of `sweep`."""
 
     run: Any
     grid: Any
@@ -39,7 +39,7 @@ def read_study(path: Path, module: str | None = None) -> Study:
     """
     existing(path, "a TOML file")
     try:
-        told = tomllib.loads(path.read_text())
+        told = tomllib.loads(path.read_text(encoding="utf-8"))
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise FileError(f"{path}: is not TOML ({error})") from None
     except RecursionError:

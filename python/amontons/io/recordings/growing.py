@@ -23,6 +23,7 @@ import h5py
 import numpy as np
 
 from ...errors import FileError
+from .. import system
 from ..files import writable, write_whole
 
 try:
@@ -148,9 +149,13 @@ def _create(path: Path, image: bytes, overwrite: bool) -> int:
         handle = _opened_regular(path)
         try:
             _lock(handle, path)
+            if system.WINDOWS:  # which replaces no file that is open
+                os.close(handle)
+                handle = -1
             write_whole({path: image})  # keeps the mode
         finally:
-            os.close(handle)
+            if handle >= 0:
+                os.close(handle)
     else:
         write_whole({path: image}, new=True)
     handle = _opened_regular(path)
@@ -164,7 +169,7 @@ def _create(path: Path, image: bytes, overwrite: bool) -> int:
 
 def _opened_regular(path: Path) -> int:
     """A descriptor of a file that was found to be regular, whatever has its name by now."""
-    handle = os.open(os.path.realpath(path), os.O_RDWR | os.O_NOFOLLOW | os.O_NONBLOCK)
+    handle = os.open(os.path.realpath(path), os.O_RDWR | system.CAREFUL)
     if not stat.S_ISREG(os.fstat(handle).st_mode):
         os.close(handle)
         raise FileError(f"{path}: was replaced by what is no regular file")
@@ -172,7 +177,14 @@ def _opened_regular(path: Path) -> int:
 
 
 def _lock(handle: int, path: Path) -> None:
-    """A lock of the open file, which ends with the process; readers and HDF5 do not ask for it."""
+    """A lock of the open file, which ends with the process; readers and HDF5 do not ask for it.
+
+    macOS has none of that kind: its locks end when HDF5 closes the file, or keep readers away.
+    """
+    if system.WINDOWS:
+        if not system.lock(handle):
+            raise FileError(f"{path}: is being recorded by another program or by this one")
+        return
     if fcntl is None or not hasattr(fcntl, "F_OFD_SETLK"):
         return
     whole = struct.pack("hhqqi", fcntl.F_WRLCK, os.SEEK_SET, 0, 0, 0)
