@@ -1,4 +1,4 @@
-"""Beside the package in a wheel: the bill of materials, the licences of linked parts; no trace of a folder."""
+"""Beside the package in a wheel: a bill of materials, the licences of linked parts; no trace of a folder."""
 
 import importlib.metadata
 import json

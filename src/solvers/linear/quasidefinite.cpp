@@ -77,7 +77,7 @@ std::vector<Index> minimum_degree(std::span<const signed char> sign, Neighbours 
 
 // The postorder of a forest whose parents come after their children: place[i] for each i; children keep their
 // order.
-std::vector<Index> tree_postorder(const std::vector<Index>& parent) {
+std::vector<Index> forest_postorder(const std::vector<Index>& parent) {
   const std::size_t count = parent.size();
   // Sizes of the subtrees, then each node's first free place; parents before children.
   std::vector<Index> size(count, 1), first(count), place(count);
@@ -118,7 +118,7 @@ void QuasidefiniteFactor::order(std::span<const signed char> sign, std::span<con
   for (std::size_t k = 0; k < count; ++k)
     for (Index i : above[greedy[k]])
       if (parent[k] < 0 || turn[i] < parent[k]) parent[k] = turn[i];
-  const std::vector<Index> place = tree_postorder(parent);
+  const std::vector<Index> place = forest_postorder(parent);
   position_.resize(count);
   sign_.resize(count);
   parent_.assign(count, -1);
