@@ -9,7 +9,7 @@ namespace amontons::python {
 
 namespace {
 
-using Flags = nb::ndarray<const unsigned char, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
+using Bytes = nb::ndarray<const unsigned char, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
 
 std::vector<double> to_vector(const Vector& a, std::size_t count, const char* name) {
   AMONTONS_REQUIRE(a.shape(0) == count, std::string(name) + " has " + std::to_string(a.shape(0)) +
@@ -48,13 +48,13 @@ OutVector rates(const Tree& tree, const Simulation& s) {
   return to_numpy(std::move(qdd));
 }
 
-std::span<const unsigned char> flags(const Tree& tree, const Flags& held) {
+std::span<const unsigned char> flags(const Tree& tree, const Bytes& held) {
   AMONTONS_REQUIRE(held.shape(0) == tree.nv(), "held needs one entry per velocity");
   return {held.data(), tree.nv()};
 }
 
 // Moves bodies to q; they keep qd as far as loops allow it there. Nothing changes if q is impossible.
-void set_q(const Tree& tree, Simulation& s, const Vector& given, const Flags& held) {
+void set_q(const Tree& tree, Simulation& s, const Vector& given, const Bytes& held) {
   std::vector<double> q = to_vector(given, tree.nq(), "q"), qd = read_coordinates(tree, s.state()).qd;
   check_coordinates(tree, q, qd);
   close_loops(tree, s.state(), flags(tree, held), q);
@@ -63,7 +63,7 @@ void set_q(const Tree& tree, Simulation& s, const Vector& given, const Flags& he
   write_velocities(tree, q, qd, s.state());
 }
 
-void set_qd(const Tree& tree, Simulation& s, const Vector& given, const Flags& held) {
+void set_qd(const Tree& tree, Simulation& s, const Vector& given, const Bytes& held) {
   std::vector<double> q = read_coordinates(tree, s.state()).q, qd = to_vector(given, tree.nv(), "qd");
   check_coordinates(tree, q, qd);
   close_velocities(tree, s.state(), q, flags(tree, held), qd);
@@ -154,7 +154,7 @@ nb::tuple observe(const Tree& tree, const Simulation& s, const Vector& qdd, cons
 
 // (n,) distances, infinite without a hit; (n,) geoms, -1 without a hit; (n, 3) normals.
 nb::tuple cast_rays(const Simulation& s, const Matrix& origins, const Matrix& directions,
-                    const Flags& excluded) {
+                    const Bytes& excluded) {
   const std::size_t n = origins.shape(0);
   AMONTONS_REQUIRE(excluded.shape(0) == s.model().description().geoms.size(),
                    "excluded needs one entry per geom");

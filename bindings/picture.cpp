@@ -9,7 +9,7 @@ namespace {
 
 using Triangles = nb::ndarray<const std::int32_t, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
 
-void require_rows(const Matrix& a, std::size_t rows, std::size_t columns, const char* name) {
+void require_shape(const Matrix& a, std::size_t rows, std::size_t columns, const char* name) {
   AMONTONS_REQUIRE(a.shape(0) == rows && a.shape(1) == columns,
                    std::string("pictures: wrong shape of ") + name);
 }
@@ -19,16 +19,16 @@ Transform transform_of(const Matrix& positions, const Matrix& rotations, std::si
   return {vec3_of(positions, i), {rotations(i, 0), rotations(i, 1), rotations(i, 2), rotations(i, 3)}};
 }
 
-void add(PictureScene& scene, const Matrix& vertices, const Triangles& triangles, bool flat, bool closed,
-         const IndexVector& bodies, const Matrix& positions, const Matrix& rotations, const Matrix& scales,
-         const Matrix& colours, double opacity, Appearance appearance) {
+void add_surface(PictureScene& scene, const Matrix& vertices, const Triangles& triangles, bool flat,
+                 bool closed, const IndexVector& bodies, const Matrix& positions, const Matrix& rotations,
+                 const Matrix& scales, const Matrix& colours, double opacity, Appearance appearance) {
   const std::size_t count = bodies.shape(0);
   AMONTONS_REQUIRE(vertices.shape(1) == 3 && triangles.shape(1) == 3,
                    "pictures: triangles have three corners");
-  require_rows(positions, count, 3, "positions");
-  require_rows(rotations, count, 4, "rotations");
-  require_rows(scales, count, 3, "scales");
-  require_rows(colours, count, 3, "colours");
+  require_shape(positions, count, 3, "positions");
+  require_shape(rotations, count, 4, "rotations");
+  require_shape(scales, count, 3, "scales");
+  require_shape(colours, count, 3, "colours");
   PictureSurface surface;
   surface.flat = flat;
   surface.closed = closed;
@@ -50,7 +50,7 @@ void add(PictureScene& scene, const Matrix& vertices, const Triangles& triangles
 
 // (n, 10) rows: from, to, width, red, green, blue.
 std::vector<PictureLine> lines_of(const Matrix& rows) {
-  require_rows(rows, rows.shape(0), 10, "lines");
+  require_shape(rows, rows.shape(0), 10, "lines");
   std::vector<PictureLine> out;
   for (std::size_t i = 0; i < rows.shape(0); ++i)
     out.push_back(
@@ -64,8 +64,8 @@ std::vector<PictureLine> lines_of(const Matrix& rows) {
 nb::tuple draw(const PictureScene& scene, const Matrix& positions, const Matrix& orientations,
                const PictureCamera& camera, const PictureStyle& style, const Matrix& lines, bool probe,
                unsigned threads) {
-  require_rows(positions, positions.shape(0), 3, "positions");
-  require_rows(orientations, positions.shape(0), 4, "orientations");
+  require_shape(positions, positions.shape(0), 3, "positions");
+  require_shape(orientations, positions.shape(0), 4, "orientations");
   std::vector<Transform> bodies;
   for (std::size_t b = 0; b < positions.shape(0); ++b)
     bodies.push_back(transform_of(positions, orientations, b));
@@ -108,7 +108,7 @@ void bind_picture(nb::module_& m) {
       .def_rw("background", &PictureStyle::background);
   nb::class_<PictureScene>(m, "PictureScene", "Surfaces, instances of them and planes.")
       .def(nb::init<>())
-      .def("add", &add, nb::arg("vertices"), nb::arg("triangles"), nb::arg("flat"), nb::arg("closed"),
+      .def("add", &add_surface, nb::arg("vertices"), nb::arg("triangles"), nb::arg("flat"), nb::arg("closed"),
            nb::arg("bodies"), nb::arg("positions"), nb::arg("rotations"), nb::arg("scales"),
            nb::arg("colours"), nb::arg("opacity"), nb::arg("appearance"), "A surface with its n instances.")
       .def(

@@ -34,8 +34,8 @@ struct ScopeGuard {
   ~ScopeGuard() { solve_scope = outer; }
 };
 
-std::shared_ptr<Solution> run(const Problem& problem, const std::string& method, const Options& given,
-                              std::optional<Vector> x0, nb::object callback) {
+std::shared_ptr<Solution> run_solve(const Problem& problem, const std::string& method, const Options& given,
+                                    std::optional<Vector> x0, nb::object callback) {
   Options options = given;
   if (x0) {
     options.x0 = view(*x0);
@@ -55,7 +55,7 @@ std::shared_ptr<Solution> run(const Problem& problem, const std::string& method,
 }  // namespace
 
 void bind_solve(nb::module_& m) {
-  m.def("solve", &run, nb::arg("problem"), nb::arg("method"), nb::arg("options"),
+  m.def("solve", &run_solve, nb::arg("problem"), nb::arg("method"), nb::arg("options"),
         nb::arg("x0").none() = nb::none(), nb::arg("callback").none() = nb::none());
   m.def("method_names", [] {
     std::vector<std::string> names;

@@ -68,7 +68,7 @@ void set_contacts(State& state, const Model& model, const Matrix& rows) {
   state.contacts = std::move(contacts);
 }
 
-nb::dict arrays_of(const State& s) {
+nb::dict arrays_of_state(const State& s) {
   nb::dict d;
   d["time"] = s.time;
   d["steps"] = s.steps;
@@ -152,7 +152,7 @@ void bind_state(nb::module_& m) {
            nb::arg("arrays"))
       .def_ro("time", &State::time)
       .def_ro("steps", &State::steps)
-      .def_prop_ro("arrays", &arrays_of, nb::rv_policy::automatic, "Every array by name, as copies.");
+      .def_prop_ro("arrays", &arrays_of_state, nb::rv_policy::automatic, "Every array by name, as copies.");
 }
 
 }  // namespace amontons::python

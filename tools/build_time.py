@@ -2,9 +2,9 @@
 
     python tools/build_time.py BUILD [--match TEXT] [--rows N] [--csv FILE]
 
-BUILD is a folder with compile_commands.json. Times are user times (s): of the compiler, of reading headers and sources
-(parse), of the templates and functions that are instantiated at the end of a source (deferred), and of
-optimisation and code (code). The objects go nowhere, and no cache of a compiler is used.
+BUILD is a folder with compile_commands.json. Times are user times (s): of the compiler, of reading headers
+and sources (parse), of the templates and functions that are instantiated at the end of a source (deferred),
+and of optimisation and code (code). The objects go nowhere, and no cache of a compiler is used.
 """
 
 from __future__ import annotations
@@ -45,7 +45,8 @@ def phases(report: str) -> dict[str, float]:
 def measure(entry: dict[str, str]) -> dict[str, float]:
     """User seconds of one source, and its phases."""
     before = resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime
-    run = subprocess.run(command_of(entry), cwd=entry["directory"], capture_output=True, text=True, check=False)
+    command, folder = command_of(entry), entry["directory"]
+    run = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
     if run.returncode:
         sys.exit(f"amontons: {entry['file']} does not compile:\n{run.stderr[-2000:]}")
     after = resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime
@@ -56,8 +57,10 @@ def group_of(entry: dict[str, str]) -> str:
     """The target and the first two folders of a source, as sources are summed up."""
     target = re.search(r"CMakeFiles/([^/]+)\.dir", entry["command"])
     parts = Path(entry["file"]).parts
-    start = max((k for k, part in enumerate(parts) if part in ("src", "bindings", "tests")), default=len(parts) - 1)
-    return f"{target[1] if target else '?'}: {'/'.join(parts[start : start + 2][: 2 if parts[start] == 'src' else 1])}"
+    roots = [k for k, part in enumerate(parts) if part in ("src", "bindings", "tests")]
+    start = max(roots, default=len(parts) - 1)
+    length = 2 if parts[start] == "src" else 1
+    return f"{target[1] if target else '?'}: {'/'.join(parts[start : start + length])}"
 
 
 def show(title: str, rows: list[tuple[str, dict[str, float]]]) -> None:
@@ -73,7 +76,7 @@ def total(rows: list[dict[str, float]]) -> dict[str, float]:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.split("\n", 1)[0])
     parser.add_argument("build", type=Path)
-    parser.add_argument("--match", default="", help="only sources whose command has this (regular expression)")
+    parser.add_argument("--match", default="", help="regular expression in the command")
     parser.add_argument("--rows", type=int, default=25)
     parser.add_argument("--csv", type=Path)
     given = parser.parse_args()

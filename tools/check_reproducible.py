@@ -2,10 +2,10 @@
 
     .venv/bin/python tools/check_reproducible.py [--keep]
 
-Prints the SHA-256 of both; exit status 1 and the members that differ if they are not the same. Two full compilations:
-minutes of processor time each. The compiler is $CXX or c++; caches of compilers are off. With --keep the folder
-build/reproducible stays. What may differ between two machines is the compiler: its name and version are in the bill of
-materials of the wheel.
+Prints the SHA-256 of both; exit status 1 and the members that differ if they are not the same. Two full
+compilations: minutes of processor time each. The compiler is $CXX or c++; caches of compilers are off. With
+--keep the folder build/reproducible stays. Between two machines the compiler may differ: its name and version
+are in the bill of materials of the wheel.
 """
 
 from __future__ import annotations
@@ -59,7 +59,8 @@ def digest(data: bytes) -> str:
 def members(path: Path) -> dict[str, tuple[str, tuple[int, ...], int]]:
     """Digest, date and mode of each file in a wheel, in its order."""
     with zipfile.ZipFile(path) as archive:
-        return {i.filename: (digest(archive.read(i)), i.date_time, i.external_attr) for i in archive.infolist()}
+        files = archive.infolist()
+        return {f.filename: (digest(archive.read(f)), f.date_time, f.external_attr) for f in files}
 
 
 def compare(first: Path, second: Path) -> int:

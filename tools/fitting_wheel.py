@@ -2,7 +2,8 @@
 
     .venv/bin/python tools/fitting_wheel.py [FOLDER]
 
-Exit status 1 and no output where there is none: `make demo` then compiles. Needs pip, as every virtual environment has it.
+Exit status 1 and no output where there is none: `make demo` then compiles. Needs pip, which every virtual
+environment has.
 """
 
 from __future__ import annotations

@@ -3,9 +3,10 @@
     python tools/make_sbom.py --module FILE --include FOLDER [--include FOLDER ...]
                               [--runtime libc++|libstdc++] [--compiler "ID VERSION"] [--system NAME] -o FILE
 
-CMake calls it after it has linked the module; the file goes into `amontons-VERSION.dist-info/sboms` of the wheel (PEP 770).
-Versions are read from the headers that were compiled. The C++ runtime counts as a part where the module does not name
-it as a shared library. The file has no date and no random number: the same build gives the same bytes. Standard library only.
+CMake calls it after it has linked the module; the file goes into `amontons-VERSION.dist-info/sboms` of the
+wheel (PEP 770). Versions are read from the headers that were compiled. The C++ runtime counts as a part where
+the module does not name it as a shared library. The file has no date and no random number: the same build
+gives the same bytes. Standard library only.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""What goes out with a wheel: the bill of materials, the licences of linked parts, and no trace of a folder."""
+"""Beside the package in a wheel: a bill of materials, the licences of linked parts; no trace of a folder."""
 
 import importlib.metadata
 import json

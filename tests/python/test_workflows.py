@@ -1,4 +1,4 @@
-"""The workflows in .github, which no machine here runs: their form, their targets, their versions and limits."""
+"""The workflows in .github, which no machine here runs: their form, targets, versions and limits."""
 
 import re
 import subprocess
@@ -17,8 +17,8 @@ def check(path, schema):
     return subprocess.run(command, capture_output=True, text=True, check=False)
 
 
-# Breaks when a key is misspelt or a value has the wrong type, by the schema that GitHub's editors use; the second schema
-# asks for a limit of time in each job.
+# Breaks when a key is misspelt or a value has the wrong type, by the schema that GitHub's editors use. The
+# second schema asks for a limit of time in each job.
 @pytest.mark.parametrize("path", WORKFLOWS, ids=names)
 @pytest.mark.parametrize("schema", ["vendor.github-workflows", "custom.github-workflows-require-timeout"])
 def test_workflow_follows_the_schema(path, schema):
@@ -35,7 +35,7 @@ def test_schema_refuses_a_misspelt_key(tmp_path):
     assert check(wrong, "vendor.github-workflows").returncode != 0
 
 
-# Breaks when a workflow calls a target that the Makefile lacks, or the targets of a clone are not what it calls.
+# Breaks when a workflow calls a target that the Makefile lacks, or one of the four is called by none.
 def test_workflows_call_targets_of_the_makefile():
     made = set(re.findall(r"^([a-z_]+):", (ROOT / "Makefile").read_text(), re.MULTILINE))
     called = {t for path in WORKFLOWS for t in re.findall(r"run: make (\w+)", path.read_text())}
