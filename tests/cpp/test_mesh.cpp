@@ -243,9 +243,10 @@ TEST(deep_bodies_are_pushed_out) {
     }
 }
 
-// Height fields against the mesh of the same triangles, diagonals as documented: the same points,
-// deep ones on this rough ground included (for those of ellipsoids directions are good to about
-// the root of the precision).
+// Height fields against the mesh of the same triangles, diagonals as documented: the same points, deep ones
+// on this rough ground included. The search for the distance of ellipsoids and of rims of cylinders ends
+// where it makes no more progress, with a direction good to some 1e-6: of 18600 poses of 31 other seeds 662
+// differed by more than 1e-8 m, all of these two shapes, by 2.1e-6 m at most.
 TEST(height_field_is_its_mesh) {
   small::Random random(15);
   const int rows = 9, columns = 13;
@@ -270,8 +271,10 @@ TEST(height_field_is_its_mesh) {
       const Vec3 at{random.uniform(-1.6, 1.6), random.uniform(-1.1, 1.1), random.uniform(0.1, 0.45)};
       const auto expected = contacts(shape, tilted * Transform{at, rotation}, mesh, 0.02, tilted);
       const auto found = contacts(shape, tilted * Transform{at, rotation}, field, 0.02, tilted);
+      const bool curved = std::holds_alternative<Ellipsoid>(shape) || std::holds_alternative<Cylinder>(shape);
+      const double tolerance = curved ? 1e-5 : 1e-8;
       CHECK(found.size() == expected.size());
-      CHECK_NEAR(smallest_gap(found), smallest_gap(expected), 1e-6);
-      for (const ContactPoint& p : expected) CHECK(has_point(found, p.point, p.gap, 1e-6));
+      CHECK_NEAR(smallest_gap(found), smallest_gap(expected), tolerance);
+      for (const ContactPoint& p : expected) CHECK(has_point(found, p.point, p.gap, tolerance));
     }
 }

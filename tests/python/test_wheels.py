@@ -8,14 +8,10 @@ import zipfile
 from pathlib import Path
 
 import amontons
-import pytest
-
-ROOT = Path(__file__).resolve().parents[2]
-sys.path.insert(0, str(ROOT / "tools"))
-
 import binaries
 import import_library
 import inspect_wheel
+import pytest
 import same_bits
 from pack_wheel import pack
 from wheel_targets import PYTHONS, TARGETS, tag
