@@ -50,6 +50,7 @@ def compare(
     tolerance: float = 1e-6,
     deadline: float | None = 10.0,
     threads: int | None = None,
+    device: str = "cpu",
     before: Callable[[str, str], None] = lambda name, method: None,
 ) -> list[Run]:
     """Solve the problem by each method with its history recorded.
@@ -70,6 +71,7 @@ def compare(
             deadline=deadline,
             history=True,
             threads=threads,
+            device=device,
         )
         try:
             solution = solve()

@@ -20,6 +20,7 @@ from ..errors import InputError, ModelWarning, SimulationError, StepWarning
 from ..guidance import guided
 from ..hooks import hook
 from ..model.model import Model, no_model
+from ..problem.iterate import source_of_device
 from ..problem.options import LAWS, require_method
 from ..problem.problem import Problem
 from ..visible import visible
@@ -65,6 +66,9 @@ class Simulation(Driving):
 
     dt: time step (s). law: "coulomb" or "associated". method, tolerance, max_iterations, threads: of the
     solve of each step, as in `amontons.solve`.
+    device, device_contacts: where steps with at least so many contacts are solved, by a name of
+    `amontons.devices()`: by "p-spg-fb" or "apgd" under that method or "auto". Smaller steps, those with cones
+    that the device does not know and other methods stay on the CPU.
     budget: wall clock of a step (s), None for no limit; results then depend on the machine.
     margin: contacts are found up to this gap (m), by default a fiftieth of `Model.length`.
     recovery: how errors of position (overlaps, joints apart, violated limits) are taken back: "projection"
@@ -99,6 +103,8 @@ class Simulation(Driving):
         max_iterations: int | None = None,
         budget: float | None = None,
         threads: int | None = None,
+        device: str = "cpu",
+        device_contacts: int = 20_000,
         margin: float | None = None,
         recovery: str = "projection",
         recovery_speed: float | None = None,
@@ -120,6 +126,8 @@ class Simulation(Driving):
             max_iterations=max_iterations,
             budget=budget,
             threads=threads,
+            device=device,
+            device_contacts=device_contacts,
             margin=margin,
             recovery=recovery,
             recovery_speed=recovery_speed,
@@ -465,6 +473,8 @@ def _core_options(given: dict[str, Any]) -> _core.SimulationOptions:
     o.method = require_method(given["method"])
     o.tolerance = option("tolerance", given["tolerance"])
     o.threads = 0 if given["threads"] is None else option("threads", given["threads"])
+    least = int(option("device_contacts", given["device_contacts"]))
+    o.iterates = source_of_device(given["device"], least)
     o.max_substeps = option("max_substeps", given["max_substeps"])
     o.warm_start = given["warm_start"]
     o.recovery = chosen("recovery", given["recovery"], RECOVERIES)

@@ -90,6 +90,7 @@ bool take_better(Solution& s, Solution&& other) {
   s.residual = other.residual;
   s.objective = other.objective;
   s.method = std::move(other.method);
+  s.device = std::move(other.device);
   return true;
 }
 

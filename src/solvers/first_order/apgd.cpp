@@ -125,7 +125,9 @@ std::unique_ptr<Run> start_apgd(const Problem& problem, const Options& options) 
 }
 
 Solution apgd(const Problem& problem, const Options& options) {
-  return complete(start_apgd(problem, options));
+  Solution s = complete(start_apgd(problem, options));
+  s.device = device_of(problem, options);
+  return s;
 }
 
 }  // namespace amontons

@@ -1,4 +1,4 @@
-// Private: contacts that are given as rows of D, as files have them.
+// Private: contacts that are given as rows of D, as files have them; what the passes know of sets.
 #pragma once
 #include "amontons/problem/problem.hpp"
 #include "solvers/first_order/pass_data.hpp"
@@ -12,5 +12,11 @@ bool has_contact_rows(const Problem& problem, const ContactSystem& A);
 double compliance_of(const ContactSystem& A, std::size_t contact);
 // The three rows of a contact, in a lane.
 void fill_rows(const JacobianRow* row, std::size_t lane, ContactRows& rows);
+
+// Beyond this the cone is a half-space in double precision, and its cube times 1e150 would overflow.
+inline constexpr double largest_mu = 1e50;
+// The single rows in order, which are intervals to the passes: free and nonnegative ones with infinite
+// bounds.
+std::vector<Interval> row_bounds(const SetProduct& K);
 
 }  // namespace amontons

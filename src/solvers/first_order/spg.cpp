@@ -157,6 +157,10 @@ std::unique_ptr<Run> start_spg(const Problem& problem, const Options& options) {
   return with_iterate(problem, options, [&](auto make) { return started(problem, options, make); });
 }
 
-Solution spg(const Problem& problem, const Options& options) { return complete(start_spg(problem, options)); }
+Solution spg(const Problem& problem, const Options& options) {
+  Solution s = complete(start_spg(problem, options));
+  s.device = device_of(problem, options);
+  return s;
+}
 
 }  // namespace amontons

@@ -31,6 +31,7 @@ struct SimulationOptions {
   std::size_t max_iterations = 0;  // per solve; 0: the method's own limit
   double budget = infinity;        // s of wall clock per step; results then depend on the machine
   unsigned threads = 0;            // 0: one per core, where the problem is large enough
+  std::shared_ptr<IterateSource> iterates;  // as in Options; null: this library
   // m, contacts are found up to this gap; 0: a fiftieth of Model::length(). Wide enough that what a step
   // cannot foresee rarely matters, narrow enough that few contacts are open.
   double margin = 0;

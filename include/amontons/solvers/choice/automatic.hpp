@@ -14,7 +14,7 @@ Solution automatic(const Problem&, const Options&, Elimination&, Solution memory
 // to the race. False where the direct way does not apply; `s`, whose arrays keep their memory, is then
 // undefined.
 bool solve_directly(const Problem&, const Options&, Elimination&, Solution& s);
-// Methods race, island by island.
+// Methods race, island by island; on a device that serves the problem one of its two methods runs.
 Solution solve_by_race(const Problem&, const Options&);
 
 }  // namespace amontons

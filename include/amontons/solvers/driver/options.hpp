@@ -2,12 +2,15 @@
 #include <cstddef>
 #include <functional>
 #include <limits>
+#include <memory>
 #include <span>
 
 #include "amontons/problem/problem.hpp"
 #include "amontons/solvers/driver/solution.hpp"
 
 namespace amontons {
+
+struct IterateSource;  // first_order/forwarded_iterate.hpp
 
 // Each field says its unit, range and what it interacts with; without a unit it is a pure number.
 // validate() throws InputError with the name of the field that is out of range.
@@ -72,6 +75,9 @@ struct Options {
   // Workers of the fused passes of p-spg-fb and apgd on a ContactSystem; 0: one per core, where the problem
   // is large enough. Results never depend on it.
   unsigned threads = 0;
+  // Where p-spg-fb and apgd take their iterates from, a device for instance; null: this library. Other methods
+  // ignore it, and auto takes one of the two for a problem that it serves.
+  std::shared_ptr<IterateSource> iterates;
   // Called once per iteration if not empty; true stops with Status::interrupted. Costs what history costs.
   std::function<bool(const IterationRecord&)> callback;
   // Asked between iterations and within factorisations, at most every 20 ms, if not empty; true stops with

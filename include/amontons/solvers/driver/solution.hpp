@@ -71,6 +71,8 @@ struct Solution {
   double time = 0;
   // The method that made x; with islands, the one that made the x of the hardest.
   std::string method;
+  // Where its iterates were: "cpu", or the name of Options::iterates.
+  std::string device = "cpu";
   // What was chosen and why, and every phase that ran, printed from `phases`. Both are empty for a method
   // that is none of several: all but auto and interior-point.
   std::string reason;
