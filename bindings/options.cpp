@@ -1,4 +1,5 @@
 #include "amontons/solvers/driver/options.hpp"
+#include "amontons/solvers/first_order/forwarded_iterate.hpp"
 
 #include "bindings.hpp"
 

@@ -5,6 +5,7 @@
 #include "amontons/base/patience.hpp"
 #include "amontons/multibody/joints/actuators.hpp"
 #include "amontons/multibody/joints/coordinates.hpp"
+#include "amontons/solvers/first_order/forwarded_iterate.hpp"
 #include "bindings.hpp"
 #include "math_casters.hpp"
 

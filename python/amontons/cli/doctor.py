@@ -54,11 +54,13 @@ def _tell(told: dict[str, Any]) -> None:
         have = ", ".join(f"{module} {version}" for module, version in part["versions"].items() if version)
         state = have or "installed" if part["installed"] else f"missing: {part['remedy']}"
         say(f"{name:9s}{part['purpose']}: {state}")
-    for device in told["devices"]["found"]:
-        name, precision = device["name"], "" if device["doubles"] else ", without double precision"
-        told_of = f"{device['hardware']}, {device['kind']}, {device['driver']}{precision}"
-        say(f"{name:9s}{told_of}: {device['memory'] / 1e9:.3g} GB")
-    for name, missing in told["devices"]["missing"].items():
-        if missing:
-            say(f"{name:9s}device for large problems: none, {missing}")
+    for kind, missing in told["devices"]["missing"].items():
+        found = [d for d in told["devices"]["found"] if d["name"].startswith(kind)]
+        say(f"{kind:9s}large problems on devices: {', '.join(map(_device, found)) or missing}")
     say("")
+
+
+def _device(device: dict[str, Any]) -> str:
+    precision = "" if device["doubles"] else ", without double precision"
+    name, hardware, kind = device["name"], device["hardware"], device["kind"]
+    return f"{name} ({hardware}, {kind}, {device['memory'] / 1e9:.3g} GB{precision})"

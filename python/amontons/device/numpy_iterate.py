@@ -111,14 +111,14 @@ class NumpyIterate:
         self._coulomb = law == _core.Law.coulomb
         arrays = layout.arrays()
         contacts, rows, stride = layout.contacts, layout.rows, layout.stride
-        fields = arrays["contact"].reshape(-1, stride)[:, :contacts]
+        fields = arrays["contact"].reshape(8 if layout.stored else 14, stride)[:, :contacts]
         self._n, self._mu, self._p = fields[:3], fields[3], fields[4]
         self._aspect, self._p_t, self._compliance = fields[5], fields[6], fields[7]
         self._arm_a, self._arm_b = fields[8:11], fields[11:14]
-        self._row_p, self._low, self._high, self._row_compliance = arrays["row"].reshape(4, -1)[:, :rows]
+        self._row_p, self._low, self._high, self._row_compliance = arrays["row"].reshape(4, layout.row_stride)[:, :rows]
         line = arrays["line"].astype(np.int64)
         self._line = np.split(line, np.cumsum([stride, stride, layout.row_stride]))
-        self._jacobian = arrays["jacobian"].reshape(12, -1)
+        self._jacobian = arrays["jacobian"].reshape(12, -1 if len(arrays["jacobian"]) else 0)
         self._mass = arrays["mass"].reshape(7, -1)[:, : layout.bodies + 1]
         self._b = layout.to_passes(problem.b)
         self._fill_lists(arrays)
@@ -171,7 +171,7 @@ class NumpyIterate:
     def _impulses(self, v: Array) -> Array:
         """D'v, (6, bodies and parts)."""
         layout = self._layout
-        f = self._sign * v[: 3 * layout.stride].reshape(3, -1)[:, self._of_contact]
+        f = self._sign * v[: 3 * layout.stride].reshape(3, layout.stride)[:, self._of_contact]
         own = np.concatenate([f, cross(self._list_arm, f)])
         terms = np.concatenate([own, v[self._of_component] * self._list_row], axis=1)
         return np.array([np.bincount(self._receivers, row, self._units) for row in terms])
