@@ -50,6 +50,7 @@ void add_part(Solution& total, const Solution& part, const Phase& phase, const O
     total.residual = part.residual;
     total.objective = part.objective;
     total.method = part.method;
+    total.device = part.device;
   }
   if (part.phases.empty())
     total.phases.push_back({part.method, phase.why, part.iterations, part.residual});
