@@ -1,6 +1,6 @@
 #include "amontons/solvers/driver/options.hpp"
-#include "amontons/solvers/first_order/forwarded_iterate.hpp"
 
+#include "amontons/solvers/first_order/forwarded_iterate.hpp"
 #include "bindings.hpp"
 
 namespace amontons::python {

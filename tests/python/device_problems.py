@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 from amontons import scenes
 from amontons.problem.options import LAWS
-
 from problems import EXAMPLES
 
 
@@ -84,7 +83,8 @@ def problems():
 
 
 NAMES = (
-    "contacts", "compliant", "rows", "drum", "pile", "wall", "vehicle", "file", "file of spheres", "file of joints",
+    "contacts", "compliant", "rows", "drum", "pile", "wall", "vehicle", "file", 
+    "file of spheres", "file of joints",
 )  # fmt: skip
 
 

@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 from amontons.device import NumpyIterate, backend
 from amontons.device.found import source_on
-
 from device_problems import NAMES, compare_to_cpu, course, device_iterate, pocl, problems, stepped
 
 LAWS = ("associated", "coulomb")
@@ -28,8 +27,8 @@ def expected(name, law):
     return course(NumpyIterate(problem, law=law), problem.rows)
 
 
-# Breaks when a kernel computes something else, or sums in another order, than NumPy does; when a bit depends on
-# the size of a work group; when two runs differ.
+# Breaks when a kernel computes something else, or sums in another order, than NumPy does; when a bit depends
+# on the size of a work group; when two runs differ.
 @pytest.mark.parametrize("law", LAWS)
 @pytest.mark.parametrize("name", NAMES)
 def test_bits_are_those_of_numpy(opened, name, law):
@@ -120,7 +119,8 @@ class Host:
     def launch(self, kernel, groups, *arguments):
         kinds = {np.float64: ctypes.c_double, np.uint32: ctypes.c_uint32}
         passed = [
-            ctypes.c_void_p(a.ctypes.data) if isinstance(a, np.ndarray) else kinds[type(a)](a) for a in arguments
+            ctypes.c_void_p(a.ctypes.data) if isinstance(a, np.ndarray) else kinds[type(a)](a)
+            for a in arguments
         ]
         for group in range(groups):
             self.library.place(ctypes.c_uint32(group), ctypes.c_uint32(groups))
@@ -136,7 +136,17 @@ def host(tmp_path_factory):
     (folder / "kernels.cl").write_text(backend.source())
     (folder / "host.cpp").write_text(HOST)
     library = folder / "host.so"
-    options = ["-std=c++11", "-O1", "-ffp-contract=off", "-shared", "-fPIC", "-Wall", "-Wextra", "-Wno-unused-parameter", "-Werror"]
+    options = [
+        "-std=c++11",
+        "-O1",
+        "-ffp-contract=off",
+        "-shared",
+        "-fPIC",
+        "-Wall",
+        "-Wextra",
+        "-Wno-unused-parameter",
+        "-Werror",
+    ]
     subprocess.run([compiler, *options, "-o", str(library), str(folder / "host.cpp")], check=True)
     return Host(ctypes.CDLL(str(library)))
 
@@ -164,26 +174,29 @@ def test_memory_is_kept(opened):
             return self.held.allocate(nbytes)
 
     counting = Counting(opened[64])
-    problem, bits = problems()["pile"], []
+    problem = problems()["pile"]
     source = source_on(counting, "opencl:0", 0)
     options = amontons.problem.options.core_options(
         "apgd", law="coulomb", tolerance=0, max_iterations=20, deadline=None, history=False, threads=None,
         method_options={},
     )  # fmt: skip
     options.iterates = source
-    for _ in range(3):
-        bits.append(np.array(amontons._core.solve(problem._core, "apgd", options, None, None).x))
-        made = counting.count if len(bits) == 1 else made
+
+    def run(callback=None):
+        return np.array(amontons._core.solve(problem._core, "apgd", options, None, callback).x)
+
+    bits, made = [run()], counting.count
+    bits += [run(), run()]
     assert counting.count == made > 20
     np.testing.assert_array_equal(bits[0], bits[2])
 
     def again(record):  # a solve within a solve
         if record.iteration == 5:
-            amontons._core.solve(problem._core, "apgd", options, None, None)
+            run()
 
-    nested = amontons._core.solve(problem._core, "apgd", options, None, again)
+    nested = run(again)
     assert counting.count == 2 * made
-    np.testing.assert_array_equal(nested.x, bits[0])
+    np.testing.assert_array_equal(nested, bits[0])
 
 
 # Breaks when steps of a simulation on a device differ from those on the CPU, or when small ones go there.
@@ -217,7 +230,10 @@ def test_auto_takes_the_device():
     cpu = problem.solve(law="coulomb", tolerance=1e-4)
     assert cpu.device == "cpu"
     sim = amontons.Simulation(
-        amontons.scenes.make("spheres_in_box", count=30), device="opencl", device_contacts=1, on_failure="ignore"
+        amontons.scenes.make("spheres_in_box", count=30),
+        device="opencl",
+        device_contacts=1,
+        on_failure="ignore",
     )
     methods = {sim.step().method for _ in range(30)}
     assert methods & {"apgd", "p-spg-fb"}

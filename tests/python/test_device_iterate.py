@@ -4,7 +4,6 @@ import amontons
 import numpy as np
 import pytest
 from amontons.device import NumpyIterate
-
 from device_problems import NAMES, compare_to_cpu, problems
 
 METHODS = ("p-spg-fb", "apgd")
@@ -118,9 +117,6 @@ def test_an_iterate_of_ones_own(method):
 def test_what_a_pass_raises():
     problem, iterate = bounded()
     iterate.at, iterate.fault = "update", RuntimeError("no device any more")
-    with pytest.raises(RuntimeError, match="no device any more"):
-        problem.solve(method="apgd", iterate=type("A", (Intervals,), {"accelerate": lambda *_: iterate.update(1)})(
-            iterate.A, iterate.b, iterate.low, iterate.high, iterate.P))  # fmt: skip
     with pytest.raises(RuntimeError, match="no device any more"):
         problem.solve(method="p-spg-fb", iterate=iterate)
 

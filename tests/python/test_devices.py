@@ -7,9 +7,8 @@ import amontons
 import numpy as np
 import pytest
 from amontons.device import backend, cuda, found, opencl
-from typer.testing import CliRunner
-
 from device_problems import pocl, problems
+from typer.testing import CliRunner
 
 
 def solve(device):
@@ -31,7 +30,9 @@ def test_packages_are_named(nothing):
         with pytest.raises(amontons.InputError) as caught:
             solve(device)
         assert package in str(caught.value)
-    with pytest.raises(amontons.InputError, match="no GPU with double precision.*CuPy.*pyopencl.*found: none"):
+    with pytest.raises(
+        amontons.InputError, match="no GPU with double precision.*CuPy.*pyopencl.*found: none"
+    ):
         solve("gpu")
 
 
@@ -110,7 +111,7 @@ def test_other_problems_are_refused():
         sparse.solve(method="apgd", device="numpy")
     assert sparse.solve(method="gauss-seidel", device="numpy").device == "cpu"
     A = amontons.Contacts([1.0], np.eye(3)[None], [0], [-1], [[0, 0, -1]], [[0, 0, 0]], [[0, 0, 1]], rows=4)
-    rolling = amontons.Problem(A, -np.ones(4), [amontons.EllipticFriction(0.5, torsional=0.1)])
+    rolling = amontons.Problem(A, -np.ones(4), [amontons.EllipticFriction(0.5, torsion=0.1)])
     with pytest.raises(amontons.InputError, match="passes know bodies"):
         rolling.solve(device="numpy")
 

@@ -77,7 +77,7 @@ DeviceName = Annotated[
     str | None,
     typer.Option(
         "--device",
-        help="Where p-spg-fb and apgd run: gpu, opencl, cuda:1, ...; 'doctor' lists them. By default the CPU.",
+        help="Where p-spg-fb and apgd run, by default the CPU: gpu, opencl, cuda:1, ...; doctor lists them.",
     ),
 ]
 

@@ -13,7 +13,7 @@ from ..simulation.simulation import Simulation
 from ..viewer import HOST, PORT
 from ..viewer import view as open_view
 from ..viewer.title import title_of
-from .common import Threads, notes, one_line_errors, say, DeviceName
+from .common import DeviceName, Threads, notes, one_line_errors, say
 from .subject import (
     SAVED,
     Budget,

@@ -60,8 +60,8 @@ def source() -> str:
 
 def no_room(device: Device, wanted: int) -> InputError:
     return InputError(
-        f'device "{device.name}" ({device.hardware}) has {device.memory / 1e9:.3g} GB of memory, of which not '
-        f"{wanted / 1e9:.3g} GB are free; solve the problem without device, or on one with more memory"
+        f'device "{device.name}" ({device.hardware}) has {device.memory / 1e9:.3g} GB of memory, of which '
+        f"{wanted / 1e9:.3g} GB are not free; solve the problem without device, or on one with more memory"
     )
 
 

@@ -1,7 +1,7 @@
 """The passes in NumPy: the reference of the kernels, which do the same operations in the same order.
 
-The arrays are those of include/amontons/solvers/first_order/device_layout.hpp. A vector of the passes holds the
-contacts, (3, contacts) in world axes, and the single rows, (rows,).
+The arrays are those of include/amontons/solvers/first_order/device_layout.hpp. A vector of the passes holds
+the contacts, (3, contacts) in world axes, and the single rows, (rows,).
 """
 
 from __future__ import annotations
@@ -115,7 +115,9 @@ class NumpyIterate:
         self._n, self._mu, self._p = fields[:3], fields[3], fields[4]
         self._aspect, self._p_t, self._compliance = fields[5], fields[6], fields[7]
         self._arm_a, self._arm_b = fields[8:11], fields[11:14]
-        self._row_p, self._low, self._high, self._row_compliance = arrays["row"].reshape(4, layout.row_stride)[:, :rows]
+        self._row_p, self._low, self._high, self._row_compliance = arrays["row"].reshape(
+            4, layout.row_stride
+        )[:, :rows]
         line = arrays["line"].astype(np.int64)
         self._line = np.split(line, np.cumsum([stride, stride, layout.row_stride]))
         self._jacobian = arrays["jacobian"].reshape(12, -1 if len(arrays["jacobian"]) else 0)
@@ -213,7 +215,9 @@ class NumpyIterate:
         a, b = v[:, self._line[0][: layout.contacts]], v[:, self._line[1][: layout.contacts]]
         if layout.stored:
             for k in range(3):
-                oc[k] = self._row_velocity(slice(k * layout.stride, k * layout.stride + layout.contacts), a, b)
+                oc[k] = self._row_velocity(
+                    slice(k * layout.stride, k * layout.stride + layout.contacts), a, b
+                )
         else:
             oc[:] = (a[:3] - b[:3]) + (cross(a[3:], self._arm_a) - cross(b[3:], self._arm_b))
         if layout.compliant:

@@ -188,5 +188,7 @@ class DeviceIterate:
 
     def objective(self) -> float:
         """See `amontons.Iterate`."""
-        self._launch("objective", self._tiles, self._x[self._now], self._u, self._b, self._partial, *self._sizes)
+        self._launch(
+            "objective", self._tiles, self._x[self._now], self._u, self._b, self._partial, *self._sizes
+        )
         return 0.5 * self._sums()[0]

@@ -16,14 +16,14 @@ METHODS = ("auto", "p-spg-fb", "apgd")
 
 
 class Iterate(Protocol):
-    """Where the vectors of `p-spg-fb` and `apgd` live, and the passes over them: for `Problem.solve(iterate=)`.
+    """Where the vectors of `p-spg-fb` and `apgd` live, and the passes over them: for `Problem.solve`.
 
-    The methods, their limits, the best iterate, history, deadline and certificate stay those of amontons; they
-    see scalars only. So the vectors may be arrays of JAX, PyTorch or CuPy, on any device.
+    The methods, their limits, the best iterate, history, deadline and certificate stay those of amontons.
+    They see scalars only. So the vectors may be arrays of JAX, PyTorch or CuPy, on any device.
 
-    An iterate knows A, b, K, P and the law of its problem. P is `problem.preconditioner`, one number per block
-    (1/kg). Vectors are x (N s), u = A x + b (m/s) and the direction d (N s), all of m entries. g is u plus the
-    De Saxce term of u: under "coulomb", mu |u_t| on the normal of each contact; under "associated", nothing.
+    An iterate knows A, b, K, P and the law of its problem. P is `problem.preconditioner`, one number per row,
+    the same within a block (1/kg). Vectors are x (N s), u = A x + b (m/s) and the direction d (N s), of m
+    entries each. g is u plus the De Saxce term of u: under "coulomb", mu |u_t| on the normal of each contact; under "associated", nothing.
     Pi_K is the projection on K; it is the same in the metric of P. The *squared natural map* is
     sum over blocks of p |x - Pi_K(x - g / p)|^2.
 
@@ -43,7 +43,7 @@ class Iterate(Protocol):
         ...
 
     def refresh(self) -> float:
-        """u = A x + b from scratch, without the rounding that updates gather. The squared natural map at x."""
+        """u = A x + b from scratch, without the rounding of updates. Returns the squared natural map at x."""
         ...
 
     def direction(self, alpha: float) -> tuple[float, float]:
@@ -74,7 +74,7 @@ class Iterate(Protocol):
         ...
 
     def accelerate(self, beta: float) -> float:
-        """x+ = y + d, then y = x+ + beta (x+ - x). Returns the squared natural map at x+, in the metric of P."""
+        """x+ = y + d, then y = x+ + beta (x+ - x). Returns the squared natural map at x+."""
         ...
 
     def refresh_momentum(self) -> float:
@@ -102,10 +102,12 @@ def source_of_iterate(iterate: Iterate, method: str) -> _core.IterateSource:
     """What hands `iterate` to the compiled module; InputError where it cannot be used."""
     if method not in METHODS:
         raise InputError(f"method {method!r} has no use for an iterate; those that do are p-spg-fb and apgd")
-    missing = [name for name in ("start", "extract", "extract_best") if not callable(getattr(iterate, name, None))]
+    missing = [
+        name for name in ("start", "extract", "extract_best") if not callable(getattr(iterate, name, None))
+    ]
     if missing:
         raise InputError(
-            f"iterate is a {type(iterate).__name__} without {missing[0]}(); amontons.Iterate says what it needs"
+            f"iterate is a {type(iterate).__name__} without {missing[0]}(); see amontons.Iterate"
         )
     return _core.IterateSource(type(iterate).__name__, lambda problem, law: iterate, False, 0)
 

@@ -15,8 +15,8 @@ from ..checks import Array, chosen, frozen, sequence, text, vector
 from ..errors import InputError
 from ..hooks import hook
 from . import cones as cones_
-from . import matrices, operators, options, units
 from . import iterate as iterate_
+from . import matrices, operators, options, units
 from .cones import Cone
 from .iterate import Iterate
 from .solution import Solution, from_core
@@ -209,7 +209,7 @@ class Problem:
             return None
         if not _core.DeviceLayout.fits(self._core):
             raise InputError(
-                f"device {device!r}: its passes know bodies (A of Contacts or Factored) with circular friction "
+                f"device {device!r}: its passes know bodies (A of Contacts or Factored), circular friction "
                 "cones of three rows and single rows; this problem has others, solve it without device"
             )
         return source
@@ -293,7 +293,7 @@ def solve(
         stops the solve. Exceptions of the callback, or of A's product, propagate.
     threads: number of threads, None for one per core where the problem is large enough; the result does not
         depend on it.
-    device: where "p-spg-fb" and "apgd" run, by a name of `amontons.devices()`; "gpu" is the first that is one,
+    device: where "p-spg-fb" and "apgd" run, by a name of `amontons.devices()`; "gpu" is the first GPU,
         "numpy" the reference in NumPy. "auto" takes one of the two there; other methods run on the CPU, and
         `Solution.device` and `Solution.reason` say so. Results agree with those of the CPU to rounding.
     method_options: alpha_min, alpha_max, sigma_min, sigma_max, memory, gamma of "p-spg-fb" and

@@ -89,9 +89,7 @@ class Solution:
         return "amontons.Solution\n  " + "\n  ".join(lines)
 
 
-def from_core(
-    result: _core.Result, history: bool, scale: Array | None, asked_for: str = "cpu"
-) -> Solution:
+def from_core(result: _core.Result, history: bool, scale: Array | None, asked_for: str = "cpu") -> Solution:
     """scale: by what moments of x are multiplied and spins of u divided; None where there are none.
 
     asked_for: the device; the reason says where another one served.

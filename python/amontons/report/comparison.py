@@ -95,7 +95,7 @@ def as_dict(run: Run) -> dict[str, Any]:
             "status": "not applicable",
             "reason": run.reason,
         }
-    told = {"problem": run.problem, "method": run.method}
+    told = {"problem": run.problem, "method": run.method, "device": run.solution.device}
     return told | {name: getattr(run.solution, name) for name in (*FIELDS, "reason")}
 
 

@@ -209,8 +209,9 @@ Solution solve_after_elimination(const Problem& problem, const Options& options)
 Solution solve_on_device(const Problem& problem, const Options& options) {
   const Phase accelerated{apgd, "accelerated, on the device"}, spectral{spg, "on the device"};
   const bool many = problem.K.contacts() >= choice::many_contacts;
-  return run_phases(problem, options,
-                    many ? std::vector<Phase>{accelerated, spectral} : std::vector<Phase>{spectral, accelerated});
+  return run_phases(
+      problem, options,
+      many ? std::vector<Phase>{accelerated, spectral} : std::vector<Phase>{spectral, accelerated});
 }
 
 // A start that fulfils the tolerance is the solution, as it is for every method.

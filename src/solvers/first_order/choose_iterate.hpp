@@ -9,8 +9,8 @@ namespace amontons {
 
 // f(make), where make() returns the iterate: with the fused passes where they know the sets and the rows,
 // with plain loops elsewhere. Made by f, so that the clock of a solve counts it. The one place where a
-// first-order method meets an operator. What the options bring along, a device for instance, goes first. f is instantiated for every operator,
-// outside its iteration, so that no call inside one is virtual.
+// first-order method meets an operator. What the options bring along, a device for instance, goes first. f is
+// instantiated for every operator, outside its iteration, so that no call inside one is virtual.
 template <class F>
 auto with_iterate(const Problem& problem, const Options& options, F&& f) {
   const auto forwarded = [&] { return ForwardedIterate(options.iterates->make(problem, options.law)); };

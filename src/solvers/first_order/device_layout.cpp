@@ -20,7 +20,8 @@ struct Places {
   std::vector<std::uint32_t> line;  // of each body, 0 for what does not move
   Sorted contacts, rows;
 };
-Places places_of(const ContactSystem& A, const ContactGraph& graph, std::size_t contacts, std::size_t& bodies) {
+Places places_of(const ContactSystem& A, const ContactGraph& graph, std::size_t contacts,
+                 std::size_t& bodies) {
   const std::size_t n = A.bodies.size();
   const std::vector<bool> is_hub = find_hubs(n, graph.links, contacts);
   const BodyOrder order = order_bodies(A, graph, is_hub);
@@ -195,8 +196,8 @@ void cut_long_lists(Layout& out) {
       out.parts.insert(out.parts.end(), {e, std::min(e + most, c1), 0, 0});
     for (std::uint32_t e = r0; e < r1; e += most)
       out.parts.insert(out.parts.end(), {0, 0, e, std::min(e + most, r1)});
-    out.large.insert(out.large.end(),
-                     {static_cast<std::uint32_t>(i), begin, static_cast<std::uint32_t>(out.parts.size() / 4)});
+    out.large.insert(out.large.end(), {static_cast<std::uint32_t>(i), begin,
+                                       static_cast<std::uint32_t>(out.parts.size() / 4)});
   }
 }
 

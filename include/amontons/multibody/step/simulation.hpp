@@ -28,9 +28,9 @@ struct SimulationOptions {
   Law law = Law::coulomb;
   std::string method = "auto";
   double tolerance = 1e-6;  // natural residual, relative to that of zero impulses; not tuned: a default
-  std::size_t max_iterations = 0;  // per solve; 0: the method's own limit
-  double budget = infinity;        // s of wall clock per step; results then depend on the machine
-  unsigned threads = 0;            // 0: one per core, where the problem is large enough
+  std::size_t max_iterations = 0;           // per solve; 0: the method's own limit
+  double budget = infinity;                 // s of wall clock per step; results then depend on the machine
+  unsigned threads = 0;                     // 0: one per core, where the problem is large enough
   std::shared_ptr<IterateSource> iterates;  // as in Options; null: this library
   // m, contacts are found up to this gap; 0: a fiftieth of Model::length(). Wide enough that what a step
   // cannot foresee rarely matters, narrow enough that few contacts are open.

@@ -75,8 +75,8 @@ struct Options {
   // Workers of the fused passes of p-spg-fb and apgd on a ContactSystem; 0: one per core, where the problem
   // is large enough. Results never depend on it.
   unsigned threads = 0;
-  // Where p-spg-fb and apgd take their iterates from, a device for instance; null: this library. Other methods
-  // ignore it, and auto takes one of the two for a problem that it serves.
+  // Where p-spg-fb and apgd take their iterates from, a device for instance; null: this library. Other
+  // methods ignore it, and auto takes one of the two for a problem that it serves.
   std::shared_ptr<IterateSource> iterates;
   // Called once per iteration if not empty; true stops with Status::interrupted. Costs what history costs.
   std::function<bool(const IterationRecord&)> callback;

@@ -42,9 +42,9 @@ struct DeviceLayout {
   std::vector<double> jacobian;
   // 1/m and the inverse inertia (xx yy zz xy xz yz), line_stride doubles each, by line.
   std::vector<double> mass;
-  // Lists of the body at line i: contacts contact_list[first[2 i]] .. [first[2 i + 1] - 1], each 2 c + side (1
-  // on B), with their arms, three fields; then rows row_list[first_row[2 i]] .., components of a vector, with
-  // six fields of their row of D. Bodies of several parts have empty lists.
+  // Lists of the body at line i: contacts contact_list[first[2 i]] .. [first[2 i + 1] - 1], each 2 c + side
+  // (1 on B), with their arms, three fields; then rows row_list[first_row[2 i]] .., components of a vector,
+  // with six fields of their row of D. Bodies of several parts have empty lists.
   std::vector<std::uint32_t> first, contact_list, first_row, row_list;
   std::vector<double> list_arm, list_row;
   // Parts: from, to in contact_list and from, to in row_list. Large bodies: line, first part, end part.
