@@ -35,7 +35,7 @@ HOST_BYTES = 1500
 
 
 def lattice(n: int) -> amontons.Problem:
-    """About n contacts: a cubic lattice of spheres on the ground, each touching its neighbours, under gravity."""
+    """About n contacts: spheres on a cubic lattice over the ground, each touching its neighbours."""
     side = max(2, round((n / 3) ** (1 / 3)))
     body = np.arange(side**3).reshape(side, side, side)
     a = [body[1:].ravel(), body[:, 1:].ravel(), body.reshape(side, side, side)[:, :, 1:].ravel()]

@@ -83,7 +83,7 @@ def problems():
 
 
 NAMES = (
-    "contacts", "compliant", "rows", "drum", "pile", "wall", "vehicle", "file", 
+    "contacts", "compliant", "rows", "drum", "pile", "wall", "vehicle", "file",
     "file of spheres", "file of joints",
 )  # fmt: skip
 

@@ -4,7 +4,7 @@ import amontons
 import numpy as np
 import pytest
 from amontons.device import NumpyIterate
-from device_problems import NAMES, compare_to_cpu, problems
+from device_problems import NAMES, compare_to_cpu, problems, random_problem
 
 METHODS = ("p-spg-fb", "apgd")
 LAWS = ("associated", "coulomb")
@@ -99,7 +99,7 @@ def bounded(n=40, seed=2):
     A, b = root @ root.T / n, rng.normal(size=n)
     low, high = np.full(n, -0.3), np.full(n, 0.5)
     problem = amontons.Problem(A, b, [amontons.Interval(low, high)])
-    return problem, Intervals(A, b, low, high, problem._core.preconditioner)
+    return problem, Intervals(A, b, low, high, problem.preconditioner)
 
 
 # Breaks when an object with the passes of amontons.Iterate, and nothing else, is not enough for a method.
@@ -204,3 +204,11 @@ def test_a_simulation_with_numpy(monkeypatch):
     assert sim.time == before[1]
     monkeypatch.undo()
     assert sim.step().advanced
+
+
+# Breaks when P is not that of the formulas: of a block the mean of diag(A) over its rows.
+def test_preconditioner():
+    problem = random_problem(20, 6, 9)
+    diagonal = problem.A.to_sparse().diagonal()
+    own = np.repeat(diagonal[:60].reshape(-1, 3).mean(axis=1), 3)
+    np.testing.assert_allclose(problem.preconditioner, [*own, *diagonal[60:]], rtol=1e-12)

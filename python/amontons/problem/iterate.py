@@ -21,11 +21,11 @@ class Iterate(Protocol):
     The methods, their limits, the best iterate, history, deadline and certificate stay those of amontons.
     They see scalars only. So the vectors may be arrays of JAX, PyTorch or CuPy, on any device.
 
-    An iterate knows A, b, K, P and the law of its problem. P is `problem.preconditioner`, one number per row,
-    the same within a block (1/kg). Vectors are x (N s), u = A x + b (m/s) and the direction d (N s), of m
-    entries each. g is u plus the De Saxce term of u: under "coulomb", mu |u_t| on the normal of each contact; under "associated", nothing.
-    Pi_K is the projection on K; it is the same in the metric of P. The *squared natural map* is
-    sum over blocks of p |x - Pi_K(x - g / p)|^2.
+    An iterate knows A, b, K, P and the law of its problem. P is `Problem.preconditioner`, one number per row,
+    the same within a block (1/kg). Vectors are x (N s), u = A x + b (m/s) and the direction d (N s), of m entries
+    each. g is u plus the De Saxce term of u: under "coulomb", mu |u_t| on the normal of each contact; under
+    "associated", nothing. Pi_K is the projection on K; it is the same in the metric of P. The *squared natural
+    map* is the sum over all rows of P (x - Pi_K(x - g / P))^2.
 
     `p-spg-fb` calls, in every iteration, direction, curvature, update. `apgd` calls start_momentum once after
     start, then momentum_direction, curvature, accelerate; a step that is refused repeats the first two with a
@@ -98,8 +98,10 @@ class Iterate(Protocol):
         ...
 
 
-def source_of_iterate(iterate: Iterate, method: str) -> _core.IterateSource:
+def source_of_iterate(iterate: Iterate, method: str, has_moments: bool) -> _core.IterateSource:
     """What hands `iterate` to the compiled module; InputError where it cannot be used."""
+    if has_moments:
+        raise InputError("iterate: problems with moments, whose units the methods change, do not take one")
     if method not in METHODS:
         raise InputError(f"method {method!r} has no use for an iterate; those that do are p-spg-fb and apgd")
     missing = [

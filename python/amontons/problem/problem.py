@@ -129,6 +129,14 @@ class Problem:
         return cones_.friction_coefficients(self.cones)
 
     @property
+    def preconditioner(self) -> Array:
+        """(m,) P: the mean of diag(A) over the rows of the block that a row belongs to (1/kg); of moments over
+        the length that solvers divide them by."""
+        rows = [cone.rows // max(1, cone.n) for cone in self.cones]
+        blocks = np.repeat(rows, [cone.n for cone in self.cones])
+        return frozen(np.repeat(self._core.preconditioner, blocks))
+
+    @property
     def rows(self) -> int:
         """m"""
         return self._core.rows
@@ -203,7 +211,7 @@ class Problem:
         if iterate is not None:
             if device != "cpu":
                 raise InputError("device and iterate exclude each other; leave one of them out")
-            return iterate_.source_of_iterate(iterate, method)
+            return iterate_.source_of_iterate(iterate, method, self._scale is not None)
         source = iterate_.source_of_device(device, 0)
         if source is None or method not in iterate_.METHODS:
             return None
