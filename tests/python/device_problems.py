@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import os
 from functools import lru_cache
 
 import amontons
 import numpy as np
 import pytest
 from amontons import scenes
+from amontons.device import cuda, found, opencl
+from amontons.device.backend import Memory
+from amontons.device.passes import DeviceIterate
 from amontons.problem.options import LAWS
 from problems import EXAMPLES
 
@@ -146,19 +150,25 @@ def core_law(law):
     return LAWS[law]
 
 
-def pocl():
-    """The backend's module and the index of a device with double precision; skips where there is none."""
-    pytest.importorskip("pyopencl", reason="pyopencl is not installed; make test installs it with pocl")
-    from amontons.device import opencl
+DEVICE = os.environ.get("AMONTONS_DEVICE", "opencl")
+"""where the tests run: pocl, or what `make gpu` found"""
 
-    usable = [k for k, device in enumerate(opencl.devices()) if device.doubles]
-    if not usable:
-        pytest.skip("no OpenCL driver; pip install pocl-binary-distribution")
-    return opencl, usable[0]
+
+def pocl():
+    """The device; skips where there is none, unless it was asked for."""
+    if DEVICE == "opencl":
+        pytest.importorskip("pyopencl", reason="pyopencl is not installed; make test installs it with pocl")
+        if not any(device.doubles for device in opencl.devices()):
+            pytest.skip("no OpenCL driver; pip install pocl-binary-distribution")
+    return found.chosen_device(DEVICE)
+
+
+def open_groups(group, text=None):
+    """A backend of it with groups of so many work items, and perhaps with other kernels."""
+    kind, _, index = pocl().name.partition(":")
+    made = {"opencl": opencl.OpenCL, "cuda": cuda.Cuda}[kind]
+    return made(int(index), group=group, text=text)
 
 
 def device_iterate(problem, law, backend):
-    from amontons.device.backend import Memory
-    from amontons.device.passes import DeviceIterate
-
     return DeviceIterate(problem._core, core_law(law), backend, Memory(backend))

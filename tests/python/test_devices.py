@@ -7,7 +7,7 @@ import amontons
 import numpy as np
 import pytest
 from amontons.device import backend, cuda, found, opencl
-from device_problems import pocl, problems
+from device_problems import open_groups, pocl, problems
 from typer.testing import CliRunner
 
 
@@ -95,13 +95,13 @@ def test_double_precision_is_needed(monkeypatch):
 
 # Breaks when a problem that is too large for a device is found out by the driver only.
 def test_memory_is_needed(monkeypatch):
-    module, index = pocl()
-    opened = module.OpenCL(index)
+    name = pocl().name
+    opened = open_groups(64)
     small = backend.Device("opencl:0", "Small card", "gpu", "", 100_000, True)
     monkeypatch.setattr(opened, "device", small)
-    monkeypatch.setattr(found, "_opened", {f"opencl:{index}": opened})
+    monkeypatch.setattr(found, "_opened", {name: opened})
     with pytest.raises(amontons.InputError, match="Small card.*has 0.0001 GB of memory"):
-        solve(f"opencl:{index}")
+        solve(name)
 
 
 # Breaks when a problem that the passes do not know is solved wrongly, or on the CPU in silence.

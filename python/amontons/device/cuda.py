@@ -13,7 +13,7 @@ from .backend import Device, no_room, source
 
 PACKAGE = 'CuPy (pip install "amontons[cuda]")'
 DRIVER = "the driver of NVIDIA"
-OPTIONS = ("--fmad=false", "-std=c++11")
+OPTIONS = ("--fmad=false", "-std=c++17")
 """no contraction of a product and a sum: the bits are those of OpenCL"""
 
 

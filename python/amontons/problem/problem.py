@@ -130,8 +130,10 @@ class Problem:
 
     @property
     def preconditioner(self) -> Array:
-        """(m,) P: the mean of diag(A) over the rows of the block that a row belongs to (1/kg); of moments over
-        the length that solvers divide them by."""
+        """(m,) P: of every row the mean of diag(A) over its block (1/kg).
+
+        Moments count over the length that solvers divide them by.
+        """
         rows = [cone.rows // max(1, cone.n) for cone in self.cones]
         blocks = np.repeat(rows, [cone.n for cone in self.cones])
         return frozen(np.repeat(self._core.preconditioner, blocks))
