@@ -74,7 +74,7 @@ Threads = Annotated[
     typer.Option(help="Threads, by default one per core where it pays; results do not depend on them."),
 ]
 DeviceName = Annotated[
-    str | None,
+    str,
     typer.Option(
         "--device",
         help="Where p-spg-fb and apgd run, by default the CPU: gpu, opencl, cuda:1, ...; doctor lists them.",

@@ -38,7 +38,7 @@ def compare(
     tolerance: Tolerance = 1e-6,
     deadline: Annotated[float, typer.Option(help="Wall clock per method and file (s).")] = 2.0,
     threads: Threads = None,
-    device: DeviceName = None,
+    device: DeviceName = "cpu",
     as_json: AsJson = False,
 ) -> None:
     """Run every method on the same problems: a table, convergence figures (PNG) and CSV files.
@@ -72,7 +72,7 @@ def compare(
                     tolerance=tolerance,
                     deadline=deadline,
                     threads=threads,
-                    device=device or "cpu",
+                    device=device,
                     before=lambda problem, method: advance(f"{problem}: {method}"),
                 )
             runs += mine

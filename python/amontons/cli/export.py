@@ -84,7 +84,7 @@ def export(
     tolerance: Tolerance = None,
     max_iterations: MaxIterations = None,
     threads: Threads = None,
-    device: DeviceName = None,
+    device: DeviceName | None = None,
     budget: Budget = None,
     settings: Parameters = None,
     strict: Strict = False,

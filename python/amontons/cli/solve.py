@@ -43,7 +43,7 @@ def solve(
     deadline: Annotated[float | None, typer.Option(help="Wall clock per file (s).")] = None,
     max_iterations: Annotated[int | None, typer.Option(help="Iterations per file.")] = None,
     threads: Threads = None,
-    device: DeviceName = None,
+    device: DeviceName = "cpu",
     as_json: AsJson = False,
 ) -> None:
     """Solve problem files and tabulate the outcome.
@@ -59,7 +59,7 @@ def solve(
     }
     with one_line_errors():
         options.core_options(options.require_method(method), history=False, method_options={}, **limits)
-        source_of_device(device or "cpu", 0)
+        source_of_device(device, 0)
     solved: list[tuple[Path, Problem, Solution]] = []
     bad = 0
     with progress(len(files)) as advance:
@@ -70,7 +70,7 @@ def solve(
                 bad += 1
                 continue
             try:
-                solution = problem.solve(method=method, device=device or "cpu", **limits)
+                solution = problem.solve(method=method, device=device, **limits)
             except InputError as error:  # the method does not apply to this problem
                 complain(f"{path}: {error}")
                 bad += 1

@@ -67,7 +67,7 @@ def view(
     tolerance: Tolerance = None,
     max_iterations: MaxIterations = None,
     threads: Threads = None,
-    device: DeviceName = None,
+    device: DeviceName | None = None,
     budget: Budget = None,
     settings: Parameters = None,
     strict: Strict = False,

@@ -109,25 +109,14 @@ class Apgd {
   bool coulomb_;
 };
 
-// A function of its own: Clang 22 does not emit the virtual functions of a class template that it first meets
-// inside a generic lambda.
-template <class Make>
-std::unique_ptr<Run> started(const Problem& problem, const Options& options, Make make) {
-  using Method = Apgd<decltype(make())>;
-  return std::make_unique<Driven<Method>>(
-      problem, options, [&](const Options& o, Monitor& monitor) { return Method(o, monitor, make()); });
-}
-
 }  // namespace
 
 std::unique_ptr<Run> start_apgd(const Problem& problem, const Options& options) {
-  return with_iterate(problem, options, [&](auto make) { return started(problem, options, make); });
+  return start_over_iterate<Apgd>(problem, options);
 }
 
 Solution apgd(const Problem& problem, const Options& options) {
-  Solution s = complete(start_apgd(problem, options));
-  s.device = device_of(problem, options);
-  return s;
+  return complete_where(start_apgd(problem, options), problem, options);
 }
 
 }  // namespace amontons

@@ -25,4 +25,25 @@ auto with_iterate(const Problem& problem, const Options& options, F&& f) {
       problem.A);
 }
 
+// A run of a method over that iterate. A function of its own: Clang 22 does not emit the virtual functions of
+// a class template that it first meets inside a generic lambda.
+template <template <Iterate> class Method, class Make>
+std::unique_ptr<Run> started(const Problem& problem, const Options& options, Make make) {
+  using Over = Method<decltype(make())>;
+  return std::make_unique<Driven<Over>>(
+      problem, options, [&](const Options& o, Monitor& monitor) { return Over(o, monitor, make()); });
+}
+template <template <Iterate> class Method>
+std::unique_ptr<Run> start_over_iterate(const Problem& problem, const Options& options) {
+  return with_iterate(problem, options, [&](auto make) { return started<Method>(problem, options, make); });
+}
+
+// The whole of a run over such an iterate, and where that was. A source is asked twice, here and before the
+// run, and answers alike: it knows the problem and nothing else.
+inline Solution complete_where(std::unique_ptr<Run> run, const Problem& problem, const Options& options) {
+  Solution s = complete(std::move(run));
+  s.device = device_of(problem, options);
+  return s;
+}
+
 }  // namespace amontons

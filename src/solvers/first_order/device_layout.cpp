@@ -1,3 +1,11 @@
+// From a problem to the arrays of a device, in linear time but for the order of the bodies:
+//  places   bodies along the curve of the fused passes (body_order), contacts and rows sorted by them
+//  fields   what a pass reads of contacts, rows and bodies, component by component
+//  lists    what a body receives: of every side of a contact or row one entry, sorted by counting. Entries
+//           come in ascending order of contacts and rows, which is the order of the sum. Arms and rows of D
+//           lie in the order of the lists a second time: a body then reads them in a row
+//  parts    a list of more than `most_entries` would keep one work item busy while all others wait; its parts
+//           are summed side by side, and then each other's sums by a tree
 #include "amontons/solvers/first_order/device_layout.hpp"
 
 #include <algorithm>
@@ -38,6 +46,7 @@ Places places_of(const ContactSystem& A, const ContactGraph& graph, std::size_t 
 
 std::uint32_t line_of(const Places& places, Index body) { return body < 0 ? 0 : places.line[body]; }
 
+// Contacts of files have no arms: their normal is the first axis of their own frame, as in ContactIterate.
 void fill_contacts(const Problem& problem, const ContactSystem& A, const Places& places, Layout& out) {
   const std::vector<Friction>& cones = problem.K.all<Friction>();
   const std::vector<BlockMetric> metrics = block_metrics(problem);
@@ -78,6 +87,7 @@ void fill_jacobian(const JacobianRow& row, std::size_t place, Layout& out) {
   }
 }
 
+// Single rows, and the three rows of every stored contact: they stand before the single ones in D as in x.
 void fill_rows(const Problem& problem, const ContactSystem& A, const Places& places, Layout& out) {
   const std::vector<Interval> bounds = row_bounds(problem.K);
   const std::size_t ahead = out.stored ? 3 * out.stride : 0;
@@ -156,6 +166,7 @@ std::vector<Entry> row_entries(const Layout& out) {
   return entries;
 }
 
+// A list is read by one work item, lists side by side by neighbours: numbers lie in the order of the lists.
 void fill_list_numbers(Layout& out) {
   const std::size_t n = out.contact_list.size(), m = out.row_list.size(), stride = out.jacobian_stride();
   out.list_arm.resize(3 * n);
