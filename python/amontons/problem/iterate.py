@@ -22,7 +22,7 @@ class Iterate(Protocol):
     They see scalars only. So the vectors may be arrays of JAX, PyTorch or CuPy, on any device.
 
     An iterate knows A, b, K, P and the law of its problem. P is `Problem.preconditioner`, one number per row,
-    the same within a block (1/kg). Vectors are (m,): x (N s), u = A x + b (m/s), the direction d (N s). g is u
+    the same within a block (1/kg). Vectors are (m,): x (N s), u = A x + b (m/s), direction d (N s). g is u
     plus the De Saxce term of u: under "coulomb", mu |u_t| on the normal of each contact; under "associated",
     nothing. Pi_K is the projection on K; it is the same in the metric of P. The *squared natural map* is the
     sum over all rows of P (x - Pi_K(x - g / P))^2.
