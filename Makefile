@@ -1,4 +1,4 @@
-# make demo | test | quick | docs | bench | soak | format | lint | sanitize | release_checks | stubs | clean. All that is made lies in .venv, build and out.
+# make demo | test | quick | docs | bench | gpu | soak | format | lint | sanitize | release_checks | stubs | clean. All that is made lies in .venv, build and out.
 SHELL := /bin/bash -o pipefail
 .DELETE_ON_ERROR:
 .DEFAULT_GOAL := help
@@ -30,7 +30,7 @@ SOAK_SECONDS ?= 3600
 SANITIZED_SOAK_SECONDS ?= 600
 SOAK_SEED ?= 1
 
-.PHONY: help demo test quick quick_room cpp_tests browser docs figures replays notebooks bench soak format lint sanitize release_checks stubs wheel wheels wheels-test cross clean install package
+.PHONY: help demo test quick quick_room cpp_tests browser pocl gpu docs figures replays notebooks bench soak format lint sanitize release_checks stubs wheel wheels wheels-test cross clean install package
 help:
 	@echo 'make demo      a wrecking ball hits a wall of 750 bricks: recording, pictures, figures in out/demo'
 	@echo 'make test      C++ and Python tests;  make quick ROOM=joint  those with joint in their file names'
@@ -38,6 +38,7 @@ help:
 	@echo 'make replays   all scenes as pages with a play bar, in out/replays, which make docs takes into the site'
 	@echo 'make notebooks the tutorials as notebooks, in out/notebooks;  make figures  pictures of the documents'
 	@echo 'make bench     benchmarks, written to benchmarks/results'
+	@echo 'make gpu       tests and benchmarks of devices, on the GPUs that there are; written to benchmarks/results'
 	@echo 'make soak      random damage, misuse and scenes for an hour; the table goes to benchmarks/results'
 	@echo 'make format    format the C++ and Python sources;  make lint  only check'
 	@echo 'make sanitize  C++ tests under the address, undefined-behaviour and thread sanitizers'
@@ -63,7 +64,7 @@ demo: package
 	$(say) 'Go on with'
 	@echo 'docs/five-minutes.md, or all documents as a site: make docs'
 
-test: install cpp_tests browser
+test: install cpp_tests browser pocl
 	$(say) 'Python tests'
 	@$(BIN)/python -m pytest
 
@@ -85,6 +86,20 @@ browser: install
 	@command -v chromium chromium-browser google-chrome >/dev/null \
 	  || timeout 300 $(BIN)/python -m playwright install chromium-headless-shell >build/browser.log 2>&1 \
 	  || echo 'no browser could be installed (build/browser.log); the tests of the page are skipped'
+
+# OpenCL on the processor for the tests of devices, where the platform has it; else these tests are skipped.
+pocl: install
+	@$(BIN)/python -c 'import pyopencl; pyopencl.get_platforms()' 2>/dev/null \
+	  || timeout 300 $(BIN)/python -m pip install --quiet --progress-bar off $$($(BIN)/python tools/requirements.py pocl) \
+	    >build/pocl.log 2>&1 \
+	  || echo 'no OpenCL could be installed (build/pocl.log); the tests of devices on pocl are skipped'
+
+# On a machine with a GPU, its driver, and CuPy or pyopencl in .venv: ten minutes.
+gpu: install
+	@$(BIN)/python -c 'import cupy' 2>/dev/null || $(BIN)/python -c 'import pyopencl' 2>/dev/null \
+	  || { echo 'amontons: needs CuPy or pyopencl: .venv/bin/pip install -e ".[cuda]" or ".[opencl]"' >&2; exit 1; }
+	@AMONTONS_DEVICE=gpu $(BIN)/python -m pytest -q tests/python/test_device.py tests/python/test_device_iterate.py tests/python/test_devices.py
+	@$(BIN)/python benchmarks/device.py
 
 cpp_tests: install
 	$(say) 'C++ tests'

@@ -86,6 +86,7 @@ inline thread_local SolveScope solve_scope;
 void bind_cones(nb::module_& m);
 void bind_operators(nb::module_& m);
 void bind_problem(nb::module_& m);
+void bind_iterate(nb::module_& m);
 void bind_options(nb::module_& m);
 void bind_solution(nb::module_& m);
 void bind_solve(nb::module_& m);

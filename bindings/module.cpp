@@ -37,6 +37,7 @@ NB_MODULE(_core, m) {
   bind_cones(m);
   bind_operators(m);
   bind_problem(m);
+  bind_iterate(m);
   bind_options(m);
   bind_solution(m);
   bind_solve(m);

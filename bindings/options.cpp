@@ -1,5 +1,6 @@
 #include "amontons/solvers/driver/options.hpp"
 
+#include "amontons/solvers/first_order/forwarded_iterate.hpp"
 #include "bindings.hpp"
 
 namespace amontons::python {
@@ -25,7 +26,8 @@ void bind_options(nb::module_& m) {
       .def_rw("max_iterations", &Options::max_iterations)
       .def_rw("deadline", &Options::deadline)
       .def_rw("history", &Options::history)
-      .def_rw("threads", &Options::threads);
+      .def_rw("threads", &Options::threads)
+      .def_rw("iterates", &Options::iterates, nb::arg().none());
   def_field<&Options::spg, &SpgOptions::alpha_min>(cls, "alpha_min");
   def_field<&Options::spg, &SpgOptions::alpha_max>(cls, "alpha_max");
   def_field<&Options::spg, &SpgOptions::sigma_min>(cls, "sigma_min");

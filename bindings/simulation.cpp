@@ -5,6 +5,7 @@
 #include "amontons/base/budget.hpp"
 #include "amontons/multibody/joints/actuators.hpp"
 #include "amontons/multibody/joints/coordinates.hpp"
+#include "amontons/solvers/first_order/forwarded_iterate.hpp"
 #include "bindings.hpp"
 #include "math_casters.hpp"
 
@@ -239,6 +240,7 @@ void bind_options_and_report(nb::module_& m) {
       .def_rw("max_iterations", &O::max_iterations)
       .def_rw("budget", &O::budget)
       .def_rw("threads", &O::threads)
+      .def_rw("iterates", &O::iterates, nb::arg().none())
       .def_rw("margin", &O::margin)
       .def_prop_rw(
           "recovery", [](const O& o) { return o.recovery == Recovery::velocity ? "velocity" : "projection"; },

@@ -69,6 +69,7 @@ void bind_solution(nb::module_& m) {
       .def_ro("factorizations", &Solution::factorizations)
       .def_ro("time", &Solution::time)
       .def_ro("method", &Solution::method)
+      .def_ro("device", &Solution::device)
       .def_ro("reason", &Solution::reason)
       .def_prop_ro("phases",
                    [](const Solution& s) {

@@ -25,7 +25,7 @@ PACKAGES = [
     ("io",),
     ("scenes",),
     ("report", "studies"),
-    ("viewer",),
+    ("viewer", "device"),
     ("cli", "gym"),
 ]
 ALIASES = {"amontons.shapes": "model", "amontons.__main__": "cli"}

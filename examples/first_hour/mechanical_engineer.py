@@ -34,9 +34,7 @@ def expected(angle: float, h: float = 1e-4) -> tuple[float, float]:
     slope = (place(angle + h) - place(angle - h)) / (2 * h)
     bend = (place(angle + h) - 2 * place(angle) + place(angle - h)) / h**2
     force = PISTON * SPEED**2 * bend + PRESSURE
-    return slope * force, force * CRANK * math.sin(angle) / math.sqrt(
-        ROD**2 - (CRANK * math.sin(angle)) ** 2
-    )
+    return slope * force, force * CRANK * math.sin(angle) / math.sqrt(ROD**2 - (CRANK * math.sin(angle)) ** 2)
 
 
 rows = []

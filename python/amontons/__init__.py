@@ -21,6 +21,8 @@ from typing import Any as _Any
 # The public names: `as` says that they are meant to be used from here.
 from . import shapes as shapes
 from ._core import IterationRecord as IterationRecord
+from .device import Device as Device
+from .device import devices as devices
 from .errors import FileError as FileError
 from .errors import InputError as InputError
 from .errors import ModelWarning as ModelWarning
@@ -67,6 +69,7 @@ from .problem.cones import Friction as Friction
 from .problem.cones import Interval as Interval
 from .problem.cones import NonNegative as NonNegative
 from .problem.cones import RollingFriction as RollingFriction
+from .problem.iterate import Iterate as Iterate
 from .problem.operators import Contacts as Contacts
 from .problem.operators import Factored as Factored
 from .problem.options import methods as methods

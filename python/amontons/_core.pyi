@@ -135,6 +135,67 @@ class Problem:
     def violations(self, x: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], law: Law) -> tuple:
         """(penetration velocity, cone, complementarity, energy)."""
 
+class IterateSource:
+    """Where first-order methods take their iterates from."""
+
+    def __init__(self, name: str, make: Callable, with_layout: bool, least_contacts: int) -> None: ...
+
+class DeviceLayout:
+    """The arrays of the passes, as a device reads them."""
+
+    def __init__(self, problem: Problem) -> None: ...
+
+    @staticmethod
+    def fits(problem: Problem) -> bool:
+        """
+        Whether it has bodies, circular friction cones and single rows, and nothing else.
+        """
+
+    @property
+    def contacts(self) -> int: ...
+
+    @property
+    def rows(self) -> int:
+        """Single rows."""
+
+    @property
+    def bodies(self) -> int:
+        """That impulses move."""
+
+    @property
+    def stride(self) -> int: ...
+
+    @property
+    def row_stride(self) -> int: ...
+
+    @property
+    def line_stride(self) -> int: ...
+
+    @property
+    def stored(self) -> bool:
+        """Contacts are rows of D."""
+
+    @property
+    def compliant(self) -> bool: ...
+
+    @property
+    def size(self) -> int:
+        """Of a vector of the passes."""
+
+    def arrays(self) -> dict:
+        """Views by name; include/amontons/solvers/first_order/device_layout.hpp."""
+
+    def projected(self, x0: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)]) -> Annotated[NDArray[numpy.float64], dict(shape=(None,))]:
+        """Pi_K of x0, (m,), in the order of the problem."""
+
+    def to_passes(self, x: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)]) -> Annotated[NDArray[numpy.float64], dict(shape=(None,))]:
+        """
+        A vector of the problem, (m,), in the order and the axes of the passes, (size,).
+        """
+
+    def to_user(self, held: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)]) -> Annotated[NDArray[numpy.float64], dict(shape=(None,))]:
+        """The way back: (m,) of (size,)."""
+
 class Options:
     """Options of a solve; x0 and callback are arguments of solve()."""
 
@@ -175,6 +236,12 @@ class Options:
 
     @threads.setter
     def threads(self, arg: int, /) -> None: ...
+
+    @property
+    def iterates(self) -> IterateSource: ...
+
+    @iterates.setter
+    def iterates(self, arg: IterateSource | None, /) -> None: ...
 
     @property
     def alpha_min(self) -> float: ...
@@ -305,6 +372,9 @@ class Result:
 
     @property
     def method(self) -> str: ...
+
+    @property
+    def device(self) -> str: ...
 
     @property
     def reason(self) -> str: ...
@@ -1450,6 +1520,12 @@ class SimulationOptions:
 
     @threads.setter
     def threads(self, arg: int, /) -> None: ...
+
+    @property
+    def iterates(self) -> IterateSource: ...
+
+    @iterates.setter
+    def iterates(self, arg: IterateSource | None, /) -> None: ...
 
     @property
     def margin(self) -> float: ...

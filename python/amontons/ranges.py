@@ -46,6 +46,7 @@ OPTIONS = {
     "recovery_speed": Range(0, math.inf, "m/s"),
     "restitution_speed": Range(0, math.inf, "m/s"),
     "threads": Range(1, 1024, whole=True),
+    "device_contacts": Range(0, MOST_COUNT, whole=True),
     "max_iterations": Range(1, MOST_COUNT, whole=True),
     "max_substeps": Range(1, 1024, whole=True),
     "memory": Range(0, 1_000_000, whole=True),

@@ -38,6 +38,11 @@ double ending(const Problem& problem, double deadline) {
   return std::min(per_block * static_cast<double>(problem.K.blocks()), most * deadline);
 }
 
+// Whether the method is written over Iterate: others, some of which call these, stay on the processor.
+bool has_passes(std::string_view method) {
+  return method == "auto" || method == "p-spg-fb" || method == "apgd";
+}
+
 }  // namespace
 
 const std::vector<std::string_view>& method_names() {
@@ -63,6 +68,7 @@ Solution solve(const Problem& problem, std::string_view method, const Options& o
   validate(options, problem);
   Options in_time = options;
   in_time.deadline -= ending(problem, options.deadline);
+  if (!has_passes(method)) in_time.iterates = nullptr;
   const Budget budget(in_time.deadline, options.interrupted);
   return run(problem, in_time);
 }

@@ -73,6 +73,13 @@ Threads = Annotated[
     int | None,
     typer.Option(help="Threads, by default one per core where it pays; results do not depend on them."),
 ]
+DeviceName = Annotated[
+    str,
+    typer.Option(
+        "--device",
+        help="Where p-spg-fb and apgd run, by default the CPU: gpu, opencl, cuda:1, ...; doctor lists them.",
+    ),
+]
 
 AsJson = Annotated[bool, typer.Option("--json", help="Print JSON in place of the table.")]
 

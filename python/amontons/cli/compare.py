@@ -14,6 +14,7 @@ from .common import (
     BAD_INPUT,
     NOT_CONVERGED,
     AsJson,
+    DeviceName,
     Files,
     Law,
     Threads,
@@ -38,6 +39,7 @@ def compare(
     tolerance: Tolerance = 1e-6,
     deadline: Annotated[float, typer.Option(help="Wall clock per method and file (s).")] = 2.0,
     threads: Threads = None,
+    device: DeviceName = "cpu",
     as_json: AsJson = False,
 ) -> None:
     """Run every method on the same problems: a table, convergence figures (PNG) and CSV files.
@@ -68,6 +70,7 @@ def compare(
                     tolerance=tolerance,
                     deadline=deadline,
                     threads=threads,
+                    device=device,
                     before=lambda problem, method: advance(f"{problem}: {method}"),
                 )
             runs += mine

@@ -14,9 +14,13 @@ def doctor(as_json: AsJson = False) -> None:
 
     Send its output along with a report of a fault. The exit code is 0 if all tests passed, 1 if some did not.
     """
+    from ..device import devices
+    from ..device.found import remedies
     from ..report import health
 
+    found = {"found": [vars(device) for device in devices()], "missing": remedies()}
     told = {"versions": health.versions(), "machine": health.machine(), "parts": health.parts()}
+    told |= {"devices": found}
     if not as_json:
         _tell(told)
     checks = []
@@ -50,4 +54,13 @@ def _tell(told: dict[str, Any]) -> None:
         have = ", ".join(f"{module} {version}" for module, version in part["versions"].items() if version)
         state = have or "installed" if part["installed"] else f"missing: {part['remedy']}"
         say(f"{name:9s}{part['purpose']}: {state}")
+    for kind, missing in told["devices"]["missing"].items():
+        found = [d for d in told["devices"]["found"] if d["name"].startswith(kind)]
+        say(f"{kind:9s}large problems on devices: {', '.join(map(_device, found)) or missing}")
     say("")
+
+
+def _device(device: dict[str, Any]) -> str:
+    precision = "" if device["doubles"] else ", without double precision"
+    name, hardware, kind = device["name"], device["hardware"], device["kind"]
+    return f"{name} ({hardware}, {kind}, {device['memory'] / 1e9:.3g} GB{precision})"

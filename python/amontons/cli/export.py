@@ -17,6 +17,7 @@ from ..simulation.simulation import Simulation
 from .common import (
     NOT_CONVERGED,
     AsJson,
+    DeviceName,
     Threads,
     most_steps,
     notes,
@@ -83,6 +84,7 @@ def export(
     tolerance: Tolerance = None,
     max_iterations: MaxIterations = None,
     threads: Threads = None,
+    device: DeviceName | None = None,
     budget: Budget = None,
     settings: Parameters = None,
     strict: Strict = False,
@@ -112,7 +114,7 @@ def export(
     """
     given = {
         "dt": dt, "law": law, "method": method, "tolerance": tolerance,
-        "max_iterations": max_iterations, "budget": budget, "threads": threads,
+        "max_iterations": max_iterations, "budget": budget, "threads": threads, "device": device,
     }  # fmt: skip
     files = {"html": html, "png": png, "mp4": mp4, "gif": gif, "usd": usd, "csv": csv}
     choices = Choices(settings or (), strict, floating_base, keyframe, self_overlaps)

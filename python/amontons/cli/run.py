@@ -25,6 +25,7 @@ from ..simulation.simulation import Simulation
 from .common import (
     NOT_CONVERGED,
     AsJson,
+    DeviceName,
     Threads,
     Words,
     complain,
@@ -94,6 +95,7 @@ def run(
     tolerance: Tolerance = None,
     max_iterations: MaxIterations = None,
     threads: Threads = None,
+    device: DeviceName | None = None,
     budget: Budget = None,
     settings: Parameters = None,
     strict: Strict = False,
@@ -127,7 +129,7 @@ def run(
     """
     given = {
         "dt": dt, "law": law, "method": method, "tolerance": tolerance,
-        "max_iterations": max_iterations, "budget": budget, "threads": threads,
+        "max_iterations": max_iterations, "budget": budget, "threads": threads, "device": device,
     }  # fmt: skip
     choices = Choices(settings or (), strict, floating_base, keyframe, self_overlaps)
     with one_line_errors():

@@ -9,6 +9,7 @@ import typer
 
 from ..errors import InputError
 from ..problem import options
+from ..problem.iterate import source_of_device
 from ..problem.problem import Problem
 from ..problem.solution import Solution
 from ..report import terminal
@@ -16,6 +17,7 @@ from .common import (
     BAD_INPUT,
     NOT_CONVERGED,
     AsJson,
+    DeviceName,
     Files,
     Law,
     Threads,
@@ -41,6 +43,7 @@ def solve(
     deadline: Annotated[float | None, typer.Option(help="Wall clock per file (s).")] = None,
     max_iterations: Annotated[int | None, typer.Option(help="Iterations per file.")] = None,
     threads: Threads = None,
+    device: DeviceName = "cpu",
     as_json: AsJson = False,
 ) -> None:
     """Solve problem files and tabulate the outcome.
@@ -56,6 +59,7 @@ def solve(
     }
     with one_line_errors():
         options.core_options(options.require_method(method), history=False, method_options={}, **limits)
+        source_of_device(device, 0)
     solved: list[tuple[Path, Problem, Solution]] = []
     bad = 0
     with progress(len(files)) as advance:
@@ -66,7 +70,7 @@ def solve(
                 bad += 1
                 continue
             try:
-                solution = problem.solve(method=method, **limits)
+                solution = problem.solve(method=method, device=device, **limits)
             except InputError as error:  # the method does not apply to this problem
                 complain(f"{path}: {error}")
                 bad += 1

@@ -13,7 +13,7 @@ from ..simulation.simulation import Simulation
 from ..viewer import HOST, PORT
 from ..viewer import view as open_view
 from ..viewer.title import title_of
-from .common import Threads, notes, one_line_errors, say
+from .common import DeviceName, Threads, notes, one_line_errors, say
 from .subject import (
     SAVED,
     Budget,
@@ -67,6 +67,7 @@ def view(
     tolerance: Tolerance = None,
     max_iterations: MaxIterations = None,
     threads: Threads = None,
+    device: DeviceName | None = None,
     budget: Budget = None,
     settings: Parameters = None,
     strict: Strict = False,
@@ -83,7 +84,7 @@ def view(
     """
     given = {
         "dt": dt, "law": law, "method": method, "tolerance": tolerance,
-        "max_iterations": max_iterations, "budget": budget, "threads": threads,
+        "max_iterations": max_iterations, "budget": budget, "threads": threads, "device": device,
     }  # fmt: skip
     choices = Choices(settings or (), strict, floating_base, keyframe, self_overlaps)
     with one_line_errors():

@@ -15,8 +15,10 @@ from ..checks import Array, chosen, frozen, sequence, text, vector
 from ..errors import InputError
 from ..hooks import hook
 from . import cones as cones_
+from . import iterate as iterate_
 from . import matrices, operators, options, units
 from .cones import Cone
+from .iterate import Iterate
 from .solution import Solution, from_core
 
 logger = logging.getLogger(__name__)
@@ -178,9 +180,15 @@ class Problem:
         history: bool = False,
         callback: Callback | None = None,
         threads: int | None = None,
+        device: str = "cpu",
+        iterate: Iterate | None = None,
         **method_options: Any,
     ) -> Solution:
-        """Solve the problem under its law, or the given `law`; arguments as in `amontons.solve`."""
+        """Solve the problem under its law, or the given `law`; arguments as in `amontons.solve`.
+
+        iterate: the vectors of "p-spg-fb" and "apgd", an `amontons.Iterate` of this problem; "auto"
+        uses one of the two.
+        """
         method = options.require_method(method)
         opts = options.core_options(
             method,
@@ -192,17 +200,34 @@ class Problem:
             threads=threads,
             method_options=method_options,
         )
+        opts.iterates = self._iterates(method, device, iterate)
         if callback is not None and not callable(callback):
             raise InputError(f"callback is a {type(callback).__name__}; it must be callable with one record")
         start = None if x0 is None else self._to_core("x0", x0)
         result = _core.solve(self._core, method, opts, start, callback)
-        solution = from_core(result, history, self._scale)
+        solution = from_core(result, history, self._scale, asked_for=device)
         watching.saw(solution.residual, missed=not solution.converged)
         logger.debug(
             "%s: %s after %d iterations of %s, residual %.1e",
             self.name or "problem", solution.status, solution.iterations, solution.method, solution.residual,
         )  # fmt: skip
         return solution
+
+    def _iterates(self, method: str, device: str, iterate: Iterate | None) -> _core.IterateSource | None:
+        """Where first-order methods take their iterates from; InputError where that cannot be."""
+        if iterate is not None:
+            if device != "cpu":
+                raise InputError("device and iterate exclude each other; leave one of them out")
+            return iterate_.source_of_iterate(iterate, method, self._scale is not None)
+        source = iterate_.source_of_device(device, 0)
+        if source is None or method not in iterate_.METHODS:
+            return None
+        if not _core.DeviceLayout.fits(self._core):
+            raise InputError(
+                f"device {device!r}: its passes know bodies (A of Contacts or Factored), circular friction "
+                "cones of three rows and single rows; this problem has others, solve it without device"
+            )
+        return source
 
     def residual(self, x: ArrayLike, *, law: str | None = None, norm: str = "natural") -> float:
         """The residual of x under the law of the problem, or the `law` given; see `amontons.residual`."""
@@ -303,6 +328,7 @@ def solve(
     history: bool = False,
     callback: Callback | None = None,
     threads: int | None = None,
+    device: str = "cpu",
     **method_options: Any,
 ) -> Solution:
     """Solve the variational inequality of A, b and cones: u = A x + b, x in K, -u in the normal cone at x.
@@ -318,6 +344,9 @@ def solve(
         stops the solve. Exceptions of the callback, or of A's product, propagate.
     threads: number of threads, None for one per core where the problem is large enough; the result does not
         depend on it.
+    device: where "p-spg-fb" and "apgd" run, by a name of `amontons.devices()`; "gpu" is the first GPU,
+        "numpy" the reference in NumPy. "auto" takes one of the two there; other methods run on the CPU, and
+        `Solution.device` and `Solution.reason` say so. Results agree with those of the CPU to rounding.
     method_options: alpha_min, alpha_max, sigma_min, sigma_max, memory, gamma of "p-spg-fb" and
         "p-spg-fb-literal"; omega of "gauss-seidel" and "jacobi"; rho of "admm".
 
@@ -333,6 +362,7 @@ def solve(
         history=history,
         callback=callback,
         threads=threads,
+        device=device,
         **method_options,
     )
 

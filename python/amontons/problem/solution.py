@@ -59,6 +59,8 @@ class Solution:
     """wall clock (s)"""
     method: str
     """the method that produced x"""
+    device: str
+    """where its vectors were: "cpu", the name of a device, or the class of an `amontons.Iterate`"""
     reason: str
     """what was chosen and why, and every phase that ran; empty for a method that is none of several phases"""
     phases: list[Phase]
@@ -74,7 +76,7 @@ class Solution:
     def __repr__(self) -> str:
         lines = [
             f"status:     {self.status}" + (f" ({self.reason})" if self.reason else ""),
-            f"method:     {self.method}",
+            f"method:     {self.method}" + (f" on {self.device}" if self.device != "cpu" else ""),
             f"residual:   {self.residual:.3e}",
             f"objective:  {self.objective:.9g}",
             f"iterations: {self.iterations}, products: {self.products}, "
@@ -87,8 +89,15 @@ class Solution:
         return "amontons.Solution\n  " + "\n  ".join(lines)
 
 
-def from_core(result: _core.Result, history: bool, scale: Array | None) -> Solution:
-    """scale: by what moments of x are multiplied and spins of u divided; None where there are none."""
+def from_core(result: _core.Result, history: bool, scale: Array | None, asked_for: str = "cpu") -> Solution:
+    """scale: by what moments of x are multiplied and spins of u divided; None where there are none.
+
+    asked_for: the device; the reason says where another one served.
+    """
+    reason = result.reason
+    if asked_for != "cpu" and result.device == "cpu":
+        stays = f"{result.method} runs on the CPU, a device has the passes of p-spg-fb and apgd"
+        reason = f"{reason}; {stays}" if reason else stays
     return Solution(
         x=result.x if scale is None else result.x * scale,
         u=result.u if scale is None else result.u / scale,
@@ -100,7 +109,8 @@ def from_core(result: _core.Result, history: bool, scale: Array | None) -> Solut
         factorizations=result.factorizations,
         time=result.time,
         method=result.method,
-        reason=result.reason,
+        device=result.device,
+        reason=reason,
         phases=[Phase(*phase) for phase in result.phases],
         history=result.history.view(HISTORY) if history else None,
     )

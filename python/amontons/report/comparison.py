@@ -50,6 +50,7 @@ def compare(
     tolerance: float = 1e-6,
     deadline: float | None = 10.0,
     threads: int | None = None,
+    device: str = "cpu",
     before: Callable[[str, str], None] = lambda name, method: None,
 ) -> list[Run]:
     """Solve the problem by each method with its history recorded.
@@ -71,6 +72,7 @@ def compare(
             deadline=deadline,
             history=True,
             threads=threads,
+            device=device,
         )
         try:
             solution = solve()
@@ -94,7 +96,7 @@ def as_dict(run: Run) -> dict[str, Any]:
             "status": "not applicable",
             "reason": run.reason,
         }
-    told = {"problem": run.problem, "method": run.method}
+    told = {"problem": run.problem, "method": run.method, "device": run.solution.device}
     return told | {name: getattr(run.solution, name) for name in (*FIELDS, "reason")}
 
 

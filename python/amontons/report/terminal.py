@@ -110,5 +110,6 @@ def as_dict(path: Path, problem: Problem, s: Solution) -> dict[str, Any]:
         "time",
     )
     summary = {"file": str(path), "rows": problem.rows, "contacts": problem.contacts, "method": s.method}
+    summary["device"] = s.device
     summary |= {field: getattr(s, field) for field in fields}
     return summary | {"reason": s.reason, "notes": list(problem.notes)}

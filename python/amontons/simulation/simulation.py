@@ -20,6 +20,7 @@ from ..errors import InputError, ModelWarning, SimulationError, StepWarning
 from ..guidance import guided
 from ..hooks import hook
 from ..model.model import Model, no_model
+from ..problem.iterate import source_of_device
 from ..problem.options import LAWS, OPTION_TERMS, require_method
 from ..problem.problem import Problem
 from ..visible import visible
@@ -77,6 +78,9 @@ class Simulation(Acting, Analysis):
     `SolveOptions`, which returns impulses (m,). Our residual judges x: where it misses the tolerance the step
     did not converge and ends with the safe step, as with every method. x that is not finite counts as zero.
     An error of the function ends the step and restores the state; so does x of another shape.
+    device, device_contacts: steps with at least so many contacts are solved on the device, a name of
+    `amontons.devices()`, by "p-spg-fb" or "apgd", under that method or "auto". Smaller steps, steps with
+    cones that the device does not support, and other methods run on the CPU.
     budget: wall clock of a step (s), None for no limit; results then depend on the machine.
     margin: contacts are found up to this gap (m), by default a fiftieth of `Model.length`.
     recovery: how errors of position (overlaps, joints apart, violated limits) are taken back: "projection"
@@ -119,6 +123,8 @@ class Simulation(Acting, Analysis):
         max_iterations: int | None = None,
         budget: float | None = None,
         threads: int | None = None,
+        device: str = "cpu",
+        device_contacts: int = 20_000,
         margin: float | None = None,
         recovery: str = "projection",
         recovery_speed: float | None = None,
@@ -140,6 +146,8 @@ class Simulation(Acting, Analysis):
             max_iterations=max_iterations,
             budget=budget,
             threads=threads,
+            device=device,
+            device_contacts=device_contacts,
             margin=margin,
             recovery=recovery,
             recovery_speed=recovery_speed,
@@ -527,6 +535,8 @@ def _core_options(given: dict[str, Any]) -> _core.SimulationOptions:
         o.method = require_method(given["method"])
     o.tolerance = option("tolerance", given["tolerance"])
     o.threads = 0 if given["threads"] is None else option("threads", given["threads"])
+    least = int(option("device_contacts", given["device_contacts"]))
+    o.iterates = source_of_device(given["device"], least)
     o.max_substeps = option("max_substeps", given["max_substeps"])
     o.warm_start = given["warm_start"]
     o.recovery = chosen("recovery", given["recovery"], RECOVERIES)

@@ -35,6 +35,7 @@ Options solver_options(const SimulationOptions& o) {
   options.tolerance = o.tolerance;
   options.max_iterations = o.max_iterations;
   options.threads = o.threads;
+  options.iterates = o.iterates;
   return options;
 }
 

@@ -25,6 +25,7 @@
 #include "amontons/solvers/driver/phases.hpp"
 #include "amontons/solvers/first_order/apgd.hpp"
 #include "amontons/solvers/first_order/contact_iterate.hpp"
+#include "amontons/solvers/first_order/forwarded_iterate.hpp"
 #include "amontons/solvers/first_order/spg.hpp"
 #include "amontons/solvers/krylov/cg.hpp"
 #include "amontons/solvers/linear/shifted_system.hpp"
@@ -183,9 +184,11 @@ Solution race_for(const Problem& problem, const Options& options, double work) {
   const bool watched = options.history || options.callback;
   const bool held = !off("joints eliminated") && !problem.K.all_bilateral() && !watched &&
                     rest.make(problem, law_of(problem, options));
+  Options here = options;  // the device does not serve this problem, and no part of it
+  here.iterates = nullptr;
   const Field field = problem.K.all_bilateral() ? linear_field(costs, can_factor(problem))
                                                 : field_of(problem, options, costs, held ? rest.bodies() : 0);
-  Solution s = race(problem, options, field, costs.factor, work, held ? &rest : nullptr);
+  Solution s = race(problem, here, field, costs.factor, work, held ? &rest : nullptr);
   s.reason = remark(problem) + s.reason;
   return s;
 }
@@ -200,6 +203,16 @@ Solution solve_one(const Problem& problem, const Options& options) {
 Solution solve_after_elimination(const Problem& problem, const Options& options) {
   const auto blocks = static_cast<double>(problem.K.blocks());
   return race_for(problem, options, choice::late_race_work + choice::late_race_work_per_block * blocks);
+}
+
+// A device has the passes of two methods. All islands are one problem there, and rows of joints stay in it,
+// because many contacts use the device best. A method that stalls passes its best x to the other.
+Solution solve_on_device(const Problem& problem, const Options& options) {
+  const Phase accelerated{apgd, "accelerated, on the device"}, spectral{spg, "on the device"};
+  const bool many = problem.K.contacts() >= choice::many_contacts;
+  return run_phases(
+      problem, options,
+      many ? std::vector<Phase>{accelerated, spectral} : std::vector<Phase>{spectral, accelerated});
 }
 
 // A start that meets the tolerance is the solution, as for every method.
@@ -268,6 +281,7 @@ Solution after_elimination(const Problem& problem, const Options& options, const
 
 // A single problem: islands share the tolerance of the whole.
 Solution automatic(const Problem& problem, const Options& options) {
+  if (on_device(problem, options)) return solve_on_device(problem, options);
   if (Solution s; accepts_start(problem, options, s)) return s;
   // A large linear system: conjugate gradients are tried before a factorisation.
   if (problem.K.all_bilateral() && problem.rows() > choice::large_linear_system) {
@@ -285,12 +299,14 @@ Solution automatic(const Problem& problem, const Options& options) {
 // Mechanisms with few contacts, and few contacts alone: all islands at once. A step of a simulation reuses
 // the memory, the analysis and nearly the solution of the last step.
 bool solve_directly(const Problem& problem, const Options& options, Elimination& elimination, Solution& s) {
+  if (on_device(problem, options)) return false;
   if (!elimination.solve(problem, options, s)) return false;
   s = after_elimination(problem, options, elimination, std::move(s));
   return true;
 }
 
 Solution solve_by_race(const Problem& problem, const Options& options) {
+  if (on_device(problem, options)) return solve_on_device(problem, options);
   return solve_by_islands(problem, options, solve_directly_or_race, ToleranceOf::each);
 }
 

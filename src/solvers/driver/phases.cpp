@@ -50,6 +50,7 @@ void add_part(Solution& total, const Solution& part, const Phase& phase, const O
     total.residual = part.residual;
     total.objective = part.objective;
     total.method = part.method;
+    total.device = part.device;
   }
   if (part.phases.empty())
     total.phases.push_back({part.method, phase.why, part.iterations, part.residual});
@@ -90,6 +91,7 @@ bool take_better(Solution& s, Solution&& other) {
   s.residual = other.residual;
   s.objective = other.objective;
   s.method = std::move(other.method);
+  s.device = std::move(other.device);
   return true;
 }
 

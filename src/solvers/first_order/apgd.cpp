@@ -46,8 +46,9 @@ class Apgd {
   static constexpr const char* name = "apgd";
   static constexpr Limits limits{100000, 10000, 100};
 
-  Apgd(Law law, Monitor& monitor, T iterate)
-      : monitor_(monitor), iterate_(std::move(iterate)), coulomb_(law == Law::coulomb) {}
+  // options.law is that of the solve: never empty.
+  Apgd(const Options& options, Monitor& monitor, T iterate)
+      : monitor_(monitor), iterate_(std::move(iterate)), coulomb_(options.law == Law::coulomb) {}
 
   double start(const Start& s) {
     const double residual_squared = iterate_.start(s.x);
@@ -110,24 +111,14 @@ class Apgd {
   bool coulomb_;
 };
 
-// A separate function, because Clang 22 does not emit the virtual functions of a class template that it first
-// meets inside a generic lambda.
-template <class Make>
-std::unique_ptr<Run> started_apgd(const Problem& problem, const Options& options, Make make) {
-  using Method = Apgd<decltype(make())>;
-  return std::make_unique<Driven<Method>>(problem, options, [&](const Options& o, Monitor& monitor) {
-    return Method(law_of(problem, o), monitor, make());
-  });
-}
-
 }  // namespace
 
 std::unique_ptr<Run> start_apgd(const Problem& problem, const Options& options) {
-  return with_iterate(problem, options, [&](auto make) { return started_apgd(problem, options, make); });
+  return start_over_iterate<Apgd>(problem, options);
 }
 
 Solution apgd(const Problem& problem, const Options& options) {
-  return complete(start_apgd(problem, options));
+  return complete_where(start_apgd(problem, options), problem, options);
 }
 
 }  // namespace amontons

@@ -2,6 +2,7 @@
 #pragma once
 #include "amontons/solvers/driver/driver.hpp"
 #include "amontons/solvers/first_order/contact_iterate.hpp"
+#include "amontons/solvers/first_order/forwarded_iterate.hpp"
 #include "amontons/solvers/first_order/plain_iterate.hpp"
 
 namespace amontons {
@@ -12,6 +13,10 @@ namespace amontons {
 // iteration, so that no call inside one is virtual.
 template <class F>
 auto with_iterate(const Problem& problem, const Options& options, F&& f) {
+  const auto forwarded = [&] {
+    return ForwardedIterate(options.iterates->make(problem, law_of(problem, options)));
+  };
+  if (on_device(problem, options)) return f(forwarded);
   return std::visit(
       [&]<class Op>(const Op& A) {
         if constexpr (std::is_same_v<Op, ContactSystem>)
@@ -20,6 +25,29 @@ auto with_iterate(const Problem& problem, const Options& options, F&& f) {
         return f([&] { return PlainIterate<Op>(A, problem, law_of(problem, options)); });
       },
       problem.A);
+}
+
+// A run of a method over that iterate. A separate function, because Clang 22 does not emit the virtual
+// functions of a class template that it first meets inside a generic lambda.
+template <template <Iterate> class Method, class Make>
+std::unique_ptr<Run> started(const Problem& problem, const Options& options, Make make) {
+  using Over = Method<decltype(make())>;
+  Options own = options;  // the run keeps a copy
+  own.law = law_of(problem, options);
+  return std::make_unique<Driven<Over>>(
+      problem, own, [&](const Options& o, Monitor& monitor) { return Over(o, monitor, make()); });
+}
+template <template <Iterate> class Method>
+std::unique_ptr<Run> start_over_iterate(const Problem& problem, const Options& options) {
+  return with_iterate(problem, options, [&](auto make) { return started<Method>(problem, options, make); });
+}
+
+// Completes a run over such an iterate and records its place. A source is queried twice, here and before the
+// run, with equal answers, because it depends on the problem only.
+inline Solution complete_where(std::unique_ptr<Run> run, const Problem& problem, const Options& options) {
+  Solution s = complete(std::move(run));
+  s.device = device_of(problem, options);
+  return s;
 }
 
 }  // namespace amontons

@@ -25,9 +25,6 @@ namespace {
 // From this size on (32000 contacts, 8 MB of arrays) prefetching gains time in the last pass too.
 constexpr std::size_t streaming_batches = 4000;
 
-// Beyond this the cone is a half-space in double precision, and its cube times 1e150 would overflow.
-constexpr double largest_mu = 1e50;
-
 }  // namespace
 
 struct ContactIterate::State {
@@ -168,22 +165,10 @@ void ContactIterate::State::fill_contacts(const Problem& problem, const ContactS
   });
 }
 
-namespace {
-
-// To the passes the three sets of single rows are intervals.
-Interval bounds_of(const Bilateral&) { return {-INFINITY, INFINITY}; }
-Interval bounds_of(const NonNegative&) { return {0, INFINITY}; }
-Interval bounds_of(const Interval& set) { return set; }
-
-}  // namespace
-
 // Rows are in the order of the layout, with the rows of one joint adjacent. P and the sets are in the order
 // of the problem.
 void ContactIterate::State::fill_joints(const Problem& problem, const ContactSystem& A) {
-  std::vector<Interval> bounds;
-  for_each_block(problem.K, [&]<class S>(const S& set, std::size_t, std::size_t) {
-    if constexpr (S::dim == 1) bounds.push_back(bounds_of(set));
-  });
+  const std::vector<Interval> bounds = row_bounds(problem.K);
   for (std::size_t i = 0; i < layout.joint_row.size(); ++i) {
     JointBatch& batch = rows[i / lanes];
     const std::size_t l = i % lanes;

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <bit>
 
-#include "solvers/first_order/body_order.hpp"
+#include "solvers/first_order/link_order.hpp"
 
 namespace amontons {
 
@@ -16,49 +16,6 @@ namespace {
 constexpr std::size_t contacts_per_chunk = 2048, max_chunks = 64;
 
 using Link = ContactGraph::Link;
-
-// A batch contains a body at most once, so a body needs as many batches as it has contacts. The ground box of
-// a pile would leave seven of eight lanes inert. If a body needs more batches than all contacts fill, it is a
-// hub: it gets a line for each of the eight lanes, and causes no conflict. The limit is at least 8, the lines
-// that a hub takes, and at most 64, two rings of batches.
-std::vector<bool> find_hubs(std::size_t bodies, const std::vector<Link>& links, std::size_t contacts) {
-  std::vector<std::uint32_t> degree(bodies);
-  for (std::size_t k = 0; k < contacts; ++k) {
-    if (links[k].a >= 0) ++degree[links[k].a];
-    if (links[k].b >= 0) ++degree[links[k].b];
-  }
-  const std::size_t limit = std::clamp<std::size_t>(contacts / lanes, 8, 64);
-  std::vector<bool> is_hub(bodies);
-  for (std::size_t i = 0; i < bodies; ++i) is_hub[i] = degree[i] > limit;
-  return is_hub;
-}
-
-// The rank by which a contact or row is sorted: that of its first body that is not a hub. Contacts of one
-// body are then adjacent and its line is in the cache. A hub counts only if there is no other body.
-std::uint32_t sort_rank(const Link& link, const BodyOrder& order, const std::vector<bool>& is_hub) {
-  const auto none = static_cast<std::uint32_t>(order.moving.size());
-  std::uint32_t best = none, hub = none;
-  for (Index i : {link.a, link.b})
-    if (i >= 0) (is_hub[i] ? hub : best) = std::min(is_hub[i] ? hub : best, order.rank[i]);
-  return best != none ? best : hub;
-}
-
-// Indices first .. last - 1 of `links` sorted by rank; start[r]: the begin of rank r. The counting sort takes
-// linear time and keeps ties in the order of the problem.
-struct Sorted {
-  std::vector<std::uint32_t> index, start;
-};
-Sorted sort_by_rank(const std::vector<std::uint32_t>& rank, std::size_t first, std::size_t last,
-                    std::size_t ranks) {
-  Sorted s;
-  s.start.assign(ranks + 1, 0);
-  for (std::size_t k = first; k < last; ++k) ++s.start[rank[k] + 1];
-  for (std::size_t r = 0; r < ranks; ++r) s.start[r + 1] += s.start[r];
-  s.index.resize(last - first);
-  std::vector<std::uint32_t> place(s.start.begin(), s.start.end() - 1);
-  for (std::size_t k = first; k < last; ++k) s.index[place[rank[k]]++] = static_cast<std::uint32_t>(k);
-  return s;
-}
 
 // Greedy filling of conflict-free batches. Up to 32 batches are open at a time, in a ring. A contact goes to
 // the oldest one with room that contains neither of its bodies. present[body] has one bit per place in the

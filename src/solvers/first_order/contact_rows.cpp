@@ -1,5 +1,7 @@
 #include "solvers/first_order/contact_rows.hpp"
 
+#include <cmath>
+
 namespace amontons {
 
 bool has_contact_rows(const Problem& problem, const ContactSystem& A) {
@@ -15,6 +17,22 @@ bool has_contact_rows(const Problem& problem, const ContactSystem& A) {
     }
   }
   return true;
+}
+
+namespace {
+
+Interval bounds_of(const Free&) { return {-INFINITY, INFINITY}; }
+Interval bounds_of(const NonNegative&) { return {0, INFINITY}; }
+Interval bounds_of(const Interval& set) { return set; }
+
+}  // namespace
+
+std::vector<Interval> row_bounds(const SetProduct& K) {
+  std::vector<Interval> bounds;
+  for_each_block(K, [&]<class S>(const S& set, std::size_t, std::size_t) {
+    if constexpr (S::dim == 1) bounds.push_back(bounds_of(set));
+  });
+  return bounds;
 }
 
 double compliance_of(const ContactSystem& A, std::size_t contact) {

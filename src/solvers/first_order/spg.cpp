@@ -142,21 +142,14 @@ class Spg {
   bool odd_ = false;
 };
 
-// A separate function, because Clang 22 does not emit the virtual functions of a class template that it first
-// meets inside a generic lambda.
-template <class Make>
-std::unique_ptr<Run> started_spg(const Problem& problem, const Options& options, Make make) {
-  using Method = Spg<decltype(make())>;
-  return std::make_unique<Driven<Method>>(
-      problem, options, [&](const Options& o, Monitor& monitor) { return Method(o, monitor, make()); });
-}
-
 }  // namespace
 
 std::unique_ptr<Run> start_spg(const Problem& problem, const Options& options) {
-  return with_iterate(problem, options, [&](auto make) { return started_spg(problem, options, make); });
+  return start_over_iterate<Spg>(problem, options);
 }
 
-Solution spg(const Problem& problem, const Options& options) { return complete(start_spg(problem, options)); }
+Solution spg(const Problem& problem, const Options& options) {
+  return complete_where(start_spg(problem, options), problem, options);
+}
 
 }  // namespace amontons

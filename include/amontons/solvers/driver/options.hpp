@@ -2,6 +2,7 @@
 #include <cstddef>
 #include <functional>
 #include <limits>
+#include <memory>
 #include <optional>
 #include <span>
 
@@ -9,6 +10,8 @@
 #include "amontons/solvers/driver/solution.hpp"
 
 namespace amontons {
+
+struct IterateSource;  // first_order/forwarded_iterate.hpp
 
 // Each field states its unit, range and the fields that it interacts with. A field without a unit is a pure
 // number. validate() throws InputError with the name of the field that is out of range.
@@ -75,6 +78,9 @@ struct Options {
   // Threads of the fused passes of p-spg-fb and apgd on a ContactSystem; 0: one per core, if the problem is
   // large enough. Results never depend on it.
   unsigned threads = 0;
+  // Source of the iterates of p-spg-fb and apgd, for example a device; null: this library. Other methods
+  // ignore it. auto uses one of the two for a problem that the source serves.
+  std::shared_ptr<IterateSource> iterates;
   // Called once per iteration if not empty; true stops with Status::interrupted. It costs as much as history.
   std::function<bool(const IterationRecord&)> callback;
   // If not empty, called between iterations and within factorisations, at most every 20 ms; true stops with

@@ -73,6 +73,8 @@ struct Solution {
   double time = 0;
   // The method that made x; with islands, that of the hardest island.
   std::string method;
+  // Place of its iterates: "cpu", or the name of Options::iterates.
+  std::string device = "cpu";
   // The choice with its reason and every phase that ran, printed from `phases`. Both are empty for single
   // methods, that is for all but auto and interior-point.
   std::string reason;

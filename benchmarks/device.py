@@ -1,0 +1,230 @@
+"""Devices: ns per contact and iteration beside the copy rate of the device, steps of simulations, joints.
+
+    python benchmarks/device.py [--device NAME ...] [--largest CONTACTS] [--seconds SECONDS] [--out FOLDER]
+
+Runs on every GPU that is found, or on the devices that are named; writes device.csv, simulations.csv and
+environment.csv to benchmarks/results/<device>. It needs Python, NumPy, a compiler, and CuPy or pyopencl.
+"""
+
+from __future__ import annotations
+
+import argparse
+import csv
+import os
+import platform
+import re
+from collections.abc import Iterator
+from datetime import date
+from pathlib import Path
+from time import perf_counter
+from typing import Any
+
+import amontons
+import numpy as np
+from amontons import _core, scenes
+from amontons.device.backend import Backend, Device, Memory
+from amontons.device.found import chosen_device, open_device
+from amontons.device.passes import DeviceIterate, tiles
+
+RESULTS = Path(__file__).resolve().parent / "results"
+BYTES = {"p-spg-fb": 408, "apgd": 512}
+"""bytes per contact and iteration, as kernels.cl counts them"""
+BYTES_OF_BODY = 160
+HOST_BYTES = 1500
+"""per contact, that problem and layout take on the host"""
+
+
+def lattice(n: int) -> amontons.Problem:
+    """About n contacts: spheres on a cubic lattice over the ground, each touching its neighbours."""
+    side = max(2, round((n / 3) ** (1 / 3)))
+    body = np.arange(side**3).reshape(side, side, side)
+    a = [body[1:].ravel(), body[:, 1:].ravel(), body.reshape(side, side, side)[:, :, 1:].ravel()]
+    b = [body[:-1].ravel(), body[:, :-1].ravel(), body[:, :, :-1].ravel()]
+    normal = np.repeat(np.eye(3), [len(part) for part in a], axis=0)
+    ground = body[:, :, 0].ravel()
+    upper = np.concatenate([*a, ground]).astype(np.int32)
+    lower = np.concatenate([*b, np.full(len(ground), -1)]).astype(np.int32)
+    normal = np.concatenate([normal, np.tile([0.0, 0, 1], (len(ground), 1))])
+    A = amontons.Contacts(
+        np.ones(body.size), np.full((body.size, 3), 2.5), upper, lower, -0.5 * normal, 0.5 * normal, normal
+    )
+    rng = np.random.default_rng(1)
+    right = 0.01 * rng.normal(size=3 * len(upper))
+    right[::3] -= 0.05 * np.where(lower < 0, 1.0, 0.1)
+    return amontons.Problem(A, right, [amontons.Friction(np.full(len(upper), 0.5))])
+
+
+def copy_rate(backend: Backend, nbytes: int) -> float:
+    """GB/s that a kernel copies, what is read and what is written together."""
+    memory = Memory(backend)
+    count = nbytes // 8
+    scalar = memory.filled("scalar", np.zeros(4))
+    one, two = memory.buffer("one", nbytes), memory.buffer("two", nbytes)
+    best = float("inf")
+    for _ in range(5):
+        backend.download(scalar, 1)
+        begun = perf_counter()
+        for _ in range(10):
+            backend.launch("copy", tiles(count), one, two, np.uint32(count))
+        backend.download(two, 1)
+        best = min(best, (perf_counter() - begun) / 10)
+    return 2 * nbytes / best / 1e9
+
+
+def per_iteration(iterate: Any, method: str, rows: int, seconds: float) -> float:
+    """s of one iteration: the passes as the method calls them, with all that is read between them."""
+    iterate.start(np.zeros(rows))
+    if method == "apgd":
+        iterate.start_momentum()
+
+    def once() -> None:
+        if method == "apgd":
+            iterate.momentum_direction(0.5)
+            iterate.curvature()
+            iterate.accelerate(0.5)
+        else:
+            iterate.direction(0.5)
+            iterate.curvature()
+            iterate.update(0.5)
+
+    for _ in range(3):
+        once()
+    begun, count = perf_counter(), 0
+    while count < 3 or (perf_counter() - begun < seconds and count < 1000):
+        once()
+        count += 1
+    return (perf_counter() - begun) / count
+
+
+def on_cpu(problem: amontons.Problem, method: str) -> float:
+    """s of one iteration of the compiled passes, on all cores."""
+    options = dict(method=method, law="coulomb", tolerance=0)
+    few, many = (min(problem.solve(max_iterations=n, **options).time for _ in range(3)) for n in (2, 12))
+    return max(many - few, 0) / 10
+
+
+def fits_host(contacts: int) -> bool:
+    try:
+        return HOST_BYTES * contacts < 0.8 * os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
+    except (ValueError, OSError):
+        return True
+
+
+def sizes(options: argparse.Namespace, backend: Backend, rate: float) -> Iterator[dict[str, Any]]:
+    n = 10_000
+    while n <= options.largest and fits_host(n):
+        begun = perf_counter()
+        problem = lattice(n)
+        made = perf_counter() - begun
+        contacts, bodies = problem.rows // 3, problem.A.bodies
+        for method in ("p-spg-fb", "apgd"):
+            try:
+                begun = perf_counter()
+                iterate = DeviceIterate(problem._core, _core.Law.coulomb, backend, Memory(backend))
+                uploaded = perf_counter() - begun
+                time = per_iteration(iterate, method, problem.rows, options.seconds)
+            except amontons.InputError as error:  # no room
+                print(error)
+                return
+            read = BYTES[method] * contacts + BYTES_OF_BODY * bodies
+            yield {
+                "problem": "lattice", "contacts": contacts, "bodies": bodies, "method": method,
+                "ns": 1e9 * time / contacts, "ns_cpu": 1e9 * on_cpu(problem, method) / contacts,
+                "gb_per_s": read / time / 1e9, "copy_gb_per_s": rate, "share": read / time / 1e9 / rate,
+                "memory_bytes_per_contact": iterate._memory.nbytes / contacts, "make_s": made,
+                "upload_s": uploaded, "us_iteration": 1e6 * time,
+            }  # fmt: skip
+            del iterate
+        n *= 10
+
+
+def with_joints(backend: Backend, seconds: float) -> Iterator[dict[str, Any]]:
+    """A vehicle on its tracks and a long chain: rows of joints."""
+    for name, parameters in (("tracked_vehicle", {}), ("network", {})):
+        sim = amontons.Simulation(scenes.make(name, **parameters), tolerance=1e-3, on_failure="ignore")
+        sim.step()
+        problem = sim.problem()
+        for method in ("p-spg-fb", "apgd"):
+            iterate = DeviceIterate(problem._core, _core.Law.coulomb, backend, Memory(backend))
+            time = per_iteration(iterate, method, problem.rows, seconds)
+            yield {
+                "problem": name, "contacts": problem.contacts, "rows": problem.rows - 3 * problem.contacts,
+                "method": method, "us_iteration": 1e6 * time, "us_cpu": 1e6 * on_cpu(problem, method),
+            }  # fmt: skip
+
+
+def simulated(device: Device, counts: tuple[int, ...], steps: int) -> Iterator[dict[str, Any]]:
+    """The same steps of falling spheres on the CPU and on the device: s per step."""
+    for count in counts:
+        model = scenes.make("spheres_in_box", count=count, radius=0.05)
+        start = amontons.Simulation(model, tolerance=1e-2, max_iterations=20, on_failure="ignore")
+        start.run(0.4)
+        row: dict[str, Any] = {"spheres": count}
+        for name in ("cpu", device.name):
+            sim = start.copy()
+            sim.change_options(
+                device=name, device_contacts=1, method="apgd", tolerance=1e-3, max_iterations=300
+            )
+            begun = perf_counter()
+            iterations = sum(sim.step().iterations for _ in range(steps))
+            where = "cpu" if name == "cpu" else "device"
+            row |= {
+                f"s_step_{where}": (perf_counter() - begun) / steps,
+                f"iterations_{where}": iterations / steps,
+            }
+        yield row | {"contacts": len(sim.contacts)}
+
+
+def write(path: Path, rows: list[dict[str, Any]]) -> None:
+    fields = list(dict.fromkeys(key for row in rows for key in row))
+    with path.open("w", newline="") as file:
+        writer = csv.DictWriter(file, fields, lineterminator="\n")
+        writer.writeheader()
+        for row in rows:
+            writer.writerow({key: f"{v:.5g}" if isinstance(v, float) else v for key, v in row.items()})
+            print(", ".join(f"{k} {v:.4g}" if isinstance(v, float) else f"{k} {v}" for k, v in row.items()))
+
+
+def measure(device: Device, options: argparse.Namespace) -> None:
+    folder = options.out or RESULTS / (
+        re.sub(r"[^a-z0-9]+", "-", device.hardware.lower()).strip("-") or "device"
+    )
+    folder.mkdir(parents=True, exist_ok=True)
+    backend = open_device(device)
+    rate = copy_rate(backend, min(1 << 29, device.memory // 8) // 256 * 256)
+    print(f"{device.name}: {device.hardware}, {device.driver}, copies {rate:.4g} GB/s")
+    rows = list(sizes(options, backend, rate))
+    write(folder / "device.csv", rows)
+    write(folder / "joints.csv", list(with_joints(backend, options.seconds)))
+    counts = tuple(n for n in (10_000, 100_000) if n <= options.largest)
+    if counts:
+        write(folder / "simulations.csv", list(simulated(device, counts, steps=5)))
+    environment = {
+        "device": device.hardware, "driver": device.driver, "memory": device.memory, "copy_gb_per_s": rate,
+        "cores": os.cpu_count(), "system": platform.platform(), "compiler": _core.compiler(),
+        "amontons": amontons.__version__, "numpy": np.__version__, "date": date.today().isoformat(),
+    }  # fmt: skip
+    write(folder / "environment.csv", [environment])
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("--device", action="append", help="devices by name (default: every GPU)")
+    parser.add_argument("--largest", type=int, default=10_000_000, help="contacts of the largest problem")
+    parser.add_argument(
+        "--seconds", type=float, default=2.0, help="that one measurement takes at most, or a little more"
+    )
+    parser.add_argument("--out", type=Path, help="folder for the CSV files (default: by device)")
+    options = parser.parse_args()
+    named = [chosen_device(name) for name in options.device or ()]
+    chosen = named or [d for d in amontons.devices() if d.kind == "gpu" and d.doubles]
+    if not chosen:
+        raise SystemExit(
+            "no GPU was found; `amontons doctor` says what is missing, --device opencl takes pocl"
+        )
+    for device in chosen:
+        measure(device, options)
+
+
+if __name__ == "__main__":
+    main()

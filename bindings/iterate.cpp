@@ -1,0 +1,217 @@
+#include "amontons/base/patience.hpp"
+#include "amontons/solvers/first_order/device_layout.hpp"
+#include "amontons/solvers/first_order/forwarded_iterate.hpp"
+#include "bindings.hpp"
+
+namespace amontons::python {
+
+namespace {
+
+// An object of Python that lives as long as solvers want it, which do not hold the lock of the interpreter.
+using Held = std::shared_ptr<nb::object>;
+Held hold(nb::object object) {
+  return {new nb::object(std::move(object)), [](nb::object* p) {
+            nb::gil_scoped_acquire gil;
+            delete p;
+          }};
+}
+
+double number(const nb::object& result, const char* pass) {
+  if (const double value = PyFloat_AsDouble(result.ptr()); !PyErr_Occurred()) return value;
+  PyErr_Clear();
+  throw InputError(std::string("iterate: ") + pass + "() must return a number, not a " +
+                   Py_TYPE(result.ptr())->tp_name);
+}
+
+template <std::size_t n>
+std::array<double, n> numbers(const nb::object& result, const char* pass) {
+  const std::string fault =
+      std::string("iterate: ") + pass + "() must return " + std::to_string(n) + " numbers";
+  if (!PySequence_Check(result.ptr()) || nb::len(result) != n) throw InputError(fault);
+  std::array<double, n> out;
+  for (std::size_t i = 0; i < n; ++i) out[i] = number(result[i], pass);
+  return out;
+}
+
+// The passes of an object of Python, amontons.Iterate. A Ctrl-C that lands inside a pass leaves the solve,
+// whose best iterate is the answer; the pass may have done half its work, and no other follows it.
+class PythonIterate final : public AnyIterate {
+ public:
+  PythonIterate(nb::object passes, std::size_t rows) : passes_(hold(std::move(passes))), rows_(rows) {}
+
+  double start(std::span<const double> x0) override {
+    nb::gil_scoped_acquire gil;
+    std::vector<double> x(rows_);
+    std::copy(x0.begin(), x0.end(), x.begin());
+    return number(call("start", to_numpy(std::move(x))), "start");
+  }
+  double refresh() override { return one("refresh"); }
+  Direction direction(double alpha) override {
+    const auto [dg, dPd] = several<2>("direction", alpha);
+    return {dg, dPd};
+  }
+  double curvature() override { return one("curvature"); }
+  Update update(double lambda) override {
+    const auto [sy, yPy, residual_squared] = several<3>("update", lambda);
+    return {sy, yPy, residual_squared};
+  }
+  void start_momentum() override { none("start_momentum"); }
+  MomentumDirection momentum_direction(double alpha) override {
+    const auto [dPd, dPm] = several<2>("momentum_direction", alpha);
+    return {dPd, dPm};
+  }
+  double accelerate(double beta) override { return one("accelerate", beta); }
+  double refresh_momentum() override { return one("refresh_momentum"); }
+  void keep_best() override { none("keep_best"); }
+  void extract_best(std::span<double> x) const override { vector("extract_best", x); }
+  void extract(std::span<double> x) const override { vector("extract", x); }
+  double objective() const override { return one("objective"); }
+
+ private:
+  template <class... Arguments>
+  nb::object call(const char* pass, Arguments&&... arguments) const {
+    try {
+      return passes_->attr(pass)(std::forward<Arguments>(arguments)...);
+    } catch (nb::python_error& error) {
+      if (!solve_scope.running || !error.matches(PyExc_KeyboardInterrupt)) throw;
+    }
+    solve_scope.interrupted = true;
+    throw LeftEarly{true};
+  }
+  template <class... Arguments>
+  double one(const char* pass, Arguments... arguments) const {
+    nb::gil_scoped_acquire gil;
+    return number(call(pass, arguments...), pass);
+  }
+  template <std::size_t n>
+  std::array<double, n> several(const char* pass, double argument) const {
+    nb::gil_scoped_acquire gil;
+    return numbers<n>(call(pass, argument), pass);
+  }
+  void none(const char* pass) const {
+    nb::gil_scoped_acquire gil;
+    call(pass);
+  }
+  // Outside the loop, where nobody would catch LeftEarly: once more.
+  void vector(const char* pass, std::span<double> x) const {
+    nb::gil_scoped_acquire gil;
+    nb::object result;
+    try {
+      result = call(pass);
+    } catch (const LeftEarly&) {
+      result = passes_->attr(pass)();
+    }
+    Vector values;
+    if (!nb::try_cast(result, values) || values.shape(0) != x.size())
+      throw InputError(std::string("iterate: ") + pass + "() must return an array of " +
+                       std::to_string(x.size()) + " float64");
+    std::copy_n(values.data(), x.size(), x.begin());
+  }
+
+  Held passes_;
+  std::size_t rows_;
+};
+
+// make(problem, law): the object, of a problem that is alive during the solve only. With a layout it is asked
+// for problems that a device serves, with at least so many contacts.
+std::shared_ptr<IterateSource> source(std::string name, nb::callable make, bool with_layout,
+                                      std::size_t least_contacts) {
+  auto out = std::make_shared<IterateSource>();
+  out->name = std::move(name);
+  out->takes = [with_layout, least_contacts](const Problem& problem) {
+    return !with_layout || (problem.K.contacts() >= least_contacts && DeviceLayout::fits(problem));
+  };
+  out->make = [make = hold(std::move(make))](const Problem& problem, Law law) -> std::unique_ptr<AnyIterate> {
+    nb::gil_scoped_acquire gil;
+    const nb::object view = nb::cast(const_cast<Problem*>(&problem), nb::rv_policy::reference);
+    return std::make_unique<PythonIterate>((*make)(view, law), problem.rows());
+  };
+  return out;
+}
+
+using Layout = std::shared_ptr<DeviceLayout>;
+
+// A view of one of the arrays of a layout, by the name that it has there.
+template <class T>
+void add_view(nb::dict& d, const char* name, const std::vector<T>& values, const Layout& owner) {
+  auto* keep = new Layout(owner);
+  nb::capsule capsule(keep, [](void* p) noexcept { delete static_cast<Layout*>(p); });
+  d[name] =
+      nb::ndarray<nb::numpy, T, nb::ndim<1>>(const_cast<T*>(values.data()), {values.size()}, capsule).cast();
+}
+
+nb::dict arrays_of(const Layout& l) {
+  nb::dict d;
+  add_view(d, "contact", l->contact, l);
+  add_view(d, "row", l->row, l);
+  add_view(d, "line", l->line, l);
+  add_view(d, "jacobian", l->jacobian, l);
+  add_view(d, "mass", l->mass, l);
+  add_view(d, "first", l->first, l);
+  add_view(d, "first_row", l->first_row, l);
+  add_view(d, "contact_list", l->contact_list, l);
+  add_view(d, "row_list", l->row_list, l);
+  add_view(d, "list_arm", l->list_arm, l);
+  add_view(d, "list_row", l->list_row, l);
+  add_view(d, "parts", l->parts, l);
+  add_view(d, "large", l->large, l);
+  return d;
+}
+
+std::span<const double> checked(const Vector& x, std::size_t size, const char* what) {
+  AMONTONS_REQUIRE(x.shape(0) == size, std::string(what) + " has " + std::to_string(x.shape(0)) +
+                                           " entries in place of " + std::to_string(size));
+  return view(x);
+}
+
+void bind_layout(nb::module_& m) {
+  nb::class_<DeviceLayout>(m, "DeviceLayout", "The arrays of the passes, as a device reads them.")
+      .def(nb::new_([](const Problem& problem) {
+             AMONTONS_REQUIRE(DeviceLayout::fits(problem), "the passes of a device do not know this problem");
+             return std::make_shared<DeviceLayout>(problem);
+           }),
+           nb::arg("problem"))
+      .def_static("fits", &DeviceLayout::fits, nb::arg("problem"),
+                  "Whether it has bodies, circular friction cones and single rows, and nothing else.")
+      .def_ro("contacts", &DeviceLayout::contacts)
+      .def_ro("rows", &DeviceLayout::rows, "Single rows.")
+      .def_ro("bodies", &DeviceLayout::bodies, "That impulses move.")
+      .def_ro("stride", &DeviceLayout::stride)
+      .def_ro("row_stride", &DeviceLayout::row_stride)
+      .def_ro("line_stride", &DeviceLayout::line_stride)
+      .def_ro("stored", &DeviceLayout::stored, "Contacts are rows of D.")
+      .def_ro("compliant", &DeviceLayout::compliant)
+      .def_prop_ro("size", &DeviceLayout::size, "Of a vector of the passes.")
+      .def("arrays", &arrays_of, "Views by name; include/amontons/solvers/first_order/device_layout.hpp.")
+      .def(
+          "projected",
+          [](const DeviceLayout& l, Vector x0) {
+            return to_numpy(l.projected(checked(x0, 3 * l.contacts + l.rows, "x0")));
+          },
+          nb::arg("x0"), "Pi_K of x0, (m,), in the order of the problem.")
+      .def(
+          "to_passes",
+          [](const DeviceLayout& l, Vector x) {
+            return to_numpy(l.to_passes(checked(x, 3 * l.contacts + l.rows, "x")));
+          },
+          nb::arg("x"), "A vector of the problem, (m,), in the order and the axes of the passes, (size,).")
+      .def(
+          "to_user",
+          [](const DeviceLayout& l, Vector held) {
+            std::vector<double> x(3 * l.contacts + l.rows);
+            l.to_user(checked(held, l.size(), "held"), x);
+            return to_numpy(std::move(x));
+          },
+          nb::arg("held"), "The way back: (m,) of (size,).");
+}
+
+}  // namespace
+
+void bind_iterate(nb::module_& m) {
+  nb::class_<IterateSource>(m, "IterateSource", "Where first-order methods take their iterates from.")
+      .def(nb::new_(&source), nb::arg("name"), nb::arg("make"), nb::arg("with_layout"),
+           nb::arg("least_contacts"));
+  bind_layout(m);
+}
+
+}  // namespace amontons::python

@@ -1,0 +1,11 @@
+"""P-SPG-FB and APGD on devices: the passes as kernels for OpenCL and CUDA, and in NumPy.
+
+A leaf of the package: `problem` and `simulation` reach it by the hook `source_of_device` alone. pyopencl or
+CuPy are imported when a device is asked for.
+"""
+
+from .backend import Device as Device
+from .found import devices as devices
+from .numpy_iterate import NumpyIterate as NumpyIterate
+
+__all__ = ["Device", "NumpyIterate", "devices"]

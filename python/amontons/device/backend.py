@@ -1,0 +1,96 @@
+"""What a device is, and the four things that its backend can do."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from importlib.resources import files
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..checks import Array
+from ..errors import InputError
+
+
+@dataclass(frozen=True)
+class Device:
+    """A device that `device=` may name."""
+
+    name: str
+    """what `device=` takes: "opencl:0", "cuda:1" """
+    hardware: str
+    """as its driver calls it"""
+    kind: str
+    """gpu | cpu | accelerator"""
+    driver: str
+    """platform and version"""
+    memory: int
+    """bytes"""
+    doubles: bool
+    """double precision, without which it is of no use here"""
+
+
+class Backend(Protocol):
+    """A device with the kernels of kernels.cl, and a queue that runs them in the order of their launches."""
+
+    device: Device
+
+    def allocate(self, nbytes: int) -> Any:
+        """A buffer; InputError where the device has no room."""
+        ...
+
+    def upload(self, buffer: Any, values: NDArray[Any]) -> None:
+        """Copy an array to the begin of a buffer."""
+        ...
+
+    def download(self, buffer: Any, count: int) -> Array:
+        """The first `count` doubles of a buffer, once all that was launched is done."""
+        ...
+
+    def launch(self, kernel: str, groups: int, *arguments: Any) -> None:
+        """Run a kernel with so many work groups; arguments are buffers, np.uint32 and np.float64."""
+        ...
+
+
+def source() -> str:
+    """The kernels, for OpenCL C and CUDA C++."""
+    return files(__package__).joinpath("kernels.cl").read_text()
+
+
+def no_room(device: Device, wanted: int) -> InputError:
+    return InputError(
+        f'device "{device.name}" ({device.hardware}) has {device.memory / 1e9:.3g} GB of memory, of which '
+        f"{wanted / 1e9:.3g} GB are not free; solve the problem without device, or on one with more memory"
+    )
+
+
+class Memory:
+    """Buffers by name, which grow and stay: the next problem of a simulation finds them."""
+
+    def __init__(self, backend: Backend) -> None:
+        self._backend = backend
+        self._buffers: dict[str, tuple[int, Any]] = {}
+
+    @property
+    def nbytes(self) -> int:
+        """Of all buffers."""
+        return sum(size for size, _ in self._buffers.values())
+
+    def buffer(self, name: str, nbytes: int) -> Any:
+        size, held = self._buffers.get(name, (0, None))
+        if size < nbytes or held is None:
+            # A quarter more than asked for where it grows: contacts come and go.
+            size = max(256, nbytes if held is None else nbytes + nbytes // 4)
+            if self.nbytes + size > self._backend.device.memory:
+                raise no_room(self._backend.device, self.nbytes + size)
+            held = self._backend.allocate(size)
+            self._buffers[name] = (size, held)
+        return held
+
+    def filled(self, name: str, values: NDArray[Any]) -> Any:
+        """A buffer with the values of an array."""
+        held = self.buffer(name, values.nbytes)
+        if values.nbytes:
+            self._backend.upload(held, np.ascontiguousarray(values))
+        return held

@@ -1,0 +1,123 @@
+"""Which devices there are, and the one that a name means."""
+
+from __future__ import annotations
+
+import threading
+import weakref
+from typing import Any
+
+from .. import _core
+from ..checks import shown
+from ..errors import InputError
+from ..problem.iterate import source_of_device
+from . import cuda, opencl
+from .backend import Backend, Device, Memory
+from .numpy_iterate import NumpyIterate
+from .passes import DeviceIterate
+
+BACKENDS: dict[str, Any] = {"cuda": cuda, "opencl": opencl}
+NAMES = '"cpu", "gpu", "cuda", "cuda:1", "opencl", "opencl:1", "numpy"'
+
+
+def devices() -> tuple[Device, ...]:
+    """The devices that `device=` may name: those of CUDA, then those of OpenCL.
+
+    Empty where neither CuPy nor pyopencl is installed or no driver is. A device without double precision is
+    listed and cannot be used. Importing the packages and asking the drivers takes a second the first time.
+    """
+    found: list[Device] = []
+    for module in BACKENDS.values():
+        try:
+            found += module.devices()
+        except InputError:  # its package is not installed
+            continue
+    return tuple(found)
+
+
+def remedies() -> dict[str, str | None]:
+    """Of each backend what is missing, or None."""
+    told: dict[str, str | None] = {}
+    for name, module in BACKENDS.items():
+        try:
+            told[name] = None if module.devices() else f"no device found: install {module.DRIVER}"
+        except InputError as error:
+            told[name] = str(error)
+    return told
+
+
+def _listed(found: tuple[Device, ...] | list[Device]) -> str:
+    return ", ".join(f"{d.name} ({d.hardware}, {d.kind})" for d in found) or "none"
+
+
+def chosen_device(name: object) -> Device:
+    """The device of a name; InputError that says what is missing."""
+    if not isinstance(name, str):
+        raise InputError(f"device is {shown(name)}; it must be one of the names {NAMES}")
+    if name == "gpu":
+        usable = [d for d in devices() if d.kind == "gpu" and d.doubles]
+        if not usable:
+            missing = "; ".join(f"{k}: {v}" for k, v in remedies().items() if v)
+            raise InputError(
+                f'device "gpu": no GPU with double precision was found ({missing or "no driver shows one"}); '
+                f"devices found: {_listed(devices())}"
+            )
+        return usable[0]
+    kind, _, index = name.partition(":")
+    if kind not in BACKENDS or (index and not index.isdigit()):
+        raise InputError(f"unknown device {shown(name)}; names are {NAMES}")
+    found = BACKENDS[kind].devices()
+    if not found:
+        raise InputError(f'device "{name}": none was found; it needs {BACKENDS[kind].DRIVER}')
+    if not index:  # a GPU before a processor
+        found = sorted(found, key=lambda d: (not d.doubles, d.kind != "gpu"))
+    if int(index or 0) >= len(found):
+        raise InputError(f'device "{name}" is absent; found are {_listed(found)}')
+    device = found[int(index or 0)]
+    if not device.doubles:
+        raise InputError(
+            f'device "{device.name}" ({device.hardware}, {device.driver}) has no double precision, which the '
+            "passes need"
+        )
+    return device
+
+
+_opened: dict[str, Backend] = {}
+_lock = threading.Lock()
+
+
+def open_device(device: Device) -> Backend:
+    """Its backend: the kernels are built once per process."""
+    with _lock:
+        if device.name not in _opened:
+            kind, _, index = device.name.partition(":")
+            made = opencl.OpenCL(int(index)) if kind == "opencl" else cuda.Cuda(int(index))
+            _opened[device.name] = made
+        return _opened[device.name]
+
+
+def source_on(backend: Backend, name: str, least_contacts: int) -> _core.IterateSource:
+    """Iterates on a device; each takes buffers that no other one uses, and gives them back at its end."""
+    idle: list[Memory] = []
+
+    def make(problem: _core.Problem, law: _core.Law) -> DeviceIterate:
+        try:
+            memory = idle.pop()
+        except IndexError:
+            memory = Memory(backend)
+        iterate = DeviceIterate(problem, law, backend, memory)
+        weakref.finalize(iterate, idle.append, memory)
+        return iterate
+
+    return _core.IterateSource(name, make, True, least_contacts)
+
+
+def _source_of_device(device: str, least_contacts: int) -> _core.IterateSource | None:
+    if device == "cpu":
+        return None
+    if device == "numpy":
+        return _core.IterateSource("numpy", NumpyIterate.of_core, True, least_contacts)
+    chosen = chosen_device(device)
+    return source_on(open_device(chosen), chosen.name, least_contacts)
+
+
+source_of_device.supply(_source_of_device)

@@ -1,0 +1,256 @@
+"""The kernels by OpenCL on the processor, against NumPy to the last bit and against the compiled passes."""
+
+import ctypes
+import shutil
+import subprocess
+
+import amontons
+import numpy as np
+import pytest
+from amontons.device import NumpyIterate, backend
+from amontons.device.found import source_on
+from device_problems import (
+    DEVICE,
+    NAMES,
+    compare_to_cpu,
+    course,
+    device_iterate,
+    open_groups,
+    pocl,
+    problems,
+    stepped,
+)
+
+LAWS = ("associated", "coulomb")
+GROUPS = (1, 7, 64, 256)
+
+
+@pytest.fixture(scope="module")
+def opened():
+    """Backends by work-group size."""
+    return {group: open_groups(group) for group in GROUPS}
+
+
+def expected(name, law):
+    problem = problems()[name]
+    return course(NumpyIterate(problem, law=law), problem.rows)
+
+
+# Breaks when a kernel computes something else, or sums in another order, than NumPy does; when a bit depends
+# on the size of a work group; when two runs differ.
+@pytest.mark.parametrize("law", LAWS)
+@pytest.mark.parametrize("name", NAMES)
+def test_bits_are_those_of_numpy(opened, name, law):
+    problem = problems()[name]
+    for group in (*GROUPS, 64):
+        got = course(device_iterate(problem, law, opened[group]), problem.rows)
+        np.testing.assert_array_equal(got, expected(name, law), err_msg=f"work groups of {group}")
+
+
+# Breaks when the problem of a drum has no body whose list is cut into parts, so that no test reaches them.
+def test_a_large_body_is_reached(opened):
+    assert device_iterate(problems()["drum"], "coulomb", opened[64])._large == 1
+
+
+# Breaks when the comparison above would not see a barrier that is missing: at work groups of one item nothing
+# is wrong, at the others something is.
+def test_a_missing_barrier_is_found():
+    if DEVICE != "opencl":
+        pytest.skip("the items of a small group move in step on a GPU")
+    text = backend.source()
+    planted = text.replace("u; half_tile /= 2u) {\n    BARRIER;\n", "u; half_tile /= 2u) {\n")
+    assert planted != text
+    problem = problems()["pile"]
+    bits = {
+        group: course(device_iterate(problem, "coulomb", open_groups(group, planted)),
+                      problem.rows)
+        for group in GROUPS
+    }  # fmt: skip
+    right = expected("pile", "coulomb")
+    assert [group for group in GROUPS if np.array_equal(bits[group], right)] == [1]
+
+
+# Breaks when a method on the device is not that of the CPU: residual, iterations, x.
+@pytest.mark.parametrize("law", LAWS)
+@pytest.mark.parametrize("method", ["p-spg-fb", "apgd"])
+@pytest.mark.parametrize("name", NAMES)
+def test_device_is_the_cpu(name, method, law):
+    pocl()
+    compare_to_cpu(name, method, law, lambda problem, options: problem.solve(device=DEVICE, **options))
+
+
+# Breaks when more is launched or read in an iteration than docs/device.md says.
+def test_round_trips(opened):
+    for name, extra in (("pile", 0), ("drum", 2)):
+        iterate = device_iterate(problems()[name], "coulomb", opened[64])
+        iterate.start(np.zeros(problems()[name].rows))
+        iterate.start_momentum()
+        for passes in (("direction", "update"), ("momentum_direction", "accelerate")):
+            iterate.launches = iterate.bytes_read = 0
+            getattr(iterate, passes[0])(0.5)
+            iterate.curvature()
+            getattr(iterate, passes[1])(0.5)
+            assert (iterate.launches, iterate.bytes_read) == (5 + extra, 64)
+
+
+HOST = """
+#include <cmath>
+#include <cstddef>
+#define __global__
+#define __device__
+#define __shared__ static
+#define __forceinline__ inline
+struct Dim { unsigned x; };
+static Dim blockIdx, gridDim, threadIdx = {0}, blockDim = {1};
+#define __syncthreads()
+using std::sqrt;
+#include "kernels.cl"
+extern "C" void place(unsigned group, unsigned groups) { blockIdx.x = group; gridDim.x = groups; }
+"""
+
+
+class Host:
+    """The kernels as CUDA C++ has them, by the compiler of the processor: groups of one item, one by one."""
+
+    device = backend.Device("host", "host", "cpu", "", 1 << 40, True)
+
+    def __init__(self, library):
+        self.library = library
+
+    def allocate(self, nbytes):
+        return np.full(nbytes, 255, np.uint8)  # not a number where nothing was written
+
+    def upload(self, buffer, values):
+        buffer[: values.nbytes] = values.reshape(-1).view(np.uint8)
+
+    def download(self, buffer, count):
+        return buffer[: 8 * count].view(np.float64).copy()
+
+    def launch(self, kernel, groups, *arguments):
+        kinds = {np.float64: ctypes.c_double, np.uint32: ctypes.c_uint32}
+        passed = [
+            ctypes.c_void_p(a.ctypes.data) if isinstance(a, np.ndarray) else kinds[type(a)](a)
+            for a in arguments
+        ]
+        for group in range(groups):
+            self.library.place(ctypes.c_uint32(group), ctypes.c_uint32(groups))
+            getattr(self.library, kernel)(*passed)
+
+
+@pytest.fixture(scope="module")
+def host(tmp_path_factory):
+    compiler = shutil.which("c++") or shutil.which("g++")
+    if compiler is None:
+        pytest.skip("no C++ compiler")
+    folder = tmp_path_factory.mktemp("cuda")
+    (folder / "kernels.cl").write_text(backend.source())
+    (folder / "host.cpp").write_text(HOST)
+    library = folder / "host.so"
+    options = [
+        "-std=c++11",
+        "-O1",
+        "-ffp-contract=off",
+        "-shared",
+        "-fPIC",
+        "-Wall",
+        "-Wextra",
+        "-Wno-unused-parameter",
+        "-Werror",
+    ]
+    subprocess.run([compiler, *options, "-o", str(library), str(folder / "host.cpp")], check=True)
+    return Host(ctypes.CDLL(str(library)))
+
+
+# Breaks when the kernels are no CUDA C++, or mean something else there, or read what nobody wrote.
+@pytest.mark.parametrize("name", NAMES)
+def test_cuda_dialect(host, name):
+    problem = problems()[name]
+    got = course(device_iterate(problem, "coulomb", host), problem.rows)
+    np.testing.assert_array_equal(got, expected(name, "coulomb"))
+
+
+# Breaks when buffers are made anew although the last problem left some that are long enough, or when two
+# iterates at a time share theirs.
+def test_memory_is_kept(opened):
+    class Counting:
+        def __init__(self, held):
+            self.held, self.count = held, 0
+
+        def __getattr__(self, name):
+            return getattr(self.held, name)
+
+        def allocate(self, nbytes):
+            self.count += 1
+            return self.held.allocate(nbytes)
+
+    counting = Counting(opened[64])
+    problem = problems()["pile"]
+    source = source_on(counting, "opencl:0", 0)
+    options = amontons.problem.options.core_options(
+        "apgd", law="coulomb", tolerance=0, max_iterations=20, deadline=None, history=False, threads=None,
+        method_options={},
+    )  # fmt: skip
+    options.iterates = source
+
+    def run(callback=None):
+        return np.array(amontons._core.solve(problem._core, "apgd", options, None, callback).x)
+
+    bits, made = [run()], counting.count
+    bits += [run(), run()]
+    assert counting.count == made > 20
+    np.testing.assert_array_equal(bits[0], bits[2])
+
+    def again(record):  # a solve within a solve
+        if record.iteration == 5:
+            run()
+
+    nested = run(again)
+    assert counting.count == 2 * made
+    np.testing.assert_array_equal(nested, bits[0])
+
+
+# Breaks when steps of a simulation on a device differ from those on the CPU, or when small ones go there.
+def test_simulation(opened):
+    scene = amontons.scenes.make("spheres_in_box", count=60)
+    options = dict(method="apgd", tolerance=1e-6, max_iterations=200, on_failure="ignore")
+    cpu = amontons.Simulation(scene, **options)
+    device = amontons.Simulation(scene, device=DEVICE, device_contacts=1, **options)
+    small = amontons.Simulation(scene, device=DEVICE, device_contacts=10_000, **options)
+    for _ in range(40):
+        for sim in (cpu, device, small):
+            sim.step()
+    assert len(cpu.contacts) > 60
+    np.testing.assert_array_equal(small.state.positions, cpu.state.positions)
+    np.testing.assert_allclose(device.state.positions, cpu.state.positions, atol=1e-6)
+    copied = device.copy()
+    device.step()
+    copied.step()
+    np.testing.assert_array_equal(device.state.positions, copied.state.positions)
+
+
+# Breaks when "auto" leaves a simulation with a device on the CPU, or a solve does not say where it was.
+def test_auto_takes_the_device():
+    pocl()
+    problem = stepped("wall", 2, columns=6, rows=4)
+    solution = problem.solve(law="coulomb", device=DEVICE, tolerance=1e-4)
+    assert solution.converged
+    assert solution.device == pocl().name
+    assert "on the device" in solution.reason
+    assert f"on {pocl().name}" in repr(solution)
+    cpu = problem.solve(law="coulomb", tolerance=1e-4)
+    assert cpu.device == "cpu"
+    sim = amontons.Simulation(
+        amontons.scenes.make("spheres_in_box", count=30),
+        device="opencl",
+        device_contacts=1,
+        on_failure="ignore",
+    )
+    methods = {sim.step().method for _ in range(30)}
+    assert methods & {"apgd", "p-spg-fb"}
+
+
+# Breaks when a method without passes stays silent about where it runs.
+def test_other_methods_say_that_they_run_on_the_cpu():
+    solution = problems()["wall"].solve(method="admm", device="numpy", max_iterations=5)
+    assert solution.device == "cpu"
+    assert "admm runs on the CPU" in solution.reason
