@@ -21,7 +21,7 @@ bool has_contact_rows(const Problem& problem, const ContactSystem& A) {
 
 namespace {
 
-Interval bounds_of(const Free&) { return {-INFINITY, INFINITY}; }
+Interval bounds_of(const Bilateral&) { return {-INFINITY, INFINITY}; }
 Interval bounds_of(const NonNegative&) { return {0, INFINITY}; }
 Interval bounds_of(const Interval& set) { return set; }
 
