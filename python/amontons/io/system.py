@@ -1,4 +1,4 @@
-"""What files need of the system that Linux, macOS and Windows have under different names.
+"""Functions for files that have different names on Linux, macOS and Windows.
 
 Windows has no links that `open` could refuse to follow and no pipes in folders, opens files as text unless
 told not to, and neither renames nor removes a file that somebody has open.

@@ -10,12 +10,12 @@ namespace amontons {
 
 // The arrays of the passes as a device reads them: component by component, so that neighbouring work items
 // read neighbouring numbers. Contacts lie in the order of their bodies, bodies along the curve of the fused
-// passes. What a body receives is summed from lists, its contacts and rows in ascending order, so that
-// nobody adds to the number of another and every sum has one order.
+// passes. Each body sums over lists of its contacts and rows, in ascending order. So no work item adds to the
+// number of another one, and every sum has one order.
 //
 // A vector (x, u, b, d) has size() doubles: component k of contact c at k * stride + c, in world axes where
 // contacts have arms and in the frames of the file where they are `stored` as rows of D, then the single
-// rows from 3 * stride on. Strides are multiples of 32 doubles, the lines of a device; what pads is zero.
+// rows from 3 * stride on. Strides are multiples of 32 doubles, the lines of a device; padding is zero.
 struct DeviceLayout {
   // Fields of `contact` and `row`, `stride` and `row_stride` doubles each: normal, arms from the centres of
   // mass (m; not where stored), mu, P and the metric of accelerated methods (1/kg), compliance E (1/kg).

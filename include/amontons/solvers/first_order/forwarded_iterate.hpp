@@ -33,7 +33,7 @@ class AnyIterate {
 // Where P-SPG-FB and APGD take their iterates from in place of this library: Options::iterates. It is shared
 // by all solves with these options, of which several may run at a time.
 struct IterateSource {
-  // What Solution::device says.
+  // Value of Solution::device.
   std::string name;
   // Whether it serves a problem; the others stay on the processor.
   std::function<bool(const Problem&)> takes;
@@ -44,7 +44,7 @@ struct IterateSource {
 inline bool on_device(const Problem& problem, const Options& options) {
   return options.iterates && options.iterates->takes(problem);
 }
-// Of a solve by P-SPG-FB or APGD: Solution::device.
+// Solution::device of a solve by P-SPG-FB or APGD.
 inline std::string device_of(const Problem& problem, const Options& options) {
   return on_device(problem, options) ? options.iterates->name : "cpu";
 }
