@@ -1,4 +1,4 @@
-# make demo | test | docs | bench | soak | format | lint | sanitize | release_checks | stubs | clean. All that is made lies in .venv, build and out.
+# make demo | test | quick | docs | bench | soak | format | lint | sanitize | release_checks | stubs | clean. All that is made lies in .venv, build and out.
 SHELL := /bin/bash -o pipefail
 .DELETE_ON_ERROR:
 .DEFAULT_GOAL := help
@@ -12,16 +12,17 @@ CONFIG ?=
 COMPILER ?= zig
 PYTHONS ?=
 
-export PATH := $(CURDIR)/.venv/bin:$(PATH)
+export PATH := $(CURDIR)/$(if $(filter Windows_NT,$(OS)),.venv/Scripts,.venv/bin):$(PATH)
 export CMAKE_BUILD_PARALLEL_LEVEL := $(JOBS)
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
-BIN := .venv/bin
+# Python for Windows puts its programs elsewhere.
+BIN := .venv/$(if $(filter Windows_NT,$(OS)),Scripts,bin)
 BUILD := build/python
 FORMATTED = $(shell find include src bindings tests/cpp benchmarks examples \( -name '*.hpp' -o -name '*.cpp' \))
 # Folders are prerequisites too: their time changes when a file is added or removed.
 NATIVE := $(shell find include src bindings cmake 2>/dev/null) CMakeLists.txt pyproject.toml
 # What lint runs of tools; check_policy.py follows when the rooms that it lists have their policy.hpp.
-CHECKS := check_layers check_style check_policy
+CHECKS := check_layers check_style check_policy check_words
 say = @printf '\033[1m%s\033[0m\n'
 
 # The length (s) of make soak and of the soak under asan in make release_checks, and the seed of all their cases.
@@ -29,10 +30,10 @@ SOAK_SECONDS ?= 3600
 SANITIZED_SOAK_SECONDS ?= 600
 SOAK_SEED ?= 1
 
-.PHONY: help demo test cpp_tests browser docs figures replays notebooks bench soak format lint sanitize release_checks stubs wheel wheels wheels-test cross clean install
+.PHONY: help demo test quick quick_room cpp_tests browser docs figures replays notebooks bench soak format lint sanitize release_checks stubs wheel wheels wheels-test cross clean install package
 help:
 	@echo 'make demo      a wrecking ball hits a wall of 750 bricks: recording, pictures, figures in out/demo'
-	@echo 'make test      C++ and Python tests'
+	@echo 'make test      C++ and Python tests;  make quick ROOM=joint  those with joint in their file names'
 	@echo 'make docs      the documentation site, in build/site'
 	@echo 'make replays   all scenes as pages with a play bar, in out/replays, which make docs takes into the site'
 	@echo 'make notebooks the tutorials as notebooks, in out/notebooks;  make figures  pictures of the documents'
@@ -46,7 +47,7 @@ help:
 	@echo 'make stubs     renew the committed stub of the compiled module;  make clean  remove what was built'
 
 # Exit code 1 says that some steps, or all methods, ended at their limits: the tables tell which.
-demo: install
+demo: package
 	@mkdir -p out/demo
 	$(say) 'A wrecking ball hits a wall of 750 bricks: two seconds of it, in a minute or two'
 	@$(BIN)/amontons run wall --duration 2 --tolerance 1e-3 --threads $(JOBS) \
@@ -66,6 +67,19 @@ test: install cpp_tests browser
 	$(say) 'Python tests'
 	@$(BIN)/python -m pytest
 
+# The test files with the word ROOM in their names; several words are possible. Each C++ file is a program of its own.
+ROOM ?=
+QUICK_CPP = $(sort $(foreach room,$(ROOM),$(wildcard tests/cpp/test_*$(room)*.cpp)))
+QUICK_PYTHON = $(sort $(foreach room,$(ROOM),$(wildcard tests/python/test_*$(room)*.py tests/physics/test_*$(room)*.py)))
+quick: quick_room install
+	@for name in $(basename $(notdir $(QUICK_CPP))); do \
+	  cmake --build $(BUILD) --target $$name && echo "$$name" && $(BUILD)/tests/cpp/$$name || exit 1; done
+	@test -z '$(QUICK_PYTHON)' || $(BIN)/python -m pytest -q $(QUICK_PYTHON)
+
+quick_room:
+	@test -n '$(QUICK_CPP)$(QUICK_PYTHON)' || { echo 'amontons: no file tests/*/test_*ROOM* for ROOM=$(ROOM);' \
+	  'try make quick ROOM=joint, shapes, islands, urdf' >&2; exit 2; }
+
 # Chromium for the tests of the viewer, where there is none and one can be had; else these tests are skipped.
 browser: install
 	@command -v chromium chromium-browser google-chrome >/dev/null \
@@ -84,6 +98,7 @@ docs: .venv/.docs
 # Pictures of the concepts and of all scenes, which the pages show.
 figures: install
 	@MPLBACKEND=Agg $(BIN)/python tools/concept_figures.py
+	@$(BIN)/python tools/diagrams.py
 	@$(BIN)/python tools/gallery.py
 
 replays: install
@@ -162,6 +177,16 @@ clean:
 	rm -rf .venv build out dist .pytest_cache .ruff_cache .hypothesis
 
 install: .venv/.amontons
+
+# A wheel in dist that fits this Python saves the compilation, and the compiler, as long as nothing is compiled here.
+package:
+	@test -e .venv/.amontons -o ! -d dist && exec $(MAKE) --no-print-directory install; \
+	test -x $(BIN)/python || $(PYTHON) -m venv .venv || exit 1; \
+	wheel=$$($(BIN)/python tools/fitting_wheel.py) || exec $(MAKE) --no-print-directory install; \
+	test .venv/.wheel -nt "$$wheel" && exit 0; \
+	printf '\033[1mInstalling %s into .venv (make install compiles instead)\033[0m\n' "$${wheel##*/}"; \
+	$(BIN)/python -m pip install --quiet --progress-bar off --force-reinstall --no-deps "$$wheel" \
+	  && $(BIN)/python -m pip install --quiet --progress-bar off "$$wheel[cli]" && touch .venv/.wheel
 
 .venv/.checked: tools/check_environment.py
 	@command -v $(PYTHON) >/dev/null || { echo 'amontons: no python3 found: install Python 3.11 or newer' >&2; exit 1; }

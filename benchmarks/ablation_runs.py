@@ -155,7 +155,7 @@ def robot_runs(data: Path) -> Iterator[Run]:
 def keyframes(path: Path, model: amontons.Model, dt: float) -> Iterator[Run]:
     """The same robot from starts that overlap."""
     for name in ("rider_squat", "rider_stand"):
-        if name not in getattr(model, "keyframes", {}):
+        if name not in model.keyframe_names:
             continue
 
         def run(name: str = name) -> Row:

@@ -19,7 +19,7 @@ from typing import Any
 
 import amontons
 import amontons.scenes
-from amontons.report.comparison import comparable_methods
+from amontons.report.comparison import single_methods
 from common import arguments, tracked, use_one_core, with_folders, write_csv
 
 REPEATS, QUICK_REPEATS = 20, 3
@@ -111,7 +111,7 @@ def write_deadlines(out: Any, times: int) -> list[dict[str, Any]]:
     rows = []
     for scene in (FEW, SPHERES):
         problem = struck(scene)
-        methods = [m for m in ("auto", *comparable_methods()) if m not in ("cg", "minres")]  # no contacts
+        methods = [m for m in ("auto", *single_methods()) if m not in ("cg", "minres")]  # no contacts
         tasks = [(law, m, d) for law in ("associated", "coulomb") for m in methods for d in DEADLINES]
         for law, method, deadline in tracked(tasks, scene.name):
             what = {"problem": scene.name, "contacts": problem.contacts, "law": law, "method": method}

@@ -49,7 +49,7 @@ def run(limit: Limit, duration: float) -> tuple[dict[str, Any], np.ndarray[Any, 
     before = simulation.state.positions.copy()
     reports: list[amontons.Report] = []
     start = thread_time()
-    simulation.run(duration, lambda _, report: reports.append(report))
+    simulation.run(duration, after_step=lambda _, report: reports.append(report))
     step = (thread_time() - start) / len(reports)
     after = simulation.state.positions.copy()
     residuals = [report.residual for report in reports]

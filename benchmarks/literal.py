@@ -50,15 +50,25 @@ class Trace:
 
 
 def literal(problem: amontons.Problem, iterations: int) -> np.ndarray:
-    s = problem.solve(method="p-spg-fb-literal", tolerance=TOLERANCE, max_iterations=iterations, history=True)
+    s = problem.solve(
+        law="associated",
+        method="p-spg-fb-literal",
+        tolerance=TOLERANCE,
+        max_iterations=iterations,
+        history=True,
+    )
     assert s.history is not None
     return s.history
 
 
 def trace(name: str, problem: amontons.Problem, iterations: int) -> Trace:
-    found = Trace(name, problem.solve(tolerance=1e-6).objective, literal(problem, iterations))
+    found = Trace(
+        name, problem.solve(law="associated", tolerance=1e-6).objective, literal(problem, iterations)
+    )
     for stop in np.unique(np.geomspace(1, iterations, STOPS).round().astype(int)):
-        s = problem.solve(method="p-spg-fb-literal", tolerance=TOLERANCE, max_iterations=int(stop))
+        s = problem.solve(
+            law="associated", method="p-spg-fb-literal", tolerance=TOLERANCE, max_iterations=int(stop)
+        )
         row = {"problem": name, "iterations": int(stop), "objective": s.objective, "residual": s.residual}
         found.returned.append(row)
     return found

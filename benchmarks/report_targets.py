@@ -163,4 +163,4 @@ def targets(r: Results) -> str:
     parts = (file_targets, step_targets, scene_targets, robot_targets, profile_targets, kernel_targets)
     lines = [line for part in parts for line in part(r)]
     rows = [(what, wanted, reached, "yes" if met else "**no**") for what, wanted, reached, met in lines]
-    return table(("", "wanted", "reached", "met"), rows) if rows else ""
+    return table(("Target", "Wanted", "Reached", "Met"), rows) if rows else ""

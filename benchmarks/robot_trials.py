@@ -25,7 +25,7 @@ def keyframes(model: amontons.Model, m: Any, until: float) -> dict[str, Any]:
         return facts
     simulation = amontons.Simulation(model, on_failure="ignore")
     off, missed, steps, failed = 0.0, 0, 0, []
-    for name in model.keyframes:
+    for name in model.keyframe_names:
         try:
             simulation.reset(name)
             off = max(off, distance(simulation, m, name))
@@ -112,7 +112,7 @@ def with_servos(
         low, high = (dof.lower, dof.upper) if math.isfinite(dof.upper - dof.lower) else (-1.0, 1.0)
         gain = float(inertia[c.qd.start]) * FREQUENCY**2
         target = 0.5 * (low + high) + SHARE * (high - low) * rng.uniform(-1, 1)
-        motor = amontons.Motor("position", target=target, gain=gain, damping_gain=2 * gain / FREQUENCY)
+        motor = amontons.Motor("position", control=target, kp=gain, kd=2 * gain / FREQUENCY)
         dofs[c.dof] = replace(dof, motor=replace(motor, max_effort=dof.motor.max_effort))
         joints[c.joint] = replace(joints[c.joint], dofs=tuple(dofs))
     return replace(model, joints=tuple(joints))

@@ -71,7 +71,9 @@ def simulate(task: Task, most: float) -> tuple[amontons.Simulation, list[Report]
     simulation = amontons.Simulation(scene.make(**task.parameters), **settings)
     reports: list[Report] = []
     start = perf_counter()
-    simulation.run(task.duration, lambda _, report: reports.append(report) or perf_counter() - start > most)
+    simulation.run(
+        task.duration, after_step=lambda _, report: reports.append(report) or perf_counter() - start > most
+    )
     return simulation, reports, perf_counter() - start
 
 

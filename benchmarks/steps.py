@@ -19,7 +19,7 @@ from typing import Any
 
 import amontons
 import numpy as np
-from amontons.report.comparison import Run, comparable_methods, compare
+from amontons.report.comparison import Run, compare, single_methods
 from amontons.report.figures import convergence_figures
 from common import arguments, read, shrink, tracked, use_one_core, with_folders, write_csv
 
@@ -135,7 +135,7 @@ def compare_methods(problems: dict[str, amontons.Problem], quick: bool, out: Pat
     for law in ("associated", "coulomb"):
         scenes = [scene for scene, p in problems.items() if law == "associated" or p.contacts]
         runs: list[Run] = []
-        for scene, method in tracked([(s, m) for s in scenes for m in comparable_methods()], law):
+        for scene, method in tracked([(s, m) for s in scenes for m in single_methods()], law):
             runs += compare(
                 scene, problems[scene], [method], law=law, tolerance=METHODS_TOLERANCE, deadline=deadline
             )

@@ -17,8 +17,8 @@
 #include "amontons/problem/operators.hpp"
 #include "amontons/solvers/driver/options.hpp"
 
-// The module amontons._core: a thin layer over the C++ types. The package in python/amontons converts what
-// users have in hand to the array types named here and carries the documentation.
+// The module amontons._core: a thin layer over the C++ types. The package in python/amontons converts user
+// input to the array types listed here and contains the documentation.
 namespace amontons::python {
 
 namespace nb = nanobind;
@@ -49,7 +49,7 @@ nb::ndarray<nb::numpy, T, nb::ndim<2>> matrix_view(T* data, std::size_t rows, st
   return nb::ndarray<nb::numpy, T, nb::ndim<2>>(data, {rows, columns}, capsule);
 }
 
-// A NumPy array that takes over a vector, as (n,) or as rows of (n / columns, columns).
+// A NumPy array that takes ownership of a vector, as (n,) or as rows of (n / columns, columns).
 template <class T>
 nb::ndarray<nb::numpy, T, nb::ndim<1>> to_numpy(std::vector<T> values) {
   auto* owner = new std::vector<T>(std::move(values));
@@ -62,7 +62,7 @@ nb::ndarray<nb::numpy, T, nb::ndim<2>> to_numpy(std::vector<T> values, std::size
   return matrix_view(owner->data(), owner->size() / columns, columns, owner);
 }
 
-// An operator on its way into a Problem, which takes it over without copying its arrays.
+// An operator before it becomes part of a Problem, which takes it without copying its arrays.
 struct OperatorHandle {
   Operator op;
   bool taken = false;
@@ -75,8 +75,8 @@ struct OperatorHandle {
 
 const char* name_of(Status status);
 
-// Set while a solve runs on this thread: a Ctrl-C that lands inside a Python product is kept here until the
-// solver polls, since a product cannot return "stop".
+// Set while a solve runs on this thread. A Ctrl-C inside a Python product is stored here until the solver
+// polls, since a product cannot return "stop".
 struct SolveScope {
   bool running = false, interrupted = false;
 };

@@ -23,7 +23,7 @@ std::span<const Vec3> to_vectors(const Matrix& a, std::size_t count, const char*
   return {reinterpret_cast<const Vec3*>(a.data()), count};
 }
 
-// (body, parent, joint, reversed, first of q, number of q, first of qd, number of qd) per dynamic body.
+// (body, parent, joint, reversed, first of q, size in q, first of qd, size in qd) per dynamic body.
 nb::list links_of(const Tree& tree) {
   nb::list out;
   for (const Link& l : tree.links())
@@ -36,7 +36,7 @@ nb::tuple coordinates(const Tree& tree, const State& state) {
   return nb::make_tuple(to_numpy(std::move(c.q)), to_numpy(std::move(c.qd)));
 }
 
-// The mean accelerations of the last step: the change of qd over it.
+// The mean accelerations of the last step: the change of qd over the step.
 OutVector rates(const Tree& tree, const Simulation& s) {
   const State& before = s.last_state();
   std::vector<double> qdd(tree.nv());
@@ -53,7 +53,7 @@ std::span<const unsigned char> flags(const Tree& tree, const Flags& held) {
   return {held.data(), tree.nv()};
 }
 
-// Bodies go to q and keep qd, as far as loops allow it there. Nothing changes if q cannot be had.
+// Moves bodies to q; they keep qd as far as loops allow it there. Nothing changes if q is impossible.
 void set_q(const Tree& tree, Simulation& s, const Vector& given, const Flags& held) {
   std::vector<double> q = to_vector(given, tree.nq(), "q"), qd = read_coordinates(tree, s.state()).qd;
   check_coordinates(tree, q, qd);
@@ -70,7 +70,7 @@ void set_qd(const Tree& tree, Simulation& s, const Vector& given, const Flags& h
   write_velocities(tree, q, qd, s.state());
 }
 
-// Of the dofs of all joints, those that close loops included.
+// Coordinates of the dofs of all joints, including those that close loops.
 OutVector joint_coordinates(const Tree& tree, const Simulation& s) {
   const State& state = s.state();
   std::vector<Transform> poses;
@@ -113,9 +113,9 @@ void append(std::vector<double>& row, std::initializer_list<Vec3> vectors) {
   for (const Vec3& v : vectors) row.insert(row.end(), {v.x, v.y, v.z});
 }
 
-// What sensors ask of bodies at an acceleration. First (n, 28), per frame on a body (-1: the world): its
-// position, its axes as the rows of a matrix (3, 3), its orientation, velocity, angular velocity,
-// acceleration and angular acceleration of its origin. Then (bodies, 15): centre of mass, momentum and its
+// Data of bodies for sensors, at given accelerations. First (n, 28), per frame on a body (-1: the world):
+// position, axes as the rows of a matrix (3, 3) and orientation. Then velocity, angular velocity,
+// acceleration of its origin and angular acceleration. Then (bodies, 15): centre of mass, momentum and its
 // moment, force and its moment.
 nb::tuple observe(const Tree& tree, const Simulation& s, const Vector& qdd, const IndexVector& bodies,
                   const Matrix& frames) {
@@ -143,7 +143,7 @@ nb::tuple observe(const Tree& tree, const Simulation& s, const Vector& qdd, cons
     const Mat3 axes = to_matrix(q);
     append(rows, {p, axes.row[0], axes.row[1], axes.row[2]});
     rows.insert(rows.end(), {q.w, q.x, q.y, q.z});
-    // The acceleration of the particle there: that of the flow, and omega x v for its way through it.
+    // The acceleration of the particle there: that of the flow, plus omega x v for its motion through it.
     append(rows, {velocity_at(v, p), v.angular, velocity_at(a, p) + cross(v.angular, velocity_at(v, p)),
                   a.angular});
   }
@@ -152,7 +152,7 @@ nb::tuple observe(const Tree& tree, const Simulation& s, const Vector& qdd, cons
   return nb::make_tuple(to_numpy(std::move(rows), 28), to_numpy(std::move(momenta), 15));
 }
 
-// (n,) distances, infinite without a hit; (n,) geoms, -1 without; (n, 3) normals.
+// (n,) distances, infinite without a hit; (n,) geoms, -1 without a hit; (n, 3) normals.
 nb::tuple cast_rays(const Simulation& s, const Matrix& origins, const Matrix& directions,
                     const Flags& excluded) {
   const std::size_t n = origins.shape(0);

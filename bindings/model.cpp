@@ -50,7 +50,7 @@ void bind_model(nb::module_& m) {
   bind_fields<Material>(m, "Material");
   bind_fields<Body>(m, "Body");
   bind_fields<Geom>(m, "Geom");
-  // Models have one for each pair of some kinds of geoms: assigning fields takes four times as long.
+  // Models have one for each pair of some kinds of geoms; assigning fields instead takes four times as long.
   bind_fields<PairMaterial>(m, "PairMaterial")
       .def(
           "__init__",
@@ -80,6 +80,14 @@ void bind_model(nb::module_& m) {
       .def_prop_ro("dofs", &Model::dofs)
       .def_prop_ro("length", &Model::length)
       .def_prop_ro("total_mass", &Model::total_mass)
+      .def_prop_ro(
+          "controls",
+          [](const Model& model) {
+            std::vector<std::tuple<Index, Index, Index>> out;
+            for (const Control& c : model.controls()) out.emplace_back(c.actuator, c.joint, c.dof);
+            return out;
+          },
+          "(actuator, joint, dof) of every control; without an actuator it is that of a motor.")
       .def(
           "overlaps",
           [](const Model& model, double depth) {

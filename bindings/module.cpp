@@ -28,7 +28,7 @@ const char* compiler() {
 NB_MODULE(_core, m) {
   using namespace amontons::python;
   m.doc() = "The C++ core of amontons. Use the package `amontons`, which checks and documents its arguments.";
-  // Shapes that a module of the user still holds when the interpreter ends are no leaks.
+  // Shapes that a user's module still holds at the end of the interpreter are not leaks.
   nanobind::set_leak_warnings(false);
   nanobind::exception<amontons::InputError>(m, "InputError", PyExc_ValueError);
   m.def("instruction_set", instruction_set,

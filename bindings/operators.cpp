@@ -9,7 +9,7 @@ namespace amontons::python {
 
 namespace {
 
-// Keeps NumPy arrays alive for as long as an operator views them.
+// Keeps NumPy arrays alive while an operator views them.
 template <class... Arrays>
 std::shared_ptr<const void> keep_alive(Arrays... arrays) {
   return std::make_shared<std::tuple<Arrays...>>(std::move(arrays)...);
@@ -24,7 +24,7 @@ OperatorHandle dense(Matrix a) {
   return {DenseOperator{{a.data(), a.size()}, a.shape(0), keep_alive(a)}};
 }
 
-// y = A x by a Python callable. The callable gets an array of its own, so that it may keep it.
+// y = A x by a Python callable. The callable gets its own array, which it may keep.
 struct PythonProduct {
   nb::callable function;
 
@@ -51,7 +51,7 @@ struct PythonProduct {
       if (!solve_scope.running || solve_scope.interrupted || !error.matches(PyExc_KeyboardInterrupt)) throw;
       solve_scope.interrupted = true;
     }
-    return function(argument);  // once more, so that the solver can end with a valid iterate
+    return function(argument);  // again, so that the solver can end with a valid iterate
   }
 };
 
@@ -68,7 +68,7 @@ std::array<double, 6> six(const Matrix& a, std::size_t i) {
 
 Vec3 vec3(const Matrix& a, std::size_t i) { return {a(i, 0), a(i, 1), a(i, 2)}; }
 
-// A system without contacts.
+// A system of rows without contacts.
 ContactSystem rows_of(const Vector& inverse_mass, const Matrix& inverse_inertia, const IndexVector& body_a,
                       const IndexVector& body_b, const Matrix& jacobian_a, const Matrix& jacobian_b,
                       const Vector& compliance) {
@@ -111,8 +111,8 @@ OperatorHandle contacts(Vector inverse_mass, Matrix inverse_inertia, IndexVector
   return {std::move(op)};
 }
 
-// The stored rows of a contact operator: (body_a, body_b, jacobian_a, jacobian_b, compliance), the matrices
-// flattened.
+// The stored rows of a contact operator: (body_a, body_b, jacobian_a, jacobian_b, compliance), with flattened
+// matrices.
 nb::tuple stored(const OperatorHandle& handle) {
   const auto* op = std::get_if<ContactSystem>(&handle.get());
   AMONTONS_REQUIRE(op != nullptr, "stored: this operator has no contacts");

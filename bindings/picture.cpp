@@ -105,7 +105,7 @@ void bind_picture(nb::module_& m) {
       .def_rw("glass", &PictureStyle::glass)
       .def_rw("fade", &PictureStyle::fade)
       .def_rw("floor", &PictureStyle::floor)
-      .def_rw("nothing", &PictureStyle::nothing);
+      .def_rw("background", &PictureStyle::background);
   nb::class_<PictureScene>(m, "PictureScene", "Surfaces, instances of them and planes.")
       .def(nb::init<>())
       .def("add", &add, nb::arg("vertices"), nb::arg("triangles"), nb::arg("flat"), nb::arg("closed"),

@@ -16,15 +16,15 @@ void require_rows(const Problem& problem, const Vector& x, const char* name) {
                                                      std::to_string(problem.rows()) + " rows");
 }
 
-std::shared_ptr<Problem> make(OperatorHandle& A, Vector b, const SetProduct& K) {
+std::shared_ptr<Problem> make(OperatorHandle& A, Vector b, const SetProduct& K, Law law) {
   AMONTONS_REQUIRE(!A.taken, "this operator was handed over to a problem; build another one");
   std::vector<double> rhs(view(b).begin(), view(b).end());
   A.taken = true;
-  return std::make_shared<Problem>(make_problem(std::move(A.op), std::move(rhs), K));
+  return std::make_shared<Problem>(make_problem(std::move(A.op), std::move(rhs), K, law));
 }
 
-// The sets in row order, (name, count, parameters ...) with one array per parameter: what
-// amontons.problem.cones makes cones of.
+// The sets in row order, (name, count, parameters ...) with one array per parameter, from which
+// amontons.problem.cones makes cones.
 nb::list sets_of(const Problem& problem) {
   nb::list sets;
   for (const SetRun& run : problem.K.runs())
@@ -43,8 +43,7 @@ nb::list sets_of(const Problem& problem) {
   return sets;
 }
 
-// Bodies and stored rows by the names of the arguments of amontons.Factored, those of the rows after
-// `prefix`.
+// Bodies and stored rows, by the argument names of amontons.Factored; names of the rows follow `prefix`.
 nb::dict arrays_of(const ContactSystem& op, const std::string& prefix) {
   std::vector<Index> body_a, body_b;
   std::vector<double> jacobian_a, jacobian_b, inertia;
@@ -66,7 +65,7 @@ nb::dict arrays_of(const ContactSystem& op, const std::string& prefix) {
   return d;
 }
 
-// The same with contacts, by the names of the arguments of amontons.Contacts.
+// The same with contacts, by the argument names of amontons.Contacts.
 nb::dict arrays_with_contacts(const ContactSystem& op) {
   std::vector<Index> body_a, body_b, rows;
   std::vector<double> r_a, r_b, normal, direction, length;
@@ -94,7 +93,7 @@ nb::dict arrays_with_contacts(const ContactSystem& op) {
   return d;
 }
 
-// Of the operators that C++ makes; a matrix or function came from the package, which has it still.
+// Arrays of an operator that C++ made; a matrix or function comes from the package, which still has it.
 nb::dict operator_arrays(const Problem& problem) {
   const auto* system = std::get_if<ContactSystem>(&problem.A);
   AMONTONS_REQUIRE(system != nullptr, "this operator has no bodies; keep the matrix of which it was made");
@@ -107,6 +106,43 @@ bool has_moments(const Problem& problem) {
                                           [](const Contact& c) { return c.rows > 3; });
 }
 
+// What a solver is made of.
+void bind_parts(nb::class_<Problem>& cls) {
+  cls.def(
+         "project",
+         [](const Problem& p, Vector x) {
+           require_rows(p, x, "x");
+           std::vector<double> y(p.rows());
+           project(p.K, view(x), y);
+           return to_numpy(std::move(y));
+         },
+         nb::arg("x"), "Pi_K(x), Euclidean.")
+      .def(
+          "saxce",
+          [](const Problem& p, Vector u, Law law) {
+            require_rows(p, u, "u");
+            std::vector<double> term(p.rows(), 0.0);
+            for_each_block(p.K, [&]<class S>(const S& set, std::size_t, std::size_t row) {
+              if constexpr (S::frictional)
+                if (law == Law::coulomb) term[row] = set.saxce(&view(u)[row]);
+            });
+            return to_numpy(std::move(term));
+          },
+          nb::arg("u"), nb::arg("law"), "The De Saxce term.")
+      .def(
+          "natural_map",
+          [](const Problem& p, Vector x, Law law) {
+            require_rows(p, x, "x");
+            std::vector<double> r(p.rows());
+            {
+              nb::gil_scoped_release release;
+              natural_map_step(p, law, view(x), r);
+            }
+            return to_numpy(std::move(r));
+          },
+          nb::arg("x"), nb::arg("law"), "x - Pi_K(x - g / P).");
+}
+
 }  // namespace
 
 void bind_problem(nb::module_& m) {
@@ -117,8 +153,11 @@ void bind_problem(nb::module_& m) {
       .value("plain_inf", Norm::plain_inf)
       .value("siconos", Norm::siconos);
   m.attr("ASYMMETRY") = asymmetry_of_rounding;
-  nb::class_<Problem>(m, "Problem", "A x + b over a product of sets; checked when it is made.")
-      .def(nb::new_(&make), nb::arg("A"), nb::arg("b"), nb::arg("cones"), "Takes over the operator A.")
+  nb::class_<Problem> cls(m, "Problem", "A x + b over a product of sets; checked when it is made.");
+  bind_parts(cls);
+  cls.def(nb::new_(&make), nb::arg("A"), nb::arg("b"), nb::arg("cones"), nb::arg("law"),
+          "Takes over the operator A.")
+      .def_ro("law", &Problem::law)
       .def_prop_ro("rows", &Problem::rows)
       .def_prop_ro(
           "b", [](const std::shared_ptr<Problem>& p) { return view_of(p->b, p); }, nb::rv_policy::automatic,
@@ -127,8 +166,15 @@ void bind_problem(nb::module_& m) {
       .def("sets", &sets_of, "The sets in row order: (name, count, parameters ...).")
       .def("operator_arrays", &operator_arrays, "Arguments of amontons.Contacts or amontons.Factored.")
       .def_prop_ro(
-          "preconditioner", [](const Problem& p) { return to_numpy(p.P); }, nb::rv_policy::automatic,
-          "Mean of diag(A) per cone block.")
+          "preconditioner",
+          [](const Problem& p) {
+            std::vector<double> P(p.rows());
+            for_each_block(p.K, [&]<class S>(const S&, std::size_t block, std::size_t row) {
+              std::fill_n(&P[row], S::dim, p.P[block]);
+            });
+            return to_numpy(std::move(P));
+          },
+          nb::rv_policy::automatic, "Mean of diag(A) of the cone block of each row.")
       .def(
           "product",
           [](const Problem& p, Vector x) {

@@ -2,7 +2,7 @@
 
 #include <type_traits>
 
-#include "amontons/base/patience.hpp"
+#include "amontons/base/budget.hpp"
 #include "amontons/multibody/joints/actuators.hpp"
 #include "amontons/multibody/joints/coordinates.hpp"
 #include "bindings.hpp"
@@ -30,8 +30,8 @@ const char* path_name(StepPath path) {
 
 using Handle = std::shared_ptr<Simulation>;
 
-// A simulation that no other thread is in a step of: what a step changes is read and written under the lock
-// of the interpreter, which a step does not hold.
+// Returns a simulation that no other thread is stepping. Data that a step changes are read and written under
+// the lock of the interpreter, which a step does not hold.
 template <class S>
 S& idle(S& s) {
   AMONTONS_REQUIRE(!s.stepping(),
@@ -39,14 +39,14 @@ S& idle(S& s) {
   return s;
 }
 
-// Ctrl-C and other signals, whose handlers Python runs on the main thread: what they raise ends the step,
-// which puts its state back.
+// Handles Ctrl-C and other signals, whose handlers Python runs on the main thread: an exception of a handler
+// ends the step, which then restores its state.
 template <class Work>
 auto patiently(Work&& work) {
   decltype(work()) result;
   {
     nb::gil_scoped_release release;
-    const Patience patience(infinity, [] {
+    const Budget budget(infinity, [] {
       nb::gil_scoped_acquire gil;
       return PyErr_CheckSignals() != 0;
     });
@@ -60,7 +60,7 @@ Report step(Simulation& s) {
   return patiently([&] { return s.step(); });
 }
 
-Simulation::Run run(Simulation& s, std::size_t steps, double seconds) {
+Simulation::Run run_steps(Simulation& s, std::size_t steps, double seconds) {
   return patiently([&] { return s.run(steps, seconds); });
 }
 
@@ -84,7 +84,7 @@ void def_vector_view(nb::class_<Simulation>& cls, const char* name) {
       name, [](const Handle& s) { return view_of(s->state().*Field, s); }, nb::rv_policy::automatic);
 }
 
-// Copies into the vectors of the state, whose memory arrays of the package view.
+// Copies into the vectors of the state, which arrays of the package view.
 void restore(Simulation& simulation, const State& saved) {
   State& state = idle(simulation).state();
   const auto copy = [](auto& to, const auto& from) {
@@ -98,7 +98,7 @@ void restore(Simulation& simulation, const State& saved) {
   copy(state.forces, saved.forces);
   copy(state.torques, saved.torques);
   copy(state.coordinates, saved.coordinates);
-  copy(state.targets, saved.targets);
+  copy(state.joint_forces, saved.joint_forces);
   copy(state.joint_wrenches, saved.joint_wrenches);
   copy(state.joint_slips, saved.joint_slips);
   copy(state.dof_impulses, saved.dof_impulses);
@@ -114,7 +114,7 @@ void restore(Simulation& simulation, const State& saved) {
   state.impulse_step = saved.impulse_step;
 }
 
-// One array per field of the contact table, by the names that the package gives them.
+// One array per field of the contact table, by the names in the package.
 nb::dict contacts_of(const Simulation& s) {
   const std::vector<Contact>& contacts = idle(s).contacts();
   const auto vectors = [&](auto field) {
@@ -148,6 +148,18 @@ nb::dict contacts_of(const Simulation& s) {
   return d;
 }
 
+// Pairs of geoms that began to carry a force in the last step, and pairs that ceased to: body_a, body_b,
+// geom_a, geom_b of each, (n, 4).
+nb::tuple contact_events(const Simulation& s) {
+  const auto rows = [](const std::vector<GeomPair>& pairs) {
+    std::vector<Index> out;
+    for (const GeomPair& p : pairs) out.insert(out.end(), {p.body_a, p.body_b, p.geom_a, p.geom_b});
+    return to_numpy(std::move(out), 4);
+  };
+  const ContactEvents events = idle(s).contact_events();
+  return nb::make_tuple(rows(events.began), rows(events.ended));
+}
+
 // Arms of the contacts of the last step from both centres of mass, (n, 3) each.
 nb::tuple contact_arms(const Simulation& s) {
   std::vector<double> a, b;
@@ -158,7 +170,7 @@ nb::tuple contact_arms(const Simulation& s) {
   return nb::make_tuple(to_numpy(std::move(a), 3), to_numpy(std::move(b), 3));
 }
 
-// Point, impulse and angular impulse of each joint in the last step, (n, 9); zeros before the first.
+// Point, impulse and angular impulse of each joint in the last step, (n, 9); zeros before the first step.
 nb::ndarray<nb::numpy, double, nb::ndim<2>> joint_reactions(const Simulation& s) {
   std::vector<double> rows;
   for (const JointReaction& r : idle(s).joint_reactions())
@@ -182,6 +194,37 @@ nb::ndarray<nb::numpy, double, nb::ndim<2>> lines_of(const Simulation& s) {
   return to_numpy(std::move(rows), 2);
 }
 
+// A Python object that any thread may release.
+struct Held {
+  nb::object object;
+  explicit Held(nb::object o) : object(std::move(o)) {}
+  Held(const Held&) = delete;
+  Held& operator=(const Held&) = delete;
+  ~Held() {
+    if (!nb::is_alive()) {
+      object.release();
+      return;
+    }
+    nb::gil_scoped_acquire gil;
+    object.reset();
+  }
+};
+
+// function(problem, x0 or None, options) -> x, called with copies: Python may keep its arguments.
+StepMethod own_method(nb::object function) {
+  if (function.is_none()) return {};
+  return
+      [held = std::make_shared<Held>(std::move(function))](const Problem& problem, const Options& options) {
+        nb::gil_scoped_acquire gil;
+        nb::object x0 = nb::none();
+        if (!options.x0.empty())
+          x0 = nb::cast(to_numpy(std::vector<double>(options.x0.begin(), options.x0.end())));
+        const auto x = nb::cast<Vector>(
+            held->object(std::make_shared<Problem>(problem), x0, std::make_shared<Options>(options)));
+        return std::vector<double>(view(x).begin(), view(x).end());
+      };
+}
+
 void bind_options_and_report(nb::module_& m) {
   using O = SimulationOptions;
   nb::class_<O>(m, "SimulationOptions", "Fields of zero that may be automatic follow from the model.")
@@ -189,6 +232,9 @@ void bind_options_and_report(nb::module_& m) {
       .def_rw("dt", &O::dt)
       .def_rw("law", &O::law)
       .def_rw("method", &O::method)
+      .def(
+          "set_own_method", [](O& o, nb::object function) { o.own_method = own_method(std::move(function)); },
+          nb::arg("function"), "function(problem, x0 or None, options) -> x in the place of a method.")
       .def_rw("tolerance", &O::tolerance)
       .def_rw("max_iterations", &O::max_iterations)
       .def_rw("budget", &O::budget)
@@ -242,6 +288,25 @@ void bind_options_and_report(nb::module_& m) {
       .def_ro("residual", &R::residual);
 }
 
+void bind_views(nb::class_<Simulation>& cls) {
+  def_view<&State::positions>(cls, "positions");
+  def_view<&State::orientations>(cls, "orientations");
+  def_view<&State::linear_velocities>(cls, "linear_velocities");
+  def_view<&State::angular_velocities>(cls, "angular_velocities");
+  def_view<&State::forces>(cls, "forces");
+  def_view<&State::torques>(cls, "torques");
+  def_vector_view<&State::coordinates>(cls, "joint_coordinates");
+  def_vector_view<&State::joint_forces>(cls, "joint_forces");
+  def_view<&State::joint_wrenches>(cls, "joint_wrenches");
+  def_view<&State::dof_impulses>(cls, "dof_impulses");
+  def_view<&State::ball_impulses>(cls, "ball_impulses");
+  def_vector_view<&State::coupling_impulses>(cls, "coupling_impulses");
+  def_view<&State::tendon_impulses>(cls, "tendon_impulses");
+  def_vector_view<&State::controls>(cls, "controls");
+  def_vector_view<&State::activations>(cls, "activations");
+  def_vector_view<&State::actuator_impulses>(cls, "actuator_impulses");
+}
+
 }  // namespace
 
 void bind_simulation(nb::module_& m) {
@@ -266,7 +331,7 @@ void bind_simulation(nb::module_& m) {
       .def(
           "set_time", [](Simulation& s, double time) { s.state().time = time; }, nb::arg("time"))
       .def("step", &step)
-      .def("run", &run, nb::arg("steps"), nb::arg("seconds"),
+      .def("run", &run_steps, nb::arg("steps"), nb::arg("seconds"),
            "At most so many steps; ends after one that is not sound, and after so many seconds.")
       .def("snapshot", [](const Simulation& s) { return idle(s).state(); })
       .def("restore", &restore, nb::arg("state"))
@@ -284,6 +349,7 @@ void bind_simulation(nb::module_& m) {
           "impulses", [](const Simulation& s) { return to_numpy(idle(s).impulses()); },
           nb::rv_policy::automatic)
       .def("contact_arms", &contact_arms)
+      .def("contact_events", &contact_events)
       .def("joint_reactions", &joint_reactions)
       .def("tendon_lines", &lines_of<&tendon_lines>)
       .def("actuator_lines", &lines_of<&actuator_lines>)
@@ -291,26 +357,18 @@ void bind_simulation(nb::module_& m) {
           "problem", [](const Simulation& s) { return idle(s).problem(); },
           nb::for_getter(nb::sig("def problem(self) -> Problem | None")),
           "The VI of the last step, shared and never changed; None before the first.")
+      .def(
+          "instant",
+          [](const Simulation& s) {
+            StepInstant at = idle(s).instant();
+            return std::make_pair(at.time, to_numpy(std::move(at.q)));
+          },
+          "Time and generalised coordinates to which the forces of the last step belong.")
       .def("momentum", [](const Simulation& s) {
         const Momentum p = momentum(s.model(), s.state());
         return std::make_pair(p.linear, p.angular);
       });
-  def_view<&State::positions>(cls, "positions");
-  def_view<&State::orientations>(cls, "orientations");
-  def_view<&State::linear_velocities>(cls, "linear_velocities");
-  def_view<&State::angular_velocities>(cls, "angular_velocities");
-  def_view<&State::forces>(cls, "forces");
-  def_view<&State::torques>(cls, "torques");
-  def_vector_view<&State::coordinates>(cls, "joint_coordinates");
-  def_vector_view<&State::targets>(cls, "targets");
-  def_view<&State::joint_wrenches>(cls, "joint_wrenches");
-  def_view<&State::dof_impulses>(cls, "dof_impulses");
-  def_view<&State::ball_impulses>(cls, "ball_impulses");
-  def_vector_view<&State::coupling_impulses>(cls, "coupling_impulses");
-  def_view<&State::tendon_impulses>(cls, "tendon_impulses");
-  def_vector_view<&State::controls>(cls, "controls");
-  def_vector_view<&State::activations>(cls, "activations");
-  def_vector_view<&State::actuator_impulses>(cls, "actuator_impulses");
+  bind_views(cls);
 }
 
 }  // namespace amontons::python

@@ -5,9 +5,9 @@ namespace amontons::python {
 
 namespace {
 
-// Ctrl-C during a solve: Python notes the signal, PyErr_CheckSignals runs its handler, and the
-// KeyboardInterrupt that this raises becomes the status `interrupted` with the best iterate. An exception of
-// any other kind (a handler of the user) propagates through the solver, which unwinds cleanly.
+// Ctrl-C during a solve: Python notes the signal, and PyErr_CheckSignals runs its handler. The
+// KeyboardInterrupt that this raises becomes the status `interrupted` with the best iterate. Any other
+// exception (from a user's handler) propagates through the solver, which unwinds cleanly.
 bool signalled() {
   if (solve_scope.interrupted) return true;
   nb::gil_scoped_acquire gil;
@@ -27,7 +27,7 @@ bool call_back(const nb::object& callback, const IterationRecord& record) {
   }
 }
 
-// A callback may itself solve another problem: the outer scope comes back afterwards.
+// A callback may itself solve another problem: afterwards the outer scope is restored.
 struct ScopeGuard {
   SolveScope outer = solve_scope;
   ScopeGuard() { solve_scope = {true, false}; }
@@ -39,7 +39,7 @@ std::shared_ptr<Solution> run(const Problem& problem, const std::string& method,
   Options options = given;
   if (x0) {
     options.x0 = view(*x0);
-    // The core takes an empty x0 for none; here none was given.
+    // The core takes an empty x0 as no start; here x0 was given.
     AMONTONS_REQUIRE(x0->shape(0) == problem.rows(), "x0 has " + std::to_string(x0->shape(0)) +
                                                          " entries but the problem has " +
                                                          std::to_string(problem.rows()) + " rows");

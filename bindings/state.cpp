@@ -3,14 +3,15 @@
 #include <cstddef>
 
 #include "amontons/multibody/joints/coordinates.hpp"
+#include "amontons/multibody/kinematics/tree.hpp"
 #include "bindings.hpp"
 
 namespace amontons::python {
 
 namespace {
 
-// Entries of a State are plain structs of doubles, or start with two indices: as rows of numbers they go into
-// files and come back.
+// Entries of a State are plain structs of doubles, or start with two indices: files store them as rows of
+// numbers.
 static_assert(sizeof(Vec3) == 24 && sizeof(Quat) == 32 && sizeof(JointWrench) == 48 &&
                   sizeof(DofImpulse) == 32 && sizeof(TendonImpulse) == 32,
               "the arrays of a state take these structs as rows of doubles");
@@ -38,7 +39,7 @@ void set_entries(std::vector<double>& values, const Vector& given, const char* n
   std::copy_n(given.data(), values.size(), values.data());
 }
 
-// What a step reads of the contacts of the last one: geoms, the point on A, impulse and angular impulse.
+// The data of the last contacts that a step reads: geoms, the point on A, impulse and angular impulse.
 OutMatrix contact_rows(const State& state) {
   std::vector<double> out;
   for (const Contact& c : state.contacts) {
@@ -79,7 +80,7 @@ nb::dict arrays_of(const State& s) {
   d["forces"] = rows_of(s.forces);
   d["torques"] = rows_of(s.torques);
   d["joint_coordinates"] = to_numpy(s.coordinates);
-  d["targets"] = to_numpy(s.targets);
+  d["joint_forces"] = to_numpy(s.joint_forces);
   d["contacts"] = contact_rows(s);
   d["joint_wrenches"] = rows_of(s.joint_wrenches);
   d["joint_slips"] = rows_of(s.joint_slips);
@@ -107,7 +108,9 @@ Vector vector_of(const nb::dict& d, const char* name) {
   return a;
 }
 
-State state_of(const Model& model, double time, std::uint64_t steps, double impulse_step, const nb::dict& d) {
+State state_of(const std::shared_ptr<Model>& shared, double time, std::uint64_t steps, double impulse_step,
+               const nb::dict& d) {
+  const Model& model = *shared;
   State s = initial_state(model);
   s.time = time;
   s.steps = steps;
@@ -119,19 +122,20 @@ State state_of(const Model& model, double time, std::uint64_t steps, double impu
   set_rows(s.forces, matrix_of(d, "forces"), "forces");
   set_rows(s.torques, matrix_of(d, "torques"), "torques");
   set_entries(s.coordinates, vector_of(d, "joint_coordinates"), "joint_coordinates");
-  set_entries(s.targets, vector_of(d, "targets"), "targets");
+  s.joint_forces.resize(Tree(shared).nv());
+  set_entries(s.joint_forces, vector_of(d, "joint_forces"), "joint_forces");
   set_contacts(s, model, matrix_of(d, "contacts"));
   set_rows(s.joint_wrenches, matrix_of(d, "joint_wrenches"), "joint_wrenches");
-  // Absent where version 0.1.0 saved the state; a slip that is forgotten costs accuracy in one step.
+  // Missing in a state saved by version 0.1.0; a missing slip costs accuracy in one step.
   if (d.contains("joint_slips")) set_rows(s.joint_slips, matrix_of(d, "joint_slips"), "joint_slips");
   set_rows(s.dof_impulses, matrix_of(d, "dof_impulses"), "dof_impulses");
   set_rows(s.ball_impulses, matrix_of(d, "ball_impulses"), "ball_impulses");
   set_entries(s.coupling_impulses, vector_of(d, "coupling_impulses"), "coupling_impulses");
-  // Files from before there were tendons and actuators of the core have none of these.
+  // Missing in files from before tendons and actuators were part of the core.
   if (!s.tendon_impulses.empty())
     set_rows(s.tendon_impulses, matrix_of(d, "tendon_impulses"), "tendon_impulses");
-  if (!s.controls.empty()) {
-    set_entries(s.controls, vector_of(d, "controls"), "controls");
+  if (!s.controls.empty()) set_entries(s.controls, vector_of(d, "controls"), "controls");
+  if (!s.activations.empty()) {
     set_entries(s.activations, vector_of(d, "activations"), "activations");
     set_entries(s.actuator_impulses, vector_of(d, "actuator_impulses"), "actuator_impulses");
   }

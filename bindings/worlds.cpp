@@ -8,7 +8,7 @@ namespace {
 
 using Rows = nb::ndarray<const double, nb::ndim<3>, nb::c_contig, nb::device::cpu>;
 
-// (worlds, records, columns) of a course.
+// (worlds, records, columns) array of a course.
 nb::ndarray<nb::numpy, double, nb::ndim<3>> cube(std::vector<double> values, std::size_t worlds,
                                                  std::size_t records, std::size_t columns) {
   auto* owner = new std::vector<double>(std::move(values));
@@ -17,13 +17,18 @@ nb::ndarray<nb::numpy, double, nb::ndim<3>> cube(std::vector<double> values, std
 }
 
 nb::tuple run(const Tree& tree, const std::vector<std::shared_ptr<Simulation>>& worlds,
-              const std::optional<Rows>& controls, std::size_t records, std::size_t repeat,
-              unsigned threads) {
-  Schedule schedule{records, repeat, {}, threads};
+              const std::optional<Rows>& controls, const std::optional<Rows>& joint_forces,
+              std::size_t records, std::size_t repeat, unsigned threads) {
+  Schedule schedule{.records = records, .repeat = repeat, .threads = threads};
   if (controls) {
     AMONTONS_REQUIRE(controls->shape(0) == worlds.size() && controls->shape(1) == records,
                      "controls must have one row per world and record");
     schedule.controls = {controls->data(), controls->size()};
+  }
+  if (joint_forces) {
+    AMONTONS_REQUIRE(joint_forces->shape(0) == worlds.size() && joint_forces->shape(1) == records,
+                     "joint_forces must have one row per world and record");
+    schedule.joint_forces = {joint_forces->data(), joint_forces->size()};
   }
   Course course;
   {
@@ -45,7 +50,7 @@ nb::tuple run(const Tree& tree, const std::vector<std::shared_ptr<Simulation>>& 
 
 void bind_worlds(nb::module_& m) {
   m.def("run_worlds", &run, nb::arg("tree"), nb::arg("worlds"), nb::arg("controls").none(),
-        nb::arg("records"), nb::arg("repeat"), nb::arg("threads"),
+        nb::arg("joint_forces").none(), nb::arg("records"), nb::arg("repeat"), nb::arg("threads"),
         "Advances simulations side by side, without the GIL: q, qd, residuals and missed steps by world and "
         "record, how many "
         "records each world completed, and why it stopped.");

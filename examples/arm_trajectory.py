@@ -39,11 +39,11 @@ def track(simulation: Simulation) -> None:
     """tau = M (qdd + kp e + kd e') + c: the errors die out like those of a damped spring."""
     k = min(simulation.steps, len(path) - 1)
     error, rate = path[k] - simulation.q, speeds[k] - simulation.qd
-    simulation.state.targets[:] = simulation.inverse_dynamics(accelerations[k] + 400 * error + 40 * rate)
+    simulation.controls = simulation.inverse_dynamics(accelerations[k] + 400 * error + 40 * rate)
 
 
 errors, torques = [], []
-simulation.force_callbacks.append(track)
+simulation.before_step.append(track)
 while simulation.time < duration:
     simulation.step()
     errors.append(np.linalg.norm(simulation.site("tip")["position"] - circle[simulation.steps]))

@@ -12,7 +12,7 @@ builder.add_revolute_joint(
     point=(0, 0, 0.3),
     axis=(0, 0, 1),
     limits=(0, math.radians(100)),
-    motor=Motor("speed", 0.0, max_effort=30.0),  # rad/s, N m
+    motor=Motor("velocity", 0.0, max_effort=30.0),  # rad/s, N m
     name="lower hinge",
 )
 # The second hinge adds five constraints that hold already. Springs and dampers are implicit.
@@ -27,7 +27,7 @@ def show(what: str, duration: float) -> None:
     lower, upper = simulation.joint_efforts
     angle = math.degrees(simulation.coordinate("lower hinge"))
     print(
-        f"{what:20s} {angle:5.1f} deg   motor {lower['motor']:6.2f}   closer {upper['drive']:6.2f}"
+        f"{what:20s} {angle:5.1f} deg   motor {lower['motor']:6.2f}   closer {upper['passive']:6.2f}"
         f"   stop {lower['limit']:6.2f} N m   error {report.joint_error:.0e} m"
     )
 
@@ -40,9 +40,9 @@ for name, r in zip(simulation.model.joint_names, reactions, strict=True):
 moment = reactions["torque"][:, 1].sum() + lever * reactions["force"][1, 0]
 print(f"  moment {moment:.3f} N m of {-mass * 9.81 * width / 2:.3f} N m")
 
-simulation.set_target("lower hinge", 1.0)  # rad/s
+simulation.set_control("lower hinge", 1.0)  # rad/s
 show("opens with 1 rad/s", 1.0)
 show("against its stop", 1.5)
-simulation.set_target("lower hinge", -0.5)
+simulation.set_control("lower hinge", -0.5)
 show("shuts", 2.0)
 show("against the frame", 2.0)

@@ -31,7 +31,7 @@ def show(sim: Simulation, report: amontons.Report) -> None:
         print("{:5.1f} {:10d} {:12.3f} {:18.5f} {:10.1e}".format(*row))
 
 
-simulation.run(3.0, show)
+simulation.run(3.0, after_step=show)
 
 table = simulation.contacts
 ground = table[table["body_b"] == -1]

@@ -20,7 +20,7 @@ def move(lift: float, fingers: float, seconds: float) -> None:
         s = min(1.0, (sim.time - first) / (0.7 * seconds))
         sim.controls = (1 - s) * start + s * np.array([lift, fingers, fingers])
 
-    simulation.force_callbacks[:] = [glide]
+    simulation.before_step[:] = [glide]
     simulation.run(seconds)
 
 

@@ -26,7 +26,7 @@ def hold(simulation: amontons.Simulation) -> None:
     simulation.controls = stiffness * (target - simulation.q)[in_q] - damping * simulation.qd[in_qd]
 
 
-simulation.force_callbacks.append(hold)
+simulation.before_step.append(hold)
 trunk = model.body_index("trunk")
 simulation.run(2.0)
 feet = simulation.contacts["force"][:, 2]
@@ -39,7 +39,7 @@ simulation.state.forces[trunk] = (0, 60, 0)  # N, at the centre of mass
 simulation.run(0.2)
 simulation.state.forces[trunk] = 0
 tilt: list[np.ndarray] = []
-simulation.run(2.0, lambda sim, report: tilt.append(sim.q[4:6].copy()))
+simulation.run(2.0, after_step=lambda sim, report: tilt.append(sim.q[4:6].copy()))
 print(
     f"pushed, it rolls by {2 * np.degrees(np.abs(tilt).max()):.1f} degrees and moves {simulation.q[1]:.3f} m"
 )

@@ -34,8 +34,8 @@ def watch(sim: amontons.Simulation, report: amontons.Report) -> None:
 
 
 pushes: list[float] = []
-simulation.force_callbacks.append(control)
-simulation.run(6.0, watch)
+simulation.before_step.append(control)
+simulation.run(6.0, after_step=watch)
 print(f"the hand pushed with {np.median([p for p in pushes if p]):.2f} N (median)")
 for drive in simulation.actuator_efforts:
     name, angle = model.actuator_names[drive["actuator"]], drive["length"]

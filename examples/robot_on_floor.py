@@ -25,8 +25,8 @@ builder.add_model(ball.build(), on="table", position=(0.6, 0, 0))
 # A URDF has no motors, only their largest efforts: here are servos, N m per rad and per rad/s.
 legs = [name.removesuffix("knee") for name in builder.build().joint_names if name.endswith("knee")]
 for leg in legs:
-    builder.set_motor(leg + "hip", Motor("position", gain=80, damping_gain=4))
-    builder.set_motor(leg + "knee", Motor("position", gain=80, damping_gain=4))
+    builder.set_motor(leg + "hip", Motor("position", kp=80, kd=4))
+    builder.set_motor(leg + "knee", Motor("position", kp=80, kd=4))
 model = builder.build()
 print(model)
 
@@ -35,12 +35,12 @@ def crouch(simulation: amontons.Simulation) -> None:
     """Bends the knees within a second; called before each step."""
     bend = min(simulation.time, 1.0)
     for leg in legs:
-        simulation.set_target(leg + "hip", 0.6 * bend)
-        simulation.set_target(leg + "knee", -1.2 * bend)
+        simulation.set_control(leg + "hip", 0.6 * bend)
+        simulation.set_control(leg + "knee", -1.2 * bend)
 
 
 simulation = amontons.Simulation(model)
-simulation.force_callbacks.append(crouch)
+simulation.before_step.append(crouch)
 for _ in range(4):
     report = simulation.run(0.5)
     rex, fido = (simulation.state.positions[model.body_index(name)] for name in ("rex_trunk", "fido_trunk"))

@@ -1,7 +1,7 @@
 #pragma once
 
-// All that programs of users need. Factorisations, methods one by one and the drive of a method of your own
-// are in headers apart (docs/cpp.md).
+// All headers that user programs need. Separate headers contain factorisations, single methods and the driver
+// for a method of your own (docs/cpp.md).
 #include "amontons/base/error.hpp"
 #include "amontons/collision/pairs/collide.hpp"
 #include "amontons/collision/rays/ray.hpp"

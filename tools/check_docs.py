@@ -7,6 +7,7 @@
 - Every command `amontons ...` exists, with the options that are given to it.
 - Every source file that a document names in code, or a comment of a C++ source, exists (X is any name).
 - Every page of docs/ is in the menu of the site (`mkdocs.yml`), every public name in its reference.
+- No file holds the markers of a merge that was not finished.
 - Equations are numbered in order, and every one that a source cites, as docs/algorithm.md (3), is there.
 """
 
@@ -189,6 +190,14 @@ def check_equations(root: Path) -> Iterator[str]:
                     yield f"{file.relative_to(root)}: there is no equation ({number}) in docs/{name}"
 
 
+def check_merges(root: Path) -> Iterator[str]:
+    for file in files(root, ".md", ".py", ".cpp", ".hpp", ".yml", ".toml", ".csv"):
+        lines = file.read_text(errors="replace").split("\n")
+        for number, line in enumerate(lines, 1):
+            if line.startswith(("<" * 7 + " ", ">" * 7 + " ")):
+                yield f"{file.relative_to(root)}:{number}: a merge was not finished; choose one of both texts"
+
+
 def python_blocks(file: Path) -> list[tuple[int, str]]:
     """(line, source) of the fenced Python blocks of a Markdown file."""
     text = file.read_text()
@@ -205,6 +214,7 @@ def faults(root: Path) -> list[str]:
         check_menu,
         check_reference,
         check_equations,
+        check_merges,
     )
     return [fault for check in checks for fault in check(root)]
 

@@ -134,10 +134,10 @@ def residual() -> Figure:
     left.set(xlim=(-1.3, 2.6), ylim=(-0.1, 2.1))
 
     problem = amontons.read_problem("examples/problems/plates.hdf5")
-    exact = problem.solve(law="coulomb", tolerance=1e-13).u
+    exact = problem.solve(tolerance=1e-13).u
     seen = []
     for tolerance in 10.0 ** np.arange(-1, -9, -0.5):
-        solution = problem.solve(law="coulomb", method="apgd", tolerance=tolerance)
+        solution = problem.solve(method="apgd", tolerance=tolerance)
         seen.append((solution.residual, abs(solution.u - exact).max()))
     right.loglog(*np.array(seen).T, "o-", color=BLUE, ms=3)
     right.set(xlabel="residual", ylabel="largest error of a velocity (m/s)")
@@ -164,7 +164,7 @@ def implicit() -> Figure:
         builder.add_body(shape=shapes.Box((0.1, 0.1, 0.1)), mass=mass, position=(0, 0, 0.1 + height))
         box = Simulation(builder.build(), dt=dt)
         path = [height]
-        box.run(0.4, lambda sim, report, path=path: path.append(sim.state.positions[0, 2] - 0.1))
+        box.run(0.4, after_step=lambda sim, report, path=path: path.append(sim.state.positions[0, 2] - 0.1))
         axes.plot(dt * np.arange(len(path)), 1e3 * np.array(path), color=BLUE, lw=2, label="amontons")
         axes.set(title=f"h = {dt * 1e3:g} ms", xlabel="time (s)", ylim=(-15, 130))
         axes.axhline(0, color="k", lw=0.6)

@@ -110,7 +110,7 @@ class Scene:
         return amontons.Problem(
             A,
             A.jacobian() @ v_free.ravel() + c,
-            [*cones, amontons.Free(len(self.joints))],
+            [*cones, amontons.Bilateral(len(self.joints))],
             name=self.name,
             description=self.description,
             source="amontons, tools/make_example_problems.py",

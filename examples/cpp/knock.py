@@ -23,4 +23,4 @@ def show(sim: Simulation, report: amontons.Report) -> None:
         print(f"  contacts {report.contacts}")
 
 
-simulation.run(2.0, show)
+simulation.run(2.0, after_step=show)

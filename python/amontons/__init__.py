@@ -61,8 +61,8 @@ from .model.transforms import Transform as Transform
 from .model.transforms import axis_angle as axis_angle
 from .model.visuals import TriangleMesh as TriangleMesh
 from .model.visuals import Visual as Visual
+from .problem.cones import Bilateral as Bilateral
 from .problem.cones import EllipticFriction as EllipticFriction
-from .problem.cones import Free as Free
 from .problem.cones import Friction as Friction
 from .problem.cones import Interval as Interval
 from .problem.cones import NonNegative as NonNegative
@@ -78,7 +78,14 @@ from .problem.problem import violations as violations
 from .problem.solution import Solution as Solution
 from .report.render import render as render
 from .report.render import render_view as render_view
+from .simulation.acting import Effort as Effort
+from .simulation.acting import Instant as Instant
+from .simulation.acting import Reaction as Reaction
+from .simulation.events import ContactEvents as ContactEvents
+from .simulation.inverse_kinematics import IkSolution as IkSolution
+from .simulation.linearise import Linearisation as Linearisation
 from .simulation.outcome import Report as Report
+from .simulation.own_method import SolveOptions as SolveOptions
 from .simulation.queries import RayHit as RayHit
 from .simulation.rollout import Rollout as Rollout
 from .simulation.rollout import rollout as rollout
@@ -105,4 +112,6 @@ __all__ += ["__version__", "shapes"]
 def __getattr__(name: str) -> _Any:
     if name == "scenes":  # most programs do without, and it takes long to import
         return _import_module(".scenes", __name__)
+    if name == "Free":
+        raise AttributeError(f"module {__name__!r} has no attribute 'Free': the cone is called Bilateral")
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

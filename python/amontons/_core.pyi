@@ -91,8 +91,20 @@ ASYMMETRY: float = 1e-10
 class Problem:
     """A x + b over a product of sets; checked when it is made."""
 
-    def __init__(self, A: Operator, b: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], cones: SetProduct) -> None:
+    def __init__(self, A: Operator, b: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], cones: SetProduct, law: Law) -> None:
         """Takes over the operator A."""
+
+    def project(self, x: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)]) -> Annotated[NDArray[numpy.float64], dict(shape=(None,))]:
+        """Pi_K(x), Euclidean."""
+
+    def saxce(self, u: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], law: Law) -> Annotated[NDArray[numpy.float64], dict(shape=(None,))]:
+        """The De Saxce term."""
+
+    def natural_map(self, x: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], law: Law) -> Annotated[NDArray[numpy.float64], dict(shape=(None,))]:
+        """x - Pi_K(x - g / P)."""
+
+    @property
+    def law(self) -> Law: ...
 
     @property
     def rows(self) -> int: ...
@@ -113,7 +125,7 @@ class Problem:
 
     @property
     def preconditioner(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,))]:
-        """Mean of diag(A) per cone block."""
+        """Mean of diag(A) of the cone block of each row."""
 
     def product(self, x: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)]) -> Annotated[NDArray[numpy.float64], dict(shape=(None,))]:
         """A x."""
@@ -129,10 +141,10 @@ class Options:
     def __init__(self) -> None: ...
 
     @property
-    def law(self) -> Law: ...
+    def law(self) -> Law | None: ...
 
     @law.setter
-    def law(self, arg: Law, /) -> None: ...
+    def law(self, arg: Law | None, /) -> None: ...
 
     @property
     def tolerance(self) -> float: ...
@@ -382,7 +394,7 @@ class MotorKind(enum.Enum):
 
     effort = 1
 
-    speed = 2
+    velocity = 2
 
     position = 3
 
@@ -633,10 +645,10 @@ class Motor:
     def kind(self, arg: MotorKind, /) -> None: ...
 
     @property
-    def target(self) -> float: ...
+    def control(self) -> float: ...
 
-    @target.setter
-    def target(self, arg: float, /) -> None: ...
+    @control.setter
+    def control(self, arg: float, /) -> None: ...
 
     @property
     def max_effort(self) -> float: ...
@@ -645,16 +657,16 @@ class Motor:
     def max_effort(self, arg: float, /) -> None: ...
 
     @property
-    def gain(self) -> float: ...
+    def kp(self) -> float: ...
 
-    @gain.setter
-    def gain(self, arg: float, /) -> None: ...
+    @kp.setter
+    def kp(self, arg: float, /) -> None: ...
 
     @property
-    def damping_gain(self) -> float: ...
+    def kd(self) -> float: ...
 
-    @damping_gain.setter
-    def damping_gain(self, arg: float, /) -> None: ...
+    @kd.setter
+    def kd(self, arg: float, /) -> None: ...
 
 class Dof:
     def __init__(self) -> None: ...
@@ -1355,6 +1367,12 @@ class Model:
     @property
     def total_mass(self) -> float: ...
 
+    @property
+    def controls(self) -> list[tuple[int, int, int]]:
+        """
+        (actuator, joint, dof) of every control; without an actuator it is that of a motor.
+        """
+
     def overlaps(self, depth: float) -> list[tuple[int, int]]:
         """
         Pairs of geoms that may touch and overlap by more in the initial state.
@@ -1405,6 +1423,9 @@ class SimulationOptions:
 
     @method.setter
     def method(self, arg: str, /) -> None: ...
+
+    def set_own_method(self, function: object) -> None:
+        """function(problem, x0 or None, options) -> x in the place of a method."""
 
     @property
     def tolerance(self) -> float: ...
@@ -1625,6 +1646,8 @@ class Simulation:
 
     def contact_arms(self) -> tuple: ...
 
+    def contact_events(self) -> tuple: ...
+
     def joint_reactions(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None))]: ...
 
     def tendon_lines(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None))]: ...
@@ -1635,6 +1658,11 @@ class Simulation:
     def problem(self) -> Problem | None:
         """
         The VI of the last step, shared and never changed; None before the first.
+        """
+
+    def instant(self) -> tuple[float, Annotated[NDArray[numpy.float64], dict(shape=(None,))]]:
+        """
+        Time and generalised coordinates to which the forces of the last step belong.
         """
 
     def momentum(self) -> tuple[list[float], list[float]]: ...
@@ -1661,7 +1689,7 @@ class Simulation:
     def joint_coordinates(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,))]: ...
 
     @property
-    def targets(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,))]: ...
+    def joint_forces(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,))]: ...
 
     @property
     def joint_wrenches(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None))]: ...
@@ -1729,7 +1757,7 @@ class Tree:
 
     def generalised_forces(self, simulation: Simulation, forces: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], torques: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)]) -> Annotated[NDArray[numpy.float64], dict(shape=(None,))]: ...
 
-def run_worlds(tree: Tree, worlds: Sequence[Simulation], controls: Annotated[NDArray[numpy.float64], dict(shape=(None, None, None), order='C', device='cpu', writable=False)] | None, records: int, repeat: int, threads: int) -> tuple:
+def run_worlds(tree: Tree, worlds: Sequence[Simulation], controls: Annotated[NDArray[numpy.float64], dict(shape=(None, None, None), order='C', device='cpu', writable=False)] | None, joint_forces: Annotated[NDArray[numpy.float64], dict(shape=(None, None, None), order='C', device='cpu', writable=False)] | None, records: int, repeat: int, threads: int) -> tuple:
     """
     Advances simulations side by side, without the GIL: q, qd, residuals and missed steps by world and record, how many records each world completed, and why it stopped.
     """
@@ -1834,10 +1862,10 @@ class PictureStyle:
     def floor(self, arg: Sequence[float], /) -> None: ...
 
     @property
-    def nothing(self) -> list[float]: ...
+    def background(self) -> list[float]: ...
 
-    @nothing.setter
-    def nothing(self, arg: Sequence[float], /) -> None: ...
+    @background.setter
+    def background(self, arg: Sequence[float], /) -> None: ...
 
 class PictureScene:
     """Surfaces, instances of them and planes."""

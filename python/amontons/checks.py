@@ -1,4 +1,4 @@
-"""What users hand in, brought to one form or refused with a message that names it: the one place for it.
+"""Checks of user input: values are converted to one form, or refused with a message that names them.
 
 `what` in these functions is how the message calls the value: "body "wheel": mass", "Box: half".
 """
@@ -12,6 +12,7 @@ import numbers
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from itertools import islice
+from types import MappingProxyType
 from typing import Any, TypeVar
 
 import numpy as np
@@ -25,31 +26,39 @@ Vector3 = tuple[float, float, float]
 Quaternion = tuple[float, float, float, float]
 """w, x, y, z"""
 Numbers = Sequence[float] | NDArray[Any]
-"""What users may hand in for a vector: a tuple, a list, an array."""
+"""Input for a vector: a tuple, a list or an array."""
 Matrix3 = tuple[Vector3, Vector3, Vector3]
 T = TypeVar("T")
 
+NO_TERMS: Mapping[str, str] = MappingProxyType({})
 LONGEST_TEXT = 100_000
-"""Of descriptions and names; a part's name may have fewer."""
+"""Limit for descriptions and names (characters); names of parts can have a lower one."""
 UNIT = 1e-6
 """|length - 1| up to which a quaternion counts as a unit quaternion with rounding and is normalised."""
 EXACT = 1e-15
 """|length - 1| of what was normalised: it stays as it is, bit for bit, when it is read back from a file."""
 
 
-def suggestion(name: object, known: Iterable[str]) -> str:
-    """(did you mean 'x'?) for a name that is nearly a known one, else nothing: goes inside a message."""
+def suggestion(name: object, known: Iterable[str], terms: Mapping[str, str] = NO_TERMS) -> str:
+    """(did you mean 'x'?) for a name that is nearly a known one, else nothing: goes inside a message.
+
+    terms: what others call a thing -> what it is called here.
+    """
     if not isinstance(name, str) or len(name) > 80:
         return ""
-    close = difflib.get_close_matches(name, list(known), n=1, cutoff=0.6)
+    known = list(known)
+    ours = terms.get(name.lower().replace("_", "-").replace(" ", "-"))
+    if ours in known:
+        return f" (here it is called {ours!r})"
+    close = difflib.get_close_matches(name, known, n=1, cutoff=0.6)
     return f" (did you mean {close[0]!r}?)" if close else ""
 
 
-def chosen(what: str, name: object, known: Mapping[str, T]) -> T:
-    """What `name` stands for among the known names."""
+def chosen(what: str, name: object, known: Mapping[str, T], terms: Mapping[str, str] = NO_TERMS) -> T:
+    """Returns the entry of `name` among the known names; terms: as in `suggestion`."""
     if not isinstance(name, str) or name not in known:
         raise InputError(
-            f"unknown {what} {shown(name)}{suggestion(name, known)}; known are {', '.join(known)}"
+            f"unknown {what} {shown(name)}{suggestion(name, known, terms)}; known are {', '.join(known)}"
         )
     return known[name]
 

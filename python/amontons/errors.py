@@ -1,4 +1,4 @@
-"""What goes wrong, in types. Every message names the thing that is wrong and the remedy.
+"""Types of errors and warnings. Every message names the thing that is wrong and the remedy.
 
 A message may hold the name that a stranger gave to a body or a file. As text it has escapes in place of what
 a terminal would obey; `args` has it as it was.

@@ -14,10 +14,12 @@ MEANT = {
     "euler": "orientation",
     "friction": "material=Material(friction=...)",
     "gains": "motor=Motor(...)",
+    "gain": "kp",
+    "damping_gain": "kd",
+    "kv": "kd",
     "half_extents": "half",
     "half_size": "half",
     "height": "half_length",
-    "kp": "gain",
     "length": "half_length",
     "mu": "friction",
     "parent": "b",
@@ -31,18 +33,19 @@ MEANT = {
     "size": "half",
     "time_step": "dt",
     "timestep": "dt",
+    "target": "control",
     "tol": "tolerance",
     "vel": "linear_velocity",
     "velocity": "linear_velocity",
     "xyz": "position",
 }
-"""What other engines, or other functions of this one, call an argument -> what it is called here."""
+"""Names of arguments in other engines, or in other functions of this package -> the name here."""
 
 
 def guided(thing: T) -> T:
     """A decorator of functions, and of classes for the public functions that stand in their bodies.
 
-    What their signature does not take is a TypeError as always, whose message has the remedy. Not for
+    An argument outside the signature raises a TypeError, as usual; its message contains the remedy. Not for
     functions that warn, whose warnings are about the line that calls them: they would be one frame off.
     """
     if not isinstance(thing, type):
@@ -69,7 +72,7 @@ def _guided_function(function: Any) -> Any:
 
 
 def _explained(function: Any, args: tuple[Any, ...], kwargs: dict[str, Any]) -> str | None:
-    """What is wrong with a call, and the remedy."""
+    """Returns the fault of a call, and the remedy."""
     parameters = list(inspect.signature(function).parameters.values())
     name = function.__name__
     if "." in function.__qualname__:  # of a class

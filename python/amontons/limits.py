@@ -19,7 +19,7 @@ BULK, DENSE = 1 << 26, 100
 
 @dataclass(frozen=True, kw_only=True)
 class Limits:
-    """What a file may ask for before it is refused; every reader takes `limits=amontons.Limits(...)`.
+    """Limits of a file; a file above them is refused. Every reader takes `limits=amontons.Limits(...)`.
 
     Raises InputError for what is no positive integer, and for a folder that there is not.
     """

@@ -1,7 +1,7 @@
 """The range of every number that users hand in, in one place; docs/python.md has the table.
 
-Far beyond what any mechanism has in any units, and far from where squares and products overflow: what is
-outside is a slip, a unit of another kind, or a number that was never set.
+The ranges are far beyond the values of any mechanism in any units, and far from the overflow of squares and
+products. A value outside is a slip, a wrong unit, or a number that was never set.
 """
 
 from __future__ import annotations
@@ -53,4 +53,4 @@ OPTIONS = {
     "repeat": Range(1, MOST_COUNT, whole=True),
     "every": Range(1, MOST_COUNT, whole=True),
 }
-"""Of the options by name."""
+"""Ranges of the options by name."""

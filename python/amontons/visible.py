@@ -9,8 +9,9 @@ BIDI = frozenset("\u061c\u200e\u200f\u202a\u202b\u202c\u202d\u202e\u2066\u2067\u
 
 
 def visible(text: str, keep: str = "") -> str:
-    """The text with an escape (as \\x1b) in place of all that a terminal or a page would obey and not show:
-    control characters, line separators, changes of direction, and bytes that were no text.
+    """The text with an escape (as \\x1b) in place of every character that a terminal or a page would obey and
+    not show. These are control characters, line separators, changes of direction, and bytes that are not
+    text.
 
     keep: of those, what stays as it is, such as line ends of our own.
     """

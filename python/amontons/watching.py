@@ -1,4 +1,4 @@
-"""What a piece of a program did in steps and solves, added up while it runs: how `sweep` knows of its runs.
+"""Counts the steps and solves of a piece of a program while it runs; `sweep` uses it for its runs.
 
 `with watched() as watch:` counts in the thread of the block; who has done a step or a solve calls `saw`.
 """

@@ -7,13 +7,13 @@
 #include <numbers>
 #include <utility>
 
-// How each function comes about: the argument is brought into a short interval by an identity, exactly or
-// with the remainder kept in a second double; there the Taylor series is summed by Horner's rule, with as
-// many terms as leave a remainder below 1e-17 of the result. Bounds stand at the series. Rounding follows
-// from the last operation: a large part, known exactly, plus a small one (Muller, Elementary Functions, 3rd
-// edition, 2016, chapters 3 and 11).
+// Method of each function. An identity brings the argument into a short interval, exactly or with the
+// remainder in a second double. There Horner's rule sums the Taylor series, with as many terms as leave a
+// remainder below 1e-17 of the result. Bounds are given at the series. The last operation determines the
+// rounding: a large part, known exactly, plus a small one (Muller, Elementary Functions, 3rd edition, 2016,
+// chapters 3 and 11).
 //
-// From the C library come only functions whose result IEEE 754 or their definition fixes: sqrt, rint, abs,
+// Only functions of the C library whose result IEEE 754 or their definition fixes are used: sqrt, rint, abs,
 // copysign, frexp, ldexp.
 namespace amontons::elementary {
 
@@ -35,15 +35,15 @@ constexpr Pair fast_sum(double a, double b) {
   return {s, b - (s - a)};
 }
 
-// The angle less the nearest multiple of pi/2, and that multiple modulo 4.
+// The angle minus the nearest multiple of pi/2, and that multiple modulo 4.
 struct Reduced {
   Pair rest;
   int quarter;
 };
 
 // Cody and Waite (1980): pi/2 in three parts, of which the first two have 33 bits. Their products with a
-// number of at most 20 bits are exact, and so is the first difference, of two numbers of one size. The second
-// one leaves its rounding error behind, and the third part ends 119 bits below the first.
+// number of at most 20 bits are exact. The first difference, of two numbers of one size, is exact too. The
+// second one has a rounding error, which is kept, and the third part ends 119 bits below the first.
 Reduced reduce_moderate(double x) {
   constexpr double first = 0x1.921fb544p+0, second = 0x1.0b4611a6p-34, third = 0x1.3198a2e037073p-69;
   const double n = std::rint(x * (2 / std::numbers::pi));
@@ -59,21 +59,21 @@ constexpr std::uint64_t two_over_pi[] = {
     0x9c845f8bbdf9283b, 0x1ff897ffde05980f, 0xef2f118b5a0a6d1f, 0x6d367ecf27cb09b7, 0x4f463f669e5fea2d,
     0x7527bac7ebe5f17b, 0x3d0739f78a5292ea, 0x6bfb5fb11f8d5d08, 0x56033046fc7b6bab, 0xf0cfbc209af4361d};
 
-// 64 bits of 2/pi, the first of which has the weight 2^-(1 + at); before the binary point there are zeros.
+// 64 bits of 2/pi, the first of which has the weight 2^-(1 + at); bits before the binary point are zero.
 std::uint64_t bits_from(int at) {
   const auto word = [](int k) { return k < 0 ? 0 : two_over_pi[k]; };
   const int k = at >> 6, shift = at & 63;  // rounded down, also for at < 0
   return shift == 0 ? word(k) : word(k) << shift | word(k + 1) >> (64 - shift);
 }
 
-// Payne and Hanek (1983): x = m 2^e with an integer m of 53 bits, and m times those bits of 2/pi whose
-// products are no multiples of 4: 192 bits from the weight 2^(1 - e) on. Of the product modulo 2^192 the top
-// two bits are the quarter, the rest is a fraction of pi/2, right to 192 - 2 - 53 bits. No double comes
-// nearer to a multiple of pi/2 than 2^-62 of it, so that 75 are left of what is then the rest.
+// Payne and Hanek (1983): x = m 2^e with an integer m of 53 bits. m is multiplied by those bits of 2/pi whose
+// products are not multiples of 4: 192 bits from the weight 2^(1 - e) on. The top two bits of the product
+// modulo 2^192 are the quarter. The rest is a fraction of pi/2, right to 192 - 2 - 53 bits. No double comes
+// nearer to a multiple of pi/2 than 2^-62 of it, so that 75 bits of this rest are left.
 Reduced reduce_large(double x) {
   int e = 0;
   const auto m = static_cast<std::uint64_t>(std::ldexp(std::frexp(x, &e), 53));
-  const int at = e - 53 - 2;  // the first bit of 2/pi that counts, of the weight 2^(1 - (e - 53))
+  const int at = e - 53 - 2;  // the first bit of 2/pi in use, of the weight 2^(1 - (e - 53))
   __extension__ using Wide = unsigned __int128;
   const Wide low = Wide{m} * bits_from(at + 128), middle = Wide{m} * bits_from(at + 64) + (low >> 64);
   std::uint64_t top = m * bits_from(at) + static_cast<std::uint64_t>(middle >> 64);
@@ -82,7 +82,7 @@ Reduced reduce_large(double x) {
   const int quarter = static_cast<int>((top >> 62) + up) & 3;
   fraction <<= 2;
   if (up) fraction = -fraction;
-  // As a pair: leading 53 bits, and those behind them, of both 0.5 at most.
+  // As a pair: the leading 53 bits, and those behind them; the whole is at most 0.5.
   if (fraction == 0) return {{0, 0}, quarter};
   int zeros = 0;
   while (!(fraction >> 127)) fraction <<= 1, ++zeros;
@@ -106,8 +106,8 @@ Reduced reduce(double x) {
   return r;
 }
 
-// The series in |x| <= pi/4, for x + low: sin(x + low) = sin x + low cos x. The terms left out are below
-// x^19 / 19! = 8e-20 and x^18 / 18! = 2e-18.
+// The series in |x| <= pi/4, for x + low: sin(x + low) = sin x + low cos x. The omitted terms are below x^19
+// / 19! = 8e-20 and x^18 / 18! = 2e-18.
 double sine(Pair x) {
   const double z = x.high * x.high;
   const double s =
@@ -119,7 +119,7 @@ double sine(Pair x) {
                                                                          z * (1.0 / 355687428096000)))))));
   return x.high + (x.high * z * s + x.low * (1 - 0.5 * z));
 }
-// 1 - z / 2 is rounded first; what that loses is added to the smaller terms.
+// 1 - z / 2 is rounded first; its rounding error is added to the smaller terms.
 double cosine(Pair x) {
   const double z = x.high * x.high, half = 0.5 * z, large = 1 - half;
   const double c =
@@ -143,8 +143,8 @@ constexpr Pair arcs[] = {{0, 0},
 
 // atan(a / b) for 0 <= a <= b, b of a moderate size: with c = k / 8 near a / b,
 //   atan(a / b) = atan(c) + atan(t), t = (a - c b) / (b + c a), |t| <= 1/16.
-// a - c b is exact but for the rounding of c b (Sterbenz 1974), which is 2^-54 of the result. The term left
-// out is t^14 / 15 = 1e-18 of t.
+// a - c b is exact except for the rounding of c b (Sterbenz 1974), which is 2^-54 of the result. The omitted
+// term is t^14 / 15 = 1e-18 of t.
 Pair arc(double a, double b) {
   const double k = std::rint(8 * (a / b)), c = k / 8;
   const double t = (a - c * b) / (b + c * a), z = t * t;
@@ -157,7 +157,7 @@ Pair arc(double a, double b) {
 double signed_as(double size, double sign) { return std::copysign(size, sign); }
 
 // x = f 2^e with f in [sqrt(1/2), sqrt(2)); log f = 2 artanh(s) = 2 (s + s^3 / 3 + ...) for s = (f - 1) / (f
-// + 1), |s| <= 0.172. The term left out is s^22 / 23 = 7e-19 of s. 2 s = f - 1 - s (f - 1), whose first part
+// + 1), |s| <= 0.172. The omitted term is s^22 / 23 = 7e-19 of s. 2 s = f - 1 - s (f - 1), whose first part
 // is exact.
 struct Logarithm {
   double exponent, high, low;
@@ -175,7 +175,7 @@ Logarithm logarithm_parts(double x) {
                           z * (2.0 / 11 +
                                z * (2.0 / 13 +
                                     z * (2.0 / 15 + z * (2.0 / 17 + z * (2.0 / 19 + z * (2.0 / 21))))))))));
-  // 2 s = g - s g = g - g^2 / 2 + s g^2 / 2: the square is the large part of what is taken off.
+  // 2 s = g - s g = g - g^2 / 2 + s g^2 / 2: the square is the large part of the difference.
   const double half = 0.5 * g * g;
   return {static_cast<double>(e), g, s * (half + r) - half};
 }
@@ -205,7 +205,7 @@ double tan(double x) {
   return r.quarter & 1 ? -c / s : s / c;
 }
 
-// sqrt((1 - x) (1 + x)) is the other side of the triangle, without the cancellation of 1 - x^2.
+// sqrt((1 - x) (1 + x)) is the third side of the triangle, without the cancellation of 1 - x^2.
 double asin(double x) { return std::abs(x) < 0x1p-26 ? x : atan2(x, std::sqrt((1 - x) * (1 + x))); }
 
 double atan2(double y, double x) {
@@ -215,8 +215,8 @@ double atan2(double y, double x) {
   const bool steep = a > b, back = std::signbit(x);
   if (steep) std::swap(a, b);
   if (b == 0) return signed_as(back ? pi.high : 0, y);
-  // Sizes at which neither products overflow nor quotients lose digits below the smallest double; what is
-  // lost of a on the way is far below the result then.
+  // Sizes for which neither products overflow nor quotients lose digits below the smallest double. The digits
+  // of a that are lost are far below the result.
   if (b > 0x1p1000) a *= 0x1p-100, b *= 0x1p-100;
   if (b < 0x1p-900) a *= 0x1p200, b *= 0x1p200;
   Pair r = arc(a, b);
@@ -227,8 +227,8 @@ double atan2(double y, double x) {
   return signed_as(r.high + r.low, y);
 }
 
-// x = k log 2 + r, |r| <= 0.35, and exp(x) - 1 = 2^k (exp(r) - 1) + (2^k - 1). log 2 in two parts, the first
-// of 32 bits, whose product with k is exact. The term left out is r^14 / 15! = 3e-19 of r.
+// x = k log 2 + r, |r| <= 0.35, and exp(x) - 1 = 2^k (exp(r) - 1) + (2^k - 1). log 2 is split in two parts,
+// the first of 32 bits, whose product with k is exact. The omitted term is r^14 / 15! = 3e-19 of r.
 double expm1(double x) {
   if (std::isnan(x)) return nan;
   if (x > 709.8) return infinity;
@@ -272,7 +272,7 @@ double log(double x) {
   return sum.high + (sum.low + (l.low + l.exponent * 0x1.a39ef35793c76p-33));
 }
 
-// In parts, so that the powers of ten come out as integers.
+// In parts, so that powers of ten give integers.
 double log10(double x) {
   const double value = log(x);
   return value * 0x1.bcb7b1526e50ep-2 + value * 0x1.95355baaafad3p-57;

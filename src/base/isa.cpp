@@ -10,10 +10,10 @@ namespace amontons {
 
 namespace {
 #if defined(AMONTONS_X86)
-// Asked of the processor itself: __builtin_cpu_supports answers from a table that not every runtime library
-// of a compiler fills in. Bits of Intel's manual, volume 2, CPUID, and volume 1, 13.3 (XCR0): a set counts if
-// the processor has it and the system saves its registers. The AVX-512 variant needs conversions of integers
-// (dq) and masks on shorter registers (vl) besides the base set (f); processors with f alone count as AVX2.
+// Reads the processor itself, because the table of __builtin_cpu_supports is not filled by every compiler's
+// runtime library. Bits of Intel's manual, volume 2, CPUID, and volume 1, 13.3 (XCR0): a set counts if the
+// processor has it and the system saves its registers. The AVX-512 variant needs conversions of integers (dq)
+// and masks on shorter registers (vl) besides the base set (f); processors with only f count as AVX2.
 Isa best_isa() {
   unsigned a = 0, b = 0, c = 0, d = 0;
   constexpr unsigned osxsave = 1u << 27, avx2 = 1u << 5, f = 1u << 16, dq = 1u << 17, vl = 1u << 31;
@@ -26,7 +26,7 @@ Isa best_isa() {
 }
 #endif
 
-// A wish for more than there is has no effect.
+// AMONTONS_ISA cannot exceed the best set.
 Isa detect() {
 #if defined(AMONTONS_X86)
   const Isa best = best_isa();
@@ -42,7 +42,7 @@ Isa detect() {
 }
 }  // namespace
 
-// Asked once: the processor does not change, and the environment must not change results half-way.
+// Evaluated once: the processor does not change, and a change of the environment must not change results.
 Isa active_isa() {
   static const Isa isa = detect();
   return isa;

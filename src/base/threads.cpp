@@ -21,28 +21,27 @@
 #include <bit>
 #endif
 
-// How a call runs. The caller writes what is to be done into fields that all workers read, gives each thread
-// a range of the tasks, and publishes the call by raising its number (release). A worker that sees it
-// (acquire) claims the tasks of its own range one by one, then those that are left of the others', and so
-// does the caller; every finished task lowers a counter (release), and when the caller reads zero there
-// (acquire) it sees all that was written.
+// The course of a call. The caller writes the task into fields that all workers read, gives each thread a
+// range of the tasks, and publishes the call by increasing its number (release). A worker that sees it
+// (acquire) claims the tasks of its own range one by one, then those left of the others'. The caller does the
+// same. Every finished task decrements a counter (release), and when the caller reads zero there (acquire) it
+// sees all results.
 //
-// So a thread that does not get a core is not waited for, unless it stopped in the middle of a task: on a
-// machine with more threads than cores the others do its share. It may even sleep through calls. That it then
-// takes nothing from the call that it missed, or from the next one with what it read of the last, follows
-// from a claim being one compare-and-swap of a word that holds the number of the call, the next task and the
-// end of the range: a call ends only when all its ranges are empty, and what is claimed from a range that is
-// not yet empty belongs to the call whose fields were read.
+// So a thread without a core delays the others only if it stopped in the middle of a task; otherwise they do
+// its share. It may even sleep through calls. It then claims nothing from the missed call, or from the next
+// one with the data of the last. Reason: a claim is one compare-and-swap of a word with the number of the
+// call, the next task and the end of the range. A call ends only when all its ranges are empty, and a task
+// from a nonempty range belongs to the call whose fields were read.
 //
-// Waiting is where short loops lose their time: waking a thread that sleeps in the kernel takes some tens of
+// Short loops lose their time in waiting: waking a thread that sleeps in the kernel takes some tens of
 // microseconds, as long as a whole loop. So a worker first spins, which reacts within a fraction of a
-// microsecond; then yields, so that a machine with fewer cores than threads goes on; then sleeps, so that an
-// idle pool costs nothing.
+// microsecond. Then it yields, for machines with fewer cores than threads. Then it sleeps, so that an idle
+// pool costs nothing.
 namespace amontons {
 
 namespace {
 
-// Tells the processor that this is a spinning loop, so that it saves power and leaves the core to its twin.
+// Marks a spinning loop for the processor, which then saves power and leaves the core to its twin.
 inline void pause() {
 #if defined(__x86_64__) || defined(__i386__)
   __builtin_ia32_pause();
@@ -51,11 +50,12 @@ inline void pause() {
 #endif
 }
 
-// Spins while `value` equals `old`, then lets other threads run. False if the patience ran out. 4000 pauses
-// are ten to two hundred microseconds, depending on the processor: longer than the time between two loops of
+// Spins while `value` equals `old`, then lets other threads run. False if the limit is reached. 4000 pauses
+// take ten to two hundred microseconds, depending on the processor: longer than the time between two loops of
 // a solve.
 template <class T>
 bool changed(const std::atomic<T>& value, T old) {
+  // Pauses, then yields (counts), before the thread sleeps.
   constexpr int spins = 4000, yields = 64;
   for (int i = 0; i < spins; ++i) {
     if (value.load(std::memory_order_acquire) != old) return true;
@@ -68,10 +68,10 @@ bool changed(const std::atomic<T>& value, T old) {
   return false;
 }
 
-// Threads inside a call do not start others: see automatic_threads().
+// Threads inside a call start no others: see automatic_threads().
 thread_local bool inside = false;
 
-// The tasks of one thread that nobody has claimed, in one word.
+// The unclaimed tasks of one thread, in one word.
 class alignas(64) Tasks {
  public:
   static constexpr std::size_t most = (std::size_t{1} << 18) - 1;
@@ -79,7 +79,7 @@ class alignas(64) Tasks {
   void give(std::uint64_t call, std::size_t first, std::size_t last) {
     word_.store(call << 36 | first << 18 | last, std::memory_order_release);
   }
-  // The next one of the call, if any is left.
+  // Claims the next task of the call, if any is left.
   bool claim(std::uint64_t call, std::size_t& task) {
     std::uint64_t word = word_.load(std::memory_order_acquire);
     for (;;) {
@@ -96,7 +96,7 @@ class alignas(64) Tasks {
 
 }  // namespace
 
-// `call` counts the calls, in as many bits as a word of Tasks has for it.
+// `call` is the number of the call, in as many bits as a word of Tasks has for it.
 struct ThreadPool::Workers {
   static constexpr std::uint32_t call_mask = (1u << 28) - 1;
 
@@ -110,7 +110,7 @@ struct ThreadPool::Workers {
   alignas(64) std::atomic<std::uint32_t> call{0};
   alignas(64) std::atomic<std::size_t> left{0};
 
-  // Own tasks first, which keeps what they touch in one cache, then those of the others.
+  // Own tasks first, which keeps their data in one cache, then those of the others.
   void work(std::uint32_t number, std::size_t thread) {
     const Range run = range.load(std::memory_order_relaxed);
     const void* what = body.load(std::memory_order_relaxed);
@@ -125,7 +125,7 @@ struct ThreadPool::Workers {
     inside = false;
   }
 
-  // The life of a worker.
+  // The main loop of a worker.
   void loop(std::size_t thread) {
     for (std::uint32_t seen = 0;;) {
       while (!changed(call, seen)) call.wait(seen, std::memory_order_acquire);
@@ -135,7 +135,7 @@ struct ThreadPool::Workers {
     }
   }
 
-  // Wakes those that sleep; no system call if nobody does.
+  // Wakes sleeping workers; no system call if all are awake.
   void publish() {
     call.fetch_add(1, std::memory_order_acq_rel);
     call.notify_all();
@@ -161,8 +161,8 @@ unsigned ThreadPool::threads() const {
   return workers_ ? static_cast<unsigned>(workers_->threads.size()) + 1 : 1;
 }
 
-// The caller works rather than waits, and then waits for tasks that others are in the middle of. Ranges whose
-// lengths differ by one at most, the same for every call of as many tasks.
+// The caller works too, and then waits for the tasks of others. The lengths of the ranges differ by at most
+// one, and are the same for every call with this number of tasks.
 void ThreadPool::run_ranges(std::size_t tasks, Range range, const void* body) {
   Workers& w = *workers_;
   const bool outer = inside;
@@ -185,7 +185,7 @@ unsigned usable_cores() {
   cpu_set_t set;
   if (sched_getaffinity(0, sizeof set, &set) == 0) return static_cast<unsigned>(std::max(1, CPU_COUNT(&set)));
 #elif defined(_WIN32)
-  // Of the processor group of this process, which has 64 cores at most.
+  // The size of the processor group of this process, at most 64 cores.
   DWORD_PTR own = 0, all = 0;
   if (GetProcessAffinityMask(GetCurrentProcess(), &own, &all) && own)
     return static_cast<unsigned>(std::popcount(own));
@@ -201,7 +201,7 @@ unsigned automatic_threads(unsigned asked, std::size_t pieces) {
 
 namespace {
 
-// The number of this process; a fork changes it.
+// The id of this process; it changes by a fork.
 long process() {
 #if defined(__unix__) || defined(__APPLE__)
   return static_cast<long>(getpid());
@@ -210,14 +210,14 @@ long process() {
 #endif
 }
 
-// Idle pools. Threads do not survive a fork: the child forgets the pools of its parent without joining them.
+// Idle pools. Threads do not survive a fork: the child discards the pools of its parent without joining them.
 struct IdlePools {
   std::mutex mutex;
   std::vector<std::unique_ptr<ThreadPool>> pools;
   long owner = process();
 
-  // On Windows the end of a process ends all other threads before it comes here; and where the library is
-  // unloaded earlier, it holds the lock that a thread takes to end: joining would wait for ever.
+  // On Windows the end of a process ends all other threads before this point. If the library is unloaded
+  // earlier, it holds the lock that a thread takes to end: joining would wait for ever.
   ~IdlePools() {
 #if defined(_WIN32)
     owner = -1;
@@ -232,12 +232,11 @@ struct IdlePools {
   }
 };
 
-// Made at the first lease of several threads, and destroyed at the end of the process, which joins all
-// workers.
+// Made at the first lease of several threads. Destroyed at the end of the process, which joins all workers.
 IdlePools& idle_pools() {
   static IdlePools pools;
 #if defined(__unix__) || defined(__APPLE__)
-  // A fork waits for the lock: taken by another thread it would stay locked in the child.
+  // A fork waits for the lock: held by another thread, it would stay locked in the child.
   static const int registered =
       pthread_atfork([] { idle_pools().mutex.lock(); }, [] { idle_pools().mutex.unlock(); },
                      [] { idle_pools().mutex.unlock(); });
@@ -248,7 +247,7 @@ IdlePools& idle_pools() {
 
 }  // namespace
 
-// An idle pool with as many threads, or a new one. One thread needs no pool and takes no lock.
+// Takes an idle pool with this number of threads, or makes one. One thread needs no pool and takes no lock.
 PoolLease::PoolLease(unsigned threads) {
   if (threads > 1) {
     IdlePools& idle = idle_pools();
@@ -265,7 +264,7 @@ PoolLease::PoolLease(unsigned threads) {
   pool_ = std::make_unique<ThreadPool>(threads);
 }
 
-// Back to the idle ones, where its threads sleep until the next lease or the end of the process.
+// Returns the pool to the idle ones; its threads sleep until the next lease or the end of the process.
 PoolLease::~PoolLease() {
   if (pool_->threads() <= 1) return;
   IdlePools& idle = idle_pools();

@@ -10,47 +10,47 @@
 #include <emmintrin.h>
 #endif
 
-// The broad phase: out of n boxes the pairs that overlap, in about n log n steps rather than n^2. It is a
-// bounding volume hierarchy (Ericson, Real-Time Collision Detection, section 6.2) made anew for every call,
-// as all bodies move.
+// The broad phase finds the overlapping pairs of n boxes in about n log n steps instead of n^2. It is a
+// bounding volume hierarchy (Ericson, Real-Time Collision Detection, section 6.2), fitted again in every
+// call, because all bodies move.
 //
-// A tree with eight children per node over the boxes, stored without pointers: leaf k lies in node k / 8 of
-// level 0, in node k / 64 of level 1, and so on. The order of the leaves makes it a k-d tree: ranges are
+// A tree with eight children per node over the boxes, stored without pointers. Leaf k is in node k / 8 of
+// level 0, in node k / 64 of level 1, and so on. The order of the leaves makes it a k-d tree. Ranges are
 // split at the median of the centres, along the axis that shrinks the halves most, at multiples of powers of
-// eight. Boxes of very different size are kept apart before that (a floor among the bricks on it would make
-// every node above it as large as the floor): the leaves come in classes of size, small ones first.
+// eight. Boxes of very different size are separated before that: a floor among bricks would make every node
+// above it as large as the floor. So leaves are ordered by classes of size, small ones first.
 //
-// Each group of eight leaves then looks for later groups that it overlaps. The result is a set that does not
-// depend on the order of the leaves, so the order of the last call is used again as long as it serves.
+// Each group of eight leaves then searches later groups that it overlaps. The result does not depend on the
+// order of the leaves, so the order of the last call is used as long as it is efficient.
 //
-// The tree holds floats, eight of which are compared at once; they are rounded so that no pair is lost, and
-// what they find is decided in double.
+// The tree holds floats, eight of which are compared at once. They are rounded so that no pair is lost; the
+// final test is in double.
 namespace amontons {
 namespace {
 
 constexpr float inf = std::numeric_limits<float>::infinity();
 
-// The longest side: what decides how many others a box can meet.
+// The longest side, which determines how many others a box can overlap.
 double extent(const Aabb& box) {
   const Vec3 d = box.upper - box.lower;
   return std::max({d.x, d.y, d.z});
 }
 
-// Halved before the sum, which cannot overflow then.
+// Halved before the sum, so that it cannot overflow.
 Vec3 centre(const Aabb& box) { return 0.5 * box.lower + 0.5 * box.upper; }
 
 // A class holds sizes within a factor of four; class 0 holds boxes without extent. Four is coarse enough that
-// a pile of grains of mixed sizes stays in one or two trees, and fine enough that no node is blown up by a
-// box much larger than its neighbours. The exponents of doubles, from the smallest denormal's -1074 to 1023,
+// a pile of grains of mixed sizes stays in one or two trees. It is fine enough that no node is enlarged by a
+// box much larger than its neighbours. The exponents of doubles, from -1074 of the smallest denormal to 1023,
 // shifted to be positive, give a class for every size.
 constexpr std::size_t classes = 1 + 2200 / 2;
 std::size_t size_class(double size) {
   return size > 0 ? 1 + static_cast<std::size_t>(std::ilogb(size) + 1075) / 2 : 0;
 }
 
-// Subtraction and conversion to float round monotonically: a <= b implies narrow(a) <= narrow(b). Two boxes
-// that overlap thus still do when narrowed; whether the others do is decided in double. Any origin will do;
-// one amid the boxes keeps the rounding small. Infinity is left to empty places in nodes.
+// Subtraction and conversion to float round monotonically: a <= b implies narrow(a) <= narrow(b). Overlapping
+// boxes therefore still overlap when narrowed; other pairs are rejected in double. Any origin is valid; one
+// among the boxes keeps the rounding small. Infinity is reserved for empty places in nodes.
 float narrow(double x, double origin) {
   constexpr double largest = std::numeric_limits<float>::max();
   return static_cast<float>(std::clamp(x - origin, -largest, largest));
@@ -91,7 +91,7 @@ void enclose(const auto& node, float* box) {
   }
 }
 
-// Empty places begin at infinity and end at minus infinity, so that they overlap nothing.
+// Empty places begin at infinity and end at minus infinity, so they overlap nothing.
 void clear(auto& node) {
   for (int row = 0; row < 6; ++row) std::fill_n(node.bound[row], 8, row < 3 ? inf : -inf);
 }
@@ -103,9 +103,9 @@ void BroadPhase::find_pairs(std::span<const Aabb> boxes, std::span<const unsigne
   fixed_ = fixed;
   found_.clear();
   set_aside_infinite(boxes);
-  // The order of an earlier call holds for any boxes; it only gets slower as they move through each other,
-  // and from one step of a simulation to the next nothing moves far. It is given up as soon as it costs half
-  // as much again as when it was new.
+  // An earlier order is valid for any boxes; it only gets slower as they move, and between steps of a
+  // simulation nothing moves far. It is replaced once a search costs half as much again as the first one in
+  // it.
   bool done = false;
   if (built_for_ == boxes.size() && infinite_ == last_infinite_) {
     fit(boxes);
@@ -124,8 +124,8 @@ void BroadPhase::find_pairs(std::span<const Aabb> boxes, std::span<const unsigne
   sort(boxes.size(), pairs);
 }
 
-// Boxes with a bound that is not a finite number, or whose extent overflows, have no centre: they stay
-// outside the tree.
+// Boxes with a bound that is not finite, or whose extent overflows, have no centre: they stay outside the
+// tree.
 void BroadPhase::set_aside_infinite(std::span<const Aabb> boxes) {
   infinite_.clear();
   finite_.clear();
@@ -145,8 +145,9 @@ void BroadPhase::build(std::span<const Aabb> boxes) {
   for (std::size_t k = 0; k < items_.size(); ++k) order_[k] = items_[k].box;
 }
 
-// The median of a few centres lies amid most boxes, wherever a few others have flown to.
+// The median of a few centres is amid most boxes, even if a few others are far away.
 void BroadPhase::choose_origin(std::span<const Aabb> boxes) {
+  // Size (boxes): largest number of centres in the sample.
   constexpr std::size_t sample = 31;
   const std::size_t stride = finite_.size() / sample + 1;
   for (int axis = 0; axis < 3; ++axis) {
@@ -158,9 +159,9 @@ void BroadPhase::choose_origin(std::span<const Aabb> boxes) {
   }
 }
 
-// A class much smaller than its neighbours shares no node with them: the tree above is then that of a few
-// subtrees side by side. Counting sort by class, in linear time; each class starts a new group of leaves.
-// Afterwards start_ holds where the items of each class that has any begin and end.
+// A class much smaller than its neighbours shares no node with them; the tree above then has a few subtrees
+// side by side. Counting sort by class, in linear time; each class starts a new group of leaves. Afterwards
+// start_ holds the begin and end of each nonempty class.
 void BroadPhase::sort_by_size(std::span<const Aabb> boxes) {
   count_.assign(classes + 1, 0);
   for (std::int32_t i : finite_) ++count_[size_class(extent(boxes[i])) + 1];
@@ -185,9 +186,9 @@ void BroadPhase::sort_by_size(std::span<const Aabb> boxes) {
   }
 }
 
-// The construction of a k-d tree (Bentley, 1975), by medians, so that its depth is fixed by the number of
-// leaves and no pointer is needed. Splits the range near its middle, at a multiple of the largest power of
-// eight of which one lies inside: the halves then fill whole nodes of the level that they belong to.
+// Constructs a k-d tree (Bentley, 1975) by medians, so that its depth depends only on the number of leaves
+// and no pointer is needed. Splits the range near its middle, at a multiple of the largest possible power of
+// eight: the halves then fill whole nodes of their level.
 void BroadPhase::split(std::size_t first, std::size_t last) {
   if (last - first <= width) return;
   std::size_t block = width;
@@ -204,8 +205,8 @@ void BroadPhase::split(std::size_t first, std::size_t last) {
   split(middle, last);
 }
 
-// With centres spread over s and boxes as long as e on average, the halves are about s / 2 + e long: along
-// which axis is that the smallest part of s + e? Where s / (s + e) is largest.
+// With centres spread over s and boxes of mean length e, the halves are about s / 2 + e long. The best axis
+// is the one on which this is the smallest fraction of s + e, that is where s / (s + e) is largest.
 int BroadPhase::best_axis(std::size_t first, std::size_t last) const {
   float lower[3] = {inf, inf, inf}, upper[3] = {-inf, -inf, -inf}, sum[3] = {0, 0, 0};
   for (std::size_t k = first; k < last; ++k)
@@ -228,9 +229,9 @@ int BroadPhase::best_axis(std::size_t first, std::size_t last) const {
   return best;
 }
 
-// Puts the boxes into the tree, in the present order, level by level from the leaves up: the box of a node is
-// that around its children's. This is all that a call does before the search if the order of the last one
-// still serves; it is linear, and reads memory in order.
+// Writes the boxes to the tree, in the present order, level by level from the leaves up: the box of a node
+// contains those of its children. If the last order is still efficient, a call does only this before the
+// search. It is linear, and reads memory in order.
 void BroadPhase::fit(std::span<const Aabb> boxes) {
   boxes_.resize(order_.size());
   std::size_t nodes = std::max<std::size_t>(order_.size() / width, 1), depth = 0;
@@ -258,9 +259,9 @@ void BroadPhase::fit(std::span<const Aabb> boxes) {
   levels_.resize(depth);
 }
 
-// Every pair of overlapping boxes in the tree. The search runs group by group and not over pairs of nodes:
-// the box of eight leaves is tight, and one group's descent stays in the cache. Gives up, returning false,
-// after more visits than the limit.
+// Finds every pair of overlapping boxes in the tree. The search runs by groups and not by pairs of nodes: the
+// box of eight leaves is tight, and the descent for one group stays in the cache. Returns false after more
+// visits than the limit.
 bool BroadPhase::search(std::size_t limit) {
   visits_ = 0;
   const std::size_t groups = order_.size() / width;
@@ -273,8 +274,8 @@ bool BroadPhase::search(std::size_t limit) {
   return true;
 }
 
-// Descends from the top into all nodes that overlap the box of group g and hold later groups: each pair of
-// groups is met once, from the earlier one.
+// Descends from the root into all nodes that overlap the box of group g and contain later groups: each pair
+// of groups is found once, from the earlier one.
 void BroadPhase::cross_later_groups(std::size_t g) {
   const std::size_t top = levels_.size() - 1;
   if (top == 0) return;
@@ -292,7 +293,7 @@ void BroadPhase::cross_later_groups(std::size_t g) {
     const unsigned shift = 3 * static_cast<unsigned>(level - 1);
     for (unsigned mask = overlap_mask(levels_[level][index], box); mask; mask &= mask - 1) {
       const std::size_t child = index * width + static_cast<std::size_t>(std::countr_zero(mask));
-      if (((child + 1) << shift) - 1 <= g) continue;  // all its groups come before g or are g
+      if (((child + 1) << shift) - 1 <= g) continue;  // all its groups are g or earlier
       if (level > 1)
         stack[size++] = {level - 1, child};
       else
@@ -301,8 +302,8 @@ void BroadPhase::cross_later_groups(std::size_t g) {
   }
 }
 
-// All pairs between the leaves of group g and those of a later group h: first which leaves of g overlap the
-// box of h, which its parent knows, then each of them with the leaves of h.
+// All pairs between the leaves of group g and those of a later group h. First finds the leaves of g that
+// overlap the box of h, which its parent stores, then compares each with the leaves of h.
 void BroadPhase::cross(std::size_t g, std::size_t h) {
   ++visits_;
   float box[6];
@@ -330,15 +331,15 @@ void BroadPhase::add_pairs_of_infinite(std::span<const Aabb> boxes) {
   }
 }
 
-// What the floats let pass is decided here, in double, with the boxes as they were given: rounding to float
-// has an effect on time only.
+// Tests in double, with the given boxes, the pairs that the floats accept: rounding to float only affects the
+// time.
 void BroadPhase::add(std::int32_t a, std::int32_t b, const Aabb& box_a, const Aabb& box_b) {
   if ((fixed_[a] && fixed_[b]) || !is_overlap(box_a, box_b)) return;
   found_.emplace_back(std::min(a, b), std::max(a, b));
 }
 
-// A radix sort with two digits: counting sorts by the second and then by the first box, the later of which
-// keeps the order of the earlier one among equal keys. Linear however many partners one box has.
+// A radix sort with two digits: counting sorts by the second and then by the first box; the later one keeps
+// the order of the earlier one among equal keys. Linear for any number of partners of a box.
 void BroadPhase::sort(std::size_t boxes, std::vector<IndexPair>& pairs) {
   pairs.resize(found_.size());
   const auto pass = [&](auto key, const std::vector<IndexPair>& from, std::vector<IndexPair>& to) {

@@ -13,11 +13,11 @@ namespace {
 
 constexpr int band_rows = 16;        // pixels
 constexpr int most_texels = 1400;    // of the light's picture
-constexpr double brightest = 1.06;   // of a face that the light meets at right angles
-constexpr double shade = 0.75;       // what a shadow takes from the direct light
-constexpr double floor_shade = 0.3;  // what a shadow takes from a plane
-constexpr float outline = 0.72f;     // brightness where one thing ends and another begins
-constexpr std::int32_t nothing = -1;
+constexpr double brightest = 1.06;   // of a face normal to the light
+constexpr double shade = 0.75;       // share of the direct light that a shadow removes
+constexpr double floor_shade = 0.3;  // the same on a plane
+constexpr float outline = 0.72f;     // brightness at the border of two things
+constexpr std::int32_t no_instance = -1;
 
 void require(const PictureScene& scene, std::size_t bodies, const PictureCamera& camera) {
   AMONTONS_REQUIRE(camera.width > 0 && camera.height > 0 && camera.samples > 0 && camera.pixel > 0,
@@ -36,13 +36,13 @@ void require(const PictureScene& scene, std::size_t bodies, const PictureCamera&
     AMONTONS_REQUIRE(there(p.body), "a plane of a picture names a body that is not there");
 }
 
-// What a sample shows, layer by layer.
+// The layers of a sample.
 struct Seen {
-  std::int32_t moving = nothing, fixed = nothing;              // instance; -2 - k is plane k
+  std::int32_t moving = no_instance, fixed = no_instance;      // instance; -2 - k is plane k
   bool fixed_first = false;                                    // whether the fixed one is nearer
   double nearness = -std::numeric_limits<double>::infinity();  // of the nearer one
 
-  std::int32_t first() const { return fixed_first || moving == nothing ? fixed : moving; }
+  std::int32_t first() const { return fixed_first || moving == no_instance ? fixed : moving; }
 };
 
 class Painter {
@@ -73,7 +73,7 @@ class Painter {
     }
     rasterise(triangles_, width, height, band_rows * samples, 1, threads, [&](const Band& band) {
       const int below = band.first == 0 ? 0 : 1;
-      const std::vector<Seen> seen = look(band);
+      const std::vector<Seen> seen = layers_of(band);
       std::vector<float> row(static_cast<std::size_t>(3) * camera.width);
       for (int r = band.first + below; r < band.first + band.rows; r += samples) {
         for (int pixel = 0; pixel < camera.width; ++pixel) {
@@ -94,7 +94,7 @@ class Painter {
     Vec3 normal;
   };
 
-  std::vector<Seen> look(const Band& band) const {
+  std::vector<Seen> layers_of(const Band& band) const {
     std::vector<Seen> out(band.nearness[0].size());
     for (int row = band.first; row < band.first + band.rows; ++row)
       for (int column = 0; column < band.width; ++column) {
@@ -113,7 +113,7 @@ class Painter {
     return out;
   }
 
-  // Of the samples of a pixel; one stands for all where they show the same triangles.
+  // Mean over the samples of a pixel; one represents all if they show the same triangles.
   Colour mean(const Band& band, const std::vector<Seen>& seen, int column, int row, int samples) const {
     const std::size_t first = band.at(column, row);
     bool same = !edge(band, seen, column, row);
@@ -140,11 +140,11 @@ class Painter {
       return lines_[triangles_[over].thing].colour;
     const Seen& s = seen[k];
     const bool through = shines_through(s);
-    Colour out = style_.nothing;
-    if (s.moving != nothing && (!s.fixed_first || through))
+    Colour out = style_.background;
+    if (s.moving != no_instance && (!s.fixed_first || through))
       out = lit(triangles_[band.triangle[0][k]], column, row, style_.glass >= 1);
-    if (s.fixed <= -2 && (s.fixed_first || s.moving == nothing)) out = floor(s, column, row);
-    if (s.fixed >= 0 && (s.fixed_first || s.moving == nothing))
+    if (s.fixed <= -2 && (s.fixed_first || s.moving == no_instance)) out = floor(s, column, row);
+    if (s.fixed >= 0 && (s.fixed_first || s.moving == no_instance))
       out = mixed(out, lit(triangles_[band.triangle[1][k]], column, row, true), through ? style_.glass : 1);
     if (band.triangle[2][k] >= 0 && band.nearness[2][k] > s.nearness) {
       const ScreenTriangle& t = triangles_[band.triangle[2][k]];
@@ -155,15 +155,15 @@ class Painter {
     return mixed(out, {1, 1, 1}, style_.fade);
   }
 
-  // A plane covers what is below it; other fixed things let what moves shine through.
+  // A plane covers things below it; moving instances shine through other fixed ones.
   bool shines_through(const Seen& s) const {
-    return s.moving != nothing && s.fixed_first && s.fixed >= 0 && style_.glass < 1;
+    return s.moving != no_instance && s.fixed_first && s.fixed >= 0 && style_.glass < 1;
   }
   std::int32_t shown_moving(const Seen& s) const {
-    return !s.fixed_first || shines_through(s) ? s.moving : nothing;
+    return !s.fixed_first || shines_through(s) ? s.moving : no_instance;
   }
 
-  // Whether another thing begins here than to the left or below.
+  // Whether a sample and its left or lower neighbour show different things.
   bool edge(const Band& band, const std::vector<Seen>& seen, int column, int row) const {
     const Seen& s = seen[band.at(column, row)];
     const auto differs = [&](int c, int r) {

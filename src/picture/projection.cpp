@@ -8,15 +8,15 @@ namespace amontons {
 
 namespace {
 
-constexpr double grid = 256;      // corners lie on 2^-8 samples: edge functions are then exact in doubles
-constexpr double cut = 0.99;      // of the distance of the eye: what is nearer to it is cut off
+constexpr double grid = 256;      // corners are multiples of 2^-8 samples: exact edge functions in doubles
+constexpr double cut = 0.99;      // relative to the distance of the eye: nearer parts are clipped
 constexpr double no_area = 1e-9;  // squared samples
 
 struct Corner {
   Vec3 view, normal;
 };
 
-// Sends triangles to the screen.
+// Collects the triangles on the screen.
 class Collector {
  public:
   Collector(const Projection& to, std::vector<ScreenTriangle>& out) : to_(to), out_(out) {}
@@ -28,7 +28,7 @@ class Collector {
   }
 
  private:
-  // Sutherland and Hodgman's step at the one plane in front of the eye: at most four corners stay.
+  // Sutherland and Hodgman's step at the plane in front of the eye: at most four corners remain.
   int clip(const Corner (&in)[3], Corner (&out)[4]) const {
     const double limit = to_.nearest();
     int count = 0;
@@ -87,7 +87,7 @@ Vec3 unit_or_up(const Vec3& v) {
   return length > 0 ? v / length : Vec3{0, 0, 1};
 }
 
-// Mean normals of a surface at its vertices, by the areas of the triangles.
+// Mean normals of a surface at its vertices, weighted by the areas of the triangles.
 std::vector<Vec3> mean_normals(const PictureSurface& surface) {
   std::vector<Vec3> sums(surface.vertices.size());
   for (const auto& t : surface.triangles) {
@@ -138,7 +138,7 @@ SeenPlane Projection::plane(const Vec3& point, const Vec3& normal) const {
     if (facing < 1e-3) return {-inf, 0, 0, -inf, inf};
     return {-(below + centre) / facing, -right / facing, -up / facing, -inf, inf};
   }
-  // eye + t (across - d e) lies in it where t = height / descent, and there the nearness is 1 / t: positive
+  // eye + t (across - d e) is in the plane at t = height / descent, and the nearness there is 1 / t: positive
   // in front of the eye.
   const double height = below + camera_.distance * facing;
   if (height <= 0) return {-inf, 0, 0, -inf, inf};
@@ -164,7 +164,7 @@ std::vector<ScreenTriangle> project(const PictureScene& scene, std::span<const T
     for (std::size_t v = 0; v < surface.vertices.size(); ++v) {
       const Vec3& p = surface.vertices[v];
       Corner corner{to.view(turn * Vec3{s.x * p.x, s.y * p.y, s.z * p.z} + pose.position), {}};
-      // A normal is stretched by the inverse of the scale.
+      // A normal is scaled by the inverse of the scale.
       if (!surface.flat) {
         const Vec3& n = means[instance.surface][v];
         corner.normal = unit_or_up(turn * Vec3{n.x / s.x, n.y / s.y, n.z / s.z});

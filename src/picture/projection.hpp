@@ -8,17 +8,14 @@
 // From the world to samples of the picture.
 namespace amontons {
 
-// The layers of a picture have a depth buffer each: see Appearance; lines are over all.
+// Each layer of a picture has a depth buffer: see Appearance; lines are over all.
 enum class Layer : std::uint8_t { moving, fixed, clear, over };
 inline constexpr int layers = 4;
 
-// A camera in units of samples. Nearness grows towards the eye and is affine over the screen of any plane:
-// the distance z from the target with parallel rays, and d / (d - z) for an eye at distance d, which is also
-// the scale there.
-// Nearness of a plane without an end, which is affine over the screen: at + across column + up row.
+// Nearness of an infinite plane, which is affine over the screen: at + across column + up row.
 struct SeenPlane {
   double at, across, up;
-  double least, most;  // where it is not between, the plane is behind the eye, or too near to it
+  double least, most;  // range of nearness; outside it the plane is behind the eye, or too near to it
 
   double nearness(double column, double row) const {
     const double here = at + across * column + up * row;
@@ -26,9 +23,9 @@ struct SeenPlane {
   }
 };
 
-// A camera in units of samples. Nearness grows towards the eye and is affine over the screen of any plane:
-// the distance z from the target with parallel rays, and d / (d - z) for an eye at distance d, which is also
-// the scale there.
+// A camera in units of samples. Nearness grows towards the eye and is affine over the screen of any plane. It
+// is the distance z from the target with parallel rays, and d / (d - z) for an eye at distance d, which is
+// also the scale there.
 class Projection {
  public:
   explicit Projection(const PictureCamera& camera);
@@ -43,7 +40,7 @@ class Projection {
   }
   // A vector of the view in the world.
   Vec3 turned(const Vec3& v) const { return v.x * camera_.right + v.y * camera_.up + v.z * camera_.eye; }
-  // Column and row of samples, with their fractions, and nearness.
+  // Column and row of samples, including fractions, and nearness.
   Vec3 screen(const Vec3& view) const {
     const double scale = parallel_ ? 1 : camera_.distance / (camera_.distance - view.z);
     return {view.x * scale / sample_ + 0.5 * width_, view.y * scale / sample_ + 0.5 * height_,
@@ -53,9 +50,9 @@ class Projection {
     return parallel_ ? nearness : camera_.distance - camera_.distance / nearness;
   }
   Vec3 world(double column, double row, double nearness) const;
-  // The plane through `point` with this normal, as it is seen from its front.
+  // The plane through `point` with this normal, seen from its front.
   SeenPlane plane(const Vec3& point, const Vec3& normal) const;
-  // What is nearer to the eye than this (m, from the target) is cut off.
+  // Parts nearer to the eye than this (m, from the target) are clipped.
   double nearest() const;
 
  private:
@@ -69,12 +66,12 @@ struct ScreenTriangle {
   double x[3], y[3];  // samples, multiples of 2^-8; counter-clockwise
   double nearness[3];
   float normal[3][3];  // unit vectors of the world at the corners
-  std::int32_t thing;  // the instance, or the line
+  std::int32_t thing;  // index of the instance or the line
   Layer layer;
   double area;  // twice the area (samples)
 };
 
-// The triangles of all instances and lines that may be seen.
+// The possibly visible triangles of all instances and lines.
 std::vector<ScreenTriangle> project(const PictureScene& scene, std::span<const Transform> bodies,
                                     std::span<const PictureLine> lines, const Projection& to);
 

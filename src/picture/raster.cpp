@@ -17,9 +17,9 @@ void Band::clear(int first_row, int count, int columns) {
   }
 }
 
-// A sample lies inside if its three edge functions, twice the areas of the triangles that it makes with the
-// edges, are not negative. Corners are multiples of 2^-8 and samples of 1/2: products and sums are exact up
-// to 2^18 samples, so that no sample on a common edge is missed by both triangles.
+// A sample is inside if its three edge functions, twice the areas of its triangles with the edges, are not
+// negative. Corners are multiples of 2^-8 and samples of 1/2: products and sums are exact up to 2^18 samples,
+// so that both triangles cannot miss a sample on their common edge.
 void Band::fill(const ScreenTriangle& t, std::int32_t index) {
   const auto [low_x, high_x] = std::minmax({t.x[0], t.x[1], t.x[2]});
   const auto [low_y, high_y] = std::minmax({t.y[0], t.y[1], t.y[2]});

@@ -5,11 +5,11 @@
 
 #include "picture/projection.hpp"
 
-// Triangles into depth buffers, by bands of rows, so that the buffers stay in the cache whatever the
-// picture's size.
+// Draws triangles into depth buffers, by bands of rows, so that the buffers stay in the cache for any size of
+// the picture.
 namespace amontons {
 
-// Of the samples of some rows the nearest triangle of each layer, -1 for none.
+// The nearest triangle of each layer for the samples of some rows, -1 for none.
 struct Band {
   int first = 0, rows = 0, width = 0;  // the first row of samples, counted from below
   std::vector<double> nearness[layers];
@@ -20,10 +20,10 @@ struct Band {
   void fill(const ScreenTriangle& t, std::int32_t index);
 };
 
-// The weights of the corners of a triangle at a sample; they sum up to one.
+// The weights of the corners of a triangle at a sample; their sum is one.
 Vec3 weights(const ScreenTriangle& t, double column, double row);
 
-// Calls done(band) for each band of so many rows, and `below` more below it, from several threads.
+// Calls done(band) for each band of `rows` rows, and `below` more below it, from several threads.
 void rasterise(std::span<const ScreenTriangle> triangles, int width, int height, int rows, int below,
                unsigned threads, const std::function<void(const Band&)>& done);
 

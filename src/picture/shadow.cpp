@@ -9,11 +9,11 @@ namespace amontons {
 
 namespace {
 
-constexpr int block = 8;     // texels
-constexpr int band = 64;     // rows of texels
-constexpr int margin = 4;    // texels around all that is seen
-constexpr double shift = 2;  // texels: a point is lifted by so much, along the normal and towards the light
-constexpr double grazing = 0.15;  // least cosine of the light that the lift allows for
+constexpr int block = 8;          // texels
+constexpr int band = 64;          // rows of texels
+constexpr int margin = 4;         // texels around the visible part
+constexpr double shift = 2;       // texels: lift of a point along the normal and towards the light
+constexpr double grazing = 0.15;  // least cosine of the light for which the lift is sufficient
 
 struct Box {
   Vec3 low{std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity(),
@@ -39,8 +39,7 @@ std::pair<Vec3, double> ball_of(const PictureSurface& surface) {
   return {centre, reach};
 }
 
-// The bounds, along the axes of the light, of what is in the picture or not farther beside it than it is
-// large.
+// Bounds, along the axes of the light, of all things in the picture or beside it within its size.
 Box lit(const PictureScene& scene, std::span<const Transform> bodies, const Projection& picture,
         const Projection& light) {
   std::vector<std::pair<Vec3, double>> balls;
@@ -121,7 +120,7 @@ void Shadows::find_blocks(Map& map) const {
 double Shadows::missing(const Vec3& point, const Vec3& normal, bool behind_fixed) const {
   if (empty_) return 0;
   const Vec3 seen = projection_.screen(projection_.view(point + shift * camera_.pixel * normal));
-  // A texel is as deep as the surface within it is steep: that much is no shadow.
+  // A texel is as deep as the surface within it is steep: that depth casts no shadow.
   const double steep = std::clamp(dot(normal, light_), grazing, 1.0);
   const double depth = seen.z + shift * camera_.pixel / steep;
   const double moving = missing(maps_[0], seen, depth);

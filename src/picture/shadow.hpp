@@ -4,18 +4,17 @@
 
 #include "picture/projection.hpp"
 
-// What the light sees, and so what lies in shadow.
+// The picture from the light, and so the parts in shadow.
 namespace amontons {
 
 class Shadows {
  public:
-  // Of all that may throw a shadow into the picture; texels: size of the light's own picture.
+  // Contains everything that may cast a shadow into the picture; texels: size of the light's own picture.
   Shadows(const PictureScene& scene, std::span<const Transform> bodies, const Projection& picture,
           const Vec3& light, int texels, unsigned threads);
 
-  // The share of the light, from 0 to 1, that a point of a surface with this normal misses, softened over
-  // 3 x 3 texels.
-  // behind_fixed: whether what is fixed throws a shadow on it.
+  // The share of the light, from 0 to 1, that a shadow removes at a point of a surface with this normal,
+  // softened over 3 x 3 texels. behind_fixed: whether fixed things cast a shadow on it.
   double missing(const Vec3& point, const Vec3& normal, bool behind_fixed) const;
 
  private:
@@ -29,7 +28,7 @@ class Shadows {
   PictureCamera camera_;
   Projection projection_;
   Vec3 light_;
-  Map maps_[2];  // of what moves, of what is fixed
+  Map maps_[2];  // of moving things, of fixed things
   int columns_ = 0, rows_ = 0;
   bool empty_ = true;
 };

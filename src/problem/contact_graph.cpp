@@ -5,9 +5,10 @@
 
 namespace amontons {
 
-// One link per block of K. All rows of a block act on the same bodies (check_blocks), so that its first row
-// tells which. Contacts come first and are blocks of their own.
+// One link per block of K. All rows of a block act on the same bodies (check_blocks), so its first row gives
+// them. Contacts come first and are blocks of their own.
 void make_contact_graph(const ContactSystem& A, const SetProduct& K, ContactGraph& graph) {
+  // Mark of a body that impulses move while no block acts on it yet.
   constexpr unsigned char untouched = 2;
   graph.moves.resize(A.bodies.size());
   graph.links.clear();
@@ -16,7 +17,7 @@ void make_contact_graph(const ContactSystem& A, const SetProduct& K, ContactGrap
   graph.first_row.reserve(K.blocks() + 1);
   for (std::size_t i = 0; i < graph.moves.size(); ++i)
     graph.moves[i] = A.bodies.moves(static_cast<Index>(i)) ? untouched : 0;
-  // A body counts as moving once a block acts on it: those that nothing touches are nodes of no graph.
+  // A body counts as moving once a block acts on it: an untouched body is no node.
   const auto node = [&](Index body) {
     if (body < 0 || !graph.moves[body]) return Index{-1};
     graph.moves[body] = 1;
@@ -44,9 +45,9 @@ ContactGraph contact_graph(const ContactSystem& A, const SetProduct& K) {
   return graph;
 }
 
-// Union-find over the bodies, with one more node that stands for none: blocks without a moving body, whose
-// answer no other block has a part in. Paths are halved on the way to the root. The world joins nothing:
-// what rests on the ground side by side are two islands.
+// Union-find over the bodies, with one more node for blocks without a moving body, which no other block
+// influences. Paths are halved on the way to the root. The world joins nothing: bodies side by side on the
+// ground are separate islands.
 std::size_t find_islands(const ContactGraph& graph, std::vector<Index>& island) {
   const std::size_t bodies = graph.bodies();
   std::vector<Index> parent(bodies + 1);
@@ -58,7 +59,7 @@ std::size_t find_islands(const ContactGraph& graph, std::vector<Index>& island) 
   };
   for (const ContactGraph::Link& link : graph.links)
     if (link.a >= 0 && link.b >= 0) parent[root(link.a)] = root(link.b);
-  // Numbers in the order in which the islands first appear: they depend on the order of the blocks alone.
+  // Numbers follow the first appearance of the islands, so they depend only on the order of the blocks.
   std::vector<Index> number(bodies + 1, -1);
   Index count = 0;
   island.resize(graph.links.size());

@@ -1,9 +1,9 @@
-// D is the map from the velocities of the bodies w = (v, omega), at the centres of mass, to velocities of
-// the rows; D' takes impulses of the rows to wrenches at the centres of mass. A row along e of a contact
-// with arms r_a, r_b is
+// D is the map from the velocities of the bodies w = (v, omega), at the centres of mass, to velocities of the
+// rows. D' takes impulses of the rows to wrenches at the centres of mass. A row along e of a contact with
+// arms r_a, r_b is
 //  e . [ (v_A + omega_A x r_A) - (v_B + omega_B x r_B) ] = (e, r_A x e) . w_A - (e, r_B x e) . w_B,
-// and that of a moment about e, in m/s by the length l, l e . (omega_A - omega_B). The world has no
-// velocity: what acts on it is left out.
+// and that of a moment about e, in m/s by the length l, l e . (omega_A - omega_B). The world has zero
+// velocity: actions on it are left out.
 #include "amontons/problem/contact_system.hpp"
 
 #include <algorithm>
@@ -20,8 +20,8 @@ void axpy6(double x, const std::array<double, 6>& j, double* f) {
   for (int k = 0; k < 6; ++k) f[k] += x * j[k];
 }
 
-// The 6 n working velocities of a product: per thread, so that one operator serves concurrent solves, and
-// kept between calls, so that a product does not allocate.
+// The 6 n working velocities of a product. One array per thread, so that one operator serves concurrent
+// solves; kept between calls, so that a product does not allocate.
 std::vector<double>& body_scratch(std::size_t bodies) {
   static thread_local std::vector<double> scratch;
   scratch.assign(6 * bodies, 0.0);
@@ -36,7 +36,7 @@ void add_wrench(double* w, const Vec3& force, const Vec3& moment, double sign) {
   }
 }
 
-// w = M^-1 w, where bodies are free; of the others as their joints let them.
+// w = M^-1 w for free bodies; constrained bodies move as their joints allow.
 void apply_masses(const ContactSystem& A, std::vector<double>& w) {
   static thread_local std::vector<double> held;
   if (A.constrained) {
@@ -56,8 +56,8 @@ void apply_masses(const ContactSystem& A, std::vector<double>& w) {
 
 Vec3 vec3(const double* v) { return {v[0], v[1], v[2]}; }
 
-// (v_A + omega_A x r_A) - (v_B + omega_B x r_B) at the contact, and omega_A - omega_B where it has rows for
-// moments: D w as world vectors, which to_rows() turns into the rows.
+// (v_A + omega_A x r_A) - (v_B + omega_B x r_B) at the contact, and omega_A - omega_B if it has rows for
+// moments: D w as world vectors, which to_rows() converts to rows.
 ContactImpulse relative_motion(const Contact& c, const double* w) {
   ContactImpulse u;
   const auto add = [&](Index body, const Vec3& r, double sign) {
@@ -71,7 +71,7 @@ ContactImpulse relative_motion(const Contact& c, const double* w) {
   return u;
 }
 
-// j M^-1 j' of a row j of D: an entry of the diagonal of A but for E.
+// j M^-1 j' for a row j of D: an entry of the diagonal of A without E.
 double effective_inverse_mass(const Bodies& bodies, const JacobianRow& row) {
   double sum = 0;
   const auto add = [&](Index body, const std::array<double, 6>& j) {
@@ -85,7 +85,7 @@ double effective_inverse_mass(const Bodies& bodies, const JacobianRow& row) {
   return sum;
 }
 
-// The same of a force along e at the arms of a contact: 1/m + (r x e)' I^-1 (r x e) of each body.
+// The same for a force along e at the arms of a contact: 1/m + (r x e)' I^-1 (r x e) for each body.
 double effective_inverse_mass(const Bodies& bodies, const Contact& c, const Vec3& e) {
   double sum = 0;
   const auto add = [&](Index body, const Vec3& r) {
@@ -120,7 +120,7 @@ void Bodies::apply(std::size_t body, const double* f, double* v) const {
   v[5] = xz * tx + yz * ty + zz * tz;
 }
 
-// A unit impulse along e at r is the wrench (e, r x e) on A, its opposite on B; a unit of a moment row is the
+// A unit impulse along e at r is the wrench (e, r x e) on A, its opposite on B. A unit of a moment row is the
 // torque moment_length e.
 JacobianRow jacobian_row(const Contact& c, const ContactBasis& basis, int k) {
   const ContactRow row = contact_row(c.rows, k);
@@ -133,14 +133,14 @@ JacobianRow jacobian_row(const Contact& c, const ContactBasis& basis, int k) {
   return {c.body_a, c.body_b, {e.x, e.y, e.z, ma.x, ma.y, ma.z}, {-e.x, -e.y, -e.z, -mb.x, -mb.y, -mb.z}};
 }
 
-// Contacts may have different numbers of rows: whoever walks over them keeps a running row.
+// Contacts may have different numbers of rows, so loops over them keep a running row.
 std::size_t ContactSystem::contact_rows() const {
   std::size_t sum = 0;
   for (const Contact& c : contacts) sum += static_cast<std::size_t>(c.rows);
   return sum;
 }
 
-// Contact impulses as world vectors first: one wrench per body, whatever the number of rows.
+// Contact impulses are converted to world vectors first: one wrench per body for any number of rows.
 void add_impulses(const ContactSystem& A, std::span<const double> x, std::span<double> w) {
   std::size_t row = 0;
   for (const Contact& c : A.contacts) {
@@ -149,7 +149,7 @@ void add_impulses(const ContactSystem& A, std::span<const double> x, std::span<d
     if (c.body_a >= 0) add_wrench(&w[6 * c.body_a], f.linear, cross(c.r_a, f.linear) + f.angular, 1);
     if (c.body_b >= 0) add_wrench(&w[6 * c.body_b], f.linear, cross(c.r_b, f.linear) + f.angular, -1);
   }
-  // Rows of a joint stand together: their sum stays in registers.
+  // Rows of a joint are adjacent: their sum stays in registers.
   for (std::size_t i = 0; i < A.jacobian.size();) {
     const Index a = A.jacobian[i].body_a, b = A.jacobian[i].body_b;
     std::array<double, 6> on_a{}, on_b{};
@@ -175,7 +175,7 @@ void ContactSystem::product(std::span<const double> x, std::span<double> y) cons
   for (std::size_t i = 0; i < contacts.size(); ++i) {
     const Contact& c = contacts[i];
     const ContactImpulse u = relative_motion(c, w.data());
-    // A moment row sees l omega, as it is a velocity in m/s.
+    // A moment row is l omega, a velocity in m/s.
     to_rows(c, u.linear, u.angular, c.moment_length, &y[row]);
     for (int k = 0; k < c.rows; ++k) y[row + k] += contact_compliance[i] * x[row + k];
     row += static_cast<std::size_t>(c.rows);
@@ -189,8 +189,8 @@ void ContactSystem::product(std::span<const double> x, std::span<double> y) cons
   }
 }
 
-// diag(A)_i = E_i + j_i M^-1 j_i', row by row: how fast a unit impulse along the row makes the two bodies
-// move apart along it.
+// diag(A)_i = E_i + j_i M^-1 j_i', row by row: the relative speed of the two bodies along the row per unit
+// impulse along it.
 void ContactSystem::diagonal(std::span<double> d) const {
   std::size_t row = 0;
   for (std::size_t i = 0; i < contacts.size(); ++i) {
@@ -204,7 +204,7 @@ void ContactSystem::diagonal(std::span<double> d) const {
     d[row++] = compliance[i] + effective_inverse_mass(bodies, jacobian[i]);
 }
 
-// Rows in the same order, so that x, b and K serve both.
+// Rows keep their order, so that x, b and K serve both.
 ContactSystem ContactSystem::stored() const {
   ContactSystem op;
   op.bodies = bodies;

@@ -1,7 +1,7 @@
 // The dual certificate of a convex quadratic programme (Banjac, Goulart, Stellato, Boyd, "Infeasibility
-// detection in the alternating direction method of multipliers for convex optimization", JOTA 2019), for a
-// cone or a set with an unbounded direction. Which d to try is the driver's: the impulses that grow, or
-// their last change.
+// detection in the alternating direction method of multipliers for convex optimization", JOTA 2019). It
+// serves a cone or a set with an unbounded direction. The driver supplies the candidates d: the growing
+// impulses, or their last change.
 #include "amontons/problem/infeasibility.hpp"
 
 #include <cmath>
@@ -10,9 +10,8 @@ namespace amontons {
 
 namespace {
 
-// The projection on the recession cone of one set: the directions in which it is unbounded.
 template <class S>
-// The projection on the recession cone of one set: the directions in which it is unbounded. Of a cone it is
+// The projection on the recession cone of one set: the directions in which it is unbounded. For a cone it is
 // the cone itself.
 void project_recession(const S& set, const double* d, double* out) {
   if constexpr (S::is_cone)
@@ -23,9 +22,10 @@ void project_recession(const S& set, const double* d, double* out) {
 
 }  // namespace
 
-// The conditions that cost nothing come first; the product is for a d that satisfies them. All is relative
-// to the length of d in the metric of P, so that neither the length of d nor units matter; -1e-3 keeps <b,
-// d> far from the rounding of its sum. Norms of the P metric: impulses d by P, velocities b and A d by P^-1.
+// The conditions without cost come first; the product is only formed for a d that satisfies them. All
+// conditions are relative to the length of d in the metric of P, so that neither the length of d nor units
+// matter. The limit -1e-3 keeps <b, d> far from the rounding of its sum. Norms in the P metric: impulses d by
+// P, velocities b and A d by P^-1.
 bool proves_infeasible(const Problem& problem, Law law, std::span<const double> d, double tolerance) {
   if (law == Law::coulomb && problem.K.contacts() > 0) return false;
   const std::size_t m = problem.rows();
@@ -47,7 +47,7 @@ bool proves_infeasible(const Problem& problem, Law law, std::span<const double> 
   if (!(norm > 0) || !std::isfinite(norm) || bd > -1e-3 * norm * std::sqrt(b2) ||
       std::sqrt(outside) > tolerance * norm)
     return false;
-  // A d = 0, of the direction of length 1.
+  // A d = 0, for the direction of length 1.
   std::vector<double> unit(m), image(m);
   for (std::size_t i = 0; i < m; ++i) unit[i] = d[i] / norm;
   product(problem.A, unit, image);

@@ -1,5 +1,5 @@
-// Products of matrices as they are given: one thread, sums in the order of the entries, the same bits
-// everywhere. ContactSystem, the operator for bodies, has files of its own.
+// Products of given matrices: one thread, sums in the order of the entries, the same bits everywhere.
+// ContactSystem, the operator for bodies, has separate files.
 #include "amontons/problem/operators.hpp"
 
 #include <algorithm>
@@ -15,7 +15,7 @@ void SparseOperator::product(std::span<const double> x, std::span<double> y) con
   }
 }
 
-// Entries given in several parts count together, as they do in the product.
+// Entries given in several parts are summed, as in the product.
 void SparseOperator::diagonal(std::span<double> d) const {
   for (std::size_t i = 0; i < rows(); ++i) {
     d[i] = 0;
@@ -26,8 +26,8 @@ void SparseOperator::diagonal(std::span<double> d) const {
 
 void DenseOperator::product(std::span<const double> x, std::span<double> y) const {
   // Column sweeps: A is symmetric, so row j is column j, and y += x_j A_j vectorises without reordering a
-  // sum. A row times x would be one chain of additions, which may not be split into lanes without changing
-  // the bits.
+  // sum. A row times x would be one chain of additions, which cannot be split into lanes without changing the
+  // bits.
   std::fill(y.begin(), y.end(), 0.0);
   for (std::size_t j = 0; j < m; ++j) {
     const double* column = data.data() + j * m;

@@ -1,8 +1,8 @@
-// What a user gives is checked here, once, at the border: afterwards sizes agree, values are finite, indices
-// exist, A is symmetric and its diagonal not negative, and no later code asks again. That a matrix is
-// semidefinite is known only to a factorisation (ShiftedSystem); methods that do not factor notice negative
-// curvature along their steps. Each check may rely on those before it. A message names the thing by the
-// index that the user knows.
+// Input of a user is checked here once. Afterwards sizes agree, values are finite, indices exist, A is
+// symmetric and its diagonal is not negative, and later code relies on it. Only a factorisation finds out
+// whether a matrix is semidefinite (ShiftedSystem); methods that do not factor notice negative curvature
+// along their steps. Each check may rely on those before it. A message names the thing by the index that the
+// user knows.
 #include "amontons/problem/problem.hpp"
 
 #include <algorithm>
@@ -17,7 +17,7 @@ namespace amontons {
 
 namespace {
 
-// name(): what the values are, called for the message only.
+// name(): the description of the values, called only for the message.
 template <class Name>
 void require_finite(std::span<const double> values, Name&& name) {
   for (std::size_t i = 0; i < values.size(); ++i)
@@ -25,8 +25,8 @@ void require_finite(std::span<const double> values, Name&& name) {
                                                    std::to_string(values[i]) + ")");
 }
 
-// The pair of entries that differ most, and the largest entry: what counts is the difference relative to the
-// whole matrix, since small entries are often differences of large ones.
+// The pair of entries that differ most, and the largest entry. The difference relative to the whole matrix
+// counts, since small entries are often differences of large ones.
 struct Asymmetry {
   double difference = 0, largest = 0;
   std::size_t i = 0, j = 0;
@@ -40,7 +40,7 @@ struct Asymmetry {
   }
 };
 
-// asymmetry_of_rounding: what products of matrices leave, as H'M^-1 H formed in another order.
+// asymmetry_of_rounding: the error of matrix products, for example of H'M^-1 H formed in another order.
 void require_symmetric(const Asymmetry& worst) {
   if (worst.difference <= asymmetry_of_rounding * worst.largest) return;
   const auto entry = [](std::size_t i, std::size_t j) {
@@ -52,12 +52,12 @@ void require_symmetric(const Asymmetry& worst) {
                    " differ by " + relative + " of the largest entry; symmetrise it, A = (A + A.T) / 2");
 }
 
-// Row i asks row j for its entry (j, i). With ascending columns a cursor per row finds it that only moves
-// forward, because i ascends: linear time and no transpose. Rows in another order, or with an entry in
-// several parts, are summed one by one.
+// Row i looks up its entry (j, i) in row j. With ascending columns one cursor per row finds it, which only
+// moves forward because i ascends: linear time and no transpose. For rows in another order, or with an entry
+// in several parts, parts are summed one by one.
 Asymmetry asymmetry(const SparseOperator& A) {
   const std::size_t m = A.rows();
-  // What scipy calls a canonical format, and most files have.
+  // The canonical format of scipy, which most files have.
   bool ascending = true;
   for (std::size_t i = 0; i < m; ++i)
     for (Index k = A.indptr[i] + 1; k < A.indptr[i + 1]; ++k)
@@ -86,7 +86,7 @@ Asymmetry asymmetry(const SparseOperator& A) {
   return worst;
 }
 
-// First the form, as a wrong indptr would lead out of the arrays, then the values.
+// The structure is checked first, since a wrong indptr would lead out of the arrays, then the values.
 void check(const SparseOperator& A) {
   AMONTONS_REQUIRE(!A.indptr.empty() && A.indptr.front() == 0, "A: indptr must start with 0");
   const Index m = static_cast<Index>(A.rows());
@@ -113,7 +113,7 @@ void check(const DenseOperator& A) {
   require_symmetric(worst);
 }
 
-// All that can be known of a function without calling it. Symmetry is up to the caller.
+// All checks of a function that need no call. The caller is responsible for symmetry.
 void check(const CallbackOperator& A) {
   AMONTONS_REQUIRE(static_cast<bool>(A.function), "A: the product function is empty");
   require_finite(A.diag, [] { return std::string("diagonal of A"); });
@@ -122,7 +122,7 @@ void check(const CallbackOperator& A) {
 void check_bodies(const Bodies& bodies) {
   AMONTONS_REQUIRE(bodies.inverse_inertia.size() == bodies.size(),
                    "inverse mass: give one inverse inertia per body");
-  // The centres only help the order of bodies in memory; a file need not know them.
+  // The centres only affect the order of bodies in memory; a file need not contain them.
   AMONTONS_REQUIRE(bodies.centre.empty() || bodies.centre.size() == bodies.size(),
                    "centres of mass: give one per body, or none");
   for (std::size_t i = 0; i < bodies.size(); ++i) {
@@ -131,8 +131,8 @@ void check_bodies(const Bodies& bodies) {
                      body() + ": inverse mass must be finite and not negative");
     const auto& [xx, yy, zz, xy, xz, yz] = bodies.inverse_inertia[i];
     require_finite(bodies.inverse_inertia[i], [&] { return body() + ": inverse inertia"; });
-    // Positive semidefinite by its principal minors, all seven, with room for rounding: a minor of order k
-    // is a sum of products of k entries, and is compared with the k-th power of the trace.
+    // Positive semidefinite by all seven principal minors, with room for rounding. A minor of order k is a
+    // sum of products of k entries, and is compared with the k-th power of the trace.
     const double scale = xx + yy + zz, eps = 1e-10;
     const double det = xx * (yy * zz - yz * yz) - xy * (xy * zz - yz * xz) + xz * (xy * yz - yy * xz);
     AMONTONS_REQUIRE(xx >= 0 && yy >= 0 && zz >= 0 && xx * yy - xy * xy >= -eps * scale * scale &&
@@ -148,8 +148,8 @@ void check_index(Index body, std::size_t bodies, const std::string& where) {
                        std::to_string(bodies) + "; -1 is the world)");
 }
 
-// A row with one body on both sides would lack the product of the two in the diagonal and in the
-// factorisation; one on no body at all is allowed and empty.
+// A row with one body on both sides would lack the product of the two parts in the diagonal and in the
+// factorisation. A row on no body at all is allowed and empty.
 void check_row(const ContactSystem& A, std::size_t i) {
   const JacobianRow& row = A.jacobian[i];
   const std::string where = "row " + std::to_string(i);
@@ -163,8 +163,8 @@ void check_row(const ContactSystem& A, std::size_t i) {
                    where + ": compliance must be finite and not negative");
 }
 
-// The normal to 1e-6 in its square leaves room for what was written with seven digits; what is further from
-// 1 is a vector that nobody has normalised.
+// The square of the normal must be 1 to 1e-6, which admits seven written digits; a larger error means that
+// the vector was not normalised.
 void check_contact(const ContactSystem& A, std::size_t i) {
   const Contact& c = A.contacts[i];
   const std::string where = "contact " + std::to_string(i);
@@ -184,7 +184,7 @@ void check_contact(const ContactSystem& A, std::size_t i) {
                    where + ": compliance must be finite and not negative");
 }
 
-// Sizes before the loops that rely on them.
+// Sizes are checked before the loops that rely on them.
 void check(const ContactSystem& A) {
   check_bodies(A.bodies);
   AMONTONS_REQUIRE(A.contact_compliance.size() == A.contacts.size(),
@@ -194,8 +194,8 @@ void check(const ContactSystem& A) {
   for (std::size_t i = 0; i < A.jacobian.size(); ++i) check_row(A, i);
 }
 
-// Body-space factorisation and contact passes handle a block as one unit of two bodies: contacts first, each
-// with a set of its number of rows, then rows, those of one block between the same bodies.
+// Body-space factorisation and contact passes treat a block as one unit of two bodies. Contacts come first,
+// each with a set of its number of rows, then rows, those of one block between the same bodies.
 void check_blocks(const ContactSystem& A, const SetProduct& K) {
   const std::size_t contact_rows = A.contact_rows();
   std::size_t contact = 0;
@@ -212,7 +212,7 @@ void check_blocks(const ContactSystem& A, const SetProduct& K) {
     AMONTONS_REQUIRE(!S::frictional || A.contacts.empty(),
                      "contacts: the cones must start with one friction cone per contact (" +
                          std::to_string(A.contacts.size()) + ") and have none among the joint rows");
-    // A friction cone on stored rows: one contact whose arms the file did not give.
+    // A friction cone on stored rows: one contact whose arms are not in the file.
     const JacobianRow* first = &A.jacobian[row - contact_rows];
     for (int k = 1; k < S::dim; ++k)
       AMONTONS_REQUIRE(first->body_a == first[k].body_a && first->body_b == first[k].body_b,
@@ -221,9 +221,9 @@ void check_blocks(const ContactSystem& A, const SetProduct& K) {
   });
 }
 
-// docs/algorithm.md (15): per block the mean of diag(A). Blocks that no body carries (zero rows) would divide
-// by zero: any positive value serves them. 1e-14 of the largest entry is such a value, in the units of the
-// problem; 1 where A is zero.
+// docs/algorithm.md (15): per block the mean of diag(A). Blocks that no body carries (zero rows) would cause
+// a division by zero; any positive value serves them. 1e-14 of the largest entry is such a value, in the
+// units of the problem; 1 if A is zero.
 void make_preconditioner(const SetProduct& K, std::span<const double> diagonal, std::vector<double>& P) {
   double largest = 0;
   for (double d : diagonal) largest = std::max(largest, std::abs(d));
@@ -238,7 +238,7 @@ void make_preconditioner(const SetProduct& K, std::span<const double> diagonal, 
 
 }  // namespace
 
-// P from the diagonal, the graph from the bodies: what follows from A and K is made once, here.
+// P from the diagonal, the graph from the bodies: derived data of A and K are made once, here.
 void renew(Problem& problem) {
   static thread_local std::vector<double> diag;
   diag.resize(problem.rows());
@@ -248,14 +248,14 @@ void renew(Problem& problem) {
     make_contact_graph(*system, problem.K, problem.graph);
 }
 
-Problem trusted_problem(Operator A, std::vector<double> b, SetProduct K) {
-  Problem problem{std::move(A), std::move(b), std::move(K), {}, {}};
+Problem trusted_problem(Operator A, std::vector<double> b, SetProduct K, Law law) {
+  Problem problem{std::move(A), std::move(b), std::move(K), {}, {}, law};
   renew(problem);
   return problem;
 }
 
-// A by itself, then b and K against A, then their blocks; the diagonal last, as it is formed from all of A.
-Problem make_problem(Operator A, std::vector<double> b, SetProduct K) {
+// First A alone, then b and K against A, then their blocks; the diagonal last, as it is formed from all of A.
+Problem make_problem(Operator A, std::vector<double> b, SetProduct K, Law law) {
   std::visit([](const auto& op) { check(op); }, A);
   const std::size_t m = rows(A);
   AMONTONS_REQUIRE(b.size() == m,
@@ -264,13 +264,13 @@ Problem make_problem(Operator A, std::vector<double> b, SetProduct K) {
                                       std::to_string(m) + " (a friction cone takes three rows)");
   require_finite(b, [] { return std::string("b"); });
   if (const auto* system = std::get_if<ContactSystem>(&A)) check_blocks(*system, K);
-  Problem problem = trusted_problem(std::move(A), std::move(b), std::move(K));
+  Problem problem = trusted_problem(std::move(A), std::move(b), std::move(K), law);
   std::vector<double> diag(m);
   diagonal(problem.A, diag);
   double largest = 0;
   for (double d : diag) largest = std::max(largest, std::abs(d));
   for (std::size_t i = 0; i < m; ++i)
-    // Zero is allowed (rows that no body carries), and rounding of it.
+    // Zero is allowed (rows that no body carries), and its rounding.
     AMONTONS_REQUIRE(diag[i] >= -1e-12 * largest, "A[" + std::to_string(i) + ", " + std::to_string(i) +
                                                       "] = " + std::to_string(diag[i]) +
                                                       " is negative: A must be positive semidefinite");

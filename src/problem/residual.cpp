@@ -1,5 +1,5 @@
 // A solution of the VI, docs/algorithm.md (11, 12), is a fixed point of x -> Pi_K(x - t P^-1 g(x)) for any t
-// > 0. The natural map is the distance from that, at t = 1 in the metric of P, where a step has the size of
+// > 0. The natural map is the deviation from that at t = 1 in the metric of P. A step then has the size of
 // the impulse that would bring each block to rest.
 #include "amontons/problem/residual.hpp"
 
@@ -37,8 +37,18 @@ double natural_map(const Problem& problem, Law law, std::span<const double> x, s
   return std::sqrt(sum);
 }
 
+void natural_map_step(const Problem& problem, Law law, std::span<const double> x, std::span<double> r) {
+  const std::vector<double> u = apply(problem, x);
+  for_each_block(problem.K, [&]<class S>(const S& set, std::size_t block, std::size_t row) {
+    double step[S::dim];
+    add_saxce_term(set, law, &u[row], step);
+    for (double& s : step) s /= problem.P[block];
+    set.natural_map(&x[row], step, &r[row]);
+  });
+}
+
 // docs/algorithm.md (16). At x = 0, u = b: the length of Pi_K(-P^-1 b) in the P metric, to which the residual
-// is relative. It is zero where 0 is a solution; 1e-300 then keeps the quotient of two zeros at zero.
+// is relative. It is zero if 0 is a solution; 1e-300 then keeps the quotient of two zeros at zero.
 double natural_map_at_zero(const Problem& problem, Law law) {
   double sum = 0;
   for_each_block(problem.K, [&]<class S>(const S& set, std::size_t block, std::size_t row) {
@@ -51,10 +61,10 @@ double natural_map_at_zero(const Problem& problem, Law law) {
 }
 
 // The other norms take the step g itself, as if P were 1/kg: they depend on units and serve for comparison
-// with other software. They are formed as differences, with the cancellation of these.
+// with other software. They are differences and suffer from cancellation.
 double residual(const Problem& problem, Law law, std::span<const double> x, std::span<const double> u,
                 Norm norm) {
-  // The natural one is formed without cancellation, block by block by the sets (residual.hpp).
+  // The natural residual is formed without cancellation, block by block by the sets (residual.hpp).
   if (norm == Norm::natural) return natural_map(problem, law, x, u) / natural_map_at_zero(problem, law);
   double sum = 0, largest = 0;
   for_each_block(problem.K, [&]<class S>(const S& set, std::size_t, std::size_t row) {
@@ -77,7 +87,7 @@ double residual(const Problem& problem, Law law, std::span<const double> x, Norm
   return residual(problem, law, x, apply(problem, x), norm);
 }
 
-// Two projections per block: of the trial point for the step e of the natural map, of x itself for its
+// Two projections per block: of the trial point for the step e of the natural map, and of x itself for its
 // distance to K.
 Violations violations(const Problem& problem, Law law, std::span<const double> x) {
   const std::vector<double> u = apply(problem, x);
@@ -97,12 +107,12 @@ Violations violations(const Problem& problem, Law law, std::span<const double> x
     for (int k = 0; k < S::dim; ++k) outside += (x[row + k] - foot[k]) * (x[row + k] - foot[k]);
     v.cone = std::max(v.cone, std::sqrt(outside));
     v.penetration_velocity = std::max(v.penetration_velocity, set.violation(&u[row]));
-    // Of bilateral rows u is what violates; an interval balances it against its bounds.
-    if constexpr (S::is_cone && !std::is_same_v<S, Free>)
+    // For bilateral rows u is the violation; an interval balances it against its bounds.
+    if constexpr (S::is_cone && !std::is_same_v<S, Bilateral>)
       v.complementarity = std::max(v.complementarity, std::abs(work));
   });
   product(problem.A, e, Ae);
-  // e is an impulse (N s), A e the velocity that it makes (m/s): 1/2 e'Ae is its kinetic energy in J.
+  // e is an impulse (N s), A e its effect on the velocity (m/s): 1/2 e'Ae is the kinetic energy of that (J).
   for (std::size_t i = 0; i < e.size(); ++i) v.energy += 0.5 * e[i] * Ae[i];
   return v;
 }

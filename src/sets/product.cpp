@@ -25,9 +25,9 @@ void SetProduct::clear() {
   rows_ = blocks_ = contacts_ = 0;
 }
 
-bool SetProduct::all_free() const {
+bool SetProduct::all_bilateral() const {
   for (const SetRun& run : runs_)
-    if (run.kind != kind_of<Free>) return false;
+    if (run.kind != kind_of<Bilateral>) return false;
   return true;
 }
 

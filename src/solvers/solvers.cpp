@@ -6,15 +6,15 @@
 #include <string>
 #include <utility>
 
+#include "amontons/base/budget.hpp"
 #include "amontons/base/error.hpp"
-#include "amontons/base/patience.hpp"
 
 namespace amontons {
 
 namespace {
 
-// A function pointer per method: one indirect call per solve, none inside. A new method is a line here, and
-// its section in docs/methods.md.
+// One function pointer per method: one indirect call per solve, none inside. A new method needs a line here
+// and a section in docs/methods.md.
 constexpr std::array<std::pair<std::string_view, Method>, 11> methods{{
     {"auto", static_cast<Method>(automatic)},
     {"p-spg-fb", spg},
@@ -29,9 +29,10 @@ constexpr std::array<std::pair<std::string_view, Method>, 11> methods{{
     {"newton", newton},
 }};
 
-// s: what follows the last iteration, products and natural maps of the whole, belongs to a deadline; a tenth
-// of it at most.
+// Time for the work after the last iteration (s), which the deadline includes: products and natural maps of
+// the whole problem; at most a tenth of the deadline.
 double ending(const Problem& problem, double deadline) {
+  // Time of that work (s per block), and its limit (relative to the deadline).
   constexpr double per_block = 2e-7, most = 0.1;
   if (!std::isfinite(deadline)) return 0;
   return std::min(per_block * static_cast<double>(problem.K.blocks()), most * deadline);
@@ -62,7 +63,7 @@ Solution solve(const Problem& problem, std::string_view method, const Options& o
   validate(options, problem);
   Options in_time = options;
   in_time.deadline -= ending(problem, options.deadline);
-  const Patience patience(in_time.deadline, options.interrupted);
+  const Budget budget(in_time.deadline, options.interrupted);
   return run(problem, in_time);
 }
 

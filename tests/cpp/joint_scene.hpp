@@ -170,7 +170,7 @@ struct Scene {
     std::vector<double> A = dense(), x(m);
     std::vector<double> b(m);
     for (std::size_t i = 0; i < m; ++i) b[i] = row_velocity(i, free) + rows.c[i];
-    if (rows.cones.all_free()) {
+    if (rows.cones.all_bilateral()) {
       for (std::size_t j = 0; j < m; ++j) {
         for (std::size_t k = 0; k < j; ++k) A[j * m + j] -= A[j * m + k] * A[j * m + k];
         A[j * m + j] = std::sqrt(A[j * m + j]);

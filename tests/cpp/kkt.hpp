@@ -90,7 +90,7 @@ inline std::string violation(const Problem& p, Law law, double tolerance, const 
     const double *xi = &x[row], *ui = &u[row];
     if constexpr (std::is_same_v<S, Friction>) {
       first = contact(set.mu, law, xi, ui, e, Pe, row);
-    } else if constexpr (std::is_same_v<S, Free>) {
+    } else if constexpr (std::is_same_v<S, Bilateral>) {
       first = excess("bilateral row moves", row, std::abs(*ui), Pe);
     } else if constexpr (S::dim == 1) {
       double lo = 0, hi = INFINITY;

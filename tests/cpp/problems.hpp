@@ -161,7 +161,7 @@ inline Problem chain(int rods, bool closed = false, bool repeated = false) {
   if (repeated) add_ball_joint(A, 0, -1, {-0.5, 0, 0.02}, {0.5, 0.1, 0});
   Vector b = row_velocities(A, random.vector(6 * rods));
   SetProduct K;
-  K.add_count<Free>(A.rows());
+  K.add_count<Bilateral>(A.rows());
   return make_problem(std::move(A), std::move(b), std::move(K));
 }
 
@@ -215,7 +215,7 @@ inline Problem mechanism() {
   row(2, 1, {1, 0, 0, 0, 0.25, 0}, {-1, 0, 0, 0, 0.25, 0});
   SetProduct K;
   K.append(std::span(boxes.K.all<Friction>()));
-  K.add_count<Free>(3);
+  K.add_count<Bilateral>(3);
   K.add_each<Interval>(Vector{-0.02, -INFINITY, 0.01}, Vector{0.02, 0.0, 0.01});
   K.add_count<NonNegative>(1);
   Vector b = boxes.b;
@@ -226,12 +226,12 @@ inline Problem mechanism() {
 // A random positive definite matrix and all kinds of cones in mixed order.
 inline SetProduct mixed_cones() {
   SetProduct K;
-  K.add_count<Free>(2);
+  K.add_count<Bilateral>(2);
   K.add_each<Friction>(Vector{0.0, 0.3, 1.0});
   K.add_count<NonNegative>(3);
   K.add_each<Interval>(Vector{-0.1, 0.05, -INFINITY, 0.2}, Vector{0.1, INFINITY, 0.3, 0.2});
   K.add_each<Friction>(Vector{5.0, 1e-12});
-  K.add_count<Free>(1);
+  K.add_count<Bilateral>(1);
   return K;
 }
 

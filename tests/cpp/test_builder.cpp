@@ -249,3 +249,34 @@ TEST(contact_events_of_a_bounce) {
   copy.step();
   CHECK(copy.contact_events().began.empty() && copy.contact_events().ended.empty());
 }
+
+// Fails if a control is another drive's, its name is given twice, or an instant is not the start of the step:
+// a slider of 2 kg that a motor pushes by 3 N and a held force by 1 N, beside an actuator of the same name.
+TEST(controls_and_instant) {
+  ModelBuilder builder;
+  builder.description().gravity = {};
+  builder.add_body("slider", {.shape = Sphere{0.1}, .mass = 2});
+  builder.add_prismatic_joint(
+      "slider", "world", {.name = "rail", .axis = {1, 0, 0}, .dof = {.motor = {.kind = MotorKind::effort}}});
+  Actuator idle;
+  idle.name = "rail";
+  idle.transmission.joint = 0;
+  builder.description().actuators.push_back(idle);
+  Simulation simulation(builder.build(), {.dt = 1e-2});
+  const Model& model = simulation.model();
+  CHECK(model.controls().size() == 2 && model.control_index("rail") == 0);
+  CHECK(model.control_index("rail motor") == 1 && model.control_of_dof(0) == 1);
+  CHECK_THROWS(model.control_index("hinge"), "there is no control \"hinge\"; known are rail, rail motor");
+  CHECK_THROWS(simulation.instant(), "there was no step yet");
+  simulation.state().controls[1] = 3;
+  simulation.state().joint_forces[0] = 1;
+  simulation.step();
+  simulation.step();
+  CHECK_NEAR(simulation.state().linear_velocities[0].x, 2 * 1e-2 * 4 / 2, 1e-12);
+  CHECK_NEAR(simulation.instant().time, 1e-2, 1e-15);
+  CHECK_NEAR(simulation.instant().q[0], 1e-2 * 1e-2 * 2, 1e-12);
+  const Simulation copy(simulation);
+  CHECK(copy.instant().q == simulation.instant().q);
+  builder.joint("rail").dofs[0].motor = {MotorKind::velocity, 0, infinity, 5, 0};
+  CHECK_THROWS(builder.build(), "a velocity motor takes kd");
+}

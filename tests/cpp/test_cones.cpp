@@ -158,7 +158,7 @@ TEST(rows_are_exact) {
     return out;
   };
   for (double x : {-1e300, -1.0, -1e-300, 0.0, 1e-300, 1.0, 1e300}) {
-    CHECK(of(Free{}, x) == x);
+    CHECK(of(Bilateral{}, x) == x);
     CHECK(of(NonNegative{}, x) == std::max(x, 0.0));
     CHECK(of(Interval{-2, 3}, x) == std::clamp(x, -2.0, 3.0));
     CHECK(of(Interval{0.5, 0.5}, x) == 0.5);
@@ -174,11 +174,11 @@ TEST(product_is_its_blocks) {
   SetProduct K = small::mixed_cones();
   K.add_count<NonNegative>(0);
   K.add_each<Friction>(Vector{});
-  K.add_count<Free>(2);  // merges with the run before: empty runs leave no trace
+  K.add_count<Bilateral>(2);  // merges with the run before: empty runs leave no trace
   CHECK(K.rows() == 27);
   CHECK(K.blocks() == 17);
   CHECK(K.contacts() == 5);
-  CHECK(!K.all_free());
+  CHECK(!K.all_bilateral());
   CHECK(K.runs().size() == 6);
   const Vector x = small::Random(11).vector(K.rows());
   Vector out(K.rows()), polar(K.rows()), expected, in_place = x;
@@ -196,13 +196,13 @@ TEST(product_is_its_blocks) {
     Friction{mu}.project(&x[expected.size()], foot);
     expected.insert(expected.end(), foot, foot + 3);
   };
-  add_rows(Free{}, 2);
+  add_rows(Bilateral{}, 2);
   for (double mu : {0.0, 0.3, 1.0}) add_contact(mu);
   add_rows(NonNegative{}, 3);
   add_rows(Interval{-0.1, 0.1}, 1), add_rows(Interval{0.05, infinity}, 1);
   add_rows(Interval{-infinity, 0.3}, 1), add_rows(Interval{0.2, 0.2}, 1);
   for (double mu : {5.0, 1e-12}) add_contact(mu);
-  add_rows(Free{}, 3);
+  add_rows(Bilateral{}, 3);
   CHECK(out == expected);
   double squared = 0;
   for (std::size_t i = 0; i < x.size(); ++i) {
@@ -219,7 +219,7 @@ TEST(product_is_its_blocks) {
 // Breaks when a product of no sets has rows, or its projection reads one.
 TEST(empty_product) {
   const SetProduct K;
-  CHECK(K.rows() == 0 && K.blocks() == 0 && K.contacts() == 0 && K.all_free());
+  CHECK(K.rows() == 0 && K.blocks() == 0 && K.contacts() == 0 && K.all_bilateral());
   project(K, {}, {});
   CHECK(distance(K, {}) == 0);
 }

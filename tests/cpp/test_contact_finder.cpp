@@ -42,7 +42,7 @@ struct Search {
     place_bodies(model, initial_state(model), frames, mobility, start);
   }
   void find(const BodyVelocities& free) { finder.find({model, frames, free, h, margin}, contacts); }
-  void look(const BodyVelocities& after) {
+  void look_ahead(const BodyVelocities& after) {
     finder.find_unforeseen({model, frames, after, h, margin}, contacts);
   }
 };
@@ -73,7 +73,7 @@ TEST(corners_that_a_turn_brings_down_come_back) {
     const std::size_t known = s.contacts.size();
     CHECK(known >= 2 && known <= 8);
     const double before = lowest(s, after[0]);
-    s.look(after);
+    s.look_ahead(after);
     // The deepest point of a drum of radius r that turns as the rows see it: at r times the angle ahead, by r
     // a^2 / 2 deeper than the axis of the turn; corners stand 3 degrees apart.
     const double depth = -lowest(s, after[0]), exact = 0.1 * (1 - 1 / std::sqrt(1 + turned * turned));
@@ -97,9 +97,9 @@ TEST(hulls_out_of_reach_have_no_rows) {
   const BodyVelocities still{{}}, falling{{{0, 0, -0.15}, {}}}, hovering{{{0, 0, -0.07}, {}}};
   s.find(still);
   CHECK(s.contacts.empty());
-  s.look(hovering);
+  s.look_ahead(hovering);
   CHECK(s.contacts.empty());
-  s.look(falling);
+  s.look_ahead(falling);
   CHECK(s.contacts.size() == 4);
   s.find(falling);
   CHECK(s.contacts.size() == 4);
@@ -128,6 +128,6 @@ TEST(known_overlaps_are_not_found_again) {
   s.find(turning);
   const std::size_t known = s.contacts.size();
   CHECK(known > 0);
-  s.look(turning);
+  s.look_ahead(turning);
   CHECK(s.contacts.size() == known);
 }

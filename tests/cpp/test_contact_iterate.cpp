@@ -71,7 +71,7 @@ Problem random_problem(Size size, bool compliant, unsigned seed = 1) {
   SetProduct K;
   K.add_each<Friction>(mu);
   const std::size_t third = size.joints / 3;
-  K.add_count<Free>(third);
+  K.add_count<Bilateral>(third);
   K.add_each<Interval>(std::vector<double>(third, -0.2), std::vector<double>(third, 0.1));
   K.add_count<NonNegative>(size.joints - 2 * third);
   std::vector<double> b(A.rows());
@@ -384,7 +384,7 @@ TEST(passes_fit_what_they_know) {
   K.append(Friction{0.5});
   K.append(EllipticFriction<3>{0.5, 0.3});
   for (int i = 0; i < 7; ++i) K.append(Friction{0.5});
-  K.add_count<Free>(4);
+  K.add_count<Bilateral>(4);
   p.K = K;
   CHECK(!ContactIterate::fits(p));
 }

@@ -134,7 +134,7 @@ Problem walker(bool closed, bool tied, double compliance) {
       K.append(Friction{0.6});
     }
   Vector b = small::row_velocities(A.stored(), v);
-  K.add_count<Free>(joint_rows + bilateral);
+  K.add_count<Bilateral>(joint_rows + bilateral);
   K.add_count<NonNegative>(2);
   K.add_each<Interval>(Vector{-0.01}, Vector{0.01});
   if (tied) K.add_count<NonNegative>(1);
@@ -226,7 +226,7 @@ TEST(elimination_solves_the_same_problem) {
       options.tolerance = 1e-10;
       Elimination memory;  // as in a step: a problem by itself might go another way
       const Solution direct = automatic(c.problem, options, memory);
-      const bool linear = c.problem.K.all_free();
+      const bool linear = c.problem.K.all_bilateral();
       const Solution whole = solve(c.problem, linear ? "cg" : "newton", options);
       if (direct.status != Status::converged || direct.method != "elimination")
         check::fail(__FILE__, __LINE__, c.name + " is not eliminated");
@@ -275,7 +275,7 @@ TEST(contacts_that_jam_are_solved) {
       }
     }
     small::add_ball_joint(A, 0, 1, {0, 0, -0.1}, {0, 0, 0.1}, 0);
-    K.add_count<Free>(3);
+    K.add_count<Bilateral>(3);
     Vector b = small::row_velocities(A.stored(), random.vector(12));
     const Problem p = make_problem(std::move(A), std::move(b), std::move(K));
     Options options;
@@ -303,7 +303,7 @@ TEST(light_bodies_between_heavy_ones) {
   }
   SetProduct K;
   K.add_each<Friction>(Vector{0.5, 0.5, 0.5});
-  K.add_count<Free>(3);
+  K.add_count<Bilateral>(3);
   const Problem p =
       make_problem(std::move(A), {-1, 0.3, 0, -1, 0, 0.2, -1, 0.1, 0, 0.01, 0.02, -0.01}, std::move(K));
   for (Law law : {Law::associated, Law::coulomb}) {
@@ -361,7 +361,7 @@ Problem chain_on_boxes() {
     small::add_ball_joint(A, 40 + i, i == 0 ? 39 : 39 + i, {-0.2, 0, 0}, {0.2, 0, 0}, 1e-7);
   }
   SetProduct K = boxes.K;
-  K.add_count<Free>(36);
+  K.add_count<Bilateral>(36);
   Vector b = boxes.b;
   for (int i = 0; i < 36; ++i) b.push_back(0.1 + 0.01 * i);
   return make_problem(std::move(A), std::move(b), std::move(K));

@@ -4,7 +4,7 @@
 #include <memory>
 #include <vector>
 
-#include "amontons/base/patience.hpp"
+#include "amontons/base/budget.hpp"
 #include "amontons/multibody/step/simulation.hpp"
 #include "amontons/problem/residual.hpp"
 #include "amontons/solvers/choice/islands.hpp"
@@ -54,7 +54,7 @@ struct Share {
 std::vector<Share> shares;
 
 Solution note_the_share(const Problem& problem, const Options& options) {
-  shares.push_back({problem.K.blocks(), Patience::work_left(), options.deadline});
+  shares.push_back({problem.K.blocks(), Budget::work_left(), options.deadline});
   Solution s;
   s.x.assign(problem.rows(), 0.0);
   return s;
@@ -69,9 +69,10 @@ TEST(small_islands_get_enough) {
   const Problem problem = stacks_on_a_floor(40);
   shares.clear();
   Options options;
+  options.law = Law::associated;
   options.deadline = 100;
   constexpr double work = 1e9;
-  const Patience limit(std::numeric_limits<double>::infinity(), {}, Patience::Catches::no, work);
+  const Budget limit(std::numeric_limits<double>::infinity(), {}, Budget::Catches::no, work);
   solve_by_islands(problem, options, note_the_share);
   CHECK(shares.size() > 2);
   CHECK(shares.front().blocks == 17);  // twelve contacts, five rows of the hinge
@@ -89,6 +90,7 @@ TEST(islands_agree_with_the_whole) {
     const Problem problem = stacks_on_a_floor(stacks);
     CHECK(problem.K.blocks() == static_cast<std::size_t>(12 * stacks + 5));
     Options options;
+    options.law = Law::associated;
     options.tolerance = 1e-10;
     const Solution whole = interior_point(problem, options),
                    parts = solve_by_islands(problem, options, interior_point);
@@ -119,6 +121,7 @@ TEST(islands_keep_the_law) {
 TEST(islands_start_warm) {
   const Problem problem = stacks_on_a_floor(40);
   Options options;
+  options.law = Law::associated;
   options.tolerance = 1e-8;
   const Solution first = solve_by_islands(problem, options, apgd);
   options.x0 = first.x;

@@ -43,12 +43,12 @@ TEST(drive_is_an_implicit_step) {
     Scene scene = one_dof(dof, q, w);
     scene.options.h = h;
     scene.refresh();
-    CHECK(scene.count(RowKind::drive) == 1);
+    CHECK(scene.count(RowKind::passive) == 1);
     const double expected = (1.5 * w - h * 300 * (q - 0.2)) / (1.5 + h * h * 300 + h * 7);
     CHECK_NEAR(rate_after(scene), expected, 1e-12);
     CHECK_NEAR(spring_energy(*scene.model, scene.bodies, scene.state), 0.5 * 300 * 0.4 * 0.4, 1e-11);
     store_joint_impulses(scene.rows, scene.solve(), scene.state);
-    CHECK_NEAR(scene.state.dof_impulses[0].drive, expected - w, 1e-12);
+    CHECK_NEAR(scene.state.dof_impulses[0].passive, expected - w, 1e-12);
   }
 }
 
@@ -58,7 +58,7 @@ TEST(bare_dofs_have_no_rows) {
   CHECK(scene.rows.jacobian.size() == 5);
 }
 
-// Fails if a motor does not do what Motor says: effort, speed with and without gain, position with and
+// Fails if a motor does not do what Motor says: effort, velocity with and without kd, position with and
 // without, each with an effort that suffices and one that does not.
 TEST(motors_keep_their_word) {
   const double q = 0.4, w = 1.5, h = 0.01;
@@ -73,9 +73,9 @@ TEST(motors_keep_their_word) {
   for (const Dof& dof : kinds) {
     CHECK_NEAR(after(dof, {MotorKind::effort, 20, infinity, 0, 0}), w + h * 20, 1e-13);
     CHECK_NEAR(after(dof, {MotorKind::effort, -20, 5, 0, 0}), w - h * 5, 1e-13);
-    CHECK_NEAR(after(dof, {MotorKind::speed, 4, infinity, 0, 0}), 4, 1e-12);
-    CHECK_NEAR(after(dof, {MotorKind::speed, 4, 30, 0, 0}), w + h * 30, 1e-12);
-    CHECK_NEAR(after(dof, {MotorKind::speed, 4, infinity, 50, 0}), (w + h * 50 * 4) / (1 + h * 50), 1e-12);
+    CHECK_NEAR(after(dof, {MotorKind::velocity, 4, infinity, 0, 0}), 4, 1e-12);
+    CHECK_NEAR(after(dof, {MotorKind::velocity, 4, 30, 0, 0}), w + h * 30, 1e-12);
+    CHECK_NEAR(after(dof, {MotorKind::velocity, 4, infinity, 0, 50}), (w + h * 50 * 4) / (1 + h * 50), 1e-12);
     CHECK_NEAR(after(dof, {MotorKind::position, 0.5, infinity, 0, 0}), (0.5 - q) / h, 1e-11);
     // No faster than half the effort can stop in the way of 0.1 that is left: v h + v^2 / 30 = 0.1.
     CHECK_NEAR(after(dof, {MotorKind::position, 0.5, 30, 0, 0}), 15 * (std::sqrt(h * h + 0.4 / 30) - h),
@@ -152,7 +152,7 @@ TEST(limits_hold) {
     CHECK(far.count(RowKind::limit) == 0);
     Scene fast = one_dof(dof, 0.2, 100);  // within reach by its speed
     CHECK(fast.count(RowKind::limit) == 2);
-    dof.motor = {MotorKind::speed, 100, infinity, 0, 0};
+    dof.motor = {MotorKind::velocity, 100, infinity, 0, 0};
     Scene driven = one_dof(dof, 0.2, 0);
     CHECK(driven.count(RowKind::limit) == 2);
     dof.motor = {};
@@ -167,7 +167,7 @@ TEST(equal_limits_lock) {
   for (Dof dof : kinds) {
     dof.lower = dof.upper = 0.2;
     Scene scene = one_dof(dof, 0.21, 5);
-    CHECK(scene.rows.cones.all_free() && scene.rows.jacobian.size() == 6);
+    CHECK(scene.rows.cones.all_bilateral() && scene.rows.jacobian.size() == 6);
     CHECK_NEAR(rate_after(scene), -1, 1e-6);  // the regularisation gives way by 1e-7
   }
 }

@@ -189,7 +189,7 @@ TEST(impulses_come_back_as_warm_start) {
   for (Kind kind : all_kinds()) {
     for (Dof& dof : kind.joint.dofs) {
       dof.friction = 1e3;
-      dof.motor.kind = MotorKind::speed;
+      dof.motor.kind = MotorKind::velocity;
       dof.upper = 0.95;
       dof.lower = 0.25;
     }
@@ -327,7 +327,7 @@ TEST(rows_do_not_depend_on_the_unit_of_length) {
     for (Dof& dof : small.description.joints[0].dofs) {
       const bool slides = dof.kind == Dof::Kind::slide;
       dof.stiffness = 3, dof.friction = 2, dof.armature = 0.1, dof.lower = -0.2, dof.upper = 0.5;
-      dof.motor = {MotorKind::position, 0.1, 5, slides ? 0.0 : 7.0, 0.5};
+      dof.motor = {MotorKind::position, 0.1, 5, slides ? 0.0 : 7.0, slides ? 0.0 : 0.5};
     }
     Scene large;
     large.description = small.description;
@@ -342,11 +342,11 @@ TEST(rows_do_not_depend_on_the_unit_of_length) {
       dof.anchor *= u;
       const bool slides = dof.kind == Dof::Kind::slide;
       if (slides) {  // N/m and N s/m keep their numbers where mass and time do
-        dof.lower *= u, dof.upper *= u, dof.motor.target *= u, dof.friction *= u, dof.motor.max_effort *= u;
+        dof.lower *= u, dof.upper *= u, dof.motor.control *= u, dof.friction *= u, dof.motor.max_effort *= u;
         continue;
       }
       dof.stiffness *= u * u, dof.damping *= u * u, dof.friction *= u * u, dof.armature *= u * u;
-      dof.motor.max_effort *= u * u, dof.motor.gain *= u * u, dof.motor.damping_gain *= u * u;
+      dof.motor.max_effort *= u * u, dof.motor.kp *= u * u, dof.motor.kd *= u * u;
     }
     small.build(), large.build();
     small.options.recovery_speed = 0.7, large.options.recovery_speed = 0.7 * u;
@@ -432,7 +432,7 @@ TEST(four_bar_linkage_stays_closed) {
     scene.description.joints.push_back(joint);
   };
   pin(0, world, p[0]), pin(1, 0, p[1]), pin(2, 1, p[2]), pin(2, world, p[3]);
-  scene.description.joints[0].dofs[0].motor = {MotorKind::speed, 2.0, infinity, 0, 0};
+  scene.description.joints[0].dofs[0].motor = {MotorKind::velocity, 2.0, infinity, 0, 0};
   scene.options.h = 2e-3;
   scene.build();
   CHECK(scene.rows.jacobian.size() == 21);

@@ -210,7 +210,7 @@ TEST(sparse_oddities) {
 // whose halves differ by rounding, or only in the parts (1 + 1) in which an entry is stored.
 TEST(symmetry_of_matrices) {
   SetProduct K;
-  K.add_count<Free>(2);
+  K.add_count<Bilateral>(2);
   const std::vector<Index> indptr{0, 2, 4}, ascending{0, 1, 0, 1}, descending{1, 0, 1, 0};
   const std::vector<Index> split_indptr{0, 3, 5}, split{0, 1, 1, 0, 1};
   for (const double difference : {0.0, 0.9e-10, 1.1e-10, 1.0}) {

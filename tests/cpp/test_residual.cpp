@@ -1,7 +1,9 @@
 #include <cmath>
+#include <string_view>
 #include <vector>
 
 #include "amontons/problem/residual.hpp"
+#include "amontons/solvers/solvers.hpp"
 #include "check.hpp"
 #include "kkt.hpp"
 #include "problems.hpp"
@@ -101,12 +103,12 @@ TEST(natural_residual_has_no_unit) {
   for (double& v : lo) v *= t;
   for (double& v : hi) v *= t;
   SetProduct K;
-  K.add_count<Free>(2);
+  K.add_count<Bilateral>(2);
   K.add_each<Friction>(Vector{0.0, 0.3, 1.0});
   K.add_count<NonNegative>(3);
   K.add_each<Interval>(lo, hi);
   K.add_each<Friction>(Vector{5.0, 1e-12});
-  K.add_count<Free>(1);
+  K.add_count<Bilateral>(1);
   const Problem scaled = make_problem(small::dense_operator(scaled_A, p.rows()), scaled_b, K);
   for (Law law : laws) {
     const double r = residual(p, law, x);
@@ -149,7 +151,7 @@ TEST(violations_by_hand) {
   SetProduct K;
   K.add_each<Friction>(Vector{0.5});
   K.add_count<NonNegative>(1);
-  K.add_count<Free>(1);
+  K.add_count<Bilateral>(1);
   K.add_each<Interval>(Vector{-1.0}, Vector{1.0});
   Vector I(36);
   for (int i = 0; i < 6; ++i) I[7 * i] = 1;
@@ -163,4 +165,30 @@ TEST(violations_by_hand) {
   CHECK_NEAR(v.cone, 1 / std::hypot(1, 0.5), 1e-15);
   CHECK(v.complementarity == 10);
   CHECK(v.energy > 0);
+}
+
+// Breaks when a solve or a measure without a law of its own takes another than that of the problem, or when
+// parts of a problem lose it. The block slides, where the laws differ.
+TEST(a_problem_carries_its_law) {
+  for (Law law : laws) {
+    const Problem given = small::one_contact(0.5, -1, 2);
+    const Problem p = make_problem(given.A, given.b, given.K, law);
+    CHECK(p.law == law && given.law == Law::coulomb);
+    for (std::string_view method : {"auto", "apgd", "p-spg-fb", "interior-point", "newton", "admm"}) {
+      const Solution s = solve(p, method, {});
+      CHECK(s.status == Status::converged);
+      CHECK(residual(p, s.x) <= 1e-6 && residual(p, law, s.x) <= 1e-6);
+      CHECK_NEAR(s.x[0], law == Law::coulomb ? 1 : 1.6, 1e-4);
+    }
+    Options other;
+    other.law = law == Law::coulomb ? Law::associated : Law::coulomb;
+    CHECK(residual(p, solve(p, "auto", other).x) > 0.1);
+    Vector r(3);
+    natural_map_step(p, law, Vector{1, 0, 0}, r);
+    double norm = 0;
+    for (double v : r) norm += v * v;
+    const Vector u{0, 2, 0};
+    CHECK_NEAR(std::sqrt(norm), natural_map(p, law, Vector{1, 0, 0}, u), 1e-15);  // P = 1
+    CHECK_NEAR(violations(p, Vector{1, 0, 0}).complementarity, law == Law::coulomb ? 1 : 0, 1e-15);
+  }
 }

@@ -1,8 +1,13 @@
 // The step as a whole on small scenes with closed forms. Larger scenes are in tests/physics.
+#include <cmath>
 #include <cstring>
 #include <memory>
+#include <utility>
+#include <vector>
 
 #include "amontons/multibody/step/simulation.hpp"
+#include "amontons/problem/residual.hpp"
+#include "amontons/solvers/solvers.hpp"
 #include "check.hpp"
 
 using namespace amontons;
@@ -243,4 +248,51 @@ TEST(gaps_follow_turning_bodies) {
   }
   CHECK(spin > 10);
   CHECK(deepest < 0.1 * sim.margin());
+}
+
+// Breaks when the problem of a step has another law than the simulation, or its impulses are no solution of
+// it.
+TEST(the_problem_of_a_step_has_the_law_of_the_simulation) {
+  for (Law law : {Law::coulomb, Law::associated}) {
+    SimulationOptions options;
+    options.law = law;
+    Simulation sim(Model(floor_and_box({2, 0, 0}, 0.5)), options);
+    CHECK(sim.step().status == Status::converged);
+    CHECK(sim.problem()->law == law);
+    CHECK(residual(*sim.problem(), sim.impulses()) <= options.tolerance);
+  }
+}
+
+// A method of the caller's own. Breaks when it is not called, when its x is believed, when a wrong x skips
+// the safe step, or when what it throws leaves a state in the middle of a step.
+TEST(a_method_of_the_callers_own) {
+  const auto run = [](StepMethod method) {
+    SimulationOptions options;
+    options.method = "mine";
+    options.own_method = std::move(method);
+    return Simulation(Model(floor_and_box({}, 0.5)), options);
+  };
+  int calls = 0;
+  const auto good = [&](const Problem& problem, const Options& o) {
+    ++calls;
+    return solve(problem, "apgd", o).x;
+  };
+  Simulation sim = run(good);
+  const Report report = sim.step();
+  CHECK(calls > 0 && report.status == Status::converged && report.method == "mine");
+  CHECK(report.path == StepPath::accurate);
+  for (double value : {0.0, 1e300, std::nan("")}) {
+    Simulation wrong =
+        run([=](const Problem& p, const Options&) { return std::vector<double>(p.rows(), value); });
+    const Report r = wrong.step();
+    CHECK(r.status == Status::stalled && r.path != StepPath::accurate && r.advanced);
+    CHECK(r.energy_balance <= 1e-9 || r.balanced);
+    CHECK(std::abs(wrong.state().positions[0].z - 0.5) < 1e-3);  // the safe step stops it at the floor
+  }
+  Simulation shorter = run([](const Problem&, const Options&) { return std::vector<double>(2); });
+  CHECK_THROWS(shorter.step(), "method mine returned 2 impulses but the problem has 12 rows");
+  CHECK(shorter.state().time == 0 && shorter.state().positions[0].z == 0.5);
+  SimulationOptions unknown;
+  unknown.method = "mine";
+  CHECK_THROWS(Simulation(Model(floor_and_box({}, 0.5)), unknown), "unknown method");
 }

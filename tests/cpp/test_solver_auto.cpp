@@ -12,7 +12,8 @@ using small::Vector;
 
 // Breaks when auto does not tell every phase that ran, or names a method that made no x.
 TEST(auto_explains_itself) {
-  const Options options;
+  Options options;
+  options.law = Law::associated;
   for (const Problem& p : {small::stack(2), small::chain(3), small::as_callback(small::stack(2))}) {
     const Solution s = solve(p, "auto", options);
     CHECK(s.status == Status::converged && s.method != "auto");
@@ -43,9 +44,10 @@ TEST(auto_solves_redundant_joint_chains_at_once) {
     }
     Vector b = small::row_velocities(A, v);
     SetProduct K;
-    K.add_count<Free>(A.rows());
+    K.add_count<Bilateral>(A.rows());
     const Problem p = make_problem(std::move(A), std::move(b), std::move(K));
     Options options;
+    options.law = Law::associated;
     options.tolerance = 1e-8;
     const Solution s = solve(p, "auto", options);
     CHECK(s.status == Status::converged && s.method == "elimination");
@@ -85,7 +87,7 @@ TEST(auto_solves_coulomb_steps) {
       A.compliance.push_back(0);
       SetProduct K;
       K.append(std::span(boxes_only.K.all<Friction>()));
-      K.add_count<Free>(6);
+      K.add_count<Bilateral>(6);
       K.add_each<Interval>(Vector{-1e-3}, Vector{1e-3});
       Vector v;
       for (int i = 0; i < boxes; ++i) v.insert(v.end(), {0.02 * i, 0.006 * i, -0.0981, 0, 0, 0});
@@ -122,6 +124,7 @@ TEST(auto_takes_the_same_turns_with_any_number_of_threads) {
 // First-order iterations that auto makes.
 double cheap_iterations(const Problem& problem) {
   Options options;
+  options.law = Law::associated;
   options.tolerance = 1e-6;
   const Solution s = solve(problem, "auto", options);
   CHECK(s.status == Status::converged);
@@ -152,6 +155,7 @@ TEST(auto_prices_products_of_stored_rows) {
 // nowhere, or fails where one of them succeeds.
 TEST(auto_succeeds_where_one_method_does) {
   Options options;
+  options.law = Law::associated;
   options.tolerance = 1e-8;
   Options bounded = options;
   bounded.max_iterations = 300;
@@ -168,6 +172,7 @@ TEST(auto_succeeds_where_one_method_does) {
 TEST(a_run_in_turns_is_the_same_as_one) {
   const Problem p = small::stack(12, 10, 0.1, 0.4);
   Options options;
+  options.law = Law::associated;
   options.tolerance = 1e-9;
   const Solution whole = apgd(p, options);
   const auto run = start_apgd(p, options);

@@ -88,7 +88,7 @@ TEST(products_are_counted) {
   for (const Case& c : {Case{"sliding stack", small::stack(3, 2, 0.05)}, Case{"chain", small::chain(8)}})
     for (std::string_view method : {"p-spg-fb", "p-spg-fb-literal", "apgd", "jacobi", "cg", "minres"})
       for (Law law : laws) {
-        if (is_linear_only(method) && !c.problem.K.all_free()) continue;
+        if (is_linear_only(method) && !c.problem.K.all_bilateral()) continue;
         std::size_t calls = 0;
         CallbackOperator A;
         A.diag.resize(c.problem.rows());
@@ -238,16 +238,17 @@ TEST(one_row_by_hand) {
   for (const auto& row : rows) {
     SetProduct K;
     if (std::isinf(row.lo) && std::isinf(row.hi))
-      K.add_count<Free>(1);
+      K.add_count<Bilateral>(1);
     else if (row.lo == 0)
       K.add_count<NonNegative>(1);
     else
       K.add_each<Interval>(Vector{row.lo}, Vector{row.hi});
     const Case c{"one row", small::one_row(K, 2, row.b)};
     for (std::string_view method : method_names()) {
-      if (is_linear_only(method) && !c.problem.K.all_free()) continue;
+      if (is_linear_only(method) && !c.problem.K.all_bilateral()) continue;
       const Law law = Law::associated;
       Options options;
+      options.law = Law::associated;
       options.tolerance = 1e-9;
       const Solution s = solve(c.problem, method, options);
       EXPECT(s.status == Status::converged);
@@ -312,6 +313,7 @@ TEST(extreme_units) {
 TEST(methods_refuse_what_they_cannot_do) {
   const Problem contacts = small::stack(2), callback = small::as_callback(contacts);
   Options options;
+  options.law = Law::associated;
   for (std::string_view method : {"cg", "minres"})
     CHECK_THROWS(solve(contacts, method, options), "purely bilateral problems");
   for (std::string_view method : {"admm", "interior-point", "newton"})
@@ -329,6 +331,7 @@ TEST(bad_options_are_named) {
   const Problem p = small::stack(1);
   const auto with = [&](auto&& change) {
     Options options;
+    options.law = Law::associated;
     change(options);
     return solve(p, "p-spg-fb", options);
   };

@@ -79,6 +79,7 @@ TEST(literal_spg_takes_the_steps_of_the_paper) {
     for (const std::size_t memory : {0, 1, 2, 10})
       for (const double alpha_max : {1e13, 1.5}) {
         Options options;
+        options.law = Law::associated;
         options.history = true;
         options.tolerance = 0;
         options.max_iterations = 25;
@@ -109,6 +110,7 @@ TEST(nonmonotone_window_is_that_of_the_paper) {
   for (std::string_view method : {"p-spg-fb", "p-spg-fb-literal"})
     for (const std::size_t memory : {0, 1, 2}) {
       Options options;
+      options.law = Law::associated;
       options.history = true;
       options.tolerance = 1e-4;
       options.max_iterations = 2000;
@@ -135,6 +137,7 @@ TEST(nonmonotone_window_is_that_of_the_paper) {
 TEST(spg_is_near_krylov_on_bilateral_problems) {
   const Problem p = small::chain(60, true);
   Options options;
+  options.law = Law::associated;
   options.tolerance = 1e-3;
   const Solution krylov = cg(p, options);
   for (std::string_view method : {"p-spg-fb", "p-spg-fb-literal"}) {

@@ -188,14 +188,15 @@ TEST(infeasible) {
   const Problem squeezed = make_problem(small::dense_operator({1, -1, -1, 1}, 2), {-1, -0.5}, two_rows);
   // Two bilateral rows that say different things: d = (1, -1).
   SetProduct bilateral;
-  bilateral.add_count<Free>(2);
+  bilateral.add_count<Bilateral>(2);
   const Problem contradiction = make_problem(small::dense_operator({1, 1, 1, 1}, 2), {1, 2}, bilateral);
 
   for (const auto& [name, p] :
        {std::pair{"approach", &approach}, {"squeezed", &squeezed}, {"contradiction", &contradiction}})
     for (std::string_view method : method_names()) {
-      if (is_linear_only(method) && !p->K.all_free()) continue;
+      if (is_linear_only(method) && !p->K.all_bilateral()) continue;
       Options options;
+      options.law = Law::associated;
       const Solution s = solve(*p, method, options);
       // The others run off along d too, but their best iterate, the first one, does not show it.
       const bool detects = method == "auto" || method == "p-spg-fb" || method == "p-spg-fb-literal";

@@ -172,7 +172,7 @@ TEST(wide_rows_act_like_one_row) {
     const double x = -row_velocity(wide, scene.free) / inverse_effective_mass(wide, scene.mobility);
     const StepBodies bodies{scene.bodies, scene.mobility, scene.start, scene.free};
     const NarrowRow narrow = narrowed(wide, bodies, 0, {RowKind::tendon, 0, -1}, scene.rows);
-    scene.rows.append(Free{}, narrow.row, {0, narrow.offset}, 0, {RowKind::tendon, 0, 0});
+    scene.rows.append(Bilateral{}, narrow.row, {0, narrow.offset}, 0, {RowKind::tendon, 0, 0});
     const std::vector<double> solution = scene.solve();
     CHECK_NEAR(solution.back(), x, left * std::abs(x));
     // What reaches the bodies is x along each part.

@@ -1,5 +1,5 @@
 // What contacts that turn add to b: an ellipsoid that lies flat on a plane and rolls about its middle axis.
-// The lowest point moves ahead of the centre, and with the spin w comes down by w times its lead.
+// The lowest point moves ahead of the centre, and with the spin w comes down by w times its offset.
 #include <cmath>
 
 #include "amontons/multibody/joints/coordinates.hpp"
@@ -59,10 +59,10 @@ TEST(rolling_contact_turns_by_the_lead_of_its_point) {
   Rolling rolling;
   CHECK(rolling.contacts.size() == 1);
   const double w = 10, a = 0.5 * h * w, s = std::sin(a), c = std::cos(a);
-  const double lead = (0.09 - 0.01) * s * c / std::sqrt(0.09 * s * s + 0.01 * c * c);
+  const double offset = (0.09 - 0.01) * s * c / std::sqrt(0.09 * s * s + 0.01 * c * c);
   const double b = rolling.problem.b[0];
   CHECK(rolling.turn(w, w) > 0);
-  CHECK(std::abs(std::abs(rolling.problem.b[0] - b) - w * lead) < 1e-6);
+  CHECK(std::abs(std::abs(rolling.problem.b[0] - b) - w * offset) < 1e-6);
 }
 
 // Breaks when the turn stays in b of a contact that no longer turns, as after a prediction that was wrong.

@@ -15,7 +15,7 @@ def add_leg(b, base, x, y, hip, foot=BOUNCY):
         position=(x, y, hip - 0.2325), shape=shapes.Capsule(0.01, 0.06), mass=0.05, material=foot
     )
     for body, parent, z, target in ((upper, base, hip, 0.3), (lower, upper, hip - 0.155, -0.6)):
-        motor = Motor("position", target, gain=20.0, damping_gain=0.5)
+        motor = Motor("position", target, kp=20.0, kd=0.5)
         b.add_revolute_joint(body, parent, point=(x, y, z), axis=(0, 1, 0), motor=motor)
 
 

@@ -25,7 +25,7 @@ def test_bounce_height(e):
     b.add_body(position=(0, 0, 1.1), shape=shapes.Sphere(0.1), mass=2.0)
     sim = amontons.Simulation(b.build(), dt=1e-3)
     heights = []
-    sim.run(1.3, lambda s, _: heights.append(s.state.positions[0, 2] - 0.1))
+    sim.run(1.3, after_step=lambda s, _: heights.append(s.state.positions[0, 2] - 0.1))
     low = int(np.argmin(heights[:700]))
     assert max(heights[low:]) == pytest.approx(e * e, abs=5e-3)
 
@@ -45,7 +45,7 @@ def test_what_bounces_off_a_blow_stops_at_the_wall(e):
     b.add_geom(None, shapes.Box((0.01, 1, 1)), position=(0.42, 0, 0), material=material)
     sim = amontons.Simulation(b.build(), dt=0.01)
     furthest = []
-    sim.run(0.1, lambda s, _: furthest.append(s.state.positions[1, 0]))
+    sim.run(0.1, after_step=lambda s, _: furthest.append(s.state.positions[1, 0]))
     assert max(furthest) <= 0.31 + 1e-6
     assert furthest[0] > 0.3
 
@@ -73,7 +73,7 @@ def test_askew_impacts_create_no_energy(e, mu):
                 )
                 sim = amontons.Simulation(b.build(), dt=2e-3)
                 energies = []
-                sim.run(0.2, lambda _, r, energies=energies: energies.append(r.energy))
+                sim.run(0.2, after_step=lambda _, r, energies=energies: energies.append(r.energy))
                 worst = max(worst, float(np.diff(energies).max()) / energies[0])
     assert worst < 1e-5
 
@@ -243,7 +243,7 @@ def test_surfaces_touch_at_their_rest_offsets(pair):
         b.set_pair_material(0, 1, Material(rest_offset=pair))
     sim = amontons.Simulation(b.build())
     low = []
-    sim.run(1.0, lambda s, _: low.append(s.state.positions[0, 2]))
+    sim.run(1.0, after_step=lambda s, _: low.append(s.state.positions[0, 2]))
     assert sim.state.positions[0, 2] == pytest.approx(0.1 + (pair or 0.03), abs=1e-6)
     assert min(low) > 0.1 + (pair or 0.03) - 1e-6
     assert sim.contacts["gap"] == pytest.approx(0.0, abs=1e-6)
@@ -306,7 +306,7 @@ def test_rolling_down_any_ground(ground, shape):
     sim = amontons.Simulation(b.build())
     inertia = np.asarray(sim.model.bodies[0].inertia).reshape(3, 3)[2, 2]
     away = []
-    sim.run(1.5, lambda s, _: away.append(abs(float(s.state.positions[0] @ n) - 0.1)))
+    sim.run(1.5, after_step=lambda s, _: away.append(abs(float(s.state.positions[0] @ n) - 0.1)))
     v = sim.state.linear_velocities[0]
     # The solver's tolerance is relative to g h.
     assert np.linalg.norm(v) == pytest.approx(G * math.sin(slope) * 1.5 / (1 + inertia / 0.01), rel=1e-4)
@@ -354,7 +354,7 @@ def test_deep_overlap_is_undone_slowly(shape):
         rise.append(s.state.linear_velocities[:, 2].max())
         heights.append(s.state.positions[1, 2])
 
-    sim.run(2.0, look)
+    sim.run(2.0, after_step=look)
     assert max(np.diff(heights)) < (2 * sim.recovery_speed + 1e-6) * sim.dt
     assert max(rise) < 2.1e-3 * G * sim.dt  # what closes the residual of a solve, at two contacts
     np.testing.assert_allclose(sim.state.positions[:, 2], (0.1, 0.3), atol=2.1e-4 * sim.model.length)
@@ -432,7 +432,7 @@ def test_lift_and_paddle():
     def accelerate(s):
         s.state.linear_velocities[lift, 2] += 2 * s.dt
 
-    sim.force_callbacks.append(accelerate)
+    sim.before_step.append(accelerate)
     sim.run(1.0)
     assert sim.contact_forces()[0][rider, 2] == pytest.approx(2 * (G + 2), rel=1e-4)
     assert sim.state.linear_velocities[pushed, 0] == pytest.approx(0.5, abs=1e-5)
@@ -503,7 +503,7 @@ def test_a_step_up_still_stops():
         deepest.append(report.penetration)
         furthest.append(s.state.positions[0, 0])
 
-    sim.run(1.5, watch)
+    sim.run(1.5, after_step=watch)
     # The blow, below the centre of mass, tips it a little: the edge that it struck is the pivot.
     assert 0.399 < max(furthest) < 0.41
     assert furthest[-1] < 0.4

@@ -107,7 +107,7 @@ def test_gravity_scale(scale):
     b.add_body(shape=shapes.Sphere(0.1), mass=2.0, gravity_scale=scale)
     sim = amontons.Simulation(b.build(), dt=1e-2)
     reports = []
-    sim.run(1.0, lambda _, report: reports.append(report))
+    sim.run(1.0, after_step=lambda _, report: reports.append(report))
     assert sim.state.linear_velocities[0, 2] == pytest.approx(-9.81 * scale, abs=1e-12)
     energies = [r.kinetic_energy + r.potential_energy for r in reports]
     assert max(energies) - min(energies) <= 1e-9 * max(1.0, max(map(abs, energies)))

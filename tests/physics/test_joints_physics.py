@@ -65,7 +65,7 @@ def test_every_joint_carries_a_load_at_its_limits(kind):
         s.state.forces[0] = force
         s.state.torques[0] = -0.5 * s.state.angular_velocities[0] + np.array([0.3, 0.2, 0.1])
 
-    sim.force_callbacks.append(load)
+    sim.before_step.append(load)
     directions = {"prismatic": [(0, 0, 1)], "cylindrical": [(0, 0.5**0.5, 0.5**0.5)]}
     directions["point on line"] = directions["cylindrical"]
     for _ in range(900):
@@ -178,7 +178,7 @@ def test_joint_friction_holds_up_to_its_limit(force):
 
 def test_speed_motor_holds_and_slips():
     # It accelerates with max_effort / m, holds the speed against less, and loses (7 - 6) / m beyond.
-    sim = slide(motor=Motor("speed", target=1.5, max_effort=6.0))
+    sim = slide(motor=Motor("velocity", control=1.5, max_effort=6.0))
     sim.run(0.25)
     assert speed(sim) == pytest.approx(6 / 2 * 0.25, rel=1e-5)
     sim.run(1.0)
@@ -195,9 +195,9 @@ def test_speed_motor_holds_and_slips():
 def test_position_motor_arrives_without_swinging():
     # With max_effort F it brakes with F / 2 at most: v^2 = (F / m) way. One that asked for way / h until it
     # is there would swing about the target for ever, with the amplitude it came from.
-    sim = slide(motor=Motor("position", target=0.5, max_effort=20.0))
+    sim = slide(motor=Motor("position", control=0.5, max_effort=20.0))
     ways = []
-    sim.run(2.0, lambda s, _: ways.append(position(s)))
+    sim.run(2.0, after_step=lambda s, _: ways.append(position(s)))
     assert max(ways) < 0.5 + 1e-6
     assert position(sim) == pytest.approx(0.5, abs=1e-6)
     # Accelerating at F / m and braking at half of that, as fast as can be: (3 way m / F)^(1/2) = 0.39 s.
@@ -208,16 +208,16 @@ def test_position_motor_arrives_without_swinging():
     assert position(sim) == pytest.approx(0.5, abs=1e-6)
 
 
-@pytest.mark.parametrize("kind", ["speed", "position"])
+@pytest.mark.parametrize("kind", ["velocity", "position"])
 def test_rigid_motor_stops_at_the_limit(kind):
     # Motor and limit are both rigid and contradict each other; without a rule between them there is no
     # solution, and the motor drags the joint past its limit.
-    sim = slide(motor=Motor(kind, target=1.0), limits=(-0.2, 0.3))
-    report = sim.run(1.0, lambda _, r: not r.converged)
+    sim = slide(motor=Motor(kind, control=1.0), limits=(-0.2, 0.3))
+    report = sim.run(1.0, after_step=lambda _, r: not r.converged)
     assert report.converged
     assert position(sim) == pytest.approx(0.3, abs=1e-6)
-    sim.set_target("slide", -1.0)
-    report = sim.run(1.0, lambda _, r: not r.converged)
+    sim.set_control("slide", -1.0)
+    report = sim.run(1.0, after_step=lambda _, r: not r.converged)
     assert report.converged
     assert position(sim) == pytest.approx(-0.2, abs=1e-6)
 
@@ -291,7 +291,7 @@ def test_errors_of_position_are_taken_back_at_the_bounded_speed(recovery):
         speeds.append(abs(speed(s)))
         places.append(position(s))
 
-    sim.run(3.0, look)
+    sim.run(3.0, after_step=look)
     assert max(-np.diff(places)) / sim.dt == pytest.approx(0.5, rel=1e-5)
     assert max(speeds) == pytest.approx(0.5 if recovery == "velocity" else 0, abs=5e-6)
     # Errors below 1e-4 lengths stay.

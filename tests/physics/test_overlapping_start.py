@@ -18,11 +18,11 @@ def rider(depth):
             part = b.add_body(
                 position=(0, side, joint - half), shape=shapes.Capsule(size, half - size), mass=4.0
             )
-            motor = Motor("position", 0.0, gain=300.0, damping_gain=20.0)
+            motor = Motor("position", 0.0, kp=300.0, kd=20.0)
             b.add_revolute_joint(part, above, point=(0, side, joint), axis=(0, 1, 0), motor=motor)
             above, joint = part, joint - 2 * half
         foot = b.add_body(position=(0.05, side, z + 0.03), shape=shapes.Box((0.12, 0.04, 0.03)), mass=1.0)
-        motor = Motor("position", 0.0, gain=100.0, damping_gain=10.0)
+        motor = Motor("position", 0.0, kp=100.0, kd=10.0)
         b.add_revolute_joint(foot, above, point=(0, side, z + 0.06), axis=(0, 1, 0), motor=motor)
     return b.build()
 

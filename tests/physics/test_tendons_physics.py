@@ -110,7 +110,7 @@ def test_momentum():
     sphere = PathElement("sphere", "b1", Transform((0, 0.05, 0)), 0.12)
     path = [("b0", (0.05, 0, 0.02)), sphere, ("b2", (0, 0.03, 0)), ("b3", (0.02, 0.01, 0))]
     builder.add_tendon("t", path=path, stiffness=20, rest=0.8, damping=1, friction=0.2, armature=0.3)
-    builder.add_actuator("pull", tendon="t", law="position", kp=10, kv=1, control=1.0)
+    builder.add_actuator("pull", tendon="t", law="position", kp=10, kd=1, control=1.0)
     builder.add_actuator(
         "push",
         transmission=amontons.Transmission(
@@ -174,7 +174,7 @@ def test_activations():
 def test_servo_at_its_limits():
     builder = ModelBuilder()
     weights(builder, (1.0,))
-    builder.add_actuator("lift", joint="s0", law="position", kp=1e6, kv=1e3, force_limits=(-2.0, 15.0))
+    builder.add_actuator("lift", joint="s0", law="position", kp=1e6, kd=1e3, force_limits=(-2.0, 15.0))
     sim = Simulation(builder.build(), dt=1e-3, tolerance=1e-10)
     sim.controls = [1.0]
     sim.run(0.1)
@@ -224,7 +224,7 @@ def test_ball_in_cup():
     sim = robot("dm_suite/ball_in_cup.xml")
     sim.set_qd({"ball_x": 2.0, "ball_z": 3.0})
     longest = []
-    sim.run(1.0, lambda s, _: longest.append(s.tendon_efforts["length"][0]) and None)
+    sim.run(1.0, after_step=lambda s, _: longest.append(s.tendon_efforts["length"][0]) and None)
     assert max(longest) == pytest.approx(sim.model.tendons[0].upper, abs=1e-3)
     assert sim.tendon_efforts["limit"][0] <= 0
 

@@ -43,7 +43,7 @@ def machine(length: float, mass: float) -> amontons.Model:
         None,
         point=(0, 1.0 * length, 0.7 * length),
         axis=(0, 1, 0),
-        motor=Motor(kind="speed", target=3.0, max_effort=50 * force * length),
+        motor=Motor(kind="velocity", control=3.0, max_effort=50 * force * length),
         name="drive",
     )
     b.add_prismatic_joint(

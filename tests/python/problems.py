@@ -100,7 +100,7 @@ def pile(bodies=6, seed=1):
         joint_jacobian_b=rng.normal(size=(2, 6)),
         joint_compliance=[0.0, 0.2],
     )
-    cones = [amontons.Friction(rng.uniform(0, 1, bodies)), amontons.Free(1), amontons.NonNegative(1)]
+    cones = [amontons.Friction(rng.uniform(0, 1, bodies)), amontons.Bilateral(1), amontons.NonNegative(1)]
     return A, rng.normal(size=A.shape[0]), cones
 
 

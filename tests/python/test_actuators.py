@@ -201,7 +201,8 @@ WRONG = {
     "no such tendon": (dict(tendon="t"), 'there is no tendon "t"'),
     "a law": (dict(joint="j", law="torque"), "unknown law of an actuator 'torque'; known are"),
     "negative": (dict(joint="j", law="position", kp=-1), "kp = -1; it must not be negative"),
-    "both laws": (dict(joint="j", kp=1, gain=(1, 0, 0)), "gain and bias say the whole law"),
+    "kp of an effort": (dict(joint="j", kp=1), 'kp is of the law "position"; that of "effort" takes kd'),
+    "both laws": (dict(joint="j", kd=1, gain=(1, 0, 0)), "gain and bias say the whole law"),
     "limits": (dict(joint="j", force_limits=(1, -1)), "lower_force 1 exceeds upper_force -1; swap them"),
     "infinite": (dict(joint="j", gain=(math.inf, 0, 0)), "gain"),
     "time": (dict(joint="j", dynamics="filter", time_constant=-1), "the time constant must be finite"),
@@ -239,12 +240,12 @@ def test_wrong_controls():
     sim = amontons.Simulation(builder.build())
     sim.set_control("drive", 5)
     assert sim.controls == [1.0]
-    with pytest.raises(InputError, match='there is no actuator "motor"; known are drive'):
+    with pytest.raises(InputError, match='there is no control "motor"; known are drive'):
         sim.set_control("motor", 1)
     with pytest.raises(InputError, match="control is nan"):
         sim.set_control(0, math.nan)
-    with pytest.raises(InputError, match=r'has no motor; use set_control\("drive"'):
-        sim.set_target("j", 1.0)
+    with pytest.raises(InputError, match='joint "j" has no motor; the actuator "drive" drives it'):
+        sim.set_control("j", 1.0)
     sim.state.controls[0] = math.inf
     with pytest.raises(InputError, match='actuator "drive": the control or activation is not finite'):
         sim.step()

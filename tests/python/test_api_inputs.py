@@ -62,26 +62,28 @@ def test_unusual_sparse_storage():
     rows, columns = np.r_[np.repeat(range(N), N), range(N)], np.r_[np.tile(range(N), N), range(N)]
     coo = sp.coo_array((np.r_[DENSE.ravel(), np.ones(N)], (rows, columns)))
     for matrix, dense in ((wide, DENSE), (reverse, DENSE), (coo, DENSE + np.eye(N))):
-        problem = amontons.Problem(matrix, B, "free")
+        problem = amontons.Problem(matrix, B, "bilateral")
         assert np.allclose(problem.A.toarray(), dense)
-        assert np.allclose(amontons.solve(matrix, B, "free", tolerance=1e-12).x, np.linalg.solve(dense, -B))
-    integers = amontons.Problem(np.diag(np.arange(1, N + 1)), B, "free")
+        assert np.allclose(
+            amontons.solve(matrix, B, "bilateral", tolerance=1e-12).x, np.linalg.solve(dense, -B)
+        )
+    integers = amontons.Problem(np.diag(np.arange(1, N + 1)), B, "bilateral")
     assert np.allclose(integers.solve(tolerance=1e-12).x, -B / np.arange(1, N + 1))
 
 
 # Breaks when large matrices start to be copied on their way in.
 def test_matrices_are_not_copied():
     csr, csc = sp.csr_array(DENSE), sp.csc_array(DENSE)
-    assert np.shares_memory(amontons.Problem(csr, B, "free").A.data, csr.data)
-    assert np.shares_memory(amontons.Problem(csc, B, "free").A.data, csc.data)
-    assert np.shares_memory(amontons.Problem(DENSE, B, "free").A, DENSE)
+    assert np.shares_memory(amontons.Problem(csr, B, "bilateral").A.data, csr.data)
+    assert np.shares_memory(amontons.Problem(csc, B, "bilateral").A.data, csc.data)
+    assert np.shares_memory(amontons.Problem(DENSE, B, "bilateral").A, DENSE)
     fortran = np.asfortranarray(DENSE)
-    assert np.shares_memory(amontons.Problem(fortran, B, "free").A, fortran)
+    assert np.shares_memory(amontons.Problem(fortran, B, "bilateral").A, fortran)
 
 
 # Breaks when the core keeps a pointer to memory that Python has freed.
 def test_problem_keeps_its_matrix_alive():
-    problem = amontons.Problem(sp.csr_array(DENSE), B, "free")
+    problem = amontons.Problem(sp.csr_array(DENSE), B, "bilateral")
     x = problem._core.product(B)
     problem._A = None
     garbage = [np.full((N, N), np.nan) for _ in range(100)]
@@ -93,7 +95,7 @@ def test_problem_keeps_its_matrix_alive():
 @pytest.mark.parametrize(
     ("name", "cones"),
     [
-        ("free", [amontons.Free(9)]),
+        ("bilateral", [amontons.Bilateral(9)]),
         ("nonnegative", [amontons.NonNegative(4), amontons.NonNegative(5)]),
         ("friction", [amontons.Friction([0.4] * 3)]),
         ("friction", [amontons.Friction(0.4, n=2), amontons.Friction(0.4)]),
@@ -108,10 +110,10 @@ def test_names_of_cones(name, cones):
 
 # Breaks when mu is dealt out to contacts in another order than rows have.
 def test_mu_is_dealt_out_in_row_order():
-    cones = [amontons.Friction(1), amontons.Free(3), amontons.Friction(n=1)]
+    cones = [amontons.Friction(n=1), amontons.Bilateral(3), amontons.Friction(n=1)]
     problem = amontons.Problem(DENSE, B, cones, mu=[0.1, 0.9])
     assert [c.mu.tolist() for c in problem.cones if isinstance(c, amontons.Friction)] == [[0.1], [0.9]]
-    assert amontons.Problem(DENSE, B, [amontons.Friction(2), *cones[1:2]], mu=0.5).mu.tolist() == [0.5, 0.5]
+    assert amontons.Problem(DENSE, B, [amontons.Friction(n=2), *cones[1:2]], mu=0.5).mu.tolist() == [0.5, 0.5]
     assert amontons.Problem(np.eye(3), np.ones(3), amontons.Friction(mu=1, n=1)).mu.tolist() == [1.0]
 
 

@@ -23,7 +23,7 @@ FOREVER = {"tolerance": 0, "max_iterations": 10**9, "method": "p-spg-fb-literal"
 @pytest.mark.parametrize("v", [0.3, 2.0])
 def test_one_contact_associated(v):
     A, b, cones = one_contact(mu=0.5, tangential_velocity=v)
-    solution = amontons.solve(A, b, cones, tolerance=1e-12)
+    solution = amontons.solve(A, b, cones, law="associated", tolerance=1e-12)
     foot = (1 + 0.5 * v) / 1.25
     expected = [1, -v, 0] if v <= 0.5 else [foot, -0.5 * foot, 0]
     assert np.allclose(solution.x, expected, atol=1e-10)
@@ -66,18 +66,18 @@ def test_solution_is_complete():
 
 # Breaks when the printed form hides what a user looks for.
 def test_repr_tells_the_outcome():
-    solution = amontons.solve(np.eye(1), [1.0], "free")
+    solution = amontons.solve(np.eye(1), [1.0], "bilateral")
     text = repr(solution)
     for word in ("converged", "method", "residual", "objective", "products", "1 impulses"):
         assert word in text
     problem = repr(wall())
-    for word in ("wall impact", "868", "Factored(43 bodies", "Friction(0.6, n=289)", "Free"):
+    for word in ("wall impact", "868", "Factored(43 bodies", "Friction(0.6, n=289)", "Bilateral"):
         assert word in problem
 
 
 # Breaks when the arrays of a solution die with it, or are copied.
 def test_arrays_outlive_the_solution():
-    solution = amontons.solve(np.eye(2), [1.0, 2.0], "free")
+    solution = amontons.solve(np.eye(2), [1.0, 2.0], "bilateral")
     x = solution.x
     assert np.shares_memory(x, solution.x)
     del solution
@@ -304,7 +304,7 @@ def test_residual_norms_and_violations():
 @pytest.mark.parametrize("law", ["associated", "coulomb"])
 def test_empty_problems(law):
     for A in (np.zeros((0, 0)), amontons.Factored([1.0], [[1.0, 1, 1]], [], [], [], [])):
-        for cones, mu in (([], None), ("friction", 0.3), ("free", None)):
+        for cones, mu in (([], None), ("friction", 0.3), ("bilateral", None)):
             solution = amontons.solve(A, [], cones, mu=mu, law=law, history=True)
             assert solution.converged
             assert len(solution.x) == 0
@@ -315,7 +315,7 @@ def test_empty_problems(law):
 @pytest.mark.parametrize(
     ("cone", "b", "x"),
     [
-        (amontons.Free(1), 3.0, -1.5),
+        (amontons.Bilateral(1), 3.0, -1.5),
         (amontons.NonNegative(1), 3.0, 0.0),
         (amontons.NonNegative(1), -3.0, 1.5),
         (amontons.Interval(-1, 1), -3.0, 1.0),

@@ -32,43 +32,46 @@ class BadDiagonal:
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (("text", ONES, "free"), "A is a str; give a SciPy sparse matrix"),
-        ((np.ones((3, 2)), ONES, "free"), r"A has shape \(3, 2\); it must be square"),
-        ((sp.csr_array((3, 2)), ONES, "free"), r"A has shape \(3, 2\); it must be square"),
-        ((EYE * 1j, ONES, "free"), "complex128; they must be real"),
-        ((sp.csr_array(EYE * 1j), ONES, "free"), "complex128; they must be real"),
-        ((UNSYMMETRIC, ONES, "free"), r"A\[0, 1\] and A\[1, 0\] differ by 1.0e-06 .*\(A \+ A.T\) / 2"),
-        ((sp.csr_array(UNSYMMETRIC), ONES, "free"), r"A\[0, 1\] and A\[1, 0\] differ.*symmetrise it"),
-        ((sp.csc_array(UNSYMMETRIC), ONES, "free"), r"not symmetric.*symmetrise it"),
-        ((sp.triu(np.ones((3, 3))), ONES, "free"), "not symmetric: .* differ by 1.0e"),
-        ((with_entry(EYE, (1, 1), np.nan), ONES, "free"), r"A\[4\] is not finite"),
-        ((sp.csr_array(with_entry(EYE, (1, 1), np.inf)), ONES, "free"), r"A.data\[1\] is not finite"),
+        (("text", ONES, "bilateral"), "A is a str; give a SciPy sparse matrix"),
+        ((np.ones((3, 2)), ONES, "bilateral"), r"A has shape \(3, 2\); it must be square"),
+        ((sp.csr_array((3, 2)), ONES, "bilateral"), r"A has shape \(3, 2\); it must be square"),
+        ((EYE * 1j, ONES, "bilateral"), "complex128; they must be real"),
+        ((sp.csr_array(EYE * 1j), ONES, "bilateral"), "complex128; they must be real"),
+        ((UNSYMMETRIC, ONES, "bilateral"), r"A\[0, 1\] and A\[1, 0\] differ by 1.0e-06 .*\(A \+ A.T\) / 2"),
+        ((sp.csr_array(UNSYMMETRIC), ONES, "bilateral"), r"A\[0, 1\] and A\[1, 0\] differ.*symmetrise it"),
+        ((sp.csc_array(UNSYMMETRIC), ONES, "bilateral"), r"not symmetric.*symmetrise it"),
+        ((sp.triu(np.ones((3, 3))), ONES, "bilateral"), "not symmetric: .* differ by 1.0e"),
+        ((with_entry(EYE, (1, 1), np.nan), ONES, "bilateral"), r"A\[4\] is not finite"),
+        ((sp.csr_array(with_entry(EYE, (1, 1), np.inf)), ONES, "bilateral"), r"A.data\[1\] is not finite"),
         (
-            (with_entry(EYE, (1, 1), -1), ONES, "free"),
+            (with_entry(EYE, (1, 1), -1), ONES, "bilateral"),
             r"A\[1, 1\] = -1.0+ is negative.*positive semidefinite",
         ),
-        ((operator(lambda x: x * np.nan), ONES, "free"), "entry 0 of a product A x is not finite"),
+        ((operator(lambda x: x * np.nan), ONES, "bilateral"), "entry 0 of a product A x is not finite"),
         (
-            (operator(lambda x: x[:2]), ONES, "free"),
+            (operator(lambda x: x[:2]), ONES, "bilateral"),
             r"dimension mismatch|must return 3 numbers|shape|reshape",
         ),
-        ((BadDiagonal(), ONES, "free"), r"A.diagonal\(\) has 2 entries but A has 3 rows"),
-        ((EYE, np.ones(4), "free"), "b has 4 entries but A has 3 rows"),
-        ((EYE, np.ones((3, 1)), "free"), r"b has shape \(3, 1\); it must be a vector"),
-        ((EYE, ["a", "b", "c"], "free"), "b must hold real numbers"),
-        ((EYE, ONES * 1j, "free"), "b is complex; it must hold real numbers"),
-        ((EYE, with_entry(ONES, 2, np.nan), "free"), r"b\[2\] is not finite"),
-        ((EYE, with_entry(ONES, 0, -np.inf), "free"), r"b\[0\] is not finite"),
+        ((BadDiagonal(), ONES, "bilateral"), r"A.diagonal\(\) has 2 entries but A has 3 rows"),
+        ((EYE, np.ones(4), "bilateral"), "b has 4 entries but A has 3 rows"),
+        ((EYE, np.ones((3, 1)), "bilateral"), r"b has shape \(3, 1\); it must be a vector"),
+        ((EYE, ["a", "b", "c"], "bilateral"), "b must hold real numbers"),
+        ((EYE, ONES * 1j, "bilateral"), "b is complex; it must hold real numbers"),
+        ((EYE, with_entry(ONES, 2, np.nan), "bilateral"), r"b\[2\] is not finite"),
+        ((EYE, with_entry(ONES, 0, -np.inf), "bilateral"), r"b\[0\] is not finite"),
         (
             (EYE, ONES, "slippery"),
-            "cones = 'slippery'; a name must be one of 'free', 'nonnegative', 'friction'",
+            "cones = 'slippery'; a name must be one of 'bilateral', 'nonnegative', 'friction'",
         ),
         ((np.eye(4), np.ones(4), "friction"), "4 rows, which is no multiple of three"),
         (
-            (EYE, ONES, [amontons.Free(2)]),
+            (EYE, ONES, [amontons.Bilateral(2)]),
             r"the cones have 2 rows in all but A has 3 \(a friction cone takes",
         ),
-        ((EYE, ONES, [3]), r"cones\[0\] is a int; it must be Free, NonNegative, Interval, Friction, Ell"),
+        (
+            (EYE, ONES, [3]),
+            r"cones\[0\] is a int; it must be Bilateral, NonNegative, Interval, Friction, Ell",
+        ),
         ((EYE, ONES, 3), "cones is a int; give a list of cone objects or a name"),
         ((EYE, ONES, "friction"), r"no friction coefficient: give mu=, or Friction\(mu\)"),
     ],
@@ -88,14 +91,24 @@ def test_matrix_vector_and_cones(arguments, message):
         ({"mu": np.nan}, r"mu\[0\] = -?nan"),
         ({"mu": np.inf}, r"mu\[0\] = inf"),
         ({"mu": "rough"}, "mu must hold real numbers"),
-        ({"mu": 0.3, "cones": "free"}, "mu is given but no cone is a friction cone; drop mu or"),
+        ({"mu": 0.3, "cones": "bilateral"}, "mu is given but no cone is a friction cone; drop mu or"),
         ({"mu": 0.3, "cones": [amontons.Friction(0.3)]}, "mu is given twice"),
         ({"law": "newton"}, "unknown law 'newton'; known are associated, coulomb"),
         ({"method": "simplex"}, "unknown method 'simplex'; known are auto, .*p-spg-fb.*interior-point"),
         ({"method": None}, "unknown method None"),
         ({"method": "cg"}, "cg.*bilateral"),
         ({"method": "minres"}, "minres.*bilateral"),
-        ({"method": "apgd", "omega": 1.0}, "unknown option 'omega' of method 'apgd'; its options are: none"),
+        (
+            {"method": "apgd", "omega": 1.0},
+            r"unknown option 'omega' of method 'apgd' \(it belongs to jacobi, gauss-seidel\); its opt.* none",
+        ),
+        ({"tol": 1e-3}, r"unknown option 'tol' of method 'auto' \(here it is called 'tolerance'\)"),
+        ({"max_iter": 3}, r"\(here it is called 'max_iterations'\)"),
+        ({"toleranse": 3}, r"\(did you mean 'tolerance'\?\)"),
+        ({"method": "pgs"}, r"unknown method 'pgs' \(here it is called 'gauss-seidel'\); known are auto"),
+        ({"method": "NSGS"}, r"\(here it is called 'gauss-seidel'\)"),
+        ({"method": "ipm"}, r"\(here it is called 'interior-point'\)"),
+        ({"method": "projected Jacobi"}, r"\(here it is called 'jacobi'\)"),
         ({"method": "p-spg-fb", "rho": 1.0}, "its options are: alpha_min, alpha_max, .*gamma"),
         ({"relaxation": 1.0}, "unknown option 'relaxation' of method 'auto'"),
         ({"method": "gauss-seidel", "omega": 2.5}, "omega = 2.5.*0 < omega < 2"),
@@ -132,8 +145,8 @@ def test_options(options, message):
 @pytest.mark.parametrize(
     ("make", "message"),
     [
-        (lambda: amontons.Free(-1), r"Free\(n\): n = -1"),
-        (lambda: amontons.Free(1.5), r"Free\(n\): n = 1.5; give the number of rows as an integer"),
+        (lambda: amontons.Bilateral(-1), r"Bilateral\(n\): n = -1"),
+        (lambda: amontons.Bilateral(1.5), r"Bilateral\(n\): n = 1.5; give the number of rows as an integer"),
         (lambda: amontons.NonNegative(True), r"NonNegative\(n\): n = True"),
         (lambda: amontons.Interval(1, -1), "interval 0: lo = 1.0+ is above hi = -1.0+; swap them"),
         (lambda: amontons.Interval([0, 0], [1, np.nan]), "interval 1: a bound is NaN"),
@@ -143,7 +156,8 @@ def test_options(options, message):
         (lambda: amontons.Friction([0.1, -0.2]), r"mu\[1\] = -0.2.*not negative"),
         (lambda: amontons.Friction([0.1, 0.2], n=3), "mu has 2 entries but n = 3"),
         (lambda: amontons.Friction([[0.1]]), r"Friction: mu has shape \(1, 1\)"),
-        (lambda: amontons.Friction(-2), r"Friction\(n\): n = -2"),
+        (lambda: amontons.Friction(-2), r"mu\[0\] = -2.*not negative"),
+        (lambda: amontons.Friction(n=-2), r"Friction\(n\): n = -2"),
     ],
 )
 def test_cones(make, message):
@@ -250,7 +264,7 @@ def test_contacts_with_other_cones():
     ],
 )
 def test_residual(arguments, options, message):
-    problem = amontons.Problem(EYE, ONES, "free")
+    problem = amontons.Problem(EYE, ONES, "bilateral")
     with pytest.raises(amontons.InputError, match=message):
         amontons.residual(problem, *arguments, **options)
 
@@ -261,7 +275,7 @@ def test_residual(arguments, options, message):
 @pytest.mark.parametrize(
     "method", ["auto", "p-spg-fb", "p-spg-fb-literal", "interior-point", "admm", "newton", "apgd"]
 )
-@pytest.mark.parametrize("cones", ["nonnegative", "free"])
+@pytest.mark.parametrize("cones", ["nonnegative", "bilateral"])
 def test_indefinite_matrix_ends_cleanly(method, cones):
     A = random_spd(6) - 4 * np.eye(6)
     np.fill_diagonal(A, np.abs(np.diag(A)))

@@ -18,7 +18,7 @@ GLOBAL = "fclib_global"
 def local(tmp_path):
     """A good local file with bilateral rows, to be spoilt."""
     path = tmp_path / "local.hdf5"
-    cones = [amontons.Friction([0.3, 0.5]), amontons.Free(2)]
+    cones = [amontons.Friction([0.3, 0.5]), amontons.Bilateral(2)]
     amontons.Problem(random_spd(8), np.ones(8), cones).write(path, storage="csr")
     return path
 
@@ -235,7 +235,7 @@ def test_paths(tmp_path):
     [
         ([amontons.NonNegative(3)], {}, "FCLIB cannot hold NonNegative rows; write the problem as .npz"),
         ([amontons.Interval([0] * 3, 1)], {}, "FCLIB cannot hold Interval rows; write the problem as .npz"),
-        ([amontons.Free(3), amontons.Friction(0.1)], {}, "friction cones before bilateral rows; .*npz"),
+        ([amontons.Bilateral(3), amontons.Friction(0.1)], {}, "friction cones before bilateral rows; .*npz"),
         ([amontons.Friction(0.1)], {"storage": "bsr"}, "unknown storage 'bsr'; known are csc, csr, triplet"),
         ([amontons.Friction(0.1)], {"form": "dual"}, "unknown form 'dual'; known are auto, global, local"),
         ([amontons.Friction(0.1)], {"form": "global"}, "global form needs a factored operator"),
@@ -280,8 +280,8 @@ def archive(path, **changes):
         ({"A_data": None}, "the array 'A_data' is missing"),
         ({"A_indices": np.full(9, 7)}, "are no matrix of 3 rows"),
         ({"A_data": np.arange(9.0)}, "A is not symmetric"),
-        ({"cone_kinds": ["round"], "cone_counts": [1]}, "unknown cone 'round'; known are free"),
-        ({"cone_kinds": ["free"]}, "the array 'cone_counts' is missing"),
+        ({"cone_kinds": ["round"], "cone_counts": [1]}, "unknown cone 'round'; known are bilateral"),
+        ({"cone_kinds": ["bilateral"]}, "the array 'cone_counts' is missing"),
         ({"cone_kinds": ["interval"], "cone_counts": [3]}, "the array 'lo' is missing"),
         ({"cone_kinds": ["friction"], "cone_counts": [1], "mu": []}, "mu|rows in all"),
     ],

@@ -194,7 +194,7 @@ def test_joint_frames(kind, b):
 # Breaks when the options of degrees of freedom get lost or mixed up.
 def test_joint_options():
     builder = two_bodies()
-    motor = Motor("speed", 2.0, max_effort=3.0)
+    motor = Motor("velocity", 2.0, max_effort=3.0)
     builder.add_revolute_joint(
         "a", point=POINT, axis=AXIS, limits=(-1, None), stiffness=5.0, rest=0.5, damping=0.25, motor=motor
     )
@@ -392,11 +392,11 @@ def test_motor_of_a_joint():
     file = Motor(max_effort=30.0)  # as URDF's <limit effort>
     builder.add_cylindrical_joint("a", point=POINT, axis=AXIS, name="shaft", motor=file)
     before = builder.build()
-    builder.set_motor("shaft", Motor("position", gain=5.0), dof=1)
+    builder.set_motor("shaft", Motor("position", kp=5.0), dof=1)
     way, turn = builder.build().joints[0].dofs
     assert way.motor == file
-    assert turn.motor == Motor("position", gain=5.0, max_effort=30.0)
-    builder.set_motor(0, Motor("speed", max_effort=40.0), dof=1)
+    assert turn.motor == Motor("position", kp=5.0, max_effort=30.0)
+    builder.set_motor(0, Motor("velocity", max_effort=40.0), dof=1)
     assert builder.build().joints[0].dofs[1].motor.max_effort == 40.0
     assert before.joints[0].dofs[1].motor == file
 
@@ -463,7 +463,10 @@ def test_wrong_model(body, message):
         (lambda: shapes.Plane().volume(), "no volume"),
         (lambda: Material(friction=-1), "friction is -1"),
         (lambda: Material(restitution=2), "[0, 1]"),
-        (lambda: Motor("torque"), "known are none, effort, speed, position"),
+        (
+            lambda: Motor("torque"),
+            "'torque' (did you mean 'effort'?); known are none, effort, velocity, position",
+        ),
         (lambda: ModelBuilder(friction_rule="product"), "geometric_mean, maximum, minimum, mean"),
         (lambda: ModelBuilder(gravity=9.81), "3 numbers"),
     ],

@@ -48,7 +48,7 @@ def machine() -> Model:
         axis=(0, 1, 0),
         name="shoulder",
         damping=0.1,
-        motor=Motor("effort", target=1.0),
+        motor=Motor("effort", control=1.0),
     )
     builder.add_revolute_joint("fist", "arm", point=(0.5, 0, 1), axis=(0, 1, 0.2), name="wrist")
     builder.add_distance_joint("fist", "post", point_a=(0.6, 0, 1.2), point_b=(0, 0, 0.5), limits=(None, 1.5))
@@ -71,7 +71,7 @@ def machine() -> Model:
     builder.add_coupling(tendon_a="sum", coefficients=(0.2,), compliance=1e-2, name="kept")
     builder.add_actuator("drive", joint="shoulder", gear=2.0, control_limits=(-1, 1))
     builder.add_actuator(
-        "pull", tendon="rope", law="position", kp=3.0, kv=0.1, dynamics="filter", time_constant=0.1
+        "pull", tendon="rope", law="position", kp=3.0, kd=0.1, dynamics="filter", time_constant=0.1
     )
     builder.add_actuator(
         "crank",
@@ -88,14 +88,14 @@ def machine() -> Model:
     }
     lifted = (*rows["positions"][:3], (0.0, 0.8, 0.4))
     key = Keyframe(
+        "up",
         2.0,
         **{**rows, "positions": lifted},
         joint_coordinates=(0.0, 0.0),
-        targets=(3.0, 0.0),
-        controls=(0.1, 0.4, -0.2),
+        controls=(0.1, 0.4, -0.2, 3.0),
         activations=(0.0, 0.3, 0.0),
     )
-    return replace(model, keyframes={"up": key})
+    return replace(model, keyframes=(key,))
 
 
 def motion(simulation: Simulation, bodies, steps: int = 60):
@@ -125,7 +125,7 @@ def test_a_part_moves_like_the_whole(keyframe):
     assert added.joints == range(1, 4)
     assert added.couplings == range(2)
     whole = builder.build()
-    assert set(whole.keyframes) == {"m_up"}
+    assert whole.keyframe_names == ("m_up",)
     assert whole.actuator_names == ("other", "m_drive", "m_pull", "m_crank")
     assert (added.tendons, added.actuators) == (range(1, 3), range(1, 4))
     alone, together = Simulation(model, tolerance=1e-10), Simulation(whole, tolerance=1e-10)
@@ -305,15 +305,16 @@ def test_on_floor():
 def test_keyframes_of_two():
     builder = ModelBuilder()
     builder.add_model(machine(), prefix="a_")
-    builder.add_model(replace(machine(), keyframes={"a_up": machine().keyframes["up"]}), position=(9, 0, 0))
+    renamed = replace(machine().keyframes[0], name="a_up")
+    builder.add_model(replace(machine(), keyframes=(renamed,)), position=(9, 0, 0))
     cart(builder)
     model = builder.build()
-    assert set(model.keyframes) == {"a_up"}
-    key = model.keyframes["a_up"]
+    assert model.keyframe_names == ("a_up",)
+    key = model.keyframes[model.keyframe_index("a_up")]
     heights = [p[2] for p in key.positions]
     assert heights[3] == heights[7] == 0.4
     assert key.positions[8] == (1, 0, 1)
-    assert key.targets == (3.0, 0.0, 3.0, 0.0)
+    assert key.controls == (0.1, 0.4, -0.2) * 2 + (3.0, 3.0)  # actuators of both, then motors of both
 
 
 def twice(builder: ModelBuilder) -> None:

@@ -49,7 +49,7 @@ def test_a_sequence_gives_the_same_bits_twice(corpus, stack):
 def test_the_warm_start_is_nearly_a_solution(stack):
     first, later = stack
     assert not first.x0.any()
-    assert later.problem().residual(later.x0, law="coulomb") < 1e-2
+    assert later.problem().residual(later.x0) < 1e-2
 
 
 # Breaks when a contact of a pair takes the rows of another: matched to itself, every contact keeps its own.

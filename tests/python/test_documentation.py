@@ -9,7 +9,7 @@ import pytest
 from amontons import scenes
 
 ROOT = Path(__file__).resolve().parents[2]
-EXAMPLES = sorted((ROOT / "examples").glob("*.py"))
+EXAMPLES = sorted([*(ROOT / "examples").glob("*.py"), *(ROOT / "examples" / "first_hour").glob("*.py")])
 # All that have Python blocks.
 DOCUMENTS = [
     page.relative_to(ROOT)
@@ -76,6 +76,7 @@ def faults_of(root):
         check_docs.check_files,
         check_docs.check_menu,
         check_docs.check_equations,
+        check_docs.check_merges,
     )
     return [fault for check in checks for fault in check(root)]
 
@@ -103,6 +104,7 @@ def test_gallery_shows_every_scene(root):
         ("see `src/gone.cpp`", "there is no file src/gone.cpp"),
         ("```math\nx \\tag{2}\n```", "equations are numbered 2"),
         ("as in docs/algorithm.md (7)", "no equation (7) in docs/algorithm.md"),
+        ("<" * 7 + " HEAD\na\n", "A.md:1: a merge was not finished"),
     ],
 )
 def test_fault_is_found(tmp_path, text, fault):

@@ -138,7 +138,7 @@ def test_ctrl_c_ends_every_long_call(ctrl_c, what, tmp_path):
 
     calls = {
         "run": lambda: sim.run(1e6),
-        "run with callback": lambda: sim.run(1e6, lambda s, r: None),
+        "run with callback": lambda: sim.run(1e6, after_step=lambda s, r: None),
         "load_model": lambda: again(lambda: amontons.load_model(tmp_path / "a.xml")),
         "read_problem": lambda: again(lambda: amontons.read_problem(tmp_path / "a.mtx")),
         "sweep": lambda: amontons.sweep(
@@ -239,15 +239,15 @@ def test_copies_share_nothing_that_changes(way):
     sim.step()
     q = sim.q
     other = way(sim)
-    other.force_callbacks.append(lambda s: None)
+    other.before_step.append(lambda s: None)
     for _ in range(5):
         other.step()
     other.state.forces[:] = 3
     assert sim.steps == 1
-    assert not sim.force_callbacks
+    assert not sim.before_step
     assert not sim.state.forces.any()
     np.testing.assert_array_equal(sim.q, q)
-    for name in ("positions", "targets", "forces"):
+    for name in ("positions", "controls", "joint_forces", "forces"):
         assert not np.shares_memory(getattr(sim.state, name), getattr(other.state, name))
 
 

@@ -194,6 +194,28 @@ def test_what_was_meant_in_python():
         amontons.Simulation(model, law="colomb")
 
 
+# Breaks when a renamed name is only missing, or the sensors that there are stay untold.
+def test_names_of_others():
+    with pytest.raises(AttributeError, match="Free.*called Bilateral"):
+        amontons.Free  # noqa: B018
+    with pytest.raises(amontons.InputError, match=r"'pgs' \(here it is called 'gauss-seidel'\)"):
+        amontons.Simulation(amontons.scenes.stack(), method="pgs")
+    simulation = amontons.Simulation(amontons.scenes.stack())
+    with pytest.raises(amontons.InputError, match=r"'tol'.*called 'tolerance'"):
+        simulation.change_options(tol=1e-3)
+    with pytest.raises(KeyError, match="unknown sensor 'nope'; known are none"):
+        simulation.sensors["nope"]
+    builder = amontons.ModelBuilder()
+    builder.add_body("ball", shape=amontons.shapes.Sphere(0.1), density=1000)
+    builder.add_site("top", body="ball", position=(0, 0, 0.1))
+    builder.add_sensor("height", "framepos", site="top")
+    sensors = amontons.Simulation(builder.build()).sensors
+    with pytest.raises(amontons.InputError, match=r"'hight' \(did you mean 'height'\?\); known are height"):
+        sensors["hight"]
+    assert "nope" not in sensors
+    assert sensors.get("nope") is None
+
+
 # Breaks when a bar or colours are written where nobody sees them: into a file or a pipe.
 def test_no_bar_without_a_terminal(tmp_path):
     environment = {k: v for k, v in os.environ.items() if k not in ("FORCE_COLOR", "TTY_COMPATIBLE")}

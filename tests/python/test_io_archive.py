@@ -10,7 +10,7 @@ CONES = [
     amontons.Interval([-1, -np.inf], [1, 0]),
     amontons.Friction([0.0, 0.7]),
     amontons.NonNegative(2),
-    amontons.Free(1),
+    amontons.Bilateral(1),
     amontons.Friction(0.2),
     amontons.Interval(0, np.inf),
 ]

@@ -111,7 +111,7 @@ def test_objective_is_that_of_the_reference(path):
     error = reference.get("associated_error", reference.get("natural_map_over_b"))
     if error > 1e-8 or reference["contacts"] > 1000:
         pytest.skip("the reference is not accurate enough, or the problem is large")
-    solution = read_quietly(path).solve(tolerance=1e-8, deadline=20)
+    solution = read_quietly(path).solve(law="associated", tolerance=1e-8, deadline=20)
     assert solution.objective == pytest.approx(reference["associated_objective"], rel=1e-6)
 
 
@@ -230,7 +230,7 @@ def test_explicit_zeros_do_not_count_as_bodies(tmp_path):
 def test_what_has_no_mass_matrix_is_written_exactly(tmp_path):
     contacts, b, cones = pile()
     names = {"name": "n", "source": "s"}
-    problem = amontons.Problem(contacts, b, [*cones[:1], amontons.Free(2)], **names)
+    problem = amontons.Problem(contacts, b, [*cones[:1], amontons.Bilateral(2)], **names)
     problem.write(tmp_path / "compliant.hdf5")
     assert read_raw(tmp_path / "compliant.hdf5")[0] == "fclib_local"
     assert_same(problem, amontons.read_problem(tmp_path / "compliant.hdf5"))
@@ -243,7 +243,7 @@ def test_what_has_no_mass_matrix_is_written_exactly(tmp_path):
         A.jacobian_a,
         A.jacobian_b,
     )
-    problem = amontons.Problem(rigid, b, [*cones[:1], amontons.Free(2)], f=np.arange(36.0), **names)
+    problem = amontons.Problem(rigid, b, [*cones[:1], amontons.Bilateral(2)], f=np.arange(36.0), **names)
     problem.write(tmp_path / "fixed.hdf5")
     assert read_raw(tmp_path / "fixed.hdf5")[0] == "fclib_global"
     assert_same(problem, amontons.read_problem(tmp_path / "fixed.hdf5"))
@@ -308,7 +308,7 @@ def test_no_partial_file(tmp_path, monkeypatch):
     ("A", "cones"),
     [
         (np.zeros((0, 0)), []),
-        (np.eye(2), [amontons.Free(2)]),
+        (np.eye(2), [amontons.Bilateral(2)]),
         (np.eye(3), [amontons.Friction(0.3)]),
         (amontons.Factored([], np.empty((0, 3)), [], [], [], []), []),
     ],

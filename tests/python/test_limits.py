@@ -103,7 +103,7 @@ def test_hdf5_of_too_many_rows(fclib):
 def archive(path, **changes):
     arrays = dict(
         A_data=np.ones(6), A_indices=np.arange(6), A_indptr=np.arange(7), b=np.ones(6),
-        cone_kinds=["friction", "free"], cone_counts=[1, 3], mu=[0.1],
+        cone_kinds=["friction", "bilateral"], cone_counts=[1, 3], mu=[0.1],
     )  # fmt: skip
     np.savez_compressed(path, **(arrays | changes))
 

@@ -110,7 +110,7 @@ def test_kinematics_are_those_of_mujoco(arm):
 # Breaks when the engine finds other coordinates in a pose than MuJoCo's qpos, or a keyframe is not applied.
 def test_coordinates_are_qpos(arm):
     model, m = load_model(arm), mujoco.MjModel.from_xml_path(str(arm))
-    key = model.keyframes["home"]
+    key = model.keyframes[model.keyframe_index("home")]
     placed = [
         replace(body, pose=Transform(p, q))
         for body, p, q in zip(model.bodies, key.positions, key.orientations, strict=True)
@@ -136,14 +136,14 @@ def test_keyframe_velocities(arm):
         mujoco.mj_integratePos(m, d.qpos, m.key_qvel[0], sign * h)
         mujoco.mj_kinematics(m, d)
         poses.append((d.xpos.copy(), d.xmat.reshape(-1, 3, 3).copy()))
-    key = model.keyframes["home"]
+    key = model.keyframes[model.keyframe_index("home")]
     for k, name in enumerate(model.body_names):
         i = index(m, name)
         v = (poses[1][0][i] - poses[0][0][i]) / (2 * h)
         W = (poses[1][1][i] - poses[0][1][i]) @ ((poses[0][1][i] + poses[1][1][i]) / 2).T / (2 * h)
         np.testing.assert_allclose(key.linear_velocities[k], v, atol=1e-8)
         np.testing.assert_allclose(key.angular_velocities[k], [W[2, 1], W[0, 2], W[1, 0]], atol=1e-8)
-    assert model.keyframes["key_1"].time == 1.5
+    assert model.keyframes[model.keyframe_index("key_1")].time == 1.5
     sim = amontons.Simulation(model)
     sim.apply_keyframe("home")
     np.testing.assert_array_equal(sim.state.positions, key.positions)
@@ -197,7 +197,7 @@ def test_actuators_push_like_mujoco(arm):
     sim = amontons.Simulation(model)
     sim.set_control("yaw", 7.0)
     assert sim.controls[0] == 0.5  # the end of the control's range
-    with pytest.raises(InputError, match='no actuator "tail"; known are yaw, shoulder'):
+    with pytest.raises(InputError, match='no control "tail"; known are yaw, shoulder'):
         sim.set_control("tail", 0)
 
 
@@ -207,7 +207,7 @@ def test_equalities(arm):
     d = mujoco.MjData(m)
     mujoco.mj_resetDataKeyframe(m, d, 0)
     mujoco.mj_forward(m, d)
-    key = model.keyframes["home"]
+    key = model.keyframes[model.keyframe_index("home")]
     (coupling,) = model.couplings
     q = key.joint_coordinates[model.dof_index(coupling.joint_b, coupling.dof_b)]
     y = key.joint_coordinates[model.dof_index(coupling.joint_a, coupling.dof_a)]

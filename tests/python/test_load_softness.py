@@ -130,7 +130,7 @@ def test_bounce(tmp_path, solref):
     while d.time < 0.7:
         mujoco.mj_step(m, d)
         heights.append(d.qpos[2])
-    sim.run(0.7, lambda s, _: ours.append(s.state.positions[0, 2]))
+    sim.run(0.7, after_step=lambda s, _: ours.append(s.state.positions[0, 2]))
     rise = max(heights[heights.index(min(heights)) :]) - 0.1
     assert rise > 0.1
     assert max(ours[ours.index(min(ours)) :]) - 0.1 == pytest.approx(rise, rel=0.15)

@@ -43,7 +43,7 @@ def products(draw):
     for _ in range(draw(st.integers(1, 6))):
         kind = draw(
             st.sampled_from(
-                ["friction", "elliptic", "elliptic", "rolling", "nonnegative", "free", "interval"]
+                ["friction", "elliptic", "elliptic", "rolling", "nonnegative", "bilateral", "interval"]
             )
         )
         if kind == "friction":
@@ -58,7 +58,9 @@ def products(draw):
             cones.append(amontons.Interval(bounds[:, 0], bounds[:, 1]))
         else:
             cones.append(
-                {"free": amontons.Free, "nonnegative": amontons.NonNegative}[kind](draw(st.integers(1, 3)))
+                {"bilateral": amontons.Bilateral, "nonnegative": amontons.NonNegative}[kind](
+                    draw(st.integers(1, 3))
+                )
             )
     rows = sum(cone.rows for cone in cones)
     return cones, np.array(draw(st.lists(components, min_size=rows, max_size=rows)))

@@ -51,7 +51,7 @@ def test_options_of_simulations(name, model):
 def test_options_of_solves(name):
     for value in outside(name):
         with pytest.raises(amontons.InputError, match=rf"{name} (=|is) "):
-            amontons.solve(np.eye(3), np.ones(3), "free", **{name: value})
+            amontons.solve(np.eye(3), np.ones(3), "bilateral", **{name: value})
 
 
 # Breaks when a duration or an interval of frames goes through unchecked.
@@ -93,7 +93,7 @@ def test_messages_stay_short():
     assert shown(10**5000) == "a int"
     assert len(shown("x" * 10**6)) < 100
     with pytest.raises(amontons.InputError, match="tolerance = a Unshown; it must be a number"):
-        amontons.solve(np.eye(3), np.ones(3), "free", tolerance=Unshown())
+        amontons.solve(np.eye(3), np.ones(3), "bilateral", tolerance=Unshown())
 
 
 # Breaks when an option has a range that the documents do not tell.
@@ -113,12 +113,12 @@ def test_ranges_are_documented(root):
         (lambda m: amontons.rollout(m, [amontons.Simulation(m)], steps=1, sensors=np.eye(3)), "sensors ="),
         (lambda m: amontons.ModelBuilder().add_tendon(joints=np.array([]), rest=np.array(1)), "rest"),
         (lambda m: amontons.ModelBuilder().add_tendon(joints=np.array([1.0, 2.0])), "joints has"),
-        (lambda m: amontons.Problem(np.eye(1), [1], "free", name=np.eye(3)), "name is"),
-        (lambda m: amontons.Problem(np.eye(1), [1], "free", notes=[1]), r"notes\[0\] is"),
+        (lambda m: amontons.Problem(np.eye(1), [1], "bilateral", name=np.eye(3)), "name is"),
+        (lambda m: amontons.Problem(np.eye(1), [1], "bilateral", notes=[1]), r"notes\[0\] is"),
         (lambda m: amontons.Actuator(name=object()), "name of actuator"),
         (lambda m: amontons.Factored([1.0], "x", [0], [-1], np.ones((1, 6)), None), "inverse_inertia"),
         (lambda m: amontons.Factored([1.0], 10**400, [0], [-1], np.ones((1, 6)), None), "inverse_inertia"),
-        (lambda m: amontons.Problem(np.eye(1), [1], "free").write("x" * 10**5), "too long"),
+        (lambda m: amontons.Problem(np.eye(1), [1], "bilateral").write("x" * 10**5), "too long"),
     ],
 )
 def test_things_of_another_kind(call, message, model):

@@ -18,7 +18,7 @@ def mujoco():
     return pytest.importorskip("mujoco")
 
 
-# Breaks when time, state, targets or loads are not those of a new simulation or of the keyframe.
+# Breaks when time, state, controls or loads are not those of a new simulation or of the keyframe.
 def test_reset(mujoco, tmp_path):
     model, m, _d = robot(mujoco, tmp_path)
     sim, new = Simulation(model), Simulation(model)
@@ -74,7 +74,7 @@ def stack():
     for i in range(3):
         box(builder, f"box{i}", (0.01 * i, 0, 0.05 + 0.1 * i))
     builder.add_revolute_joint("box2", "box1", point=(0, 0, 0.2), axis=(0, 0, 1), name="pivot",
-                               motor=Motor("speed", 0.5, max_effort=5.0))  # fmt: skip
+                               motor=Motor("velocity", 0.5, max_effort=5.0))  # fmt: skip
     return builder.build()
 
 
@@ -99,8 +99,8 @@ def test_copies_go_on_bit_for_bit(make):
         other.step()
         np.testing.assert_array_equal(other.state.positions, positions)
     np.testing.assert_array_equal(other.impulses, sim.impulses)
-    other.force_callbacks.append(lambda sim: None)
-    assert not sim.force_callbacks
+    other.before_step.append(lambda sim: None)
+    assert not sim.before_step
 
 
 # Breaks when what the last step found is lost in a copy, or a subclass loses its own attributes.

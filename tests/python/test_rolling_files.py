@@ -75,7 +75,7 @@ def test_all_cones_round_trip_through_archives(suffix, tmp_path):
         amontons.EllipticFriction([[0.3, 0.4]], torsion=0.03),
         amontons.Friction(0.5),
         amontons.EllipticFriction([[0.6, 0.7], [0.8, 0.9]]),
-        amontons.Free(1),
+        amontons.Bilateral(1),
         amontons.EllipticFriction(0.11, torsion=0.12, rolling=[[0.13, 0.14]]),
         amontons.Interval(-1, 1),
         amontons.RollingFriction(0.15, 0.16),

@@ -147,13 +147,13 @@ def test_problem(tmp_path):
     report = sim.run(0.1)
     problem = sim.problem()
     assert problem.contacts == report.contacts == len(sim.contacts)
-    assert problem.residual(sim.impulses, law="coulomb") == pytest.approx(report.residual, rel=1e-6)
+    assert problem.residual(sim.impulses) == pytest.approx(report.residual, rel=1e-6)
     normal = sim.impulses[: 3 * report.contacts : 3]
     expected = np.einsum("ij,ij->i", sim.contacts["impulse"], sim.contacts["normal"])
     np.testing.assert_allclose(normal, expected, rtol=1e-12)
     problem.write(tmp_path / "step.hdf5", solution=sim.impulses)
     again = amontons.read_problem(tmp_path / "step.hdf5")
-    assert again.residual(sim.impulses, law="coulomb") == pytest.approx(report.residual, rel=1e-3)
+    assert again.residual(sim.impulses) == pytest.approx(report.residual, rel=1e-3)
 
 
 # Breaks when the problem of a step is a copy, changes with the next step, or can be written to.
@@ -180,7 +180,7 @@ def test_problem_with_joints():
     builder = ModelBuilder()
     builder.add_body("arm", shape=shapes.Box((0.5, 0.05, 0.05)), mass=1.0, position=(0.5, 0, 1))
     builder.add_revolute_joint(
-        "arm", point=(0, 0, 1), axis=(0, 1, 0), motor=Motor("speed", 1.0, max_effort=0.1), limits=(-1, 1)
+        "arm", point=(0, 0, 1), axis=(0, 1, 0), motor=Motor("velocity", 1.0, max_effort=0.1), limits=(-1, 1)
     )
     sim = Simulation(builder.build())
     report = sim.step()
@@ -188,7 +188,7 @@ def test_problem_with_joints():
     assert problem.rows == report.joint_rows == sum(cone.rows for cone in problem.cones)
     interval = next(cone for cone in problem.cones if isinstance(cone, amontons.Interval))
     assert np.isfinite(interval.lo).all()
-    assert problem.residual(sim.impulses, law="coulomb") <= 1e-6
+    assert problem.residual(sim.impulses) <= 1e-6
 
 
 def pendulum(**options):
@@ -202,7 +202,7 @@ def pendulum(**options):
 # Breaks when reactions have the wrong sign, unit or place: a motor that holds a rod level carries m g / 2 per
 # metre of its length, and the hinge its weight.
 def test_reactions_and_efforts():
-    sim = pendulum(motor=Motor("speed", 0.0))
+    sim = pendulum(motor=Motor("velocity", 0.0))
     sim.run(0.1)
     (reaction,) = sim.joint_reactions
     assert (reaction["joint"], reaction["body_a"], reaction["body_b"]) == (0, 0, -1)
@@ -211,23 +211,22 @@ def test_reactions_and_efforts():
     np.testing.assert_allclose(reaction["torque"], 0, atol=1e-5 * G)
     (effort,) = sim.joint_efforts
     assert effort["motor"] == pytest.approx(-0.5 * G, rel=1e-5)
-    assert (effort["joint"], effort["dof"], effort["target"]) == (0, 0, 0)
-    assert effort["friction"] == effort["limit"] == effort["drive"] == 0
+    assert (effort["joint"], effort["dof"], effort["control"]) == (0, 0, 0)
+    assert effort["friction"] == effort["limit"] == effort["passive"] == 0
 
 
-# Breaks when targets or coordinates of joints are those of another degree of freedom.
-def test_targets():
-    sim = pendulum(motor=Motor("speed", 0.0))
-    sim.set_target("hinge", 2.0)
+# Breaks when controls or coordinates of joints are those of another degree of freedom.
+def test_controls_of_motors():
+    sim = pendulum(motor=Motor("velocity", 0.0))
+    sim.set_control("hinge", 2.0)
     sim.run(0.5)
     assert sim.state.angular_velocities[0, 1] == pytest.approx(2.0, rel=1e-5)
     assert sim.coordinate("hinge") == pytest.approx(1.0, rel=0.02)
     assert sim.coordinate(0) == sim.q[0]
     for call, message in [
-        (lambda: sim.set_target("knee", 1.0), 'no joint "knee"; known are hinge'),
-        (lambda: sim.set_target("hinge", math.nan), "target is nan"),
-        (lambda: sim.set_target("hinge", 1.0, dof=1), "dof = 1"),
-        (lambda: pendulum().set_target("hinge", 1.0), "has no motor"),
+        (lambda: sim.set_control("knee", 1.0), 'no control "knee"; known are hinge'),
+        (lambda: sim.set_control("hinge", math.nan), "control is nan"),
+        (lambda: sim.set_control(1, 1.0), "there is no control 1; the model has 1"),
     ]:
         with pytest.raises(amontons.InputError) as error:
             call()
@@ -243,9 +242,9 @@ def test_callbacks():
         times.append(simulation.time)
         simulation.state.forces[0] = (0, 0, 2 * G)
 
-    sim.force_callbacks.append(hover)
+    sim.before_step.append(hover)
     seen = []
-    report = sim.run(1.0, lambda simulation, report: seen.append((simulation, report)) or len(seen) == 3)
+    report = sim.run(1.0, after_step=lambda *given: seen.append(given) or len(seen) == 3)
     assert times == pytest.approx([0, STEP, 2 * STEP])
     assert seen[-1] == (sim, report)
     assert sim.steps == 3
@@ -456,6 +455,6 @@ def test_impulses_of_rolling_contacts_solve_their_problem():
     problem = sim.problem()
     assert report.contacts == 1
     assert np.abs(sim.impulses[3:]).max() > 0
-    assert problem.residual(sim.impulses, law="coulomb") <= 1e-6
-    solution = problem.solve(law="coulomb", tolerance=1e-9)
+    assert problem.residual(sim.impulses) <= 1e-6
+    solution = problem.solve(tolerance=1e-9)
     np.testing.assert_allclose(sim.impulses, solution.x, atol=1e-4 * np.abs(solution.x).max())

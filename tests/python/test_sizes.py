@@ -280,8 +280,8 @@ def test_states_are_copied():
     assert twice[0] is twice[1]
 
 
-# Breaks when a force callback makes a step of its own simulation, within which it is called: without an end,
-# or with loads of another step. A copy may go ahead, and afterwards all goes on.
+# Breaks when a function of before_step makes a step of its own simulation, within which it is called: without
+# an end, or with loads of another step. A copy may go ahead, and afterwards all goes on.
 @pytest.mark.parametrize("how", [lambda sim: sim.step(), lambda sim: sim.run(0.01)])
 def test_no_step_within_a_callback(how):
     sim = Simulation(scenes.make("stack", boxes=2))
@@ -289,17 +289,17 @@ def test_no_step_within_a_callback(how):
 
     def callback(owner):
         other = owner.copy()
-        other.force_callbacks.clear()
+        other.before_step.clear()
         ahead.append(other.step().time)
         how(owner)
 
-    sim.force_callbacks.append(callback)
-    with pytest.raises(amontons.InputError, match="a force callback makes no step"):
+    sim.before_step.append(callback)
+    with pytest.raises(amontons.InputError, match="make no step of their own simulation"):
         sim.step()
     assert sim.steps == 0
     assert ahead == [sim.dt]
-    sim.force_callbacks[:] = [lambda owner: owner.force_callbacks.clear() or owner.run(0.01)]
-    with pytest.raises(amontons.InputError, match="a force callback makes no step"):
+    sim.before_step[:] = [lambda owner: owner.before_step.clear() or owner.run(0.01)]
+    with pytest.raises(amontons.InputError, match="make no step of their own simulation"):
         sim.step()
     sim.run(0.01)
     assert sim.steps == 2

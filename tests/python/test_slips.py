@@ -72,7 +72,7 @@ SLIPS = {
         r"point is missing; .*\*, point, axis, \*\*options",
     ),
     "axis as text": (lambda: hinge(axis="z"), "axis is 'z'; it must have 3 numbers"),
-    "motor as text": (lambda: hinge(motor="position"), r"give a Motor, as Motor\(\"position\", gain=100\)"),
+    "motor as text": (lambda: hinge(motor="position"), r"give a Motor, as Motor\(\"position\", kp=100\)"),
     "body that is not there": (
         lambda: builder().add_revolute_joint("bal", point=(0, 0, 1), axis=(0, 1, 0)),
         r"no body \"bal\" \(did you mean 'ball'",
@@ -88,7 +88,7 @@ SLIPS = {
     "duration as text": (lambda: simulation().run("1"), "duration = '1'; it must be a number"),
     "no such scene": (lambda: scenes.walls(), "there is no scene 'walls'; known are arch"),
     "no such parameter": (lambda: scenes.arch(blocks=3), r"'blocks'; it is arch\(\*, stones="),
-    "no such joint": (lambda: simulation().set_target("elbow", 1), 'there is no joint "elbow"; known'),
+    "no such joint": (lambda: simulation().set_control("elbow", 1), 'there is no control "elbow"; known'),
     "no step yet": (lambda: simulation().problem(), r"call step\(\) first"),
     "picture of a model": (lambda: amontons.render(builder().build()), r"give amontons.Simulation\(model\)"),
     "grid forgotten": (lambda: amontons.sweep(print), r"grid is missing; it is sweep\(run, grid, \*, out="),
@@ -158,7 +158,7 @@ def test_errors_of_functions_stay_theirs():
         raise AssertionError
 
     with pytest.raises(TypeError, match="missing 1 required positional argument: 'third'"):
-        simulation().run(0.1, callback)
+        simulation().run(0.1, after_step=callback)
 
 
 # Breaks when tools no longer see the signature, the name or the documentation of a function.

@@ -53,7 +53,7 @@ def everything():
         )
     b.add_body("arm", shape=hull, density=500.0, position=(0, 2, 1))
     b.add_body("tool", shape=shapes.Sphere(0.1), mass=1.0, position=(0.5, 2, 1))
-    b.add_revolute_joint("arm", point=(0, 2, 1), axis=(1, 2, 3), motor=Motor("speed", 1.0, max_effort=2.0))
+    b.add_revolute_joint("arm", point=(0, 2, 1), axis=(1, 2, 3), motor=Motor("velocity", 1.0, max_effort=2.0))
     b.add_prismatic_joint("tool", "arm", axis=(1, 0, 0), stiffness=100.0, damping=1.0, limits=(-0.1, 0.1))
     b.add_body("bob", shape=hull, density=500.0, position=(0, 3, 1))
     b.add_ball_joint("bob", point=(0.3, 3, 1), damping=0.1)
@@ -91,13 +91,15 @@ def everything():
     model = b.build()
     n, dofs = len(model.bodies), model.dofs
     key = Keyframe(
+        "up",
         0.1,
         ((0.0, 0.1, 0.2),) * n,
         ((1.0, 0.0, 0.0, 0.0),) * n,
         *[((0.0,) * 3,) * n] * 2,
-        *[(0.3,) * dofs] * 2,
+        (0.3,) * dofs,
+        (0.3,) * len(model.control_names),
     )
-    return replace(model, keyframes={"up": key})
+    return replace(model, keyframes=(key,))
 
 
 def advanced(sim, steps):
@@ -112,7 +114,7 @@ def advanced(sim, steps):
 def saved(tmp_path_factory):
     sim = advanced(Simulation(everything(), dt=4e-3, tolerance=1e-5, max_substeps=2), 75)
     sim.state.forces[0] = (0.1, 0.2, 0.3)
-    sim.set_target(0, 0.5)
+    sim.set_control(0, 0.5)
     path = tmp_path_factory.mktemp("state") / "sim.h5"
     sim.save(path)
     return sim, path

@@ -72,7 +72,7 @@ def test_spring_carries_a_body():
     builder.add_body("ball", shape=shapes.Sphere(0.1), density=1000)
     sim = Simulation(builder.build(), dt=2e-3)
     spring = Spring(sim)
-    sim.force_callbacks.append(spring.before_step)
+    sim.before_step.append(spring.before_step)
     sim.state.forces[0] = (1.0, 0.0, 0.0)  # the user's own
     spring.grab(0, np.zeros(3))
     sim.run(5.0)
@@ -96,7 +96,7 @@ def test_spring_is_stable_on_a_light_link():
     masses = connected_mass(sim.model)
     assert masses[0] == masses[1] == pytest.approx(sum(b.mass for b in sim.model.bodies))
     spring = Spring(sim)
-    sim.force_callbacks.append(spring.before_step)
+    sim.before_step.append(spring.before_step)
     spring.grab(1, sim.state.positions[1] + (0, 0, -0.12))
     spring.pull(np.array([1.0, 0.0, 0.0]))
     sim.run(2.0)
@@ -164,7 +164,7 @@ def test_commands_are_run_by_the_owner(served):
     with pytest.raises(amontons.InputError, match="play=None"):
         viewer.update()
     viewer.close()
-    assert sim.force_callbacks == []
+    assert sim.before_step == []
 
 
 # Breaks when an error of a command or of a step ends the thread in place of the play.
@@ -264,7 +264,7 @@ def test_bad_input_is_refused(served):
     ):
         with pytest.raises(amontons.InputError, match=named):
             served(sim, **place)
-    assert sim.force_callbacks == []
+    assert sim.before_step == []
 
 
 # Breaks when the first view is so wide that balls look like eggs, or begins inside of a wall: a ball beside

@@ -157,16 +157,16 @@ def arm():
     builder = ModelBuilder(gravity=(0, 0, 0))
     for name, y in (("motor", 0.0), ("driven", 0.5)):
         builder.add_body(name, shape=shapes.Box((0.05, 0.05, 0.4)), density=500, position=(0, y, 0))
-        motor = amontons.Motor("position", gain=100, damping_gain=20) if name == "motor" else amontons.Motor()
+        motor = amontons.Motor("position", kp=100, kd=20) if name == "motor" else amontons.Motor()
         builder.add_revolute_joint(
             name, point=(0, y, 0.4), axis=(0, 1, 0), limits=(-1, 1), name=name, motor=motor
         )
-    builder.add_actuator("drive", joint="driven", law="position", kp=100, kv=20, control_limits=(-0.5, 0.5))
+    builder.add_actuator("drive", joint="driven", law="position", kp=100, kd=20, control_limits=(-0.5, 0.5))
     return Simulation(builder.build(), dt=5e-3)
 
 
 # Breaks when a slider does not reach the simulation, is another one's, or does not follow what moves by
-# itself: the targets of both drives go to the end of their sliders, and the joints to their targets.
+# itself: the controls of both drives go to the end of their sliders, and the joints to their places.
 def test_sliders_move_joints(opened):
     sim = arm()
     _, page, _ = opened(sim)
@@ -179,7 +179,7 @@ def test_sliders_move_joints(opened):
     control.press("End")  # each for itself: the page sends what comes within 50 ms of a change as one
     assert chrome.wait_for(lambda: sim.controls[0] == 0.5)
     motor.press("End")
-    assert chrome.wait_for(lambda: sim.state.targets[0] == 1)
+    assert chrome.wait_for(lambda: sim.controls[1] == 1)
     page.get_by_role("button", name="Play").click()
     assert chrome.wait_for(lambda: abs(sim.coordinate("motor") - 1) < 0.01)
     assert chrome.wait_for(lambda: abs(sim.coordinate("driven") - 0.5) < 0.01)

@@ -26,8 +26,8 @@ def watch(simulation: Simulation, report: amontons.Report) -> bool:
 
 def simulate(model: amontons.Model) -> float:
     simulation = Simulation(model, dt=1e-3, law="coulomb", threads=2)
-    simulation.force_callbacks.append(lambda sim: sim.set_target("hinge", 0.1))
-    report: amontons.Report = simulation.run(0.5, watch)
+    simulation.before_step.append(lambda sim: sim.set_control("hinge", 0.1))
+    report: amontons.Report = simulation.run(0.5, after_step=watch)
     heights: NDArray[np.float64] = simulation.state.positions[:, 2]
     force = simulation.contacts["force"].sum(axis=0)
     simulation.q = np.zeros(model.nq)
@@ -38,7 +38,7 @@ def solve(path: Path) -> NDArray[np.float64]:
     problem = amontons.read_problem(path)
     solution = problem.solve(method="auto", law="coulomb", history=True)
     assert solution.history is not None
-    cones = [amontons.Friction(0.5, n=2), amontons.Free(1), amontons.Interval([-1.0], [1.0])]
+    cones = [amontons.Friction(0.5, n=2), amontons.Bilateral(1), amontons.Interval([-1.0], [1.0])]
     other = amontons.solve(np.eye(8), np.ones(8), cones, threads=1)
     return solution.x if solution.converged else other.x
 

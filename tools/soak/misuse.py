@@ -84,7 +84,7 @@ GOOD: dict[str, Any] = {
     "half": VECTOR, "radii": VECTOR, "vertices": CORNERS, "points": CORNERS,     "triangles": [[0, 1, 2]],
     "heights": np.zeros((3, 3)), "size_x": 1.0, "size_y": 1.0, "density": 1000.0,     "mass": 1.0,
     "inertia": VECTOR, "model": None, "dt": 0.005, "duration": 0.01, "joint": "j",
-    "value": 0.1,     "A": np.eye(3), "cones": "free", "n": 1, "mu": 0.3, "lo": -1.0, "hi": 1.0,
+    "value": 0.1,     "A": np.eye(3), "cones": "bilateral", "n": 1, "mu": 0.3, "lo": -1.0, "hi": 1.0,
     "coefficients": None,     "inverse_mass": [1.0], "inverse_inertia": [VECTOR], "body_a": [0],
     "body_b": [-1], "x": np.zeros(3),     "jacobian_a": np.ones((1, 6)), "jacobian_b": np.zeros((1, 6)),
     "thing": "a", "dof": 0, "parent": "a",

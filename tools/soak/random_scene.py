@@ -161,17 +161,17 @@ class Scene:
         if rng.random() < 0.3:
             turning["limits"] = (-float(rng.uniform(0.1, 2)), float(rng.uniform(0.1, 2)))
         if self.driven and rng.random() < 0.5:
-            kind = str(rng.choice(["effort", "speed", "position"]))
+            kind = str(rng.choice(["effort", "velocity", "position"]))
             gain = log_uniform(rng, 1, 1e4) * weight * self.size if kind == "position" else 0.0
             turning["motor"] = (
                 Motor(
                     kind,
-                    target=float(rng.uniform(-3, 3)),
+                    control=float(rng.uniform(-3, 3)),
                     max_effort=log_uniform(rng, 0.1, 100) * weight * self.size,
-                    gain=gain,
+                    kp=gain,
                 )
                 if kind != "effort"
-                else Motor(kind, target=float(rng.uniform(-3, 3)) * weight * self.size)
+                else Motor(kind, control=float(rng.uniform(-3, 3)) * weight * self.size)
             )
         kind = rng.integers(8)
         if kind == 0:

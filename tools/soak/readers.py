@@ -173,7 +173,9 @@ def judge_archive(path: Path) -> None:
                 "cone_kinds and cone_counts do not fit",
             )
             of = {k: sum(n for kind, n in zip(kinds, counts, strict=True) if kind == k) for k in set(kinds)}
-            contacts = sum(n for kind, n in of.items() if kind not in ("free", "nonnegative", "interval"))
+            contacts = sum(
+                n for kind, n in of.items() if kind not in ("bilateral", "nonnegative", "interval")
+            )
             require(len(file["mu"]) == contacts, "mu has entries of no contact")
             for key in ("lo", "hi"):
                 require(key not in file or len(file[key]) == of.get("interval", 0), f"{key} is too long")

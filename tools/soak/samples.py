@@ -43,7 +43,7 @@ def _written(problem: amontons.Problem, name: str, **options: object) -> Files:
 
 @cache
 def fclib() -> dict[str, Files]:
-    friction = [amontons.Friction([0.3, 0.5]), amontons.Free(2)]
+    friction = [amontons.Friction([0.3, 0.5]), amontons.Bilateral(2)]
     local = amontons.Problem(_matrix(8), np.ones(8), friction, name="local", guesses=[np.ones(8)])
     rolling = amontons.Problem(_matrix(10), np.ones(10), amontons.RollingFriction(0.3, 0.1, n=2))
     bodies = amontons.Problem(_factored(), np.ones(9), "friction", mu=0.3, f=np.ones(12))
@@ -60,7 +60,7 @@ def fclib() -> dict[str, Files]:
 
 def _all_cones() -> list[amontons.problem.cones.Cone]:
     return [
-        amontons.Free(2),
+        amontons.Bilateral(2),
         amontons.NonNegative(1),
         amontons.Interval([-1.0, 0.0], [1.0, np.inf]),
         amontons.Friction([0.3, 0.5]),

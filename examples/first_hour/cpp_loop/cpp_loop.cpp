@@ -14,18 +14,18 @@ double push_box() {
   builder.add_geom("world", Box{{0.05, 1, 0.5}}, {.name = "wall", .position = {2, 0, 0.5}});
   builder.add_body("box", {.position = {0.3, 0, 0.1}, .shape = Box{{0.1, 0.1, 0.1}}, .density = 500});
   builder.add_body("pusher", {.position = {0, 0, 0.1}, .shape = Sphere{0.05}, .mass = 2});
-  const Motor drive{.kind = MotorKind::speed, .max_effort = 100};  // N
+  const Motor drive{.kind = MotorKind::velocity, .max_effort = 100};  // N
   builder.add_prismatic_joint("pusher", "world",
                               {.name = "rail", .axis = {1, 0, 0}, .dof = {.motor = drive}});
   Simulation simulation(builder.build(), {.dt = 2e-3});
   const Model& model = simulation.model();
   const Index box = model.body_index("box"), pusher = model.body_index("pusher");
-  const std::size_t rail = model.dof_index("rail");
+  const Index rail = model.control_index("rail");
   double gap = 0;
   while (simulation.state().time < 5 - 1e-9) {
     const GeomHit ahead = simulation.ray(simulation.state().positions[box], {1, 0, 0}, {"box"});
     gap = ahead.geom == model.geom_index("wall") ? ahead.hit.distance - 0.1 : infinity;
-    simulation.state().targets[rail] = std::clamp(3 * (gap - 0.3), 0.0, 0.5);  // m/s
+    simulation.state().controls[rail] = std::clamp(3 * (gap - 0.3), 0.0, 0.5);  // m/s
     simulation.step();
     for (const GeomPair& pair : simulation.contact_events().began)
       if (pair.body_a == pusher || pair.body_b == pusher)
@@ -38,7 +38,7 @@ double push_box() {
 
 double lower_hand(const char* file) {
   Simulation simulation(Model::from_json(file), {.dt = 2e-3});
-  const Index shoulder = simulation.model().actuator_index("shoulder");
+  const Index shoulder = simulation.model().control_index("shoulder");
   double& angle = simulation.state().controls[shoulder];
   while (simulation.contacts_between("forearm", "world").empty() && simulation.state().time < 5) {
     angle += 0.5 * simulation.options().dt;  // rad

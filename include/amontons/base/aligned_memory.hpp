@@ -8,10 +8,10 @@
 
 namespace amontons {
 
-// Memory at a multiple of `alignment`, a power of two; null if there is none. Windows has memory like this
-// from its own pair of functions only: std::free() would not take it back.
+// Memory at a multiple of `alignment`, a power of two; null if there is none. On Windows such memory has its
+// own pair of functions: std::free() would not take it back.
 inline void* aligned_allocate(std::size_t alignment, std::size_t size) {
-  // A multiple of the alignment, as aligned_alloc() wants it, and never nothing.
+  // A multiple of the alignment, as aligned_alloc() requires, and never zero.
   const std::size_t whole = std::max((size + alignment - 1) / alignment * alignment, alignment);
 #if defined(_WIN32)
   return _aligned_malloc(whole, alignment);

@@ -8,8 +8,8 @@
 // unit quaternions (w, x, y, z) that turn body coordinates into world coordinates.
 //
 // Everything is written out component by component in a fixed order, so that results are the same with every
-// compiler and instruction set. Nothing here checks its input: a zero vector has no direction, and the caller
-// knows whether it can occur.
+// compiler and instruction set. Functions do not check their input: a zero vector has no direction, and the
+// caller must exclude it.
 namespace amontons {
 
 // A point (m), a direction, or any three numbers; compared exactly.
@@ -17,7 +17,7 @@ namespace amontons {
 struct Vec3 {
   double x = 0, y = 0, z = 0;
 
-  // Component i = 0, 1, 2. By comparisons: an index known to the compiler costs nothing.
+  // Component i = 0, 1, 2. By comparisons: an index that the compiler knows costs nothing.
   constexpr double operator[](int i) const { return i == 0 ? x : i == 1 ? y : z; }
   constexpr double& operator[](int i) { return i == 0 ? x : i == 1 ? y : z; }
   constexpr Vec3& operator+=(const Vec3& b) { return x += b.x, y += b.y, z += b.z, *this; }
@@ -40,15 +40,15 @@ constexpr Vec3 cross(const Vec3& a, const Vec3& b) {
 // Euclidean length; squares overflow beyond 1e154, far from any size in m.
 inline double norm(const Vec3& a) { return std::sqrt(dot(a, a)); }
 constexpr double norm_squared(const Vec3& a) { return dot(a, a); }
-// The unit vector along a; not a number for a = 0.
+// The unit vector along a; NaN for a = 0.
 inline Vec3 normalised(const Vec3& a) { return a / norm(a); }
 inline bool is_finite(const Vec3& a) {
   return std::isfinite(a.x) && std::isfinite(a.y) && std::isfinite(a.z);
 }
 constexpr Vec3 to_vec3(const std::array<double, 3>& a) { return {a[0], a[1], a[2]}; }
 
-// Tensors of inertia from files and programs are symmetric up to rounding only.
-// |a_ij - a_ji| up to this fraction of the largest entry is rounding; beyond it a matrix is not symmetric.
+// Inertia tensors from files and programs are symmetric only up to rounding. |a_ij - a_ji| up to this
+// fraction of the largest entry is rounding; a larger difference is an error.
 inline constexpr double asymmetry_of_rounding = 1e-10;
 
 // A 3 x 3 matrix by its rows: m v is three dot products.
@@ -80,16 +80,16 @@ constexpr Mat3 operator*(double s, const Mat3& a) { return {{s * a.row[0], s * a
 constexpr Mat3 skew(const Vec3& v) { return {{{0, -v.z, v.y}, {v.z, 0, -v.x}, {-v.y, v.x, 0}}}; }
 // The volume that the rows span.
 constexpr double determinant(const Mat3& m) { return dot(m.row[0], cross(m.row[1], m.row[2])); }
-// The inverse by cofactors: the products of two rows are perpendicular to both, so that they are, divided by
-// the determinant, the columns of the inverse. The caller makes sure that the determinant is not zero.
+// The inverse by cofactors. The product of two rows is perpendicular to both; divided by the determinant
+// these products are the columns of the inverse. The caller must ensure that the determinant is not zero.
 constexpr Mat3 inverse(const Mat3& m) {
   const Vec3 a = cross(m.row[1], m.row[2]), b = cross(m.row[2], m.row[0]), c = cross(m.row[0], m.row[1]);
   const double s = 1 / dot(m.row[0], a);
   return transposed({{s * a, s * b, s * c}});
 }
 
-// The rotation by the angle a about the unit axis e is (cos(a / 2), sin(a / 2) e); q and -q are the same one.
-// Products drift from unit length by rounding only; who integrates normalises.
+// The rotation by the angle a about the unit axis e is (cos(a / 2), sin(a / 2) e); q and -q are the same
+// rotation. Products drift from unit length only by rounding; integrators normalise them.
 struct Quat {
   double w = 1, x = 0, y = 0, z = 0;
 
@@ -102,15 +102,15 @@ constexpr Quat operator*(const Quat& a, const Quat& b) {
   return {a.w * b.w - a.x * b.x - a.y * b.y - a.z * b.z, a.w * b.x + a.x * b.w + a.y * b.z - a.z * b.y,
           a.w * b.y - a.x * b.z + a.y * b.w + a.z * b.x, a.w * b.z + a.x * b.y - a.y * b.x + a.z * b.w};
 }
-// Of a unit quaternion the inverse rotation.
+// The inverse rotation of a unit quaternion.
 constexpr Quat conjugate(const Quat& q) { return {q.w, -q.x, -q.y, -q.z}; }
 inline double norm(const Quat& q) { return std::sqrt(q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z); }
 inline Quat normalised(const Quat& q) {
   const double s = 1 / norm(q);
   return {s * q.w, s * q.x, s * q.y, s * q.z};
 }
-// R = 1 + 2 w skew(v) + 2 skew(v)^2 for q = (w, v); its columns are the axes of the body in the world. Many
-// vectors are turned faster by the matrix, one by rotate().
+// R = 1 + 2 w skew(v) + 2 skew(v)^2 for q = (w, v); its columns are the axes of the body in the world. For
+// many vectors the matrix is faster, for one rotate().
 constexpr Mat3 to_matrix(const Quat& q) {
   const double xx = q.x * q.x, yy = q.y * q.y, zz = q.z * q.z, xy = q.x * q.y, xz = q.x * q.z, yz = q.y * q.z,
                wx = q.w * q.x, wy = q.w * q.y, wz = q.w * q.z;
@@ -123,9 +123,9 @@ constexpr Vec3 rotate(const Quat& q, const Vec3& v) {
   const Vec3 t = 2 * cross(q.vector(), v);
   return v + q.w * t + cross(q.vector(), t);
 }
-// The rotation by the angle a = |r| about r (rad), exact: (cos(a / 2), sin(a / 2) r / a). What bodies turn by
-// in a step is small: up to 0.1 rad both factors come from their series in t = a^2 / 4, whose next terms are
-// below rounding there (t^5 / 10! is 3e-20); they have no division by zero.
+// The rotation by the angle a = |r| about r (rad), exact: (cos(a / 2), sin(a / 2) r / a). Bodies turn little
+// in a step. Up to 0.1 rad both factors come from their series in t = a^2 / 4, without a division by zero;
+// the next terms are below rounding (t^5 / 10! is 3e-20).
 inline Quat exponential(const Vec3& r) {
   const double t = 0.25 * dot(r, r);
   if (t < 2.5e-3) {
@@ -136,10 +136,10 @@ inline Quat exponential(const Vec3& r) {
   const double half = std::sqrt(t), s = elementary::sin(half) / (2 * half);
   return {elementary::cos(half), s * r.x, s * r.y, s * r.z};
 }
-// The rotation vector of q (rad), of length at most pi: exponential(logarithm(q)) = +-q. With q = (w, v)
-// turned to w >= 0 the angle is 2 atan2(|v|, w), which keeps all digits at every angle (an arc cosine of w
-// would lose half of them near 0); it goes along v / |v|. Up to |v| / w = 0.01, as of the errors of joints,
-// it comes from the series of atan in t = (|v| / w)^2, whose next term t^4 / 9 is below rounding there.
+// The rotation vector of q (rad), of length at most pi: exponential(logarithm(q)) = +-q. With q = (w, v) and
+// w >= 0 the angle is 2 atan2(|v|, w). This keeps all digits at every angle; an arc cosine of w would lose
+// half of them near 0. Its direction is v / |v|. Up to |v| / w = 0.01, as for joint errors, it comes from the
+// series of atan in t = (|v| / w)^2, whose next term t^4 / 9 is below rounding.
 inline Vec3 logarithm(const Quat& q) {
   const Vec3 v = q.w < 0 ? -q.vector() : q.vector();
   const double squared = dot(v, v), w = std::abs(q.w), t = squared / (w * w);
@@ -147,17 +147,17 @@ inline Vec3 logarithm(const Quat& q) {
   const double s = std::sqrt(squared);
   return (2 * elementary::atan2(s, w) / s) * v;
 }
-// The rotation whose third axis is the unit vector z, the other two the tangents of a contact with
-// the normal z. The quaternion half-way between the identity and the turn by twice the angle from e_z to z is
-// (1 + <e_z, z>, e_z x z), not normalised. It vanishes at z = -e_z, near which another one is taken; there
-// the tangents jump, as somewhere they must.
+// The rotation whose third axis is the unit vector z; the other two are the tangents of a contact with the
+// normal z. The quaternion half-way between the identity and the turn by twice the angle from e_z to z is (1
+// + <e_z, z>, e_z x z), not normalised. It vanishes at z = -e_z, so another one is used near there. The
+// tangents jump between the two, which no choice can avoid.
 inline Quat rotation_to_z(const Vec3& z) {
   if (z.z > -0.9999) return normalised({1 + z.z, -z.y, z.x, 0});
-  // First by pi about x, which takes e_z to -e_z, then from there to z.
+  // First by pi about x, from e_z to -e_z, then from there to z.
   return normalised(Quat{1 - z.z, z.y, -z.x, 0} * Quat{0, 1, 0, 0});
 }
 
-// A rigid transform: coordinates of a frame into those of its parent, x -> rotation x + position.
+// A rigid transform from coordinates of a frame to those of its parent, x -> rotation x + position.
 struct Transform {
   Vec3 position;
   Quat rotation;

@@ -1,7 +1,7 @@
-// Private to *.isa.cpp: a register of doubles of the instruction set that the file is compiled for. GCC 12
-// turns wider vectors into code through memory. Everything lives in the namespace of the instruction set, so
-// that no two variants share a symbol: the linker would keep one of them, perhaps that with instructions
-// which the processor lacks.
+// Private to *.isa.cpp: a register of doubles of the instruction set of the compilation. GCC 12 compiles
+// wider vectors to code through memory. Everything is in the namespace of the instruction set, so that no two
+// variants share a symbol. The linker would keep one of them, perhaps one with instructions that the
+// processor lacks.
 #pragma once
 
 namespace amontons::AMONTONS_ISA {
@@ -15,9 +15,9 @@ constexpr int width = 4;
 constexpr int width = 2;
 #endif
 
-using Vec = double __attribute__((vector_size(8 * width), may_alias));  // in aligned memory
-// Anywhere. The attributes stand before the equals sign: Clang takes no alignment from those of the type
-// behind it.
+using Vec = double __attribute__((vector_size(8 * width), may_alias));  // aligned memory
+// Any address. The attributes precede the equals sign: Clang ignores an alignment in those of the type after
+// it.
 using LooseVec __attribute__((vector_size(8 * width), aligned(8), may_alias)) = double;
 static_assert(alignof(LooseVec) == alignof(double));
 

@@ -7,12 +7,12 @@ namespace amontons {
 
 // Persistent workers for loops that are short (microseconds) and many (thousands per solve).
 //
-// run(tasks, f) calls f(task) for task = 0 .. tasks - 1, the calling thread being one of the workers, and
-// returns when all calls have returned. The tasks are split into one contiguous range per thread, the same
-// range every time, so that a thread finds the data of its tasks in its own cache; whoever is done helps the
-// others, so that a thread without a core is not waited for. There is no lock and no allocation in run();
-// workers spin for some microseconds between two calls, then yield, then sleep. Results
-// that must not depend on the number of threads follow when every task writes only its own output.
+// run(tasks, f) calls f(task) for task = 0 .. tasks - 1 and returns when all calls have returned; the calling
+// thread is one of the workers. Every thread has one contiguous range of tasks, the same in every run, so
+// that its data stay in its own cache. A thread that is done helps the others, so a thread without a core
+// delays nothing. run() takes no lock and allocates nothing. Workers spin for some microseconds between two
+// calls, then yield, then sleep. Results do not depend on the number of threads if every task writes only its
+// own output.
 //
 // f must not throw and must not call run() of the same pool. One thread at a time may call run().
 class ThreadPool {
@@ -47,12 +47,12 @@ class ThreadPool {
 
 // The cores that this process may use, at least 1.
 unsigned usable_cores();
-// How many threads serve so many pieces of work: as many as were asked for; 0 asks for one per core, but for
-// one on a thread that is a worker itself, such as those that advance many worlds side by side.
+// Number of threads for `pieces` pieces of work: `asked` if positive. 0 means one per core, but one thread on
+// a worker, such as those that advance many worlds side by side.
 unsigned automatic_threads(unsigned asked, std::size_t pieces);
 
-// A pool borrowed from the process for as long as the lease lives, so that solves of a few microseconds do
-// not start threads. Leases of several threads at a time get pools of their own.
+// A pool borrowed from the process during the lifetime of the lease, so that solves of a few microseconds do
+// not start threads. Simultaneous leases of several threads get separate pools.
 class PoolLease {
  public:
   explicit PoolLease(unsigned threads);

@@ -13,9 +13,9 @@ namespace amontons {
 using IndexPair = std::pair<std::int32_t, std::int32_t>;  // first < second
 
 // All pairs of boxes that overlap (touching counts), sorted, each once; boxes may be infinite (planes).
-// `fixed[i]`: two fixed boxes are no pair. Near-linear time for boxes of any mix of sizes. The object keeps
-// its scratch memory, and the order in space that it found last, between calls: that saves time when boxes
-// have moved little, but pairs never depend on earlier calls.
+// `fixed[i]`: two fixed boxes form no pair. Near-linear time for boxes of any mix of sizes. Scratch memory
+// and the last spatial order are kept between calls. That saves time when boxes have moved little, but pairs
+// never depend on earlier calls.
 class BroadPhase {
  public:
   void find_pairs(std::span<const Aabb> boxes, std::span<const unsigned char> fixed,
@@ -27,14 +27,14 @@ class BroadPhase {
   struct alignas(32) Node {
     float bound[6][width];
   };
-  // A leaf while the order is sought; box -1: a gap, that fills the last group of a class.
+  // A leaf during the search for an order; box -1: a gap that fills the last group of a class.
   struct Item {
     float centre[3], extent[3];
     std::int32_t box;
   };
 
-  // The order of the leaves. Boxes that are near each other in space shall be near each other in the order,
-  // as eight neighbours in it share a node.
+  // The order of the leaves. Neighbours in space should be neighbours in the order, because eight consecutive
+  // leaves share a node.
   void set_aside_infinite(std::span<const Aabb> boxes);
   void build(std::span<const Aabb> boxes);
   void choose_origin(std::span<const Aabb> boxes);
@@ -52,22 +52,21 @@ class BroadPhase {
   void add(std::int32_t a, std::int32_t b, const Aabb& box_a, const Aabb& box_b);
   void sort(std::size_t boxes, std::vector<IndexPair>& pairs);
 
-  // Of this call.
-  std::span<const unsigned char> fixed_;   // of the caller
+  // Data of the current call.
+  std::span<const unsigned char> fixed_;   // given by the caller
   std::vector<std::int32_t> infinite_;     // boxes outside the tree, ascending
   std::vector<std::int32_t> finite_;       // the others, ascending
   std::vector<std::vector<Node>> levels_;  // levels_[0]: the groups of eight leaves; the last level: one node
   std::vector<Aabb> boxes_;                // in the order of the leaves
-  std::size_t visits_ = 0;                 // nodes looked at by the search
+  std::size_t visits_ = 0;                 // nodes that the search has visited
   std::vector<IndexPair> found_;           // not sorted
 
-  // Of the order that was found last. It only decides how long the search takes, so that it may be as old as
-  // it likes.
+  // The last order that was built. It only affects the time of the search, so it may be of any age.
   std::vector<std::int32_t> order_;  // leaf -> box, -1 in gaps
   Vec3 origin_;                      // subtracted before coordinates are rounded to float
   std::size_t built_for_ = 0;        // the number of boxes
   std::vector<std::int32_t> last_infinite_;
-  std::size_t built_visits_ = 0;  // of the first search in it
+  std::size_t built_visits_ = 0;  // of the first search in this order
 
   // Scratch.
   std::vector<Item> items_;

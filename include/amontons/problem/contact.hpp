@@ -10,50 +10,50 @@ using Index = std::int32_t;  // SciPy's default index type
 
 constexpr Index world = -1;  // as a body: the inertial frame
 
-// What surfaces are made of; of a contact, what follows from both of them.
+// Properties of a surface; for a contact, those that follow from both surfaces.
 struct Material {
   double friction = 0.5;          // Coulomb's mu, >= 0
   double restitution = 0;         // e in [0, 1]: u_n^+ = -e u_n^-
-  double compliance = 0;          // of one contact point, m/N, >= 0; 0 is rigid
+  double compliance = 0;          // of one contact point, m/N, >= 0; 0: rigid
   double relaxation_time = 0;     // damping of a compliant contact over its stiffness, s, >= 0
-  double rest_offset = 0;         // the distance of two surfaces at which they touch, m, >= 0
-  double friction_across = -1;    // mu across the friction direction; negative: friction in all directions
+  double rest_offset = 0;         // distance at which two surfaces touch, m, >= 0
+  double friction_across = -1;    // mu across the friction direction; negative: equal in all directions
   double torsional_friction = 0;  // largest moment about the normal over the normal force, m
-  double rolling_friction = 0;    // the same of moments in the tangent plane, m
+  double rolling_friction = 0;    // the same for moments in the tangent plane, m
   constexpr bool operator==(const Material&) const = default;
 };
 
 enum class ContactState : unsigned char { open, stick, slip };
 
-// One contact point, from its detection to the table of the user: A and B touch, or nearly so, at `point`.
-// All vectors are in world axes; impulses act on A and, opposite, on B. The normal points from B to A, so
+// One contact point, from its detection to the user's table: A and B touch, or nearly touch, at `point`. All
+// vectors are in world axes; impulses act on A, and their opposite on B. The normal points from B to A, so
 // that a positive normal impulse pushes A away and a positive normal velocity opens the contact.
 //
-// Who finds the contact fills the first part, who solves the step the second; a solver reads
-// bodies, arms, normal, direction, rows and moment_length.
+// The contact search fills the first part, the solve of the step the second. A solver reads bodies, arms,
+// normal, direction, rows and moment_length.
 struct Contact {
   Index body_a = world, body_b = world, geom_a = -1, geom_b = -1;
   Vec3 point, normal;  // m; the normal has unit length and points from B to A
-  double gap = 0;      // m, at the start of the step, > 0 apart; less the material's rest_offset
+  double gap = 0;      // m, at the start of the step, > 0: open; minus the material's rest_offset
   Vec3 r_a, r_b;       // from each centre of mass (the origin for the world) to the point, m
   Material material;
-  Vec3 direction;         // that `material.friction` is along; zero where friction is the same all round
-  Vec3 surface_velocity;  // of A's surface over its body less that of B's, tangential, m/s
-  int rows = 3;           // normal, two tangents; 4: and a moment about the normal; 5: and two about the
-                          // tangents; 6: all three
-  Vec3 held;              // of a compliant contact: the impulse of the last step, in units of this one, N s
-  double moment_length = 1;  // moments enter the rows divided by this length, spins multiplied by it, m
+  Vec3 direction;            // direction of `material.friction`; zero for isotropic friction
+  Vec3 surface_velocity;     // of A's surface over its body minus that of B's, tangential, m/s
+  int rows = 3;              // normal, two tangents; 4: and a moment about the normal; 5: and two about
+                             // the tangents; 6: all three
+  Vec3 held;                 // for a compliant contact: impulse of the last step in units of this one, N s
+  double moment_length = 1;  // length by which moments are divided and spins multiplied in the rows, m
 
-  // What a step finds; impacts at its start are in the impulses.
-  Vec3 impulse, angular_impulse;  // N s, N m s, the second about the point
+  // Results of a step; impulses include those of impacts at its start.
+  Vec3 impulse, angular_impulse;  // N s, and N m s about the point
   Vec3 slip;                      // tangential velocity of A's surface relative to B's after the step, m/s
   Vec3 spin;                      // angular velocity of A relative to B after the step, rad/s
   double normal_velocity = 0;     // n . (v_A - v_B) after the step, m/s
   ContactState state = ContactState::open;
-  Vec3 local;  // the point in the frame of body A: how the next step knows it again
+  Vec3 local;  // the point in the frame of body A, by which the next step identifies it
 };
 
-// What a solver needs to know of a contact; the rest has its defaults.
+// Makes a contact from the data that a solver needs; the rest has its defaults.
 inline Contact contact_between(Index body_a, Index body_b, const Vec3& r_a, const Vec3& r_b,
                                const Vec3& normal) {
   Contact c;
@@ -65,13 +65,13 @@ inline Contact contact_between(Index body_a, Index body_b, const Vec3& r_a, cons
   return c;
 }
 
-// The frame of a contact, right-handed: the normal and two tangents. Rows are (normal, tangent 1, tangent
-// 2), then moments about them. The frame is a function of the contact alone, never stored: whoever needs
-// tangents makes the same ones.
+// The frame of a contact, right-handed: the normal and two tangents. Rows are (normal, tangent 1, tangent 2),
+// then moments about them. The frame is a function of the contact and is never stored, so that all code uses
+// the same tangents.
 struct ContactBasis {
   Vec3 normal, tangent_1, tangent_2;
 
-  // Tangents that follow from the normal alone, smoothly but for the change of sign of n_z (Duff et al.,
+  // Tangents that follow from the normal alone, smoothly except at the change of sign of n_z (Duff et al.,
   // "Building an orthonormal basis, revisited", JCGT 2017).
   explicit ContactBasis(const Vec3& n) : normal(n) {
     const double sign = std::copysign(1.0, n.z);
@@ -80,7 +80,7 @@ struct ContactBasis {
     tangent_1 = {1.0 + sign * n.x * n.x * a, sign * b, -sign * n.x};
     tangent_2 = {b, sign + n.y * n.y * a, -n.y};
   }
-  // The first tangent along `direction`, where that does not point along the normal.
+  // The first tangent is along `direction`, unless that is parallel to the normal.
   ContactBasis(const Vec3& n, const Vec3& direction) : ContactBasis(n) {
     const Vec3 along = direction - dot(direction, n) * n;
     const double size = norm(along);
@@ -100,7 +100,7 @@ struct ContactBasis {
   const Vec3& axis(int k) const { return k == 0 ? normal : k == 1 ? tangent_1 : tangent_2; }
 };
 
-// Row k of a contact: the axis that it is along, and whether it is a moment about it.
+// Row k of a contact: its axis, and whether it is a moment about that axis.
 //  rows 3   n t1 t2
 //  rows 4   n t1 t2, moment about n
 //  rows 5   n t1 t2, moments about t1 t2
@@ -114,9 +114,9 @@ constexpr ContactRow contact_row(int rows, int k) {
   return {rows == 5 ? k - 2 : k - 3, true};
 }
 
-// The impulse and the angular impulse about the point of the rows x of a contact, and the rows of a relative
-// velocity and spin: x has c.rows entries, all in N s or m/s. With the length l, a moment row holds tau / l
-// of an angular impulse tau and l omega of a spin: the power <x, u> stays what it is.
+// The impulse, and the angular impulse about the point, from the rows x of a contact; and the rows of a
+// relative velocity and spin. x has c.rows entries, all in N s or m/s. With the length l, a moment row holds
+// tau / l for an angular impulse tau and l omega for a spin: the power <x, u> is unchanged.
 struct ContactImpulse {
   Vec3 linear, angular;
 };
@@ -127,7 +127,7 @@ inline ContactImpulse to_world(const Contact& c, const double* x) {
     f.angular += (c.moment_length * x[k]) * basis.axis(contact_row(c.rows, k).axis);
   return f;
 }
-// Velocities (u, omega) into rows with angular_scale = l; impulses (f, tau) with 1 / l.
+// Converts velocities (u, omega) to rows with angular_scale = l, impulses (f, tau) with 1 / l.
 inline void to_rows(const Contact& c, const Vec3& linear, const Vec3& angular, double angular_scale,
                     double* x) {
   const ContactBasis basis(c);

@@ -39,8 +39,8 @@ struct DenseOperator {
   void diagonal(std::span<double> d) const;
 };
 
-// A function y = A x of the caller; `diag` is diag(A), or ones when unknown (then P = I). It may be called
-// from any iteration and must not change its answer; methods that factor refuse it.
+// A function y = A x of the caller; `diag` is diag(A), or ones if unknown (then P = I). Any iteration may
+// call it, and it must always give the same result. Methods that factor reject it.
 struct CallbackOperator {
   std::function<void(std::span<const double>, std::span<double>)> function;
   std::vector<double> diag;
@@ -52,8 +52,8 @@ struct CallbackOperator {
 
 using Operator = std::variant<SparseOperator, DenseOperator, CallbackOperator, ContactSystem>;
 
-// The same of whichever operator it is: one branch per product, none inside. Methods that iterate on their
-// own visit the operator once, outside their loop.
+// The same for an operator of any kind: one branch per product, none inside. Methods that iterate visit the
+// operator once, outside their loop.
 inline std::size_t rows(const Operator& A) {
   return std::visit([](const auto& op) { return op.rows(); }, A);
 }

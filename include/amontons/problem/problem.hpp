@@ -7,16 +7,16 @@
 
 namespace amontons {
 
-// The friction law. associated: find x in K with -(A x + b) in N_K(x), the optimality condition of
-// min 1/2 x'Ax + b'x over K. coulomb: the same with b_n replaced by b_n + s(u(x)) for every contact, s the De
-// Saxce term of its set (mu |u_t|; De Saxce 1992), which is Coulomb's law: sliding contacts do not separate.
+// The friction law. associated: find x in K with -(A x + b) in N_K(x), the optimality condition of min 1/2
+// x'Ax + b'x over K. coulomb: the same with b_n replaced by b_n + s(u(x)) for every contact, s the De Saxce
+// term of its set (mu |u_t|; De Saxce 1992). This is Coulomb's law: sliding contacts do not separate.
 enum class Law : unsigned char { associated, coulomb };
 
 // The variational inequality: find x in K with <g(x), y - x> >= 0 for all y in K, g = A x + b (+ the De
 // Saxce term under coulomb). x: impulses (N s), b: constraint velocities without impulses (m/s).
 //
-// Constant from its making on. A belongs to it, or is viewed and kept alive (operators.hpp), so that a
-// problem can be handed on, solved by several methods and written to a file.
+// A problem is constant. It owns A, or views it and keeps it alive (operators.hpp), so that it can be passed
+// on, solved by several methods and written to a file.
 struct Problem {
   Operator A;
   std::vector<double> b;
@@ -25,20 +25,23 @@ struct Problem {
   // the P metric is the Euclidean projection. Always positive.
   std::vector<double> P;
   ContactGraph graph;  // empty for matrices and functions
+  // The law of the problem, by default the law of the simulation that made it. Options of a solve may name
+  // another one. Without friction both laws agree.
+  Law law = Law::coulomb;
 
   std::size_t rows() const { return b.size(); }
 };
 
-// The problem of a user: checks sizes, finiteness, the sign of the diagonal and (for matrices) symmetry.
-// Throws InputError naming the thing that is wrong.
-Problem make_problem(Operator A, std::vector<double> b, SetProduct K);
-// The same of data that has been checked before, or was made by us: not looked at again.
-Problem trusted_problem(Operator A, std::vector<double> b, SetProduct K);
-// P and graph of A, b and K that were replaced in place: a problem that is made anew in every step keeps its
-// memory.
+// Makes the problem of a user: checks sizes, finiteness, the sign of the diagonal and (for matrices)
+// symmetry. Throws InputError naming the error.
+Problem make_problem(Operator A, std::vector<double> b, SetProduct K, Law law = Law::coulomb);
+// The same for data that are already checked or made by the library: without checks.
+Problem trusted_problem(Operator A, std::vector<double> b, SetProduct K, Law law = Law::coulomb);
+// Updates P and the graph after A, b and K were replaced in place: a problem that is made again in every step
+// keeps its memory.
 void renew(Problem& problem);
 
-// u plus the De Saxce term: what the VI of the law asks to be in the normal cone. g may be u.
+// u plus the De Saxce term: the vector that the VI requires to be in the normal cone. g may be u.
 template <class S>
 inline void add_saxce_term(const S& set, Law law, const double* u, double* g) {
   double term = 0;

@@ -7,34 +7,35 @@
 
 #include "amontons/sets/second_order_cone.hpp"
 
-// How a block enters a primal-dual interior point (solvers/second_order/interior_point.cpp). Each set has a
-// Barrier with the iterate of one block, in units in which the block's mean of diag(A) is one:
+// The barrier of a block in a primal-dual interior point (solvers/second_order/interior_point.cpp). Each set
+// has a Barrier with the iterate of one block, in units in which the block's mean of diag(A) is one:
 //
 //   Barrier(set, unit)         x in units of `unit` (N s)
 //   degree()                   the number of complementarity products, <x, u> = degree mu on the central path
 //   start_factor(R)            R of the first system, a unit proximal term in place of W^2
-//   start(x)                   takes the solution of that system, u = -x, which may lie outside
-//   worst(x, u)                lowers both to the smallest eigenvalues of x and u
-//   push(x, u)                 adds so much to both, so that they lie inside
+//   start(x)                   sets x to the solution of that system and u = -x, which may lie outside
+//   worst(x, u)                lowers both arguments to the smallest eigenvalues of x and u
+//   push(x, u)                 adds these multiples of e to x and u, so that they lie inside
 //   factor(R)                  the scaling W of the iterate; R = W^-1, so that R R' is the inverse Hessian
-//   dual_factor(T)         T = R^-T of that iterate, from which du = T (rho - z)
+//   dual_factor(T)             T = R^-T of that iterate, from which du = T (rho - z)
 //   target(mu, corrector, rho) of W dx + W^-1 du = rho: rho = lambda \ (mu e - lambda o lambda - second)
 //   recover(mu, z)             dx = R z, du = W (rho - z) from the solution z = W dx of the system
-//   longest_step()             how far x + t dx, u + t du stay inside
+//   longest_step()             the largest t for which x + t dx and u + t du stay inside
 //   gap(t)                     <x + t dx, u + t du>
-//   move(t)                    the step
+//   move(t)                    makes the step
 //   primal(x), dual(u)         the iterate, in the same units
 //
-// `corrector` adds Mehrotra's second-order term of the last step recovered.
+// `corrector` adds Mehrotra's second-order term of the last recovered step.
 namespace amontons {
 
-// R: u = 0 there, W^2 a small proximal term.
-struct FreeBarrier {
+// A free row: u = 0, W^2 is a small proximal term.
+struct BilateralBarrier {
+  // W^2 of a free row (relative to the block's mean of diag(A)): keeps the linear system regular.
   static constexpr double proximal = 1e-9;
   double x = 0, dx = 0;
 
   template <class Set>
-  FreeBarrier(const Set&, double) {}
+  BilateralBarrier(const Set&, double) {}
   double degree() const { return 0; }
   void start_factor(double* R) const { R[0] = 1 / std::sqrt(proximal); }
   void start(const double* solution) { x = solution[0]; }
@@ -51,8 +52,8 @@ struct FreeBarrier {
   void dual(double* out) const { out[0] = 0; }
 };
 
-// A cone { x : D x in L } with L the second-order cone and D diagonal: x^ = D x, u^ = D^-1 u. Rows without
-// room (a friction coefficient of zero) are left out: they stay zero.
+// A cone { x : D x in L } with L the second-order cone and D diagonal: x^ = D x, u^ = D^-1 u. Degenerate rows
+// (with a friction coefficient of zero) are left out: they stay zero.
 template <std::size_t n>
 struct ConeBarrier {
   using V = second_order::V<n>;
@@ -62,7 +63,7 @@ struct ConeBarrier {
   second_order::Scaling<n> W;
 
   // The cone with x_0 >= |(x_k / mu_k)|, scaled by the largest mu, so that tangential rows keep their size.
-  static constexpr double flat = 1e-9;  // a smaller mu_k leaves no room
+  static constexpr double flat = 1e-9;  // limit of mu_k, below which a row is left out
   explicit ConeBarrier(const std::array<double, n - 1>& mu) {
     double largest = 0;
     for (double m : mu) largest = std::max(largest, m);

@@ -14,7 +14,7 @@ struct BarrierStorage<SetList<S...>> {
   std::tuple<std::vector<typename S::Barrier>...> of;
 };
 
-// The barriers of all blocks of a product, for each set a vector, as the product itself is stored.
+// The barriers of all blocks of a product, one vector per set, as in the product itself.
 class Barriers {
  public:
   // unit: of x, per block (N s).
@@ -24,7 +24,7 @@ class Barriers {
       std::get<kind_of<S>>(storage_.of).emplace_back(set, unit[block]);
     });
   }
-  // f(set, barrier, block, row) for every block.
+  // Calls f(set, barrier, block, row) for every block.
   template <class F>
   void each(const SetProduct& K, F&& f) {
     std::size_t count[set_kinds] = {};

@@ -6,18 +6,18 @@ namespace amontons {
 
 // The elliptic friction cone { (n, t) : sum_k (t_k / mu_k)^2 <= n^2, n >= 0 } of 3, 4 or 6 rows: anisotropic
 // sliding (t1, t2), torsion about the normal, and rolling (two moments). All mu_k >= 0 and finite; a row with
-// mu_k = 0 carries nothing. Moments and their coefficients are divided by a length (Contact::moment_length),
+// mu_k = 0 has no impulse. Moments and their coefficients are divided by a length (Contact::moment_length),
 // so that all rows are impulses in N s.
 //
-// Projection of z = (n, t), with D = diag(mu): inside where |D^-1 t| <= n, the apex where |D t| <= -n, else
+// Projection of z = (n, t), with D = diag(mu): z itself if |D^-1 t| <= n, the apex if |D t| <= -n, otherwise
 // the foot on the boundary. There, with the multiplier lambda >= 0 of 1/2 (|D^-1 s|^2 - a^2) = 0,
 //   a (1 - lambda) = n,   s_k = t_k mu_k^2 / (mu_k^2 + lambda),   a = |D^-1 s| =: h(lambda).
-// (1 - lambda) h(lambda) - n falls strictly from |D^-1 t| - n > 0 to -|D t| - n < 0, so that lambda is its
-// only root. In tau = lambda / (1 + lambda) and w = 1 - tau, with D_k = mu_k^2 w + tau, nothing is singular
-// at a = 0 or lambda = 1:
+// (1 - lambda) h(lambda) - n falls strictly from |D^-1 t| - n > 0 to -|D t| - n < 0, so lambda is its only
+// root. In tau = lambda / (1 + lambda) and w = 1 - tau, with D_k = mu_k^2 w + tau, nothing is singular at a =
+// 0 or lambda = 1:
 //   F(tau) = (w - tau) K(tau) - n,   K = |(t_k mu_k / D_k)|,   a = w K,   s_k = t_k mu_k^2 w / D_k.
-// F(1/2) = -n: the sign of n tells which of tau and w is the smaller, and that one is sought, so that its
-// digits are not lost in 1 - tau where coefficients are large.
+// F(1/2) = -n, so the sign of n determines the smaller of tau and w. The smaller one is the unknown, so that
+// its digits are not lost in 1 - tau for large coefficients.
 template <int n>
 struct EllipticFriction {
   static_assert(n == 3 || n == 4 || n == 6, "sliding; with torsion; with torsion and rolling");
@@ -125,7 +125,9 @@ struct EllipticFriction {
       if (m > 0) stretched += (z[k] / m) * (z[k] / m);
       shrunk += (m * z[k]) * (m * z[k]);
     }
-    if (std::sqrt(shrunk) <= -z[0]) return Region::polar;  // first: both hold on the negative axis for mu = 0
+    if (std::sqrt(shrunk) <= -z[0])
+      return Region::polar;  // first: both conditions hold on the negative axis
+                             // for mu = 0
     return std::sqrt(stretched) <= z[0] ? Region::inside : Region::boundary;
   }
 
@@ -138,7 +140,7 @@ struct EllipticFriction {
     return std::sqrt(sum);
   }
 
-  // Newton's method on F inside a bracket; from the root of the circular cone with the mean coefficient. The
+  // Newton's method on F inside a bracket, from the root of the circular cone with the mean coefficient. The
   // unknown is the smaller of tau and w: F falls with tau and rises with w.
   Root root(const double* z) const {
     double below = 0, above = 0.5, shrunk = 0, size = 0;
@@ -155,7 +157,7 @@ struct EllipticFriction {
     for (int iteration = 0; iteration < 100; ++iteration) {
       const Root r = at(s);
       const double K = norm_K(z, r);
-      if (!(K > 0)) return {1, 0};  // nothing of t counts
+      if (!(K > 0)) return {1, 0};  // t has no effect
       double slope = 0;             // K dK / dtau
       for (int k = 1; k < n; ++k) {
         const double part = mu[k - 1] > 0 ? z[k] * mu[k - 1] / D(k, r) : 0;

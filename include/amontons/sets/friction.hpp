@@ -35,7 +35,7 @@ struct Friction {
     } else {
       const double c = 1.0 / std::sqrt(1.0 + mu * mu), s = mu * c;
       const double foot = c * n + s * t;
-      // t > 0 here: t = 0 is inside for n >= 0 and polar for n < 0.
+      // t > 0 here: for t = 0 the point is inside if n >= 0 and polar if n < 0.
       const double scale = foot * s / t;
       out[0] = foot * c;
       out[1] = scale * x[1];
@@ -60,8 +60,8 @@ struct Friction {
     }
   }
 
-  // Sliding: along the ray of the foot the cone is flat (value 1), along its rim it curves (foot s / t), and
-  // across it there is no way (0).
+  // Sliding: along the ray of the foot the cone is flat (value 1), along its rim it is curved (foot s / t).
+  // Normal to the boundary the projection is constant (0).
   Face<3> face(const double* y) const {
     const double t = std::sqrt(y[1] * y[1] + y[2] * y[2]);
     if (y[0] >= 0 && t <= mu * y[0]) return face_of_all<3>(1);

@@ -4,8 +4,8 @@
 
 namespace amontons {
 
-// [lo, hi]: a motor or a joint friction with limited effort; either bound may be infinite. Not a cone unless
-// its bounds are 0 or infinite: where others speak of the dual cone, it is the normal cone at the projection.
+// [lo, hi]: a motor or a joint friction with limited effort; either bound may be infinite. It is a cone only
+// if its bounds are 0 or infinite. In place of the dual cone it has the normal cone at the projection.
 struct Interval {
   static constexpr int dim = 1;
   static constexpr const char* name = "interval";
@@ -21,7 +21,7 @@ struct Interval {
     out[0] = trial < lo ? x[0] - lo : (trial > hi ? x[0] - hi : step[0]);
   }
   Face<1> face(const double* y) const { return face_of_all<1>(y[0] >= lo && y[0] <= hi); }
-  // u is balanced against the bounds: of an interval, only the natural map means anything.
+  // u is balanced against the bounds, so only the natural map of an interval measures an error.
   double violation(const double*) const { return 0; }
   std::string complaint(std::size_t i) const {
     const std::string where = "interval " + std::to_string(i);
@@ -32,8 +32,8 @@ struct Interval {
     return {};
   }
 
-  // x - lo >= 0 and hi - x >= 0 with a multiplier each, u = z_lo - z_hi. Two bounds that meet leave a
-  // constant, none at all a free row.
+  // x - lo >= 0 and hi - x >= 0 with a multiplier each, u = z_lo - z_hi. Equal bounds leave a constant,
+  // infinite ones a free row.
   class Barrier {
    public:
     Barrier(const Interval& set, double unit)
@@ -46,7 +46,7 @@ struct Interval {
     }
 
     double degree() const { return fixed_ ? 0 : below_ + above_; }
-    void start_factor(double* R) const { R[0] = open_ ? 1 / std::sqrt(FreeBarrier::proximal) : 0; }
+    void start_factor(double* R) const { R[0] = open_ ? 1 / std::sqrt(BilateralBarrier::proximal) : 0; }
     void start(const double* solution) {
       if (open_) x_ = solution[0];
     }

@@ -11,7 +11,7 @@
 
 namespace amontons {
 
-// Consecutive blocks of one kind (the place of the set in `Sets`): blocks [block, block + count) cover rows
+// Consecutive blocks of one kind (the index of the set in `Sets`). Blocks [block, block + count) cover rows
 // from `row`; `first` is the index of the first of them among all sets of the kind.
 struct SetRun {
   std::size_t kind, count, row, block, first;
@@ -31,7 +31,7 @@ struct Storage<SetList<S...>> {
     ((std::is_same_v<S, Wanted> ? found = kind : 0, ++kind), ...);
     return found;
   }
-  // f.template operator()<Set>() for the set at `kind`.
+  // Calls f.template operator()<Set>() for the set with index `kind`.
   template <class F>
   static void visit(std::size_t kind, F&& f) {
     std::size_t k = 0;
@@ -41,7 +41,7 @@ struct Storage<SetList<S...>> {
 
 }  // namespace detail
 
-// f.template operator()<S>() with the set of a kind.
+// Calls f.template operator()<S>() with the set of a kind.
 template <class F>
 void visit_kind(std::size_t kind, F&& f) {
   detail::Storage<Sets>::visit(kind, std::forward<F>(f));
@@ -49,21 +49,21 @@ void visit_kind(std::size_t kind, F&& f) {
 template <class S>
 inline constexpr std::size_t kind_of = detail::Storage<Sets>::kind_of<S>();
 inline constexpr std::size_t set_kinds = detail::Storage<Sets>::kinds;
-// The kind of that name, or `set_kinds` if there is none.
+// The kind with that name, or `set_kinds` if there is none.
 std::size_t kind_of_name(std::string_view name);
 
 // K = a product of small sets in the order in which they were added. A block is one set: one row of R, R+ or
 // [lo, hi], the rows of a contact (normal, tangent 1, tangent 2, moments).
 class SetProduct {
  public:
-  // One block. Of a user: throws InputError naming the block if its parameters are no good.
+  // Adds one block with parameters of the user: throws InputError naming the block if they are invalid.
   template <Set S>
   void add(const S& set) {
     const std::string complaint = set.complaint(all<S>().size());
     AMONTONS_REQUIRE(complaint.empty(), complaint);
     append(std::span(&set, 1));
   }
-  // The same for many: their parameters in columns of one length, in their order in the set.
+  // The same for many blocks: their parameters in columns of one length, in their order in the set.
   template <Set S, class... Columns>
   void add_each(const Columns&... columns) {
     const std::array<std::span<const double>, sizeof...(columns)> all{columns...};
@@ -87,13 +87,13 @@ class SetProduct {
     }
     append(std::span<const S>(sets));
   }
-  // Blocks without parameters.
+  // Adds blocks without parameters.
   template <Set S>
   void add_count(std::size_t count) {
     static_assert(parameter_count<S> == 0);
     append(std::span<const S>(std::vector<S>(count)));
   }
-  // Trusted: not looked at.
+  // Adds a block without checks, for trusted parameters.
   template <Set S>
   void append(std::span<const S> sets) {
     if (sets.empty()) return;
@@ -117,7 +117,7 @@ class SetProduct {
   std::size_t rows() const { return rows_; }
   std::size_t blocks() const { return blocks_; }
   std::size_t contacts() const { return contacts_; }  // blocks with friction
-  bool all_free() const;                              // K = R^m: the VI is a linear system
+  bool all_bilateral() const;                         // K = R^m: the VI is a linear system
   bool has_friction() const;                          // any friction coefficient above zero
   const std::vector<SetRun>& runs() const { return runs_; }
   // All sets of one type, in order.

@@ -5,13 +5,13 @@
 namespace amontons {
 
 // Sliding and rolling friction side by side, { (n, t, m) : |t| <= mu n, |m| <= mu_r n }, t and m with two
-// rows each: the set of FCLIB's rolling problems (Acary, Bourrier, "Coulomb friction with rolling resistance
-// as a cone complementarity problem", European Journal of Mechanics A 85, 2021). mu, mu_r >= 0 and finite.
-// Moments and mu_r are divided by a length (Contact::moment_length).
+// rows each. It is the set of FCLIB's rolling problems (Acary, Bourrier, "Coulomb friction with rolling
+// resistance as a cone complementarity problem", European Journal of Mechanics A 85, 2021). mu, mu_r >= 0 and
+// finite. Moments and mu_r are divided by a length (Contact::moment_length).
 //
-// Projection: for given n both discs are projected on by themselves, so that what is left is
-//   min over a >= 0 of (a - n)^2 + (|t| - mu a)_+^2 + (|m| - mu_r a)_+^2,
-// whose slope grows with a: the root of the one of four linear pieces that holds there.
+// Projection: for given n the two discs are independent, so it remains to find
+//   min over a >= 0 of (a - n)^2 + (|t| - mu a)_+^2 + (|m| - mu_r a)_+^2.
+// The slope grows with a and has four linear pieces; the result is the root of the piece that is valid there.
 struct RollingFriction {
   static constexpr int dim = 5;
   static constexpr const char* name = "rolling";
@@ -31,8 +31,8 @@ struct RollingFriction {
     natural_map_of_cone(*this, x, step, out);
   }
 
-  // Where a disc holds its part back, s = mu a tau with tau = t / |t|: ds = mu tau da + (mu a / |t|) (1 -
-  // tau tau') dt; a free part moves along. da = (dn + sum mu tau' dt) / (1 + sum mu^2) over those held back.
+  // If a disc limits its part, s = mu a tau with tau = t / |t|: ds = mu tau da + (mu a / |t|) (1 - tau tau')
+  // dt; a free part moves with t. da = (dn + sum mu tau' dt) / (1 + sum mu^2), summed over the limited parts.
   Face<5> face(const double* y) const {
     const Foot f = foot(y);
     if (!(f.a > 0)) return face_of_all<5>(0);
@@ -89,15 +89,16 @@ struct RollingFriction {
   }
   bool has_friction() const { return mu > 0 || mu_r > 0; }
 
-  // Two second-order cones B_j x in L that share the normal, u = sum_j B_j' z_j. With dz_j = W_j (rho_j -
-  // W_j B_j dx) the block of the Newton system is H = M'M of the stacked M = (W_1 B_1; W_2 B_2). With M = Q U
-  // the factor is R = U^-1, its target R' M' rho = Q' rho, and W_j B_j dx the rows of M R z = Q z: H, which
-  // squares the condition of M, is never formed. No product of cones is symmetric in itself, each factor is.
+  // Two second-order cones B_j x in L that share the normal, u = sum_j B_j' z_j. With dz_j = W_j (rho_j - W_j
+  // B_j dx) the block of the Newton system is H = M'M of the stacked M = (W_1 B_1; W_2 B_2). With M = Q U the
+  // factor is R = U^-1, its target R' M' rho = Q' rho, and the W_j B_j dx are the rows of M R z = Q z. H
+  // squares the condition of M and is never formed. The intersection is no symmetric cone, but each factor is
+  // one.
   class Barrier {
    public:
     Barrier(const RollingFriction& set, double)
         : cone_{ConeBarrier<3>({set.mu, set.mu}), ConeBarrier<3>({set.mu_r, set.mu_r})} {
-      // Without any friction one cone remains, the half-line along the normal.
+      // Without friction one cone remains, the half-line along the normal.
       const bool slides = set.mu > ConeBarrier<3>::flat, rolls = set.mu_r > ConeBarrier<3>::flat;
       used_[0] = slides || !rolls;
       used_[1] = rolls;
@@ -120,7 +121,7 @@ struct RollingFriction {
     void worst(double& low_x, double& low_u) {
       each([&](ConeBarrier<3>& cone, const int*) { cone.worst(low_x, low_u); });
     }
-    // The cones share the normal: it moves so far that both get what they need.
+    // The cones share the normal: it moves by the larger of the two shifts.
     void push(double more_x, double more_u) {
       double least = INFINITY;
       each([&](ConeBarrier<3>& cone, const int*) { least = std::min(least, cone.D[0]); });
@@ -208,7 +209,7 @@ struct RollingFriction {
         }
       });
     }
-    // M = Q U by Gram and Schmidt, twice (Bjorck 1994), and R = U^-1; rows that nothing moves get zeros.
+    // M = Q U by Gram and Schmidt, twice (Bjorck 1994), and R = U^-1; immobile rows get zeros.
     void factor_stack(double* out) {
       auto& U = U_;
       for (auto& row : U) std::fill(row, row + 5, 0.0);
@@ -246,10 +247,10 @@ struct RollingFriction {
   struct Foot {
     double a;        // of the normal
     double size[2];  // |t|, |m|
-    bool bound[2];   // whether a disc holds its part back
+    bool bound[2];   // whether a disc limits its part
   };
-  // With a growing from zero, the part with the smaller |part| / coefficient is let go first; the other one
-  // is held back, or the point would be inside.
+  // As a grows from zero, the part with the smaller |part| / coefficient becomes free first. The other one
+  // stays limited, otherwise the point would be inside.
   Foot foot(const double* x) const {
     Foot f{0, {std::sqrt(x[1] * x[1] + x[2] * x[2]), std::sqrt(x[3] * x[3] + x[4] * x[4])}, {true, true}};
     const bool inside = x[0] >= 0 && f.size[0] <= mu * x[0] && f.size[1] <= mu_r * x[0];

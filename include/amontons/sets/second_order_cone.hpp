@@ -3,9 +3,9 @@
 #include <cmath>
 #include <limits>
 
-// The second-order cone L = { (s0, s1) : |s1| <= s0 } of n rows as a symmetric cone: what an interior point
-// needs of it. L of one row is the half-line. Notation of Vandenberghe, "The CVXOPT linear and quadratic cone
-// program solvers" (2010), sections 4 and 5; J = diag(1, -1, ..., -1).
+// The second-order cone L = { (s0, s1) : |s1| <= s0 } of n rows as a symmetric cone, with the operations of
+// an interior point. L of one row is the half-line. Notation of Vandenberghe, "The CVXOPT linear and
+// quadratic cone program solvers" (2010), sections 4 and 5; J = diag(1, -1, ..., -1).
 namespace amontons::second_order {
 
 template <std::size_t n>
@@ -18,7 +18,7 @@ double tail(const V<n>& s) {  // |s1|
   return std::sqrt(sum);
 }
 
-// s'Js = s0^2 - |s1|^2, factored so that it does not cancel near the boundary.
+// s'Js = s0^2 - |s1|^2, factored to avoid cancellation near the boundary.
 template <std::size_t n>
 double det(const V<n>& s) {
   const double t = tail(s);
@@ -95,8 +95,8 @@ struct Scaling {
   }
 };
 
-// The largest t with s + t d in the cone (infinity if it never leaves), for s in its interior: the first
-// positive root of q(t) = det(s + t d) = c + 2 b t + a t^2, and of s0 + t d0.
+// The largest t with s + t d in the cone (infinity if the ray never leaves), for s in its interior. It is the
+// first positive root of q(t) = det(s + t d) = c + 2 b t + a t^2, and of s0 + t d0.
 template <std::size_t n>
 double step_to_boundary(const V<n>& s, const V<n>& d) {
   const double inf = std::numeric_limits<double>::infinity();

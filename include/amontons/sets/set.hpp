@@ -10,35 +10,35 @@
 namespace amontons {
 
 // The derivative of a projection by its eigenvalues and eigenvectors, Q = sum_k value[k] vector[k]
-// vector[k]'. Pi is the gradient of a convex function whose gradient is nonexpansive: Q is symmetric, 0 <=
-// value <= 1.
+// vector[k]'. Pi is the gradient of a convex function and nonexpansive, so Q is symmetric and 0 <= value <=
+// 1.
 template <int n>
 struct Face {
   double value[n];
   double vector[n][n];
 };
 
-// What a set offers, beside its projection, is all that some solver asks of it. A new set is one file with a
-// struct of this form and an entry in sets.hpp; nothing else in the C++ core names sets one by one, but for
-// the kernels that are a second implementation of one of them (Friction, in solvers/first_order).
+// The operations that solvers require of a set. A new set is one file with a struct of this form and an entry
+// in sets.hpp. Nothing else in the C++ core lists sets, except kernels that implement one of them a second
+// time (Friction, in solvers/first_order).
 //
-//   dim, name        rows of a block; the name under which files and Python know the set
-//   is_cone          0 in the set and closed under scaling; else project_recession(d, out) says in which
-//                    directions it is unbounded
+//   dim, name        rows of a block; the name of the set in files and Python
+//   is_cone          0 in the set and closed under scaling; otherwise project_recession(d, out) gives the
+//                    directions in which it is unbounded
 //   frictional       the block of a contact: has a De Saxce term
 //   project(x, out)  out = Pi(x), Euclidean; x and out may be the same memory
 //   natural_map(x, step, out)
-//                    out = x - Pi(x - step), formed without cancellation: where the trial point is inside,
-//                    that is `step` itself, however large x is. A method that lets impulses run off to 1e16
-//                    would otherwise look converged because x - step rounds to x.
-//   face(y)          Pi'(y), an element of the generalised Jacobian, as the semismooth Newton method needs it
+//                    out = x - Pi(x - step), formed without cancellation: if the trial point is inside, it is
+//                    `step` itself, however large x is. Otherwise a method whose impulses diverge to 1e16
+//                    would seem converged, because x - step rounds to x.
+//   face(y)          Pi'(y), an element of the generalised Jacobian, for the semismooth Newton method
 //   violation(u)     the speed (m/s) at which u violates the constraint, negative if it separates
-//   complaint(i)     what is wrong with the parameters of block i of a user; empty if nothing is
-//   saxce(u)         of frictional sets: the term that turns the VI into Coulomb's law, g = u + saxce(u) e_n
-//                    (De Saxce 1992). The dual cone is { u_n >= saxce(u) }: g lies in it where u_n >= 0.
+//   complaint(i)     the error in the user's parameters of block i; empty if they are valid
+//   saxce(u)         for frictional sets: the term that turns the VI into Coulomb's law, g = u + saxce(u) e_n
+//                    (De Saxce 1992). The dual cone is { u_n >= saxce(u) }: it contains g if u_n >= 0.
 //   saxce_gradient(u, out)  its derivative with respect to u, dim entries
-//   has_friction()   of frictional sets: whether the term is ever other than zero
-//   Barrier          how the block enters an interior-point method: see barrier.hpp
+//   has_friction()   for frictional sets: whether the term can be nonzero
+//   Barrier          the block in an interior-point method: see barrier.hpp
 //
 // A set is an aggregate of doubles, its parameters, in the order in which files and Python give them.
 template <class S>
@@ -72,8 +72,8 @@ S from_parameters(const std::array<double, parameter_count<S>>& values) {
     return std::bit_cast<S>(values);
 }
 
-// The natural map of any cone. On the boundary Pi(z) = <z, ray> ray with ray = Pi(z) / |Pi(z)|, because
-// z - Pi(z) is orthogonal to Pi(z) (Moreau); hence x - Pi(x - step) = (x - <x, ray> ray) + <step, ray> ray.
+// The natural map of any cone. On the boundary Pi(z) = <z, ray> ray with ray = Pi(z) / |Pi(z)|, because z -
+// Pi(z) is orthogonal to Pi(z) (Moreau). Hence x - Pi(x - step) = (x - <x, ray> ray) + <step, ray> ray.
 template <class S>
 void natural_map_of_cone(const S& set, const double* x, const double* step, double* out) {
   double z[S::dim], foot[S::dim], size = 0;
@@ -96,7 +96,7 @@ void natural_map_of_cone(const S& set, const double* x, const double* step, doub
   for (int k = 0; k < S::dim; ++k) out[k] = (x[k] - along_x / size * foot[k]) + along_step / size * foot[k];
 }
 
-// Where all of the set moves along: Q = identity (inside), and Q = 0 (the apex).
+// The derivative inside the set, Q = identity, and at the apex, Q = 0.
 template <int n>
 Face<n> face_of_all(double value) {
   Face<n> face{};

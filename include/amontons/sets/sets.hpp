@@ -1,6 +1,6 @@
 #pragma once
+#include "amontons/sets/bilateral.hpp"
 #include "amontons/sets/elliptic_friction.hpp"
-#include "amontons/sets/free.hpp"
 #include "amontons/sets/friction.hpp"
 #include "amontons/sets/interval.hpp"
 #include "amontons/sets/nonnegative.hpp"
@@ -11,8 +11,8 @@ namespace amontons {
 template <Set... S>
 struct SetList {};
 
-// Every set there is. The place in the list is the kind of a run in a SetProduct.
-using Sets = SetList<Free, NonNegative, Interval, Friction, EllipticFriction<3>, EllipticFriction<4>,
+// All sets. The index in the list is the kind of a run in a SetProduct.
+using Sets = SetList<Bilateral, NonNegative, Interval, Friction, EllipticFriction<3>, EllipticFriction<4>,
                      EllipticFriction<6>, RollingFriction>;
 
 inline constexpr int largest_dim = 6;

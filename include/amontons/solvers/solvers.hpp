@@ -17,14 +17,14 @@
 
 namespace amontons {
 
-// The methods: same problem, same options, same solution; the comment at each definition cites its source.
-// In the order of the documentation, "auto" first. A method that does not apply to a problem throws
-// InputError: none is ever replaced by another behind the back of the caller.
+// The methods take the same problem and options and give the same solution. The comment at each definition
+// cites its source. "auto" comes first, the rest in the order of the documentation. A method that does not
+// apply to a problem throws InputError: no method is silently replaced by another.
 const std::vector<std::string_view>& method_names();
 // The method of that name; InputError for an unknown name lists the known ones.
 Method find_method(std::string_view name);
-// Validates the options, then runs the method. The functions above do not validate theirs: phases and inner
-// solves call them with options that were checked.
+// Validates the options, then runs the method. The functions above do not validate theirs, because phases and
+// inner solves call them with validated options.
 Solution solve(const Problem&, std::string_view method, const Options&);
 
 }  // namespace amontons

@@ -16,6 +16,7 @@ from .compare import compare
 from .doctor import doctor
 from .export import export
 from .info import info
+from .plot import plot
 from .run import run
 from .scenes import scenes
 from .solve import solve
@@ -27,7 +28,7 @@ app = typer.Typer(
     no_args_is_help=True,
     pretty_exceptions_enable=False,
 )
-for command in (run, view, scenes, export, sweep):
+for command in (run, view, scenes, export, plot, sweep):
     app.command(rich_help_panel="Simulations")(command)
 for command in (solve, compare, info):
     app.command(rich_help_panel="Problem files")(command)

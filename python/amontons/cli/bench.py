@@ -10,7 +10,8 @@ import typer
 
 from ..errors import InputError
 from ..problem import options
-from .common import AsJson, Law, make_folder, one_line_errors, print_json, progress, say
+from . import completion
+from .common import AsJson, make_folder, one_line_errors, print_json, progress, say
 
 bench = typer.Typer(no_args_is_help=True, help="Reproduce benchmarks.")
 
@@ -28,7 +29,10 @@ def paper(
     quick: Annotated[
         bool, typer.Option("--quick", help="Small scenes, to see that everything runs.")
     ] = False,
-    law: Law = "associated",
+    law: Annotated[
+        str,
+        typer.Option(help="associated, that of the paper, or coulomb.", autocompletion=completion.law_names),
+    ] = "associated",
     deadline: Annotated[
         float | None, typer.Option(help="Wall clock per method and problem (s), at full size 10 by default.")
     ] = None,

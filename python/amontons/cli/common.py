@@ -1,4 +1,4 @@
-"""What the commands share: exit codes, options, output, errors in one line, progress."""
+"""Shared parts of the commands: exit codes, options, output, errors in one line, progress."""
 
 from __future__ import annotations
 
@@ -62,9 +62,9 @@ Files = Annotated[
     ),
 ]
 Law = Annotated[
-    str,
+    str | None,
     typer.Option(
-        help="associated (convex relaxation) or coulomb (true Coulomb friction).",
+        help="coulomb (true Coulomb friction) or associated (convex relaxation); default: that of the file.",
         autocompletion=completion.law_names,
     ),
 ]
@@ -112,7 +112,11 @@ def notes() -> Iterator[None]:
         warnings.simplefilter("always")
         yield
     for warning in caught:
-        err.print(f"note: {warning.message}", style="yellow", soft_wrap=True, highlight=False, markup=False)
+        note(str(warning.message))
+
+
+def note(message: str) -> None:
+    err.print(f"note: {message}", style="yellow", soft_wrap=True, highlight=False, markup=False)
 
 
 @contextmanager

@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 from ..problem import options
+from ..problem.problem import Problem
 from ..report import terminal
 from .common import (
     BAD_INPUT,
@@ -33,7 +34,7 @@ def compare(
         Path, typer.Option("--out", "--output", help="Folder of the figures and CSV files.")
     ] = Path("comparison"),
     methods: Annotated[str, typer.Option(help="Comma-separated methods; all by default.")] = "all",
-    law: Law = "associated",
+    law: Law = None,
     tolerance: Tolerance = 1e-6,
     deadline: Annotated[float, typer.Option(help="Wall clock per method and file (s).")] = 2.0,
     threads: Threads = None,
@@ -43,16 +44,13 @@ def compare(
 
     The exit code is 0 if some method solved each problem, 1 if not, 2 if some input could not be used.
     """
-    from ..report.comparison import Run, as_dict, comparable_methods, interrupted, write_csv
+    from ..report.comparison import Run, as_dict, interrupted, write_csv
     from ..report.comparison import compare as run_methods
     from ..report.figures import convergence_figures
 
-    with one_line_errors():
-        chosen = comparable_methods() if methods == "all" else [name.strip() for name in methods.split(",")]
-        for name in chosen:
-            options.require_method(name)
-        options.chosen("law", law, options.LAWS)
+    chosen = _chosen(methods, law)
     runs: list[Run] = []
+    problems: list[Problem] = []
     bad = 0
     with progress(len(files) * len(chosen)) as advance:
         for path in files:
@@ -60,10 +58,10 @@ def compare(
             if problem is None:
                 bad += 1
                 continue
-            name = path.stem
+            problems.append(problem)
             with one_line_errors(path):
                 mine = run_methods(
-                    name,
+                    path.stem,
                     problem,
                     chosen,
                     law=law,
@@ -75,18 +73,19 @@ def compare(
             runs += mine
             if interrupted(mine):
                 break
+    told = terminal.laws(problems, law)
     if runs and not as_json:
-        out.print(terminal.compared(runs, law))
+        out.print(terminal.compared(runs, told))
         for line in terminal.refusals(runs):
             say(line, "dim")
     made: list[Path] = []
     if runs:
         with one_line_errors(output):
             make_folder(output)
-            made += convergence_figures(runs, output, tolerance=tolerance, law=law)
+            made += convergence_figures(runs, output, tolerance=tolerance, law=told)
             made += write_csv(runs, output)
     if as_json:
-        print_json({"law": law, "runs": [as_dict(run) for run in runs], "files": made})
+        print_json({"law": told, "runs": [as_dict(run) for run in runs], "files": made})
     else:
         for path in made:
             say(path)
@@ -95,3 +94,12 @@ def compare(
     converged = {run.problem for run in runs if run.solution is not None and run.solution.converged}
     if len(converged) < len({run.problem for run in runs}):
         raise typer.Exit(NOT_CONVERGED)
+
+
+def _chosen(methods: str, law: str | None) -> list[str]:
+    """The methods to run; a name that is none, and a law that is none, end the command."""
+    with one_line_errors():
+        if law is not None:
+            options.chosen("law", law, options.LAWS)
+        names = options.methods() if methods == "all" else [name.strip() for name in methods.split(",")]
+        return [options.require_method(name) for name in names]

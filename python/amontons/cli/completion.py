@@ -1,4 +1,4 @@
-"""What a shell may complete, beside options and commands; for `autocompletion` of typer."""
+"""Values that a shell can complete, beside options and commands; for `autocompletion` of typer."""
 
 from __future__ import annotations
 
@@ -31,20 +31,25 @@ def problems(incomplete: str) -> list[tuple[str, str]]:
     return _files(incomplete, PROBLEMS)
 
 
+def recordings(incomplete: str) -> list[tuple[str, str]]:
+    """Recordings, by their suffix."""
+    return _files(incomplete, (".h5", ".hdf5", ".hdf"))
+
+
 def studies(incomplete: str) -> list[tuple[str, str]]:
     """Study files."""
     return _files(incomplete, (".toml",))
 
 
 def method_names(incomplete: str) -> list[str]:
-    """What --method takes."""
+    """Values of --method."""
     from ..problem.options import methods
 
     return [name for name in methods() if name.startswith(incomplete)]
 
 
 def law_names(incomplete: str) -> list[str]:
-    """What --law takes."""
+    """Values of --law."""
     from ..problem.options import LAWS
 
     return [name for name in LAWS if name.startswith(incomplete)]

@@ -1,4 +1,4 @@
-"""What `export` makes of a recording: a page, pictures, movies, a scene of USD, a table."""
+"""Outputs of `export` for a recording: a page, pictures, movies, a scene of USD, a table."""
 
 from __future__ import annotations
 

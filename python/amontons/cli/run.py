@@ -14,11 +14,13 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 from rich.progress import BarColumn, Progress, TimeElapsedColumn, TimeRemainingColumn
 
+from ..checks import Array
 from ..errors import FileError, InputError, SimulationError
 from ..io import record as record_to
 from ..io.files import writable
 from ..io.recordings.recorder import Recorder
 from ..simulation.outcome import Report, reports_array
+from ..simulation.signals import Signals
 from ..simulation.simulation import Simulation
 from .common import (
     NOT_CONVERGED,
@@ -30,6 +32,7 @@ from .common import (
     facts_table,
     make_folder,
     most_steps,
+    note,
     notes,
     one_line_errors,
     print_json,
@@ -57,10 +60,14 @@ from .subject import (
 if TYPE_CHECKING:
     from ..report.picture import View
 
+RecordSignals = Annotated[bool, typer.Option(help="Record motor efforts, controls, reactions and sensors.")]
+MOST_READINGS = 20_000_000
+"""Numbers (of 8 bytes) of signals that a report keeps until it is written"""
+
 
 @dataclass
 class Outcome:
-    """What came of a run."""
+    """The result of a run."""
 
     reports: list[Report] = field(default_factory=list)
     frames: list[Any] = field(default_factory=list)
@@ -69,6 +76,10 @@ class Outcome:
     """s"""
     ended: str = ""
     """why it ended early, or nothing"""
+    measured: Signals | None = None
+    """what is read after each step besides its report"""
+    readings: list[Array] = field(default_factory=list)
+    """of each step"""
 
 
 @pictured
@@ -92,6 +103,7 @@ def run(
     record: Annotated[Path | None, typer.Option(help="Record states, contacts and reports (HDF5).")] = None,
     record_every: Annotated[int, typer.Option(help="Steps between recorded states.")] = 1,
     record_contacts: Annotated[bool, typer.Option(help="Record contact tables.")] = True,
+    record_signals: RecordSignals = True,
     overwrite: Annotated[
         bool, typer.Option("--overwrite", help="Replace a recording that is there.")
     ] = False,
@@ -129,9 +141,10 @@ def run(
     with (
         one_line_errors(record),
         _signals() as signals,
-        _recorder(record, chosen, record_every, record_contacts, overwrite) as recorder,
+        _recorder(record, chosen, record_every, (record_contacts, record_signals), overwrite) as recorder,
     ):
-        outcome = _simulate(chosen, steps, recorder, snapshots if report else 0, signals, bool(view.forces))
+        outcome = Outcome(measured=None if report is None else _measured(chosen, steps))
+        _simulate(chosen, outcome, steps, recorder, snapshots if report else 0, signals, bool(view.forces))
         _close(recorder, outcome)
     with one_line_errors():
         if save is not None:
@@ -165,7 +178,7 @@ def _end(chosen: Subject, outcome: Outcome, written: Sequence[Path], as_json: bo
 
 
 def _require(chosen: Subject, snapshots: int, view: View, save: Path | None) -> None:
-    """What cannot be pictured or saved is refused before minutes of work."""
+    """Outputs that cannot be drawn or saved are refused before the run starts."""
     if isinstance(view.target, str):
         chosen.simulation.model.body_index(view.target)
     if snapshots < 0:
@@ -175,7 +188,7 @@ def _require(chosen: Subject, snapshots: int, view: View, save: Path | None) -> 
 
 
 def _recorder(
-    path: Path | None, chosen: Subject, every: int, contacts: bool, overwrite: bool
+    path: Path | None, chosen: Subject, every: int, kept: tuple[bool, bool], overwrite: bool
 ) -> AbstractContextManager[Recorder | None]:
     if path is None:
         return nullcontext()
@@ -183,7 +196,8 @@ def _recorder(
         path,
         chosen.simulation,
         every=every,
-        contacts=contacts,
+        contacts=kept[0],
+        signals=kept[1],
         source=chosen.source,
         overwrite=overwrite,
     )
@@ -196,17 +210,29 @@ def _steps(subject: Subject, duration: float | None) -> int:
     return most_steps("duration", wanted, max(1, round(wanted / subject.simulation.dt)))
 
 
+def _measured(chosen: Subject, steps: int) -> Signals | None:
+    """The signals of the table of steps; None, with a note, where they would be too many."""
+    signals = Signals(chosen.simulation.model)
+    if steps * len(signals.units) <= MOST_READINGS:
+        return signals
+    note(
+        f"the report leaves out {len(signals.units)} efforts, reactions and sensors, which are too many for "
+        f"{steps} steps; record them: --record FILE.h5 --record-every N"
+    )
+    return None
+
+
 def _simulate(
     subject: Subject,
+    outcome: Outcome,
     steps: int,
     recorder: Recorder | None,
     snapshots: int,
     signals: _Signals,
     forces: bool,
-) -> Outcome:
+) -> None:
     sim = subject.simulation
     pictured = {round(k * steps / max(1, snapshots - 1)) for k in range(snapshots)}
-    outcome = Outcome()
 
     if snapshots:  # takes long, before the clock starts; a run without pictures does without
         from ..report.picture import frame_of
@@ -223,6 +249,8 @@ def _simulate(
                 report = signals.step(sim)
                 if report is not None:
                     outcome.reports.append(report)
+                    if outcome.measured is not None:
+                        outcome.readings.append(outcome.measured.read(sim))
                     if recorder is not None:
                         recorder.add(report)
             except (SimulationError, InputError) as error:  # such as velocities not finite, or a full disk
@@ -239,7 +267,6 @@ def _simulate(
     outcome.wall = time.perf_counter() - start
     if outcome.ended and snapshots and (not outcome.frames or outcome.frames[-1].time != sim.time):
         picture()
-    return outcome
 
 
 @dataclass
@@ -345,7 +372,8 @@ def _draw(subject: Subject, outcome: Outcome, folder: Path, view: View) -> list[
         return []
     title = f"{subject.source}: law {sim.options['law']}, method {sim.options['method']}, dt {sim.dt:g} s"
     run_figure(reports, folder / "report.png", title=title, tolerance=tolerance)
-    write_reports(reports, folder / "steps.csv")
+    names = outcome.measured.units if outcome.measured else {}
+    write_reports(reports, folder / "steps.csv", names=list(names), readings=outcome.readings)
     made = [folder / "report.png", folder / "steps.csv"]
     if outcome.frames and sim.model.geoms:
         made.append(folder / "snapshots.png")

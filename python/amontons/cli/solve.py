@@ -36,7 +36,7 @@ def solve(
         str,
         typer.Option(help="auto, or one of the methods that 'compare' runs.", autocompletion=method_names),
     ] = "auto",
-    law: Law = "associated",
+    law: Law = None,
     tolerance: Tolerance = 1e-6,
     deadline: Annotated[float | None, typer.Option(help="Wall clock per file (s).")] = None,
     max_iterations: Annotated[int | None, typer.Option(help="Iterations per file.")] = None,
@@ -77,7 +77,13 @@ def solve(
     if as_json:
         print_json([terminal.as_dict(*entry) for entry in solved])
     elif solved:
-        out.print(terminal.solved(solved, law, wide=out.width >= terminal.WIDE))
+        out.print(
+            terminal.solved(
+                solved,
+                terminal.laws([problem for _, problem, _ in solved], law),
+                wide=out.width >= terminal.WIDE,
+            )
+        )
     if bad:
         raise typer.Exit(BAD_INPUT)
     if not all(solution.converged for _, _, solution in solved):

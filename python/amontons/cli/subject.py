@@ -1,4 +1,4 @@
-"""What `run` and `export` simulate: a scene by name, a model file, or a saved simulation."""
+"""The subject of `run` and `export`: a scene by name, a model file, or a saved simulation."""
 
 from __future__ import annotations
 
@@ -93,7 +93,7 @@ class Subject:
 
 @dataclass(frozen=True)
 class Choices:
-    """What the options of the command say of the subject, beside the options of `Simulation`."""
+    """The subject's own options of the command, beside the options of `Simulation`."""
 
     settings: Sequence[str] = ()
     strict: bool = False
@@ -184,18 +184,18 @@ def falls_freely(model: Model) -> bool:
 
 
 def _set_state(simulation: Simulation, values: dict[str, str]) -> None:
-    """Controls of actuators, and coordinates: q.NAME, or NAME where no actuator has it."""
+    """Controls, and coordinates: q.NAME, or NAME where no control has it."""
     model = simulation.model
     start: dict[str, Any] = {}
     for key, text in values.items():
         coordinate = key.removeprefix("q.")
-        if key in model.actuator_names:
+        if key in model.control_names:
             simulation.set_control(key, _value(f"{key}={text}", text, 0.0))
         elif coordinate in model.coordinates:
             several = model.coordinates[coordinate].dof < 0
             start[coordinate] = _value(f"{key}={text}", text, () if several else 0.0)
         else:
-            known = ["gravity", *model.actuator_names, *(f"q.{name}" for name in model.coordinates)]
+            known = ["gravity", *model.control_names, *(f"q.{name}" for name in model.coordinates)]
             shown = ", ".join(known[:20]) + (", ..." if len(known) > 20 else "")
             raise InputError(f"--set {key}={text}: the model has {shown} to set{suggestion(key, known)}")
     if start:
@@ -237,6 +237,21 @@ def _key_and_text(setting: str) -> tuple[str, str]:
     return key.strip(), text.strip()
 
 
+def _kind(default: Any) -> str:
+    """Name of the type of the default value, for messages."""
+    match default:
+        case bool():
+            return "true or false"
+        case int():
+            return "a whole number"
+        case float():
+            return "a number"
+        case tuple():
+            return "numbers in parentheses"
+        case _:
+            return "a text"
+
+
 def _value(setting: str, text: str, default: Any) -> Any:
     """A literal of Python, or true and false; a number where the default is one, and so on."""
     value: Any
@@ -254,5 +269,7 @@ def _value(setting: str, text: str, default: Any) -> Any:
         kinds = (int, float)
     wrong_flag = isinstance(value, bool) and bool not in kinds
     if wrong_flag or not isinstance(value, kinds):
-        raise InputError(f"--set {setting}: the value must be like the default, {default!r}")
+        raise InputError(
+            f"--set {setting}: the value must be {_kind(default)}, like the default, {default!r}"
+        )
     return float(value) if isinstance(default, float) else value

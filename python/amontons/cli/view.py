@@ -101,7 +101,7 @@ def view(
 
 
 def _open(subject: str, choices: Choices, given: dict[str, Any]) -> tuple[Simulation | Recording, str]:
-    """What to show, and its title."""
+    """Returns the object to show, and its title."""
     path = Path(subject)
     if path.suffix.lower() not in SAVED or not is_recording(path):
         chosen = open_subject(subject, choices, given)

@@ -50,7 +50,7 @@ TASKS: dict[str, tuple[Callable[..., Task], int]] = {
     "amontons/CartPole-v0": (CartPole, 500),
     "amontons/Pusher-v0": (Pusher, 200),
 }
-"""What is registered, and the steps after which an episode ends."""
+"""Registered names, and the number of steps after which an episode ends."""
 
 VECTOR_OPTIONS = ("max_episode_steps", "threads", "autoreset_mode", "render_mode")
 

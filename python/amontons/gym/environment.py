@@ -90,5 +90,5 @@ class Environment(gymnasium.Env[Array, Array]):
 
 
 def first(values: dict[str, Array]) -> dict[str, Any]:
-    """Of the only world: numbers, and arrays where there are several per world."""
+    """Values of the only world: numbers, and arrays for several values per world."""
     return {name: v[0].item() if np.ndim(v) == 1 else v[0] for name, v in values.items()}

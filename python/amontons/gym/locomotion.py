@@ -141,7 +141,7 @@ class PlanarWalker(Mortal):
 
     @cached_property
     def height(self) -> float:
-        """Of the torso at the start of the model (m)."""
+        """Height of the torso at the start of the model (m)."""
         return float(Simulation(self.model, on_failure="ignore").q[1])
 
 
@@ -263,7 +263,7 @@ class Humanoid(SpatialLocomotion):
         return np.concatenate([super().observe(now), *seen], axis=1)
 
     def joint_torques(self, action: Array) -> Array:
-        """Of the motors on each joint, (worlds, nv - 6) (N m)."""
+        """Torques of the motors on each joint, (worlds, nv - 6) (N m)."""
         at = {(c.joint, c.dof): c.qd.start for c in self.model.coordinates.values()}
         torques = np.zeros((len(action), self.model.nv))
         for k, drive in enumerate(self.model.actuators):

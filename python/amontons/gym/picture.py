@@ -12,7 +12,7 @@ from ..report.picture import Picture, View, frame_of
 from ..simulation.simulation import Simulation
 
 ROOM = 1.5
-"""Of the width that the model takes at the start, for moving about."""
+"""Margin for motion (share of the width of the model at the start)."""
 
 
 class Painter:

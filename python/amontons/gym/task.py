@@ -1,4 +1,4 @@
-"""What an environment is about: where its worlds start, what is seen of them, and what counts.
+"""The task of an environment: the start of its worlds, the observation and the reward.
 
 Everything is written for many worlds at once, one per row: an environment of Gymnasium has one row.
 """
@@ -46,7 +46,7 @@ class Moment:
 
 @dataclass(frozen=True)
 class Outcome:
-    """What a step of the environment was worth, one entry per world."""
+    """The reward of a step of the environment, one entry per world."""
 
     reward: Array
     terminated: Array
@@ -66,8 +66,8 @@ class Task(ABC):
     repeat: ClassVar[int] = 4
     """steps per action"""
     options: ClassVar[Mapping[str, Any]] = MappingProxyType({"recovery": "velocity", "recovery_speed": 1.0})
-    """others of the `Simulation`. Errors of position are taken back by velocities, up to 1 m/s: a step then
-    takes half of the time that it takes with "projection", and smooth motion is of first order in dt."""
+    """others of the `Simulation`. Velocities of up to 1 m/s correct errors of position. A step then takes
+    half of the time that it takes with "projection", and smooth motion is of first order in dt."""
     noise: ClassVar[tuple[float, float]] = (0.02, 0.05)
     """largest change of each entry of q (m, rad) and qd (m/s, rad/s) at the start"""
 
@@ -87,16 +87,16 @@ class Task(ABC):
         return moved, random.uniform(-high, high, self.model.nv), np.zeros(0)
 
     def look(self, simulations: Sequence[Simulation]) -> dict[str, Array]:
-        """What else of the worlds counts than q and qd, a row per world; called after every action."""
+        """Further quantities for the reward beside q and qd, a row per world; called after every action."""
         return {}
 
     def observe(self, now: Moment) -> Array:
-        """What an agent sees, (worlds, n)."""
+        """Returns the observation, (worlds, n)."""
         return np.concatenate([now.q, now.qd], axis=1)
 
     @abstractmethod
     def judge(self, before: Moment, now: Moment) -> Outcome:
-        """What the action between two instants was worth."""
+        """Returns the reward of the action between two instants."""
 
     def locate(self, now: Moment) -> dict[str, Array]:
         """Where the worlds are: a part of `info` after a step, and all of it after a reset."""

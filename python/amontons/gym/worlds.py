@@ -9,7 +9,8 @@ import numpy as np
 
 from ..checks import Array
 from ..errors import InputError, SimulationError
-from ..simulation.rollout import advance_worlds, clipped
+from ..simulation.driving import clipped
+from ..simulation.rollout import advance_worlds
 from ..simulation.simulation import Simulation
 from .task import Moment, Task
 
@@ -29,7 +30,7 @@ class Worlds:
         self.now = Moment(
             np.tile(first.q, (count, 1)),
             np.tile(first.qd, (count, 1)),
-            np.zeros((count, len(task.model.actuators))),
+            np.zeros((count, len(task.model.control_names))),
             np.tile(goal, (count, 1)),
             task.look(self.simulations),
         )
@@ -96,8 +97,7 @@ class Worlds:
 
 
 def action_space(task: Task) -> gymnasium.spaces.Box:
-    drives, sides = task.model.actuators, ("lower_control", "upper_control")
-    lower, upper = (np.array([getattr(d, side) for d in drives], np.float32) for side in sides)
+    lower, upper = np.array(task.model.control_limits, np.float32).reshape(-1, 2).T
     return gymnasium.spaces.Box(lower, upper, dtype=np.float32)
 
 

@@ -1,7 +1,7 @@
 """Paths that users name, checked; and files that appear whole or not at all.
 
-What is to be in a file is made in memory and then written by one loop of `write`, never by a library that
-meets a full disk half way: HDF5 does not survive one. Only regular files are replaced, and they keep owner
+The content of a file is made in memory and then written by one loop of `write`. A library must not meet a
+full disk while it writes: HDF5 does not survive that. Only regular files are replaced, and they keep owner
 and mode; a link that a user names is followed to the file that it names. Names that we choose (`own`) are
 known to everyone who fills a folder: at these no link is followed.
 """

@@ -31,7 +31,7 @@ FILTERS = {
     h5py.h5z.FILTER_SZIP: "szip",
     h5py.h5z.FILTER_LZF: "lzf",
 }
-"""What values may be packed with: no filter that makes much of nothing."""
+"""Permitted filters: none of them can expand a few bytes to a large array."""
 SLACK = 1 << 20
 """Bytes of a chunk that are always in proportion: a small dataset may have one larger than what it holds."""
 ELSEWHERE = "the values of {} lie in other files; store them in this one"
@@ -234,7 +234,7 @@ class Reader:
             return str(value).rstrip("\0").strip()
 
     def parsed(self, key: str, parse: Callable[[str], T]) -> T:
-        """What `parse` makes of a text; InputError and every error of a parser mean a damaged file."""
+        """Returns the result of `parse`; InputError and every error of a parser mean a damaged file."""
         text = self.text(key)
         try:
             return parse(text)

@@ -1,4 +1,4 @@
-"""What the header of an HDF5 object says of its storage, read by ourselves before the library opens it.
+"""Storage of an HDF5 object, read from its header by our own code before the library opens it.
 
 A dataset whose values are said to lie elsewhere (a virtual one) makes the library decode a description of
 places as it opens the dataset; version 2.0 runs beyond its memory where that is damaged. So the class of

@@ -1,1 +1,1 @@
-"""What does not change during a simulation: bodies, shapes, joints, and the builder of models."""
+"""The constant parts of a simulation: bodies, shapes, joints, and the builder of models."""

@@ -292,7 +292,7 @@ class ModelBuilder(PartBuilder):
         former = self._joints[j]
         who = f'set_motor: joint "{former.name}"'
         if not isinstance(motor, Motor):
-            raise InputError(f'{who}: motor is {shown(motor)}; give a Motor, as Motor("position", gain=100)')
+            raise InputError(f'{who}: motor is {shown(motor)}; give a Motor, as Motor("position", kp=100)')
         if isinstance(dof, bool) or not isinstance(dof, int) or not 0 <= dof < len(former.dofs):
             raise InputError(
                 f"{who} has {len(former.dofs)} degrees of freedom; dof = {shown(dof)} is none of them"
@@ -374,7 +374,7 @@ class ModelBuilder(PartBuilder):
             visuals=tuple(self._visuals),
             links=tuple(self._links),
         )
-        keyframes = {name: whole_keyframe(model, parts) for name, parts in self._keyframes.items()}
+        keyframes = tuple(whole_keyframe(name, model, parts) for name, parts in self._keyframes.items())
         return changed(model, keyframes=keyframes)
 
     def _body(self, body: int | str | None) -> int:
@@ -432,7 +432,7 @@ def on_floor(model: Model, *, material: Material | None = None) -> Model:
 def _mass_properties(
     who: str, shape: Shape | None, density: float | None, mass: float | None, inertia: Any, centre: Any
 ) -> MassProperties:
-    """What the arguments of add_body say, zero if nothing; `Body` checks inertia and centre."""
+    """Mass properties from the arguments of add_body, zero by default; `Body` checks inertia and centre."""
     _require_one_source(who, shape, density, mass, inertia)
     density = None if density is None else positive(f"{who}: density", density)
     mass = None if mass is None else positive(f"{who}: mass", mass)

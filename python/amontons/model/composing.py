@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TypeVar
 
@@ -53,7 +53,7 @@ class Seat:
 
 @dataclass(frozen=True)
 class Counts:
-    """Of what the builder had before."""
+    """Numbers of parts of the builder before the model was added."""
 
     bodies: int
     geoms: int
@@ -67,7 +67,7 @@ class Counts:
 
 @dataclass(frozen=True)
 class Parts:
-    """What a model adds to a builder; indices are those of the builder, its former parts before them."""
+    """The parts that a model adds to a builder; indices are those of the builder, after its former parts."""
 
     bodies: list[Body]
     geoms: list[Geom]
@@ -94,6 +94,10 @@ class KeyframePart:
     bodies: tuple[int, ...]
     first_dof: int
     first_actuator: int
+    actuators: int
+    """how many"""
+    motors: Mapping[int, float]
+    """controls of motors by degree of freedom, of all joints together"""
     keyframe: Keyframe
 
 
@@ -261,7 +265,7 @@ def parts_of(model: Model, seat: Seat, prefix: str, before: Counts, new_name: Ca
         tendons=named(prefix, map(move.tendon, model.tendons)),
         actuators=named(prefix, map(move.actuator, model.actuators)),
         keyframes={
-            prefix + name: keyframe_part(keyframe, seat, move) for name, keyframe in model.keyframes.items()
+            prefix + keyframe.name: keyframe_part(model, keyframe, seat, move) for keyframe in model.keyframes
         },
         sites=named(prefix, map(move.site, model.sites)),
         sensors=named(prefix, (move.sensor(sensor, prefix) for sensor in model.sensors)),
@@ -341,7 +345,7 @@ def hold(seat: Seat, name: str, body: Body, index: int) -> Joint:
     )
 
 
-def keyframe_part(keyframe: Keyframe, seat: Seat, move: Move) -> KeyframePart:
+def keyframe_part(model: Model, keyframe: Keyframe, seat: Seat, move: Move) -> KeyframePart:
     turn = seat.in_world.rotation
     moved = replace(
         keyframe,
@@ -350,33 +354,46 @@ def keyframe_part(keyframe: Keyframe, seat: Seat, move: Move) -> KeyframePart:
         linear_velocities=tuple(rotate(turn, keyframe.linear_velocities[b]) for b in move.kept),
         angular_velocities=tuple(rotate(turn, keyframe.angular_velocities[b]) for b in move.kept),
     )
-    return KeyframePart(
-        tuple(move.index[b] for b in move.kept), move.before.dofs, move.before.actuators, moved
-    )
+    first = move.before.dofs
+    motors = {
+        first + model.core.first_dof(joint) + dof: control
+        for (actuator, joint, dof), control in zip(model.core.controls, keyframe.controls, strict=False)
+        if actuator < 0
+    }
+    bodies = tuple(move.index[b] for b in move.kept)
+    return KeyframePart(bodies, first, move.before.actuators, len(model.actuators), motors, moved)
 
 
-def whole_keyframe(model: Model, parts: Sequence[KeyframePart]) -> Keyframe:
+def whole_keyframe(name: str, model: Model, parts: Sequence[KeyframePart]) -> Keyframe:
     """The initial state of a model with some of its parts as keyframes have them."""
     start = _core.Simulation(model.core, _core.SimulationOptions())
     by_body = {
         name: np.array(getattr(start, name))
         for name in ("positions", "orientations", "linear_velocities", "angular_velocities")
     }
-    by_dof = {name: np.array(getattr(start, name)) for name in ("joint_coordinates", "targets")}
-    by_actuator = {name: np.array(getattr(start, name)) for name in ("controls", "activations")}
+    coordinates, controls, activations = (
+        np.array(getattr(start, name)) for name in ("joint_coordinates", "controls", "activations")
+    )
+    motors = {
+        model.core.first_dof(joint) + dof: k
+        for k, (actuator, joint, dof) in enumerate(model.core.controls)
+        if actuator < 0
+    }
     for part in parts:
-        for name, values in by_body.items():
+        frame = part.keyframe
+        for field, values in by_body.items():
             if part.bodies:
-                values[list(part.bodies)] = getattr(part.keyframe, name)
-        for name, values in by_dof.items():
-            given = getattr(part.keyframe, name)
-            values[part.first_dof : part.first_dof + len(given)] = given
-        for name, values in by_actuator.items():
-            given = getattr(part.keyframe, name)
-            values[part.first_actuator : part.first_actuator + len(given)] = given
-    rows = {name: tuple(map(tuple, values.tolist())) for name, values in by_body.items()}
-    numbers = {name: tuple(values.tolist()) for name, values in (by_dof | by_actuator).items()}
-    return Keyframe(time=parts[0].keyframe.time, **rows, **numbers)  # type: ignore[arg-type]
+                values[list(part.bodies)] = getattr(frame, field)
+        coordinates[part.first_dof : part.first_dof + len(frame.joint_coordinates)] = frame.joint_coordinates
+        first, given = part.first_actuator, frame.controls[: part.actuators]
+        controls[first : first + len(given)] = given
+        activations[first : first + len(frame.activations)] = frame.activations
+        for dof, control in part.motors.items():
+            if dof in motors:
+                controls[motors[dof]] = control
+    rows = {field: tuple(map(tuple, values.tolist())) for field, values in by_body.items()}
+    numbers = (tuple(values.tolist()) for values in (coordinates, controls, activations))
+    return Keyframe(name, parts[0].keyframe.time, *rows.values(), *numbers)  # type: ignore[arg-type]
 
 
 def top(geoms: Iterable[Geom], bodies: Sequence[Body]) -> float:

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from .. import _core
-from .parts import WORLD, Body, Joint
+from .parts import WORLD, Body, Dof, Joint
 from .transforms import ORIGIN
 
 AXES = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
@@ -16,12 +16,12 @@ PARTS = {
     "free": (("x", "y", "z", *QUATERNION), ("vx", "vy", "vz", "wx", "wy", "wz")),
     "ball": (QUATERNION, ("wx", "wy", "wz")),
 }
-"""What the entries of q and qd are called after the name of the coordinate and a dot."""
+"""Suffixes of the entries of q and qd, after the name of the coordinate and a dot."""
 
 
 @dataclass(frozen=True)
 class Coordinate:
-    """What moves one body against another by itself: a hinge, a slide, a ball, or nothing (a floating base).
+    """One elementary joint between two bodies: a hinge, a slide, a ball, or none (a floating base).
 
     docs/simulation.md says what its entries of q and qd mean.
     """
@@ -42,12 +42,12 @@ class Coordinate:
 
     @property
     def q_names(self) -> tuple[str, ...]:
-        """Of its entries in q: hip, or torso.x, ..., torso.qw, ..."""
+        """Names of its entries in q: hip, or torso.x, ..., torso.qw, ..."""
         return tuple(f"{self.name}.{part}" for part in PARTS[self.kind][0]) if self.dof < 0 else (self.name,)
 
     @property
     def qd_names(self) -> tuple[str, ...]:
-        """Of its entries in qd: hip, or torso.vx, ..., torso.wx, ..."""
+        """Names of its entries in qd: hip, or torso.vx, ..., torso.wx, ..."""
         return tuple(f"{self.name}.{part}" for part in PARTS[self.kind][1]) if self.dof < 0 else (self.name,)
 
 
@@ -99,6 +99,19 @@ def coordinate_name(joint: Joint, dof: int) -> str:
         return joint.name + (".ball" if joint.dofs else "")
     alone = len(joint.dofs) == 1 and not joint.spherical
     return joint.dofs[dof].name or (joint.name if alone else f"{joint.name}[{dof}]")
+
+
+def joint_labels(joints: Sequence[Joint]) -> list[str]:
+    """Names, and for joints without one their number."""
+    return [joint.name or f"joint {k}" for k, joint in enumerate(joints)]
+
+
+def degrees(joints: Sequence[Joint]) -> Iterator[tuple[str, Dof]]:
+    """Name and description of all degrees of freedom, in the order of `Simulation.joint_efforts`."""
+    for joint, label in zip(joints, joint_labels(joints), strict=True):
+        named = joint if joint.name else replace(joint, name=label)
+        for d, dof in enumerate(joint.dofs):
+            yield coordinate_name(named, d), dof
 
 
 def known(names: Sequence[str]) -> str:

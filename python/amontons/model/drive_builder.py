@@ -22,7 +22,7 @@ Path = Sequence[PathElement | tuple[int | str | None, Numbers]]
 
 @guided
 class DriveBuilder(JointBuilder):
-    """What is stretched along joints and bodies, and what drives them."""
+    """Builder functions for tendons and actuators."""
 
     _tendons: list[Tendon]
     _actuators: list[Actuator]
@@ -116,7 +116,7 @@ class DriveBuilder(JointBuilder):
         gear: float = 1.0,
         law: str = "effort",
         kp: float = 0.0,
-        kv: float = 0.0,
+        kd: float = 0.0,
         gain: Numbers | None = None,
         bias: Numbers | None = None,
         control: float = 0.0,
@@ -132,8 +132,8 @@ class DriveBuilder(JointBuilder):
         It acts on one of: joint with dof, whose coordinate times gear is the length l; tendon, likewise;
         body, with the wrench force, torque per unit of effort at position, in axes turned by orientation,
         both in the body frame (a thruster); or a transmission.
-        law: "effort": effort = control - kv l'; "position": effort = kp (control - l) - kv l'; "speed":
-        effort = kv (control - l'). gain, bias: any affine law in place of it, see `Actuator`.
+        law: "effort": effort = control - kd l'; "position": effort = kp (control - l) - kd l'; "velocity":
+        effort = kd (control - l'). gain, bias: any affine law in place of it, see `Actuator`.
         control: initial. control_limits, force_limits, activation_limits: (lower, upper), None for no bound.
         dynamics: "none"; "integrator" or "filter" (with time_constant, s): the control drives an activation,
         which takes its place in the law.
@@ -147,7 +147,7 @@ class DriveBuilder(JointBuilder):
             actuator = Actuator(
                 name,
                 moved,
-                **_law(law, kp, kv, gain, bias),
+                **_law(law, kp, kd, gain, bias),
                 control=control,
                 dynamics=dynamics,
                 time_constant=time_constant,
@@ -166,7 +166,7 @@ class DriveBuilder(JointBuilder):
         wrench: Transmission,
         gear: float,
     ) -> Transmission:
-        """What one of the places moves that an actuator may act on."""
+        """Returns the transmission of an actuator for one kind of target."""
         if sum(place is not None for place in (joint, tendon, body, transmission)) != 1:
             raise InputError("give one of joint, tendon, body and transmission to act on")
         if joint is not None:
@@ -205,7 +205,7 @@ def _wrench(
     torque: Numbers,
     gear: float,
 ) -> Transmission:
-    """Of a thruster; the body is yet to be said."""
+    """The transmission of a thruster, to which the caller adds the body."""
     gear = number("gear", gear)
     parts = [tuple(gear * x for x in vector3(name, v)) for name, v in (("force", force), ("torque", torque))]
     frame = Transform.named("actuator", position, orientation)
@@ -220,13 +220,15 @@ def _limits(**pairs: Limits) -> dict[str, Any]:
     return found
 
 
-def _law(kind: str, kp: float, kv: float, gain: Numbers | None, bias: Numbers | None) -> dict[str, Any]:
-    for what, value in (("kp", kp), ("kv", kv)):
+def _law(kind: str, kp: float, kd: float, gain: Numbers | None, bias: Numbers | None) -> dict[str, Any]:
+    for what, value in (("kp", kp), ("kd", kd)):
         if number(what, value) < 0:
             raise InputError(f"{what} = {value:g}; it must not be negative")
-    usual = law(kind, kp, kv)
+    usual = law(kind, kp, kd)
+    if kp and kind != "position":
+        raise InputError(f'kp is of the law "position"; that of "{kind}" takes kd')
     if gain is None and bias is None:
         return usual
-    if kp or kv or kind != "effort":
-        raise InputError("gain and bias say the whole law; leave law, kp and kv out")
+    if kp or kd or kind != "effort":
+        raise InputError("gain and bias say the whole law; leave law, kp and kd out")
     return {"gain": gain or usual["gain"], "bias": bias or (0.0, 0.0, 0.0)}

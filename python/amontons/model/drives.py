@@ -102,7 +102,9 @@ class Tendon:
 
 @dataclass(frozen=True)
 class Transmission:
-    """What an actuator moves: a length l (m or rad); a unit effort does a unit of work per unit of l."""
+    """The transmission of an actuator: a length l (m or rad). A unit effort does a unit of work per unit of
+    l.
+    """
 
     kind: str = "dof"
     """dof (l = gear q) | tendon (l = gear times its length) | wrench (force and torque per unit of effort at
@@ -140,8 +142,8 @@ class Actuator:
     """A drive with a control: see `Simulation.set_control` and `ModelBuilder.add_actuator`.
 
     effort = clip((g0 + g1 l + g2 l') w + b0 + b1 l + b2 l', force limits) with gain g, bias b, the length l
-    and rate l' of the transmission, and w the control, clipped to its limits, or the activation. What of this
-    holds the motion back acts within the step, as a motor does; the rest with the values at its start.
+    and rate l' of the transmission, and w the control, clipped to its limits, or the activation. Terms that
+    oppose the motion act within the step, like a motor. The others use the values at its start.
     """
 
     name: str = ""
@@ -186,14 +188,14 @@ class Actuator:
         return min(max(control, self.lower_control), self.upper_control)
 
 
-LAWS = ("effort", "position", "speed")
+LAWS = ("effort", "position", "velocity")
 
 
-def law(kind: str, kp: float, kv: float) -> dict[str, Sequence[float]]:
+def law(kind: str, kp: float, kd: float) -> dict[str, Sequence[float]]:
     """Gain and bias of the usual laws: of an effort the control itself, of a servo the difference to it."""
     chosen("law of an actuator", kind, dict.fromkeys(LAWS))
     if kind == "effort":
-        return {"gain": (1.0, 0.0, 0.0), "bias": (0.0, 0.0, -kv)}
+        return {"gain": (1.0, 0.0, 0.0), "bias": (0.0, 0.0, -kd)}
     if kind == "position":
-        return {"gain": (kp, 0.0, 0.0), "bias": (0.0, -kp, -kv)}
-    return {"gain": (kv, 0.0, 0.0), "bias": (0.0, 0.0, -kv)}
+        return {"gain": (kp, 0.0, 0.0), "bias": (0.0, -kp, -kd)}
+    return {"gain": (kd, 0.0, 0.0), "bias": (0.0, 0.0, -kd)}

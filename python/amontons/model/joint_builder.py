@@ -85,7 +85,7 @@ class JointBuilder(ABC):
         point: Numbers | None = None,
         **options: Unpack[DofOptions],
     ) -> int:
-        """A slide: A moves along the axis without turning; the coordinate is the way (m).
+        """A slide: A moves along the axis without turning; the coordinate is the displacement (m).
 
         point: where reactions are reported, by default the origin of A.
         """

@@ -19,7 +19,7 @@ Limits = Sequence[float | None] | None
 
 
 class JointOptions(TypedDict, total=False):
-    """Of every joint."""
+    """Options of every joint."""
 
     name: str | None
     """unique; made up if None"""
@@ -30,7 +30,7 @@ class JointOptions(TypedDict, total=False):
 
 
 class BallOptions(JointOptions, total=False):
-    """Of a free rotation."""
+    """Options of a free rotation."""
 
     stiffness: float
     """of a spring towards the initial relative orientation (N m/rad)"""
@@ -45,7 +45,7 @@ class BallOptions(JointOptions, total=False):
 
 
 class DofOptions(JointOptions, total=False):
-    """Of a joint of one degree of freedom, a slide or a hinge."""
+    """Options of a joint of one degree of freedom, a slide or a hinge."""
 
     limits: Limits
     """m or rad"""
@@ -63,7 +63,9 @@ class DofOptions(JointOptions, total=False):
 
 
 class DofsOptions(JointOptions, total=False):
-    """Of a joint of several degrees of freedom: one value for all, or a sequence with one for each."""
+    """Options of a joint of several degrees of freedom: one value for all, or a sequence with one for
+    each.
+    """
 
     limits: Sequence[Limits] | None
     """a sequence of one (lower, upper) or None per degree of freedom"""

@@ -14,7 +14,7 @@ from .transforms import Transform
 
 @dataclass(frozen=True)
 class MassProperties:
-    """What the equations of motion need to know of a solid."""
+    """Mass properties of a solid in the equations of motion."""
 
     mass: float
     """kg"""

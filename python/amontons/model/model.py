@@ -1,4 +1,4 @@
-"""What does not change during a simulation. SI units.
+"""The constant part of a simulation. SI units.
 
 A body index of -1 is the world. Most models come from `ModelBuilder` or a file; the classes of which they are
 made are for code that makes or reads models by itself.
@@ -16,6 +16,7 @@ from typing import Any
 from .. import _core
 from ..checks import Vector3, chosen, shown, suggestion, vector3
 from ..errors import InputError
+from .controls import control_limits_of, control_names_of, no_control
 from .coordinates import Coordinate, coordinates_of
 from .drives import (
     ACTIVATIONS,
@@ -56,11 +57,6 @@ FRICTION_RULES = {
 }
 
 
-def _by_name() -> Any:
-    """A field of what the compiled model knows nothing of."""
-    return field(default_factory=dict, repr=False, compare=False, metadata={"core": False})
-
-
 @dataclass(frozen=True)
 class Model:
     """Bodies, geoms, joints and drives, checked as a whole; simulations share it and never change it.
@@ -86,9 +82,9 @@ class Model:
     fluid_boxes: tuple[FluidBox, ...] = ()
     tendons: tuple[Tendon, ...] = ()
     actuators: tuple[Actuator, ...] = ()
-    """what controls drive: `Simulation.set_control`"""
-    keyframes: Mapping[str, Keyframe] = _by_name()
-    """states to start from, by name: `Simulation.apply_keyframe`"""
+    """what controls drive, beside the motors of joints: `Simulation.set_control`"""
+    keyframes: tuple[Keyframe, ...] = field(default=(), repr=False, compare=False, metadata={"core": False})
+    """states to start from: `Simulation.apply_keyframe`"""
     unread: tuple[Unread, ...] = field(default=(), repr=False, compare=False, metadata={"core": False})
     """what the model file asks for and was not read, worst first"""
     sites: tuple[Site, ...] = field(default=(), repr=False, compare=False, metadata={"core": False})
@@ -153,8 +149,8 @@ class Model:
     def coordinates(self) -> Mapping[str, Coordinate]:
         """The generalised coordinates by name, in the order of `Simulation.q`.
 
-        Of a joint with one degree of freedom the name is that of the joint, of a floating base that of its
-        body; files name every degree of freedom.
+        A joint with one degree of freedom gives its name to it, a floating base that of its body; files name
+        every degree of freedom.
         """
         return MappingProxyType(coordinates_of(self.tree, self.bodies, self.joints))
 
@@ -188,6 +184,30 @@ class Model:
         """Names by index."""
         return tuple(actuator.name for actuator in self.actuators)
 
+    @cached_property
+    def control_names(self) -> tuple[str, ...]:
+        """Names by index in `Simulation.controls`: of all actuators, then of the motors of all joints.
+
+        A motor has the name of its coordinate, with " motor" behind it where an actuator has that name.
+        """
+        return tuple(control_names_of(self.core, self.actuators, self.joints))
+
+    @cached_property
+    def control_limits(self) -> tuple[tuple[float, float], ...]:
+        """(lower, upper) of every control, infinite without a bound; of effort motors `max_effort`."""
+        return control_limits_of(self.core, self.actuators, self.joints)
+
+    def control_index(self, control: int | str) -> int:
+        """The index in `Simulation.controls` of an actuator or motor, by index or name.
+
+        Raises InputError naming what is known, or the joint without a motor and the remedy.
+        """
+        if isinstance(control, str) and control not in self.control_names:
+            reason = no_control(control, self.core, self.actuators, self.joints, self.control_names)
+            if reason is not None:
+                raise reason
+        return index_of("control", control, self.control_names)
+
     @property
     def dofs(self) -> int:
         """Number of coordinates of all joints, the length of `Simulation.state.joint_coordinates`."""
@@ -195,7 +215,7 @@ class Model:
 
     @property
     def total_mass(self) -> float:
-        """Of the dynamic bodies (kg)."""
+        """Mass of the dynamic bodies (kg)."""
         return self.core.total_mass
 
     @property
@@ -249,6 +269,15 @@ class Model:
         """The index of an actuator given by index or name; InputError if there is none."""
         return index_of("actuator", actuator, self.actuator_names)
 
+    @cached_property
+    def keyframe_names(self) -> tuple[str, ...]:
+        """Names by index."""
+        return tuple(keyframe.name for keyframe in self.keyframes)
+
+    def keyframe_index(self, keyframe: int | str) -> int:
+        """The index of a keyframe given by index or name; InputError if there is none."""
+        return index_of("keyframe", keyframe, self.keyframe_names)
+
     def dof_index(self, joint: int | str, dof: int = 0) -> int:
         """The index of a joint's degree of freedom among the coordinates of all joints."""
         j = self.joint_index(joint)
@@ -268,7 +297,7 @@ class Model:
 
 
 def no_model(what: str, thing: Any) -> InputError:
-    """What a function says that was given something else than a Model."""
+    """Message of a function whose argument is not a Model."""
     if isinstance(thing, str) and thing.isidentifier():
         remedy = f"if it is a scene, give amontons.scenes.{thing[:80]}()"
     elif isinstance(thing, str | PathLike):

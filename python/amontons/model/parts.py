@@ -1,4 +1,4 @@
-"""What models are made of: immutable data with the fields of multibody/model/description.hpp."""
+"""Parts of models: immutable data with the fields of multibody/model/description.hpp."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ WORLD = -1
 OWN = -1
 """In place of a link: what a body is without its links."""
 MOTIONS = {name: getattr(_core.Motion, name) for name in ("dynamic", "kinematic", "fixed")}
-MOTORS = {name: getattr(_core.MotorKind, name) for name in ("none", "effort", "speed", "position")}
+MOTORS = {name: getattr(_core.MotorKind, name) for name in ("none", "effort", "velocity", "position")}
 DOFS = {name: getattr(_core.DofKind, name) for name in ("hinge", "slide")}
 JOINTS = {name: getattr(_core.JointKind, name) for name in ("chain", "distance")}
 
@@ -52,7 +52,7 @@ def numbers(thing: Any, what: str, *names: str, infinite: bool = False) -> None:
 @guided
 @dataclass(frozen=True)
 class Material:
-    """What a surface brings into a contact.
+    """Contact properties of a surface.
 
     Frictions of two surfaces combine by the model's rule; of restitutions, torsional and rolling frictions
     the larger one holds; compliances and rest offsets add. docs/physics.md has the laws.
@@ -91,26 +91,50 @@ class Material:
             raise InputError(f"material: restitution is {self.restitution:g}; it must lie in [0, 1]")
 
 
+MOTOR_TERMS = {
+    "angle": "position",
+    "force": "effort",
+    "general": "effort",
+    "motor": "effort",
+    "pd": "position",
+    "servo": "position",
+    "speed": "velocity",
+    "torque": "effort",
+}
+"""Names of kinds of motors elsewhere -> here."""
+
+
 @guided
 @dataclass(frozen=True)
 class Motor:
-    """What drives a degree of freedom besides its spring; its target can change during a simulation."""
+    """Drive of a degree of freedom besides its spring, by one of `Simulation.controls`."""
 
     kind: str = "none"
-    """none | effort (target is a force or torque) | speed | position"""
-    target: float = 0.0
-    """N or N m, m/s or rad/s, m or rad"""
+    """none | effort (the control is the force or torque) | velocity | position"""
+    control: float = 0.0
+    """initial: N or N m, m/s or rad/s, m or rad"""
     max_effort: float = math.inf
     """N or N m, > 0"""
-    gain: float = 0.0
-    """of a speed motor N s/m or N m s/rad, of a position motor N/m or N m/rad; 0 is exact"""
-    damping_gain: float = 0.0
-    """of a position motor, N s/m or N m s/rad"""
+    kp: float = 0.0
+    """of a position motor, N/m or N m/rad: effort = kp (control - q) - kd q'; 0 is exact"""
+    kd: float = 0.0
+    """N s/m or N m s/rad, of a position motor with kp, or of a velocity motor: effort = kd (control - q'); 0
+    is exact"""
 
     def __post_init__(self) -> None:
-        chosen("motor kind", self.kind, MOTORS)
-        numbers(self, "motor: ", "target", "gain", "damping_gain")
+        chosen("motor kind", self.kind, MOTORS, MOTOR_TERMS)
+        numbers(self, "motor: ", "control", "kp", "kd")
         numbers(self, "motor: ", "max_effort", infinite=True)
+        if self.kp and self.kind != "position":
+            raise InputError(
+                f"motor: kp is of position motors; a motor of the kind {self.kind} takes "
+                + ("kd" if self.kind == "velocity" else "none")
+            )
+        if self.kd and self.kind != "velocity" and not self.kp:
+            raise InputError(
+                "motor: kd is of velocity motors, and of position motors with kp; give kp, or damping of the "
+                "joint"
+            )
 
 
 @dataclass(frozen=True)
@@ -152,7 +176,7 @@ class Dof:
             raise InputError(f"the lower limit {lower:g} exceeds the upper one {upper:g}; swap them")
         numbers(self, "", "stiffness", "rest", "damping", "friction", "armature")
         if not isinstance(self.motor, Motor):
-            raise InputError(f'motor is {shown(self.motor)}; give a Motor, as Motor("position", gain=100)')
+            raise InputError(f'motor is {shown(self.motor)}; give a Motor, as Motor("position", kp=100)')
 
 
 @dataclass(frozen=True)
@@ -363,7 +387,7 @@ class PairMaterial:
 
 @dataclass(frozen=True)
 class Fluid:
-    """What bodies with a `FluidBox` move through."""
+    """The fluid around bodies with a `FluidBox`."""
 
     density: float = 0.0
     """kg/m^3, >= 0: air 1.2, water 1000"""
@@ -384,10 +408,9 @@ NO_FLUID = Fluid()
 class FluidBox:
     """How a body feels the fluid: as a box, by Stokes' drag and the dynamic pressure on its faces.
 
-    Of the mean edge d, edges b, and the velocity v and spin w along its axes: the force
-    -(3 pi d viscosity + density / 2 b_j b_k |v_i|) v_i and the torque
-    -(pi d^3 viscosity + density / 64 b_i (b_j^4 + b_k^4) |w_i|) w_i (MuJoCo, Computation, Fluid forces,
-    inertia model).
+    With the mean edge d, edges b, and the velocity v and spin w along its axes: the force is -(3 pi d
+    viscosity + density / 2 b_j b_k |v_i|) v_i and the torque -(pi d^3 viscosity + density / 64 b_i (b_j^4 +
+    b_k^4) |w_i|) w_i (MuJoCo, Computation, Fluid forces, inertia model).
     """
 
     body: int

@@ -1,4 +1,4 @@
-"""What a model brings from its file: keyframes by name, and what was not read. SI units."""
+"""Parts of a model from its file: keyframes, and the list of unread elements. SI units."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from ..checks import Quaternion, Vector3
 class Keyframe:
     """A state of a model to start from, see `Simulation.apply_keyframe`."""
 
+    name: str
     time: float
     """s"""
     positions: tuple[Vector3, ...]
@@ -22,9 +23,8 @@ class Keyframe:
     """world axes (rad/s)"""
     joint_coordinates: tuple[float, ...]
     """of all degrees of freedom (m, rad)"""
-    targets: tuple[float, ...]
-    """of the motors of all degrees of freedom"""
     controls: tuple[float, ...] = ()
+    """of all actuators and motors, as `Simulation.controls`; none: as they are"""
     activations: tuple[float, ...] = ()
     """of all actuators; none: as they are"""
 

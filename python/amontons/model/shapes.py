@@ -31,7 +31,7 @@ __all__ = [
 
 
 class Shape:
-    """What all shapes share: checked when made, immutable, equal if of the same kind and size.
+    """Base of all shapes: checked on creation, immutable, equal if of the same kind and size.
 
     volume(): m^3. mass_properties(density): mass (kg), centre (m) and inertia (kg m^2) of the solid.
     """
@@ -98,7 +98,7 @@ class Box(Shape):
 
 @dataclass(frozen=True, eq=False)
 class _Tube(Shape):
-    """What a capsule and a cylinder share: a radius (m) about |z| <= `half_length` (m)."""
+    """Base of capsule and cylinder: a radius (m) about |z| <= `half_length` (m)."""
 
     radius: float
     half_length: float

@@ -1,4 +1,4 @@
-"""What a model looks like where that is not its collision geometry; the simulation knows nothing of it."""
+"""Visuals of a model that differ from its collision geometry; they do not affect the simulation."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The sets of which K is the product: free, unilateral and bounded rows, and friction cones.
+"""The sets of which K is the product: bilateral, unilateral and bounded rows, and friction cones.
 
 A cone object is a run of equal sets of the core, whose name is `kind` and whose parameters, one array each
 with one entry per set, are `parameters`; `moments` tells whether rows after the third are moments.
@@ -26,7 +26,7 @@ def _count(name: str, n: object) -> int:
 
 
 class Cone:
-    """What all sets share, so that a list of several kinds has a type."""
+    """Base of all sets, so that a list of several kinds has a type."""
 
     kind: ClassVar[str]
     moments: ClassVar[bool] = False
@@ -57,13 +57,13 @@ class _Rows(Cone):
         return self.n
 
 
-class Free(_Rows):
+class Bilateral(_Rows):
     """R^n: n bilateral rows, whose impulse may have either sign and whose velocity must vanish.
 
     n: number of rows.
     """
 
-    kind = "free"
+    kind = "bilateral"
 
 
 class NonNegative(_Rows):
@@ -125,9 +125,10 @@ class Friction(Cone):
     Friction(0.3)          one contact with mu = 0.3
     Friction([0.3, 0.5])   two contacts
     Friction(0.3, n=100)   a hundred contacts with the same mu
-    Friction(100)          an integer counts contacts; their mu comes from the `mu` of `solve` or `Problem`
+    Friction(n=100)        a hundred contacts whose mu comes from the `mu` of `solve` or `Problem`
 
     mu: friction coefficients (dimensionless), finite and not negative; else InputError names the contact.
+    n: number of contacts, always by name: Friction(1) is one contact with mu = 1.
     """
 
     n: int
@@ -136,8 +137,6 @@ class Friction(Cone):
     moments: ClassVar[bool] = False
 
     def __init__(self, mu: ArrayLike | None = None, *, n: int | None = None) -> None:
-        if isinstance(mu, numbers.Integral) and not isinstance(mu, bool) and n is None:
-            mu, n = None, int(mu)
         values = None
         if mu is not None:
             values = vector("Friction: mu", mu, " with one entry per contact")
@@ -201,7 +200,7 @@ def _spread(name: str, values: Array) -> str:
 
 @dataclass(frozen=True, eq=False, init=False)
 class EllipticFriction(Cone):
-    """Elliptic friction cones, anisotropic, with torsion and rolling as they are asked for:
+    """Elliptic friction cones, anisotropic, with optional torsion and rolling:
     (f_1/mu_1)^2 + (f_2/mu_2)^2 + (m_n/torsion)^2 + (m_1/rolling_1)^2 + (m_2/rolling_2)^2 <= f_n^2.
 
     Rows per contact: f_n, f_1, f_2 (normal and both tangents); with torsion also the moment about the normal,
@@ -314,13 +313,13 @@ class RollingFriction(Cone):
 
 
 FRICTIONAL = (Friction, EllipticFriction, RollingFriction)
-_BY_NAME = {"free": Free, "nonnegative": NonNegative, "friction": Friction}
+_BY_NAME = {"bilateral": Bilateral, "nonnegative": NonNegative, "friction": Friction}
 
 
 def normalise(cones: str | Cone | Iterable[Cone], rows: int, mu: ArrayLike | None = None) -> tuple[Cone, ...]:
     """The cones as a tuple whose friction cones all carry their coefficients.
 
-    cones: cone objects in row order, one of them, or "free", "nonnegative" or "friction" for all rows.
+    cones: cone objects in row order, one of them, or "bilateral", "nonnegative" or "friction" for all rows.
     rows: number of rows of A. mu: one coefficient, or one per contact, for friction cones without their own.
     """
     if isinstance(cones, str):
@@ -343,8 +342,8 @@ def normalise(cones: str | Cone | Iterable[Cone], rows: int, mu: ArrayLike | Non
     for i, cone in enumerate(listed):
         if not isinstance(cone, Cone):
             raise InputError(
-                f"cones[{i}] is a {type(cone).__name__}; it must be Free, NonNegative, Interval, Friction, "
-                "EllipticFriction or RollingFriction"
+                f"cones[{i}] is a {type(cone).__name__}; it must be Bilateral, NonNegative, Interval, "
+                "Friction, EllipticFriction or RollingFriction"
             )
     total = sum(cone.rows for cone in listed)
     if total != rows:
@@ -416,8 +415,8 @@ def to_core(cones: Iterable[Cone], scale: Array | None = None) -> _core.SetProdu
 
 def _made(kind: str, count: int, parameters: Sequence[Any]) -> Cone:
     match kind:
-        case "free":
-            return Free(count)
+        case "bilateral":
+            return Bilateral(count)
         case "nonnegative":
             return NonNegative(count)
         case "interval":

@@ -1,4 +1,4 @@
-"""What users have in hand for A, brought to the form that the core reads without copying."""
+"""User input for A, converted to the form that the core reads without copying."""
 
 from __future__ import annotations
 

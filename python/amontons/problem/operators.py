@@ -109,7 +109,7 @@ def balanced_length(forces: Array, moments: Array) -> Array:
 
 
 class _BodyBased(ABC):
-    """What Factored and Contacts share: the bodies, and the behaviour of a linear operator."""
+    """Base of Factored and Contacts: the bodies, and the behaviour of a linear operator."""
 
     inverse_mass: Array
     """(n,) 1/m of each body (1/kg)"""
@@ -340,7 +340,7 @@ class Contacts(_BodyBased):
             self.moment_length = self._balanced_lengths()
 
     def _moment_rows(self) -> tuple[NDArray[Any], NDArray[Any]]:
-        """Of every row of a contact, the contact and whether the row is a moment."""
+        """For every row of a contact: the contact, and whether the row is a moment."""
         contact = np.repeat(np.arange(len(self.rows)), self.rows)
         place = np.arange(len(contact)) - (np.cumsum(self.rows) - self.rows)[contact]
         return contact, place >= 3

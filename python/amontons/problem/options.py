@@ -26,6 +26,51 @@ METHOD_OPTIONS: dict[str, dict[str, str]] = {
     "admm": {"rho": "admm_rho"},
 }
 
+COMMON = ("law", "x0", "tolerance", "max_iterations", "deadline", "history", "callback", "threads")
+"""The options of every method."""
+METHOD_TERMS = {
+    "accelerated-projected-gradient": "apgd",
+    "barzilai-borwein": "p-spg-fb",
+    "bb": "p-spg-fb",
+    "conjugate-gradient": "cg",
+    "fista": "apgd",
+    "gs": "gauss-seidel",
+    "ip": "interior-point",
+    "ipm": "interior-point",
+    "ipopt": "interior-point",
+    "nesterov": "apgd",
+    "nsgs": "gauss-seidel",
+    "nsn": "newton",
+    "pcg": "cg",
+    "pdip": "interior-point",
+    "pgs": "gauss-seidel",
+    "pj": "jacobi",
+    "projected-gauss-seidel": "gauss-seidel",
+    "projected-jacobi": "jacobi",
+    "psor": "gauss-seidel",
+    "semismooth-newton": "newton",
+    "sor": "gauss-seidel",
+    "spg": "p-spg-fb",
+}
+"""Names of methods elsewhere -> here."""
+OPTION_TERMS = {
+    "atol": "tolerance",
+    "eps": "tolerance",
+    "guess": "x0",
+    "initial": "x0",
+    "iterations": "max_iterations",
+    "max-iter": "max_iterations",
+    "maxiter": "max_iterations",
+    "n-iter": "max_iterations",
+    "rtol": "tolerance",
+    "time-limit": "deadline",
+    "timeout": "deadline",
+    "tol": "tolerance",
+    "warm-start": "x0",
+    "relaxation": "omega",
+}
+"""Names of options elsewhere -> here."""
+
 
 def methods() -> tuple[str, ...]:
     """The names that `method` accepts; "auto" picks one of the others by the structure of the problem."""
@@ -34,16 +79,26 @@ def methods() -> tuple[str, ...]:
 
 def require_method(method: object) -> str:
     if not isinstance(method, str) or method not in methods():
-        raise InputError(
-            f"unknown method {shown(method)}{suggestion(method, methods())}; known are {', '.join(methods())}"
-        )
+        near = suggestion(method, methods(), METHOD_TERMS)
+        raise InputError(f"unknown method {shown(method)}{near}; known are {', '.join(methods())}")
     return method
+
+
+def _unknown_option(name: str, method: str, valid: dict[str, str]) -> str:
+    near = suggestion(name, (*COMMON, *valid), OPTION_TERMS)
+    owners = [owner for owner, own in METHOD_OPTIONS.items() if name in own]
+    if owners:
+        near = f" (it belongs to {', '.join(owners)})"
+    return (
+        f"unknown option {shown(name)} of method {shown(method)}{near}; "
+        f"its options are: {', '.join(valid) if valid else 'none'}; all methods take {', '.join(COMMON)}"
+    )
 
 
 def core_options(
     method: str,
     *,
-    law: str,
+    law: str | None,
     tolerance: float,
     max_iterations: int | None,
     deadline: float | None,
@@ -52,7 +107,7 @@ def core_options(
     method_options: dict[str, Any],
 ) -> _core.Options:
     options = _core.Options()
-    options.law = chosen("law", law, LAWS)
+    options.law = None if law is None else chosen("law", law, LAWS)  # that of the problem
     options.tolerance = option("tolerance", tolerance)
     if max_iterations is not None:
         options.max_iterations = option("max_iterations", max_iterations)
@@ -63,11 +118,7 @@ def core_options(
     valid = METHOD_OPTIONS.get(method, {})
     for name, value in method_options.items():
         if name not in valid:
-            listed = ", ".join(valid) if valid else "none"
-            raise InputError(
-                f"unknown option {shown(name)} of method {shown(method)}{suggestion(name, valid)}; "
-                f"its options are: {listed}"
-            )
+            raise InputError(_unknown_option(name, method, valid))
         value = option(name, value) if name == "memory" else nonnegative_number(name, value)
         setattr(options, valid[name], value)
     return options

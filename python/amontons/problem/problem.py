@@ -33,7 +33,7 @@ def write_file(
     storage: str,
     form: str,
 ) -> None:
-    """What `Problem.write` calls; amontons.io supplies it."""
+    """Function behind `Problem.write`; amontons.io supplies it."""
     raise NotImplementedError("import amontons.io, which writes files")
 
 
@@ -43,14 +43,17 @@ class Problem:
     A: (m, m) symmetric positive semidefinite, impulses (N s) to velocities (m/s): a SciPy sparse matrix or
         array with both triangles, a dense array, a LinearOperator, `Factored` or `Contacts`.
     b: (m,) velocities of the constraints without impulses (m/s), u = A x + b.
-    cones: cone objects in row order (`Free`, `NonNegative`, `Interval`, `Friction`, `EllipticFriction`,
-        `RollingFriction`), or one name for all rows: "free", "nonnegative", "friction". Rows of moments take
-        N m s in x and rad/s in u.
+    cones: cone objects in row order (`Bilateral`, `NonNegative`, `Interval`, `Friction`, `EllipticFriction`,
+        `RollingFriction`), or one name for all rows: "bilateral", "nonnegative", "friction". Rows of moments
+        take N m s in x and rad/s in u.
     mu: friction coefficients, one or one per contact, for friction cones that do not carry theirs.
     name, description, source: free text; notes: what a reader changed or wants to say.
     f: (6 n,) generalised impulse of the free motion when A is `Factored` (b already contains D M^-1 f); kept
         for files in body space, never used by a solve.
     guesses: known approximate x, each (m,).
+    law: "coulomb", true Coulomb friction by the correction of De Saxce (1992); or "associated", its convex
+        relaxation, in which sliding contacts separate with u_n = mu |u_t|. It is the law by which the problem
+        is used to solve and to compute residuals unless another is given; without friction both are the same.
 
     Raises InputError that names what is wrong: shapes, NaN, an unsymmetric or indefinite matrix (where its
     diagonal shows it), negative mu, cones that do not add up to m rows.
@@ -69,7 +72,9 @@ class Problem:
         notes: Sequence[str] = (),
         f: ArrayLike | None = None,
         guesses: Sequence[ArrayLike] = (),
+        law: str = "coulomb",
     ) -> None:
+        core_law = chosen("law", law, options.LAWS)
         self._A = matrices.canonical(A)
         rows = self._A.shape[0]
         right = vector("b", b)
@@ -79,7 +84,7 @@ class Problem:
         self._scale = S = units.scale_of(self._A, self._cones)
         self._b: Array | None = None if S is None else right.copy()
         core_b = right if S is None else S * right
-        self._core = _core.Problem(units.scaled(self._A, S), core_b, cones_.to_core(self._cones, S))
+        self._core = _core.Problem(units.scaled(self._A, S), core_b, cones_.to_core(self._cones, S), core_law)
         self.name, self.description, self.source = (
             text(what, value)
             for what, value in (("name", name), ("description", description), ("source", source))
@@ -93,7 +98,7 @@ class Problem:
 
     @classmethod
     def _from_core(cls, core: _core.Problem, *, name: str, description: str, source: str) -> Problem:
-        """The problem that the core made and keeps: shared, and read back only where it is asked for."""
+        """The problem that the core made and keeps: shared, and read back only on request."""
         problem = cls.__new__(cls)
         problem._core, problem._A, problem._cones = core, None, None
         problem._scale = S = problem.A.moment_scale() if core.has_moments else None
@@ -120,6 +125,16 @@ class Problem:
         if self._cones is None:
             self._cones = cones_.from_core(self._core.sets(), self._scale)
         return list(self._cones)
+
+    @property
+    def law(self) -> str:
+        """The law by which the problem is solved and judged, "coulomb" or "associated": of the step of a
+        simulation that of the simulation."""
+        return self._core.law.name
+
+    def _law(self, law: str | None) -> _core.Law:
+        """The law that was asked for, or else that of the problem."""
+        return self._core.law if law is None else chosen("law", law, options.LAWS)
 
     @property
     def mu(self) -> Array:
@@ -154,7 +169,7 @@ class Problem:
     def solve(
         self,
         *,
-        law: str = "associated",
+        law: str | None = None,
         method: str = "auto",
         x0: ArrayLike | None = None,
         tolerance: float = 1e-6,
@@ -165,7 +180,7 @@ class Problem:
         threads: int | None = None,
         **method_options: Any,
     ) -> Solution:
-        """Solve the problem; the arguments are those of `amontons.solve`."""
+        """Solve the problem under its law, or the given `law`; arguments as in `amontons.solve`."""
         method = options.require_method(method)
         opts = options.core_options(
             method,
@@ -189,13 +204,49 @@ class Problem:
         )  # fmt: skip
         return solution
 
-    def residual(self, x: ArrayLike, *, law: str = "associated", norm: str = "natural") -> float:
-        """The residual of x; see `amontons.residual`."""
-        return self._core.residual(
-            self._to_core("x", x),
-            chosen("law", law, options.LAWS),
-            chosen("norm", norm, options.NORMS),
-        )
+    def residual(self, x: ArrayLike, *, law: str | None = None, norm: str = "natural") -> float:
+        """The residual of x under the law of the problem, or the `law` given; see `amontons.residual`."""
+        return self._core.residual(self._to_core("x", x), self._law(law), chosen("norm", norm, options.NORMS))
+
+    def project(self, x: ArrayLike) -> Array:
+        """Pi_K(x), (m,): the nearest point of each cone, in the metric of `P`.
+
+        P is one number per cone but for moments, which count divided by a length: the projection of a cone
+        without moments is the Euclidean one.
+        """
+        return self._from_units(self._core.project(self._to_core("x", x)))
+
+    @property
+    def P(self) -> Array:
+        """(m,) the preconditioner: the mean of diag(A) over the rows of each cone, at each of its rows.
+
+        Moments have that of the forces of their cone times the square of the length (m) by which they are
+        divided, so that x - u / P is a step in impulses (N s, N m s) row by row.
+        """
+        blocks = self._core.preconditioner
+        return frozen(blocks if self._scale is None else blocks / self._scale**2)
+
+    def saxce(self, u: ArrayLike, *, law: str | None = None) -> Array:
+        """(m,) the term of De Saxce (m/s) that makes Coulomb's law of the variational inequality.
+
+        g = u + saxce(u) is what has to be in the dual cone. In the normal row of a contact the term is
+        mu |u_t|, of anisotropic and rolling friction the support of the set per unit of normal force; it is
+        zero in all other rows, and everywhere under `associated`.
+
+        u: (m,) velocities A x + b (m/s, rad/s). law: None for that of the problem.
+        """
+        values = vector("u", u)
+        if self._scale is not None and len(values) == self.rows:
+            values = values * self._scale
+        return frozen(self._core.saxce(values, self._law(law)))
+
+    def natural_map(self, x: ArrayLike, *, law: str | None = None) -> Array:
+        """(m,) x - project(x - g / P), g = u + saxce(u), u = A x + b: zero exactly at a solution.
+
+        The residual is its norm sqrt(sum(P r^2)) over that at x = 0. Formed without the cancellation that the
+        formula has where x is large. law: None for that of the problem.
+        """
+        return self._from_units(self._core.natural_map(self._to_core("x", x), self._law(law)))
 
     def write(
         self,
@@ -225,7 +276,7 @@ class Problem:
 
 
 class Violations(NamedTuple):
-    """What a residual means in physical terms; all zero at a solution."""
+    """Violations in physical terms; all zero at a solution."""
 
     penetration_velocity: float
     """max of -u_n over contacts and unilateral rows, and of |u| over bilateral rows (m/s)"""
@@ -243,7 +294,7 @@ def solve(
     cones: str | Cone | Iterable[Cone],
     *,
     mu: ArrayLike | None = None,
-    law: str = "associated",
+    law: str = "coulomb",
     method: str = "auto",
     x0: ArrayLike | None = None,
     tolerance: float = 1e-6,
@@ -257,8 +308,8 @@ def solve(
     """Solve the variational inequality of A, b and cones: u = A x + b, x in K, -u in the normal cone at x.
 
     A, b, cones, mu: see `Problem`; build one to solve it more than once.
-    law: "associated", the convex relaxation, in which sliding contacts separate with u_n = mu |u_t|; or
-        "coulomb", true Coulomb friction by the correction of De Saxce (1992).
+    law: "coulomb", true Coulomb friction by the correction of De Saxce (1992); or "associated", the convex
+        relaxation, in which sliding contacts separate with u_n = mu |u_t|.
     method: "auto" or one of `amontons.methods()`. The result names the method that was used, and why.
     x0: (m,) warm start (N s); used only where its residual is below that of the cold start.
     tolerance: natural residual to reach, relative to that of x = 0; zero runs to the limits.
@@ -273,8 +324,7 @@ def solve(
     Returns a Solution, also without convergence: its status says why, its x is the best iterate. Ctrl-C
     gives status "interrupted". Raises InputError for input that can be corrected.
     """
-    return Problem(A, b, cones, mu=mu).solve(
-        law=law,
+    return Problem(A, b, cones, mu=mu, law=law).solve(
         method=method,
         x0=x0,
         tolerance=tolerance,
@@ -287,10 +337,10 @@ def solve(
     )
 
 
-def residual(problem: Problem, x: ArrayLike, *, law: str = "associated", norm: str = "natural") -> float:
+def residual(problem: Problem, x: ArrayLike, *, law: str | None = None, norm: str = "natural") -> float:
     """The error of x, (m,), by the one measure that every method and report uses; zero at a solution.
 
-    law: "associated" or "coulomb".
+    law: "coulomb" or "associated", None for that of the problem.
     norm: "natural": |P^1/2 (x - Pi_K(x - u / P))| over the same at x = 0, with P the mean of diag(A) per cone
         block; "plain": |x - Pi_K(x - u)|_2; "plain_inf": its maximum norm; "siconos": the plain one over
         max(|b|, |x|, |u|). u contains the De Saxce term under coulomb. Moments count over the length (m) that
@@ -299,6 +349,6 @@ def residual(problem: Problem, x: ArrayLike, *, law: str = "associated", norm: s
     return problem.residual(x, law=law, norm=norm)
 
 
-def violations(problem: Problem, x: ArrayLike, *, law: str = "associated") -> Violations:
-    """The violations of x, (m,), in physical units."""
-    return Violations(*problem._core.violations(problem._to_core("x", x), chosen("law", law, options.LAWS)))
+def violations(problem: Problem, x: ArrayLike, *, law: str | None = None) -> Violations:
+    """The violations of x, (m,), in physical units. law: None for that of the problem."""
+    return Violations(*problem._core.violations(problem._to_core("x", x), problem._law(law)))

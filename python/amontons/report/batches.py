@@ -55,7 +55,7 @@ def shapes_of(model: Model) -> list[Batch]:
 
 
 def visuals_of(model: Model) -> list[Batch]:
-    """What the model looks like: its visuals, and the geoms of the bodies and links without any."""
+    """The drawn parts of the model: its visuals, and the geoms of the bodies and links without any."""
     seen = {(visual.body, visual.link) for visual in model.visuals}
     if not seen:
         return shapes_of(model)

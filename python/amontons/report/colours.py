@@ -18,9 +18,9 @@ PALETTE = {
 }
 OTHER = "#b0aca4"
 STATES = {"stick": (40, 130, 70), "slip": (215, 80, 40), "open": (120, 140, 200)}
-"""Of contacts, red, green and blue of 8 bits."""
+"""Colours of contacts, red, green and blue of 8 bits."""
 VARIATION = 0.10
-"""Bodies of a kind differ in brightness by up to this fraction, so that they can be told apart."""
+"""Bodies of a kind differ in brightness by up to this fraction, so that they can be distinguished."""
 
 
 def colour_of(kind: str, index: int) -> Array:

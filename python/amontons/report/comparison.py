@@ -36,8 +36,8 @@ class Run:
     reason: str = ""
 
 
-def comparable_methods() -> list[str]:
-    """All methods but "auto", which is one of the others."""
+def single_methods() -> list[str]:
+    """All methods but "auto", which runs one or several of the others."""
     return [name for name in methods() if name != "auto"]
 
 
@@ -46,7 +46,7 @@ def compare(
     problem: Problem,
     chosen: Sequence[str],
     *,
-    law: str = "associated",
+    law: str | None = None,
     tolerance: float = 1e-6,
     deadline: float | None = 10.0,
     threads: int | None = None,
@@ -55,7 +55,8 @@ def compare(
     """Solve the problem by each method with its history recorded.
 
     A method that refuses the problem (CG with contacts, for example) gives a Run with the reason.
-    deadline: per method (s). before: called with the names of the problem and of the method before each run.
+    law: None for that of the problem. deadline: per method (s).
+    before: called with the names of the problem and of the method before each run.
     Ctrl-C ends the comparison with the current method.
     """
     runs = []

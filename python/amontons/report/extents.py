@@ -14,7 +14,7 @@ from ..model.parts import WORLD
 from .batches import Batch, turned
 
 FAR = 3.0
-"""What is farther from the middle half of all than this many times its spread does not count."""
+"""Parts farther from the middle half of all than this many times its spread do not count."""
 FEW = 5
 """Fewer things all count."""
 MARGIN = 0.04
@@ -63,7 +63,7 @@ class Balls:
         return moving if moving.any() else ~moving
 
     def median(self, sizes: Array) -> float:
-        """Of `reach` or `thickness` the median over what is counted (m)."""
+        """Median of `reach` or `thickness` over the counted parts (m)."""
         return float(np.median(sizes[self.counted])) if len(sizes) else 1.0
 
     def places(self, moment: Moment) -> Array:

@@ -1,4 +1,4 @@
-"""What there is to know about a problem before it is solved."""
+"""Properties of a problem before it is solved."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ..problem.cones import Free, Interval, NonNegative
+from ..problem.cones import Bilateral, Interval, NonNegative
 from ..problem.operators import Contacts, Factored
 from ..problem.problem import Problem
 from .spectrum import spectrum
@@ -24,7 +24,7 @@ def as_dict(problem: Problem) -> dict[str, Any]:
         "rows": problem.rows,
         "cones": [repr(cone) for cone in problem.cones],
         "contacts": problem.contacts,
-        "bilateral_rows": _rows(problem, Free),
+        "bilateral_rows": _rows(problem, Bilateral),
         "other_bounded_rows": _rows(problem, NonNegative | Interval),
         "mu": [problem.mu.min(), problem.mu.max()] if problem.contacts else None,
         "bodies": A.bodies if isinstance(A, Factored | Contacts) else None,
@@ -54,7 +54,7 @@ def facts(problem: Problem) -> Iterator[tuple[str, str]]:
     yield from _spectrum(problem)
     if problem.guesses:
         residuals = ", ".join(f"{problem.residual(x):.1e}" for x in problem.guesses)
-        yield "guesses", f"{len(problem.guesses)}, associated residuals {residuals}"
+        yield "guesses", f"{len(problem.guesses)}, residuals {residuals}"
     for note in problem.notes:
         if note not in symmetrised:
             yield "note", note
@@ -64,7 +64,9 @@ def _sets(problem: Problem) -> Iterator[tuple[str, str]]:
     yield "rows", str(problem.rows)
     yield "cones", ", ".join(map(repr, problem.cones)) or "none"
     yield "contacts", str(problem.contacts)
-    yield "bilateral rows", str(_rows(problem, Free))
+    if problem.contacts:
+        yield "law", problem.law
+    yield "bilateral rows", str(_rows(problem, Bilateral))
     yield "other bounded rows", str(_rows(problem, NonNegative | Interval))
     if problem.contacts:
         yield "mu", f"{problem.mu.min():g} to {problem.mu.max():g}"

@@ -21,6 +21,7 @@ FLOOR = 1e-17  # where a residual of exactly zero is drawn
 # One colour per method in every figure, distinguishable for most kinds of colour vision (Okabe, Ito 2008, and
 # neutral companions); first-order methods are solid, Krylov dotted, factorising methods dashed.
 STYLES: dict[str, tuple[str, str]] = {
+    "auto": ("#d62728", "-."),
     "p-spg-fb": ("#d55e00", "-"),
     "p-spg-fb-literal": ("#e69f00", "-"),
     "apgd": ("#0072b2", "-"),

@@ -22,7 +22,7 @@ LINE = 0.4
 
 @dataclass(frozen=True)
 class Forces:
-    """What acts between k pairs of bodies that touch."""
+    """Forces between k pairs of bodies in contact."""
 
     body_a: NDArray[np.int32]
     """(k,)"""

@@ -1,4 +1,4 @@
-"""What `amontons doctor` looks at: versions, processor, optional parts, a self-test against closed forms."""
+"""Checks of `amontons doctor`: versions, processor, optional parts, a self-test against closed forms."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ PARTS: dict[str, tuple[str, dict[str, str]]] = {
 
 
 def versions() -> dict[str, str]:
-    """Of amontons, what it needs and what it was built with."""
+    """Versions of amontons, of its dependencies and of its build tools."""
     found = {"amontons": _version("amontons") or "not installed", "python": platform.python_version()}
     found |= {name: _version(name) or "missing" for name in REQUIRED}
     return found | {"compiler": _core.compiler()}
@@ -79,7 +79,7 @@ def self_test() -> Iterator[dict[str, Any]]:
         start = time.perf_counter()
         try:
             holds, measured = check()
-        except Exception as error:  # whatever is broken here must be told
+        except Exception as error:  # every fault of the installation must be reported
             holds, measured = False, f"{type(error).__name__}: {error}"
         seconds = time.perf_counter() - start
         yield {"check": check.__doc__, "passed": holds, "measured": measured, "seconds": seconds}

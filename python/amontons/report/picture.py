@@ -88,7 +88,7 @@ class Frame:
 
 @dataclass(frozen=True)
 class Framing:
-    """What all pictures of a series have in common."""
+    """Settings that all pictures of a series share."""
 
     target: Array | int
     """(3,) or a body"""
@@ -114,8 +114,9 @@ class Picture:
         self._style = _style(self.view)
 
     def framing(self, frames: Sequence[Frame], aspect: float) -> Framing:
-        """What holds all that moves in all frames, but for what is far from all others, for pictures `aspect`
-        times as wide as high."""
+        """Window around all moving parts in all frames, except those far from all others, for pictures
+        `aspect` times as wide as high.
+        """
         view = self.view
         places, (left, right, bottom, top) = self._window(frames)
         width = max(right - left, aspect * (top - bottom)) if view.width is None else view.width
@@ -123,7 +124,8 @@ class Picture:
             width = 2 * view.distance * math.tan(math.radians(FIELD / 2))
         target = self._origin
         if view.target is None:
-            # Of the line of sight through the middle of the window, the point as deep as the middle of all.
+            # The point on the line of sight through the middle of the window that is as deep as the middle of
+            # all parts.
             depths = [np.median(place @ view.axes()[2]) for place in places if len(place)]
             depth = np.mean(depths) if depths else 0.0
             target = np.array([(left + right) / 2, (bottom + top) / 2, depth]) @ np.array(view.axes())
@@ -139,7 +141,9 @@ class Picture:
         return (right - left) / (top - bottom)
 
     def _window(self, frames: Sequence[Frame]) -> tuple[list[Array], tuple[float, float, float, float]]:
-        """Of each frame the places (k, 3) from the target; and what holds them: left, right, bottom, top."""
+        """For each frame the positions (k, 3) relative to the target; and their bounds: left, right, bottom,
+        top.
+        """
         axes, origin = np.array(self.view.axes()[:2]), Framing(self._origin, 1.0)
         places = [self.balls.places(frame) - origin.target_in(frame) for frame in frames]
         centred = self.view.target is not None
@@ -150,8 +154,8 @@ class Picture:
         return self._drawn(frame, framing, width, height, 2, False)[0].reshape(height, width, 3)
 
     def probe(self, frame: Frame, framing: Framing, width: int, height: int) -> tuple[Array, Array]:
-        """What is seen first through the middle of each pixel, the lowest row first: the number of the thing
-        (as in `balls`), -1 for nothing, -2 - k for plane k; and its distance from the target towards the eye
+        """The first part that is visible through the middle of each pixel, the lowest row first: its number
+        (as in `balls`), -1 for none, -2 - k for plane k; and its distance from the target towards the camera
         (m). Both (height, width)."""
         _, labels, depths = self._drawn(frame, framing, width, height, 1, True)
         return labels.reshape(height, width), depths.reshape(height, width)
@@ -230,7 +234,7 @@ def frame_of(simulation: Any, *, forces: bool = False) -> Frame:
 
 
 def require_contacts(frames: Sequence[Frame], touching: bool, where: str) -> None:
-    """InputError where forces are asked for of a recording whose contacts were left out."""
+    """InputError if `forces` is set for a recording without contacts."""
     if touching and all(frame.contacts is None or not len(frame.contacts) for frame in frames):
         raise InputError(
             f"{where}: has no contact tables, which --forces draws; record without --no-record-contacts"

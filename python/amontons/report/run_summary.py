@@ -1,14 +1,15 @@
-"""What a run did: a summary, a figure and a CSV file of the reports of its steps."""
+"""Outputs of a run: a summary, a figure and a CSV file of the reports of its steps."""
 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from ..checks import Array
 from ..io.files import write_whole
 from ..simulation.outcome import REPORTS, TIMINGS, Table, energy
 from .plotting import Axes, plt
@@ -94,9 +95,15 @@ def _share(part: float, whole: float) -> str:
     return f"{100 * part / whole:.0f} %" if whole > 0 else "0 %"
 
 
-def write_reports(reports: Table, path: Path) -> None:
-    """A CSV file with one line per step."""
-    write_whole({path: csv_bytes(REPORTS.names or (), reports.tolist())}, own={path})
+def write_reports(
+    reports: Table, path: Path, *, names: Sequence[str] = (), readings: Sequence[Array] = ()
+) -> None:
+    """A CSV file with one line per step: its report, then what was measured under these names."""
+    columns = REPORTS.names or ()
+    header = [*columns, *(f"{name}.signal" if name in columns else name for name in names)]
+    measured: Sequence[Sequence[float]] = [row.tolist() for row in readings] or [()] * len(reports)
+    rows = ([*report, *values] for report, values in zip(reports.tolist(), measured, strict=True))
+    write_whole({path: csv_bytes(header, rows)}, own={path})
 
 
 def run_figure(reports: Table, path: Path, *, title: str, tolerance: float) -> None:

@@ -67,7 +67,7 @@ def form_of(shape: Shape | TriangleMesh) -> Form | None:
 
 
 def surface_of(shape: Shape | TriangleMesh) -> Surface:
-    """What `form_of` scales: of a sphere of any radius that of radius one, and so on."""
+    """Unit shapes that `form_of` scales: the sphere of radius one, and so on."""
     match shape:
         case Sphere() | Ellipsoid():
             angles = np.linspace(-np.pi / 2, np.pi / 2, AROUND // 2 + 1)

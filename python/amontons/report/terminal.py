@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -24,6 +24,11 @@ def _milliseconds(seconds: float) -> str:
 
 def _colour(solution: Solution) -> Text:
     return Text(solution.status, "green" if solution.converged else "red")
+
+
+def laws(problems: Iterable[Problem], law: str | None) -> str:
+    """The law by which problems were solved: the one that was asked for, or those of the problems."""
+    return law or " or ".join(sorted({problem.law for problem in problems}))
 
 
 def _table(law: str, first: str, columns: dict[str, str]) -> Table:

@@ -13,19 +13,22 @@ from ..io.files import write_whole
 from ..visible import visible
 
 FORMULA = ("=", "+", "-", "@")
-"""What a cell begins with that is computed."""
+"""First characters of cells that spreadsheets compute."""
 
 
-def save_figure(figure: Any, path: Path, dpi: int) -> None:
-    """A Matplotlib figure as PNG, in a folder that a user named; it is closed, whatever happens."""
+def save_figure(figure: Any, path: Path, dpi: int, *, own: bool = True) -> None:
+    """A Matplotlib figure as PNG, PDF or SVG, as the suffix says; it is closed, whatever happens.
+
+    own: the name is our choice, in a folder that a user named.
+    """
     from .plotting import plt
 
     try:
         data = BytesIO()
-        figure.savefig(data, dpi=dpi, format="png")
+        figure.savefig(data, dpi=dpi, format=path.suffix.lower()[1:])
     finally:
         plt.close(figure)
-    write_whole({path: data.getbuffer()}, own={path})
+    write_whole({path: data.getbuffer()}, own={path} if own else ())
 
 
 def csv_bytes(header: Sequence[str], rows: Iterable[Iterable[Any]]) -> bytes:
@@ -38,8 +41,9 @@ def csv_bytes(header: Sequence[str], rows: Iterable[Iterable[Any]]) -> bytes:
 
 
 def cell(value: Any) -> Any:
-    """What a cell of a table may hold: a text that a program of tables would take for a formula begins with
-    an apostrophe, which such programs take for the mark of a text; numbers stay."""
+    """Content of a cell. A text that a spreadsheet would read as a formula gets an apostrophe in front, which
+    marks a text there. Numbers stay.
+    """
     if not isinstance(value, str):
         return value
     text = visible(value)

@@ -101,7 +101,7 @@ def four_bar(
         _bar(b, "rocker", pivot, end, velocity(rocker_spin, end - pivot) / 2, rocker_spin),
     )
     axis = (0, -1, 0)
-    motor = Motor(kind="speed", target=speed) if driven else None
+    motor = Motor(kind="velocity", control=speed) if driven else None
     b.add_revolute_joint(bars[0], None, point=(0, 0, 0), axis=axis, motor=motor, name="crank pivot")
     b.add_revolute_joint(bars[1], bars[0], point=(pin[0], 0, pin[1]), axis=axis, name="crank pin")
     b.add_revolute_joint(bars[2], bars[1], point=(end[0], 0, end[1]), axis=axis, name="rocker pin")
@@ -134,7 +134,12 @@ def slider_crank(*, speed: float = 2.0 * math.pi, crank: float = 0.2, rod: float
     )
     axis = (0, -1, 0)
     b.add_revolute_joint(
-        first, None, point=(0, 0, 0), axis=axis, motor=Motor(kind="speed", target=speed), name="crank pivot"
+        first,
+        None,
+        point=(0, 0, 0),
+        axis=axis,
+        motor=Motor(kind="velocity", control=speed),
+        name="crank pivot",
     )
     b.add_revolute_joint(second, first, point=(crank, 0, 0), axis=axis, name="crank pin")
     b.add_revolute_joint(slider, second, point=(end[0], 0, 0), axis=axis, name="wrist pin")

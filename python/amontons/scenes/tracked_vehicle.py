@@ -56,7 +56,7 @@ class Track:
 
     @property
     def pin_radius(self) -> float:
-        """Of the pins on the sprocket: the corners of a polygon with a side per tooth."""
+        """Radius of the pins on the sprocket: the corners of a polygon with a side per tooth."""
         return self.pitch / (2 * math.sin(math.pi / self.teeth))
 
     @property
@@ -71,7 +71,7 @@ class Track:
 
     @property
     def bend_radius(self) -> float:
-        """Of the pins where the track bends around an outer road wheel, so that no flat cuts into it."""
+        """Radius of the pins where the track bends around an outer road wheel, so that no flat enters it."""
         return math.hypot(self.wheel_radius + self.half_thickness, self.pitch / 2)
 
     def wheel_z(self, i: int) -> float:
@@ -285,6 +285,6 @@ def _sprocket(
             name=f"{name} tooth {k}",
         )
     motor = Motor(
-        kind="speed", target=2 * math.pi * pace / (track.teeth * track.pitch), max_effort=track.torque
+        kind="velocity", control=2 * math.pi * pace / (track.teeth * track.pitch), max_effort=track.torque
     )
     b.add_revolute_joint(sprocket, hull, point=(x, y, z), axis=Y, motor=motor, name=f"{name} drive")

@@ -20,7 +20,7 @@ Values = ArrayLike | Mapping[str, Any]
 
 
 class GeneralisedCoordinates:
-    """What `Simulation` knows of q and qd; docs/simulation.md has order, frames and units."""
+    """Functions of `Simulation` for q and qd; docs/simulation.md has order, frames and units."""
 
     _core: _core.Simulation
     _model: Model
@@ -42,8 +42,8 @@ class GeneralisedCoordinates:
     def qd(self) -> Array:
         """Generalised velocities, (nv,); read only, assign a whole array to set them.
 
-        Of hinges and slides rad/s and m/s; of a floating base the velocity of its frame's origin in world
-        axes, then its angular velocity in body axes; of a ball the angular velocity in the axes of body A.
+        Hinges and slides: rad/s and m/s. Floating base: the velocity of its frame's origin in world axes,
+        then its angular velocity in body axes. Ball: the angular velocity in the axes of body A.
         """
         return _read_only(self._model.tree.coordinates(self._core)[1])
 
@@ -175,7 +175,7 @@ class GeneralisedCoordinates:
 
 
 def rotation_matrix(quaternion: ArrayLike) -> Array:
-    """Of a unit quaternion (w, x, y, z): its columns are the axes of the body in the world."""
+    """Matrix of a unit quaternion (w, x, y, z): its columns are the axes of the body in the world."""
     w, x, y, z = np.asarray(quaternion, dtype=np.float64)
     return np.array(
         [

@@ -1,13 +1,13 @@
-"""What drives a simulation: targets, controls, keyframes, a new start."""
+"""Driving a simulation: controls, keyframes, a new start."""
 
 from __future__ import annotations
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..checks import Array, number, shown, suggestion
+from ..checks import Array, number
 from ..errors import InputError
-from ..model.presets import Keyframe
+from ..model.model import Model
 from .coordinates import Values
 from .outcome import Table
 from .queries import Queries
@@ -20,22 +20,12 @@ class Driving(Queries):
     _state: State
     _contacts: Table | None
 
-    def set_target(self, joint: int | str, value: float, dof: int = 0) -> None:
-        """Set the target of a motor: effort (N, N m), speed (m/s, rad/s) or position (m, rad)."""
-        index = self._model.dof_index(joint, dof)
-        j = self._model.joint_index(joint)
-        if self._model.joints[j].dofs[dof].motor.kind == "none":
-            drives = self._model.actuators
-            by = [a.name for a in drives if a.transmission.kind == "dof" and a.transmission.joint == j]
-            remedy = f'use set_control("{by[0]}", ...)' if by else "give it one in the model"
-            raise InputError(f'joint "{self._model.joints[j].name}" has no motor; {remedy}')
-        self._state.targets[index] = number("target", value)
-
     @property
     def controls(self) -> Array:
-        """The controls of all actuators in the order of `Model.actuators`; read only, assign a whole array.
+        """The controls of all actuators, then of all motors, in the order of `Model.control_names`.
 
-        Each is clipped to the limits of its actuator.
+        Read only, assign a whole array; each is clipped to its `Model.control_limits`. The control of a motor
+        is its effort (N, N m), velocity (m/s, rad/s) or position (m, rad).
         """
         array = self._state.controls.copy()
         array.flags.writeable = False
@@ -43,58 +33,55 @@ class Driving(Queries):
 
     @controls.setter
     def controls(self, values: ArrayLike) -> None:
-        drives = self._model.actuators
+        names = self._model.control_names
         array = np.array(values, dtype=np.float64)
-        if array.shape != (len(drives),):
-            raise InputError(f"controls has the shape {array.shape}; the model asks for ({len(drives)},)")
-        values = [
-            drive.clipped(number(f'control of "{drive.name}"', value))
-            for drive, value in zip(drives, array.tolist(), strict=True)
-        ]
-        self._state.controls = values
+        if array.shape != (len(names),):
+            raise InputError(f"controls has the shape {array.shape}; the model asks for ({len(names)},)")
+        for name, value in zip(names, array.tolist(), strict=True):
+            number(f'control of "{name}"', value)
+        self._state.controls = clipped(self._model, array)
 
-    def set_control(self, actuator: int | str, control: float) -> None:
-        """Set the control of an actuator, clipped to its limits."""
-        index = self._model.actuator_index(actuator)
-        self._state.controls[index] = self._model.actuators[index].clipped(number("control", control))
+    def set_control(self, control: int | str, value: float) -> None:
+        """Set one of `controls`, of an actuator or motor by index or name, clipped to its limits.
 
-    def apply_keyframe(self, name: str) -> None:
-        """Put bodies, coordinates, targets and controls as a keyframe says, loads to zero; time goes on."""
-        frame = self._keyframe(name)
+        The motor of a joint has the joint's name; see `Model.control_names`. InputError for a joint without a
+        motor says how it gets one.
+        """
+        index = self._model.control_index(control)
+        lower, upper = self._model.control_limits[index]
+        self._state.controls[index] = min(max(number("control", value), lower), upper)
+
+    def apply_keyframe(self, keyframe: int | str) -> None:
+        """Put bodies, coordinates and controls as a keyframe says, loads to zero; time goes on."""
+        frame = self._model.keyframes[self._model.keyframe_index(keyframe)]
         state = self._state
         for name in ("positions", "orientations", "linear_velocities", "angular_velocities"):
             view = getattr(state, name)
             view[...] = np.reshape(getattr(frame, name), view.shape)  # of no bodies there are no rows
         self._core.set_joint_coordinates(np.array(frame.joint_coordinates, dtype=np.float64))
-        state.targets = frame.targets
         if frame.controls:
-            state.controls, state.activations = frame.controls, frame.activations
+            state.controls = frame.controls
+        if frame.activations:
+            state.activations = frame.activations
         state.forces = state.torques = 0.0
-
-    def _keyframe(self, name: str) -> Keyframe:
-        known = self._model.keyframes
-        if not isinstance(name, str) or name not in known:
-            what = f'"{name}"' if isinstance(name, str) and len(name) <= 80 else shown(name)
-            near = suggestion(name, known)
-            raise InputError(f"there is no keyframe {what}{near}; known are {', '.join(known) or 'none'}")
-        return known[name]
+        state.joint_forces = 0.0
 
     def reset(
-        self, keyframe: str | None = None, *, q: Values | None = None, qd: Values | None = None
+        self, keyframe: int | str | None = None, *, q: Values | None = None, qd: Values | None = None
     ) -> None:
         """Begin again: the model's initial state or a keyframe, and then q and qd where they are given.
 
         Time goes back to zero, or to that of the keyframe; loads, motors and impulses are those of a new
         simulation. q, qd: as in `set_q` and `set_qd`. If they are refused, nothing has changed.
         """
-        frame = None if keyframe is None else self._keyframe(keyframe)
+        index = None if keyframe is None else self._model.keyframe_index(keyframe)
         before = self._core.copy()
         self._core.reset()
         self._contacts = None
         try:
-            if frame is not None and keyframe is not None:
-                self.apply_keyframe(keyframe)
-                self._core.set_time(frame.time)
+            if index is not None:
+                self.apply_keyframe(index)
+                self._core.set_time(self._model.keyframes[index].time)
             if q is not None:
                 self.set_q(q)
             if qd is not None:
@@ -102,3 +89,9 @@ class Driving(Queries):
         except InputError:
             self._core.assign(before)
             raise
+
+
+def clipped(model: Model, controls: Array) -> Array:
+    """Controls (..., controls) within their limits."""
+    lower, upper = np.array(model.control_limits, dtype=np.float64).reshape(-1, 2).T
+    return np.ascontiguousarray(np.clip(controls, lower, upper))

@@ -50,8 +50,8 @@ EFFORTS = np.dtype(
         ("joint", np.int32),
         ("dof", np.int32),
         ("coordinate", np.float64),
-        ("target", np.float64),
-        ("drive", np.float64),
+        ("control", np.float64),
+        ("passive", np.float64),
         ("motor", np.float64),
         ("friction", np.float64),
         ("limit", np.float64),
@@ -64,7 +64,7 @@ TENDONS = np.dtype(
         ("tendon", np.int32),
         ("length", np.float64),
         ("rate", np.float64),
-        ("drive", np.float64),
+        ("passive", np.float64),
         ("friction", np.float64),
         ("limit", np.float64),
     ]
@@ -128,15 +128,20 @@ def effort_table(core: _core.Simulation, model: Model) -> Table:
     step = core.impulse_step or 1.0
     table["joint"] = [j for j, joint in enumerate(model.joints) for _ in joint.dofs]
     table["dof"] = [k for joint in model.joints for k in range(len(joint.dofs))]
-    table["coordinate"], table["target"] = core.joint_coordinates, core.targets
-    for name, impulses in zip(("drive", "motor", "friction", "limit"), core.dof_impulses.T, strict=True):
+    table["coordinate"], table["control"] = core.joint_coordinates, np.nan
+    for (actuator, joint, dof), control in zip(model.core.controls, core.controls, strict=True):
+        if actuator < 0:
+            table["control"][model.core.first_dof(joint) + dof] = control
+    for name, impulses in zip(("passive", "motor", "friction", "limit"), core.dof_impulses.T, strict=True):
         table[name] = impulses / step
     table["motor"] = motor_impulses(core, model) / step
     return table
 
 
 def motor_impulses(core: _core.Simulation, model: Model) -> Array:
-    """Of the motor of each degree of freedom and the actuators on it, in the last step (N s, N m s)."""
+    """Impulses of the motor of each degree of freedom and of the actuators on it, in the last step (N s, N m
+    s).
+    """
     impulses = core.dof_impulses[:, 1].copy()
     for actuator, impulse in zip(model.actuators, core.actuator_impulses, strict=True):
         if (t := actuator.transmission).kind == "dof":
@@ -149,15 +154,15 @@ def tendon_table(core: _core.Simulation, model: Model) -> Table:
     step = core.impulse_step or 1.0
     table["tendon"] = np.arange(len(table))
     table["length"], table["rate"] = core.tendon_lines().T
-    drive, spring, friction, limit = core.tendon_impulses.T / step
-    table["drive"], table["friction"], table["limit"] = drive + spring, friction, limit
+    passive, spring, friction, limit = core.tendon_impulses.T / step
+    table["passive"], table["friction"], table["limit"] = passive + spring, friction, limit
     return table
 
 
 def actuator_table(core: _core.Simulation, model: Model) -> Table:
     table = np.zeros(len(model.actuators), ACTUATORS)
     table["actuator"] = np.arange(len(table))
-    table["control"], table["activation"] = core.controls, core.activations
+    table["control"], table["activation"] = core.controls[: len(table)], core.activations
     table["length"], table["rate"] = core.actuator_lines().T
     table["effort"] = core.actuator_impulses / (core.impulse_step or 1.0)
     return table

@@ -1,4 +1,4 @@
-"""What a time step returns, `Report`, and many of them as one structured array."""
+"""`Report`, the result of a time step, and many of them as one structured array."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class Timings:
 
 
 class Report:
-    """What a step did.
+    """The result of a step.
 
     It views what the compiled step returned: a field costs something only when it is read.
     """
@@ -79,17 +79,17 @@ class Report:
 
     @property
     def iterations(self) -> int:
-        """Of all solves of the step."""
+        """Iterations of all solves of the step."""
         return self._core.iterations
 
     @property
     def products(self) -> int:
-        """With the operator A, of all solves of the step."""
+        """Products with the operator A in all solves of the step."""
         return self._core.products
 
     @property
     def factorizations(self) -> int:
-        """Of all solves of the step."""
+        """Factorisations of all solves of the step."""
         return self._core.factorizations
 
     @property
@@ -129,12 +129,12 @@ class Report:
 
     @property
     def potential_energy(self) -> float:
-        """Of gravity (J)."""
+        """Energy of gravity (J)."""
         return self._core.potential_energy
 
     @property
     def spring_energy(self) -> float:
-        """Of joint springs (J)."""
+        """Energy of joint springs (J)."""
         return self._core.spring_energy
 
     @property
@@ -152,7 +152,7 @@ class Report:
 
     @property
     def method(self) -> str:
-        """Of the solve."""
+        """Name of the method that solved the step."""
         return self._core.method
 
     @property
@@ -194,7 +194,7 @@ def _restored(values: dict[str, Any]) -> Report:
 
 TIMINGS = tuple(f.name for f in fields(Timings))
 FIELDS = tuple(name for name, value in vars(Report).items() if isinstance(value, property))[:-2]
-"""Of a report, without what follows from the others."""
+"""Fields of a report, without those that follow from others."""
 REPORTS = np.dtype(
     [
         ("time", np.float64),

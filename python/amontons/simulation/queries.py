@@ -21,7 +21,7 @@ from .rays import cast_rays, geoms_of
 
 
 class RayHit(NamedTuple):
-    """What a ray meets first."""
+    """The first hit of a ray."""
 
     distance: float
     """m; infinite where it meets nothing"""
@@ -34,7 +34,7 @@ class RayHit(NamedTuple):
 
 
 class Queries(GeneralisedCoordinates):
-    """What `Simulation` answers about the present state beside coordinates."""
+    """Queries of `Simulation` about the present state beside coordinates."""
 
     _core: _core.Simulation
     _model: Model
@@ -85,7 +85,7 @@ class Queries(GeneralisedCoordinates):
 
     @property
     def sensors(self) -> sensors.Readings:
-        """What the sensors of the model read now: arrays by name, and all of them as `array`.
+        """Present readings of the sensors: arrays by name, and all of them as `array`.
 
         Forces and accelerations are means over the last step. docs/models.md lists the kinds.
         """

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import os
 import warnings
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -12,10 +11,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .. import _core, watching
-from ..checks import Array, flag, option, reals
+from ..checks import Array, flag, function, option, reals
 from ..errors import InputError, SimulationError, StepWarning
 from ..model.model import Model, no_model
-from .simulation import Simulation
+from .driving import clipped
+from .processors import usable_cores as usable_cores
+from .simulation import AfterStep, BeforeStep, Simulation
 
 
 @dataclass(frozen=True)
@@ -48,21 +49,29 @@ def rollout(
     states: ArrayLike | Sequence[Simulation],
     controls: ArrayLike | None = None,
     *,
+    joint_forces: ArrayLike | None = None,
     steps: int | None = None,
     repeat: int = 1,
     threads: int | None = None,
     sensors: bool = False,
+    before_step: BeforeStep | None = None,
+    after_step: AfterStep | None = None,
     **options: Any,
 ) -> Rollout:
     """Advance many worlds of a model side by side in C++, without Python's lock.
 
     states: (worlds, nq + nv), q and then qd of each world; or simulations of the model, which are copied and
         so go on bit for bit, with their own options.
-    controls: (worlds, rows, actuators), or (rows, actuators) for all worlds alike: each row is set and held
-        for `repeat` steps. None leaves them as they are, for `steps` rows.
+    controls: (worlds, rows, controls), or (rows, controls) for all worlds alike, in the order of
+        `Model.control_names`: each row is set and held for `repeat` steps. None leaves them as they are.
+    joint_forces: (worlds, rows, nv), or (rows, nv): `State.joint_forces`, likewise (N, N m).
+    steps: rows, where neither controls nor joint_forces say how many.
     threads: worlds at a time, by default as many as there are cores to use. Every world has the bits that it
         has by itself, whatever their number.
     sensors: read the sensors of the model after each row, one world after the other with Python's lock held.
+    before_step, after_step: as in `Simulation.run`, called with each world; a true result of after_step ends
+        its world, whose rows from there on are NaN. With them, and with those of given simulations, all
+        worlds advance one after the other, in Python.
     options: those of `Simulation`, for all worlds; on_failure too.
 
     A world whose velocities come out not finite stops, the others go on, and a StepWarning names it. Raises
@@ -72,14 +81,21 @@ def rollout(
     if not isinstance(model, Model):
         raise no_model("model", model)
     worlds = _worlds(model, states, options)
-    rows = _controls(model, controls, len(worlds), steps)
+    function("before_step", before_step)
+    function("after_step", after_step)
+    rows = _rows(model, controls, joint_forces, len(worlds), steps)
     repeat = option("repeat", repeat)
     sensors = flag("sensors", sensors)
+    watched = before_step or after_step or any(world.before_step or world.after_step for world in worlds)
     courses, readings, done, failures = [], [], 0, [""] * len(worlds)
-    for part in _in_single_rows(rows) if sensors else [rows]:
-        course = advance_worlds(worlds, part, repeat, threads)
+    stopped = [False] * len(worlds)
+    for part in rows.single() if sensors else [rows]:
+        if watched:
+            course = advance_watched(worlds, part, repeat, before_step, after_step, stopped)
+        else:
+            course = advance_worlds(worlds, part.controls, repeat, threads, part.joint_forces, part.count)
         failures = [old or _failure(course, k, done) for k, old in enumerate(failures)]
-        failed = np.array([bool(failure) for failure in failures])
+        failed = np.array([bool(failure) for failure in failures]) | stopped
         for values in (course.q, course.qd, course.residuals):
             values[failed & (np.array(course.done) == 0)] = np.nan  # of a world that failed in a part before
         courses.append(course)
@@ -106,7 +122,7 @@ def _failure(course: Course, world: int, before: int) -> str:
 
 
 def _report_failures(worlds: Sequence[Simulation], failures: Sequence[str]) -> None:
-    """What `Simulation.step` says of velocities that are not finite: once for all, as `on_failure` has it."""
+    """Reports velocities that are not finite, once for all worlds, as `on_failure` says."""
     told = [(k, why) for k, why in enumerate(failures) if why]
     heard = [(k, why) for k, why in told if worlds[k].options["on_failure"] != "ignore"]
     if not heard:
@@ -121,7 +137,7 @@ def _report_failures(worlds: Sequence[Simulation], failures: Sequence[str]) -> N
 
 @dataclass(frozen=True)
 class Course:
-    """What worlds did, failures included: their rows are NaN from there on."""
+    """Results of worlds, including failed ones: their rows are NaN from the failure on."""
 
     q: Array
     qd: Array
@@ -133,38 +149,80 @@ class Course:
     """why a world stopped, empty if it did not"""
 
 
+@dataclass(frozen=True)
+class Rows:
+    """Inputs of worlds, row by row; None leaves them unchanged."""
+
+    controls: Array | None
+    """(worlds, rows, controls)"""
+    joint_forces: Array | None
+    """(worlds, rows, nv)"""
+    count: int
+
+    def single(self) -> Iterator[Rows]:
+        """One row each."""
+        for k in range(self.count):
+            parts = (None if v is None else v[:, k : k + 1] for v in (self.controls, self.joint_forces))
+            yield Rows(*parts, 1)
+
+
 def advance_worlds(
-    worlds: Sequence[Simulation], controls: Array | int, repeat: int, threads: int | None
+    worlds: Sequence[Simulation],
+    controls: Array | None,
+    repeat: int,
+    threads: int | None,
+    joint_forces: Array | None = None,
+    rows: int | None = None,
 ) -> Course:
-    """Advance simulations of one model by controls (worlds, rows, actuators), or by so many rows without."""
+    """Advance simulations of one model by controls and forces by rows, or by so many rows without."""
     threads = usable_cores() if threads is None else option("threads", threads)
     model = worlds[0].model
-    given = None if isinstance(controls, int) else clipped(model, controls)
-    rows = controls if isinstance(controls, int) else controls.shape[1]
+    given = None if controls is None else clipped(model, controls)
+    forces = None if joint_forces is None else np.ascontiguousarray(joint_forces)
+    rows = controls.shape[1] if rows is None and controls is not None else rows
     cores = [world._core for world in worlds]
-    course = Course(*_core.run_worlds(model.tree, cores, given, rows, repeat, threads))
+    course = Course(*_core.run_worlds(model.tree, cores, given, forces, rows, repeat, threads))
     for world in worlds:
         world._contacts = None
     return course
 
 
-def clipped(model: Model, controls: Array) -> Array:
-    """Controls (worlds, rows, actuators) within the limits of their actuators."""
-    lower, upper = (
-        np.array([getattr(drive, name) for drive in model.actuators], dtype=np.float64)
-        for name in ("lower_control", "upper_control")
-    )
-    return np.ascontiguousarray(np.clip(controls, lower, upper))
-
-
-def _in_single_rows(rows: Array | int) -> list[Array | int]:
-    return [1] * rows if isinstance(rows, int) else [rows[:, k : k + 1] for k in range(rows.shape[1])]
-
-
-def usable_cores() -> int:
-    if hasattr(os, "sched_getaffinity"):
-        return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1
+def advance_watched(
+    worlds: Sequence[Simulation],
+    rows: Rows,
+    repeat: int,
+    before_step: BeforeStep | None,
+    after_step: AfterStep | None,
+    stopped: list[bool],
+) -> Course:
+    """Does the same as `advance_worlds`, step by step, with the functions before and after each step. Marks
+    worlds that after_step stopped.
+    """
+    model, count = worlds[0].model, len(worlds)
+    q, qd, residuals = (np.full((count, rows.count, *n), np.nan) for n in ((model.nq,), (model.nv,), ()))
+    missed = np.zeros((count, rows.count), dtype=np.uint64)
+    done, failures = [0] * count, [""] * count
+    for k, world in enumerate(worlds):
+        for row in range(rows.count):
+            if stopped[k] or failures[k]:
+                break
+            if rows.controls is not None:
+                world.state.controls = clipped(model, rows.controls[k, row])
+            if rows.joint_forces is not None:
+                world.state.joint_forces = rows.joint_forces[k, row]
+            try:
+                steps = world._steps_watched(repeat, before_step, after_step)
+            except InputError as error:
+                failures[k] = str(error)
+                break
+            residuals[k, row] = max(step.residual for step in steps)
+            missed[k, row] = sum(not step.is_sound for step in steps)
+            if not steps[-1].advanced:
+                failures[k] = f"the velocities came out not finite at t = {world.time:g} s"
+                break
+            q[k, row], qd[k, row] = world.q, world.qd
+            done[k], stopped[k] = row + 1, world._ended
+    return Course(q, qd, residuals, missed, done, failures)
 
 
 def _worlds(model: Model, states: Any, options: dict[str, Any]) -> list[Simulation]:
@@ -174,10 +232,6 @@ def _worlds(model: Model, states: Any, options: dict[str, Any]) -> list[Simulati
         for k, world in enumerate(states):
             if world.model is not model:
                 raise InputError(f"states[{k}] is a simulation of another model")
-            if world.force_callbacks:
-                raise InputError(
-                    f"states[{k}] has force_callbacks, which rollout does not call; give controls"
-                )
             if world.dt != states[0].dt:
                 raise InputError(f"states[{k}] has dt = {world.dt:g} s, states[0] {states[0].dt:g} s")
         return [world.copy() for world in states]
@@ -198,31 +252,43 @@ def _worlds(model: Model, states: Any, options: dict[str, Any]) -> list[Simulati
     return worlds
 
 
-def _controls(model: Model, controls: Any, worlds: int, steps: int | None) -> Array | int:
-    """(worlds, rows, actuators), or the number of rows."""
-    if controls is None:
-        if steps is None:
-            raise InputError("rollout needs controls, or steps to go without")
-        return option("steps", steps)
-    given = reals("controls", controls)
-    count = len(model.actuators)
+def _rows(model: Model, controls: Any, joint_forces: Any, worlds: int, steps: int | None) -> Rows:
+    count = None if steps is None else option("steps", steps)
+    given: list[Array | None] = []
+    for what, values, columns, size in (
+        ("controls", controls, "controls", len(model.control_names)),
+        ("joint_forces", joint_forces, "nv", model.nv),
+    ):
+        if values is not None:
+            values = _by_world(what, values, worlds, columns, size)
+            if count is not None and count != values.shape[1]:
+                said = f"steps = {count}" if steps is not None else f"controls has {count} rows"
+                raise InputError(f"{said}, but {what} has {values.shape[1]} rows; give one of them")
+            count = values.shape[1]
+        given.append(values)
+    if count is None:
+        raise InputError("rollout needs controls, or steps to go without")
+    return Rows(*given, count)
+
+
+def _by_world(what: str, values: Any, worlds: int, columns: str, size: int) -> Array:
+    """(worlds, rows, size), of an array that may be without worlds."""
+    given = reals(what, values)
     if given.ndim == 2:
         given = np.broadcast_to(given, (worlds, *given.shape))
-    if given.ndim != 3 or given.shape[0] != worlds or given.shape[2] != count or not given.shape[1]:
+    if given.ndim != 3 or given.shape[0] != worlds or given.shape[2] != size or not given.shape[1]:
         raise InputError(
-            f"controls has the shape {np.shape(controls)}; it must be (worlds, rows, actuators) = "
-            f"({worlds}, rows, {count}), or (rows, {count})"
+            f"{what} has the shape {np.shape(values)}; it must be (worlds, rows, {columns}) = "
+            f"({worlds}, rows, {size}), or (rows, {size})"
         )
-    if steps is not None and steps != given.shape[1]:
-        raise InputError(f"steps = {steps}, but controls has {given.shape[1]} rows; give one of them")
     if not np.isfinite(given).all():
         where = ", ".join(map(str, np.argwhere(~np.isfinite(given))[0]))
-        raise InputError(f"controls[{where}] is not finite")
+        raise InputError(f"{what}[{where}] is not finite")
     return given
 
 
 def _report(worlds: Sequence[Simulation], residuals: Array, missed: Array, repeat: int) -> None:
-    """What `Simulation.step` says of steps that did not converge, once for all."""
+    """Reports steps that did not converge, once for all worlds."""
     largest = float(np.nanmax(residuals, initial=0.0))  # those of worlds that stopped are NaN
     counted = watching.saw(largest, steps=residuals.size * repeat, missed=int(missed.sum()))
     heard = np.array([world.options["on_failure"] != "ignore" for world in worlds])

@@ -11,7 +11,8 @@ from typing import Any
 import numpy as np
 
 from .. import _core
-from ..checks import Array
+from ..checks import Array, shown, suggestion
+from ..errors import InputError
 from ..model.drives import Tendon
 from ..model.links import place_index
 from ..model.model import Model
@@ -23,6 +24,10 @@ from .outcome import Table
 from .rays import cast_rays
 
 
+class UnknownSensor(InputError, KeyError):
+    """No sensor of the model has that name."""
+
+
 class Readings(Mapping[str, Array]):
     """The values of all sensors, (size,) each by name; `array` is all of them one after the other."""
 
@@ -31,6 +36,11 @@ class Readings(Mapping[str, Array]):
         self._slices = slices
 
     def __getitem__(self, name: str) -> Array:
+        if name not in self._slices:
+            known = ", ".join(self._slices) or "none"
+            raise UnknownSensor(
+                f"unknown sensor {shown(name)}{suggestion(name, self._slices)}; known are {known}"
+            )
         return self.array[self._slices[name]]
 
     def __iter__(self) -> Iterator[str]:
@@ -191,7 +201,7 @@ class Moment:
         """(bodies and links, 6): what the motion of each asks for less loads, contacts and loops, about the
         origin.
 
-        Loads are those of bodies: of a link they are none.
+        Loads belong to bodies; links have none.
         """
         left = self.momenta[:, 9:].copy()
         moving = [k for k, body in enumerate(self.model.bodies) if body.motion == "dynamic"]
@@ -271,7 +281,7 @@ def _rangefinder(now: Moment, group: Group) -> Array:
 
 
 def _entries(which: int) -> Kind:
-    """Of q or qd."""
+    """Entries of q or qd."""
 
     def reading(now: Moment, group: Group) -> list[Array]:
         coordinates = [now.model.coordinates[sensor.source] for sensor in group.sensors]
@@ -281,7 +291,7 @@ def _entries(which: int) -> Kind:
 
 
 def _efforts(column: int) -> Kind:
-    """Of what acts along degrees of freedom: 1 motor and actuators, 3 the limit."""
+    """Column of the efforts along degrees of freedom: 1 motor and actuators, 3 the limit."""
 
     def reading(now: Moment, group: Group) -> Array:
         coordinates = [now.model.coordinates[sensor.source] for sensor in group.sensors]

@@ -7,7 +7,7 @@ import logging
 import math
 import sys
 import warnings
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from os import PathLike
 from types import MappingProxyType
 from typing import Any
@@ -15,15 +15,16 @@ from typing import Any
 import numpy as np
 
 from .. import _core, watching
-from ..checks import Array, Vector3, chosen, flag, function, option
+from ..checks import Array, Vector3, chosen, flag, function, option, suggestion
 from ..errors import InputError, ModelWarning, SimulationError, StepWarning
 from ..guidance import guided
 from ..hooks import hook
 from ..model.model import Model, no_model
-from ..problem.options import LAWS, require_method
+from ..problem.options import LAWS, OPTION_TERMS, require_method
 from ..problem.problem import Problem
 from ..visible import visible
-from .driving import Driving
+from .acting import Acting
+from .analysis import Analysis
 from .forces import (
     actuator_table,
     contact_sums,
@@ -33,38 +34,49 @@ from .forces import (
     tendon_table,
 )
 from .outcome import Report, Table
+from .own_method import OwnMethod, name_of, wrapped
 from .state import State
 
 logger = logging.getLogger(__name__)
 RECOVERIES = {"projection": "projection", "velocity": "velocity"}
 ON_FAILURE = {"warn": None, "raise": None, "ignore": None}
+BeforeStep = Callable[["Simulation"], object]
+AfterStep = Callable[["Simulation", Report], object]
+_OF_PROCESS = {
+    *("_core", "_state", "_contacts", "_plan", "_in_callback", "_ended", "_before_run", "_after_run")
+}
+"""attributes that a pickle leaves out"""
 PATIENCE = 0.05
 """of a run without callbacks: after so long (s) the compiled module lets Python look at signals"""
 
 
 @hook
 def save_file(simulation: Simulation, path: str | PathLike[str]) -> None:
-    """What `Simulation.save` calls; amontons.io supplies it."""
+    """Function behind `Simulation.save`; amontons.io supplies it."""
     raise NotImplementedError("import amontons.io, which writes files")
 
 
 @hook
 def load_file(path: str | PathLike[str], options: dict[str, Any]) -> Simulation:
-    """What `Simulation.load` calls; amontons.io supplies it."""
+    """Function behind `Simulation.load`; amontons.io supplies it."""
     raise NotImplementedError("import amontons.io, which reads files")
 
 
 @hook
 def open_viewer(simulation: Simulation, options: dict[str, Any]) -> Any:
-    """What `Simulation.view` calls; amontons.viewer supplies it."""
+    """Function behind `Simulation.view`; amontons.viewer supplies it."""
     raise NotImplementedError("import amontons.viewer, which shows simulations")
 
 
-class Simulation(Driving):
+class Simulation(Acting, Analysis):
     """A model and its state, advanced in time steps, each one variational inequality.
 
     dt: time step (s). law: "coulomb" or "associated". method, tolerance, max_iterations, threads: of the
     solve of each step, as in `amontons.solve`.
+    method: or a function (problem, x0, options) -> x of the Problem of a step, a start (m,) in K and
+    `SolveOptions`, which returns impulses (m,). Our residual judges x: where it misses the tolerance the step
+    did not converge and ends with the safe step, as with every method. x that is not finite counts as zero.
+    An error of the function ends the step and restores the state; so does x of another shape.
     budget: wall clock of a step (s), None for no limit; results then depend on the machine.
     margin: contacts are found up to this gap (m), by default a fiftieth of `Model.length`.
     recovery: how errors of position (overlaps, joints apart, violated limits) are taken back: "projection"
@@ -80,9 +92,17 @@ class Simulation(Driving):
     Raises InputError naming the option.
     """
 
-    force_callbacks: list[Callable[[Simulation], object]]
-    """called with the simulation before each step, to set forces, torques and targets; they make no steps"""
+    before_step: list[BeforeStep]
+    """called as f(simulation) before each step, to set controls and loads; they make no steps"""
+    after_step: list[AfterStep]
+    """called as f(simulation, report) after each step; they make no steps, and a true result ends the
+    `run`"""
     _in_callback = False
+    _ended = False
+    """whether a function of after_step asked the last step to end the run"""
+    _before_run: BeforeStep | None = None
+    _after_run: AfterStep | None = None
+    """what `run` was given"""
 
     _apart: float = 0.0
     """The error of a joint (m) about which the last warning was given."""
@@ -94,7 +114,7 @@ class Simulation(Driving):
         *,
         dt: float = 5e-3,
         law: str = "coulomb",
-        method: str = "auto",
+        method: str | OwnMethod = "auto",
         tolerance: float = 1e-6,
         max_iterations: int | None = None,
         budget: float | None = None,
@@ -132,7 +152,7 @@ class Simulation(Driving):
         self._state: State
         self._contacts: Table | None
         self._take(_core.Simulation(model.core, _core_options(given)))
-        self.force_callbacks = []
+        self.before_step, self.after_step = [], []
 
     @property
     def model(self) -> Model:
@@ -148,11 +168,6 @@ class Simulation(Driving):
     def dt(self) -> float:
         """Time step (s)."""
         return float(self._options["dt"])
-
-    @property
-    def time(self) -> float:
-        """Simulated time (s)."""
-        return self._core.time
 
     @property
     def steps(self) -> int:
@@ -182,27 +197,49 @@ class Simulation(Driving):
     def step(self) -> Report:
         """Advance by dt.
 
-        Raises InputError if the state, loads or targets are not usable, and SimulationError as `on_failure`
+        Raises InputError if the state, loads or controls are not usable, and SimulationError as `on_failure`
         says. The state is then that before the step; `contacts` and `problem` show the attempt that failed.
         """
         self._require_no_callback()
-        if self.force_callbacks:
-            self._in_callback = True
-            try:
-                for callback in self.force_callbacks:
-                    callback(self)
-            finally:
-                self._in_callback = False
+        self._call(self.before_step, self._before_run)
         self._contacts = None
         core = self._core.step()
         self._check(core, 1, core.residual, stacklevel=3)
-        return Report(core)
+        report = Report(core)
+        self._ended = self._call(self.after_step, self._after_run, report)
+        return report
+
+    def _call(self, functions: Sequence[Callable[..., object]], last: Any, *report: Report) -> bool:
+        """Calls what goes before or after a step; whether one returned something true."""
+        if last is not None:
+            functions = [*functions, last]
+        elif not functions:
+            return False
+        self._in_callback = True
+        try:
+            return any([bool(function(self, *report)) for function in functions])
+        finally:
+            self._in_callback = False
 
     def _require_no_callback(self) -> None:
         if self._in_callback:
             raise InputError(
-                "a force callback makes no step of its own simulation, which is within one; step a copy()"
+                "before_step and after_step make no step of their own simulation, which is within one; step "
+                "a copy()"
             )
+
+    def _steps_watched(
+        self, count: int, before_step: BeforeStep | None, after_step: AfterStep | None
+    ) -> list[_core.Report]:
+        """At most so many steps with what is called before and after each, and without a word about them."""
+        made: list[_core.Report] = []
+        self._ended = False
+        while len(made) < count and not self._ended and (not made or made[-1].advanced):
+            self._call(self.before_step, before_step)
+            self._contacts = None
+            made.append(self._core.step())
+            self._ended = made[-1].advanced and self._call(self.after_step, after_step, Report(made[-1]))
+        return made
 
     def _check(self, last: _core.Report, steps: int, residual: float, stacklevel: int) -> None:
         """After some steps, of which only the last can have failed: what `on_failure` says of it."""
@@ -254,20 +291,36 @@ class Simulation(Driving):
         )
         warnings.warn(message, StepWarning, stacklevel=stacklevel)
 
-    def run(self, duration: float, callback: Callable[[Simulation, Report], object] | None = None) -> Report:
+    def run(
+        self,
+        duration: float,
+        *,
+        before_step: BeforeStep | None = None,
+        after_step: AfterStep | None = None,
+    ) -> Report:
         """Step until `duration` (s) has passed and return the last report.
 
-        callback: called as callback(sim, report) after each step; a true result stops. Without it and without
-        force_callbacks all steps are made by the compiled module; Ctrl-C ends between two of them.
+        before_step: called as before_step(simulation) before each step, to set controls and loads.
+        after_step: called as after_step(simulation, report) after each step; a true result ends the run.
+        They come after those in the lists `Simulation.before_step` and `after_step`. Without any of them all
+        steps are made by the compiled module; Ctrl-C ends between two of them.
         """
         steps = max(1, math.ceil(option("duration", duration) / self.dt - 1e-9))
-        function("callback", callback)
-        if callback is None and not self.force_callbacks and type(self).step is Simulation.step:
+        function("before_step", before_step)
+        function("after_step", after_step)
+        watched = before_step or after_step or self.before_step or self.after_step
+        if not watched and type(self).step is Simulation.step:
             return self._run(steps)
-        for _ in range(steps):
-            report = self.step()
-            if callback is not None and callback(self, report):
-                break
+        self._require_no_callback()
+        self._before_run, self._after_run = before_step, after_step
+        try:
+            for _ in range(steps):
+                self._ended = False
+                report = self.step()
+                if self._ended:
+                    break
+        finally:
+            self._before_run = self._after_run = None
         return report
 
     def _run(self, steps: int) -> Report:
@@ -299,25 +352,26 @@ class Simulation(Driving):
 
     @property
     def joint_efforts(self) -> Table:
-        """What acted along each degree of freedom in the last step (N or N m), and its coordinate.
+        """Efforts along each degree of freedom in the last step (N or N m), and its coordinate.
 
-        Fields: joint, dof, coordinate, target, drive (spring, damper and armature), motor (with
-        the actuators on it), friction, limit.
+        Fields: joint, dof, coordinate, control (of its motor, NaN without one), passive (spring, damper and
+        armature), motor (with the actuators on it), friction, limit. The coordinate is that of the instant to
+        which efforts belong, the start of the step (`instant`).
         """
         return effort_table(self._core, self._model)
 
     @property
     def tendon_efforts(self) -> Table:
-        """What acted along each tendon in the last step (N, N m), and where the tendon is now.
+        """Forces along each tendon in the last step (N, N m), and its present length.
 
-        Fields: tendon, length (m, or the unit of its joints), rate, drive (spring, damper and armature),
+        Fields: tendon, length (m, or the unit of its joints), rate, passive (spring, damper and armature),
         friction, limit; efforts are positive where they lengthen it. Actuators are in `actuator_efforts`.
         """
         return tendon_table(self._core, self._model)
 
     @property
     def actuator_efforts(self) -> Table:
-        """What each actuator did in the last step, and where it is now.
+        """Effort of each actuator in the last step, and its present length.
 
         Fields: actuator, control, activation, length, rate (of its transmission, gear included), effort (N,
         N m).
@@ -343,8 +397,8 @@ class Simulation(Driving):
         """The variational inequality of the last step (of its last substep); InputError before the first.
 
         Rows: three per contact (normal, tangent 1, tangent 2) and up to three moments over a length where
-        there is torsional or rolling friction, in the order of `contacts`, then those of the joints. The law
-        stays with the simulation: `sim.problem().solve(law="coulomb")`.
+        there is torsional or rolling friction, in the order of `contacts`, then those of the joints. Its law
+        is that of the simulation: `sim.problem().residual(sim.impulses)` is what the report says.
         """
         core = self._core.problem
         if core is None:
@@ -369,7 +423,10 @@ class Simulation(Driving):
         """
         if unknown := set(options) - set(self._options):
             known = ", ".join(sorted(self._options))
-            raise InputError(f"unknown option {min(unknown)!r} of a simulation; known are {known}")
+            near = suggestion(
+                min(unknown), self._options, OPTION_TERMS | {"timestep": "dt", "time-step": "dt"}
+            )
+            raise InputError(f"unknown option {min(unknown)!r} of a simulation{near}; known are {known}")
         changed = Simulation(self._model, **{**self._options, **options})
         changed._core.restore(self._core.snapshot())
         self._options = changed._options
@@ -378,15 +435,16 @@ class Simulation(Driving):
     def copy(self) -> Simulation:
         """A simulation that goes on from here bit for bit, and shares with this one only the model.
 
-        Its list of `force_callbacks` is its own and holds the same functions. `copy.copy` and
+        Its lists `before_step` and `after_step` are its own and hold the same functions. `copy.copy` and
         `copy.deepcopy` do the same. Pickling leaves out the tables of the last step (contacts, reactions,
-        problem), which the next step makes anew.
+        problem), which the next step makes again.
         """
         other = object.__new__(type(self))
         other.__dict__.update(self.__dict__)
-        other.force_callbacks = list(self.force_callbacks)
+        other.before_step, other.after_step = list(self.before_step), list(self.after_step)
         other._options = dict(self._options)
-        other._in_callback = False
+        other._in_callback = other._ended = False
+        other._before_run = other._after_run = None
         other._take(self._core.copy())
         return other
 
@@ -404,7 +462,11 @@ class Simulation(Driving):
             "_contacts",
             "_plan",
             "_in_callback",
-            "force_callbacks",
+            "_ended",
+            "_before_run",
+            "_after_run",
+            "before_step",
+            "after_step",
         }
         for name, value in self.__dict__.items():  # what a user has put there
             if name not in own:
@@ -412,11 +474,7 @@ class Simulation(Driving):
         return other
 
     def __getstate__(self) -> dict[str, Any]:
-        values = {
-            name: v
-            for name, v in self.__dict__.items()
-            if name not in ("_core", "_state", "_contacts", "_plan", "_in_callback")
-        }
+        values = {name: v for name, v in self.__dict__.items() if name not in _OF_PROCESS}
         snapshot = self._core.snapshot()
         return values | {"_arrays": snapshot.arrays}
 
@@ -435,7 +493,7 @@ class Simulation(Driving):
     def save(self, path: str | PathLike[str]) -> None:
         """Write model, options and state to an HDF5 file from which `load` continues bit for bit.
 
-        force_callbacks are not stored. Raises FileError; no partial file is left behind.
+        Functions of before_step and after_step are not stored. Raises FileError; no partial file is left.
         """
         save_file(self, path)
 
@@ -462,7 +520,11 @@ def _core_options(given: dict[str, Any]) -> _core.SimulationOptions:
     o = _core.SimulationOptions()
     o.dt = option("dt", given["dt"])
     o.law = chosen("law", given["law"], LAWS)
-    o.method = require_method(given["method"])
+    if callable(given["method"]):
+        o.method = name_of(given["method"])
+        o.set_own_method(wrapped(given["method"]))
+    else:
+        o.method = require_method(given["method"])
     o.tolerance = option("tolerance", given["tolerance"])
     o.threads = 0 if given["threads"] is None else option("threads", given["threads"])
     o.max_substeps = option("max_substeps", given["max_substeps"])

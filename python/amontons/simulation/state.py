@@ -1,4 +1,4 @@
-"""What a simulation changes, as users see it."""
+"""The state of a simulation, as users see it."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from ..errors import InputError
 
 
 class State:
-    """What a simulation changes, as writable views of its memory: what is written holds for the next step.
+    """The state of a simulation, as writable views of its memory: written values hold for the next step.
 
     positions (n, 3) and linear_velocities (n, 3) of the origins of the body frames, orientations (n, 4)
     (unit quaternions w, x, y, z), angular_velocities (n, 3), forces and torques (n, 3) at the centres of
-    mass, held until changed; all in world axes, SI units. targets (of motors) of every degree of freedom
-    (`Model.dof_index`); controls and activations of every actuator. Assigning to an attribute copies into the
-    view.
+    mass, held until changed; all in world axes, SI units. joint_forces (nv,) along `Simulation.qd`, held
+    until changed (N, N m). controls of all actuators and motors (`Model.control_names`), activations of all
+    actuators. Assigning to an attribute copies into the view.
     joint_coordinates, of every degree of freedom at the start of the last step, follow from the poses and are
     read only: `Simulation.q` sets coordinates.
 
@@ -33,7 +33,7 @@ class State:
     forces: Array
     torques: Array
     joint_coordinates: Array
-    targets: Array
+    joint_forces: Array
     controls: Array
     activations: Array
     __slots__ = (
@@ -42,10 +42,10 @@ class State:
         "controls",
         "forces",
         "joint_coordinates",
+        "joint_forces",
         "linear_velocities",
         "orientations",
         "positions",
-        "targets",
         "torques",
     )
 

@@ -31,7 +31,7 @@ Ended = list[tuple[str, "Row | Died"]]
 
 
 class Future(Protocol):
-    """What `submit` gives, as that of concurrent.futures."""
+    """The result of `submit`, as that of concurrent.futures."""
 
     def result(self) -> Any: ...
     def cancel(self) -> Any: ...
@@ -39,7 +39,7 @@ class Future(Protocol):
 
 
 class Executor(Protocol):
-    """What `sweep` asks of an executor: those of concurrent.futures and mpi4py have it, Dask's Client too."""
+    """Interface that `sweep` needs: executors of concurrent.futures and mpi4py have it, and Dask's Client."""
 
     def submit(self, function: Any, /, *args: Any) -> Future: ...
 
@@ -111,7 +111,7 @@ class _Slot:
     key: str = ""
     """of the run at hand, none if empty"""
     number: int = 0
-    """of the run, so that news of an earlier one is told apart"""
+    """of the run, to distinguish messages of an earlier one"""
     since: float = float("inf")
     """when the worker began (s, monotonic)"""
     timeout: float | None = None
@@ -186,7 +186,8 @@ def _all_of(events: queue.SimpleQueue[Any], seconds: float) -> list[Any]:
 def _process() -> Any:
     from loky import ProcessPoolExecutor  # type: ignore[import-untyped]
 
-    # Libraries of linear algebra start a thread per core in each process, unless they are told not to.
+    # Libraries of linear algebra start a thread per core in each process, unless environment variables limit
+    # them.
     names = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
     threads = {name: os.environ.get(name, "1") for name in names}
     return ProcessPoolExecutor(max_workers=1, initializer=_begin, initargs=(os.getpid(),), env=threads)
@@ -208,7 +209,7 @@ def _begin(parent: int) -> None:
 
 
 def _cause(error: Exception) -> str:
-    """Of loky's advice only the signal."""
+    """Only the signal of loky's advice."""
     codes = re.search(r"exit codes of the workers are \{(.*?)\}", str(error))
     if codes:
         return f"the worker process ended with {codes.group(1)}"

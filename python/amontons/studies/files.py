@@ -22,7 +22,7 @@ RANGE = ("from", "to", "count", "scale")
 
 @dataclass(frozen=True)
 class Study:
-    """What `sweep` is called with."""
+    """Arguments of `sweep`."""
 
     run: Any
     grid: Any

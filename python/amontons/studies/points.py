@@ -16,7 +16,7 @@ from ..checks import integer
 from ..errors import InputError
 
 MOST_RUNS = 1_000_000
-"""Of a study: each is a row in memory, and a line in the table."""
+"""Largest number of runs of a study: each is a row in memory, and a line in the table."""
 RESERVED = (
     "key", "repetition", "seed", "status", "error", "traceback", "attempts", "wall", "steps", "missed",
     "worst_residual", "started", "host", "amontons", "python", "numpy",
@@ -36,7 +36,7 @@ class Point:
 
     @property
     def arguments(self) -> dict[str, Any]:
-        """What the run is called with."""
+        """Arguments of the run."""
         return self.parameters if self.seed is None else {**self.parameters, "seed": self.seed}
 
 
@@ -150,7 +150,7 @@ def plain(what: str, value: Any) -> Any:
 
 
 def kind(value: Any) -> str:
-    """What a column of such values is: "" for None, else flag, number, text, or a list of one of them."""
+    """Type of a column of such values: "" for None, else flag, number, text, or a list of one of them."""
     if value is None:
         return ""
     if isinstance(value, list):

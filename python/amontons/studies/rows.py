@@ -141,7 +141,7 @@ def read_table(path: Path) -> tuple[pyarrow.Table, dict[str, Any]]:
 
 
 def _odd(table: pyarrow.Table, about: Any) -> str:
-    """What a table has that no study writes; "" if nothing."""
+    """Content of a table that no study writes; "" if there is none."""
     told = about if isinstance(about, dict) else {}
     parameters = told.get("parameters")
     named = isinstance(parameters, list) and all(isinstance(name, str) for name in parameters)
@@ -176,7 +176,7 @@ def _odd_values(table: pyarrow.Table) -> str:
 
 
 def _types() -> dict[str, Any]:
-    """Of the columns that every study has, whatever they hold."""
+    """Types of the columns that every study has."""
     import pyarrow
 
     types = dict.fromkeys(RESERVED, pyarrow.string())

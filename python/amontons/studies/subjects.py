@@ -40,7 +40,7 @@ class Subject:
 
     @property
     def __signature__(self) -> inspect.Signature:
-        """What may stand in the grid."""
+        """Permitted values of the grid."""
         names = ["duration", *OPTIONS, *(self._parameters())]
         named = [
             inspect.Parameter(n, inspect.Parameter.KEYWORD_ONLY, default=None) for n in dict.fromkeys(names)
@@ -59,7 +59,7 @@ class Subject:
                 f"there is no scene or model file {self.name!r}{near}; scenes: {', '.join(scenes.names())}"
             )
         model = _model(self.name)
-        return [*model.actuator_names, *(f"q.{name}" for name in model.coordinates), "keyframe"]
+        return [*model.control_names, *(f"q.{name}" for name in model.coordinates), "keyframe"]
 
     def _scene(
         self, parameters: Mapping[str, Any], options: Mapping[str, Any]
@@ -78,7 +78,7 @@ class Subject:
             simulation.apply_keyframe(parameters["keyframe"])
         start = {}
         for name, value in parameters.items():
-            if name in simulation.model.actuator_names:
+            if name in simulation.model.control_names:
                 simulation.set_control(name, value)
             elif name != "keyframe":
                 start[name.removeprefix("q.")] = value
@@ -105,7 +105,7 @@ def measured(simulation: Simulation, duration: float) -> dict[str, Any]:
         iterations += report.iterations
         depth = max(depth, report.penetration)
 
-    last = simulation.run(duration, look)
+    last = simulation.run(duration, after_step=look)
     way = np.linalg.norm(simulation.state.positions - begin, axis=1)
     speed = np.linalg.norm(simulation.state.linear_velocities, axis=1)
     return {
@@ -189,7 +189,7 @@ def _allowed_run(text: str, module: str) -> Callable[..., Any]:
 
 
 def named_run(text: str, folder: Path, module: str | None = None) -> Callable[..., Any]:
-    """What the name stands for: a scene, a model file, "file.py:function" or "package.module:function".
+    """Returns the subject of a name: a scene, a model file, "file.py:function" or "package.module:function".
 
     module: the one module whose own functions may be named, beside scenes; InputError for all else, before
     anything is imported or read.

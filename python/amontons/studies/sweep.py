@@ -48,7 +48,7 @@ def sweep(
     """Call `run` at every point of a grid, many at a time; one row per run comes back as a PyArrow table.
 
     run: called as run(**parameters); it returns a mapping, name -> number, text or array of them, whose
-        entries become columns. What it raises becomes a row too. Or the name of a scene or of a model file:
+        entries become columns. An error in it becomes a row too. Or the name of a scene or of a model file:
         the grid then holds its parameters, options of `Simulation` and the duration, and the results are
         those of docs/studies.md.
     grid: name -> values, of which all combinations are run, or a list of points, name -> value.
@@ -61,7 +61,7 @@ def sweep(
     retries: how often a run is tried again whose worker died.
     timeout: wall clock of a run (s). It ends between two steps of a simulation; a process that does not come
         to one is killed.
-    redo: statuses of rows that are run anew: "failed", "timeout", "died".
+    redo: statuses of rows to repeat: "failed", "timeout", "died".
     progress: a bar on standard error, if that is a terminal.
 
     Columns beside parameters and results: key, repetition and seed where there are some, status ("done",

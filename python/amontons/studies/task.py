@@ -23,7 +23,7 @@ STATUSES = ("done", "failed", "timeout", "died")
 
 @dataclass(frozen=True)
 class Task:
-    """What is sent to a worker."""
+    """The message to a worker."""
 
     run: Callable[..., Any]
     arguments: dict[str, Any]
@@ -51,7 +51,7 @@ def perform(task: Task) -> Row:
 
 
 def overdue(timeout: float | None) -> Row:
-    """What the row of a run says that took too long."""
+    """Message in the row of a run that took too long."""
     return {"status": "timeout", "error": f"not done after {timeout:g} s"}
 
 

@@ -1,4 +1,6 @@
-"""What a user does on the page, told apart from what the program sets; and names as the page shows them."""
+"""Distinguishes actions of a user on the page from values set by the program; and names as the page shows
+them.
+"""
 
 from __future__ import annotations
 

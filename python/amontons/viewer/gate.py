@@ -45,7 +45,7 @@ _patching = threading.Lock()
 
 
 class _OneLine(logging.Filter):
-    """What goes wrong with a connection is a line, without the way there."""
+    """A fault of a connection is one line of the log, without a traceback."""
 
     def filter(self, record: logging.LogRecord) -> bool:
         record.exc_info = record.exc_text = None
@@ -152,7 +152,7 @@ class Gate:
         return compare_digest(text.encode(errors="replace"), self.token.encode())
 
     def _wrong(self, headers: Any, local: str, port: int) -> str:
-        """What is wrong with the address or the origin of a request; "" if nothing is."""
+        """Fault of the address or the origin of a request; "" if there is none."""
         own = self._addresses(local, port)
         hosts, origins = headers.get_all("Host"), headers.get_all("Origin")
         known = own | {urlsplit(origin).netloc for origin in self._others}

@@ -1,4 +1,4 @@
-"""What is picked, and sliders for what moves it."""
+"""The picked body, and sliders for its joints."""
 
 from __future__ import annotations
 
@@ -77,19 +77,12 @@ class Inspector:
 
     def _controls(self, gui: Any, run: LiveRun) -> None:
         sim = run.simulation
-        if sim.model.actuators:
+        if sim.model.control_names:
             with gui.add_folder("Controls"):
-                for k, drive in enumerate(sim.model.actuators[:MOST]):
-                    low, high = bounds(drive.lower_control, drive.upper_control, 1.0)
-                    self._slider(gui, drive.name or f"actuator {k}", low, high, lambda k=k: sim.controls[k],
+                for k, name in enumerate(sim.model.control_names[:MOST]):
+                    low, high = control_range(sim.model, k, float(sim.controls[k]))
+                    self._slider(gui, name or f"control {k}", low, high, lambda k=k: sim.controls[k],
                                  lambda v, k=k: sim.set_control(k, v))  # fmt: skip
-        if motors := list(motors_of(sim.model))[:MOST]:
-            with gui.add_folder("Motors"):
-                for name, joint, dof in motors:
-                    index = sim.model.dof_index(joint, dof)
-                    low, high = targets(sim.model, joint, dof, float(sim.state.targets[index]))
-                    self._slider(gui, name, low, high, lambda index=index: sim.state.targets[index],
-                                 lambda v, joint=joint, dof=dof: sim.set_target(joint, v, dof))  # fmt: skip
 
     def _slider(
         self, gui: Any, name: str, low: float, high: float, shown: Callable[[], Any], set_value: Any
@@ -103,26 +96,19 @@ class Inspector:
         on_user(slider, lambda value: post(lambda: set_value(float(value))))
 
 
-def motors_of(model: Model) -> Any:
-    """(name, joint, dof) of every degree of freedom with a motor."""
-    for j, joint in enumerate(model.joints):
-        for k, dof in enumerate(joint.dofs):
-            if dof.motor.kind != "none":
-                yield (dof.name or joint.name or f"joint {j}") + f" ({dof.motor.kind})", j, k
-
-
 def reach(model: Model, joint: int, k: int) -> tuple[float, float]:
     """Where a coordinate may be put: within its limits, or half a turn or the model's size either way."""
     dof = model.joints[joint].dofs[k]
     return bounds(dof.lower, dof.upper, math.pi if dof.kind == "hinge" else model.length)
 
 
-def targets(model: Model, joint: int, k: int, now: float) -> tuple[float, float]:
-    """What the target of a motor may be: of a position motor where the coordinate may be."""
-    if model.joints[joint].dofs[k].motor.kind == "position":
-        return reach(model, joint, k)
-    most = max(1.0, 2 * abs(now))
-    return -most, most
+def control_range(model: Model, control: int, now: float) -> tuple[float, float]:
+    """Range of a control: that of the coordinate for a position motor."""
+    actuator, joint, dof = model.core.controls[control]
+    if actuator < 0 and model.joints[joint].dofs[dof].motor.kind == "position":
+        return reach(model, joint, dof)
+    lower, upper = model.control_limits[control]
+    return bounds(lower, upper, 1.0 if actuator >= 0 else max(1.0, 2 * abs(now)))
 
 
 def bounds(lower: float, upper: float, otherwise: float) -> tuple[float, float]:

@@ -1,4 +1,4 @@
-"""What is drawn beside the bodies: contacts, forces, joint frames, centres of mass, the spring."""
+"""Marks beside the bodies: contacts, forces, joint frames, centres of mass, the spring."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a page may tell the viewer: kinds of messages, and values like those that users hand in."""
+"""Messages from a page to the viewer: their kinds, and values that are checked like user input."""
 
 from __future__ import annotations
 
@@ -102,11 +102,11 @@ KINDS = {
     "SceneNodeClickMessage": _click,
     "SceneNodeDragMessage": _drag,
 }
-"""What the page of the viewer sends. viser knows more, such as a wish to be shown by a server elsewhere."""
+"""Messages of the viewer's page. viser knows more, such as a wish to be shown by a server elsewhere."""
 
 
 def _texts(told: dict[str, Any]) -> None:
-    """What was clicked or dragged, and how."""
+    """The clicked or dragged object, and the action."""
     for name in ("name", "owner", "modifier", "button"):
         value = told.get(name)
         if value is not None and not isinstance(value, str):

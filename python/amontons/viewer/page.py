@@ -29,7 +29,7 @@ from .viewer import serve, stop
 DIGITS = 12
 """Bits of the fraction of the poses in the file: neighbouring frames then compress to a third."""
 FORCE_DIGITS = 3
-"""Of the forces that a click tells."""
+"""Digits of the forces that a click shows."""
 CLOCK = "/frame"
 """A node that is not seen, whose x is the number of the frame: what a click tells is that of the frame."""
 SCRIPT = Path(__file__).with_name("replay.js")
@@ -45,7 +45,7 @@ def write_page(
 
     forces: draw contact forces as lines between bodies of glass, as thick as they are large.
 
-    Raises InputError where forces are asked for that were not recorded.
+    Raises InputError if forces are requested that were not recorded.
     """
     gate, title = Gate("127.0.0.1"), title_of(recording.source, recording.path)
     server = serve("127.0.0.1", 8080, title, gate)
@@ -104,7 +104,7 @@ class _Reel:
             self._network.show(force_lines(model, positions, orientations, table, self._width))
 
     def told(self, stage: Stage) -> dict[str, Any]:
-        """What the script of the page knows."""
+        """Data for the script of the page."""
         model = self._recording.model
         return {
             "bodies": [[_name(model, k), _mass(body)] for k, body in enumerate(model.bodies)],
@@ -123,7 +123,7 @@ class _Reel:
 
 
 def _pairs(acting: Forces) -> list[Any]:
-    """Of each pair the bodies, the force (N) and the state, without what repeats."""
+    """For each pair the bodies, the force (N) and the state, without repetitions."""
     columns = (acting.body_a, acting.body_b, acting.forces, acting.states)
     rows = zip(*(column.tolist() for column in columns), strict=True)
     return [[a, b, float(f"{force:.{FORCE_DIGITS}g}"), state] for a, b, force, state in rows]

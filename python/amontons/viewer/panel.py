@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 SPEEDS = ("0.1", "0.25", "0.5", "1", "2", "4")
 LATE = 0.9
-"""Of the speed that was asked for: with less a run is slower."""
+"""Share of the requested speed below which a run counts as slower."""
 PAUSE_BETWEEN = 0.2
 """Texts and plots are renewed no more often (s): they cost more than the scene."""
 
@@ -138,7 +138,7 @@ class Panel:
 
 
 def arrow_label(exponent: float) -> str:
-    """What the slider of the arrows says: how many times as long they are as by default."""
+    """Label of the slider for arrows: their length relative to the default."""
     return f"Arrow length x{10**exponent:.2g}" if exponent < 1 else f"Arrow length x{10**exponent:.0f}"
 
 

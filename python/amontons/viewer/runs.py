@@ -1,4 +1,4 @@
-"""What a page plays: a simulation that goes on, or a recording."""
+"""The subject of a page: a running simulation, or a recording."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ from .spring import Spring
 HISTORY = 600
 """Steps that the plots show."""
 SERIES = ("time", "residual", "iterations", "energy", "contacts", "real-time factor")
-"""What is plotted: time (s), energy (J), and of the pace the simulated over the wall clock of each step."""
+"""Plotted values: time (s), energy (J), and the pace, simulated time over wall-clock time of each step."""
 SHARE = 0.8
-"""Of the time between two pictures, what steps may take before the page gets its turn."""
+"""Share of the time between two pictures for steps, before the page is served."""
 
 
 class Run(Protocol):
-    """What a page plays."""
+    """The subject of a page."""
 
     model: Model
     playing: bool
@@ -69,7 +69,7 @@ class LiveRun:
         self._history: deque[tuple[float, ...]] = deque(maxlen=HISTORY)
         self.playing, self.speed, self.achieved = False, 1.0, 0.0
         self.spring = Spring(simulation)
-        simulation.force_callbacks.append(self.spring.before_step)
+        simulation.before_step.append(self.spring.before_step)
         self._start = simulation._core.snapshot()
         self._owed = 0.0  # simulated time that the clock is ahead by (s)
 
@@ -130,7 +130,7 @@ class LiveRun:
     def close(self) -> None:
         """Leave the simulation to its user."""
         self.spring.release()
-        self.simulation.force_callbacks.remove(self.spring.before_step)
+        self.simulation.before_step.remove(self.spring.before_step)
 
 
 class ReplayRun:
@@ -147,7 +147,7 @@ class ReplayRun:
 
     @property
     def history(self) -> Array:
-        """Of the steps up to the frame."""
+        """Values of the steps up to the frame."""
         last = int(self._last_row[self.frame]) + 1
         rows = self.recording.reports[max(0, last - HISTORY) : last]
         columns = [rows[name] for name in ("time", "residual", "iterations")]

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from ..problem.options import LAWS, methods
+from ..simulation.own_method import name_of
 from .events import Post, on_user
 from .runs import LiveRun
 
@@ -15,7 +16,7 @@ TOLERANCES = tuple(f"1e-{k}" for k in range(2, 13))
 
 
 def add_solver(server: viser.ViserServer, run: LiveRun, post: Post) -> None:
-    """What is chosen holds from the next step on; what cannot be used is told and changes nothing."""
+    """A choice holds from the next step on. An invalid choice gives a message and changes nothing."""
     gui, options = server.gui, run.simulation.options
 
     def change(name: str, value: Any) -> None:
@@ -24,7 +25,9 @@ def add_solver(server: viser.ViserServer, run: LiveRun, post: Post) -> None:
     with gui.add_folder("Solver", expand_by_default=False):
         law = gui.add_dropdown("Law", tuple(LAWS), initial_value=str(options["law"]))
         on_user(law, lambda value: change("law", value))
-        method = gui.add_dropdown("Method", tuple(methods()), initial_value=str(options["method"]))
+        now = name_of(options["method"])
+        listed = methods() if now in methods() else (now, *methods())
+        method = gui.add_dropdown("Method", listed, initial_value=now)
         on_user(method, lambda value: change("method", value))
         now = f"{float(options['tolerance']):g}".replace("e-0", "e-")
         now = next((t for t in TOLERANCES if float(t) == float(options["tolerance"])), now)

@@ -12,7 +12,7 @@ from ..model.parts import WORLD
 from ..simulation.simulation import Simulation
 
 FREQUENCY = 1.5
-"""Of what is pulled, on the spring (Hz)."""
+"""Frequency of the pulled bodies on the spring (Hz)."""
 STABLE = 0.1
 """The spring changes a velocity of the point within a step by at most this part of what would overshoot."""
 
@@ -22,7 +22,7 @@ class Spring:
 
     k follows from the mass M of all that joints connect with the body, k = M (2 pi f)^2, and c damps
     critically. Since a load is that of the start of the step, both stay below what the light body alone
-    could take: m / dt^2 and m / dt, with m its effective mass at the point, whatever the direction.
+    could take: m / dt^2 and m / dt, with m its effective mass at the point, in any direction.
     """
 
     def __init__(self, simulation: Simulation) -> None:
@@ -56,7 +56,7 @@ class Spring:
         return None if self.body is None else (self._point(), self._target)
 
     def before_step(self, simulation: Simulation) -> None:
-        """Renew the load; one of `Simulation.force_callbacks`."""
+        """Renew the load; one of `Simulation.before_step`."""
         if self.body is None:
             return
         b, state, part = self.body, simulation.state, simulation.model.bodies[self.body]

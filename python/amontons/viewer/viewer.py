@@ -95,7 +95,8 @@ class Viewer:
     def update(self) -> None:
         """Show the simulation as it is now, for a program that steps it by itself.
 
-        What the page asks for (picked, dragged, other options) happens within. Shows at most 25 pictures per
+        `update` carries out the commands of the page (picked, dragged, other options). Shows at most 25
+        pictures per
         second of wall clock, and returns at once otherwise.
         """
         if self._thread is not None:
@@ -217,7 +218,7 @@ class Viewer:
         return changed
 
     def _guarded(self, command: Command) -> None:
-        """What goes wrong stops the play and is told on the page; the page stays."""
+        """An error stops the play and is shown on the page; the page stays."""
         try:
             command()
         except (InputError, SimulationError) as error:

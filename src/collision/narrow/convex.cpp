@@ -5,10 +5,11 @@
 
 namespace amontons::collision {
 
-// Over all corners, or for large hulls uphill along the edges: a local maximum of a linear function on a
-// convex body is the maximum. The walk begins at the corner of the nearest of 26 directions, as each of its
-// steps jumps through memory and waits for a comparison.
+// Tests all corners, or for large hulls climbs along the edges: a local maximum of a linear function on a
+// convex body is the maximum. The walk begins at the corner of the nearest of 26 directions, because each of
+// its steps has a cache miss and a comparison.
 std::int32_t extreme_corner(const ConvexHull& hull, const Vec3& direction) {
+  // Size (corners): with more a walk along edges is faster than a pass over all.
   constexpr std::size_t few = 48;
   const bool walks = hull.vertices.size() > few;
   std::int32_t best = walks ? hull.start[search_start(direction)] : 0;
@@ -21,7 +22,7 @@ std::int32_t extreme_corner(const ConvexHull& hull, const Vec3& direction) {
     return true;
   };
   if (!walks) {
-    // Straight through memory is faster than the walk until there are many.
+    // For few corners a linear pass through memory is faster than the walk.
     for (std::size_t i = 1; i < hull.vertices.size(); ++i) climbs_to(static_cast<std::int32_t>(i));
     return best;
   }
@@ -32,9 +33,9 @@ std::int32_t extreme_corner(const ConvexHull& hull, const Vec3& direction) {
   return best;
 }
 
-// A shape in the form that the algorithms use: kind, axes and up to three lengths, so that support() is one
-// switch over plain data without a virtual call. The core is what is left of a shape when a ball of the
-// radius is taken from all around it: a point of a sphere, a segment of a capsule, the others as they are.
+// A shape in the form of the algorithms: kind, axes and up to three lengths, so that support() is one switch
+// over plain data without a virtual call. The core is the shape without a ball of the radius around every
+// point: a point for a sphere, a segment for a capsule, the whole shape otherwise.
 Convex make_convex(const Shape& shape, const Transform& frame, const Vec3& origin) {
   Convex body;
   body.centre = frame.position - origin;
@@ -47,7 +48,7 @@ Convex make_convex(const Shape& shape, const Transform& frame, const Vec3& origi
     body.radius = radius;
     return body;
   };
-  // A hull knows its extent; the radius about its origin would cost a pass over the corners.
+  // A hull stores its extent; the radius about its origin would need a pass over the corners.
   if (const auto* hull = std::get_if<Hull>(&shape)) {
     body.hull = hull->data.get();
     return make(Convex::Kind::hull, body.hull->extent, {});
@@ -62,7 +63,7 @@ Convex make_convex(const Shape& shape, const Transform& frame, const Vec3& origi
   return make(Convex::Kind::ellipsoid, extent, std::get<Ellipsoid>(shape).radii);
 }
 
-// The triangle has corners in place of axes: it is made anew for every triangle near a body.
+// A triangle has corners instead of axes: it is made again for every triangle near a body.
 Convex make_triangle(const Vec3& a, const Vec3& b, const Vec3& c) {
   Convex body;
   body.kind = Convex::Kind::triangle;
@@ -74,33 +75,34 @@ Convex make_triangle(const Vec3& a, const Vec3& b, const Vec3& c) {
   return body;
 }
 
-// Written for the core alone: the radius is added where the distance of the cores is known, which keeps the
-// algorithms on it exact for round bodies.
+// Support of the core only. The radius is added once the distance of the cores is known, which keeps the
+// algorithms exact for round bodies.
 Vec3 support(const Convex& body, const Vec3& direction) {
   switch (body.kind) {
     case Convex::Kind::point:
       return body.centre;
     case Convex::Kind::segment:
-      // One of the two ends; of a direction across the segment the upper one.
+      // One of the two ends; for a direction across the segment the upper one.
       return body.centre + (dot(body.axis[2], direction) < 0 ? -body.size.z : body.size.z) * body.axis[2];
     case Convex::Kind::triangle: {
-      // Of equal corners the first, so that the result does not hang on the order of comparisons.
+      // The first of equal corners, so that the result does not depend on the order of comparisons.
       const double a = dot(body.corner[0], direction), b = dot(body.corner[1], direction),
                    c = dot(body.corner[2], direction);
       if (a >= b) return body.corner[a >= c ? 0 : 2];
       return body.corner[b >= c ? 1 : 2];
     }
     case Convex::Kind::box: {
-      // Each coordinate on its own is largest at the end that the direction points to.
+      // Each coordinate is largest at the end that the direction points to.
       const Vec3 d = to_local(body, direction);
       return body.centre + to_common(body, {std::copysign(body.size.x, d.x), std::copysign(body.size.y, d.y),
                                             std::copysign(body.size.z, d.z)});
     }
     case Convex::Kind::cylinder: {
-      // The rim's point along the direction's part across the axis, of the cap that the direction points to.
+      // The rim point along the part of the direction across the axis, on the cap that the direction points
+      // to.
       const Vec3 d = to_local(body, direction);
       const double flat = std::sqrt(d.x * d.x + d.y * d.y);
-      // Along the axis the whole cap is extreme: its centre, which is no corner, would be as good as any.
+      // Along the axis the whole cap is extreme; its centre is not a corner but equally extreme.
       const double s = flat > 0 ? body.size.x / flat : 0;
       return body.centre + to_common(body, {s * d.x, s * d.y, std::copysign(body.size.z, d.z)});
     }
@@ -112,15 +114,15 @@ Vec3 support(const Convex& body, const Vec3& direction) {
       return body.centre + to_common(body, {s * scaled.x * body.size.x, s * scaled.y * body.size.y,
                                             s * scaled.z * body.size.z});
     }
-    // Below the switch, so that the compiler sees a value returned on every path.
+    // After the switch, so that the compiler sees a return on every path.
     case Convex::Kind::hull:
       break;
   }
   return corner_of(body, extreme_corner(*body.hull, to_local(body, direction)));
 }
 
-// Tolerances of shapes are relative to the smaller body: a pebble on a planet. Rounding of a difference of
-// two points is 1e-16 of their coordinates, at most those of the far ends.
+// Tolerances of shapes are relative to the smaller body: a pebble on a planet. The rounding of a difference
+// of two points is 1e-16 of their coordinates, at most those of the far ends.
 PairScale pair_scale(const Convex& a, const Convex& b) {
   return {std::min(a.extent, b.extent), a.extent + b.extent + norm(a.centre - b.centre)};
 }

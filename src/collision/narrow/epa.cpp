@@ -6,17 +6,17 @@
 #include <limits>
 
 // The expanding polytope algorithm (van den Bergen, Collision Detection in Interactive 3D Environments,
-// section 4.3.8). The origin lies inside the difference C of the cores, and the shortest way out of C is
-// that of the overlap. A polytope inside C that holds the origin grows at its face nearest to the
-// origin: the plane of this face bounds the depth from below, the plane that supports C along the same
-// normal from above. Where the two agree the face lies on the surface of C, and the origin's foot on it
-// gives the deepest points.
+// section 4.3.8). The origin is inside the difference C of the cores, and the shortest translation out of C
+// is that of the overlap. A polytope inside C that contains the origin grows at its face nearest to the
+// origin. The plane of this face bounds the depth from below, the plane that supports C along the same normal
+// from above. If the two agree the face is on the surface of C, and the foot of the origin on it gives the
+// deepest points.
 //
 // For polyhedra this ends on the surface after finitely many points. Round surfaces are approached by ever
-// smaller triangles; the tolerance is relative to the sizes, and separation.cpp sharpens what is left. What
-// is hard is rounding: triangles become needles whose normals mean nothing, and a point may see a face by its
-// last bit only. So every face knows the error of its normal, and a result that is no polytope any more ends
-// the search with the best bounds met so far, which are valid at any time.
+// smaller triangles; the tolerance is relative to the sizes, and separation.cpp refines the result. The
+// difficulty is rounding. Triangles become needles without a meaningful normal, and a point may see a face
+// only by its last bit. So every face stores the error of its normal. If the result is no longer a polytope
+// the search ends with the best bounds so far, which are valid at any time.
 namespace amontons::collision {
 
 namespace {
@@ -27,25 +27,25 @@ struct PolytopeFace {
   int corner[3];  // counter-clockwise seen from outside
   int across[3];  // the face beyond the edge from corner k to corner k + 1
   Vec3 normal;
-  double distance;  // of its plane from the origin; infinite for needles, which are never the nearest
-  double error;     // of the normal by rounding, infinite where there is none
+  double distance;  // of its plane from the origin; infinite for needles, which are never nearest
+  double error;     // of the normal by rounding; infinite if there is no normal
   bool removed;
 };
 
-// Triangles that close to a convex polytope in memory of fixed size. Each knows its three neighbours, so that
-// the faces that a new point sees are found by walking from one of them.
+// Triangles that form a closed convex polytope, in memory of fixed size. Each stores its three neighbours, so
+// that the faces that a new point sees are found by walking from one of them.
 struct Polytope {
   // A closed surface of triangles with n corners has 2 n - 4 of them (Euler).
   static constexpr int most_points = 132, most_faces = 2 * most_points;
   DifferencePoint point[most_points];
   PolytopeFace face[most_faces];
   int unused[most_faces];  // faces removed earlier
-  // Faces are named by their places, which do not move while neighbours refer to them.
-  int rim[most_faces][2];  // of the hole: a face that stays, and its edge
+  // Faces are identified by their places, which do not change while neighbours refer to them.
+  int rim[most_faces][2];  // of the hole: a remaining face, and its edge
   int points, faces, free_faces, rim_edges;
   double rounding;  // of the coordinates
 
-  // The tetrahedron of the first four points, with all faces seen from outside; `positive`: the fourth lies
+  // The tetrahedron of the first four points, with all faces seen from outside; `positive`: the fourth is
   // behind the first three.
   void start(bool positive) {
     points = 4;
@@ -59,8 +59,8 @@ struct Polytope {
     for (int f = 0; f < 4; ++f) std::copy_n(across[f], 3, face[f].across);
   }
 
-  // The one whose plane is nearest to the origin, and so bounds the depth from below. A plain loop: there are
-  // a few dozen faces, and a heap would have to follow those that are removed.
+  // The face whose plane is nearest to the origin, which bounds the depth from below. A plain loop: there are
+  // a few dozen faces, and a heap would have to track removed ones.
   int nearest_face() const {
     int best = -1;
     for (int f = 0; f < faces; ++f)
@@ -68,8 +68,9 @@ struct Polytope {
     return best;
   }
 
-  // Replaces the faces that p sees, a known one among them, by the cone over their rim: what is then the
-  // convex hull of the polytope and p. False: no room left, or rounding made a rim that is no simple loop.
+  // Replaces the faces that p sees, a known one among them, by the cone over their rim, which gives the
+  // convex hull of the polytope and p. False: no room is left, or rounding made a rim that is not a simple
+  // loop.
   bool expand(int seed, const DifferencePoint& p) {
     if (points == most_points) return false;
     rim_edges = 0;
@@ -83,7 +84,7 @@ struct Polytope {
       const int number = add_face(rim_corner(r, 1), rim_corner(r, 0), points - 1);
       face[number].across[0] = rim[r][0];
       face[rim[r][0]].across[rim[r][1]] = number;
-      // Edge 0 is that of the rim, so that the cone closes with the faces that stay.
+      // Edge 0 is that of the rim, so that the cone connects to the remaining faces.
       // The faces of the cone follow each other round the apex: edge 2 leads back, edge 1 on.
       if (r == 0)
         first = number;
@@ -96,9 +97,8 @@ struct Polytope {
   }
 
  private:
-  // The normal of a triangle with coordinates good to `rounding` is good to rounding over its height, which
-  // is area / longest. A needle's normal would make it look nearest by chance, so it keeps an infinite
-  // distance.
+  // The rounding error of a triangle's normal is that of the coordinates over its height, area / longest. A
+  // needle's normal could make it nearest by chance, so its distance is infinite.
   int add_face(int i, int j, int k) {
     const int number = free_faces > 0 ? unused[--free_faces] : faces++;
     const Vec3 ab = point[j].w - point[i].w, ac = point[k].w - point[i].w, bc = ac - ab, n = cross(ab, ac);
@@ -112,28 +112,28 @@ struct Polytope {
     if (f.error < 1e-8) f.distance = dot(f.normal, point[i].w);
     return number;
   }
-  // Its place is given to the next face that is added; until then its corners and neighbours stay readable.
+  // Its place is reused by the next added face; until then its corners and neighbours stay readable.
   void remove(int number) {
     face[number].removed = true;
     unused[free_faces++] = number;
   }
-  // Two faces of the cone, one after the other around its apex.
+  // Links two consecutive faces of the cone around its apex.
   void join(int before, int after) {
     face[before].across[1] = after;
     face[after].across[2] = before;
   }
 
-  // Whether p lies beyond a face's plane by more than rounding; needles are seen from everywhere, so that the
-  // next point that comes near them takes them away.
+  // Whether p is beyond a face's plane by more than rounding. Every point sees needles, so that the next near
+  // point removes them.
   bool sees(const Vec3& p, const PolytopeFace& f) const {
     if (f.error == infinity) return true;
     const Vec3 d = p - point[f.corner[0]].w;
     return dot(f.normal, d) > rounding + f.error * norm(d);
   }
 
-  // Goes across an edge of a removed face. Removes the connected faces that p sees beyond it, and lists the
-  // rim of the hole in order: depth first from the edge it came by, which has the number `back` in the face
-  // beyond, and on round that face in the order of its edges.
+  // Crosses an edge of a removed face. Removes the connected faces that p sees beyond it, and lists the rim
+  // of the hole in order. Depth first from the edge of entry, which has the number `back` in the face beyond,
+  // and around that face in the order of its edges.
   void remove_beyond(int number, int edge, const Vec3& p) {
     const int next = face[number].across[edge];
     if (face[next].removed) return;
@@ -148,11 +148,11 @@ struct Polytope {
     for (int k = 1; k < 3; ++k) remove_beyond(next, (back + k) % 3, p);
   }
 
-  // A corner of edge r of the rim: its beginning (end = 0) or end (1), seen from the face that stays.
+  // A corner of edge r of the rim: its beginning (end = 0) or end (1), seen from the remaining face.
   int rim_corner(int r, int end) const { return face[rim[r][0]].corner[(rim[r][1] + end) % 3]; }
 
-  // Seen from the faces that stay the rim runs backwards: each edge begins where the next one ends. Rounding
-  // in sees() can leave a rim that touches itself, over which a cone would be no polytope.
+  // Seen from the remaining faces the rim is traversed backwards: each edge begins where the next one ends.
+  // Rounding in sees() can give a rim that touches itself; a cone over it would not be a polytope.
   bool is_rim_a_loop() const {
     if (rim_edges < 3) return false;
     for (int r = 0; r < rim_edges; ++r)
@@ -161,7 +161,7 @@ struct Polytope {
   }
 };
 
-// Across the coordinate axis that e is most perpendicular to, where the product is longest.
+// The cross product with the coordinate axis most perpendicular to e, where it is longest.
 Vec3 any_perpendicular(const Vec3& e) {
   int least = 0;
   for (int i = 1; i < 3; ++i)
@@ -171,8 +171,8 @@ Vec3 any_perpendicular(const Vec3& e) {
   return normalised(cross(e, axis));
 }
 
-// How many points of a simplex span something: a tetrahedron that is thinner than the tolerance counts as a
-// triangle, and so on down to a point.
+// Number of independent points of a simplex: a tetrahedron thinner than the tolerance counts as a triangle,
+// and so on down to a point.
 int independent_points(const Polytope& hull, int n, double tolerance) {
   const Vec3 o = hull.point[0].w, e = hull.point[1].w - o, f = hull.point[2].w - o, normal = cross(e, f);
   if (n == 4 && std::abs(dot(normal, hull.point[3].w - o)) > tolerance * norm(normal)) return 4;
@@ -180,7 +180,7 @@ int independent_points(const Polytope& hull, int n, double tolerance) {
   return n >= 2 && !(norm(e) <= tolerance) ? 2 : 1;
 }
 
-// Directions out of the span of the first n points, opposite ones among them; zero behind the last one.
+// Directions out of the span of the first n points, including opposite ones; the rest are zero.
 std::array<Vec3, 6> directions_out_of(const Polytope& hull, int n) {
   const Vec3 o = hull.point[0].w, x{1, 0, 0}, y{0, 1, 0}, z{0, 0, 1};
   if (n == 1) return {x, -x, y, -y, z, -z};
@@ -192,9 +192,9 @@ std::array<Vec3, 6> directions_out_of(const Polytope& hull, int n) {
   return {u, v, -u, -v};
 }
 
-// Grows a simplex that holds the origin to a tetrahedron by extreme points: the farthest out of its span each
-// time. GJK ends with fewer than four where the origin lies on a corner, an edge or a face of its simplex.
-// Returns how many points it got: fewer than four when the whole difference is flat.
+// Grows a simplex that contains the origin to a tetrahedron, each time by the extreme point farthest out of
+// its span. GJK ends with fewer than four points if the origin is on a corner, edge or face of its simplex.
+// Returns the number of points: fewer than four if the whole difference is flat.
 int grow_to_tetrahedron(const Convex& a, const Convex& b, const Simplex& s, double tolerance,
                         Polytope& hull) {
   for (int i = 0; i < s.count; ++i) hull.point[i] = s.point[i];
@@ -215,9 +215,9 @@ int grow_to_tetrahedron(const Convex& a, const Convex& b, const Simplex& s, doub
   return n;
 }
 
-// The difference is a polygon, a segment or a point, without an inside. Both cores lie in one plane, or on
-// one line: they part across it, at no depth. Here belong a segment that cuts a triangle in its own plane,
-// and two spheres on one centre, whose cores are points.
+// The difference is a polygon, a segment or a point, without an inside: both cores are in one plane, or on
+// one line. They separate across it, at zero depth. Examples are a segment that cuts a triangle in its own
+// plane, and two concentric spheres, whose cores are points.
 void part_flat(const Convex& a, const Convex& b, const Polytope& hull, int points, Separation& result) {
   const Vec3 o = hull.point[0].w;
   Vec3 normal{0, 0, 1};
@@ -225,7 +225,7 @@ void part_flat(const Convex& a, const Convex& b, const Polytope& hull, int point
   if (points == 2) normal = any_perpendicular(normalised(hull.point[1].w - o));
   result.normal = dot(normal, a.centre - b.centre) < 0 ? -normal : normal;
   result.distance = 0;
-  // The nearest of the points at hand: an origin inside a flat simplex has them all around it.
+  // The nearest of the known points: an origin inside a flat simplex has them all around it.
   result.on_a = result.on_b = {};
   for (int i = 0; i < points; ++i) {
     result.on_a += (1.0 / points) * hull.point[i].a;
@@ -234,10 +234,10 @@ void part_flat(const Convex& a, const Convex& b, const Polytope& hull, int point
   result.on_a = result.on_b = 0.5 * (result.on_a + result.on_b);
 }
 
-// Several coplanar triangles often make up one face of C, and the foot lies in one of them only, not always
-// in the one that was found nearest. The foot of the origin on the plane { <normal, w> = depth }, in the one
-// of the faces in this plane that holds it: with its weights the points of a and b that the corners come from
-// give the deepest points.
+// Several coplanar triangles often form one face of C, and the foot is in only one of them, not always in the
+// nearest one found. Finds the foot of the origin on the plane { <normal, w> = depth } in the face of this
+// plane that contains it. Its weights applied to the points of a and b behind the corners give the deepest
+// points.
 void set_foot(const Polytope& hull, const Vec3& normal, double depth, double tolerance, Separation& result) {
   double nearest = infinity;
   for (int number = 0; number < hull.faces; ++number) {
@@ -270,8 +270,8 @@ void penetration(const Convex& a, const Convex& b, const Simplex& simplex, Separ
   thread_local Polytope hull;  // some 30 kB: too large to be cleared on the stack for every pair
   const PairScale scale = pair_scale(a, b);
   const double rounding = 1e-14 * scale.reach;
-  // How far the bounds of the depth may be apart. Flat surfaces are met, round ones approached: triangles
-  // much finer than this are rounding. Between two smooth bodies sharpen_smooth() does the rest.
+  // Allowed difference of the bounds of the depth. Flat surfaces are reached exactly, round ones approached:
+  // much finer triangles are rounding. Between two smooth bodies sharpen_smooth() refines the result.
   using Kind = Convex::Kind;
   const auto any = [&](Kind kind) { return a.kind == kind || b.kind == kind; };
   const bool both_smooth = a.kind == Kind::ellipsoid && b.kind == Kind::ellipsoid;
@@ -284,10 +284,9 @@ void penetration(const Convex& a, const Convex& b, const Simplex& simplex, Separ
   const Vec3 o = hull.point[0].w;
   hull.rounding = rounding;
   hull.start(dot(cross(hull.point[1].w - o, hull.point[2].w - o), hull.point[3].w - o) < 0);
-  // Invariant: the polytope lies within C and holds the origin, up to rounding.
-  // Every direction tried is a way out, and the nearest face bounds the shortest one from below. The
-  // last face holds the foot of the origin; should rounding have spoilt it, the best direction met has
-  // at least the depth right.
+  // Invariant: the polytope is within C and contains the origin, up to rounding. Every tried direction
+  // separates the bodies, and the nearest face bounds the shortest one from below. The last face contains the
+  // foot of the origin. If rounding spoiled it, the best direction found still has the right depth.
   double least = infinity;
   for (;;) {
     const int nearest = hull.nearest_face();

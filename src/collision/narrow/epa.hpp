@@ -3,8 +3,8 @@
 
 namespace amontons::collision {
 
-// The shortest way to part two cores that overlap or touch, by the expanding polytope algorithm. The simplex
-// is the one in which GJK found the origin; the radii are not in `result` yet.
+// The shortest translation that separates two cores that overlap or touch, by the expanding polytope
+// algorithm. The simplex is the one in which GJK found the origin. `result` does not include the radii yet.
 void penetration(const Convex& a, const Convex& b, const Simplex& simplex, Separation& result);
 
 }  // namespace amontons::collision

@@ -8,7 +8,7 @@
 
 namespace amontons {
 
-// The support function about `from` as origin; the radius around a core adds the same along every direction.
+// The support function with `from` as origin; the radius of a core adds the same in every direction.
 double extent_along(const Shape& shape, const Transform& frame, const Vec3& direction, const Vec3& from) {
   const collision::Convex body = collision::make_convex(shape, frame, from);
   return dot(direction, collision::support(body, direction)) + body.radius;
@@ -23,14 +23,14 @@ bool has_face(const Shape& shape, const Transform& frame, const Vec3& direction)
 
 namespace {
 
-// look(triangle) for the triangles within a distance of a point, in the coordinates of
-// the surface. Nothing for other shapes.
-void for_each_triangle_near(const Shape& surface, const Vec3& point, double distance, auto&& look) {
+// Calls visit(triangle) for the triangles within a distance of a point, in the coordinates of the surface;
+// for other shapes it makes no call.
+void for_each_triangle_near(const Shape& surface, const Vec3& point, double distance, auto&& visit) {
   const Vec3 reach{distance, distance, distance};
   const auto search = [&](const auto& triangles) {
     triangles.for_each_near(Aabb{point - reach, point + reach}, [&](auto triangle) {
       const collision::Facet facet = triangles.facet(triangle);
-      if (norm(collision::closest_point(facet.corner, point).at - point) <= distance) look(facet);
+      if (norm(collision::closest_point(facet.corner, point).at - point) <= distance) visit(facet);
     });
   };
   if (const auto* mesh = std::get_if<Mesh>(&surface)) search(collision::MeshSurface{*mesh->data});

@@ -6,25 +6,27 @@
 
 #include "amontons/base/elementary.hpp"
 
-// What a body rests on along a direction. The support function names one extreme point; a manifold needs all
-// that are nearly extreme, because a box that is tilted by rounding still rests on a face. The thresholds
-// below decide between face, edge and point; they are angles, so that they hold in any unit. They are wide on
-// purpose: a feature that is too large only gives points beyond the margin, which clipping drops, one that is
-// too small loses a support.
+// The supporting feature of a body along a direction. The support function gives one extreme point. A
+// manifold needs all nearly extreme points, because a box that is tilted by rounding still rests on a face.
+// The thresholds below decide between face, edge and point; they are angles, which hold in any unit. They are
+// wide on purpose: a feature that is too large only gives points beyond the margin, which clipping drops; one
+// that is too small loses a support.
 namespace amontons::collision {
 
 namespace {
 
-// A face supports a direction within acos(0.95), 18 degrees, of its normal, and an edge or a generator one
-// within 17 degrees of the perpendicular: what is further tilted than that has left the margin before it
-// matters, and a clipped sliver of a steep face is no contact area.
+// A face supports a direction within acos(0.95), 18 degrees, of its normal, an edge or a generator one within
+// 17 degrees of the perpendicular. With a larger tilt it leaves the margin before it matters, and a clipped
+// sliver of a steep face is not a contact area.
 constexpr double face_cosine = 0.95, edge_sine = 0.3;
-// A capsule keeps both its end points up to here: its flat view is never thin, so nothing is lost by more.
+// A capsule keeps both its end points up to this limit: they form no thin area, so a wide limit loses
+// nothing.
 constexpr double segment_sine = 0.5;
+// Corners (count) of the polygon that stands for a round cap.
 constexpr int cap_corners = 12;
 
-// In the box's own axes the components of the direction are the cosines to its faces: a face if one component
-// of the direction dominates, an edge along the axis whose component is small, or the corner that has the
+// In the box's own axes the components of the direction are the cosines to its faces. The feature is a face
+// if one component dominates, an edge along the axis whose component is small, otherwise the corner with the
 // signs of the direction.
 void box_feature(const Convex& body, const Vec3& direction, Feature& feature) {
   const Vec3 d = to_local(body, direction);
@@ -36,8 +38,8 @@ void box_feature(const Convex& body, const Vec3& direction, Feature& feature) {
   Vec3 corner;
   for (int i = 0; i < 3; ++i) corner[i] = d[i] < 0 ? -body.size[i] : body.size[i];
   if (std::abs(d[flat]) >= face_cosine) {
-    // (flat, i, j) is right-handed: on the side where the axis points inwards u turns round, to keep the
-    // order.
+    // (flat, i, j) is right-handed; on the side where the axis points inwards u is reversed, to keep the
+    // orientation.
     const double side = d[flat] < 0 ? -1 : 1;
     const int i = (flat + 1) % 3, j = (flat + 2) % 3;
     const Vec3 m = body.centre + corner[flat] * body.axis[flat];
@@ -50,32 +52,30 @@ void box_feature(const Convex& body, const Vec3& direction, Feature& feature) {
   feature.set({p, p - 2 * corner[along] * body.axis[along]});
 }
 
-// The direction of a cap's first corner, perpendicular to its normal n: along `phase` unless that stands on
-// the cap or is null.
+// The direction of a cap's first corner, perpendicular to its normal n: along `phase` unless that is normal
+// to the cap or null.
 Vec3 cap_phase(const Convex& body, const Vec3& n, const Vec3* phase) {
   if (!phase) return body.axis[0];
   const Vec3 flat = *phase - dot(*phase, n) * n;
   return norm_squared(flat) > 0.01 ? normalised(flat) : body.axis[0];
 }
 
-// Clipping knows polygons only, so a cap is one. A regular polygon inscribed in its rim; where it is tilted,
-// with the rim's extreme point besides. c: the cosine between the body's axis and the direction.
+// Clipping needs polygons, so a cap is a regular polygon inscribed in its rim, and if the cap is tilted also
+// the rim's extreme point. c: the cosine between the body's axis and the direction.
 void cap_feature(const Convex& body, const Vec3& direction, double c, const Vec3* phase, Feature& feature) {
   const double side = c < 0 ? -1 : 1;
   const Vec3 n = side * body.axis[2], m = body.centre + side * body.size.z * body.axis[2];
   const Vec3 e = cap_phase(body, n, phase), f = cross(n, e);
-  const Vec3 down = direction - std::abs(c) * n;  // the direction's part along the cap: to the extreme point
+  const Vec3 down = direction - std::abs(c) * n;  // part of the direction along the cap
   const double tilt = norm(down);
-  double angle = -1;  // of the extreme point, in sides of the polygon; none within 1 mrad of flat
+  double angle = -1;  // of the extreme point, in sides of the polygon; -1 within 1 mrad of flat
   if (tilt > 1e-3) {
     angle = elementary::atan2(dot(down, f), dot(down, e)) * (cap_corners / 6.283185307179586);
     if (angle < 0) angle += cap_corners;
   }
-  // Where the polygon would hide the extreme point, on a cap that is tilted, the exact one is put in its
-  // place in the order of the corners: the deepest point of a rocking drum is then never lost between two
-  // corners.
-  // (cos, sin) of the corners on the unit circle. Twelve leave out 1 - cos(15 degrees), 3 % of the
-  // radius, at the middle of a side.
+  // On a tilted cap the exact extreme point is inserted in the order of the corners. So the deepest point of
+  // a rocking drum is never lost between two corners. (cos, sin) of the corners on the unit circle. Twelve
+  // leave out 1 - cos(15 degrees), 3 % of the radius, at the middle of a side.
   static const auto polygon = [] {
     std::array<std::array<double, 2>, cap_corners> table;
     for (int k = 0; k < cap_corners; ++k) {
@@ -93,8 +93,8 @@ void cap_feature(const Convex& body, const Vec3& direction, double c, const Vec3
   }
 }
 
-// A cap, a generator of the side (the straight line in it that is extreme along the direction), or a point of
-// the rim.
+// A cap, a generator of the side (the straight line that is extreme along the direction), or a point of the
+// rim.
 void cylinder_feature(const Convex& body, const Vec3& direction, const Vec3* phase, Feature& feature) {
   const double c = dot(body.axis[2], direction);
   if (std::abs(c) >= face_cosine) return cap_feature(body, direction, c, phase, feature);
@@ -104,9 +104,9 @@ void cylinder_feature(const Convex& body, const Vec3& direction, const Vec3* pha
   feature.set({body.centre + radial + half, body.centre + radial - half});
 }
 
-// All faces are looked at: hulls have tens of them, and the best aligned one need not be next to the extreme
-// corner. The face best aligned with the direction d (in the hull's frame) that holds a point, if one is
-// close to it.
+// Finds the face best aligned with the direction d (in the hull's frame) that contains a point, if one is
+// close to it. All faces are tested: hulls have tens of them, and the best aligned one need not be next to
+// the extreme corner.
 bool hull_face(const Convex& body, const Vec3& d, const Vec3& held, Feature& feature) {
   const ConvexHull& hull = *body.hull;
   const double tolerance = 1e-6 * body.extent;
@@ -120,7 +120,7 @@ bool hull_face(const Convex& body, const Vec3& d, const Vec3& held, Feature& fea
     }
   }
   if (face == hull.faces.size()) return false;
-  // A face of many corners is thinned out evenly.
+  // A face of many corners is reduced evenly.
   const auto& corners = hull.faces[face];
   const std::size_t n = corners.size(), kept = std::min<std::size_t>(n, Feature::capacity - 1);
   feature.count = static_cast<int>(kept);
@@ -129,10 +129,10 @@ bool hull_face(const Convex& body, const Vec3& d, const Vec3& held, Feature& fea
   return true;
 }
 
-// The slope of an edge is the sine of the angle by which it falls away from the plane across the direction.
-// Of the corners `others` that edges join to the extreme one the one that falls least along the direction:
-// with it the extreme corner makes an edge, unless that is too steep, which leaves a point. `at`: where a
-// corner is.
+// The slope of an edge is the sine of the angle by which it falls from the plane across the direction. Among
+// the corners `others` that edges join to the extreme one, finds the one that falls least along the
+// direction. It forms an edge with the extreme corner, unless the edge is too steep, which leaves a point.
+// `at`: the place of a corner.
 void edge_or_point(int extreme, const auto& others, const Vec3& direction, Feature& feature, auto&& at) {
   int other = -1;
   double slope = -edge_sine;
@@ -149,7 +149,7 @@ void edge_or_point(int extreme, const auto& others, const Vec3& direction, Featu
   if (other >= 0) feature.points[1] = at(other);
 }
 
-// A face, or what is left at the extreme corner.
+// A face, otherwise the feature at the extreme corner.
 void hull_feature(const Convex& body, const Vec3& direction, const Vec3* through, Feature& feature) {
   const ConvexHull& hull = *body.hull;
   const Vec3 d = to_local(body, direction);
@@ -162,7 +162,7 @@ void hull_feature(const Convex& body, const Vec3& direction, const Vec3* through
     feature.points[i] = body.centre + to_common(body, feature.points[i]);
 }
 
-// The same for a triangle, either side of which may be the face.
+// The same for a triangle; either side may be the face.
 void triangle_feature(const Convex& body, const Vec3& direction, Feature& feature) {
   const Vec3 *corner = body.corner, n = normalised(cross(corner[1] - corner[0], corner[2] - corner[0]));
   const double c = dot(n, direction);
@@ -180,8 +180,8 @@ void triangle_feature(const Convex& body, const Vec3& direction, Feature& featur
 
 }  // namespace
 
-// A capsule counts as its generator: the part of its side that the direction names. Ellipsoids and spheres
-// are round all over, and have nothing but the extreme point.
+// A capsule is represented by its generator along the direction. Ellipsoids and spheres only have the extreme
+// point.
 void supporting_feature(const Convex& body, const Vec3& direction, const Vec3* through, const Vec3* phase,
                         Feature& feature) {
   switch (body.kind) {

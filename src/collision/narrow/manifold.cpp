@@ -6,26 +6,25 @@
 #include <utility>
 
 // Contact manifolds: the supporting features of two bodies, projected along the normal onto the tangent plane
-// and clipped there (Sutherland and Hodgman, Reentrant polygon clipping, 1974): the polygon of one feature is
-// cut by the half planes inside the edges of the other, one after the other. What is left is the common
-// shadow of both; a corner of it lies at some height over the plane in either feature, and the difference of
-// the two heights is the gap there.
+// and clipped there (Sutherland and Hodgman, Reentrant polygon clipping, 1974). The polygon of one feature is
+// cut by the half planes inside the edges of the other, one after the other. The common projection of both
+// remains. A corner of it has a height over the plane in either feature, and the difference of the two
+// heights is the gap there.
 //
-// All corners of the common shadow are kept: no choice of four is made that could change from step to step.
-// What would flicker instead are points that exist by rounding only, and each kind of them is dealt with
-// where it arises:
-//   - a corner on the edge that clips counts as inside, up to 1e-9 of the size: neither side loses it;
-//   - a crossing is computed from the inside to the outside, whichever way the polygon runs, so that both
+// All corners of the common projection are kept: no choice of four is made that could change from step to
+// step. Points that exist only by rounding would flicker, and each kind of them is removed where it arises:
+//   - a corner on the clipping edge counts as inside, up to 1e-9 of the size: neither side loses it;
+//   - a crossing is computed from the inside to the outside, in either direction of the polygon, so that both
 //     bodies give the same one;
-//   - corners of the two faces that nearly fall together are one point;
-//   - crossings of edges that nearly fall together lie between two corners and say nothing.
+//   - corners of the two faces that nearly coincide are one point;
+//   - crossings of edges that nearly coincide are between two corners and are redundant.
 namespace amontons::collision {
 
 namespace {
 
 constexpr double unbounded = std::numeric_limits<double>::infinity();
 
-// The plane across the contact normal, through a point of the contact: clipping happens in its coordinates.
+// The plane across the contact normal, through a point of the contact; clipping uses its coordinates.
 struct TangentFrame {
   Vec3 origin, u, v, normal;
 
@@ -43,18 +42,18 @@ struct TangentFrame {
 };
 
 // The scratch of one manifold; a face of `capacity` corners gains at most one per clipping edge. One per
-// thread, so that nothing is allocated per pair.
+// thread, so that pairs allocate nothing.
 struct Clipper {
   static constexpr int capacity = 2 * Feature::capacity;
   Feature feature_a, feature_b;
-  Lifted corner[Feature::capacity];  // of the feature that clips
+  Lifted corner[Feature::capacity];  // of the clipping feature
   Lifted clipped[capacity], scratch[capacity];
   int count;
   double gap[capacity];
 };
 
-// The part of the polygon (or segment, for two points) on the inner side of the directed edge p -> q, which
-// lies to its left; points within the tolerance outside count as inside.
+// The part of the polygon (or segment, for two points) on the inner, left side of the directed edge p -> q.
+// Points outside by no more than the tolerance count as inside.
 void clip_by_edge(Clipper& c, const Lifted& p, const Lifted& q, bool closed, double tolerance) {
   double nu = p.v - q.v, nv = q.u - p.u;  // the edge turned to the left
   const double length = std::sqrt(nu * nu + nv * nv);
@@ -87,16 +86,16 @@ void clip_by_edge(Clipper& c, const Lifted& p, const Lifted& q, bool closed, dou
   }
 }
 
-// Whether p lies between its neighbours a and b, within `merge` of the line through them: its distance from
-// the line is twice the area of the triangle over the length of its base.
+// Whether p is between its neighbours a and b, within `merge` of the line through them. Its distance from the
+// line is twice the area of the triangle over the length of its base.
 bool is_on_line(const Lifted& p, const Lifted& a, const Lifted& b, double merge) {
   const double du = b.u - a.u, dv = b.v - a.v, area = std::abs(du * (p.v - a.v) - dv * (p.u - a.u));
   const bool between = du * (p.u - a.u) + dv * (p.v - a.v) > 0 && du * (b.u - p.u) + dv * (b.v - p.v) > 0;
   return between && !(area > merge * std::sqrt(du * du + dv * dv));
 }
 
-// Of a face or an edge; what counts as the same point is relative to it.
-// Squares are compared, and one root is taken at the end.
+// The shortest edge of a face or an edge; points are merged relative to it. Squares are compared, and one
+// root is taken at the end.
 double shortest_edge(const Feature& f) {
   double least = unbounded;
   for (int i = 0; i < f.count; ++i)
@@ -104,10 +103,9 @@ double shortest_edge(const Feature& f) {
   return std::sqrt(least);
 }
 
-// Emits the points of c.clipped with their gaps, each half-way between the two surfaces: its height is that
-// of the clipped feature, and the other surface lies by the gap below or above it. Of points closer together
-// than a thousandth of the shortest edge only one stays: nearly aligned corners would come twice, and say the
-// same.
+// Emits the points of c.clipped with their gaps, each half-way between the two surfaces. The clipped feature
+// has the point's height, and the other surface is above or below by the gap. Only one of the points closer
+// together than a thousandth of the shortest edge stays, because nearly aligned corners would occur twice.
 double emit(Clipper& c, const TangentFrame& frame, double merge, double margin, bool clipped_above,
             std::vector<ContactPoint>& points) {
   double least = unbounded;
@@ -117,7 +115,7 @@ double emit(Clipper& c, const TangentFrame& frame, double merge, double margin, 
     for (int k = 0; k < i && !repeated; ++k) repeated = is_near(p, c.clipped[k], merge) && c.gap[k] <= margin;
     least = std::min(least, c.gap[i]);
     if (repeated) {
-      c.gap[i] = unbounded;  // so that no chain of neighbours hides behind it
+      c.gap[i] = unbounded;  // so that no chain of neighbours is lost behind it
       continue;
     }
     if (c.gap[i] > margin) continue;
@@ -127,15 +125,15 @@ double emit(Clipper& c, const TangentFrame& frame, double merge, double margin, 
   return least;
 }
 
-// Clips a feature by a face. `above`: the clipped feature belongs to body a, which the normal points to.
+// Clips a feature by a face. `above`: the clipped feature belongs to body a, to which the normal points.
 double clip_by_face(Clipper& c, const Feature& clipped, const Feature& face, bool above,
                     const TangentFrame& frame, double size, double margin,
                     std::vector<ContactPoint>& points) {
   c.count = clipped.count;
   for (int i = 0; i < clipped.count; ++i) c.clipped[i] = frame.lift(clipped.points[i]);
   for (int i = 0; i < face.count; ++i) c.corner[i] = frame.lift(face.points[i]);
-  // A polygon is inside an edge if it lies to the left of it, for polygons that run counter-clockwise. Seen
-  // against the normal the face of body b runs counter-clockwise, that of a clockwise.
+  // A point is inside an edge if it is to the left of it, for counter-clockwise polygons. Seen against the
+  // normal the face of body b is counter-clockwise, that of a clockwise.
   for (int i = 0; i < face.count && c.count > 0; ++i) {
     const Lifted &p = c.corner[i], &q = c.corner[i + 1 < face.count ? i + 1 : 0];
     clip_by_edge(c, above ? p : q, above ? q : p, c.count > 2, 1e-9 * size);
@@ -155,9 +153,11 @@ double clip_by_face(Clipper& c, const Feature& clipped, const Feature& face, boo
   return emit(c, frame, merge, margin, above, points);
 }
 
-// Two edges side by side touch along what they share; crossing ones (by more than 0.02 rad) in a point, which
-// is not for here. Both ends of the shared part are points, half-way between the edges, with the gap there.
+// Two nearly parallel edges touch along their common part. Crossing ones (by more than 0.02 rad) touch in a
+// point, which is not handled here. Both ends of the common part are points, half-way between the edges, with
+// the gap there.
 double clip_edges(Clipper& c, const TangentFrame& frame, double margin, std::vector<ContactPoint>& points) {
+  // Angle (sine): edges that cross by more touch in a point.
   constexpr double parallel = 0.02;
   const Lifted a0 = frame.lift(c.feature_a.points[0]), a1 = frame.lift(c.feature_a.points[1]);
   Lifted b[2] = {frame.lift(c.feature_b.points[0]), frame.lift(c.feature_b.points[1])};
@@ -195,15 +195,15 @@ int drop_between(Lifted* corner, int count, double merge) {
   return count;
 }
 
-// A face clips what the other body turns to it; of two faces that of b clips that of a.
+// A face clips the feature of the other body; if both have faces, that of b clips that of a.
 double clip_features(const Convex& a, const Convex& b, const Vec3& normal, const Separation* deepest,
                      double margin, std::vector<ContactPoint>& points) {
-  // What each body turns to the other: that of a looks against the normal, that of b along it.
+  // The features that face each other: that of a against the normal, that of b along it.
   thread_local Clipper c;
   const bool both_round = a.kind == Convex::Kind::cylinder && b.kind == Convex::Kind::cylinder;
   supporting_feature(a, -normal, deepest ? &deepest->on_a : nullptr, nullptr, c.feature_a);
-  // Two caps as polygons of one orientation: coaxial ones then share their corners instead of crossing
-  // between them.
+  // Two caps as polygons with equal phase: coaxial ones then share their corners instead of crossing between
+  // them.
   supporting_feature(b, normal, deepest ? &deepest->on_b : nullptr, both_round ? &a.axis[0] : nullptr,
                      c.feature_b);
   const TangentFrame frame(c.feature_a.points[0], normal);
@@ -217,17 +217,17 @@ double clip_features(const Convex& a, const Convex& b, const Vec3& normal, const
 
 void manifold(const Convex& a, const Convex& b, const Separation& deepest, double margin,
               std::vector<ContactPoint>& points) {
-  // A face within 0.1 rad of the normal of least separation gives the normal in its place, provided that it
-  // sees the same gap: between nearly flat faces the least separation is rounding, their own normals are not.
-  // The gap may differ by 2 %, four times as much as a turn by 0.1 rad changes a depth (1 - cos 0.1), and by
-  // 1e-5 of the size, so that surfaces that just touch are compared at all.
+  // A face within 0.1 rad of the normal of least separation replaces that normal if it gives the same gap.
+  // Between nearly flat faces the direction of least separation is rounding, the face normals are not. The
+  // gap may differ by 2 %, four times the change of a depth by a turn of 0.1 rad (1 - cos 0.1). It may also
+  // differ by 1e-5 of the size, for surfaces that just touch.
   constexpr double aligned = 0.995;
   thread_local Feature face;
   const double size = pair_scale(a, b).size;
   const double tolerance = 1e-5 * size + 0.02 * std::abs(deepest.distance);
   const std::size_t before = points.size();
 
-  // 0: the face of b, which looks along the normal; 1: that of a, which looks against it.
+  // 0: the face of b, along the normal; 1: that of a, against it.
   Vec3 candidate[2];
   double cosine[2] = {0, 0};
   for (int k : {0, 1}) {
@@ -238,7 +238,7 @@ void manifold(const Convex& a, const Convex& b, const Separation& deepest, doubl
     candidate[k] = sign * face.normal;
     cosine[k] = dot(candidate[k], deepest.normal);
   }
-  // Of two faces that are aligned alike that of b, so that the choice does not hang on rounding.
+  // If both are equally aligned that of b is taken, so that the choice does not depend on rounding.
   const int first = cosine[1] > cosine[0] + 1e-4 ? 1 : 0;
   for (int k : {first, 1 - first}) {
     if (cosine[k] < aligned) continue;
@@ -247,7 +247,7 @@ void manifold(const Convex& a, const Convex& b, const Separation& deepest, doubl
     points.resize(before);
   }
   const double least = clip_features(a, b, deepest.normal, &deepest, margin, points);
-  // Corners, edges that cross, round bodies: the point that the separation itself gives.
+  // Corners, crossing edges, round bodies: the point of the separation itself.
   if (least > deepest.distance + tolerance && deepest.distance <= margin)
     points.push_back({0.5 * (deepest.on_a + deepest.on_b), deepest.normal, deepest.distance});
 }

@@ -1,15 +1,15 @@
-// A hull that lies on a plane has hundreds of corners within a margin, a box on bumpy ground one per
-// triangle. Each row of a solve costs the same, whether it tells anything or not. Of many points three kinds
-// are kept, with heights (gaps) over the plane across the normal:
+// A hull on a plane has hundreds of corners within a margin, a box on bumpy ground one per triangle. Each
+// costs the same row in a solve, even if it is redundant. Three kinds of points are kept, with heights (gaps)
+// over the plane across the normal:
 //   1. the lowest one, now and at the end of the step;
-//   2. the support polygon: of the points as low as the lowest, the corners of their convex outline, less
+//   2. the support polygon: the corners of the convex outline of the points as low as the lowest, without
 //      those that add next to nothing to its area (M. Visvalingam, J. D. Whyatt, Line generalisation by
 //      repeated elimination of points, 1993: the corner with the smallest triangle goes first);
 //   3. the points that would be lowest if the body turned a little about any axis in the plane: those that
-//      minimise  height - slope <direction, (u, v)>  for eight directions and slopes of all sizes, if none
-//      that is kept comes near.
-// A turn adds a linear function to the heights, and neither 2 nor 3 sees a linear function but by the range
-// that it looks at: what is kept changes little when a body rocks.
+//      minimise  height - slope <direction, (u, v)>  for eight directions and slopes of all sizes, if no
+//      kept point comes near.
+// A turn adds a linear function to the heights, which changes 2 and 3 only by their range of heights: the
+// kept points change little when a body rocks.
 #include "amontons/collision/narrow/support_points.hpp"
 
 #include <algorithm>
@@ -22,19 +22,20 @@ namespace amontons {
 
 namespace {
 
-// As many as a round cap has. A regular dodecagon covers 95 % of its circle.
+// Corners (count): as many as a round cap has. A regular dodecagon covers 95 % of its circle.
 constexpr std::size_t most_corners = 12;
-// Corners that together add less than this part of the area are left out.
+// Area (relative): corners that together add less are omitted.
 constexpr double least_area = 0.01;
-// By how much the turns that are looked at lift one side of the support, in tolerances: from what may come in
-// a step, down to what tells the three points on which a body stands from those that it nearly stands on.
+// Lift of one side of the support by the tested turns (tolerances). It ranges from the possible lift in one
+// step down to one that separates the three points on which a body stands from those that it nearly stands
+// on.
 constexpr double parts[] = {10, 1, 0.1, 0.01, 0.001};
-// What a body stands on when it rests lies in one plane but for so much, in tolerances.
+// Height (tolerances): the points on which a resting body stands are in one plane up to this.
 constexpr double standing = 1e-3;
-// The part of such a lift by which a body may sink in for want of a point.
+// Depth (relative to such a lift): by which a body may sink in for lack of a point.
 constexpr double missed = 0.1;
-// What differs by less, in what it is compared with, is alike; and a kept point that lies higher by less, in
-// tolerances, stands for the lowest one.
+// rounding (relative): smaller differences are ignored. held_alike (tolerances): a kept point that is higher
+// by less replaces the lowest one.
 constexpr double rounding = 1e-6, held_alike = 1e-2;
 
 // Twice the area of a triangle, positive if it runs counter-clockwise.
@@ -44,7 +45,7 @@ double area(const auto& a, const auto& b, const auto& c) {
 
 }  // namespace
 
-// The lowest one. Of points that are alike within rounding the first, but for one that is kept already.
+// The lowest point. Among points that are equal within rounding a kept one is preferred, otherwise the first.
 const SupportPoints::Site& SupportPoints::lowest(double tolerance,
                                                  std::span<const unsigned char> kept) const {
   double least = std::numeric_limits<double>::infinity();
@@ -71,11 +72,11 @@ void SupportPoints::make_outline() {
   for (const Site& s : flat_) add(s, 0);
   const std::size_t lower = outline_.size() - 1;
   for (std::size_t k = flat_.size() - 1; k-- > 0;) add(flat_[k], lower);
-  if (outline_.size() > 1) outline_.pop_back();  // the first corner, once more
+  if (outline_.size() > 1) outline_.pop_back();  // the first corner again
 }
 
-// Of corners whose loss is alike the last one found goes first. A corner that goes changes the loss of its
-// two neighbours alone.
+// Among corners with equal loss the last one found goes first. Removing a corner changes only the loss of its
+// two neighbours.
 void SupportPoints::simplify_outline() {
   double whole = 0, lost = 0;
   for (std::size_t k = 2; k < outline_.size(); ++k) whole += area(outline_[0], outline_[k - 1], outline_[k]);
@@ -112,7 +113,7 @@ void SupportPoints::keep_outline(double tolerance, std::span<unsigned char> kept
   for (const Site& s : outline_) kept[s.point] = 1;
 }
 
-// Points up to `height` over the lowest one, at a slope that lifts one side of them by as much.
+// Keeps points up to `height` over the lowest one, at a slope that lifts one side of them by as much.
 void SupportPoints::keep_under_turns(double height, std::span<unsigned char> kept) const {
   const Site& base = lowest(height, kept);
   kept[base.point] = 1;
@@ -125,7 +126,7 @@ void SupportPoints::keep_under_turns(double height, std::span<unsigned char> kep
   const double around[8][2] = {{1, 0},  {half, half},   {0, 1},  {-half, half},
                                {-1, 0}, {-half, -half}, {0, -1}, {half, -half}};
   for (const auto& [cu, cv] : around) {
-    double least = base.height, held = base.height;  // of all, of those that are kept
+    double least = base.height, held = base.height;  // of all points, of the kept ones
     const Site* best = &base;
     for (const Site& s : sites_) {
       if (!(s.height <= base.height + height)) continue;
@@ -152,7 +153,7 @@ void SupportPoints::select(std::span<const SupportPoint> points, const Vec3& nor
   keep_outline(tolerance, kept);
   keep_outline(standing * tolerance, kept);
   for (double part : parts) keep_under_turns(part * tolerance, kept);
-  // Roughly the same at the end of the step: where the body lands is looked at again there.
+  // More roughly for the end of the step: there the search is repeated after the solve.
   for (Site& s : sites_) s.height = points[s.point].end;
   keep_under_turns(parts[0] * tolerance, kept);
 }

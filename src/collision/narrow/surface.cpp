@@ -7,15 +7,15 @@
 namespace amontons::collision {
 namespace {
 
-// Points closer than this part of the body's size are one: triangles that share an edge or corner both find
-// it, each with rounding of its own.
+// Distance (relative to the body's size) below which points are one: triangles that share an edge or corner
+// both find it, each with its own rounding.
 constexpr double same_point = 1e-5;
-// About 8 degrees: less than the edges of a body or of the ground turn by, more than a fine mesh from one
-// triangle to the next.
+// About 8 degrees: less than the angle at edges of a body or of the ground, more than that between triangles
+// of a fine mesh.
 constexpr double same_normal = 0.99;  // cosine
 
-// Where points lie along a direction that no grid has: those that lie together are neighbours in this order,
-// and few others are.
+// Position of points along a direction that is not aligned with any grid: coincident points are neighbours in
+// this order, and few others are.
 struct Place {
   double along;
   std::uint32_t point;
@@ -30,7 +30,7 @@ bool SurfaceBody::separate_by_face(const Convex& triangle, const Vec3& n, double
   int flat = 0;
   for (int i = 1; i < 3; ++i)
     if (std::abs(d[i]) > std::abs(d[flat])) flat = i;
-  // The face looks against n. Heights are over it, outwards.
+  // The face is opposite to n. Heights are over it, outwards.
   const double side = d[flat] > 0 ? -1 : 1;
   int nearest = 0;
   double height[3];
@@ -50,8 +50,8 @@ bool SurfaceBody::separate_by_face(const Convex& triangle, const Vec3& n, double
   return true;
 }
 
-// Of points that lie together with about the same normal the deepest one stays, in the place of the first. In
-// place and in the order in which they were found; the cost is that of sorting them.
+// Among coincident points with about the same normal the deepest one stays, at the index of the first. In
+// place and in the order of discovery; the cost is that of sorting.
 void remove_doubles(std::vector<ContactPoint>& points, std::size_t first, double length) {
   thread_local std::vector<Place> places;
   thread_local std::vector<std::uint32_t> order, slot;
@@ -59,7 +59,7 @@ void remove_doubles(std::vector<ContactPoint>& points, std::size_t first, double
   const std::size_t n = points.size() - first;
   places.resize(n);
   order.resize(n);
-  slot.assign(n, 0xffffffff);  // of a point that stays: where it is now, from `first` on
+  slot.assign(n, 0xffffffff);  // for a remaining point: its present place, from `first` on
   for (std::uint32_t i = 0; i < n; ++i) places[i] = {dot(askew, points[first + i].point), i};
   std::sort(places.begin(), places.end(), [](const Place& a, const Place& b) {
     return a.along != b.along ? a.along < b.along : a.point < b.point;
@@ -69,8 +69,8 @@ void remove_doubles(std::vector<ContactPoint>& points, std::size_t first, double
   for (std::uint32_t i = 0; i < n; ++i) {
     const ContactPoint p = points[first + i];
     std::uint32_t same = end;
-    const auto look = [&](std::size_t k) {
-      // What is in a slot may have come from the other end of the tolerance.
+    const auto is_in_range = [&](std::size_t k) {
+      // A slot may hold a point from the other end of the tolerance.
       if (std::abs(places[k].along - places[order[i]].along) > 2 * tolerance) return false;
       const std::uint32_t j = slot[places[k].point];
       if (j < same && norm_squared(p.point - points[first + j].point) <= tolerance * tolerance &&
@@ -78,15 +78,15 @@ void remove_doubles(std::vector<ContactPoint>& points, std::size_t first, double
         same = j;
       return true;
     };
-    for (std::size_t k = order[i] + 1; k < n && look(k); ++k) {
+    for (std::size_t k = order[i] + 1; k < n && is_in_range(k); ++k) {
     }
-    for (std::size_t k = order[i]; k-- > 0 && look(k);) {
+    for (std::size_t k = order[i]; k-- > 0 && is_in_range(k);) {
     }
     if (same == end) {
       slot[i] = end;
       points[first + end++] = p;
     } else if (p.gap < points[first + same].gap) {
-      points[first + same] = p;  // deeper, as gaps are negative where the bodies overlap
+      points[first + same] = p;  // deeper, as gaps are negative for overlaps
     }
   }
   points.resize(first + end);
@@ -94,7 +94,7 @@ void remove_doubles(std::vector<ContactPoint>& points, std::size_t first, double
 
 namespace {
 
-// The origin of the shape, which lies inside all shapes but hulls: for those the mean of the corners.
+// The origin of the shape, which is inside all shapes except hulls: for those the mean of the corners.
 Vec3 point_inside(const Shape& shape, const Quat& rotation) {
   const auto* hull = std::get_if<Hull>(&shape);
   if (!hull) return {};
@@ -105,8 +105,8 @@ Vec3 point_inside(const Shape& shape, const Quat& rotation) {
 
 }  // namespace
 
-// `box` is in the coordinates of the surface, which finds its triangles by it; all else is about the origin
-// of the shape.
+// `box` is in the coordinates of the surface, which uses it to find triangles; all else is relative to the
+// origin of the shape.
 SurfaceBody::SurfaceBody(const Shape& shape, const Transform& frame, double margin_)
     : convex(make_convex(shape, frame, frame.position)),
       local(bounds(shape, {})),

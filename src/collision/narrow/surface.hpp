@@ -1,21 +1,21 @@
-// Contact of a convex body with a static surface of triangles, seen from the outside only. The two kinds of
+// Contact of a convex body with a static surface of triangles, from the outside only. The two kinds of
 // surface differ in how they find triangles and neighbours, so the algorithm is a template over that. It
-// takes the triangles near the body one by one, and each alone: what the body did before is not remembered.
+// processes the triangles near the body one by one and independently; nothing is stored between calls.
 //
-// Contact normals. A triangle alone would push a body that slides across it off its edges, although the
-// surface goes on behind them. A normal is therefore only allowed if the surface, not the triangle, has it:
-// the normal of the face, or one whose supporting point on the triangle supports the surface around it as
-// well (the Voronoi region of an edge or corner: D. Eberly, "Game Physics", 2nd ed., section 8.4, for the
-// regions; the rule for internal edges is that of C. Ericson, "Real-Time Collision Detection", section 5.1.6,
-// turned into a test). Any other normal is replaced by that of the face. Edges and corners that no allowed
-// normal can belong to are inactive; on flat ground all are.
+// Contact normals. A triangle alone would push a sliding body off its edges, although the surface continues
+// behind them. A normal is therefore only allowed if the surface, not the triangle, has it. That is the
+// normal of the face, or one whose supporting point on the triangle also supports the surface around it.
+// (Voronoi region of an edge or corner: D. Eberly, "Game Physics", 2nd ed., section 8.4; the rule for
+// internal edges is that of C. Ericson, "Real-Time Collision Detection", section 5.1.6, turned into a test.)
+// Any other normal is replaced by that of the face. Edges and corners without an allowed normal are inactive;
+// on flat ground all are.
 //
 // Contact points on a face: the supporting feature of the body along the face normal, clipped by the three
-// planes that stand on the edges. Points made by clipping are kept only where the surface really has an edge:
-// triangles of one flat face together give the corners of the body and the corners of the common area,
-// nothing in between. How a flat face is cut into triangles thus leaves no trace in the contacts.
+// planes that stand on the edges. Points made by clipping are kept only where the surface has a real edge.
+// The triangles of one flat face together give the corners of the body and those of the common area, nothing
+// in between. The triangulation of a flat face therefore does not affect the contacts.
 //
-// Depth. A body whose centre is outside is pushed out of the faces it went through; one whose centre has got
+// Depth. A body whose centre is outside is pushed out of the faces that it penetrates. A body whose centre is
 // behind the surface is pushed out along the normal of the closest face (push_out).
 #pragma once
 #include <algorithm>
@@ -38,19 +38,19 @@ struct SurfaceBody {
   Vec3 inside;    // a point inside it
   Vec3 origin;    // of these coordinates, in those of the surface
   Aabb box;       // around it and its margin, in the coordinates of the surface
-  double margin;  // up to which gaps count
+  double margin;  // largest gap that counts
 
   // `frame`: of the shape, in the coordinates of the surface.
   SurfaceBody(const Shape& shape, const Transform& frame, double margin);
 
   double size() const { return convex.extent + convex.radius; }
-  // Points as near to a plane as this are on both its sides, so that none is lost between two triangles.
+  // Points within this distance of a plane are on both its sides, so that none is lost between two triangles.
   double tolerance() const { return 1e-9 * size(); }
-  // The point of it that is lowest over a plane with the normal n.
+  // The lowest point of the body over a plane with the normal n.
   Vec3 lowest_along(const Vec3& n) const { return support(convex, -n) - convex.radius * n; }
 
-  // Most triangles near a slanting body are out of its reach: a cheap test before the others, of the
-  // triangle's box along the axes of the body against the body's own box (three of the separating axes).
+  // Most triangles near a slanting body are out of its reach. A cheap first test compares the triangle's box
+  // along the axes of the body with the body's own box (three of the separating axes).
   bool is_in_reach(const Facet& facet, double reach) const {
     for (int k = 0; k < 3; ++k) {
       const double a = dot(convex.axis[k], facet.corner[0]), b = dot(convex.axis[k], facet.corner[1]),
@@ -61,21 +61,21 @@ struct SurfaceBody {
     return true;
   }
 
-  // These planes divide space over a flat mesh without gaps: every point is over one triangle at least.
-  // Whether a point lies between the planes that stand on the edges of a facet.
+  // Whether a point is between the planes that stand on the edges of a facet. Over a flat mesh these planes
+  // divide space without gaps: every point is over at least one triangle.
   bool is_over(const Facet& facet, const Vec3& p) const {
     bool yes = true;
     for (int k = 0; k < 3; ++k) yes = yes && dot(inward_of(facet, k), p - facet.corner[k]) >= -tolerance();
     return yes;
   }
 
-  // The separation of a box from a triangle with the normal n that lies over one of its faces, where the
-  // distance of the nearest corner from the face is the distance of the two: most triangles under a box that
-  // rests on many are such. False: not known.
+  // The separation of a box from a triangle with the normal n over one of its faces. It applies if the
+  // distance of the nearest corner from the face is the distance of the two. Most triangles under a box that
+  // rests on many are such. False: unknown.
   bool separate_by_face(const Convex& triangle, const Vec3& n, double limit, Separation& s) const;
 
-  // What the body turns to a face. Kept for the next face: on flat ground all have the same normal.
-  // `lowest`: the point of the body that is lowest over the face, which the feature must hold.
+  // The feature of the body that faces a face. It is stored for the next face: on flat ground all have the
+  // same normal. `lowest`: the lowest point of the body over the face, which the feature must contain.
   const Feature& feature_towards(const Vec3& n, const Vec3& lowest) {
     if (!(n == feature_normal_)) supporting_feature(convex, -n, &lowest, nullptr, feature_);
     feature_normal_ = n;
@@ -84,36 +84,37 @@ struct SurfaceBody {
 
  private:
   Feature feature_;
-  Vec3 feature_normal_;  // that feature_ belongs to
+  Vec3 feature_normal_;  // normal for which feature_ is valid
 };
 
-// Removes points that lie together, with about the same normal. The points from index `first` on; `length` is
-// the size of the body.
+// Removes coincident points with about the same normal, from index `first` on; `length` is the size of the
+// body.
 void remove_doubles(std::vector<ContactPoint>& points, std::size_t first, double length);
 
-// One call of the algorithm; the members are what it learns on the way. All lengths are in m, all points in
+// One call of the algorithm; the members are its intermediate results. All lengths are in m, all points in
 // the coordinates of the body (SurfaceBody::origin) unless a function says otherwise.
 //
-// A Surface has, in coordinates of its own and with triangles named by integers:
+// A Surface has, in coordinates of its own and with triangles identified by integers:
 //   void for_each_near(const Aabb&, visit) const   visit(triangle) for all that may touch the box
 //   Facet facet(triangle) const
-//   void for_each_neighbour(vertex, visit) const   visit(position) for all joined to it by an edge
-//   bool is_active(vertex) const             whether an edge ends there that is not flat
-//   bool is_outside(p, triangle, closest) const   p, whose closest point on the surface is given
+//   void for_each_neighbour(vertex, visit) const   visit(position) for all that edges join to it
+//   bool is_active(vertex) const             whether an edge that is not flat ends there
+//   bool is_outside(p, triangle, closest) const   p, with its closest point on the surface
 template <class Surface>
 class SurfaceContact {
  public:
   SurfaceContact(const Surface& surface, SurfaceBody& body, std::vector<ContactPoint>& points)
       : surface_(surface), body_(body), points_(points) {}
 
-  // Appends the points, in the coordinates of the body. Triangle by triangle; then once more with directions
-  // from outside if an overlap had no allowed way out; then without the points that several triangles found.
+  // Appends the points, in the coordinates of the body: triangle by triangle. If an overlap had no allowed
+  // direction, repeats this with directions from outside. Finally removes the points that several triangles
+  // found.
   void find() {
     const std::size_t first = points_.size();
     const bool any_behind = touch_all();
-    // Where the body overlaps an edge or a corner, the shortest way out of one triangle may lead into the
+    // If the body overlaps an edge or a corner, the shortest direction out of one triangle may lead into the
     // next. Then directions are taken from the body moved out a little, where they are those of shortest
-    // distances. An attempt that still finds an overlap moves it farther.
+    // distances. If an attempt still finds an overlap the next one moves it farther.
     for (int attempt = 0; attempt < 4 && blocked_ && norm_squared(outwards_) > 0; ++attempt) {
       points_.resize(first);
       lift_ = (2 * overlap_) * normalised(outwards_);
@@ -125,15 +126,15 @@ class SurfaceContact {
 
  private:
   static constexpr double infinite = std::numeric_limits<double>::infinity();
-  // Round caps count as polygons. The lowest point of their rim is added where it lies deeper than the
-  // polygon by this part of the body's size; within a milliradian of flat it wanders without meaning.
+  // Round caps count as polygons. The lowest point of their rim is added if it is deeper than the polygon by
+  // this fraction of the body's size. Within a milliradian of flat its position is arbitrary.
   static constexpr double thinned_out = 3e-5;
 
-  // A point of the body's feature while it is clipped by the planes that stand on the edges of a triangle.
+  // A point of the body's feature during clipping by the planes on the edges of a triangle.
   struct ClipPoint {
     Vec3 at;
     bool keep;
-    int edge;  // that the side to the next point lies on; -1: a side of the body's feature
+    int edge;  // triangle edge that contains the side to the next point; -1: a side of the body's feature
   };
 
   // A triangle in the coordinates of the body.
@@ -146,7 +147,7 @@ class SurfaceContact {
     return facet;
   }
 
-  // All triangles near the body, lifted or not. Returns whether some of them are seen from behind.
+  // All triangles near the body, lifted or not. Returns whether some of them face away.
   bool touch_all() {
     bool any_behind = false;
     blocked_ = false;
@@ -162,14 +163,14 @@ class SurfaceContact {
     return any_behind;
   }
 
-  // One triangle that faces the body. The cheap tests come first; only a triangle with an edge that a normal
-  // of its own can belong to needs the search for the separation.
+  // One triangle that faces the body. Cheap tests come first. Only a triangle with an edge that can have a
+  // normal of its own needs the separation.
   void touch(const Facet& facet) {
     const double reach = body_.margin + norm(lift_);
     if (!body_.is_in_reach(facet, reach)) return;
     const Vec3 n = facet.normal, lowest = body_.lowest_along(n);
     if (dot(n, lowest - facet.corner[0]) > body_.margin) return;
-    // Flat and concave edges have no normal but the face's.
+    // Flat and concave edges only have the face's normal.
     const bool rounded = std::any_of(facet.edge, facet.edge + 3, [](EdgeKind kind) {
       return kind == EdgeKind::convex || kind == EdgeKind::border;
     });
@@ -183,8 +184,8 @@ class SurfaceContact {
     const double core_depth = -s.distance - body_.convex.radius;
     if (core_depth >= 0) {  // the cores of body and triangle overlap
       blocked_ = blocked_ || !allowed;
-      outwards_ += n;  // no way out of one face alone, but away from all of them
-      // Never less than what tells two bodies apart.
+      outwards_ += n;  // no direction out of one face alone, but away from all of them
+      // At least the smallest distance that separates two bodies.
       overlap_ = std::max({overlap_, core_depth, 1e-7 * body_.size()});
     }
     if (allowed)
@@ -194,7 +195,7 @@ class SurfaceContact {
   }
 
   // Contact along the normal of the separation. Flat bodies prefer the face's normal to one that is almost
-  // the same: the manifold does not change then when the body rocks.
+  // equal: the manifold then does not change when the body rocks.
   void touch_along(const Facet& facet, const Convex& triangle, const Separation& s, const Vec3& lowest) {
     const bool is_round = body_.convex.radius > 0 || body_.convex.kind == Convex::Kind::ellipsoid;
     const double cosine = is_round ? 1 - 1e-14 : 1 - 2e-4;
@@ -205,9 +206,9 @@ class SurfaceContact {
       points_.push_back({0.5 * (s.on_a + s.on_b), s.normal, s.distance});
   }
 
-  // Contact along a normal that an edge or a corner of the surface has. A body that was lifted to find the
-  // normal is clipped where it really is; if its feature misses the triangle there the point of the surface
-  // that was nearest to the lifted body takes the gap of the lowest point.
+  // Contact along a normal that an edge or a corner of the surface has. If the body was lifted to find the
+  // normal, it is clipped in its real place. If its feature misses the triangle there, the surface point
+  // nearest to the lifted body gets the gap of the lowest point.
   void touch_edge(const Facet& facet, const Convex& triangle, const Separation& s) {
     if (lift_ == Vec3{}) {
       manifold(body_.convex, triangle, s, body_.margin, points_);
@@ -220,11 +221,11 @@ class SurfaceContact {
     add(s.normal, on_surface, dot(s.normal, body_.lowest_along(s.normal) - on_surface), 0.5);
   }
 
-  // Whether the surface has the normal d where the triangle has: no corner around the supporting corner or
-  // edge lies farther along d. With n the normal of the face, what supports d is
+  // Whether the surface has the normal d at the triangle: no corner around the supporting corner or edge
+  // extends farther along d. With n the normal of the face, d is supported by
   //   the face (d = n up to the tolerance),
   //   an edge: a border has all normals from the face outwards, a convex edge those that its other triangle
-  //     does not rise above, a flat or concave one none of its own;
+  //     does not rise above, a flat or concave edge has none of its own;
   //   or a corner: then its neighbours must not rise above it.
   bool is_allowed(const Facet& facet, const Vec3& d) const {
     double along[3], length = 0;
@@ -233,7 +234,7 @@ class SurfaceContact {
       length = std::max(length, norm(facet.corner[(k + 1) % 3] - facet.corner[k]));
     }
     const double top = std::max({along[0], along[1], along[2]});
-    // The corners that support d, up to the angle that counts as flat.
+    // The corners that support d, up to the flat angle.
     bool on_top[3];
     int count = 0, last = 0;
     for (int k = 0; k < 3; ++k) {
@@ -244,15 +245,15 @@ class SurfaceContact {
     }
     if (count == 3) return dot(d, facet.normal) > 0;
     if (count != 2) return surface_.is_active(facet.vertex[last]) && is_supporting(facet, last, d);
-    const int k = !on_top[2] ? 0 : !on_top[0] ? 1 : 2;  // the edge between the two
+    const int k = !on_top[2] ? 0 : !on_top[0] ? 1 : 2;  // the edge between the two corners
     if (facet.edge[k] == EdgeKind::border) return dot(d, facet.normal) >= 0;
     if (facet.edge[k] != EdgeKind::convex) return false;
     const Vec3 to = facet.opposite[k] - facet.corner[k];
     return dot(d, to) <= flat_angle * norm(to);
   }
 
-  // Whether no vertex around corner k lies farther along d than that corner. It then supports the surface
-  // along d, and d is a normal of it.
+  // Whether no vertex around corner k extends farther along d than that corner. Then the corner supports the
+  // surface along d, and d is a normal of it.
   bool is_supporting(const Facet& facet, int k, const Vec3& d) const {
     bool yes = true;
     surface_.for_each_neighbour(facet.vertex[k], [&](const Vec3& position) {
@@ -262,8 +263,8 @@ class SurfaceContact {
     return yes;
   }
 
-  // Contact along the normal of the face. Returns the least gap of the part of the body's feature that is
-  // over the triangle. `sure`: that this is the way out is known.
+  // Contact along the normal of the face. Returns the least gap of the part of the body's feature over the
+  // triangle. `sure`: this direction is known to be right.
   double touch_face(const Facet& facet, const Vec3& lowest, bool sure) {
     const Vec3 n = facet.normal;
     const Feature& feature = body_.feature_towards(n, lowest);
@@ -274,11 +275,12 @@ class SurfaceContact {
       raised = std::min(raised, dot(n, feature.points[i] - lowest));
     }
     for (int k = 0; k < 3 && count > 0; ++k) count = clip(facet, k, count);
-    // The polygon of a round cap may have lost the lowest point of its rim.
+    // The polygon of a round cap may lack the lowest point of its rim.
     if (raised > thinned_out * body_.convex.extent && body_.is_over(facet, lowest))
       clip_[count++] = {lowest, true, -1};
     if (count == 0) return infinite;
-    // Of the whole part over the triangle: corner by corner a step would be told from a riser at some only.
+    // For the whole part over the triangle: single corners would classify only some of them as a step or a
+    // riser.
     Vec3 middle;
     for (int i = 0; i < count; ++i) middle += clip_[i].at / count;
     if (!sure && is_behind_another(facet, middle)) return infinite;
@@ -291,14 +293,14 @@ class SurfaceContact {
     return least;
   }
 
-  // A point `part` of its gap away from `at`, which lies on the body (-0.5) or on the surface (0.5).
+  // Adds a point at `part` of its gap from `at`, which is on the body (-0.5) or on the surface (0.5).
   void add(const Vec3& n, const Vec3& at, double gap, double part) {
     if (gap <= body_.margin) points_.push_back({at + (part * gap) * n, n, gap});
   }
 
-  // Sutherland and Hodgman's clipping of the points in clip_ by the plane on edge k. Every side of
-  // the polygon knows the edge of the triangle that it lies on, if it does: a crossing on such a side
-  // is a corner of the triangle.
+  // Sutherland and Hodgman's clipping of the points in clip_ by the plane on edge k. Every side of the
+  // polygon stores the triangle edge that contains it, if any: a crossing on such a side is a corner of the
+  // triangle.
   int clip(const Facet& facet, int k, int count) {
     const Vec3 from = facet.corner[k], inward = inward_of(facet, k);
     const double close = body_.tolerance();
@@ -321,16 +323,17 @@ class SurfaceContact {
     return out;
   }
 
-  // Whether the crossing of edge k with a side of the polygon is a contact: on a side of the body's feature
-  // where the edge is one of the surface, on another edge where the corner between the two is.
+  // Whether the crossing of edge k with a side of the polygon is a contact. On a side of the body's feature
+  // it is one if the edge is an edge of the surface. On another triangle edge it is one if the corner between
+  // the two is a corner of it.
   bool is_kept(const Facet& facet, int k, int other_edge) const {
     if (other_edge < 0) return facet.edge[k] != EdgeKind::flat;
     const int corner = other_edge == (k + 2) % 3 ? k : (k + 1) % 3;
     return surface_.is_active(facet.vertex[corner]) && is_supporting(facet, corner, facet.normal);
   }
 
-  // A point of the body may lie deep behind the plane of one face and just below another one (a box on a step
-  // lies deep behind the riser): contact is with the face that it went through, the closer one.
+  // A point of the body may be deep behind the plane of one face and just below another one (a box on a step
+  // is deep behind the riser). Contact is with the face that it penetrated, the closer one.
   bool is_behind_another(const Facet& facet, const Vec3& point) const {
     const double depth = -dot(facet.normal, point - facet.corner[0]), limit = 0.9 * depth;
     if (depth <= body_.tolerance()) return false;
@@ -351,13 +354,13 @@ class SurfaceContact {
     return {centre - reach, centre + reach};
   }
 
-  // A body whose centre has got behind the surface: out along the normal of the closest face, with all of the
-  // feature that it turns there as contacts: no point alone takes the whole push.
+  // Pushes a body whose centre is behind the surface out along the normal of the closest face. Its whole
+  // feature there makes contacts, so that no single point takes the whole push.
   void push_out(std::size_t first) {
     double best = infinite;
     Facet face{};
     bool outside = true;
-    const auto look = [&](const Aabb& where) {
+    const auto find_closest = [&](const Aabb& where) {
       surface_.for_each_near(where, [&](auto triangle) {
         const Facet facet = shifted(triangle);
         TrianglePoint closest = closest_point(facet.corner, body_.inside);
@@ -369,8 +372,8 @@ class SurfaceContact {
         outside = surface_.is_outside(body_.inside + body_.origin, triangle, closest);
       });
     };
-    look(body_.box);
-    look(around(body_.inside, best));  // the closest may lie beside the body
+    find_closest(body_.box);
+    find_closest(around(body_.inside, best));  // the closest may be beside the body
     if (outside) return;
     points_.resize(first);
     const Vec3 n = face.normal, lowest = body_.lowest_along(n);
@@ -379,16 +382,15 @@ class SurfaceContact {
       add(n, side.points[i], dot(n, side.points[i] - face.corner[0]), -0.5);
   }
 
-  // Scratch is part of the object, on the stack: no allocation per pair but that of the points.
+  // Scratch is part of the object, on the stack: a pair allocates only its points.
   const Surface& surface_;
   SurfaceBody& body_;
   std::vector<ContactPoint>& points_;
-  bool blocked_ = false;  // whether an overlap has no allowed way out
+  bool blocked_ = false;  // whether an overlap has no allowed direction out
   double overlap_ = 0;    // the deepest
   Vec3 outwards_;         // sum of the normals of triangles that overlap
-  // While lift_ is not zero the triangles are moved against it instead of the body, whose features stay
-  // valid.
-  Vec3 lift_;  // how far the body is moved to find directions
+  // While lift_ is nonzero the triangles are moved against it instead of the body, whose features stay valid.
+  Vec3 lift_;  // displacement of the body to find directions
   ClipPoint clip_[Feature::capacity + 8], clipped_[Feature::capacity + 8];
 };
 

@@ -8,24 +8,24 @@
 #include "collision/pairs/general.hpp"
 
 // Two boxes by the separating axis theorem (Gottschalk, Lin, Manocha, OBBTree, 1996, section 5). Two convex
-// polyhedra are disjoint if and only if their projections onto some axis are, and it is enough to try the
-// normals of the faces of either and the products of an edge of one with an edge of the other: the normals of
-// the faces of the difference of the two. For boxes these are 3 + 3 + 9 axes.
+// polyhedra are disjoint if and only if their projections onto some axis are. It suffices to try the normals
+// of the faces of either and the products of an edge of one with an edge of the other. These are the normals
+// of the faces of the difference of the two. For boxes these are 3 + 3 + 9 axes.
 //
-// The separation along a unit axis n is |<n, offset>| less the reaches of both boxes. The largest of the 15
-// is the way out of an overlap (exactly: the difference of the boxes has no other faces), and bounds the
+// The separation along a unit axis n is |<n, offset>| minus the reaches of both boxes. The largest of the 15
+// is the depth of an overlap (exactly: the difference of the boxes has no other faces), and bounds the
 // distance from below. If it belongs to a face, or to edges that are nearly parallel to one, the manifold is
 // the face of one box clipped by that of the other. Otherwise two edges cross in one point, or the nearest
-// features are corners, which separating axes do not find: then GJK takes over.
+// features are corners, which separating axes do not find: then GJK is used.
 //
-// This is the pair of walls and piles. It is faster than the general way, and a box that lies flat
-// gets its depth from one dot product, without iteration.
+// Walls and piles consist of such pairs. This is faster than the general algorithm, and the depth of a box
+// that lies flat is one dot product, without iteration.
 namespace amontons::collision {
 
 namespace {
 
-// The boxes a = 0 and b = 1, and how they lie to each other. Coordinates along the axes of a box make its own
-// part of every test below a sum over its half edges.
+// The boxes a = 0 and b = 1, and their relative pose. In coordinates along the axes of a box its own part of
+// every test below is a sum over its half edges.
 struct BoxPair {
   Vec3 half[2];       // half edges, m
   Mat3 axes[2];       // rows: the axes of the box in the world
@@ -36,23 +36,23 @@ struct BoxPair {
   double size;        // of the smaller box: half its diagonal
 };
 
-// An axis that separates best so far, with the separation along it (m, negative: overlap).
+// The best separating axis so far, with the separation along it (m, negative: overlap).
 struct Axis {
   double separation;
   int box, index, other;  // box 0, 1: face `index` of a, b; box 2: edges `index` of a and `other` of b
 };
 
-// The other two axes: (i, next, last) is right-handed. By comparison, as a remainder is slow.
+// The other two axes: (i, next, last) is right-handed. By comparison, because a remainder is slow.
 int next_axis(int i) { return i == 2 ? 0 : i + 1; }
 int last_axis(int i) { return i == 0 ? 2 : i - 1; }
 
 // The six faces, all at once for either box, since the coordinates of one box along the axes of the other are
-// there already. Along the normal of a face the centres are |<normal, offset>| apart, and a box of half edges
-// h reaches sum_i h_i |<axis i, normal>| to either side. False: farther apart than the margin.
+// known. Along the normal of a face the centres are |<normal, offset>| apart, and a box of half edges h
+// reaches sum_i h_i |<axis i, normal>| to either side. False: the distance exceeds the margin.
 bool separate_by_faces(const BoxPair& p, double margin, Axis& best) {
   const Mat3& q = p.size_of_turn;
   const auto& [a, b] = p.half;
-  // A face of b must win clearly: between parallel faces the choice must not hang on rounding.
+  // A face of b must be clearly better: between parallel faces the choice must not depend on rounding.
   const double clearly = 1e-6 * p.size;
   best.separation = -1e300;
   for (int i = 0; i < 3; ++i) {
@@ -68,9 +68,8 @@ bool separate_by_faces(const BoxPair& p, double margin, Axis& best) {
   return true;
 }
 
-// Along the product of edge i of a and edge j of b, e x f, in the coordinates of a: its components are
-// (0, -turn(i2, j), turn(i1, j)) for (i, i1, i2), so that only the other two edges of either box reach along
-// it.
+// Along the product of edge i of a and edge j of b, e x f, in the coordinates of a. Its components are (0,
+// -turn(i2, j), turn(i1, j)) for (i, i1, i2), so that only the other two edges of either box contribute.
 bool separate_by_edges(const BoxPair& p, double margin, Axis& best) {
   const Mat3& q = p.size_of_turn;
   const auto& [a, b] = p.half;
@@ -93,9 +92,9 @@ bool separate_by_edges(const BoxPair& p, double margin, Axis& best) {
   return true;
 }
 
-// Clipping in the coordinates of the reference face, where every edge that clips is a line along an axis: one
-// comparison per corner instead of a dot product. Keeps what lies at sign * coordinate <= limit, up to
-// rounding: Sutherland and Hodgman's clipping by a line along an axis. Returns the number of corners.
+// Clipping in the coordinates of the reference face, where every clipping edge is parallel to an axis: one
+// comparison per corner instead of a dot product (Sutherland and Hodgman). Keeps points with sign *
+// coordinate <= limit, up to rounding. Returns the number of corners.
 template <double Lifted::* coordinate>
 int cut(const Lifted* in, int n, double sign, double limit, double rounding, Lifted* out) {
   int m = 0;
@@ -111,8 +110,8 @@ int cut(const Lifted* in, int n, double sign, double limit, double rounding, Lif
   return m;
 }
 
-// Corners of the two faces that nearly fall together come twice, and edges that nearly fall together cross in
-// a point that is no corner: such points say nothing, and come and go with the last bits of the poses.
+// Corners of the two faces that nearly coincide occur twice, and edges that nearly coincide cross in a point
+// that is no corner. Such points are redundant and depend on the last bits of the poses.
 int keep_corners(const Lifted* in, int n, double merge, Lifted* out) {
   int m = 0;
   for (int k = 0; k < n; ++k) {
@@ -123,7 +122,7 @@ int keep_corners(const Lifted* in, int n, double merge, Lifted* out) {
   return drop_between(out, m, merge);
 }
 
-// One box of a pair as the reference, whose face clips the other box, in the coordinates of its own axes.
+// One box of a pair as the reference: its face clips the other box, in the coordinates of its own axes.
 struct Reference {
   const BoxPair& p;
   int box, index;                                            // the box, and the axis that its face belongs to
@@ -131,9 +130,9 @@ struct Reference {
   Vec3 towards = box == 0 ? p.from[0] : -p.from[1];          // the other centre
   Mat3 turn = box == 0 ? p.turn : transposed(p.turn);        // turn(i, j) = <own axis i, other axis j>
   int iu = next_axis(index), iv = last_axis(index);          // the two axes along the face
-  double side = towards[index] < 0 ? -1 : 1;  // of the face: the one that looks at the other box
+  double side = towards[index] < 0 ? -1 : 1;                 // of the face that faces the other box
 
-  // The axis of the other box that is turned most along the face's; of nearly equal ones the first.
+  // The axis of the other box that is most parallel to the face's normal; the first of nearly equal ones.
   int facing_axis() const {
     int facing = 0;
     for (int j = 1; j < 3; ++j)
@@ -141,12 +140,12 @@ struct Reference {
     return facing;
   }
 
-  // The corners of the other box's face about axis `facing` that is turned against the reference face, over
+  // The corners of the other box's face about axis `facing` that faces the reference face, as heights over
   // that face.
   void lift_facing(int facing, Lifted* corner) const {
     const double sign = turn(index, facing) * side > 0 ? -1 : 1;
     const int j1 = next_axis(facing), j2 = last_axis(facing);
-    // Of the face, along own axis i: its centre and its two half edges.
+    // For the face, along own axis i: its centre and its two half edges.
     const auto along = [&](int i) {
       return std::array<double, 3>{towards[i] + sign * other[facing] * turn(i, facing),
                                    other[j1] * turn(i, j1), other[j2] * turn(i, j2)};
@@ -163,8 +162,8 @@ struct Reference {
   }
 };
 
-// Clips the face of the other box that is turned most against face `index` of a reference box, and appends
-// the points within the margin. Returns the smallest gap.
+// Clips the most opposed face of the other box by face `index` of a reference box, and appends the points
+// within the margin. Returns the smallest gap.
 double clip_box_faces(const BoxPair& p, int box, int index, double margin,
                       std::vector<ContactPoint>& points) {
   const Reference r{p, box, index};
@@ -184,7 +183,7 @@ double clip_box_faces(const BoxPair& p, int box, int index, double margin,
   const double merge = 2e-3 * std::min(std::min(width, depth), other_least);
   const Vec3 outwards = r.side * axes.row[index], normal = box == 0 ? -outwards : outwards;
   const Vec3 origin = p.centre[box] + r.half[index] * outwards;
-  // The smallest gap is that of all corners, those that are left out below included.
+  // The smallest gap is that of all corners, including those omitted below.
   double least = 1e300;
   for (int k = 0; k < n; ++k) least = std::min(least, corner[k].height);
   n = keep_corners(corner, n, merge, clipped);
@@ -197,8 +196,8 @@ double clip_box_faces(const BoxPair& p, int box, int index, double margin,
   return least;
 }
 
-// Of each box the edge along the axis that lies farthest towards the other box. The nearest points of the two
-// edges that a product of edges singles out.
+// The nearest points of the two edges that a product of edges selects: for each box the edge along the axis
+// that is farthest towards the other box.
 Separation edge_contact(const BoxPair& p, const Axis& axis) {
   const Vec3 &e = p.axes[0].row[axis.index], &f = p.axes[1].row[axis.other];
   const Vec3 offset = p.centre[1] - p.centre[0];
@@ -219,7 +218,7 @@ Separation edge_contact(const BoxPair& p, const Axis& axis) {
   return {true, axis.separation, normal, on_a + s * e, on_b + r * f};
 }
 
-// All that the tests need of the two poses, once per pair.
+// Data of the two poses for the tests, once per pair.
 BoxPair make_pair(const Posed& a, const Posed& b) {
   BoxPair p;
   for (int box : {0, 1}) {
@@ -236,9 +235,9 @@ BoxPair make_pair(const Posed& a, const Posed& b) {
   return p;
 }
 
-// Nearly parallel edges have a product close to the normal of a face, and then touch along a line or an area,
-// which the product would reduce to one point. Whether the normal of a face takes the place of that of the
-// best axis: the face is the best axis, or within 0.1 rad of the product of two nearly parallel edges.
+// Whether the normal of a face replaces that of the best axis. Nearly parallel edges have a product close to
+// the normal of a face. They touch along a line or an area, which the product would reduce to one point. The
+// face must be the best axis, or within 0.1 rad of the product of two nearly parallel edges.
 bool is_face_normal(const BoxPair& p, const Axis& face, const Axis& best) {
   if (best.box != 2) return true;
   const Vec3 product = normalised(cross(p.axes[0].row[best.index], p.axes[1].row[best.other]));
@@ -246,8 +245,8 @@ bool is_face_normal(const BoxPair& p, const Axis& face, const Axis& best) {
   return std::abs(dot(product, normal)) > 0.995;
 }
 
-// Two edges that cross: the separating axis gives depth and points. Else what no face decides: corners and
-// edges side by side, where the separating axes miss the true distance.
+// Two crossing edges: the separating axis gives depth and points. Otherwise the cases without a deciding
+// face: corners and edges side by side, where the separating axes miss the true distance.
 void collide_without_face(const BoxPair& p, const Axis& best, const Posed& a, const Posed& b, double margin,
                           std::vector<ContactPoint>& points) {
   if (best.separation > 0 || best.box != 2) return collide_convex(a, b, margin, points);
@@ -273,8 +272,8 @@ void collide_boxes(const Posed& a, const Posed& b, double margin, std::vector<Co
   if (is_face_normal(p, face, best)) {
     const std::size_t before = points.size();
     const double least = clip_box_faces(p, face.box, face.index, margin, points);
-    // Boxes that overlap along the normal of a face do so by exactly that; otherwise the face must see the
-    // gap that the best axis does.
+    // For boxes that overlap along the normal of a face that overlap is exact. Otherwise the face must give
+    // the gap of the best axis.
     const bool exact = best.box != 2 && best.separation <= 0 && least < 1e300;
     const double tolerance = 1e-5 * p.size + 0.02 * std::abs(best.separation);
     if (exact || std::abs(least - best.separation) <= tolerance) return;

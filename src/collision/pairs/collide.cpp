@@ -9,7 +9,7 @@
 #include "collision/pairs/plane.hpp"
 #include "collision/pairs/round.hpp"
 
-// Which way serves which pair: a table, and collide(), which looks it up.
+// A table of the algorithm for each pair of shapes, and collide(), which looks it up.
 namespace amontons {
 namespace collision {
 
@@ -18,9 +18,9 @@ namespace {
 // Shapes whose distance from a point has a closed form, or for ellipsoids a root that Newton's method finds.
 constexpr Kinds near_known = kinds<Sphere, Capsule, Box, Cylinder, Ellipsoid>;
 
-// The first row that holds both kinds serves the pair: special ways first, what always works last. A special
-// way needs a reason beyond speed alone, which stands in its row: an exact result where the general way
-// iterates, or points that the general way would have to choose among.
+// The first row that contains both kinds serves the pair: special algorithms first, the general ones last. A
+// special algorithm needs a reason beyond speed, which its row states. That is an exact result where the
+// general one iterates, or points among which the general one would have to choose.
 constexpr std::array rows{
     PairRow{convex_kinds, kinds<Plane>, collide_plane, "every corner is a constraint of its own"},
     PairRow{convex_kinds, kinds<Mesh>, collide_mesh, "triangle by triangle, normals of active edges only"},
@@ -31,8 +31,8 @@ constexpr std::array rows{
     PairRow{convex_kinds, convex_kinds, collide_convex, "GJK, EPA and clipping need support functions only"},
 };
 
-// The rows by kinds, worked out by the compiler, so that a pair costs one look-up. Only a <= b is filled: the
-// caller has put the two shapes in order.
+// The row for each pair of kinds, computed by the compiler, so that a pair costs one look-up. Only a <= b is
+// filled: the caller has ordered the two shapes.
 constexpr auto index_of_rows = [] {
   std::array<std::array<const PairRow*, kind_count>, kind_count> index{};
   for (std::size_t a = 0; a < kind_count; ++a)
@@ -42,8 +42,8 @@ constexpr auto index_of_rows = [] {
   return index;
 }();
 
-// An order of poses, for two shapes of one kind: by position, then by rotation. Two of one kind in one and
-// the same pose stay in the order of the caller.
+// An order of poses, for two shapes of one kind: by position, then by rotation. Equal poses keep the order of
+// the caller.
 bool comes_after(const Transform& a, const Transform& b) {
   const auto key = [](const Transform& t) {
     const auto& [p, q] = t;
@@ -58,9 +58,9 @@ const PairRow* find_row(std::size_t a, std::size_t b) { return index_of_rows[a][
 
 }  // namespace collision
 
-// Every pair is treated in one order, so that swapping the shapes cannot change the result, not even its last
-// bits: by their kinds in the order of Shape, two of one kind by their poses. The normals of a swapped pair
-// are turned round; points and gaps are symmetric.
+// Every pair is treated in one order, so that swapping the shapes does not change the result, not even its
+// last bits. The order is by kind in the order of Shape, shapes of one kind by their poses. The normals of a
+// swapped pair are reversed; points and gaps are symmetric.
 void collide(const Shape& a, const Transform& frame_a, const Shape& b, const Transform& frame_b,
              double margin, std::vector<ContactPoint>& points) {
   const std::size_t kind_a = a.index(), kind_b = b.index();

@@ -8,22 +8,22 @@
 
 namespace amontons::collision {
 
-// A shape where it is: `frame` takes its coordinates into the world.
+// A shape with its pose: `frame` transforms its coordinates to the world.
 struct Posed {
   const Shape& shape;
   const Transform& frame;
 };
 
 // Appends the contact points of two shapes with a gap of at most `margin` (m), in world coordinates; the
-// normals point from b to a. Which kinds a and b may be the rows in collide.cpp say.
+// normals point from b to a. The rows in collide.cpp define the kinds that a and b may have.
 using PairFunction = void(const Posed& a, const Posed& b, double margin, std::vector<ContactPoint>& points);
 
-// A set of kinds of shapes, as bits by their place in Shape: what a row of the table serves is known to the
-// compiler, which builds the look-up from it.
+// A set of kinds of shapes, as bits by their place in Shape. The compiler knows the kinds of a row of the
+// table, and builds the look-up from them.
 using Kinds = unsigned;
 constexpr std::size_t kind_count = std::variant_size_v<Shape>;
 
-// The place of a type in Shape.
+// The index of a type in Shape.
 template <class T, std::size_t i = 0>
 constexpr std::size_t kind_of() {
   if constexpr (std::is_same_v<T, std::variant_alternative_t<i, Shape>>)
@@ -38,14 +38,14 @@ constexpr Kinds static_kinds = ((1u << kind_count) - 1) & ~convex_kinds;
 
 constexpr bool holds(Kinds set, std::size_t kind) { return (set >> kind & 1) != 0; }
 
-// How the shapes of some kinds meet.
+// The algorithm for pairs of some kinds.
 struct PairRow {
   Kinds a, b;
   PairFunction* collide;
-  const char* why;  // this way and no more general one
+  const char* why;  // reason for this and not a more general algorithm
 };
 
-// The row for a shape of kind `a` and one of kind `b`, a <= b; null for two that are static only.
+// The row for shapes of kinds `a` and `b`, a <= b; null for two static-only ones.
 const PairRow* find_row(std::size_t a, std::size_t b);
 
 }  // namespace amontons::collision

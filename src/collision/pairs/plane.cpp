@@ -5,48 +5,47 @@
 #include "amontons/base/elementary.hpp"
 #include "collision/narrow/convex.hpp"
 
-// Shapes on a half space. The gap of a point p is its height <n, p - at> over the plane: linear, so that the
-// gap of a convex shape is the least one of its extreme points, and no search is needed. Each point of a
-// shape is a valid constraint of its own, so every corner within the margin is taken whose faces look down at
-// all: none can be lost to a choice between faces.
+// Shapes on a half space. The gap of a point p is its height <n, p - at> over the plane. This is linear, so
+// that the gap of a convex shape is the least one of its extreme points, and no search is needed. Each point
+// of a shape is a valid constraint of its own. So every corner within the margin is taken that has a face
+// looking down: no choice between faces can lose one.
 namespace amontons::collision {
 
 namespace {
 
-// A face that is tilted to within 6 degrees of upright still counts as a wall: a box that rocks by less keeps
-// its four corners.
+// A face within 6 degrees of upright still counts as a wall: a box that rocks by less keeps its four corners.
 constexpr double looks_down = -0.1;  // cosine; the walls of an upright box do not count
 
-// The plane and what is asked of it, for the functions below; `at` is any point of it.
+// The plane and the parameters of the query; `at` is any point of the plane.
 struct PlaneContact {
   Vec3 at, normal;
   double margin;
   std::vector<ContactPoint>& points;
 
-  // Over the plane, negative below it.
+  // Height over the plane, negative below it.
   double height(const Vec3& p) const { return dot(normal, p - at); }
-  // A point of the shape, if it is near enough: the contact lies half-way down to the plane.
+  // Adds a point of the shape if it is near enough; the contact is half-way to the plane.
   void add(const Vec3& p) const {
     const double gap = height(p);
     if (gap <= margin) points.push_back({p - (0.5 * gap) * normal, normal, gap});
   }
 };
 
-// Of a box that lies flat the four corners below: each of the upper four has a face that looks up and two
-// that stand upright.
+// A box that lies flat has the four lower corners: each of the upper four has a face that looks up and two
+// upright ones.
 void box_on_plane(const Box& box, const Transform& frame, const PlaneContact& plane) {
   const Mat3 r = to_matrix(frame.rotation);
-  // A corner is left out if all three of its faces look up: <column, normal> times the corner's sign.
+  // A corner is omitted if all three of its faces look up: <column, normal> times the corner's sign.
   const Vec3 up = transposed(r) * plane.normal;
   for (int k = 0; k < 8; ++k) {
-    // In turns around the z faces: neighbours follow each other.
+    // Ordered around the z faces: consecutive corners are neighbours.
     const Vec3 side{(k & 1) != (k >> 1 & 1) ? 1.0 : -1.0, k & 2 ? 1.0 : -1.0, k & 4 ? 1.0 : -1.0};
     if (side.x * up.x >= looks_down && side.y * up.y >= looks_down && side.z * up.z >= looks_down) continue;
     plane.add(frame.position + r * Vec3{side.x * box.half.x, side.y * box.half.y, side.z * box.half.z});
   }
 }
 
-// Both ends, each with its own gap: with them the capsule lies, or rolls over an end.
+// Both ends, each with its own gap: with them the capsule lies flat, or rolls over an end.
 void capsule_on_plane(const Capsule& capsule, const Transform& frame, const PlaneContact& plane) {
   const Vec3 half = rotate(frame.rotation, {0, 0, capsule.half_length});
   const Vec3 down = frame.position - capsule.radius * plane.normal;
@@ -54,7 +53,7 @@ void capsule_on_plane(const Capsule& capsule, const Transform& frame, const Plan
   plane.add(down + half);
 }
 
-// The rim's lowest point of either cap, and of a cap that looks down a polygon on its rim.
+// The rim's lowest point of either cap, and for a cap that looks down a polygon on its rim.
 void cylinder_on_plane(const Cylinder& cylinder, const Transform& frame, const PlaneContact& plane) {
   const Mat3 r = to_matrix(frame.rotation);
   const Vec3 axis = r.column(2);
@@ -63,9 +62,10 @@ void cylinder_on_plane(const Cylinder& cylinder, const Transform& frame, const P
   const double tilt = norm(flat);
   for (double side : {-1.0, 1.0}) {
     const Vec3 cap = frame.position + (side * cylinder.half_length) * axis;
-    // The rim's lowest point, unless the cap lies within 1 mrad of flat, where it wanders without meaning.
+    // The rim's lowest point, unless the cap is within 1 mrad of flat, where its position is arbitrary.
     if (tilt > 1e-3) plane.add(cap + (cylinder.radius / tilt) * flat);
     if (side * c >= looks_down) continue;
+    // Corners of the polygon on the rim, as in cap_feature() of narrow/feature.cpp.
     constexpr int corners = 12;
     for (int k = 0; k < corners; ++k) {
       const double angle = 6.283185307179586 * k / corners;
@@ -79,14 +79,14 @@ void cylinder_on_plane(const Cylinder& cylinder, const Transform& frame, const P
 void hull_on_plane(const ConvexHull& hull, const Transform& frame, const PlaneContact& plane) {
   const Vec3 up = rotate(conjugate(frame.rotation), plane.normal);
   const double lift = plane.height(frame.position);
-  // Most hulls of a robot are far above its floor: the lowest corner of the box around them tells.
+  // Most hulls of a robot are far above its floor: the lowest corner of their box gives a quick test.
   const Vec3 lowest{up.x > 0 ? hull.box.lower.x : hull.box.upper.x,
                     up.y > 0 ? hull.box.lower.y : hull.box.upper.y,
                     up.z > 0 ? hull.box.lower.z : hull.box.upper.z};
   if (dot(up, lowest) + lift > plane.margin) return;
   for (std::size_t i = 0; i < hull.vertices.size(); ++i) {
     if (dot(up, hull.vertices[i]) + lift > plane.margin) continue;
-    // A corner of the upper side: an edge falls from it and none rises, the level ones apart.
+    // A corner of the upper side: an edge falls from it and none rises; level edges do not count.
     bool rises = false, falls = false;
     for (std::int32_t j : hull.neighbours[i]) {
       const Vec3 edge = hull.vertices[j] - hull.vertices[i];
@@ -100,8 +100,8 @@ void hull_on_plane(const ConvexHull& hull, const Transform& frame, const PlaneCo
 
 }  // namespace
 
-// In coordinates of the world, but for hulls: their corners are many, and turning the plane into their frame
-// costs one rotation.
+// In coordinates of the world, except for hulls: they have many corners, and turning the plane into their
+// frame costs one rotation.
 void collide_plane(const Posed& a, const Posed& b, double margin, std::vector<ContactPoint>& points) {
   const PlaneContact contact{b.frame.position, rotate(b.frame.rotation, {0, 0, 1}), margin, points};
   if (const auto* box = std::get_if<Box>(&a.shape)) return box_on_plane(*box, a.frame, contact);
@@ -109,7 +109,7 @@ void collide_plane(const Posed& a, const Posed& b, double margin, std::vector<Co
     return capsule_on_plane(*capsule, a.frame, contact);
   if (const auto* drum = std::get_if<Cylinder>(&a.shape)) return cylinder_on_plane(*drum, a.frame, contact);
   if (const auto* hull = std::get_if<Hull>(&a.shape)) return hull_on_plane(*hull->data, a.frame, contact);
-  // Spheres and ellipsoids are round all over: the lowest point alone.
+  // Spheres and ellipsoids: only the lowest point.
   const Convex body = make_convex(a.shape, a.frame, contact.at);
   contact.add(contact.at + support(body, -contact.normal) - body.radius * contact.normal);
 }

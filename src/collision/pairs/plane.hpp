@@ -3,7 +3,7 @@
 
 namespace amontons::collision {
 
-// Any convex shape on a plane: every corner of the side turned to the plane.
+// Any convex shape on a plane: every corner of the side that faces the plane.
 PairFunction collide_plane;
 
 }  // namespace amontons::collision

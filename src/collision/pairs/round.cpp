@@ -4,27 +4,27 @@
 #include <cmath>
 #include <utility>
 
-// Closed forms: the distance of a point from a shape, which is that of a sphere but for its radius, and the
-// distance of two segments, which is that of two capsules. They are exact where the general way approaches
-// round surfaces by planes, and they know the way out of any depth.
+// Closed forms: the distance of a point from a shape, which gives that of a sphere, and the distance of two
+// segments, which gives that of two capsules. They are exact where the general algorithm approximates round
+// surfaces by planes, and they give the direction out of any depth.
 namespace amontons::collision {
 
 namespace {
 
-// A point of a surface near a given point: at `distance` from it (negative inside) against `normal`.
+// The nearest surface point to a given point: at `distance` (negative inside) against `normal`.
 struct SurfaceDistance {
   double distance;
   Vec3 normal;  // unit, outwards
 };
 
-// `offset` from the nearest point of a core (a point, a segment) with a radius around it.
+// From the `offset` to the nearest point of a core (a point, a segment) with a radius around it.
 SurfaceDistance from_core(const Vec3& offset, double radius, const Vec3& fallback) {
   const double d = norm(offset);
   return {d - radius, d > 0 ? offset / d : fallback};
 }
 
-// Outside the distance of the nearest point, whose coordinates are those of p cut off at the half edges;
-// inside that of the nearest face.
+// Outside: the distance of the nearest point, whose coordinates are those of p clipped to the half edges.
+// Inside: that of the nearest face.
 SurfaceDistance distance_to_box(const Vec3& half, const Vec3& p) {
   Vec3 offset;
   int shallow = 0;
@@ -43,8 +43,8 @@ SurfaceDistance distance_to_box(const Vec3& half, const Vec3& p) {
   return {std::abs(p[shallow]) - half[shallow], normal};
 }
 
-// By symmetry a problem of two dimensions: in the half plane through the axis and p the cylinder is a
-// rectangle; `out` and `up` are the distances from its side and its cap.
+// By symmetry a two-dimensional problem: in the half plane through the axis and p the cylinder is a
+// rectangle. `out` and `up` are the distances from its side and its cap.
 SurfaceDistance distance_to_cylinder(const Cylinder& s, const Vec3& p) {
   const double rho = std::sqrt(p.x * p.x + p.y * p.y), side = p.z < 0 ? -1 : 1;
   const Vec3 radial = rho > 0 ? Vec3{p.x / rho, p.y / rho, 0} : Vec3{1, 0, 0};
@@ -53,9 +53,9 @@ SurfaceDistance distance_to_cylinder(const Cylinder& s, const Vec3& p) {
   return out > up ? SurfaceDistance{out, radial} : SurfaceDistance{up, {0, 0, side}};
 }
 
-// The largest root s of F(s) = sum (e_i y_i / (s + excess_i))^2 - 1 where F falls and is convex: Newton's
-// method from the left, where F > 0, never oversteps it, so that it may run until nothing changes. At the
-// start no term exceeds 1, so that F <= 2: the root is near, and a handful of steps reach it.
+// The largest root s of F(s) = sum (e_i y_i / (s + excess_i))^2 - 1, where F falls and is convex. Newton's
+// method from the left, where F > 0, never oversteps it, so it may run until nothing changes. At the start no
+// term exceeds 1, so that F <= 2: the root is near, and a handful of steps reach it.
 double ellipsoid_root(const Vec3& e, const Vec3& y, const Vec3& excess, double s) {
   for (int iteration = 0; iteration < 100; ++iteration) {
     double f = -1, slope = 0;
@@ -85,12 +85,11 @@ SurfaceDistance distance_to_ellipsoid(const Vec3& radii, const Vec3& p) {
     y[i] = std::abs(p[i]) / radii[least];
     excess[i] = (e[i] - 1) * (e[i] + 1);  // e^2 - 1 without cancellation
   }
-  // e, y and the excesses are not negative, so that F falls for all s > 0 and has one root there.
-  // On the symmetry plane of the smallest axis, within the evolute, s vanishes with y:
-  // the limit is the answer.
+  // e, y and the excesses are nonnegative, so F falls for all s > 0 and has one root there. On the symmetry
+  // plane of the smallest axis, within the evolute, s vanishes with y: the limit is the answer.
   y[least] = std::max(y[least], 1e-30);
   double s = y[least];
-  for (int i = 0; i < 3; ++i) s = std::max(s, e[i] * y[i] - excess[i]);  // one term alone reaches 1 here
+  for (int i = 0; i < 3; ++i) s = std::max(s, e[i] * y[i] - excess[i]);  // one term alone is 1 here
   s = ellipsoid_root(e, y, excess, s);
   Vec3 x, normal;
   for (int i = 0; i < 3; ++i) {
@@ -101,8 +100,8 @@ SurfaceDistance distance_to_ellipsoid(const Vec3& radii, const Vec3& p) {
   return {dot(normal, p - x), normal};
 }
 
-// The distance of a point in the shape's own frame. On the axis of a round shape every normal is as good as
-// any other; the one that is taken is fixed in the shape.
+// The distance of a point in the shape's own frame. On the axis of a round shape all normals are equivalent;
+// the chosen one is fixed in the shape.
 SurfaceDistance distance_to(const Shape& shape, const Vec3& p) {
   if (const auto* sphere = std::get_if<Sphere>(&shape)) return from_core(p, sphere->radius, {0, 0, 1});
   if (const auto* capsule = std::get_if<Capsule>(&shape)) {
@@ -117,8 +116,8 @@ SurfaceDistance distance_to(const Shape& shape, const Vec3& p) {
 // The parameters in [-1, 1] of the nearest points of the segments +-u and t +- w (Ericson, Real-Time
 // Collision Detection, section 5.1.9, for segments given by their middles).
 std::pair<double, double> nearest_parameters(const Vec3& u, const Vec3& w, const Vec3& t) {
-  // |s u - t - r w|^2 is least where both derivatives vanish:  s uu - r uw = ut,  s uw - r ww = wt. Parallel
-  // segments (det = 0) leave s free; a parameter cut off at an end determines the other one anew.
+  // s u - t - r w|^2 is least where both derivatives vanish:  s uu - r uw = ut,  s uw - r ww = wt. Parallel
+  // segments (det = 0) leave s free; if one parameter is clipped at an end the other one is computed again.
   const double uu = dot(u, u), ww = dot(w, w), uw = dot(u, w), ut = dot(u, t), wt = dot(w, t);
   const double det = uu * ww - uw * uw;
   double s = det > 1e-20 * uu * ww ? std::clamp((ut * ww - uw * wt) / det, -1.0, 1.0) : 0;
@@ -130,8 +129,8 @@ std::pair<double, double> nearest_parameters(const Vec3& u, const Vec3& w, const
   return {s, r};
 }
 
-// The way out where the axes cross is perpendicular to both, and to the side where a's middle already is.
-// Axes on one line have no such direction: any perpendicular one will do.
+// If the axes cross, the direction out is perpendicular to both, to the side on which a's middle is. Axes on
+// one line have no such direction: any perpendicular one serves.
 Vec3 normal_of_crossing_axes(const Vec3& u, const Vec3& w, const Vec3& t, double sine, const Quat& rotation) {
   const Vec3 normal = sine > 1e-6 ? normalised(cross(u, w)) : rotate(rotation, {1, 0, 0});
   return dot(normal, t) > 0 ? -normal : normal;
@@ -139,7 +138,7 @@ Vec3 normal_of_crossing_axes(const Vec3& u, const Vec3& w, const Vec3& t, double
 
 }  // namespace
 
-// The gap is the distance of the sphere's centre from the surface less the radius, along that surface's
+// The gap is the distance of the sphere's centre from the surface minus the radius, along that surface's
 // normal.
 void collide_sphere(const Posed& a, const Posed& b, double margin, std::vector<ContactPoint>& points) {
   const double radius = std::get<Sphere>(a.shape).radius;
@@ -151,13 +150,13 @@ void collide_sphere(const Posed& a, const Posed& b, double margin, std::vector<C
   points.push_back({a.frame.position - (radius + 0.5 * gap) * n, n, gap});
 }
 
-// The gap of two capsules is the distance of their axes less both radii: exact in every position, as long as
-// the axes do not cross. Then a way out along their common perpendicular is taken.
+// The gap of two capsules is the distance of their axes minus both radii: exact in every position in which
+// the axes do not cross. For crossing axes the direction out is along their common perpendicular.
 void collide_capsules(const Posed& posed_a, const Posed& posed_b, double margin,
                       std::vector<ContactPoint>& points) {
   const Capsule &a = std::get<Capsule>(posed_a.shape), &b = std::get<Capsule>(posed_b.shape);
   const Transform &frame_a = posed_a.frame, &frame_b = posed_b.frame;
-  // With the middle of a as origin, in the directions of the world: both half axes and the middle of b.
+  // With the middle of a as origin, in world axes: both half axes and the middle of b.
   const Vec3 u = rotate(frame_a.rotation, {0, 0, a.half_length});
   const Vec3 w = rotate(frame_b.rotation, {0, 0, b.half_length}), t = frame_b.position - frame_a.position;
   const double radii = a.radius + b.radius, reach = radii + margin;
@@ -172,12 +171,12 @@ void collide_capsules(const Posed& posed_a, const Posed& posed_b, double margin,
     if (gap <= margin)
       points.push_back({frame_a.position + on_axis_a - (a.radius + 0.5 * gap) * normal, normal, gap});
   };
-  // Side by side they touch along a line: at both its ends, each with its own gap, and at the nearest point
-  // too where the axes are so far from parallel that this lies clearly deeper.
+  // Nearly parallel capsules touch along a line: at both its ends, each with its own gap. The nearest point
+  // is added if the axes are so far from parallel that it is clearly deeper.
   constexpr double parallel = 0.1;  // rad
   if (distance > 0.5 * radii && sine < parallel) {
     const Vec3 along = u / a.half_length;
-    // The points of a's axis, in units of length along it, between which b lies beside it.
+    // The interval of a's axis, in units of length along it, beside which b lies.
     const double middle = dot(along, t), half = std::abs(dot(along, w));
     const double begin = std::max(-a.half_length, middle - half),
                  end = std::min(a.half_length, middle + half);

@@ -4,7 +4,7 @@
 // Pairs of round shapes that have closed forms.
 namespace amontons::collision {
 
-// A sphere and a sphere, capsule, box, cylinder or ellipsoid: shapes whose distance from a point is known.
+// A sphere and a sphere, capsule, box, cylinder or ellipsoid: shapes with a known distance from a point.
 PairFunction collide_sphere;
 // Two capsules: the distance of two segments.
 PairFunction collide_capsules;

@@ -16,19 +16,19 @@ constexpr double infinity = std::numeric_limits<double>::infinity();
 
 Vec3 at(const Ray& ray, double t) { return ray.origin + t * ray.direction; }
 
-// Keeps the nearer of a hit and a candidate that lies ahead.
+// Keeps the nearer of a hit and a candidate ahead of the ray's origin.
 void keep(RayHit& hit, double t, const Vec3& normal) {
   if (t >= 0 && t < hit.distance) hit = {t, normal};
 }
 
-// A ray that is in a convex body from `enter` to `leave`.
+// The hit of a ray that is inside a convex body from `enter` to `leave`.
 RayHit of_interval(double enter, const Vec3& enter_normal, double leave, const Vec3& leave_normal) {
   if (!(enter <= leave) || leave < 0) return {};
   return enter >= 0 ? RayHit{enter, enter_normal} : RayHit{leave, leave_normal};
 }
 
-// The roots of |o + t d|^2 = r^2, smaller first; false without any. With the point of the line nearest to the
-// centre, m = o + b d, the discriminant is r^2 - |m|^2 and does not cancel where the ray comes from afar.
+// The roots of |o + t d|^2 = r^2, smaller first; false if there are none. With the line's point nearest to
+// the centre, m = o + b d, the discriminant is r^2 - |m|^2 and does not cancel for a distant origin.
 bool roots(const Vec3& o, const Vec3& d, double radius, std::array<double, 2>& t) {
   const double dd = dot(d, d);
   if (dd == 0) return false;
@@ -48,7 +48,7 @@ RayHit cast(const Sphere& sphere, const Ray& ray) {
   return hit;
 }
 
-// In coordinates over the semi-axes it is the unit sphere; the gradient of the form is the normal.
+// In coordinates divided by the semi-axes it is the unit sphere; the gradient of the form is the normal.
 RayHit cast(const Ellipsoid& ellipsoid, const Ray& ray) {
   const Vec3& r = ellipsoid.radii;
   const auto over = [&](const Vec3& v) { return Vec3{v.x / r.x, v.y / r.y, v.z / r.z}; };
@@ -95,7 +95,7 @@ RayHit cast(const Capsule& capsule, const Ray& ray) {
   return hit;
 }
 
-// A convex body as half spaces <n, p> <= offset: the ray is in all of them at once, if at all.
+// A convex body as half spaces <n, p> <= offset: the ray's interval is the intersection of those of all.
 struct Clip {
   double enter = -infinity, leave = infinity;
   Vec3 enter_normal, leave_normal;
@@ -142,8 +142,8 @@ RayHit cast(const Plane&, const Ray& ray) {
   return hit;
 }
 
-// By the side on which the ray passes each edge, the sign of a volume. Two triangles find the same number
-// with opposite signs at their common edge, to the last bit: no ray slips through between them.
+// By the side on which the ray passes each edge, the sign of a volume. Two triangles compute the same number
+// with opposite signs at their common edge, to the last bit: no ray passes between them.
 void keep_triangle(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& normal, const Ray& ray,
                    RayHit& hit) {
   const Vec3 oa = a - ray.origin, ob = b - ray.origin, oc = c - ray.origin;
@@ -153,8 +153,8 @@ void keep_triangle(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& norm
   if (const double speed = dot(normal, ray.direction); speed != 0) keep(hit, dot(normal, oa) / speed, normal);
 }
 
-// Where the ray is in a box, [enter, leave]; empty if enter > leave. A little wider than the box, so that
-// rounding drops nothing of what lies in its faces.
+// The interval [enter, leave] of the ray in a box; empty if enter > leave. Slightly wider than the box, so
+// that rounding loses nothing on its faces.
 std::array<double, 2> interval(const Aabb& box, const Ray& ray) {
   std::array<double, 2> t{0, infinity};
   for (int i = 0; i < 3; ++i) {
@@ -171,7 +171,7 @@ std::array<double, 2> interval(const Aabb& box, const Ray& ray) {
   return t;
 }
 
-// Down the tree, through boxes that the ray meets before the nearest hit so far.
+// Descends the tree through boxes that the ray enters before the nearest hit so far.
 RayHit cast(const Mesh& shape, const Ray& ray) {
   const TriangleMesh& mesh = *shape.data;
   RayHit hit;
@@ -185,13 +185,13 @@ RayHit cast(const Mesh& shape, const Ray& ray) {
   return hit;
 }
 
-// Column by column: between two lines of the grid the ray passes a run of rows, often one or two. A ray along
-// a line of the grid may be on either side of it by rounding: what counts as passed is wider by `room`, in
-// cells.
+// Column by column: between two lines of the grid the ray passes a range of rows, often one or two. A ray
+// along a grid line may be on either side of it by rounding, so the range is wider by `room`, in cells.
 RayHit cast(const HeightField& field, const Ray& ray) {
   const HeightGrid& grid = *field.data;
   const collision::GridSurface surface{grid};
   const auto [enter, leave] = interval(grid.box(), ray);
+  // Distance (cells): rounding of a ray along a grid line.
   constexpr double room = 1e-9;
   RayHit hit;
   if (enter > leave) return hit;
@@ -203,7 +203,7 @@ RayHit cast(const HeightField& field, const Ray& ray) {
   const double speed = ray.direction.x / grid.size_x * static_cast<double>(grid.columns - 1);
   for (std::int64_t n = 0; n <= columns[1] - columns[0]; ++n) {
     const std::int64_t c = speed >= 0 ? columns[0] + n : columns[1] - n;
-    // From the line where the ray comes into the column to the one where it leaves.
+    // From the line where the ray enters the column to the one where it leaves.
     double t0 = enter, t1 = leave;
     if (speed != 0) {
       const double origin = surface.column_at(ray.origin.x);

@@ -7,12 +7,12 @@
 // A triangle of a static surface with its neighbourhood, and what its edges are.
 namespace amontons::collision {
 
-// The dihedral angle (rad) below which two triangles are one flat face: more than single-precision corners of
-// fine meshes scatter, less than what matters, as a body of length l sinks in by l / 40000 at most. The same
-// angle is the tolerance of directions in general.
+// Dihedral angle (rad) below which two triangles are one flat face. It is more than the scatter of
+// single-precision corners of fine meshes, and less than what matters: a body of length l sinks in by at most
+// l / 40000. The same angle is the tolerance of directions in general.
 constexpr double flat_angle = 1e-4;
 
-// Seen from outside: at a convex edge the surface bends away, at a concave one towards the viewer; beyond a
+// Seen from outside: at a convex edge the surface bends away, at a concave one towards the viewer; at a
 // border it ends.
 enum class EdgeKind : unsigned char { flat, convex, concave, border };
 
@@ -22,7 +22,7 @@ struct Facet {
   Vec3 normal;
   EdgeKind edge[3];
   Vec3 opposite[3];        // the far corner of the triangle across edge k, unless it is a border
-  std::int64_t vertex[3];  // names of the corners
+  std::int64_t vertex[3];  // identifiers of the corners
 };
 
 // The unit normal, in the plane of the facet, of edge k, inwards.
@@ -31,22 +31,22 @@ inline Vec3 inward_of(const Facet& facet, int k) {
 }
 
 // The kind of an edge from a to b of a triangle with unit normal n, whose neighbour has the normal m and a
-// third corner c: convex where c lies below the triangle's plane. The height of c over its distance from the
+// third corner c. It is convex if c is below the triangle's plane. The height of c over its distance from the
 // edge is the sine of the dihedral angle.
 inline EdgeKind edge_kind(const Vec3& a, const Vec3& b, const Vec3& n, const Vec3& m, const Vec3& c) {
   const Vec3 across = cross(n, b - a), to = c - a;
   const Vec3 along = normalised(b - a);
   const double height = dot(n, to), distance = norm(to - dot(to, along) * along);
-  // The sine is small at an angle of pi as well, where the neighbour is folded back: onto the triangle's own
-  // back, which makes a sharp convex edge, or onto its front, where nothing is left outside.
+  // The sine is small at an angle of pi as well, where the neighbour is folded back. It lies onto the
+  // triangle's back, which makes a sharp convex edge, or onto its front, which leaves no outside.
   if (dot(n, m) < 0 && std::abs(height) <= flat_angle * distance)
     return dot(across, to) > 0 ? EdgeKind::convex : EdgeKind::flat;
   if (std::abs(height) <= flat_angle * distance) return EdgeKind::flat;
   return height < 0 ? EdgeKind::convex : EdgeKind::concave;
 }
 
-// A point of a triangle, and the corners that hold it, as bits: one bit for a corner, two for an edge, all
-// three for a point amid the face.
+// A point of a triangle, and the corners that span it, as bits: one bit for a corner, two for an edge, three
+// for a point inside the face.
 struct TrianglePoint {
   Vec3 at;
   unsigned feature;

@@ -27,9 +27,9 @@ HeightField make_height_field(std::span<const double> heights, std::size_t rows,
     AMONTONS_REQUIRE(std::isfinite(heights[i]), "height field: the height in row " +
                                                     std::to_string(i / columns) + ", column " +
                                                     std::to_string(i % columns) + " is not finite");
-  // Nothing else can be wrong: any finite heights make a surface. The range of heights is a quick test for
-  // bodies above the field, the active vertices one for normals: both are worked out once, as the field never
-  // changes.
+  // No other error is possible: any finite heights make a surface. The range of heights is a quick test for
+  // bodies above the field, the active vertices one for normals. Both are computed once, because the field
+  // never changes.
   const auto [lowest, highest] = std::minmax_element(heights.begin(), heights.end());
   const auto r = static_cast<std::int64_t>(rows), c = static_cast<std::int64_t>(columns);
   auto grid = std::make_shared<HeightGrid>(

@@ -10,7 +10,7 @@
 
 namespace amontons {
 
-// Cell (r, c) lies between rows r and r + 1 and columns c and c + 1. Its diagonal goes from the corner (r, c)
+// Cell (r, c) is between rows r and r + 1 and columns c and c + 1. Its diagonal goes from the corner (r, c)
 // to (r + 1, c + 1), as in MuJoCo:
 //
 //     (r + 1, c) +-----+ (r + 1, c + 1)     y
@@ -19,14 +19,14 @@ namespace amontons {
 //                |/  0 |                    +--> x
 //         (r, c) +-----+ (r, c + 1)
 //
-// Nothing but the heights is stored per cell: corners, normals and the kinds of edges follow from them when a
-// body comes near, which takes less than a twentieth of the memory of a mesh, and no tree.
+// Only the heights are stored per cell: corners, normals and the kinds of edges are computed when a body
+// comes near. That takes less than a twentieth of the memory of a mesh, and no tree.
 struct HeightGrid {
   std::vector<double> heights;
   std::int64_t rows, columns;
   double size_x, size_y;                 // of the rectangle below, m
   double lowest, highest;                // height
-  std::vector<unsigned char> is_active;  // per vertex: whether an edge ends there that is not flat
+  std::vector<unsigned char> is_active;  // per vertex: whether an edge that is not flat ends there
 
   // Around all of it, in its own frame.
   Aabb box() const { return {{-size_x / 2, -size_y / 2, lowest}, {size_x / 2, size_y / 2, highest}}; }
@@ -34,9 +34,9 @@ struct HeightGrid {
 
 namespace collision {
 
-// What narrow/surface.hpp asks of a surface, by arithmetic alone. Triangle 2 k of cell k has the corners (r,
-// c), (r, c + 1), (r + 1, c + 1), below the diagonal; triangle 2 k + 1 has (r, c), (r + 1, c + 1), (r + 1,
-// c). Vertex r columns + c is (r, c).
+// The Surface for narrow/surface.hpp, by arithmetic alone. Triangle 2 k of cell k has the corners (r, c), (r,
+// c + 1), (r + 1, c + 1), below the diagonal; triangle 2 k + 1 has (r, c), (r + 1, c + 1), (r + 1, c). Vertex
+// r columns + c is (r, c).
 struct GridSurface {
   const HeightGrid& grid;
 
@@ -53,8 +53,8 @@ struct GridSurface {
   double column_at(double x) const { return (x / grid.size_x + 0.5) * static_cast<double>(grid.columns - 1); }
   double row_at(double y) const { return (y / grid.size_y + 0.5) * static_cast<double>(grid.rows - 1); }
 
-  // The first and last index of the cells that [lower, upper] meets along one axis, `last` being the last
-  // cell there is; none for an interval that lies beside the grid.
+  // The first and last index of the cells that [lower, upper] overlaps along one axis, `last` being the last
+  // existing cell; is_beside() tells an interval outside the grid.
   static bool is_beside(double lower, double upper, std::int64_t last) {
     return !(upper >= 0 && lower <= static_cast<double>(last + 1));
   }
@@ -65,8 +65,8 @@ struct GridSurface {
     return {cell(lower), cell(upper)};
   }
 
-  // What lies above the box by up to the box's own size counts as near: the field is solid below its surface,
-  // and a body that has sunk into it by no more than its own height must still find the triangles over it.
+  // Triangles above the box by up to the box's own size count as near. The field is solid below its surface,
+  // and a body that has sunk into it by at most its own height must still find the triangles over it.
   void for_each_near(const Aabb& box, auto&& visit) const {
     const double c0 = column_at(box.lower.x), c1 = column_at(box.upper.x);
     const double r0 = row_at(box.lower.y), r1 = row_at(box.upper.y);
@@ -86,9 +86,8 @@ struct GridSurface {
       }
   }
 
-  // Triangle t with its neighbourhood, worked out anew for every call from six heights in three rows.
-  // The neighbours of a triangle follow from the pattern of cells: across its leg in the next cell, across
-  // the diagonal in its own.
+  // Triangle t with its neighbourhood, computed in every call from six heights in three rows. The neighbours
+  // follow from the pattern of cells: across its leg in the next cell, across the diagonal in its own.
   Facet facet(std::int64_t t) const {
     const std::int64_t r = t / 2 / (grid.columns - 1), c = t / 2 % (grid.columns - 1);
     using Site = std::array<std::int64_t, 2>;  // row and column
@@ -115,13 +114,13 @@ struct GridSurface {
     return f;
   }
 
-  // Upwards, for corners that run counter-clockwise seen from above.
+  // Upwards for corners that are counter-clockwise seen from above.
   static Vec3 normal_of(const Vec3& a, const Vec3& b, const Vec3& c) {
     return normalised(cross(b - a, c - a));
   }
 
-  // The six that edges join to (r, c), counter-clockwise: those along the row and the column, and the two
-  // along the diagonals that end there.
+  // The six vertices that edges join to (r, c), counter-clockwise: along the row and the column, and along
+  // the two diagonals that end there.
   static constexpr int around[6][2] = {{0, 1}, {1, 1}, {1, 0}, {0, -1}, {-1, -1}, {-1, 0}};
 
   void for_each_neighbour(std::int64_t vertex, auto&& visit) const {
@@ -132,8 +131,8 @@ struct GridSurface {
 
   bool is_active(std::int64_t vertex) const { return grid.is_active[vertex]; }
 
-  // Whether one of the six edges at a vertex is not flat; those on the border of the grid never are. Edge k
-  // lies between the triangles (at, ring k, ring k + 1) and (at, ring k - 1, ring k).
+  // Whether one of the six edges at a vertex is not flat; edges on the border of the grid do not count. Edge
+  // k is between the triangles (at, ring k, ring k + 1) and (at, ring k - 1, ring k).
   bool has_active_edge(std::int64_t vertex) const {
     const std::int64_t r = vertex / grid.columns, c = vertex % grid.columns;
     if (r == 0 || c == 0 || r == grid.rows - 1 || c == grid.columns - 1) return true;
@@ -148,7 +147,7 @@ struct GridSurface {
     return false;
   }
 
-  // Above the surface, or beside the rectangle, where there is no ground.
+  // Above the surface, or beside the rectangle, which has no ground.
   bool is_outside(const Vec3& p, std::int64_t, const TrianglePoint&) const {
     const double column = column_at(p.x), row = row_at(p.y);
     if (!(column >= 0 && row >= 0 && column <= static_cast<double>(grid.columns - 1) &&
@@ -159,8 +158,8 @@ struct GridSurface {
     const double u = column - static_cast<double>(c), v = row - static_cast<double>(r);
     const double a = height(r, c), d = height(r + 1, c + 1);
     const double b = u > v ? height(r, c + 1) : height(r + 1, c);
-    // Linear over the triangle a b d, b being the corner on p's side of the diagonal u = v: from a by
-    // min(u, v) along the diagonal to d and by |u - v| along the leg to b.
+    // Linear over the triangle a b d, where b is the corner on p's side of the diagonal u = v. It goes from a
+    // by min(u, v) along the diagonal to d and by |u - v| along the leg to b.
     const double surface = a + std::min(u, v) * (d - a) + std::abs(u - v) * (b - a);
     return p.z > surface;
   }

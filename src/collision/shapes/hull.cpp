@@ -9,16 +9,16 @@
 #include "amontons/base/error.hpp"
 
 // A convex polyhedron from the triangles of its surface, in these steps:
-//   1. check that the surface closes, faces outwards and has a volume;
-//   2. join coplanar triangles to faces, because a face cut into triangles would give the manifold of one of
-//      them at a time, and another one as soon as the body rocks;
+//   1. check that the surface is closed, faces outwards and has a volume;
+//   2. join coplanar triangles to faces, because a divided face would give the manifold of one triangle at a
+//      time, and of another one as soon as the body rocks;
 //   3. trace the rim of every face, and keep the points where at least three faces meet: the corners;
-//   4. set the planes of the faces anew from their corners, and check that no corner lies beyond one.
-// The triangles may come from any convex hull program. It is not computed here from points alone, so that the
-// geometry is the one that the user sees.
+//   4. compute the planes of the faces again from their corners, and check that no corner is beyond one.
+// The triangles may come from any convex hull program. The hull is not computed here from points alone, so
+// that the geometry is the one that the user sees.
 //
-// A closed surface runs along every edge once in either direction; so a directed edge is named by its ends,
-// and the triangle beyond it is the one that runs back.
+// A closed surface traverses every edge once in each direction. So a directed edge is identified by its ends,
+// and the triangle beyond it is the one with the reverse edge.
 namespace amontons {
 
 namespace {
@@ -34,12 +34,12 @@ bool operator<(const HalfEdge& a, const HalfEdge& b) {
   return a.from != b.from ? a.from < b.from : a.to < b.to;
 }
 
-// For messages: a triangle is named by its corners, which the user can find in a file.
+// For messages: a triangle is given by its corners, which the user can find in a file.
 std::string name_of(const Triangle& t) {
   return "(" + std::to_string(t[0]) + ", " + std::to_string(t[1]) + ", " + std::to_string(t[2]) + ")";
 }
 
-// What can be said of the lists alone, before any geometry.
+// Checks of the lists alone, before any geometry.
 void check_input(std::span<const Vec3> vertices, std::span<const Triangle> triangles) {
   AMONTONS_REQUIRE(vertices.size() >= 4,
                    "convex hull: it needs at least four corners, not " + std::to_string(vertices.size()));
@@ -76,7 +76,7 @@ Index opposite(const std::vector<HalfEdge>& edges, Index from, Index to) {
   return found != edges.end() && !(key < *found) ? found->triangle : -1;
 }
 
-// Sorted, a repeated edge follows itself. Every edge must be there once, and once the other way round.
+// In the sorted list equal edges are adjacent. Every edge must occur once in each direction.
 void check_closed(const std::vector<HalfEdge>& edges) {
   for (std::size_t i = 0; i < edges.size(); ++i) {
     const HalfEdge& e = edges[i];
@@ -89,15 +89,15 @@ void check_closed(const std::vector<HalfEdge>& edges) {
   }
 }
 
-// Twice the area of a triangle along its outward normal: by its length triangles are ranked, and volumes are
-// sums of it.
+// Twice the area of a triangle along its outward normal: its length ranks triangles, and its sums give
+// volumes.
 Vec3 area_vector(std::span<const Vec3> vertices, const Triangle& t) {
   const Vec3& a = vertices[t[0]];
   return cross(vertices[t[1]] - a, vertices[t[2]] - a);
 }
 
-// The numbers of the triangles, the largest first; equal ones in their order, so that the result depends on
-// the input only.
+// The indices of the triangles, the largest first. Equal ones keep their order, so that the result depends
+// only on the input.
 std::vector<Index> by_falling_area(std::span<const Vec3> vertices, std::span<const Triangle> triangles) {
   std::vector<double> squared;
   for (const Triangle& t : triangles) squared.push_back(norm_squared(area_vector(vertices, t)));
@@ -107,10 +107,10 @@ std::vector<Index> by_falling_area(std::span<const Vec3> vertices, std::span<con
   return order;
 }
 
-// The face of every triangle: triangles whose corners lie within the tolerance of one plane, joined from the
-// largest on, so that needles, whose normals are rounding, never set a plane.
-// The plane is that of the first, largest triangle, and does not follow those that join: a chain of small
-// angles cannot bend a face round a corner.
+// The face of every triangle. Triangles whose corners are within the tolerance of one plane are joined, from
+// the largest on, so that needles, whose normals are rounding, never define a plane. The plane is that of the
+// first, largest triangle, and does not follow those that join: a chain of small angles cannot bend a face
+// around a corner.
 std::vector<Index> group_coplanar(std::span<const Vec3> vertices, std::span<const Triangle> triangles,
                                   const std::vector<HalfEdge>& edges, double tolerance, Index& groups) {
   std::vector<Index> group(triangles.size(), -1), front;
@@ -122,7 +122,7 @@ std::vector<Index> group_coplanar(std::span<const Vec3> vertices, std::span<cons
                      "convex hull: triangle " + name_of(triangles[seed]) + " is degenerate; leave it out");
     const Vec3 normal = normalised(area);
     const double offset = dot(normal, vertices[triangles[seed][0]]);
-    // Floods the surface from the seed across edges, as far as it stays in the seed's plane.
+    // Floods the surface from the seed across edges within the seed's plane.
     const auto is_in_plane = [&](Index i) {
       return std::abs(dot(normal, vertices[i]) - offset) <= tolerance;
     };
@@ -144,8 +144,8 @@ std::vector<Index> group_coplanar(std::span<const Vec3> vertices, std::span<cons
   return group;
 }
 
-// The rim of every group, as one loop of corners each, counter-clockwise as its triangles are: an edge
-// belongs to the rim if the triangle beyond it is in another group.
+// The rim of every group, one loop of corners each, counter-clockwise like its triangles. An edge belongs to
+// the rim if the triangle beyond it is in another group.
 std::vector<std::vector<Index>> trace_rims(std::span<const Triangle> triangles,
                                            const std::vector<HalfEdge>& edges,
                                            const std::vector<Index>& group, Index groups) {
@@ -158,8 +158,8 @@ std::vector<std::vector<Index>> trace_rims(std::span<const Triangle> triangles,
   std::vector<std::vector<Index>> faces;
   for (const auto& rim : rims) {
     AMONTONS_REQUIRE(rim.size() >= 3, "convex hull: the body is flat; give it a thickness");
-    // From the end of each edge along the only rim edge that starts there. Where two start (a pinched face)
-    // or the loop closes before it has used all edges (a hole), the surface is not convex.
+    // From the end of each edge along the only rim edge that starts there. If two start there (a pinched
+    // face), or the loop closes before it has used all edges (a hole), the surface is not convex.
     std::vector<Index> loop;
     for (Index i = rim[0].from; loop.empty() || i != rim[0].from;) {
       const auto e = std::lower_bound(rim.begin(), rim.end(), HalfEdge{i, -1, 0});
@@ -177,12 +177,10 @@ std::vector<std::vector<Index>> trace_rims(std::span<const Triangle> triangles,
   return faces;
 }
 
-// Keeps the points that at least three faces share, in their order: the others lie within a face or an edge.
-// A sliver between two faces of a finely divided surface may be left with its two ends: it is an edge of
-// both.
+// Keeps the points that at least three faces share, in their order: the others are within a face or an edge.
+// A sliver between two faces of a finely divided surface may keep only two points: it is an edge of both.
 void keep_corners(std::span<const Vec3> vertices, std::vector<std::vector<Index>> faces, ConvexHull& hull) {
-  // Around a corner of a polyhedron at least three faces meet; around a point amid an edge two, amid a face
-  // one.
+  // At a corner of a polyhedron at least three faces meet, at a point inside an edge two, inside a face one.
   std::vector<int> uses(vertices.size(), 0);
   for (const auto& face : faces)
     for (Index i : face) ++uses[i];
@@ -201,8 +199,9 @@ void keep_corners(std::span<const Vec3> vertices, std::vector<std::vector<Index>
   AMONTONS_REQUIRE(hull.faces.size() > 3, "convex hull: the body is flat; give it a thickness");
 }
 
-// The normal of a face is that of its area vector, a sum over the fan from its first corner: the small
-// triangles of the fan cannot spoil it. The offset is the largest of the corners', so that none sticks out.
+// The normal of a face is that of its area vector, a sum over the fan from its first corner, which small
+// triangles of the fan cannot spoil. The offset is the largest of the corners', so that no corner is beyond
+// it.
 void set_planes(ConvexHull& hull) {
   for (const auto& face : hull.faces) {
     const Vec3& o = hull.vertices[face[0]];
@@ -217,8 +216,8 @@ void set_planes(ConvexHull& hull) {
   }
 }
 
-// Every edge belongs to two faces, which run along it in opposite directions: each corner thus meets each of
-// its neighbours once as the next corner of a face.
+// Every edge belongs to two faces, which traverse it in opposite directions. So each corner has each of its
+// neighbours once as the next corner of a face.
 void set_neighbours(ConvexHull& hull) {
   hull.neighbours.resize(hull.vertices.size());
   for (const auto& face : hull.faces)
@@ -237,9 +236,9 @@ void set_starts(ConvexHull& hull) {
   }
 }
 
-// No corner may lie beyond any face, up to what merging coplanar triangles has moved the planes. That every
-// point lies behind every face is convexity itself; testing across edges alone would miss surfaces that wind
-// around twice.
+// No corner may be beyond any face, up to the shift of the planes by merging coplanar triangles. Every point
+// being behind every face is the definition of convexity; testing across edges alone would accept surfaces
+// that wind around twice.
 void check_convex(const ConvexHull& hull, double tolerance) {
   for (std::size_t f = 0; f < hull.faces.size(); ++f)
     for (const Vec3& p : hull.vertices)
@@ -270,7 +269,7 @@ double check_volume(std::span<const Vec3> vertices, std::span<const Triangle> tr
 
 }  // namespace
 
-// Half of the largest component is between 0 and 1.
+// Half of the largest component lies between 0 and 1.
 std::size_t search_start(const Vec3& d) {
   const double half = 0.5 * std::max({std::abs(d.x), std::abs(d.y), std::abs(d.z)});
   const auto sign = [&](double c) { return std::size_t{1} + (c > half) - (c < -half); };
@@ -282,8 +281,8 @@ Hull make_hull(std::span<const Vec3> vertices, std::span<const Triangle> triangl
   const std::vector<HalfEdge> edges = sorted_edges(triangles);
   check_closed(edges);
   const double size = check_volume(vertices, triangles, edges);
-  // Coordinates in single precision, as many files hold, leave flat faces flat to about 1e-7 of their size:
-  // ten times that is flat. A corner may stick out by the tolerance of two planes, on either side of it.
+  // Coordinates in single precision, as in many files, leave flat faces flat to about 1e-7 of their size: ten
+  // times that counts as flat. A corner may be outside by the tolerance of two planes.
   const double tolerance = 1e-6 * size;
   Index groups = 0;
   const std::vector<Index> group = group_coplanar(vertices, triangles, edges, tolerance, groups);
@@ -296,7 +295,7 @@ Hull make_hull(std::span<const Vec3> vertices, std::span<const Triangle> triangl
     include(hull->box, p);
     hull->radius = std::max(hull->radius, norm(p));
   }
-  // What tolerances of the narrow phase are relative to.
+  // Tolerances of the narrow phase are relative to it.
   hull->extent = 0.5 * norm(hull->box.upper - hull->box.lower);
   check_convex(*hull, 4 * tolerance);
   return {std::move(hull)};

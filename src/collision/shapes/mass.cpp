@@ -22,14 +22,14 @@ Mat3 inertia_of(const Mat3& S) {
   const double trace = S(0, 0) + S(1, 1) + S(2, 2);
   return Mat3::diagonal(trace, trace, trace) + -1.0 * S;
 }
-// Free of the asymmetry of rounding.
+// Removes the asymmetry of rounding.
 Mat3 symmetric(const Mat3& m) { return 0.5 * (m + transposed(m)); }
 
-// The integrals over a polyhedron whose triangles are counter-clockwise seen from outside: the signed
-// tetrahedra between them and a point inside are summed (Lien and Kajiya, "A symbolic method for calculating
-// the integral properties of arbitrary nonconvex polyhedra", 1984). With corners a, b, c and the origin, the
-// integral of x x' is V / 20 (aa' + bb' + cc' + ss'), s = a + b + c, and that of x is V / 4 s. The point is
-// the middle of the box around the corners: far from 0 the sums would cancel.
+// The integrals over a polyhedron whose triangles are counter-clockwise seen from outside. They are sums over
+// the signed tetrahedra between the triangles and a point inside (Lien and Kajiya, "A symbolic method for
+// calculating the integral properties of arbitrary nonconvex polyhedra", 1984). With corners a, b, c and the
+// origin, the integral of x x' is V / 20 (aa' + bb' + cc' + ss'), s = a + b + c, and that of x is V / 4 s.
+// The point is the middle of the box around the corners, because far from it the sums would cancel.
 struct Polyhedron {
   Vec3 origin;
   double volume = 0;
@@ -55,7 +55,7 @@ MassProperties solid_of(const Sphere& s) {
   return principal(m, i, i, i);
 }
 
-// A tube and two half balls, whose centres lie 3/8 r from their flat faces.
+// A tube and two half balls, whose centres are 3/8 r from their flat faces.
 MassProperties solid_of(const Capsule& s) {
   const double r = s.radius, h = s.half_length;
   const double tube = 2 * pi * r * r * h, caps = 4 / 3.0 * pi * r * r * r;

@@ -13,26 +13,26 @@
 #include "amontons/base/error.hpp"
 #include "collision/shapes/triangle_mesh.hpp"
 
-// What make_mesh() checks and works out once: which triangles lie beside each other, which edges and vertices
-// stand out of the surface, and a tree of boxes over the triangles. In steps:
-//   1. weld vertices at one place, so that triangles know that they share them;
-//   2. normals, which refuse degenerate triangles;
-//   3. per edge the neighbour across it and the dihedral angle, as flat, convex, concave or border: contact
-//      normals other than the face's exist at convex and border edges only (narrow/surface.hpp);
-//   4. per vertex whether any such edge ends there, what it is joined to, and a normal that tells inside from
+// make_mesh() checks the mesh and computes once which triangles are adjacent, which edges and vertices are
+// convex, and a tree of boxes over the triangles. Its steps:
+//   1. weld vertices at one place, so that triangles share them;
+//   2. normals; degenerate triangles are rejected;
+//   3. per edge the neighbour across it and the dihedral angle, as flat, convex, concave or border: only
+//      convex and border edges have contact normals other than the face's (narrow/surface.hpp);
+//   4. per vertex whether any such edge ends there, its neighbours, and a normal that separates inside from
 //      outside;
 //   5. the tree.
 // Meshes of files are rarely perfect. Open borders, edges of more than two triangles and unused vertices are
-// all allowed; only what makes no sense for a surface is refused, by name.
+// allowed; only data that is no surface is rejected, by name.
 namespace amontons {
 namespace {
 
 using Triangle = TriangleMesh::Triangle;
 
-// For messages: triangles by their numbers in the input.
+// For messages: the index of a triangle in the input.
 std::string name_of(std::size_t t) { return "triangle mesh: triangle " + std::to_string(t); }
 
-// What can be said before any geometry.
+// Checks before any geometry.
 void check(std::span<const Vec3> vertices, std::span<const Triangle> triangles) {
   AMONTONS_REQUIRE(!triangles.empty(), "triangle mesh: it has no triangle");
   for (std::size_t i = 0; i < vertices.size(); ++i)
@@ -45,7 +45,7 @@ void check(std::span<const Vec3> vertices, std::span<const Triangle> triangles) 
 }
 
 // Step 1. Vertices at the same place become the first of them, so that triangles of files that repeat
-// vertices (STL) know their neighbours. Only equal coordinates are welded: a tolerance would have to guess
+// vertices (STL) find their neighbours. Only equal coordinates are welded: a tolerance would have to guess
 // the size of details.
 void weld(std::span<const Vec3> vertices, std::span<const Triangle> triangles, TriangleMesh& mesh) {
   std::vector<std::int32_t> by_place(vertices.size()), first(vertices.size());
@@ -75,28 +75,28 @@ void find_normals(TriangleMesh& mesh) {
   }
 }
 
-// Edge k of a triangle, named by its ends: sorted by them, the edges that several triangles share lie
-// together.
+// Edge k of a triangle, identified by its ends. When sorted by them, the edges that several triangles share
+// are adjacent.
 struct SharedEdge {
   std::int32_t low, high, triangle, k;
   bool up;  // from low to high
   auto operator<=>(const SharedEdge&) const = default;
 };
 
-// The angle through the outside from triangle e to triangle other about their common edge, in (0, 2 pi]: in
-// the plane across the edge `inward` points into triangle e and its normal n to the outside, so that the
-// third corner of the other triangle lies at atan2(<n, to>, <inward, to>).
+// The angle through the outside from triangle e to triangle other about their common edge, in (0, 2 pi]. In
+// the plane across the edge `inward` points into triangle e and its normal n to the outside. The third corner
+// of the other triangle is therefore at atan2(<n, to>, <inward, to>).
 double outer_angle(const TriangleMesh& mesh, const SharedEdge& e, const SharedEdge& other) {
   const Vec3 &a = mesh.corner(e.triangle, e.k), &b = mesh.corner(e.triangle, e.k + 1);
   const Vec3 &n = mesh.normals[e.triangle], inward = cross(n, normalised(b - a));
   const Vec3 to = mesh.corner(other.triangle, other.k + 2) - a;
   const double angle = elementary::atan2(dot(n, to), dot(inward, to));
-  // The back of a sheet lies on its front: all the way round, not at no angle at all.
+  // The back of a sheet coincides with its front: the angle is 2 pi, not 0.
   return angle > 1e-9 ? angle : angle + 2 * std::numbers::pi;
 }
 
-// Sorting stands in for a hash table of edges: no allocation per edge, and an order that depends on the mesh
-// only. All edges, those between the same two ends one after the other.
+// All edges, those with the same ends adjacent. Sorting replaces a hash table of edges: no allocation per
+// edge, and an order that depends only on the mesh.
 std::vector<SharedEdge> edges_by_ends(const TriangleMesh& mesh) {
   std::vector<SharedEdge> edges;
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
@@ -108,14 +108,14 @@ std::vector<SharedEdge> edges_by_ends(const TriangleMesh& mesh) {
   return edges;
 }
 
-// Sets the neighbour of triangle e across its edge, and the kind of that edge, from `shared`: all edges
-// between the same ends. Where more than two triangles meet at an edge, neighbours are those that bound the
-// same outside: the first one met on the way round the edge through the outside.
+// Sets the neighbour of triangle e across its edge, and the kind of that edge, from `shared`: all edges with
+// the same ends. If more than two triangles meet at an edge, neighbours are those that bound the same
+// outside: the first one found on the way around the edge through the outside.
 void set_neighbour(TriangleMesh& mesh, const SharedEdge& e, std::span<const SharedEdge> shared) {
   const SharedEdge* best = nullptr;
   double best_angle = 0;
   for (const SharedEdge& other : shared) {
-    if (other.up == e.up) continue;  // seen from the same outside it would run the other way
+    if (other.up == e.up) continue;  // from the same outside it would have the other direction
     const double angle = outer_angle(mesh, e, other);
     if (best && !(angle < best_angle)) continue;
     best = &other;
@@ -129,15 +129,16 @@ void set_neighbour(TriangleMesh& mesh, const SharedEdge& e, std::span<const Shar
       mesh.normals[best->triangle], mesh.corner(best->triangle, best->k + 2));
 }
 
-// Step 3. What lies across every edge, and of which kind the edge is. Two triangles that run the same way
-// along it show different sides to the outside.
+// Step 3. The neighbour across every edge, and the kind of the edge. Two triangles with the same direction
+// along it have opposite sides outside.
 void find_neighbours(TriangleMesh& mesh) {
   const std::vector<SharedEdge> edges = edges_by_ends(mesh);
   mesh.neighbours.assign(mesh.triangles.size(), {-1, -1, -1});
   mesh.edges.assign(mesh.triangles.size(), {});
   for (auto first = edges.begin(); first != edges.end();) {
-    const auto last = std::find_if(
-        first, edges.end(), [&](const SharedEdge& e) { return e.low != first->low || e.high != first->high; });
+    const auto last = std::find_if(first, edges.end(), [&](const SharedEdge& e) {
+      return e.low != first->low || e.high != first->high;
+    });
     AMONTONS_REQUIRE(
         last - first != 2 || first->up != first[1].up,
         name_of(static_cast<std::size_t>(first->triangle)) + " and triangle " +
@@ -149,8 +150,8 @@ void find_neighbours(TriangleMesh& mesh) {
   }
 }
 
-// Step 4. The normal of a vertex is the sum of those of its triangles, weighted by their angles there: the
-// sign of a point's distance from the vertex along it is right wherever the vertex is the closest point of a
+// Step 4. The normal of a vertex is the sum of those of its triangles, weighted by their angles there. The
+// sign of a point's distance from the vertex along it is right whenever the vertex is the closest point of a
 // closed mesh (Baerentzen and Aanaes, 2005).
 void describe_vertices(TriangleMesh& mesh) {
   const std::size_t n = mesh.vertices.size();
@@ -172,8 +173,7 @@ void describe_vertices(TriangleMesh& mesh) {
         mesh.is_border[end] |= kind == collision::EdgeKind::border;
       }
     }
-  // Sorted by vertex the lists of those joined to each lie one after the other; an edge of two triangles came
-  // from both.
+  // Sorted by vertex, the neighbours of each vertex are contiguous; an edge of two triangles occurs twice.
   std::sort(joined.begin(), joined.end());
   joined.erase(std::unique(joined.begin(), joined.end()), joined.end());
   mesh.around_start.assign(n + 1, 0);
@@ -185,9 +185,9 @@ void describe_vertices(TriangleMesh& mesh) {
 }
 
 // Step 5. A node over order[first, last), and below it the halves, split at the median of the centres along
-// their longest extent: the tree is balanced, and boxes of siblings overlap little. Leaves of up to four
-// triangles: testing a few boxes more in a row costs less than another level. Within a half the triangles
-// keep their order.
+// their longest extent. The tree is balanced, and boxes of siblings overlap little. Leaves have up to four
+// triangles: testing a few more boxes costs less than another level. Within a half the triangles keep their
+// order.
 void build_tree(TriangleMesh& mesh, const std::vector<Vec3>& centres, std::int32_t first, std::int32_t last) {
   Aabb box = empty_box(), middle = empty_box();
   for (std::int32_t i = first; i < last; ++i) {
@@ -200,7 +200,7 @@ void build_tree(TriangleMesh& mesh, const std::vector<Vec3>& centres, std::int32
   const Vec3 d = middle.upper - middle.lower;
   const int axis = d.x >= d.y && d.x >= d.z ? 0 : d.y >= d.z ? 1 : 2;
   const std::int32_t half = first + (last - first) / 2;
-  // Ties by number: the tree, and with it the order of the contact points, depends on the mesh only.
+  // Ties by number: the tree, and with it the order of the contact points, depends only on the mesh.
   std::nth_element(mesh.order.begin() + first, mesh.order.begin() + half, mesh.order.begin() + last,
                    [&](std::int32_t a, std::int32_t b) {
                      return std::pair(centres[a][axis], a) < std::pair(centres[b][axis], b);

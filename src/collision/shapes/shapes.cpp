@@ -9,19 +9,19 @@
 #include "collision/shapes/height_grid.hpp"
 #include "collision/shapes/triangle_mesh.hpp"
 
-// What each shape answers for itself: whether its sizes are valid, how far it reaches from its origin, the
-// box around it. A new shape adds its three functions here; std::visit picks them by overload.
+// The functions of each shape: whether its sizes are valid, its largest distance from the origin, the box
+// around it. A new shape adds its three functions here; std::visit selects them by overload.
 //
-// The box around a convex body reaches from its centre along the axis e_i as far as its support function
+// The box around a convex body extends from its centre along the axis e_i by its support function
 //   h(d) = max { <d, p> : p in the body }
-// says for the direction R' e_i, where R turns the body into the world: R' e_i is row i of R. For a body that
-// is symmetric about its centre h(d) = h(-d), so that one value per axis is enough.
+// in the direction R' e_i, where R turns the body into the world: R' e_i is row i of R. For a body that is
+// symmetric about its centre h(d) = h(-d), so that one value per axis suffices.
 namespace amontons {
 namespace {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
-// `what` names the shape and the size, so that the message tells which of a scene's numbers is wrong.
+// `what` names the shape and the size, so that the message says which number of a scene is wrong.
 void require_size(double value, const char* what) {
   AMONTONS_REQUIRE(std::isfinite(value) && value > 0,
                    std::string(what) + " must be positive and finite, not " + std::to_string(value));
@@ -37,13 +37,13 @@ Aabb symmetric_box(const Transform& frame, auto&& reach) {
   return {frame.position - half, frame.position + half};
 }
 
-// The same two answers for all that lies within a box of the shape's own frame.
+// The same two functions for shapes within a box of their own frame.
 double radius_of(const Aabb& local) {
   Vec3 far;
   for (int i = 0; i < 3; ++i) far[i] = std::max(std::abs(local.lower[i]), std::abs(local.upper[i]));
   return norm(far);
 }
-// The support function of a box about its centre is sum_i h_i |d_i|, the box's own axes being those of d.
+// The support function of a box about its centre is sum_i h_i |d_i|, for d in the box's own axes.
 Aabb box_of(const Aabb& local, const Transform& frame) {
   const Vec3 h = 0.5 * (local.upper - local.lower);
   const Vec3 centre = 0.5 * (local.lower + local.upper);
@@ -52,7 +52,7 @@ Aabb box_of(const Aabb& local, const Transform& frame) {
   });
 }
 
-// Round all over: the same in every direction, so that the rotation does not enter.
+// Equal in every direction, so that the rotation does not matter.
 void check(const Sphere& s) { require_size(s.radius, "sphere: the radius"); }
 double radius_of(const Sphere& s) { return s.radius; }
 Aabb box_of(const Sphere& s, const Transform& frame) {
@@ -99,8 +99,8 @@ void check(const Hull& s) {
   AMONTONS_REQUIRE(s.data != nullptr, "convex hull is empty; make it with make_hull()");
 }
 double radius_of(const Hull& s) { return s.data->radius; }
-// The tightest box, from the corners themselves. They are only turned in the loop and the position is added
-// once, which saves an addition per corner.
+// The tightest box, from the corners themselves. The loop only turns them and the position is added once,
+// which saves an addition per corner.
 Aabb box_of(const Hull& s, const Transform& frame) {
   const Mat3 r = to_matrix(frame.rotation);
   Aabb box = empty_box();
@@ -108,7 +108,7 @@ Aabb box_of(const Hull& s, const Transform& frame) {
   return {frame.position + box.lower, frame.position + box.upper};
 }
 
-// A half space has no size, and no box in most orientations: its pairs are all that lies near it.
+// A half space has no size, and in most orientations no box: everything near it is a pair.
 void check(const Plane&) {}
 double radius_of(const Plane&) { return infinity; }
 Aabb box_of(const Plane&, const Transform&) {
@@ -130,7 +130,7 @@ Aabb box_of(const HeightField& s, const Transform& frame) { return box_of(s.data
 
 }  // namespace
 
-// The doors: each picks the overload of the kind that the shape holds.
+// Entry points: each selects the overload for the kind of the shape.
 void validate(const Shape& shape) {
   std::visit([](const auto& s) { check(s); }, shape);
 }

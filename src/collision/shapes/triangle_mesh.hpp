@@ -8,47 +8,46 @@
 #include "amontons/collision/shapes/aabb.hpp"
 #include "collision/shapes/facet.hpp"
 
-// What a mesh knows besides its corners. Contact with a triangle needs what lies across its edges and around
-// its corners (see narrow/surface.hpp on active edges), and a body needs the few triangles near it out of
-// many; all of that is worked out once by make_mesh() and stored in flat arrays named by the numbers of
-// triangles and vertices.
+// The derived data of a mesh. Contact with a triangle needs the neighbours across its edges and around its
+// corners (see narrow/surface.hpp on active edges), and a body needs the few near triangles out of many.
+// make_mesh() computes all of it once and stores it in flat arrays indexed by triangles and vertices.
 namespace amontons {
 
 struct TriangleMesh {
   using Triangle = std::array<std::int32_t, 3>;
-  std::vector<Vec3> vertices;  // equal ones are one vertex: files often repeat them per triangle
+  std::vector<Vec3> vertices;  // equal ones are merged: files often repeat them per triangle
   std::vector<Triangle> triangles;
   std::vector<Vec3> normals;         // of the triangles, unit
   std::vector<Triangle> neighbours;  // across edge k (from corner k to the next), -1 at a border
   std::vector<std::array<collision::EdgeKind, 3>> edges;
 
-  // Of the vertices: those joined to v are around[around_start[v]] to around[around_start[v + 1]].
+  // Per vertex: those that edges join to v are around[around_start[v]] to around[around_start[v + 1]].
   std::vector<std::int32_t> around_start, around;
-  std::vector<Vec3> vertex_normals;                 // weighted by angles; their length means nothing
-  std::vector<unsigned char> is_active, is_border;  // whether an edge ends there that is not flat; a border
+  std::vector<Vec3> vertex_normals;                 // weighted by angles; not normalised
+  std::vector<unsigned char> is_active, is_border;  // whether a non-flat edge ends there; a border
 
   // The tree over the triangles, parents first: the left child follows its parent.
   struct Node {
     Aabb box;
-    std::int32_t first, count;  // of a leaf: a range of `order`; of others: count = 0, first = right child
+    std::int32_t first, count;  // for a leaf: a range of `order`; for others: count = 0, first = right child
   };
   std::vector<Node> nodes;
   std::vector<std::int32_t> order;
 
-  // Corner k of triangle t; k counts on round the triangle, so that k + 1 and k + 2 are always the other two.
+  // Corner k of triangle t; k is taken modulo 3, so that k + 1 and k + 2 are the other two.
   const Vec3& corner(std::size_t t, int k) const { return vertices[triangles[t][k % 3]]; }
 };
 
 namespace collision {
 
-// What narrow/surface.hpp asks of a surface.
+// The Surface for narrow/surface.hpp.
 struct MeshSurface {
   const TriangleMesh& mesh;
 
-  // Triangles in boxes of the tree that `enters` lets pass. Depth first, left child first: they come in the
-  // order of `order`.
+  // Triangles in boxes of the tree that `enters` accepts. Depth first, left child first: in the order of
+  // `order`.
   void for_each(auto&& enters, auto&& visit) const {
-    // The halves of a split differ by one triangle at most: 64 levels are more than memory has room for.
+    // The halves of a split differ by at most one triangle: 64 levels exceed any memory.
     std::int32_t stack[64];
     int size = 0;
     stack[size++] = 0;
@@ -71,14 +70,15 @@ struct MeshSurface {
              });
   }
 
-  // Of one triangle; made when it is needed, as storing it would add a third to the memory of the mesh.
+  // Box of one triangle; computed when needed, because storing it would add a third to the memory of the
+  // mesh.
   Aabb bounds_of(std::int32_t t) const {
     const Vec3 &a = mesh.corner(t, 0), &b = mesh.corner(t, 1), &c = mesh.corner(t, 2);
     return {{std::min({a.x, b.x, c.x}), std::min({a.y, b.y, c.y}), std::min({a.z, b.z, c.z})},
             {std::max({a.x, b.x, c.x}), std::max({a.y, b.y, c.y}), std::max({a.z, b.z, c.z})}};
   }
 
-  // The triangle with what lies around it.
+  // The triangle with its neighbourhood.
   Facet facet(std::int32_t t) const {
     Facet f;
     f.normal = mesh.normals[t];
@@ -87,7 +87,7 @@ struct MeshSurface {
       f.corner[k] = mesh.corner(t, k);
       f.edge[k] = mesh.edges[t][k];
       f.opposite[k] = f.corner[k];
-      // The neighbour shares two corners; the third one is that which is not on the edge.
+      // The neighbour shares two corners; the third one is not on the edge.
       if (const std::int32_t other = mesh.neighbours[t][k]; other >= 0)
         for (std::int32_t v : mesh.triangles[other])
           if (v != mesh.triangles[t][k] && v != mesh.triangles[t][(k + 1) % 3])
@@ -106,7 +106,7 @@ struct MeshSurface {
 
   // By the normal at the closest point: of the face, the sum of two at an edge, weighted by angles at a
   // corner (J. A. Baerentzen and H. Aanaes, "Signed distance computation using the angle weighted
-  // pseudonormal", 2005). Beside the border of an open mesh nothing is behind it.
+  // pseudonormal", 2005). Points beside the border of an open mesh count as outside.
   bool is_outside(const Vec3& p, std::int32_t t, const TrianglePoint& closest) const {
     const Vec3 to = p - closest.at;
     const unsigned feature = closest.feature;

@@ -2,10 +2,10 @@
 
 namespace amontons {
 
-// The state holds the origins of the body frames, as that is what users mean by the pose of a body; the
+// The state holds the origins of the body frames, because these define the pose of a body for users. The
 // equations of motion are those of centres of mass, x = p + R c and v = p' + omega x R c, where momentum and
-// spin do not mix: M is block-diagonal, 1 / m and R I^-1 R' with the inertia I of body axes. A kinematic body
-// has a velocity that contacts and joints feel, but zero mobility: no impulse changes it.
+// spin separate. M is block-diagonal, 1 / m and R I^-1 R' with the inertia I in body axes. A kinematic body
+// has a velocity in contacts and joints, but zero mobility: no impulse changes it.
 void place_bodies(const Model& model, const State& state, BodyFrames& frames, BodyMobilities& mobility,
                   BodyVelocities& velocities) {
   frames.resize(model.bodies());
@@ -13,7 +13,7 @@ void place_bodies(const Model& model, const State& state, BodyFrames& frames, Bo
   velocities.resize(model.bodies());
   for (std::size_t i = 0; i < frames.size(); ++i) {
     const Body& body = model.description().bodies[i];
-    // Fixed bodies need a pose and nothing else: rows and loads leave them out.
+    // Fixed bodies only need a pose: rows and loads omit them.
     const Transform pose{state.positions[i], state.orientations[i]};
     const Mat3 R = to_matrix(pose.rotation);
     const Vec3 arm = R * body.centre_of_mass;
@@ -33,7 +33,7 @@ void place_bodies(const Model& model, const State& state, BodyFrames& frames, Bo
 
 namespace {
 
-// f(i, mass) for every dynamic body.
+// Calls f(i, mass) for every dynamic body.
 template <class F>
 void for_each_dynamic(const Model& model, F&& f) {
   for (std::size_t i = 0; i < model.bodies(); ++i)
@@ -42,8 +42,8 @@ void for_each_dynamic(const Model& model, F&& f) {
 
 }  // namespace
 
-// p = m v and L = x cross p + I omega about the world's origin: both are constant as long as no force acts,
-// so that tests can measure what a step adds.
+// p = m v and L = x cross p + I omega about the world's origin. Both are constant without forces, so tests
+// can measure the error of a step.
 Momentum momentum(const Model& model, const State& state) {
   BodyFrames frames;
   BodyMobilities mobility;
@@ -58,8 +58,8 @@ Momentum momentum(const Model& model, const State& state) {
   return total;
 }
 
-// The inertia of the frames and not that of the mobility, which may be stiffened: this is the energy that
-// moves.
+// The inertia is that of the frames and not the possibly stiffened one of the mobility: this is the energy of
+// the motion.
 double kinetic_energy(const Model& model, const BodyFrames& frames, const BodyVelocities& velocities) {
   double energy = 0;
   for_each_dynamic(model, [&](std::size_t i, double mass) {
@@ -69,7 +69,7 @@ double kinetic_energy(const Model& model, const BodyFrames& frames, const BodyVe
   return energy;
 }
 
-// Why half a step back: see Report::potential_energy.
+// Report::potential_energy explains the half step.
 double gravity_energy(const Model& model, const BodyFrames& frames, const BodyVelocities& velocities,
                       double before) {
   double energy = 0;

@@ -1,6 +1,6 @@
-// MuJoCo's inertia model (its documentation, Computation, Fluid forces): with the edges b, their mean d, and
-// the velocity v and spin w of the box relative to the fluid along its axes i (j, k the others), Stokes' drag
-// of a sphere of the diameter d and the dynamic pressure on the faces are
+// MuJoCo's inertia model (its documentation, Computation, Fluid forces). b: the edges, d: their mean; v and
+// w: velocity and spin of the box relative to the fluid along its axes i (j, k the others). Stokes' drag of a
+// sphere of diameter d and the dynamic pressure on the faces are
 //
 //   f_i = -(3 pi d viscosity + density / 2 b_j b_k |v_i|) v_i,
 //   t_i = -(pi d^3 viscosity + density / 64 b_i (b_j^4 + b_k^4) |w_i|) w_i.
@@ -14,8 +14,8 @@ namespace amontons {
 
 namespace {
 
-// The impulse over h of f = -c v on what moves alone with the inverse mass w: implicit, x = -h c (v + w x).
-// So it stops a light body in a thick fluid and never turns it round.
+// The impulse over h of f = -c v on a free body with the inverse mass w, implicit: x = -h c (v + w x). It
+// stops a light body in a viscous fluid and never reverses it.
 double drag(double c, double v, double inverse_mass, double h) {
   return -h * c * v / (1 + h * c * inverse_mass);
 }

@@ -11,14 +11,14 @@ namespace amontons {
 namespace {
 
 // docs/algorithm.md (4): one implicit midpoint step of Euler's equations, I (W1 - W0) = s (I Wm) x Wm with Wm
-// = (W0 + W1) / 2. For any s it keeps |I W| and <W, I W>, and the Cayley transform of s Wm, a rotation by 2
+// = (W0 + W1) / 2. For any s it keeps |I W| and <W, I W>. The Cayley transform of s Wm, a rotation by 2
 // atan(s |Wm| / 2), keeps the momentum in space (Simo and Wong, IJNME 1991; Krysl and Endres, IJNME 2005). s
-// = 2 tan(h |Wm| / 2) / |Wm| makes that rotation exp(h Wm), which is exact when W is constant.
+// = 2 tan(h |Wm| / 2) / |Wm| makes that rotation exp(h Wm), which is exact for constant W.
 //
-// s of W. Where the body turns by less than 0.06 rad in the step, as nearly always, tan(x) / x with x = h |W|
-// / 2 comes from its series in t = x^2, whose next term, 0.009 t^5, is below rounding there. The bound 1.2 on
-// x keeps the tangent away from its pole should an iterate leave on the way; the solution itself is far below
-// it (largest_turn).
+// s as a function of W. If the body turns by less than 0.06 rad in the step, as nearly always, tan(x) / x
+// with x = h |W| / 2 comes from its series in t = x^2. The next term, 0.009 t^5, is below rounding there. The
+// bound 1.2 on x keeps the tangent away from its pole if an iterate is too large; the solution itself is far
+// below it (largest_turn).
 double cayley_time(const Vec3& W, double h) {
   const double t = 0.25 * h * h * norm_squared(W);
   if (t < 1e-3) return h * (1 + t * (1.0 / 3 + t * (2.0 / 15 + t * (17.0 / 315 + t * (62.0 / 2835)))));
@@ -26,9 +26,9 @@ double cayley_time(const Vec3& W, double h) {
   return h * elementary::tan(std::min(x, 1.2)) / x;
 }
 
-// Newton's method for F(W) = 2 I (W - W0) - s (I W) x W = 0 in W = Wm, with s taken as constant in the
-// derivative: d((I W) x W) = ([I W]x - [W]x I) dW. What a step leaves is of second order in it but for a
-// share (h |W|)^3 / 6, as s is not constant: below rounding after a small step of a small turn.
+// Newton's method for F(W) = 2 I (W - W0) - s (I W) x W = 0 in W = Wm, with s constant in the derivative:
+// d((I W) x W) = ([I W]x - [W]x I) dW. The remaining error is of second order in the step, except for a share
+// (h |W|)^3 / 6, as s is not constant. It is below rounding after a small step of a small turn.
 Vec3 midpoint(const Mat3& I, const Vec3& W0, double h) {
   const double size = norm_squared(W0);
   const double enough = h * h * size < 1e-3 ? 1e-22 : 1e-32;
@@ -45,15 +45,15 @@ Vec3 midpoint(const Mat3& I, const Vec3& W0, double h) {
   return W;
 }
 
-// Rotations of more than this in a step (rad) are made of several: the equations above have one root near W0
-// only as long as the turn is small. A body that spins so fast that it would take more than most_parts of
-// them, 16 turns in a step, has lost its meaning; the bound is there so that the step ends soon.
+// Rotations above this limit (rad) are divided into parts: the equations above have one root near W0 only for
+// small turns. A body that would need more than most_parts, 16 turns in a step, has no meaningful spin; the
+// bound limits the work.
 constexpr double largest_turn = 0.5;
 constexpr double most_parts = 200;
 
-// In the step omega is replaced by the mean spin, which turns the body as the torque-free motion does; what
-// is left of omega, the lag, comes back when the body has turned (end_spin). Impulses act on the mean: a
-// joint holds the motion that the body makes, not the one that it has in this instant.
+// The step replaces omega by the mean spin, which turns the body as the torque-free motion does. The
+// difference, the lag, is added again when the body has turned (end_spin). Impulses act on the mean: a joint
+// constrains the motion over the step, not the one at its start.
 
 GyroscopicSpin gyroscopic_spin(const Body& body, const Quat& orientation, const Vec3& omega, double h) {
   const Vec3 spin = rotate(conjugate(orientation), omega);
@@ -64,17 +64,17 @@ GyroscopicSpin gyroscopic_spin(const Body& body, const Quat& orientation, const 
 }
 
 // The angular velocity at the end of a step that turned a dynamic body from `before` to `after` by `angle`,
-// with the velocity `omega` of the solve. The angular momentum that the impulses left, I (omega + lag) in the
-// axes of the start, is that in space: the velocity is what it makes of the turned inertia. The energy stays
-// where the turn is that of the torque-free motion; where impulses have changed it, as those of a hinge about
-// another axis than a principal one do, to second order in the angle. Of a large one that says nothing:
-// energy that would come of it is left out, and momentum with it.
+// with the velocity `omega` of the solve. The angular momentum that the impulses left is I (omega + lag) in
+// the axes of the start. It is constant in space, and with the turned inertia it gives the velocity. The
+// energy is constant if the turn is that of the torque-free motion. Impulses change the turn, for example
+// those of a hinge about an axis that is not principal; the energy then changes by a term of second order in
+// the angle. For a large angle this does not hold: an energy gain is removed, and momentum with it.
 constexpr double resolved_turn = 0.25;  // rad
 Vec3 end_spin(const Mat3& inverse_inertia, const Mat3& inertia, const GyroscopicSpin& spin, const Vec3& omega,
               const Quat& before, const Quat& after, double angle) {
   const Vec3 momentum = inertia * (omega + spin.lag);
   const bool turned = !(after == before);
-  // Where the inertia does not turn with the body (spheres, rest) keep the bits.
+  // If the inertia does not turn with the body (spheres, rest), the bits are kept.
   if (!turned || !(norm(cross(momentum, omega)) > 1e-15 * norm(momentum) * norm(omega)))
     return omega + spin.lag;
   const Vec3 end = rotate(after, inverse_inertia * rotate(conjugate(after), momentum));
@@ -84,12 +84,12 @@ Vec3 end_spin(const Mat3& inverse_inertia, const Mat3& inertia, const Gyroscopic
 
 }  // namespace
 
-// A torque-free body turns over h by some rotation exp(h mean); this finds the mean. Part by part the turns
-// are multiplied up, and the logarithm of the product, with its branch, is h mean.
+// A torque-free body turns over h by some rotation exp(h mean). The parts of the turn are multiplied, and the
+// logarithm of the product, with its branch, is h mean.
 Vec3 torque_free_mean(const Mat3& I, const Vec3& omega, double h) {
   const Vec3 L = I * omega;
   const double spin = norm(omega), momentum = norm(L);
-  // A principal axis stays the axis: there is nothing to solve (and spheres stay exact).
+  // The spin axis is principal and constant: nothing to solve (and spheres stay exact).
   if (norm(cross(L, omega)) <= 1e-14 * momentum * spin) return omega;
   const double parts = std::ceil(h * spin / largest_turn);
   if (parts <= 1) return midpoint(I, omega, h);
@@ -102,7 +102,7 @@ Vec3 torque_free_mean(const Mat3& I, const Vec3& omega, double h) {
     turn = turn * exponential(part * mean);
     W = 2 * mean - W;
   }
-  // The logarithm is short of whole turns: take the branch next to h omega.
+  // The logarithm omits whole turns: take the branch next to h omega.
   const Vec3 r = logarithm(normalised(turn));
   const double angle = norm(r);
   if (angle == 0) return omega;
@@ -111,17 +111,16 @@ Vec3 torque_free_mean(const Mat3& I, const Vec3& omega, double h) {
   return ((angle + 2 * std::numbers::pi * turns) / h) * axis;
 }
 
-// Exact for constant velocities: the centre of mass goes straight while the body turns about it, which is no
-// screw motion.
+// Exact for constant velocities: the centre of mass moves straight while the body turns about it, which is
+// not a screw motion.
 Transform moved(const BodyFrame& body, const BodyVelocity& v, double h) {
   const Quat turn = exponential(h * v.angular);
   const Vec3 centre = body.centre + h * v.linear;
   return {centre + rotate(turn, body.pose.position - body.centre), turn * body.pose.rotation};
 }
 
-// docs/algorithm.md (2). Linear: v + h (g + f / m). Angular: the mean of the torque-free rotation takes the
-// place of omega, as I omega' = torque - omega x I omega with the gyroscopic term dealt with by that
-// rotation.
+// docs/algorithm.md (2). Linear: v + h (g + f / m). Angular: I omega' = torque - omega x I omega, where the
+// mean of the torque-free rotation replaces omega and so includes the gyroscopic term.
 void make_free_velocities(const Model& model, const State& state, double h, const BodyFrames& frames,
                           const BodyMobilities& mobility, const BodyVelocities& start,
                           const std::vector<BodyImpulse>& loads, bool damped, BodyVelocities& free,
@@ -138,15 +137,15 @@ void make_free_velocities(const Model& model, const State& state, double h, cons
     const Vec3 g = model.description().bodies[i].gravity_scale * gravity;
     free[i].linear += h * g + inverse_mass * (h * state.forces[i] + loads[i].force);
     free[i].angular = mean + inverse_inertia * (h * state.torques[i] + loads[i].torque);
-    // A stiffened body has the inertia I + h^2 K for what changes its spin. Damped, which is implicit Euler,
-    // (I + h^2 K) w = I w_mean + torque.
+    // For changes of its spin a stiffened body has the inertia I + h^2 K. Damped (implicit Euler): (I + h^2
+    // K) w = I w_mean + torque.
     if (stiffened && damped) free[i].angular += inverse_inertia * (frames[i].inertia * mean) - mean;
   }
 }
 
 // docs/algorithm.md (3). Symplectic Euler: positions move with the velocities at the end of the step,
-// rotations by the exponential of theirs, which keeps quaternions of unit length and is exact for constant
-// spin. normalised() takes away the rounding only.
+// rotations by the exponential of theirs. The exponential keeps quaternions of unit length and is exact for
+// constant spin. normalised() only removes the rounding.
 void integrate(const Model& model, const BodyFrames& frames, const std::vector<GyroscopicSpin>& spins,
                const BodyVelocities& v, double h, State& state) {
   for (std::size_t i = 0; i < frames.size(); ++i) {
@@ -154,12 +153,12 @@ void integrate(const Model& model, const BodyFrames& frames, const std::vector<G
     if (body.motion == Motion::fixed) continue;
     const Quat before = state.orientations[i];
     Vec3 omega = v[i].angular;
-    // A body that does not turn keeps the bits of its orientation.
+    // A body without spin keeps the bits of its orientation.
     const Quat after = omega == Vec3{} ? before : normalised(exponential(h * omega) * before);
     if (model.is_dynamic(static_cast<Index>(i)))
       omega = end_spin(model.inverse_inertia(static_cast<Index>(i)), frames[i].inertia, spins[i], omega,
                        before, after, h * norm(omega));
-    // The centre of mass goes straight; the frame hangs on it.
+    // The centre of mass moves straight; the frame follows.
     const Vec3 way = h * v[i].linear;
     const Vec3 arm = rotate(after, body.centre_of_mass);
     const bool centred = body.centre_of_mass == Vec3{};

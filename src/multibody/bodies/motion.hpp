@@ -3,24 +3,24 @@
 
 #include "amontons/multibody/bodies/bodies.hpp"
 
-// The two ends of a step: the velocities that bodies would have without impulses, and the way that they take
-// with the velocities that the impulses gave them.
+// Begin and end of a step: the velocities of bodies without impulses, and their motion with the velocities
+// after the impulses.
 namespace amontons {
 
 // The gyroscopic part of a body's rotation.
 struct GyroscopicSpin {
   Vec3 mean;  // the angular velocity whose exponential is the torque-free rotation over the step, world
-  Vec3 lag;   // omega - mean: gives back the true angular velocity after the step
+  Vec3 lag;   // omega - mean: restores the true angular velocity after the step
 };
 
 // The mean angular velocity of a torque-free rotation over h: the body turns by exp(h mean). Body axes.
 Vec3 torque_free_mean(const Mat3& inertia, const Vec3& omega, double h);
 
-// The pose to which the velocity v takes a body over h, which may be negative.
+// The pose of a body after motion with velocity v for h, which may be negative.
 Transform moved(const BodyFrame& body, const BodyVelocity& v, double h);
 
-// v_free = v + h M^-1 f with f of gravity, held loads and `loads` (effort motors), and the mean of the
-// torque-free rotation in place of omega. `damped`: the inertia that stiffening adds is that of a damper too.
+// v_free = v + h M^-1 f with f from gravity, constant loads and `loads` (effort motors), and the mean of the
+// torque-free rotation in place of omega. `damped`: the inertia that stiffening adds also acts as a damper.
 void make_free_velocities(const Model& model, const State& state, double h, const BodyFrames& frames,
                           const BodyMobilities& mobility, const BodyVelocities& start,
                           const std::vector<BodyImpulse>& loads, bool damped, BodyVelocities& free,

@@ -1,6 +1,6 @@
-// Speculative contacts: a point is a contact before it touches, if the velocities could bring it there within
-// the step. The step then lets its gap close and no further (c = gap / h), so that nothing needs to be
-// stopped on the way and fast bodies do not pass through thin ones.
+// Speculative contacts: a point becomes a contact before it touches if the velocities could close its gap
+// within the step. The step then lets the gap close and no further (c = gap / h). No motion is interrupted,
+// and fast bodies do not pass through thin ones.
 #include "multibody/contacts/contact_finder.hpp"
 
 #include <algorithm>
@@ -12,11 +12,11 @@ namespace amontons {
 
 namespace {
 
-// Turns of less in a step (rad) change no gap that matters: a point at the distance r from the axis leaves
-// its tangent by r a^2 / 2, half a millionth of r.
+// Turns (rad) below it are neglected: a point at the distance r from the axis departs from its tangent by r
+// a^2 / 2, half a millionth of r.
 constexpr double least_turn = 1e-3;
 
-// The part of an angular velocity that moves the surface of a shape: a turn about an axis of revolution takes
+// The part of an angular velocity that moves the surface of a shape: a turn about an axis of revolution moves
 // no point along its normal.
 Vec3 effective_spin(const Shape& shape, const Transform& frame, const Vec3& spin) {
   if (std::holds_alternative<Sphere>(shape)) return {};
@@ -27,12 +27,12 @@ Vec3 effective_spin(const Shape& shape, const Transform& frame, const Vec3& spin
 
 GeomMotion motion_of(const Geom& geom, const Transform& frame, const BodyFrame& body, const BodyVelocity& v) {
   const double turning = norm(effective_spin(geom.shape, frame, v.angular));
-  // A plane has no end, and need not turn.
+  // A plane has an infinite radius, for which 0 times infinity must be 0.
   return {v.linear + cross(v.angular, frame.position - body.centre),
           turning > 0 ? turning * bounding_radius(geom.shape) : 0};
 }
 
-// A bound of how fast two geoms come nearer.
+// Upper bound of the approach speed of two geoms.
 double approach(const GeomMotion& a, const GeomMotion& b) {
   return norm(a.centre - b.centre) + a.spin + b.spin;
 }
@@ -43,7 +43,7 @@ Vec3 in_world(const Vec3& v, const Geom& geom, const BodyFrames& bodies) {
   return geom.body < 0 ? v : rotate(bodies[geom.body].pose.rotation, v);
 }
 
-// The velocity of the surface of A over its body less that of B: at the world's origin, and its spin.
+// The velocity of the surface of A over its body minus that of B: at the world's origin, and the spin.
 struct SurfaceMotion {
   Vec3 linear, spin;
 };
@@ -58,10 +58,10 @@ SurfaceMotion surface_motion(const Geom& a, const Transform& frame_a, const Geom
   return {on_a.linear - on_b.linear, on_a.spin - on_b.spin};
 }
 
-// Arms from the world are those from its origin.
+// Arms on the world are measured from its origin.
 Vec3 centre_of(const Reach& reach, Index body) { return body < 0 ? Vec3{} : reach.bodies[body].centre; }
 
-// What all contacts of two geoms have in common.
+// The data that all contacts of two geoms share.
 Contact contact_of(const Model& model, Index a, Index b, const BodyFrames& bodies) {
   const Geom &geom_a = model.geom(a), &geom_b = model.geom(b);
   Contact c;
@@ -71,10 +71,10 @@ Contact contact_of(const Model& model, Index a, Index b, const BodyFrames& bodie
   c.geom_b = b;
   c.material = model.material(a, b);
   c.rows = rows_of(c.material);
-  // The grain of the surface that has one; of A if both do.
+  // The friction direction of the surface that has one.
   if (c.material.friction_across >= 0) {
-    // The direction belongs to the geom that brings the second coefficient; A's counts where both do, or
-    // where the pair has a material of its own.
+    // It belongs to the geom with the second coefficient. A's counts if both have one, or if the pair has a
+    // material of its own.
     const bool of_a = geom_a.material.friction_across >= 0, of_b = geom_b.material.friction_across >= 0;
     const bool first = of_a || (!of_b && !(geom_a.friction_direction == Vec3{}));
     c.direction = in_world((first ? geom_a : geom_b).friction_direction, first ? geom_a : geom_b, bodies);
@@ -82,8 +82,8 @@ Contact contact_of(const Model& model, Index a, Index b, const BodyFrames& bodie
   return c;
 }
 
-// Makes the contact of a pair that of a point of it, for bodies whose centres of mass stand there. The
-// velocity of surfaces counts along the surface only: a conveyor does not lift what lies on it.
+// Sets the contact of a pair to one of its points, for bodies with these centres of mass. Only the tangential
+// part of surface velocities counts: a conveyor does not lift its load.
 void move_to(const ContactPoint& p, const Vec3& centre_a, const Vec3& centre_b, const SurfaceMotion& surface,
              Contact& c) {
   c.point = p.point;
@@ -100,10 +100,10 @@ bool has_edges(const Shape& shape) {
   return !std::holds_alternative<Sphere>(shape) && !std::holds_alternative<Capsule>(shape) &&
          !std::holds_alternative<Ellipsoid>(shape) && !std::holds_alternative<Plane>(shape);
 }
-// Of a normal that a body carries along, as a length.
+// Change of a normal that moves with a body, as a length; smaller changes are rounding.
 constexpr double same_normal = 1e-6;
 
-// Where bodies are after a time t with the velocities of a reach.
+// Poses of bodies after a time t with the velocities of a reach.
 struct Later {
   const Reach& reach;
   double t;
@@ -120,9 +120,9 @@ struct Later {
 
 }  // namespace
 
-// Where the geoms stand, how they move, and the boxes that they may reach within the step: each covers the
-// way of its centre and grows by half of the margin, by what turning adds, and by the rest offset, so that
-// boxes of pairs that could touch overlap.
+// Poses and motions of the geoms, and the boxes that they may reach within the step. A box covers the travel
+// of the centre and grows by half of the margin, by the effect of turning, and by the rest offset. So the
+// boxes of all pairs that could touch overlap.
 void ContactFinder::place_geoms(const Reach& reach) {
   const Model& model = reach.model;
   const auto& geoms = model.description().geoms;
@@ -148,13 +148,13 @@ void ContactFinder::place_geoms(const Reach& reach) {
   }
 }
 
-// How far apart two geoms can be that come into the margin within the step.
+// Largest distance of two geoms that can come into the margin within the step.
 double ContactFinder::reach_of_pair(const Reach& reach, Index a, Index b) const {
   return reach.margin + reach.h * approach(motions_[a], motions_[b]);
 }
 
-// f(contact, gap at the end of the step) for every point in reach of the velocities, of the pairs of geoms
-// that count.
+// Calls f(contact, gap at the end of the step) for every point in reach of the velocities, of the pairs that
+// counts() accepts.
 template <class Counts, class F>
 void ContactFinder::visit(const Reach& reach, Counts&& counts, F&& f) {
   const Model& model = reach.model;
@@ -162,12 +162,12 @@ void ContactFinder::visit(const Reach& reach, Counts&& counts, F&& f) {
   broad_phase_.find_pairs(boxes_, fixed_, pairs_);
   for (auto [a, b] : pairs_) {
     if (!model.may_touch(a, b) || !counts(a, b)) continue;
-    // A is the one that moves, so that normals point to a body that feels them.
+    // A is the moving one, so that normals point to a body that responds.
     if (fixed_[a] && !fixed_[b]) std::swap(a, b);
     points_.clear();
     collide(model.geom(a).shape, frames_[a], model.geom(b).shape, frames_[b],
             reach_of_pair(reach, a, b) + (model.rest_offset(a) + model.rest_offset(b)), points_);
-    // Materials and frames are looked up for pairs that touch only; the broad phase finds many more.
+    // Materials and frames are looked up only for touching pairs; the broad phase finds many more.
     if (points_.empty()) continue;
     Contact c = contact_of(model, a, b, reach.bodies);
     const SurfaceMotion surface =
@@ -180,8 +180,8 @@ void ContactFinder::visit(const Reach& reach, Counts&& counts, F&& f) {
   }
 }
 
-// A point counts if it is within the margin now, or at the end of the step by the free velocities. Both, as
-// what lies still has no velocity that tells, and what flies has a gap that does not.
+// A point counts if it is within the margin now, or at the end of the step with the free velocities. Both are
+// needed: a body at rest has no velocity that shows the contact, a flying one no gap that does.
 void ContactFinder::find(const Reach& reach, std::vector<Contact>& contacts) {
   contacts.clear();
   foreseen_ = reach.v;
@@ -189,13 +189,13 @@ void ContactFinder::find(const Reach& reach, std::vector<Contact>& contacts) {
   visit(reach, all, [&](const Contact& contact, double closing) {
     if (contact.gap <= reach.margin || closing <= reach.margin) contacts.push_back(contact);
   });
-  // What a body rests on is known only now.
+  // Support contacts of a body are only known now.
   level(reach, edges_.find(reach, frames_, contacts), contacts);
   redundant_.set_aside(reach, contacts);
 }
 
-// The pairs of the passages get the points along the neighbour's normal. In order, as the rest of the step
-// goes pair by pair; in most steps there is nothing to do.
+// Pairs of the passages get the points along the neighbour's normal. The order by pairs is kept for the rest
+// of the step. In most steps there is nothing to do.
 void ContactFinder::level(const Reach& reach, std::span<const InternalEdges::Passage> passages,
                           std::vector<Contact>& contacts) {
   if (passages.empty()) return;
@@ -225,8 +225,8 @@ void ContactFinder::level(const Reach& reach, std::span<const InternalEdges::Pas
   contacts.swap(found_);
 }
 
-// Both searches ask for overlaps of more than a tenth of the margin: less is no fault, as contacts close gaps
-// to zero within rounding and the tolerance only.
+// Both searches report overlaps above a tenth of the margin. Smaller ones are no error: contacts close gaps
+// to zero only within rounding and the tolerance.
 void ContactFinder::find_unforeseen(const Reach& reach, std::vector<Contact>& contacts) {
   const double allowance = reach.margin / 10;
   redundant_.call_in(reach, contacts);
@@ -235,7 +235,7 @@ void ContactFinder::find_unforeseen(const Reach& reach, std::vector<Contact>& co
   find_overlaps(reach, allowance, contacts);
 }
 
-// Points within a thousandth of the margin are one.
+// Points within a thousandth of the margin are the same.
 bool ContactFinder::is_known(const Reach& reach, const Contact& contact,
                              const std::vector<Contact>& contacts) const {
   const double same = 1e-6 * reach.margin * reach.margin;
@@ -256,10 +256,10 @@ void ContactFinder::find_fixed(const Reach& reach, std::vector<Contact>& contact
 }
 
 void ContactFinder::find_missed(const Reach& reach, double allowance, std::vector<Contact>& contacts) {
-  // No point moves otherwise than foreseen by more than the change of the velocities since the first search,
-  // impacts and all. Points with a gap above the margin at the end by those are the ones that were left out:
-  // a change below (margin + allowance) / h of the velocities of a pair takes none of them deeper than the
-  // allowance, and the search is not needed. In most steps it is not for any pair.
+  // No point deviates from its prediction by more than the change of the velocities since the first search,
+  // including impacts. The points left out are those with a predicted gap above the margin at the end. If the
+  // velocities of a pair change by less than (margin + allowance) / h, none of its points gets deeper than
+  // the allowance. The search is then not needed; in most steps no pair needs it.
   const Model& model = reach.model;
   const auto& geoms = model.description().geoms;
   changes_.assign(geoms.size(), GeomMotion{});
@@ -309,8 +309,8 @@ const ContactFinder::Middles& ContactFinder::find_middles(const Reach& reach,
     const Vec3 normal = c.normal;
     move_to(points_[0], half.centre(c.body_a), half.centre(c.body_b), surface, c);
     if (has_edges(a.shape) || has_edges(b.shape)) {
-      // A normal that stays with neither body is that of an edge that has come near, and whether it is one
-      // depends on the neighbours.
+      // A normal that turns with neither body belongs to an edge that came near. The neighbours decide
+      // whether it is an internal edge.
       const auto stays = [&](const Transform& before, const Transform& then) {
         const Vec3 carried = rotate(then.rotation, rotate(conjugate(before.rotation), normal));
         return norm_squared(carried - c.normal) < same_normal * same_normal;
@@ -322,21 +322,21 @@ const ContactFinder::Middles& ContactFinder::find_middles(const Reach& reach,
   return middles_;
 }
 
-// Contacts see the velocity of a point along a constant normal. Where a body turns by the angle a, that is
-// wrong by the order of a times the way: what slides along a face that turns comes to lie inside it. So the
-// pairs that turn are collided once more, in the poses at the end of the step. What overlaps no deeper than
-// the rows of its pair leave it is known to them: they take back an overlap as fast as they may.
+// Contacts use the velocity of a point along a constant normal. If a body turns by the angle a, the error is
+// of the order of a times the travel: a body that slides along a turning face ends inside it. So turning
+// pairs are collided once more, in the poses at the end of the step. Overlaps no deeper than those of the
+// pair's rows are known: the rows remove an overlap as fast as they may.
 void ContactFinder::find_overlaps(const Reach& reach, double allowance, std::vector<Contact>& contacts) {
   const Later later(reach, reach.h);
   sort_by_pair(contacts, by_pair_, [](std::size_t) { return true; });
-  // One search per pair, from the first of its contacts, which lends what all of them share.
+  // One search per pair; the first of its contacts provides the data that all share.
   for (std::size_t first = 0, end = 0; first < by_pair_.size(); first = end) {
     while (end < by_pair_.size() && by_pair_[end].pair == by_pair_[first].pair) ++end;
     const auto [geom_a, geom_b] = by_pair_[first].pair;
     const Geom &a = reach.model.geom(geom_a), &b = reach.model.geom(geom_b);
     if (later.turn(a.body) + later.turn(b.body) < least_turn) continue;
     Contact c = contacts[by_pair_[first].contact];
-    c.impulse = c.angular_impulse = c.held = {};  // those were of the first
+    c.impulse = c.angular_impulse = c.held = {};  // these were of the first contact
     const Transform frame_a = later.frame(a), frame_b = later.frame(b);
     const SurfaceMotion surface = surface_motion(a, frame_a, b, frame_b, reach.bodies);
     const double offset = c.material.rest_offset;
@@ -348,7 +348,7 @@ void ContactFinder::find_overlaps(const Reach& reach, double allowance, std::vec
     for (const ContactPoint& p : points_) {
       if (p.gap - offset >= held - allowance) continue;
       move_to(p, later.centre(c.body_a), later.centre(c.body_b), surface, c);
-      // The gap is that of the start if this point had been there: with u of the rows, gap + h u closes it.
+      // The gap as it would be at the start with this point as a row: gap + h u of the rows closes it.
       c.gap -= reach.h * opening(c, reach.v);
       found_.push_back(c);
     }

@@ -8,24 +8,24 @@ namespace amontons {
 
 namespace {
 
-// Equal coefficients along and across are a circle, which has the cheaper set.
+// Equal coefficients along and across form a circle, which has the cheaper set.
 bool is_anisotropic(const Material& m) { return m.friction_across >= 0 && m.friction_across != m.friction; }
-// What interlocks: a cone of half an angle of 89.94 degrees. In a wider one the normal of an impulse is lost
-// in the rounding of its tangents, and what should stick falls through.
+// Friction coefficient that stands for interlocking: a cone of half an angle of 89.94 degrees. In a wider
+// cone the normal impulse is lost in the rounding of its tangents, and a sticking body falls through.
 constexpr double roughest = 1e3;
 double at_most(double friction) { return std::min(friction, roughest); }
 double across(const Material& m) { return m.friction_across >= 0 ? m.friction_across : m.friction; }
 
-// t' I^-1 t: the angular velocity that a unit impulse of torque t makes, along t.
+// t' I^-1 t: the angular velocity along t per unit impulse of torque t.
 double power(const Mat3& inverse_inertia, const Vec3& torque) {
   return dot(torque, inverse_inertia * torque);
 }
 
-// Where x lies in its set decides what the contact does: it carries nothing where the projection of the trial
-// point x - g / p is the apex, and sticks where the trial point is inside. At a solution x is that
-// projection; the trial point decides cleanly, where x alone would ask how near the boundary is near. Rolling
-// beside sliding is no slip: of the product only the sliding rows count. An elliptic cone gives way in all
-// rows together.
+// The position of x in its set gives the state of a contact. It is open if the projection of the trial point
+// x - g / p is the apex, and sticks if the trial point is inside. At a solution x is that projection. The
+// trial point decides without a tolerance, while x alone would need one at the boundary. Rolling beside
+// sliding is no slip: for the product set only the sliding rows count. In an elliptic cone all rows slip
+// together.
 template <class S>
 ContactState state_of(const S& set, double p, Law law, const double* x, const double* u) {
   double g[S::dim], trial[S::dim], foot[S::dim];
@@ -43,20 +43,20 @@ ContactState state_of(const S& set, double p, Law law, const double* x, const do
 
 }  // namespace
 
-// The cheapest set that holds what the material asks for. Torsion couples with sliding in one ellipsoid, so
-// that it takes the elliptic cones; rolling friction alone is bounded apart from sliding, as a ball rolls and
-// slides independently.
+// The cheapest set for the material. Torsion couples with sliding in one ellipsoid, which requires the
+// elliptic cones. Rolling friction alone is bounded separately from sliding, as a ball rolls and slides
+// independently.
 int rows_of(const Material& m) {
   const bool elliptic = m.torsional_friction > 0 || is_anisotropic(m);
   if (!elliptic) return m.rolling_friction > 0 ? 5 : 3;
   return m.rolling_friction > 0 ? 6 : m.torsional_friction > 0 ? 4 : 3;
 }
 
-// Of unit impulses along the axes e_k of the contact, A has on its diagonal sum over both bodies of
+// For unit impulses along the axes e_k of the contact, A has on its diagonal the sum over both bodies of
 //   1/m + (r x e_k)' I^-1 (r x e_k)   for forces (`force`),   e_k' I^-1 e_k   for moments (`moment`).
 // Moments enter as m / L, spins as L w: with rows in m/s their diagonal is L^2 times the second. The two
-// means agree for L^2 = force / moment; of a rolling ball that is about its radius. All three axes are
-// summed, so that L does not depend on the tangents. Between bodies that cannot turn L is without effect: 1.
+// means agree for L^2 = force / moment; for a rolling ball that is about its radius. All three axes are
+// summed, so that L does not depend on the tangents. Between bodies that cannot turn L has no effect: 1.
 double moment_length(const Contact& contact, const BodyMobilities& mobility) {
   const ContactBasis basis(contact);
   double force = 0, moment = 0;
@@ -91,8 +91,8 @@ void append_set(const Contact& contact, SetProduct& K) {
     K.append(EllipticFriction<6>{along, athwart, torsion, rolling, rolling});
 }
 
-// Contacts are the first blocks of the problem, in their order. Impulses are added, as those of impacts at
-// the start of the step are in them already.
+// Contacts are the first blocks of the problem, in their order. Impulses are added, because those of impacts
+// at the start of the step are already stored.
 void store_impulses(const Problem& problem, Law law, const Solution& solution, const BodyVelocities& v,
                     std::vector<Contact>& contacts) {
   for_each_block(problem.K, [&](const auto& set, std::size_t block, std::size_t row) {
@@ -105,8 +105,7 @@ void store_impulses(const Problem& problem, Law law, const Solution& solution, c
     c.slip = u.linear - c.normal_velocity * c.normal;
     c.spin = u.angular;
     c.state = state_of(set, problem.P[block], law, &solution.x[row], &solution.u[row]);
-    // Bodies that were stopped (step/step_problem) stick, wherever the error of the start put the trial
-    // point.
+    // Bodies that were stopped (step/lookahead) stick, whatever the trial point of the inaccurate start.
     if (c.state == ContactState::slip && c.slip == Vec3{} && c.spin == Vec3{}) c.state = ContactState::stick;
   });
 }

@@ -1,4 +1,4 @@
-// From materials to the rows and sets of a contact, and from impulses to what it does.
+// From materials to the rows and sets of a contact, and from impulses to its state.
 #pragma once
 #include <span>
 #include <vector>
@@ -9,19 +9,19 @@
 
 namespace amontons {
 
-// The rows that a material asks for: 3 without moments, 5 with rolling friction beside sliding, 4 and 6 where
+// Number of rows for a material: 3 without moments, 5 with rolling friction beside sliding, 4 and 6 if
 // torsion or a second sliding coefficient makes the cone elliptic.
 int rows_of(const Material& material);
 
-// The length by which the moments of a contact are divided: that makes the mean of diag(A) over its moments
-// equal to that over its forces, so that one number per block preconditions both.
+// The length by which the moments of a contact are divided. It makes the mean of diag(A) over the moments
+// equal to that over the forces, so that one number per block preconditions both.
 double moment_length(const Contact& contact, const BodyMobilities& mobility);
 
 // Appends the set of a contact to K.
 void append_set(const Contact& contact, SetProduct& K);
 
-// u = v_A + w_A x r_A - v_B - w_B x r_B + surface velocity, and w_A - w_B, of the given velocities: A's point
-// relative to B's, at the arms that the contact was found with, linear in v as the rows are.
+// u = v_A + w_A x r_A - v_B - w_B x r_B + surface velocity, and w_A - w_B, for the given velocities: A's
+// point relative to B's, at the stored arms of the contact. It is linear in v as the rows are.
 inline ContactImpulse relative_motion(const Contact& c, const BodyVelocities& v) {
   ContactImpulse u{v[c.body_a].linear + cross(v[c.body_a].angular, c.r_a) + c.surface_velocity,
                    v[c.body_a].angular};
@@ -32,8 +32,8 @@ inline ContactImpulse relative_motion(const Contact& c, const BodyVelocities& v)
   return u;
 }
 
-// Adds the solution of a problem that starts with these contacts to them: impulses, and of the velocities v
-// after it the motion and the state.
+// Adds the solution of a problem that starts with these contacts to them: impulses, and motion and state with
+// the velocities v after it.
 void store_impulses(const Problem& problem, Law law, const Solution& solution, const BodyVelocities& v,
                     std::vector<Contact>& contacts);
 

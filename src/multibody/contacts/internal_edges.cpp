@@ -1,11 +1,12 @@
-// Why a search needs to know of seams: see InternalEdges. Judged by geometry alone, at the start of the step:
-// the free velocities of what rests mean little. Should the solve move the neighbours apart, the contacts
-// come back.
+// Removes false contacts at internal edges: see InternalEdges. The decision is by geometry alone, at the
+// start of the step, because the free velocities of resting bodies say little. If the solve separates the
+// neighbours, the contacts are restored.
 //
-// Let X touch Z with the normal m, X being above the plane of that contact and Z below it. A geom Y that does
-// not rise above that plane either is parted from X by it, whatever the nearest way from X to Y is: m is a
-// normal of the pair X, Y as well, and along it the pair has the points where X is over a face of Y. The ones
-// that it had along the way to its rim are those that a surface of triangles has at inner edges.
+// Let X touch Z with the normal m, X above the plane of that contact and Z below it. If a geom Y does not
+// rise above that plane either, the plane separates it from X, whatever the nearest direction from X to Y is.
+// So m is a normal of the pair X, Y as well, and along it the pair has points where X is above a face of Y.
+// The points in the nearest direction, at the rim of Y, correspond to those at inner edges of a triangle
+// mesh.
 #include "multibody/contacts/internal_edges.hpp"
 
 #include <algorithm>
@@ -16,14 +17,14 @@ namespace amontons {
 
 namespace {
 
-// Faces whose heights differ by less are level: far above the error of a resting body, far below what a
-// margin is taken for.
+// Faces whose heights differ by less are level (m). It is far above the error of a resting body and far below
+// the purpose of a margin.
 double level_of(double margin) { return 0.01 * margin; }
 
-// The cosine of 1e-4 rad. Contacts that differ by less have one normal.
+// Cosine of 1e-4 rad: contacts that differ by less have the same normal.
 constexpr double coplanar = 1 - 5e-9;
 
-// Spheres, boxes and so on of bodies that impulses move.
+// Whether a geom may pass an internal edge: a convex shape of a body that impulses move.
 bool may_pass(const Model& model, Index body, Index geom) {
   return model.is_dynamic(body) && !is_static_only(model.geom(geom).shape);
 }
@@ -33,7 +34,7 @@ bool is_still(const Model& model, Index geom) {
   return body < 0 || model.body(body).motion == Motion::fixed;
 }
 
-// How far one geom rises beside another one within the step, at a point and along a direction.
+// Height by which one geom rises beside another one within the step, at a point and along a direction.
 double rise_of(const Reach& reach, Index geom, Index beside, const Vec3& point, const Vec3& up) {
   const auto speed = [&](Index g) {
     const Index body = reach.model.geom(g).body;
@@ -57,57 +58,57 @@ std::span<const InternalEdges::Touch> InternalEdges::touches_of(Index geom) cons
   return std::span(touches_).subspan(start_[g], start_[g + 1] - start_[g]);
 }
 
-// The pair that parts the two geoms of a touch. rise(t): by how much the ground of the touch may rise beside
-// that of t.
+// Finds the touch whose plane separates the two geoms of the given touch. rises(t): height by which the
+// support of the given touch may rise beside that of t.
 const InternalEdges::Touch* InternalEdges::find_level(const Reach& reach,
                                                       const std::vector<Transform>& frames,
                                                       const Touch& touch, auto&& rises) const {
-  const Shape &x = reach.model.geom(touch.body).shape, &y = reach.model.geom(touch.ground).shape;
+  const Shape &x = reach.model.geom(touch.body).shape, &y = reach.model.geom(touch.support).shape;
   const double level = level_of(reach.margin);
-  const Transform& ground = frames[touch.ground];
+  const Transform& support = frames[touch.support];
   for (const Touch& t : touches_of(touch.body)) {
-    if (states_[t.pair].passed || t.ground == touch.ground || dot(touch.up, t.up) > coplanar) continue;
-    if (dot(t.up, ground.position - t.on_ground) > level) continue;  // mostly it is far above the plane
-    const double rise = extent_along(y, ground, t.up, t.on_ground);
+    if (states_[t.pair].passed || t.support == touch.support || dot(touch.up, t.up) > coplanar) continue;
+    // A quick test: the support is usually far above the plane.
+    if (dot(t.up, support.position - t.on_support) > level) continue;
+    const double rise = extent_along(y, support, t.up, t.on_support);
     if (rise + rises(t) > level || extent_along(x, frames[t.body], -t.up, t.on_body) > level) continue;
-    // Of two that each look like the neighbour of the other the lower one is.
-    const Shape& z = reach.model.geom(t.ground).shape;
-    if (!is_static_only(z) && extent_along(z, frames[t.ground], touch.up, touch.on_ground) < rise) continue;
-    // A ball is held by the plane wherever it goes; others, which may tip, need a face to come to lie on.
-    if (std::holds_alternative<Sphere>(x) || has_face(y, ground, t.up)) return &t;
+    // If each support is a possible neighbour of the other, the lower one counts.
+    const Shape& z = reach.model.geom(t.support).shape;
+    if (!is_static_only(z) && extent_along(z, frames[t.support], touch.up, touch.on_support) < rise) continue;
+    // A plane supports a ball everywhere. Other shapes may tip, so they need a face to rest on.
+    if (std::holds_alternative<Sphere>(x) || has_face(y, support, t.up)) return &t;
   }
   return nullptr;
 }
 
-// The same for a contact with the rim of a surface of triangles. Inner edges of such a surface have no
-// normals that the surface has not; at its rim it is the neighbour that tells: a normal that is not that of a
-// triangle is none of the two together if the neighbour begins at the point, and goes on where the normal
-// leans to.
+// The same for a contact with the rim of a triangle surface. Inner edges of such a surface only have normals
+// of the surface. At its rim the neighbour decides. A normal that belongs to no triangle is rejected if the
+// neighbour begins at the point and continues in the direction in which the normal leans.
 const InternalEdges::Touch* InternalEdges::find_rim(const Reach& reach, const std::vector<Transform>& frames,
                                                     const Touch& touch) const {
   const double level = level_of(reach.margin);
   for (const Touch& t : touches_of(touch.body)) {
     const double cosine = dot(touch.up, t.up);
-    if (states_[t.pair].passed || t.ground == touch.ground || cosine > coplanar || cosine < -0.01)
-      continue;
-    const Vec3 behind = touch.on_ground + (10 * level) * normalised(touch.up - cosine * t.up);
-    const Shape& z = reach.model.geom(t.ground).shape;
-    if (is_near(z, frames[t.ground], touch.on_ground, level) && is_near(z, frames[t.ground], behind, level) &&
-        !has_triangle(reach.model.geom(touch.ground).shape, frames[touch.ground], touch.up, touch.on_ground,
-                      level))
+    if (states_[t.pair].passed || t.support == touch.support || cosine > coplanar || cosine < -0.01) continue;
+    const Vec3 behind = touch.on_support + (10 * level) * normalised(touch.up - cosine * t.up);
+    const Shape& z = reach.model.geom(t.support).shape;
+    if (is_near(z, frames[t.support], touch.on_support, level) &&
+        is_near(z, frames[t.support], behind, level) &&
+        !has_triangle(reach.model.geom(touch.support).shape, frames[touch.support], touch.up,
+                      touch.on_support, level))
       return &t;
   }
   return nullptr;
 }
 
-// Of two geoms that move the one that touches less passes, which keeps the search short.
+// If both geoms may pass, the one with fewer touches does, which keeps the search short.
 const InternalEdges::Touch* InternalEdges::judge(const Reach& reach, const std::vector<Transform>& frames,
                                                  const Contact& contact, auto&& rises) const {
   const bool a = may_pass(reach.model, contact.body_a, contact.geom_a);
   const bool b = may_pass(reach.model, contact.body_b, contact.geom_b);
   const Shape &of_geom_a = reach.model.geom(contact.geom_a).shape,
               &of_geom_b = reach.model.geom(contact.geom_b).shape;
-  // A plane has one normal.
+  // A plane has only one normal.
   if (std::holds_alternative<Plane>(of_geom_a) || std::holds_alternative<Plane>(of_geom_b) || !(a || b))
     return nullptr;
   if (is_static_only(of_geom_a) || is_static_only(of_geom_b))
@@ -127,7 +128,7 @@ void InternalEdges::collect(const Model& model, const std::vector<Contact>& cont
   start_.assign(model.description().geoms.size() + 1, 0);
   for (std::size_t first = 0, end = 0; first < contacts.size(); first = end) {
     end = end_of_pair(contacts, first);
-    // The deepest point stands for the pair.
+    // The deepest point represents the pair.
     std::size_t deepest = first;
     for (std::size_t i = first + 1; i < end; ++i)
       if (contacts[i].gap < contacts[deepest].gap) deepest = i;
@@ -152,10 +153,12 @@ std::span<const InternalEdges::Passage> InternalEdges::find(const Reach& reach,
   collect(reach.model, contacts);
   for (PairState& pair : states_) {
     const auto all = std::span(contacts).subspan(pair.first, pair.end - pair.first);
-    // What does not close within the step does nothing. What another pair relies on stays.
+    // Contacts that do not close within the step have no effect. A contact that supports another passage
+    // stays.
     const auto closes = [&](const Contact& c) { return end_gap(c, reach) < 0; };
     if (pair.holds || std::none_of(all.begin(), all.end(), closes)) continue;
-    // Points of a surface of triangles have normals of their own; those of other pairs are judged together.
+    // Points of a triangle surface have individual normals. For other pairs one decision holds for all
+    // points.
     const Model& model = reach.model;
     if (is_static_only(model.geom(all[0].geom_a).shape) || is_static_only(model.geom(all[0].geom_b).shape)) {
       for (std::size_t i = pair.first; i < pair.end; ++i)
@@ -167,7 +170,7 @@ std::span<const InternalEdges::Passage> InternalEdges::find(const Reach& reach,
   return passages_;
 }
 
-// Of the contacts of `part`, for which one is judged.
+// Tries a passage for the contacts of `part`, decided for one of them.
 void InternalEdges::try_passage(const Reach& reach, const std::vector<Transform>& frames,
                                 const std::vector<Contact>& contacts, std::size_t judged, const Range& part,
                                 PairState& pair) {
@@ -177,18 +180,18 @@ void InternalEdges::try_passage(const Reach& reach, const std::vector<Transform>
   pair.passed = pair.passed || judged == pair.deepest;
   states_[level->pair].holds = true;
   const bool a_passes = level->body == c.geom_a;
-  const Index ground = a_passes ? c.geom_b : c.geom_a;
+  const Index support = a_passes ? c.geom_b : c.geom_a;
   passages_.push_back({part.first, part.end, level->up, a_passes});
-  if (is_still(reach.model, ground) && is_still(reach.model, level->ground)) return;
+  if (is_still(reach.model, support) && is_still(reach.model, level->support)) return;
   for (std::size_t i = part.first; i < part.end; ++i)
-    passed_.push_back({contacts[i], ground, level->ground, level->up});
+    passed_.push_back({contacts[i], support, level->support, level->up});
 }
 
 void InternalEdges::call_in(const Reach& reach, std::vector<Contact>& contacts) {
   const double level = level_of(reach.margin);
   std::erase_if(passed_, [&](const Passed& p) {
     if (end_gap(p.contact, reach) >= -level ||
-        !(rise_of(reach, p.ground, p.level, p.contact.point, p.up) > level))
+        !(rise_of(reach, p.support, p.level, p.contact.point, p.up) > level))
       return false;
     contacts.push_back(p.contact);
     return true;
@@ -198,8 +201,8 @@ void InternalEdges::call_in(const Reach& reach, std::vector<Contact>& contacts) 
 bool InternalEdges::passes(const Reach& reach, const std::vector<Transform>& frames,
                            const Contact& contact) const {
   return judge(reach, frames, contact, [&](const Touch& t) {
-           const Index ground = t.body == contact.geom_a ? contact.geom_b : contact.geom_a;
-           return rise_of(reach, ground, t.ground, contact.point, t.up);
+           const Index support = t.body == contact.geom_a ? contact.geom_b : contact.geom_a;
+           return rise_of(reach, support, t.support, contact.point, t.up);
          }) != nullptr;
 }
 

@@ -1,4 +1,4 @@
-// Contacts with the rim of a surface that goes on in its neighbour.
+// Contacts with the rim of a surface that continues in its neighbour.
 #pragma once
 #include <cstdint>
 #include <span>
@@ -9,42 +9,42 @@
 
 namespace amontons {
 
-// Boxes side by side are one floor. Ahead of the joint, though, the nearest way from a ball to the second box
-// is to its edge, and from a sliding box to its side: a contact there, which acts before it touches, lifts
-// the one and stops the other. So the pairs of a body are judged together: where one of them holds it above a
-// plane that another geom does not rise over, nothing but that plane can come between the body and that geom
-// within the step.
+// Boxes side by side form one floor. But the nearest direction from a ball to the second box is to its edge,
+// and from a sliding box to its side. A contact there acts before it touches: it lifts the ball and stops the
+// box. So all pairs of a body are judged together. If one of them holds the body above a plane that another
+// geom does not exceed, only that plane can touch the body within the step, not that geom.
 class InternalEdges {
  public:
-  // Contacts [first, end) of a pair of geoms, to be looked at along the normal of a neighbour instead of
-  // their own; with a surface of triangles, to be left out.
+  // Contacts [first, end) of a pair of geoms that take the normal of a neighbour instead of their own; for a
+  // triangle surface they are removed.
   struct Passage {
     std::size_t first, end;
-    Vec3 normal;    // from the ground to the body that passes
-    bool a_passes;  // the body that passes is A, the ground B; or the other way round
+    Vec3 normal;    // from the support to the passing body
+    bool a_passes;  // the passing body is A and the support B; otherwise reversed
   };
 
-  // Of contacts that come pair by pair, in their order. frames: of the geoms.
+  // For contacts ordered by pairs. frames: poses of the geoms.
   std::span<const Passage> find(const Reach& reach, const std::vector<Transform>& frames,
                                 const std::vector<Contact>& contacts);
-  // Appends the contacts of passages that the velocities reach.v, which were solved for, bring to overlap all
-  // the same, because they part the neighbours: a wall that gives way brick by brick.
+  // Appends contacts of passages that overlap at the solved velocities reach.v after all, because these
+  // separate the neighbours: for example in a wall that gives way brick by brick.
   void call_in(const Reach& reach, std::vector<Contact>& contacts);
-  // Whether one more contact is with such a rim, by the pairs of the last find() and
-  // the velocities of a solve.
+  // Whether a further contact is at such an internal edge, by the pairs of the last find() and the velocities
+  // of a solve.
   bool passes(const Reach& reach, const std::vector<Transform>& frames, const Contact& contact) const;
 
  private:
-  // A contact seen from one of its geoms, the body that may pass over the other: the normal towards it, and
-  // the points of both surfaces.
+  // A contact seen from one of its geoms, the body that may pass over the other: the normal towards the body,
+  // and the points of both surfaces.
   struct Touch {
-    Index body, ground;  // geoms
-    Vec3 up, on_body, on_ground;
+    Index body, support;  // geoms
+    Vec3 up, on_body, on_support;
     std::uint32_t pair;
   };
   struct PairState {
     std::size_t first, end, deepest;  // contacts
-    bool passed, holds;               // has given up its normal; must not, because another pair relies on it
+    bool passed, holds;               // its contact takes the neighbour's normal; its contact must stay,
+                                      // because another passage relies on it
   };
 
   struct Range {
@@ -52,7 +52,7 @@ class InternalEdges {
   };
   struct Passed {
     Contact contact;
-    Index ground, level;  // geoms: what is passed, and the neighbour on whose account
+    Index support, level;  // geoms: the passed one, and the neighbour that replaces it
     Vec3 up;
   };
 
@@ -69,10 +69,10 @@ class InternalEdges {
   void collect(const Model& model, const std::vector<Contact>& contacts);
 
   std::vector<PairState> states_;
-  std::vector<Touch> found_, touches_;  // in the order of the pairs; of the geoms
+  std::vector<Touch> found_, touches_;  // by the order of pairs; by geoms
   std::vector<std::size_t> start_, place_;
   std::vector<Passage> passages_;
-  std::vector<Passed> passed_;  // of neighbours that move
+  std::vector<Passed> passed_;  // of moving neighbours
 };
 
 }  // namespace amontons

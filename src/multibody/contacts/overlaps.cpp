@@ -6,7 +6,7 @@
 
 namespace amontons {
 
-// Found as a step finds contacts, of bodies at rest: what is an overlap here is one there.
+// Uses the contact search of a step, with bodies at rest, so that both agree on overlaps.
 std::vector<std::pair<Index, Index>> overlapping_geoms(const Model& model, const State& state, double depth) {
   BodyFrames frames;
   BodyMobilities mobility;

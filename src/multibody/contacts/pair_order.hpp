@@ -11,22 +11,22 @@ namespace amontons {
 
 inline std::pair<Index, Index> pair_of(const Contact& c) { return {c.geom_a, c.geom_b}; }
 
-// Of contacts that come pair by pair, the end of those of one pair that begin at `first`.
+// For contacts ordered by pairs: the end of the pair that begins at `first`.
 inline std::size_t end_of_pair(const std::vector<Contact>& contacts, std::size_t first) {
   std::size_t end = first + 1;
   while (end < contacts.size() && pair_of(contacts[end]) == pair_of(contacts[first])) ++end;
   return end;
 }
 
-// Where a contact stands among others. Records of contacts are large: what is sorted are their keys.
+// Position of a contact in a list. Records of contacts are large, so their keys are sorted.
 struct PairKey {
   std::pair<Index, Index> pair;
   std::uint32_t contact;
   auto operator<=>(const PairKey&) const = default;
 };
 
-// The keys of the contacts for which keep(i), pair by pair, those of one pair in the order of their
-// discovery: results shall not depend on the sort.
+// Keys of the contacts that satisfy keep(i), sorted by pair. Within a pair they keep the order of discovery,
+// so that results do not depend on the sort.
 template <class Keep>
 void sort_by_pair(const std::vector<Contact>& contacts, std::vector<PairKey>& keys, Keep&& keep) {
   keys.clear();
@@ -35,7 +35,7 @@ void sort_by_pair(const std::vector<Contact>& contacts, std::vector<PairKey>& ke
   if (!std::is_sorted(keys.begin(), keys.end())) std::sort(keys.begin(), keys.end());
 }
 
-// The keys of one pair among those of many.
+// The keys of one pair, from the keys of all.
 inline auto keys_of(const std::vector<PairKey>& keys, std::pair<Index, Index> pair) {
   return std::equal_range(keys.begin(), keys.end(), PairKey{pair, 0},
                           [](const PairKey& a, const PairKey& b) { return a.pair < b.pair; });

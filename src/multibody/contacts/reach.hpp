@@ -1,4 +1,4 @@
-// What a search for contacts reads.
+// Input of a search for contacts.
 #pragma once
 #include "amontons/multibody/bodies/bodies.hpp"
 #include "amontons/problem/contact.hpp"
@@ -6,7 +6,7 @@
 
 namespace amontons {
 
-// Where bodies stand, where the velocities v take them over h, and up to which gap points count.
+// Poses of the bodies, their velocities v over h, and the largest gap that counts.
 struct Reach {
   const Model& model;
   const BodyFrames& bodies;
@@ -14,7 +14,7 @@ struct Reach {
   double h, margin;
 };
 
-// How fast the gap of a contact opens, and what it is at the end of the step.
+// Speed at which the gap of a contact opens, and the gap at the end of the step.
 inline double opening(const Contact& c, const BodyVelocities& v) {
   return dot(c.normal, relative_motion(c, v).linear);
 }

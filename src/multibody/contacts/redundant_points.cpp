@@ -6,26 +6,27 @@ namespace amontons {
 
 namespace {
 
-// What leaving out a point may cost: far below what a margin is taken for, far above rounding.
+// Allowed overlap of a redundant point (m): far below the purpose of a margin, far above rounding.
 double tolerance_of(const Reach& reach) { return 0.01 * reach.margin; }
 
-// How deep a spare one may come to lie: a tenth of its way in the step, but no deeper than the tolerance.
-// What moves fast is on its way past; but a body on a rough sole, which stands now on these points and now on
-// those, would never come to rest.
+// Allowed overlap of a redundant point c: a tenth of its travel in the step, at most the tolerance. A fast
+// body passes quickly. But a body on a rough sole that stands alternately on different points would never
+// rest with a larger value.
 double overlap_of(const Contact& c, double end, const Reach& reach) {
   return std::clamp(0.1 * (c.gap - end), 1e-4 * reach.margin, tolerance_of(reach));
 }
 
-// How near a point has to come to be looked at before the solve. It is as far as the choice among many looks.
+// Gap (m) up to which a point is considered before the solve; equal to the distance used in the choice among
+// many.
 double reach_of(const Reach& reach) { return 0.1 * reach.margin; }
 
-// Groups of so few points keep them all.
+// Size (points): groups of at most this size keep all points.
 constexpr std::size_t few = 4;
-// About 8 degrees: less than the edges of a body or of the ground turn by, more than a fine mesh from one
-// triangle to the next.
+// About 8 degrees: less than the angle at edges of a body or of the ground, more than that between triangles
+// of a fine mesh.
 constexpr double parallel_normals = 0.99;  // cosine
 
-// Shapes with any number of corners. The others have few, each of which is known by name.
+// Shapes with any number of corners. Other shapes have few, each with a feature number.
 bool has_many_corners(const Shape& shape) {
   return std::holds_alternative<Hull>(shape) || std::holds_alternative<Mesh>(shape) ||
          std::holds_alternative<HeightField>(shape);
@@ -51,7 +52,7 @@ void RedundantPoints::choose(const Reach& reach, std::span<const Contact> contac
       group_.push_back(static_cast<std::uint32_t>(k));
       points_.push_back({c.point, c.gap, end_gap(c, reach)});
     }
-    // Nothing of a group that stays out of reach is needed, wherever the free velocities lead.
+    // A group that stays out of reach is not needed, whatever the free velocities.
     if (std::none_of(points_.begin(), points_.end(),
                      [&](const SupportPoint& p) { return std::min(p.gap, p.end) <= reach_of(reach); }))
       continue;
@@ -61,9 +62,9 @@ void RedundantPoints::choose(const Reach& reach, std::span<const Contact> contac
   }
 }
 
-// In place and in order.
+// In place; the order is kept.
 void RedundantPoints::set_aside(const Reach& reach, std::vector<Contact>& contacts) {
-  spare_.clear();
+  redundant_.clear();
   std::size_t out = 0;
   for (std::size_t first = 0, end = 0; first < contacts.size(); first = end) {
     end = end_of_pair(contacts, first);
@@ -71,7 +72,7 @@ void RedundantPoints::set_aside(const Reach& reach, std::vector<Contact>& contac
     if (many) choose(reach, std::span(contacts).subspan(first, end - first));
     for (std::size_t i = first; i < end; ++i) {
       if (many && !needed_[i - first])
-        spare_.push_back(contacts[i]);
+        redundant_.push_back(contacts[i]);
       else if (out++ != i)
         contacts[out - 1] = contacts[i];
     }
@@ -85,29 +86,30 @@ double deepest(const std::vector<Contact>& contacts, std::span<const PairKey> ke
   return least;
 }
 
-// Overlaps of what has rows already are no news: the rows take them back as fast as they may. A spare one is
-// missed where it comes to lie deeper than all of its pair that have rows.
+// Overlaps of points with rows are known: the rows remove them as fast as they may. A redundant point is
+// added if it gets deeper than all points of its pair with rows.
 void RedundantPoints::call_in(const Reach& reach, std::vector<Contact>& contacts) {
   const auto overlaps = [&](const Contact& c, double held) {
     const double end = end_gap(c, reach);
     return end < held - overlap_of(c, end, reach);
   };
-  if (std::none_of(spare_.begin(), spare_.end(), [&](const Contact& c) { return overlaps(c, 0); })) return;
+  if (std::none_of(redundant_.begin(), redundant_.end(), [&](const Contact& c) { return overlaps(c, 0); }))
+    return;
   sort_by_pair(contacts, by_pair_, [](std::size_t) { return true; });
   called_.clear();
   std::size_t out = 0;
-  for (std::size_t first = 0, end = 0; first < spare_.size(); first = end) {
-    end = end_of_pair(spare_, first);
-    const auto [begin, after] = keys_of(by_pair_, pair_of(spare_[first]));
+  for (std::size_t first = 0, end = 0; first < redundant_.size(); first = end) {
+    end = end_of_pair(redundant_, first);
+    const auto [begin, after] = keys_of(by_pair_, pair_of(redundant_[first]));
     const double held = deepest(contacts, {begin, after}, reach);
     for (std::size_t i = first; i < end; ++i) {
-      if (overlaps(spare_[i], held))
-        called_.push_back(spare_[i]);
+      if (overlaps(redundant_[i], held))
+        called_.push_back(redundant_[i]);
       else if (out++ != i)
-        spare_[out - 1] = spare_[i];
+        redundant_[out - 1] = redundant_[i];
     }
   }
-  spare_.resize(out);
+  redundant_.resize(out);
   for (std::size_t first = 0, end = 0; first < called_.size(); first = end) {
     end = end_of_pair(called_, first);
     add(reach, std::span(called_).subspan(first, end - first), contacts);
@@ -121,7 +123,7 @@ void RedundantPoints::add(const Reach& reach, std::span<const Contact> found,
     return;
   }
   choose(reach, found);
-  for (std::size_t i = 0; i < found.size(); ++i) (needed_[i] ? contacts : spare_).push_back(found[i]);
+  for (std::size_t i = 0; i < found.size(); ++i) (needed_[i] ? contacts : redundant_).push_back(found[i]);
 }
 
 }  // namespace amontons

@@ -1,4 +1,4 @@
-// Contact points that need no rows of their own, as long as nobody comes near them.
+// Contact points that need no rows of their own while the others carry the pair.
 #pragma once
 #include <cstdint>
 #include <span>
@@ -10,27 +10,26 @@
 
 namespace amontons {
 
-// How deep those of the contacts that the keys name overlap at the end of the step: the least gap, at most 0.
+// Deepest overlap at the end of the step among the contacts of the keys: the least gap, at most 0.
 double deepest(const std::vector<Contact>& contacts, std::span<const PairKey> keys, const Reach& reach);
 
-// A hull or a surface of triangles gives a point per corner. Those that say nothing beside the others of
-// their pair, and those that the free velocities keep out of reach, are set aside before the solve, and
-// looked at after it: whichever the velocities bring to overlap all the same comes back. What is left out can
-// so never be felt.
+// A hull or a triangle surface gives one point per corner. Points that are redundant beside others of their
+// pair, and points that the free velocities keep out of reach, are removed before the solve. After it, those
+// that overlap with the solved velocities are added again. So an omitted point never has a visible effect.
 class RedundantPoints {
  public:
-  // Moves the spare ones of `contacts`, which come pair by pair, to this list.
+  // Moves the redundant points of `contacts`, which are ordered by pairs, to the internal list.
   void set_aside(const Reach& reach, std::vector<Contact>& contacts);
-  // Appends those that overlap at the end of the step, reach.v being the velocities that were solved for.
+  // Appends the redundant points that overlap at the end of the step; reach.v are the solved velocities.
   void call_in(const Reach& reach, std::vector<Contact>& contacts);
-  // Appends what is needed of points of one pair, and sets the others aside.
+  // Appends the needed points of one pair and stores the others.
   void add(const Reach& reach, std::span<const Contact> found, std::vector<Contact>& contacts);
 
  private:
-  // Marks in needed_ which of contacts[first, last) of one pair are, group by group of about one normal.
+  // Marks in needed_ the needed ones of the contacts of one pair, by groups of about equal normal.
   void choose(const Reach& reach, std::span<const Contact> contacts);
 
-  std::vector<Contact> spare_, called_;
+  std::vector<Contact> redundant_, called_;
   SupportPoints support_;
   std::vector<PairKey> by_pair_;
   std::vector<SupportPoint> points_;

@@ -8,10 +8,10 @@ namespace amontons {
 
 namespace {
 
-// Impulses are kept as world vectors: a contact of this step has another basis, and its rows follow from its
-// own. Moments are divided by the length of the present contact. A normal impulse that the turn of the basis
-// made negative is cut off; what is left outside the cone is projected by the solve. The rows of an impulse
-// of the last step in the frame of a contact of this one.
+// Impulses are stored as world vectors: a contact of this step has another basis, and its rows use its own.
+// Moments are divided by the length of the present contact. A normal impulse that the turn of the basis made
+// negative is set to zero. The solve projects any rest outside the cone. Returns the rows of an impulse of
+// the last step in the frame of a contact of this one.
 void rows_of(const Contact& c, const Contact& last, double scale, double* x) {
   to_rows(c, scale * last.impulse, scale * last.angular_impulse, 1 / c.moment_length, x);
   x[0] = std::max(0.0, x[0]);
@@ -19,9 +19,9 @@ void rows_of(const Contact& c, const Contact& last, double scale, double* x) {
 
 }  // namespace
 
-// Only those that push: others start from zero anyway. `local` is how the point is known again, in the frame
-// of the body that moves (A), as features of a body move with it. Sorted by pair, so that the next step finds
-// a pair by bisection.
+// Stores only contacts with an impulse, since others start from zero anyway. `local` identifies the point
+// again, in the frame of the moving body (A), as features of a body move with it. Sorted by pair, so that the
+// next step finds a pair by bisection.
 void keep_for_warm_start(const Problem& problem, std::span<const double> x, const BodyFrames& bodies,
                          std::vector<Contact>& kept) {
   const auto& contacts = std::get<ContactSystem>(problem.A).contacts;
@@ -41,26 +41,26 @@ void keep_for_warm_start(const Problem& problem, std::span<const double> x, cons
 
 namespace {
 
-// Of a contact of this step and one of the last, within their pair: that they may be the same.
+// A possible match of a contact of this step with one of the last, within their pair.
 struct Match {
   double distance;  // squared
   std::size_t now, before;
   auto operator<=>(const Match&) const = default;
 };
 
-// What each of the contacts of one pair was in the last step, by its number in `last`; none: ~0. The nearest
-// two are matched first, and no point twice: two shall not start from the same impulse, which would count it
-// twice. What did not push is not among the last, so that the nearest of them may be that of a neighbour.
+// Matches each contact of one pair with one of the last step: its number in `last`, or ~0. The nearest two
+// are matched first, and no point twice, because its impulse would count twice. Contacts without an impulse
+// are not among the last, so the nearest of them may be that of a neighbour.
 void match(const Model& model, std::span<const Contact> last, const Transform& to_local,
            std::span<const Contact> contacts, std::vector<Match>& matches, std::vector<std::size_t>& was) {
   constexpr std::size_t none = ~std::size_t{0};
   was.assign(contacts.size(), none);
-  // A single point of a pair (a rolling ball) is the same one wherever it went.
+  // A single point of a pair (a rolling ball) is always the same.
   if (contacts.size() == 1 && last.size() == 1) {
     was[0] = 0;
     return;
   }
-  // One of several, if it moved by less than a quarter of the smaller shape.
+  // One of several is the same if it moved by less than a quarter of the smaller shape.
   const auto [a, b] = pair_of(contacts[0]);
   const double reach =
       0.25 * std::min(bounding_radius(model.geom(a).shape), bounding_radius(model.geom(b).shape));
@@ -82,8 +82,7 @@ void match(const Model& model, std::span<const Contact> last, const Transform& t
   }
 }
 
-// f(i, the contact of the last step that contacts[i] was), for those that were one. Contacts come pair by
-// pair.
+// Calls f(i, last contact that matches contacts[i]) for all matched contacts. Contacts are ordered by pairs.
 template <class F>
 void for_each_known(const Model& model, const std::vector<Contact>& last, const BodyFrames& bodies,
                     const std::vector<Contact>& contacts, F&& f) {
@@ -111,7 +110,7 @@ void for_each_known(const Model& model, const std::vector<Contact>& last, const 
 void warm_start_contacts(const Model& model, const std::vector<Contact>& last, double scale,
                          const BodyFrames& bodies, const std::vector<Contact>& contacts,
                          std::vector<double>& x0) {
-  // x0 may hold rows already; those of all contacts follow, zero until something is found for them.
+  // x0 may hold rows already. Those of all contacts follow, zero unless a match is found.
   std::size_t first = x0.size(), rows = 0, row = first, at = 0;
   for (const Contact& c : contacts) rows += static_cast<std::size_t>(c.rows);
   x0.resize(first + rows, 0.0);

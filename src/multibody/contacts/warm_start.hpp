@@ -1,4 +1,4 @@
-// Impulses of the last step on the contacts of this one.
+// Uses impulses of the last step for the contacts of this one.
 #pragma once
 #include <span>
 #include <vector>
@@ -8,17 +8,17 @@
 
 namespace amontons {
 
-// The contacts of a problem that carry something in its solution x, as State::contacts holds them.
+// The contacts with an impulse in the solution x of a problem, in the form of State::contacts.
 void keep_for_warm_start(const Problem& problem, std::span<const double> x, const BodyFrames& bodies,
                          std::vector<Contact>& kept);
 
-// Appends the rows of all contacts to x0, zeros where the last step knew nothing: same geoms, nearest point.
+// Appends the rows of all contacts to x0, zeros without a match in the last step: same geoms, nearest point.
 // The impulses of `last` are scaled by the ratio of the steps.
 void warm_start_contacts(const Model& model, const std::vector<Contact>& last, double scale,
                          const BodyFrames& bodies, const std::vector<Contact>& contacts,
                          std::vector<double>& x0);
 
-// Tells compliant contacts what they carried in the last step, in the units of this one (Contact::held).
+// Stores in compliant contacts their impulses of the last step, in the units of this one (Contact::held).
 void hold_contacts(const Model& model, const std::vector<Contact>& last, double scale,
                    const BodyFrames& bodies, std::vector<Contact>& contacts);
 

@@ -1,7 +1,7 @@
-// The effort of an actuator is affine in its length L and rate L', given the control: F - k L - d L',
+// For a given control the effort of an actuator is affine in its length L and rate L': F - k L - d L',
 // clipped. With k, d >= 0 it is a spring and damper of bounded effort, one row of the problem (drive_terms),
-// and acts against what is in its way with all that it has. What would push with the motion instead (k or d <
-// 0) is taken from the start of the step, and an effort without either is a load.
+// and pushes against an obstacle with its full effort. Terms that push in the direction of motion instead (k
+// or d < 0) take their values at the start of the step. An effort without either is a load.
 #include "multibody/joints/actuator_rows.hpp"
 
 #include <algorithm>
@@ -17,7 +17,7 @@ double clipped_control(const Actuator& actuator, double u) {
   return std::clamp(u, actuator.lower_control, actuator.upper_control);
 }
 
-// What scales the gain: control or activation.
+// The factor of the gain: control or activation.
 double drive_of(const Actuator& actuator, const State& state, Index index, double h) {
   const double u = clipped_control(actuator, state.controls[index]);
   if (actuator.dynamics == ActivationKind::none) return u;
@@ -25,7 +25,7 @@ double drive_of(const Actuator& actuator, const State& state, Index index, doubl
   return actuator.early ? next_activation(actuator, u, w, h) : w;
 }
 
-// With L = G l: the effort along l is G times that along L, and its coefficients G^2 times theirs.
+// With L = G l the effort along l is G times that along L, and its coefficients are G^2 times as large.
 EffortLaw law_of(const Actuator& actuator, double w, double length, double rate) {
   const double G = actuator.transmission.gear;
   const auto coefficient = [&](int i) { return actuator.gain[i] * w + actuator.bias[i]; };
@@ -43,7 +43,7 @@ EffortLaw law_of(const Actuator& actuator, double w, double length, double rate)
 double next_activation(const Actuator& actuator, double control, double w, double h) {
   const double u = clipped_control(actuator, control);
   if (actuator.dynamics == ActivationKind::integrator) w += h * u;
-  // Exact for a control that is held over the step, stable for any.
+  // Exact for a control that is constant over the step, stable for any.
   if (actuator.dynamics == ActivationKind::filter)
     w = actuator.time_constant > 0 ? w - elementary::expm1(-h / actuator.time_constant) * (u - w) : u;
   return std::clamp(w, actuator.lower_activation, actuator.upper_activation);
@@ -66,12 +66,12 @@ void append_actuator(const RowInput& in, Index index, const ActuatedLine& line, 
   const Actuator& actuator = in.model.description().actuators[index];
   const double h = in.options.h, s = line.scale, G = actuator.transmission.gear;
   const EffortLaw law = present_law(in.model, in.state, index, line.length, line.rate, h);
-  // A servo of a rotation goes the shorter way round: its target less its length is known but for turns.
+  // A servo of a rotation takes the shorter direction: its target minus its length is known only up to turns.
   double length = line.length;
   const double turn = turn_of(actuator.transmission);
   if (turn > 0 && law.stiffness > 0)
     length += turn * std::round((law.effort / law.stiffness - length) / turn);
-  // What is kept is the impulse along L = G l.
+  // The stored impulse is along L = G l.
   RowTag tag{RowKind::actuator, index, 0};
   tag.scale = s / G;
   auto terms = drive_terms({law.stiffness, length, law.damping, 0, 0, law.effort}, s, h);
@@ -90,7 +90,7 @@ void append_actuator_rows(const RowInput& in, JointRows& rows) {
     const Transmission& t = in.model.description().actuators[a].transmission;
     Line line = transmission_line(in.model, in.bodies.frames, t);
     const double rate = row_velocity(line.row, in.bodies.start);
-    const double s = turn_of(t) > 0 ? in.model.length() : 1;  // a torque's row is an angle's
+    const double s = turn_of(t) > 0 ? in.model.length() : 1;  // the row of a torque is that of an angle
     line.row.scale(s);
     if (inverse_effective_mass(line.row, in.bodies.mobility) == 0) continue;
     const NarrowRow narrow = narrowed(line.row, in.bodies, 0, {RowKind::actuator, a, -1}, rows);

@@ -3,28 +3,28 @@
 
 namespace amontons {
 
-// The present law of an actuator: F - k l - d l', clipped to [lower, upper], along the coordinate l that its
-// gear multiplies.
+// The present law of an actuator along the coordinate l that its gear multiplies: F - k l - d l', clipped to
+// [lower, upper].
 struct EffortLaw {
   double effort, stiffness, damping, lower, upper;
 };
 EffortLaw present_law(const Model& model, const State& state, Index actuator, double length, double rate,
                       double h);
-// The effort of a law without stiffness and damping, which is known before the step.
+// The effort, known before the step, of a law without stiffness and damping.
 double known_effort(const EffortLaw& law);
 // Whether an actuator, with its present control, has a row.
 bool has_row(const Model& model, const State& state, Index actuator, double h);
 
 double next_activation(const Actuator& actuator, double control, double activation, double h);
 
-// A coordinate l of which an actuator moves a multiple, with its row, D v = s l' (less the offset of a
-// NarrowRow).
+// A coordinate l and its row, D v = s l' (without the offset of a NarrowRow); the actuator moves a multiple
+// of l.
 struct ActuatedLine {
   JacobianRow row;
   double scale, length, rate;  // of l, at the start of the step
   double offset = 0;
 };
-// The row of an actuator, or its known effort for the record.
+// Appends the row of an actuator, or records its known effort.
 void append_actuator(const RowInput& in, Index actuator, const ActuatedLine& line, JointRows& rows);
 
 // Rows of all actuators that act on neither a dof nor a tendon.

@@ -1,5 +1,4 @@
-// Actuators beside their rows: efforts that are known before a step, activations after it, and what users
-// ask.
+// Actuators apart from their rows: efforts known before a step, activations after it, and queries by users.
 #include "amontons/multibody/joints/actuators.hpp"
 
 #include <algorithm>
@@ -18,7 +17,7 @@ struct DofLine {
   JacobianRow row;
 };
 
-// Calls visit(actuator, line, l') for each actuator with a known effort, whatever it acts on.
+// Calls visit(actuator, line, l') for each actuator with a known effort, of any transmission.
 template <class Visit>
 void for_each_known(const Model& model, const BodyFrames& bodies, std::span<const JointContext> joints,
                     const BodyVelocities& start, const State& state, double h, const Visit& visit) {
@@ -46,8 +45,8 @@ void for_each_known(const Model& model, const BodyFrames& bodies, std::span<cons
   }
 }
 
-// Where dofs bound the sum of efforts: along each dof what is known, the part of fixed tendons included.
-// False of an actuator that is on neither.
+// For dofs that bound the sum of efforts: adds the known effort along each dof, including the share of fixed
+// tendons. False for an actuator on neither.
 bool add_effort(const Model& model, Index a, double impulse, std::vector<double>& sums) {
   const Transmission& t = model.description().actuators[a].transmission;
   if (t.kind == Transmission::Kind::dof) {
@@ -61,8 +60,8 @@ bool add_effort(const Model& model, Index a, double impulse, std::vector<double>
   return tendon.path.empty();
 }
 
-// The effort tau along a row J is the wrench J' tau, as a row's wrench is what its unit impulse puts on the
-// bodies.
+// The effort tau along a row J is the wrench J' tau, because a row's wrench is that of its unit impulse on
+// the bodies.
 void add_wrench(const Model& model, Index body, const std::array<double, 6>& j, double impulse,
                 std::vector<BodyImpulse>& loads) {
   if (!model.is_dynamic(body)) return;
@@ -96,7 +95,7 @@ void add_sums(const Model& model, std::span<const JointContext> joints, double h
 
 }  // namespace
 
-// An effort that is known before the step has no row.
+// An effort known before the step has no row.
 void add_actuator_loads(const Model& model, const BodyFrames& bodies, std::span<const JointContext> joints,
                         const BodyVelocities& start, const State& state, double h,
                         std::vector<BodyImpulse>& loads) {

@@ -14,9 +14,9 @@ Quat turn_about(const Vec3& axis, double angle) {
   return {c, s * axis.x, s * axis.y, s * axis.z};
 }
 
-// The columns of the spatial Jacobian: dof i moves A about or along its axis as the dofs before it have
-// placed that axis, T'(q) T^-1 = sum_i Ad(exp(s_1 q_1) ... exp(s_(i-1) q_(i-1))) s_i q'_i. `t` becomes T(q);
-// slides are complete, of hinges `points` is where the axis passes.
+// The columns of the spatial Jacobian. Dof i moves A about or along its axis, which the dofs before it have
+// moved: T'(q) T^-1 = sum_i Ad(exp(s_1 q_1) ... exp(s_(i-1) q_(i-1))) s_i q'_i. `t` becomes T(q). Screws of
+// slides are complete; for hinges `points` holds a point on the axis.
 void place_axes(const Joint& joint, std::span<const double> q, std::array<Screw, 6>& screws,
                 std::array<Vec3, 6>& points, Transform& t) {
   for (std::size_t i = 0; i < joint.dofs.size(); ++i) {
@@ -37,15 +37,15 @@ void place_axes(const Joint& joint, std::span<const double> q, std::array<Screw,
 
 using Vec6 = std::array<double, 6>;
 
-// A twist in units in which a displacement by `length` counts as much as one radian: Euclid's norm of it is
-// the measure of twists. A wrench w in these units has the power <w, scaled twist>.
+// A twist in units in which a displacement by `length` counts as one radian; twists are measured by its
+// Euclidean norm. A wrench w in these units has the power <w, scaled twist>.
 Vec6 scaled(const Screw& s, double length) {
   return {s.linear.x / length, s.linear.y / length, s.linear.z / length,
           s.angular.x,         s.angular.y,         s.angular.z};
 }
 
-// The screw of dof i, scaled. The rotation of a spherical joint is free whatever its dofs do, so that only
-// displacements tell of them.
+// The scaled screw of dof i. The rotation of a spherical joint is free, so only displacements determine its
+// dofs.
 Vec6 column(const ChainKinematics& chain, std::size_t i, double length) {
   return scaled({chain.screws[i].linear, chain.spherical ? Vec3{} : chain.screws[i].angular}, length);
 }
@@ -56,7 +56,7 @@ double dot(const Vec6& a, const Vec6& b) {
   return sum;
 }
 
-// Matrices here have the size of the joint's dofs, six at most: plain loops on arrays, no memory.
+// Matrices here have the size of the joint's dofs, at most six: plain loops on arrays, no allocation.
 //
 // N + shift 1 = L L' in place (lower triangle); false if a pivot is not positive.
 bool cholesky(std::array<Vec6, 6>& n, std::size_t k, double shift) {
@@ -89,14 +89,13 @@ Vec6 inverse_column(const std::array<Vec6, 6>& L, std::size_t k, std::size_t i) 
   return y;
 }
 
-// (N + shift 1)^-1 of the Gram matrix of unit columns. Near a singular pose (gimbal lock) it is damped in
-// proportion to the manipulability sqrt(det N), and only there: Nakamura and Hanafusa, "Inverse kinematic
-// solutions with singularity robustness for robot manipulator control", J. Dyn. Sys. Meas. Control 108
-// (1986).
+// (N + shift 1)^-1 of the Gram matrix of unit columns. Only near a singular pose (gimbal lock) it is damped,
+// in proportion to the manipulability sqrt(det N): Nakamura and Hanafusa, "Inverse kinematic solutions with
+// singularity robustness for robot manipulator control", J. Dyn. Sys. Meas. Control 108 (1986).
 //
-// With the columns of unit length sqrt(det N) is 1 for axes at right angles and 0 where two coincide. The
-// damping, relative to the unit diagonal of N, grows from 0 at `regular` to `largest_damping` at the singular
-// pose itself; 1e-15 more keeps the factor finite for axes that are equal.
+// With unit columns sqrt(det N) is 1 for axes at right angles and 0 if two coincide. The damping, relative to
+// the unit diagonal of N, grows from 0 at `regular` to `largest_damping` at the singular pose; 1e-15 more
+// keeps the factor finite for equal axes.
 constexpr double regular = 1e-3, largest_damping = 1e-6;
 
 void damped_inverse(const std::array<Vec6, 6>& gram, std::size_t k, std::array<Vec6, 6>& out) {
@@ -114,7 +113,7 @@ void damped_inverse(const std::array<Vec6, 6>& gram, std::size_t k, std::array<V
   for (std::size_t i = 0; i < k; ++i) out[i] = inverse_column(n, k, i);
 }
 
-// The same of two or three columns, of nearly all joints: by cofactors, with one division.
+// The same for two or three columns, as in nearly all joints: by cofactors, with one division.
 bool invert_small(const std::array<Vec6, 6>& n, std::size_t k, std::array<Vec6, 6>& out) {
   if (k > 3) return false;
   const double xy = n[1][0], xz = k == 3 ? n[2][0] : 0, yz = k == 3 ? n[2][1] : 0;
@@ -135,10 +134,11 @@ struct PureScrews {
   std::array<Vec3, 6> slides, hinges;
 };
 
-// Whether the wrenches split into pure forces and pure torques: all hinges pass through the reference, to
-// rounding. Then forces do no work on hinges and torques none on slides, so that each half is a complement in
+// Whether the wrenches split into pure forces and pure torques: all hinges pass through the reference, within
+// rounding. Then forces do no work on hinges and torques none on slides, and each half is a complement in
 // space.
 bool split(const ChainKinematics& chain, double length, PureScrews& out) {
+  // Offset of a hinge from the reference (relative to length): smaller is rounding.
   constexpr double pure = 1e-12;
   for (std::size_t i = 0; i < chain.dofs; ++i) {
     const Screw& s = chain.screws[i];
@@ -152,8 +152,8 @@ bool split(const ChainKinematics& chain, double length, PureScrews& out) {
   return out.n_slides <= 3 && out.n_hinges <= 3;
 }
 
-// An orthonormal basis of the complement of k directions in space; always 3 - k of them (none for k > 3),
-// also where the directions have become dependent.
+// An orthonormal basis of the complement of k directions in space: always 3 - k vectors (none for k > 3),
+// even if the directions are dependent.
 std::size_t complement(const std::array<Vec3, 6>& directions, std::size_t k, std::array<Vec3, 3>& out) {
   if (k == 0) {
     out = {Vec3{1, 0, 0}, Vec3{0, 1, 0}, Vec3{0, 0, 1}};
@@ -164,8 +164,7 @@ std::size_t complement(const std::array<Vec3, 6>& directions, std::size_t k, std
   out[0] = basis.tangent_1;
   out[1] = basis.tangent_2;
   if (k == 1) return 2;
-  // Two directions leave their normal. Where they have become parallel (gimbal lock) any direction across is
-  // one.
+  // Two directions leave their normal. If they are parallel (gimbal lock) any perpendicular direction serves.
   const Vec3 normal = cross(directions[0], directions[1]);
   const double sine = norm(normal);
   if (sine > 1e-12) out[0] = normal / sine;
@@ -177,7 +176,7 @@ struct Basis {
   std::size_t n = 0;
   std::array<Vec6, 12> vectors;
 
-  // Gram-Schmidt, twice for orthogonality to rounding; the norm that is left.
+  // Gram-Schmidt, twice for orthogonality to rounding; returns the remaining norm.
   double orthogonalise(Vec6& v) const {
     for (int pass = 0; pass < 2; ++pass)
       for (std::size_t i = 0; i < n; ++i) {
@@ -192,12 +191,12 @@ struct Basis {
   }
 };
 
-// The complement of `count` columns in six dimensions, out of coordinate directions, the most independent
+// The complement of `count` columns in six dimensions, from coordinate directions, the most independent
 // first.
 std::size_t complement6(const std::array<Vec6, 6>& columns, std::size_t count, std::size_t dimension,
                         std::array<Vec6, 6>& out) {
-  // Columns that are nearly a combination of others add rounding and no direction: they are left out, and the
-  // count of locked wrenches stays that of the model, whatever the pose.
+  // Columns that nearly depend on others add rounding and no direction. They are left out, so that the number
+  // of locked wrenches is that of the model in every pose.
   constexpr double dependent = 1e-9;
   Basis basis;
   for (std::size_t i = 0; i < count; ++i) {
@@ -206,7 +205,7 @@ std::size_t complement6(const std::array<Vec6, 6>& columns, std::size_t count, s
     const double left = basis.orthogonalise(v);
     if (left > dependent * before) basis.keep(v, left);
   }
-  // Of the unit vector e_i this is the square of what is across the basis: 1 - sum_j <e_i, v_j>^2.
+  // For the unit vector e_i: the squared part orthogonal to the basis, 1 - sum_j <e_i, v_j>^2.
   Vec6 across;
   for (int i = 0; i < 6; ++i) {
     across[i] = 1;
@@ -215,7 +214,7 @@ std::size_t complement6(const std::array<Vec6, 6>& columns, std::size_t count, s
   const std::size_t wanted = dimension > count ? dimension - count : 0;
   for (std::size_t found = 0; found < wanted; ++found) {
     std::size_t best = 0;
-    // A candidate must be clearly better, so that rounding does not choose between equal ones.
+    // A candidate must be clearly better, so that rounding does not decide between equal ones.
     for (std::size_t e = 1; e < dimension; ++e)
       if (across[e] > across[best] + 1e-6) best = e;
     Vec6 v{};
@@ -227,7 +226,7 @@ std::size_t complement6(const std::array<Vec6, 6>& columns, std::size_t count, s
   return wanted;
 }
 
-// One hinge: T(q) leaves the points of its axis where they are, the reference among them.
+// One hinge: T(q) does not move the points of its axis, including the reference.
 ChainKinematics hinge_kinematics(const Dof& dof, const Transform& relative, double q) {
   ChainKinematics chain;
   const Quat turn = turn_about(dof.axis, q);
@@ -242,8 +241,8 @@ ChainKinematics hinge_kinematics(const Dof& dof, const Transform& relative, doub
 
 }  // namespace
 
-// T(q), the axes in that pose, and how the present pose differs from it. The twists are taken in T(q) and not
-// in the present pose, which need not be one that the joint can have.
+// T(q), the axes in that pose, and the difference of the present pose from it. The twists are those at T(q)
+// and not at the present pose, which the joint may be unable to reach.
 ChainKinematics chain_kinematics(const Joint& joint, const Transform& relative, std::span<const double> q) {
   if (is_hinge(joint)) return hinge_kinematics(joint.dofs[0], relative, q[0]);
   ChainKinematics chain;
@@ -255,13 +254,13 @@ ChainKinematics chain_kinematics(const Joint& joint, const Transform& relative, 
   chain.reference = t.position;
   for (std::size_t i = 0; i < chain.dofs && !chain.spherical; ++i)
     if (joint.dofs[i].kind == Dof::Kind::hinge) chain.reference = points[i];
-  // Screws were at the points of their own axes until now; all are brought to the reference, where they can
-  // be added. A rotation about an axis through p moves the reference r by axis x (r - p).
+  // Screws refer to points of their own axes until now; all are moved to the reference, where they can be
+  // added. A rotation about an axis through p moves the reference r by axis x (r - p).
   for (std::size_t i = 0; i < chain.dofs; ++i)
     if (joint.dofs[i].kind == Dof::Kind::hinge)
       chain.screws[i].linear = cross(chain.screws[i].angular, chain.reference - points[i]);
-  // X T^-1 with the present pose X moves the reference by this; written as a difference of positions for the
-  // origin itself, where nothing then cancels.
+  // X T^-1 with the present pose X moves the reference by this. If the reference is the origin itself, it is
+  // a difference of positions without cancellation.
   const Quat rotation = relative.rotation * conjugate(t.rotation);
   const Vec3 lever = chain.reference - t.position;
   chain.error = {(relative.position - t.position) + (rotate(rotation, lever) - lever), logarithm(rotation)};
@@ -270,8 +269,8 @@ ChainKinematics chain_kinematics(const Joint& joint, const Transform& relative, 
 
 bool is_chain(const Joint& joint) { return joint.kind == JointKind::chain || joint.upper_distance == 0; }
 
-// With the scaled screws as the columns of S, q' = (S'S)^-1 S' twist: dual_i is column i of S (S'S)^-1. The
-// columns are brought to unit length, C = S U, so that N = C'C tells how singular the pose is:
+// With the scaled screws as the columns of S, q' = (S'S)^-1 S' twist, and dual_i is column i of S (S'S)^-1.
+// The columns are scaled to unit length, C = S U, so that N = C'C shows how singular the pose is:
 //   S (S'S)^-1 = C N^-1 U.
 std::array<Screw, 6> dual_wrenches(const ChainKinematics& chain, double length) {
   std::array<Screw, 6> duals;
@@ -289,14 +288,14 @@ std::array<Screw, 6> dual_wrenches(const ChainKinematics& chain, double length) 
   for (std::size_t i = 0; i < k; ++i) {
     columns[i] = column(chain, i, length);
     // A hinge through the origin of frame_a of a ball has no displacement there: its rate is undetermined,
-    // and zero.
+    // and set to zero.
     const double size = std::sqrt(dot(columns[i], columns[i]));
     unit[i] = size > 0 ? 1 / size : 0;
     for (double& c : columns[i]) c *= unit[i];
     for (std::size_t j = 0; j <= i; ++j) n[i][j] = dot(columns[i], columns[j]);
     if (size == 0) n[i][i] = 1;
   }
-  // y is column i of N^-1; dual_i = C y u_i, taken back to the units of forces and torques.
+  // y is column i of N^-1; dual_i = C y u_i, in units of forces and torques again.
   std::array<Vec6, 6> inverse;
   if (!invert_small(n, k, inverse)) damped_inverse(n, k, inverse);
   for (std::size_t i = 0; i < k; ++i) {
@@ -311,9 +310,9 @@ std::array<Screw, 6> dual_wrenches(const ChainKinematics& chain, double length) 
   return duals;
 }
 
-// The complement of the screws: <wrench, screw_i> = 0. Where every screw is a pure slide or a hinge through
-// the reference, which all common joints are, forces complement the slides and torques the hinges: a hinge
-// has three forces and two torques, as in a textbook. Else the complement is one in six dimensions.
+// The complement of the screws: <wrench, screw_i> = 0. In all common joints every screw is a pure slide or a
+// hinge through the reference. Forces then complement the slides and torques the hinges: a hinge has three
+// forces and two torques, as in a textbook. Otherwise the complement is one in six dimensions.
 std::size_t locked_wrenches(const ChainKinematics& chain, double length, std::array<Screw, 6>& wrenches) {
   PureScrews pure;
   if (split(chain, length, pure)) {

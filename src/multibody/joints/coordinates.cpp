@@ -1,6 +1,5 @@
-// Coordinates from poses: the q that makes T(q) fit the present relative pose best, displacements weighed
-// against angles with Model::length(). Gauss-Newton from the coordinates of the last step keeps count of
-// turns.
+// Coordinates from poses: the q for which T(q) fits the present relative pose best; Model::length() weighs
+// displacements against angles. Gauss-Newton from the coordinates of the last step counts turns.
 #include "amontons/multibody/joints/coordinates.hpp"
 
 #include <algorithm>
@@ -17,32 +16,33 @@ namespace {
 
 constexpr double pi = std::numbers::pi;
 
-// What Gauss-Newton makes small, in squares of a radian. A ball's rotation is free and no error.
+// The objective of Gauss-Newton, in rad^2. A ball's rotation is free and no error.
 double squared_error(const ChainKinematics& chain, double length) {
   const double d = norm_squared(chain.error.linear) / (length * length);
   return chain.spherical ? d : d + norm_squared(chain.error.angular);
 }
 
 struct Fit {
-  double squared_error;  // before the last step, which is one of rounding where the fit converged
+  double squared_error;  // before the last step, which is of the size of rounding if the fit converged
   bool converged;
 };
 
-// Improves q in place. The error is the twist that leads from T(q) to the pose, so that its least-squares
-// solution over the screws is dq_i = <dual_i, error>.
+// Improves q in place. The error is the twist from T(q) to the pose. Its least-squares solution over the
+// screws is dq_i = <dual_i, error>.
 Fit fit(const Joint& joint, const Transform& relative, double length, std::span<double> q) {
-  // From the coordinates of the last step a few steps are enough; the rest is for searches from afar. Steps
-  // grow smaller by the error that the joint has and by their own size: after one below 1e-7 what is left is
-  // of the size of rounding, or beside the error nothing, and coordinates do not creep in a scene at rest,
-  // where every step makes one more.
+  // From the coordinates of the last step a few steps suffice; more are for distant starts. The size of a
+  // step decreases with the error of the joint and with its own size. After a step below 1e-7 the rest is
+  // rounding, or negligible beside the error. Coordinates then do not drift in a scene at rest, where every
+  // step of the simulation makes one more.
   constexpr int most_steps = 25;
-  constexpr double largest_turn = 1;      // rad in one step: T(q) is far from linear beyond
+  constexpr double largest_turn = 1;      // limit of one step (rad): beyond it T(q) is far from linear
   constexpr double smallest_step = 1e-7;  // radians or lengths
+  // Step (radians or lengths): the fit has converged if its last step is at most this.
   constexpr double small_step = 1e-6;
   double largest = infinity, error = infinity;
   for (int step = 0; step < most_steps && largest > smallest_step; ++step) {
     const ChainKinematics chain = chain_kinematics(joint, relative, q);
-    // Duals are damped near singular poses, where a plain least-squares step would be without bound.
+    // Duals are damped near singular poses, where a plain least-squares step is unbounded.
     const auto duals = dual_wrenches(chain, length);
     Screw to_pose = chain.error;
     if (chain.spherical) to_pose.angular = {};
@@ -60,14 +60,14 @@ Fit fit(const Joint& joint, const Transform& relative, double length, std::span<
 }
 
 // The angle of a rotation about a unit axis (swing-twist decomposition) next to `near`. It minimises the
-// angle of the rotation that is left.
+// angle of the remaining rotation.
 double hinge_angle(const Quat& rotation, const Vec3& axis, double near) {
   const double angle = 2 * elementary::atan2(dot(rotation.vector(), axis), rotation.w);
   return std::abs(angle - near) <= pi ? angle : near + std::remainder(angle - near, 2 * pi);
 }
 
-// Where the first angle of a hinge lies outside its limits but a full turn away inside. Poses know angles but
-// for full turns, and the range of a hinge may be [90, 270] degrees.
+// Moves the first angle of a hinge by full turns if that brings it inside its limits. Poses determine angles
+// up to full turns, and the range of a hinge may be [90, 270] degrees.
 double turned_into_limits(const Dof& dof, double q) {
   if (q >= dof.lower && q <= dof.upper) return q;
   const double up = std::ceil((dof.lower - q) / (2 * pi)), down = std::floor((dof.upper - q) / (2 * pi));
@@ -76,10 +76,11 @@ double turned_into_limits(const Dof& dof, double q) {
   return q;
 }
 
-// Starts of all hinges at -120, 0 and 120 degrees, in lexicographic order; the best fit wins. No angle is
-// further than 60 degrees from one of them. With three hinges that is 27 fits: affordable where a model is
-// loaded or put into another pose, and in a step only where the fit from the one before has failed.
+// Starts of all hinges at -120, 0 and 120 degrees, in lexicographic order; the best fit is taken. No angle is
+// more than 60 degrees from a start. Three hinges need 27 fits: affordable when a model is loaded or posed,
+// and in a step only after the fit from the last one has failed.
 void search(const Joint& joint, const Transform& relative, double length, std::span<double> q, double error) {
+  // Squared error (rad^2): a fit below it ends the search.
   constexpr double good = 1e-12;
   std::array<double, 6> trial;
   std::size_t starts = 1;
@@ -94,22 +95,21 @@ void search(const Joint& joint, const Transform& relative, double length, std::s
       digits /= 3;
     }
     const double found = fit(joint, relative, length, std::span(trial).first(q.size())).squared_error;
-    // A start must be clearly better: otherwise the coordinates would jump between equal fits.
+    // A start must be clearly better, so that coordinates do not jump between equal fits.
     if (!(found < 0.25 * error)) continue;
     error = found;
     std::copy_n(trial.begin(), q.size(), q.begin());
   }
 }
 
-// A joint with one hinge has its angle in closed form, however far it is from the last one; the fit then only
-// has to find the slides. Without slides the angle is all: what is left of the rotation has no part about the
-// axis, and the dual wrench of a hinge through the reference is a torque about it. Joints of several hinges
-// may have several poses that fit (elbow up and down) or a fit that leads into a local minimum: where the
-// first fit is poor they are searched.
+// A joint with one hinge has its angle in closed form, at any distance from the last angle; the fit then only
+// finds the slides. Without slides the angle is complete: the remaining rotation has no part about the axis,
+// and the dual wrench of a hinge through the reference is a torque about it. Joints of several hinges may
+// have several fits (elbow up and down) or local minima, and are searched if the first fit is poor.
 void update_joint(const Joint& joint, const Transform& relative, double length, std::span<double> q) {
-  constexpr double good = 1e-6;  // squared error of a first fit
-  // Coordinates that are all zero are those of a state that nobody has found any for, or of a joint that
-  // stands at zero, where the first fit is good and ends at once.
+  constexpr double good = 1e-6;  // rad^2: error of a first fit below which it is good
+  // All coordinates are zero either before any fit or for a joint at zero. In the latter case the first fit
+  // is good and ends at once.
   const bool first = std::all_of(q.begin(), q.end(), [](double v) { return v == 0; });
   std::size_t hinges = 0, hinge = 0;
   for (std::size_t i = 0; i < q.size(); ++i) {
@@ -123,20 +123,20 @@ void update_joint(const Joint& joint, const Transform& relative, double length, 
   }
   if (q.size() == 1 && hinges == 1 && !joint.spherical) return;
   const Fit found = fit(joint, relative, length, q);
-  // Later on the nearest fit is the right one, however badly the joint is violated, unless there is none.
+  // Otherwise the nearest fit is the right one, however large the violation, unless there is none.
   if ((hinges > 1 || (hinges == 1 && joint.spherical)) &&
       (first ? found.squared_error > good : !found.converged))
     search(joint, relative, length, q, found.squared_error);
 }
 
-// How far the distance of the two points lies outside its range, >= 0 if it does.
+// Signed distance by which the two points are outside the range; >= 0 outside.
 double excess(const Joint& rod, const Transform& relative) {
   const double distance = norm(relative.position);
   return std::max(distance - rod.upper_distance, rod.lower_distance - distance);
 }
 
-// Twice what the locked directions of a compliant joint and the rotation of a ball hold: 1/2 C^2 / e at the
-// violation C with the compliance e. Angles of locked directions count as lengths, as in their rows.
+// Twice the energy of the locked directions of a compliant joint and of the rotation of a ball: 1/2 C^2 / e
+// for the violation C with compliance e. Angles of locked directions count as lengths, as in their rows.
 double locked_springs(const Model& model, std::size_t j, const BodyFrames& bodies, const State& state) {
   const Joint& joint = model.joint(static_cast<Index>(j));
   if (joint.compliance == 0 && joint.ball_stiffness == 0) return 0;
@@ -155,8 +155,8 @@ double locked_springs(const Model& model, std::size_t j, const BodyFrames& bodie
 
 }  // namespace
 
-// Joint by joint: coordinates are those of one joint's bodies relative to each other, loops do not matter
-// here. Their misfit is what the locked rows take back.
+// Joint by joint: coordinates relate the two bodies of a joint, so loops do not matter. The locked rows
+// remove the misfit.
 void update_coordinates(const Model& model, const BodyFrames& bodies, std::span<double> coordinates) {
   for (std::size_t j = 0; j < model.joints(); ++j) {
     const Joint& joint = model.joint(static_cast<Index>(j));
@@ -171,11 +171,11 @@ void update_coordinates(const Model& model, const BodyFrames& bodies, State& sta
   update_coordinates(model, bodies, std::span(state.coordinates));
 }
 
-// Dofs of a joint whose bodies do not fit T(0) get the coordinates of the given poses, not zeros; motors get
-// the targets of the description; no impulses, as there was no step.
+// Dofs of a joint whose bodies do not fit T(0) get the coordinates of the given poses, not zeros. Motors get
+// the controls of the description. Impulses are empty before the first step.
 State initial_state(const Model& model) {
   State s;
-  // The poses as they are given, of unit quaternions to rounding; a description allows 1e-6.
+  // The given poses with quaternions normalised to rounding; a description allows 1e-6.
   for (const Body& body : model.description().bodies) {
     s.positions.push_back(body.pose.position);
     s.orientations.push_back(normalised(body.pose.rotation));
@@ -197,7 +197,8 @@ State initial_state(const Model& model) {
     s.activations.push_back(actuator.activation);
   }
   for (const Joint& joint : model.description().joints)
-    for (const Dof& dof : joint.dofs) s.targets.push_back(dof.motor.target);
+    for (const Dof& dof : joint.dofs)
+      if (dof.motor.kind != MotorKind::none) s.controls.push_back(dof.motor.control);
   BodyFrames frames;
   BodyMobilities mobility;
   BodyVelocities velocities;
@@ -206,7 +207,7 @@ State initial_state(const Model& model) {
   return s;
 }
 
-// The violation of rigid joints, each seen by the error of its chain.
+// The violation of rigid joints, from the error of each chain.
 JointError joint_error(const Model& model, std::span<const JointContext> joints) {
   JointError worst;
   double largest = 0;
@@ -232,7 +233,7 @@ JointError joint_error(const Model& model, const BodyFrames& bodies, const State
   return joint_error(model, joints);
 }
 
-// Lengths and coordinates as they stand; those that no impulse can change count too.
+// Present lengths and coordinates, including those that no impulse can change.
 double line_error(const Model& model, const BodyFrames& bodies, const State& state) {
   double worst = 0;
   for (const Coupling& c : model.description().couplings) {
@@ -264,8 +265,8 @@ bool has_springs(const Model& model) {
          std::any_of(d.tendons.begin(), d.tendons.end(), of_tendon);
 }
 
-// Springs of dofs, of balls, of compliant joints and couplings, of tendons: 1/2 k s^2 each, summed as twice
-// the energy.
+// Springs of dofs, balls, compliant joints, couplings and tendons: 1/2 k s^2 each, summed as twice the
+// energy.
 double spring_energy(const Model& model, const BodyFrames& bodies, const State& state) {
   double twice = 0;
   for (std::size_t j = 0; j < model.joints(); ++j) {

@@ -1,5 +1,5 @@
-// A coupling is an equality between two coordinates, each of a joint or the length of a tendon, or of one and
-// a constant. Unlike the rows of a joint it is about any number of bodies.
+// A coupling is an equality between two coordinates, each of a joint or a tendon, or between one and a
+// constant. Unlike the rows of a joint it involves any number of bodies.
 #include "multibody/joints/couplings.hpp"
 
 #include "multibody/joints/joint_context.hpp"
@@ -29,7 +29,7 @@ void add_rate(const RowInput& in, Index joint, Index dof, Index tendon, double s
 
 }  // namespace
 
-// Coordinates count turns, so that a gear of ratio n stays right over many.
+// Coordinates include full turns, so a gear of ratio n stays exact over many turns.
 CouplingValue coupling_value(const Model& model, const Coupling& c, const BodyFrames& bodies,
                              const State& state) {
   const bool has_b = c.joint_b >= 0 || c.tendon_b >= 0;
@@ -50,7 +50,7 @@ double coupling_scale(const Model& model, const Coupling& c) {
 }
 
 // D = dC/dt: rate_a - p'(b) rate_b, times the scale s of a. A coupling of two dofs that share a body (gears
-// on one frame) is over three bodies, of one joint over two.
+// on one frame) involves three bodies, one within a joint two.
 void append_coupling_rows(const RowInput& in, JointRows& rows) {
   const auto& couplings = in.model.description().couplings;
   for (std::size_t k = 0; k < couplings.size(); ++k) {
@@ -61,16 +61,16 @@ void append_coupling_rows(const RowInput& in, JointRows& rows) {
     add_rate(in, c.joint_a, c.dof_a, c.tendon_a, s, 1, wide);
     if (value.slope != 0) add_rate(in, c.joint_b, c.dof_b, c.tendon_b, s, -value.slope, wide);
     const double inverse_mass = inverse_effective_mass(wide, in.bodies.mobility);
-    if (inverse_mass == 0) continue;  // nothing that moves
-    // The row is s C: a compliance of the coordinate is s^2 times that of the row, its impulse 1 / s.
+    if (inverse_mass == 0) continue;  // no body moves
+    // The row is s C: the compliance of the coordinate is s^2 times that of the row, its impulse 1 / s.
     RowTerms terms = equality_terms(s * value.violation, s * s * c.compliance, inverse_mass, in.options);
     const double x0 = in.state.coupling_impulses[k] / s;
-    // The row that bears the tag with dof 0 is the one that is reported.
+    // The report uses the row whose tag has dof 0.
     RowTag tag{RowKind::coupling, static_cast<Index>(k), 0};
     tag.scale = s;
     const NarrowRow narrow = narrowed(wide, in.bodies, x0, tag, rows);
     terms.c += narrow.offset;
-    rows.append(Free{}, narrow.row, terms, x0, tag);
+    rows.append(Bilateral{}, narrow.row, terms, x0, tag);
   }
 }
 

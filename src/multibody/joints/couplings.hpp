@@ -12,7 +12,7 @@ struct CouplingValue {
 CouplingValue coupling_value(const Model& model, const Coupling& coupling, const BodyFrames& bodies,
                              const State& state);
 
-// The factor of its row: Model::length() where a is an angle.
+// The factor of its row: Model::length() if a is an angle, otherwise 1.
 double coupling_scale(const Model& model, const Coupling& coupling);
 
 void append_coupling_rows(const RowInput& in, JointRows& rows);

@@ -10,23 +10,23 @@
 // A degree of freedom q has the row D = s times its dual wrench: D v = s q', with s = length for an angle and
 // 1 for a displacement. An impulse x along the row is s x along q.
 namespace amontons {
-// The step is undone from what the state has: poses went from there to here with constant velocities, the
-// angular one being the mean of the gyroscopic rotation.
+// The last step is reversed from the state: poses moved with constant velocities, the angular one being the
+// mean of the gyroscopic rotation.
 const std::vector<Past>& past_of(const RowInput& in, JointRows& rows) {
   const double h = in.options.h;
   for (std::size_t i = rows.past.size(); i < in.bodies.frames.size(); ++i) {
     const BodyFrame& body = in.bodies.frames[i];
     const BodyVelocity& v = in.bodies.start[i];
-    // The solve of a step knows the mean of the gyroscopic rotation; backwards in time it is this one.
+    // The solve of a step uses the mean of the gyroscopic rotation; this is the mean backwards in time.
     const BodyVelocity velocity{v.linear, -torque_free_mean(body.inertia, -v.angular, h)};
     rows.past.push_back({moved(body, velocity, -h), body.centre - h * v.linear, velocity});
   }
   return rows.past;
 }
 
-// Those of the start velocities on the Jacobian of that step. On the present one they differ by h J' v, which
-// over many steps is not small (q'' = J v' + J' v) where the axes of one joint turn with its other degrees of
-// freedom.
+// The rates are those of the start velocities on the Jacobian of the last step. On the present Jacobian they
+// would differ by h J' v. Over many steps that is not small (q'' = J v' + J' v) if the axes of a joint turn
+// with its other degrees of freedom.
 std::array<double, 6> rates_before(const RowInput& in, const JointContext& now, std::span<const double> q,
                                    JointRows& rows) {
   const std::vector<Past>& past = past_of(in, rows);
@@ -40,7 +40,7 @@ std::array<double, 6> rates_before(const RowInput& in, const JointContext& now, 
                              (now.body_b < 0 ? Vec3{} : b.velocity.angular));
     return rates;
   }
-  // Coordinates to first order, which is enough for a Jacobian.
+  // Coordinates to first order, which suffices for a Jacobian.
   const Screw twist = joint_twist(now, in.bodies.start);
   for (std::size_t i = 0; i < now.chain.dofs; ++i) before[i] = q[i] - in.options.h * dot(now.duals[i], twist);
   JointContext then = now;
@@ -54,68 +54,68 @@ std::array<double, 6> rates_before(const RowInput& in, const JointContext& now, 
 
 namespace {
 
-// One degree of freedom, ready to make rows. Velocities and impulses of the row are those of the coordinate
-// times s and over s.
+// One degree of freedom, ready to make rows. The velocity of the row is that of the coordinate times s, its
+// impulse that of the coordinate over s.
 struct DofRow {
   const Dof& dof;
-  Index joint, index;  // of the dof: global
+  Index joint, index;  // of the dof: global index
   double scale;        // s
-  double q, target;    // m or rad; of the motor
+  double q, control;   // m or rad; the target of the motor
   DofImpulse last;     // along q
   JacobianRow row;     // D v = s q'
-  double before;       // q' that the last step ended with
+  double before;       // q' at the end of the last step
 
   RowTag tag(RowKind kind, double sign = 1) const { return {kind, joint, index, sign, {}, {}, scale}; }
 };
 
-void append_drive(const RowInput& in, const DofRow& d, JointRows& rows) {
+void append_passive(const RowInput& in, const DofRow& d, JointRows& rows) {
   const Dof& dof = d.dof;
   const double damping = in.options.dampers ? dof.damping : 0;
   const auto terms =
       drive_terms({dof.stiffness, d.q - dof.rest, damping, dof.armature, d.before, 0}, d.scale, in.options.h);
-  if (terms) rows.append(Free{}, d.row, *terms, d.last.drive / d.scale, d.tag(RowKind::drive));
+  if (terms) rows.append(Bilateral{}, d.row, *terms, d.last.passive / d.scale, d.tag(RowKind::passive));
 }
 
-// The speed of a position motor at the distance `way` of its target: the way within the step, but no faster
-// than half of its largest acceleration a can brake, way = v h + v^2 / a. (The other half is for loads.) A
-// motor that asked for way / h alone would overshoot by as much as it came from, for ever.
+// The speed of a position motor at the distance `way` from its target. It is the travel within the step, but
+// no faster than half of its largest acceleration a can brake, way = v h + v^2 / a. (The other half is for
+// loads.) A motor with the speed way / h would overshoot by as much as it approached, for ever.
 //
 // v^2 / a + h v - |way| = 0 has the positive root v = a (-h + sqrt(h^2 + 4 |way| / a)) / 2. Multiplied by the
-// conjugate it does not cancel for short ways, and an infinite a gives v = way / h.
+// conjugate it has no cancellation for short travels, and an infinite a gives v = way / h.
 double approach_speed(double way, double a, double h) {
   return 2 * way / h / (1 + std::sqrt(1 + 4 * std::abs(way) / (a * h * h)));
 }
 
-// Two rigid demands that contradict each other have no solution: of motor and limit, the limit wins.
-// What a motor may ask for is the speed c of u = D v + c with -c between those at which either limit is
-// reached at the end of the step.
+// Two rigid demands that contradict each other have no solution: between motor and limit, the limit prevails.
+// The motor's demand is the speed c of u = D v + c. -c must lie between the speeds that reach the limits at
+// the end of the step.
 double within_limits(const DofRow& d, double c, const JointOptions& options) {
   const double up = closing(d.scale * (d.dof.upper - d.q), options);
   const double down = closing(d.scale * (d.q - d.dof.lower), options);
   return std::clamp(c, -up, down);
 }
 
-// With a gain the motor is a damper about its speed, x = h g (target - q'+), or a spring about its target
-// with a damper, x = -h g (q + h q'+ - target) - h d q'+, as in append_drive. Without, it asks for a speed:
-// its own, or the one that brings it to its target.
+// With gains the motor is a damper about its velocity, x = h kd (control - q'+), or a spring about its
+// coordinate with a damper, x = -h kp (q + h q'+ - control) - h kd q'+, as in append_passive. Without gains
+// it demands a velocity: its own, or the one that reaches its coordinate.
 RowTerms motor_terms(const RowInput& in, const DofRow& d) {
   const Motor& motor = d.dof.motor;
   const double h = in.options.h, s = d.scale;
-  if (motor.kind == MotorKind::speed) return {motor.gain > 0 ? s * s / (h * motor.gain) : 0.0, -s * d.target};
-  if (motor.gain > 0) {
-    const double compliance = s * s / (h * h * motor.gain + h * motor.damping_gain);
-    return {compliance, compliance * h * motor.gain * (d.q - d.target) / s};
+  if (motor.kind == MotorKind::velocity) return {motor.kd > 0 ? s * s / (h * motor.kd) : 0.0, -s * d.control};
+  if (motor.kp > 0) {
+    const double compliance = s * s / (h * h * motor.kp + h * motor.kd);
+    return {compliance, compliance * h * motor.kp * (d.q - d.control) / s};
   }
-  // Turns can be counted as long as a step makes less than half of one; a quarter leaves room. A slide has no
-  // turns, but a target that jumps by metres shall not fling the bodies: a length at most.
+  // Turns can be counted if a step makes less than half of one; a quarter leaves room. A slide has no turns,
+  // but a jump of the target by metres must not fling the bodies: at most a length.
   const double quarter_turn = 0.5 * std::numbers::pi;
   const double largest = (d.dof.kind == Dof::Kind::hinge ? quarter_turn : 1) * in.options.length;
   const double strongest = motor.max_effort / s * inverse_effective_mass(d.row, in.bodies.mobility);
-  return {0, std::clamp(approach_speed(s * (d.q - d.target), strongest, h), -largest / h, largest / h)};
+  return {0, std::clamp(approach_speed(s * (d.q - d.control), strongest, h), -largest / h, largest / h)};
 }
 
-// Returns the speed of the row that the motor asks for. An effort motor has no row: its impulse is known and
-// part of the free velocities (add_motor_loads).
+// Returns the speed of the row that the motor demands. An effort motor has no row: its known impulse is part
+// of the free velocities (add_motor_loads).
 double append_motor(const RowInput& in, const DofRow& d, JointRows& rows) {
   const Motor& motor = d.dof.motor;
   const double h = in.options.h;
@@ -123,11 +123,11 @@ double append_motor(const RowInput& in, const DofRow& d, JointRows& rows) {
   if (motor.kind == MotorKind::effort) {
     RowTag tag = d.tag(RowKind::motor);
     tag.scale = 1;
-    rows.efforts.push_back({tag, h * std::clamp(d.target, -motor.max_effort, motor.max_effort)});
+    rows.efforts.push_back({tag, h * std::clamp(d.control, -motor.max_effort, motor.max_effort)});
     return 0;
   }
   RowTerms terms = motor_terms(in, d);
-  if (motor.gain == 0 && motor.max_effort == infinity) {
+  if (motor.kp == 0 && motor.kd == 0 && motor.max_effort == infinity) {
     terms.c = within_limits(d, terms.c, in.options);
     terms.restraint = Restraint::held;
   }
@@ -136,9 +136,9 @@ double append_motor(const RowInput& in, const DofRow& d, JointRows& rows) {
   return std::abs(terms.c);
 }
 
-// q - lower >= 0 and upper - q >= 0; limits that meet lock the dof.
-// Each side that is in reach is a row of its own: both may act in one step, on a dof that is nearly locked.
-// An upper limit has the row and the impulse of the opposite direction.
+// q - lower >= 0 and upper - q >= 0; equal limits lock the dof. Each side within reach is a row of its own:
+// both may act in one step, on a dof that is nearly locked. An upper limit has the row and the impulse of the
+// opposite direction.
 void append_limits(const RowInput& in, const DofRow& d, double motor_speed, JointRows& rows) {
   const double s = d.scale, last = d.last.limit / s;
   const double above = s * (d.q - d.dof.lower), below = s * (d.dof.upper - d.q);
@@ -155,29 +155,29 @@ void append_dof_rows(const RowInput& in, const JointContext& joint, JointRows& r
   const auto& dofs = joint.joint->dofs;
   const std::span<const double> q = std::span(in.state.coordinates).subspan(first);
   std::array<double, 6> rates{};
-  // Of the correction of positions, which asks for no dampers, c of drives is not read.
+  // The correction of positions, without dampers, does not read c of drives.
   if (in.options.dampers &&
       std::any_of(dofs.begin(), dofs.end(), [](const Dof& dof) { return dof.armature > 0; }))
     rates = rates_before(in, joint, q, rows);
   for (std::size_t i = 0; i < dofs.size(); ++i) {
     const Dof& dof = dofs[i];
     const double s = joint.scale(i), h = in.options.h;
-    const double target = dof.motor.kind == MotorKind::none ? 0 : in.state.targets[first + i];
+    const Index control = in.model.control_of_dof(first + i);
     const DofRow d{dof,
                    joint.index,
                    static_cast<Index>(first + i),
                    s,
                    q[i],
-                   target,
+                   control < 0 ? 0 : in.state.controls[control],
                    in.state.dof_impulses[first + i],
                    joint_row(joint, s * joint.duals[i]),
                    dof.armature > 0 ? rates[i] : 0};
-    append_drive(in, d, rows);
+    append_passive(in, d, rows);
     const double motor_speed = append_motor(in, d, rows);
     for (const Index k : in.model.actuators_of_dof(first + i))
       append_actuator(in, k, {d.row, s, q[i], row_velocity(d.row, in.bodies.start) / s}, rows);
-    // Dry friction of a given size: the rate is zero as long as |x| < h friction, else x stands at the bound
-    // against it, which is what the variational inequality over that interval says with c = 0.
+    // Dry friction of a given size: the rate is zero while |x| < h friction, otherwise x is at the bound
+    // against it. This is the variational inequality over that interval with c = 0.
     if (dof.friction > 0)
       append_bounded(h * dof.friction / s, d.row, {0, 0}, d.last.friction / s, d.tag(RowKind::friction),
                      rows);

@@ -2,7 +2,7 @@
 
 namespace amontons {
 
-// Poses as they are, for all that only measures; place_joints() is for what makes rows.
+// The present poses, for functions that only measure; place_joints() is for functions that make rows.
 JointPose joint_pose(const Joint& joint, const BodyFrames& bodies) {
   const auto in_world = [&](Index body, const Transform& frame) {
     return (body < 0 ? Transform{} : bodies[body].pose) * frame;
@@ -23,11 +23,11 @@ bool is_active(const Model& model, const Joint& joint) {
   return model.is_dynamic(joint.body_a) || model.is_dynamic(joint.body_b);
 }
 
-// Forces act at the reference where A holds it, which is T(q)'s reference moved by the error: an impulse and
-// its opposite then meet at one point of the world, also where the joint is violated.
+// Forces act at A's reference point, which is T(q)'s reference moved by the error. An impulse and its
+// opposite then act at one point of the world, even if the joint is violated.
 void place(JointContext& joint, const JointPose& pose, const Vec3& centre_a, const Vec3& centre_b,
            std::span<const double> q) {
-  // Everything is in the axes of frame_b but for the arms r_a and r_b, which are world vectors.
+  // All quantities are in the axes of frame_b except the arms r_a and r_b, which are world vectors.
   joint.pose = pose;
   joint.axes = to_matrix(pose.b.rotation);
   joint.arm = {};
@@ -46,15 +46,15 @@ void place(JointContext& joint, const JointPose& pose, const Vec3& centre_a, con
 
 namespace {
 
-// A fixed body counts as the world: its velocity is zero, and rows without it are cheaper and, where both
-// sides are fixed, empty. Kinematic bodies stay, as rows must see their velocity.
+// A fixed body counts as the world: its velocity is zero. Rows without it are cheaper, and empty if both
+// sides are fixed. Kinematic bodies stay, because rows must include their velocity.
 void fill(JointContext& context, const Model& model, const BodyFrames& bodies, const State& state,
           std::size_t j) {
   const auto unless_fixed = [&](Index body) {
     return body >= 0 && model.body(body).motion != Motion::fixed ? body : world;
   };
   const Joint* joint = &model.joint(static_cast<Index>(j));
-  // Those of a hinge do not depend on its angle.
+  // Screws of a hinge do not depend on its angle.
   const bool known = context.joint == joint && context.length == model.length() && is_hinge(*joint);
   context.joint = joint;
   context.index = static_cast<Index>(j);
@@ -95,8 +95,8 @@ Screw joint_twist(const JointContext& joint, const BodyVelocities& v) {
 }
 
 // The power of a wrench (f, t) at a point P of the world on a body is <f, v + w x r> + <t, w> with r from the
-// centre of mass to P, that is <f, v> + <r x f + t, w>: the row is (f, r x f + t) on A. B gets the opposite
-// wrench at the same P, so that linear and angular momentum are conserved to rounding.
+// centre of mass to P. This equals <f, v> + <r x f + t, w>. So the row is (f, r x f + t) on A. B gets the
+// opposite wrench at the same P, so that linear and angular momentum are conserved to rounding.
 JacobianRow joint_row(const JointContext& joint, const Screw& wrench) {
   const Vec3 f = joint.axes * wrench.linear, t = joint.axes * wrench.angular;
   JacobianRow row{joint.body_a, joint.body_b, {}, {}};

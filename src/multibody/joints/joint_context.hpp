@@ -9,36 +9,36 @@
 // Where a joint stands in the world, and its rows.
 namespace amontons {
 
-// The frames of a joint where its bodies hold them; they coincide only at zero coordinates and without error.
+// The frames of a joint on its bodies; they coincide only at zero coordinates and without error.
 struct JointPose {
   Transform a, b;      // in the world
-  Transform relative;  // b^-1 a: frame_a as seen from frame_b
+  Transform relative;  // b^-1 a: frame_a relative to frame_b
 };
 JointPose joint_pose(const Joint& joint, const BodyFrames& bodies);
 
-// A joint in the world at the present coordinates, ready to make rows. Made once per pose, for all that asks
-// for joints within a step.
+// A joint in the world at the present coordinates, ready to make rows. Made once per pose, for all uses
+// within a step.
 struct JointContext {
   const Joint* joint = nullptr;
   Index index = -1;
-  Index body_a = world, body_b = world;  // fixed bodies have become the world: their velocity is zero
+  Index body_a = world, body_b = world;  // fixed bodies are replaced by the world: their velocity is zero
   double length = 1;
   Mat3 axes;  // of frame_b in the world
   JointPose pose;
   ChainKinematics chain;
   std::array<Screw, 6> duals;   // dual_wrenches() of the chain
-  std::array<Screw, 6> locked;  // locked_wrenches() of it, made by place_joints() alone
+  std::array<Screw, 6> locked;  // locked_wrenches() of the chain, made only by place_joints()
   std::size_t locked_count = 0;
   Vec3 arm;       // from the origin of frame_a to the reference point on A, axes of frame_b
   Vec3 r_a, r_b;  // from the centres of mass to the reference point on A, world
   bool rotates(std::size_t dof) const { return joint->dofs[dof].kind == Dof::Kind::hinge; }
-  // Rows of angles are multiplied by the length: then all rows of a problem have the same unit, and neither
+  // Rows of angles are multiplied by the length. All rows of a problem then have the same unit, and neither
   // the residual nor the iterates of a solver depend on the units of the model.
   double scale(std::size_t dof) const { return rotates(dof) ? length : 1; }
 };
 using JointContexts = std::vector<JointContext>;
 void place_joints(const Model& model, const BodyFrames& bodies, const State& state, JointContexts& joints);
-// Fills what follows from the pose of the joint, the centres of mass and the coordinates.
+// Fills the data that follow from the pose of the joint, the centres of mass and the coordinates.
 void place(JointContext& joint, const JointPose& pose, const Vec3& centre_a, const Vec3& centre_b,
            std::span<const double> q);
 
@@ -47,8 +47,8 @@ std::span<const double> coordinates_of(const Model& model, const State& state, s
 // Whether impulses of the joint can move a body at all.
 bool is_active(const Model& model, const Joint& joint);
 
-// The twist of A relative to B at the reference, axes of frame_b: the velocity along the row of a wrench is
-// their product. Velocities of the world are not read.
+// The twist of A relative to B at the reference, axes of frame_b. Its product with a wrench is the velocity
+// along the wrench's row. Velocities of the world are not read.
 Screw joint_twist(const JointContext& joint, const BodyVelocity& a, const BodyVelocity& b);
 Screw joint_twist(const JointContext& joint, const BodyVelocities& v);
 

@@ -1,6 +1,6 @@
-// The rows of joints: locked directions, rods and ropes, balls; those along degrees of freedom are in
-// dof_rows, those between joints in couplings. Each maker states C and D of its constraint; what E, c and the
-// set follow from them is in row_terms. All rows are velocities in m/s: D of an angle has the factor length.
+// The rows of joints: locked directions, rods and ropes, balls. Those along degrees of freedom are in
+// dof_rows, those between joints in couplings. Each function provides C and D of its constraint; row_terms
+// derives E, c and the set. All rows are velocities in m/s: D of an angle has the factor length.
 #include "amontons/multibody/joints/joints.hpp"
 
 #include <algorithm>
@@ -16,18 +16,18 @@
 namespace amontons {
 namespace {
 
-// The directions in which a chain does not move: C_i = <w_i, error>, with w_i the wrenches that do no work on
-// the dofs and `error` the small motion from T(q) to the pose. The error changes with the twist of A relative
-// to B less sum_k screws_k q'_k; as <w_i, screws_k> = 0 the unknown q' drops out, and D v = <w_i, twist> is
-// the row of w_i (exact at C = 0).
+// The locked directions of a chain: C_i = <w_i, error>, with w_i the wrenches that do no work on the dofs and
+// `error` the small motion from T(q) to the pose. The error changes with the twist of A relative to B minus
+// sum_k screws_k q'_k. As <w_i, screws_k> = 0 the unknown q' drops out, and D v = <w_i, twist> is the row of
+// w_i (exact at C = 0).
 void append_locked_rows(const RowInput& in, const JointContext& joint, JointRows& rows) {
   const double L = joint.length;
   const JointWrench& last = in.state.joint_wrenches[joint.index];
-  // The stored wrench is about the origin of frame_a, the rows are about the reference.
+  // The stored wrench is about the origin of frame_a; the rows are about the reference.
   const Vec3 last_torque = last.torque - cross(joint.arm, last.force);
   for (const Screw& w : std::span(joint.locked).first(joint.locked_count)) {
-    // The last impulse in this basis, which is orthonormal w.r.t. <f, f> + <t, t> / L^2. The basis may have
-    // turned since; the wrench has not, which is why the state holds wrenches and no rows.
+    // The last impulse in this basis, which is orthonormal with respect to <f, f> + <t, t> / L^2. The basis
+    // may have turned since then, the wrench has not; the state therefore stores wrenches and not rows.
     const double x0 = dot(w.linear, last.force) + dot(w.angular, last_torque) / (L * L);
     RowTag tag{RowKind::locked, joint.index, -1};
     tag.force = w.linear;
@@ -37,14 +37,14 @@ void append_locked_rows(const RowInput& in, const JointContext& joint, JointRows
   }
 }
 
-// The distance of the two frame origins: a rod of one length, or the ends of a range (a rope, a strut).
-// C = |p| - L with p from the origin of frame_b to that of frame_a: D v = <p / |p|, v_A - v_B>. Both
-// velocities are taken at the origin of frame_a; what the turn of B adds there lies across p.
+// The distance of the two frame origins: a rod of one length, or the ends of a range (a rope, a strut). C =
+// |p| - L with p from the origin of frame_b to that of frame_a: D v = <p / |p|, v_A - v_B>. Both velocities
+// are taken at the origin of frame_a; the contribution of the turn of B there is normal to p.
 void append_distance_rows(const RowInput& in, const JointContext& joint, JointRows& rows) {
   const Joint& rod = *joint.joint;
   const Vec3& between = joint.pose.relative.position;
   const double distance = norm(between);
-  // Where the points coincide no direction is better than another; the next step knows one.
+  // If the points coincide the direction is arbitrary; the next step has one.
   const Vec3 direction = distance > 1e-12 * joint.length ? between / distance : Vec3{0, 0, 1};
   const double last = dot(direction, in.state.joint_wrenches[joint.index].force);
   const JacobianRow row = joint_row(joint, {direction, {}});
@@ -57,7 +57,7 @@ void append_distance_rows(const RowInput& in, const JointContext& joint, JointRo
   // Ends of the range: C = |p| - lower >= 0 pushes the points apart, C = upper - |p| >= 0 pulls them
   // together.
   for (const double sign : {1.0, -1.0}) {
-    if (sign > 0 && rod.lower_distance == 0) continue;  // no distance is less than zero
+    if (sign > 0 && rod.lower_distance == 0) continue;  // no distance is negative
     const double gap = sign > 0 ? distance - rod.lower_distance : rod.upper_distance - distance;
     RowTag tag{RowKind::distance, joint.index, -1};
     tag.force = sign * direction;
@@ -65,9 +65,9 @@ void append_distance_rows(const RowInput& in, const JointContext& joint, JointRo
   }
 }
 
-// The spin from which that of the solve differs by the change over the step. The solve works with the mean
-// spin W of a torque-free turn in place of the one at the start W0, and the turn itself changes the spin by
-// 2 (W - W0), of which W has half (bodies/motion.cpp): W - (2 W0 - W) is all of it.
+// The spin relative to which the solve measures the change over the step. The solve uses the mean spin W of a
+// torque-free turn in place of the spin W0 at the start. The turn itself changes the spin by 2 (W - W0), of
+// which W contains half (bodies/motion.cpp): W - (2 W0 - W) is the whole change.
 Vec3 spin_before(const RowInput& in, Index body) {
   if (body < 0) return {};
   const Vec3& spin = in.bodies.start[body].angular;
@@ -78,8 +78,8 @@ Vec3 spin_before(const RowInput& in, Index body) {
   return 2 * spin - rotate(turn, mean);
 }
 
-// Of A relative to B, in the axes of frame_b. The inertia of the drive turns with A: its torque is a times
-// the rate of the spin's components in A, which is that in space less omega_A x spin.
+// Spin of A relative to B, in the axes of frame_b. The inertia of the drive turns with A. Its torque is a
+// times the rate of the spin's components in A, which is the rate in space minus omega_A x spin.
 Vec3 drive_spin_before(const RowInput& in, const JointContext& joint) {
   const auto [a, b] = std::pair{joint.joint->body_a, joint.joint->body_b};
   const Vec3& omega = in.bodies.start[a].angular;
@@ -100,7 +100,7 @@ void append_ball_rows(const RowInput& in, const JointContext& joint, JointRows& 
   const auto axis = [](int k) { return Vec3{k == 0 ? 1.0 : 0.0, k == 1 ? 1.0 : 0.0, k == 2 ? 1.0 : 0.0}; };
   const auto tag_of = [&](RowKind kind, Index k) { return RowTag{kind, joint.index, k, 1, {}, {}, s}; };
 
-  // Spring k towards r = 0, damper d and inertia a, as the drive of a dof (append_drive): with r+ = r + h
+  // Spring k towards r = 0, damper d and inertia a, as the drive of a dof (append_passive): with r+ = r + h
   // omega
   //   omega + E x + c = 0,  E = 1 / (h^2 k + h d + a),  c = E (h k r - a omega-),
   // where omega - omega- is the change of the spin over the step (spin_before).
@@ -109,17 +109,18 @@ void append_ball_rows(const RowInput& in, const JointContext& joint, JointRows& 
   const Vec3 before = a > 0 ? s * drive_spin_before(in, joint) : Vec3{};
   for (int k = 0; stiff > 0 && k < 3; ++k) {
     const double c = (h * ball.ball_stiffness * r[k] / s - a * before[k]) / stiff;
-    rows.append(Free{}, rotation_row(axis(k)), {1 / stiff, c}, last[k] / s, tag_of(RowKind::ball, k));
+    rows.append(Bilateral{}, rotation_row(axis(k)), {1 / stiff, c}, last[k] / s, tag_of(RowKind::ball, k));
   }
 
-  // Friction. The state holds its sum with spring and damper, which then take all of it as their start.
+  // Friction. The state holds the sum of friction, spring and damper; the latter take all of it as their
+  // start.
   const double bound = h * ball.ball_friction / s;
   for (int k = 0; bound > 0 && k < 3; ++k)
     append_bounded(bound, rotation_row(axis(k)), {0, 0}, stiff > 0 ? 0 : last[k] / s,
                    tag_of(RowKind::ball, k), rows);
 
-  // |r| <= limit: C = s (limit - |r|), D = -s <omega, r / |r|>. Near r = 0 it has no direction, and no limit
-  // is that small.
+  // r| <= limit: C = s (limit - |r|), D = -s <omega, r / |r|>. Near r = 0 the direction is undefined, but no
+  // limit is that small.
   const double angle = norm(r);
   if (!(ball.ball_limit < infinity) || angle < 1e-9) return;
   const Vec3 outward = r / angle;
@@ -132,8 +133,8 @@ void append_ball_rows(const RowInput& in, const JointContext& joint, JointRows& 
 
 }  // namespace
 
-// Rows of a joint stand together, then those of tendons and couplings, which may bring auxiliary bodies
-// along. The order is that of the model, so that the same model gives the same bits.
+// Rows of a joint are adjacent, followed by those of tendons and couplings, which may add auxiliary bodies.
+// The order is that of the model, so that the same model gives the same bits.
 void append_joint_rows(const Model& model, const StepBodies& bodies, std::span<const JointContext> joints,
                        const State& state, const JointOptions& options, JointRows& rows) {
   const RowInput in{model, bodies, joints, state, options};
@@ -141,7 +142,7 @@ void append_joint_rows(const Model& model, const StepBodies& bodies, std::span<c
     const Joint& joint = model.joint(static_cast<Index>(j));
     if (!is_active(model, joint)) continue;
     const JointContext& context = joints[j];
-    // A distance joint has no coordinates and locks one direction at most.
+    // A distance joint has no coordinates and locks at most one direction.
     if (!is_chain(joint)) {
       append_distance_rows(in, context, rows);
       continue;
@@ -155,9 +156,9 @@ void append_joint_rows(const Model& model, const StepBodies& bodies, std::span<c
   append_coupling_rows(in, rows);
 }
 
-// An effort motor has no row, as its impulse depends on nothing that the step finds. The effort tau along dof
-// i is the wrench tau dual_i on A and its opposite on B: D' of the dof's row, as a row's wrench is what its
-// unit impulse puts on the bodies.
+// An effort motor has no row, because its impulse does not depend on the solve. The effort tau along dof i is
+// the wrench tau dual_i on A and its opposite on B. This is D' of the dof's row, because a row's wrench is
+// that of its unit impulse.
 void add_motor_loads(const Model& model, std::span<const JointContext> joints, const State& state, double h,
                      std::vector<BodyImpulse>& loads) {
   const auto is_effort = [](const Dof& dof) { return dof.motor.kind == MotorKind::effort; };
@@ -173,7 +174,8 @@ void add_motor_loads(const Model& model, std::span<const JointContext> joints, c
     for (std::size_t i = 0; i < joint.dofs.size(); ++i) {
       if (!is_effort(joint.dofs[i])) continue;
       const double bound = joint.dofs[i].motor.max_effort;
-      const double impulse = h * std::clamp(state.targets[model.first_dof(j) + i], -bound, bound);
+      const double impulse =
+          h * std::clamp(state.controls[model.control_of_dof(model.first_dof(j) + i)], -bound, bound);
       const JacobianRow row = joint_row(context, impulse * context.duals[i]);
       add(row.body_a, row.a);
       add(row.body_b, row.b);

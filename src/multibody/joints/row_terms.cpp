@@ -6,20 +6,19 @@
 namespace amontons {
 namespace {
 
-// Locked rows that repeat each other (the two hinges of a door, planar loops) make A singular, and nothing
-// then decides how they share the load. This compliance, relative to D M^-1 D' of the row times
-// Model::lightness(), makes them share it evenly. Not larger: a row sags by this fraction of g h^2, 2e-11 m
-// for a body on one joint, and by that times the masses that it carries over the heaviest one of its
+// Compliance (relative to D M^-1 D' of the row times Model::lightness()): makes redundant locked rows share
+// the load evenly. Such rows (two hinges of a door, planar loops) make A singular. Not larger: a row sags by
+// this fraction of g h^2, 2e-11 m for a body on one joint, times the carried masses over the heaviest of its
 // mechanism. Relative to D M^-1 D' alone a link of 1e-6 kg would let a trunk of 17 kg sink at 30 mm/s. Not
-// smaller: positions are known to 1e-16 of their size, and that rounding, over h and over this compliance, is
-// a load that redundant rows put on each other, below 1e-4 of the weight.
+// smaller: positions are rounded to 1e-16 of their size. That error, over h and over this compliance, is a
+// load between redundant rows, below 1e-4 of the weight.
 constexpr double locked_regularisation = 1e-7;
 
 }  // namespace
 
-// The velocity after the step is unknown; twice the fastest of those known is allowed for, and for what
-// collisions and other joints may add, a tenth of a length (or rad). A limit that was missed is caught in the
-// next step, as a violation. Rows that cannot act would change nothing but the size of the problem.
+// The velocity after the step is unknown. The reach is twice the fastest known velocity, plus a tenth of a
+// length (or rad) for the effect of collisions and other joints. A missed limit is corrected in the next
+// step, as a violation. Rows that cannot act would only increase the size of the problem.
 bool within_reach(double gap, double speed, const JointOptions& options) {
   return gap <= 2 * options.h * speed + 0.1 * options.length;
 }
@@ -36,9 +35,8 @@ std::optional<RowTerms> drive_terms(const Drive& d, double s, double h) {
   return RowTerms{1 / stiff, (h * k * s * d.stretch - a * (s * d.rate) - h * d.effort / s) / stiff};
 }
 
-// A rigid row keeps its position; errors are taken back by moving bodies (step/positions), or, as far as
-// the recovery speed allows, by velocities. Of a spring nothing may be cut off, it would not be the spring
-// any more.
+// A rigid row keeps its position. Errors are removed by displacing bodies (step/positions), or by velocities
+// up to the recovery speed. The force of a spring is not limited, since it would no longer be that spring.
 RowTerms equality_terms(double error, double e, double inverse_mass, const JointOptions& options) {
   const double h = options.h, v = options.recovery_speed;
   if (e > 0) return {e / (h * h), error / h};
@@ -53,7 +51,7 @@ void append_equality(const RowInput& in, const JacobianRow& row, double error, d
                      const RowTag& tag, JointRows& rows) {
   const double inverse_mass =
       in.model.lightness(row.body_a, row.body_b) * inverse_effective_mass(row, in.bodies.mobility);
-  rows.append(Free{}, row, equality_terms(error, e, inverse_mass, in.options), last, tag);
+  rows.append(Bilateral{}, row, equality_terms(error, e, inverse_mass, in.options), last, tag);
 }
 
 void append_inequality(const RowInput& in, const JacobianRow& row, double gap, double e, double motor_speed,
@@ -75,8 +73,8 @@ void append_bounded(double bound, const JacobianRow& row, const RowTerms& terms,
 
 void append_bounded(double lower, double upper, const JacobianRow& row, const RowTerms& terms, double last,
                     const RowTag& tag, JointRows& rows) {
-  // An interval without ends is the whole line, and linear systems are solved faster.
-  if (lower == -infinity && upper == infinity) return rows.append(Free{}, row, terms, last, tag);
+  // An interval without ends is the whole line; linear systems are solved faster.
+  if (lower == -infinity && upper == infinity) return rows.append(Bilateral{}, row, terms, last, tag);
   rows.append(Interval{lower, upper}, row, terms, std::clamp(last, lower, upper), tag);
 }
 

@@ -6,19 +6,19 @@
 #include "amontons/multibody/joints/rows.hpp"
 #include "multibody/joints/joint_context.hpp"
 
-// What the rows of joints have in common. A row asks, docs/algorithm.md (5),
+// The common form of joint rows. A row requires, docs/algorithm.md (5),
 //   u = D v+ + E x + c,  -u in the normal cone of x's set
-// with x the impulse along D'. From a constraint C(q) with the Jacobian D = dC/dq:
+// with x the impulse along D'. For a constraint C(q) with the Jacobian D = dC/dq:
 // - a rigid equality C = 0 at the end of the step is, to first order in h, C + h D v+ = 0: E = 0, c = C / h
 //   and x free (Baumgarte's stabilisation with the factor 1, and a bound on c);
-// - a spring of compliance e and no mass, C + h D v+ = -e x / h: E = e / h^2, c = C / h, x free;
+// - a spring of compliance e without mass, C + h D v+ = -e x / h: E = e / h^2, c = C / h, x free;
 // - an inequality C >= 0 is C + h D v+ >= 0: c = C / h, x >= 0, complementary;
 // - a bounded effort |x| <= h effort against D v+ + c: x in that interval. Dry friction has c = 0, a motor
 //   c = -speed.
-// Each of these is one function below. A maker of rows brings D and C, and says where the impulse belongs.
+// Each of these is one function below. A caller provides D and C, and the place of the impulse.
 namespace amontons {
 
-// What every maker of rows reads.
+// Input of every function that makes rows.
 struct RowInput {
   const Model& model;
   const StepBodies& bodies;
@@ -30,36 +30,36 @@ struct RowInput {
 // E and c of the equality C = error with the compliance e (0: rigid). `inverse_mass` is D M^-1 D' times
 // Model::lightness() of the bodies.
 RowTerms equality_terms(double error, double e, double inverse_mass, const JointOptions& options);
-// c of a rigid inequality: a gap may close within the step; a negative one is taken back as an error.
+// c of a rigid inequality: a gap may close within the step; a negative gap is corrected as an error.
 double closing(double gap, const JointOptions& options);
 
 // The rows themselves. `last` is the impulse of the last step along the row; it becomes the warm start after
 // the projection on the set of the row.
 void append_equality(const RowInput& in, const JacobianRow& row, double error, double e, double last,
                      const RowTag& tag, JointRows& rows);
-// Nothing is appended for a gap that cannot close within the step. motor_speed: that a motor along the row
-// asks for.
+// Appends nothing if the gap cannot close within the step. motor_speed: speed that a motor along the row
+// demands.
 void append_inequality(const RowInput& in, const JacobianRow& row, double gap, double e, double motor_speed,
                        double last, const RowTag& tag, JointRows& rows);
-// bound: of |x|, N s; infinite for an effort without one.
+// bound: limit of |x|, N s; infinite for an unlimited effort.
 void append_bounded(double bound, const JacobianRow& row, const RowTerms& terms, double last,
                     const RowTag& tag, JointRows& rows);
-// The same with bounds of x that are not symmetric.
+// The same with asymmetric bounds of x.
 void append_bounded(double lower, double upper, const JacobianRow& row, const RowTerms& terms, double last,
                     const RowTag& tag, JointRows& rows);
 
-// What acts along a coordinate by a law: spring, damper and inertia, and an effort that does not change.
+// Forces along a coordinate by a law: spring, damper and inertia, and a constant effort.
 struct Drive {
   double stiffness = 0, stretch = 0;  // of the spring
   double damping = 0;
-  double inertia = 0, rate = 0;  // the rate that the last step ended with
+  double inertia = 0, rate = 0;  // rate at the end of the last step
   double effort = 0;
 };
-// E and c of a drive in the row of a coordinate q, D v = s q'; nothing for one without spring, damper and
-// inertia, as its impulse is known.
+// E and c of a drive in the row of a coordinate q, D v = s q'. Empty without spring, damper and inertia,
+// because the impulse is then known.
 std::optional<RowTerms> drive_terms(const Drive& drive, double s, double h);
 
-// Whether an inequality at distance `gap` may matter in this step, with the fastest known speed along it.
+// Whether an inequality at distance `gap` may act in this step, at the fastest known speed along it.
 bool within_reach(double gap, double speed, const JointOptions& options);
 
 // Products of one Jacobian row j, a wrench on each of its bodies, with the bodies' velocities and inverse
@@ -71,8 +71,8 @@ inline double power(const std::array<double, 6>& j, const BodyVelocity& v) {
          j[5] * v.angular.z;
 }
 
-// The velocity along the row, u + j v; u first, as c is in D v + c. Bodies without an entry, the world and
-// auxiliary ones, are at rest.
+// The velocity along the row, u + j v. u comes first, because c is in D v + c. Bodies without an entry, the
+// world and auxiliary ones, are at rest.
 inline double row_velocity(const JacobianRow& row, const BodyVelocities& v, double u = 0) {
   const Index n = static_cast<Index>(v.size());
   if (row.body_a >= 0 && row.body_a < n) u += power(row.a, v[row.body_a]);
@@ -86,8 +86,8 @@ inline double side_inverse_mass(const std::array<double, 6>& j, const BodyMobili
   return body.inverse_mass * dot(f, f) + dot(t, body.inverse_inertia * t);
 }
 
-// The inverse of the row's effective mass, j M^-1 j': the velocity along the row that a unit impulse along it
-// makes. Auxiliary bodies do not count.
+// The inverse of the row's effective mass, j M^-1 j': the velocity along the row per unit impulse along it.
+// Auxiliary bodies do not count.
 inline double inverse_effective_mass(const JacobianRow& row, const BodyMobilities& bodies) {
   const Index n = static_cast<Index>(bodies.size());
   double w = 0;

@@ -1,5 +1,6 @@
-// The memory of the rows of a step, and the way of their impulses back into the state: a row is known by its
-// tag, as rows come and go from step to step (limits, ropes) and the state must not depend on their numbers.
+// The memory of the rows of a step, and the storage of their impulses in the state. A row is identified by
+// its tag: rows appear and vanish between steps (limits, ropes), and the state must not depend on their
+// numbers.
 #include "amontons/multibody/joints/rows.hpp"
 
 #include <algorithm>
@@ -24,16 +25,16 @@ void JointRows::clear() {
 
 namespace {
 
-// Where the impulse of a row along one coordinate is kept; null for a row whose impulse is a wrench.
+// Place of the impulse of a row along one coordinate; null for a row whose impulse is a wrench.
 double* place_of(const RowTag& tag, State& state) {
   switch (tag.kind) {
-    case RowKind::drive:
-      return &state.dof_impulses[tag.dof].drive;
+    case RowKind::passive:
+      return &state.dof_impulses[tag.dof].passive;
     case RowKind::motor:
       return &state.dof_impulses[tag.dof].motor;
     case RowKind::friction:
       return &state.dof_impulses[tag.dof].friction;
-    case RowKind::limit:  // that of a ball has no coordinate
+    case RowKind::limit:  // the limit of a ball has no coordinate
       return tag.dof >= 0 ? &state.dof_impulses[tag.dof].limit : nullptr;
     case RowKind::ball:
       return &state.ball_impulses[tag.joint][tag.dof];
@@ -41,7 +42,7 @@ double* place_of(const RowTag& tag, State& state) {
       return &state.coupling_impulses[tag.joint];
     case RowKind::tendon: {
       TendonImpulse& tendon = state.tendon_impulses[tag.joint];
-      return std::array{&tendon.drive, &tendon.spring, &tendon.friction, &tendon.limit}[tag.dof];
+      return std::array{&tendon.passive, &tendon.spring, &tendon.friction, &tendon.limit}[tag.dof];
     }
     case RowKind::actuator:
       return &state.actuator_impulses[tag.joint];
@@ -54,7 +55,7 @@ double* place_of(const RowTag& tag, State& state) {
 
 // Several rows may act on one coordinate (both limits) or one joint (its locked directions): impulses add.
 void store(const RowTag& tag, double x, State& state) {
-  // The helpers of a wide row carry its impulse once more.
+  // Helpers of a wide row repeat its impulse.
   if ((tag.kind == RowKind::coupling || tag.kind == RowKind::tendon) && tag.dof < 0) return;
   if (double* along = place_of(tag, state)) {
     *along += tag.sign * tag.scale * x;
@@ -67,7 +68,7 @@ void store(const RowTag& tag, double x, State& state) {
 
 }  // namespace
 
-// Efforts have no rows, hence no impulse among x; what a user reads as the impulse of a motor has them in it.
+// Efforts have no rows, hence no entry in x; the impulse of a motor that users read includes them.
 void store_joint_impulses(const JointRows& rows, std::span<const double> x, State& state) {
   std::fill(state.joint_wrenches.begin(), state.joint_wrenches.end(), JointWrench{});
   std::fill(state.dof_impulses.begin(), state.dof_impulses.end(), DofImpulse{});

@@ -1,16 +1,16 @@
 // Geometric stiffness of joint forces, implicitly: docs/algorithm.md (30).
 //
-// A force F that a joint puts on a body at the arm r from its centre of mass has the torque r x F. When the
+// A force F that a joint exerts on a body at the arm r from its centre of mass has the torque r x F. When the
 // body turns by a small angle d, r turns with it and the torque changes by (d x r) x F = -K d, K = (r.F) 1 -
 // r F' (Tournier, Nesme, Gilles, Faure, "Stable constrained dynamics", SIGGRAPH 2015). A light link under the
-// tension of a heavy load is such a rotational spring: its frequency sqrt(K / I) may be far above 1 / h, and
-// a step that takes the arms from its start is then unstable although every constraint is met.
+// tension of a heavy load is such a rotational spring. Its frequency sqrt(K / I) may be far above 1 / h. A
+// step that takes the arms from its start is then unstable although every constraint is satisfied.
 //
 // Implicit Euler for that torque, with F from the last step, is (I + h^2 K) w+ = I w + h torque + ...: the
-// inertia that impulses feel changes, and the spin w is damped. The inertia alone is enough for stability,
-// and keeps the energy of what swings as a whole (make_free_velocities has both). Of the symmetric part of
-// h^2 K only what exceeds I is added (eigenvalues of the pencil above 1; symplectic Euler is stable up to 4),
-// so that mechanisms that the step resolves keep their inertia exactly.
+// effective inertia changes, and the spin w is damped. The inertia alone suffices for stability, and keeps
+// the energy of swinging mechanisms (make_free_velocities has both). Only the part of the symmetric h^2 K
+// that exceeds I is added (eigenvalues of the pencil above 1; symplectic Euler is stable up to 4). Mechanisms
+// that the step resolves thus keep their inertia exactly.
 #include "multibody/joints/stiffening.hpp"
 
 #include <Eigen/Dense>
@@ -54,9 +54,9 @@ bool stiffen(const Mat3& inertia, const Mat3& S, Mat3& inverse_inertia) {
 
 }  // namespace
 
-// K of a body is the sum over its joints, with the force that each put on it in the last step: F on A, -F on
-// B, at the origin of frame_a. Forces of contacts are left out: they do not turn with a body. Pushing forces
-// have negative K; they are no stiff springs, and eigenvalues below 1 are left to the step as it is.
+// K of a body is the sum over its joints, with the force of each in the last step: F on A, -F on B, at the
+// origin of frame_a. Contact forces are left out: they do not turn with a body. Compressive forces have
+// negative K and are no stiff springs; eigenvalues below 1 are not changed.
 bool stiffen_rotations(const Model& model, const State& state, double h, const BodyFrames& frames,
                        const JointContexts& joints, std::vector<Mat3>& sums, BodyMobilities& mobility) {
   if (state.impulse_step <= 0 || model.joints() == 0) return false;
@@ -71,11 +71,11 @@ bool stiffen_rotations(const Model& model, const State& state, double h, const B
     add(joint.body_a, pose.a.position, F);
     add(joint.body_b, pose.a.position, -F);
   }
-  // The forces are those of the last step; a force that comes and goes within one step is no spring.
+  // The forces are those of the last step. A force within a single step is no spring.
   bool any = false;
   for (std::size_t i = 0; i < frames.size(); ++i) {
     const Mat3 S = h * h * sums[i];
-    // No eigenvalue exceeds |S| |I^-1| in Frobenius' norm: bodies without such joints cost nothing.
+    // No eigenvalue exceeds |S| |I^-1| in Frobenius' norm; this test makes other bodies cheap.
     if (!(frobenius_squared(S) * frobenius_squared(mobility[i].inverse_inertia) > 1)) continue;
     if (!stiffen(frames[i].inertia, S, mobility[i].inverse_inertia)) continue;
     mobility[i].stiffened = true;

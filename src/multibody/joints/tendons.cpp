@@ -1,7 +1,6 @@
-// A tendon is a coordinate l of many bodies: its length, with l' = J v. What acts along it has the rows of a
-// degree of freedom, D = s J, all over one narrow row. In a spatial tendon J is exact, though the points
-// where it touches obstacles wander: along a shortest way the length does not change with them to first
-// order.
+// A tendon is a coordinate l of many bodies: its length, with l' = J v. Forces along it have the rows of a
+// degree of freedom, D = s J, all on one narrow row. In a spatial tendon J is exact although the contact
+// points on obstacles move: to first order, moving them does not change the length of a shortest path.
 #include "multibody/joints/tendons.hpp"
 
 #include <algorithm>
@@ -24,8 +23,8 @@ Vec3 in_world(const BodyFrames& bodies, Index body, const Vec3& point) {
   return body < 0 ? point : bodies[body].pose(point);
 }
 
-// A straight part from p to q: l' = <d, v_q - v_p> with d its direction. Where its ends coincide it has none,
-// and no force.
+// A straight part from p to q: l' = <d, v_q - v_p> with d its direction. If its ends coincide it has no
+// direction and no force.
 void add_straight(const Model& model, const BodyFrames& bodies, const Stop& p, const Stop& q, double share,
                   Line& line) {
   const Vec3 way = q.at - p.at;
@@ -40,7 +39,7 @@ void add_straight(const Model& model, const BodyFrames& bodies, const Stop& p, c
   }
 }
 
-// From point to point; an obstacle between two of them may bend the way. Its curved part moves with the
+// From point to point; an obstacle between two of them may bend the path. Its curved part moves with the
 // obstacle's body and has no rate of its own.
 Line spatial(const Model& model, const BodyFrames& bodies, const std::vector<PathElement>& path) {
   Line line;
@@ -79,7 +78,7 @@ Line spatial(const Model& model, const BodyFrames& bodies, const std::vector<Pat
   return line;
 }
 
-// l' as the last step ended with it: as rates_before, with the row where the bodies were at its start.
+// l' at the end of the last step: as rates_before, with the row for the poses at its start.
 double rate_before(const RowInput& in, const Tendon& tendon, JointRows& rows) {
   double rate = 0;
   for (const TendonTerm& term : tendon.terms) {
@@ -104,7 +103,7 @@ struct TendonRow {
   const Tendon& tendon;
   Index index;
   double s, length;
-  double speed;        // |D v|, the fastest known
+  double speed;        // D v|, the fastest known speed
   TendonImpulse last;  // along l
   NarrowRow narrow;
 
@@ -112,7 +111,7 @@ struct TendonRow {
 };
 enum Part : Index { drive, spring, friction, limit };  // the order of TendonImpulse
 
-// `sign` +1: the row of a gap that grows with the length.
+// `sign` +1: the row of a gap that increases with the length.
 void append_end(const RowInput& in, const TendonRow& t, double sign, double gap, double compliance, Part part,
                 double last, JointRows& rows) {
   const std::size_t first = rows.c.size();
@@ -121,7 +120,8 @@ void append_end(const RowInput& in, const TendonRow& t, double sign, double gap,
   for (std::size_t i = first; i < rows.c.size(); ++i) rows.c[i] += sign * t.narrow.offset;
 }
 
-// A spring that is slack between two lengths is two inequalities with a compliance, which pull and push.
+// A spring that is slack between two lengths is two inequalities with compliance, one pulling and one
+// pushing.
 void append_springs(const RowInput& in, const TendonRow& t, JointRows& rows) {
   const Tendon& d = t.tendon;
   const double h = in.options.h;
@@ -135,7 +135,7 @@ void append_springs(const RowInput& in, const TendonRow& t, JointRows& rows) {
   }
   if (auto terms = drive_terms(both, t.s, h)) {
     terms->c += t.narrow.offset;
-    rows.append(Free{}, t.narrow.row, *terms, t.last.drive / t.s, t.tag(drive));
+    rows.append(Bilateral{}, t.narrow.row, *terms, t.last.passive / t.s, t.tag(drive));
   }
 }
 
@@ -144,13 +144,13 @@ void append_limits(const RowInput& in, const TendonRow& t, double inverse_mass, 
   if (d.lower == d.upper) {
     RowTerms terms = equality_terms(t.s * (t.length - d.lower), 0, inverse_mass, in.options);
     terms.c += t.narrow.offset;
-    return rows.append(Free{}, t.narrow.row, terms, t.last.limit / t.s, t.tag(limit));
+    return rows.append(Bilateral{}, t.narrow.row, terms, t.last.limit / t.s, t.tag(limit));
   }
   append_end(in, t, 1, t.length - d.lower, 0, limit, t.last.limit, rows);
   append_end(in, t, -1, d.upper - t.length, 0, limit, t.last.limit, rows);
 }
 
-// Whether a tendon has a row in this step; a string that hangs loose has none, and no helpers.
+// Whether a tendon has a row in this step; a slack string has none, and no helpers.
 bool acts(const RowInput& in, const Tendon& d, double length, double s, double speed) {
   const auto near = [&](double gap) { return within_reach(s * gap, speed, in.options); };
   return d.stiffness > 0 || d.damping > 0 || d.friction > 0 || d.armature > 0 || near(length - d.lower) ||
@@ -159,9 +159,9 @@ bool acts(const RowInput& in, const Tendon& d, double length, double s, double s
 
 }  // namespace
 
-// A sum of coordinates that are all angles, or all displacements, has the unit that its coefficients give it:
-// the largest of them is taken out, so that a limit is as near, and its violation as large, as that of the
-// joint which moves the tendon most.
+// A sum of coordinates that are all angles, or all displacements, has an arbitrary unit by its coefficients.
+// The largest coefficient is divided out, so that a limit is as near, and its violation as large, as that of
+// the joint which moves the tendon most.
 double tendon_scale(const Model& model, Index index) {
   const Tendon& tendon = model.description().tendons[index];
   const auto kind = [&](const TendonTerm& term) { return model.joint(term.joint).dofs[term.dof].kind; };
@@ -225,7 +225,7 @@ void append_tendon_rows(const RowInput& in, JointRows& rows) {
     NarrowRow narrow;
     if (pulled || acts(in, d, line.length, s, speed)) {
       const TendonImpulse& last = in.state.tendon_impulses[k];
-      double all = last.drive + last.spring + last.friction + last.limit;
+      double all = last.passive + last.spring + last.friction + last.limit;
       for (const Index a : actuators)
         all += in.model.description().actuators[a].transmission.gear * in.state.actuator_impulses[a];
       narrow = narrowed(line.row, in.bodies, all / s, {RowKind::tendon, index, -1}, rows);

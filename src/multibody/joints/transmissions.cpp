@@ -1,4 +1,4 @@
-// Momentum is conserved: what acts on the reference body is the opposite wrench at the same point.
+// Momentum is conserved: the reference body gets the opposite wrench at the same point.
 #include "multibody/joints/transmissions.hpp"
 
 #include <cmath>
@@ -34,14 +34,14 @@ Line transmission_line(const Model& model, const BodyFrames& bodies, const Trans
     return line;
   }
   // Slider and crank: a rod of length r from the crank, at v from the origin of the slider's axis a, meets
-  // the axis at l with |v - l a| = r, l = <a, v> - sqrt(<a, v>^2 + r^2 - <v, v>). A rod that is too short
-  // points along the axis.
+  // the axis at l with
+  // v - l a| = r, l = <a, v> - sqrt(<a, v>^2 + r^2 - <v, v>). A rod that is too short points along the axis.
   const Vec3 a = rotate(there.rotation, {0, 0, 1}), v = here.position - there.position;
   const double along = dot(a, v), square = along * along + t.rod * t.rod - dot(v, v);
   const double root = square > 0 ? std::sqrt(square) : 0;
   line.length = along - root;
-  // dl/dv; the turn of a adds <dl/da, w x a> = <w, a x v> dl/d<a, v>, which is what the force makes about the
-  // crank: forces at one point again.
+  // dl/dv. The turn of a adds <dl/da, w x a> = <w, a x v> dl/d<a, v>, which is the moment of the force about
+  // the crank. Again both forces act at one point.
   const Vec3 f = root > 0 ? (1 - along / root) * a + v / root : a;
   add(t.body, f, {}, here.position, 1);
   add(t.reference_body, f, {}, here.position, -1);

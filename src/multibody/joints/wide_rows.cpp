@@ -1,15 +1,15 @@
 // A row of the problem holds two bodies. A wider one, sum_i J_i v_i with n > 2 bodies, is split over an
 // auxiliary body, whose velocity components z_i follow the parts:
 //   J_i v_i - z_i = 0 (i < n),   D v = J_n v_n + z_1 + ... + z_(n-1).
-// An auxiliary body has six components: where they are used up, their sum goes on as the first component of
-// another one. Each helper then carries nearly the impulse of the row: the inertia of z_i, that of the
-// lightest part times `lightness`, is added to the mechanism. z starts at the free J_i v_i, so that it only
-// acts against what impulses change.
+// An auxiliary body has six components; if they are used up, their sum is the first component of another one.
+// The inertia of z_i, that of the lightest part times `lightness`, is added to the mechanism, so that each
+// helper has nearly the impulse of the row. z starts at the free J_i v_i, so that it only opposes changes by
+// impulses.
 //
-// Eliminating z shows that: with M_z = 1 / w the parts' impulses differ from each other by M_z (z_i+ - z_i),
-// at most lightness times the impulse of the row; so much momentum is lost or won, and no more. The problem
-// knows changes of z only: c of a link is -z_i, and the row itself has their sum as an offset, so that a
-// motion which obeys it asks for no impulse.
+// Eliminating z shows the error. With M_z = 1 / w the impulses of the parts differ from each other by M_z
+// (z_i+ - z_i), at most lightness times the impulse of the row. This is the error of the momentum. The
+// problem contains only changes of z: c of a link is -z_i, and the row itself has their sum as an offset. So
+// a motion that satisfies the row needs no impulse.
 #include "multibody/joints/wide_rows.hpp"
 
 #include <algorithm>
@@ -17,7 +17,9 @@
 namespace amontons {
 namespace {
 
+// Mass of an auxiliary body (relative to the lightest part of the row): the error of the momentum.
 constexpr double lightness = 1e-5;
+// Velocity components of an auxiliary body.
 constexpr std::size_t components = 6;
 
 }  // namespace
@@ -75,18 +77,18 @@ NarrowRow narrowed(const WideRow& wide, const StepBodies& bodies, double x0, Row
   Index auxiliary = new_body();
   std::size_t used = 0;
   for (std::size_t i = 0; i + 1 < n; ++i) {
-    if (used == components) {  // their sum goes on in another body
+    if (used == components) {  // their sum continues in another body
       JacobianRow sum{auxiliary, new_body(), {1, 1, 1, 1, 1, 1}, {-1, 0, 0, 0, 0, 0}};
       auxiliary = sum.body_b;
       used = 1;
-      rows.append(Free{}, sum, {0, 0, Restraint::held}, x0, tag);
+      rows.append(Bilateral{}, sum, {0, 0, Restraint::held}, x0, tag);
     }
     JacobianRow link = wide.part(i);
     const double free = row_velocity(link, bodies.free);
     link.body_b = auxiliary;
     link.b[used++] = -1;
     narrow.offset += free;
-    rows.append(Free{}, link, {0, -free, Restraint::held}, x0, tag);
+    rows.append(Bilateral{}, link, {0, -free, Restraint::held}, x0, tag);
   }
   narrow.row.body_b = auxiliary;
   std::fill_n(narrow.row.b.begin(), used, 1.0);

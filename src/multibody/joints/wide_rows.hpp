@@ -4,13 +4,13 @@
 // Rows over any number of bodies: couplings of joints, tendons.
 namespace amontons {
 
-// A row over all bodies that it touches, in order of appearance; those that come again share an entry, where
-// their parts add.
+// A row over all its bodies, in order of appearance. A body that occurs again shares its entry, where parts
+// add.
 struct WideRow {
   std::vector<Index> body;
-  std::vector<std::array<double, 6>> j;  // wrench about the centre of mass of a unit impulse along the row
+  std::vector<std::array<double, 6>> j;  // wrench of a unit impulse along the row, about the centre of mass
 
-  // The world has no part: it does not move.
+  // The world has no part, because it does not move.
   void add(Index which, const std::array<double, 6>& part, double factor);
   void add(const JacobianRow& row, double factor);
   void scale(double s);
@@ -28,14 +28,14 @@ struct Line {
 double row_velocity(const WideRow& wide, const BodyVelocities& v);
 double inverse_effective_mass(const WideRow& wide, const BodyMobilities& bodies);
 
-// A wide row as the problem can hold it: D v = row v + offset, where the velocities of auxiliary bodies begin
-// at zero. Any number of rows of the problem may share it; c of each has to have the offset added.
+// A wide row as the problem can store it: D v = row v + offset, where the velocities of auxiliary bodies
+// start at zero. Any number of rows of the problem may share it; each must add the offset to its c.
 struct NarrowRow {
   JacobianRow row;
   double offset = 0;
 };
-// Appends the rows of the auxiliary bodies, if the row is over more than two bodies. x0: of the impulse along
-// the row, in all. The tag is for these helpers; their impulses are not kept.
+// Appends the rows of the auxiliary bodies if the row has more than two bodies. x0: total impulse along the
+// row. The tag is for these helpers; their impulses are not stored.
 NarrowRow narrowed(const WideRow& wide, const StepBodies& bodies, double x0, RowTag tag, JointRows& rows);
 
 }  // namespace amontons

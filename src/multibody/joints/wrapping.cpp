@@ -1,9 +1,9 @@
-// Both obstacles are circles in a plane: of a sphere the one through its centre and both ends, of a cylinder
-// the one across its axis. Along the axis of a cylinder the string is a helix, straight on the unrolled
-// surface, so that its height grows in proportion to its way in the plane.
+// Both obstacles are circles in a plane: for a sphere the plane through its centre and both ends, for a
+// cylinder the plane normal to its axis. Along a cylinder's axis the string is a helix, straight on the
+// unrolled surface, so its height grows in proportion to its path in the plane.
 //
-// Which way round is taken is as in MuJoCo: the shorter one or that on the side of the side point; a side
-// point within the obstacle asks for a way through it.
+// The side is chosen as in MuJoCo: the shorter path or the one on the side of the side point. With a side
+// point inside the obstacle the path goes through it.
 #include "multibody/joints/wrapping.hpp"
 
 #include <algorithm>
@@ -16,6 +16,7 @@
 namespace amontons {
 namespace {
 
+// Angles (rad), lengths (m) and sines below it are rounding of zero.
 constexpr double tiny = 1e-15;
 
 // In the plane of the circle, about its centre.
@@ -41,11 +42,11 @@ Vec2 touching(const Vec2& p, double r, double turn) {
   return r / square * (r * p + turn * std::sqrt(std::max(0.0, square - r * r)) * left_of(p));
 }
 
-// Round the circle, the shorter way or the other one. Which one it is follows from where the side point lies:
-// the string passes the centre as the way from a over it to b does, on the far side if the centre is within
-// the triangle of the three. That is so if the side point lies in the cone of -a and -b. On the shorter way a
-// string that misses the circle is straight. To the left (turn 1, counter-clockwise) the string leaves a for
-// the tangent point on the left of a and comes to b from the one on the right of b.
+// Around the circle, on the shorter path or the other one. The side point decides: the string passes the
+// centre on the same side as the path from a over the side point to b. That is the far side if the centre is
+// within the triangle of the three points, that is if the side point lies in the cone of -a and -b. On the
+// shorter path a string that misses the circle is straight. To the left (turn 1, counter-clockwise) the
+// string leaves a for the tangent point on the left of a and reaches b from the one on the right of b.
 std::optional<Arc> around(const Vec2& a, const Vec2& b, double r, const std::optional<Vec2>& side) {
   const double turn_short = cross(a, b) >= 0 ? 1 : -1;
   const bool far = side && turn_short * cross(a, *side) < 0 && turn_short * cross(*side, b) < 0;
@@ -59,10 +60,10 @@ std::optional<Arc> around(const Vec2& a, const Vec2& b, double r, const std::opt
   return Arc{first, last, r * angle};
 }
 
-// Through the circle: where the straight string misses it, the string is bent so that it just touches it, at
-// the point P for which |a P| + |P b| is least. There it makes the same angle t with the normal on both
-// sides (reflection). The triangle of centre, P and a has the angle asin(A sin t) at a, A = r / |a|, hence
-// t - asin(A sin t) at the centre, and both such angles make up that between a and b:
+// Through the circle. If the straight string misses the circle, it is bent so that it just touches it, at the
+// point P for which |a P| + |P b| is least. There it makes the same angle t with the normal on both sides
+// (reflection). The triangle of centre, P and a has the angle asin(A sin t) at a, A = r / |a|, hence t -
+// asin(A sin t) at the centre. Both such angles add to that between a and b:
 //   2 t - asin(A sin t) - asin(B sin t) = G.
 // The left side grows with t from 0; its value at t = pi/2 is below G if the straight string meets the
 // circle.
@@ -75,7 +76,7 @@ std::optional<Arc> through(const Vec2& a, const Vec2& b, double r) {
   double low = 0, high = 0.5 * std::numbers::pi;
   if (excess(high) <= 0) return std::nullopt;
   double t = 0.5 * G / (1 - 0.5 * (A + B));
-  // Newton's method within brackets: bisection where a step leaves them.
+  // Newton's method within brackets: bisection if a step leaves them.
   for (int k = 0; k < 100; ++k) {
     if (!(t > low && t < high)) t = 0.5 * (low + high);
     const double f = excess(t), s = elementary::sin(t), c = elementary::cos(t);
@@ -92,8 +93,8 @@ std::optional<Arc> through(const Vec2& a, const Vec2& b, double r) {
   return Arc{P, P, 0};
 }
 
-// Two axes of the plane, in the frame of the obstacle. Where the ends and the centre of a sphere lie on one
-// line any plane through it does.
+// Two axes of the plane, in the frame of the obstacle. If the ends and the centre of a sphere are collinear
+// any plane through them serves.
 std::array<Vec3, 2> plane_of(PathElement::Kind kind, const Vec3& a, const Vec3& b) {
   if (kind == PathElement::Kind::cylinder) return {Vec3{1, 0, 0}, Vec3{0, 1, 0}};
   const Vec3 x = normalised(a);
@@ -123,7 +124,7 @@ std::optional<Wrap> wrap(const Vec3& a_world, const Vec3& b_world, PathElement::
     const Vec3 s3 = into(*side_world);
     side = flat(s3);
     inside = norm(s3) < r;
-    if (norm(*side) < 1e-12 * r) side.reset();  // on the axis it says nothing
+    if (norm(*side) < 1e-12 * r) side.reset();  // on the axis it has no side
   }
   const std::optional<Arc> arc = inside ? through(a, b, r) : around(a, b, r, side);
   if (!arc) return std::nullopt;

@@ -1,5 +1,5 @@
-// Loops by Newton's method. A loop is closed when the locked directions of its joint have no error; the
-// derivative of an error along qd is the power of its wrench on the columns of the tree.
+// Closes loops by Newton's method. A loop is closed when the locked directions of its joint have no error.
+// The derivative of an error along qd is the power of its wrench on the columns of the tree.
 #include "amontons/multibody/kinematics/closure.hpp"
 
 #include <Eigen/Dense>
@@ -20,7 +20,7 @@ namespace {
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-// A wrench about the world's origin on body A, and its opposite on B: how fast a condition changes.
+// A wrench about the world's origin on body A, and its opposite on B: its power is the rate of a condition.
 struct Pull {
   Index body_a, body_b;
   Vec3 force, torque;
@@ -30,14 +30,14 @@ struct Pull {
 struct Condition {
   double value;
   std::vector<Pull> pulls;
-  Index joint, coupling;  // of which it is one; the other is -1
+  Index joint, coupling;  // the joint or coupling of the condition; the other is -1
 };
 
 double power(const Pull& pull, const Twist& twist) {
   return dot(pull.force, twist.linear) + dot(pull.torque, twist.angular);
 }
 
-// Where joints stand for given poses of bodies and coordinates of all dofs.
+// Frames of joints for given poses of bodies and coordinates of all dofs.
 struct Placed {
   const Model& model;
   std::span<const Transform> bodies;
@@ -76,7 +76,7 @@ void append_chain(const Placed& placed, Index j, std::vector<Condition>& conditi
                           -1});
 }
 
-// A distance within its range asks for nothing.
+// A distance within its range is no condition.
 void append_distance(const Placed& placed, Index j, std::vector<Condition>& conditions) {
   const Joint& rod = placed.model.joint(j);
   const Vec3 between = placed.relative(rod).position;
@@ -87,7 +87,7 @@ void append_distance(const Placed& placed, Index j, std::vector<Condition>& cond
   conditions.push_back({excess, {placed.pull(rod, {direction, {}}, between, 1)}, j, -1});
 }
 
-// Adds how fast a coordinate of a coupling changes, a joint's or a tendon's, times a factor.
+// Adds the rate of a coordinate of a coupling, of a joint or tendon, times a factor.
 void append_rate(const Placed& placed, const BodyFrames& frames, const State& at, Index joint, Index dof,
                  Index tendon, double factor, std::vector<Pull>& pulls) {
   if (tendon < 0) return pulls.push_back(placed.rate_of(joint, dof, factor));
@@ -103,7 +103,7 @@ void append_coupling(const Placed& placed, std::size_t index, std::vector<Condit
   const Coupling& c = placed.model.description().couplings[index];
   State at;
   at.coordinates.assign(placed.coordinates.begin(), placed.coordinates.end());
-  // Of a frame, pose and centre are read.
+  // Only pose and centre of a frame are read.
   BodyFrames frames(placed.bodies.size());
   for (std::size_t i = 0; i < frames.size(); ++i) {
     frames[i].pose = placed.bodies[i];
@@ -118,7 +118,7 @@ void append_coupling(const Placed& placed, std::size_t index, std::vector<Condit
   conditions.push_back(std::move(condition));
 }
 
-// Of all rigid loops; what is compliant is a spring and closes nothing.
+// The conditions of all rigid loops; a compliant joint is a spring and closes no loop.
 std::vector<Condition> conditions_at(const Tree& tree, const Placed& placed) {
   std::vector<Condition> conditions;
   for (const Index j : tree.loops()) {
@@ -131,7 +131,7 @@ std::vector<Condition> conditions_at(const Tree& tree, const Placed& placed) {
   return conditions;
 }
 
-// The loops at q: errors, and their derivatives along qd, a row each.
+// The loops at q: errors, and their derivatives along qd, one row each.
 struct Loops {
   TreePose pose;
   std::vector<double> coordinates;
@@ -150,7 +150,7 @@ Loops loops_at(const Tree& tree, const State& state, std::span<const double> q, 
   return loops;
 }
 
-// m of the entries of qd: 1 for ways, length for angles.
+// Unit of each entry of qd (m): 1 for displacements, length for angles.
 std::vector<double> units(const Tree& tree) {
   std::vector<double> unit(tree.nv(), tree.model().length());
   for (const Link& link : tree.links()) {
@@ -165,7 +165,7 @@ std::vector<double> units(const Tree& tree) {
   return unit;
 }
 
-// Rows of conditions, columns in units of length; held entries have none.
+// Rows of conditions, columns in units of length; zero for held entries.
 MatrixXd jacobian(const Tree& tree, const Loops& loops, std::span<const double> unit,
                   std::span<const unsigned char> held) {
   MatrixXd J = MatrixXd::Zero(loops.errors.size(), static_cast<Eigen::Index>(tree.nv()));
@@ -182,9 +182,9 @@ MatrixXd jacobian(const Tree& tree, const Loops& loops, std::span<const double> 
   return J;
 }
 
-// The least change z with J z = -r, nearly: redundant loops make J J' singular, poses near dead centre nearly
-// so. Levenberg's term vanishes with the square of the error, which keeps the convergence quadratic
-// (Yamashita and Fukushima, "On the rate of convergence of the Levenberg-Marquardt method", 2001).
+// Approximately the least change z with J z = -r. Redundant loops make J J' singular, and poses near dead
+// centre nearly singular. Levenberg's term vanishes with the square of the error, which keeps the convergence
+// quadratic (Yamashita and Fukushima, "On the rate of convergence of the Levenberg-Marquardt method", 2001).
 VectorXd least_change(const MatrixXd& J, const VectorXd& r, double relative_error) {
   MatrixXd N = J * J.transpose();
   const double size = N.trace() / static_cast<double>(N.rows());
@@ -192,7 +192,7 @@ VectorXd least_change(const MatrixXd& J, const VectorXd& r, double relative_erro
   return -J.transpose() * N.ldlt().solve(r);
 }
 
-// q moved by s z / unit along qd.
+// q after a move by s z / unit along qd.
 std::vector<double> moved(const Tree& tree, const std::vector<double>& q, const VectorXd& z,
                           std::span<const double> unit, double s) {
   std::vector<double> rates(unit.size());
@@ -222,7 +222,8 @@ std::string quoted(const std::string& kind, const std::string& name, Index index
                         : "begin nearer to a pose in which the loop is closed"));
 }
 
-// A length for what counts as closed: the model's, or the distances of its bodies if they are larger.
+// Length (m) to which loop errors are compared: the model's, or the distances of its bodies if they are
+// larger.
 double extent(const Tree& tree, const TreePose& pose) {
   double size = tree.model().length();
   for (const Link& link : tree.links()) {
@@ -232,8 +233,8 @@ double extent(const Tree& tree, const TreePose& pose) {
   return size;
 }
 
-constexpr double closed = 1e-9;     // times the extent: good enough where rounding allows no more
-constexpr double rounding = 1e-14;  // times the extent
+constexpr double closed = 1e-9;     // relative to the extent: accepted if rounding prevents a smaller error
+constexpr double rounding = 1e-14;  // relative to the extent
 
 }  // namespace
 
@@ -256,7 +257,7 @@ void check_coordinates(const Tree& tree, std::span<double> q, std::span<const do
     AMONTONS_REQUIRE(size > 1e-6 && size < 1e6,
                      "q of " + who() + " has a quaternion of length " + std::to_string(size) +
                          "; give a unit quaternion (w, x, y, z), (1, 0, 0, 0) is no rotation");
-    // What is normalised to rounding stays as it is, so that q comes back bit for bit.
+    // A quaternion normalised to rounding is not changed, so that q keeps its bits.
     if (std::abs(size - 1) > 1e-15)
       for (double& c : ball) c /= size;
   }
@@ -264,8 +265,9 @@ void check_coordinates(const Tree& tree, std::span<double> q, std::span<const do
 
 void close_loops(const Tree& tree, const State& state, std::span<const unsigned char> held,
                  std::vector<double>& q) {
+  // Newton steps, and halvings of each (counts): limits.
   constexpr int most_steps = 100, most_halvings = 8;
-  constexpr double largest_turn = 0.5;  // rad in one step: beyond, errors are far from linear
+  constexpr double largest_turn = 0.5;  // limit of one step (rad): beyond it errors are nonlinear
   const std::vector<double> unit = units(tree);
   std::vector<double> now = q;
   Loops loops = loops_at(tree, state, now, state.coordinates);
@@ -277,7 +279,7 @@ void close_loops(const Tree& tree, const State& state, std::span<const unsigned 
     const VectorXd z = least_change(jacobian(tree, loops, unit, held), loops.errors, error / size);
     const double longest = z.size() ? z.cwiseAbs().maxCoeff() / length : 0;
     double s = longest > largest_turn ? largest_turn / longest : 1;
-    // Ends of ranges come and go as conditions: a step is good if the errors become smaller.
+    // Ends of ranges appear and vanish as conditions: a step is accepted if the errors decrease.
     bool better = false;
     for (int halving = 0; halving < most_halvings && !better; ++halving, s /= 2) {
       std::vector<double> trial = moved(tree, now, z, unit, s);
@@ -312,7 +314,7 @@ void close_velocities(const Tree& tree, const State& state, std::span<const doub
   };
   const double before = rates();
   const MatrixXd J = jacobian(tree, loops, unit, held);
-  // Twice, as a refinement of what the damping leaves.
+  // Twice: the second pass removes the error of the damping.
   double left = before;
   for (int pass = 0; pass < 3 && left > rounding * before; ++pass) {
     const VectorXd z = least_change(J, loops.errors, 0);

@@ -1,4 +1,4 @@
-// Momenta and forces are taken about the world's origin, as twists are: those of bodies then add.
+// Momenta and forces refer to the world's origin, as twists do, so that those of bodies add.
 #include "amontons/multibody/kinematics/dynamics.hpp"
 
 #include <algorithm>
@@ -17,7 +17,8 @@ Wrench& operator+=(Wrench& a, const Wrench& b) {
 }
 double power(const Wrench& w, const Twist& t) { return dot(w.force, t.linear) + dot(w.moment, t.angular); }
 
-// Of one body or of several that move as one: mass, first moment m c, and inertia about the world's origin.
+// Inertia of one body or of several that move as one: mass, first moment m c, and inertia about the world's
+// origin.
 struct SpatialInertia {
   double mass = 0;
   Vec3 first;
@@ -43,7 +44,7 @@ Wrench momentum_of(const SpatialInertia& inertia, const Twist& t) {
           inertia.second * t.angular + cross(inertia.first, t.linear)};
 }
 
-// I a + v x* (I v), with gravity as an acceleration of the ground upwards.
+// I a + v x* (I v), with gravity as an upward acceleration of the ground.
 Wrench force_of(const SpatialInertia& inertia, const Twist& v, Twist a, const Vec3& gravity) {
   a.linear -= gravity;
   const Wrench p = momentum_of(inertia, v);
@@ -70,7 +71,7 @@ std::vector<double> point_jacobian(const Tree& tree, const TreePose& pose, Index
   return J;
 }
 
-// A tendon's line is known as wrenches on bodies; their power on the columns of the tree is the rate.
+// A tendon's line is given as wrenches on bodies; their power on the columns of the tree is the rate.
 std::vector<double> tendon_jacobian(const Tree& tree, const State& state, const TreePose& pose,
                                     std::span<const double> q, Index tendon) {
   const Model& model = tree.model();
@@ -102,8 +103,8 @@ double product(std::span<const double> a, std::span<const double> b) {
   return sum;
 }
 
-// The rate of j qd at constant qd, by a central difference of j along qd: the paths of tendons have no second
-// derivatives in closed form here. Of j's third derivative 1e-10 is left, of rounding 1e-11.
+// The rate of j qd at constant qd, by a central difference of j along qd, because tendon paths have no closed
+// second derivatives here. The error is 1e-10 of j's third derivative, and 1e-11 by rounding.
 double line_acceleration(const Tree& tree, const State& state, std::span<const double> q,
                          std::span<const double> qd, Index tendon) {
   double fastest = 1;
@@ -119,8 +120,8 @@ double line_acceleration(const Tree& tree, const State& state, std::span<const d
 
 }  // namespace
 
-// With the inertia I of all that hangs on a link, a unit of its column s gives the momentum I s, and
-// M = <s', I s> for every column s' of the link and of those that carry it.
+// With the inertia I of all links that a link supports, a unit of its column s gives the momentum I s. So M =
+// <s', I s> for every column s' of the link and of its ancestors.
 std::vector<double> mass_matrix(const Tree& tree, const State& state, const TreePose& pose,
                                 std::span<const double> q) {
   const Model& model = tree.model();
@@ -174,7 +175,7 @@ std::vector<BodyMomentum> body_momenta(const Tree& tree, const State& state, con
   return out;
 }
 
-// The forces of bodies add up along the tree, and the columns of each link take their part.
+// The forces of bodies are summed along the tree, and projected on the columns of each link.
 std::vector<double> inverse_dynamics(const Tree& tree, const State& state, const TreePose& pose,
                                      std::span<const double> q, std::span<const double> qd,
                                      std::span<const double> qdd) {

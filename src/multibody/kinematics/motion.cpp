@@ -1,4 +1,4 @@
-// From coordinates to bodies and back: the product of exponentials of every joint, put one after the other.
+// From coordinates to bodies and back: the product of exponentials of every joint, one after the other.
 #include "amontons/multibody/kinematics/motion.hpp"
 
 #include <algorithm>
@@ -17,12 +17,12 @@ Transform pose_in(const State& state, Index body) {
   return body < 0 ? Transform{} : Transform{state.positions[body], state.orientations[body]};
 }
 
-// The twist about the world's origin of one that is known at a point.
+// The twist about the world's origin, from its values at a point.
 Twist from_point(const Vec3& linear, const Vec3& angular, const Vec3& point) {
   return {linear - cross(angular, point), angular};
 }
 
-// Fixed bodies have no velocity, whatever the state says.
+// Fixed bodies have zero velocity, whatever the state contains.
 Twist velocity_in(const Model& model, const State& state, Index body) {
   if (body < 0 || model.body(body).motion == Motion::fixed) return {};
   return from_point(state.linear_velocities[body], state.angular_velocities[body], state.positions[body]);
@@ -34,19 +34,19 @@ Twist& operator+=(Twist& a, const Twist& b) {
   a.angular += b.angular;
   return a;
 }
-// The rate of a twist s that is carried along with the velocity v (Featherstone's v x s).
+// The rate of a twist s that moves with the velocity v (Featherstone's v x s).
 Twist carried(const Twist& v, const Twist& s) {
   return {cross(v.angular, s.linear) + cross(v.linear, s.angular), cross(v.angular, s.angular)};
 }
 
-// The three columns of an angular velocity given along the axes of a frame, about its origin.
+// The three columns of an angular velocity along the axes of a frame, about its origin.
 void turn_columns(const Transform& frame, double sign, std::span<Twist> out) {
   const Mat3 axes = to_matrix(frame.rotation);
   for (int k = 0; k < 3; ++k) out[k] = from_point({}, sign * axes.column(k), frame.position);
 }
 
 // The pose of a body on a joint, and its columns. The twists of the dofs are those of A relative to B, in the
-// axes of frame_b; where B is the body that moves, they count backwards.
+// axes of frame_b; if B is the moving body, their sign changes.
 Transform place_on_joint(const Joint& joint, const Link& link, const Transform& parent,
                          std::span<const double> q, std::span<Twist> columns) {
   const std::size_t dofs = joint.dofs.size();
@@ -76,8 +76,8 @@ Transform place_freely(std::span<const double> q, std::span<Twist> columns) {
   return pose;
 }
 
-// Rates of the dofs of a joint, and of a ball the angular velocity that is left, from the velocities of its
-// bodies: the way back of place_on_joint().
+// Rates of the dofs of a joint, and for a ball the remaining angular velocity, from the velocities of its
+// bodies: the inverse of place_on_joint().
 void read_joint(const Model& model, const State& state, const Link& link, std::span<const double> coordinates,
                 std::span<double> q, std::span<double> qd) {
   const Joint& joint = model.joint(link.joint);
@@ -122,9 +122,9 @@ std::vector<Transform> poses_in(const State& state) {
   return poses;
 }
 
-// Adds the motion of a link's coordinates to that of its parent, in the order in which they follow each other
-// from the parent on: each column is carried along by all before it. The three of a ball (and of a floating
-// base) turn together, so that none carries another.
+// Adds the motion of a link's coordinates to that of its parent, in their order from the parent on: each
+// column moves with all columns before it. The three of a ball (and of a floating base) turn together, so
+// that none moves another.
 void add_motion(const Link& link, std::size_t dofs, std::span<const Twist> columns,
                 std::span<const double> qd, std::span<const double> qdd, Twist& v, Twist& a) {
   const auto add = [&](std::size_t first, std::size_t count) {
@@ -152,7 +152,7 @@ std::vector<double> fitted_coordinates(const Model& model, std::span<const Trans
   return near;
 }
 
-// The coordinates in the state are those of the poses at the start of the last step.
+// The coordinates in the state are those at the start of the last step.
 Coordinates read_coordinates(const Tree& tree, const State& state) {
   const Model& model = tree.model();
   const std::vector<double> coordinates = fitted_coordinates(model, poses_in(state), state.coordinates);
@@ -213,8 +213,8 @@ std::vector<double> moved_along(const Tree& tree, std::span<const double> q, std
   return out;
 }
 
-// A body that keeps its velocity has the spatial acceleration -omega x v: the flow at a fixed place changes
-// as the body moves on.
+// A body with constant velocity has the spatial acceleration -omega x v, because the flow at a fixed place
+// changes as the body moves.
 TreeMotion motion_of(const Tree& tree, const State& state, const TreePose& pose, std::span<const double> qd,
                      std::span<const double> qdd) {
   const Model& model = tree.model();

@@ -17,8 +17,8 @@ bool comes_near(const Ray& ray, const Vec3& centre, double radius, double distan
 
 }  // namespace
 
-// One after the other, past those whose bounding sphere the ray misses: a ray costs less than the pairs of a
-// step, which has the tree for them.
+// Tests geoms one by one, skipping those whose bounding sphere the ray misses. One ray costs less than the
+// broad phase of a step.
 GeomHit cast_ray(const Model& model, const State& state, const Ray& ray,
                  std::span<const unsigned char> excluded) {
   GeomHit nearest;
@@ -29,7 +29,7 @@ GeomHit cast_ray(const Model& model, const State& state, const Ray& ray,
     const Transform body =
         geom.body < 0 ? Transform{} : Transform{state.positions[geom.body], state.orientations[geom.body]};
     const Transform frame = body * geom.frame;
-    // A little wider, so that rounding drops no ray that grazes.
+    // Slightly larger, so that rounding loses no grazing ray.
     const double radius = bounding_radius(geom.shape) * (1 + 1e-9);
     if (std::isfinite(radius) && !comes_near(ray, frame.position, radius, nearest.hit.distance)) continue;
     const RayHit hit = cast_ray(geom.shape, frame, ray);

@@ -9,14 +9,14 @@ namespace amontons {
 
 namespace {
 
-// Which bodies the joints taken so far join to each other (union-find with path halving). All that impulses
-// cannot move is the last entry.
+// Groups of bodies that the joints so far connect (union-find with path halving). All immobile bodies share
+// the last entry.
 class Groups {
  public:
   explicit Groups(const Model& model) : model_(model), leader_(model.bodies() + 1) {
     std::iota(leader_.begin(), leader_.end(), std::size_t{0});
   }
-  // False if they are joined already.
+  // False if they are in one group already.
   bool join(Index a, Index b) {
     const std::size_t i = find(a), j = find(b);
     leader_[i] = j;
@@ -36,7 +36,7 @@ class Groups {
 
 }  // namespace
 
-// Earlier joints win: files list the joints of their tree first.
+// Earlier joints take precedence: files list the joints of their tree first.
 Tree::Tree(std::shared_ptr<const Model> model) : model_(std::move(model)), link_of_(model_->bodies(), -1) {
   for (std::size_t i = 0; i < model_->bodies(); ++i) {
     if (!model_->is_dynamic(static_cast<Index>(i))) continue;
@@ -44,7 +44,7 @@ Tree::Tree(std::shared_ptr<const Model> model) : model_(std::move(model)), link_
     links_.push_back({static_cast<Index>(i)});
   }
   Groups groups(*model_);
-  std::vector<std::vector<Index>> joints_of(model_->bodies() + 1);  // of the tree; the last: of the ground
+  std::vector<std::vector<Index>> joints_of(model_->bodies() + 1);  // of the tree; last: of the ground
   for (std::size_t j = 0; j < model_->joints(); ++j) {
     const Joint& joint = model_->joint(static_cast<Index>(j));
     if (!is_active(*model_, joint)) continue;
@@ -59,7 +59,7 @@ Tree::Tree(std::shared_ptr<const Model> model) : model_(std::move(model)), link_
   number_coordinates();
 }
 
-// Breadth first from the ground, then from the first body of each group that the ground does not reach.
+// Breadth first from the ground, then from the first body of each group that is not connected to the ground.
 void Tree::order_links(const std::vector<std::vector<Index>>& joints_of) {
   std::vector<bool> placed(links_.size(), false);
   const auto place = [&](Link link) {
@@ -68,7 +68,7 @@ void Tree::order_links(const std::vector<std::vector<Index>>& joints_of) {
     links_[k] = link;
     order_.push_back(static_cast<std::size_t>(k));
   };
-  // The bodies that hang on one (or on the ground) by a joint.
+  // The bodies that a joint connects to this one (or to the ground).
   const auto place_children = [&](std::size_t body) {
     for (const Index j : joints_of[body]) {
       const Joint& joint = model_->joint(j);

@@ -34,14 +34,14 @@ MassProperties solid_of(const NewBody& given, const std::string& who) {
     const double unit = mass_properties(*given.shape).mass;
     solid = mass_properties(*given.shape, given.density != 0 ? given.density : given.mass / unit);
   }
-  if (given.mass != 0) solid.mass = given.mass;  // to the last bit
+  if (given.mass != 0) solid.mass = given.mass;  // exact to the last bit
   if (given.inertia) solid.inertia = *given.inertia;
   if (given.centre_of_mass) solid.centre_of_mass = *given.centre_of_mass;
   return solid;
 }
 
-// A frame of the world in the frame of a body at its initial pose. The difference of positions first: it is
-// exact for frames near the body, however far both are from the origin.
+// A world frame in the frame of a body at its initial pose. Positions are subtracted first: that is exact for
+// frames near the body, however far both are from the origin.
 Transform local(const ModelDescription& d, Index body, const Transform& frame) {
   if (body == world) return frame;
   const Transform& pose = d.bodies[body].pose;
@@ -52,7 +52,7 @@ Transform local(const ModelDescription& d, Index body, const Transform& frame) {
 Vec3 direction(const std::string& who, const char* what, const Vec3& axis) {
   AMONTONS_REQUIRE(is_finite(axis) && !(axis == Vec3{}),
                    who + ": " + what + " is zero, not finite or not given; give a direction in the world");
-  // Divided by the largest entry first: no overflow or underflow in the squares.
+  // Divided by the largest entry first, so that squares do not overflow or underflow.
   const double scale = std::max({std::abs(axis.x), std::abs(axis.y), std::abs(axis.z)});
   return normalised(axis / scale);
 }
@@ -126,22 +126,24 @@ Joint ModelBuilder::between(const std::string& who, const std::string& name, Ref
 }
 
 Index ModelBuilder::add_chain(const char* kind, Reference a, Reference b, const NewJoint& given, Use point,
-                              std::optional<Quat> rotation, std::initializer_list<Way> ways, bool spherical) {
+                              std::optional<Quat> rotation, std::initializer_list<Freedom> freedoms,
+                              bool spherical) {
   const std::string who = quoted(kind, given.name);
   Joint joint = between(who, given.name, a, b);
   AMONTONS_REQUIRE(given.point || point == Use::optional,
                    who + ": point is not given; give one in the world");
-  AMONTONS_REQUIRE(given.dofs.empty() || given.dofs.size() == ways.size(),
+  AMONTONS_REQUIRE(given.dofs.empty() || given.dofs.size() == freedoms.size(),
                    who + ": dofs has " + std::to_string(given.dofs.size()) + " entries; the joint has " +
-                       std::to_string(ways.size()) + " degrees of freedom");
+                       std::to_string(freedoms.size()) + " degrees of freedom");
   const Quat as_b = joint.body_b == world ? Quat{} : d_.bodies[joint.body_b].pose.rotation;
   const Transform frame{given.point.value_or(d_.bodies[joint.body_a].pose.position), rotation.value_or(as_b)};
   joint.frame_a = local(d_, joint.body_a, frame), joint.frame_b = local(d_, joint.body_b, frame);
   joint.spherical = spherical;
   joint.compliance = given.compliance, joint.collide = given.collide;
-  for (const Way& way : ways) {
-    Dof& dof = joint.dofs.emplace_back(given.dofs.empty() ? given.dof : given.dofs[&way - std::data(ways)]);
-    dof.kind = way.kind, dof.axis = way.axis, dof.anchor = {};
+  for (const Freedom& freedom : freedoms) {
+    Dof& dof =
+        joint.dofs.emplace_back(given.dofs.empty() ? given.dof : given.dofs[&freedom - std::data(freedoms)]);
+    dof.kind = freedom.kind, dof.axis = freedom.axis, dof.anchor = {};
   }
   return append(d_.joints, joint);
 }

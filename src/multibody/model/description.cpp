@@ -11,7 +11,7 @@ namespace amontons {
 
 namespace {
 
-// How a message names a thing: by its name, else by its place in the model.
+// The name of a thing in messages: its name, otherwise its place in the model.
 std::string label(const char* kind, const std::string& name, std::size_t index) {
   return name.empty() ? std::string(kind) + " " + std::to_string(index)
                       : std::string(kind) + " \"" + name + "\"";
@@ -23,7 +23,7 @@ bool is_finite(const Transform& t) {
   return amontons::is_finite(t.position) && std::isfinite(q.w + q.x + q.y + q.z);
 }
 
-// The messages name the body, geom or joint first, then what is wrong, then the remedy where there is one.
+// Messages name the body, geom or joint first, then the error, then the remedy if there is one.
 void require(bool ok, const std::string& who, const char* message) {
   AMONTONS_REQUIRE(ok, who + ": " + message);
 }
@@ -38,23 +38,23 @@ void check_not_negative(const std::string& who, std::initializer_list<Named> val
                      who + ": " + what + " must be finite and not negative");
 }
 
-// 1e-6 lets through what was stored in single precision.
+// 1e-6 admits values stored in single precision.
 void check_frame(const Transform& frame, const std::string& who, const char* what) {
   AMONTONS_REQUIRE(is_finite(frame), who + ": the " + what + " is not finite");
   AMONTONS_REQUIRE(std::abs(norm(frame.rotation) - 1) < 1e-6,
                    who + ": the orientation of the " + what + " is not a unit quaternion; normalise it");
 }
 
-// The smallest principal minors of each order: by Sylvester's criterion a symmetric matrix is positive
+// The smallest principal minors of each order. By Sylvester's criterion a symmetric matrix is positive
 // definite if they are positive, and semidefinite if none is negative.
 std::array<double, 3> least_minors(const Mat3& m) {
   const auto two = [&](int i, int j) { return m(i, i) * m(j, j) - m(i, j) * m(j, i); };
   return {std::min({m(0, 0), m(1, 1), m(2, 2)}), std::min({two(0, 1), two(0, 2), two(1, 2)}), determinant(m)};
 }
 
-// Principal moments must be positive and obey a + b >= c, else no distribution of mass has them. Both follow
-// from trace(I)/2 1 - I, the second moment of mass, being positive semidefinite. Rods and plates stand at the
-// bound a + b = c, and inertias come rounded from files of six digits: hence some room.
+// Principal moments must be positive and satisfy a + b >= c, otherwise no mass distribution has them. Both
+// follow if trace(I)/2 1 - I, the second moment of mass, is positive semidefinite. Rods and plates are at the
+// bound a + b = c, and files round inertias to six digits: hence a tolerance.
 void check_inertia(const Mat3& I, const std::string& who) {
   constexpr double room = 1e-6;
   double scale = 0;
@@ -74,14 +74,15 @@ void check_inertia(const Mat3& I, const std::string& who) {
           "one principal moment of inertia exceeds the sum of the others, which no body has");
 }
 
-// Of a body that impulses do not move, mass and inertia are never read: they may be anything.
+// Mass and inertia of a body that impulses do not move are never read, so they may have any value.
 void check_body(const Body& body, const std::string& who) {
   check_frame(body.pose, who, "pose");
   require(is_finite(body.linear_velocity) && is_finite(body.angular_velocity), who,
           "the initial velocity is not finite");
   require(is_finite(body.centre_of_mass), who, "the centre of mass is not finite");
   require(std::isfinite(body.gravity_scale), who, "the gravity scale is not finite");
-  // A kinematic body keeps the velocity that it is given; a fixed one would seem to move by it and does not.
+  // A kinematic body keeps its given velocity. A velocity of a fixed body would be misleading, because it
+  // does not move.
   if (body.motion != Motion::dynamic) {
     require(body.motion == Motion::kinematic ||
                 (body.linear_velocity == Vec3{} && body.angular_velocity == Vec3{}),
@@ -94,7 +95,7 @@ void check_body(const Body& body, const std::string& who) {
   check_inertia(body.inertia, who);
 }
 
-// A negative friction across the direction stands for none of its own.
+// A negative friction_across means that there is none.
 void check_material(const Material& m, const std::string& who) {
   check_not_negative(who, {{m.friction, "the coefficient of friction"},
                            {m.torsional_friction, "torsional friction"},
@@ -106,8 +107,8 @@ void check_material(const Material& m, const std::string& who) {
   require(m.restitution >= 0 && m.restitution <= 1, who, "restitution must lie in [0, 1]");
 }
 
-// Limits may be open on either side and may coincide (a locked dof); lower = +inf or upper = -inf leaves no
-// coordinate at all. Springs, dampers and friction that push instead of holding back would bring energy in.
+// Limits may be infinite and may coincide (a locked dof); lower = +inf or upper = -inf admits no coordinate.
+// Springs, dampers and friction with negative coefficients would create energy.
 void check_dof(const Dof& dof, const std::string& who) {
   require(is_finite(dof.axis) && std::abs(norm(dof.axis) - 1) < 1e-6, who,
           "the axis is not a unit vector; normalise it");
@@ -118,19 +119,24 @@ void check_dof(const Dof& dof, const std::string& who) {
                            {dof.damping, "damping"},
                            {dof.friction, "friction"},
                            {dof.armature, "armature"},
-                           {dof.motor.gain, "the gain of the motor"},
-                           {dof.motor.damping_gain, "the damping gain of the motor"}});
+                           {dof.motor.kp, "kp of the motor"},
+                           {dof.motor.kd, "kd of the motor"}});
   require(std::isfinite(dof.rest), who, "the rest coordinate of the spring is not finite");
   require(dof.motor.max_effort > 0, who, "the largest effort of the motor must be positive");
-  require(std::isfinite(dof.motor.target), who, "the target of the motor is not finite");
+  require(std::isfinite(dof.motor.control), who, "the control of the motor is not finite");
+  const MotorKind kind = dof.motor.kind;
+  require(dof.motor.kp == 0 || kind == MotorKind::position, who,
+          "kp is of motors to positions; a velocity motor takes kd, an effort motor none");
+  require(dof.motor.kd == 0 || kind == MotorKind::velocity || dof.motor.kp > 0, who,
+          "kd is of velocity motors and of position motors with kp; give kp, or damping of the joint");
   require(dof.lower_effort <= dof.upper_effort && dof.lower_effort < infinity && dof.upper_effort > -infinity,
           who, "the bounds of the effort of actuators leave none; the lower one comes first");
 }
 
-// A joint of more than six dofs has dependent axes in every pose, so that its coordinates mean nothing.
-// Body A must be one of the model because frames, coordinates and reactions are told from A's side.
+// More than six dofs have dependent axes in every pose, so that coordinates are not unique. Body A must be
+// one of the model, because frames, coordinates and reactions are defined on A.
 void check_joint(const Joint& joint, const std::string& who, Index bodies) {
-  // The world is a body like any other for B.
+  // B may be the world.
   for (Index body : {joint.body_a, joint.body_b})
     AMONTONS_REQUIRE(body >= world && body < bodies,
                      who + ": body " + std::to_string(body) + " does not exist");
@@ -154,7 +160,7 @@ void check_joint(const Joint& joint, const std::string& who, Index bodies) {
     check_dof(joint.dofs[k], joint.dofs.size() > 1 ? who + ", dof " + std::to_string(k) : who);
 }
 
-// Names are how files and users refer to things; items without one are known by their index only.
+// Files and users refer to things by name; things without one are known only by index.
 template <class Items>
 void check_names(const Items& items, const char* kind) {
   std::map<std::string, std::size_t> first;
@@ -164,8 +170,8 @@ void check_names(const Items& items, const char* kind) {
                        std::string(kind) + " \"" + items[i].name + "\" occurs twice; names must be unique");
 }
 
-// Planes, meshes and height fields have no volume: contacts are found for convex shapes against them, and not
-// among themselves. They may hang on fixed and kinematic bodies.
+// Planes, meshes and height fields have no volume. They collide with convex shapes, but not with each other,
+// and belong on fixed and kinematic bodies.
 void check_geom(const ModelDescription& d, const Geom& geom, const std::string& who) {
   AMONTONS_REQUIRE(geom.body >= world && geom.body < static_cast<Index>(d.bodies.size()),
                    who + ": body " + std::to_string(geom.body) + " does not exist");
@@ -176,7 +182,7 @@ void check_geom(const ModelDescription& d, const Geom& geom, const std::string& 
   require(is_finite(geom.friction_direction), who, "the friction direction is not finite");
   require(geom.material.friction_across < 0 || !(geom.friction_direction == Vec3{}), who,
           "friction across a direction needs the direction; give friction_direction");
-  // What a shape says of itself, with the geom's name in front.
+  // Errors of a shape, preceded by the geom's name.
   try {
     validate(geom.shape);
   } catch (const InputError& error) {
@@ -187,7 +193,7 @@ void check_geom(const ModelDescription& d, const Geom& geom, const std::string& 
           "planes, meshes and height fields do not move; give the body convex shapes");
 }
 
-// Indices of joints and dofs are two levels of one index: both must exist.
+// Indices of joints and dofs form a two-level index: both must exist.
 void require_dof(const ModelDescription& d, Index joint, Index dof, const std::string& who) {
   require(joint >= 0 && joint < static_cast<Index>(d.joints.size()), who, "that joint does not exist");
   require(dof >= 0 && dof < static_cast<Index>(d.joints[joint].dofs.size()), who,
@@ -217,8 +223,8 @@ void check_coupling(const ModelDescription& d, const Coupling& c, const std::str
   check_not_negative(who, {{c.compliance, "compliance"}});
 }
 
-// A path goes from point to point: obstacles stand between two of them, and both parts beside a pulley have
-// at least two. One that begins with a pulley counts its divisor from the start.
+// A path goes from point to point: obstacles are between two points, and the parts on both sides of a pulley
+// have at least two points. A path that begins with a pulley uses its divisor from the start.
 void check_path(const ModelDescription& d, const std::vector<PathElement>& path, const std::string& who) {
   using Kind = PathElement::Kind;
   std::size_t points = 0;
@@ -292,7 +298,7 @@ void check_actuator(const ModelDescription& d, const Actuator& a, const std::str
   check_not_negative(who, {{a.time_constant, "the time constant"}});
 }
 
-// Geoms and bodies of pairs have no name of their own for a message; their order is that of the description.
+// Pairs of geoms and bodies have no name for a message; their order is that of the description.
 void check_pairs(const ModelDescription& d) {
   const Index bodies = static_cast<Index>(d.bodies.size()), geoms = static_cast<Index>(d.geoms.size());
   for (const auto& [a, b] : d.excluded_bodies)
@@ -326,7 +332,7 @@ void check_fluid(const ModelDescription& d) {
 
 }  // namespace
 
-// In the order in which a user writes a model, so that the first message is about the first cause.
+// In the order in which a user writes a model, so that the first message concerns the first cause.
 void check(const ModelDescription& d) {
   AMONTONS_REQUIRE(is_finite(d.gravity), "gravity is not finite");
   check_names(d.bodies, "body");

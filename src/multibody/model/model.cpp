@@ -11,12 +11,11 @@ namespace amontons {
 
 namespace {
 
-// Pairs have no order: keys are kept smaller index first. The world is -1 and always comes first.
+// Pairs have no order, so keys are stored smaller index first. The world is -1 and comes first.
 std::pair<Index, Index> ordered(Index a, Index b) { return {std::min(a, b), std::max(a, b)}; }
 
-// The upper median of the bounding radii of what is on dynamic bodies; 1 without any. The median, as neither
-// one large hull nor many small wheels shall set the scale; and no ground counts, which may be as large as it
-// likes.
+// The upper median of the bounding radii of geoms on dynamic bodies; 1 without any. A median is not affected
+// by one large hull or many small wheels. The ground does not count, because it may have any size.
 double median_radius(const Model& model) {
   std::vector<double> radii;
   for (const Geom& geom : model.description().geoms)
@@ -27,9 +26,8 @@ double median_radius(const Model& model) {
   return *middle;
 }
 
-// The geometric mean is the default: it is zero where one of two surfaces is without friction, and between
-// the two otherwise. No rule follows from physics: friction is a property of pairs, for which there are pair
-// materials.
+// The geometric mean is the default: it is zero if one surface has no friction, and otherwise between the
+// two. No rule follows from physics: friction is a property of pairs, which pair materials describe.
 double combined(FrictionRule rule, double a, double b) {
   switch (rule) {
     case FrictionRule::geometric_mean:
@@ -44,8 +42,8 @@ double combined(FrictionRule rule, double a, double b) {
   return 0.5 * (a + b);
 }
 
-// Mass of each dynamic body over that of the heaviest body of its mechanism: dynamic bodies that joints
-// connect (union-find). 1 for bodies of no joint.
+// Mass of each dynamic body over that of the heaviest body of its mechanism, the dynamic bodies that joints
+// connect (union-find). 1 for bodies without joints.
 std::vector<double> lightness_in_mechanism(const ModelDescription& d) {
   std::vector<std::size_t> parent(d.bodies.size());
   std::iota(parent.begin(), parent.end(), std::size_t{0});
@@ -76,8 +74,7 @@ std::vector<Mat3> inverse_inertias(const std::vector<Body>& bodies) {
 
 Model::Model(ModelDescription description) : d_(std::move(description)) {
   check(d_);
-  // What follows from the description, made once: sums, the scale, where each joint's dofs begin, sorted
-  // pairs.
+  // Data derived from the description, once: sums, the scale, the first dof of each joint, sorted pairs.
   for (const Body& body : d_.bodies)
     if (body.motion == Motion::dynamic) total_mass_ += body.mass;
   inverse_inertia_ = inverse_inertias(d_.bodies);
@@ -86,7 +83,7 @@ Model::Model(ModelDescription description) : d_(std::move(description)) {
   first_dof_.push_back(0);
   for (const Joint& joint : d_.joints) {
     first_dof_.push_back(first_dof_.back() + joint.dofs.size());
-    // A joint to the world does not keep a body from touching the rest of the world.
+    // A joint to the world does not exclude contacts with the rest of the world.
     if (!joint.collide && joint.body_b != world) excluded_.push_back(ordered(joint.body_a, joint.body_b));
   }
   dof_actuators_.resize(dofs());
@@ -101,6 +98,7 @@ Model::Model(ModelDescription description) : d_(std::move(description)) {
                                                                       : other_actuators_;
     list.push_back(static_cast<Index>(k));
   }
+  list_controls();
   for (const auto& [a, b] : d_.excluded_bodies) excluded_.push_back(ordered(a, b));
   std::sort(excluded_.begin(), excluded_.end());
   for (const auto& [a, b] : d_.excluded_geoms) excluded_geoms_.push_back(ordered(a, b));
@@ -112,12 +110,13 @@ Model::Model(ModelDescription description) : d_(std::move(description)) {
   for (const Geom& geom : d_.geoms) rest_offset_.push_back(geom.material.rest_offset);
   for (const PairMaterial& p : d_.pair_materials)
     for (Index g : {p.geom_a, p.geom_b}) rest_offset_[g] = std::max(rest_offset_[g], p.material.rest_offset);
-  // Of two materials for one pair the later one holds.
+  // If a pair has two materials the later one counts.
   std::stable_sort(pairs_.begin(), pairs_.end(),
                    [](const auto& a, const auto& b) { return a.first < b.first; });
 }
 
 void Model::weigh_mechanisms() {
+  // Mass (relative to the heaviest body of the mechanism): floor, see Model::mobility_factor().
   constexpr double least_lightness = 1e-8;
   lightness_ = lightness_in_mechanism(d_);
   for (double& lightness : lightness_) {
@@ -126,10 +125,31 @@ void Model::weigh_mechanisms() {
   }
 }
 
+// Actuators come first, so that controls of MJCF keep their order.
+void Model::list_controls() {
+  for (std::size_t k = 0; k < d_.actuators.size(); ++k)
+    controls_.push_back({d_.actuators[k].name, static_cast<Index>(k)});
+  const auto is_actuator = [&](const std::string& name) {
+    return std::any_of(d_.actuators.begin(), d_.actuators.end(),
+                       [&](const auto& a) { return a.name == name; });
+  };
+  for (std::size_t j = 0; j < d_.joints.size(); ++j)
+    for (std::size_t k = 0; k < d_.joints[j].dofs.size(); ++k) {
+      const Joint& joint = d_.joints[j];
+      const bool has_motor = joint.dofs[k].motor.kind != MotorKind::none;
+      dof_control_.push_back(has_motor ? static_cast<Index>(controls_.size()) : -1);
+      if (!has_motor) continue;
+      std::string name = joint.name;
+      if (joint.dofs.size() > 1 || joint.spherical) name += "[" + std::to_string(k) + "]";
+      if (is_actuator(name)) name += " motor";
+      controls_.push_back({std::move(name), -1, static_cast<Index>(j), static_cast<Index>(k)});
+    }
+}
+
 Model Model::from_json(const std::filesystem::path& file) {
   try {
     return Model(read_model_file(file));
-  } catch (const InputError& error) {  // of the check, which does not know the file
+  } catch (const InputError& error) {  // thrown by the check, which does not know the file
     if (std::string_view(error.what()).starts_with(file.string())) throw;
     throw InputError(file.string() + ": " + error.what());
   }
@@ -151,7 +171,8 @@ double Model::lightness(Index body_a, Index body_b) const {
   return lightness_[body_b];
 }
 
-// Asked for every pair of the broad phase in every step: masks first, which decide most cases, then a search.
+// Called for every pair of the broad phase in every step: masks first, which decide most cases, then a
+// search.
 bool Model::may_touch(Index geom_a, Index geom_b) const {
   const Geom &a = d_.geoms[geom_a], &b = d_.geoms[geom_b];
   if (a.body == b.body || (!is_dynamic(a.body) && !is_dynamic(b.body))) return false;
@@ -162,12 +183,12 @@ bool Model::may_touch(Index geom_a, Index geom_b) const {
   return !std::binary_search(excluded_geoms_.begin(), excluded_geoms_.end(), ordered(geom_a, geom_b));
 }
 
-// A pair's own material, else the combination of the two. Restitution and moments take the larger value,
-// compliances and rest offsets add, see FrictionRule. Friction across the direction is that of the geom which
-// has one, with the plain coefficient of the other.
+// A pair's own material, otherwise the combination of the two. Restitution and moments take the larger value,
+// compliances and rest offsets add, see FrictionRule. friction_across comes from the geom that has one,
+// combined with the plain coefficient of the other.
 Material Model::material(Index geom_a, Index geom_b) const {
   const auto key = ordered(geom_a, geom_b);
-  // The last entry with the key, for the same pair twice.
+  // The last entry with the key counts if a pair occurs twice.
   const auto after = std::upper_bound(pairs_.begin(), pairs_.end(), key,
                                       [](const auto& k, const auto& pair) { return k < pair.first; });
   if (after != pairs_.begin() && std::prev(after)->first == key) return std::prev(after)->second;

@@ -15,11 +15,11 @@ namespace {
 using Json = nlohmann::json;
 using detail::fields, detail::values_of, detail::Described;
 
-// A value of the file with the way to it, which is put into words only for a message.
+// A value of the file with its path, which is formatted only for a message.
 struct Place {
   const Json& value;
   const Place* parent = nullptr;
-  const char* key = nullptr;  // in an object; else the place `index` of a list
+  const char* key = nullptr;  // in an object; otherwise the index in a list
   std::size_t index = 0;
 
   std::string path() const {
@@ -34,14 +34,14 @@ struct Place {
   }
   Place entry(std::size_t i) const { return {value[i], this, nullptr, i}; }
   Place field(const char* name) const { return {value.at(name), this, name}; }
-  // A list; of a certain length if one is given.
+  // Requires a list, of a given length if `size` is set.
   void require_list(std::size_t size) const {
     if (!value.is_array() || value.size() != size) fail("give " + std::to_string(size) + " entries");
   }
 };
 
-// What the file holds and C++ has no use for: the looks of a model, what is measured on it, its
-// presets, and the names of links that were merged into bodies.
+// Keys of the file that C++ ignores: visuals, sensors, presets, and the names of links that were merged into
+// bodies.
 template <class T>
 constexpr std::array<const char*, 0> passed_over{};
 template <>
@@ -83,7 +83,7 @@ class Reader {
   }
   template <std::integral T>
   void read(const Place& p, T& x) const {
-    // An integer beyond 64 bits is a float to the parser, and so refused as well.
+    // The parser turns an integer beyond 64 bits into a float, which is rejected too.
     const bool in_range = p.value.is_number_unsigned()
                               ? p.value.get<std::uint64_t>() <= std::uint64_t{std::numeric_limits<T>::max()}
                           : p.value.is_number_integer()
@@ -141,8 +141,8 @@ class Reader {
     if (index >= shapes_.size() || !shapes_[index]) p.fail("there is no such shape in \"shapes\"");
     x = *shapes_[index];
   }
-  // A part of the model: every key of the object must be known, so that nothing that moves bodies is lost.
-  // Null stands for what the field has without it.
+  // A part of the model. Every key of the object must be known, so that nothing that affects motion is lost.
+  // Null means the default of the field.
   template <Described T>
   void read(const Place& p, T& part) const {
     if (!p.value.is_object()) p.fail("give an object");
@@ -161,7 +161,7 @@ class Reader {
   }
 
  private:
-  // None of what is only looked at.
+  // Empty for shapes that are only visual.
   std::optional<Shape> shape_of(const Place& p) const {
     if (!p.value.is_object() || !p.value.contains("kind")) p.fail("give an object with a \"kind\"");
     const Json& kind = p.value["kind"];
@@ -187,7 +187,7 @@ class Reader {
         const auto triangles = get("triangles", std::vector<std::array<std::int32_t, 3>>{});
         return kind == "Hull" ? Shape(make_hull(points, triangles)) : Shape(make_mesh(points, triangles));
       }
-    } catch (const InputError& error) {  // of what makes the shape, which does not know the place
+    } catch (const InputError& error) {  // thrown by the shape's constructor, which does not know the place
       if (std::string_view(error.what()).starts_with(p.path())) throw;
       p.fail(error.what());
     }
@@ -223,7 +223,7 @@ ModelDescription read_model_json(std::string_view text, const std::string& who) 
 }
 
 namespace {
-// UTF-8 on every system: string() takes the code page of Windows, and throws where that lacks a letter.
+// UTF-8 on every system: string() uses the code page of Windows, and throws if that lacks a letter.
 std::string shown(const std::filesystem::path& file) {
   const std::u8string name = file.u8string();
   return {name.begin(), name.end()};

@@ -6,9 +6,9 @@
 
 namespace amontons {
 
-// Checked before every step, as users write into the state; hence messages are built only when they are
-// needed. Only what is an input of the step is checked: coordinates follow from the poses, and impulses only
-// tell where a solve starts.
+// Called before every step, because users write into the state. Messages are only built when needed. Only
+// inputs of the step are checked: coordinates follow from the poses, and impulses are only the start of a
+// solve.
 void validate(const Model& model, const State& s) {
   for (std::size_t i = 0; i < model.bodies(); ++i) {
     const auto who = [&] {
@@ -26,13 +26,18 @@ void validate(const Model& model, const State& s) {
     AMONTONS_REQUIRE(within(s.forces[i], largest_load) && within(s.torques[i], largest_load),
                      who() + ": the external force or torque is not finite, or beyond 1e30 N or N m");
   }
-  for (std::size_t k = 0; k < s.targets.size(); ++k)
-    AMONTONS_REQUIRE(std::abs(s.targets[k]) <= largest_load,
-                     "target " + std::to_string(k) + " of a motor is not finite, or beyond 1e30");
-  for (std::size_t k = 0; k < s.controls.size(); ++k)
-    AMONTONS_REQUIRE(std::isfinite(s.controls[k]) && std::isfinite(s.activations[k]),
-                     "actuator \"" + model.description().actuators[k].name +
-                         "\": the control or activation is not finite");
+  const auto& controls = model.controls();
+  for (std::size_t k = 0; k < s.controls.size(); ++k) {
+    if (controls[k].actuator >= 0)
+      AMONTONS_REQUIRE(std::isfinite(s.controls[k]) && std::isfinite(s.activations[k]),
+                       "actuator \"" + controls[k].name + "\": the control or activation is not finite");
+    else
+      AMONTONS_REQUIRE(std::abs(s.controls[k]) <= largest_load,
+                       "motor of \"" + controls[k].name + "\": the control is not finite, or beyond 1e30");
+  }
+  for (std::size_t k = 0; k < s.joint_forces.size(); ++k)
+    AMONTONS_REQUIRE(std::abs(s.joint_forces[k]) <= largest_load,
+                     "joint_forces[" + std::to_string(k) + "] is not finite, or beyond 1e30 N or N m");
 }
 
 }  // namespace amontons

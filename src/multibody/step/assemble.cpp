@@ -3,10 +3,10 @@
 //
 //   v+ = v_free + M^-1 D'x,   u = D v+ + E x + c,   x in K, -u in N_K(x).
 //
-// docs/algorithm.md (1, 5, 10). Put into one another, u = (D M^-1 D' + E) x + D v_free + c: A = D M^-1 D' + E
-// and b = D v_free + c. Row by row, c is what a constraint asks of the velocity at the end of the step beside
-// vanishing: gap / h lets an open contact close within the step and no faster (contacts act before they
-// touch), an error of position over h takes it back.
+// docs/algorithm.md (1, 5, 10). Substituting gives u = (D M^-1 D' + E) x + D v_free + c: A = D M^-1 D' + E
+// and b = D v_free + c. The entry c of a row is the velocity that the constraint demands at the end of the
+// step. gap / h lets an open contact close within the step and no faster (contacts act before they touch). A
+// position error over h removes that error.
 #include "multibody/step/assemble.hpp"
 
 #include <algorithm>
@@ -18,7 +18,7 @@ namespace amontons {
 
 namespace {
 
-// M^-1 as the problem holds it: of the bodies of the model, then of the auxiliary ones of couplings.
+// M^-1 as the problem stores it: first the bodies of the model, then the auxiliary bodies of couplings.
 void fill(const StepBodies& step, const std::vector<double>& auxiliary, Bodies& bodies) {
   const std::size_t n = step.mobility.size();
   bodies.inverse_mass.resize(n);
@@ -30,7 +30,7 @@ void fill(const StepBodies& step, const std::vector<double>& auxiliary, Bodies& 
     bodies.inverse_inertia[i] = {J(0, 0), J(1, 1), J(2, 2), J(0, 1), J(0, 2), J(1, 2)};
     bodies.centre[i] = step.frames[i].centre;
   }
-  // Six numbers that share a mass, of a coupling of many bodies; they stand nowhere.
+  // Six numbers with one mass, for a coupling of many bodies; they have no position.
   for (double w : auxiliary) {
     bodies.inverse_mass.push_back(w);
     bodies.inverse_inertia.push_back({w, w, w, 0, 0, 0});
@@ -38,26 +38,26 @@ void fill(const StepBodies& step, const std::vector<double>& auxiliary, Bodies& 
   }
 }
 
-// A compliant contact is a spring of compliance e with the damper tau / e beside it, both implicit,
+// A compliant contact is a spring of compliance e with a parallel damper tau / e, both implicit,
 // docs/algorithm.md (7):
 //
 //   x_n = -h (gap + h u_n + tau u_n) / e,   that is   u_n + E x_n + gap / (h + tau) = 0,   E = e / (h (h +
 //   tau)).
 //
-// While the gap is open the damper does nothing, and the spring nothing until it is closed:
-// x_n = -(h + tau) (gap / h + u_n) h / e, where the way beyond the closed gap counts for both.
+// While the gap is open the damper does nothing, and the spring acts only after it closes: x_n = -(h + tau)
+// (gap / h + u_n) h / e, where the overlap at the end of the step counts for both.
 //
-// What bounces does so by its restitution, whatever its compliance.
+// A bouncing contact follows its restitution and ignores its compliance.
 double contact_compliance(const Material& m, const Assembly& options) {
   if (options.impact && m.restitution > 0) return 0;
   return m.compliance / (options.h * (options.h + m.relaxation_time));
 }
 
-// c_n of a contact, docs/algorithm.md (6): a gap may close within the step, a penetration is taken back at no
-// more than `recovery` (m/s). Of the force of a compliant contact nothing may be cut off. An impact closes no
-// gap: u_n^+ = -e u_n^-. Within the slack nothing is asked: bodies that lie on several others have more
-// closed contacts than freedoms, and no velocity would close gaps that differ by what the last steps left;
-// which of them carry would change with every such difference.
+// c_n of a contact, docs/algorithm.md (6). A gap may close within the step. A penetration is removed at no
+// more than `recovery` (m/s). The force of a compliant contact is not limited. An impact closes no gap: u_n^+
+// = -e u_n^-. Gaps and overlaps up to the slack count as zero. Bodies that rest on several others have more
+// closed contacts than degrees of freedom. Gaps then differ by the errors of the last steps, and no velocity
+// closes all of them; the choice of the contacts that carry would change with each such difference.
 double contact_bias(const Contact& contact, double approach, double recovery, const Assembly& options) {
   const Material& m = contact.material;
   if (options.impact) return m.restitution * std::min(approach, 0.0);
@@ -67,10 +67,10 @@ double contact_bias(const Contact& contact, double approach, double recovery, co
   return gap < 0 ? gap / (options.h + m.relaxation_time) : gap / options.h;
 }
 
-// c_t of a compliant contact. E stands on the diagonal of all rows of a contact. By itself u_t + E x_t = 0 is
-// a viscous law, by which a soft foot under a load along the ground creeps for ever. With E times the change
-// of x_t in its place it is a spring: u_t h is what the change of the force stretches it by, and what sticks
-// under a constant load rests.
+// c_t of a compliant contact. E is on the diagonal of all rows of a contact. u_t + E x_t = 0 would be a
+// viscous law, with which a soft foot under a tangential load creeps for ever. With E times the change of x_t
+// instead it is a spring: u_t h is its stretch by the change of the force. A sticking contact under a
+// constant load then rests.
 void hold_tangents(const Contact& contact, double E, double* b) {
   const ContactBasis basis(contact);
   b[1] -= E * dot(basis.tangent_1, contact.held);
@@ -89,8 +89,8 @@ void assemble(const StepBodies& bodies, std::vector<Contact>& contacts, const Jo
   K.clear();
   b.clear();
   const auto closes = [&](const Contact& c) { return options.closing > 0 && -c.gap <= options.most_closed; };
-  // b = D v_free + c of the contacts, in the frame of each; the velocity of bodies that impulses do not move,
-  // and of moving surfaces, is in it.
+  // b = D v_free + c of the contacts, in the frame of each. It includes the velocity of bodies that impulses
+  // do not move, and of moving surfaces.
   A.contact_compliance.reserve(contacts.size());
   for (Contact& c : contacts) {
     if (c.rows > 3) c.moment_length = moment_length(c, bodies.mobility);
@@ -105,9 +105,9 @@ void assemble(const StepBodies& bodies, std::vector<Contact>& contacts, const Jo
     A.contact_compliance.push_back(E);
     if (E > 0 && !options.impact) hold_tangents(c, E, &b[row]);
   }
-  // A copy: those of the simulation go on to collect impulses, while a Problem is constant and may be shared.
+  // A copy: the simulation's contacts receive impulses later, while a Problem is constant and may be shared.
   A.contacts = contacts;
-  // The same of the joint rows, which bring their c, E and sets along. Auxiliary bodies start at rest.
+  // The same for the joint rows, which supply their c, E and sets. Auxiliary bodies start at rest.
   for (std::size_t i = 0; i < rows.jacobian.size(); ++i)
     b.push_back(row_velocity(rows.jacobian[i], bodies.free, rows.c[i]));
   K.append(rows.cones);
@@ -124,8 +124,8 @@ Problem assemble(const StepBodies& bodies, std::vector<Contact>& contacts, const
   return problem;
 }
 
-// D'x is gathered per body first, six numbers about its centre of mass, then multiplied by its block of M^-1.
-// Auxiliary bodies have no entry in v: their velocities end with the step.
+// D'x is summed per body first, six numbers about its centre of mass, then multiplied by its block of M^-1.
+// Auxiliary bodies have no entry in v: their velocities are discarded after the step.
 void apply_impulses(const Problem& problem, std::span<const double> x, BodyVelocities& v) {
   const auto& A = std::get<ContactSystem>(problem.A);
   static thread_local std::vector<double> w;

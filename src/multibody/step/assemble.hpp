@@ -1,4 +1,4 @@
-// The one place where bodies become a variational inequality, and impulses become velocities again.
+// Only here bodies become a variational inequality, and impulses become velocities again.
 #pragma once
 #include "amontons/multibody/bodies/bodies.hpp"
 #include "amontons/multibody/joints/rows.hpp"
@@ -6,16 +6,16 @@
 
 namespace amontons {
 
-// What c depends on.
+// Parameters of c.
 struct Assembly {
   double h, recovery_speed;
-  bool impact = false;  // ask for u_n = -e u_n^- in place of the closing of gaps
-  // m/s, at which contacts that overlap by no more than so much (m) are closed in any case.
+  bool impact = false;  // require u_n = -e u_n^- instead of closing gaps
+  // closing: speed (m/s) at which contacts with an overlap up to most_closed (m) are closed.
   double closing = 0, most_closed = 0;
-  double slack = 0;  // m: gaps and overlaps up to it are none
+  double slack = 0;  // m: smaller gaps and overlaps count as zero
 };
 
-// The VI of a step: bodies, contacts, then joint rows. The lengths of the contacts' moments are set.
+// The VI of a step: bodies, contacts, then joint rows. Sets the lengths of the contacts' moments.
 void assemble(const StepBodies& bodies, std::vector<Contact>& contacts, const JointRows& rows,
               const Assembly& options, Problem& problem);
 Problem assemble(const StepBodies& bodies, std::vector<Contact>& contacts, const JointRows& rows,

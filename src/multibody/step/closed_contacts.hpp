@@ -1,4 +1,4 @@
-// What a step asks of contacts that are closed, or nearly.
+// Demands of a step on closed and nearly closed contacts.
 #pragma once
 #include <vector>
 
@@ -7,9 +7,9 @@
 
 namespace amontons {
 
-// The assembly of a step of length h with these contacts and so many joint rows, solved to the tolerance.
-// recovery (m/s): at which velocities take back errors. keeps_closed: whether closed contacts are kept from
-// opening by a velocity.
+// Assembly parameters of a step of length h with these contacts and `joint_rows` rows, solved to the
+// tolerance. recovery (m/s): speed of the correction of errors by velocities. keeps_closed: a velocity keeps
+// closed contacts from opening.
 Assembly assembly_of_step(const Model& model, const std::vector<Contact>& contacts, std::size_t joint_rows,
                           double h, double recovery, bool keeps_closed, double tolerance);
 

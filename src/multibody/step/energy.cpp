@@ -1,7 +1,7 @@
 // docs/algorithm.md (29). Impulses x act along the mean of the velocities before and after them. Their work
-// is x' (u- + u+) / 2 with u = D v, and equals the change of kinetic energy that they make, for any x. The u
-// of a contact contains the velocity of its surfaces. Driven bodies move in u: what they do to others is no
-// energy from nothing.
+// is x' (u- + u+) / 2 with u = D v, and equals the change of kinetic energy that they cause, for any x. The u
+// of a contact includes the velocity of its surfaces. Driven bodies move in u: their work on others is not
+// created energy.
 #include "multibody/step/energy.hpp"
 
 #include <algorithm>
@@ -16,17 +16,17 @@ namespace amontons {
 
 namespace {
 
-// What a row or contact adds to the work that can only dissipate, beyond the work of its impulse on dynamic
-// bodies, which along_mean() has summed already. It is zero for a dissipative row between dynamic bodies.
+// Work of a row or contact that can only dissipate, in excess of the work of its impulse on dynamic bodies,
+// which along_mean() has summed already. It is zero for a dissipative row between dynamic bodies.
 double beyond_bodies(bool dissipates, double of_all, double of_moved) {
   return dissipates ? of_all - of_moved : -of_moved;
 }
 
-// A compliant contact is a spring, which gives back what it has.
+// A compliant contact is a spring: it returns its energy.
 bool dissipates(const Contact& c) { return !(c.material.compliance > 0); }
 
-// Whether a joint row can only take energy. A row over many bodies is several rows over auxiliary bodies,
-// whose work nobody counts.
+// Whether a joint row can only dissipate. A row over many bodies is several rows over auxiliary bodies, whose
+// work is not counted.
 bool dissipates(const EnergyInput& in, std::size_t i) {
   const Restraint r = in.rows.restraint[i];
   const JacobianRow& row = in.rows.jacobian[i];
@@ -53,8 +53,9 @@ double contacts_beyond_bodies(const EnergyInput& in, const EnergyScratch& mean, 
   return work;
 }
 
-// What closed contacts may do as they are kept closed, at `closing`: next to nothing beside gravity. Where
-// joints press bodies together by more, stresses of any size, that is no reason to let them move.
+// Allowed work of contacts that are kept closed at `closing`. It is negligible beside gravity, and the caller
+// limits it by gravity: joints may press bodies together with stresses of any size, which must not let them
+// move.
 double closing_work(const EnergyInput& in) {
   const std::size_t contacts = std::get<ContactSystem>(in.problem.A).contacts.size();
   double impulses = 0;
@@ -85,14 +86,14 @@ double inner_product(const EnergyInput& in, std::size_t body, const BodyVelocity
          dot(v.angular, in.frames[body].inertia * w.angular);
 }
 
-// Impulses act on the spin of the start, of which the mean over the step is short by the lag.
+// Impulses act on the spin at the start; the mean spin of the step differs from it by the lag.
 BodyVelocity with_lag(const EnergyInput& in, std::size_t body, const BodyVelocity& v) {
   return {v.linear, v.angular + in.spins[body].lag};
 }
 
-// J. The work of all impulses on a body is the change that they make of its velocity, in the metric of its
-// mass, along the mean velocity: what inertia that stiffening adds takes up is no part of it. Summed over the
-// rows it would be the same but for rounding, which is all that is left of it where joints are torn.
+// Work J. The work of all impulses on a body is the change of its velocity that they cause, in the metric of
+// its mass, along the mean velocity. It excludes the energy in the inertia that stiffening adds. A sum over
+// the rows would agree except for rounding, but for torn joints this sum is only rounding.
 EnergyBalance along_mean(const EnergyInput& in, EnergyScratch& mean) {
   mean.all = in.start;
   mean.moved.assign(in.start.size(), {});
@@ -119,10 +120,10 @@ EnergyBalance along_mean(const EnergyInput& in, EnergyScratch& mean) {
 }
 
 // J - J2, docs/algorithm.md (29): 1/2 (h f + D_m'x_m) . dv, with the rows m of motors, springs and compliant
-// contacts, which J counts as no dissipation. J takes the work of passive rows along the mean velocity; J2
-// takes it along v+, with which bodies really move, less the 1/2 |dv|^2 that an implicit step loses. They
-// differ where a foot that bounced (u- > 0) is pressed back by its motors within the step: the contact holds
-// it (u+ = 0), and J credits the contact with x u- / 2 although nothing moved along x.
+// contacts, which J excludes from dissipation. J takes the work of passive rows along the mean velocity. J2
+// takes it along v+, the actual motion, minus the 1/2 |dv|^2 that an implicit step loses. They differ if a
+// foot bounced (u- > 0) and its motors press it back within the step. The contact then holds it (u+ = 0), and
+// J credits the contact with x u- / 2 although nothing moved along x.
 double along_motion(const EnergyInput& in, BodyVelocities& change) {
   change.assign(in.start.size(), {});
   double sum = 0;

@@ -1,4 +1,4 @@
-// Whether a step made energy from nothing.
+// Test whether a step created energy.
 #pragma once
 #include "amontons/multibody/joints/joints.hpp"
 #include "amontons/problem/problem.hpp"
@@ -16,25 +16,25 @@ struct EnergyInput {
   const Problem& problem;
   const Solution& solution;
   const JointRows& rows;
-  double dt;        // s, of the whole step, for what is allowed
-  double recovery;  // m/s, at which velocities may take back errors of position
-  double closing;   // m/s, at which those of closed contacts are kept from growing
+  double dt;        // s, of the whole step; the allowance refers to it
+  double recovery;  // m/s, of the correction of position errors by velocities
+  double closing;   // m/s, speed at which closed contacts are kept closed
 };
 
-// J: the work of what can only dissipate, and how much of it may be positive. It is the work along the mean
-// velocity of the step, or that along the actual motion where the first exceeds the allowance.
+// J: the work of all parts that can only dissipate, and its largest allowed value. The work is taken along
+// the mean velocity of the step or, if that exceeds the allowance, along the actual motion.
 struct EnergyBalance {
   double work, allowed;
   bool holds() const { return work <= allowed; }
 };
-// Memory: mean velocities of the step, those of the bodies that impulses move (zeros for others), and the
-// change of the velocities.
+// Scratch: mean velocities of the step; the same for bodies that impulses move (zeros for others); the change
+// of the velocities.
 struct EnergyScratch {
   BodyVelocities all, moved, change;
 };
 EnergyBalance energy_balance(const EnergyInput& in, EnergyScratch& scratch);
 
-// J along the mean velocity alone, a quadratic in the impulses.
+// Work (J) along the mean velocity, a quadratic in the impulses.
 double work_along_mean(const EnergyInput& in, EnergyScratch& scratch);
 
 }  // namespace amontons

@@ -1,6 +1,6 @@
-// Where a solve ends early, or nobody knows how to solve it, forces between bodies are wrong for a step, and
-// the next steps make up for it. Of a body that has left through its floor nothing comes back. So the rows of
-// what is fixed have the last word: one contact after the other (Gauss-Seidel), of each body alone,
+// If a solve ends early or fails, forces between bodies are wrong for a step, and the next steps correct
+// this. But a body that has left through its floor does not come back. So contacts with fixed geometry are
+// enforced last: one contact after the other (Gauss-Seidel), each body independently,
 //
 //   dx = (least - v_n) / (1 / m + (r x n)' J^-1 (r x n)).
 #include "multibody/step/fixed_contacts.hpp"
@@ -14,7 +14,7 @@ namespace amontons {
 
 namespace {
 
-// Contacts of one body with what does not move.
+// A contact of a dynamic body with fixed geometry.
 struct Stop {
   std::size_t contact;
   Index body;
@@ -22,7 +22,7 @@ struct Stop {
   bool jointed;
 };
 
-// Of all contacts those that stop a body: few of a wall, and all sweeps are over them.
+// Selects the contacts that stop a body. A wall has few of them, and all sweeps run over them.
 void find_stops(const FixedContacts& fixed, std::size_t bodies, std::vector<Stop>& stops) {
   static thread_local std::vector<char> jointed;
   jointed.assign(bodies, 0);
@@ -40,7 +40,7 @@ void find_stops(const FixedContacts& fixed, std::size_t bodies, std::vector<Stop
   }
 }
 
-// Sweeps until nothing changes; whether anything did.
+// Sweeps until nothing changes; returns whether anything changed.
 bool sweep_stops(const FixedContacts& fixed, std::span<const Stop> stops, std::span<double> impulse,
                  BodyVelocities& v) {
   bool any = false, changed = true;
@@ -68,7 +68,7 @@ bool sweep_stops(const FixedContacts& fixed, std::span<const Stop> stops, std::s
 
 }  // namespace
 
-// What stops a body beside its centre spins it; without that spin the centre may go on.
+// An off-centre stop spins the body. Limiting that spin can let the centre approach again, so both alternate.
 std::span<const double> stop_at_fixed(const FixedContacts& fixed, BodyVelocities& v) {
   static thread_local std::vector<Stop> stops;
   static thread_local std::vector<double> impulse;

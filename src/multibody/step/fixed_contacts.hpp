@@ -1,5 +1,5 @@
-// What a step that is not solved, or a correction of positions that ends early, may not do: lose bodies
-// through what stands still.
+// Protection against losing bodies through fixed geometry, for unsolved steps and position corrections that
+// end early.
 #pragma once
 #include <span>
 #include <vector>
@@ -9,23 +9,23 @@
 
 namespace amontons {
 
-// Rigid contacts with what does not move, the velocities of which the bodies v shall not fall below.
+// Rigid contacts with fixed geometry, and lower bounds for the normal velocities of the bodies v there.
 struct FixedContacts {
   const Model& model;
   const BodyMobilities& mobility;
   std::span<const Contact> contacts;
   std::span<const double> least;  // m/s, along the normal of each contact
-  // Of position (m), and the step (s): bodies of joints, which come apart, stop where they are many errors
-  // deep, or would leave.
+  // Allowed position error (m) and step (s). Bodies with joints would come apart, so they stop only if they
+  // are many errors deep or would leave.
   double error, h;
-  // At the start of the step, for velocities whose spins are slowed beside it; null for displacements.
+  // Velocities at the start of the step, relative to which spins are limited; null for displacements.
   const BodyVelocities* start = nullptr;
 };
-// Changes v; the normal impulses that do it, one for each contact, each of which takes kinetic energy away.
-// Empty if there is nothing to stop.
+// Changes v. Returns the normal impulses of the change, one per contact; each reduces kinetic energy. Empty
+// if no body must be stopped.
 std::span<const double> stop_at_fixed(const FixedContacts& contacts, BodyVelocities& v);
-// Of bodies that spin by more than half a radian within h, and faster than at the start: no more than that.
-// What is light is spun by any angle where it is not solved, which no row of a contact foresees.
+// Limits spins that exceed half a radian within h and are faster than at the start. An unsolved step can turn
+// a light body by any angle, and no contact row foresees this.
 void slow_spins(const Model& model, const BodyVelocities& start, double h, BodyVelocities& v);
 
 }  // namespace amontons

@@ -1,14 +1,14 @@
-// Restitution by generalised reflections (Smith, Kaufman, Vouga, Tamstorf, Grinspun, SIGGRAPH 2012): all
-// contacts that approach are reflected together, then those that approach now, until none does. Contacts that
-// do not approach take no part, so that momentum travels through a row of balls instead of stopping in it.
-// docs/algorithm.md (28). Energy does not grow in any reflection: see limit_energy.
+// Restitution by generalised reflections (Smith, Kaufman, Vouga, Tamstorf, Grinspun, SIGGRAPH 2012). All
+// approaching contacts are reflected together, then those that approach next, until none approaches. Contacts
+// that do not approach are left out, so that momentum passes through a row of balls instead of stopping in
+// it. docs/algorithm.md (28). Energy does not grow in any reflection: see limit_energy.
 #include "multibody/step/impacts.hpp"
 
 #include <algorithm>
 #include <cmath>
 
 #include "amontons/base/ablation.hpp"
-#include "amontons/base/patience.hpp"
+#include "amontons/base/budget.hpp"
 #include "multibody/contacts/contact_law.hpp"
 #include "multibody/step/assemble.hpp"
 #include "multibody/step/policy.hpp"
@@ -17,31 +17,31 @@ namespace amontons {
 
 namespace {
 
-// Impacts are over before springs, motors, dry friction or stabilisation act: locked directions only, which
-// keep the velocities that they have (c = 0). Limits are left to the step that follows.
+// Impacts are over before springs, motors, dry friction or stabilisation act. So only locked directions get
+// rows, which keep their velocities (c = 0). Limits are left to the step that follows.
 JointRows locked_rows(const ImpactInput& in, const BodyVelocities& v) {
   JointRows all, locked;
   append_joint_rows(in.model, {in.frames, in.mobility, v, v}, in.joints, in.state, in.options, all);
   locked.auxiliary_inverse_mass = all.auxiliary_inverse_mass;
   for (std::size_t i = 0; i < all.tags.size(); ++i)
     if (all.tags[i].kind == RowKind::locked || all.tags[i].kind == RowKind::coupling)
-      locked.append(Free{}, all.jacobian[i], {all.compliance[i], 0}, 0, all.tags[i]);
+      locked.append(Bilateral{}, all.jacobian[i], {all.compliance[i], 0}, 0, all.tags[i]);
   return locked;
 }
 
-// Newton's u_n^+ = -e u_n^- with friction may create energy where friction turns the slip of an excentric
-// impact round (Kane and Levinson, Dynamics, 1985; Stronge, Proc. R. Soc. A 431, 1990). The impact without
-// restitution never does: with x0 complementary to u0^+ its work is -x0' A x0 / 2 at most. Hence, where s has
-// done work, the impulses go back towards x0 until the work is zero: cone and joints are kept, being convex,
-// and so is u_n^+ >= 0.
+// Newton's u_n^+ = -e u_n^- with friction may create energy if friction reverses the slip of an eccentric
+// impact (Kane and Levinson, Dynamics, 1985; Stronge, Proc. R. Soc. A 431, 1990). The impact without
+// restitution never does: with x0 complementary to u0^+ its work is at most -x0' A x0 / 2. So if s did
+// positive work, the impulses move back towards x0 until the work is zero. Cone and joint conditions are
+// convex and stay satisfied, and so does u_n^+ >= 0.
 //
-// The work of impulses x on bodies that move with u- along the rows before is x' (u- + A x / 2), the mean of
-// the velocities before and after; A x is what the solution's u has over its b. As b_n = (1 + e) u_n^-, the
-// problem without restitution has u- for its b.
+// Bodies move with u- along the rows before the impact. The work of impulses x is x' (u- + A x / 2), the mean
+// of the velocities before and after; A x is the solution's u minus its b. As b_n = (1 + e) u_n^-, the
+// problem without restitution has b = u-.
 void limit_energy(const Problem& problem, const StepSolver& solver, Solution& s, Report& report) {
   Problem inelastic = problem;
   const auto& contacts = std::get<ContactSystem>(problem.A).contacts;
-  for (std::size_t i = 0; i < contacts.size(); ++i)  // all of them approach
+  for (std::size_t i = 0; i < contacts.size(); ++i)  // all of these contacts approach
     inelastic.b[problem.graph.first_row[i]] /= 1 + contacts[i].material.restitution;
   const std::vector<double>& before = inelastic.b;
   const auto sum = [&](const auto& term) {
@@ -56,8 +56,8 @@ void limit_energy(const Problem& problem, const StepSolver& solver, Solution& s,
   const Solution plastic = solve_step(solver, inelastic, {});
   add_cost(plastic, report);
   add_status(plastic, report);
-  // The work at x0 + share d, d = x - x0, is a + b share + c share^2 with a <= 0 <= c: the larger root is the
-  // share of s that may stay, in the form that does not cancel for b > 0.
+  // The work at x0 + share d, d = x - x0, is a + b share + c share^2 with a <= 0 <= c. The larger root is the
+  // share of s that may stay, in the form without cancellation for b > 0.
   const auto Ax0 = [&](std::size_t i) { return plastic.u[i] - before[i]; };
   const auto d = [&](std::size_t i) { return s.x[i] - plastic.x[i]; };
   const double a =
@@ -70,9 +70,9 @@ void limit_energy(const Problem& problem, const StepSolver& solver, Solution& s,
     s.x[i] = plastic.x[i] + std::clamp(share, 0.0, 1.0) * (s.x[i] - plastic.x[i]);
 }
 
-// The contacts that approach faster than the threshold and close within the step.
-// A contact that is still open takes part if it will close within the step (gap + h u_n <= 0): it strikes
-// then, and its bounce would otherwise be that of a later pose. Returns whether any of them has restitution.
+// Collects the contacts that approach faster than the threshold and close within the step. An open contact
+// takes part if gap + h u_n <= 0: it strikes within the step, and the next step would reflect it in a later
+// pose. Returns whether any of them has restitution.
 bool approaching(const std::vector<Contact>& contacts, const BodyVelocities& v, double threshold, double h,
                  std::vector<std::size_t>& index) {
   index.clear();
@@ -86,13 +86,14 @@ bool approaching(const std::vector<Contact>& contacts, const BodyVelocities& v, 
   return elastic;
 }
 
-// Impulses of the active contacts go to the contacts they are copies of, those of locked directions to their
-// joints as wrenches. Couplings are left out: their impulses are told per step, by the rows of the step.
+// Adds impulses of the active contacts to the contacts that they copy, and those of locked directions to
+// their joints as wrenches. Couplings are left out: their impulses are reported per step, by the rows of the
+// step.
 void store(const Problem& problem, const std::vector<double>& x, const std::vector<std::size_t>& index,
            const JointRows& locked, std::vector<Contact>& contacts, std::vector<JointWrench>& joints) {
   for (std::size_t k = 0; k < index.size(); ++k) {
     Contact& c = contacts[index[k]];
-    // The active copy knows the length of its moments.
+    // Only the active copy has the length of its moments.
     const Contact& active = std::get<ContactSystem>(problem.A).contacts[k];
     const ContactImpulse impulse = to_world(active, &x[problem.graph.first_row[k]]);
     c.impulse += impulse.linear;
@@ -118,12 +119,12 @@ bool resolve_impacts(const ImpactInput& in, BodyVelocities& v, std::vector<Conta
   std::vector<std::size_t> index;
   for (int reflection = 0; reflection < (off("reflections") ? 1 : step::most_reflections); ++reflection) {
     const bool elastic = approaching(contacts, v, in.threshold, h, index);
-    // Without restitution there is nothing to reflect, and the step stops what approaches.
+    // Without restitution there is nothing to reflect: the step stops approaching bodies.
     if (index.empty() || (reflection == 0 && !elastic)) return reflection > 0;
-    // What bounces no more for want of time, or as nobody found how, is stopped by the step, too.
+    // If time runs out or the solve fails, the step also stops the remaining approaching bodies.
     const bool missed = report.status != Status::converged;
-    if (in.solver.clock.over(reflection > 0 ? 0 : in.solver.look)) return reflection > 0;
-    if (reflection > 0 && (Patience::exhausted() || missed)) break;
+    if (in.solver.clock.over(reflection > 0 ? 0 : in.solver.search_time)) return reflection > 0;
+    if (reflection > 0 && (Budget::exhausted() || missed)) break;
     if (reflection == 0) locked = locked_rows(in, v);
     active.clear();
     for (std::size_t i : index) active.push_back(contacts[i]);

@@ -7,8 +7,8 @@
 
 namespace amontons {
 
-// What impacts read: bodies as they stand (of velocities they change `v`, given apart), the joints that hold
-// them, and how to solve.
+// Input of impacts: the present bodies (of velocities only the separate `v` is changed), their joints, and
+// the solver.
 struct ImpactInput {
   const Model& model;
   const State& state;
@@ -20,9 +20,10 @@ struct ImpactInput {
   const StepSolver& solver;
 };
 
-// Impacts with restitution at the start of a step: turns the velocities v before them into those after, adds
-// the impulses to the contacts and stores those of the locked directions of each joint, as State does. Adds
-// the cost of its solves to the report, and their residual if it is worse. Returns whether anything bounced.
+// Impacts with restitution at the start of a step. Changes v from the velocities before the impacts to those
+// after. Adds the impulses to the contacts and stores those of the locked directions of each joint, as State
+// does. Adds the cost of its solves to the report, and their residual if it is larger. Returns whether
+// anything bounced.
 bool resolve_impacts(const ImpactInput& in, BodyVelocities& v, std::vector<Contact>& contacts,
                      std::vector<JointWrench>& joints, Report& report);
 

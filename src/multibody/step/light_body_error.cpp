@@ -1,7 +1,7 @@
-// Of a block with p, the mean of its diag(A), the natural map has a square of m v^2, m = 1 / p, where v is
-// the velocity by which it misses (residual.hpp). The same with U, the velocity that it has without impulses,
-// in the place of v is what the block puts into the measure of the whole: below the tolerance of that,
-// nothing which becomes of the block is seen.
+// For a block with p, the mean of its diag(A), the square of the natural map is m v^2, m = 1 / p, where v is
+// its velocity error (residual.hpp). With U, its velocity without impulses, in place of v, this is the
+// contribution of the block to the norm of the whole problem. If the contribution is below the tolerance, the
+// residual does not see the block at all.
 #include "multibody/step/light_body_error.hpp"
 
 #include <algorithm>
@@ -15,7 +15,7 @@ namespace amontons {
 
 namespace {
 
-// The velocity of a block: of its normal and tangents, whatever turns at them.
+// The velocity of a block: normal and tangential, without spins.
 template <class S>
 double speed(const double* v) {
   double sum = 0;
@@ -23,7 +23,7 @@ double speed(const double* v) {
   return std::sqrt(sum);
 }
 
-// Of a spring or a servo the velocity says nothing: its E is what diag(A) has most of.
+// The velocity of a spring or servo is no measure of its error, because E dominates its diag(A).
 bool is_soft(const Problem& problem, std::size_t block, std::size_t row) {
   const auto& A = std::get<ContactSystem>(problem.A);
   const std::size_t contacts = A.contacts.size();
@@ -48,7 +48,8 @@ double tolerance_for_light_bodies(const Problem& problem, Law law, const Solutio
     const double p = problem.P[block];
     const bool light = 1 / p < tolerance * heaviest;
     const double U = speed<S>(&problem.b[row]) + (light ? step::slow : 1) * fastest.moving;
-    // What closes while it slides or rolls is in the natural map of a steep cone by 1 / mu only.
+    // If a block slides or rolls, the natural map of a steep cone contains its closing velocity only times 1
+    // / mu.
     double steep = 1, closing = 0;
     if constexpr (S::frictional) {
       constexpr double slips[6] = {0, 1, 1, 1, 1, 1};
@@ -59,9 +60,9 @@ double tolerance_for_light_bodies(const Problem& problem, Law law, const Solutio
     double g[S::dim];
     add_saxce_term(set, law, &s.u[row], g);
     const double missed = std::max(closing, std::sqrt(natural_map_squared(set, p, &s.x[row], g) * p));
-    const double felt = 1 / std::sqrt(p * steep);
-    if (missed > std::max(step::wrong * U, least_miss) && missed * felt > step::least_tolerance * whole)
-      found = std::min(found, step::right * U * felt);
+    const double weight = 1 / std::sqrt(p * steep);
+    if (missed > std::max(step::wrong * U, least_miss) && missed * weight > step::least_tolerance * whole)
+      found = std::min(found, step::right * U * weight);
   });
   return std::max(found / whole, step::least_tolerance);
 }

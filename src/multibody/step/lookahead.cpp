@@ -41,15 +41,15 @@ double enough_of_a_turn(const Model& model, double h) {
   return step::least_turn * h * norm(model.description().gravity);
 }
 
-// Whether bodies that touch something move no faster than the error of a start within the tolerance, before
-// the step and with the impulses of the last one. Such a start is accepted, and the bodies stop. Their
-// velocities would stay in the state, the starts of the next steps would add theirs, and the scene would
-// never come to rest. Where anything moves, the balance of forces stays exact.
+// Whether bodies that touch something move no faster than the error of a start within the tolerance, both
+// before the step and with the impulses of the last one. Then that start is accepted and the bodies are
+// stopped. Otherwise their velocities would stay in the state, later starts would add their errors, and the
+// scene would never rest. While anything moves, the balance of forces stays exact.
 static bool is_at_rest(const Model& model, const StepBodies& bodies, const StepProblem& vi, double tolerance,
                        double h, BodyVelocities& v) {
   if (off("at rest") || vi.x0.empty() || std::get<ContactSystem>(vi.problem->A).contacts.empty())
     return false;
-  // The residual is a norm over all bodies: of n alike one may have the error of all.
+  // The residual is a norm over all bodies: one of n equal bodies may have the whole error.
   const double slow =
       tolerance * std::sqrt(static_cast<double>(model.bodies())) * h * norm(model.description().gravity);
   const auto is_slow = [&](const BodyVelocity& body) {
@@ -61,7 +61,7 @@ static bool is_at_rest(const Model& model, const StepBodies& bodies, const StepP
   return std::all_of(v.begin(), v.end(), is_slow);
 }
 
-// What is driven goes on.
+// Driven bodies keep their velocities.
 static void stop(const Model& model, BodyVelocities& v) {
   for (std::size_t i = 0; i < v.size(); ++i)
     if (model.is_dynamic(static_cast<Index>(i))) v[i] = {};
@@ -84,18 +84,18 @@ void solve_with_lookahead(const Model& model, const StepBodies& bodies, const As
     solver.clock.lap(report.timings.solve);
     solver.clock.solved(in_time);
   };
-  for (int looks = 0;; ++looks) {
-    // A hard solve takes all the time that it gets; a share is set aside for the look and the second solve.
-    solver.clock.set_aside(solver.again ? 0 : step::share_of_look);
+  for (int round = 0;; ++round) {
+    // A hard solve uses all of its time, so a share is reserved for the look ahead and the second solve.
+    solver.clock.set_aside(solver.again ? 0 : step::share_of_lookahead);
     solve();
     solver.clock.set_aside(0);
-    if (looks == (off("looks") ? 1 : step::most_looks) || solver.clock.over(report.timings.collision)) return;
+    if (round == (off("looks") ? 1 : step::most_looks) || solver.clock.over(report.timings.collision)) return;
     const std::size_t known = contacts.size();
     finder.find_unforeseen(reach, contacts);
     solver.clock.lap(report.timings.collision);
     const bool found = contacts.size() > known;
-    // Turns follow the velocities once, and with new contacts.
-    const bool turning = !vi.turns.added.empty() && (found || looks == 0);
+    // Turns follow the velocities once, and again with new contacts.
+    const bool turning = !vi.turns.added.empty() && (found || round == 0);
     if (found) {
       take_in(bodies, assembly, contacts, known, vi);
       vi.turns.added.clear();

@@ -1,12 +1,12 @@
-// docs/algorithm.md (27): the smallest displacement p of the bodies that takes errors back, 1/2 p' M p ->
-// min: equalities C + D p = 0, inequalities C + D p >= 0, among them the gaps of all contacts, so that what
-// is pushed out of one body is not pushed into the next. Its optimality conditions are a VI of the form of
-// the step's, with impulses without friction for multipliers and p / h for velocities (Acary, "Projected
-// event-capturing time-stepping schemes for nonsmooth mechanical systems with unilateral contact and
-// Coulomb's friction", CMAME 256, 2013).
+// docs/algorithm.md (27): the smallest displacement p of the bodies that removes position errors, 1/2 p' M p
+// -> min. Equalities are C + D p = 0, inequalities C + D p >= 0. These include the gaps of all contacts, so
+// that a body pushed out of one neighbour is not pushed into the next. The optimality conditions are a VI of
+// the form of the step's. Frictionless impulses are the multipliers and p / h the velocities (Acary,
+// "Projected event-capturing time-stepping schemes for nonsmooth mechanical systems with unilateral contact
+// and Coulomb's friction", CMAME 256, 2013).
 //
-// Inequalities are soft: where joints forbid what contacts or limits ask for, joints win and the rest is
-// shared; what can be met is met to that softness, and what is left is the next step's.
+// Inequalities are soft: if joints contradict contacts or limits, joints prevail and the remaining error is
+// shared. Errors that can be removed are removed to that softness; the next step treats the rest.
 #include "multibody/step/positions.hpp"
 
 #include <algorithm>
@@ -28,8 +28,8 @@ namespace {
 
 bool is_rigid(const Contact& c) { return c.material.compliance == 0; }
 
-// Whether a body cannot move along the normal of a contact, as the joint that it hangs on, at the world or at
-// what does not move, lets no dof go that way: a slider that is drawn into its table.
+// Whether a body cannot move along the normal of a contact, because its joint to the world or to a fixed body
+// has no dof in that direction. An example is a slider modelled inside its table.
 bool is_held(const PositionInput& in, Index body, const Contact& c) {
   if (!in.model.is_dynamic(body)) return true;
   return std::any_of(in.joints.begin(), in.joints.end(), [&](const JointContext& joint) {
@@ -46,12 +46,12 @@ bool is_held(const PositionInput& in, Index body, const Contact& c) {
   });
 }
 
-// Whether moving bodies can take the overlap of a contact back.
+// Whether moving bodies can remove the overlap of a contact.
 bool can_open(const PositionInput& in, const Contact& c) {
   return !(is_held(in, c.body_a, c) && is_held(in, c.body_b, c));
 }
 
-// The largest error in m, angles times length.
+// The largest error (m); angles count times length.
 double largest_error(const PositionInput& in, const State& state) {
   double worst = 0;
   for (const Contact& c : in.contacts)
@@ -69,9 +69,9 @@ double largest_error(const PositionInput& in, const State& state) {
   return worst;
 }
 
-// D M^-1 D' of a row that may have an auxiliary body, six numbers of one mass.
-double inverse_mass_felt(const JacobianRow& row, const BodyMobilities& mobility,
-                         const std::vector<double>& auxiliary) {
+// D M^-1 D' of a row that may have an auxiliary body: six numbers with one mass.
+double effective_inverse_mass(const JacobianRow& row, const BodyMobilities& mobility,
+                              const std::vector<double>& auxiliary) {
   double w = 0;
   const auto add = [&](Index body, const std::array<double, 6>& j) {
     if (body < 0) return;
@@ -97,9 +97,9 @@ JacobianRow normal_row(const Contact& c) {
   return row;
 }
 
-// Of the rows of the joints those that ask for positions, then the contacts. Springs and servos have E = 1 /
-// (h^2 k + ...) as in the step: they are not bent where the robot can be lifted. Not in large models, which a
-// first-order method would not solve with them. `speed`: of what inequalities ask for.
+// Rows of the joints that constrain positions, then the contacts. Springs and servos have E = 1 / (h^2 k +
+// ...) as in the step: a robot that can be lifted is lifted and not bent. Large models omit them, because a
+// first-order method would not converge with them. `speed`: target of inequalities.
 JointRows position_rows(const PositionInput& in, const BodyVelocities& rest, const State& state,
                         double speed) {
   JointRows all, rows;
@@ -114,7 +114,7 @@ JointRows position_rows(const PositionInput& in, const BodyVelocities& rest, con
   };
   const auto append_inequality = [&](const JacobianRow& row, double gap, const RowTag& tag) {
     const double E = step::softness * in.model.lightness(of_model(row.body_a), of_model(row.body_b)) *
-                     inverse_mass_felt(row, in.mobility, rows.auxiliary_inverse_mass);
+                     effective_inverse_mass(row, in.mobility, rows.auxiliary_inverse_mass);
     rows.append(NonNegative{}, row, {E, std::max(gap / h, -speed)}, 0, tag);
   };
   for (std::size_t i = 0; i < all.tags.size(); ++i) {
@@ -123,29 +123,28 @@ JointRows position_rows(const PositionInput& in, const BodyVelocities& rest, con
     if (restraint == Restraint::inequality)
       append_inequality(all.jacobian[i], C, all.tags[i]);
     else if (restraint == Restraint::none && all.compliance[i] > 0 && few)
-      rows.append(Free{}, all.jacobian[i], {all.compliance[i], 0}, 0, all.tags[i]);
-    else if (restraint != Restraint::none)  // what is held has C = 0
-      rows.append(Free{}, all.jacobian[i], {all.compliance[i], std::clamp(C / h, -in.speed, in.speed)}, 0,
-                  all.tags[i]);
+      rows.append(Bilateral{}, all.jacobian[i], {all.compliance[i], 0}, 0, all.tags[i]);
+    else if (restraint != Restraint::none)  // for locked rows C = 0
+      rows.append(Bilateral{}, all.jacobian[i], {all.compliance[i], std::clamp(C / h, -in.speed, in.speed)},
+                  0, all.tags[i]);
   }
   for (const Contact& c : in.contacts)
     if (is_rigid(c)) append_inequality(normal_row(c), c.gap, {RowKind::limit, -1, -1});
   return rows;
 }
 
-// The displacements, as velocities over h; none where there was no time to find them until
-// `end` on the clock.
+// The displacements, as velocities over h; empty if time runs out before `end` on the clock.
 BodyVelocities displacements(const PositionInput& in, const BodyVelocities& rest, const JointRows& rows,
                              const StepClock& clock, double end, Elimination& elimination, Report& report) {
   std::vector<Contact> none;
   const Problem problem = assemble({in.frames, in.mobility, rest, rest}, none, rows, {in.options.h, 0});
-  const bool linear = problem.K.all_free();
+  const bool linear = problem.K.all_bilateral();
   Options options;
   options.law = Law::associated;
   options.tolerance = linear ? step::precision : step::rough_precision;
   options.max_iterations = step::most_position_iterations;
   options.deadline = end - clock.elapsed();
-  const Patience share = share_of_step(false, options.deadline);
+  const Budget share = share_of_step(false, options.deadline);
   const bool few = linear || rows.tags.size() <= step::few_position_rows;
   Solution s = few ? automatic(problem, options, elimination) : apgd(problem, options);
   ++report.solves;
@@ -156,14 +155,14 @@ BodyVelocities displacements(const PositionInput& in, const BodyVelocities& rest
   return p;
 }
 
-// The fastest turn, rad/s.
+// The fastest angular velocity (rad/s).
 double turning(const BodyVelocities& p) {
   double fastest = 0;
   for (const BodyVelocity& body : p) fastest = std::max(fastest, norm(body.angular));
   return fastest;
 }
 
-// What others push may not be pushed into what is fixed, however roughly the problem was solved.
+// Neighbours must not push a body into fixed geometry, even if the problem was solved roughly.
 void stop_at_fixed(const PositionInput& in, BodyVelocities& p) {
   const double error = allowed_error(in.options.length);
   std::vector<double> least;
@@ -173,7 +172,7 @@ void stop_at_fixed(const PositionInput& in, BodyVelocities& p) {
 
 }  // namespace
 
-// Errors below it stay, as bodies that rest shall not be moved.
+// Smaller errors stay, so that resting bodies do not move.
 double allowed_error(double length) { return step::allowed_error * length; }
 
 bool correct_positions(const PositionInput& in, StepClock& clock, Elimination& elimination, State& state,
@@ -186,7 +185,7 @@ bool correct_positions(const PositionInput& in, StepClock& clock, Elimination& e
   const double end = clock.elapsed() + step::share_of_positions * clock.left();
   BodyVelocities p = displacements(in, rest, rows, clock, end, elimination, report);
   if (p.empty()) return false;
-  // A displacement is linear: where bodies would turn by more, inequalities ask for a part of it only.
+  // A displacement is linear in p. If bodies would turn by more, inequalities demand only a part of it.
   if (const double turn = h * turning(p); turn > step::largest_turn && !off("positions after turn limit")) {
     const double share = step::largest_turn / turn;
     rows = position_rows(in, rest, state, share * std::min(in.speed, error / h));
@@ -201,7 +200,7 @@ bool correct_positions(const PositionInput& in, StepClock& clock, Elimination& e
     const Vec3 arm = in.frames[i].centre - state.positions[i];
     const Vec3 omega = state.angular_velocities[i];
     const Vec3 velocity = state.linear_velocities[i] + cross(omega, arm);
-    // The angular momentum of the body stays, whose inertia turns, but for what would be energy from nothing.
+    // The angular momentum of the body is kept while its inertia turns, unless that would create energy.
     const Vec3 momentum = rotate(conjugate(turn), in.frames[i].inertia * omega);
     const Vec3 spin = inverse(in.frames[i].inertia) * momentum;
     const double had = dot(omega, in.frames[i].inertia * omega), has = dot(spin, momentum);

@@ -1,4 +1,4 @@
-// Errors of position are taken back by moving bodies, not by giving them velocities.
+// Position errors are removed by displacing bodies, not by giving them velocities.
 #pragma once
 #include "amontons/multibody/joints/coordinates.hpp"
 #include "amontons/multibody/joints/joints.hpp"
@@ -11,21 +11,21 @@ namespace amontons {
 struct PositionInput {
   const Model& model;
   const BodyFrames& frames;
-  const BodyMobilities& mobility;  // stiffened: what is under tension is moved along it, not folded
+  const BodyMobilities& mobility;  // stiffened: bodies under tension are moved along it, not folded
   const JointContexts& joints;
   const std::vector<Contact>& contacts;
-  JointError error;   // of the joints
-  double line_error;  // of couplings and tendons, m
+  JointError error;   // joint errors
+  double line_error;  // m, of couplings and tendons
   JointOptions options;
-  double speed;  // m/s, at which errors are taken back at most
+  double speed;  // m/s, limit of the correction
 };
 
-// The largest error, m, angles times length, that stays as it is.
+// Largest error (m) that is not corrected; angles count times length.
 double allowed_error(double length);
 
-// Moves bodies so that overlaps and errors of rigid joints and limits vanish, as far as they can, and no
-// further than speed * h. Velocities of centres of mass stay, and so do angular momenta where that gives
-// no energy. Returns whether anything moved.
+// Displaces bodies to remove overlaps and errors of rigid joints and limits, as far as possible and by at
+// most speed * h. Velocities of centres of mass stay, and so do angular momenta unless that would create
+// energy. Returns whether anything moved.
 bool correct_positions(const PositionInput& in, StepClock& clock, Elimination& elimination, State& state,
                        Report& report);
 

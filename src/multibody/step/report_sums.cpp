@@ -1,4 +1,4 @@
-// Nothing here changes what a step does.
+// Sums for the report, which do not affect the step.
 #include "multibody/step/report_sums.hpp"
 
 #include <algorithm>
@@ -7,7 +7,7 @@
 
 namespace amontons {
 
-// Work adds up over all solves of a step, those of impacts and those that were done again included.
+// Sums the work of all solves of a step, including impacts and repeated solves.
 void add_cost(const Solution& solution, Report& report) {
   report.iterations += solution.iterations;
   report.products += solution.products;
@@ -15,7 +15,7 @@ void add_cost(const Solution& solution, Report& report) {
 }
 
 void add_status(const Solution& solution, Report& report) {
-  // A solve that missed speaks for the step.
+  // The first solve that missed its tolerance determines the status of the step.
   if (report.status == Status::converged) report.status = solution.status;
 }
 
@@ -28,13 +28,13 @@ void add_result(const Problem& problem, const Solution& solution, StepPath path,
   report.method = solution.method;
   report.path = std::max(report.path, path);
   add_status(solution, report);
-  // A safe step changes the impulses of a solve that converged: its residual is that of the result.
+  // A safe step changes the impulses of a solve that converged: the residual is that of the result.
   if (report.status == Status::converged && !(solution.residual <= tolerance))
     report.status = Status::made_safe;
 }
 
-// Errors are those that the step found, not those that it left: the next one tells these. Its own velocities
-// are known too late to say what they do to the poses without another search for contacts.
+// Errors at the start of the step, not at its end; the next step reports these. The velocities of this step
+// are known too late to evaluate their poses without another search for contacts.
 void add_errors(const JointError& error, double line_error, const std::vector<Contact>& contacts,
                 Report& report) {
   for (const Contact& c : contacts) report.penetration = std::max(report.penetration, -c.gap);
@@ -46,11 +46,11 @@ void add_errors(const JointError& error, double line_error, const std::vector<Co
 
 void add_balance(const EnergyBalance& balance, Report& report) {
   report.energy_balance += balance.work;
-  report.balanced = report.balanced && balance.work <= balance.allowed;  // not of NaN
+  report.balanced = report.balanced && balance.work <= balance.allowed;  // false for NaN
 }
 
-// Kinetic energy at the end, that of gravity and springs half a step earlier: see Report. Coordinates are
-// those at the start of the step, and are put back, as the next step goes on from them.
+// Kinetic energy at the end; energies of gravity and springs half a step earlier: see Report. Coordinates are
+// restored to those at the start of the step, from which the next step continues.
 void add_energies(const Model& model, State& state, const BodyFrames& frames,
                   const BodyVelocities& velocities, double h, Report& report) {
   report.kinetic_energy = kinetic_energy(model, frames, velocities);

@@ -1,4 +1,4 @@
-// What a step reports: time, work and errors, added up in one place.
+// Report of a step: time, work and errors, summed in one place.
 #pragma once
 #include <algorithm>
 #include <chrono>
@@ -10,7 +10,7 @@
 
 namespace amontons {
 
-// The wall clock of a step: laps of its phases, and what is left of its budget.
+// The wall clock of a step: laps of its phases, and the rest of its budget.
 // Results never depend on it unless there is a budget.
 class StepClock {
  public:
@@ -23,26 +23,27 @@ class StepClock {
     phase += std::chrono::duration<double>(now - lap_).count();
     lap_ = now;
   }
-  // For what cannot be left once it is begun, half of the budget at most (s): nothing else has that time.
+  // Reserves time (s) for work that cannot be interrupted, at most half of the budget.
   void keep_free(double time) { budget_ = std::min(budget_, whole_ - std::min(time, most_free * whole_)); }
-  // A share of what is left, for what comes after the solve that is next; 0 gives it back.
+  // Reserves a share of the remaining time for the work after the next solve; 0 cancels the reservation.
   void set_aside(double share) {
     aside_ = 0;
     if (share > 0 && budget_ < infinity) aside_ = share * left();
   }
-  // The end of the last solve, or the deadline of one that was begun `in_time` if it ended later: what comes
-  // after that has to be kept free. How long ago it was (s).
+  // Stores the end of the last solve, or its deadline if it began `in_time` and ended later. The time since
+  // then is the time to reserve (s).
   void solved(bool in_time) { solved_ = in_time ? std::min(elapsed(), budget_) : elapsed(); }
   double since_solved() const { return elapsed() - solved_; }
-  // For the deadline of a solve: a moment even when the budget is spent, infinite without one.
+  // Time for the deadline of a solve (s): positive even when the budget is spent, infinite without a budget.
   double left() const {
     constexpr double moment = 1e-6;  // not tuned: s
     return budget_ < infinity ? std::max(moment, budget_ - aside_ - elapsed()) : infinity;
   }
-  // Whether the budget does not hold so much more (s).
+  // Whether the budget ends within `more` (s).
   bool over(double more = 0) const { return budget_ < infinity && elapsed() + more >= budget_ - aside_; }
 
  private:
+  // Time (relative to the budget): most that is reserved for work that cannot be interrupted.
   static constexpr double most_free = 0.5;
   double whole_, budget_, aside_ = 0, solved_ = 0;
   Clock::time_point start_, lap_;
@@ -50,17 +51,17 @@ class StepClock {
 
 // The cost of a solve.
 void add_cost(const Solution& solution, Report& report);
-// The status of a solve whose impulses are no part of the problem of the step: of an impact.
+// Status of a solve whose impulses are not part of the problem of the step: of an impact.
 void add_status(const Solution& solution, Report& report);
-// What comes back of a step or of a part of it, and the way that it took.
+// Result of a step or substep, and its path.
 void add_result(const Problem& problem, const Solution& solution, StepPath path, double tolerance,
                 Report& report);
-// Penetration and joint errors of the poses at the start of a substep, the largest so far.
+// Penetration and joint errors of the poses at the start of a substep; the largest so far.
 void add_errors(const JointError& error, double line_error, const std::vector<Contact>& contacts,
                 Report& report);
-// The work of what can only dissipate, the sum over substeps.
+// Work of all parts that can only dissipate, summed over substeps.
 void add_balance(const EnergyBalance& balance, Report& report);
-// Energies at the end of a step of length h, or of its last part.
+// Energies at the end of a step of length h, or of its last substep.
 void add_energies(const Model& model, State& state, const BodyFrames& frames,
                   const BodyVelocities& velocities, double h, Report& report);
 

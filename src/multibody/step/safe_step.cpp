@@ -19,29 +19,28 @@ EnergyInput energy_input(const SafeStepInput& in) {
           in.recovery, in.assembly.closing};
 }
 
-// The impulses scaled by s, with the bilateral impulses that belong to the others, and the velocities that
-// follow. Where the mechanism has no factorisation, bilateral impulses are scaled like the others.
+// Scales the contact impulses by s, and finds the bilateral impulses and velocities that follow. If the
+// mechanism has no factorisation, bilateral impulses are scaled too.
 void scale_to(const SafeStepInput& in, const std::vector<double>& x, double s) {
   Solution& solution = in.vi.solution;
   for (std::size_t i = 0; i < x.size(); ++i) solution.x[i] = s * x[i];
-  project(in.vi.problem->K, solution.x, solution.x);  // intervals without zero
+  project(in.vi.problem->K, solution.x, solution.x);  // intervals may exclude zero
   in.elimination.restore_joints(*in.vi.problem, solution.x);
   in.after = in.bodies.free;
   apply_impulses(*in.vi.problem, solution.x, in.after);
 }
 
 // The largest s in [0, 1] at which the work J(s) = none + b s + c s^2 is not positive, from J at 0, 1/2 and
-// 1, where J(1) > 0; 0 if there is none. J is not positive up to its smaller root for c < 0, and between its
-// roots for c > 0: both ends are the same root of the formula.
+// 1, where J(1) > 0. It is 0 if there is none. J is not positive up to its smaller root for c < 0, and
+// between its roots for c > 0. Both ends are the same root of the formula.
 double largest_passive_share(double none, double half, double whole) {
   const double c = 2 * (whole - 2 * half + none), b = whole - none - c;
   const double share = c != 0 ? (-b + std::sqrt(b * b - 4 * none * c)) / (2 * c) : -none / b;
-  return share > 0 && share <= 1 ? share : 0;  // not of NaN: there is no root
+  return share > 0 && share <= 1 ? share : 0;  // false for NaN: there is no root
 }
 
-// Stages 1 and 2. The work of impulses, with joints that hold, is a quadratic in the scale of the others.
-// Joints and springs hold at every scale: a spring that does nothing while it is stretched takes up energy
-// that nobody gave.
+// Stages 1 and 2. With exact joints the work is a quadratic in the scale of the other impulses. Joints and
+// springs act at every scale: a stretched spring without impulse would gain energy without a source.
 EnergyBalance scale_impulses(const SafeStepInput& in, StepPath& path) {
   const std::vector<double> x = in.vi.solution.x;
   const EnergyInput energy = energy_input(in);
@@ -60,7 +59,7 @@ EnergyBalance scale_impulses(const SafeStepInput& in, StepPath& path) {
   balance = balance_at(share);
   if (!balance.holds() && share > 0) balance = balance_at(0);
   if (balance.holds()) return balance;
-  // Joints that turn by radians within the step make energy by themselves: bodies fly on freely.
+  // Joints that turn by radians within the step create energy even without contacts: bodies then move freely.
   std::fill(in.vi.solution.x.begin(), in.vi.solution.x.end(), 0.0);
   project(in.vi.problem->K, in.vi.solution.x, in.vi.solution.x);
   in.after = in.bodies.free;
@@ -68,8 +67,8 @@ EnergyBalance scale_impulses(const SafeStepInput& in, StepPath& path) {
   return energy_balance(energy, in.energy);
 }
 
-// Stage 3. What solves leave wrong between bodies the next steps take back; a body that has left through its
-// floor does not come back.
+// Stage 3. Later steps correct errors between bodies, but a body that has left through its floor does not
+// come back.
 bool stop_bodies(const SafeStepInput& in) {
   if (off("stop bodies")) return false;
   const double h = in.assembly.h, error = in.assembly.most_closed;
@@ -101,7 +100,7 @@ StepPath make_safe(const SafeStepInput& in, EnergyBalance& balance) {
   if (stop_bodies(in)) path = StepPath::bodies_stopped;
   const bool missed = in.vi.solution.residual > in.tolerance;
   measure(*in.vi.problem, in.law, in.vi.solution);
-  // What the solve left may be a solution once the joints hold.
+  // The result of the solve may be a solution once the joints are exact.
   if (missed && in.vi.solution.residual <= in.tolerance) in.vi.solution.status = Status::converged;
   return path;
 }

@@ -1,4 +1,4 @@
-// The one fallback of a step: impulses that cannot do harm, whatever the solve has left.
+// The fallback of a step: impulses that can do no harm, for any result of the solve.
 #pragma once
 #include "amontons/multibody/step/report.hpp"
 #include "amontons/solvers/direct/elimination.hpp"
@@ -9,7 +9,7 @@
 
 namespace amontons {
 
-// The step that missed its time, work, tolerance or balance of energy. What is not const is changed.
+// A step that missed its time, work, tolerance or energy balance. Members that are not const are changed.
 struct SafeStepInput {
   const Model& model;
   const StepBodies& bodies;
@@ -18,8 +18,8 @@ struct SafeStepInput {
   const StepClock& clock;
   Law law;
   double tolerance;
-  double dt, recovery, margin;  // s of the whole step; m/s by which velocities take back errors; m
-  double search;                // s that a search for contacts takes
+  double dt, recovery, margin;  // s of the whole step; m/s of the correction of errors by velocities; m
+  double search;                // s, time of a search for contacts
   ContactFinder& finder;
   Elimination& elimination;
   std::vector<Contact>& contacts;
@@ -29,11 +29,11 @@ struct SafeStepInput {
 };
 
 // Makes impulses and velocities safe in three stages:
-//   1. bilateral impulses are those that belong to the contact impulses, so that joints hold exactly;
-//   2. contact impulses are scaled down, all alike, to where the step makes no energy from nothing;
-//   3. bodies stop at what is fixed, and spin by no more than half a radian within the step.
-// Returns the path: the last stage that changed anything. `balance` is that of the result, the residual that
-// of the problem at the impulses that come back.
+//   1. bilateral impulses are solved for the contact impulses, so that joints hold exactly;
+//   2. contact impulses are scaled by one factor until the step creates no energy;
+//   3. bodies stop at fixed geometry, and spin by no more than half a radian within the step.
+// Returns the path: the last stage that changed anything. `balance` is that of the result. The residual is
+// that of the problem at the returned impulses.
 StepPath make_safe(const SafeStepInput& in, EnergyBalance& balance);
 
 }  // namespace amontons

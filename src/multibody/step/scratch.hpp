@@ -1,4 +1,4 @@
-// What a step passes from one of its calls to the next, kept between steps for its memory only.
+// Arrays that a step passes between its calls; only their memory is kept between steps.
 #pragma once
 #include "amontons/multibody/model/state.hpp"
 #include "amontons/solvers/direct/elimination.hpp"
@@ -11,15 +11,19 @@
 
 namespace amontons {
 
-// All that the future depends on is in State. Poses (frames) stay as they are at the start of the step;
-// velocities at its start, free (with all loads, without impulses) and after it are arrays apart from them.
+// State contains everything on which the future depends. Poses (frames) stay as they are at the start of the
+// step. The velocities are separate arrays: at its start, free (with all loads, without impulses), and after
+// it.
 struct StepScratch {
   State before;
+  // Begin of the last substep (s), and the poses of all bodies there: the instant of its forces.
+  double begun = 0;
+  std::vector<Transform> stood;
   BodyFrames frames;
   JointContexts joints;
   JointError joint_error;
-  double line_error = 0;      // of couplings and tendons, m
-  double last_error = 1e300;  // not tuned: of joints a step before, m
+  double line_error = 0;      // m, of couplings and tendons
+  double last_error = 1e300;  // not tuned: m, of joints, one step before
   BodyMobilities mobility, stiffened;
   BodyVelocities start, free, after;
   EnergyScratch energy;
@@ -33,9 +37,9 @@ struct StepScratch {
   bool is_stiffened = false;
   // Time (s) reserved for work after the solve: the longest of the last steps, which decays.
   double reserved = 0;
-  // The problem before the last one, where nobody else holds it.
-  std::shared_ptr<Problem> spare;
-  // One for each kind of problem, as they remember the mechanism: that of steps has all bilateral rows.
+  // The problem before the last one, if only the step holds it.
+  std::shared_ptr<Problem> reusable_problem;
+  // One for each kind of problem, because each stores the mechanism: that of the step has all bilateral rows.
   Elimination elimination, position_elimination, impact_elimination;
 };
 

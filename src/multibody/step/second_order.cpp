@@ -1,22 +1,22 @@
 // The step is a leapfrog: impulses act on the velocities in the pose q at its start, and bodies then move
-// with v+ for h. With v- the velocities of the step before, the kinetic energy changes by x' D (v- + v+) / 2,
-// the work of the impulses x along the mean of the velocities.
+// with v+ for h. Let v- be the velocities of the step before. The kinetic energy changes by x' D (v- + v+) /
+// 2, the work of the impulses x along the mean of the velocities.
 //
-// Joints. D v+ = 0 in the pose q is of first order: what moves on a circle moves along its tangent, a step
-// long, and is projected onto the next one, at the cost of the share (h w)^2 / 2 of its energy per step. In
-// its place D (v- + v+) = 0, docs/algorithm.md (9): the work is zero, whatever x, so that energy is kept to
-// rounding and cannot grow; v- and v+ are the chords of the circle before and after q, which its tangent
-// halves, so that the error of the way is of third order. It is the midpoint rule for the velocities, and
-// needs no pose but q.
+// Joints. D v+ = 0 in the pose q is of first order. A body on a circle moves along its tangent for a step and
+// is projected onto the next one. That loses the share (h w)^2 / 2 of its energy per step. Instead D (v- +
+// v+) = 0 is required, docs/algorithm.md (9). The work is then zero for every x, so that energy is kept to
+// rounding and cannot grow. v- and v+ are the chords of the circle before and after q, and its tangent
+// bisects them. The error of the path is therefore of third order. It is the midpoint rule for the
+// velocities, and needs no pose but q.
 //
-// Where the motion is not smooth, after an impact, v- is no chord of the circle on which v+ moves on, and the
-// difference e would be reflected in every step that follows, to and fro: energy is kept, but forces are not
-// smooth. e is the velocity D v- in the pose in the middle of the last step, where a chord has none. It is
-// taken out, D (v- + v+) = e, where it is large beside D v-, and in part where it alternates in sign. In
+// After an impact the motion is not smooth, and v- is no chord of the circle on which v+ continues. The
+// difference e would be reflected in every later step, with alternating sign: energy is kept, but forces are
+// not smooth. e is the velocity D v- in the pose in the middle of the last step, where it is zero for a
+// chord. It is removed, D (v- + v+) = e, if it is large beside D v-, and partly if it alternates in sign. In
 // smooth motion e is small, of second order, and does not alternate: half of it is undone in the next step.
 //
-// Rows of torques are always D (v- + v+) = e. Reflected, light bodies that spin about a locked direction
-// couple with the turn of the axes to a motion that grows; the energy that these rows carry is small.
+// Rows of torques always use D (v- + v+) = e. With reflection, light bodies that spin about a locked
+// direction couple with the turn of the axes to a growing motion. The energy of these rows is small.
 #include "multibody/step/second_order.hpp"
 
 #include <algorithm>
@@ -32,18 +32,18 @@ namespace amontons {
 
 namespace {
 
-// The bodies in the middle of the last step, of length h, through which they moved with the velocities v.
+// The bodies in the middle of the last step of length h, in which they moved with the velocities v.
 struct LastStep {
   const BodyFrames& now;
   const BodyVelocities& v;
   double h;
-  const std::vector<Transform>& poses;  // there
+  const std::vector<Transform>& poses;  // in the middle of the last step
 
   const Transform& pose(Index body) const { return poses[body]; }
   Vec3 centre(Index body) const { return body < 0 ? Vec3{} : now[body].centre - 0.5 * h * v[body].linear; }
 };
 
-// The frames of a joint there.
+// The frames of a joint in the middle of the last step.
 JointPose middle_pose(const JointContext& now, const LastStep& bodies) {
   JointPose pose = now.pose;
   if (now.body_a >= 0) pose.a = bodies.pose(now.body_a) * now.joint->frame_a;
@@ -52,7 +52,7 @@ JointPose middle_pose(const JointContext& now, const LastStep& bodies) {
   return pose;
 }
 
-// The joint there, with its coordinates to first order, which is enough for directions.
+// The joint in the middle of the last step, with coordinates to first order, which suffices for directions.
 JointContext middle(const JointContext& now, std::span<const double> q, const LastStep& bodies) {
   std::array<double, 6> coordinates{};
   const Screw twist = joint_twist(now, bodies.v);
@@ -64,8 +64,8 @@ JointContext middle(const JointContext& now, std::span<const double> q, const La
   return then;
 }
 
-// The part of a relative twist that the joint locks: what is left of it after the rates of the dofs, which
-// fit it best. Where a ball turns is no part of it.
+// The part of a relative twist that the joint locks: the remainder after the best fit by the rates of the
+// dofs. The rotation of a ball joint is excluded.
 JointSlip slip(const JointContext& joint, const BodyVelocities& v) {
   const Screw twist = joint_twist(joint, v);
   const Vec3& between = joint.pose.relative.position;
@@ -81,7 +81,8 @@ JointSlip slip(const JointContext& joint, const BodyVelocities& v) {
   return left;
 }
 
-// slip() of the joint there. Of a hinge the coordinate is not needed: A holds its anchor, B its axis.
+// slip() of the joint in the middle of the last step. For a hinge no coordinate is needed: A holds its
+// anchor, B its axis.
 JointSlip middle_slip(const JointContext& now, std::span<const double> q, const LastStep& bodies) {
   if (!is_hinge(*now.joint)) return slip(middle(now, q, bodies), bodies.v);
   const JointPose pose = middle_pose(now, bodies);
@@ -101,8 +102,8 @@ JointSlip middle_slip(const JointContext& now, std::span<const double> q, const 
           angular - dot(now.duals[0].angular, angular) * now.chain.screws[0].angular};
 }
 
-// What of the slip e of the last step is not reflected, with `before` that of the step before it and
-// `reflected` the slip of v- in the pose q.
+// The part of the last step's slip e that is not reflected. `before`: the slip one step earlier; `reflected`:
+// the slip of v- in the pose q.
 JointSlip taken_out(const JointSlip& e, const JointSlip& before, const JointSlip& reflected) {
   const double size = step::rough_slip * norm(reflected.linear);
   double share = 0;
@@ -113,7 +114,7 @@ JointSlip taken_out(const JointSlip& e, const JointSlip& before, const JointSlip
   return {share * e.linear, e.angular};
 }
 
-// Bodies that touch something, and those that hang on one: that is no smooth motion, and D v+ = 0 damps it.
+// Bodies that touch something, and bodies jointed to one. Their motion is not smooth, and D v+ = 0 damps it.
 void find_near_contacts(const SmoothInput& in, std::vector<unsigned char>& touching,
                         std::vector<unsigned char>& near) {
   touching.assign(in.model.bodies(), 0);
@@ -131,15 +132,15 @@ void find_near_contacts(const SmoothInput& in, std::vector<unsigned char>& touch
 
 void reflect_joints(const SmoothInput& in, State& state, JointRows& rows, SmoothScratch& scratch) {
   if (in.model.joints() == 0) return;
-  // A first step has no last one: as if bodies had come here with the velocities that they have. Its slip is
-  // that of a pose which they were never in, and is taken out.
+  // The first step has no previous one. Bodies count as if they had arrived with their present velocities.
+  // The resulting slip belongs to a pose in which they never were, and is removed.
   const bool first = !(state.impulse_step > 0);
   auto& [before, came, middle, touching, near] = scratch;
   came = before = in.start;
   const LastStep last{in.frames, came, first ? in.h : state.impulse_step, middle};
   const bool known = last.h == in.h && !rows.past.empty();
-  // Impulses act on the mean spin of the step, v+; the spin at its start and the one that the impulses leave
-  // there are off by the same lag: D (omega + (omega+ + lag)) = 0.
+  // Impulses act on the mean spin of the step, v+. The spin at its start and the spin that the impulses leave
+  // there differ from it by the same lag: D (omega + (omega+ + lag)) = 0.
   for (std::size_t i = 0; i < before.size(); ++i) {
     if (!in.model.is_dynamic(static_cast<Index>(i))) continue;
     before[i].angular += in.spins[i].lag;
@@ -166,7 +167,7 @@ void reflect_joints(const SmoothInput& in, State& state, JointRows& rows, Smooth
       smooth = !touched(now.body_a) && !touched(now.body_b);
     }
     if (!smooth) continue;
-    // The tag's torque is about the origin of frame_a, the slip is that of the reference.
+    // The tag's torque is about the origin of frame_a, the slip about the reference point.
     const Vec3 torque = tag.torque - cross(now.arm, tag.force);
     rows.c[i] +=
         row_velocity(rows.jacobian[i], before) - dot(tag.force, out.linear) - dot(torque, out.angular);
@@ -174,14 +175,14 @@ void reflect_joints(const SmoothInput& in, State& state, JointRows& rows, Smooth
   }
 }
 
-// Contacts are no circles of one point: what rolls brings new points to the ground. Where a pair touches in
-// one point the condition is that of the point in the middle of the step, D_m v+ >= -gap / h; the rows keep
-// D, as A is symmetric, and (D_m - D) v of velocities v near v+ joins b. Of pairs with several points nothing
-// is known about which of them stay.
+// The contact point of a rolling body does not stay the same material point. If a pair touches in one point,
+// the condition is that of the point in the middle of the step, D_m v+ >= -gap / h. The rows keep D, as A is
+// symmetric, and (D_m - D) v of velocities v near v+ is added to b. For pairs with several points it is
+// unknown which of them stay.
 //
-// A normal that turns further than that (policy.hpp) in half a step is that of a body which passes by.
+// If a normal turns by more than the limit in policy.hpp in half a step, the body only passes by.
 static Vec3 turn_of(const Contact& c, const Contact& middle, const BodyVelocities& v) {
-  // Tangents are carried from the one normal to the other by the rotation that turns it there.
+  // Tangents are transported by the rotation that takes one normal to the other.
   const Vec3 axis = cross(middle.normal, c.normal);
   const double sine = norm(axis);
   if (sine > elementary::sin(0.5) || dot(middle.normal, c.normal) < 0) return {};
@@ -192,20 +193,20 @@ static Vec3 turn_of(const Contact& c, const Contact& middle, const BodyVelocitie
   return {turn[0], turn[1], turn[2]};
 }
 
-// The largest speed (m/s) of a point of contact, of either body, with the velocities v.
+// The largest speed (m/s) of a contact point on either body, with the velocities v.
 static double fastest_point(const std::vector<Contact>& contacts, const BodyVelocities& v) {
   double fastest = 0;
-  const auto look = [&](Index body, const Vec3& arm) {
+  const auto include_point = [&](Index body, const Vec3& arm) {
     if (body >= 0) fastest = std::max(fastest, norm(v[body].linear) + norm(v[body].angular) * norm(arm));
   };
   for (const Contact& c : contacts) {
-    look(c.body_a, c.r_a);
-    look(c.body_b, c.r_b);
+    include_point(c.body_a, c.r_a);
+    include_point(c.body_b, c.r_b);
   }
   return fastest;
 }
 
-// The turns with the velocities of a reach; none of contacts that have no middle of their own.
+// The turns for the velocities of a reach; zero for contacts without a contact in the middle of the step.
 static void find_turns(const Reach& reach, const std::vector<Contact>& contacts, ContactFinder& finder,
                        std::vector<Vec3>& turns) {
   turns.assign(contacts.size(), {});
@@ -215,8 +216,8 @@ static void find_turns(const Reach& reach, const std::vector<Contact>& contacts,
 
 double turn_contacts(const Reach& reach, const BodyVelocities& free, double least, ContactFinder& finder,
                      ContactTurns& turns, Problem& problem) {
-  // Impulses of the last step may mean nothing in this one: of a light body that heavy ones have left they
-  // make any speed. Turns at many times the speeds that are there belong to such.
+  // Impulses of the last step may be invalid in this one: they give a light body any speed after heavy ones
+  // have left it. Turns at many times the present speeds come from such impulses.
   const auto& contacts = std::get<ContactSystem>(problem.A).contacts;
   const double most = step::fastest_turn * (fastest_point(contacts, free) + least);
   find_turns(reach, contacts, finder, turns.found);

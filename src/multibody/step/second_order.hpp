@@ -1,4 +1,4 @@
-// What rows ask beyond D v+ = 0, so that smooth motion is of second order.
+// Terms of rows beyond D v+ = 0 that make smooth motion of second order.
 #pragma once
 #include "amontons/multibody/joints/joints.hpp"
 #include "amontons/problem/problem.hpp"
@@ -8,7 +8,7 @@
 
 namespace amontons {
 
-// The velocities from which a step of length h starts, and how the last one came there.
+// The velocities at the start of a step of length h, and data of the last step.
 struct SmoothInput {
   const Model& model;
   const BodyFrames& frames;
@@ -19,23 +19,23 @@ struct SmoothInput {
   double h;
 };
 
-// Memory of reflect_joints(): velocities before, and of the last step; poses in its middle; bodies that touch
-// something, or hang on one that does.
+// Scratch of reflect_joints(): velocities before, and of the last step; poses in its middle; bodies that
+// touch something or are jointed to such a body.
 struct SmoothScratch {
   BodyVelocities before, last;
   std::vector<Transform> middle;
   std::vector<unsigned char> touching, near;
 };
-// Adds to c of the rigid locked rows; the slips in the state become those of the last step.
+// Adds to c of the rigid locked rows. The slips in the state become those of the last step.
 void reflect_joints(const SmoothInput& in, State& state, JointRows& rows, SmoothScratch& scratch);
 
-// What has been added to b of each contact because it turns, and memory for what is found anew.
+// Terms added to b of each contact because it turns, and scratch.
 struct ContactTurns {
   std::vector<Vec3> added, found;
 };
-// Adds to b of the contacts that turn as bodies roll, for bodies that move with v, in the place of what was
-// added before. Turns below `least` (m/s) are none, nor those that are no size to the free velocities.
-// Returns the largest change; one below `least` is none, and b stays as it was.
+// Adds to b of the contacts that turn as bodies roll with velocities v, replacing what was added before.
+// Ignores changes below `least` (m/s) and changes far above the free velocities. Returns the largest change;
+// if it is below `least`, it is 0 and b is unchanged.
 double turn_contacts(const Reach& reach, const BodyVelocities& free, double least, ContactFinder& finder,
                      ContactTurns& turns, Problem& problem);
 

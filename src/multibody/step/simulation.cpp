@@ -1,5 +1,5 @@
-// A simulation: the state of a model, its options, and the steps that change the state. The calls of a step
-// are in step.cpp.
+// A simulation: the state of a model, its options, and the steps that change the state. step.cpp contains the
+// calls of a step.
 #include "amontons/multibody/step/simulation.hpp"
 
 #include <algorithm>
@@ -7,8 +7,9 @@
 #include <iterator>
 
 #include "amontons/base/ablation.hpp"
+#include "amontons/base/budget.hpp"
 #include "amontons/base/error.hpp"
-#include "amontons/base/patience.hpp"
+#include "amontons/multibody/kinematics/motion.hpp"
 #include "amontons/solvers/solvers.hpp"
 #include "multibody/step/policy.hpp"
 #include "multibody/step/report_sums.hpp"
@@ -18,7 +19,7 @@ namespace amontons {
 
 namespace {
 
-// Options are checked once, where a simulation is made; a step trusts them.
+// Options are checked once, when a simulation is made; a step assumes valid ones.
 void check(const SimulationOptions& o) {
   AMONTONS_REQUIRE(o.dt > 0 && std::isfinite(o.dt), "dt must be positive and finite (s)");
   AMONTONS_REQUIRE(o.tolerance >= 0 && std::isfinite(o.tolerance),
@@ -32,7 +33,7 @@ void check(const SimulationOptions& o) {
   AMONTONS_REQUIRE(o.max_substeps >= 1 && (o.max_substeps & (o.max_substeps - 1)) == 0,
                    "max_substeps must be a power of two: 1, 2, 4, ...");
   const auto& names = method_names();
-  AMONTONS_REQUIRE(std::find(names.begin(), names.end(), o.method) != names.end(),
+  AMONTONS_REQUIRE(o.own_method || std::find(names.begin(), names.end(), o.method) != names.end(),
                    "unknown method \"" + o.method + "\"");
 }
 
@@ -42,11 +43,15 @@ Simulation::Simulation(std::shared_ptr<const Model> model, SimulationOptions opt
     : model_(std::move(model)), options_(std::move(options)), scratch_(std::make_unique<StepScratch>()) {
   AMONTONS_REQUIRE(model_ != nullptr, "a simulation needs a model");
   check(options_);
-  state_ = initial_state(*model_);
+  tree_ = std::make_shared<const Tree>(model_);
+  state_ = first_state();
 }
-// Scratch is memory only, but for the state from which the last step began.
+// Scratch is memory only, except for the state at the start of the last step.
 Simulation::Simulation(const Simulation& other)
-    : model_(other.model_), options_(other.options_), scratch_(std::make_unique<StepScratch>()) {
+    : model_(other.model_),
+      tree_(other.tree_),
+      options_(other.options_),
+      scratch_(std::make_unique<StepScratch>()) {
   *this = other;
 }
 Simulation& Simulation::operator=(const Simulation& other) {
@@ -60,16 +65,38 @@ Simulation& Simulation::operator=(const Simulation& other) {
   problem_ = other.problem_;
   x_ = other.x_;
   scratch_->before = other.scratch_->before;
+  scratch_->stood = other.scratch_->stood;
+  scratch_->begun = other.scratch_->begun;
   return *this;
 }
-// Here, where Scratch is complete.
+// Defined here, where Scratch is complete.
 Simulation::~Simulation() = default;
 
 const State& Simulation::last_state() const { return scratch_->before; }
 
-// Copied, not moved: the memory of the arrays stays, of which users hold views.
+// Without forces along joints; the array has its full length, so that users can hold views of it.
+State Simulation::first_state() const {
+  State state = initial_state(*model_);
+  state.joint_forces.resize(tree_->nv());
+  return state;
+}
+
+// The poses include the correction of positions: they are those in which the impulses acted.
+StepInstant Simulation::instant() const {
+  const std::vector<Transform>& poses = scratch_->stood;
+  AMONTONS_REQUIRE(state_.impulse_step > 0 && poses.size() == model_->bodies(),
+                   "there was no step yet to which forces could belong; call step() first");
+  State there = state_;
+  for (std::size_t i = 0; i < poses.size(); ++i) {
+    there.positions[i] = poses[i].position;
+    there.orientations[i] = poses[i].rotation;
+  }
+  return {scratch_->begun, read_coordinates(*tree_, there).q};
+}
+
+// Copied, not moved: users hold views of the arrays.
 void Simulation::reset() {
-  const State initial = initial_state(*model_);
+  const State initial = first_state();
   state_ = initial;
   scratch_->before = {};
   contacts_.clear();
@@ -80,7 +107,7 @@ void Simulation::reset() {
   x_.clear();
 }
 
-// Automatic options follow from the model, not from the state: they stay the same for a whole run.
+// Automatic options are derived from the model, not from the state, so that they stay constant during a run.
 double Simulation::margin() const {
   constexpr double share = 0.02;  // not tuned: a default, SimulationOptions
   return options_.margin > 0 ? options_.margin : share * model_->length();
@@ -94,7 +121,7 @@ double Simulation::restitution_speed() const {
                                         : 4 * options_.dt * norm(model_->description().gravity);
 }
 
-// Marks a simulation as stepping, for as long as it lives.
+// Marks a simulation as stepping during its lifetime.
 class StepGuard {
  public:
   explicit StepGuard(std::atomic<bool>& flag) : flag_(flag) {
@@ -107,8 +134,8 @@ class StepGuard {
   std::atomic<bool>& flag_;
 };
 
-// The step in so many parts, up to one that does not come out finite; then the state is put back. False where
-// a part made energy from nothing and another attempt may follow.
+// Makes the step in `attempt.parts` parts. Stops at the first part that is not finite and restores the state.
+// False if a part created energy and another attempt may follow.
 bool Simulation::try_step(const Attempt& attempt, StepClock& clock, Report& report) {
   report = {};
   report.substeps = attempt.parts;
@@ -118,17 +145,17 @@ bool Simulation::try_step(const Attempt& attempt, StepClock& clock, Report& repo
   return true;
 }
 
-// One attempt. Only a step that made energy from nothing is done again from the state at its start, damped,
-// then in parts; and one that misses its tolerance, in as many parts as the user allows. Shorter steps are
-// easier to solve, as impulses are smaller, bodies turn less and contacts are closer to what the velocities
-// foresee.
+// Attempts at a step. A step that created energy is repeated from the state at its start, damped, then in
+// parts. A step that misses its tolerance is repeated in as many parts as the user allows. Shorter steps are
+// easier to solve: impulses are smaller, bodies turn less, and contacts are closer to those that the
+// velocities predict.
 void Simulation::make_step(Report& report) {
   // The user may have written into the state since the last step.
   validate(*model_, state_);
   StepScratch& s = *scratch_;
   StepClock clock(options_.budget);
   clock.keep_free(s.reserved);
-  const Patience allowance(infinity);  // its work is limited once the size of the step is known
+  const Budget allowance(infinity);  // the work is limited once the size of the step is known
   s.before = state_;
   const unsigned most_parts = std::max(options_.max_substeps, off("parts") ? 1 : step::parts_for_energy);
   try {
@@ -137,11 +164,11 @@ void Simulation::make_step(Report& report) {
       attempt.is_last = (attempt.damped || off("damped")) && !attempt.recovers && attempt.parts >= most_parts;
       const bool balanced = try_step(attempt, clock, report);
       const Timings& t = report.timings;
-      if (balanced && (report.is_sound() || Patience::interrupted() ||
+      if (balanced && (report.is_sound() || Budget::interrupted() ||
                        clock.over(t.assembly + t.collision + t.integration)))
         break;
       if (attempt.recovers) {
-        attempt.recovers = false;  // joints may forbid what velocities should take back
+        attempt.recovers = false;  // joints may contradict the correction by velocities
       } else {
         if (attempt.damped || balanced) attempt.parts *= 2;
         if (balanced && attempt.parts > options_.max_substeps) break;
@@ -153,7 +180,7 @@ void Simulation::make_step(Report& report) {
     state_ = s.before;
     throw;
   }
-  if (Patience::interrupted()) {
+  if (Budget::interrupted()) {
     state_ = s.before;
     report.advanced = false;
     report.status = Status::interrupted;
@@ -169,7 +196,7 @@ void Simulation::make_step(Report& report) {
   s.reserved = std::max(clock.since_solved(), step::reserved_decay * s.reserved);
 }
 
-// What only a reader of the report wants: energies, those of the poses at the end.
+// Parts that only a reader of the report needs: the energies of the poses at the end.
 void Simulation::finish_report(Report& report) {
   StepClock clock(infinity);
   StepScratch& s = *scratch_;
@@ -200,8 +227,8 @@ Simulation::Run Simulation::run(std::size_t steps, double seconds) {
   return run;
 }
 
-// A point may carry only an impact, which the contacts of the state do not hold: so the pairs are kept here.
-// Their order follows from the contacts; contact_events() sorts.
+// A point may carry only an impact, which the contacts of the state do not include, so the pairs are stored
+// here. They are in the order of the contacts; contact_events() sorts them.
 void Simulation::note_touching(bool advanced) {
   if (!advanced) return void(touched_ = touching_);
   std::swap(touching_, touched_);
@@ -226,7 +253,7 @@ ContactEvents Simulation::contact_events() const {
 
 namespace {
 
-// The same contact from the side of B.
+// The same contact with A and B exchanged.
 Contact seen_from_b(Contact c) {
   std::swap(c.body_a, c.body_b);
   std::swap(c.geom_a, c.geom_b);

@@ -1,11 +1,11 @@
 // One step: the calls of "A time step" in ARCHITECTURE.md, in that order and with its numbers. Every call
-// names what it reads and, last, what it writes.
+// lists its inputs and, last, its outputs.
 #include <algorithm>
 #include <cmath>
 #include <utility>
 
 #include "amontons/base/ablation.hpp"
-#include "amontons/base/patience.hpp"
+#include "amontons/base/budget.hpp"
 #include "amontons/multibody/joints/actuators.hpp"
 #include "amontons/multibody/joints/coordinates.hpp"
 #include "amontons/multibody/joints/joints.hpp"
@@ -13,6 +13,7 @@
 #include "multibody/bodies/fluid.hpp"
 #include "multibody/contacts/warm_start.hpp"
 #include "multibody/joints/stiffening.hpp"
+#include "multibody/kinematics/joint_forces.hpp"
 #include "multibody/step/assemble.hpp"
 #include "multibody/step/closed_contacts.hpp"
 #include "multibody/step/impacts.hpp"
@@ -27,7 +28,7 @@ namespace amontons {
 
 namespace {
 
-// What all solves of a step have in common.
+// Options common to all solves of a step.
 Options solver_options(const SimulationOptions& o) {
   Options options;
   options.law = o.law;
@@ -37,7 +38,7 @@ Options solver_options(const SimulationOptions& o) {
   return options;
 }
 
-// Of bodies with points at this distance from their centres.
+// Speeds of bodies, with points at this distance from their centres.
 Speeds fastest(const BodyVelocities& velocities, double distance) {
   Speeds most;
   for (const BodyVelocity& v : velocities) {
@@ -47,15 +48,14 @@ Speeds fastest(const BodyVelocities& velocities, double distance) {
   return most;
 }
 
-// A body with a velocity that is not finite would spoil all that it touches; the step is undone instead.
+// A body with a velocity that is not finite would corrupt all bodies that it touches, so the step is undone.
 bool all_finite(const BodyVelocities& velocities) {
   return std::all_of(velocities.begin(), velocities.end(), [](const BodyVelocity& v) {
     return within(v.linear, largest_coordinate) && within(v.angular, largest_coordinate);
   });
 }
 
-// The old problem, if nobody else holds it: a problem that was handed out is never changed, of one that was
-// not the memory serves the next step.
+// Takes the memory of the old problem if nothing else holds it. A problem that was handed out never changes.
 std::shared_ptr<Problem> exchange(std::shared_ptr<const Problem>& problem, std::shared_ptr<Problem> next) {
   std::shared_ptr<Problem> old;
   if (problem.use_count() == 1) old = std::const_pointer_cast<Problem>(problem);
@@ -63,7 +63,7 @@ std::shared_ptr<Problem> exchange(std::shared_ptr<const Problem>& problem, std::
   return old;
 }
 
-// What held the joints, impacts at the start included.
+// Joint reactions, including impacts at the start.
 void fill_reactions(const JointContexts& joints, const State& state, const std::vector<JointWrench>& impacts,
                     std::vector<JointReaction>& reactions) {
   reactions.resize(joints.size());
@@ -77,7 +77,7 @@ void fill_reactions(const JointContexts& joints, const State& state, const std::
 
 }  // namespace
 
-// 1. Bodies, joints, free velocities and the contacts that these could close.
+// 1. Bodies, joints, free velocities, and the contacts that these velocities could close.
 void Simulation::observe(double h, bool damped, StepClock& clock, Report& report) {
   StepScratch& s = *scratch_;
   const Model& model = *model_;
@@ -86,24 +86,24 @@ void Simulation::observe(double h, bool damped, StepClock& clock, Report& report
   place_joints(model, s.frames, state_, s.joints);
   s.joint_error = joint_error(model, s.joints);
   s.line_error = line_error(model, s.frames, state_);
-  // Motors of known effort are loads; whatever else acts on bodies and does not depend on what the step finds
-  // would be added here.
+  // Motors of known effort are loads. Any other load that does not depend on the results of the step would be
+  // added here.
   s.loads.assign(model.bodies(), BodyImpulse{});
   add_motor_loads(model, s.joints, state_, h, s.loads);
+  add_joint_forces(*tree_, s.frames, s.joints, state_, h, s.loads);
   add_actuator_loads(model, s.frames, s.joints, s.start, state_, h, s.loads);
   add_fluid_loads(model, s.frames, s.mobility, s.start, h, s.loads);
   make_free_velocities(model, state_, h, s.frames, s.mobility, s.start, s.loads, damped, s.free, s.spins);
   clock.lap(report.timings.assembly);
   s.finder.find({model, s.frames, s.free, h, margin()}, contacts_);
   clock.lap(report.timings.collision);
-  // The size of the step is known: so is the work that it may do. A limit of the user's own takes its place.
-  if (options_.max_iterations == 0 && Patience::work_left() == Patience::infinite_work)
-    Patience::limit_work(most_work(contacts_.size() + 6 * model.joints()));
+  // The size of the step is known, and so is its work limit. A limit set by the user replaces it.
+  if (options_.max_iterations == 0 && Budget::work_left() == Budget::infinite_work)
+    Budget::limit_work(most_work(contacts_.size() + 6 * model.joints()));
 }
 
-// 2. Bodies are moved where an error of position exceeds what is allowed, and observed again. Light links
-// under high tension are stiffened; the mobility that results is that of the step. Returns whether bodies
-// moved.
+// 2. Bodies are displaced if a position error exceeds the allowed one, and observed again. Light links under
+// high tension are stiffened; the step uses the resulting mobility. Returns whether bodies moved.
 bool Simulation::correct(double h, bool damped, const JointOptions& options, double search, StepClock& clock,
                          Report& report) {
   StepScratch& s = *scratch_;
@@ -137,7 +137,8 @@ Assembly Simulation::pose_problem(double h, bool damped, double recovery, const 
     hold_contacts(model, state_.contacts, h / state_.impulse_step, s.frames, contacts_);
   const Assembly assembly = assembly_of_step(model, contacts_, s.vi.rows.tags.size(), h, recovery,
                                              recovery > 0 || !damped, options_.tolerance);
-  s.vi.problem = s.spare ? std::move(s.spare) : std::make_shared<Problem>();
+  s.vi.problem = s.reusable_problem ? std::move(s.reusable_problem) : std::make_shared<Problem>();
+  s.vi.problem->law = options_.law;
   assemble(bodies, contacts_, s.vi.rows, assembly, *s.vi.problem);
   s.vi.x0.clear();
   s.vi.turns.added.clear();
@@ -150,8 +151,8 @@ Assembly Simulation::pose_problem(double h, bool damped, double recovery, const 
   return assembly;
 }
 
-// 6. and 7. The balance of energy, and the safe step where the solve or the balance failed. False, with
-// nothing reported, where the balance of a second-order step failed: a damped one follows.
+// 6. and 7. The energy balance, and the safe step if the solve or the balance failed. False, with nothing
+// reported, if the balance of a second-order step failed: a damped one follows.
 bool Simulation::keep_balance(const Assembly& assembly, const Attempt& attempt, double recovery,
                               StepSolver& solver, Report& report) {
   StepScratch& s = *scratch_;
@@ -173,13 +174,16 @@ bool Simulation::keep_balance(const Assembly& assembly, const Attempt& attempt, 
   return true;
 }
 
-// 8. Impulses go to tables and state, then the bodies move.
+// 8. Stores impulses in tables and state, then moves the bodies.
 void Simulation::move_on(double h) {
   StepScratch& s = *scratch_;
   keep_impulses(s.vi, options_.law, h, s.frames, s.after, contacts_, state_);
   std::swap(x_, s.vi.solution.x);
-  s.spare = exchange(problem_, std::move(s.vi.problem));
+  s.reusable_problem = exchange(problem_, std::move(s.vi.problem));
   fill_reactions(s.joints, state_, s.impacts, reactions_);
+  s.begun = state_.time;
+  s.stood.clear();
+  for (const BodyFrame& body : s.frames) s.stood.push_back(body.pose);
   integrate(*model_, s.frames, s.spins, s.after, h, state_);
   advance_activations(*model_, h, state_);
 }
@@ -191,14 +195,14 @@ bool Simulation::advance(double h, const Attempt& attempt, StepClock& clock, Rep
   const double recovery = attempt.recovers ? recovery_speed() : 0;
   const JointOptions joint_options{h, recovery, model.length()};
   // 1. and 2.
-  const double begun = clock.elapsed();
+  const double search_start = clock.elapsed();
   observe(h, damped, clock, report);
   add_errors(s.joint_error, s.line_error, contacts_, report);
   const double error = std::max(s.joint_error.distance, model.length() * s.joint_error.angle);
   report.joints_close = error < std::exchange(s.last_error, error);
-  const double search = clock.elapsed() - begun;
+  const double search = clock.elapsed() - search_start;
   const bool corrected = correct(h, damped, joint_options, search, clock, report);
-  // 3. Impacts, over before stiffness could act, change the start velocities; the free ones follow from both.
+  // 3. Impacts are over before stiffness can act. They change the start velocities and the free velocities.
   Speeds speeds = fastest(s.start, model.length());
   speeds.moving += h * norm(model.description().gravity);
   StepSolver solver{
@@ -206,6 +210,7 @@ bool Simulation::advance(double h, const Attempt& attempt, StepClock& clock, Rep
       corrected};
   StepSolver at_impact{options_.method,      solver.options, clock,        search,
                        s.impact_elimination, speeds,         report.solves};
+  if (options_.own_method) solver.own_method = at_impact.own_method = &options_.own_method;
   clock.set_aside(step::share_after_impacts);
   const bool bounced = resolve_impacts(
       {model, state_, s.frames, s.mobility, s.joints, joint_options, restitution_speed(), at_impact}, s.start,

@@ -9,8 +9,8 @@
 #include <mutex>
 #include <thread>
 
+#include "amontons/base/budget.hpp"
 #include "amontons/base/error.hpp"
-#include "amontons/base/patience.hpp"
 #include "amontons/base/threads.hpp"
 #include "amontons/multibody/kinematics/motion.hpp"
 
@@ -18,7 +18,7 @@ namespace amontons {
 
 namespace {
 
-// Asks the caller now and then, on the thread that called, whether to stop; every thread sees the answer.
+// Calls `interrupted` at intervals, on the thread of the caller; every thread sees the answer.
 class StopSign {
  public:
   explicit StopSign(const std::function<bool()>& interrupted) : interrupted_(interrupted) {}
@@ -29,7 +29,7 @@ class StopSign {
     if (asks()) {
       const auto now = std::chrono::steady_clock::now();
       if (now - asked_ > 20ms) {
-        asked_ = now;  // the answer costs the caller, Python, its global lock
+        asked_ = now;  // in Python a call takes the global lock
         if (interrupted_()) stop_.store(true, std::memory_order_relaxed);
       }
     }
@@ -43,7 +43,7 @@ class StopSign {
   std::atomic<bool> stop_{false};
 };
 
-// How many worlds are not at their ends, for a thread that waits for them.
+// Number of unfinished worlds, for a thread that waits for them.
 class LeftWorlds {
  public:
   explicit LeftWorlds(std::size_t count) : left_(count) {}
@@ -52,7 +52,7 @@ class LeftWorlds {
     const std::lock_guard lock(mutex_);
     if (--left_ == 0) none_.notify_all();
   }
-  // Until none is left, or the sign says stop; it is asked some fifty times a second.
+  // Waits until no world is left or the caller wants to stop; asks some fifty times per second.
   void wait(StopSign& sign) {
     using namespace std::chrono_literals;
     std::unique_lock lock(mutex_);
@@ -65,7 +65,7 @@ class LeftWorlds {
   std::size_t left_;
 };
 
-// One simulation in two rows would be advanced by two threads. Sorted by address, equals are neighbours.
+// One simulation in two rows would be advanced by two threads. After sorting by address, equals are adjacent.
 void check(const Tree& tree, Worlds worlds, const Schedule& schedule) {
   std::vector<const Simulation*> sorted;
   for (const auto& world : worlds) {
@@ -75,12 +75,16 @@ void check(const Tree& tree, Worlds worlds, const Schedule& schedule) {
   std::sort(sorted.begin(), sorted.end(), std::less<>());
   AMONTONS_REQUIRE(std::adjacent_find(sorted.begin(), sorted.end()) == sorted.end(),
                    "a world is there twice; give a copy of it");
-  const std::size_t entries = worlds.size() * schedule.records * tree.model().description().actuators.size();
-  AMONTONS_REQUIRE(schedule.controls.empty() || schedule.controls.size() == entries,
-                   "controls must have one row per world and record");
+  const std::size_t rows = worlds.size() * schedule.records;
+  AMONTONS_REQUIRE(
+      schedule.controls.empty() || schedule.controls.size() == rows * tree.model().controls().size(),
+      "controls must have one row per world and record");
+  AMONTONS_REQUIRE(schedule.joint_forces.empty() || schedule.joint_forces.size() == rows * tree.nv(),
+                   "joint_forces must have one row per world and record");
 }
 
-// `repeat` steps with one row of controls, noted in the entry `at`; throws if a step cannot be made.
+// Makes `repeat` steps with one row of controls and stores the result in the entry `at`; throws if a step
+// fails.
 void advance(Simulation& world, std::size_t repeat, StopSign& sign, Course& course, std::size_t at) {
   double residual = 0;
   for (std::size_t k = 0; k < repeat && !sign.stopped(); ++k) {
@@ -94,16 +98,21 @@ void advance(Simulation& world, std::size_t repeat, StopSign& sign, Course& cour
   course.residuals[at] = residual;
 }
 
-// All of one world, into its rows. What it throws stays with its row: the others go on.
+// Takes a row of the schedule, if it has any.
+void take_row(std::span<const double> rows, std::size_t row, std::vector<double>& values) {
+  if (!rows.empty()) std::copy_n(rows.data() + row * values.size(), values.size(), values.data());
+}
+
+// Runs one world and fills its rows. Its exceptions are stored in its row, and the others continue.
 void run(const Tree& tree, Simulation& world, std::size_t row, const Schedule& schedule, StopSign& sign,
          Course& course) {
-  const std::size_t count = tree.model().description().actuators.size(), first = row * schedule.records;
+  const std::size_t first = row * schedule.records;
   std::size_t& done = course.done[row];
   try {
     for (; done < schedule.records; ++done) {
       const std::size_t at = first + done;
-      if (!schedule.controls.empty())
-        std::copy_n(schedule.controls.data() + at * count, count, world.state().controls.data());
+      take_row(schedule.controls, at, world.state().controls);
+      take_row(schedule.joint_forces, at, world.state().joint_forces);
       advance(world, schedule.repeat, sign, course, at);
       if (sign.stopped()) return;
       const Coordinates c = read_coordinates(tree, world.state());
@@ -120,30 +129,30 @@ void run(const Tree& tree, Simulation& world, std::size_t row, const Schedule& s
 Course run_worlds(const Tree& tree, Worlds worlds, const Schedule& schedule,
                   const std::function<bool()>& interrupted) {
   check(tree, worlds, schedule);
-  // What is not reached must not look like a result.
-  constexpr double nothing = std::numeric_limits<double>::quiet_NaN();
+  // Unreached records must not look like results.
+  constexpr double unreached = std::numeric_limits<double>::quiet_NaN();
   const std::size_t rows = worlds.size() * schedule.records;
   Course course;
-  course.q.assign(rows * tree.nq(), nothing);
-  course.qd.assign(rows * tree.nv(), nothing);
-  course.residuals.assign(rows, nothing);
+  course.q.assign(rows * tree.nq(), unreached);
+  course.qd.assign(rows * tree.nv(), unreached);
+  course.residuals.assign(rows, unreached);
   course.missed.assign(rows, 0);
   course.done.assign(worlds.size(), 0);
   course.failures.resize(worlds.size());
-  // Worlds differ in what their steps cost: whoever is free takes the next one.
+  // Steps of different worlds differ in cost, so a free thread takes the next world.
   const auto threads = static_cast<unsigned>(std::clamp<std::size_t>(worlds.size(), 1, schedule.threads));
   std::atomic<std::size_t> next{0};
   LeftWorlds left(worlds.size());
   StopSign sign(interrupted);
   PoolLease pool(threads);
   pool->run(threads, [&](std::size_t) {
-    const Patience patience(infinity, [&] { return sign.stopped(); });
+    const Budget budget(infinity, [&] { return sign.stopped(); });
     for (std::size_t i; (i = next.fetch_add(1, std::memory_order_relaxed)) < worlds.size();) {
       run(tree, *worlds[i], i, schedule, sign, course);
       left.remove_one();
     }
-    // The caller goes on asking while others finish their worlds. It waits for worlds, not for threads: a
-    // thread that has no core yet holds none.
+    // The caller continues to ask while others finish their worlds. It waits for worlds, not for threads: a
+    // thread that has not been scheduled yet holds none.
     if (sign.asks()) left.wait(sign);
   });
   course.interrupted = sign.stopped();

@@ -17,37 +17,36 @@ namespace amontons {
 //
 //     F = w - u - s_t(w) e_n - t r = 0,   x o w = t e     (x in K, w in its dual; o the Jordan product),
 //
-// where s_t = sqrt(s^2 + (rounding t)^2) is the De Saxce term at w, its kink rounded off, and r what F is at
-// the start. In the limit t = 0 that is the law. For every t > 0 all is smooth inside the sets, but the
-// problem is not monotone: t is no good parameter, as the curve has folds at which it turns back and t rises
-// again for a while. Hence it is followed by its length, and what decides whether t is to fall or to rise is
-// the sign of the determinant of Newton's matrix, which changes at every fold (Allgower, Georg, "Numerical
-// continuation methods", 1990, chapter 3; Chow, Mallet-Paret, Yorke 1978 on why a curve from a generic start
-// ends at a solution or runs off).
+// where s_t = sqrt(s^2 + (rounding t)^2) is the De Saxce term at w with its kink rounded off, and r is F at
+// the start. The limit t = 0 is the law. For every t > 0 all is smooth inside the sets, but the problem is
+// not monotone. The curve has folds at which t rises again for a while, so t cannot be its parameter. The
+// curve is followed by its length. The sign of the determinant of Newton's matrix changes at every fold and
+// decides whether t must fall or rise (Allgower, Georg, "Numerical continuation methods", 1990, chapter 3). A
+// curve from a generic start ends at a solution or diverges (Chow, Mallet-Paret, Yorke 1978).
 //
 // In the scaled coordinates of the barriers (sets/barrier.hpp), dx = R z, dw = T (rho - z) with T = R^-T, a
 // step is
 //
 //     (B T + A R) z = F + B T rho,   B = dF/dw = I - e_n g', g the gradient of s_t.
 //
-// det R, det T > 0 and det B = 1: the sign is that of the matrix of the linear system, or of R' times it.
+// det R, det T > 0 and det B = 1, so this sign is that of the matrix of the linear system, or of R' times it.
 //
 // System, in units in which A and b are of order one:
-//   units().of_x()                      per block (N s), which scale the bounds of intervals
-//   size_t offset(block), size()        of the row-major matrices of the blocks, dim^2 each
+//   units().of_x()                      impulse unit per block (N s), which scales the bounds of intervals
+//   size_t offset(block), size()        layout of the row-major matrices of the blocks, dim^2 each
 //   product(x, u)                       u = A x + b
-//   int factor(R, BT)                   of B T + A R; the sign of its determinant, 0 if there are no factors
+//   int factor(R, BT)                   factors B T + A R; the sign of its determinant, 0 if it fails
 //   solve(q, z, refinements)            false if z is not finite; q may be z
 template <class System>
 class CentralCurve {
  public:
-  // In the middle of the sets. The system and K must outlive it.
+  // Starts in the middle of the sets. The system and K must outlive it.
   void start(System& system, const SetProduct& K, Law law);
-  // A step along the curve or back to it, one factorisation; false if there is no way on.
+  // One step along the curve or back to it, with one factorisation; false if no step is possible.
   bool step();
-  // Inside the sets, in the units of the system.
+  // The current x, inside the sets, in the units of the system.
   void x(std::span<double> out);
-  // Of the start: how far it is to the end.
+  // Curve parameter: 1 at the start, 0 at the solution.
   double t() const { return t_; }
 
  private:
@@ -82,34 +81,35 @@ class CentralCurve {
   Law law_{};
   Barriers barriers_;
   double t_ = 1;
-  // Of the matrix: at the start, where the last step along the curve began.
+  // Signs of the determinant: at the start, and where the last step along the curve began.
   int first_sign_ = 0, sign_before_ = 0;
-  // Where the last step along the curve began, with its direction, of which it took a share; t there, its
-  // relative change along the whole direction. Steps back to the curve since.
+  // The start of the last step along the curve: the point, the direction and the share of it that was taken.
+  // Then t, and its relative change along the whole direction. Then the number of steps back to the curve
+  // since.
   Barriers before_;
   double t_before_ = 1, dt_ = 0, step_ = 0;
   int back_steps_ = 0;
-  // Rows in which lengths are measured: not those that are free or that have no room.
+  // Marks the rows that count in lengths: not free rows and not rows without room.
   std::vector<char> counts_;
   std::vector<double> R_, BT_;
-  // F, what it was at the start, its derivative in log t.
+  // F, its value at the start, its derivative in log t.
   std::vector<double> F_, F_start_, F_t_, bent_, x_, u_, rho_;
   Direction back_, along_, trial_, corrected_;
 };
 
 namespace curve {
 
-// Shares that are halves, and lengths twice the unit: round numbers, which their neighbours do not beat. The
-// most that t rises by in a step, and falls by in a step back, beyond which the curve bends away from where
-// it is sought; how much of a step the boundary leaves; t beyond a fold, relative to that before it, below
-// which the step has come to another piece of the curve, on which it might lead round and round; the length
-// of such a step when it is done again.
+// Round numbers whose neighbours are no better: shares are 1/2, lengths 2 units. In this order: largest rise
+// of t in a step, and largest fall in a step back, since the curve bends away beyond. Next the share of a
+// step that the boundary must leave. Then the ratio of t after a fold to t before it: below this ratio the
+// step has jumped to another branch of the curve, on which it might circle. Last, the length of such a step
+// when it is repeated.
 inline constexpr double most_rise = 0.5, most_fall = 0.5, least_free = 0.5, far_from_fold = 0.5,
                         shorter = 0.5;
-// The aim of a step, in ways to the boundary; the way back to the curve, of one block, beyond which a step
-// does nothing else.
+// beyond: aim of a step, in distances to the boundary. neighbourhood: distance of one block to the curve
+// above which a step only goes back to the curve.
 inline constexpr double beyond = 2, neighbourhood = 2;
-// Halvings of a step; the last one goes straight on.
+// Halvings of a step; if the curve still bends too much, the last step is taken without the correction.
 inline constexpr int most_halvings = 6;
 
 }  // namespace curve
@@ -134,14 +134,15 @@ void CentralCurve<System>::start(System& system, const SetProduct& K, Law law) {
   counts_.assign(m, 1);
   barriers_.make(K, system.units().of_x());
   each([&]<class S>(const S&, auto& barrier, std::size_t, std::size_t) {
-    const double nothing[S::dim] = {};
-    barrier.start(nothing);
+    const double zero[S::dim] = {};
+    barrier.start(zero);
     barrier.push(1, 1);
   });
   linearise();
   for_each_block(K, [&]<class S>(const S&, std::size_t block, std::size_t row) {
     const double* R = &R_[system.offset(block)];
-    for (int k = 0; k < S::dim; ++k) counts_[row + k] = !std::is_same_v<S, Free> && R[(S::dim + 1) * k] != 0;
+    for (int k = 0; k < S::dim; ++k)
+      counts_[row + k] = !std::is_same_v<S, Bilateral> && R[(S::dim + 1) * k] != 0;
   });
   F_start_ = F_;
 }
@@ -151,7 +152,7 @@ void CentralCurve<System>::x(std::span<double> out) {
   each([&](const auto&, auto& barrier, std::size_t, std::size_t row) { barrier.primal(&out[row]); });
 }
 
-// F and its derivative in log t; of each block R and B T.
+// F and its derivative in log t; R and B T of each block.
 template <class System>
 void CentralCurve<System>::linearise() {
   x(x_);
@@ -210,8 +211,8 @@ void CentralCurve<System>::add(Direction& to, double factor, const Direction& d)
   to.dt += factor * d.dt;
 }
 
-// In the metric of the barriers on the curve, where x and w are sqrt(t) e in scaled coordinates: the
-// relative changes of x, w and t.
+// Inner product in the metric of the barriers on the curve, where x and w are sqrt(t) e in scaled
+// coordinates. It measures the relative changes of x, w and t.
 template <class System>
 double CentralCurve<System>::inner(const Direction& a, const Direction& b) const {
   double sum = 0;
@@ -220,7 +221,7 @@ double CentralCurve<System>::inner(const Direction& a, const Direction& b) const
   return sum / t_ + a.dt * b.dt;
 }
 
-// The length of the part of one block.
+// Length of the part of the direction in one block.
 template <class System>
 double CentralCurve<System>::largest(const Direction& d) const {
   double most = 0;
@@ -233,7 +234,7 @@ double CentralCurve<System>::largest(const Direction& d) const {
   return std::sqrt(most / t_);
 }
 
-// Leaves the direction in the barriers.
+// Writes the direction to the barriers.
 template <class System>
 void CentralCurve<System>::recover(const Direction& d, bool corrector) {
   const double mu = t_ * (1 + d.dt);
@@ -241,7 +242,7 @@ void CentralCurve<System>::recover(const Direction& d, bool corrector) {
   each([&](const auto&, auto& barrier, std::size_t, std::size_t row) { barrier.recover(mu, &d.z[row]); });
 }
 
-// Of the direction in the barriers: how far x and w stay inside and t above zero.
+// Largest share of the direction in the barriers that keeps x and w inside their sets and t above zero.
 template <class System>
 double CentralCurve<System>::longest_step(const Direction& d) {
   double share = d.dt < 0 ? -1 / d.dt : INFINITY;
@@ -251,8 +252,8 @@ double CentralCurve<System>::longest_step(const Direction& d) {
   return share;
 }
 
-// By how much F and the products at the end of the direction in the barriers miss the curve; what takes that
-// back, across the curve, is left in corrected_.
+// Error of F and of the products x o w at the end of the direction in the barriers. The correction across the
+// curve that removes this error is stored in corrected_.
 template <class System>
 bool CentralCurve<System>::bend(Direction& d) {
   bent_ = F_;
@@ -281,7 +282,7 @@ bool CentralCurve<System>::bend(Direction& d) {
   return true;
 }
 
-// Across the curve; where that does not lead to it soon, the last step along it was too long.
+// A step back to the curve. If such steps do not reach it soon, the last step along it was too long.
 template <class System>
 bool CentralCurve<System>::back() {
   if (++back_steps_ > curve::most_back && step_ > 0) return shorten();
@@ -302,7 +303,7 @@ bool CentralCurve<System>::move(const Direction& d, double share) {
   return true;
 }
 
-// The last step along the curve again, with a part of its length.
+// Repeats the last step along the curve with half of its length.
 template <class System>
 bool CentralCurve<System>::shorten() {
   step_ *= curve::shorter;
@@ -319,7 +320,8 @@ void CentralCurve<System>::go(double t, double dt, double step) {
   t_ = t * (1 + step * dt);
 }
 
-// Back to the curve with t held, and along it; then back across it.
+// Two directions: along_ follows the curve, back_ returns to it. back_ is solved with t held, then made
+// orthogonal to along_, within the limit on the fall of t.
 template <class System>
 bool CentralCurve<System>::find_directions() {
   target(t_, false, back_.rho);
@@ -334,8 +336,8 @@ bool CentralCurve<System>::find_directions() {
   return true;
 }
 
-// The part of t that a step aims at first: how far the way along is free decides (Mehrotra). Not positive if
-// there is no way.
+// Factor of t that a step aims at first, from the length of the direction that stays inside (Mehrotra). It is
+// not positive if no step is possible.
 template <class System>
 double CentralCurve<System>::first_part(bool falls) {
   namespace c = curve;

@@ -24,7 +24,7 @@ void CurveUnits::to_impulses(std::span<double> x) const {
   });
 }
 
-// The square of beta may be no number.
+// beta^2 may overflow or underflow, so factors are applied one at a time.
 void CurveUnits::from_velocities(std::span<double> u) const {
   for_each_block(*K_, [&]<class S>(const S&, std::size_t block, std::size_t row) {
     for (int k = 0; k < S::dim; ++k) u[row + k] = root_[block] * u[row + k] / beta_;

@@ -6,7 +6,7 @@
 
 namespace amontons {
 
-// In which each block's part of A is of order one, and the largest b:
+// Units in which the part of A of each block, and the largest entry of b, are of order one:
 //
 //   x = unit x~,   u = (beta / root) u~,   unit = beta root,   root = 1 / sqrt(mobility),
 //
@@ -15,10 +15,10 @@ class CurveUnits {
  public:
   // mobility: the mean of diag(A) per block, positive (1/kg). K must outlive it.
   void make(const SetProduct& K, std::span<const double> b, std::span<const double> mobility);
-  // Per block.
+  // Unit of x per block (N s).
   std::span<const double> of_x() const { return unit_; }
   double root(std::size_t block) const { return root_[block]; }
-  // x~ to x and u to u~, in place.
+  // Transforms x~ to x and u~ to u, in place.
   void to_impulses(std::span<double> x) const;
   void from_velocities(std::span<double> u) const;
 

@@ -1,27 +1,27 @@
-// Every tuned number of the central curve. A number enters with its unit, its reason, and the test that
-// protects it; tools/check_policy.py finds numbers elsewhere. Counts of factorisations are those of 79 steps
-// of benchmarks/corpus.py and the FCLIB files under coulomb, by "auto" and "interior-point".
+// Every tuned number of the central curve, with its unit, its reason, and the test that protects it.
+// tools/check_policy.py finds numbers elsewhere. Counts of factorisations are from 79 steps of
+// benchmarks/corpus.py and from the FCLIB files under coulomb, solved by "auto" and "interior-point".
 #pragma once
 
 namespace amontons::curve {
 
-// Kink (relative to t): how far that of the De Saxce term is rounded off; 1 leaves two more problems unsolved
-// (tests/cpp/test_central_curve.cpp).
+// Kink (relative to t): radius by which the kink of the De Saxce term is rounded; 1 leaves two more problems
+// unsolved (tests/cpp/test_central_curve.cpp).
 inline constexpr double rounding = 0.8;
-// Step (relative to the way to the boundary): where the curve bends; 0.9 takes 3 % more factorisations.
+// Step (relative to the distance to the boundary): where the curve bends; 0.9 takes 3 % more factorisations.
 inline constexpr double fraction = 0.8;
-// Step (relative to the way to the boundary): where the curve hardly bends; as in every interior point.
+// Step (relative to the distance to the boundary): where the curve hardly bends; usual for interior points.
 inline constexpr double most_fraction = 0.99;
-// Step (relative to the way to the boundary): back to the curve; 1 leaves eight more problems unsolved.
+// Step (relative to the distance to the boundary): back to the curve; 1 leaves eight more problems unsolved.
 inline constexpr double fraction_back = 0.9;
-// Aim of a step (relative to t): the least one; 0 takes 1 % more factorisations.
+// Aim of a step (relative to t): the smallest one; 0 takes 1 % more factorisations.
 inline constexpr double least_target = 0.01;
-// Correction (relative to the step): beyond it the step is halved; 0.5 takes 4 % more factorisations.
+// Correction (relative to the step): a larger one halves the step; 0.5 takes 4 % more factorisations.
 inline constexpr double most_bend = 0.7;
-// Steps back (count): in a row; where they do not lead to the curve, the last one along it was too long.
-// Without the bound 2 % more factorisations.
+// Steps back (count): in a row. If they do not reach the curve, the last step along it was too long. Without
+// the bound 2 % more factorisations.
 inline constexpr int most_back = 5;
-// Step (relative): one so short leads nowhere (tests/cpp/test_central_curve.cpp).
+// Step (relative): a shorter one makes no progress (tests/cpp/test_central_curve.cpp).
 inline constexpr double shortest_step = 1e-4;
 
 }  // namespace amontons::curve

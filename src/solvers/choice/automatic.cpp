@@ -1,16 +1,16 @@
-// method = "auto": the direct way where islands are small; otherwise a race (race.hpp) of the methods below.
-// policy.hpp says what an iteration of each costs, and what is expected of each before it has run.
+// method = "auto": the direct way if islands are small; otherwise a race (race.hpp) of the methods below.
+// policy.hpp holds the cost of an iteration of each method and the expected number of iterations.
 //
-// Three facts about the methods make the field:
+// Three facts about the methods determine the choice of contenders:
 //
-//   - A first-order iteration costs one pass over the contacts, about 10 ns for each, and soon knows which of
-//     them slide. The number of iterations grows with the condition: stresses in high or hyperstatic stacks,
+//   - A first-order iteration costs one pass over the contacts, about 10 ns each, and soon finds which of
+//     them slide. The number of iterations grows with the condition. Stresses in high or hyperstatic stacks,
 //     chains of joints and mass ratios take tens of thousands. Neither of the two methods is always faster.
-//   - A step with a factorisation costs some fifty passes, more if bodies fill their factor up. It hardly
-//     depends on the condition: the interior point takes ten to twenty, Newton's method near a solution a
-//     few.
-//   - Under coulomb no method is proven to converge. Several ways to a solution are worth more than one way
-//     gone far.
+//   - A step with a factorisation costs some fifty passes, more if the factor has much fill. It hardly
+//     depends on the condition: the interior point takes ten to twenty steps, Newton's method near a solution
+//     a few.
+//   - Under coulomb no method is proven to converge. Several methods succeed more often than one method given
+//     more time.
 #include "amontons/solvers/choice/automatic.hpp"
 
 #include <algorithm>
@@ -39,18 +39,18 @@ namespace amontons {
 
 namespace {
 
-// Why the direct way was taken.
+// The reason reported for the direct way.
 constexpr const char* eliminated = "bilateral rows are eliminated, islands are small";
 
 // Nominal costs in ns.
 struct Costs {
-  // A product fused with the passes of a first-order method; one by itself; the mean of one and of a solve
-  // with the factor.
+  // fused: a product fused with the passes of a first-order method. plain: a product alone. solve: the mean
+  // of a product and a solve with the factor.
   double fused, plain, solve;
   FactorCost factor;
 };
 
-// A factorisation without its multiplications.
+// Cost of a factorisation without its multiplications.
 double assembly(const Problem& problem) {
   return choice::factor_per_body * static_cast<double>(problem.graph.bodies()) +
          choice::factor_per_block * static_cast<double>(problem.K.blocks());
@@ -90,7 +90,7 @@ bool can_factor(const Problem& problem) {
 using From = Contender::From;
 using Field = std::vector<Contender>;
 
-// K = R^m: nothing slides or opens, the problem is a linear system.
+// K = R^m: nothing slides or opens. The problem is a linear system.
 Field linear_field(const Costs& c, bool factored) {
   Field field{
       {.start = start_cg,
@@ -98,7 +98,7 @@ Field linear_field(const Costs& c, bool factored) {
        .product = c.fused,
        .products = choice::linear_products,
        .first_turn = choice::first_turn},
-      // Contradictory rows end here, in a method that runs off along the contradiction and so proves it.
+      // For contradictory rows: a method whose iterates diverge along the contradiction and so prove it.
       {.start = start_spg,
        .why = "looks for a contradiction",
        .product = c.fused,
@@ -115,9 +115,9 @@ Field linear_field(const Costs& c, bool factored) {
   return field;
 }
 
-// Methods that need products alone. The less likely one starts when the other slows down, on large problems
-// later than on small ones. Joints are left to a factorisation where that is possible: iterations are then
-// those of contacts.
+// Methods that need only products. The less likely one starts when the other slows down, on large problems
+// later than on small ones. A factorisation eliminates the joints if possible: iterations are then those of
+// contacts.
 void add_first_order(Field& field, const Problem& problem, const Costs& c, std::size_t held, double size) {
   const bool accelerated = problem.K.contacts() >= choice::many_contacts;
   const double behind = choice::unlikelier_products * size;
@@ -137,9 +137,9 @@ void add_first_order(Field& field, const Problem& problem, const Costs& c, std::
        .constrained = held > 0});
 }
 
-// Methods that factor. The interior point is sure of its way under the associated law. Under coulomb its
-// factorisations lack symmetry, and with many contacts the path may lose its middle. Newton's method goes on
-// where the path stops, and finds the faces that hold it back.
+// Methods that factor. The interior point converges under the associated law. Under coulomb its matrices are
+// unsymmetric, and with many contacts the path may leave the middle of the cones. Newton's method continues
+// where the path stops, and finds the faces that stop it.
 void add_factoring(Field& field, const Costs& c, bool coulomb, double digits, double size) {
   const double straight = choice::path_start + choice::path_per_digit * digits;
   const double path = coulomb ? choice::path_unsymmetric * size * straight : straight;
@@ -157,21 +157,21 @@ void add_factoring(Field& field, const Costs& c, bool coulomb, double digits, do
                      .factorizations = choice::frozen_ratio * straight});
 }
 
-// Inequalities or friction.
+// Contenders for problems with inequalities or friction.
 Field field_of(const Problem& problem, const Options& options, const Costs& c, std::size_t held) {
   constexpr double most_digits = 16;  // not tuned: those of double precision
   const double digits = std::clamp(-elementary::log10(options.tolerance), 1.0, most_digits);
   const double size = 1 + static_cast<double>(problem.K.blocks()) / choice::blocks_unit;
-  const bool coulomb = options.law == Law::coulomb && problem.K.has_friction();
+  const bool coulomb = law_of(problem, options) == Law::coulomb && problem.K.has_friction();
   Field field;
   add_first_order(field, problem, c, held, size);
   if (can_factor(problem)) add_factoring(field, c, coulomb, digits, size);
   return field;
 }
 
-// What the problem says before anything has run; empty for the common case.
+// A remark on the problem before any method has run; empty for the common case.
 const char* remark(const Problem& problem) {
-  if (problem.K.all_free()) return "all rows are bilateral, a linear system: ";
+  if (problem.K.all_bilateral()) return "all rows are bilateral, a linear system: ";
   if (std::holds_alternative<CallbackOperator>(problem.A))
     return "A is a function, which cannot be factored: ";
   return can_factor(problem) ? "" : "A is too large to factor: ";
@@ -181,10 +181,10 @@ Solution race_for(const Problem& problem, const Options& options, double work) {
   const Costs costs = costs_of(problem);
   ConstrainedProblem rest;
   const bool watched = options.history || options.callback;
-  const bool held =
-      !off("joints eliminated") && !problem.K.all_free() && !watched && rest.make(problem, options.law);
-  const Field field = problem.K.all_free() ? linear_field(costs, can_factor(problem))
-                                           : field_of(problem, options, costs, held ? rest.bodies() : 0);
+  const bool held = !off("joints eliminated") && !problem.K.all_bilateral() && !watched &&
+                    rest.make(problem, law_of(problem, options));
+  const Field field = problem.K.all_bilateral() ? linear_field(costs, can_factor(problem))
+                                                : field_of(problem, options, costs, held ? rest.bodies() : 0);
   Solution s = race(problem, options, field, costs.factor, work, held ? &rest : nullptr);
   s.reason = remark(problem) + s.reason;
   return s;
@@ -196,18 +196,18 @@ Solution solve_one(const Problem& problem, const Options& options) {
   return race_for(problem, options, choice::race_work + choice::race_work_per_block * blocks);
 }
 
-// One group of islands after the direct way has failed.
+// Solves one group of islands after the direct way has failed.
 Solution solve_after_elimination(const Problem& problem, const Options& options) {
   const auto blocks = static_cast<double>(problem.K.blocks());
   return race_for(problem, options, choice::late_race_work + choice::late_race_work_per_block * blocks);
 }
 
-// A start that fulfils the tolerance is the solution, as it is for every method.
+// A start that meets the tolerance is the solution, as for every method.
 bool accepts_start(const Problem& problem, const Options& options, Solution& s) {
   if (options.x0.empty() || options.history || options.callback) return false;
   s.x.assign(options.x0.begin(), options.x0.end());
   project(problem.K, s.x, s.x);
-  measure(problem, options.law, s);
+  measure(problem, law_of(problem, options), s);
   if (!(s.residual <= options.tolerance)) return false;
   s.products = 1;
   s.status = Status::converged;
@@ -217,13 +217,13 @@ bool accepts_start(const Problem& problem, const Options& options, Solution& s) 
   return true;
 }
 
-// What elimination alone did, in words.
+// Names what elimination alone did.
 void name_elimination(Solution& s) {
   s.phases = {{s.method, eliminated, s.iterations, s.residual}};
   s.reason = describe(s.phases);
 }
 
-// The one with the smaller residual; counts and phases are those of both.
+// Returns the one with the smaller residual, with counts and phases of both.
 Solution better_of(Solution first, Solution second) {
   if (first.phases.empty()) first.phases = {{first.method, eliminated, first.iterations, first.residual}};
   first.phases.insert(first.phases.end(), second.phases.begin(), second.phases.end());
@@ -235,8 +235,8 @@ Solution better_of(Solution first, Solution second) {
   return second;
 }
 
-// One group of islands of a problem of which another one has too many rows for the direct way: where this
-// one has few, it goes that way.
+// One group of islands if another one has too many rows for the direct way: takes the direct way if this
+// group has few rows.
 Solution solve_directly_or_race(const Problem& problem, const Options& options) {
   Elimination elimination;
   Solution s;
@@ -246,8 +246,9 @@ Solution solve_directly_or_race(const Problem& problem, const Options& options) 
                                        : better_of(std::move(s), solve_after_elimination(problem, options));
 }
 
-// The whole once more after the direct way has failed, from nothing, as its best x may lie where Coulomb's
-// law has no solution nearby. The work stays bounded, as a robot that jams should not stop the clock.
+// Solves the whole problem once more after the direct way has failed. It starts from zero, because near the
+// best x Coulomb's law may have no solution. The work is bounded, so that a jammed robot does not stop a
+// simulation.
 Solution after_elimination(const Problem& problem, const Options& options, const Elimination& elimination,
                            Solution s) {
   Options rest = options;
@@ -265,11 +266,11 @@ Solution after_elimination(const Problem& problem, const Options& options, const
 
 }  // namespace
 
-// A problem by itself: islands have what the tolerance of the whole leaves them.
+// A single problem: islands share the tolerance of the whole.
 Solution automatic(const Problem& problem, const Options& options) {
   if (Solution s; accepts_start(problem, options, s)) return s;
-  // A large linear system: conjugate gradients before a factorisation.
-  if (problem.K.all_free() && problem.rows() > choice::large_linear_system) {
+  // A large linear system: conjugate gradients are tried before a factorisation.
+  if (problem.K.all_bilateral() && problem.rows() > choice::large_linear_system) {
     Solution s = solve_one(problem, options);
     if (s.status != Status::stalled) return s;
   }
@@ -281,8 +282,8 @@ Solution automatic(const Problem& problem, const Options& options) {
   return s;
 }
 
-// Mechanisms with few contacts, and few contacts alone, all islands at once: a step of a simulation has the
-// memory, the analysis and nearly the solution of the one before.
+// Mechanisms with few contacts, and few contacts alone: all islands at once. A step of a simulation reuses
+// the memory, the analysis and nearly the solution of the last step.
 bool solve_directly(const Problem& problem, const Options& options, Elimination& elimination, Solution& s) {
   if (!elimination.solve(problem, options, s)) return false;
   s = after_elimination(problem, options, elimination, std::move(s));

@@ -1,14 +1,14 @@
 // One outer step of the fixed point on the De Saxce term (Cadoux 2009; Acary, Cadoux, Lemarechal, Malick
-// 2011), and what makes it worth while. Coulomb's law asks for x in K with u + s(u) e_n in K* and
-// <x, u + s(u) e_n> = 0, s(u) = mu |u_t|. For a constant s this is the associated law with b_n + s in place
-// of b_n, a convex problem with a solution u'(s); the law holds where s = s(u'(s)), a fixed point that exists
-// under mild conditions (they prove it), though the iteration s := s(u'(s)) need not contract.
+// 2011). Coulomb's law asks for x in K with u + s(u) e_n in K* and <x, u + s(u) e_n> = 0, s(u) = mu |u_t|.
+// For a constant s this is the associated law with b_n + s in place of b_n, a convex problem with a solution
+// u'(s). The law holds if s = s(u'(s)). Such a fixed point exists under mild conditions (they prove it), but
+// the iteration s := s(u'(s)) need not contract.
 //
-// First-order iterates know what slides long before they know the stresses of a hyperstatic stack, which the
-// interior point finds at once. So in each round
+// First-order iterates find soon which contacts slide, but only slowly the stresses of a hyperstatic stack.
+// The interior point finds these at once. So in each round
 //   1.  a central path solves the convex problem of the best x so far,
-//   2.  a burst of apgd from there renews the term,
-// and do together what either needs ten times the work for. A round that does not help ends it.
+//   2.  a burst of apgd from there renews the term.
+// Either alone needs ten times the work. A round without progress ends it.
 #include "solvers/choice/frozen_path.hpp"
 
 #include <algorithm>
@@ -32,7 +32,7 @@ Problem with_frozen_term(const Problem& problem, const std::vector<double>& u) {
   return frozen;
 }
 
-// An iteration is a burst of the driver: a path, then the burst of apgd.
+// An iteration of the driver is one round: a path, then the burst of apgd.
 class FrozenPath : public VectorIterate {
  public:
   static constexpr const char* name = "apgd after a frozen path";
@@ -40,9 +40,8 @@ class FrozenPath : public VectorIterate {
   using VectorIterate::VectorIterate;
 
   std::optional<double> step() {
-    // 1. It starts cold: the friction directions are in the term, and the stresses, which the path is to
-    // replace, are no help.
-    const double scale = natural_map_at_zero(problem, options.law);
+    // 1. The path starts cold: the term holds the directions of friction, and the path replaces the stresses.
+    const double scale = natural_map_at_zero(problem, law_of(problem, options));
     Options o = options;
     o.law = Law::associated;
     o.x0 = {};

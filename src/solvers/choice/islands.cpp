@@ -12,9 +12,9 @@ namespace amontons {
 
 namespace {
 
-// Turns islands into groups: large ones alone, small ones together, with and without joints apart, because
-// what is easy for contacts and what is easy for joints differ. Islands are taken in the order of their first
-// block, so that the groups, and with them the bits of the result, depend on the problem alone.
+// Turns islands into groups: large ones alone, small ones together. Small islands with and without joints are
+// separate groups, because different methods suit them. Islands are taken in the order of their first block,
+// so that groups, and with them the bits of the result, depend only on the problem.
 std::size_t gather(std::size_t contacts, std::size_t islands, std::vector<Index>& island) {
   std::vector<std::size_t> size(islands, 0);
   std::vector<unsigned char> jointed(islands, 0);
@@ -23,7 +23,8 @@ std::size_t gather(std::size_t contacts, std::size_t islands, std::vector<Index>
     if (block >= contacts) jointed[island[block]] = 1;
   }
   std::vector<Index> group(islands);
-  // The group that takes small islands without and with joints, and its blocks; full before the first.
+  // The open group for small islands without and with joints, and its number of blocks; at first both are
+  // full.
   Index count = 0, open[2] = {};
   std::size_t filled[2] = {choice::small_island, choice::small_island};
   for (std::size_t i = 0; i < islands; ++i) {
@@ -43,15 +44,15 @@ std::size_t gather(std::size_t contacts, std::size_t islands, std::vector<Index>
 // A group of islands as a problem of its own.
 struct Part {
   Problem problem;
-  // Of the whole, for every row of the part: x_part[k] = x[rows[k]].
+  // Row of the whole problem for every row of the part: x_part[k] = x[rows[k]].
   std::vector<std::size_t> rows;
 };
 
-// The problem of some blocks, its bodies numbered in the order of their appearance. What is copied was
-// checked with the whole, so make_problem is not called: P is that of the whole, and the pattern of rows and
+// The problem of some blocks, with bodies numbered in the order of their appearance. The data were checked
+// with the whole problem, so make_problem is not called. P is that of the whole, and the pattern of rows and
 // bodies is that of its links. Blocks keep their order, contacts before joints, which is the order of the
-// rows of a ContactSystem. `body_number` is scratch, -1 before and after: sized once for all parts, so that
-// the cost of many islands is linear in the whole.
+// rows of a ContactSystem. `body_number` is scratch, -1 before and after. It is sized once for all parts, so
+// that the cost of many islands is linear in the whole.
 class Extraction {
  public:
   Extraction(const Problem& whole, std::vector<Index>& body_number)
@@ -66,13 +67,14 @@ class Extraction {
       if (!A_.bodies.centre.empty()) sub_.bodies.centre.push_back(A_.bodies.centre[body]);
       number_[body] = -1;
     }
+    part_.problem.law = whole_.law;
     part_.problem.graph = contact_graph(sub_, part_.problem.K);
     part_.problem.A = std::move(sub_);
     return std::move(part_);
   }
 
  private:
-  // The members, ascending, that lie in one run of one set.
+  // The members, ascending, that lie in one run of sets of one kind.
   template <class S>
   void take_run(const SetRun& run, const std::vector<std::size_t>& members) {
     const auto first = std::lower_bound(members.begin(), members.end(), run.block);
@@ -85,7 +87,7 @@ class Extraction {
     }
   }
 
-  // Rows of a contact are formed from its geometry; those of joints are stored, behind those of all contacts.
+  // Rows of a contact are formed from its geometry; rows of joints are stored behind those of all contacts.
   void take_rows(std::size_t block, std::size_t row, std::size_t dim) {
     const ContactGraph::Link& link = whole_.graph.links[block];
     for (std::size_t i = row; i < row + dim; ++i) {
@@ -110,7 +112,7 @@ class Extraction {
     }
   }
 
-  // The number of a body within the part; what stands for the world stays.
+  // The number of a body within the part; the index of the world stays.
   Index local(Index body) {
     if (body < 0) return body;
     if (number_[body] < 0) {
@@ -128,18 +130,18 @@ class Extraction {
   Part part_;
 };
 
-// How bad a status is for the whole, in the order of Status: what was not given enough iterations might be
-// well with more; a part that stalled, or came too late, will not; and what is impossible for one island is
-// impossible for all. The interrupt of the user goes before everything.
+// Severity of a status for the whole problem, by the order of Status. A part without enough iterations might
+// converge with more; a part that stalled or came too late does not. One infeasible island makes the problem
+// infeasible. An interrupt of the user precedes all others.
 int severity(Status status) {
   constexpr int order[] = {0, 1, 3, 2, 5, 4, 0};  // not tuned: an order
   return order[static_cast<int>(status)];
 }
 
-// How hard a part was: what it misses the tolerance by, or else what it took.
+// Hardness of a part: the factor by which it misses the tolerance; for a converged part its cost.
 using Hardness = std::tuple<double, std::size_t>;
 
-// What is said of the whole: the sums, and the words of its hardest part.
+// Adds the sums of a part; status and reason are those of the hardest part.
 void add_part(Solution& total, const Solution& s, const Part& part, double tolerance, Hardness& worst) {
   for (std::size_t k = 0; k < part.rows.size(); ++k) total.x[part.rows[k]] = s.x[k];
   add_counts(total, s);
@@ -159,8 +161,8 @@ Solution solve_by_islands(const Problem& problem, const Options& options, Method
   const auto* A = std::get_if<ContactSystem>(&problem.A);
   if (!A || options.history || options.callback) return method(problem, options);
   std::vector<Index> island;
-  // A warm start, options and law go to every part; the parts are solved in turn, so that results do not
-  // depend on threads, and the memory of one part at a time is in use.
+  // A warm start, options and law go to every part. The parts are solved in turn, so that results do not
+  // depend on threads, and only the memory of one part is in use at a time.
   std::size_t count = find_islands(problem.graph, island);
   if (count > 1) count = gather(A->contacts.size(), count, island);
   if (count <= 1) return method(problem, options);
@@ -170,17 +172,18 @@ Solution solve_by_islands(const Problem& problem, const Options& options, Method
   for (std::size_t block = 0; block < island.size(); ++block) members[island[block]].push_back(block);
   std::vector<Index> body_number(A->bodies.size(), -1);
   Solution total;
-  // What an interrupt leaves unsolved keeps this.
+  // Rows that an interrupt leaves unsolved keep zero impulses.
   total.x.assign(problem.rows(), 0.0);
   if (!options.x0.empty()) project(problem.K, options.x0, total.x);
   total.status = Status::converged;
   std::size_t left = island.size();
   Hardness worst{-1, 0};
   std::vector<double> x0;
-  const double mean_map = tolerance == ToleranceOf::each ? 0
-                                                         : natural_map_at_zero(problem, options.law) /
-                                                               std::sqrt(static_cast<double>(count));
-  // Small groups first: what an easy one leaves over is for those that follow.
+  const double mean_map =
+      tolerance == ToleranceOf::each
+          ? 0
+          : natural_map_at_zero(problem, law_of(problem, options)) / std::sqrt(static_cast<double>(count));
+  // Small groups first: the unused budget of an easy group is left to those that follow.
   std::stable_sort(members.begin(), members.end(),
                    [](const auto& a, const auto& b) { return a.size() < b.size(); });
   for (std::size_t i = 0; i < count && total.status != Status::interrupted; ++i) {
@@ -192,23 +195,23 @@ Solution solve_by_islands(const Problem& problem, const Options& options, Method
       o.x0 = x0;
     }
     if (mean_map > 0) {
-      const double map = natural_map_at_zero(part.problem, options.law);
+      const double map = natural_map_at_zero(part.problem, law_of(part.problem, options));
       o.tolerance *= std::sqrt(0.5 + 0.5 * (mean_map / map) * (mean_map / map));
       if (!(o.tolerance < 1)) o.tolerance = 1;
     }
-    // What is left of the time and of the work is shared by size, so that a hard island cannot take it from
-    // all that follow; but a group has at least half of an even share: a few bodies beside a large wall take
-    // more than their share of contacts. Above zero, as a deadline must be.
+    // The remaining time and work are shared by size, so that a hard island cannot take all. A group has at
+    // least half of an even share: a few bodies beside a large wall need more than their share of contacts.
+    // The share is above zero, because a deadline must be.
     const double part_of_rest = std::max(static_cast<double>(members[i].size()) / static_cast<double>(left),
                                          0.5 / static_cast<double>(count - i));
     o.deadline = std::max(least_deadline, options.deadline - seconds_since(start)) * part_of_rest;
-    const Patience share(std::numeric_limits<double>::infinity(), {}, Patience::Catches::no,
-                         Patience::work_left() * part_of_rest);
+    const Budget share(std::numeric_limits<double>::infinity(), {}, Budget::Catches::no,
+                       Budget::work_left() * part_of_rest);
     left -= members[i].size();
     add_part(total, method(part.problem, o), part, options.tolerance, worst);
   }
-  // Of the whole, from a product that no part knows of: islands that lie at the tolerance do so together.
-  measure(problem, options.law, total);
+  // Measured by a product of the whole problem: the islands together meet the tolerance if each does.
+  measure(problem, law_of(problem, options), total);
   if (total.residual <= options.tolerance) total.status = Status::converged;
   total.reason += "; the hardest of " + std::to_string(count) + " groups of islands";
   total.time = seconds_since(start);

@@ -1,20 +1,19 @@
-// A race of methods that needs no threshold tuned on anybody's scenes: it watches the rates of convergence.
+// A race of methods without thresholds tuned to particular scenes: it measures the rates of convergence.
 //
-//   while no one has reached the tolerance
-//     1.  the favourite: the contender with the least nominal cost expected from here to the tolerance
-//     2.  its turn: it goes on from its own state until it has done a quarter more than before
-//     3.  its rate, seen over the second half of all that it has done, says what to expect from now on
+//   while no contender has reached the tolerance
+//     1.  choose the contender with the least expected nominal cost from here to the tolerance
+//     2.  its turn: it continues from its own state until its total work has grown by a quarter
+//     3.  update its expected cost from its rate over the second half of its work
 //
-// The cost that is spent counts for nothing in 1: what matters is what is left. A first-order method that
-// converges quickly is never left; one that slows down hands over as soon as the rest of its way, at the rate
-// that it has, is longer than a factorising method is expected to take from the start, and gets its turn
-// again when that one disappoints. Each keeps momentum, metric and step lengths meanwhile, which restarts
-// from a shared iterate would cost it.
+// Past cost does not count in 1: only the remaining cost matters. A first-order method that converges quickly
+// is never left. One that slows down hands over once its remaining cost, at its present rate, exceeds the
+// expected cost of a factoring method from the start. It continues if that method is slower than expected.
+// Each contender keeps momentum, metric and step lengths; a restart from a shared iterate would lose them.
 //
-// The rate over half of the work is a compromise: residuals of spectral and accelerated steps rise and fall,
-// so that the last iterations alone tell little, and the first ones are quick everywhere. What makes no
-// progress at all is expected to take many times what it has spent: so that contenders which all stand still
-// get turns that grow together, none is starved, and the race costs at most a multiple of the winner alone.
+// Measuring the rate over half of the work is a compromise. Residuals of spectral and accelerated steps rise
+// and fall, so the last iterations alone say little, and the first ones are quick everywhere. A method
+// without progress is expected to need many times its past work. Stagnating contenders therefore get turns
+// that grow together, none is starved, and the race costs at most a multiple of the winner alone.
 #include "solvers/choice/race.hpp"
 
 #include <algorithm>
@@ -22,8 +21,8 @@
 #include <limits>
 #include <optional>
 
+#include "amontons/base/budget.hpp"
 #include "amontons/base/elementary.hpp"
-#include "amontons/base/patience.hpp"
 #include "amontons/solvers/driver/phases.hpp"
 #include "solvers/choice/policy.hpp"
 
@@ -35,25 +34,25 @@ namespace {
 struct Runner {
   const Contender* of;
   std::unique_ptr<Run> run;
-  // What it did when it was last seen: nominal cost and best residual after each turn.
+  // Nominal cost and best residual at the end of each of its turns.
   struct Mark {
     double spent, residual;
   };
   std::vector<Mark> marks;
   std::vector<double> x0;
-  // Where it ended, once it has started and stalled.
+  // Its last x, once it has started and stalled.
   std::vector<double> end;
-  // s after the start of the race; its records that the history has.
+  // Start of the run after the start of the race (s); number of its records in the history.
   double started_after = 0;
   std::size_t seen = 0;
-  // Where its record is among the phases.
+  // Index of its record among the phases.
   std::size_t record = 0;
 
   double spent(const FactorCost& factor) const {
     return static_cast<double>(run->products()) * of->product +
            static_cast<double>(run->factorizations()) * factor.nominal;
   }
-  // Whether it may start: once, and where it goes on from the end of the method before it, after that one.
+  // Whether it may start: only once. A contender that continues from the end of another one waits for it.
   bool may_start() const {
     return !run && end.empty() && (of->from != Contender::From::previous || !(this - 1)->end.empty());
   }
@@ -63,13 +62,13 @@ struct Runner {
   double expected(double tolerance, const FactorCost& factor) const;
 };
 
-// The nominal cost from here to the tolerance. Before the first expectation is used up it stands; then, with
-// the residual r at all that is spent, w, and r_h at half of it, the rate log(r_h / r) per w / 2 carries on.
+// Nominal cost from here to the tolerance. The first expectation holds until it is used up. Then the residual
+// r at the total work w and the residual r_h at half of it give a rate, log(r_h / r) per w / 2.
 double Runner::expected(double tolerance, const FactorCost& factor) const {
   if (!run) return prior(factor);
   const Mark& now = marks.back();
-  // Factorising methods gain most at the end, and are given what was expected of them; others show their
-  // rate.
+  // Factoring methods gain most at the end, so they are given the whole expected work. Other methods show
+  // their rate at once.
   const double before = of->factorizations > 0 ? prior(factor) : 0;
   if (now.spent < before) return std::max(before - now.spent, choice::least_left * before);
   const Mark* half = &marks.front();
@@ -131,22 +130,22 @@ class Race {
   const Time clock_ = std::chrono::steady_clock::now();
   std::function<bool(const IterationRecord&)> watch_;
   std::vector<Runner> runners_;
-  // The best of those that have ended, and the records of all.
+  // The best of the contenders that have ended, and the records of all.
   Solution total_;
   std::optional<Status> ended_;
   double work_, spent_ = 0;
   std::size_t iterations_ = 0;
-  // Counts of all but the one whose turn it is, for its records.
+  // Counts of all contenders except the current one, for its records.
   std::size_t other_iterations_ = 0, other_products_ = 0;
-  double now_started_ = 0;  // when that one did, s
+  double now_started_ = 0;  // start of the current contender (s)
   double best_before_ = std::numeric_limits<double>::infinity();
 };
 
-// The analysis takes as long as some hundred iterations. Where there is no time for it, there is none for
-// what it is about.
+// The analysis takes as long as some hundred iterations. Without time for it there is none for a
+// factorisation.
 double Race::analysed() const {
   constexpr double never = 1e18;  // ns; not tuned: thirty years
-  const Patience until_deadline(options_.deadline - seconds_since(clock_), {}, Patience::Catches::yes);
+  const Budget until_deadline(options_.deadline - seconds_since(clock_), {}, Budget::Catches::yes);
   try {
     return factor_.analyse(problem_);
   } catch (const LeftEarly&) {
@@ -160,7 +159,7 @@ Runner* Race::favourite() {
   const double time_left = 1e9 * (options_.deadline - seconds_since(clock_));  // not tuned: ns per s
   for (Runner& r : runners_) {
     if (!r.run && !r.may_start()) continue;
-    // A deadline that falls into a factorisation leaves the caller with nothing.
+    // A deadline during a factorisation would leave the caller without a result.
     if (r.of->factorizations > 0 && 2 * factor_.nominal > time_left) continue;
     const double expected = r.expected(options_.tolerance, factor_);
     if (expected < least) {
@@ -168,7 +167,7 @@ Runner* Race::favourite() {
       favourite = &r;
     }
   }
-  // Only now it is worth while to know what the factorisations will really cost.
+  // Only now the true cost of the factorisations is worth an analysis.
   if (favourite && favourite->of->factorizations > 0 && factor_.analyse) {
     factor_.nominal = analysed();
     factor_.analyse = nullptr;
@@ -177,7 +176,7 @@ Runner* Race::favourite() {
   return favourite;
 }
 
-// A contender starts from the best x of all, in a run of its own with what is left of the caller's limits.
+// A contender starts from the best x of all, as a run of its own with the rest of the caller's limits.
 void Race::start(Runner& r) {
   Options o = options_;
   if (watch_) o.callback = watch_;
@@ -233,10 +232,10 @@ void Race::turn(Runner& r) {
   if (over) end(r);
   if (!ended_ && iterations_left() == 0) ended_ = Status::iteration_limit;
   if (!ended_ && options_.deadline < seconds_since(clock_)) ended_ = Status::deadline;
-  if (!ended_ && (spent_ > work_ || Patience::exhausted())) ended_ = Status::stalled;
+  if (!ended_ && (spent_ > work_ || Budget::exhausted())) ended_ = Status::stalled;
 }
 
-// What was done before the turn of r, apart from what r did in this run: its records count on from there.
+// Counts before this turn of r, without those of r in this run: its records continue from there.
 void Race::count_others(const Runner& r) {
   other_iterations_ = iterations_ - (r.run ? r.run->iterations() : 0);
   other_products_ = total_.products;
@@ -244,8 +243,8 @@ void Race::count_others(const Runner& r) {
     if (other.run && &other != &r) other_products_ += other.run->products();
 }
 
-// A contender has come to its end: with a solution, or without a way on. Its status speaks for the whole only
-// where no other could say something else.
+// A contender has ended, with a solution or without progress. Its status becomes that of the race only if no
+// other contender can still end differently.
 void Race::end(Runner& r) {
   Solution s = r.run->finish();
   total_.phases[r.record].iterations = s.iterations;
@@ -263,7 +262,7 @@ void Race::keep(Solution s) {
   take_better(total_, std::move(s));
 }
 
-// A record of the one whose turn it is: counts and time go on over all, and so does the best residual.
+// A record of the current contender with iterations, products, time and best residual of the whole race.
 IterationRecord Race::among_all(IterationRecord record) {
   record.iteration += other_iterations_;
   record.products += other_products_;
@@ -272,7 +271,7 @@ IterationRecord Race::among_all(IterationRecord record) {
   return record;
 }
 
-// Those that are still under way: the best of them is measured, of the others the counts are enough.
+// Contenders still running: the best one is measured; for the others the counts suffice.
 Solution Race::result() {
   while (true) {
     Runner* best = nullptr;

@@ -1,4 +1,4 @@
-// Private: methods that race for the solution of one problem, in turns in which each keeps its state.
+// Private: methods that race for the solution of one problem, in turns; each keeps its state between turns.
 #pragma once
 #include <vector>
 
@@ -7,22 +7,22 @@
 
 namespace amontons {
 
-// The nominal cost of a factorisation (ns): what it takes at least, and where that might be worth it what its
-// symbolic analysis says, with the fill.
+// Nominal cost of a factorisation (ns): a lower bound, and, if that is competitive, the cost with fill from a
+// symbolic analysis.
 struct FactorCost {
   double nominal = 0;
-  // Null where `nominal` is all there is to know.
+  // Null if `nominal` is final.
   double (*analyse)(const Problem&) = nullptr;
 };
 
-// A method at the start of a race, and what is known of it before it has run.
+// A method at the start of a race, with its expected cost before it has run.
 struct Contender {
   enum class From : unsigned char {
     // The best x of all when it starts.
     best,
-    // The start of the solve: the best x may lie where Coulomb's law has no solution nearby.
+    // The start of the solve, because near the best x Coulomb's law may have no solution.
     start,
-    // Where the contender before it in the list ended, which it waits for.
+    // The end of the previous contender in the list; this one waits until that has ended.
     previous
   };
   Starter start;
@@ -41,12 +41,12 @@ struct Contender {
   bool constrained = false;
 };
 
-// Runs the contenders in turns until one reaches the tolerance, all have stalled, the limits of the caller
-// are reached, or nominal `work` (ns) is used up, which only counts where the caller set no limit. Costs are
-// nominal: estimates, never clocks, so that the same problem takes the same turns everywhere. x is the best
-// of all and `method` that which made it; `phases` and `reason` tell what each did, in the order of their
-// starts; counts, time and history are those of the whole. `rest`: the problem without its bilateral rows, or
-// null.
+// Runs the contenders in turns until one reaches the tolerance, all have stalled or the limits of the caller
+// are reached. If the caller set no limit, nominal `work` (ns) limits the race. Costs are nominal, that is
+// estimates and no clock readings, so that the same problem takes the same turns everywhere. x is the best of
+// all, and `method` the one that made it. `phases` and `reason` list the contenders in the order of their
+// starts. Counts, time and history are those of the whole race. `rest`: the problem without its bilateral
+// rows, or null.
 Solution race(const Problem& problem, const Options& options, const std::vector<Contender>& contenders,
               FactorCost factor, double work, ConstrainedProblem* rest = nullptr);
 

@@ -3,13 +3,13 @@
 //     x := (A + rho P)^-1 (rho P (z - w) - b),   z := Pi_K(x^ + w),   w := w + x^ - z,
 //     x^ = 1.6 x + (1 - 1.6) z_old,
 //
-// with one factorisation of A + rho P, in body space where there are bodies. It minimises the augmented
-// Lagrangian 1/2 x'Ax + b'x + rho/2 |x - z + w|_P^2 in turn over x, without K, and over z in K, without A; w
-// is the scaled multiplier of x = z. At a fixed point x = z, and the first line says -rho P w = A x + b = u,
-// the third that z = Pi_K(z - P^-1 u / rho): a solution, for any rho > 0.
+// with one factorisation of A + rho P, in body space if there are bodies. It minimises the augmented
+// Lagrangian 1/2 x'Ax + b'x + rho/2 |x - z + w|_P^2 in turn over x, without K, and over z in K, without A. w
+// is the scaled multiplier of x = z. At a fixed point x = z. The first line then gives -rho P w = A x + b =
+// u, the third z = Pi_K(z - P^-1 u / rho). So z is a solution for any rho > 0.
 //
-// Sources: Boyd et al. 2011; Stellato et al., "OSQP", 2020 (relaxation, balancing of rho); the De Saxce term
-// refreshed inside the loop as in Carpentier et al. 2024.
+// Sources: Boyd et al. 2011; Stellato et al., "OSQP", 2020 (relaxation, balancing of rho). The De Saxce term
+// is refreshed inside the loop as in Carpentier et al. 2024.
 #include "amontons/solvers/companions/admm.hpp"
 
 #include <algorithm>
@@ -25,16 +25,16 @@ namespace {
 
 // In (0, 2); 1.6 as in OSQP.
 constexpr double relaxation = 1.6;
-// Differences of the Anderson acceleration.
+// Number of differences of the Anderson acceleration.
 constexpr int memory = 10;
-// The first rho, relative to P. Small, because the modes that matter in stacks and chains have curvatures far
-// below the diagonal; the balance corrects it.
+// First rho, relative to P. It is small, because the important modes in stacks and chains have curvatures far
+// below the diagonal. The balance corrects it.
 constexpr double first_rho = 0.03;
-// The first look at the balance of the residuals: before it the residuals are still those of the start.
+// Iterations before the first balance of the residuals: earlier residuals still depend on the start.
 constexpr std::size_t balance_period = 25;
-// rho changes, and A + rho P is factored again, beyond this factor; within it a change gains too little.
+// rho changes, and A + rho P is factored again, beyond this factor; a smaller change gains too little.
 constexpr double balance_factor = 5;
-// Bounds of rho, beyond which A or rho P is lost in the rounding of the sum.
+// Bounds of rho. Beyond them A or rho P is lost in the rounding of the sum.
 constexpr double smallest_rho = 1e-6, largest_rho = 1e6;
 
 // One iteration is the fixed-point map t := F(t) of t = x^ + w, the point before projection, which holds the
@@ -48,7 +48,7 @@ class Admm : public VectorIterate {
   Admm(const Problem& p, const Options& o, Monitor& m)
       : VectorIterate(p, o, m), anderson_(p.rows(), memory) {}
 
-  // At a solution w = -g / (rho P), so that from a good x0 the multiplier is good too.
+  // At a solution w = -g / (rho P), so a good x0 gives a good multiplier.
   double start(const Start& s) {
     VectorIterate::start(s);
     system_.emplace(problem);
@@ -57,7 +57,7 @@ class Admm : public VectorIterate {
     for_each_block(problem.K, [&]<class S>(const S& set, std::size_t block, std::size_t row) {
       const double root = std::sqrt(problem.P[block]);
       double g[S::dim];
-      add_saxce_term(set, options.law, &u[row], g);
+      add_saxce_term(set, law_of(problem, options), &u[row], g);
       for (int k = 0; k < S::dim; ++k) t_[row + k] = root * (x[row + k] - g[k] / (rho_ * problem.P[block]));
     });
     factor();
@@ -95,14 +95,14 @@ class Admm : public VectorIterate {
   }
 
   // (A + rho P) x = rho P (z - w) - b - s e_n with w = t - z. Under coulomb u_t in the De Saxce term is taken
-  // from the multiplier, -rho P w = u + s e_n: it lies in the dual cone at every iteration, while A z + b is
-  // rough until the end.
+  // from the multiplier, -rho P w = u + s e_n. The multiplier lies in the dual cone at every iteration, while
+  // A z + b is inaccurate until the end.
   void solve_for_x() {
     for_each_block(problem.K, [&]<class S>(const S& set, std::size_t block, std::size_t row) {
       const double p = problem.P[block], root = std::sqrt(p);
       double v[S::dim], g[S::dim];
       for (int k = 0; k < S::dim; ++k) v[k] = rho_ * p * (x[row + k] - t_[row + k] / root);
-      add_saxce_term(set, options.law, v, g);
+      add_saxce_term(set, law_of(problem, options), v, g);
       for (int k = 0; k < S::dim; ++k)
         rhs_[row + k] = rho_ * p * x[row + k] + v[k] - problem.b[row + k] - (g[k] - v[k]);
     });
@@ -110,8 +110,8 @@ class Admm : public VectorIterate {
     ++monitor.products;
   }
 
-  // image = F(t). Returns |x - z| / (rho |z - z_old|), the primal over the dual residual in the P metric: the
-  // factor by which rho is off, since a larger rho presses x towards z and lets z move less.
+  // image = F(t). Returns |x - z| / (rho |z - z_old|), the ratio of primal and dual residual in the P metric.
+  // It is the factor by which rho is wrong: a larger rho pulls x towards z and lets z move less.
   double relax() {
     double primal = 0, dual = 0;
     for_each_block(problem.K, [&]<class S>(const S& set, std::size_t block, std::size_t row) {
@@ -130,8 +130,8 @@ class Admm : public VectorIterate {
     return std::sqrt(primal) / std::max(rho_ * std::sqrt(dual), 1e-300);
   }
 
-  // The waits double, so that the factorisations stay few and rho settles: with a rho that changes for ever
-  // convergence is not proven. The multiplier -rho P w stays, so w is scaled by rho_old / rho_new.
+  // The waits double, so that factorisations stay few and rho converges: convergence is not proven if rho
+  // changes for ever. The multiplier -rho P w stays, so w is scaled by rho_old / rho_new.
   void balance(double ratio) {
     next_balance_ = 2 * monitor.iterations();
     if (ratio < balance_factor && ratio > 1 / balance_factor) return;

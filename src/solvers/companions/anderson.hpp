@@ -8,19 +8,19 @@ namespace amontons {
 
 // Anderson acceleration (type II) of a fixed-point iteration t := F(t) with a safeguard. Let g = F(t) - t,
 // and let the columns of dG and dF be the last differences of g and of F(t). For an affine F, moving t by the
-// combination gamma of past moves changes g by -dG gamma and F(t) by -dF gamma: so the next point is
+// combination gamma of past moves changes g by -dG gamma and F(t) by -dF gamma. The next point is therefore
 //
 //     F(t) - dF gamma,   gamma = argmin |g - dG gamma|,
 //
-// the image of the point of that affine space with the smallest residual; on a linear map it is GMRES in
-// disguise. Near a point where F is not smooth the differences mislead: when |g| grows beyond
-// `tolerated_growth` over the last one, the step is taken back and the memory cleared. F is non-expansive
-// here, so that the plain iteration from there is safe.
+// the image of the point with the smallest residual in that affine space; for a linear map this is equivalent
+// to GMRES. Near a point where F is not smooth the differences mislead. If |g| exceeds `tolerated_growth`
+// times the last one, the step is undone and the memory cleared. F is non-expansive here, so the plain
+// iteration from there is safe.
 //
 // Sources: Walker, Ni 2011; Zhang, O'Donoghue, Boyd 2020 (safeguarded, for non-expansive maps).
 class Anderson {
  public:
-  // memory: differences kept, at most max_memory; each costs two vectors.
+  // memory: number of differences kept, at most max_memory; each takes two vectors.
   Anderson(std::size_t size, int memory)
       : memory_(memory),
         dG_(memory, std::vector<double>(size)),
@@ -36,7 +36,7 @@ class Anderson {
     for (std::size_t i = 0; i < n; ++i) norm += (F[i] - t[i]) * (F[i] - t[i]);
     norm = std::sqrt(norm);
     if (count_ > 0 && norm > tolerated_growth * norm_) {
-      t = F_;  // the image of the last accepted point: the plain iteration goes on from there
+      t = F_;  // the image of the last accepted point: the plain iteration continues from there
       count_ = 0;
       return;
     }
@@ -59,21 +59,22 @@ class Anderson {
     if (k == 0) return;
     double gamma[max_memory];
     if (!least_squares(k, gamma)) {
-      count_ = 1;  // this point stays, the differences go
+      count_ = 1;  // this point stays, the differences are removed
       return;
     }
     for (int j = 0; j < k; ++j)
       for (std::size_t i = 0; i < n; ++i) t[i] -= gamma[j] * dF_[j][i];
   }
-  // Forgets everything: the map has changed.
+  // Clears the memory; needed when the map has changed.
   void reset() { count_ = 0; }
 
  private:
+  // Differences (count): size of the small matrices on the stack.
   static constexpr int max_memory = 16;
-  // The residual of a good step may rise for a while; beyond twice it does not come back by itself.
+  // The residual of a good step may rise for a while; after a growth beyond two it does not recover.
   static constexpr double tolerated_growth = 2;
-  // Differences become parallel near the solution. Relative to the trace, so without a unit: it drops
-  // combinations shorter than 1e-5 of the longest, which are rounding.
+  // Differences become parallel near the solution. The number is relative to the trace and so has no unit. It
+  // drops combinations shorter than 1e-5 of the longest, which are rounding.
   static constexpr double regularisation = 1e-10;
 
   static double dot(const std::vector<double>& a, const std::vector<double>& b) {

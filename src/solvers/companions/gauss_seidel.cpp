@@ -1,13 +1,13 @@
-// Projected block Gauss-Seidel / SOR, cone after cone with the newest impulses:
+// Projected block Gauss-Seidel / SOR, each cone in turn with the newest impulses:
 //
 //     x_i := Pi_K(x_i - omega g_i / q_i),   q_i at least the largest eigenvalue of the diagonal block A_ii.
 //
 // For the associated law every such step lowers the objective, since 1/2 q_i |d|^2 + <g_i, d> bounds its
-// change from above; omega > 1 looks beyond. Information travels through a whole sweep, but only downwards in
-// the order of the rows: the weight of a stack needs about a sweep per level against that order, and a mass
-// ratio multiplies the sweeps. Bodies: velocities are carried along, so that a row costs its two bodies (Jean
-// 1999; Tasora, Anitescu 2011); matrices: rows of A. An iteration is one sweep and counts as one product; its
-// residual is another.
+// change from above; omega > 1 extrapolates. A sweep carries information through all rows, but only in their
+// order. The weight of a stack needs about one sweep per level against that order, and a mass ratio
+// multiplies the sweeps. With bodies, velocities are updated with each impulse, so that a row costs its two
+// bodies (Jean 1999; Tasora, Anitescu 2011). With a matrix, a row costs a row of A. An iteration is one sweep
+// and counts as one product; its residual is another.
 #include "amontons/solvers/companions/gauss_seidel.hpp"
 
 #include <algorithm>
@@ -21,10 +21,10 @@ namespace amontons {
 
 namespace {
 
-// A sweep knows A by rows:
+// Access of a sweep to A by rows:
 //
-//   start(x)        the state that belongs to x, without the drift of running sums
-//   entry(i, j)     of A, for the diagonal blocks
+//   start(x)        forms the state that belongs to x, without the drift of updates
+//   entry(i, j)     A_ij, for the diagonal blocks
 //   velocity(i, x)  u_i with the newest impulses
 //   change(i, dx)   x_i was changed by dx
 
@@ -78,7 +78,7 @@ struct BodySweep {
     std::fill(v.begin(), v.end(), 0.0);
     for (std::size_t i = 0; i < A.rows(); ++i) change(i, x[i]);
   }
-  // For rows of one block, which touch the same bodies in the same order.
+  // Only for rows of one block, which touch the same bodies in the same order.
   double entry(std::size_t i, std::size_t j) const {
     const JacobianRow &row = A.jacobian[i], &other = A.jacobian[j];
     double sum = i == j ? A.compliance[i] : 0.0;
@@ -110,12 +110,12 @@ template <class Sweep>
 struct GaussSeidel : VectorIterate {
   static constexpr const char* name = "gauss-seidel";
   static constexpr Limits limits{100000, 10000, 0};
-  // Sweeps between two sums of the velocities from scratch: a sum costs less than a sweep, and the rounding
-  // of 20 sweeps stays small beside any tolerance of use.
+  // Sweeps between two sums of the velocities from scratch. A sum costs less than a sweep, and the rounding
+  // of 20 sweeps is small beside any useful tolerance.
   static constexpr std::size_t renewal = 20;
   Sweep sweep;
-  // Per block the largest Gershgorin bound of its diagonal block, which no eigenvalue of it exceeds; at least
-  // P, the mean of its diagonal. 1/kg.
+  // Per block the largest Gershgorin bound of its diagonal block (1/kg), at least as large as any eigenvalue,
+  // and at least P, the mean of the diagonal.
   std::vector<double> q;
 
   GaussSeidel(const Problem& p, const Options& o, Monitor& m)
@@ -134,12 +134,12 @@ struct GaussSeidel : VectorIterate {
   }
 
   std::optional<double> step() {
-    // The first sweep is iteration 1; a new sum removes the drift of the running velocities.
+    // The first sweep is iteration 1. A new sum removes the drift of the updated velocities.
     if ((monitor.iterations() - 1) % renewal == 0) sweep.start(x);
     for_each_block(problem.K, [&]<class S>(const S& set, std::size_t block, std::size_t row) {
       double v[S::dim], g[S::dim], next[S::dim];
       for (int i = 0; i < S::dim; ++i) v[i] = sweep.velocity(row + i, x);
-      add_saxce_term(set, options.law, v, g);
+      add_saxce_term(set, law_of(problem, options), v, g);
       for (int i = 0; i < S::dim; ++i) g[i] = x[row + i] - options.sor.omega * g[i] / q[block];
       set.project(g, next);
       for (int i = 0; i < S::dim; ++i) {

@@ -1,35 +1,36 @@
 // Projected Jacobi in the P metric, x := Pi_K(x - omega P^-1 g): the projected gradient method with a fixed
-// step. Without projection the error e obeys e := (I - omega P^-1 A) e, which shrinks along every eigenvector
-// of P^-1 A with a positive eigenvalue lambda if |1 - omega lambda| < 1: for 0 < omega < 2 / lambda_max. The
-// projection does not lengthen it in the P metric, because P is a number per block. The slowest mode shrinks
-// by 1 - omega lambda_min: iterations grow with the condition, which the spectral steps of P-SPG-FB mostly
-// avoid. Source: Tasora, Anitescu 2011 (fixed-point iteration).
+// step. Without projection the error e obeys e := (I - omega P^-1 A) e. It shrinks along every eigenvector of
+// P^-1 A with a positive eigenvalue lambda if |1 - omega lambda| < 1, that is for 0 < omega < 2 / lambda_max.
+// The projection does not lengthen it in the P metric, because P is a number per block. The slowest mode
+// shrinks by 1 - omega lambda_min. Iterations thus grow with the condition; the spectral steps of P-SPG-FB
+// mostly avoid this. Source: Tasora, Anitescu 2011 (fixed-point iteration).
 #include "amontons/solvers/companions/jacobi.hpp"
 
 #include <cmath>
 
+#include "amontons/base/budget.hpp"
 #include "amontons/base/elementary.hpp"
-#include "amontons/base/patience.hpp"
 #include "amontons/solvers/driver/driver.hpp"
 
 namespace amontons {
 
 namespace {
 
-// Power iterations tend to lambda_max, mostly from below, and are some per cent short where the largest
-// eigenvalues are close to each other; the factor makes up for that. Short by half would still converge.
+// Power iterations tend to lambda_max, mostly from below. They are some per cent short if the largest
+// eigenvalues are close together; the factor makes up for that. An estimate of half lambda_max would still
+// converge.
 constexpr int power_iterations = 20;
 constexpr double estimate_factor = 1.1;
 
-// An upper estimate of lambda_max(P^-1 A) from a fixed vector without symmetry, so that the result is the
-// same every time and no symmetry of the scene hides an eigenvector. 1 for A = 0.
+// An upper estimate of lambda_max(P^-1 A); 1 for A = 0. The start vector is fixed, so that the result is
+// reproducible, and unsymmetric, so that no symmetry of the scene hides an eigenvector.
 double largest_eigenvalue(const Problem& problem, Monitor& monitor) {
   const std::size_t m = problem.rows();
   std::vector<double> v(m), Av(m);
   for (std::size_t i = 0; i < m; ++i) v[i] = 1 + 0.5 * elementary::sin(1.0 + i);
   double lambda = 0;
   for (int k = 0; k < power_iterations; ++k) {
-    Patience::leave_if_due();
+    Budget::leave_if_due();
     double norm = 0;
     for (double value : v) norm += value * value;
     norm = std::sqrt(norm);
@@ -62,7 +63,7 @@ struct Jacobi : VectorIterate {
   std::optional<double> step() {
     for_each_block(problem.K, [&]<class S>(const S& set, std::size_t block, std::size_t row) {
       double g[S::dim];
-      add_saxce_term(set, options.law, &u[row], g);
+      add_saxce_term(set, law_of(problem, options), &u[row], g);
       for (int k = 0; k < S::dim; ++k) g[k] = x[row + k] - omega * g[k] / problem.P[block];
       set.project(g, &x[row]);
     });

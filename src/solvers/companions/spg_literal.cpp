@@ -1,7 +1,7 @@
 // P-SPG-FB as published: A. Tasora, "Efficient simulation of contacts, friction and constraints using a
-// modified spectral projected gradient method", WSCG 2013, with every parameter of the paper exposed. Values
-// of the objective are compared, each trial point costs a product, and the fallback keeps the iterate with
-// the smallest projected gradient at scale tau_g:
+// modified spectral projected gradient method", WSCG 2013, with every parameter of the paper exposed. The
+// line search compares values of the objective, and each trial point costs a product. The fallback keeps the
+// iterate with the smallest projected gradient at scale tau_g:
 //
 //   x_0 := Pi_K(x_0); x_FB := x_0; alpha_0; g_0 := A x_0 + b; f_0 := 1/2 x_0'A x_0 + x_0'b; w := 1e29
 //   for j = 0 .. N_max
@@ -28,7 +28,7 @@ namespace {
 
 using Vector = std::vector<double>;
 
-// Ends the loop where rounding decides the test; by then lambda is between sigma_min^60 and sigma_max^60.
+// Ends the loop when rounding decides the test; lambda is then between sigma_min^60 and sigma_max^60.
 constexpr std::size_t max_backtracks = 60;
 
 double dot(const Vector& a, const Vector& b) {
@@ -42,7 +42,7 @@ void projected_step(const SetProduct& K, const Vector& x, double t, const Vector
   for (std::size_t i = 0; i < x.size(); ++i) out[i] -= x[i];
 }
 
-// The numbers at the lines are those of the algorithm above. Here g is u with the De Saxce term of the law.
+// The numbers at the lines are the steps of the algorithm above. g is u with the De Saxce term of the law.
 class SpgLiteral : public VectorIterate {
  public:
   static constexpr const char* name = "p-spg-fb-literal";
@@ -63,7 +63,7 @@ class SpgLiteral : public VectorIterate {
     f_ = objective_at(x, u);
     recent_.assign(o_.memory + 1, -INFINITY);  // f_{j-i} for i = 0 .. N_GLL
     recent_[0] = f_;
-    return natural_map(problem, options.law, x, u);
+    return natural_map(problem, law_of(problem, options), x, u);
   }
 
   std::optional<double> step() {
@@ -91,7 +91,7 @@ class SpgLiteral : public VectorIterate {
     g_.swap(g_next_);
     f_ = f_next;
     recent_[++j_ % recent_.size()] = f_;
-    const double map = natural_map(problem, options.law, x, u);
+    const double map = natural_map(problem, law_of(problem, options), x, u);
     if (std::sqrt(w) <= w_best_) {
       w_best_ = std::sqrt(w);
       x_FB_ = x;
@@ -101,14 +101,14 @@ class SpgLiteral : public VectorIterate {
     return map;
   }
 
-  // The fallback of the paper is chosen by its own measure; but a solve returns what has converged, and no
-  // less than it was given.
+  // The fallback of the paper is chosen by its own measure. But a solve must return an iterate that
+  // converged, and never a worse one than its start.
   void keep_best() {
     kept = x;
     kept_map_ = last_map_;
   }
   void best(Vector& out) const {
-    const double scale = natural_map_at_zero(problem, options.law);
+    const double scale = natural_map_at_zero(problem, law_of(problem, options));
     if (kept_map_ <= options.tolerance * scale)
       out = kept;
     else if (fallback_map_ <= start_map_)
@@ -119,11 +119,11 @@ class SpgLiteral : public VectorIterate {
   std::size_t backtracks() const { return backtracks_; }
 
  private:
-  // g = A x + b, and under coulomb the De Saxce correction refreshed at every evaluation.
+  // g = A x + b; under coulomb the De Saxce correction is refreshed at every evaluation.
   void gradient(const Vector& point, Vector& point_u, Vector& point_g) {
-    amontons::evaluate(problem, options.law, point, point_u, monitor);
+    amontons::evaluate(problem, law_of(problem, options), point, point_u, monitor);
     for_each_block(problem.K, [&](const auto& set, std::size_t, std::size_t row) {
-      add_saxce_term(set, options.law, &point_u[row], &point_g[row]);
+      add_saxce_term(set, law_of(problem, options), &point_u[row], &point_g[row]);
     });
   }
   // 1/2 x'Ax + x'b, the correction (g - u) of the current iterate counted as part of b
@@ -136,8 +136,8 @@ class SpgLiteral : public VectorIterate {
 
   double line_search(double dg) {
     const double f_max = *std::max_element(recent_.begin(), recent_.end());
-    // Under coulomb, f is a sum of differences with the correction of each iterate: with the correction of
-    // the trial point -d need not be a direction of ascent. Under associated the shift is exactly zero.
+    // Under coulomb, f is a sum of differences, each with the correction of its iterate: with the correction
+    // of the trial point -d need not be a direction of ascent. Under associated the shift is exactly zero.
     const double shift = f_ - objective_at(x, u);
     double lambda = 1;
     for (backtracks_ = 0;; ++backtracks_) {
@@ -145,7 +145,7 @@ class SpgLiteral : public VectorIterate {
       gradient(x_next_, u_next_, g_next_);
       const double f_next = objective_at(x_next_, u_next_) + shift;
       if (f_next <= f_max + o_.gamma * lambda * dg || backtracks_ == max_backtracks) return f_next;
-      // The minimum of the parabola with f and its slope <d, g> at 0 and f_next at lambda.
+      // The minimum of the parabola with value f and slope <d, g> at 0 and value f_next at lambda.
       const double minimum = -lambda * lambda * dg / (2 * (f_next - f_ - lambda * dg));
       lambda =
           std::clamp(std::isfinite(minimum) ? minimum : 0.0, o_.sigma_min * lambda, o_.sigma_max * lambda);
@@ -153,10 +153,10 @@ class SpgLiteral : public VectorIterate {
   }
 
   const SpgOptions& o_;
-  // P_: of every row. recent_: the ring of the last N_GLL + 1 objectives, f_j at j modulo its length.
+  // P_: mass of every row. recent_: ring of the last N_GLL + 1 objectives, f_j at j modulo its length.
   Vector P_, g_, p_, d_, x_next_, u_next_, g_next_, x_FB_, trial_, recent_;
   double alpha_ = 1, f_ = 0, w_best_ = 1e29;
-  // Natural maps: of the start, the current iterate, x_FB_ and the best iterate.
+  // Natural maps of the start, the current iterate, x_FB_ and the best iterate.
   double start_map_ = 0, last_map_ = 0, fallback_map_ = 0, kept_map_ = INFINITY;
   std::size_t backtracks_ = 0, j_ = 0;
 };

@@ -1,16 +1,16 @@
-// The equation F(x, u) = 0 of a block that is zero exactly where the block fulfils the law, and its
-// derivative dF = G dx + H du; x: impulse, u: velocity, p > 0 a mass that scales them, G and H by rows.
+// The equation F(x, u) = 0 of a block, which holds exactly if the block fulfils the law, and its derivative
+// dF = G dx + H du. x: impulse, u: velocity, p > 0: a mass that scales them, G and H by rows.
 //
 // Associated law, single rows, rolling friction: the natural map F = x - Pi(x - g / p) with Q = Pi'
 // and g = B u in derivatives, G = I - Q, H = Q B / p.
 //
 // Friction of circular and elliptic cones under coulomb: the equations of Alart and Curnier (CMAME 92, 1991),
-// docs/algorithm.md (34), which have no De Saxce term and so no kink where a sliding contact comes to rest.
+// docs/algorithm.md (34). They have no De Saxce term and so no kink where a sliding contact comes to rest.
 // With y = x - u / p, n and t its parts,
 //   open    n <= 0          F = x
 //   stick   |t| <= mu n     F = u / p
 //   slide   else            F_n = u_n / p,   F_t = x_t - mu n e,   e = t / |t|.
-// Their zeros are those of the natural map of Coulomb's law, which stays the measure.
+// Their zeros are those of the natural map of Coulomb's law, by which residuals are measured.
 #pragma once
 #include <algorithm>
 #include <array>
@@ -20,7 +20,7 @@
 
 namespace amontons {
 
-// Of the natural map.
+// Equation and derivative of the natural map.
 template <class S>
 void linearise_natural(const S& set, Law law, double p, const double* x, const double* u, double* F,
                        double* G, double* H) {
@@ -49,9 +49,9 @@ void linearise_natural(const S& set, Law law, double p, const double* x, const d
     }
 }
 
-// Of a cone with a coefficient per row, in rows scaled to a ball: x^ = x / mu and u^ = mu u, x^ . u^ = x . u,
-// |x^_t| <= x_n. The scaled step 1 / q is that of the mean coefficient. A row without friction carries
-// nothing.
+// Equation of a cone with one coefficient per row, in rows scaled to a ball: x^ = x / mu and u^ = mu u, x^ .
+// u^ = x . u, |x^_t| <= x_n. The scaled step 1 / q uses the mean coefficient. A row without friction has no
+// impulse.
 template <int d>
 void linearise_coulomb(const double* mu, double p, const double* x, const double* u, double* F, double* G,
                        double* H) {
@@ -92,7 +92,7 @@ void linearise_coulomb(const double* mu, double p, const double* x, const double
   }
 }
 
-// The coefficients of the rows of a cone that linearise_coulomb() knows.
+// Friction coefficients of the rows, for the cones that linearise_coulomb() supports.
 inline std::array<double, 2> coefficients(const Friction& set) { return {set.mu, set.mu}; }
 template <int d>
 std::array<double, d - 1> coefficients(const EllipticFriction<d>& set) {

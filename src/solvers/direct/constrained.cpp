@@ -1,8 +1,8 @@
-// A product with W of the rest is D_c', a solve with the factors of K in the place of M^-1 (mechanism.hpp),
-// and D_c; its q is the u of the whole problem where only bilateral rows act:
+// A product with W of the remaining rows (c) is D_c', a solve with the factors of K in place of M^-1
+// (mechanism.hpp), and D_c. Its q is the u of the whole problem if only bilateral rows (f) act:
 //   u_c = D_c v + E_c x_c + b_c,   K (v, -x_f) = (D_c'x_c, -b_f).
-// P of the rest is that of the whole, so that natural maps of one are natural maps of the other; residuals
-// differ in the map of zero impulses by which they are divided.
+// P of the remaining rows is that of the whole problem, so natural maps agree. Residuals differ only in their
+// divisor, the map of zero impulses.
 #include "solvers/direct/constrained.hpp"
 
 #include <algorithm>
@@ -15,16 +15,16 @@ namespace amontons {
 
 namespace {
 
-// A method at work on the rest, seen as one at work on the whole. Its residual is known without a product of
-// the whole, as bilateral rows hold: their part of the natural map is zero but for rounding, which finish()
-// measures, and takes back where it matters.
+// A run on the remaining rows, presented as a run on the whole problem. Its residual needs no product of the
+// whole: bilateral rows hold, so their part of the natural map is zero except for rounding. finish() measures
+// that rounding and removes it if necessary.
 class ConstrainedRun final : public Run {
  public:
   ConstrainedRun(ConstrainedProblem& problem, Starter starter, const Options& options)
       : problem_(problem), options_(options) {
     Options inner = options;
     inner.tolerance = direct::constrained_share * options.tolerance / problem.ratio();
-    // Impulses of bilateral rows are no start: they follow from the others.
+    // The start drops impulses of bilateral rows: they follow from the others.
     if (!options.x0.empty()) problem.restrict_to_rest(options.x0, x0_);
     inner.x0 = x0_;
     inner_ = starter(problem.rest(), inner);
@@ -46,12 +46,13 @@ class ConstrainedRun final : public Run {
     Solution s = inner_->finish();
     rest_ = std::move(s.x);
     problem_.extend(rest_, s.x);
-    // Of the whole problem, joints included: what is reported is never the residual of the rest.
-    measure(problem_.whole(), options_.law, s);
+    // The residual of the whole problem, joints included: the residual of the remaining rows is never
+    // reported.
+    measure(problem_.whole(), law_of(problem_.whole(), options_), s);
     ++s.products;
     for (int k = 0; k < direct::refinements && s.residual > options_.tolerance; ++k, ++s.products) {
       problem_.correct(s.u, s.x);
-      measure(problem_.whole(), options_.law, s);
+      measure(problem_.whole(), law_of(problem_.whole(), options_), s);
     }
     if (s.residual <= options_.tolerance)
       s.status = Status::converged;
@@ -71,7 +72,7 @@ class ConstrainedRun final : public Run {
 }  // namespace
 
 bool ConstrainedProblem::make(const Problem& problem, Law law) {
-  // One whose bodies are held already is the rest of another problem.
+  // A system with constrained bodies is itself the rest of another problem.
   const auto* A = std::get_if<ContactSystem>(&problem.A);
   if (!A || A->constrained) return false;
   problem_ = &problem;
@@ -82,11 +83,11 @@ bool ConstrainedProblem::make(const Problem& problem, Law law) {
   held_.clear();
   for (std::size_t i = 0; i < A->bodies.size(); ++i)
     if (mechanism_.place(static_cast<Index>(i)) >= 0) held_.push_back(static_cast<Index>(i));
-  // q is the u of impulses that only hold the joints.
+  // q is u for impulses that only hold the joints.
   Solution at_zero;
   extend({}, at_zero.x);
   measure(problem, law, at_zero);
-  // All other sets, in their order: contacts come first, as ContactSystem wants it.
+  // All other sets, in their order: ContactSystem requires contacts first.
   SetProduct K;
   ContactSystem rest{A->bodies, A->contacts, A->contact_compliance, {}, {}, {}};
   std::vector<double> q;
@@ -94,7 +95,7 @@ bool ConstrainedProblem::make(const Problem& problem, Law law) {
   row_.clear();
   for (const SetRun& run : problem.K.runs())
     visit_kind(run.kind, [&]<class S>() {
-      if constexpr (!std::is_same_v<S, Free>) {
+      if constexpr (!std::is_same_v<S, Bilateral>) {
         K.append(std::span<const S>(problem.K.all<S>()).subspan(run.first, run.count));
         for (std::size_t row = run.row; row < run.row + S::dim * run.count; ++row) {
           row_.push_back(row);
@@ -107,7 +108,7 @@ bool ConstrainedProblem::make(const Problem& problem, Law law) {
     });
   const auto move = [this, bodies = A->bodies](double* w) { mechanism_.move(bodies, held_, w, z_); };
   rest.constrained = std::make_shared<ConstrainedBodies>(ConstrainedBodies{held_, move});
-  rest_ = trusted_problem(std::move(rest), std::move(q), std::move(K));
+  rest_ = trusted_problem(std::move(rest), std::move(q), std::move(K), law);
   ratio_ = natural_map_at_zero(rest_, law) / natural_map_at_zero(problem, law);
   return ratio_ > 0 && std::isfinite(ratio_);
 }

@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "amontons/base/ablation.hpp"
-#include "amontons/base/patience.hpp"
+#include "amontons/base/budget.hpp"
 #include "amontons/problem/residual.hpp"
 #include "amontons/solvers/driver/driver.hpp"
 #include "solvers/direct/island_solver.hpp"
@@ -19,17 +19,17 @@ namespace amontons {
 struct Elimination::Memory {
   const Problem* problem = nullptr;
   const Options* options = nullptr;
-  // Natural maps: at zero, and what is asked for, of all islands together and of each.
+  // Natural maps: at zero impulses; the target of all islands together; the target of each.
   double scale = 0, whole = 0;
   std::vector<double> target;
   std::vector<std::size_t> order;
   Reduction reduction;
   IslandSolver small;
   std::vector<double> part;
-  // Of complete(), whose problems have islands of many rows.
+  // Used by complete(), for problems with islands of many rows.
   Mechanism mechanism;
   std::vector<double> wrenches, z;
-  std::vector<char> short_of;  // of islands: whether they fell short of the target
+  std::vector<char> short_of;  // per island: whether it missed its target
   bool solved() const { return std::find(short_of.begin(), short_of.end(), 1) == short_of.end(); }
 
   void solve_islands(std::span<const double> start, Solution& s);
@@ -42,9 +42,9 @@ Elimination::Elimination(Elimination&&) noexcept = default;
 Elimination& Elimination::operator=(Elimination&&) noexcept = default;
 Elimination::~Elimination() = default;
 
-// x of the rows that remain, island by island. The squares of their maps add up to that of the whole: an
-// island may leave an even share of what those before it have not used. Small ones are solved to rounding, so
-// that the largest, which is last, has nearly all.
+// x of the remaining rows, island by island. The squares of the islands' natural maps sum to that of the
+// whole. An island may leave an even share of the part that earlier islands did not use. Small islands are
+// solved to rounding, so the largest, which comes last, has nearly the whole target.
 void Elimination::Memory::solve_islands(std::span<const double> start, Solution& s) {
   const std::size_t count = reduction.islands();
   short_of.assign(count, 0);
@@ -63,8 +63,8 @@ void Elimination::Memory::solve_islands(std::span<const double> start, Solution&
     part.clear();
     if (!start.empty())
       for (std::size_t row : island.row) part.push_back(start[row]);
-    const IslandSolver::Result result =
-        small.solve(island, options->law, {target[i], direct::aim * even, options->max_iterations}, part);
+    const IslandSolver::Result result = small.solve(
+        island, law_of(*problem, *options), {target[i], direct::aim * even, options->max_iterations}, part);
     s.iterations += result.iterations;
     s.factorizations += result.factorizations;
     short_of[i] = !result.solved;
@@ -74,7 +74,7 @@ void Elimination::Memory::solve_islands(std::span<const double> start, Solution&
   }
 }
 
-// u = A x + b, and the natural map of the bilateral rows, |P^-1/2 u_f|.
+// Forms u = A x + b; returns the natural map of the bilateral rows, |P^-1/2 u_f|.
 double Elimination::Memory::form_u(Solution& s) const {
   s.u.resize(problem->rows());
   product(problem->A, s.x, s.u);
@@ -82,14 +82,14 @@ double Elimination::Memory::form_u(Solution& s) const {
   for (std::size_t i = 0; i < s.u.size(); ++i) s.u[i] += problem->b[i];
   double sum = 0;
   for (const SetRun& run : problem->K.runs()) {
-    if (run.kind != kind_of<Free>) continue;
+    if (run.kind != kind_of<Bilateral>) continue;
     for (std::size_t i = 0; i < run.count; ++i)
       sum += s.u[run.row + i] * s.u[run.row + i] / problem->P[run.block + i];
   }
   return std::sqrt(sum);
 }
 
-// x of the bilateral rows, u and the residual of the problem; the natural map of those rows.
+// Completes x by the bilateral rows, forms u and the residual of the problem; returns the map of those rows.
 double Elimination::Memory::complete(Solution& s) {
   reduction.recover(s.x);
   double bilateral = form_u(s);
@@ -99,7 +99,7 @@ double Elimination::Memory::complete(Solution& s) {
     reduction.correct(s.u, s.x);
     bilateral = form_u(s);
   }
-  s.residual = natural_map(*problem, options->law, s.x, s.u) / scale;
+  s.residual = natural_map(*problem, law_of(*problem, *options), s.x, s.u) / scale;
   return bilateral;
 }
 
@@ -107,20 +107,20 @@ bool Elimination::solve(const Problem& problem, const Options& options, Solution
   if (options.history || options.callback) return false;
   const auto start = std::chrono::steady_clock::now();
   Memory& m = *memory_;
-  const Patience patience(options.deadline);
-  const std::size_t bilateral_rows = problem.K.all<Free>().size();
+  const Budget budget(options.deadline);
+  const std::size_t bilateral_rows = problem.K.all<Bilateral>().size();
   const bool on_joints = 2 * bilateral_rows > problem.rows();
   if (!m.reduction.analyse(problem, on_joints ? direct::most_rows_on_joints : direct::most_rows,
                            direct::most_factor_work) ||
       !m.reduction.factor(problem))
     return false;
-  Patience::spend(m.reduction.work() / Patience::multiplications);
+  Budget::spend(m.reduction.work() / Budget::multiplications);
   m.problem = &problem;
   m.options = &options;
-  m.scale = natural_map_at_zero(problem, options.law);
+  m.scale = natural_map_at_zero(problem, law_of(problem, options));
   m.whole = direct::island_share * options.tolerance * m.scale;
   m.small.begin();
-  // Not a new one: its arrays keep their memory.
+  // Reused, not replaced: its arrays keep their memory.
   s.phases.clear();
   s.history.clear();
   s.reason.clear();
@@ -130,22 +130,21 @@ bool Elimination::solve(const Problem& problem, const Options& options, Solution
   s.x.assign(problem.rows(), 0.0);
   m.solve_islands(options.x0, s);
   double bilateral = m.complete(s);
-  // W has the rounding of a factorisation and the least compliance of K, which bodies of very different
-  // masses may raise above the tolerance. The u of the problem itself then tells the q that would have been
-  // right (defect correction).
+  // W has the rounding of a factorisation and the least compliance of K; with very different masses these may
+  // exceed the tolerance. The u of the problem itself then gives the correct q (defect correction).
   for (int round = 1; round < (off("rounds") ? 1 : direct::most_rounds) && s.residual > options.tolerance &&
-                      m.solved() && !Patience::late();
+                      m.solved() && !Budget::late();
        ++round) {
     for (std::size_t i = 0; i < m.reduction.islands(); ++i) m.reduction.shift(i, s.x, s.u);
     m.solve_islands(s.x, s);
     bilateral = m.complete(s);
   }
-  // Rows that contradict each other are for methods that can prove it.
+  // Contradictory rows are left to methods that can prove the contradiction.
   if (!(bilateral <= options.tolerance * m.scale)) return false;
   for (std::size_t i = 0; i < s.x.size(); ++i) s.objective += 0.5 * s.x[i] * (s.u[i] + problem.b[i]);
   s.time = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   s.status = s.residual <= options.tolerance ? Status::converged
-             : Patience::late()              ? Status::deadline
+             : Budget::late()                ? Status::deadline
                                              : Status::stalled;
   s.method = "elimination";
   return true;
@@ -160,7 +159,7 @@ bool Elimination::restore_joints(const Problem& problem, std::span<double> x) {
   if (mechanism.rows().empty() || mechanism.K().work() > direct::most_factor_work ||
       !mechanism.factor(problem))
     return false;
-  Patience::spend(mechanism.K().work() / Patience::multiplications);
+  Budget::spend(mechanism.K().work() / Budget::multiplications);
   mechanism.hold(problem, x, memory_->wrenches, memory_->z);
   return true;
 }

@@ -5,22 +5,22 @@
 #include <numeric>
 
 #include "amontons/base/ablation.hpp"
-#include "amontons/base/patience.hpp"
+#include "amontons/base/budget.hpp"
 #include "amontons/problem/residual.hpp"
 #include "solvers/direct/policy.hpp"
 #include "solvers/linear/row_kernel.hpp"
 
 namespace amontons {
 
-// Multiplications of short rows in a unit of work, half of those of dense kernels.
-static constexpr double multiplications_in_unit = 0.5 * Patience::multiplications;
+// Multiplications of short rows per unit of work: half as many as in dense kernels.
+static constexpr double multiplications_in_unit = 0.5 * Budget::multiplications;
 
 const IslandSolver::Faces IslandSolver::at_once = {direct::steps_at_once, direct::stale_at_once,
                                                    direct::proximal_at_once, 1};
 const IslandSolver::Faces IslandSolver::carefully = {2 * direct::steps_at_once, 2 * direct::stale_at_once,
                                                      direct::proximal_careful, direct::proximal_rise};
 
-// The mean of diag(W) per block scales the natural map of the steps; positive for blocks that nothing moves.
+// The mean of diag(W) per block scales the natural map of the steps; positive for immobile blocks too.
 void IslandSolver::start(const Reduction::Island& island) {
   island_ = &island;
   const std::size_t m = island.rows();
@@ -100,18 +100,18 @@ IslandSolver::Result IslandSolver::solve(const Reduction::Island& island, Law la
   return result_;
 }
 
-// From the start that was given, or from nothing if that is much nearer: a start below `far_off` times the
-// natural map of nothing may have the right faces, however wrong its impulses are, and a few Newton steps
-// tell.
+// Chooses the given start or zero impulses, whichever is much nearer. A start below `far_off` times the
+// natural map of zero may have the right faces even if its impulses are wrong; a few Newton steps decide
+// this.
 void IslandSolver::choose_start(std::vector<double>& x) {
   std::fill(x_.begin(), x_.end(), 0.0);
   project(island_->K, x_, x_);
   evaluate(x_, u_);
-  const double nothing = keep_better(x_, u_);
+  const double map_at_zero = keep_better(x_, u_);
   if (x.size() != x_.size()) return;
   project(island_->K, x, trial_);
   evaluate(trial_, trial_u_);
-  if (!(keep_better(trial_, trial_u_) < direct::far_off * nothing)) return;
+  if (!(keep_better(trial_, trial_u_) < direct::far_off * map_at_zero)) return;
   x_.swap(trial_);
   u_.swap(trial_u_);
 }
@@ -122,17 +122,17 @@ bool IslandSolver::has_budget() {
          (limits_.iterations == 0 || result_.iterations < limits_.iterations);
 }
 
-// Charges what was done since the last call, and sees whether that was all that may be.
+// Charges the work since the last call, and checks whether the allowance is used up.
 void IslandSolver::pay() {
-  Patience::spend(static_cast<double>(unpaid_ + work_ - paid_) / multiplications_in_unit);
+  Budget::spend(static_cast<double>(unpaid_ + work_ - paid_) / multiplications_in_unit);
   unpaid_ = 0;
   paid_ = work_;
-  ended_ = ended_ || Patience::exhausted() || Patience::late() || Patience::interrupted();
+  ended_ = ended_ || Budget::exhausted() || Budget::late() || Budget::interrupted();
 }
 
-// Newton steps from the present x. The natural map may rise on the way to the right faces: what counts is the
-// best that is seen. Directions in which W is softer than the proximal term come in at its rate only: it
-// falls.
+// Newton steps from the present x. The natural map may rise on the way to the right faces, so the best x is
+// kept. Directions in which W is softer than the proximal term converge only at the rate of that term, so
+// sigma is lowered after slow steps.
 void IslandSolver::find_faces(const Faces& how) {
   double sigma = how.proximal;
   std::size_t stale = 0;
@@ -141,7 +141,7 @@ void IslandSolver::find_faces(const Faces& how) {
     if (!newton_step(sigma)) return;
     keep_better(x_, u_);
     if (result_.map <= limits_.aim) return;
-    // One more step after the target is reached: quadratic convergence takes it to rounding.
+    // One more step after the target is reached: quadratic convergence brings it to rounding.
     if (before <= limits_.target) return;
     stale = result_.map < before ? 0 : stale + 1;
     if (stale > 0)
@@ -151,8 +151,8 @@ void IslandSolver::find_faces(const Faces& how) {
   }
 }
 
-// A whole step, wherever it leads: faces are found by going there, and a shorter step would stop at the first
-// that is wrong. Projected, as dx knows faces and not cones.
+// A full step without a line search: a shorter step would stop at the first wrong face. x is projected,
+// because dx respects faces and not cones.
 bool IslandSolver::newton_step(double sigma) {
   ++result_.iterations;
   const bool solved = newton_.solve(*island_, law_, p_, sigma, x_, u_, dx_);
@@ -167,9 +167,9 @@ bool IslandSolver::newton_step(double sigma) {
   return true;
 }
 
-// Accelerated projected gradients in the metric of W from the present x, as in first_order/apgd.cpp: all of
-// them cost less than the curve, and share loads evenly among redundant contacts, where Newton steps cannot
-// tell.
+// Accelerated projected gradients in the metric of W from the present x, as in first_order/apgd.cpp. All of
+// them together cost less than the curve. They share loads evenly among redundant contacts, where Newton
+// steps have no unique solution.
 void IslandSolver::descend() {
   std::vector<double>&y = trial_, &u_y = trial_u_;
   y = x_;
@@ -221,14 +221,14 @@ void IslandSolver::gradient_step(double L, double& dPd, double& dPm) {
   });
 }
 
-// Along the central curve. To look for the faces on the way is dearer than to go on: nearly all steps of
-// Newton's method are in vain as long as faces change.
+// Follows the central curve. No search for faces on the way: nearly all Newton steps fail as long as faces
+// change, and cost more than further steps along the curve.
 void IslandSolver::follow_curve() {
   const std::size_t m = x_.size();
-  // m^3 / 3 multiplications of a dense kernel, four in the time of one of the others, and the passes over
-  // rows.
+  // m^3 / 3 multiplications of a dense kernel, which does four in the time of one elsewhere, and the passes
+  // over rows.
   const std::size_t work_of_step = m * m * (m + 90) / 12;  // not tuned: counted
-  const double left_to_all = std::max(0.0, Patience::work_left()) * multiplications_in_unit;
+  const double left_to_all = std::max(0.0, Budget::work_left()) * multiplications_in_unit;
   if (static_cast<double>(direct::usual_curve_steps * work_of_step) > direct::share_of_curve * left_to_all)
     return;
   most_work_ = work_ + direct::most_curve_steps * work_of_step + direct::most_island_work;

@@ -8,34 +8,35 @@
 
 namespace amontons {
 
-// Solves the VI of an island, whose matrix is at hand: find x in K with u = W x + q (and the De Saxce term
-// under coulomb) in the normal cone. Three stages, each from the best x of the one before:
+// Solves the VI of an island with a dense matrix: find x in K with u = W x + q (and the De Saxce term under
+// coulomb) in the normal cone. Three stages, each from the best x so far:
 //   1. semismooth Newton steps on the faces of the start, which are right in most steps of a simulation;
 //   2. the same with a larger proximal term, for redundant contacts that stage 1 moves far away;
 //   3. the central path as a curve (central_path/central_curve.hpp), which needs no start.
-// The work is bounded whatever the problem.
+// The work is bounded for every problem.
 class IslandSolver {
  public:
   struct Limits {
-    // Natural maps in the P of the island, absolute: what is asked for, and what is worth another step or two
-    // once it is reached.
+    // Natural maps in the P of the island, absolute. `target` must be reached; `aim` is worth another step or
+    // two after that.
     double target, aim;
-    std::size_t iterations;  // Newton steps and steps along the curve; 0: the method's own
+    std::size_t iterations;  // Newton steps and steps along the curve; 0: the method's own limit
   };
   struct Result {
     bool solved;  // the target is reached
-    double map;   // natural map of the x that comes back, the best seen
+    double map;   // natural map of the returned x, the best seen
     std::size_t iterations, factorizations;
   };
-  // Call before the first of several solves, which share the work that the Patience of the thread leaves. No
-  // result depends on earlier calls: a simulation that was saved and loaded has the same bits.
+  // Call before the first of several solves, which share the rest of the work of the thread's Budget. No
+  // result depends on earlier calls: a simulation that was saved and loaded gives the same bits.
   void begin();
-  // x: the start if it has the rows of the island, and the best x seen. Its memory is kept between calls.
+  // x: the start, if it has as many entries as the island has rows; then the best x seen. Its memory is kept.
   Result solve(const Reduction::Island& island, Law law, const Limits& limits, std::vector<double>& x);
 
  private:
-  // A search for faces: Newton steps in a row, how many of them may pass without a better x, the first
-  // proximal term as a multiple of diag(W), and the factor by which it rises after a step without a better x.
+  // Parameters of a search for faces: Newton steps in a row, and number of them that may pass without a
+  // better x. Then the first proximal term as a multiple of diag(W), and its factor after a step without a
+  // better x.
   struct Faces {
     std::size_t steps, stale_steps;
     double proximal, rise;
@@ -66,10 +67,10 @@ class IslandSolver {
   NewtonDirection newton_;
   IslandSystem system_;
   CentralCurve<IslandSystem> curve_;
-  // Multiplications of this solve, those of it that were charged, and what earlier solves have not charged
-  // yet.
+  // Multiplications: of this solve; the charged part of these; not yet charged from earlier solves; the
+  // limit.
   std::size_t work_ = 0, paid_ = 0, unpaid_ = 0, most_work_ = 0;
-  bool ended_ = false;  // no work or time is left, or the user wants to stop
+  bool ended_ = false;  // no work or time is left, or the user interrupts
   Result result_{};
 };
 

@@ -37,7 +37,7 @@ void IslandSystem::product(std::span<const double> x, std::span<double> u) const
   AMONTONS_DISPATCH(add_product, u.data(), x.data(), W_.data(), x.size());
 }
 
-// Rows that nothing moves have R = 0 and T = 0, and z = 0.
+// Immobile rows have R = 0 and T = 0, and z = 0.
 int IslandSystem::factor(std::span<const double> R, std::span<const double> BT) {
   const std::size_t m = q_.size();
   for (std::size_t i = 0; i < m; ++i) {

@@ -8,13 +8,13 @@
 namespace amontons {
 
 // The VI of an island as a System of the central curve (central_path/central_curve.hpp): dense, with row
-// pivots.
+// pivoting.
 class IslandSystem {
  public:
   // mobility: the mean of diag(W) per block, positive (1/kg).
   void start(const Reduction::Island& island, std::span<const double> mobility);
 
-  // Another u of no impulses (m/s).
+  // Replaces q, the velocities u at zero impulses (m/s).
   void set_q(std::span<const double> q);
 
   const CurveUnits& units() const { return units_; }
@@ -28,7 +28,7 @@ class IslandSystem {
   const SetProduct* K_ = nullptr;
   std::vector<std::size_t> offset_, pivots_;
   CurveUnits units_;
-  std::size_t stride_ = 0;  // of matrix_
+  std::size_t stride_ = 0;  // row stride of matrix_
   std::vector<double> W_, q_, matrix_, columns_;
 };
 

@@ -12,7 +12,8 @@ namespace {
 
 constexpr int n = QuasidefiniteFactor::width;
 
-// The symmetric inverse of xx, yy, zz, xy, xz, yz by its cofactors, in the same order. False if it has none.
+// Inverts the symmetric matrix xx, yy, zz, xy, xz, yz by cofactors, in the same order. False if it is
+// singular.
 bool invert(const std::array<double, 6>& s, double (&out)[6]) {
   const auto& [xx, yy, zz, xy, xz, yz] = s;
   const double a = yy * zz - yz * yz, b = xz * yz - xy * zz, c = xy * yz - xz * yy;
@@ -23,7 +24,7 @@ bool invert(const std::array<double, 6>& s, double (&out)[6]) {
   return std::isfinite(out[0] + out[1] + out[2]);
 }
 
-// False for a point mass, and for what moves along lines only.
+// False for a point mass, and for a body that moves along lines only.
 bool turns(const Bodies& bodies, std::size_t body) {
   const auto& I = bodies.inverse_inertia[body];
   return std::any_of(I.begin(), I.end(), [](double v) { return v != 0; });
@@ -36,8 +37,8 @@ void keep_moving(const Bodies& bodies, std::size_t body, std::array<double, 6>& 
   if (!turns(bodies, body)) std::fill_n(d.begin() + 3, 3, 0.0);
 }
 
-// Whether bodies and links are those of the last call decides about the analysis, and not their places or
-// masses: a mechanism that moves keeps its pattern, and one whose joints are given in another order does not.
+// The analysis is repeated if bodies or links differ from the last call. Places and masses do not matter: a
+// moving mechanism keeps its pattern. A different order of the joints is a different pattern.
 void Mechanism::analyse(const Problem& problem, Scope scope) {
   const auto& A = std::get<ContactSystem>(problem.A);
   moves_.resize(A.bodies.size());
@@ -47,7 +48,7 @@ void Mechanism::analyse(const Problem& problem, Scope scope) {
   link_.clear();
   P_.clear();
   for (const SetRun& run : problem.K.runs()) {
-    if (run.kind != kind_of<Free>) continue;
+    if (run.kind != kind_of<Bilateral>) continue;
     for (std::size_t i = 0; i < run.count; ++i) {
       const ContactGraph::Link& link = problem.graph.links[run.block + i];
       row_.push_back(run.row + i);
@@ -60,11 +61,11 @@ void Mechanism::analyse(const Problem& problem, Scope scope) {
   if (moves_ != analysed_moves_ || link_ != analysed_link_) analyse_pattern();
 }
 
-// Bodies have positive pivots and joints negative ones: with the signs known, L S L' needs no exchange of
-// rows in any order (Vanderbei 1995, quasidefinite matrices), and the order may follow the fill alone.
+// Bodies have positive pivots and joints negative ones. With known signs L S L' needs no exchange of rows in
+// any order (Vanderbei 1995, quasidefinite matrices), so the order may minimise the fill.
 //
-// Nodes: bodies that move, then joints. Rows between the same two bodies share nodes, whatever lies between
-// them in the problem.
+// Nodes: bodies that move, then joints. All rows between the same two bodies share nodes, also if other rows
+// lie between them in the problem.
 void Mechanism::analyse_pattern() {
   node_.assign(moves_.size(), -1);
   std::vector<signed char> sign;
@@ -98,7 +99,7 @@ void Mechanism::analyse_pattern() {
   place_.assign(moves_.size(), -1);
   for (std::size_t i = 0; i < moves_.size(); ++i)
     if (moves_[i]) place_[i] = K_.position(static_cast<std::size_t>(node_[i]));
-  // Parents stand after their children: from the last on, the root of a parent is known.
+  // Parents come after their children. From the last node on, the root of a parent is known.
   root_.resize(K_.nodes());
   for (std::size_t p = root_.size(); p-- > 0;)
     root_[p] = K_.parent(p) < 0 ? static_cast<Index>(p) : root_[K_.parent(p)];
@@ -106,8 +107,8 @@ void Mechanism::analyse_pattern() {
   analysed_link_ = link_;
 }
 
-// M of the body. A body that only turns, or does not turn at all, has a unit in the place of what is
-// infinite; the columns of D are zero there (assemble_joint).
+// M of the body. A body that only turns, or does not turn, has a unit entry in place of its infinite mass or
+// inertia. The columns of D are zero there (assemble_joint).
 bool Mechanism::assemble_body(const Bodies& bodies, std::size_t body) {
   double* M = K_.diagonal(static_cast<std::size_t>(node_[body]));
   const double w = bodies.inverse_mass[body];
@@ -121,15 +122,15 @@ bool Mechanism::assemble_body(const Bodies& bodies, std::size_t body) {
   return true;
 }
 
-// -E and the rows of D of one joint. Rows that a node of six has left over are -1 with zeros beside them:
-// they hold nothing, and their entries of solutions are not read.
+// -E and the rows of D of one joint. Unused rows of a node of six are -1 with zeros beside them: they
+// constrain nothing, and their entries of solutions are not read.
 void Mechanism::assemble_joint(const Problem& problem, std::size_t joint, std::size_t& edge) {
   const auto& A = std::get<ContactSystem>(problem.A);
   const std::size_t contact_rows = problem.rows() - A.jacobian.size();
   const Joint& j = joints_[joint];
   double* E = K_.diagonal(node_of_joint(joint));
   for (std::size_t k = 0; k < width; ++k) {
-    double e = 1;  // of a row that is not there
+    double e = 1;  // for an unused row
     if (k < j.rows.size())
       e = std::max(A.compliance[row_[j.rows[k]] - contact_rows], direct::least_compliance * P_[j.rows[k]]);
     E[(n + 1) * k] = -e;
@@ -170,8 +171,8 @@ void Mechanism::right_side(std::span<const double> u, std::vector<double>& r) co
   }
 }
 
-// A body that does not move in some way takes no part of w there: in K a unit stands for its infinite mass,
-// which would turn it into a velocity.
+// Entries of w along directions in which the body cannot move are dropped: K has a unit in place of the
+// infinite mass there, which would turn them into velocities.
 void Mechanism::add_wrenches(const Bodies& bodies, std::span<const double> w, std::vector<double>& r) const {
   for (std::size_t i = 0; i < place_.size(); ++i) {
     if (place_[i] < 0) continue;
@@ -182,8 +183,8 @@ void Mechanism::add_wrenches(const Bodies& bodies, std::span<const double> w, st
   }
 }
 
-// v of K (v, -x_f) = (w, 0): joints answer to w as they do in the whole problem, b_f = 0 as only the change
-// counts.
+// v of K (v, -x_f) = (w, 0): joints react to w as in the whole problem. b_f = 0, because the result is only
+// the change of the velocities.
 void Mechanism::move(const Bodies& bodies, const std::vector<Index>& body, double* w,
                      std::vector<double>& z) const {
   z.assign(width * K_.nodes(), 0.0);
@@ -213,7 +214,7 @@ void Mechanism::hold(const Problem& problem, std::span<double> x, std::vector<do
   add_impulses(z, x);
 }
 
-// K (v, -dx_f) = (0, -u_f): the impulses that take u_f away, with what they do to the bodies among them.
+// K (v, -dx_f) = (0, -u_f): impulses that make u_f zero, including their effect on the mechanism's bodies.
 void Mechanism::correct(std::span<const double> u, std::span<double> x, std::vector<double>& z) const {
   right_side(u, z);
   K_.forward(z.data());

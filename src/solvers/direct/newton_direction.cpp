@@ -39,7 +39,7 @@ void NewtonDirection::linearise(const Reduction::Island& island, Law law, const 
   });
 }
 
-// What is at its bound goes there; W times that, du, is known.
+// Blocks at a bound move to it. The change du that this causes, W times the moves, is known.
 void NewtonDirection::take_bounds(const Reduction::Island& island, std::vector<double>& dx) {
   const std::size_t m = island.rows();
   active_.clear();
@@ -63,7 +63,7 @@ void NewtonDirection::take_bounds(const Reduction::Island& island, std::vector<d
   rhs_.resize(rows);
 }
 
-// Matrix and right hand side of the blocks that act. Most rows of H have one number.
+// Matrix and right-hand side of the active blocks. Most rows of H have one nonzero.
 void NewtonDirection::fill(const Reduction::Island& island, double sigma) {
   const std::size_t m = island.rows(), stride = factor_stride(rhs_.size());
   J_.assign(rhs_.size() * stride, 0.0);
@@ -83,7 +83,7 @@ void NewtonDirection::fill(const Reduction::Island& island, double sigma) {
   }
 }
 
-// J += h w, of a row w of W the columns of the blocks that act.
+// J += h w, where w is a row of W restricted to the columns of the active blocks.
 void NewtonDirection::add_active(const double* w, double h, double* J) const {
   for (std::size_t b : active_) {
     const Linear& l = linear_[b];

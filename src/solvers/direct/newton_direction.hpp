@@ -11,19 +11,19 @@ namespace amontons {
 //
 //   (G + H (W + sigma p)) dx = -F,
 //
-// with a proximal term about x. Blocks at a bound have H = 0, dx = -F: only the others, those that act, are
+// with a proximal term about x. Blocks at a bound have H = 0, dx = -F. Only the other, active blocks are
 // factored.
 class NewtonDirection {
  public:
-  // p: a mass per block. False where the matrix is singular.
+  // p: a mass per block. False if the matrix is singular.
   bool solve(const Reduction::Island& island, Law law, const std::vector<double>& p, double sigma,
              const std::vector<double>& x, const std::vector<double>& u, std::vector<double>& dx);
-  // Of the last solve: rows that were factored.
+  // Number of rows that the last solve factored.
   std::size_t rows() const { return rhs_.size(); }
 
  private:
   struct Linear {
-    std::size_t row, dim, column;  // of the first of its rows, in the matrix
+    std::size_t row, dim, column;  // the first of its rows, its size, and its first column in the matrix
     bool acts;                     // H is not zero
     double p, F[6], G[36], H[36];
   };

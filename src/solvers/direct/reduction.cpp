@@ -1,6 +1,6 @@
-// W is formed on the way up the elimination tree: a node's six rows of Y are ready once its children have
-// passed on theirs, and give their part of Y'S Y at once, while they are in the cache. The way down, which a
-// solve with K per column would need too, is spared.
+// W is formed on the way up the elimination tree. The six rows of Y of a node are complete once its children
+// have passed on their parts. They contribute to Y'S Y at once, while they are in the cache. A solve with K
+// per column would also need the way down; this one does not.
 #include "solvers/direct/reduction.hpp"
 
 #include <algorithm>
@@ -17,12 +17,12 @@ bool Reduction::analyse(const Problem& problem, std::size_t most_rows, double mo
   return mechanism_.K().work() <= most_work && find_islands(problem, most_rows);
 }
 
-// Union-find over mechanisms, each by its root, and one more node for blocks without a moving body. Islands
-// are numbered in the order of their first blocks.
+// Union-find over mechanisms, each represented by its root, with one more node for blocks without a moving
+// body. Islands are numbered in the order of their first blocks.
 bool Reduction::find_islands(const Problem& problem, std::size_t most_rows) {
   rest_.clear();
   for (const SetRun& run : problem.K.runs()) {
-    if (run.kind == kind_of<Free>) continue;
+    if (run.kind == kind_of<Bilateral>) continue;
     std::size_t dim = 0;
     visit_kind(run.kind, [&]<class S>() { dim = S::dim; });
     for (std::size_t i = 0; i < run.count; ++i) {
@@ -78,8 +78,8 @@ bool Reduction::factor(const Problem& problem) {
   return true;
 }
 
-// At a node with c columns the upper half of the Gram product takes 6 c^2 / 2, the solve and what is passed
-// on 36 c.
+// At a node with c columns the upper half of the Gram product takes 6 c^2 / 2 multiplications, the solve and
+// the update of the parent 36 c.
 double Reduction::work() const {
   double sum = mechanism_.K().work();
   for (const Range& range : range_)
@@ -119,11 +119,11 @@ void Reduction::fill_islands(const Problem& problem) {
   }
 }
 
-// The range of a node is the hull of those of its children and of the columns that begin there. Those of an
-// island are side by side, so that no range holds columns of two.
+// The range of a node is the hull of the ranges of its children and of the columns that begin there. Columns
+// of one island are adjacent, so no range contains columns of two islands.
 void Reduction::place_columns() {
   const QuasidefiniteFactor& K = mechanism_.K();
-  // Empty: a first column after the last.
+  // An empty range: its first column is after its last.
   range_.assign(K.nodes(), {~std::size_t{0}, 0, 0});
   island_of_node_.assign(K.nodes(), -1);
   std::size_t column = 0;
@@ -149,11 +149,11 @@ void Reduction::place_columns() {
       island_of_node_[p] = island_of_node_[k];
     }
   }
-  // What fills up the last row of a child may reach beyond that of its parent.
+  // The padding of the last row of a child may exceed that of its parent.
   Y_.assign(size + lanes, 0.0);
 }
 
-// D_c' at the nodes of the bodies, from which the columns start.
+// Writes D_c' at the nodes of the bodies, where the columns start.
 void Reduction::start_columns(const Problem& problem) {
   const auto& A = std::get<ContactSystem>(problem.A);
   const std::size_t contact_rows = problem.rows() - A.jacobian.size();
@@ -171,7 +171,7 @@ void Reduction::start_columns(const Problem& problem) {
   }
 }
 
-// Of a row between two bodies of one mechanism both parts stand in one column, at two nodes.
+// For a row between two bodies of one mechanism, both parts are in one column, at two nodes.
 void Reduction::start_column(const Bodies& bodies, const JacobianRow& D, std::size_t column) {
   const auto start = [&](Index body, std::array<double, 6> d) {
     const Index place = mechanism_.place(body);
@@ -184,7 +184,7 @@ void Reduction::start_column(const Bodies& bodies, const JacobianRow& D, std::si
   start(D.body_b, D.b);
 }
 
-// Y = L^-1 (D_c', 0) from the leaves to the roots, W and q on the way.
+// Y = L^-1 (D_c', 0) from the leaves to the roots; W and q are formed on the way.
 void Reduction::sweep() {
   const QuasidefiniteFactor& K = mechanism_.K();
   for (std::size_t k = 0; k < K.nodes(); ++k) {
@@ -207,7 +207,7 @@ void Reduction::sweep() {
   }
 }
 
-// The upper half of W += s Y'Y, and q += s Y'y, of one node.
+// W += s Y'Y (upper half) and q += s Y'y for one node.
 void Reduction::add_products(std::size_t node, const Range& range) {
   const std::size_t first = first_column_[island_of_node_[node]], size = range.size();
   Island& island = islands_[island_of_node_[node]];
@@ -241,8 +241,8 @@ void Reduction::recover(std::span<double> x) {
   mechanism_.add_impulses(z_, x);
 }
 
-// q := u_c - W x_c. With u from a product with the whole A at x, the error that K's rounding made in W and q
-// is zero there: what is solved next is the correction.
+// q := u_c - W x_c. With u from a product with the whole A at x, the errors of W and q from the rounding of K
+// vanish at x. The next solve finds the correction.
 void Reduction::shift(std::size_t i, std::span<const double> x, std::span<const double> u) {
   Island& island = islands_[i];
   const std::size_t m = island.rows();

@@ -6,21 +6,21 @@
 
 namespace amontons {
 
-// What is left of a problem once its bilateral rows (f) are eliminated: the other rows (c) with the mobility
-// of the constrained bodies, docs/algorithm.md (32),
+// The rest of a problem after its bilateral rows (f) are eliminated: the other rows (c) with the mobility of
+// the constrained bodies, docs/algorithm.md (32),
 //
 //   u_c = W x_c + q,   W = D_c [K^-1]_vv D_c' + E_c,   q = b_c + D_c [K^-1 (0, -b_f)]_v,
 //
-// and their sets as they were. Bilateral rows are no inequalities: they leave the VI exactly. W falls apart
-// into islands, rows on bodies that neither bilateral nor other rows connect.
+// and their sets unchanged. Bilateral rows are equations, so they leave the VI exactly. W is block diagonal
+// over islands: sets of bodies that bilateral and other rows connect.
 //
 // With K = L S L', Y = L^-1 (D_c', 0) and y = L^-1 (0, -b_f): W = Y'S Y + E_c, q = b_c + Y'S y. A column of Y
-// is zero but on the way from its bodies to the root of the elimination tree. Columns are sorted by the place
-// of their body, so that those that pass a node are a range, and all loops run along rows of it.
+// is nonzero only on the path from its bodies to the root of the elimination tree. Columns are sorted by the
+// place of their body, so that the columns through a node form a range, and all loops run along rows of it.
 class Reduction {
  public:
-  // One island: its sets, W (row-major), q, and P of the problem, in one order, and the row of the problem
-  // that each of its rows is.
+  // One island: its sets, W (row-major), q and P in one order, and for each of its rows the row of the
+  // problem.
   struct Island {
     SetProduct K;
     std::vector<double> W, q, P;
@@ -28,42 +28,42 @@ class Reduction {
     std::size_t rows() const { return row.size(); }
   };
 
-  // Finds the islands and analyses K. False where elimination does not apply: a matrix or a function in the
-  // place of bodies, an island of more than `most_rows` rows, a factorisation of more than `most_work`
-  // multiplications.
+  // Finds the islands and analyses K. False where elimination does not apply: for a matrix or a function in
+  // place of bodies. It does not apply either to an island of more than `most_rows` rows, or a factorisation
+  // of more than `most_work` multiplications.
   bool analyse(const Problem& problem, std::size_t most_rows, double most_work);
   // W and q; false if K has no factorisation.
   bool factor(const Problem& problem);
 
   std::size_t islands() const { return count_; }
   const Island& island(std::size_t i) const { return islands_[i]; }
-  // Moves q to where W x + q is the u of the problem: of an x, of which u is known.
+  // Given x and the u of the problem at x, moves q so that W x + q = u there.
   void shift(std::size_t island, std::span<const double> x, std::span<const double> u);
   const Mechanism& mechanism() const { return mechanism_; }
   // Multiplications of factor().
   double work() const;
 
-  // x_f of the x_c in x.
+  // Completes the x_c in x by x_f.
   void recover(std::span<double> x);
-  // Changes x_f by what u = A x + b has left of zero there; x_c stays.
+  // Corrects x_f for the remaining u = A x + b there; x_c stays.
   void correct(std::span<const double> u, std::span<double> x);
 
  private:
   static constexpr std::size_t width = QuasidefiniteFactor::width;
-  // A block that remains: its set is number `set` of its kind; places of its bodies in the order of K, the
-  // first of them.
+  // A remaining block: number `set` of its kind; places of its bodies in the order of K; the first of these
+  // places.
   struct Rest {
     std::size_t block, row, dim, kind, set;
     Index a, b, first, island;
   };
-  // Columns [first, last) pass a node: six rows of so many numbers, from `at` on. Rows are filled up with
-  // zeros to whole vectors, which saves their loops the rest.
+  // Columns [first, last) pass a node; its six rows of that length begin at `at`. Zeros pad the rows to whole
+  // vectors, so that loops need no remainder.
   struct Range {
     std::size_t first, last, at;
     std::size_t size() const { return last - first; }
     std::size_t stride() const { return (size() + lanes - 1) / lanes * lanes; }
   };
-  static constexpr std::size_t lanes = 8;  // not tuned: of a vector
+  static constexpr std::size_t lanes = 8;  // not tuned: entries of a vector register
 
   bool find_islands(const Problem& problem, std::size_t most_rows);
   void fill_islands(const Problem& problem);
@@ -78,7 +78,7 @@ class Reduction {
   std::vector<Index> parent_, number_;
   std::size_t count_ = 0;
   std::vector<Island> islands_;
-  // Of the columns of Y: where those of each island begin; of the nodes: range and island.
+  // Columns of Y: the first of each island. Nodes: range and island.
   std::vector<std::size_t> first_column_;
   std::vector<Range> range_;
   std::vector<Index> island_of_node_;

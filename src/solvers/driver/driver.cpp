@@ -11,13 +11,13 @@ namespace amontons {
 
 namespace {
 
-// The best residual must shrink by 1 % within the stall window. Less would take tens of windows per digit.
+// The best residual must shrink by 1 % within the stall window. A lower rate needs tens of windows per digit.
 constexpr double progress = 0.99;
 
-// Candidates for a certificate at the end of a solve that failed. Where no solution exists, the iterates of a
-// projected iteration differ in the limit by a constant displacement d, and this d is a certificate (Banjac,
-// Goulart, Stellato, Boyd 2019). So x = x_0 + n d runs off along d: x / |x| tends to d, best seen in the last
-// iterate; and d itself is the step of the natural map, Pi_K(x - P^-1 u) - x. Three products at most.
+// Candidates for a certificate after a failed solve. If no solution exists, the iterates of a projected
+// iteration differ in the limit by a constant displacement d, and this d is a certificate (Banjac, Goulart,
+// Stellato, Boyd 2019). So x = x_0 + n d diverges along d, and x / |x| tends to d, best seen in the last
+// iterate. d itself is the step of the natural map, Pi_K(x - P^-1 u) - x. At most three products.
 bool infeasible(const Problem& problem, Law law, std::span<const double> x, std::span<const double> u,
                 std::span<const double> last) {
   if (proves_infeasible(problem, law, x) || proves_infeasible(problem, law, last)) return true;
@@ -35,7 +35,7 @@ bool infeasible(const Problem& problem, Law law, std::span<const double> x, std:
 
 Monitor::Monitor(const Options& options, const Limits& limits)
     : options_(options),
-      deadline_(std::min(options.deadline, Patience::left())),
+      deadline_(std::min(options.deadline, Budget::left())),
       start_(std::chrono::steady_clock::now()),
       limit_(options.max_iterations ? options.max_iterations : limits.iterations),
       stall_window_(limits.stall_window) {
@@ -44,38 +44,38 @@ Monitor::Monitor(const Options& options, const Limits& limits)
 
 std::optional<Status> Monitor::observe(double residual, double objective, double step,
                                        std::size_t backtracks) {
-  // The record comes first, so that the history ends with the iterate that ended the solve; then the reasons
-  // to stop in the order in which they are reported where several hold.
+  // The record comes first, so that the history ends with the iterate that ended the solve. The reasons to
+  // stop follow in order of precedence.
   const double now = elapsed();
   improved_ = residual < best_;
   if (improved_) best_ = residual;
   const IterationRecord record{iterations_, products, now, residual, best_, objective, step, backtracks};
   if (options_.history) history.push_back(record);
   if (residual <= options_.tolerance) return Status::converged;
-  if (stopped_ || Patience::interrupted() || (options_.callback && options_.callback(record)))
+  if (stopped_ || Budget::interrupted() || (options_.callback && options_.callback(record)))
     return Status::interrupted;
   if (now > deadline_) return Status::deadline;
-  if (iterations_ >= limit_ || Patience::exhausted()) return Status::iteration_limit;
-  // Stagnation is measured on the best residual, which the rise and fall of the current one does not touch.
+  if (iterations_ >= limit_ || Budget::exhausted()) return Status::iteration_limit;
+  // Stagnation is measured on the best residual, because the current one rises and falls.
   if (best_ <= progress * milestone_) {
     milestone_ = best_;
     last_progress_ = iterations_;
   }
-  // An infinity or NaN never comes back to numbers.
+  // An infinite or NaN iterate never becomes finite again.
   if (iterations_ - last_progress_ > stall_window_ || !std::isfinite(residual)) return Status::stalled;
   ++iterations_;
   return std::nullopt;
 }
 
 // P is the mean diagonal of the blocks of A, so <d, A d> / <d, P d> is the curvature relative to that of the
-// axes. The rounding of a product keeps a zero of it above some -1e-12; -1e-5 is far beyond that.
+// axes. The rounding of a product turns zero curvature into about -1e-12 at worst; -1e-5 is far beyond that.
 void require_curvature(double dAd, double dPd) {
   AMONTONS_REQUIRE(dAd >= -1e-5 * dPd, "A is not positive semidefinite: <d, A d> = " + std::to_string(dAd) +
                                            " along a direction with <d, P d> = " + std::to_string(dPd) +
                                            "; check the signs of its rows");
 }
 
-// Not fused with the natural map: the methods that call it have other work per iteration that costs more.
+// Not fused with the natural map: the callers do other work per iteration that costs more.
 double evaluate(const Problem& problem, Law law, const std::vector<double>& x, std::vector<double>& u,
                 Monitor& monitor) {
   product(problem.A, x, u);
@@ -90,24 +90,24 @@ double objective(const Problem& problem, const std::vector<double>& x, const std
   return f;
 }
 
-// Residual (relative to that of no impulses): a warm start below it is used. The impulses of the last step
-// carry what rests, even if their residual is larger where something new is hit. Piles under iteration limits
-// sank alike with 2, 3 and 10.
+// Residual (relative to that of zero impulses): a warm start below it is used. The impulses of the last step
+// carry the resting bodies, even if their residual is larger because of a new impact. Piles under iteration
+// limits sank alike with 2, 3 and 10.
 constexpr double worst_start = 3;
 
 Start starting_point(const Problem& problem, const Options& options, Monitor& monitor) {
   const std::size_t m = problem.rows();
   Start cold{std::vector<double>(m, 0.0), problem.b, 0};
-  // 0 may lie outside an interval; where it lies in K, u = b costs no product.
+  // 0 may lie outside an interval. If it lies in K, u = b costs no product.
   project(problem.K, cold.x, cold.x);
   if (std::all_of(cold.x.begin(), cold.x.end(), [](double v) { return v == 0; }))
-    cold.map = natural_map(problem, options.law, cold.x, cold.u);
+    cold.map = natural_map(problem, law_of(problem, options), cold.x, cold.u);
   else
-    cold.map = evaluate(problem, options.law, cold.x, cold.u, monitor);
+    cold.map = evaluate(problem, law_of(problem, options), cold.x, cold.u, monitor);
   if (options.x0.empty()) return cold;
   Start warm{{options.x0.begin(), options.x0.end()}, std::vector<double>(m), 0};
   project(problem.K, warm.x, warm.x);
-  warm.map = evaluate(problem, options.law, warm.x, warm.u, monitor);
+  warm.map = evaluate(problem, law_of(problem, options), warm.x, warm.u, monitor);
   return warm.map < worst_start * cold.map ? warm : cold;
 }
 
@@ -130,13 +130,13 @@ Solution finish(const Problem& problem, const Options& options, const char* meth
                 std::span<const double> last, Status status, Monitor& monitor) {
   Solution s;
   s.x = std::move(x);
-  measure(problem, options.law, s);
+  measure(problem, law_of(problem, options), s);
   ++monitor.products;
   const bool reached = s.residual <= options.tolerance;
-  // A method that believed to be done may be above the tolerance by the rounding of its own running sums.
+  // A method that reports convergence may miss the tolerance by the rounding of its updates.
   s.status = reached ? Status::converged : status == Status::converged ? Status::stalled : status;
   if ((s.status == Status::stalled || s.status == Status::iteration_limit) && !last.empty() &&
-      infeasible(problem, options.law, s.x, s.u, last))
+      infeasible(problem, law_of(problem, options), s.x, s.u, last))
     s.status = Status::infeasible;
   s.iterations = monitor.iterations();
   s.products = monitor.products;

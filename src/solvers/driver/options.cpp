@@ -7,8 +7,8 @@
 
 namespace amontons {
 
-// The comparisons are written so that a NaN fails them. Ranges as documented at the fields; the messages say
-// the value, because it may come from a file or a command line.
+// The comparisons are written so that a NaN fails them. Ranges are documented at the fields. The messages
+// contain the value, because it may come from a file or a command line.
 void validate(const Options& o, const Problem& problem) {
   const auto text = [](double v) { return std::to_string(v); };
   AMONTONS_REQUIRE(o.tolerance >= 0, "tolerance = " + text(o.tolerance) + "; it must be zero or positive");
@@ -18,7 +18,7 @@ void validate(const Options& o, const Problem& problem) {
                        std::to_string(problem.rows()) + " rows");
   for (std::size_t i = 0; i < o.x0.size(); ++i)
     AMONTONS_REQUIRE(std::isfinite(o.x0[i]), "x0[" + std::to_string(i) + "] is not finite");
-  // All groups are checked whatever method is to run: a wrong value never waits for another method.
+  // All groups are checked for every method: a wrong value is reported at once, not when its method is used.
   const SpgOptions& s = o.spg;
   AMONTONS_REQUIRE(s.alpha_min > 0 && std::isfinite(s.alpha_max) && s.alpha_max > s.alpha_min,
                    "alpha_min = " + text(s.alpha_min) + ", alpha_max = " + text(s.alpha_max) +

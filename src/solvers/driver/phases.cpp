@@ -11,8 +11,8 @@ namespace amontons {
 
 namespace {
 
-// The records of a part as those of the whole, which has come so far: a history of several phases reads as
-// that of one method, with iterations, products and time that never fall.
+// A record of a part as a record of the whole solve so far. A history of several phases reads as that of one
+// method: iterations, products and time never fall.
 IterationRecord after(const Solution& total, IterationRecord record) {
   record.iteration += total.iterations;
   record.products += total.products;
@@ -29,8 +29,8 @@ void append_history(Solution& total, const Solution& part) {
   }
 }
 
-// The options of one row: the smaller of its own limit and what is `left` of the caller's, the rest of the
-// deadline, records that count on from those of the rows before.
+// Options of one row: the smaller of its own limit and the caller's remaining `left` iterations, the rest of
+// the deadline, and records that continue those of earlier rows.
 Options options_of(const Phase& phase, const Options& options, const Solution& total, std::size_t left) {
   Options o = options;
   o.deadline = options.deadline - total.time;
@@ -41,7 +41,7 @@ Options options_of(const Phase& phase, const Options& options, const Solution& t
   return o;
 }
 
-// Adds a part to the whole: its cost, its history, and its x where that is the best so far.
+// Adds the cost and history of a part to the whole, and takes its x if that is the best so far.
 void add_part(Solution& total, const Solution& part, const Phase& phase, const Options& options,
               std::size_t left) {
   if (total.phases.empty() || part.residual <= total.residual) {
@@ -53,13 +53,13 @@ void add_part(Solution& total, const Solution& part, const Phase& phase, const O
   }
   if (part.phases.empty())
     total.phases.push_back({part.method, phase.why, part.iterations, part.residual});
-  else  // a table of its own
+  else  // a phase that is itself a table
     total.phases.insert(total.phases.end(), part.phases.begin(), part.phases.end());
   append_history(total, part);
   add_counts(total, part);
   total.time += part.time;
-  // The limit of a row is none of the caller's: after the last one it means that nothing more helps.
-  // The residual is that of the best x, which an earlier row may have made; the status is that of the last.
+  // A row's own limit is not a limit of the caller: after the last row it means that no row can improve x.
+  // The residual is that of the best x, possibly from an earlier row; the status is that of the last row.
   const bool reached = total.residual <= options.tolerance;
   const bool own_limit = part.status == Status::iteration_limit && part.iterations < left;
   total.status = reached                                         ? Status::converged
@@ -67,11 +67,11 @@ void add_part(Solution& total, const Solution& part, const Phase& phase, const O
                                                                  : part.status;
 }
 
-// Whether no further row may run: limits of the caller or of the step, his wish to stop, or a proof that
-// nothing is to find.
+// Whether no further row may run: limits of the caller or of the step, an interrupt, or a proof of
+// infeasibility.
 bool ends(const Solution& total, const Solution& part, const Options& options) {
   return (options.max_iterations && total.iterations >= options.max_iterations) ||
-         total.time >= options.deadline || Patience::exhausted() || part.status == Status::interrupted ||
+         total.time >= options.deadline || Budget::exhausted() || part.status == Status::interrupted ||
          part.status == Status::deadline || part.status == Status::infeasible;
 }
 
@@ -107,7 +107,7 @@ std::string describe(const std::vector<PhaseRecord>& phases) {
 Solution run_phases(const Problem& problem, const Options& options, const std::vector<Phase>& table) {
   Solution total;  // the best and the sums so far
   for (const Phase& phase : table) {
-    // The first row starts where the caller's options say; nothing is known yet that it could start from.
+    // The first row starts as the caller's options say, because there is no earlier result.
     const bool first = total.phases.empty();
     if (!first && total.residual <= options.tolerance) break;
     const std::size_t left = options.max_iterations ? options.max_iterations - total.iterations

@@ -7,20 +7,21 @@
 //
 //  x_0 := Pi_K(x_0);  y_0 := x_0;  theta_0 := 1;  L := 1
 //  for j = 0 ..
-//    1.  d := Pi_K(y_j - P^-1 g(y_j) / L) - y_j;  while d'Ad > L d'Pd: raise L, again
+//    1.  d := Pi_K(y_j - P^-1 g(y_j) / L) - y_j;  while d'Ad > L d'Pd: raise L, repeat
 //    2.  x_j+1 := y_j + d
 //    3.  theta_j+1: the positive root of theta^2 = (1 - theta) theta_j^2
 //        beta := theta_j (1 - theta_j) / (theta_j^2 + theta_j+1)
-//    4.  y_j+1 := x_j+1 + beta (x_j+1 - x_j); where the momentum points uphill, y_j+1 := x_j+1, theta := 1
+//    4.  y_j+1 := x_j+1 + beta (x_j+1 - x_j); if the momentum points uphill, y_j+1 := x_j+1, theta := 1
 //
-// Under coulomb g is no gradient, and the momentum feeds what turns in circles: residuals rise by a factor in
-// some ten iterations although no step is uphill. There it is dropped too, once the residual is above 1.5
-// times the least one since it was dropped last. On piles of spheres 1.3 to 2 did alike, and without the
-// rule residuals stood at 5e-2. The De Saxce term of g(y_j) is that of x_j: extrapolated it feeds the same.
+// Under coulomb g is no gradient, and momentum amplifies rotational parts of g. Residuals then rise by a
+// factor in some ten iterations although no step is uphill. The momentum is therefore also dropped once the
+// residual is above 1.5 times its least since the last drop. On piles of spheres 1.3 to 2 gave equal results;
+// without the rule residuals stayed at 5e-2. The De Saxce term of g(y_j) is that of x_j, because
+// extrapolation would amplify it too.
 //
-// Why step 1 is the test of descent: f is quadratic, f(y + d) = f(y) + <g, d> + 1/2 d'Ad, so that d'Ad <= L
-// d'Pd is the upper model of Nesterov's proof at y + d itself. L starts at 1 because P is the mean of diag(A)
-// of each block: the eigenvalues of P^-1 A have the mean 1.
+// Step 1 tests descent: f is quadratic, f(y + d) = f(y) + <g, d> + 1/2 d'Ad. So d'Ad <= L d'Pd is the upper
+// model of Nesterov's proof at y + d itself. L starts at 1 because P is the mean of diag(A) of each block:
+// the eigenvalues of P^-1 A have the mean 1.
 #include "amontons/solvers/first_order/apgd.hpp"
 
 #include <algorithm>
@@ -33,10 +34,10 @@ namespace amontons {
 
 namespace {
 
-// What an unlucky direction raised would stay forever: L shrinks a little after every step, so that the step
-// length follows the curvature of the face that the iterates are on.
-constexpr double relaxation = 0.98;  // of L after every step
-// Of the residual over its least, under coulomb.
+// Without relaxation an increase by one unlucky direction would last for ever. L shrinks a little after every
+// step, so that the step length follows the curvature of the current face.
+constexpr double relaxation = 0.98;  // factor of L after every step
+// Residual over its least since the last drop of the momentum, under coulomb.
 constexpr double most_rise = 1.5;
 
 template <Iterate T>
@@ -45,8 +46,8 @@ class Apgd {
   static constexpr const char* name = "apgd";
   static constexpr Limits limits{100000, 10000, 100};
 
-  Apgd(const Options& options, Monitor& monitor, T iterate)
-      : monitor_(monitor), iterate_(std::move(iterate)), coulomb_(options.law == Law::coulomb) {}
+  Apgd(Law law, Monitor& monitor, T iterate)
+      : monitor_(monitor), iterate_(std::move(iterate)), coulomb_(law == Law::coulomb) {}
 
   double start(const Start& s) {
     const double residual_squared = iterate_.start(s.x);
@@ -56,8 +57,8 @@ class Apgd {
   }
 
   std::optional<double> step() {
-    // 1. d, with L raised until it bounds the curvature along d. To double at least ends the loop in a few
-    // rounds; the quotient is the smallest L that would have served this d. d = 0 (y is the solution)
+    // 1. d, with L raised until it bounds the curvature along d. At least doubling L ends the loop in a few
+    // rounds; the quotient is the smallest L that would have accepted this d. d = 0 (y is the solution)
     // passes.
     MomentumDirection d;
     for (;;) {
@@ -68,12 +69,12 @@ class Apgd {
       if (dAd <= L_ * d.dPd || !(d.dPd > 0)) break;
       L_ = std::max(2 * L_, dAd / d.dPd);
     }
-    // 3. The sums of the direction tell the angle of the momentum: x_j+1 - x_j = d + (y - x), hence in the P
+    // 3. The sums of the direction give the angle of the momentum: x_j+1 - x_j = d + (y - x), hence in the P
     // metric
     //  <y - x+, x+ - x> = -<d, d> - <d, y - x>.
-    // y - x+ is the projected gradient over L: where the sum is positive, the move x+ - x goes
-    // uphill. The momentum is dropped, and builds up anew from theta = 1 (the gradient scheme of O'Donoghue
-    // and Candes).
+    // y - x+ is the projected gradient over L. If the sum is positive, the move x+ - x goes uphill. The
+    // momentum is then dropped, and builds up again from theta = 1 (the gradient scheme of O'Donoghue and
+    // Candes).
     const bool uphill = -(d.dPd + d.dPm) > 0 || (coulomb_ && last_ > most_rise * least_);
     if (uphill) least_ = std::numeric_limits<double>::infinity();
     const double theta_next = 0.5 * theta_ * (std::sqrt(theta_ * theta_ + 4) - theta_);
@@ -86,7 +87,7 @@ class Apgd {
     return last_;
   }
 
-  // Both x and y, or the momentum would amplify the difference of their rounding errors.
+  // Refreshes x and y, because the momentum would amplify the difference of their rounding errors.
   double refresh() {
     monitor_.products += 2;
     return std::sqrt(iterate_.refresh_momentum());
@@ -101,27 +102,28 @@ class Apgd {
  private:
   Monitor& monitor_;
   T iterate_;
-  // L: estimate of the largest eigenvalue of P^-1 A along the steps, no unit. theta in (0, 1]: Nesterov's
-  // sequence.
+  // L: estimate of the largest eigenvalue of P^-1 A along the steps, without a unit. theta in (0, 1]:
+  // Nesterov's sequence.
   double L_ = 1, theta_ = 1;
-  // The natural map of x_j, and its least since the momentum was dropped.
+  // The natural map of x_j, and its least since the last drop of the momentum.
   double last_ = 0, least_ = std::numeric_limits<double>::infinity();
   bool coulomb_;
 };
 
-// A function of its own: Clang 22 does not emit the virtual functions of a class template that it first meets
-// inside a generic lambda.
+// A separate function, because Clang 22 does not emit the virtual functions of a class template that it first
+// meets inside a generic lambda.
 template <class Make>
-std::unique_ptr<Run> started(const Problem& problem, const Options& options, Make make) {
+std::unique_ptr<Run> started_apgd(const Problem& problem, const Options& options, Make make) {
   using Method = Apgd<decltype(make())>;
-  return std::make_unique<Driven<Method>>(
-      problem, options, [&](const Options& o, Monitor& monitor) { return Method(o, monitor, make()); });
+  return std::make_unique<Driven<Method>>(problem, options, [&](const Options& o, Monitor& monitor) {
+    return Method(law_of(problem, o), monitor, make());
+  });
 }
 
 }  // namespace
 
 std::unique_ptr<Run> start_apgd(const Problem& problem, const Options& options) {
-  return with_iterate(problem, options, [&](auto make) { return started(problem, options, make); });
+  return with_iterate(problem, options, [&](auto make) { return started_apgd(problem, options, make); });
 }
 
 Solution apgd(const Problem& problem, const Options& options) {

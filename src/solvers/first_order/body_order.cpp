@@ -1,10 +1,10 @@
 // The order of bodies in memory: sorted along a Morton curve through their positions, which keeps the working
 // set of any stretch of it small at every size of cache.
 //
-// Problems from files do not give positions. There the arms of a contact tie the positions p of its bodies,
-// p_a + r_a = p_b + r_b, so that a walk over the contact graph finds them up to one translation per connected
-// part (and up to the gaps); where they coincide the walk itself is the order, which is that of Cuthill and
-// McKee without the sorting by degree.
+// Problems from files give no positions. There the arms of a contact relate the positions p of its bodies,
+// p_a + r_a = p_b + r_b. A walk over the contact graph finds them up to one translation per connected part
+// (and up to the gaps). If positions coincide the order of the walk remains, which is that of Cuthill and
+// McKee without sorting by degree.
 #include "solvers/first_order/body_order.hpp"
 
 #include <algorithm>
@@ -16,7 +16,7 @@ namespace {
 
 using Link = ContactGraph::Link;
 
-// The other end of an edge, and the block that makes it.
+// The other end of an edge, and its block.
 struct Edge {
   std::uint32_t body, link;
 };
@@ -27,8 +27,8 @@ struct Graph {
   std::vector<Edge> edges;
 };
 
-// Compressed rows by counting. first is filled two places ahead: the sums over it give the begin of row i at
-// first[i + 1], which the second loop moves on to the begin of row i + 1, its final meaning.
+// Compressed rows by counting. first is filled two places ahead: its prefix sums give the begin of row i at
+// first[i + 1]. The second loop advances that to the begin of row i + 1, its final meaning.
 Graph contact_graph(std::size_t bodies, const std::vector<Link>& links, const std::vector<bool>& is_hub) {
   const auto is_edge = [&](const Link& l) {
     return l.a >= 0 && l.b >= 0 && l.a != l.b && !is_hub[l.a] && !is_hub[l.b];
@@ -58,8 +58,8 @@ struct Walk {
 };
 
 // Breadth first from the first body of every connected part, placed at the origin. Over a contact with arms
-// r_a, r_b the position of the other body follows from p_a + r_a = p_b + r_b; over a joint row, whose arms
-// are not known, it is taken to be the same.
+// r_a, r_b the position of the other body follows from p_a + r_a = p_b + r_b. The arms of a joint row are
+// unknown, so both of its bodies get the same position.
 Walk walk(const ContactSystem& A, const std::vector<Link>& links, const std::vector<bool>& include) {
   const std::size_t n = include.size();
   std::vector<bool> is_hub(n);
@@ -82,7 +82,7 @@ Walk walk(const ContactSystem& A, const std::vector<Link>& links, const std::vec
     std::size_t next = w.body.size();
     visit(static_cast<std::uint32_t>(root), {0, 0, 0});
     for (; next < w.body.size(); ++next) {
-      // w.body is the queue of the search and its result.
+      // w.body is both the queue of the search and its result.
       const std::uint32_t i = w.body[next];
       for (std::uint32_t e = g.first[i]; e < g.first[i + 1]; ++e) {
         const auto [j, link] = g.edges[e];
@@ -90,7 +90,7 @@ Walk walk(const ContactSystem& A, const std::vector<Link>& links, const std::vec
         Vec3 position = w.position[next];
         if (link < A.contacts.size()) {
           const Contact& c = A.contacts[link];
-          // To the point along one arm, and back along the other: from A to B it is p_b = p_a + r_a - r_b.
+          // p_b = p_a + r_a - r_b: to the point along one arm, and back along the other.
           const double sign = links[link].a == static_cast<Index>(i) ? 1 : -1;
           position += sign * (c.r_a - c.r_b);
         }
@@ -102,7 +102,7 @@ Walk walk(const ContactSystem& A, const std::vector<Link>& links, const std::vec
   return w;
 }
 
-// The same where the positions are known: one part, in the order of the bodies.
+// The same for known positions: one part, in the order of the bodies.
 Walk known(const std::vector<Vec3>& centre, const std::vector<bool>& include) {
   Walk w;
   for (std::size_t i = 0; i < include.size(); ++i) {
@@ -114,12 +114,12 @@ Walk known(const std::vector<Vec3>& centre, const std::vector<bool>& include) {
   return w;
 }
 
-// 14 bits for each axis and 21 for the part fill the 63 of a key. A cell is 1/16384 of the extent, which is
-// finer than bodies lie, so that a tie is rare; it is broken by the order of the walk.
+// 14 bits for each axis and 21 for the part fill the 63 of a key. A cell is 1/16384 of the extent, finer than
+// the spacing of bodies. Ties are rare; the order of the walk breaks them.
 constexpr int cell_bits = 14;
 constexpr double last_cell = (1 << cell_bits) - 1;
 
-// Two zero bits between the bits of a cell number: shift and mask with doubled copies, five times.
+// Inserts two zero bits between the bits of a cell number: shift and mask with doubled copies, five times.
 std::uint64_t spread(std::uint64_t v) {
   v = (v | v << 32) & 0x001f00000000ffff;
   v = (v | v << 16) & 0x001f0000ff0000ff;
@@ -128,7 +128,7 @@ std::uint64_t spread(std::uint64_t v) {
   return (v | v << 2) & 0x1249249249249249;
 }
 
-// The place along the curve; equal cells stay in the order of the walk, so that sorting has one result.
+// A place along the curve; equal cells keep the order of the walk, so that sorting has one result.
 struct Key {
   std::uint64_t cell;
   std::uint32_t step;
@@ -138,8 +138,8 @@ struct Key {
 };
 
 // Connected part first, then the Morton code of the cell: bits of x, y and z in turn. Cells are cubes (one
-// scale for the three axes), or a flat pile would be cut as finely across as along. Where positions
-// coincide, or are not finite, all cells are 0 and the walk is the order.
+// scale for the three axes); otherwise a flat pile would be cut as finely across as along. If positions
+// coincide, or are not finite, all cells are 0 and the order of the walk remains.
 std::vector<Key> morton_keys(const Walk& w) {
   Vec3 low, high;
   for (const Vec3& p : w.position)
@@ -153,7 +153,7 @@ std::vector<Key> morton_keys(const Walk& w) {
   for (std::size_t s = 0; s < keys.size(); ++s) {
     std::uint64_t cell = std::uint64_t{std::min(w.part[s], (1u << 21) - 1)} << 3 * cell_bits;
     for (int k = 0; k < 3; ++k) {
-      // The comparison keeps what is not a number away from the conversion, which would be undefined.
+      // The comparison excludes NaN, whose conversion would be undefined.
       const double c = scale * (w.position[s][k] - low[k]);
       cell |= spread(c > 0 ? static_cast<std::uint64_t>(std::min(c, last_cell)) : 0) << k;
     }
@@ -164,7 +164,7 @@ std::vector<Key> morton_keys(const Walk& w) {
 
 }  // namespace
 
-// Ranks along the curve, then the hubs. Bodies that nothing moves get none.
+// Ranks along the curve, then the hubs. Immobile bodies get no rank.
 BodyOrder order_bodies(const ContactSystem& A, const ContactGraph& graph, const std::vector<bool>& is_hub) {
   const std::size_t n = is_hub.size();
   std::vector<bool> include(n);

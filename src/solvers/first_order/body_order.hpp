@@ -1,4 +1,4 @@
-// Private: bodies in an order in which those that touch are near each other.
+// Private: an order of bodies in which neighbours in space are near each other in memory.
 #pragma once
 #include <cstdint>
 #include <vector>
@@ -7,14 +7,14 @@
 
 namespace amontons {
 
-// Bodies that impulses move, in the order in which the passes shall touch them.
+// Bodies that impulses move, in the order in which the passes visit them.
 struct BodyOrder {
-  std::vector<std::uint32_t> rank;    // per body; fixed bodies have the rank of no one, the number of bodies
+  std::vector<std::uint32_t> rank;    // per body; fixed bodies have the number of bodies as rank
   std::vector<std::uint32_t> moving;  // rank -> body
 };
 
-// Along a Morton curve through the centres of mass, known or recovered. Hubs, bodies with very many contacts,
-// tie distant parts together: they are left out of the graph and come last.
+// Orders along a Morton curve through the centres of mass, known or recovered. Hubs, bodies with very many
+// contacts, connect distant parts: they are excluded from the graph and come last.
 BodyOrder order_bodies(const ContactSystem& A, const ContactGraph& graph, const std::vector<bool>& is_hub);
 
 }  // namespace amontons

@@ -1,4 +1,4 @@
-// Private: the iterate that serves a problem best.
+// Private: the choice of the iterate for a problem.
 #pragma once
 #include "amontons/solvers/driver/driver.hpp"
 #include "amontons/solvers/first_order/contact_iterate.hpp"
@@ -6,18 +6,18 @@
 
 namespace amontons {
 
-// f(make), where make() returns the iterate: with the fused passes where they know the sets and the rows,
-// with plain loops elsewhere. Made by f, so that the clock of a solve counts it. The one place where a
-// first-order method meets an operator: a device has its line here. f is instantiated for every operator,
-// outside its iteration, so that no call inside one is virtual.
+// Calls f(make), where make() returns the iterate: the fused passes if they support the sets and rows, plain
+// loops otherwise. f calls make(), so that the clock of a solve includes it. Only here does a first-order
+// method meet an operator; a device adds its line here. f is instantiated for every operator, outside its
+// iteration, so that no call inside one is virtual.
 template <class F>
 auto with_iterate(const Problem& problem, const Options& options, F&& f) {
   return std::visit(
       [&]<class Op>(const Op& A) {
         if constexpr (std::is_same_v<Op, ContactSystem>)
           if (ContactIterate::fits(problem))
-            return f([&] { return ContactIterate(problem, options.law, options.threads); });
-        return f([&] { return PlainIterate<Op>(A, problem, options.law); });
+            return f([&] { return ContactIterate(problem, law_of(problem, options), options.threads); });
+        return f([&] { return PlainIterate<Op>(A, problem, law_of(problem, options)); });
       },
       problem.A);
 }

@@ -10,11 +10,11 @@ namespace {
 // region the foot on the boundary ray (1, mu z_t / t) is
 //  Pi(z) = k t n + mu k z_t,  k = (z_n + mu t) / ((1 + mu^2) t),  t = |z_t|
 //        = mu k z + k (t - mu z_n) n            with z_t = z - z_n n,
-// the form that needs no z_t and is exact at z inside after the blend: all three regions are a z + b n,
+// This form needs no z_t and is exact for z inside after the blend. All three regions are a z + b n:
 //  inside (1, 0),   polar (0, 0),   else (mu k, k (t - mu z_n)).
-// Where t = 0 the value of k is infinite or not a number and not used.
+// If t = 0, k is infinite or NaN and not used.
 //
-// In a metric where tangents count `aspect` times, it is that with aspect t and aspect mu for t and mu.
+// In a metric that scales tangents by `aspect`, aspect t and aspect mu replace t and mu.
 AMONTONS_INLINE Vec3 project(const Vec3& z, const Vec3& n, Vec mu, Vec aspect) {
   const Vec zero = {}, one = zero + 1.0;
   const Vec zn = dot(z, n);
@@ -23,7 +23,7 @@ AMONTONS_INLINE Vec3 project(const Vec3& z, const Vec3& n, Vec mu, Vec aspect) {
   mu = aspect * mu;
   const Vec k = (zn + mu * t) / ((one + mu * mu) * t);
   const Vec on_z = mu * k, on_n = k * (t - mu * zn);
-  // Masks of all lanes; each region is computed for each lane, and the blend takes what applies.
+  // Each region is computed for every lane; the blend selects by masks.
   const auto inside = t <= mu * zn;
   const auto polar = mu * t <= -zn;
   const Vec a = polar ? zero : inside ? one : on_z;  // polar first: with mu = 0 inside is 0 <= -0
@@ -37,10 +37,10 @@ AMONTONS_INLINE Vec tangential_speed(const Vec3& u, const Vec3& n) {
   return square_root(dot(ut, ut));
 }
 
-// p |x - Pi_K(x - step)|^2 with step = g / p, as natural_map_squared() in problem/residual.hpp: formed
-// without cancellation, as Friction::natural_map() does. With the trial point z = x - step it is
+// p |x - Pi_K(x - step)|^2 with step = g / p, as natural_map_squared() in problem/residual.hpp. It is formed
+// without cancellation, as in Friction::natural_map(). With the trial point z = x - step it is
 //  e = step + (z - Pi(z)),   z - Pi(z) = k z_t - mu k t n,   k = (t - mu z_n) / ((1 + mu^2) t),   t = |z_t|
-// on the boundary; inside that part is zero, however large x is, and in the polar cone it is z_t + z_n n.
+// on the boundary. Inside, z - Pi(z) is zero, however large x is; in the polar cone it is z_t + z_n n.
 AMONTONS_INLINE Vec natural_map(const ContactBatch& batch, int lane, const Vec3& x, const Vec3& g,
                                 const Vec3& n) {
   const Vec zero = {}, one = zero + 1.0, mu = load(batch.mu + lane);

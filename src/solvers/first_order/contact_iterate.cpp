@@ -4,7 +4,7 @@
 //  add_copies  over bodies     each line of a body that has several becomes their sum
 //  mass        over bodies     lines = M^-1 lines; <D'd, M^-1 D'd>
 //  update      over contacts   x, u, <s, y>, <y, P^-1 y>, the residual
-// Threads share out the chunks of each and wait for each other in between; nothing else is synchronised.
+// Threads share the chunks of each pass and wait for each other between passes; nothing else is synchronised.
 #include "amontons/solvers/first_order/contact_iterate.hpp"
 
 #include <algorithm>
@@ -22,7 +22,7 @@ namespace amontons {
 
 namespace {
 
-// From about here (32000 contacts, 8 MB of arrays) hints to the cache pay in the last pass too.
+// From this size on (32000 contacts, 8 MB of arrays) prefetching gains time in the last pass too.
 constexpr std::size_t streaming_batches = 4000;
 
 // Beyond this the cone is a half-space in double precision, and its cube times 1e150 would overflow.
@@ -38,18 +38,17 @@ struct ContactIterate::State {
   Passes passes;
   std::size_t contacts, joints, size;  // size: of x, u, d in the layout of the passes
   bool coulomb, stored;                // stored: contacts are rows of D
-  double dEd = 0;                      // of the last direction
-  // The current and the best of the three buffers of x.
+  double dEd = 0;                      // <d, E d> of the last direction
+  // Indices of the current and the best of the three buffers of x.
   int now = 0, best = 0;
   std::vector<std::uint32_t> lane_of;  // contact -> lane
-  // Bodies that joints hold together, their impulses and velocities, and their lines:
-  // held_line[first_held_line[i]] .. of the body at i, none if no row acts on it.
+  // Bodies connected by joints, their impulses and velocities, and their lines: held_line[first_held_line[i]]
+  // .. for the i-th body; empty if no row acts on it.
   std::shared_ptr<const ConstrainedBodies> constrained;
   std::vector<double> moved, pushed;
   std::vector<std::uint32_t> held_line, first_held_line;
-  // Constant during a solve: batches, rows, masses, compliance, b. The rest varies: `lines` within an
-  // iteration, u and x from one to the next; y and u_y exist for accelerated methods only, saxce under
-  // coulomb only.
+  // Constant during a solve: batches, rows, masses, compliance, b. `lines` changes within an iteration, u and
+  // x between iterations. y and u_y exist only for accelerated methods, saxce only under coulomb.
   LineArray<ContactBatch> batches;
   LineArray<ContactRows> contact_rows;
   LineArray<JointBatch> rows;
@@ -59,13 +58,13 @@ struct ContactIterate::State {
   LineArray<PassSums> sums;
 
   std::size_t chunks() const { return layout.chunks.size(); }
-  // The first component of a contact in a vector of the passes; the others follow 8 doubles apart.
+  // The first component of a contact in a vector of the passes; the others follow at a distance of 8 doubles.
   double* component(const LineArray<double>& vector, std::size_t contact) const {
     return vector.data() + 24 * (lane_of[contact] / lanes) + lane_of[contact] % lanes;
   }
-  // The buffer that may be written: neither the current nor the best.
+  // A buffer that may be overwritten: it holds neither the current x nor the best.
   int free_buffer() const { return best == now ? (now + 1) % 3 : 3 - now - best; }
-  // The arrays as they are now: x changes its buffer with every iteration.
+  // The present arrays: x changes its buffer with every iteration.
   PassData data() const;
   // u = A x + b with the x and u of `pass`.
   double refresh(const PassData& pass);
@@ -74,7 +73,7 @@ struct ContactIterate::State {
   void fill_joints(const Problem& problem, const ContactSystem& A);
   void fill_masses(const Bodies& bodies);
   void find_held_lines();
-  // From the order and the frames of the problem to the lanes, in world coordinates, and back.
+  // Between the order and frames of the problem and the lanes in world coordinates.
   void to_world(std::span<const double> user, const LineArray<double>& held) const;
   void to_user(const LineArray<double>& held, std::span<double> user) const;
 
@@ -82,7 +81,8 @@ struct ContactIterate::State {
   double apply_masses();
   void push_held();
   double move_held();
-  // pass(data, chunk, ...) over all chunks, and its sums in the order of the chunks, whoever made them.
+  // Runs pass(data, chunk, ...) over all chunks; adds the sums in the order of the chunks, for any number of
+  // threads.
   template <class Pass, class... Step>
   PassSums over_chunks(Pass pass, const PassData& held, Step... step) {
     pool->run(chunks(), [&](std::size_t c) { sums[c] = pass(held, layout.chunks[c], step...); });
@@ -93,8 +93,8 @@ struct ContactIterate::State {
   }
 };
 
-// LineArray zeroes its memory: what is not filled below stays an inert lane, a dummy line or a missing
-// array.
+// LineArray zeroes its memory. An array that is not filled below stays an inert lane, a dummy line or an
+// absent array.
 ContactIterate::State::State(const Problem& problem, Law law, unsigned threads, Isa isa)
     : layout(lay_out(std::get<ContactSystem>(problem.A), problem.graph, problem.K.contacts())),
       pool(automatic_threads(threads, layout.chunks.size())),
@@ -116,7 +116,7 @@ ContactIterate::State::State(const Problem& problem, Law law, unsigned threads, 
       sums(layout.chunks.size()) {
   const auto& A = std::get<ContactSystem>(problem.A);
   for (LineArray<double>& buffer : x) buffer = LineArray<double>(size);
-  // Arrays that the problem does not need are missing, and the passes compiled without them.
+  // Arrays that the problem does not need are absent; the passes are compiled without them.
   if (stored) contact_rows = LineArray<ContactRows>(layout.batches());
   if (coulomb) saxce = LineArray<double>(8 * layout.batches());
   bool compliant = false;
@@ -129,7 +129,8 @@ ContactIterate::State::State(const Problem& problem, Law law, unsigned threads, 
   to_world(problem.b, b);
 }
 
-// By the threads that will work on them: memory goes to the node of the thread that touches it first.
+// Filled by the threads that will use it, because memory goes to the node of the thread that touches it
+// first.
 void ContactIterate::State::fill_contacts(const Problem& problem, const ContactSystem& A) {
   const std::vector<Friction>& cones = problem.K.all<Friction>();
   const std::vector<BlockMetric> metrics = block_metrics(problem);
@@ -137,7 +138,7 @@ void ContactIterate::State::fill_contacts(const Problem& problem, const ContactS
     for (std::size_t i = layout.chunks[c].first_batch; i < layout.chunks[c].last_batch; ++i) {
       ContactBatch& batch = batches[i];
       for (std::size_t l = 0; l < lanes; ++l) {
-        // Of inert lanes too, which read and write the dummy; everything else of theirs stays zero.
+        // Inert lanes too: they read and write the dummy line; their other entries stay zero.
         batch.line_a[l] = 8 * layout.line_a[lanes * i + l];
         batch.line_b[l] = 8 * layout.line_b[lanes * i + l];
         batch.aspect[l] = 1;
@@ -169,15 +170,15 @@ void ContactIterate::State::fill_contacts(const Problem& problem, const ContactS
 
 namespace {
 
-// The three sets of single rows are intervals to the passes.
-Interval bounds_of(const Free&) { return {-INFINITY, INFINITY}; }
+// To the passes the three sets of single rows are intervals.
+Interval bounds_of(const Bilateral&) { return {-INFINITY, INFINITY}; }
 Interval bounds_of(const NonNegative&) { return {0, INFINITY}; }
 Interval bounds_of(const Interval& set) { return set; }
 
 }  // namespace
 
-// Rows in the order of the layout, neighbours of one joint side by side; P and the sets are in that of the
-// problem.
+// Rows are in the order of the layout, with the rows of one joint adjacent. P and the sets are in the order
+// of the problem.
 void ContactIterate::State::fill_joints(const Problem& problem, const ContactSystem& A) {
   std::vector<Interval> bounds;
   for_each_block(problem.K, [&]<class S>(const S& set, std::size_t, std::size_t) {
@@ -201,7 +202,7 @@ void ContactIterate::State::fill_joints(const Problem& problem, const ContactSys
   }
 }
 
-// The first copy of a body counts in the sums over lines, with weight 1, its others do not.
+// In sums over lines the first copy of a body has weight 1, its other copies weight 0.
 void ContactIterate::State::fill_masses(const Bodies& bodies) {
   for (std::size_t line = 0; line < layout.body.size(); ++line) {
     const Index body = layout.body[line];
@@ -217,7 +218,7 @@ void ContactIterate::State::fill_masses(const Bodies& bodies) {
       masses[layout.copies[k] / lanes].weight[layout.copies[k] % lanes] = 0;
 }
 
-// Their masses are taken out of the mass pass, which leaves zeros in their lines.
+// Masses of held bodies are removed from the mass pass, which then leaves zeros in their lines.
 void ContactIterate::State::find_held_lines() {
   const std::vector<Index>& body = constrained->body;
   moved.resize(6 * body.size());
@@ -260,7 +261,7 @@ PassData ContactIterate::State::data() const {
 
 namespace {
 
-// The frame of a lane, as ContactBasis makes it from the normal: the one that the problem has, see fits().
+// The frame of a lane, made from the normal as by ContactBasis. It equals that of the problem, see fits().
 ContactBasis basis(const ContactBatch& batch, std::size_t lane) {
   return ContactBasis(Vec3{batch.normal[0][lane], batch.normal[1][lane], batch.normal[2][lane]});
 }
@@ -275,7 +276,7 @@ void ContactIterate::State::to_world(std::span<const double> user, const LineArr
     double* out = component(held, i);
     for (int k = 0; k < 3; ++k) out[8 * k] = v[k];
   }
-  // Single rows have no frame; they only change places.
+  // Single rows have no frame; only their order changes.
   double* out = held.data() + 24 * layout.batches();
   for (std::size_t i = 0; i < layout.joint_row.size(); ++i)
     if (layout.joint_row[i] >= 0) out[i] = user[3 * contacts + layout.joint_row[i]];
@@ -294,10 +295,9 @@ void ContactIterate::State::to_user(const LineArray<double>& held, std::span<dou
     if (layout.joint_row[i] >= 0) user[3 * contacts + layout.joint_row[i]] = in[i];
 }
 
-// Every line of a body that has several gets their sum, w_body = sum over its lines: chunks scatter into
-// lines of their own, without locks, and only here do they learn of each other. The copies are added in
-// ascending order, whatever thread does it. Bodies, not lines, are shared out, in as many parts as there are
-// chunks.
+// Replaces every line of a body that has several by their sum. Chunks write to lines of their own, without
+// locks, and are combined only here. Copies are added in ascending order, for any number of threads. The
+// bodies are divided into as many parts as there are chunks.
 void ContactIterate::State::add_copies() {
   const std::size_t shared = layout.first_copy.size() - 1;
   if (shared == 0) return;
@@ -313,7 +313,7 @@ void ContactIterate::State::add_copies() {
   });
 }
 
-// Impulses at the bodies that joints hold: any of the lines of a body has their sum.
+// Impulses at the bodies that joints hold, read from any line of a body, as each has the sum.
 void ContactIterate::State::push_held() {
   for (std::size_t i = 0; i + 1 < first_held_line.size(); ++i) {
     const bool none = first_held_line[i] == first_held_line[i + 1];
@@ -322,7 +322,7 @@ void ContactIterate::State::push_held() {
   }
 }
 
-// Their velocities, and the part of <lines, M^-1 lines> that is theirs. A few bodies: one thread.
+// Velocities of these bodies; returns their part of <lines, M^-1 lines>. They are few: one thread.
 double ContactIterate::State::move_held() {
   moved = pushed;
   constrained->apply(moved.data());
@@ -342,15 +342,15 @@ double ContactIterate::State::apply_masses() {
   return constrained ? free + move_held() : free;
 }
 
-// Friction cones of three rows for all contacts and intervals for single rows: elliptic cones and moments go
-// to PlainIterate.
+// All contacts must be friction cones of three rows, and single rows intervals. Elliptic cones and moments
+// use PlainIterate.
 bool ContactIterate::fits(const Problem& problem) {
   const auto* A = std::get_if<ContactSystem>(&problem.A);
   bool known = A != nullptr && (problem.K.contacts() == A->contacts.size() ||
                                 (A->contacts.empty() && has_contact_rows(problem, *A)));
   for (const SetRun& run : problem.K.runs())
     visit_kind(run.kind, [&]<class S>() { known = known && (S::dim == 1 || std::is_same_v<S, Friction>); });
-  // The passes take the tangents that follow from the normal alone.
+  // The passes assume tangents that follow from the normal alone.
   return known && std::none_of(A->contacts.begin(), A->contacts.end(),
                                [](const Contact& c) { return !(c.direction == Vec3{}); });
 }
@@ -360,8 +360,8 @@ ContactIterate::ContactIterate(const Problem& problem, Law law, unsigned threads
 ContactIterate::ContactIterate(ContactIterate&&) noexcept = default;
 ContactIterate::~ContactIterate() = default;
 
-// x0 is projected in the frames of the problem, by the sets themselves and with the mu of the passes, so
-// that x lies in K as the passes see it. Zeros stand for an empty x0.
+// x0 is projected in the frames of the problem, by the sets themselves and with the mu of the passes. So x
+// lies in K as the passes see it. An empty x0 means zeros.
 double ContactIterate::start(std::span<const double> x0) {
   State& s = *state_;
   const std::size_t m = 3 * s.contacts + s.joints;
@@ -388,24 +388,24 @@ double ContactIterate::State::refresh(const PassData& held) {
 
 double ContactIterate::refresh() { return state_->refresh(state_->data()); }
 
-// The sums of a pass are told in contact_passes.hpp. <d, E d> waits for the curvature.
+// contact_passes.hpp lists the sums of a pass. <d, E d> is stored for curvature().
 Direction ContactIterate::direction(double alpha) {
   const PassSums s = state_->over_chunks(state_->passes.direction, state_->data(), alpha);
   state_->dEd = s.v[2];
   return {s.v[0], s.v[1]};
 }
 
-// <d, A d> = <D'd, M^-1 D'd> + <d, E d>: the second half was a sum of the direction.
+// <d, A d> = <D'd, M^-1 D'd> + <d, E d>; the direction pass summed the second term.
 double ContactIterate::curvature() { return state_->apply_masses() + state_->dEd; }
 
-// x_next becomes the current x; the buffer that was current is free unless it is the best.
+// x_next becomes the current x. The buffer of the old x is free unless it is the best.
 Update ContactIterate::update(double lambda) {
   const PassSums s = state_->over_chunks(state_->passes.update, state_->data(), lambda);
   state_->now = state_->free_buffer();
   return {s.v[0], s.v[1], s.v[2]};
 }
 
-// Two more vectors, which P-SPG-FB does not pay for.
+// Allocates two more vectors, which P-SPG-FB does not need.
 void ContactIterate::start_momentum() {
   State& s = *state_;
   if (!s.y.data()) {
@@ -428,7 +428,7 @@ double ContactIterate::accelerate(double beta) {
   return residual_squared;
 }
 
-// x last, because it leaves the De Saxce term of x, from which the next direction starts.
+// x last, because its pass leaves the De Saxce term of x, from which the next direction starts.
 double ContactIterate::refresh_momentum() {
   PassData at_y = state_->data();
   at_y.x = state_->y.data();

@@ -1,7 +1,7 @@
-// Private to *.isa.cpp: native vectors of `width` lanes of a batch, and the exchange of body lines with
-// them. Everything lives in the namespace of the instruction set, so that no two variants share a symbol.
-// For the same reason nothing here calls an inline function of the standard library: the linker keeps one
-// copy of such a function for the whole program, perhaps the one with instructions that the processor lacks.
+// Private to *.isa.cpp: native vectors of `width` lanes of a batch, and their exchange with body lines.
+// Everything is in the namespace of the instruction set, so that no two variants share a symbol. For the same
+// reason nothing here calls an inline function of the standard library. The linker keeps one copy of such a
+// function for the whole program, perhaps one with instructions that the processor lacks.
 #pragma once
 #include <cstdint>
 
@@ -14,14 +14,14 @@
 namespace amontons::AMONTONS_ISA {
 namespace {
 
-// Always: a call would pass vectors through memory.
+// Always inlined: a call would pass vectors through memory.
 #define AMONTONS_INLINE inline __attribute__((always_inline))
 
-// Aligned: every offset in the arrays of the passes is a multiple of the width.
+// Aligned access: every offset in the arrays of the passes is a multiple of the width.
 AMONTONS_INLINE Vec load(const double* p) { return *reinterpret_cast<const Vec*>(p); }
 AMONTONS_INLINE void store(double* p, Vec v) { *reinterpret_cast<Vec*>(p) = v; }
 
-// Correctly rounded on every instruction set, hence the same bits.
+// Correctly rounded on every instruction set, so the bits agree.
 AMONTONS_INLINE Vec square_root(Vec v) {
 #if defined(__AVX512F__)
   return (Vec)_mm512_maskz_sqrt_pd(0xff, (__m512d)v);  // the plain form warns in GCC 12
@@ -42,8 +42,8 @@ struct Vec6 {
   Vec v[6];
 };
 
-// From an array of a ContactBatch at a lane; from and to a vector of x's layout, whose components lie 8
-// apart.
+// Loads from an array of a ContactBatch at a lane; loads and stores of a vector in the layout of x, with
+// components 8 doubles apart.
 AMONTONS_INLINE Vec3 load3(const double (&p)[3][8], int lane) {
   return {load(p[0] + lane), load(p[1] + lane), load(p[2] + lane)};
 }
@@ -54,7 +54,7 @@ AMONTONS_INLINE void store3(double* p, const Vec3& a) {
   store(p + 16, a.z);
 }
 
-// Component by component in the order in which they stand: no compiler may sum them up in another.
+// The components are added in the written order; no compiler may reorder them.
 AMONTONS_INLINE Vec3 operator+(const Vec3& a, const Vec3& b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
 AMONTONS_INLINE Vec3 operator-(const Vec3& a, const Vec3& b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
 AMONTONS_INLINE Vec3 operator*(Vec s, const Vec3& a) { return {s * a.x, s * a.y, s * a.z}; }
@@ -63,12 +63,12 @@ AMONTONS_INLINE Vec3 cross(const Vec3& a, const Vec3& b) {
   return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
 }
 
-// The exchange of six components, one vector each, with `width` lines (0 1 2 3 | 4 5 - -): a transpose in
-// registers, which costs far less than gather instructions because a line is read in two loads. The two
-// spare doubles of a line may hold anything.
+// Exchanges six components, one vector each, with `width` lines (0 1 2 3 | 4 5 - -): a transpose in
+// registers. It costs far less than gather instructions because a line is read in two loads. The two spare
+// doubles of a line may hold anything.
 //  gather       component k of line at[l] to lane l of vector k
 //  scatter_add  lines += vectors; all loads come before all stores, so that lanes which share a dummy line
-//               do not wait for each other (what remains in a dummy is of no importance: M^-1 makes it zero)
+//               do not wait for each other (the value of a dummy is irrelevant: M^-1 makes it zero)
 //  scatter      lines = vectors
 // The four shuffles are the same on every set, within each group of four lanes:
 //  even  (a0 b0 a2 b2)    odd   (a1 b1 a3 b3)
@@ -83,8 +83,8 @@ AMONTONS_INLINE Vec odd(Vec a, Vec b) { return __builtin_shufflevector(a, b, 1, 
 AMONTONS_INLINE Vec low(Vec a, Vec b) { return __builtin_shufflevector(a, b, 0, 1, 8, 9, 4, 5, 12, 13); }
 AMONTONS_INLINE Vec high(Vec a, Vec b) { return __builtin_shufflevector(a, b, 2, 3, 10, 11, 6, 7, 14, 15); }
 
-// Two lines' first four doubles, and four lines' last pairs, in one register. Masked broadcasts from memory
-// leave the shuffle port free, which the transposes keep busy.
+// Loads the first four doubles of two lines, or the last pairs of four lines, into one register. Masked
+// broadcasts from memory leave the shuffle port free, which the transposes keep busy.
 AMONTONS_INLINE Vec load_quads(const double* first, const double* second) {
   const __m512d a = _mm512_castpd256_pd512(_mm256_load_pd(first));
   return (Vec)_mm512_mask_broadcast_f64x4(a, 0xf0, _mm256_load_pd(second));
@@ -96,8 +96,8 @@ AMONTONS_INLINE Vec load_pairs(const double* p0, const double* p1, const double*
   return (Vec)_mm512_mask_broadcast_f64x2(a, 0xc0, _mm_load_pd(p3));
 }
 
-// quad[i] holds components 0 1 2 3 of lines i and i + 4, so that its two groups of four are transposed at
-// once; pair[i] holds components 4 5 of lines i, i + 2, i + 4 and i + 6.
+// quad[i] holds components 0 1 2 3 of lines i and i + 4, so that both groups of four are transposed together.
+// pair[i] holds components 4 5 of lines i, i + 2, i + 4 and i + 6.
 AMONTONS_INLINE Vec6 gather(const double* lines, const std::uint32_t* at) {
   Vec quad[4], pair[2];  // lines i and i + 4; lines i, i + 2, i + 4 and i + 6
   for (int i = 0; i < 4; ++i) quad[i] = load_quads(lines + at[i], lines + at[i + 4]);
@@ -114,8 +114,9 @@ AMONTONS_INLINE Vec6 gather(const double* lines, const std::uint32_t* at) {
 struct Rows {
   Vec line[8];
 };
-// The way back: q_i are components 0 1 2 3 of lines i and i + 4; p0 and p1 the pairs of even and of odd
-// lines, in the order 0, 2, 4, 6. A line is four of the one and two of the other; the rest of it is filler.
+// The inverse transpose. q_i are components 0 1 2 3 of lines i and i + 4. p0 and p1 are the pairs of even and
+// of odd lines, in the order 0, 2, 4, 6. A line takes four doubles from q_i and two from p0 or p1; the rest
+// is padding.
 AMONTONS_INLINE Rows rows(const Vec6& c) {
   const Vec e0 = low(c.v[0], c.v[2]), e2 = high(c.v[0], c.v[2]);
   const Vec o0 = low(c.v[1], c.v[3]), o2 = high(c.v[1], c.v[3]);
@@ -144,7 +145,7 @@ AMONTONS_INLINE Vec odd(Vec a, Vec b) { return __builtin_shufflevector(a, b, 1, 
 AMONTONS_INLINE Vec low(Vec a, Vec b) { return __builtin_shufflevector(a, b, 0, 1, 4, 5); }
 AMONTONS_INLINE Vec high(Vec a, Vec b) { return __builtin_shufflevector(a, b, 2, 3, 6, 7); }
 
-// The transposes are of four doubles here; what lies behind them in a line goes in halves of a register.
+// The transposes are of four doubles here; the last two of a line use half a register.
 using Vec2 = double __attribute__((vector_size(16), may_alias));
 AMONTONS_INLINE Vec2 load2(const double* p) { return *reinterpret_cast<const Vec2*>(p); }
 AMONTONS_INLINE void store2(double* p, Vec2 v) { *reinterpret_cast<Vec2*>(p) = v; }
@@ -164,7 +165,7 @@ AMONTONS_INLINE Vec6 gather(const double* lines, const std::uint32_t* at) {
           odd(pair[0], pair[1])};
 }
 
-// Components 0 to 3, and 4 and 5, of each line: the spare doubles are not even touched.
+// Components 0 to 3, and 4 and 5, of each line; the spare doubles are not touched.
 struct Rows {
   Vec quad[4];
   Vec2 pair[4];
@@ -192,7 +193,7 @@ AMONTONS_INLINE void store_lines(double* lines, const std::uint32_t* at, const R
 
 #else
 
-// Two lanes: the transposes are 2 x 2, three for a pair of lines.
+// Two lanes: 2 x 2 transposes, three for a pair of lines.
 AMONTONS_INLINE Vec even(Vec a, Vec b) { return __builtin_shufflevector(a, b, 0, 2); }
 AMONTONS_INLINE Vec odd(Vec a, Vec b) { return __builtin_shufflevector(a, b, 1, 3); }
 
@@ -230,13 +231,13 @@ AMONTONS_INLINE void scatter(double* lines, const std::uint32_t* at, const Vec6&
   store_lines(lines, at, rows(c));
 }
 
-// Sums over the batches of a chunk, lane by lane, added up in a fixed order at the end: eight partial sums
+// Sums over the batches of a chunk, per lane, added in a fixed order at the end. There are eight partial sums
 // on every instruction set, in 1, 2 or 4 registers each, so that the bits do not depend on the width.
 template <int count>
 struct LaneSums {
   Vec v[count][8 / width] = {};
 
-  // As a tree of pairs: shorter than a chain, and the rounding grows with its height only.
+  // A tree of pairs: shorter than a chain, and the rounding grows only with its height.
   double total(int i) const {
     double s[8];
     for (int part = 0; part < 8 / width; ++part)

@@ -10,16 +10,16 @@ namespace amontons {
 
 namespace {
 
-// A chunk of 2048 contacts holds 256 batches: some 0.4 MB of what the passes read and write, work for ten
-// microseconds, which is long beside handing it to a thread. More than 64 chunks only add copies of the
-// bodies at their borders.
+// A chunk of 2048 contacts holds 256 batches. Its passes read and write some 0.4 MB in ten microseconds,
+// which is long beside the hand-over to a thread. More than 64 chunks only add copies of the bodies at their
+// borders.
 constexpr std::size_t contacts_per_chunk = 2048, max_chunks = 64;
 
 using Link = ContactGraph::Link;
 
-// A batch has a body once, so that a body needs as many batches as it has contacts: the ground box of a pile
-// would leave seven of eight lanes inert. Bodies for which that is more batches than the contacts fill get a
-// line for each of the eight lanes instead, and never stand in the way. The limit is at least 8, the lines
+// A batch contains a body at most once, so a body needs as many batches as it has contacts. The ground box of
+// a pile would leave seven of eight lanes inert. If a body needs more batches than all contacts fill, it is a
+// hub: it gets a line for each of the eight lanes, and causes no conflict. The limit is at least 8, the lines
 // that a hub takes, and at most 64, two rings of batches.
 std::vector<bool> find_hubs(std::size_t bodies, const std::vector<Link>& links, std::size_t contacts) {
   std::vector<std::uint32_t> degree(bodies);
@@ -33,8 +33,8 @@ std::vector<bool> find_hubs(std::size_t bodies, const std::vector<Link>& links, 
   return is_hub;
 }
 
-// The rank by which a contact or row is sorted: of its first body that is not a hub. Sorted so, contacts of
-// one body come in a row and its line is in the cache; a hub has a say only where there is no other body.
+// The rank by which a contact or row is sorted: that of its first body that is not a hub. Contacts of one
+// body are then adjacent and its line is in the cache. A hub counts only if there is no other body.
 std::uint32_t sort_rank(const Link& link, const BodyOrder& order, const std::vector<bool>& is_hub) {
   const auto none = static_cast<std::uint32_t>(order.moving.size());
   std::uint32_t best = none, hub = none;
@@ -43,8 +43,8 @@ std::uint32_t sort_rank(const Link& link, const BodyOrder& order, const std::vec
   return best != none ? best : hub;
 }
 
-// Indices first .. last - 1 of `links` sorted by rank, stable; start[r]: the place where rank r begins. A
-// counting sort: linear time, and ties stay in the order of the problem.
+// Indices first .. last - 1 of `links` sorted by rank; start[r]: the begin of rank r. The counting sort takes
+// linear time and keeps ties in the order of the problem.
 struct Sorted {
   std::vector<std::uint32_t> index, start;
 };
@@ -60,14 +60,14 @@ Sorted sort_by_rank(const std::vector<std::uint32_t>& rank, std::size_t first, s
   return s;
 }
 
-// Greedy filling of conflict-free batches. Up to 32 batches are open at a time, in a ring; a contact goes to
-// the oldest one with room that has neither of its bodies. present[body] has one bit per place in the ring,
-// so that the batches with neither body are one expression,
+// Greedy filling of conflict-free batches. Up to 32 batches are open at a time, in a ring. A contact goes to
+// the oldest one with room that contains neither of its bodies. present[body] has one bit per place in the
+// ring, so that the batches without both bodies are one expression,
 //  open & ~(present[a] | present[b]),
-// and the oldest is its lowest bit counted from the place of the oldest batch. 32 because it is the bits of
-// a word: about 256 contacts, a stretch along the curve in which a body meets all of its own.
+// and the oldest is its lowest bit counted from the place of the oldest batch. The number 32 is that of the
+// bits of a word: about 256 contacts, a stretch of the curve that contains all contacts of a body.
 //
-// A batch that leaves the ring with free lanes keeps them: they stay inert (-1).
+// A batch that leaves the ring with free lanes keeps them inert (-1).
 class Batcher {
  public:
   Batcher(const std::vector<Link>& links, const std::vector<bool>& is_hub, std::vector<Index>& lanes_out)
@@ -77,12 +77,12 @@ class Batcher {
     std::uint32_t usable = open_ & ~(present(links_[contact].a) | present(links_[contact].b));
     if (!usable) usable = open_batch();
     const int oldest = static_cast<int>(oldest_ % 32);
-    // Rotated so that the oldest batch is bit 0.
+    // Rotated so that bit 0 is the oldest batch.
     const auto place =
         static_cast<std::uint32_t>((oldest + std::countr_zero(std::rotr(usable, oldest))) % 32);
     mark(links_[contact].a, place);
     mark(links_[contact].b, place);
-    // The number of the batch from its place: the first one at or after the oldest that is congruent to it.
+    // From the place to the number of the batch: the first number from the oldest on that is congruent to it.
     const std::size_t batch = oldest_ + ((place - oldest_) % 32);
     out_[batch * lanes + fill_[place]] = static_cast<Index>(contact);
     if (++fill_[place] == lanes) open_ &= ~(1u << place);
@@ -94,7 +94,7 @@ class Batcher {
 
  private:
   std::uint32_t present(Index body) const { return body < 0 ? 0 : present_[body]; }
-  // Hubs are never marked: a line for each lane makes them free of conflicts.
+  // Hubs are never marked: with a line per lane they have no conflicts.
   void mark(Index body, std::uint32_t place) {
     if (body >= 0 && !is_hub_[body]) present_[body] |= 1u << place;
   }
@@ -106,7 +106,7 @@ class Batcher {
     open_ |= 1u << place;
     return 1u << place;
   }
-  // Makes room in the ring; the bodies of the batch forget it, as its place will mean another batch.
+  // Makes room in the ring and clears the bits of the batch's bodies, as its place will mean another batch.
   void close_oldest() {
     const std::uint32_t bit = 1u << (oldest_ % 32);
     for (std::size_t l = 0; l < lanes; ++l) {
@@ -123,15 +123,15 @@ class Batcher {
   const std::vector<bool>& is_hub_;
   std::vector<Index>& out_;
   std::vector<std::uint32_t> present_;
-  // oldest_, next_: numbers of batches, of which oldest_ .. next_ - 1 are in the ring at number modulo 32.
-  // fill_: lanes taken, by place. open_: the places with room.
+  // oldest_, next_: batches oldest_ .. next_ - 1 are in the ring, at their number modulo 32. fill_: lanes
+  // taken, by place. open_: the places with room.
   std::size_t oldest_ = 0, next_ = 0, fill_[32] = {};
   std::uint32_t open_ = 0;
 };
 
-// Lines in the order in which a chunk first touches its bodies: neighbours in time are neighbours in memory.
-// A chunk begins with a dummy line, for the world and what does not move: lanes and rows without a body read
-// and write it like any other. Its inverse mass is 0, so that whatever is added there becomes velocity 0.
+// Numbers lines in the order in which a chunk first touches its bodies: neighbours in time are neighbours in
+// memory. A chunk begins with a dummy line, for the world and fixed bodies. Lanes and rows without a body
+// read and write it like any other. Its inverse mass is 0, so any sum there becomes velocity 0.
 class LineNumbering {
  public:
   LineNumbering(std::vector<Index>& body, const std::vector<bool>& is_hub)
@@ -145,11 +145,11 @@ class LineNumbering {
   std::uint32_t line(Index body, std::size_t lane) {
     if (body < 0) return static_cast<std::uint32_t>(first_);
     if (is_hub_[body]) return hub_line(body, lane);
-    // A number from an earlier chunk lies before the first line of this one.
+    // A number from an earlier chunk is less than first_.
     if (line_[body] == none || line_[body] < first_) line_[body] = append(body);
     return line_[body];
   }
-  // A mass batch has eight lines: the last of a chunk is filled up with lines of nobody.
+  // A mass batch has eight lines; empty lines pad the last one of a chunk.
   void end_chunk() { body_.resize((body_.size() + lanes - 1) / lanes * lanes, -1); }
 
  private:
@@ -158,7 +158,8 @@ class LineNumbering {
     body_.push_back(body);
     return static_cast<std::uint32_t>(body_.size() - 1);
   }
-  // A hub has up to eight lines in a chunk, one per lane: no two lanes of a batch add to the same one.
+  // A hub has up to eight lines in a chunk, one per lane, so that no two lanes of a batch add to the same
+  // line.
   std::uint32_t hub_line(Index body, std::size_t lane) {
     if (line_[body] == none || line_[body] < first_) {
       line_[body] = static_cast<std::uint32_t>(first_ + hub_lines_.size() / lanes);
@@ -171,29 +172,29 @@ class LineNumbering {
 
   std::vector<Index>& body_;
   const std::vector<bool>& is_hub_;
-  std::vector<std::uint32_t> line_;  // of a hub: first_ + its place among the hubs of the chunk
+  std::vector<std::uint32_t> line_;  // for a hub: first_ + its index among the hubs of the chunk
   std::vector<std::uint32_t> hub_lines_;
   std::size_t first_ = 0;
 };
 
-// Ranks at which chunks begin, such that each has about the same work; a joint row is half a contact's. Cut
-// between ranks, so that contacts of one body stay in one chunk as far as they are sorted by it.
+// Ranks at which chunks begin. Each chunk has about the same work; a joint row counts half a contact. The
+// cuts lie between ranks, so that sorted contacts of one body stay in one chunk.
 std::vector<std::size_t> chunk_ranks(const Sorted& contacts, const Sorted& joints) {
   const std::size_t ranks = contacts.start.size() - 1;
-  // In halves of a contact.
+  // In units of half a contact.
   const std::size_t work = 2 * contacts.index.size() + joints.index.size();
   const std::size_t count = std::clamp<std::size_t>(work / (2 * contacts_per_chunk), 1, max_chunks);
   std::vector<std::size_t> first{0};
   for (std::size_t r = 0; r < ranks && first.size() < count; ++r)
-    // Chunk i begins where i / count of the work is done.
+    // Chunk i begins where the fraction i / count of the work is done.
     if ((2 * contacts.start[r] + joints.start[r]) * count >= first.size() * work && r > first.back())
       first.push_back(r);
   first.push_back(ranks);
   return first;
 }
 
-// Lines of each body that has more than one, in ascending order: the order in which they are added up.
-// `place` is 0 for a body not yet seen, else one more than where its next copy goes.
+// Lines of each body that has several, in ascending order, the order of their addition. `place` is 0 for a
+// body not yet seen, else one more than the place of its next copy.
 void find_copies(ContactLayout& layout, std::size_t bodies) {
   std::vector<std::uint32_t> count(bodies), place(bodies);
   for (Index body : layout.body)
@@ -213,15 +214,15 @@ void find_copies(ContactLayout& layout, std::size_t bodies) {
 
 }  // namespace
 
-// Order bodies, sort contacts and rows by them, cut into chunks; then per chunk: batches, and lines as the
-// batches first touch them, and at last those of the joint rows.
+// Orders bodies, sorts contacts and rows by them and cuts into chunks. Then, per chunk, fills batches, and
+// numbers lines as the batches first touch them, followed by those of the joint rows.
 ContactLayout lay_out(const ContactSystem& A, const ContactGraph& graph, std::size_t contacts) {
   const std::size_t bodies = A.bodies.size();
   const std::vector<Link>& links = graph.links;  // contacts, then single rows
   const std::vector<bool> is_hub = find_hubs(bodies, links, contacts);
   const BodyOrder order = order_bodies(A, graph, is_hub);
-  const std::size_t ranks = order.moving.size() + 1;  // the last for links without a moving body
-  // A rank for every contact and row, by which both are sorted and cut into chunks together.
+  const std::size_t ranks = order.moving.size() + 1;  // the last rank is for links without a moving body
+  // A common rank for contacts and rows, by which both are sorted and cut into chunks.
   std::vector<std::uint32_t> rank(links.size());
   for (std::size_t k = 0; k < links.size(); ++k) rank[k] = sort_rank(links[k], order, is_hub);
   const Sorted by_contact = sort_by_rank(rank, 0, contacts, ranks);
@@ -242,7 +243,7 @@ ContactLayout lay_out(const ContactSystem& A, const ContactGraph& graph, std::si
 
     chunk.first_line = out.body.size();
     lines.begin_chunk();
-    // The lanes in the order of the passes: the first use of a body gives it its line.
+    // Lanes in the order of the passes: the first use of a body gives it a line.
     for (std::size_t at = chunk.first_batch * lanes; at < chunk.last_batch * lanes; ++at) {
       const Link link = out.contact[at] < 0 ? Link{-1, -1} : links[out.contact[at]];
       out.line_a.push_back(lines.line(link.a, at % lanes));
@@ -250,7 +251,7 @@ ContactLayout lay_out(const ContactSystem& A, const ContactGraph& graph, std::si
     }
     chunk.first_joint = out.joint_batches();
     for (std::size_t k = by_joint.start[first_rank[c]]; k < by_joint.start[first_rank[c + 1]]; ++k) {
-      // Joint rows meet their bodies one by one: of a hub they take the line of lane 0.
+      // Joint rows access their bodies one at a time; for a hub they use the line of lane 0.
       const std::uint32_t row = by_joint.index[k];
       out.joint_row.push_back(static_cast<Index>(row - contacts));
       out.joint_line_a.push_back(lines.line(links[row].a, 0));

@@ -1,9 +1,9 @@
-// Which passes run: those of the best instruction set that the processor has, or of the one asked for.
+// Selects the passes of the best instruction set of the processor, or of a given one.
 #include "solvers/first_order/contact_passes.hpp"
 
 namespace amontons {
 
-// The macro names the passes of one namespace: they have the same names in each.
+// The macro refers to the passes of one namespace; names are equal in all.
 Passes passes_of(Isa isa) {
 #define AMONTONS_PASSES(set)                                                                     \
   Passes {                                                                                       \

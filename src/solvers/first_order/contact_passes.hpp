@@ -6,8 +6,8 @@
 namespace amontons {
 
 // The passes over one chunk, and their sums in the order of v. An iteration is direction, mass, update: d
-// must be complete on all bodies before M^-1 acts, and <d, A d> known before lambda is. Within a pass
-// everything that needs a contact once is done, because memory and not arithmetic bounds the speed.
+// must be complete on all bodies before M^-1 acts, and <d, A d> known before lambda. A pass does all work
+// that needs a contact, because memory and not arithmetic bounds the speed.
 //
 //  direction_pass   d = Pi_K(x - alpha / p g) - x, lines = D'd;
 //                   <d, g>, <d, P d>, <d, E d>
@@ -33,7 +33,7 @@ AMONTONS_FOR_EACH_ISA(PassSums direction_pass(const PassData& data, const Chunk&
                                                        double alpha);
                       PassSums accelerate_pass(const PassData& data, const Chunk& chunk, double beta);)
 
-// The same, chosen once: one entry per instruction set.
+// The passes of one instruction set, chosen once.
 struct Passes {
   using Pass = PassSums (*)(const PassData&, const Chunk&);
   using Step = PassSums (*)(const PassData&, const Chunk&, double);

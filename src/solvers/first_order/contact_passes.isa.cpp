@@ -1,17 +1,18 @@
 // The fused passes over contacts, eight lanes at a time: see pass_data.hpp for the layout.
 //
-// Memory traffic of an iteration in bytes, counting each array once per pass that reads or writes it. Per
-// contact: 128 for ContactBatch, less what a pass does not read, 24 for each of x, u, d and (coulomb only) 8
-// for s = mu |u_t|; per body: 64 for its line and 64 for its masses:
+// Memory traffic of an iteration in bytes; each array counts once per pass that reads or writes it. Per
+// contact: 128 for ContactBatch, minus the unread part, 24 for each of x, u, d and (coulomb only) 8 for s =
+// mu |u_t|. Per body: 64 for its line and 64 for its masses:
 //  direction  batch 104 + x 24 + u 24 + (s 8) read, d 24 written, lines 64 read + 64 written
 //  mass       lines 64 read + 64 written, masses 64 read
 //  update     batch 104 + x 24 + u 24 + d 24 + (s 8) read, x_next 24 + u 24 + (s 8) written, lines 64 read
-// that is 400 per contact (424 under coulomb) and 384 per body. The accelerated iteration reads x beside y
-// and the metric in its direction and moves x, u, y and u_y in its last pass: 528 per contact (544 under
+// The sum is 400 per contact (424 under coulomb) and 384 per body. The accelerated iteration reads x beside y
+// and the metric in its direction, and moves x, u, y and u_y in its last pass: 528 per contact (544 under
 // coulomb).
 //
-// Three rules keep the bits the same on every instruction set: no function that is not correctly rounded, no
-// fused multiply-add (-ffp-contract=off), and every sum over eight lanes and then in the order of LaneSums.
+// Three rules keep the bits the same on every instruction set. Every function is correctly rounded. There is
+// no fused multiply-add (-ffp-contract=off). Every sum runs over eight lanes and then in the order of
+// LaneSums.
 #include "solvers/first_order/contact_passes.hpp"
 
 #include "solvers/first_order/cone_lanes.hpp"
@@ -21,12 +22,12 @@ namespace amontons::AMONTONS_ISA {
 
 namespace {
 
-// Batches are worked on in blocks, in two loops: what touches lines, and what does not. A loop that does
-// both has so long a chain of dependent operations that the processor cannot look ahead into the next batch.
-// Four batches between the loops are 768 bytes, well within the L1 cache.
+// Batches are processed in blocks, in two loops: one with access to lines, one without. One loop with both
+// has so long a chain of dependent operations that the processor cannot look ahead into the next batch. Four
+// batches between the loops are 768 bytes, well within the L1 cache.
 constexpr std::size_t block = 4;
 
-// J'f and J v of three rows of three.
+// J'f and J v for three rows of three.
 AMONTONS_INLINE Vec3 transposed_times(const double (&J)[3][3][lanes], int lane, const Vec3& f) {
   return f.x * load3(J[0], lane) + f.y * load3(J[1], lane) + f.z * load3(J[2], lane);
 }
@@ -35,7 +36,7 @@ AMONTONS_INLINE Vec3 times(const double (&J)[3][3][lanes], int lane, const Vec3&
 }
 
 // lines += D'f for contact impulses f in world coordinates: the wrench (f, r_a x f) on A and its opposite
-// (-f, -r_b x f) on B. B after A: where a contact's bodies share a line (two dummies), both are added.
+// (-f, -r_b x f) on B. B after A: if the bodies of a contact share a line (two dummies), both are added.
 AMONTONS_INLINE void scatter_batch(const PassData& data, std::size_t i, const double* impulses) {
   const ContactBatch& batch = data.batches[i];
   for (int lane = 0; lane < 8; lane += width) {
@@ -68,24 +69,24 @@ AMONTONS_INLINE Vec3 relative_velocity(const PassData& data, std::size_t i, int 
   return (va - vb) + (cross(wa, load3(batch.r_a, lane)) - cross(wb, load3(batch.r_b, lane)));
 }
 
-// Written out, as std::min would be an inline function of the library.
+// Not std::min, which is an inline function of the library.
 AMONTONS_INLINE std::size_t end_of_block(const Chunk& chunk, std::size_t first) {
   return first + block < chunk.last_batch ? first + block : chunk.last_batch;
 }
 
-// Before every scatter, by the thread that owns the chunk.
+// Clears the lines before every scatter, by the thread that owns the chunk.
 void clear_lines(const PassData& data, const Chunk& chunk) {
   const Vec zero = {};
   double* const end = data.lines + 8 * chunk.last_line;
   for (double* p = data.lines + 8 * chunk.first_line; p < end; p += width) store(p, zero);
 }
 
-// Hints for the streams of a batch to come: the hardware follows too few of them at a time. metric: with
-// what only the direction with momentum reads.
+// Prefetches the streams of a later batch: the hardware follows too few at a time. metric: includes the data
+// that only the direction with momentum reads.
 template <bool metric>
 AMONTONS_INLINE void prefetch_batch(const PassData& data, const Chunk& chunk, std::size_t i,
                                     double* written) {
-  // Eight batches of some 1.5 kB ahead: long enough for memory to answer, short enough to stay in the L1
+  // Eight batches of some 1.5 kB ahead: early enough for the latency of memory, near enough to stay in the L1
   // cache.
   constexpr std::size_t distance = 8;
   if (i + distance >= chunk.last_batch) return;
@@ -102,8 +103,8 @@ AMONTONS_INLINE void prefetch_batch(const PassData& data, const Chunk& chunk, st
 
 // One batch of the direction, from x, or with momentum from y:
 //  g = u + s n,   d = Pi(x - alpha/p g) - x,
-// and its part of <d, g>, <d, P d>, <d, E d>; with momentum in the metric of metric.hpp for p, and <d, P (y -
-// x)>, which tells uphill from downhill, for <d, g>. Here x stands for the point from which the step starts.
+// and its part of <d, g>, <d, P d>, <d, E d>. With momentum the metric of metric.hpp replaces p, and <d, P (y
+// - x)>, whose sign is uphill or downhill, replaces <d, g>. Here x is the point from which the step starts.
 template <bool coulomb, bool compliant, bool momentum>
 AMONTONS_INLINE void direction_of_batch(const PassData& data, std::size_t i, double alpha,
                                         LaneSums<4>& sums) {
@@ -117,7 +118,7 @@ AMONTONS_INLINE void direction_of_batch(const PassData& data, std::size_t i, dou
     if constexpr (coulomb) g = u + load(data.saxce + 8 * i + lane) * n;
     const Vec mu = load(batch.mu + lane), one = Vec{} + 1.0;
     if constexpr (momentum) {
-      // In the metric: along the normal p_t / aspect^2 stands for p_t.
+      // In the metric p_t / aspect^2 replaces p_t along the normal.
       const Vec aspect = load(batch.aspect + lane), squared = aspect * aspect, p = load(batch.p_t + lane);
       const Vec step = alpha * load(batch.p_t_inverse + lane), more = one / squared - one;
       const Vec3 d = project(x - step * (g + ((squared - one) * dot(g, n)) * n), n, mu, aspect) - x;
@@ -138,7 +139,7 @@ AMONTONS_INLINE void direction_of_batch(const PassData& data, std::size_t i, dou
   }
 }
 
-// The same for rows, whose step alpha / p g has no De Saxce term: g = u.
+// The same for joint rows, whose step alpha / p g has no De Saxce term: g = u.
 template <bool momentum>
 AMONTONS_INLINE void direction_of_joints(const PassData& data, const JointBatch& batch, int lane, int part,
                                          std::size_t at, double alpha, LaneSums<4>& sums) {
@@ -152,8 +153,8 @@ AMONTONS_INLINE void direction_of_joints(const PassData& data, const JointBatch&
   if constexpr (momentum) sums.v[3][part] += p * (d * (x - load(data.x + at)));
 }
 
-// The direction pass of a chunk: d of a block of batches, then D'd of the same while d is still in the
-// cache; contacts first, then joint rows.
+// The direction pass of a chunk: d of a block of batches, then D'd of that block while d is in the cache.
+// Contacts come first, then joint rows.
 template <bool coulomb, bool compliant, bool momentum>
 PassSums direction(const PassData& data, const Chunk& chunk, double alpha) {
   clear_lines(data, chunk);
@@ -176,17 +177,17 @@ PassSums direction(const PassData& data, const Chunk& chunk, double alpha) {
   return {{sums.total(0), sums.total(1), sums.total(2), sums.total(3)}};
 }
 
-// `width` contacts of a batch in the last pass of an iteration: the place of their lane in a batch and of
-// their x among the vectors, the number of their sum, normal, d and A d.
+// `width` contacts of a batch in the last pass of an iteration. The data are the place of their lane in the
+// batch, the place of their x in the vectors, number of their sum, normal, d and A d.
 struct StepLanes {
   std::size_t batch, at;
   int part, lane;
   Vec3 n, d, Ad;
 };
 
-// f(lanes) for all contacts of a chunk, with A d = D lines + E d. The velocities of a block of batches are
-// gathered first and wait in q. Prefetching costs where the arrays are in the cache anyway: only large
-// problems ask for it.
+// Calls f(lanes) for all contacts of a chunk, with A d = D lines + E d. The velocities of a block of batches
+// are gathered first into q. Prefetching costs time if the arrays are in the cache, so only large problems
+// use it.
 template <bool compliant, class F>
 AMONTONS_INLINE void for_each_step(const PassData& data, const Chunk& chunk, F f) {
   alignas(64) double q[block][24];
@@ -211,7 +212,7 @@ AMONTONS_INLINE void for_each_step(const PassData& data, const Chunk& chunk, F f
 
 // x+ = x + lambda d, u+ = u + lambda A d, and the sums over s = x+ - x and y = g+ - g, where under coulomb
 //  y = lambda A d + (s(u+) - s(u)) n.
-// s(u) is not formed again: the direction has read it from data.saxce, where s(u+) now replaces it.
+// s(u) is not formed again: the direction read it from data.saxce, where s(u+) now replaces it.
 template <bool coulomb>
 AMONTONS_INLINE void update_lanes(const PassData& data, const StepLanes& l, double lambda,
                                   LaneSums<3>& sums) {
@@ -245,7 +246,7 @@ PassSums update(const PassData& data, const Chunk& chunk, double lambda) {
   for_each_joint(
       data, chunk,
       [&](const JointBatch& batch, int lane, int part, std::size_t at) __attribute__((always_inline)) {
-        // Rows have g = u, and y = lambda A d throughout.
+        // For joint rows g = u, so y = lambda A d.
         const Vec d = load(data.d + at), s = lambda * d;
         const Vec y = lambda * (joint_velocities(data, batch, lane) + load(batch.compliance + lane) * d);
         const Vec x = load(data.x + at) + s, u = load(data.u + at) + y;
@@ -259,8 +260,8 @@ PassSums update(const PassData& data, const Chunk& chunk, double lambda) {
 }
 
 // x+ = y + d, u+ = u_y + A d, y+ = x+ + beta (x+ - x) and u_y+ = u+ + beta (u+ - u), as A x + b is affine.
-// The residual is that of x+, and so is the De Saxce term that is kept, with which the next direction starts
-// from y+.
+// The residual and the stored De Saxce term are those of x+; with this term the next direction starts from
+// y+.
 template <bool coulomb>
 AMONTONS_INLINE void accelerate_lanes(const PassData& data, const StepLanes& l, double beta,
                                       LaneSums<1>& sums) {
@@ -306,8 +307,8 @@ PassSums accelerate(const PassData& data, const Chunk& chunk, double beta) {
   return {{sums.total(0)}};
 }
 
-// u = D lines + E x + b with lines = M^-1 D'x; the De Saxce term of u, from which the next direction starts.
-// Too rare to be worth the two loops of the other passes.
+// u = D lines + E x + b with lines = M^-1 D'x; stores the De Saxce term of u, from which the next direction
+// starts. Too rare to be worth the two loops of the other passes.
 template <bool coulomb, bool compliant>
 PassSums refresh(const PassData& data, const Chunk& chunk) {
   LaneSums<1> sums;
@@ -342,8 +343,8 @@ PassSums refresh(const PassData& data, const Chunk& chunk) {
   return {{sums.total(0)}};
 }
 
-// f.operator()<coulomb, compliant>() of the problem at hand: what does not change within a solve is decided
-// once per chunk, and the loops have no branch for it.
+// Calls f.operator()<coulomb, compliant>() for the problem. Conditions that are constant within a solve are
+// tested once per chunk, and the loops have no branch for them.
 template <class F>
 AMONTONS_INLINE PassSums in_case(const PassData& data, F f) {
   if (data.compliance)
@@ -381,7 +382,7 @@ PassSums refresh_pass(const PassData& data, const Chunk& chunk) {
                  [&]<bool coulomb, bool compliant>() { return refresh<coulomb, compliant>(data, chunk); });
 }
 
-// D'x for refresh: the first half of A x, as the direction pass is that of A d.
+// D'x for refresh: the first half of A x, as the direction pass does for A d.
 PassSums impulse_pass(const PassData& data, const Chunk& chunk) {
   clear_lines(data, chunk);
   for (std::size_t i = chunk.first_batch; i < chunk.last_batch; ++i) scatter_batch(data, i, data.x);
@@ -390,15 +391,15 @@ PassSums impulse_pass(const PassData& data, const Chunk& chunk) {
 }
 
 // w = M^-1 w per line, (v, omega) = (m^-1 f, I^-1 tau), eight lines transposed to lanes and back. With f =
-// D'd the sum of <w before, w after> is <D'd, M^-1 D'd>, the curvature without its part of E: the product A
-// d need not be formed on the contacts before lambda is known.
+// D'd the sum of <w before, w after> is <D'd, M^-1 D'd>, the curvature without its part of E. The product A d
+// need not be formed on the contacts before lambda is known.
 PassSums mass_pass(const PassData& data, const Chunk& chunk) {
   LaneSums<1> sums;
   for (std::size_t line = chunk.first_line; line < chunk.last_line; line += lanes) {
     const MassBatch& mass = data.masses[line / lanes];
     for (int part = 0; part < 8 / width; ++part) {
       const int lane = part * width;
-      // Consecutive lines: the offsets count them up from the first.
+      // Consecutive lines: offsets relative to the first.
       std::uint32_t at[width];
       for (int l = 0; l < width; ++l) at[l] = 8 * static_cast<std::uint32_t>(l);
       double* const lines = data.lines + 8 * (line + static_cast<std::size_t>(lane));

@@ -5,7 +5,7 @@
 
 namespace amontons {
 
-// Of p_t / p_n: what would be gained by more is lost to rounding.
+// Limit of p_t / p_n: a larger ratio loses its gain to rounding.
 constexpr double most_aspect_squared = 10;
 
 std::vector<BlockMetric> block_metrics(const Problem& problem) {
@@ -19,7 +19,7 @@ std::vector<BlockMetric> block_metrics(const Problem& problem) {
       if (!(normal > 0 && tangent > 0)) return;
       const double squared =
           std::clamp(std::sqrt(tangent / normal), 1 / most_aspect_squared, most_aspect_squared);
-      // The mean over the block stays that of P.
+      // The mean over the block stays equal to P.
       metrics[block] = {std::sqrt(squared), problem.P[block] * 3 * squared / (1 + 2 * squared)};
     }
   });

@@ -5,19 +5,19 @@
 
 namespace amontons {
 
-// Contacts are held in batches of eight, component by component, so that one instruction works on the same
-// component of eight contacts. A batch never has two contacts on one moving body: its impulses can be
-// scattered in any order, eight at a time, and no addition is lost. Short batches are filled with inert
-// lanes of zeros (mu = 0, p = p_inverse = 0, both bodies the dummy; aspect = 1), which add zero to every sum.
+// Contacts are stored in batches of eight, component by component, so that one instruction processes the same
+// component of eight contacts. A batch never contains two contacts of one moving body: its impulses can be
+// scattered in any order, eight at a time, without a lost addition. Short batches are padded with inert lanes
+// of zeros (mu = 0, p = p_inverse = 0, both bodies the dummy; aspect = 1), which add zero to every sum.
 // All vectors are in world coordinates: the cone is circular, and its tangents need not be known.
 //
-// Eight lanes whatever the width of the registers (8, 4 or 2): the sums then have the same order everywhere.
+// Eight lanes for every register width (8, 4 or 2): the sums then have the same order everywhere.
 inline constexpr std::size_t lanes = 8;
 
-// What is constant during a solve: 16 cache lines. Arms in m from the centres of mass to the point, the
-// normal from B to A; p is the entry of P (1/kg), p_inverse = 1/p, kept because division is slow; aspect, p_t
-// and 1/p_t are the metric of accelerated methods (metric.hpp). A line offset is that of a working velocity
-// in `lines`, counted in doubles (8 per line).
+// Constant data of a solve: 16 cache lines. Arms in m from the centres of mass to the point, the normal from
+// B to A. p is the entry of P (1/kg), p_inverse = 1/p, stored because division is slow. aspect, p_t and 1/p_t
+// are the metric of accelerated methods (metric.hpp). A line offset is that of a working velocity in `lines`,
+// in doubles (8 per line).
 struct alignas(64) ContactBatch {
   double r_a[3][lanes], r_b[3][lanes], normal[3][lanes];
   double mu[lanes], p[lanes], p_inverse[lanes];
@@ -25,16 +25,16 @@ struct alignas(64) ContactBatch {
   double aspect[lanes], p_t[lanes], p_t_inverse[lanes];  // last: most passes do not read them
 };
 
-// What the rows of eight contacts do to their bodies where they are given as rows of D, as files have them:
-// row by row the force on A, whose opposite acts on B, and the moments on both. x is in the frames of the
-// file then, in which every normal is (1, 0, 0), and the batch has no arms.
+// The action of the rows of eight contacts on their bodies if they are given as rows of D, as in files. Per
+// row: the force on A, whose opposite acts on B, and the moments on both. x is then in the frames of the
+// file, in which every normal is (1, 0, 0), and the batch has no arms.
 struct alignas(64) ContactRows {
   double force[3][3][lanes], moment_a[3][3][lanes], moment_b[3][3][lanes];
 };
 
-// Eight stored rows of D, (linear, angular) of each body padded with two zeros, so that a side has the length
-// of a line; with their intervals [lo, hi], free and nonnegative rows have infinite bounds. compliance is the
-// entry of E. Rows of a batch may share bodies. Short batches are filled with rows of zeros at the dummy.
+// Eight stored rows of D, (linear, angular) of each body padded with two zeros to the length of a line, with
+// their intervals [lo, hi]. Free and nonnegative rows have infinite bounds. compliance is the entry of E.
+// Rows of a batch may share bodies. Short batches are padded with rows of zeros at the dummy.
 struct alignas(64) JointBatch {
   double a[lanes][8], b[lanes][8];
   double compliance[lanes], p[lanes], p_inverse[lanes], lo[lanes], hi[lanes];
@@ -48,37 +48,38 @@ struct alignas(64) MassBatch {
 };
 
 // The unit of work of a thread: consecutive batches, of contacts and of joint rows, and the lines that they
-// touch, which no other chunk touches: threads need no lock, and a chunk can scatter without looking at
-// others. What bodies of several chunks receive is added up between the passes, copy by copy. first_line and
-// last_line are multiples of eight; the first line is a dummy for the world and for fixed bodies, whose
-// inverse mass is zero. Ranges are half-open.
+// touch. No other chunk touches these lines, so threads need no lock. Between the passes the sums of bodies
+// in several chunks are added, copy by copy. first_line and last_line are multiples of eight. The first line
+// is a dummy for the world and for fixed bodies, with inverse mass zero. Ranges are half-open.
 struct Chunk {
   std::size_t first_batch, last_batch, first_joint, last_joint, first_line, last_line;
 };
 
-// What the passes work on; which of the three buffers of x is which changes from iteration to iteration.
+// The data of the passes; the roles of the three buffers of x change from iteration to iteration.
 //
 //  x, x_next, y, u, u_y, d, b   24 doubles per batch (three components of eight lanes), then 8 per batch of
-//  rows saxce        mu |u_t| for the u of x, 8 per batch; coulomb only compliance   E, 8 per batch; null if
-//  all are zero lines        one line of 64 bytes per touched body: (linear, angular) and two doubles that
-//  mean nothing y, u_y       the extrapolated point and A y + b, of accelerated methods; null for the others
+//               rows
+//  saxce        mu |u_t| for the u of x, 8 per batch; coulomb only
+//  compliance   E, 8 per batch; null if all are zero
+//  lines        one line of 64 bytes per touched body: (linear, angular) and two unused doubles
+//  y, u_y       the extrapolated point and A y + b, of accelerated methods; null for the others
 //
 // `lines` holds impulses at the centres of mass, D'd or D'x, after a direction or impulse pass, and the
 // velocities M^-1 D'd or M^-1 D'x after the mass pass.
 struct PassData {
   const ContactBatch* batches;
-  const ContactRows* contact_rows;  // null where contacts are given by their arms and normals
+  const ContactRows* contact_rows;  // null if contacts are given by their arms and normals
   const JointBatch* joints;
   const MassBatch* masses;
   const double *compliance, *x, *b;
   double *x_next, *u, *d, *saxce, *lines;
   double *y, *u_y;
-  std::size_t joint_offset;  // of the joint rows in x, u, d, b
+  std::size_t joint_offset;  // offset of the joint rows in x, u, d, b
   bool coulomb, streaming;   // streaming: the arrays are far larger than the cache of a core
 };
 
-// The sums of a pass over one chunk: a cache line of their own, as each is written by one thread. What a
-// pass does not sum is zero.
+// The sums of a pass over one chunk, in a cache line of their own, as each is written by one thread. Sums
+// that a pass does not form are zero.
 struct alignas(64) PassSums {
   double v[4];
 };

@@ -6,8 +6,8 @@
 namespace amontons::AMONTONS_ISA {
 namespace {
 
-// One line or one side of a joint row: eight doubles, of which the last two mean nothing. Where rows meet
-// their bodies they are worked on one by one, components side by side in a register.
+// One line or one side of a joint row: eight doubles, the last two unused. Accesses of rows to bodies go one
+// row at a time, with the components side by side in a register.
 struct Line {
   Vec v[8 / width];
 };
@@ -20,8 +20,8 @@ AMONTONS_INLINE void add_to_line(double* p, const Line& line) {
   for (int k = 0; k < 8 / width; ++k) store(p + k * width, load(p + k * width) + line.v[k]);
 }
 
-// lines += D'f for the impulses of the joint rows. Consecutive rows of one joint share their bodies: they are
-// added up in registers.
+// lines += D'f for the impulses of the joint rows. Consecutive rows of one joint share their bodies, so they
+// are added in registers.
 AMONTONS_INLINE void scatter_joints(const PassData& data, const Chunk& chunk, const double* impulses) {
   const std::size_t end = lanes * chunk.last_joint;
   for (std::size_t i = lanes * chunk.first_joint; i < end;) {
@@ -44,7 +44,7 @@ AMONTONS_INLINE void scatter_joints(const PassData& data, const Chunk& chunk, co
 }
 
 // D lines of `width` rows of a batch. The six products of a row are added in one order, ((0 1) (2 3)) (4 5),
-// on every width, side by side for all rows once they are transposed.
+// for every width, and for all rows together after the transpose.
 AMONTONS_INLINE Vec joint_velocities(const PassData& data, const JointBatch& batch, int lane) {
   alignas(64) double products[width][8];
   std::uint32_t at[width];
@@ -60,7 +60,7 @@ AMONTONS_INLINE Vec joint_velocities(const PassData& data, const JointBatch& bat
   return ((s.v[0] + s.v[1]) + (s.v[2] + s.v[3])) + (s.v[4] + s.v[5]);
 }
 
-// use(batch, lane, part, at) for all joint rows of a chunk, `width` at a time; at: their place among x.
+// Calls use(batch, lane, part, at) for all joint rows of a chunk, `width` at a time; at: their place in x.
 template <class Use>
 AMONTONS_INLINE void for_each_joint(const PassData& data, const Chunk& chunk, Use use) {
   for (std::size_t i = chunk.first_joint; i < chunk.last_joint; ++i)
@@ -75,8 +75,7 @@ AMONTONS_INLINE Vec clip(Vec z, const JointBatch& batch, int lane) {
   return z < lo ? lo : (z > hi ? hi : z);
 }
 
-// p e^2 of the natural map of rows, e = x - lo or x - hi where the trial point is clipped, the step itself
-// where it is not.
+// p e^2 of the natural map of rows: e = x - lo or x - hi if the trial point is clipped, otherwise the step.
 AMONTONS_INLINE Vec natural_map(const JointBatch& batch, int lane, Vec x, Vec u) {
   const Vec lo = load(batch.lo + lane), hi = load(batch.hi + lane);
   const Vec step = load(batch.p_inverse + lane) * u, trial = x - step;

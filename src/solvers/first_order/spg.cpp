@@ -1,8 +1,8 @@
 // P-SPG-FB, the preconditioned spectral projected gradient method with fallback: A. Tasora, "Efficient
-// simulation of contacts, friction and constraints using a modified spectral projected gradient method",
-// WSCG 2013. It minimises f(x) = 1/2 x'Ax + b'x over K along projected gradients in the metric of the
-// diagonal P, with the step lengths of Barzilai and Borwein and a line search that lets f rise now and then
-// (Birgin, Martinez, Raydan 2000):
+// simulation of contacts, friction and constraints using a modified spectral projected gradient method", WSCG
+// 2013. It minimises f(x) = 1/2 x'Ax + b'x over K along projected gradients in the metric of the diagonal P.
+// It uses the step lengths of Barzilai and Borwein and a nonmonotone line search (Birgin, Martinez, Raydan
+// 2000):
 //
 //  x_0 := Pi_K(x_0);  x_FB := x_0;  g_0 := A x_0 + b;  alpha_0 := 1
 //  for j = 0 ..
@@ -14,16 +14,16 @@
 //    5.  alpha_j+1 := <s,Ps> / <s,y> for odd j, <s,y> / <y,P^-1 y> for even j
 //    6.  w := | x_j+1 - Pi_K(x_j+1 - P^-1 g_j+1) |_P;  the smallest w so far makes x_j+1 the x_FB
 //
-// companions/spg_literal.cpp has the algorithm to the letter; this variant differs in what costs time or
+// companions/spg_literal.cpp has the algorithm unchanged. This variant differs where that costs time or
 // robustness:
 //  - one product per iteration: f is an exact quadratic along d, f(x + lambda d) - f(x) = lambda <d,g> +
 //    lambda^2/2 d'Ad, so that the line search needs no further product;
-//  - these differences are summed up instead of comparing objective values, which stalls at rounding;
-//  - the fallback keeps the iterate with the smallest natural residual, which the third pass yields for
-//    nothing;
-//  - u is formed from scratch now and then, and before convergence is declared.
-// Under coulomb g = u + s(u) e_n follows u in every iteration: one loop, no nested solves. f is then a model
-// only, with the De Saxce term frozen at each x_j; what counts is the residual.
+//  - these differences are summed instead of comparing objective values, which stalls at rounding;
+//  - the fallback keeps the iterate with the smallest natural residual, which the third pass yields at no
+//    cost;
+//  - u is formed from scratch at intervals, and before convergence is declared.
+// Under coulomb g = u + s(u) e_n follows u in every iteration: one loop, no nested solves. f is then only a
+// model, with the De Saxce term frozen at each x_j; the residual decides.
 #include "amontons/solvers/first_order/spg.hpp"
 
 #include <algorithm>
@@ -35,16 +35,16 @@ namespace amontons {
 
 namespace {
 
-// A trial shrinks by sigma_max = 0.9 at least: 60 of them are a factor below 2e-3, and 1e-60 with sigma_min.
-// With gamma below 1/2 the minimum along d is itself accepted, so that few are needed; should the limit be
-// reached, the step is taken as it is: x stays in K for any lambda in [0, 1].
+// A trial shrinks at least by sigma_max = 0.9: 60 of them are a factor below 2e-3, and 1e-60 with sigma_min.
+// With gamma below 1/2 the minimum along d is itself accepted, so few are needed. At the limit the last step
+// is taken: x stays in K for any lambda in [0, 1].
 constexpr int max_backtracks = 60;
 
 // The objective relative to the start, and its largest value over the window of the nonmonotone test,
 // f_j-i for i = 0 .. min(j, N_GLL) (Grippo, Lampariello, Lucidi 1986): N_GLL + 1 values.
 class Envelope {
  public:
-  // A ring. Values not yet written are -infinity, which no maximum notices: min(j, N_GLL) needs no counter.
+  // A ring. Unwritten values are -infinity, which never is the maximum: min(j, N_GLL) needs no counter.
   explicit Envelope(std::size_t memory) : values_(memory + 1, -INFINITY) { values_[0] = 0; }
   double current() const { return f_; }
   double maximum() const { return *std::max_element(values_.begin(), values_.end()); }
@@ -68,8 +68,8 @@ class Spg {
   Spg(const Options& options, Monitor& monitor, T iterate)
       : options_(options.spg), monitor_(monitor), iterate_(std::move(iterate)), f_(options.spg.memory) {}
 
-  // x_0 := Pi_K(x_0), g_0 := A x_0 + b, alpha_0 := 1. In the metric of P the first step is of Jacobi's
-  // length.
+  // x_0 := Pi_K(x_0), g_0 := A x_0 + b, alpha_0 := 1. In the metric of P the first step has the length of a
+  // Jacobi step.
   double start(const Start& s) {
     const double residual_squared = iterate_.start(s.x);
     ++monitor_.products;
@@ -80,8 +80,8 @@ class Spg {
   std::optional<double> step() {
     // 1. docs/algorithm.md (17): p := P^-1 g_j;  d := Pi_K(x_j - alpha_j p) - x_j
     const Direction d = iterate_.direction(alpha_);
-    // 2. Descent. d is a projection in the P metric, hence <d,g> <= -<d,Pd> / alpha. The sum <d,g> itself
-    // drowns in rounding once |d|^2 falls below eps |x| |u|; the bound does not, and carries on to the last
+    // 2. Descent. d is a projection in the P metric, hence <d,g> <= -<d,Pd> / alpha. The sum <d,g> itself is
+    // lost in rounding once |d|^2 falls below eps |x| |u|. The bound is not, and remains valid to the last
     // digits.
     const double dg = std::min(d.dg, -d.dPd / alpha_);
     if (!(dg < 0)) return std::nullopt;  // d = 0: stationary to the last bit
@@ -97,7 +97,7 @@ class Spg {
     f_.add(lambda * dg + 0.5 * lambda * lambda * dAd);
     // 5. docs/algorithm.md (20): alpha_j+1 := <s,Ps> / <s,y> for odd j, <s,y> / <y,P^-1 y> for even j, within
     // [alpha_min, alpha_max]
-    //    (Fletcher 2005: to alternate is more robust than either); doubled where <s,y> <= 0 tells nothing.
+    //    (Fletcher 2005: alternating is more robust than either formula); doubled if <s,y> <= 0.
     const double sPs = lambda * lambda * d.dPd;
     const double next = s.sy > 0 ? (odd_ ? sPs / s.sy : s.sy / s.yPy) : 2 * alpha_;
     alpha_ = std::clamp(next, options_.alpha_min, options_.alpha_max);
@@ -118,9 +118,9 @@ class Spg {
   std::size_t backtracks() const { return backtracks_; }
 
  private:
-  // 3. docs/algorithm.md (18): along d, f(x_j + lambda d) - f_j = lambda <d,g> + lambda^2/2 d'Ad, whose
-  // minimum -<d,g> / d'Ad is the next trial, clipped to [sigma_min lambda, sigma_max lambda]. `room` is how
-  // far f may rise over f_j.
+  // 3. docs/algorithm.md (18): along d, f(x_j + lambda d) - f_j = lambda <d,g> + lambda^2/2 d'Ad. Its minimum
+  // -<d,g> / d'Ad is the next trial, clipped to [sigma_min lambda, sigma_max lambda]. `room` is the allowed
+  // rise of f over f_j.
   double line_search(double dg, double dAd) {
     const double room = f_.maximum() - f_.current(), exact = -dg / dAd;
     double lambda = 1;
@@ -135,17 +135,17 @@ class Spg {
   Monitor& monitor_;
   T iterate_;
   Envelope f_;
-  // f0: f at the start, to which the sums of f_ are relative. alpha: the spectral step, no unit, as P
-  // carries it.
+  // f0: f at the start, to which the sums of f_ are relative. alpha: the spectral step, without a unit
+  // because P has it.
   double f0_ = 0, alpha_ = 1;
   std::size_t backtracks_ = 0;
   bool odd_ = false;
 };
 
-// A function of its own: Clang 22 does not emit the virtual functions of a class template that it first meets
-// inside a generic lambda.
+// A separate function, because Clang 22 does not emit the virtual functions of a class template that it first
+// meets inside a generic lambda.
 template <class Make>
-std::unique_ptr<Run> started(const Problem& problem, const Options& options, Make make) {
+std::unique_ptr<Run> started_spg(const Problem& problem, const Options& options, Make make) {
   using Method = Spg<decltype(make())>;
   return std::make_unique<Driven<Method>>(
       problem, options, [&](const Options& o, Monitor& monitor) { return Method(o, monitor, make()); });
@@ -154,7 +154,7 @@ std::unique_ptr<Run> started(const Problem& problem, const Options& options, Mak
 }  // namespace
 
 std::unique_ptr<Run> start_spg(const Problem& problem, const Options& options) {
-  return with_iterate(problem, options, [&](auto make) { return started(problem, options, make); });
+  return with_iterate(problem, options, [&](auto make) { return started_spg(problem, options, make); });
 }
 
 Solution spg(const Problem& problem, const Options& options) { return complete(start_spg(problem, options)); }

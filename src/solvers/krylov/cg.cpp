@@ -5,14 +5,14 @@
 //     p    := -z + beta p,     alpha = <u, z> / <p, A p>
 //     x    := x + alpha p,     u := u + alpha A p.
 //
-// One product with A per iteration, and the error in the A norm falls in each. For a singular A with b in its
-// range they stay in that range and converge to a solution as they stand: redundant but consistent joints do
-// no harm. If b is not in the range, the curvature of p vanishes sooner or later and the method stops;
-// finish() then tests whether x runs off along a contradiction.
+// One product with A per iteration; the error in the A norm falls in each. For a singular A with b in its
+// range the iterates stay in that range and converge to a solution: redundant but consistent joints do no
+// harm. If b is not in the range, the curvature of p vanishes sooner or later and the method stops. finish()
+// then tests whether x diverges along a contradiction.
 //
-// beta is that of Polak and Ribiere: in exact arithmetic <u_old, z> = 0 and it is that of Fletcher and
-// Reeves, but it forgives a C that is not quite the same linear map in every iteration, as with the rounding
-// of a factorisation (Golub, Ye 1999).
+// beta is that of Polak and Ribiere. In exact arithmetic <u_old, z> = 0, and it equals that of Fletcher and
+// Reeves. But it tolerates a C that differs slightly between iterations, for example by the rounding of a
+// factorisation (Golub, Ye 1999).
 #include "amontons/solvers/krylov/cg.hpp"
 
 #include <algorithm>
@@ -26,14 +26,14 @@ namespace amontons {
 
 namespace {
 
-// Curvature relative to P below which a direction counts as one of A p = 0: the rounding of one product.
+// Curvature relative to P below which A p counts as zero: the rounding of one product.
 constexpr double null_space = 1e-15;
-// C = A + shift P. Modes of A far above the shift are solved at once, redundant joints stay at a pivot of
-// shift P. A smaller shift would drown in the rounding of the factorisation; a larger one leaves more soft
-// modes to the iterations.
+// C = A + shift P. Modes of A far above the shift are solved at once; redundant joints get a pivot of shift
+// P. A smaller shift would be lost in the rounding of the factorisation. A larger one leaves more soft modes
+// to the iterations.
 constexpr double shift = 1e-8;
 
-// C = P: z = P^-1 r, dimensionless like the residual. Many cheap iterations.
+// C = P: z = P^-1 r, without a unit like the residual. Many cheap iterations.
 struct Diagonal {
   static constexpr Limits limits{100000, 10000, 100};
   const Problem& problem;
@@ -43,8 +43,9 @@ struct Diagonal {
   }
 };
 
-// C = A + shift P: z = C^-1 r. Few iterations, each with two triangular solves: as good as a direct method,
-// but also where A is singular. u is formed afresh in each, because a single step cancels many of its digits.
+// C = A + shift P: z = C^-1 r. Few iterations, each with two triangular solves. It is as good as a direct
+// method and also works if A is singular. u is formed afresh in each iteration, because one step cancels many
+// of its digits.
 struct Factored {
   static constexpr Limits limits{200, 50, 1};
   ShiftedSystem system;
@@ -57,7 +58,7 @@ struct Factored {
     ++monitor.factorizations;
   }
   void operator()(const std::vector<double>& r, std::vector<double>& z) {
-    // The products of a refinement would cost more than the iterations that it saves.
+    // A refinement would need more products than the iterations that it saves.
     system.solve(r, z, 0);
     ++monitor.products;
   }
@@ -88,7 +89,7 @@ struct ConjugateGradients : VectorIterate {
       next_rz += u[i] * z[i];
       correlation += previous[i] * z[i];
     }
-    // The first step has no direction before it, and a beta below zero forgets it: steepest descent.
+    // The first step has no previous direction. A negative beta is replaced by zero: steepest descent.
     const double beta = rz > 0 ? std::max(0.0, (next_rz - correlation) / rz) : 0.0;
     rz = next_rz;
     for (std::size_t i = 0; i < m; ++i) p[i] = -z[i] + beta * p[i];
@@ -101,14 +102,14 @@ struct ConjugateGradients : VectorIterate {
       pPp += problem.P[i] * p[i] * p[i];
     }
     require_curvature(pAp, pPp);
-    // What is left of the residual cannot be reached.
+    // The remaining residual cannot be reduced.
     if (!(pAp > null_space * pPp)) return std::nullopt;
     const double alpha = rz / pAp;
     for (std::size_t i = 0; i < m; ++i) {
       x[i] += alpha * p[i];
       u[i] += alpha * q[i];
     }
-    return natural_map(problem, options.law, x, u);
+    return natural_map(problem, law_of(problem, options), x, u);
   }
 };
 
@@ -123,7 +124,7 @@ std::unique_ptr<Run> start_factored_cg(const Problem& problem, const Options& op
 }
 
 Solution cg(const Problem& problem, const Options& options) {
-  AMONTONS_REQUIRE(problem.K.all_free(),
+  AMONTONS_REQUIRE(problem.K.all_bilateral(),
                    "cg solves purely bilateral problems (every cone R) only; this one has inequalities or "
                    "friction: use p-spg-fb");
   return complete(start_cg(problem, options));

@@ -6,11 +6,11 @@
 //     beta_{k+1} v_{k+1} = A z_k - alpha_k v_k - beta_k v_{k-1},   alpha_k = <z_k, A z_k>,
 //
 // with <v_j, z_k> = 1 for j = k and 0 else, gives A Z_k = V_{k+1} T_k with T_k tridiagonal. x_k minimises |A
-// x + b| in the P^-1 norm over the span of z_1 .. z_k: a least-squares problem in T_k, brought to the
-// triangle R_k by one new Givens rotation per step, whose columns w_k of Z_k R_k^-1 need a recurrence of
-// three terms. The norm of the residual is then the last entry eta of the rotated right-hand side, known
-// without u. On R^m the natural map is P^-1/2 u, so eta is the residual of this library; it falls in every
-// step, also when A is singular.
+// x + b| in the P^-1 norm over the span of z_1 .. z_k, a least-squares problem in T_k. One new Givens
+// rotation per step brings T_k to the triangle R_k. The columns w_k of Z_k R_k^-1 then follow a recurrence of
+// three terms. The norm of the residual is the last entry eta of the rotated right-hand side, known without
+// u. On R^m the natural map is P^-1/2 u, so eta is the residual of this library. It falls in every step, also
+// when A is singular.
 #include "amontons/solvers/krylov/minres.hpp"
 
 #include <algorithm>
@@ -27,11 +27,12 @@ namespace {
 struct Minres : VectorIterate {
   static constexpr const char* name = "minres";
   static constexpr Limits limits{100000, 10000, 50};
-  // A pivot of R below this part of the largest one belongs to a null direction of A: rounding of Lanczos.
+  // A pivot of R below this fraction of the largest one belongs to a null direction of A: rounding of
+  // Lanczos.
   static constexpr double null_pivot = 1e-13;
-  // v is not yet divided by beta between two steps; v_next is scratch.
+  // Between two steps v is not yet divided by beta; v_next is scratch.
   std::vector<double> v, v_old, v_next, z, w, w_old, w_older;
-  // (c, s), (c_old, s_old): the last two rotations. largest: of the pivots so far.
+  // (c, s), (c_old, s_old): the last two rotations. largest: the largest pivot so far.
   double beta = 0, beta_old = 0, largest = 0, eta = 0, c = 1, c_old = 1, s = 0, s_old = 0;
 
   using VectorIterate::VectorIterate;
@@ -72,14 +73,14 @@ struct Minres : VectorIterate {
   }
 
   // The last two rotations carry the new column (beta_k, alpha_k, beta_{k+1}) of T to R, where it becomes
-  // (rho3, rho2, delta, beta_{k+1}); a third one turns its last two entries into (rho1, 0), and x follows:
+  // (rho3, rho2, delta, beta_{k+1}). A third one turns its last two entries into (rho1, 0), and x follows:
   //
   //     w_k = (z_k - rho3 w_{k-2} - rho2 w_{k-1}) / rho1,   x := x + c eta w_k,   eta := -s eta.
   //
-  // The residual is eta times the last basis vector, turned back by all rotations. Of these only the last one
-  // is new, hence u := s^2 u + (c eta / rho1) beta_{k+1} v_{k+1}, with the eta of before.
+  // The residual is eta times the last basis vector, rotated back by all rotations. Only the last rotation is
+  // new, hence u := s^2 u + (c eta / rho1) beta_{k+1} v_{k+1}, with the eta before this step.
   //
-  // False for a null direction: what is left of the residual cannot be reached.
+  // False for a null direction: the remaining residual cannot be reduced.
   bool rotate(double alpha, double beta_next) {
     const double delta = c * alpha - c_old * s * beta_old;
     const double rho2 = s * alpha + c_old * c * beta_old, rho3 = s_old * beta_old;
@@ -106,7 +107,7 @@ struct Minres : VectorIterate {
 
 Solution minres(const Problem& problem, const Options& options) {
   AMONTONS_REQUIRE(
-      problem.K.all_free(),
+      problem.K.all_bilateral(),
       "minres solves purely bilateral problems (every cone R) only; this one has inequalities or "
       "friction: use p-spg-fb");
   return complete(drive<Minres>(problem, options));

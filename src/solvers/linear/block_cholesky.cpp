@@ -1,26 +1,26 @@
-// Multifrontal factorisation, after Liu 1992. Names: a node is a block of rows in elimination order; a
+// Multifrontal factorisation, after Liu 1992. Names: a node is a block of rows in elimination order. A
 // supernode is a run of nodes whose columns of L have (nearly) the same rows, held as one dense panel.
 // Analysis, once:
 //  1. an order with little fill, on the graph of blocks: block_order.cpp;
 //  2. the elimination tree: parent(k) is the first row below k in column k of L. Column k changes only
-//     columns on the way from k to the root, so that subtrees do not know of each other;
-//  3. a postorder of the tree: subtrees in one piece, directly before the node that they hang at;
-//  4. the rows of every column, from those of its children; supernodes; and where each row of a child goes in
-//     the front of its parent.
+//     columns on the path from k to the root, so that subtrees are independent of each other;
+//  3. a postorder of the tree: each subtree is contiguous, directly before its parent;
+//  4. the rows of every column, from those of its children; supernodes; and the place of each row of a child
+//     in the front of its parent.
 // factor() visits the supernodes in that order. Its front F is a dense matrix over the columns of the
 // supernode and the rows below them,
 //  F = | F11  .  |  =  the panel of A   +   the update matrices of the children (extend-add)
 //      | F21 F22 |
 //  F11 = L11 L11',  L21 = F21 L11^-T,  U = F22 - L21 L21'.
-// L11 and L21 are columns of L and go to the panel; U is the update matrix, what this subtree subtracts from
-// the rest, and waits on a stack for the parent. In a postorder the children of the next supernode lie on
-// the top.
+// L11 and L21 are columns of L and go to the panel. U is the update matrix: what this subtree subtracts from
+// the rest. It waits on a stack for the parent. In a postorder the children of the next supernode are on the
+// top.
 #include "amontons/solvers/linear/block_cholesky.hpp"
 
 #include <algorithm>
 #include <atomic>
 
-#include "amontons/base/patience.hpp"
+#include "amontons/base/budget.hpp"
 #include "solvers/linear/block_order.hpp"
 #include "solvers/linear/front_kernel.hpp"
 
@@ -28,21 +28,22 @@ namespace amontons {
 
 namespace {
 
-// Supernodes are merged while explicit zeros stay below this part of the panel, or the panel is small: dense
-// kernels on slightly larger fronts beat many tiny ones. Six columns are one body: bodies are joined for few
-// zeros only, single rows and cones of a matrix always. On a wall of bricks it makes 20 % more entries.
+// Supernodes are merged while explicit zeros stay below this fraction of the panel, or the panel is small:
+// dense kernels on slightly larger fronts are faster than many tiny ones. Six columns are one body: bodies
+// are merged only for few zeros, single rows and cones of a matrix always. On a wall of bricks it adds 20 %
+// to the entries.
 constexpr double relaxed_zeros = 0.15;
 constexpr int small_panel = 6;
 
-// Of a forest, as the matrix may fall apart; without recursion, since a tree may be as deep as a chain is
-// long.
+// Postorder of a forest, as the matrix may be block diagonal. Not recursive, since a tree may be as deep as a
+// chain is long.
 std::vector<int> postorder(const std::vector<int>& parent) {
   const int n = static_cast<int>(parent.size());
   std::vector<std::vector<int>> children(n);
   std::vector<int> stack, order;
   for (int i = n - 1; i >= 0; --i) (parent[i] < 0 ? stack : children[parent[i]]).push_back(i);
   std::reverse(stack.begin(), stack.end());
-  // Preorder with the children reversed, read backwards, is a postorder.
+  // Preorder with reversed children, read backwards, is a postorder.
   while (!stack.empty()) {
     const int i = stack.back();
     stack.pop_back();
@@ -53,11 +54,10 @@ std::vector<int> postorder(const std::vector<int>& parent) {
   return order;
 }
 
-// s per multiplication of a factorisation, as the last one of some length had it: only deadlines ask. The
-// first guess is that of a slow machine.
+// Time per multiplication of a factorisation (s), from the last one of some length; only deadlines use it.
+// The first value is that of a slow machine.
 std::atomic<double> pace{5e-10};
-// s per entry of memory that is new, whose pages come as they are touched, and of memory that is filled
-// again.
+// Time per entry of new memory, whose pages come at first touch, and of memory that is filled again (s).
 constexpr double new_entry = 2.5e-9, filled_entry = 5e-10;
 
 }  // namespace
@@ -65,9 +65,9 @@ constexpr double new_entry = 2.5e-9, filled_entry = 5e-10;
 BlockCholesky::BlockCholesky(std::span<const int> sizes, std::span<const std::pair<int, int>> edges,
                              std::span<const Vec3> positions) {
   order(sizes, edges, positions);
-  // Memory, by playing the factorisation through: the panels one behind the other, room for the largest
-  // front, and for the stack of update matrices at its highest, where each supernode takes those of its
-  // children and leaves its own.
+  // Memory, by simulating the factorisation: the panels one behind the other, the largest front, and the
+  // largest stack of update matrices. Each supernode removes the matrices of its children from the stack and
+  // adds its own.
   std::size_t panel_entries = 0, largest_front = 0, stack = 0, largest_stack = 0;
   for (Supernode& s : supernodes_) {
     s.panel = panel_entries;
@@ -85,42 +85,41 @@ BlockCholesky::BlockCholesky(std::span<const int> sizes, std::span<const std::pa
   }
   const std::size_t front_entries = largest_front * (largest_front + 8);
   const auto entries = static_cast<double>(panel_entries + front_entries + largest_stack);
-  Patience::leave_if_due(new_entry * entries + factor_work_ * pace.load(std::memory_order_relaxed));
+  Budget::leave_if_due(new_entry * entries + factor_work_ * pace.load(std::memory_order_relaxed));
   sides_[lower].panels.resize(panel_entries + 2);  // kernels add zeros to up to two entries past a block
   sides_[lower].front.resize(front_entries);
   sides_[lower].stack.resize(largest_stack);
-  // One scratch for two uses: the packed panel of factor(), the vectors of solve().
+  // One scratch array for two uses: the packed panel of factor(), the vectors of solve().
   work_.resize(
       std::max<std::size_t>(front_pack_size(static_cast<int>(largest_front)), rows_ + largest_front));
 }
 
-// Steps 1 to 4 of the analysis. Scalar sizes play no part in the order: blocks of a graph mostly have one
-// size.
+// Steps 1 to 4 of the analysis. The order ignores scalar sizes: blocks of a graph mostly have one size.
 void BlockCholesky::order(std::span<const int> sizes, std::span<const std::pair<int, int>> edges,
                           std::span<const Vec3> positions) {
   const int n = static_cast<int>(sizes.size());
   BlockGraph adjacency(n);
-  // The graph of blocks, both ways, each neighbour once.
+  // The graph of blocks, in both directions, each neighbour once.
   for (auto [i, j] : edges) {
     if (i == j) continue;
     adjacency[i].push_back(j);
     adjacency[j].push_back(i);
   }
-  Patience::leave_if_due();
+  Budget::leave_if_due();
   for (auto& neighbours : adjacency) {
     std::sort(neighbours.begin(), neighbours.end());
     neighbours.erase(std::unique(neighbours.begin(), neighbours.end()), neighbours.end());
   }
-  // Relabel in postorder: then a supernode is a range of nodes and children precede parents on a stack.
+  // Relabel in postorder: a supernode is then a range of nodes, and children precede parents on a stack.
   const std::vector<int> found = order_blocks(adjacency, positions);
   const std::vector<int> post = postorder(elimination_tree(found, adjacency));
-  Patience::leave_if_due();
+  Budget::leave_if_due();
   std::vector<int> sequence(n);
   for (int k = 0; k < n; ++k) sequence[k] = found[post[k]];
   const std::vector<int> parent = elimination_tree(sequence, adjacency);
 
-  // Three numberings of blocks meet here: as given (place_, given_start_), in elimination order (size_,
-  // start_).
+  // Three numberings of blocks: as given (place_, given_start_), in the order found, in elimination order
+  // (size_, start_).
   place_.resize(n);
   size_.resize(n);
   start_.resize(n + 1);
@@ -133,14 +132,14 @@ void BlockCholesky::order(std::span<const int> sizes, std::span<const std::pair<
   }
   rows_ = given_start_[n];
 
-  // structure[k]: the nodes below k in column k of L: its neighbours and what its children leave behind.
+  // structure[k]: the nodes below k in column k of L: its neighbours and the remaining nodes of its children.
   std::vector<std::vector<int>> structure(n);
   std::vector<int> mark(n, -1);
   std::vector<std::vector<int>> children(n);
   for (int k = 0; k < n; ++k) {
-    if (k % 64 == 63) Patience::leave_if_due();
+    if (k % 64 == 63) Budget::leave_if_due();
     mark[k] = k;
-    // mark[i] = k: node i is in structure[k] already.
+    // mark[i] = k: structure[k] already contains node i.
     const auto add = [&](int i) {
       if (i <= k || mark[i] == k) return;
       mark[i] = k;
@@ -156,11 +155,11 @@ void BlockCholesky::order(std::span<const int> sizes, std::span<const std::pair<
 }
 
 // From the first node upwards: the next node joins if it is the parent of the last one and the zeros stay
-// few. In a postorder parent(k) = k + 1 says that k is the last child of k + 1, and column k of L has its
-// rows below within {k + 1} and those of column k + 1.
+// few. In a postorder parent(k) = k + 1 means that k is the last child of k + 1. The rows of column k of L
+// below k then lie within {k + 1} and those of column k + 1.
 //
-// Then every supernode is hung below the one that holds its first row below the diagonal, with the place of
-// each of its rows in that front: among its columns, or among the rows below them, which ascend in both.
+// Then every supernode becomes a child of the one that contains its first row below the diagonal. Each of its
+// rows gets a place in that front: among its columns, or among the rows below them, which ascend in both.
 void BlockCholesky::find_supernodes(const std::vector<std::vector<int>>& structure,
                                     const std::vector<int>& parent) {
   const int n = static_cast<int>(structure.size());
@@ -176,7 +175,7 @@ void BlockCholesky::find_supernodes(const std::vector<std::vector<int>>& structu
     int last = first, columns = size_[first], below = scalar_rows(first);
     std::size_t zeros = 0;
     while (last + 1 < n && parent[last] == last + 1) {
-      // Taking the parent in gives every column so far the rows that only the parent has.
+      // Adding the parent gives every column so far the rows that only the parent has.
       const int parent_below = scalar_rows(last + 1), extra = parent_below + size_[last + 1] - below;
       const std::size_t next_zeros = zeros + static_cast<std::size_t>(extra) * columns;
       const int next_columns = columns + size_[last + 1];
@@ -198,7 +197,7 @@ void BlockCholesky::find_supernodes(const std::vector<std::vector<int>>& structu
     if (child.row_nodes.empty()) continue;
     Supernode& p = supernodes_[supernode_of_[child.row_nodes.front()]];
     p.children.push_back(static_cast<int>(c));
-    // row: the place of *below in the front of the parent; both walk down together.
+    // row: the place of *below in the front of the parent; both advance together.
     int row = p.columns;
     auto below = p.row_nodes.begin();
     for (int node : child.row_nodes) {
@@ -212,8 +211,8 @@ void BlockCholesky::find_supernodes(const std::vector<std::vector<int>>& structu
   }
 }
 
-// Only the lower triangle is held: block (i, j) lies in the panel of whichever comes first in the order, as
-// a column. The place is found by walking over the rows; it is asked for once per block of the pattern.
+// Only the lower triangle is stored: block (i, j) is in the panel of the earlier one in the order, as a
+// column. The place is found by a search over the rows, once per block of the pattern.
 BlockCholesky::Slot BlockCholesky::slot(int i, int j) const {
   int row = place_[i], column = place_[j];
   const bool transposed = row < column;
@@ -242,16 +241,16 @@ void BlockCholesky::set_zero(bool symmetric) {
   symmetric_ = symmetric;
   const bool grows = !symmetric && sides_[upper].panels.empty();
   const auto entries = static_cast<double>(sides_[lower].panels.size());
-  Patience::leave_if_due((grows ? new_entry : filled_entry) * entries + seconds());
+  Budget::leave_if_due((grows ? new_entry : filled_entry) * entries + seconds());
   if (grows) sides_[upper] = sides_[lower];
   for (Triangle& side : std::span(sides_, symmetric ? 1 : 2))
     std::fill(side.panels.begin(), side.panels.end(), 0.0);
 }
 
-// front += update of a child (lower triangle, by columns): node b of its rows is the block column, node a >=
-// b the block row; q and p run over the scalars inside, and child_rows says where they go. Rows ascend in
-// the parent as in the child, so that the lower triangle goes to the lower triangle; of diagonal blocks the
-// upper half, which nobody has set, goes along and is not used.
+// front += update of a child (lower triangle, by columns). Node b of its rows is the block column, node a >=
+// b the block row; q and p run over the scalars inside, and child_rows gives their places. Rows ascend in the
+// parent as in the child, so that lower triangles stay lower. The upper half of diagonal blocks is undefined;
+// it is copied but not used.
 void BlockCholesky::extend_add(const Supernode& child, const double* update, int update_size, double* front,
                                int stride) const {
   int column = 0;
@@ -271,14 +270,15 @@ void BlockCholesky::extend_add(const Supernode& child, const double* update, int
 
 namespace {
 
+// Work (multiplications): shorter factorisations do not update the pace.
 constexpr double shortest_measured = 1e6;
 
-// Multiplications between two looks at the clock: a tenth of a millisecond.
+// Multiplications between two readings of the clock: a tenth of a millisecond.
 constexpr double unwatched_work = 3e5;
 
-// A front in pieces of some columns each. The kernels subtract from all that lies right of the columns, so
-// that the next piece is a front of its own, and every entry sees the same operations in the same order.
-// upper: none where the matrix is symmetric.
+// A front in pieces of some columns each. The kernels subtract from all columns to the right, so that the
+// next piece is a front of its own. Every entry sees the same operations in the same order. upper: null if
+// the matrix is symmetric.
 int factor_front(double* lower, double* upper, int front, int stride, int columns, double* pack) {
   int replaced = 0;
   for (int first = 0; first < columns;) {
@@ -291,17 +291,17 @@ int factor_front(double* lower, double* upper, int front, int stride, int column
                                         piece, pack)
                     : AMONTONS_DISPATCH(partial_cholesky, lower + corner, front - first, stride, piece, pack);
     first += piece;
-    if (first < columns) Patience::leave_if_due();
+    if (first < columns) Budget::leave_if_due();
   }
   return replaced;
 }
 
-// Columns begin a multiple of eight doubles apart: whole registers in the kernel.
+// Distance of columns: a multiple of eight doubles, whole registers in the kernel.
 int stride_of(int front) { return (front + 7) / 8 * 8; }
 
 }  // namespace
 
-// The front of a supernode: F11 and F21 from the panel, where A was assembled; F22 begins as zero; and the
+// Assembles the front of a supernode: F11 and F21 from the panel, where A was assembled; F22 zero. Adds the
 // updates of its children, which lie on the stack below `top`, the last child's on the top.
 void BlockCholesky::take(Triangle& of, const Supernode& s, std::size_t top) const {
   const int stride = stride_of(s.front);
@@ -310,7 +310,7 @@ void BlockCholesky::take(Triangle& of, const Supernode& s, std::size_t top) cons
   for (int j = 0; j < s.columns; ++j)
     std::copy(panel + static_cast<std::size_t>(j) * s.front,
               panel + static_cast<std::size_t>(j + 1) * s.front, F + static_cast<std::size_t>(j) * stride);
-  // Only lower triangles are kept: the kernel reads, and never uses, what lies above.
+  // Only lower triangles are kept: the kernel reads the entries above but does not use them.
   for (int j = s.columns; j < s.front; ++j)
     std::fill(F + static_cast<std::size_t>(j) * stride + j,
               F + static_cast<std::size_t>(j) * stride + s.front, 0.0);
@@ -322,7 +322,7 @@ void BlockCholesky::take(Triangle& of, const Supernode& s, std::size_t top) cons
   }
 }
 
-// L11 and L21 go back to the panel, U to the stack, where the children's updates have been used up.
+// Copies L11 and L21 to the panel and U to the stack, in place of the children's updates.
 void BlockCholesky::leave(Triangle& of, const Supernode& s, std::size_t top) const {
   const int stride = stride_of(s.front), rest = s.front - s.columns;
   const double* F = of.front.data();
@@ -336,22 +336,21 @@ void BlockCholesky::leave(Triangle& of, const Supernode& s, std::size_t top) con
   }
 }
 
-// Fronts on the way to the root: take the panel and the children's updates, factor, hand back the panel,
-// leave U.
+// Fronts on the way to the root: take the panel and the children's updates, factor, return the panel, push U.
 int BlockCholesky::factor() {
   int replaced = 0;
   std::size_t top = 0;
   const double work = (symmetric_ ? 1 : 2) * factor_work_;
   const std::span<Triangle> sides(sides_, symmetric_ ? 1 : 2);
-  Patience::spend(work / Patience::multiplications);
-  Patience::leave_if_due(seconds());
-  const auto start = Patience::Clock::now();
-  double watched = 0;  // work since the last look
+  Budget::spend(work / Budget::multiplications);
+  Budget::leave_if_due(seconds());
+  const auto start = Budget::Clock::now();
+  double watched = 0;  // work since the last reading of the clock
   for (const Supernode& s : supernodes_) {
     watched += 0.5 * s.columns * static_cast<double>(s.front) * s.front;
     if (watched > unwatched_work) {
       watched = 0;
-      Patience::leave_if_due();
+      Budget::leave_if_due();
     }
     for (Triangle& side : sides) take(side, s, top);
     replaced += factor_front(sides_[lower].front.data(), symmetric_ ? nullptr : sides_[upper].front.data(),
@@ -362,12 +361,12 @@ int BlockCholesky::factor() {
     top += square(s.front - s.columns);
   }
   if (work > shortest_measured)
-    pace.store(std::chrono::duration<double>(Patience::Clock::now() - start).count() / work,
+    pace.store(std::chrono::duration<double>(Budget::Clock::now() - start).count() / work,
                std::memory_order_relaxed);
   return replaced;
 }
 
-// Of L U the diagonal of U has the signs of the pivots.
+// In L U the diagonal of U has the signs of the pivots.
 int BlockCholesky::sign() const {
   if (symmetric_) return 1;
   int sign = 1;
@@ -377,8 +376,8 @@ int BlockCholesky::sign() const {
   return sign;
 }
 
-// L y = rhs from the leaves to the root, L'x = y (or U x = y) back. Panels work on the rows of their own
-// columns, which lie in one piece, and on a copy of the rows below, which do not.
+// L y = rhs from the leaves to the root, L'x = y (or U x = y) back. The rows of a panel's own columns are
+// contiguous; the rows below are not, so panels work on a copy of them.
 void BlockCholesky::solve(std::span<double> rhs) {
   // y: the unknowns in elimination order. rest: the rows below a panel.
   double* y = work_.data();
@@ -391,13 +390,13 @@ void BlockCholesky::solve(std::span<double> rhs) {
     for (int node : s.row_nodes)
       for (int q = 0; q < size_[node]; ++q) f(local++, start_[node] + q);
   };
-  // Forward: what the columns of a supernode subtract from the rows below is summed up in `rest` first.
+  // Forward: `rest` first sums what the columns of a supernode subtract from the rows below.
   for (const Supernode& s : supernodes_) {  // L y = rhs
     AMONTONS_DISPATCH(panel_forward, sides_[lower].panels.data() + s.panel, s.front, s.columns,
                       y + start_[s.first_node], rest);
     for_each_row(s, [&](int local, int row) { y[row] -= rest[local]; });
   }
-  // Backward: the rows below are known, as they belong to ancestors.
+  // Backward: the rows below are known, because they belong to ancestors.
   for (auto s = supernodes_.rbegin(); s != supernodes_.rend(); ++s) {  // L' x = y
     for_each_row(*s, [&](int local, int row) { rest[local] = y[row]; });
     AMONTONS_DISPATCH(panel_backward, back.panels.data() + s->panel, s->front, s->columns,

@@ -1,12 +1,12 @@
-// Two orders. Minimum degree is greedy: it is hard to beat on walls, chains and small piles, and loses to
+// Two orders. Minimum degree is greedy: it is hard to beat on walls, chains and small piles. It loses to
 // nested dissection on large heaps, whose graphs are three-dimensional (George 1973; Lipton, Rose, Tarjan
-// 1979: a factor of n^(4/3) entries and n^2 multiplications).
+// 1979: n^(4/3) entries and n^2 multiplications).
 //
-// Dissection takes a set of blocks that separates the rest into two halves, eliminates the halves first, each
-// in the same way, and the separator last. Here a half is what lies on one side of a plane: of all planes
-// along seven directions with two fifths or more on either side, the one with the smallest border. The
-// separator is the smallest set of blocks that touches every edge across it, which theorems of Koenig read
-// off a largest matching of these edges.
+// Dissection finds a set of blocks that separates the rest into two halves. The halves are eliminated first,
+// each in the same way, and the separator last. Here a half is one side of a plane. Among all planes along
+// seven directions with two fifths or more on either side, the one with the smallest border is taken. The
+// separator is the smallest set of blocks that touches every edge across it; by theorems of Koenig it follows
+// from a largest matching of these edges.
 #include "solvers/linear/block_order.hpp"
 
 #include <Eigen/OrderingMethods>
@@ -15,19 +15,19 @@
 #include <cmath>
 #include <numeric>
 
-#include "amontons/base/patience.hpp"
+#include "amontons/base/budget.hpp"
 
 namespace amontons {
 
 namespace {
 
-// s per entry of the pattern that minimum degree takes, which cannot be left half way: estimated high.
+// Time of minimum degree per entry of the pattern (s); a high estimate, because it cannot be interrupted.
 constexpr double ordering_cost = 1e-7;
-// Multiplications per block, in blocks, from which on dissection is tried. Those of a wall stay at the square
-// of its height, in blocks, at any length; those of a heap grow as the number of its blocks, as L has n^(2/3)
+// Multiplications per block, in blocks, above which dissection is tried. For a wall they are the square of
+// its height in blocks, at any length. For a heap they grow as the number of its blocks, as L has n^(2/3)
 // rows in its last columns, and soon pay for two orders.
 constexpr double much_work = 600;
-// Parts of so few blocks are ordered by minimum degree: there is little left to gain.
+// Parts of at most this many blocks are ordered by minimum degree: little is left to gain.
 constexpr std::size_t small_part = 100;
 // A block with more neighbours than this belongs to no side.
 constexpr std::size_t hub_degree = 64;
@@ -36,7 +36,7 @@ std::vector<int> minimum_degree(const BlockGraph& graph) {
   const int n = static_cast<int>(graph.size());
   std::vector<Eigen::Triplet<char>> entries;
   for (int i = 0; i < n; ++i) {
-    if (i % 64 == 63) Patience::leave_if_due();
+    if (i % 64 == 63) Budget::leave_if_due();
     entries.emplace_back(i, i, 1);
     for (int j : graph[i]) entries.emplace_back(i, j, 1);
   }
@@ -44,13 +44,13 @@ std::vector<int> minimum_degree(const BlockGraph& graph) {
   Eigen::SparseMatrix<char> pattern(n, n);
   pattern.setFromTriplets(entries.begin(), entries.end());
   Eigen::PermutationMatrix<Eigen::Dynamic, Eigen::Dynamic, int> permutation;
-  Patience::leave_if_due(ordering_cost * static_cast<double>(pattern.nonZeros()));
+  Budget::leave_if_due(ordering_cost * static_cast<double>(pattern.nonZeros()));
   Eigen::AMDOrdering<int>()(pattern, permutation);
   return {permutation.indices().data(), permutation.indices().data() + n};
 }
 
 // Multiplications of the factorisation in an order, in blocks: the squares of the lengths of L's columns. Row
-// k of L is what lies on the ways from k's neighbours up to k in the elimination tree (Liu 1990).
+// k of L consists of the paths from k's neighbours up to k in the elimination tree (Liu 1990).
 double factor_work(const std::vector<int>& order, const BlockGraph& graph) {
   const int n = static_cast<int>(order.size());
   const std::vector<int> parent = elimination_tree(order, graph);
@@ -58,7 +58,7 @@ double factor_work(const std::vector<int>& order, const BlockGraph& graph) {
   std::vector<double> length(n, 1);
   for (int k = 0; k < n; ++k) position[order[k]] = k;
   for (int k = 0; k < n; ++k) {
-    if (k % 64 == 63) Patience::leave_if_due();
+    if (k % 64 == 63) Budget::leave_if_due();
     mark[k] = k;
     for (int neighbour : graph[order[k]])
       for (int i = position[neighbour]; i < k && mark[i] != k; i = parent[i]) {
@@ -90,7 +90,7 @@ class Dissection {
  private:
   static constexpr int outside = -1;
 
-  // A plane: the part sorted along a direction, and how many of it lie on the near side.
+  // A plane: the part sorted along a direction, and the number of its blocks on the near side.
   struct Cut {
     std::vector<int> sorted;
     int near = 0, border = 0;
@@ -98,7 +98,7 @@ class Dissection {
 
   // Appends the blocks of a part to the order.
   void divide(std::vector<int> part) {
-    Patience::leave_if_due();
+    Budget::leave_if_due();
     if (part.size() <= small_part) return append_small(part);
     const Cut cut = best_cut(part);
     if (cut.border >= static_cast<int>(part.size()) / 4) return append_small(part);  // no plane divides it
@@ -135,9 +135,10 @@ class Dissection {
     return best;
   }
 
-  // With the ranks of a part along a direction: a block lies on the near border of all cuts above its rank up
-  // to that of its last neighbour, and on the far border of those above its first neighbour's up to its own.
-  // Both counts for all cuts are sums of steps. Of the middle fifth the cut with the smaller border counts.
+  // Takes the ranks of a part along a direction. A block lies on the near border of all cuts from above its
+  // rank up to that of its last neighbour. It lies on the far border of cuts from above its first neighbour's
+  // rank up to its own. Both counts for all cuts are sums of steps. Among the cuts in the middle fifth the
+  // one with the smaller border is taken.
   Cut cut_along(const std::vector<int>& part, const Vec3& direction) {
     const int n = static_cast<int>(part.size());
     Cut cut{part, 0, n};
@@ -165,16 +166,16 @@ class Dissection {
     return cut;
   }
 
-  // f(j) for the neighbours of a near block beyond the cut.
+  // Calls f(j) for the neighbours of a near block beyond the cut.
   template <class F>
   void across(int i, const Cut& cut, F f) const {
     for (int j : graph_[i])
       if (rank_[j] >= cut.near) f(j);
   }
 
-  // The smallest set that touches every edge across the cut. Blocks that are reached from the unmatched near
-  // ones by turns over any edge to the far side and over a matched edge back are marked; the set is the near
-  // ones that are not, and the far ones that are.
+  // The smallest set that touches every edge across the cut. Marked are all blocks that an alternating path
+  // from an unmatched near block reaches: over any edge to the far side, over a matched edge back. The set is
+  // the unmarked near blocks and the marked far ones.
   std::vector<int> cover(const Cut& cut) {
     std::vector<int> near, reached, result;
     for (int k = 0; k < cut.near; ++k) {
@@ -202,8 +203,9 @@ class Dissection {
     return result;
   }
 
-  // Looks for an unmatched far block along edges that are by turns not in the matching and in it, and turns
-  // the way over; recursion as deep as a way is long, at most the border. seen_[j] = run: tried in this run.
+  // Searches an augmenting path: to an unmatched far block along edges alternately outside and inside the
+  // matching; then exchanges them. The depth of the recursion is the length of the path, at most the border.
+  // seen_[j] = run: already tried in this run.
   bool augment(int i, int run, const Cut& cut) {
     for (int j : graph_[i]) {
       if (rank_[j] < cut.near || seen_[j] == run) continue;
@@ -218,8 +220,8 @@ class Dissection {
 
   const BlockGraph& graph_;
   std::span<const Vec3> positions_;
-  std::vector<int> rank_;   // in the part at hand
-  std::vector<int> match_;  // the other end of an edge of the matching, or -1
+  std::vector<int> rank_;   // in the current part
+  std::vector<int> match_;  // other end of an edge of the matching, or -1
   std::vector<int> seen_;
   std::vector<int> order_;
 };
@@ -227,8 +229,8 @@ class Dissection {
 }  // namespace
 
 // The elimination tree of the matrix whose columns are `order` (Liu 1986). For each k every neighbour i < k
-// climbs from i to the root of what is known so far, which becomes a child of k. `ancestor` is the short cut
-// (path compression): all that have been on the way point to k, so that the time is almost linear.
+// climbs from i to the root of the tree so far, which becomes a child of k. `ancestor` holds short cuts (path
+// compression): all visited nodes point to k, so that the time is almost linear.
 std::vector<int> elimination_tree(const std::vector<int>& order, const BlockGraph& graph) {
   const int n = static_cast<int>(order.size());
   std::vector<int> position(n), parent(n, -1), ancestor(n, -1);

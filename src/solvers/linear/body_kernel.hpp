@@ -6,8 +6,8 @@
 namespace amontons {
 
 // The loops of a body-space system over its rows. A row of G is 16 doubles, six for body a at 0 and six for
-// body b at 8, zeros elsewhere; a body vector is eight doubles per node, two of them zero. A missing body is
-// node `nodes`, an extra one that only ever sees zeros, so that no loop has a branch.
+// body b at 8, zeros elsewhere. A body vector is eight doubles per node, two of them zero. A missing body is
+// node `nodes`, an extra one that stays zero, so that no loop has a branch.
 struct BodyRows {
   std::size_t rows;
   const int* node_a;
@@ -15,7 +15,7 @@ struct BodyRows {
   const double* G;
 };
 
-// In the order of the rows, one after another: rows that share a body may not be reordered.
+// Rows are processed in their order: rows that share a body must not be reordered.
 AMONTONS_FOR_EACH_ISA(
     void scatter_rows(const BodyRows& rows, const double* z, double* nodes);   // nodes += G' z
     void gather_rows(const BodyRows& rows, const double* nodes, double* out);  // out = G nodes

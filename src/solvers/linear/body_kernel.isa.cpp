@@ -5,8 +5,8 @@
 
 namespace amontons::AMONTONS_ISA {
 
-// nodes_a += z_i G_ia and nodes_b += z_i G_ib, whole registers with their zeros. Both loads of a row come
-// from nodes that an earlier row may have changed: the order of the rows is the order of the sums.
+// nodes_a += z_i G_ia and nodes_b += z_i G_ib, whole registers with their zeros. An earlier row may have
+// changed the nodes that a row loads, so the order of the rows is the order of the sums.
 void scatter_rows(const BodyRows& rows, const double* z, double* nodes) {
   for (std::size_t i = 0; i < rows.rows; ++i) {
     const double* g = rows.G + 16 * i;
@@ -17,8 +17,7 @@ void scatter_rows(const BodyRows& rows, const double* z, double* nodes) {
   }
 }
 
-// Inner products of six terms each: eight lanes are formed, and the six that mean something added in one
-// order.
+// Inner products of six terms each: eight lanes are formed, and the six used ones added in one order.
 void gather_rows(const BodyRows& rows, const double* nodes, double* out) {
   for (std::size_t i = 0; i < rows.rows; ++i) {
     const double* g = rows.G + 16 * i;
@@ -43,8 +42,8 @@ void combine_rows(const double* R, int dim, const double* D, double* G) {
     }
 }
 
-// H_qc += sum_i left_iq right_ic for q = 0 .. 7: the last two of left are the zeros of padding, so that
-// whole registers serve six rows.
+// H_qc += sum_i left_iq right_ic for q = 0 .. 7: the last two of left are padding zeros, so that whole
+// registers serve six rows.
 void add_outer_product(double* H, int stride, const double* left, const double* right, int dim) {
   for (int c = 0; c < 6; ++c)
     for (int q = 0; q < 8; q += width) {

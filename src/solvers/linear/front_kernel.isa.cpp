@@ -2,9 +2,9 @@
 // then subtract its part of L L' from the columns right of it in register tiles of 16 x 4,
 //  | A11      |       L11 L11' = A11,  L21 = A21 L11^-T     the panel
 //  | A21  A22 |       A22 := A22 - L21 L21'                 the rest, where nearly all work is
-// Only lower triangles are meant; tiles on the diagonal compute some entries above it, which nothing reads.
-// The terms of an entry are subtracted in the order of the columns whatever the tile, so that all widths
-// give the same bits.
+// Only lower triangles are used; tiles on the diagonal compute some entries above it, which nothing reads.
+// The terms of an entry are subtracted in the order of the columns for every tile, so that all widths give
+// the same bits.
 #include "solvers/linear/front_kernel.hpp"
 
 #include <cstddef>
@@ -22,10 +22,10 @@ inline void subtract_scaled(double* __restrict y, const double* __restrict x, do
   for (; i < n; ++i) y[i] -= a * x[i];
 }
 
-// Columns [p, end) of the rows [p, n), left-looking inside the panel: column j receives what the columns
-// before it in the panel subtract, then is divided by the root of its pivot. A pivot that is not positive
-// (rounding in a semidefinite matrix) becomes 1e100: the entries of its column all but vanish, and with them
-// the part of a solution along it.
+// Columns [p, end) of the rows [p, n), left-looking inside the panel. The earlier columns of the panel are
+// subtracted from column j, which is then divided by the root of its pivot. A pivot that is not positive
+// (rounding in a semidefinite matrix) becomes 1e100: its column nearly vanishes, and with it the part of a
+// solution along it.
 int factor_panel(double* A, int n, int stride, int p, int end) {
   int replaced = 0;
   for (int j = p; j < end; ++j) {
@@ -45,8 +45,8 @@ int factor_panel(double* A, int n, int stride, int p, int end) {
   return replaced;
 }
 
-// The same of a matrix that is not symmetric, with its lower triangle in A and its upper one, transposed, in
-// B: A = L, B = U'. The root of the pivot is shared between both; U takes its sign.
+// The same for an unsymmetric matrix, with its lower triangle in A and its transposed upper one in B: A = L,
+// B = U'. Both are divided by the root of the pivot's size; U takes its sign.
 int factor_both_panels(double* A, double* B, int n, int stride, int p, int end) {
   int replaced = 0;
   for (int j = p; j < end; ++j) {
@@ -71,8 +71,8 @@ int factor_both_panels(double* A, double* B, int n, int stride, int p, int end) 
 }
 
 // C (rows x 4 columns) -= L (rows x depth, column-major) B (depth x 4, packed row by row), in tiles of at
-// most two registers by four columns: 8 accumulators, which leave room for L and B among 16 registers, and
-// each value of L that is loaded serves four columns.
+// most two registers by four columns. The 8 accumulators leave room for L and B among 16 registers, and each
+// loaded value of L serves four columns.
 template <int rows>
 inline void tile(double* C, int stride, const double* L, const double* B, int depth) {
   constexpr int registers = rows > width ? 2 : 1, step = registers * width;
@@ -93,7 +93,7 @@ inline void tile(double* C, int stride, const double* L, const double* B, int de
   }
 }
 
-// The same at the ends of the matrix, where rows or columns do not fill a tile.
+// The same at the ends of the matrix, for incomplete tiles.
 inline void tile_small(double* C, int stride, const double* L, const double* B, int depth, int rows,
                        int columns) {
   for (int j = 0; j < columns; ++j)
@@ -107,8 +107,8 @@ inline void tile_small(double* C, int stride, const double* L, const double* B, 
 // A (i, j) -= sum over the columns k of the panel of A (i, k) B (j, k), for i >= j >= end.
 void subtract_panel(double* A, const double* B, int front, int stride, int p, int end, double* pack) {
   const int depth = end - p;
-  // Rows [end, front) of the panel of B, transposed into strips of 4 columns: what a tile multiplies by lies
-  // in one stream, in the order in which it is read.
+  // Rows [end, front) of the panel of B, transposed into strips of 4 columns: a tile reads its factor as one
+  // stream, in order.
   for (int j = end; j < front; j += 4) {
     double* strip = pack + (std::ptrdiff_t)(j - end) * front_panel;
     for (int k = 0; k < depth; ++k)
@@ -116,14 +116,14 @@ void subtract_panel(double* A, const double* B, int front, int stride, int p, in
         strip[4 * k + q] = j + q < front ? B[(std::ptrdiff_t)(p + k) * stride + j + q] : 0.0;
   }
   const double* L = A + (std::ptrdiff_t)p * stride;
-  // Strips of rows outside, so that 16 rows of L serve all columns from the L1 cache.
+  // The loop over strips of rows is outside, so that 16 rows of L serve all columns from the L1 cache.
   for (int i = end; i < front; i += 16) {
     const int rows = front - i < 16 ? front - i : 16;
     for (int j = end; j < front && j < i + rows; j += 4) {
       const double* strip = pack + (std::ptrdiff_t)(j - end) * front_panel;
       double* C = A + (std::ptrdiff_t)j * stride + i;
       const int wide = front - j < 4 ? front - j : 4;
-      // 16 rows at a time, or 8 where there are no more; what remains entry by entry.
+      // 16 rows at a time, or 8 if fewer are left; the remainder entry by entry.
       if (wide < 4) {
         tile_small(C, stride, L + i, strip, depth, rows, wide);
       } else if (rows == 16) {
@@ -161,7 +161,7 @@ int partial_lu(double* A, double* B, int front, int stride, int columns, double*
   return replaced;
 }
 
-// Column by column: own is solved for and then its multiples are taken from the rest and added up in below.
+// Column by column: own is solved, and its multiples are subtracted from the rest and summed in below.
 void panel_forward(const double* L, int front, int columns, double* own, double* below) {
   const int rest = front - columns;
   for (int i = 0; i < rest; ++i) below[i] = 0;
@@ -172,7 +172,7 @@ void panel_forward(const double* L, int front, int columns, double* own, double*
   }
 }
 
-// Row j of L' is column j of L: the inner product with what is known, eight sums in a fixed order.
+// Row j of L' is column j of L: an inner product with the known entries, eight sums in a fixed order.
 void panel_backward(const double* L, int front, int columns, double* own, const double* below) {
   const int rest = front - columns;
   L += (std::ptrdiff_t)(columns - 1) * front;

@@ -1,9 +1,9 @@
 // docs/algorithm.md (31). Symbolic part: greedy minimum degree on the graph of nodes, relabelled in
 // postorder. Numeric part: right-looking, block by block.
 //
-// Pivot of node k with sign s: s K_kk = R R'. Its blocks K_kq, q above, become U_q = R^-1 K_kq, the
-// transposed blocks of L, and all pairs q <= r above are updated, K_qr -= s U_q' U_r. The inverse of R is
-// stored in the place of R: a solve multiplies with it, which has no chain of divisions.
+// The pivot of node k with sign s: s K_kk = R R'. Its blocks K_kq, q above, become U_q = R^-1 K_kq, the
+// transposed blocks of L. All pairs q <= r above are updated, K_qr -= s U_q' U_r. The inverse of R is stored
+// in place of R: a solve multiplies by it, without a chain of divisions.
 #include "solvers/linear/quasidefinite.hpp"
 
 #include <algorithm>
@@ -20,10 +20,10 @@ namespace {
 constexpr int n = QuasidefiniteFactor::width;
 constexpr int area = QuasidefiniteFactor::area;
 
-// Two numbers in one register, of any processor: what a row of six is multiplied by three of.
+// Two numbers in one register of any processor; a row of six is three of these.
 using Two __attribute__((vector_size(16), aligned(8), may_alias)) = double;
 
-// <row, v> of six numbers.
+// <row, v> for six numbers.
 inline double dot_six(const double* row, const double* v) {
   const Two* a = reinterpret_cast<const Two*>(row);
   const Two* b = reinterpret_cast<const Two*>(v);
@@ -31,7 +31,7 @@ inline double dot_six(const double* row, const double* v) {
   return sum[0] + sum[1];
 }
 
-// sum += f row, of six numbers.
+// sum += f row for six numbers.
 inline void add_six(double f, const double* row, Two (&sum)[3]) {
   const Two* a = reinterpret_cast<const Two*>(row);
   for (int k = 0; k < 3; ++k) sum[k] += f * a[k];
@@ -39,12 +39,13 @@ inline void add_six(double f, const double* row, Two (&sum)[3]) {
 
 using Neighbours = std::vector<std::vector<Index>>;
 
-// The greedy order: of the nodes that may come next, one with the fewest neighbours; negative nodes first
-// among equals, so that a joint follows its body at once. `above` takes the neighbours of each at its turn.
+// The greedy order: among the nodes that may be next, one with the fewest neighbours. Negative nodes come
+// first among equals, so that a joint follows its body at once. `above` receives the neighbours of each node
+// at its elimination.
 std::vector<Index> minimum_degree(std::span<const signed char> sign, Neighbours neighbours,
                                   Neighbours& above) {
   const std::size_t count = sign.size();
-  // A negative node may come once a neighbour has; one without any at once.
+  // A negative node may come after one of its neighbours; one without neighbours at once.
   std::vector<unsigned char> ready(count);
   std::set<std::tuple<std::size_t, int, Index>> queue;
   const auto key = [&](Index i) { return std::tuple(neighbours[i].size(), int{sign[i]}, i); };
@@ -74,11 +75,11 @@ std::vector<Index> minimum_degree(std::span<const signed char> sign, Neighbours 
   return order;
 }
 
-// The postorder of a forest whose parents come after their children: place[i] for each i, children in their
+// The postorder of a forest whose parents come after their children: place[i] for each i; children keep their
 // order.
-std::vector<Index> postorder(const std::vector<Index>& parent) {
+std::vector<Index> forest_postorder(const std::vector<Index>& parent) {
   const std::size_t count = parent.size();
-  // Sizes of the subtrees, then each node's first free place, parents before children.
+  // Sizes of the subtrees, then each node's first free place; parents before children.
   std::vector<Index> size(count, 1), first(count), place(count);
   for (std::size_t i = 0; i < count; ++i)
     if (parent[i] >= 0) size[parent[i]] += size[i];
@@ -113,11 +114,11 @@ void QuasidefiniteFactor::order(std::span<const signed char> sign, std::span<con
   const std::vector<Index> greedy = minimum_degree(sign, std::move(neighbours), above);
   std::vector<Index> turn(count), parent(count, -1);
   for (std::size_t k = 0; k < count; ++k) turn[greedy[k]] = static_cast<Index>(k);
-  // The parent in the elimination tree is the first of those above: the others are above the parent, too.
+  // The parent in the elimination tree is the first node above; the others are also above the parent.
   for (std::size_t k = 0; k < count; ++k)
     for (Index i : above[greedy[k]])
       if (parent[k] < 0 || turn[i] < parent[k]) parent[k] = turn[i];
-  const std::vector<Index> place = postorder(parent);
+  const std::vector<Index> place = forest_postorder(parent);
   position_.resize(count);
   sign_.resize(count);
   parent_.assign(count, -1);
@@ -150,7 +151,7 @@ void QuasidefiniteFactor::place_edges(std::span<const Edge> edges) {
   }
 }
 
-// The pairs of each node's slots, in the order of factor(): the block (q, r) of K lies in the slots of q.
+// Pairs of each node's slots, in the order of factor(): the block (q, r) of K is among the slots of q.
 void QuasidefiniteFactor::plan_updates() {
   target_.clear();
   work_ = 0;

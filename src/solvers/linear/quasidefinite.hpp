@@ -7,18 +7,18 @@
 
 namespace amontons {
 
-// A sparse symmetric matrix of 6 x 6 blocks, quasidefinite: some nodes are positive (bodies, with their mass
+// A sparse symmetric quasidefinite matrix of 6 x 6 blocks. Some nodes are positive (bodies, with their mass
 // matrix), the others negative (joints, with minus their compliance), and
 //
 //   K = [ M   D' ]  = L S L',   L lower triangular, S = diag(+-1), the signs of the nodes.
 //       [ D  -E  ]
 //
-// exists in any order of the nodes if M and E are positive definite (Vanderbei 1995). Where E is tiny it is
-// as stable as a Cholesky factorisation only if a joint comes after one of its bodies, so that its pivot is
-// -(E + D M^-1 D'): the order sees to that. Otherwise it is greedy minimum degree, which on a tree of bodies
-// goes from the leaves to the root and fills nothing in: work and memory are linear in the bodies.
+// exists for any order of the nodes if M and E are positive definite (Vanderbei 1995). If E is tiny it is as
+// stable as a Cholesky factorisation only if a joint comes after one of its bodies, so that its pivot is -(E
+// + D M^-1 D'). The order ensures that. Otherwise it is greedy minimum degree. On a tree of bodies this goes
+// from the leaves to the root without fill: work and memory are linear in the bodies.
 //
-// Nodes of less than six rows are padded: a unit on the diagonal times the sign, zeros elsewhere.
+// Nodes of fewer than six rows are padded: the sign on the diagonal, zeros elsewhere.
 class QuasidefiniteFactor {
  public:
   static constexpr int width = 6;
@@ -27,27 +27,27 @@ class QuasidefiniteFactor {
     Index a, b;
   };
 
-  // The order and the pattern, from the signs of the nodes (+1, -1) and their edges, each between two nodes
-  // that no other edge joins.
+  // Finds order and pattern from the signs of the nodes (+1, -1) and their edges. At most one edge joins two
+  // nodes.
   void analyse(std::span<const signed char> sign, std::span<const Edge> edges);
 
   std::size_t nodes() const { return sign_.size(); }
   // Multiplications of a factorisation.
   double work() const { return work_; }
-  // Where a node stands in the order; children come before parents, a subtree of the elimination tree without
-  // gaps. -1 for the parent of a root.
+  // Place of a node in the order. Children come before parents, and a subtree of the elimination tree is
+  // contiguous. -1 for the parent of a root.
   Index position(std::size_t node) const { return position_[node]; }
   Index parent(std::size_t position) const { return parent_[position]; }
   int sign(std::size_t position) const { return sign_[position]; }
 
-  // Assembly: all zero, then the blocks of nodes and edges, row-major. The block of an edge has the rows of
-  // the node that comes first: of edge.a if a_first().
+  // Assembly: clears all, then takes the blocks of nodes and edges, row-major. The block of an edge has the
+  // rows of the node that comes first: edge.a if a_first().
   void clear();
   double* diagonal(std::size_t node) { return &diagonal_[area * static_cast<std::size_t>(position_[node])]; }
   double* block(std::size_t edge) { return &blocks_[area * edge_block_[edge]]; }
   bool a_first(std::size_t edge) const { return edge_a_first_[edge]; }
 
-  // In place. False if a pivot is not positive (times its sign): nothing may be solved then.
+  // Factors in place. False if a pivot times its sign is not positive: solves are then not allowed.
   bool factor();
 
   // The two halves of K z = r, in the order of the positions, six numbers each: w = L^-1 r, and
@@ -57,8 +57,8 @@ class QuasidefiniteFactor {
 
   // forward() of one node for `columns` right-hand sides side by side: rows of w lie `columns` apart.
   void forward_node(std::size_t position, double* w, std::size_t columns) const;
-  // What it takes from node `above` at the place `slot` of the pattern: r_above -= s L w. Rows of r lie
-  // `stride` apart.
+  // Subtracts the node's part from node `above` at the place `slot` of the pattern: r_above -= s L w. Rows of
+  // r are `stride` apart.
   void forward_update(std::size_t slot, int sign, const double* w, std::size_t columns, double* r,
                       std::size_t stride) const;
   // The nodes above a position that it updates: above(slot) for the slots [first, last).
@@ -71,15 +71,14 @@ class QuasidefiniteFactor {
   void place_edges(std::span<const Edge> edges);
   void plan_updates();
 
-  // Of the positions: sign, parent, slots. Of the slots: the position above, ascending.
+  // Per position: sign, parent, slots. Per slot: the position above, ascending.
   std::vector<signed char> sign_;
   std::vector<Index> position_, parent_, above_;
   std::vector<std::size_t> first_slot_;
-  // Of the edges: the slot of its block, and whether its node a comes first.
+  // Per edge: the slot of its block, and whether its node a comes first.
   std::vector<std::size_t> edge_block_;
   std::vector<unsigned char> edge_a_first_;
-  // Where the updates go, in the order in which factor() makes them: to the diagonal of a position (-1 - p)
-  // or to a slot.
+  // Targets of the updates, in the order of factor(): the diagonal of a position (-1 - p) or a slot.
   std::vector<std::ptrdiff_t> target_;
   double work_ = 0;
   // Before factor(): K. After it: diagonal_ the inverse of the lower triangular pivot root, blocks_ the

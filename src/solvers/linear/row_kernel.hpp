@@ -5,14 +5,14 @@
 
 namespace amontons {
 
-// Of factor_rows: columns that are factored together, and how far apart the rows of m numbers lie.
+// Parameters of factor_rows: columns that are factored together, and the distance of rows of m numbers.
 constexpr std::size_t factor_columns = 8;
 constexpr std::size_t factor_stride(std::size_t m) {
   return (m + factor_columns - 1) / factor_columns * factor_columns;
 }
 
 // Loops along rows of small dense matrices. Entries are independent of each other, and the terms of each are
-// added in one order: all instruction sets give the same bits.
+// added in one order, so that all instruction sets give the same bits.
 AMONTONS_FOR_EACH_ISA(
     // to[0..n) += sum_k f[k] from[k stride + 0..n) over six rows, in their order.
     void add_six_rows(double* to, const double* f, const double* from, std::size_t stride, std::size_t n);
@@ -24,20 +24,20 @@ AMONTONS_FOR_EACH_ISA(
     // A := R^-1 with s A = R R', lower triangular, zeros above; A symmetric, 6 x 6. False if a pivot is not
     // positive.
     bool invert_root_six(double* A, double s);
-    // Of a node of QuasidefiniteFactor with the inverse X of its pivot's root: its `count` blocks B := X B,
-    // and the blocks that pairs of them change, C -= s B_a'B_c, each at the next target: of `diagonal` (-1 -
-    // t) or of `blocks` (t).
+    // For a node of QuasidefiniteFactor with the inverse X of its pivot's root: its `count` blocks B := X B,
+    // and the blocks that pairs of them change, C -= s B_a'B_c. Each pair has the next target: in `diagonal`
+    // (-1 - t) or in `blocks` (t).
     void eliminate_six(const double* X, double* own, std::size_t count, double s,
                        const std::ptrdiff_t* target, double* diagonal, double* blocks);
     // The upper half of W += s Y'Y, Y six rows of n numbers, `stride` apart; rows of W lie `m` apart.
     void add_gram(double* W, std::size_t m, const double* Y, std::size_t stride, std::size_t n, double s);
     // y += A'x, A m x m, row-major.
     void add_product(double* y, const double* x, const double* A, std::size_t m);
-    // A = P L U with row pivots, in place; A m x m, its rows `stride` = factor_stride(m) apart, and whatever
-    // lies between them changes; unit diagonal of L not stored. `columns`: scratch of m factor_columns
-    // numbers. False if singular.
+    // A = P L U with row pivots, in place. A is m x m with rows `stride` = factor_stride(m) apart; the
+    // padding changes. The unit diagonal of L is not stored. `columns`: scratch of m factor_columns numbers.
+    // False if singular.
     bool factor_rows(double* A, std::size_t* pivots, std::size_t m, std::size_t stride, double* columns);
-    // x of A x = b in b, from these factors. False if it is not finite.
+    // Overwrites b by x of A x = b, from these factors. False if it is not finite.
     bool solve_rows(const double* A, const std::size_t* pivots, double* b, std::size_t m,
                     std::size_t stride);)
 

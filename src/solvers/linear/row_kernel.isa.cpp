@@ -13,7 +13,7 @@ using Two __attribute__((vector_size(16), aligned(8), may_alias)) = double;
 using Four __attribute__((vector_size(32), aligned(8), may_alias)) = double;
 #endif
 
-// Names of vectors: a template argument would lose the alignment of its type.
+// Names of vector types: a template argument would lose the alignment of its type.
 struct Whole {
   using Vector = LooseVec;
 };
@@ -31,8 +31,8 @@ struct OfOne {
   using Vector = double;
 };
 
-// Calls visit.operator()<Name>(j) for the numbers from j on that a vector holds, up to n: whole vectors as
-// long as they fit, the rest in halves of halves. Each number is treated alike, whatever vector it is in.
+// Calls visit.operator()<Name>(j) for vectors of numbers from j up to n: whole vectors as long as they fit,
+// the remainder in halves. Every number gets the same operations in any vector.
 template <class Visit>
 inline void for_each_vector(std::size_t j, std::size_t n, const Visit& visit) {
   for (; j + width <= n; j += width) visit.template operator()<Whole>(j);
@@ -51,7 +51,7 @@ inline void for_each_vector(std::size_t j, std::size_t n, const Visit& visit) {
   if (j < n) visit.template operator()<OfOne>(j);
 }
 
-// The terms of an entry are added in the order of the rows: the same bits.
+// The terms of an entry are added in the order of the rows, which keeps the bits.
 inline void add_rows(double* __restrict to, const double* f, const double* __restrict from,
                      std::size_t stride, std::size_t n) {
   const double *r0 = from, *r1 = r0 + stride, *r2 = r1 + stride, *r3 = r2 + stride, *r4 = r3 + stride,
@@ -76,8 +76,8 @@ inline void subtract_scaled(double* __restrict y, const double* __restrict x, do
   });
 }
 
-// A row of six numbers in registers: four and two, or three times two. What is done to each number is the
-// same, only how many an instruction holds differs.
+// A row of six numbers in registers: four and two, or three times two. The operations on each number are the
+// same for both.
 #if defined(__AVX2__)
 struct Six {
   Four a = {};
@@ -119,7 +119,7 @@ struct Six {
 };
 #endif
 
-// B := X B with lower triangular X; from the last row up, so that what is read is still there.
+// B := X B with lower triangular X; from the last row up, so that the rows still to be read are unchanged.
 inline void multiply_lower(const double* X, double* B) {
   for (int i = 5; i >= 0; --i) {
     Six row;
@@ -152,7 +152,7 @@ inline double product_of_rows(const double* a, const double* b, std::size_t n) {
          rest;
 }
 
-// Columns that are factored before the rest of the matrix is seen again.
+// Columns that are factored before the rest of the matrix is updated.
 constexpr std::size_t panel_columns = factor_columns;
 static_assert(panel_columns % width == 0);
 
@@ -178,8 +178,8 @@ inline void exchange(double* a, double* b, std::size_t n) {
   });
 }
 
-// The panel of P L U that begins at row and column p, which changes no column to its right but by exchanges
-// of rows. Its columns are worked on one after the other, so that loops run along them.
+// The panel of P L U that begins at row and column p. Columns to its right change only by exchanges of rows.
+// Its columns are processed one after the other, so that loops run along them.
 bool factor_panel(double* A, std::size_t* pivots, std::size_t m, std::size_t stride, std::size_t p,
                   std::size_t count, double* columns) {
   const std::size_t n = m - p;
@@ -211,8 +211,8 @@ bool factor_panel(double* A, std::size_t* pivots, std::size_t m, std::size_t str
   return true;
 }
 
-// Right of the panel from p on: some rows from i on -= L (rows x panel_columns) U (panel_columns x the
-// rest), some vectors at a time in registers.
+// To the right of the panel: rows x vectors registers of entries -= L (rows x panel_columns) U (panel_columns
+// x the rest).
 template <int rows, int vectors>
 inline void subtract_products_at(double* A, std::size_t stride, std::size_t i, std::size_t p, std::size_t j) {
   const double *L = A + stride * i + p, *U = A + stride * p;
@@ -251,8 +251,8 @@ void subtract_six_rows(double* to, std::size_t stride, const double* U, double s
   }
 }
 
-// s A = L D L' by rows, which make L^-1 of the unit matrix on their way; then R^-1 = D^-1/2 L^-1. A pivot
-// waits for one division, and the roots come at the end, side by side.
+// s A = L D L' by rows, which also transform the unit matrix to L^-1; then R^-1 = D^-1/2 L^-1. A pivot waits
+// for one division, and the roots are taken together at the end.
 bool invert_root_six(double* A, double s) {
   constexpr double unit[36] = {1, 0, 0, 0, 0, 0, 0, 1, 0, 0, 0, 0, 0, 0, 1, 0, 0, 0,
                                0, 0, 0, 1, 0, 0, 0, 0, 0, 0, 1, 0, 0, 0, 0, 0, 0, 1};
@@ -282,7 +282,8 @@ bool invert_root_six(double* A, double s) {
   return true;
 }
 
-// All X B first: pairs read two of them. targets go through the upper half by rows, a with itself included.
+// All X B come first, because pairs read two of them. Targets follow the upper half by rows, including the
+// diagonal.
 void eliminate_six(const double* X, double* own, std::size_t count, double s, const std::ptrdiff_t* target,
                    double* diagonal, double* blocks) {
   for (std::size_t a = 0; a < count; ++a) multiply_lower(X, own + 36 * a);
@@ -307,7 +308,7 @@ void multiply_six_rows(const double* X, double* rows, std::size_t n) {
   }
 }
 
-// From the diagonal on: column i of Y with those from i to n.
+// The upper half only: column i of Y with columns i to n.
 void add_gram(double* W, std::size_t m, const double* Y, std::size_t stride, std::size_t n, double s) {
   for (std::size_t i = 0; i < n; ++i) {
     double f[6];
@@ -322,13 +323,13 @@ void add_product(double* y, const double* x, const double* A, std::size_t m) {
   for (; i < m; ++i) subtract_scaled(y, A + m * i, -x[i], m);
 }
 
-// Row pivots alone: rows of (G + H W) differ in scale by the laws of their blocks, columns do not.
+// Row pivots only: rows of (G + H W) differ in scale by the laws of their blocks, columns do not.
 bool factor_rows(double* A, std::size_t* pivots, std::size_t m, std::size_t stride, double* columns) {
   for (std::size_t p = 0; p < m; p += panel_columns) {
     const std::size_t end = p + panel_columns;
     if (!factor_panel(A, pivots, m, stride, p, end < m ? panel_columns : m - p, columns)) return false;
     if (end >= m) break;
-    // The rows of U of these columns, and what they take from all rows below.
+    // Rows of U in these columns, and their contribution to all rows below.
     for (std::size_t k = p + 1; k < end; ++k)
       for (std::size_t r = p; r < k; ++r)
         subtract_scaled(A + stride * k + end, A + stride * r + end, A[stride * k + r], stride - end);
@@ -339,7 +340,7 @@ bool factor_rows(double* A, std::size_t* pivots, std::size_t m, std::size_t stri
   return true;
 }
 
-// The last test is false for infinities, too.
+// The last test is also false for infinities.
 bool solve_rows(const double* A, const std::size_t* pivots, double* b, std::size_t m, std::size_t stride) {
   for (std::size_t k = 0; k < m; ++k) {
     const double t = b[pivots[k]];

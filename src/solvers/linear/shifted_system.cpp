@@ -2,7 +2,7 @@
 //
 // 1. Symmetric, and without an inverse of Theta. With Theta = R R' and y = R z,
 //    (A + Theta^-1) y = r   <=>   (I + R'A R) z = R'r                              (multiply by R')
-// which makes sense for singular R too: y is sought in range(R) only. Eigenvalues are 1 or more.
+// This also holds for singular R: y is sought only in range(R). Eigenvalues are 1 or more.
 //
 // 2. Bodies: A = D M^-1 D' + E, M^-1 = C C'. E is a multiple of I in each block, so that I + R'E R = L L' is
 // block diagonal like R. With G = L^-1 R'D C,
@@ -12,12 +12,12 @@
 // I + G G' - G (I + G'G) S^-1 G' = I + G G' - G G' = I.) So, for z of (I + R'A R) z = q,
 //    w = L^-1 q;   S v = G'w;   z = L^-T (w - G v).
 //
-// S = I + G'G has a block per body and one per pair of bodies that share a block of K: its pattern is that
-// of the contact graph, however many contacts there are between two bodies. Working with C on both sides of
-// D keeps S symmetric with eigenvalues of 1 or more, and bodies that do not move have no place in it.
+// S = I + G'G has a block per body and one per pair of bodies that share a block of K. Its pattern is that of
+// the contact graph, for any number of contacts between two bodies. Working with C on both sides of D keeps S
+// symmetric with eigenvalues of 1 or more. Fixed bodies have no place in it.
 //
-// 4. With blocks J in the place of I, which need not be symmetric (the derivative of the De Saxce term): with
-// P = (J + R'E R)^-1, block by block, and G = R'D C,
+// 4. Blocks J in place of I need not be symmetric (the derivative of the De Saxce term). With P = (J + R'E
+// R)^-1, block by block, and G = R'D C,
 //    z = P (q - G v),   v = G'z:   (I + G'P G) v = G'P q,
 // on the same pattern, factored as L U.
 #include "amontons/solvers/linear/shifted_system.hpp"
@@ -25,8 +25,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "amontons/base/budget.hpp"
 #include "amontons/base/error.hpp"
-#include "amontons/base/patience.hpp"
 #include "solvers/linear/body_kernel.hpp"
 #include "solvers/linear/small_roots.hpp"
 
@@ -34,7 +34,7 @@ namespace amontons {
 
 namespace {
 
-// Of the bodies that have a node, in the order of the nodes; none where positions are not known.
+// Positions of the bodies that have a node, in the order of the nodes; empty if positions are unknown.
 std::vector<Vec3> positions_of(const ContactSystem& A, const std::vector<int>& node) {
   std::vector<Vec3> positions;
   for (std::size_t i = 0; i < A.bodies.centre.size(); ++i)
@@ -44,8 +44,8 @@ std::vector<Vec3> positions_of(const ContactSystem& A, const std::vector<int>& n
 
 }  // namespace
 
-// The operator decides the way: bodies in body space, matrices in impulse space. The pattern is analysed
-// here, once; the reference to the problem serves the products of refinement.
+// The operator decides the space: bodies use body space, matrices impulse space. The pattern is analysed
+// here, once. The reference to the problem serves the products of refinement.
 ShiftedSystem::ShiftedSystem(const Problem& problem) : problem_(problem) {
   offset_.resize(problem.K.blocks());
   blocks_.resize(problem.K.blocks());
@@ -79,7 +79,7 @@ ShiftedSystem::ShiftedSystem(const Problem& problem) : problem_(problem) {
 }
 
 // Nodes are the bodies that move, edges the blocks between two of them: the graph of the problem. D C is
-// formed row by row; a row without a body on a side has zeros there and points to the extra node, so that
+// formed row by row. A row without a body on one side has zeros there and points to the extra node, so that
 // kernels have no branch.
 void ShiftedSystem::analyse(const ContactSystem& A) {
   const ContactGraph& graph = problem_.graph;
@@ -119,7 +119,7 @@ void ShiftedSystem::analyse(const ContactSystem& A) {
       node_b_[i] = block.body_b >= 0 ? block.body_b : nodes_;
     }
   }
-  // Symbolic only. Where a block is assembled does not change: its places are looked up once.
+  // Symbolic only. The places of the blocks do not change, so they are looked up once.
   cholesky_ = BlockCholesky(std::vector<int>(nodes_, 6), edges, positions_of(A, node));
   for (Block& block : blocks_) {
     if (block.body_a >= 0) block.aa = cholesky_.slot(block.body_a, block.body_a);
@@ -130,8 +130,8 @@ void ShiftedSystem::analyse(const ContactSystem& A) {
   node_vectors_.resize(8 * nodes_ + 8);
 }
 
-// Of a matrix: nodes are the blocks of K, edges the pairs of blocks with an entry that is not zero. Only the
-// lower triangle is taken, A is symmetric; entries that are given in several parts are added up.
+// For a matrix: nodes are the blocks of K, edges the pairs of blocks with a nonzero entry. Only the lower
+// triangle is taken, as A is symmetric. Entries given in several parts are summed.
 void ShiftedSystem::analyse(std::size_t m, auto&& for_each_entry) {
   std::vector<int> block_of(m), sizes;
   for (std::size_t b = 0; b < blocks_.size(); ++b) {
@@ -143,10 +143,10 @@ void ShiftedSystem::analyse(std::size_t m, auto&& for_each_entry) {
   std::vector<std::pair<int, int>> edges;
   for_each_entry([&](std::size_t i, std::size_t j, double value) {
     const int I = block_of[i], J = block_of[j];
-    // The first entry of a pair makes the pair; stamp[J] = I says that pair_of[J] is of this block row.
+    // The first entry of a pair creates it; stamp[J] = I means that pair_of[J] belongs to this block row.
     if (J > I || value == 0) return;
     if (stamp[J] != I) {
-      Patience::leave_if_due_at(pairs_.size());
+      Budget::leave_if_due_at(pairs_.size());
       stamp[J] = I;
       pair_of[J] = static_cast<int>(pairs_.size());
       pairs_.push_back({I, J, pair_values_.size(), {}});
@@ -157,7 +157,7 @@ void ShiftedSystem::analyse(std::size_t m, auto&& for_each_entry) {
   });
   cholesky_ = BlockCholesky(sizes, edges);
   for (Pair& pair : pairs_) {
-    Patience::leave_if_due_at(static_cast<std::size_t>(&pair - pairs_.data()));
+    Budget::leave_if_due_at(static_cast<std::size_t>(&pair - pairs_.data()));
     pair.slot = cholesky_.slot(pair.i, pair.j);
   }
   for (Block& block : blocks_) {
@@ -180,7 +180,7 @@ int ShiftedSystem::factor(std::span<const double> R, std::span<const double> J) 
 
 // I + R'AR with R R' = 1e5 P^-1 has a negative pivot if and only if P^-1/2 A P^-1/2 has an eigenvalue below
 // -1e-5 (Sylvester's law of inertia). Real files have some at -1e-7, from rounding in the engine that wrote
-// them. Scaled by P, so that the units of a file do not matter.
+// them. The scale P makes the test independent of the units of a file.
 void ShiftedSystem::require_semidefinite() {
   std::vector<double> R(factor_size_, 0.0);
   for (std::size_t b = 0; b < blocks_.size(); ++b)
@@ -225,10 +225,9 @@ void ShiftedSystem::form_PG(std::size_t b) {
   AMONTONS_DISPATCH(combine_rows, &P_[offset_[b]], dim, G_[row].data(), PG_[row].data());
 }
 
-// S = I + sum over blocks of G_block' G_block, or G_block' P G_block: of each block what its sides a and b
-// have with themselves, and with each other where both move. Slots that hold the transposed place get left
-// and right exchanged. The identity is added to the bodies as the blocks bring them: a body in no block is no
-// node.
+// S = I + sum over blocks of G_block' G_block, or G_block' P G_block. Each block contributes the products of
+// its sides a and b with themselves, and with each other if both move. For transposed slots left and right
+// are exchanged. The identity is added for each body at its first block: a body in no block has no node.
 void ShiftedSystem::assemble_bodies() {
   const bool symmetric = J_.empty();
   if (!symmetric) {
@@ -242,7 +241,7 @@ void ShiftedSystem::assemble_bodies() {
     form_G(b);
     const Block& block = blocks_[b];
     const double *G = G_[block.row].data(), *PG = symmetric ? G : PG_[block.row].data();
-    // The sides at `left` and `right`, which are 0 for a and 8 for b.
+    // `left` and `right` select the sides: 0 for a and 8 for b.
     const auto add = [&](const BlockCholesky::Slot& slot, int left, int right) {
       AMONTONS_DISPATCH(add_outer_product, &H[slot.offset], slot.stride, G + left, PG + right, block.dim);
       if (!symmetric)
@@ -264,11 +263,11 @@ void ShiftedSystem::assemble_bodies() {
   }
 }
 
-// I + R'A R, pair by pair: (R'A R)_IJ = R_I' A_IJ R_J, of at most 6 x 6.
+// I + R'A R, pair by pair: (R'A R)_IJ = R_I' A_IJ R_J, at most 6 x 6.
 void ShiftedSystem::assemble_pairs() {
   const std::span<double> H = cholesky_.panels();
   for (const Pair& pair : pairs_) {
-    Patience::leave_if_due_at(static_cast<std::size_t>(&pair - pairs_.data()));
+    Budget::leave_if_due_at(static_cast<std::size_t>(&pair - pairs_.data()));
     const int di = blocks_[pair.i].dim, dj = blocks_[pair.j].dim;
     const double *Ri = &R_[offset_[pair.i]], *Rj = &R_[offset_[pair.j]], *A = &pair_values_[pair.values];
     double AR[largest_dim * largest_dim];
@@ -282,7 +281,7 @@ void ShiftedSystem::assemble_pairs() {
         double sum = 0;
         for (int k = 0; k < di; ++k) sum += Ri[k * di + i] * AR[k * dj + j];
         const std::size_t stride = pair.slot.stride;
-        // Panels are column-major; of a transposed slot the roles of i and j are exchanged.
+        // Panels are column-major; for a transposed slot i and j are exchanged.
         H[pair.slot.offset + (pair.slot.transposed ? i * stride + j : j * stride + i)] += sum;
       }
   }
@@ -304,7 +303,7 @@ void ShiftedSystem::assemble_pairs() {
   }
 }
 
-// Forward and backward substitution in each block; without compliance L is the identity and not kept.
+// Forward and backward substitution in each block; without compliance L is the identity and not stored.
 void ShiftedSystem::divide_by_L(std::span<double> q) const {
   for (std::size_t b = 0; !L_.empty() && b < blocks_.size(); ++b) {
     const auto [row, dim] = std::pair{blocks_[b].row, blocks_[b].dim};
@@ -351,7 +350,7 @@ void ShiftedSystem::solve_once(std::span<const double> q, std::span<double> z) {
   if (symmetric) divide_by_L_transposed(z);
 }
 
-// From the operator itself and not from G: refinement corrects the rounding of C, G and the factors.
+// By the operator itself and not by G: refinement corrects the rounding of C, G and the factors.
 void ShiftedSystem::apply(std::span<const double> z, std::span<double> out) {
   times_factor(z, work_);
   product(problem_.A, work_, out);
@@ -360,7 +359,7 @@ void ShiftedSystem::apply(std::span<const double> z, std::span<double> out) {
   for (std::size_t i = 0; i < z.size(); ++i) out[i] += work_[i];
 }
 
-// out = J z; of z alone where J is I.
+// out = J z; a copy of z if J is I.
 void ShiftedSystem::times_J(std::span<const double> z, std::span<double> out) const {
   if (J_.empty())
     std::copy(z.begin(), z.end(), out.begin());
@@ -390,8 +389,8 @@ void ShiftedSystem::times_transposed_factor(std::span<const double> r, std::span
   times_blocks<true>(R_, r, q);
 }
 
-// Refinement: solve for the defect q - (I + R'A R) z and add. Where Theta is large it wins back the digits
-// that w - G v of Woodbury's identity loses by cancellation.
+// Refinement: solves for the defect q - (I + R'A R) z and adds the result. For large Theta it recovers the
+// digits that w - G v of Woodbury's identity loses by cancellation.
 void ShiftedSystem::solve_reduced(std::span<const double> q, std::span<double> z, int refinements) {
   std::copy(q.begin(), q.end(), q_.begin());
   solve_once(q_, z);

@@ -1,16 +1,15 @@
 #pragma once
 #include <array>
 
-// Roots and inverses of small matrices of bodies and blocks, which ShiftedSystem needs in every
-// factorisation.
+// Roots and inverses of small matrices of bodies and blocks for the factorisations of ShiftedSystem.
 namespace amontons {
 
 // Lower C with C C' = a symmetric positive semidefinite 3 x 3 given as xx, yy, zz, xy, xz, yz, in the same
 // order:
 //  c00 = sqrt(xx)    c10 = xy / c00    c11 = sqrt(yy - c10^2)
 //  c20 = xz / c00    c21 = (yz - c20 c10) / c11    c22 = sqrt(zz - c20^2 - c21^2)
-// A pivot below 1e-14 of the trace is rounding of zero (a body that does not turn about some axis): its
-// column is zero, where a division by its root would blow up the rounding.
+// A pivot below 1e-14 of the trace is rounding of zero (a body that does not turn about some axis). Its
+// column is set to zero, because a division by its root would amplify the rounding.
 std::array<double, 6> semidefinite_root(const std::array<double, 6>& s);
 
 // j C for a row j of D: linear part times 1/sqrt(m), angular part times the root of the inverse inertia.
@@ -18,12 +17,12 @@ std::array<double, 6> semidefinite_root(const std::array<double, 6>& s);
 void times_root(const std::array<double, 6>& j, double translation, const std::array<double, 6>& c,
                 double* out);
 
-// Lower L with L L' = I + e R'R, row-major dim x dim: Cholesky, with pivots of 1 or more. e is one number
-// per block, that of its first row.
+// Lower L with L L' = I + e R'R, row-major dim x dim: Cholesky, with pivots of 1 or more. e is the compliance
+// of the first row of the block.
 void compliance_root(const double* R, int dim, double e, double* L);
 
-// inverse = A^-1 of n x n numbers, which A loses: Gauss and Jordan, with exchanges of rows. The sign of the
-// determinant.
+// inverse = A^-1 for n x n numbers; A is overwritten. Gauss and Jordan, with exchanges of rows. Returns the
+// sign of the determinant.
 int invert(double* A, int n, double* inverse);
 
 }  // namespace amontons

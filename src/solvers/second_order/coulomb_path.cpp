@@ -13,16 +13,16 @@ namespace {
 
 using Vector = std::vector<double>;
 
-// Products of a step: its solutions, one of them refined, and the map of where it ends.
+// Products of a step: its solves, one of them refined, and the natural map at its end.
 constexpr std::size_t products_of_step = 3;
-// Below, what does not fall any more for so many steps is held by rounding: R' mixes digits (algorithm.md,
-// 37). Newton's method goes on from there.
+// Residual below which a stall over that many steps is due to rounding: R' mixes digits (algorithm.md, 37).
+// Newton's method continues from there.
 constexpr double near_the_end = 1e-8;
 constexpr std::size_t most_stale = 6;
 constexpr double end_of_curve = 1e-25;
 
 // The problem as a System of the central curve. The linear system of a step, multiplied by R', is that of
-// ShiftedSystem with J = R'B T in the place of I.
+// ShiftedSystem with J = R'B T in place of I.
 class LargeSystem {
  public:
   explicit LargeSystem(const Problem& problem) : problem_(problem), system_(problem) {
@@ -41,7 +41,7 @@ class LargeSystem {
     for (std::size_t i = 0; i < u.size(); ++i) u[i] += problem_.b[i];
     units_.from_velocities(u);
   }
-  // Rows that nothing moves have R = 0 and T = 0: there J is made regular.
+  // Immobile rows have R = 0 and T = 0: there J is made regular.
   int factor(std::span<const double> R, std::span<const double> BT) {
     std::copy(R.begin(), R.end(), R_.begin());
     each([&]<int n>(std::size_t block, std::size_t) {
@@ -69,7 +69,7 @@ class LargeSystem {
   }
 
  private:
-  // f(block, row), dim by the template parameter.
+  // Calls f(block, row), with dim as template parameter.
   template <class F>
   void each(F&& f) const {
     for_each_block(problem_.K, [&]<class S>(const S&, std::size_t block, std::size_t row) {
@@ -86,25 +86,25 @@ class LargeSystem {
 class CoulombPath : public VectorIterate {
  public:
   static constexpr const char* name = "interior-point";
-  // Where the curve turns back the residual rises for some tens of steps.
+  // Limits: 200 steps, stall window 40. Where the curve turns back the residual rises for some tens of steps.
   static constexpr Limits limits{200, 40, 0};
 
   using VectorIterate::VectorIterate;
   double start(const Start&) {
     system_.emplace(problem);
-    curve_.start(*system_, problem.K, options.law);
-    return look();
+    curve_.start(*system_, problem.K, law_of(problem, options));
+    return evaluate_iterate();
   }
   std::optional<double> step() {
     ++monitor.factorizations;
     monitor.products += products_of_step;
     stale_ = monitor.improved() || curve_.t() > near_the_end ? 0 : stale_ + 1;
     if (stale_ == most_stale || !curve_.step() || curve_.t() < end_of_curve) return std::nullopt;
-    return look();
+    return evaluate_iterate();
   }
 
  private:
-  double look() {
+  double evaluate_iterate() {
     for (Vector* v : {&x, &u}) v->resize(problem.rows());
     curve_.x(x);
     system_->units().to_impulses(x);

@@ -2,23 +2,23 @@
 //
 //     u = A x + b,  x in K,  u in K*,  x o u = 0,
 //
-// o the Jordan product of the sets. The central path replaces 0 by mu e, e the unit of that product: for
+// o the Jordan product of the sets. The central path replaces 0 by mu e, e the unit of that product. For
 // every mu > 0 it has a point (x, u) inside K and K*, and for mu -> 0 this tends to a solution. A step aims
 // at a smaller mu with Newton's method. The Nesterov-Todd scaling is the symmetric W with W x = W^-1 u =
-// lambda: in scaled coordinates both iterates are one, and the linearised path is, docs/algorithm.md (25),
+// lambda. In scaled coordinates both iterates are equal, and the linearised path is, docs/algorithm.md (25),
 //
 //     A dx - du = -(A x + b - u),   lambda o (W dx + W^-1 du) = mu e - lambda o lambda - (second-order term).
 //
 // Eliminating du leaves (A + W^2) dx = r for ShiftedSystem: in body space that is a sparse Cholesky
-// factorisation with six unknowns per body. What a block contributes is the Barrier of its set
-// (sets/barrier.hpp), in units in which the block's mean of diag(A), and the natural map at zero, are of
-// order one:
+// factorisation with six unknowns per body. The contribution of a block is the Barrier of its set
+// (sets/barrier.hpp). In its units the block's mean of diag(A), and the natural map at zero, are of order
+// one:
 //
 //     x = unit x~,   u = (beta^2 / unit) u~,   unit = beta / sqrt(P),   so that <x, u> = beta^2 <x~, u~>.
 //
-// Under coulomb u carries the De Saxce term s e_n of the dual iterate, docs/algorithm.md (26), frozen within
-// a step and renewed between steps: that is slow to end, but goes on where the path of the law itself
-// (coulomb_path.cpp), which turns back and forth, is too long to follow.
+// Under coulomb u includes the De Saxce term s e_n of the dual iterate, docs/algorithm.md (26), held constant
+// within a step and renewed between steps. This converges slowly at the end. But it makes progress where the
+// path of the law itself (coulomb_path.cpp) turns so often that it is too long to follow.
 //
 // Sources: Nesterov, Todd 1997; Mehrotra 1992; Vandenberghe 2010 for the algebra and the start.
 #include "amontons/solvers/second_order/interior_point.hpp"
@@ -40,24 +40,24 @@ namespace {
 
 using Vector = std::vector<double>;
 
-// A step goes so far of the way to the boundary: on it the scaling would not exist, and a step that ends much
-// nearer leaves the next one no room.
+// Step (relative to the distance to the boundary). On the boundary the scaling does not exist, and a step
+// that ends much nearer leaves the next one no room.
 constexpr double fraction = 0.995;
-// Iterations of the crossover. Under coulomb fewer of Newton's: the path may end away from any solution, and
-// then more are in vain.
+// Iterations of the crossover. Under coulomb fewer Newton iterations: the path may end away from any
+// solution, where more of them fail.
 constexpr std::size_t newton_iterations = 30, coulomb_newton_iterations = 12, first_order_iterations = 20000;
-// Where blocks are many the crossover is cut short, or it would take seconds for the last digits.
+// With many blocks the crossover is shortened; otherwise it would take seconds for the last digits.
 constexpr std::size_t few_blocks = 1000, many_newton_iterations = 8, many_first_order_work = 50'000'000;
-// Growth over the best residual that ends the path. On the way down the residual may rise for a few steps; at
-// the end, where W is all rounding, it leaps by many powers of ten.
+// Growth over the best residual that ends the path. While it converges the residual may rise for a few steps.
+// At the end W is all rounding, and the residual rises by many powers of ten.
 constexpr double lost_path = 1e4;
-// Where the best residual is smaller, the growth counts from here: below it the residual itself is rounding.
+// Least reference of that growth: a smaller best residual is rounding.
 constexpr double path_floor = 1e-12;
-// Steps this short come from an iterate squeezed against the boundary; they would go on being short.
+// A shorter step comes from an iterate squeezed against the boundary; later steps would be as short.
 constexpr double shortest_step = 1e-4;
-// Where the starting point has a smaller eigenvalue it is pushed inside.
+// A starting point with a smaller eigenvalue is pushed inside.
 constexpr double start_margin = 1e-3;
-// A scale whose square would underflow: b and the natural map at zero vanish, and x~ = x will do.
+// A smaller scale would underflow when squared: b and the natural map at zero vanish, and x~ = x is used.
 constexpr double smallest_scale = 1e-145;
 
 class InteriorPoint : public VectorIterate {
@@ -70,7 +70,7 @@ class InteriorPoint : public VectorIterate {
   std::optional<double> step();
 
  private:
-  // f(barrier, block, row) for every block, dim by the template parameter.
+  // Calls f(barrier, block, row) for every block, with dim as template parameter.
   template <class F>
   void each(F&& f) {
     barriers_.each(problem.K, [&]<class S>(const S&, auto& barrier, std::size_t block, std::size_t row) {
@@ -87,19 +87,19 @@ class InteriorPoint : public VectorIterate {
   double gap(double t);
 
   std::optional<ShiftedSystem> system_;
-  // The iterate (x~, u~) and the last direction; x and u of VectorIterate follow: x is that of the barriers,
-  // u = A x + b is not the dual iterate, which meets it in the limit only.
+  // The iterate (x~, u~) and the last direction. The x of VectorIterate is that of the barriers. Its u = A x
+  // + b differs from the dual iterate and agrees with it only in the limit.
   Barriers barriers_;
-  // scale_, map_: the natural map at zero and at the iterate. beta_: the former per block. degree_: the
-  // number of complementarity products.
+  // scale_, map_: the natural map at zero and at the iterate. beta_: scale_ per block. degree_: number of
+  // complementarity products.
   double beta_ = 1, degree_ = 0, scale_ = 1, map_ = 0;
-  // Of every block: x in N s, and the De Saxce term (m/s).
+  // Per block: unit of x (N s), and the De Saxce term (m/s).
   Vector unit_, correction_;
   Vector z_, rho_, R_;
 };
 
 void InteriorPoint::make_barriers() {
-  scale_ = natural_map_at_zero(problem, options.law);
+  scale_ = natural_map_at_zero(problem, law_of(problem, options));
   beta_ = scale_ / std::sqrt(std::max<double>(1, problem.K.blocks()));
   if (beta_ < smallest_scale) beta_ = 1;
   for (double p : problem.P) unit_.push_back(beta_ / std::sqrt(p));
@@ -122,10 +122,10 @@ void InteriorPoint::factor() {
   ++monitor.factorizations;
 }
 
-// The solution of the problem without inequalities but with a unit proximal term, min 1/2 <x, A x + 2 b> +
-// 1/2 |x~|^2, pushed into the interior. Its condition is u~ = -x~, so that the two cannot both lie inside; a
-// push by more_x e, more_u e brings them there. This start knows the balance of the stresses. A given x0
-// mostly lies on the boundary of K, where the scaling does not exist.
+// Start: the solution of the problem without inequalities but with a unit proximal term, min 1/2 <x, A x + 2
+// b> + 1/2 |x~|^2, pushed into the interior. Its condition is u~ = -x~, so x~ and u~ cannot both lie inside.
+// Adding more_x e and more_u e brings them inside. This start includes the balance of the stresses. A given
+// x0 mostly lies on the boundary of K, where the scaling does not exist.
 double InteriorPoint::start(const Start&) {
   system_.emplace(problem);
   const std::size_t m = problem.rows();
@@ -159,8 +159,8 @@ void InteriorPoint::form_x() {
   });
 }
 
-// The De Saxce term follows the dual iterate u~, which moves smoothly along the central path; A x + b is
-// rough until the end.
+// The De Saxce term follows the dual iterate u~, which moves smoothly along the central path, while A x + b
+// is inaccurate until the end.
 void InteriorPoint::freeze() {
   barriers_.each(problem.K, [&]<class S>(const S& set, auto& barrier, std::size_t block, std::size_t) {
     if constexpr (S::frictional) {
@@ -198,8 +198,8 @@ void InteriorPoint::solve(double target, bool corrector, int refinements) {
   each([&]<int dim>(auto& barrier, std::size_t, std::size_t row) { barrier.recover(target, &z_[row]); });
 }
 
-// The largest t, one for all blocks and for both iterates, so that the step solves the linear equation too
-// and the infeasibility A x + b - u shrinks by the factor 1 - t.
+// The largest t, equal for all blocks and both iterates. The step then also solves the linear equation: the
+// infeasibility A x + b - u shrinks by the factor 1 - t.
 double InteriorPoint::longest_step() {
   double t = 1e30;
   each([&]<int dim>(auto& barrier, std::size_t, std::size_t) { t = std::min(t, barrier.longest_step()); });
@@ -214,18 +214,19 @@ double InteriorPoint::gap(double t) {
 }
 
 std::optional<double> InteriorPoint::step() {
-  // Rounding ends the central path: the residual leaps off, or the step collapses.
+  // Rounding ends the central path: the residual jumps, or the step collapses.
   if (map_ / scale_ > lost_path * std::max(monitor.best(), path_floor)) return std::nullopt;
   scale_blocks([](auto& barrier, double* R) { barrier.factor(R); });
-  if (options.law == Law::coulomb && problem.K.has_friction()) freeze();
+  if (law_of(problem, options) == Law::coulomb && problem.K.has_friction()) freeze();
   factor();
-  // Predictor: the affine step to mu = 0. It tells how far the path can be cut, sigma = (its gap over the gap
-  // now)^3 (Mehrotra), and the second-order term that the linearisation dropped.
+  // Predictor: the affine step to mu = 0. It gives the reduction of mu, sigma = (its gap over the present
+  // gap)^3 (Mehrotra), and the second-order term that the linearisation dropped.
   const double mu = gap(0);
   solve(0, false, 0);
   const double affine = std::min(1.0, longest_step());
   const double ratio = mu > 0 ? std::clamp(gap(affine) / mu, 0.0, 1.0) : 0.0;
-  // Corrector: to sigma mu, with that term, by the same factorisation; it is the step, so it is refined once.
+  // Corrector: to sigma mu, with that term, by the same factorisation. It is the final step, so it is refined
+  // once.
   solve(ratio * ratio * ratio * mu, true, 1);
   const double t = std::min(1.0, fraction * longest_step());
   if (!(t > shortest_step)) return std::nullopt;
@@ -241,8 +242,9 @@ Solution path_of_frozen_terms(const Problem& problem, const Options& options) {
 }  // namespace
 
 std::unique_ptr<Run> start_central_path(const Problem& problem, const Options& options) {
-  return options.law == Law::coulomb && problem.K.has_friction() ? start_coulomb_path(problem, options)
-                                                                 : drive<InteriorPoint>(problem, options);
+  return law_of(problem, options) == Law::coulomb && problem.K.has_friction()
+             ? start_coulomb_path(problem, options)
+             : drive<InteriorPoint>(problem, options);
 }
 
 std::unique_ptr<Run> start_path_of_frozen_terms(const Problem& problem, const Options& options) {
@@ -253,20 +255,20 @@ Solution central_path(const Problem& problem, const Options& options) {
   return complete(start_central_path(problem, options));
 }
 
-// Contacts between two faces (sliding and sticking, open and closed) hold the central path at sqrt(eps) of
-// the solution. From there the semismooth Newton method identifies the faces and goes on to the last digits;
-// where it cannot, P-SPG-FB does.
+// Contacts between two faces (sliding and sticking, open and closed) stop the central path at a distance of
+// sqrt(eps) from the solution. From there the semismooth Newton method identifies the faces and converges to
+// the last digits. If it fails, P-SPG-FB continues.
 Solution interior_point(const Problem& problem, const Options& options) {
   const std::size_t blocks = problem.K.blocks();
-  const std::size_t newtons = blocks > few_blocks           ? many_newton_iterations
-                              : options.law == Law::coulomb ? coulomb_newton_iterations
-                                                            : newton_iterations;
+  const std::size_t newtons = blocks > few_blocks                        ? many_newton_iterations
+                              : law_of(problem, options) == Law::coulomb ? coulomb_newton_iterations
+                                                                         : newton_iterations;
   const std::size_t first_order =
       std::min(first_order_iterations, many_first_order_work / std::max<std::size_t>(blocks, 1));
   std::vector<Phase> crossover{
       {.method = central_path, .why = "follows the central path"},
       {.method = newton, .why = "finds the faces that hold the path back", .iterations = newtons}};
-  if (options.law == Law::coulomb && problem.K.has_friction()) {
+  if (law_of(problem, options) == Law::coulomb && problem.K.has_friction()) {
     crossover.push_back(
         {.method = path_of_frozen_terms, .why = "another path, the De Saxce term held in each step"});
     crossover.push_back(

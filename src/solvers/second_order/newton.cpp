@@ -6,10 +6,10 @@
 //
 //     (I - Q + Q P^-1 A) dx = -F.
 //
-// Where Q = 1 the row says A dx = -g: u vanishes; where Q = 0 it says x + dx = Pi_K(..): x goes to its bound.
-// So each cone contributes its face: 3 unknowns when sticking, 2 when sliding, none when open, and once the
-// faces are right the step is that of a linear system: convergence is fast near a solution, and nothing is
-// known far away.
+// If Q = 1 the row says A dx = -g: u vanishes. If Q = 0 it says x + dx = Pi_K(..): x moves to its bound. So
+// each cone contributes its face: 3 unknowns when sticking, 2 when sliding, 0 when open. Once the faces are
+// right the step is that of a linear system. Convergence is fast near a solution; far away there is no
+// guarantee.
 //
 // Face factor. Substituting dx = e - F gives (I - Q + Q P^-1 A) e = Q P^-1 (A F - P F). A proximal term sigma
 // P on A turns I - Q into I - Q + sigma Q, which is invertible, and dividing by it and by P yields
@@ -17,9 +17,9 @@
 //     (A + Theta^-1) e = A F + sigma P F - P F,   Theta = R R' = P^-1 Q (I - Q + sigma Q)^-1,   e = R zeta,
 //     (I + R'AR) zeta = R' (A F + sigma P F - P F),
 //
-// the symmetric system of ShiftedSystem, where sigma keeps it regular when A is not (hyperstatic contacts).
-// It acts on the step only: dx = 0 says F = 0 as before, and with sigma going to zero with F the convergence
-// stays superlinear.
+// the symmetric system of ShiftedSystem, where sigma keeps it regular if A is singular (hyperstatic
+// contacts). It affects only the step: dx = 0 still means F = 0. As sigma tends to zero with F, the
+// convergence stays superlinear.
 //
 // Sources: Qi, Sun 1993 (semismooth Newton); Zhao, Sun, Toh 2010 (proximal semismooth Newton); Kanzow,
 // Ferenczi, Fukushima 2009 (the projection on second-order cones).
@@ -39,16 +39,17 @@ namespace {
 
 using Vector = std::vector<double>;
 
-// First-order iterations after a failed Newton step, doubled with every failure in a row up to the longest.
-// 30 cost less than a factorisation; where the faces stay far off, a factorisation every 2000 is little lost.
+// First-order iterations after a failed Newton step, doubled with every consecutive failure up to the
+// longest. 30 cost less than a factorisation. If the faces stay wrong, a factorisation every 2000 iterations
+// costs little.
 constexpr std::size_t shortest_burst = 30, longest_burst = 2000;
-// Of a Newton step before the first-order method takes over: F is no gradient, and a step that does not help
-// at an eighth of its length rarely does at less.
+// Halvings of a Newton step before the first-order method takes over. F is no gradient, and a step that fails
+// at an eighth of its length rarely succeeds at less.
 constexpr int halvings = 3;
-// A step must bring the residual below this part of the current one, or a burst does more.
+// A step must reduce the residual below this fraction of the current one; otherwise a burst achieves more.
 constexpr double sufficient = 0.9;
-// sigma = proximal |F| / |F(0)|, within the bounds: it vanishes with the residual, so that the steps become
-// those of Newton, but never below what keeps a singular A at pivots above rounding.
+// sigma = proximal |F| / |F(0)|, within the bounds. It vanishes with the residual, so that the steps become
+// Newton steps. The lower bound keeps the pivots of a singular A above rounding.
 constexpr double proximal = 1e-3, smallest_sigma = 1e-12, largest_sigma = 1e-6;
 
 // R = P^-1/2 V sqrt(q / (1 - q + sigma q)) with Q = V diag(q) V', row-major.
@@ -72,10 +73,10 @@ void apply(const Face<n>& face, const double* d, double* out) {
   }
 }
 
-// The linear algebra of one Newton step. Under coulomb g = u + s(u) e_n with s = mu |u_t|, its derivative is
-// B A with B = I + e_n s'(u)' per contact, and the equation (I - Q + Q P^-1 B A) dx = -F is unsymmetric:
-// GMRES (Saad, Schultz 1986) solves it, preconditioned with the symmetric system of B = I. The two differ in
-// the normal rows of sliding contacts alone, so that few basis vectors do.
+// The linear algebra of one Newton step. Under coulomb g = u + s(u) e_n with s = mu |u_t|. Its derivative is
+// B A with B = I + e_n s'(u)' per contact, and the equation (I - Q + Q P^-1 B A) dx = -F is unsymmetric.
+// GMRES (Saad, Schultz 1986) solves it, preconditioned by the symmetric system with B = I. The two differ
+// only in the normal rows of sliding contacts, so that few basis vectors suffice.
 class NewtonStep {
  public:
   NewtonStep(const Problem& problem, Law law) : problem_(problem), law_(law), system_(problem) {
@@ -107,9 +108,11 @@ class NewtonStep {
   }
 
  private:
-  // The basis of GMRES takes so many vectors twice. A step of which three digits are right gains up to three;
-  // where 40 vectors do not give them, the burst that follows a failed step is the better use of time.
+  // Size of the Krylov space (vectors, stored twice). A step with three correct digits reduces the residual
+  // by up to three digits. If 40 vectors do not give them, the burst after a failed step is a better use of
+  // the time.
   static constexpr int krylov = 40;
+  // Residual (relative to the start of GMRES): where it stops, three digits.
   static constexpr double krylov_tolerance = 1e-3;
 
   // y = (I - Q + sigma Q + Q P^-1 A)^-1 r: y = r + R zeta, (I + R'AR) zeta = R' ((1 - sigma) P r - A r).
@@ -143,7 +146,7 @@ class NewtonStep {
     });
   }
 
-  // In the P metric, in which the entries of blocks of any mass weigh the same.
+  // In the P metric entries of blocks of any mass have equal weight.
   double dot(const Vector& a, const Vector& b) const {
     double sum = 0;
     for_each_block(problem_.K, [&]<class S>(const S&, std::size_t block, std::size_t row) {
@@ -152,11 +155,11 @@ class NewtonStep {
     return sum;
   }
 
-  // dx of the equation J dx = -F, J = I - Q + Q P^-1 B A. Arnoldi with modified Gram-Schmidt builds an
-  // orthonormal basis v_k with J z_k = sum_j H_jk v_j, z_k = C^-1 v_k the preconditioned vectors, which are
-  // stored so that none is formed again. Givens rotations bring H to a triangle column by column; |rhs_k| is
-  // then the residual of the best combination of the first k, and dx = sum y_k z_k. Right preconditioned, so
-  // that this residual is the true one; no restart.
+  // Solves J dx = -F, J = I - Q + Q P^-1 B A. Arnoldi with modified Gram-Schmidt builds an orthonormal basis
+  // v_k with J z_k = sum_j H_jk v_j. The preconditioned vectors z_k = C^-1 v_k are stored, so that each is
+  // formed once. Givens rotations bring H to a triangle column by column. |rhs_k| is then the residual of the
+  // best combination of the first k, and dx = sum y_k z_k. Right preconditioning makes this residual the true
+  // one. There is no restart.
   void gmres(const Vector& u, Vector& dx, Monitor& monitor) {
     double H[krylov + 1][krylov], c[krylov], s[krylov], rhs[krylov + 1] = {};
     const double norm = std::sqrt(dot(F_, F_));
@@ -201,12 +204,12 @@ class NewtonStep {
   Law law_;
   ShiftedSystem system_;
   double sigma_ = 0;
-  // F_ holds -F, y_ the point x - P^-1 g whose projection has the faces.
+  // F_ holds -F, y_ the point x - P^-1 g whose projection determines the faces.
   Vector R_, F_, work_, Av_, y_;
   std::vector<Vector> basis_, image_;
 };
 
-// Where a Newton step does not bring the residual down, P-SPG-FB takes over for a while.
+// If a Newton step does not reduce the residual, P-SPG-FB continues for a while.
 class Newton : public VectorIterate {
  public:
   static constexpr const char* name = "newton";
@@ -215,8 +218,8 @@ class Newton : public VectorIterate {
   using VectorIterate::VectorIterate;
 
   double start(const Start& s) {
-    newton_.emplace(problem, options.law);
-    scale_ = natural_map_at_zero(problem, options.law);
+    newton_.emplace(problem, law_of(problem, options));
+    scale_ = natural_map_at_zero(problem, law_of(problem, options));
     map_ = VectorIterate::start(s);
     for (Vector* v : {&dx_, &trial_, &trial_u_}) v->resize(x.size());
     return map_;
@@ -233,14 +236,15 @@ class Newton : public VectorIterate {
   }
 
  private:
-  // The first of the steps 1, 1/2, ... that reduces the residual enough. Trial points are projected: dx knows
-  // faces, not cones. True if there is one; then x, u and the natural map are those of it.
+  // Finds the first of the steps 1, 1/2, ... that reduces the residual enough. Trial points are projected,
+  // because dx respects faces and not cones. If it returns true, x, u and the natural map are those of that
+  // step.
   bool search() {
     for (int k = 0; k <= halvings; ++k) {
       const double t = std::ldexp(1.0, -k);
       for (std::size_t i = 0; i < x.size(); ++i) trial_[i] = x[i] + t * dx_[i];
       project(problem.K, trial_, trial_);
-      const double map = amontons::evaluate(problem, options.law, trial_, trial_u_, monitor);
+      const double map = amontons::evaluate(problem, law_of(problem, options), trial_, trial_u_, monitor);
       if (!(map < sufficient * map_)) continue;
       x.swap(trial_);
       u.swap(trial_u_);
@@ -250,8 +254,8 @@ class Newton : public VectorIterate {
     return false;
   }
 
-  // The fallback of P-SPG-FB makes sure that the burst never ends above where it began. Its iterations count
-  // as one of this method, its products one by one; limits, clock and interrupts of the caller hold inside.
+  // The fallback of P-SPG-FB ensures that the burst never ends above its start. Its iterations count as one
+  // of this method, its products one by one. The caller's limits, clock and interrupt apply inside.
   void first_order_phase() {
     Options o = options;
     o.x0 = x;

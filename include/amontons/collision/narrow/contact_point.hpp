@@ -3,7 +3,7 @@
 
 namespace amontons {
 
-// One point of a contact manifold, in world coordinates: the contact constraint at it is  gap >= 0  where gap
+// One point of a contact manifold, in world coordinates. The contact constraint there is gap >= 0, where gap
 // changes at the rate <normal, v_A - v_B> of the velocities of the two bodies at `point`.
 struct ContactPoint {
   Vec3 point;   // half-way between the two surfaces, m

@@ -6,24 +6,24 @@
 
 namespace amontons {
 
-// A box along the axes of its frame, boundary included; it may be infinite (planes).
+// A box along the axes of its frame, boundary included; planes have infinite boxes.
 struct Aabb {
   Vec3 lower, upper;
 };
 
 // Two boxes overlap unless one ends before the other begins on some axis. Touching counts. Every comparison
-// with a bound that is not a number is false: such a box overlaps nothing.
+// with a NaN is false, so a box with a NaN bound overlaps nothing.
 inline bool is_overlap(const Aabb& a, const Aabb& b) {
   return a.lower.x <= b.upper.x && b.lower.x <= a.upper.x && a.lower.y <= b.upper.y &&
          b.lower.y <= a.upper.y && a.lower.z <= b.upper.z && b.lower.z <= a.upper.z;
 }
 
-// The box without a point, to which include() adds.
+// The empty box, to which include() adds.
 inline Aabb empty_box() {
   constexpr double infinity = std::numeric_limits<double>::infinity();
   return {{infinity, infinity, infinity}, {-infinity, -infinity, -infinity}};
 }
-// Widens the box, if necessary, so that it holds p.
+// Widens the box, if necessary, to contain p.
 inline void include(Aabb& box, const Vec3& p) {
   for (int i = 0; i < 3; ++i) {
     box.lower[i] = std::min(box.lower[i], p[i]);

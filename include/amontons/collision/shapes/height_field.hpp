@@ -9,7 +9,7 @@ namespace amontons {
 
 // A static grid of heights over the rectangle centred at the origin: row r, column c lies at
 //   x = (c / (columns - 1) - 1/2) size_x,  y = (r / (rows - 1) - 1/2) size_y,  z = heights[r columns + c]
-// in the frame of the shape, all in m; two triangles a cell, as in src/collision/shapes/height_grid.hpp.
+// in the frame of the shape, all in m; two triangles per cell, as in src/collision/shapes/height_grid.hpp.
 // Contact from above only: the field is solid below its surface. Copies share the heights, which never
 // change.
 struct HeightGrid;
@@ -17,7 +17,7 @@ struct HeightField {
   std::shared_ptr<const HeightGrid> data;
 };
 
-// Throws InputError naming what is wrong: fewer than two rows or columns, another number of heights, sizes or
+// Throws InputError naming the error: fewer than two rows or columns, a wrong number of heights, sizes or
 // heights that are not finite.
 HeightField make_height_field(std::span<const double> heights, std::size_t rows, std::size_t columns,
                               double size_x, double size_y);

@@ -11,29 +11,29 @@ namespace amontons {
 
 // A convex polyhedron: the corners and, per face, their indices counter-clockwise seen from outside. Coplanar
 // triangles are merged into one face, so that manifolds are complete: a box given by twelve triangles rests
-// on four corners, not on the three of one triangle. Coordinates are those of the shape's frame, in m; its
-// origin may lie anywhere.
+// on four corners, not on the three of one triangle. Coordinates are in the shape's frame, in m; its origin
+// may be anywhere.
 struct ConvexHull {
   std::vector<Vec3> vertices;
   std::vector<std::vector<std::int32_t>> faces;
   std::vector<Vec3> normals;                          // one per face, unit, outwards
   std::vector<double> offsets;                        // face f is { p : <normals[f], p> = offsets[f] }
   std::vector<std::vector<std::int32_t>> neighbours;  // per vertex: those joined to it by an edge, ascending
-  std::array<std::int32_t, 27> start{};               // corners near which searches begin (search_start)
+  std::array<std::int32_t, 27> start{};               // corners from which searches begin (search_start)
   double extent = 0;                                  // half the diagonal of the box around it
-  double radius = 0;                                  // of the sphere about the origin that holds it
+  double radius = 0;                                  // of the sphere about the origin that contains it
   Aabb box = empty_box();                             // around it, in its own axes
 };
-// Which entry of `start` belongs to a direction: that of the vector of -1, 0 and 1 next to it.
+// The entry of `start` for a direction: that of the nearest vector of -1, 0 and 1.
 std::size_t search_start(const Vec3& direction);
 
-// What bodies carry; copies share the polyhedron, which never changes.
+// The shape that bodies carry; copies share the polyhedron, which never changes.
 struct Hull {
   std::shared_ptr<const ConvexHull> data;
 };
 
-// Throws InputError naming what is wrong: fewer than four corners, triangles that do not close to a convex
-// body or face inwards, degenerate triangles, indices out of range.
+// Throws InputError naming the error: fewer than four corners, triangles that do not form a closed convex
+// body or that face inwards, degenerate triangles, indices out of range.
 Hull make_hull(std::span<const Vec3> vertices, std::span<const std::array<std::int32_t, 3>> triangles);
 
 }  // namespace amontons

@@ -8,17 +8,17 @@
 
 namespace amontons {
 
-// Static triangles, counter-clockwise seen from outside; contact from the outside only, so that the mesh may
-// be open. What the narrow phase needs of edges and the tree over the triangles are made once, by
-// make_mesh(). Copies share them. Convex bodies that move are hulls instead: a mesh has no inside to be
-// pushed out of where it is open, and its contacts cost as much as there are triangles near.
+// Static triangles, counter-clockwise seen from outside. Contact is from the outside only, so the mesh may be
+// open. make_mesh() computes the edge data of the narrow phase and the tree over the triangles once; copies
+// share them. Moving bodies use hulls instead: an open mesh has no inside to be pushed out of, and the cost
+// grows with the number of near triangles.
 struct TriangleMesh;
 struct Mesh {
   std::shared_ptr<const TriangleMesh> data;
 };
 
-// Throws InputError naming what is wrong: no triangle, degenerate triangles, indices out of range, two
-// triangles that run along their common edge in the same direction.
+// Throws InputError naming the error: no triangle, degenerate triangles, indices out of range, two triangles
+// that traverse their common edge in the same direction.
 Mesh make_mesh(std::span<const Vec3> vertices, std::span<const std::array<std::int32_t, 3>> triangles);
 
 }  // namespace amontons

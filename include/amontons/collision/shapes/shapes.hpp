@@ -5,9 +5,9 @@
 #include "amontons/collision/shapes/hull.hpp"
 #include "amontons/collision/shapes/mesh.hpp"
 
-// The shapes that a few lengths describe stand here, those with data of their own in the headers above. Each
-// is given in a frame of its own, for the primitives with their centre at the origin; lengths are in m.
-// A shape is plain data without a mass: the pose comes with every question asked about it.
+// Shapes with a few lengths are defined here, those with data of their own in the headers above. Each is
+// given in a frame of its own; primitives have their centre at the origin. Lengths are in m. A shape is plain
+// data without a mass; functions take its pose as an argument.
 namespace amontons {
 
 struct Sphere {
@@ -27,22 +27,23 @@ struct Ellipsoid {
 };
 struct Plane {};  // the half space z <= 0; its normal is +z. Static.
 
-// Any shape: the convex ones, then from Plane on those that are static only. Of the two shapes of a pair the
-// one that comes first here is treated as the first (pairs/collide.cpp).
+// Any shape: the convex ones, then from Plane on those that are static only. The shape of a pair that comes
+// first here is treated as the first (pairs/collide.cpp).
 using Shape = std::variant<Sphere, Capsule, Box, Cylinder, Ellipsoid, Hull, Plane, Mesh, HeightField>;
 
-// Throws InputError naming what is wrong: sizes that are not positive and finite, shapes without data.
+// Throws InputError naming the error: sizes that are not positive and finite, shapes without data.
 void validate(const Shape& shape);
 
-// Only fixed bodies may carry these: planes, meshes and height fields. All others are convex.
+// Only fixed and kinematic bodies may have these: planes, meshes and height fields. All others are convex.
 bool is_static_only(const Shape& shape);
-// The radius of the sphere about the origin of the shape that holds it; infinite for a plane.
+// The radius of the sphere about the origin of the shape that contains it; infinite for a plane.
 double bounding_radius(const Shape& shape);
-// The axis-aligned box around the shape in world coordinates; infinite for a plane. `frame` takes coordinates
-// of the shape into the world. For meshes and height fields it is the box around their own box, turned.
+// The axis-aligned box around the shape in world coordinates; infinite for a plane. `frame` transforms
+// coordinates of the shape to the world. For meshes and height fields it is the box around their own turned
+// box.
 Aabb bounds(const Shape& shape, const Transform& frame);
-// A box around the shape that is as tight as can be had without looking at its corners, of which hulls of
-// scanned parts have hundreds: for hulls, too, the box around their own box.
+// The tightest box around the shape that can be found without its corners, of which hulls of scanned parts
+// have hundreds: for hulls also the box around their own box.
 Aabb quick_bounds(const Shape& shape, const Transform& frame);
 
 }  // namespace amontons

@@ -3,31 +3,30 @@
 
 #include "amontons/multibody/model/state.hpp"
 
-// Bodies over one step. Where they stand and how heavy they are is constant while a step looks for its
-// velocities; the velocities stand apart: those at the start, the free ones (loads and no impulses) and those
-// after the step are arrays of one type.
+// Bodies over one step. Their poses and inertias are constant while a step solves for velocities. Velocities
+// are separate arrays of one type: at the start, free (loads and no impulses), and after the step.
 namespace amontons {
 
-// Where a body stands, and its inertia there: what a step reads of poses, made once at its start.
+// The pose of a body and its inertia there: the part of the pose that a step reads, made once at its start.
 struct BodyFrame {
   Vec3 centre;     // centre of mass, world, m
   Transform pose;  // body frame in the world
   Mat3 inertia;    // about the centre of mass, world axes; zero unless dynamic
 };
 
-// A body's block of M^-1: what an impulse does to its velocity. Zero unless dynamic.
+// A body's block of M^-1: the change of its velocity per impulse. Zero unless dynamic.
 struct BodyMobility {
   double inverse_mass = 0;
   Mat3 inverse_inertia;    // about the centre of mass, world axes
   bool stiffened = false;  // not the inverse of BodyFrame::inertia: see stiffen_rotations()
 };
 
-// The velocity of the centre of mass is not that of the state, which is of the frame's origin.
+// Velocity of the centre of mass; the state has that of the frame's origin instead.
 struct BodyVelocity {
   Vec3 linear, angular;  // of the centre of mass, world, m/s, rad/s
 };
 
-// What acts on a body over a step: force and torque about the centre of mass, world axes, N s and N m s.
+// Impulse on a body over a step: of force and torque about the centre of mass, world axes, N s and N m s.
 struct BodyImpulse {
   Vec3 force, torque;
 };
@@ -37,16 +36,16 @@ using BodyFrames = std::vector<BodyFrame>;
 using BodyMobilities = std::vector<BodyMobility>;
 using BodyVelocities = std::vector<BodyVelocity>;
 
-// What the rows of a step read of the bodies.
+// The data of bodies that the rows of a step read.
 struct StepBodies {
   const BodyFrames& frames;
   const BodyMobilities& mobility;
-  const BodyVelocities& start;  // of the step
+  const BodyVelocities& start;  // at the start of the step
   const BodyVelocities& free;   // with all loads, without impulses
 };
 
-// Frames, mobilities and velocities of the state. Bodies that are fixed have no velocity, whatever the state
-// says.
+// Frames, mobilities and velocities of the state. Fixed bodies have zero velocity, whatever the state
+// contains.
 void place_bodies(const Model& model, const State& state, BodyFrames& frames, BodyMobilities& mobility,
                   BodyVelocities& velocities);
 

@@ -7,9 +7,9 @@ namespace amontons {
 
 struct JointContext;  // a joint in the world, src/multibody/joints/joint_context.hpp
 
-// Adds the impulses over h of actuators to the loads of dynamic bodies, of those whose effort is known before
-// the step: it depends on neither length nor rate, or pushes with them. `start`: velocities at the start of
-// the step.
+// Adds the impulses over h of actuators to the loads of dynamic bodies, if the effort is known before the
+// step. This holds if it does not depend on length or rate, or pushes in their direction. `start`: velocities
+// at the start of the step.
 void add_actuator_loads(const Model& model, const BodyFrames& bodies, std::span<const JointContext> joints,
                         const BodyVelocities& start, const State& state, double h,
                         std::vector<BodyImpulse>& loads);

@@ -9,17 +9,17 @@ namespace amontons {
 struct JointContext;  // a joint in the world, src/multibody/joints/joint_context.hpp
 
 // Appends the rows of every joint, spring, limit, motor, friction, tendon, actuator and coupling of the
-// model. Joints between bodies that are not dynamic have none.
-// - Locked directions are taken back within the step, but no faster than recovery_speed (angles times
+// model. Joints between bodies that are not dynamic have no rows.
+// - Errors of locked directions are removed within the step, but no faster than recovery_speed (angles times
 //   length).
-// - Limits have rows only within reach: twice the way of the start or free velocity, or a tenth of length (or
-//   0.1 rad).
-// - A position motor without gain reaches its target within the step, but moves no more than `length` or a
-//   quarter turn, so that turns can be counted and a target that jumps does not fling the bodies; nor is it
+// - Limits have rows only within reach: twice the travel at the start or free velocity, or a tenth of length
+//   (or 0.1 rad).
+// - A position motor without gain reaches its target within the step, but moves by at most `length` or a
+//   quarter turn. So turns can be counted, and a jump of the target does not fling the bodies. It is no
 //   faster than half of its max_effort can brake. A rigid motor without max_effort stops at the limits.
 // - The friction of a ball joint bounds each component of the torque in frame_b: along a diagonal it holds up
 //   to sqrt(3) as much.
-// `joints`: all of the model where the bodies stand.
+// `joints`: all joints of the model in the present pose.
 void append_joint_rows(const Model& model, const StepBodies& bodies, std::span<const JointContext> joints,
                        const State& state, const JointOptions& options, JointRows& rows);
 

@@ -4,24 +4,25 @@
 
 #include "amontons/multibody/kinematics/motion.hpp"
 
-// The equations of motion of the tree, M(q) qdd + c(q, qd) = tau, with everything that acts in tau.
+// The equations of motion of the tree, M(q) qdd + c(q, qd) = tau, with all forces in tau.
 namespace amontons {
 
 // A force (or momentum), and its moment about the world's origin.
 struct Wrench {
   Vec3 force, moment;
 };
-// Of one body: momentum, and the force that its motion asks for against gravity, the rate of the momentum
-// less the weight. A sum over bodies is what the world outside gives them.
+// For one body: its momentum, and the force that its motion requires besides gravity, that is the rate of the
+// momentum minus the weight. The sum over bodies is the external force and moment.
 struct BodyMomentum {
   Vec3 centre;  // of mass, world
   Wrench momentum, force;
 };
-// Of all bodies of the model, those that are not dynamic with the mass that their description has.
+// The momenta of all bodies of the model. Those that are not dynamic count with the mass in their
+// description.
 std::vector<BodyMomentum> body_momenta(const Tree& tree, const State& state, const TreePose& pose,
                                        std::span<const double> qd, std::span<const double> qdd);
 
-// Matrices by rows. Forces along qd are N for ways and N m for angles.
+// Matrices are stored by rows. Forces along qd are in N for displacements and N m for angles.
 
 // 6 x nv: the velocity of a point of a body (world axes), then its angular velocity, per unit of qd.
 std::vector<double> point_jacobian(const Tree& tree, const TreePose& pose, Index body, const Vec3& point);

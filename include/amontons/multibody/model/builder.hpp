@@ -6,56 +6,56 @@
 
 namespace amontons {
 
-// What a new body is, beside its name.
+// Data of a new body besides its name.
 struct NewBody {
-  // Of the body frame in the world: m, unit quaternion.
+  // Pose of the body frame in the world: m, unit quaternion.
   Vec3 position{};
   Quat orientation{};
-  // Carried at the origin of the body frame, with `material`; more by add_geom.
+  // Shape at the origin of the body frame, with `material`; add_geom adds more.
   std::optional<Shape> shape{};
-  // Of a dynamic body: density (kg/m^3) of the shape; or mass (kg), and inertia (kg m^2, about the centre of
-  // mass, body axes) unless the shape says it. A body without any gets its mass from geoms with a density.
+  // Mass of a dynamic body. Either the density (kg/m^3) of the shape; or the mass (kg) and the inertia (kg
+  // m^2, about the centre of mass, body axes), unless the shape gives it. A body with neither gets its mass
+  // from geoms with a density.
   double density = 0, mass = 0;
   std::optional<Mat3> inertia{};
   std::optional<Vec3> centre_of_mass{};  // m, body frame
   Motion motion = Motion::dynamic;
-  Vec3 linear_velocity{}, angular_velocity{};  // initial, of the frame's origin, world axes, m/s, rad/s
+  Vec3 linear_velocity{}, angular_velocity{};  // initial, at the frame's origin, world axes, m/s, rad/s
   double gravity_scale = 1;
   Material material{};
-  Vec3 friction_direction{};  // as of a Geom
+  Vec3 friction_direction{};  // as in Geom
 };
 
-// What a new shape on a body is. `density` (kg/m^3) adds its mass to the body; with 0 it has none.
+// Data of a new shape on a body. `density` (kg/m^3) adds its mass to the body; 0 adds none.
 struct NewGeom {
   std::string name{};
   Vec3 position{};  // of the shape in the body frame, m
   Quat orientation{};
   Material material{};
   double density = 0;
-  Vec3 surface_velocity{}, surface_spin{};  // these and what follows as of a Geom
+  Vec3 surface_velocity{}, surface_spin{};  // these and the following as in Geom
   Vec3 friction_direction{};
   std::uint32_t category = 1, mask = 1;
 };
 
-// What a new joint is. Points (m) and axes (of any length but zero) are in the world at the initial poses of
+// Data of a new joint. Points (m) and axes (of any nonzero length) are in the world at the initial poses of
 // the bodies, where all coordinates are zero.
 struct NewJoint {
   std::string name{};
-  std::optional<Vec3> point{};  // without it the origin of A, where the joint may do without
-  Vec3 axis{};                  // of a planar joint its normal
-  Vec3 axis_2{};                // of a universal joint, what turns with A
+  std::optional<Vec3> point{};  // default: the origin of A, for joints that need no point
+  Vec3 axis{};                  // for a planar joint its normal
+  Vec3 axis_2{};                // for a universal joint, the axis that is fixed in A
 
-  // Limits, spring, damper, friction, drive and motor of every degree of freedom, or of each; kind, axis and
-  // anchor are the joint's own. A ball takes stiffness, damping, friction and armature, and `upper` as its
-  // limit.
+  // Limits, spring, damper, friction, drive and motor of every degree of freedom; kind, axis and anchor come
+  // from the joint. A ball uses stiffness, damping, friction and armature, and `upper` as its limit.
   Dof dof{};
   std::vector<Dof> dofs{};
-  double compliance = 0;  // of the locked directions, m/N; 0 is rigid
-  bool collide = false;   // whether the two bodies may touch each other
+  double compliance = 0;  // of the locked directions, m/N; 0: rigid
+  bool collide = false;   // whether the two bodies may touch
 };
 
-// What keeps the distance of a point of A and a point of B, initial and in the world: a rod, of `length` (m)
-// or the initial distance; with limits a rope or a stop.
+// A rod keeps the distance of a point of A and a point of B (initial, in the world) at `length` (m) or at the
+// initial distance. With limits it is a rope or a stop.
 struct NewRod {
   std::string name{};
   Vec3 point_a{}, point_b{};
@@ -64,62 +64,63 @@ struct NewRod {
   bool collide = false;
 };
 
-// Makes the description of a model: what Python's ModelBuilder does, by the same arithmetic. Bodies are named
-// by the index that add_body returns or by their name; "world" is the world. What has no function here is
+// Makes the description of a model, as Python's ModelBuilder with the same arithmetic. A body is referred to
+// by the index that add_body returns or by its name; "world" is the world. Parts without a function here are
 // plain data in description(). Functions throw InputError naming the thing and the remedy, and then add
-// nothing; build() checks the whole.
+// nothing. build() checks the whole model.
 class ModelBuilder {
  public:
   ModelBuilder() = default;
-  // Goes on from a description, as of a file.
+  // Continues from a description, for example of a file.
   explicit ModelBuilder(ModelDescription description) : d_(std::move(description)) {}
 
-  // Each returns the index of what it adds; an empty name leaves it to the index alone.
+  // Each returns the index of the new part. Without a name the part is known by its index only.
   Index add_body(const std::string& name, const NewBody& body = {});
   Index add_geom(Reference body, const Shape& shape, const NewGeom& geom = {});
-  // A plane on the world at a height (m), which every shape touches that may touch anything.
+  // A plane on the world at a height (m). It touches every shape that may touch anything.
   Index add_floor(double height = 0, const Material& material = {}, const std::string& name = "floor");
 
-  // Every joint moves A relative to B; A may not be the world. Comments list the coordinates. A point of A
-  // stays on a point of B, and A turns freely about it:
+  // Every joint moves A relative to B; A may not be the world. The comments list the coordinates. Ball: a
+  // point of A stays on a point of B, and A turns freely about it.
   Index add_ball_joint(Reference a, Reference b, const NewJoint& joint);
-  // The angle about the axis, rad.
+  // Angle about the axis (rad).
   Index add_revolute_joint(Reference a, Reference b, const NewJoint& joint);
-  // The way along the axis, m.
+  // Displacement along the axis (m).
   Index add_prismatic_joint(Reference a, Reference b, const NewJoint& joint);
-  // Along the axis, m, and about it, rad.
+  // Displacement along the axis (m), angle about it (rad).
   Index add_cylindrical_joint(Reference a, Reference b, const NewJoint& joint);
-  // About axis, fixed in B, and about axis_2, fixed in A, rad: they may not be parallel.
+  // Angles about axis, fixed in B, and about axis_2, fixed in A (rad). They may not be parallel.
   Index add_universal_joint(Reference a, Reference b, const NewJoint& joint);
-  // In the plane across the axis, m and m, and about it, rad.
+  // Two displacements in the plane normal to the axis (m), angle about the axis (rad).
   Index add_planar_joint(Reference a, Reference b, const NewJoint& joint);
   Index add_fixed_joint(Reference a, Reference b, const NewJoint& joint = {});
-  // Along the axis, m: a point of A stays on a line of B, and A turns freely about it.
+  // Displacement along the axis (m): a point of A stays on a line of B, and A turns freely about it.
   Index add_point_on_line_joint(Reference a, Reference b, const NewJoint& joint);
   Index add_distance_joint(Reference a, Reference b, const NewRod& rod);
 
-  // Two bodies never touch.
+  // Excludes contacts between two bodies.
   void exclude(Reference a, Reference b);
 
-  // What was added, to change it; references hold until the next call adds to the same list.
+  // Parts that were added, for changes; references hold until the next call that adds to the same list.
   Body& body(Reference body) { return d_.bodies[body.among(d_.bodies, "body")]; }
   Geom& geom(Reference geom) { return d_.geoms[geom.among(d_.geoms, "geom")]; }
   Joint& joint(Reference joint) { return d_.joints[joint.among(d_.joints, "joint")]; }
-  // All of it: gravity, tendons, actuators and the like.
+  // The whole description: gravity, tendons, actuators and so on.
   ModelDescription& description() { return d_; }
 
-  // The builder can go on and build again.
+  // The builder can continue and build again.
   Model build() const { return Model(d_); }
 
  private:
-  // The directions of a joint's degrees of freedom, in a frame of B that is turned by `rotation`.
-  struct Way {
+  // The degrees of freedom of a joint, in a frame of B that is turned by `rotation`.
+  struct Freedom {
     Dof::Kind kind;
     Vec3 axis{0, 0, 1};
   };
   enum class Use : unsigned char { required, optional };
   Index add_chain(const char* kind, Reference a, Reference b, const NewJoint& given, Use point,
-                  std::optional<Quat> rotation, std::initializer_list<Way> ways, bool spherical = false);
+                  std::optional<Quat> rotation, std::initializer_list<Freedom> freedoms,
+                  bool spherical = false);
   Joint between(const std::string& who, const std::string& name, Reference a, Reference b) const;
 
   ModelDescription d_;

@@ -4,7 +4,7 @@
 #include "amontons/multibody/model/description.hpp"
 
 // The fields of a description and of its parts by name, and the names of its enumerations. Files and bindings
-// go through them, so that a new field is named once.
+// use these tables, so that a new field is named once.
 namespace amontons::detail {
 
 template <class Owner, class Value>
@@ -52,9 +52,9 @@ inline constexpr auto fields<PairMaterial> =
                Field{"material", &PairMaterial::material}, Field{"always", &PairMaterial::always});
 
 template <>
-inline constexpr auto fields<Motor> = std::tuple(
-    Field{"kind", &Motor::kind}, Field{"target", &Motor::target}, Field{"max_effort", &Motor::max_effort},
-    Field{"gain", &Motor::gain}, Field{"damping_gain", &Motor::damping_gain});
+inline constexpr auto fields<Motor> =
+    std::tuple(Field{"kind", &Motor::kind}, Field{"control", &Motor::control},
+               Field{"max_effort", &Motor::max_effort}, Field{"kp", &Motor::kp}, Field{"kd", &Motor::kd});
 
 template <>
 inline constexpr auto fields<Dof> =
@@ -161,7 +161,7 @@ inline constexpr auto values_of<FrictionRule> =
 template <>
 inline constexpr auto values_of<MotorKind> =
     std::array{Named{"none", MotorKind::none}, Named{"effort", MotorKind::effort},
-               Named{"speed", MotorKind::speed}, Named{"position", MotorKind::position}};
+               Named{"velocity", MotorKind::velocity}, Named{"position", MotorKind::position}};
 template <>
 inline constexpr auto values_of<Dof::Kind> =
     std::array{Named{"hinge", Dof::Kind::hinge}, Named{"slide", Dof::Kind::slide}};

@@ -7,77 +7,95 @@
 
 namespace amontons {
 
-// A checked description with what follows from it. Immutable, shared by simulations.
+// The drive of an entry of State::controls: an actuator, or the motor of a joint's degree of freedom (then
+// `actuator` is -1).
+struct Control {
+  std::string name;
+  Index actuator = -1, joint = -1, dof = 0;
+};
+
+// A checked description with derived data. Immutable, shared by simulations.
 class Model {
  public:
-  // Throws what check() throws.
+  // Throws as check() does.
   explicit Model(ModelDescription description);
-  // Of a file that Python wrote (amontons.write_model); throws InputError naming the file and the place.
+  // Reads a file that Python wrote (amontons.write_model); throws InputError naming the file and the place.
   static Model from_json(const std::filesystem::path& file);
 
   const ModelDescription& description() const { return d_; }
-  // Counts; arrays of a State have these lengths.
+  // Counts, which are the lengths of the arrays of a State.
   std::size_t bodies() const { return d_.bodies.size(); }
   std::size_t joints() const { return d_.joints.size(); }
   std::size_t dofs() const { return first_dof_.back(); }
   // Coordinates of joint j are entries [first_dof(j), first_dof(j + 1)) of State::coordinates.
   std::size_t first_dof(std::size_t joint) const { return first_dof_[joint]; }
   const Body& body(Index i) const { return d_.bodies[i]; }
-  // Of body axes; zero of a body that is not dynamic.
+  // In body axes; zero for a body that is not dynamic.
   const Mat3& inverse_inertia(Index i) const { return inverse_inertia_[i]; }
   const Joint& joint(Index j) const { return d_.joints[j]; }
   const Geom& geom(Index g) const { return d_.geoms[g]; }
-  // Indices by name; an index is checked. Throw InputError naming what is known.
+  // Index of a name; an index is checked. Throws InputError that lists the known names.
   Index body_index(Reference body) const { return body.among(d_.bodies, "body"); }
   Index geom_index(Reference geom) const { return geom.among(d_.geoms, "geom"); }
   Index joint_index(Reference joint) const { return joint.among(d_.joints, "joint"); }
   Index tendon_index(Reference tendon) const { return tendon.among(d_.tendons, "tendon"); }
   Index actuator_index(Reference actuator) const { return actuator.among(d_.actuators, "actuator"); }
-  // Of a joint's degree of freedom in State::coordinates and State::targets.
+  // Index of a joint's degree of freedom in State::coordinates.
   std::size_t dof_index(Reference joint, Index dof = 0) const;
-  // Actuators on a dof (global index), on a tendon, and on nothing of these, in the order of the model.
+  // Actuators in their order, then the motors of all joints. A motor has the name of its joint, for a joint
+  // with several dofs "joint[dof]", followed by " motor" if an actuator has that name.
+  const std::vector<Control>& controls() const { return controls_; }
+  // Index in State::controls.
+  Index control_index(Reference control) const { return control.among(controls_, "control"); }
+  // The control of a dof's motor (global index), -1 without one.
+  Index control_of_dof(std::size_t dof) const { return dof_control_[dof]; }
+  // Actuators on a dof (global index), on a tendon, and on neither, in the order of the model.
   const std::vector<Index>& actuators_of_dof(std::size_t dof) const { return dof_actuators_[dof]; }
   const std::vector<Index>& actuators_of_tendon(std::size_t t) const { return tendon_actuators_[t]; }
   const std::vector<Index>& other_actuators() const { return other_actuators_; }
-  // Whether a dof bounds the sum of what actuators put on it.
+  // Whether a dof limits the sum of its actuator efforts.
   bool bounds_efforts() const { return bounds_efforts_; }
-  // Whether impulses can move a body: the one definition of it. The world is none.
+  // Whether impulses can move a body; this is the only definition. false for the world.
   bool is_dynamic(Index body) const { return body >= 0 && d_.bodies[body].motion == Motion::dynamic; }
-  // A length that grows with the unit of length: the median bounding radius of the shapes of dynamic bodies
-  // (1 without any). Default tolerances are fractions of it, so that results do not depend on units.
+  // A characteristic length (m): the median bounding radius of the shapes of dynamic bodies (1 without any).
+  // Default tolerances are fractions of it, so that results do not depend on the unit of length.
   double length() const { return length_; }
   double total_mass() const { return total_mass_; }
-  // Mass of the lighter dynamic body of a row over the mass of the heaviest body that joints connect it to,
-  // in [1e-8, 1]; 1 if no joint holds the lighter body. Compliances that are relative to D M^-1 D' of a row
-  // are multiplied by it: a row of a light link carries the weight of the heavy ones.
+  // Mass of the lighter dynamic body of a row over the mass of the heaviest body that joints connect to it,
+  // in [1e-8, 1]. It is 1 if no joint holds the lighter body. Compliances that are relative to D M^-1 D' of a
+  // row are multiplied by it, because a row of a light link carries the weight of the heavy ones.
   double lightness(Index body_a, Index body_b) const;
-  // Factor of the inverse mass and inertia that impulses feel, at most 1: below 1 for a body that is lighter
-  // than 1e-8 of the heaviest one of its mechanism. One ulp of the impulses that carry the mechanism would
-  // move it by more than a tolerance of 1e-6 allows, and no solve could converge.
+  // Factor of the inverse mass and inertia in the response to impulses, at most 1. It is below 1 for a body
+  // that is lighter than 1e-8 of the heaviest one of its mechanism. Otherwise one ulp of the impulses that
+  // carry the mechanism would move this body by more than a tolerance of 1e-6 allows, and no solve could
+  // converge.
   double mobility_factor(Index body) const { return mobility_factor_[body]; }
-  // Whether two geoms may touch: masks, exclusions, joints that forbid it, unless their pair says always;
-  // same body, none dynamic.
+  // Whether two geoms may touch: by masks, exclusions and joints, unless their pair has `always`. Never
+  // within one body, nor if neither body is dynamic.
   bool may_touch(Index geom_a, Index geom_b) const;
-  // Of the contact of two geoms, in either order.
+  // Material of the contact of two geoms, in either order.
   Material material(Index geom_a, Index geom_b) const;
-  // The rest offset of a pair is at most the sum of these of its geoms.
+  // Rest offset of a geom (m). That of a pair is at most the sum of its geoms'.
   double rest_offset(Index geom) const { return rest_offset_[geom]; }
 
  private:
   void weigh_mechanisms();
+  void list_controls();
 
   ModelDescription d_;
   std::vector<std::size_t> first_dof_;
   std::vector<std::vector<Index>> dof_actuators_, tendon_actuators_;
   std::vector<Index> other_actuators_;
+  std::vector<Control> controls_;
+  std::vector<Index> dof_control_;
   bool bounds_efforts_ = false;
   std::vector<std::pair<Index, Index>> excluded_;                    // sorted body pairs, first < second
   std::vector<std::pair<Index, Index>> always_;                      // sorted geom pairs
-  std::vector<std::pair<Index, Index>> excluded_geoms_;              // the same of geoms
+  std::vector<std::pair<Index, Index>> excluded_geoms_;              // the same for geoms
   std::vector<std::pair<std::pair<Index, Index>, Material>> pairs_;  // sorted geom pairs
   std::vector<double> rest_offset_;
   std::vector<double> mobility_factor_;
-  std::vector<double> lightness_;  // of each body beside the heaviest one of its mechanism
+  std::vector<double> lightness_;  // for each body relative to the heaviest one of its mechanism
   std::vector<Mat3> inverse_inertia_;
   double length_ = 1, total_mass_ = 0;
 };

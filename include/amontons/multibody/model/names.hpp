@@ -7,7 +7,7 @@
 
 namespace amontons {
 
-// A part of a model by its index or by its name; among bodies "world" is the world.
+// Reference to a part of a model by index or by name; for bodies "world" is the world.
 class Reference {
  public:
   Reference(Index index) : index_(index) {}
@@ -16,7 +16,7 @@ class Reference {
   Reference(const std::string& name) : name_(name), is_name_(true) {}
 
   // The index among `parts`; a name is looked up, an index is checked. Throws InputError naming the kind of
-  // part, what was asked for and what is known.
+  // part, the given name or index, and the known ones.
   template <class Parts>
   Index among(const Parts& parts, const char* kind) const {
     for (std::size_t i = 0; is_name_ && i < parts.size(); ++i)
@@ -32,7 +32,7 @@ class Reference {
                       : is_name_        ? "; known are " + known
                                         : "; the model has " + std::to_string(parts.size()) + ", from 0"));
   }
-  // The same for bodies, of which the world is one.
+  // The same for bodies, where the world is allowed.
   Index body_among(const std::vector<Body>& bodies) const {
     return (is_name_ ? name_ == "world" : index_ == world) ? world : among(bodies, "body");
   }

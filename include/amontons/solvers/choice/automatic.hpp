@@ -4,15 +4,15 @@
 
 namespace amontons {
 
-// "auto": bilateral rows are eliminated where that leaves little; else methods race, island by island.
-// Solution::reason tells what ran. Without a deadline the clock decides nothing: the same x every time.
+// "auto": the direct way eliminates bilateral rows and solves small islands; otherwise methods race, island
+// by island. Solution::reason lists what ran. Without a deadline no decision reads the clock: the same x
+// every time.
 Solution automatic(const Problem&, const Options&);
-// The same with memory that is kept from one solve to the next; a solution that is no longer needed lends its
-// arrays. It is solve_directly() where that applies, else solve_by_race().
+// The same with memory that is kept from one solve to the next; `memory` is a solution whose arrays are used
+// again. The result is that of solve_directly() where that applies, else that of solve_by_race().
 Solution automatic(const Problem&, const Options&, Elimination&, Solution memory = {});
-// Eliminates bilateral rows and solves islands of few rows to rounding. What stays unsolved goes
-// to the race. False where the direct way does not apply; `s`, whose arrays keep their memory, is then
-// undefined.
+// Eliminates bilateral rows and solves islands of few rows to rounding. The race solves what remains. Returns
+// false where the direct way does not apply; `s` is then undefined, but its arrays keep their memory.
 bool solve_directly(const Problem&, const Options&, Elimination&, Solution& s);
 // Methods race, island by island.
 Solution solve_by_race(const Problem&, const Options&);

@@ -3,24 +3,25 @@
 
 namespace amontons {
 
-// Contacts and joints that no chain of moving bodies connects do not feel each other: the VI falls apart into
+// Rows influence each other only through a chain of moving bodies. The VI therefore separates into
 // independent ones, its islands. Solving them one by one is exact, and an easy island (a wall at rest) does
 // not pay for a hard one (a chain with a heavy ball).
 //
-// Exact: A = D M^-1 D' + E has an entry (i, j) only where rows i and j share a body of finite mass, so with
-// the rows sorted by islands A is block diagonal; K is a product, and <A x + b, y - x> >= 0 for all y in K
-// holds if and only if it holds for every island with the others' y = x.
+// Proof: A = D M^-1 D' + E has an entry (i, j) only where rows i and j share a body of finite mass. With the
+// rows sorted by islands A is block diagonal. K is a product, so <A x + b, y - x> >= 0 holds for all y in K
+// if and only if it holds for every island with the others' y = x.
 //
-// The tolerance is kept: with F_k the natural map of island k, each solved to |F_k(x)| <= tol |F_k(0)|, it is
-// |F(x)|^2 = sum |F_k(x)|^2 <= tol^2 sum |F_k(0)|^2 = tol^2 |F(0)|^2. The converse is false: to solve them
-// apart asks more of an island at rest beside one that is hit.
+// The tolerance is kept. F_k is the natural map of island k, and each is solved to |F_k(x)| <= tol |F_k(0)|:
+//  |F(x)|^2 = sum |F_k(x)|^2 <= tol^2 sum |F_k(0)|^2 = tol^2 |F(0)|^2.
+// The converse is false: an island at rest beside a hit one is solved more accurately apart than together.
 //
-// Small islands are solved together. Islands of a ContactSystem are found; everything else, and a solve with
-// history or a callback, is one island. What the Solution says in words is said of the hardest.
+// Small islands are solved together. Only a ContactSystem is divided into islands; another operator, and a
+// solve with history or a callback, is one island. Status and reason of the Solution are those of the
+// hardest.
 //
-// Each is solved to the tolerance by itself (`each`), so that a wall at rest does not creep because a ball
-// flies about elsewhere; or to what the whole leaves it (`whole`), for which, with n islands,
-//   tol_k^2 |F_k(0)|^2 = tol^2 (|F_k(0)|^2 + |F(0)|^2 / n) / 2,   whose sum over k is tol^2 |F(0)|^2.
+// `each` solves every island to its own tolerance: a wall at rest does not creep because a ball flies
+// elsewhere. `whole` gives each island its share of the error of the whole problem; with n islands
+//    tol_k^2 |F_k(0)|^2 = tol^2 (|F_k(0)|^2 + |F(0)|^2 / n) / 2,   whose sum over k is tol^2 |F(0)|^2.
 enum class ToleranceOf : unsigned char { each, whole };
 Solution solve_by_islands(const Problem& problem, const Options& options, Method method,
                           ToleranceOf tolerance = ToleranceOf::each);

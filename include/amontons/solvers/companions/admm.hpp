@@ -3,8 +3,9 @@
 
 namespace amontons {
 
-// "admm": alternating directions with one factorisation for many iterations; what most conic solvers and
-// several contact solvers use. Good on joints and small stacks at rest. InputError for a function.
+// "admm": alternating direction method of multipliers; one factorisation serves many iterations. Most conic
+// solvers and several contact solvers use it. Good on joints and small stacks at rest. InputError for a
+// function.
 Solution admm(const Problem&, const Options&);
 std::unique_ptr<Run> start_admm(const Problem&, const Options&);
 

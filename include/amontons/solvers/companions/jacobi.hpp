@@ -3,7 +3,7 @@
 
 namespace amontons {
 
-// "jacobi": projected gradients with a fixed step, the simplest method and the slowest: the yardstick.
+// "jacobi": projected gradients with a fixed step: the simplest and slowest method, kept as a yardstick.
 Solution jacobi(const Problem&, const Options&);
 
 }  // namespace amontons

@@ -3,8 +3,8 @@
 
 namespace amontons {
 
-// "p-spg-fb-literal": the algorithm of the paper to the letter, to reproduce its figures; spg() is the form
-// for use.
+// "p-spg-fb-literal": the algorithm of the paper, unchanged, to reproduce its figures. For other uses take
+// spg().
 Solution spg_literal(const Problem&, const Options&);
 
 }  // namespace amontons

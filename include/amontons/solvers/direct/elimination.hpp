@@ -6,13 +6,13 @@
 
 namespace amontons {
 
-// The direct way of `auto`, for mechanisms with few contacts: bilateral rows (sets Free) are eliminated by a
-// sparse factorisation over bodies and joints, what remains is a small VI with a dense matrix for each
-// island, and bilateral impulses follow from its solution. Exact: x solves the VI of the problem, and the
-// residual is measured on it.
+// The direct way of `auto`, for mechanisms with few contacts. A sparse factorisation over bodies and joints
+// eliminates bilateral rows (sets Bilateral). A small VI with a dense matrix remains for each island.
+// Bilateral impulses follow from its solution. The way is exact: x solves the VI of the problem, and the
+// residual is measured on that problem.
 //
-// What is kept between calls is memory, and the analysis of the mechanism, which is made anew when that
-// changes: no result depends on it.
+// Memory and the analysis of the mechanism are kept between calls. The analysis is repeated when the
+// mechanism changes. No result depends on it.
 class Elimination {
  public:
   Elimination();
@@ -20,17 +20,19 @@ class Elimination {
   Elimination& operator=(Elimination&&) noexcept;
   ~Elimination();
 
-  // Whether it was tried on this problem: no matrix or function, islands of few rows, options without
-  // history and callback. If so `s` is the answer, converged or the best that a bounded amount of work found;
-  // its arrays keep their memory, so that a step of a simulation allocates nothing here.
+  // Tries the direct way; false if it does not apply. It applies if the operator is neither a matrix nor a
+  // function, islands have few rows, and the options ask for no history and no callback. Then `s` is the
+  // answer: converged, or the best x that a bounded amount of work found. Its arrays keep their memory, so
+  // that a step of a simulation allocates nothing here.
   bool solve(const Problem& problem, const Options& options, Solution& s);
 
-  // After a solve() that did not converge: whether the solver of islands failed. Otherwise rounding is what
-  // is left, and no other method would come nearer.
+  // After a solve() that did not converge: true if the solver of an island failed. False if only rounding
+  // remains, which no other method reduces.
   bool fell_short() const;
 
-  // Changes x of the bilateral rows to the impulses that belong to those of the others, so that joints hold
-  // exactly. False, with x as it was, where there are no bodies or the mechanism has no factorisation.
+  // Replaces the impulses x of bilateral rows by those that hold the joints exactly for the given impulses of
+  // the other rows. Returns false, with x unchanged, if there are no bodies or the mechanism has no
+  // factorisation.
   bool restore_joints(const Problem& problem, std::span<double> x);
 
  private:

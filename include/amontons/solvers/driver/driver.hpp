@@ -8,24 +8,24 @@
 #include <type_traits>
 #include <vector>
 
-#include "amontons/base/patience.hpp"
+#include "amontons/base/budget.hpp"
 #include "amontons/problem/residual.hpp"
 #include "amontons/solvers/driver/options.hpp"
 
 namespace amontons {
 
-// What a method may use up where the caller sets no limit of its own. First-order iterations cost
-// microseconds and gain little each, steps with a factorisation cost milliseconds and gain much: hence a
-// hundred thousand of the ones and some hundreds of the others.
+// Limits of a method where the caller sets none. A first-order iteration costs microseconds and gains little;
+// a step with a factorisation costs milliseconds and gains much. Hence a limit of a hundred thousand for the
+// former and of some hundreds for the latter.
 struct Limits {
   std::size_t iterations;
   // Iterations without an improvement of the best residual by 1 % after which the method counts as stalled.
-  // The residual of first-order methods rises and falls over thousands of iterations before it goes on
-  // falling, so that their window is a tenth of their limit.
+  // The residual of first-order methods can rise and fall over thousands of iterations before it falls
+  // further. Their window is therefore a tenth of their limit.
   std::size_t stall_window;
-  // Steps between two evaluations of u from scratch. A method that updates u by the product with its step
-  // gathers one rounding error per step; the refresh keeps their sum small beside the tolerance. 0: u is
-  // always fresh.
+  // Steps between two evaluations of u from scratch; 0 if u is always fresh. A method that updates u by the
+  // product with its step sums one rounding error per step. The refresh keeps their sum small beside the
+  // tolerance.
   std::size_t refresh_period;
 };
 
@@ -34,9 +34,9 @@ inline double seconds_since(Time start) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
-// Of an iteration with one product, in units of Patience: the blocks, and beside them calls and vectors of a
-// few entries. Cones other than Friction have no fused passes, and find the foot of a projection by
-// iterations of their own.
+// Work (units of Budget) of an iteration with one product: a part for each block, and a constant part for
+// calls and short vectors. Cones other than Friction have no fused passes, and project by iterations of their
+// own.
 inline double work_of_iteration(const Problem& problem) {
   constexpr double beside = 16, other_cone = 6;
   double work = beside + static_cast<double>(problem.K.blocks());
@@ -48,13 +48,14 @@ inline double work_of_iteration(const Problem& problem) {
   return work;
 }
 
-// Counts, clock, limits, history, callback, stagnation of one solve. `options` must outlive it.
+// Counts iterations and work, reads the clock, checks limits, records history, calls the callback and detects
+// stagnation in one solve. `options` must outlive it.
 class Monitor {
  public:
   Monitor(const Options& options, const Limits& limits);
 
-  // Once per iteration, with the natural residual of the iterate; a status means stop. Convergence is asked
-  // first: an iterate that meets the tolerance is never reported as late or interrupted.
+  // Called once per iteration, with the natural residual of the iterate; a status means stop. Convergence is
+  // tested first: an iterate that meets the tolerance is never reported as late or interrupted.
   std::optional<Status> observe(double residual, double objective, double step, std::size_t backtracks);
   // True if the residual of the last observe() was the best so far.
   bool improved() const { return improved_; }
@@ -62,14 +63,14 @@ class Monitor {
   std::size_t iterations() const { return iterations_; }
   double elapsed() const { return seconds_since(start_); }
   Time started() const { return start_; }
-  // For methods with long work between two observe().
+  // For methods that work long between two calls of observe().
   bool out_of_time() const { return elapsed() > deadline_; }
-  // Charges the products since the last call to the Patience of the thread, each at so much.
+  // Charges the products since the last call to the Budget of the thread, at `per_product` units each.
   void pay(double per_product) {
-    Patience::spend(static_cast<double>(products - paid_) * per_product);
+    Budget::spend(static_cast<double>(products - paid_) * per_product);
     paid_ = products;
   }
-  // A solve inside this one was interrupted: the next observe() says so.
+  // A solve inside this one was interrupted: the next observe() returns `interrupted`.
   void interrupt() { stopped_ = true; }
 
   // The method counts its work here.
@@ -78,10 +79,10 @@ class Monitor {
 
  private:
   const Options& options_;
-  double deadline_;  // s, that of the options or of the Patience of the thread
+  double deadline_;  // s: the earlier one of the options and of the Budget of the thread
   Time start_;
   std::size_t limit_, stall_window_, iterations_ = 0, last_progress_ = 0, paid_ = 0;
-  // milestone_: the best residual at iteration last_progress_, the last that was 1 % below the one before.
+  // milestone_: the best residual at iteration last_progress_, when it last fell by 1 %.
   double best_ = std::numeric_limits<double>::infinity(), milestone_ = best_;
   bool improved_ = false, stopped_ = false;
 };
@@ -91,8 +92,8 @@ struct Start {
   std::vector<double> x, u;
   double map;
 };
-// Pi_K(x0), or 0 when x0 is absent or its residual is not below that of 0, or as many times it as the options
-// allow.
+// Returns Pi_K(x0) if x0 is given and its natural map is below a multiple of that of 0 (worst_start in
+// driver.cpp). Otherwise returns Pi_K(0).
 Start starting_point(const Problem& problem, const Options& options, Monitor& monitor);
 
 // u := A x + b, one product; returns the natural map.
@@ -101,27 +102,27 @@ double evaluate(const Problem& problem, Law law, const std::vector<double>& x, s
 // 1/2 x'Ax + b'x with u = A x + b
 double objective(const Problem& problem, const std::vector<double>& x, const std::vector<double>& u);
 
-// Sets u and the objective of s.x, by one product that the caller counts; the residual, too.
+// Forms u, the objective and the residual of s.x by one product, which the caller counts.
 void form_velocities(const Problem& problem, Solution& s);
 void measure(const Problem& problem, Law law, Solution& s);
 
-// The end of every solve: u and the residual of x from a fresh product; the status that follows (a residual
-// at or below the tolerance is `converged` whatever stopped the method); for a solve that failed, the search
-// for a certificate of infeasibility, along which the last iterate runs off. An empty `last` skips it.
+// Ends every solve. Forms u and the residual of x by a fresh product. A residual at or below the tolerance
+// gives `converged`, whatever stopped the method. After a failed solve `last`, the last iterate, serves to
+// find a certificate of infeasibility, because it diverges along one. An empty `last` skips this search.
 Solution finish(const Problem& problem, const Options& options, const char* method, std::vector<double> x,
                 std::span<const double> last, Status status, Monitor& monitor);
 
 // InputError if d'Ad is negative beyond rounding, relative to d'Pd: A is then not positive semidefinite.
 void require_curvature(double dAd, double dPd);
 
-// A solve that can be left and gone on with: it keeps its state between two turns.
+// A solve that can be suspended and resumed: it keeps its state between two turns.
 class Run {
  public:
   Run() = default;
   Run(const Run&) = delete;
   Run& operator=(const Run&) = delete;
   virtual ~Run() = default;
-  // Goes on for so many iterations, or until the solve ends; true if it has ended.
+  // Continues for `iterations` iterations or until the solve ends; true if it has ended.
   virtual bool advance(std::size_t iterations) = 0;
   virtual const char* name() const = 0;
   // The best x so far and its residual, which is infinite before the first advance().
@@ -130,17 +131,17 @@ class Run {
   virtual std::size_t iterations() const = 0;
   virtual std::size_t products() const = 0;
   virtual std::size_t factorizations() const = 0;
-  // From when the times of its records count.
+  // The time from which its records count.
   virtual Time started() const = 0;
   // The records so far; empty unless options.history.
   virtual const std::vector<IterationRecord>& history() const = 0;
-  // Ends the solve: its best x, measured afresh. Once.
+  // Ends the solve; called once. Returns the best x, with its residual from a fresh product.
   virtual Solution finish() = 0;
 };
 
-// How a run is made. Problem and options must outlive it.
+// Makes a run. Problem and options must outlive it.
 using Starter = std::unique_ptr<Run> (*)(const Problem&, const Options&);
-// The whole of a run.
+// Runs to the end.
 inline Solution complete(std::unique_ptr<Run> run) {
   run->advance(std::numeric_limits<std::size_t>::max());
   return run->finish();
@@ -150,27 +151,27 @@ inline Solution complete(std::unique_ptr<Run> run) {
 //
 //   name, limits         constants
 //   start(s)             takes over the start; returns the natural map of its first iterate
-//   step()               one iteration; the natural map of the new iterate, or nothing when no progress is
-//                        possible
-//   refresh()            the natural map after u was formed from scratch, without the rounding that running
-//                        sums gather; only where limits.refresh_period > 0
-//   keep_best(), best(x) keeps the current iterate; gives back the one kept
+//   step()               one iteration; returns the natural map of the new iterate, or std::nullopt if no
+//                        progress is possible
+//   refresh()            forms u from scratch, without the rounding that updates accumulate; returns the
+//                        natural map; only needed if limits.refresh_period > 0
+//   keep_best(), best(x) stores the current iterate; returns the stored one
 //   last(x)              the current iterate
 //   objective()          1/2 x'Ax + b'x of the current iterate
 //   step_size(), backtracks()   for the history
 //
-// The vector that comes back is the best one seen by the residual, never the last: the fallback of P-SPG-FB
-// (Tasora 2013). Residuals of spectral and accelerated steps rise and fall, and under coulomb no method is
-// proven to converge; with the fallback more iterations never make the answer worse, so that it is safe to
-// stop any method early and to try another after it. The measure is the residual and not the objective: that
-// is what the caller asked for, it is comparable between methods, and under coulomb there is no objective.
+// The result is the iterate with the smallest residual, not the last: the fallback of P-SPG-FB (Tasora 2013).
+// Residuals of spectral and accelerated steps rise and fall, and under coulomb no method is proven to
+// converge. With the fallback more iterations never make the answer worse. It is therefore safe to stop a
+// method early and to try another one. The measure is the residual and not the objective: the caller asked
+// for it, methods can be compared by it, and under coulomb there is no objective.
 //
-// u is refreshed after every refresh_period steps, and before convergence is believed: a running u may say
-// that the tolerance is reached where the true one does not.
+// u is refreshed after every refresh_period steps and before convergence is accepted: an updated u can meet
+// the tolerance where the true u does not.
 template <class Method>
 class Driven final : public Run {
  public:
-  // make(options, monitor) returns the method; both live as long as the run.
+  // make(options, monitor) returns the method. Both arguments live as long as the run.
   Driven(const Problem& problem, const Options& options, auto&& make)
       : problem_(problem), options_(options), monitor_(options_, Method::limits) {
     unless_left([&] { method_.reset(new Method(make(options_, monitor_))); });
@@ -186,7 +187,7 @@ class Driven final : public Run {
         } else {
           residual_ = *map / scale_;
           ++stale_;
-          look();
+          assess_iterate();
         }
       }
     });
@@ -195,10 +196,10 @@ class Driven final : public Run {
   const char* name() const override { return Method::name; }
   double best_residual() const override { return monitor_.best(); }
   void best(std::vector<double>& x) const override {
-    x = best_;  // the start, and the size that is needed
+    x = best_;  // the start; this also sets the size
     if (kept_) method_->best(x);
   }
-  // The monitor counts the step that it allows.
+  // The monitor also counts the step that it allows but that has not been made.
   std::size_t iterations() const override { return monitor_.iterations() - (started_ && !status_ ? 1 : 0); }
   std::size_t products() const override { return monitor_.products; }
   std::size_t factorizations() const override { return monitor_.factorizations; }
@@ -207,8 +208,8 @@ class Driven final : public Run {
 
   Solution finish() override {
     if (!started_) begin();
-    // The last iterate, not the best, runs off along a contradiction if there is one. A start that is the
-    // solution has none, and what was left early may be in the middle of a step.
+    // If the rows contradict each other the last iterate, not the best, diverges along the contradiction. A
+    // start that is the solution shows none. A solve that was stopped early may be in the middle of a step.
     std::vector<double> last;
     if (!at_solution_ && !left_) {
       last.resize(best_.size());
@@ -222,10 +223,10 @@ class Driven final : public Run {
   }
 
  private:
-  // Runs what factors, which is left where the time is up or the user wants to stop. The best so far is the
-  // answer then; without a first iterate, or a method at all, it is the start.
+  // Runs work that factors. It is abandoned when the time is up or the user interrupts. The answer is then
+  // the best x so far; without a first iterate, or without a method, it is the start.
   void unless_left(auto&& work) {
-    const Patience patience(options_.deadline - monitor_.elapsed(), {}, Patience::Catches::yes);
+    const Budget budget(options_.deadline - monitor_.elapsed(), {}, Budget::Catches::yes);
     try {
       work();
     } catch (const LeftEarly& early) {
@@ -234,11 +235,10 @@ class Driven final : public Run {
     }
   }
 
-  // The start: where it meets the tolerance it is the answer, which most methods would leave again before
-  // they return.
+  // A start that meets the tolerance is the answer: most methods would leave it before they return to it.
   void begin() {
     started_ = true;
-    scale_ = natural_map_at_zero(problem_, options_.law);
+    scale_ = natural_map_at_zero(problem_, law_of(problem_, options_));
     Start start = starting_point(problem_, options_, monitor_);
     at_start_ = start.map / scale_;
     if (at_start_ <= options_.tolerance) {
@@ -249,15 +249,15 @@ class Driven final : public Run {
     } else if (method_) {
       unless_left([&] {
         residual_ = method_->start(start) / scale_;
-        look();
+        assess_iterate();
       });
     }
-    // From here on it serves as the answer of a method that never gets below it.
+    // From here on it is the answer of a method that never reaches a smaller residual.
     best_ = std::move(start.x);
   }
 
-  // The driver's look at an iterate: refresh where due, record, keep the best, stop.
-  void look() {
+  // After each iterate: refresh if due, record, keep the best, stop.
+  void assess_iterate() {
     constexpr const Limits& limits = Method::limits;
     const bool due = stale_ >= limits.refresh_period || residual_ <= options_.tolerance;
     if (limits.refresh_period > 0 && stale_ > 0 && due) {
@@ -265,7 +265,7 @@ class Driven final : public Run {
       stale_ = 0;
     }
     monitor_.pay(work_);
-    // The objective may cost a pass over memory: it is only formed for those who look at it.
+    // The objective may cost a pass over memory. It is only formed if somebody reads it.
     const bool watched = options_.history || options_.callback;
     status_ = monitor_.observe(residual_, watched ? method_->objective() : 0.0, method_->step_size(),
                                method_->backtracks());
@@ -295,8 +295,9 @@ std::unique_ptr<Run> drive(const Problem& problem, const Options& options) {
       problem, options, [&](const Options& o, Monitor& monitor) { return Method(problem, o, monitor); });
 }
 
-// The iterate of methods on plain vectors, which inherit it and add step(): what drive() asks for besides,
-// for a u that belongs to x at the end of every step. x in K always; u = A x + b; kept, the best x.
+// The iterate of methods on plain vectors, which inherit it and add step(). It supplies the rest of what
+// drive() needs, for methods in which u belongs to x at the end of every step. Invariants: x in K, u = A x +
+// b.
 struct VectorIterate {
   const Problem& problem;
   const Options& options;
@@ -309,7 +310,7 @@ struct VectorIterate {
     u = s.u;
     return s.map;
   }
-  double evaluate() { return amontons::evaluate(problem, options.law, x, u, monitor); }
+  double evaluate() { return amontons::evaluate(problem, law_of(problem, options), x, u, monitor); }
   double refresh() { return evaluate(); }
   void keep_best() { kept = x; }
   void best(std::vector<double>& out) const { out = kept; }

@@ -7,9 +7,9 @@ namespace amontons {
 
 using Method = Solution (*)(const Problem&, const Options&);
 
-// A solve with several methods is a table of these rows, tried in order: what runs, what is printed of it in
-// Solution::reason and what Solution::phases lists are one and the same data. Each starts from the best x so
-// far. (For methods that take turns see choice/race.)
+// A solve with several methods is a table of these rows, tried in order. The same data says what runs, what
+// Solution::reason prints and what Solution::phases lists. Each row starts from the best x so far. For
+// methods that take turns see choice/race.
 struct Phase {
   Method method;
   // Printed after the residual that the row reached.
@@ -18,16 +18,16 @@ struct Phase {
   std::size_t iterations = 0;
 };
 
-// Runs the rows in turn until none has anything left to do, each within what is left of the deadline and of
-// max_iterations. x is the best of all and `method` that which made it, `phases` and `reason` tell all that
-// ran, counts, time and history are those of the whole.
+// Runs the rows in turn until one ends the solve or no row is left, each within the rest of the deadline and
+// of max_iterations. x is the best of all rows, and `method` the one that made it. `phases` and `reason` list
+// all that ran. Counts, time and history are sums over the rows.
 Solution run_phases(const Problem& problem, const Options& options, const std::vector<Phase>& table);
 
-// Adds what a further part cost: iterations, products, factorisations. The time is for who measures it.
+// Adds the cost of another part: iterations, products, factorisations. The caller measures the time.
 void add_counts(Solution& total, const Solution& part);
 
-// Takes x and what belongs to it, the method that made it included, where the other has a smaller residual or
-// there is no x yet; returns whether it did. Counts, time, status, phases and reason stay.
+// Takes x, its method and its measures from `other` if that has a smaller residual or `s` has no x yet.
+// Returns whether it did. Counts, time, status, phases and reason stay.
 bool take_better(Solution& s, Solution&& other);
 
 // "apgd (120 iterations, residual 3.1e-05: the reason), newton (4 iterations, residual 2.0e-09: the reason)"

@@ -8,21 +8,22 @@
 
 namespace amontons {
 
-// An Iterate (iterate.hpp) for bodies and contacts, fused into three passes over memory: a trial point with
-// its projection (direction), the inverse masses (curvature), and the new iterate with its residual
-// (update). Its plain twin for any operator is PlainIterate. How the arrays lie is told in
-// src/solvers/first_order/pass_data.hpp.
+// An Iterate (iterate.hpp) for bodies and contacts, fused into three passes over memory. These are a trial
+// point with its projection (direction), the inverse masses (curvature), and the new iterate with its
+// residual (update). Its plain twin for any operator is PlainIterate. src/solvers/first_order/pass_data.hpp
+// describes the layout of the arrays.
 //
-// x and u are impulses (N s) and velocities (m/s), inside in world coordinates, where a circular cone needs
-// no tangents; spans are in the order of the problem, in the frames of the contacts. All sums have a fixed
-// order: the results are the same bits for any number of threads and any instruction set.
+// x and u are impulses (N s) and velocities (m/s). They are stored in world coordinates, where a circular
+// cone needs no tangents. Spans are in the order of the problem and in the frames of the contacts. All sums
+// have a fixed order: the bits of the results do not depend on the number of threads or on the instruction
+// set.
 class ContactIterate {
  public:
-  // Whether the passes know the sets of a problem: a ContactSystem whose contacts are circular friction
-  // cones, and whose stored rows are free, nonnegative or bounded.
+  // Whether the passes support the sets of a problem. It must be a ContactSystem whose contacts are circular
+  // friction cones, and whose stored rows are free, nonnegative or bounded.
   static bool fits(const Problem& problem);
 
-  // Nothing is kept of the problem. threads >= 1; small problems use one whatever is asked for.
+  // The problem need not outlive it. threads >= 1; small problems use one thread.
   ContactIterate(const Problem& problem, Law law, unsigned threads, Isa isa = active_isa());
   ContactIterate(ContactIterate&&) noexcept;
   ~ContactIterate();
@@ -33,13 +34,13 @@ class ContactIterate {
   double curvature();
   Update update(double lambda);
 
-  // The accelerated iteration; its arrays y and u_y exist from the first start_momentum() on.
+  // The accelerated iteration. Its arrays y and u_y exist after the first start_momentum().
   void start_momentum();
   MomentumDirection momentum_direction(double alpha);
   double accelerate(double beta);
   double refresh_momentum();
 
-  // It costs nothing: x rotates through three buffers.
+  // Costs no copy: x rotates through three buffers.
   void keep_best();
   void extract_best(std::span<double> x) const;
   void extract(std::span<double> x) const;
@@ -47,7 +48,7 @@ class ContactIterate {
   double objective() const;
 
  private:
-  // Arrays, layout and threads; hidden, as their types are private to the folder of the sources.
+  // Arrays, layout and threads. Hidden, because their types are private to src/solvers/first_order.
   struct State;
   std::unique_ptr<State> state_;
 };

@@ -13,9 +13,9 @@ namespace amontons {
 // An Iterate (iterate.hpp) for any operator with product(): the plain twin of ContactIterate and its test
 // oracle. Block by block, with the projection and the natural map that the sets themselves provide.
 //
-// Three buffers of x rotate, so that the best iterate is kept by swapping indices and never by copying: one
-// holds the current x, one the best, and one is free for the next x. When the current is the best, either
-// of the others is free.
+// Three buffers of x rotate: one holds the current x, one the best, and one is free for the next x. The best
+// iterate is kept by swapping indices and never by copying. If the current x is the best, two buffers are
+// free.
 template <class Op>
 class PlainIterate {
  public:
@@ -24,7 +24,7 @@ class PlainIterate {
     x_.fill(u_);
   }
 
-  // x = Pi_K(x0), with zeros for an empty x0, which are projected too: 0 need not lie in an interval.
+  // x = Pi_K(x0). An empty x0 means zeros, which are projected too: 0 need not lie in an interval.
   double start(std::span<const double> x0) {
     std::fill(x_[now_].begin(), x_[now_].end(), 0.0);
     std::copy(x0.begin(), x0.end(), x_[now_].begin());
@@ -42,8 +42,8 @@ class PlainIterate {
   Direction direction(double alpha) {
     Direction sums{0, 0};
     for_each_block(problem_.K, [&]<class S>(const S& set, std::size_t block, std::size_t row) {
-      // P is one number per block, so that the projection in the P metric is the Euclidean one of the
-      // block. Sums are formed per block and then added up.
+      // P is one number per block, so that the projection in the P metric is the Euclidean one of the block.
+      // Sums are formed per block and then added.
       double g[S::dim], trial[S::dim], dg = 0, dd = 0;
       const double *x = &x_[now_][row], p = problem_.P[block];
       double* d = &d_[row];
@@ -75,9 +75,9 @@ class PlainIterate {
     Update sums{0, 0, 0};
     std::vector<double>& next = x_[free_buffer()];
     for_each_block(problem_.K, [&]<class S>(const S& set, std::size_t block, std::size_t row) {
-      // y = g+ - g in the gradients of the law: under coulomb the change of the De Saxce term belongs to
-      // it, or the spectral step would be that of another function. Both g come from u before and after, in
-      // one sweep.
+      // y = g+ - g in the gradients of the law. Under coulomb y includes the change of the De Saxce term;
+      // without it the spectral step would be that of another function. Both g come from u before and after,
+      // in one sweep.
       double g[S::dim], g_next[S::dim], sy = 0, yy = 0;
       add_saxce_term(set, law_, &u_[row], g);
       for (int k = 0; k < S::dim; ++k) {
@@ -104,8 +104,8 @@ class PlainIterate {
     u_y_ = u_;
   }
 
-  // d = Pi_K(y - alpha P^-1 g) - y with <d, P d> and <d, P (y - x)>; g is that of y but for the De Saxce
-  // term, that of x.
+  // d = Pi_K(y - alpha P^-1 g) - y with <d, P d> and <d, P (y - x)>. g is that of y, with the De Saxce term
+  // of x.
   MomentumDirection momentum_direction(double alpha) {
     MomentumDirection sums{0, 0};
     for_each_block(problem_.K, [&]<class S>(const S& set, std::size_t block, std::size_t row) {
@@ -127,8 +127,8 @@ class PlainIterate {
     return sums;
   }
 
-  // x+ = y + d, y = x+ + beta (x+ - x), after curvature(). x and u still hold the last iterate when the new
-  // one is formed; u is then overwritten in place, x goes to the free buffer.
+  // x+ = y + d, y = x+ + beta (x+ - x), after curvature(). x and u hold the last iterate until the new one is
+  // formed. u is then overwritten in place, and x goes to the free buffer.
   double accelerate(double beta) {
     const int target = free_buffer();
     const std::vector<double>& x = x_[now_];
@@ -146,8 +146,8 @@ class PlainIterate {
     return natural_map_now();
   }
 
-  // y and u_y are refreshed with x and u: their difference is the momentum, and its rounding would be
-  // amplified.
+  // y and u_y are refreshed with x and u: their difference is the momentum, which would amplify their
+  // rounding.
   double refresh_momentum() {
     velocity(y_, u_y_);
     return refresh();
@@ -179,14 +179,14 @@ class PlainIterate {
     });
     return sum;
   }
-  // The buffer that may be written: neither the current nor the best.
+  // A buffer that may be overwritten: it holds neither the current x nor the best.
   int free_buffer() const { return best_ == now_ ? (now_ + 1) % 3 : 3 - now_ - best_; }
 
   // Held by reference: the problem outlives the solve.
   const Op& A_;
   const Problem& problem_;
   Law law_;
-  // At x: u = A x + b. Of the step: d, q = A d. Of the extrapolated point: y, u_y = A y + b.
+  // At x: u = A x + b. Step: d, q = A d. Extrapolated point: y, u_y = A y + b.
   std::vector<double> u_, d_, q_, y_, u_y_;
   std::array<std::vector<double>, 3> x_;
   std::vector<BlockMetric> metrics_;

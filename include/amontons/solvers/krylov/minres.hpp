@@ -3,8 +3,8 @@
 
 namespace amontons {
 
-// "minres": minimal residuals preconditioned by P, for K = R^m only; InputError for other sets. The residual
-// falls in every step, which that of cg does not; otherwise the two are alike.
+// "minres": minimal residuals preconditioned by P, for K = R^m only; InputError for other sets. In contrast
+// to cg, the residual falls in every step.
 Solution minres(const Problem&, const Options&);
 
 }  // namespace amontons

@@ -8,19 +8,19 @@
 
 namespace amontons {
 
-// Solves (A + Theta^-1) y = r, the linear system inside ADMM (Theta constant), the interior point (Theta
-// from the Nesterov-Todd scaling) and the semismooth Newton method (Theta from the derivative of the
-// projection). Theta = R R' is block diagonal with one dim x dim factor R per cone block; singular R is
-// allowed, where the system means y in range(R): an open contact has R = 0, a sliding one rank below dim. In
+// Solves (A + Theta^-1) y = r, the linear system of three methods: ADMM (Theta constant), the interior point
+// (Theta from the Nesterov-Todd scaling) and the semismooth Newton method (Theta from the derivative of the
+// projection). Theta = R R' is block diagonal with one dim x dim factor R per cone block. A singular R is
+// allowed; the system then means y in range(R). An open contact has R = 0, a sliding one a rank below dim. In
 // terms of z, y = R z:
 //
 //    (I + R' A R) z = R' r.
 //
 // Body space, A = D M^-1 D' + E: with M^-1 = C C', I + R'ER = L L' and G = L^-1 R' D C this is L (I + G G')
-// L' z = q, and by Woodbury (I + G G')^-1 = I - G (I + G' G)^-1 G': six unknowns per body whatever the
-// number of contacts. Impulse space (A given as a matrix): I + R'AR is factored directly. The steps are
-// derived in shifted_system.cpp. The pattern is analysed once; factor() serves each new Theta, and after it
-// any number of right-hand sides.
+// L' z = q. By Woodbury (I + G G')^-1 = I - G (I + G' G)^-1 G': six unknowns per body for any number of
+// contacts. Impulse space (A given as a matrix): I + R'AR is factored directly. shifted_system.cpp derives
+// the steps. The pattern is analysed once. factor() serves each new Theta, and any number of right-hand sides
+// follow.
 class ShiftedSystem {
  public:
   // Analyses the pattern. InputError for a callback operator, which cannot be factored, and for an indefinite
@@ -31,15 +31,15 @@ class ShiftedSystem {
   std::size_t factor_offset(std::size_t block) const { return offset_[block]; }
   std::size_t factor_size() const { return factor_size_; }
 
-  // Returns the number of pivots that were not positive, through rounding when A is semidefinite.
+  // Returns the number of pivots that rounding made non-positive, which occurs if A is semidefinite.
   int factor(std::span<const double> R);
-  // The same with a block J of any values, row-major as R, in the place of each block of I: the factorisation
-  // of (J + R' A R), which takes twice as long. Returns the number of pivots that were zero.
+  // The same with a block J of any values, row-major as R, in place of each block of I: factors (J + R' A R),
+  // which takes twice as long. Returns the number of pivots that were zero.
   int factor(std::span<const double> R, std::span<const double> J);
-  // Of the determinant of (J + R' A R): 1 or -1.
+  // Sign of the determinant of (J + R' A R): 1 or -1.
   int sign() const { return sign_of_blocks_ * cholesky_.sign(); }
-  // z of (I + R' A R) z = q, or with J in the place of I, with so many steps of iterative refinement. q and z
-  // may be the same memory.
+  // z of (I + R' A R) z = q, or with J in place of I, with `refinements` steps of iterative refinement. q and
+  // z may be the same memory.
   void solve_reduced(std::span<const double> q, std::span<double> z, int refinements);
   // y for r: q = R' r, y = R z.
   void solve(std::span<const double> r, std::span<double> y, int refinements);
@@ -83,18 +83,18 @@ class ShiftedSystem {
   int nodes_ = 0;                          // bodies that move
   std::vector<std::array<double, 16>> D_;  // rows of D C: body a at 0, body b at 8
   std::vector<std::array<double, 16>> G_;  // rows of L^-1 R' D C
-  std::vector<int> node_a_, node_b_;       // of every row; the last node stands for none
+  std::vector<int> node_a_, node_b_;       // bodies of every row; the last node stands for "no body"
   std::vector<double> compliance_, R_;
-  std::vector<double> L_;  // as R_, empty without compliance
+  std::vector<double> L_;  // factors L of the blocks, laid out as R_; empty without compliance
   // With J: J, the transposed inverse of J + R'E R of every block, and rows of that inverse times G.
   std::vector<double> J_, P_;
   std::vector<std::array<double, 16>> PG_;
   std::vector<Pair> pairs_;
   std::vector<double> pair_values_;
   BlockCholesky cholesky_;
-  int sign_of_blocks_ = 1;  // of the determinants of all J + R'E R
+  int sign_of_blocks_ = 1;  // sign of the product of the determinants of all J + R'E R
   std::vector<double> q_, z_, correction_, work_;
-  // Body vectors: eight doubles per node for the kernels, six as the factorisation has them.
+  // Body vectors: eight doubles per node for the kernels, six in the factorisation.
   std::vector<double> node_vectors_, packed_;
 };
 

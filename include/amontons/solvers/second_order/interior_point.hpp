@@ -4,7 +4,8 @@
 namespace amontons {
 
 // "interior-point": the central path, then newton and p-spg-fb for the last digits. One factorisation per
-// step, ten to thirty steps; the method for accuracy and for hyperstatic stacks. InputError for a function.
+// step, ten to thirty steps. The most accurate method, and the method for hyperstatic stacks. InputError for
+// a function.
 Solution interior_point(const Problem&, const Options&);
 // The path alone, without that crossover: a phase of other tables.
 Solution central_path(const Problem&, const Options&);

@@ -7,7 +7,7 @@ from os import PathLike
 from ...errors import FileError, InputError
 from ...limits import DEFAULT, Limits
 from ...model.model import Model
-from ...model.parts import Fluid
+from ...model.parts import Fluid, Motor
 from ..files import existing
 from .actuators import read_actuators
 from .bodies import fluid_boxes, read_bodies
@@ -20,6 +20,7 @@ from .joints import read_joints
 from .json_file import read_model_json
 from .json_file import write_model as write_model
 from .keyframes import read_keyframes
+from .motors import checked_motor, with_motors
 from .overlaps import without_overlaps
 from .scan import scan
 from .sensors import read_sensors
@@ -39,7 +40,7 @@ CONVERTED = {
     ),
     ".mjb": "a compiled MuJoCo model is not read; load the XML that it was compiled from",
 }
-"""What to do with a file of another kind."""
+"""Remedies for files of other kinds."""
 
 
 def load_model(
@@ -48,12 +49,13 @@ def load_model(
     strict: bool = False,
     floating_base: bool | None = None,
     self_overlaps: bool = False,
+    motors: Motor | None = None,
     limits: Limits = DEFAULT,
 ) -> Model:
     """Read a MuJoCo (MJCF .xml) or URDF (.urdf, or <robot> in .xml) model file, or a .json of `write_model`.
 
-    What the file asks for and amontons does not do is left out: `Model.unread` has the list, and one warning
-    (UnsupportedWarning) shows it, worst first.
+    Elements that amontons does not support are left out. `Model.unread` lists them, and one warning
+    (UnsupportedWarning) shows them, worst first.
 
     strict: raise InputError with the list in place of leaving out anything that changes the motion.
     floating_base: of URDF: whether the root link moves freely. By default it does if it has an <inertial>
@@ -62,16 +64,27 @@ def load_model(
     self_overlaps: whether links of one tree touch each other although they overlap in the pose of the file;
         by default they do not, and a ModelWarning lists them.
 
+    motors: of URDF: a Motor for every joint, but those that follow another one (<mimic>); its largest effort
+        is at most <limit effort>. A control then drives each joint by its name.
+
     limits: how large the model may be, with all that it includes and copies.
 
     docs/models.md tells what is read. Needs MuJoCo: pip install amontons[models].
     Raises FileNotFoundError, or FileError naming file, line and element of what is missing or wrong.
     """
+    if motors is not None:
+        checked_motor(motors)
     if str(path).lower().endswith(".json"):
-        if strict or floating_base is not None or self_overlaps:
+        if strict or floating_base is not None or self_overlaps or motors is not None:
             raise InputError(f"{path}: options are for MJCF and URDF; a .json holds the model that they made")
         return read_model_json(existing(path, "a model file"), limits)
-    return _model(compiled_model(path, floating_base, limits), strict=strict, self_overlaps=self_overlaps)
+    compiled = compiled_model(path, floating_base, limits)
+    if motors is not None and compiled.root.tag != "robot":
+        raise InputError(
+            f"{path}: motors is for URDF; MJCF has <actuator>, or builder.set_motor gives a motor"
+        )
+    model = _model(compiled, strict=strict, self_overlaps=self_overlaps)
+    return model if motors is None else with_motors(model, motors)
 
 
 def compiled_model(

@@ -47,7 +47,7 @@ def read_actuators(
 
 
 class _Reader:
-    """What actuators refer to."""
+    """Targets of actuators."""
 
     def __init__(
         self, compiled: Compiled, bodies: Bodies, joints: Joints, tendons: list[Tendon], of: dict[int, int]
@@ -114,8 +114,9 @@ class _Reader:
         return Transmission("wrench", body=body, frame=frame, **there, **wrench, own_axes=other < 0)
 
     def _whole_joint(self, j: int, gear: list[float], *, in_parent: bool) -> Transmission | str:
-        """Of a ball joint a torque in the axes of the child or the parent, which takes the reaction; of a
-        free joint a force in the axes of the world and a torque in those of the body or the world."""
+        """Ball joint: a torque in the axes of the child or the parent, which takes the reaction. Free joint:
+        a force in the axes of the world and a torque in those of the body or the world.
+        """
         m, kinds = self.compiled.model, self.compiled.mujoco.mjtJoint
         own = int(m.jnt_bodyid[j])
         if m.jnt_type[j] == kinds.mjJNT_FREE:
@@ -135,7 +136,7 @@ class _Reader:
         )  # fmt: skip
 
     def _force_limits(self, i: int, gear: float) -> tuple[float, float]:
-        """Of the actuator itself, within those of the joint or tendon that it acts on."""
+        """The limits of the actuator itself, within those of the joint or tendon that it acts on."""
         m = self.compiled.model
         lower, upper = (
             m.actuator_forcerange[i].tolist() if m.actuator_forcelimited[i] else (-math.inf, math.inf)

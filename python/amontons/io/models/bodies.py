@@ -153,8 +153,8 @@ def _owners(compiled: Compiled) -> list[int]:
 
 
 def fluid_boxes(compiled: Compiled, bodies: Bodies) -> list[FluidBox]:
-    """Of every body with mass that moves, the box of its mass and inertia in its own axes:
-    I_x = m (b_y^2 + b_z^2) / 12. Of a body with a geom that feels the fluid by itself: listed."""
+    """Each moving body with mass has the box of its mass and inertia in its own axes: I_x = m (b_y^2 + b_z^2)
+    / 12. A body with a geom that has its own fluid model is listed as unread."""
     m = compiled.model
     found: list[FluidBox] = []
     if not (m.opt.density or m.opt.viscosity):

@@ -118,7 +118,7 @@ def _numbers(element: ElementTree.Element | None) -> Array:
 
 
 def _transformation(element: ElementTree.Element) -> Array:
-    """Of one child of a node; the identity of what moves nothing."""
+    """The transform of one child of a node; the identity for elements that move nothing."""
     matrix = np.eye(4)
     if element.tag == "matrix":
         return _numbers(element).reshape(4, 4)

@@ -225,7 +225,8 @@ def _without_files(mujoco: ModuleType, texture: Any) -> None:
 
 
 def _override_contacts(mujoco: ModuleType, model: Any) -> None:
-    """Puts the o_* parameters of <option>, where the flag override says so, in the place of all geoms' own.
+    """Replaces the contact parameters of all geoms by the o_* parameters of <option>, if the flag override is
+    set.
     Margins of two geoms add; of the two sliding frictions of a pair a geom has one."""
     option = model.opt
     if not int(option.enableflags) & mujoco.mjtEnableBit.mjENBL_OVERRIDE:
@@ -270,7 +271,7 @@ def _located(what: str, where: str, root: Element) -> Element | None:
         return next((e for e in root.walk() if name and e.name == name), None)
     at = [e for e in root.walk() if e.line == int(line[1])]
     by_name = [e for e in at if name and name in (e.tag, e.name)]
-    # Of a line with several elements, the one that holds what the message quotes, or the innermost.
+    # If a line has several elements: the one that contains the quoted text of the message, or the innermost.
     words = set(re.findall(r"'([^']+)'", what))
     by_value = [e for e in at if words & set(e.attributes.values())]
     return next(iter(by_name or by_value or at[::-1]), None)

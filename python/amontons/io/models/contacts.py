@@ -53,10 +53,10 @@ NO_PAIRS = Values(*(np.zeros(0, dtype=int) for _ in range(3)), np.zeros((0, 3)))
 
 
 def excluded_pairs(compiled: Compiled, bodies: Bodies, geoms: Geoms) -> tuple[Pairs, Pairs]:
-    """Of bodies and of geoms: <exclude>, and the rule that a body does not touch its parent.
+    """Excluded pairs of bodies and of geoms: <exclude>, and the rule that a body does not touch its parent.
 
-    What is fixed to each other counts as one body, and the world touches its children (MuJoCo, Computation,
-    Collision, Selection, filter 3).
+    Bodies that are fixed to each other count as one body, and the world touches its children (MuJoCo,
+    Computation, Collision, Selection, filter 3).
     """
     m = compiled.model
     groups = fixed_groups(compiled, bodies)
@@ -157,8 +157,8 @@ def combined(a: Material, b: Material) -> Material:
 def _frictions(compiled: Compiled, geoms: Geoms) -> Values:
     """The coefficients of pairs for which MuJoCo's rule is not the larger of the materials of both.
 
-    The geom of higher priority decides alone. Of equal ones the larger condim counts, and of each coefficient
-    the larger one, whether or not its geom's own condim asks for it.
+    The geom of higher priority decides alone. Equal priorities take the larger condim, and the larger of each
+    coefficient, even if the geom's own condim does not use it.
     """
     m = compiled.model
     ids = np.array(list(geoms.index), dtype=int)
@@ -281,13 +281,13 @@ def _soften(compiled: Compiled, geoms: Geoms) -> Values:
 
 
 def _softness_of(compiled: Compiled, a: Array, b: Array, load: Array) -> Softness:
-    """Of contacts of MuJoCo's geoms a (n,) and b (n,)."""
+    """Values for contacts of MuJoCo's geoms a (n,) and b (n,)."""
     m = compiled.model
     dim, friction = _condim_and_friction(compiled, a, b)
     solref, solimp = mixed(compiled, a, b)
     pair = np.stack([m.geom_bodyid[a], m.geom_bodyid[b]], axis=-1)
     weight = inverse_weights(compiled, pair, dim, friction[:, 0])
-    # What does not move brings no load; of two that move the smaller one counts.
+    # A fixed body has no load; for two moving bodies the smaller load counts.
     moves = m.body_weldid[pair] != 0
     both = np.where(moves, load[np.stack([a, b], axis=-1)], np.inf).min(axis=1)
     return softness(compiled, solref, solimp, weight, np.where(moves.any(axis=1), both, 0.0))
@@ -316,7 +316,7 @@ def _explicit(compiled: Compiled, geoms: Geoms) -> dict[tuple[int, int], PairMat
 
 
 def _softness_of_pairs(compiled: Compiled) -> Softness:
-    """Of all <pair>s, under the load of the body that moves."""
+    """Values of all <pair>s, under the load of the moving body."""
     m = compiled.model
     geoms = np.stack([m.pair_geom1, m.pair_geom2], axis=-1)
     pair = m.geom_bodyid[geoms]

@@ -165,7 +165,7 @@ def _hull(compiled: Compiled, geom: int, mesh: int) -> Shape:
 
 
 def _thick(vertices: Array) -> Array:
-    """The points (n, 3) moved both ways along the directions in which they extend by next to nothing."""
+    """The points (n, 3) moved to both sides along the directions in which they have almost no extent."""
     try:
         _, _, axes = np.linalg.svd(vertices - vertices.mean(axis=0), full_matrices=True)
     except np.linalg.LinAlgError:  # of what is not finite, which the hull refuses

@@ -1,4 +1,4 @@
-"""What a model file asks for that is not read, collected so that the user sees all of it at once."""
+"""Elements of a model file that are not read, collected so that the user sees all of them at once."""
 
 from __future__ import annotations
 

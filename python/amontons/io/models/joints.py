@@ -163,7 +163,7 @@ def _exponential(slides: bool, axis: Vector3, anchor: Vector3, by: float) -> Tra
 
 
 def _limits(compiled: Compiled, j: int) -> tuple[float, float]:
-    """Of a hinge or slide; <joint margin> is how far before its limits it is held."""
+    """Limits of a hinge or slide; <joint margin> is the distance before a limit at which it acts."""
     m = compiled.model
     if (locked := urdf_range(compiled.element("jnt", j))) is not None:
         return locked, locked

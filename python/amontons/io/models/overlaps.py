@@ -10,15 +10,15 @@ from .compiled import Compiled
 from .geoms import Geoms
 
 ALLOWED = 1e-4
-"""lengths of the model: overlaps below it are none, as in the correction of positions"""
+"""lengths of the model: smaller overlaps count as zero, as in the correction of positions"""
 SHOWN = 3
 
 Pairs = set[tuple[int, int]]
 
 
 class Trees:
-    """Which geoms belong to which tree of links. Of MJCF the geoms of the world are scenery and belong to
-    none, but for those of a body that is fixed there; URDF has no scenery."""
+    """Which geoms belong to which tree of links. In MJCF the geoms of the world are scenery and belong to no
+    model, except those of a body that is fixed there. URDF has no scenery."""
 
     def __init__(self, compiled: Compiled, geoms: Geoms) -> None:
         m = compiled.model

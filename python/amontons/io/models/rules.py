@@ -1,4 +1,5 @@
-"""What of MJCF and URDF is read, what is ignored because it does not change the motion, and what is listed.
+"""Rules for elements of MJCF and URDF: which are read, which are ignored because they do not change the
+motion, and which are listed.
 
 An element or attribute in none of these tables is listed: a file never loses anything unsaid. The names are
 those of MuJoCo's XML reference and of the URDF specification.
@@ -55,7 +56,7 @@ def none_of(*refused: str) -> Check:
 
 
 def isotropic(element: Element, attribute: str) -> bool:
-    """Of sliding 1, 2, torsional, rolling 1, 2 those that are given do not tell two tangents apart."""
+    """Friction values (sliding 1, 2, torsional, rolling 1, 2) that do not distinguish the two tangents."""
     values = element.numbers(attribute) or []
     rolls = element.attributes.get("condim", "6") == "6"
     return not (

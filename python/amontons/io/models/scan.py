@@ -71,7 +71,7 @@ def scan(root: Element, issues: Issues, folder: Path, limits: Limits, outer: tup
         return folder / element.attributes.get("file", "")
 
     def size_of(element: Element) -> int:
-        """Of an attached file, which is read here."""
+        """The elements of an attached file, which is read here."""
         file = file_of(element)
         if not is_file(file):
             wrong.append(f"{element.place}: {element}: the file {file} does not exist")
@@ -116,7 +116,7 @@ def _check(element: Element, attribute: str, rule: Rule, issues: Issues) -> None
 def faults(element: Element) -> list[str]:
     """Values that no model can mean, which MuJoCo lets pass or reports without a line."""
     found = _spelling_faults(element)
-    # What <default> holds is judged where something has it.
+    # Attributes in <default> are checked at the elements that use them.
     if any(parent.tag == "default" for parent in element.ancestors()):
         return found
     for name in ("mass", "density", "stiffness", "damping", "armature", "frictionloss", "kp", "kv"):
@@ -130,7 +130,7 @@ def faults(element: Element) -> list[str]:
 
 
 def _spelling_faults(element: Element) -> list[str]:
-    """Names that MuJoCo's parser breaks on, and numbers that are none."""
+    """Names that break MuJoCo's parser, and attributes that are not numbers."""
     formats = [name for name in ("class", "childclass") if "%" in element.attributes.get(name, "")]
     endless = [
         name
@@ -155,7 +155,7 @@ def _limit_faults(element: Element) -> list[str]:
     found = []
     for name in limits:
         values = element.numbers(name) or []
-        # Of a switched-off limit, and of "0 0", MuJoCo's way to say none, the order does not matter.
+        # The order does not matter for a limit that is off, and for "0 0", which means no limit in MuJoCo.
         off = element.attributes.get(name[:-5] + "limited" if name != "range" else "limited") == "false"
         if element.tag in RANGED and len(values) == 2:
             if values[0] != values[0] or values[1] != values[1]:

@@ -42,7 +42,7 @@ SUPPORTS, PLANAR_SUPPORTS = 4, 2
 
 @dataclass(frozen=True)
 class Softness:
-    """Of n contacts, arrays (n,)."""
+    """Parameters of n contacts, arrays (n,)."""
 
     compliance: Array
     """m/N, 0 is rigid"""
@@ -88,7 +88,7 @@ def rest_depth(load: Array, weight: Array, k: Array, solimp: Array) -> Array:
 
 
 def softness(compiled: Compiled, solref: Array, solimp: Array, weight: Array, load: Array) -> Softness:
-    """What the parameters (n, 2) and (n, 5) come to for inverse masses (n,) under loads (n,)."""
+    """Converts the parameters (n, 2) and (n, 5) for inverse masses (n,) under loads (n,)."""
     # Many contacts share few kinds of parameters.
     every = np.concatenate([solref, solimp, weight[:, None], load[:, None]], axis=1)
     kinds, kind = np.unique(every, axis=0, return_inverse=True)
@@ -111,7 +111,7 @@ def _softness(compiled: Compiled, solref: Array, solimp: Array, weight: Array, l
         ratio = np.nan_to_num(b / (2 * np.sqrt(k)), nan=np.inf)
         inside = np.minimum(ratio, 1 - 1e-9)
         bounce = np.where(k > 0, np.exp(-np.pi * inside / np.sqrt(1 - inside**2)), 0.0)
-        # What bounces does so by its restitution; its spring then only holds.
+        # A contact with restitution bounces by it; its spring then only carries load.
         damping = np.where(bounce > BOUNCES, 2 * np.sqrt((1 - d) / k) / d, np.sqrt(1 - d) / d * b / k)
         compliance = np.where(soft, (1 - d) * weight / (k * d**2), 0.0)
     return Softness(

@@ -1,4 +1,6 @@
-"""What URDF leaves to its reader: where meshes are, which links stay links, and whether the root is free."""
+"""Choices that URDF leaves to its reader: folders of meshes, links that stay links, and a free or fixed
+root.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a model file says about looks: visible geoms of MJCF, <visual> of URDF, and their colours.
+"""Visuals of model files: visible geoms of MJCF, <visual> of URDF, and their colours.
 
 The simulation knows nothing of it, so that nothing here is an error: what cannot be read is left out, and
 pictures then show the collision shapes of its body.
@@ -30,7 +30,7 @@ from .xml_lines import is_file
 HIDDEN = 3
 """The first group of geoms that MuJoCo's own viewer does not show from the start."""
 UNCOLOURED = (0.5, 0.5, 0.5, 1.0)
-"""What MuJoCo gives a geom without a colour."""
+"""MuJoCo's colour of a geom without one."""
 
 
 def read_visuals(compiled: Compiled, bodies: Bodies, geoms: Geoms) -> list[Visual]:
@@ -65,7 +65,7 @@ def _of_mjcf(compiled: Compiled, bodies: Bodies, geoms: Geoms) -> list[Visual]:
 
 
 def _colour(model: Any, geom: int) -> tuple[float, ...] | None:
-    """Of the geom, else of its material, else none; textures are not read."""
+    """Colour of the geom, else of its material, else none; textures are not read."""
     rgba = model.geom_rgba[geom]
     if tuple(rgba.tolist()) == UNCOLOURED:
         material = int(model.geom_matid[geom])

@@ -10,7 +10,7 @@ T = TypeVar("T")
 
 
 def interruptible(work: Callable[[], T]) -> T:
-    """What `work` returns or raises, of a call that looks at no signals and does not keep Python's lock.
+    """Returns or raises the result of `work`, a call that checks no signals and releases Python's lock.
 
     It runs on a thread of its own, for which the main thread waits: KeyboardInterrupt ends the wait, and what
     the call comes to is thrown away. On other threads, which no signal reaches, it is called as it is.

@@ -78,7 +78,7 @@ def read_xml(path: Path, faults: Faults, budget: Budget, depth: int = 0) -> Elem
 
 
 def expand_includes(root: Element, folder: Path, faults: Faults, budget: Budget) -> None:
-    """Puts the content of included files in the place of <include file="..."/>, as MuJoCo does.
+    """Replaces <include file="..."/> by the content of the file, as MuJoCo does.
 
     Paths are relative to the folder of the main file. Raises FileError for files that are missing,
     malformed or include themselves.

@@ -18,9 +18,9 @@ from ...checks import finite, reals
 from ...errors import FileError, InputError
 from ...limits import Limits
 from ...problem.cones import (
+    Bilateral,
     Cone,
     EllipticFriction,
-    Free,
     Friction,
     Interval,
     NonNegative,
@@ -66,6 +66,7 @@ def read_archive(path: Path, limits: Limits) -> Problem:
             source=entries.text("source"),
             f=_finite(entries, "f") if "f" in entries else None,
             guesses=list(np.atleast_2d(_finite(entries, "guesses"))) if "guesses" in entries else (),
+            law=entries.text("law") or "coulomb",
         )
     except FileError:
         raise
@@ -150,8 +151,8 @@ def _stored_cones(archive: Path, entries: Archive, rows: int) -> list[Cone]:
 
 
 def _stored_cone(archive: Path, kind: str, count: int, take: Callable[[str, int], np.ndarray]) -> Cone:
-    if kind in ("free", "nonnegative"):
-        return Free(count) if kind == "free" else NonNegative(count)
+    if kind in ("bilateral", "nonnegative"):
+        return Bilateral(count) if kind == "bilateral" else NonNegative(count)
     if kind == "interval":
         return Interval(take("lo", count), take("hi", count))
     if kind == "friction":
@@ -168,7 +169,7 @@ def _stored_cone(archive: Path, kind: str, count: int, take: Callable[[str, int]
         width = ELLIPTIC[kind]
         torsion, rolling = table[:, 2] if width > 2 else None, table[:, 3:] if width > 3 else None
         return EllipticFriction(table[:, :2], torsion, rolling, n=count)
-    known = ", ".join(("free", "nonnegative", "interval", "friction", "rolling", *ELLIPTIC))
+    known = ", ".join(("bilateral", "nonnegative", "interval", "friction", "rolling", *ELLIPTIC))
     raise FileError(f"{archive}: unknown cone {kind!r}; known are {known}")
 
 
@@ -176,7 +177,7 @@ def write_archive(problem: Problem, path: Path) -> None:
     """Write x.npz, and with a path x.mtx the matrix there."""
     entries = _cone_entries(problem)
     entries["b"] = problem.b
-    for key in ("name", "description", "source"):
+    for key in ("name", "description", "source", "law"):
         entries[key] = np.array(getattr(problem, key))
     if problem.f is not None:
         entries["f"] = problem.f

@@ -13,7 +13,7 @@ import scipy.sparse as sp
 from ...checks import Array
 from ...errors import FileError, InputError, SymmetrisedWarning
 from ...limits import Limits
-from ...problem.cones import Cone, Free, Friction, RollingFriction
+from ...problem.cones import Bilateral, Cone, Friction, RollingFriction
 from ...problem.matrices import ASYMMETRY
 from ...problem.problem import Problem
 from ..hdf5 import Reader, open_hdf5
@@ -140,7 +140,7 @@ def _cones(
     cones: list[Cone] = []
     if rows:
         cones.append(RollingFriction(*coefficients) if rolling else Friction(*coefficients))
-    return rows, cones + ([Free(bilateral)] if bilateral else [])
+    return rows, cones + ([Bilateral(bilateral)] if bilateral else [])
 
 
 def _is_diagonal(matrix: sp.csr_array) -> bool:
@@ -171,11 +171,11 @@ def _symmetrised(root: Reader, name: str, A: Any, notes: list[str]) -> Any:
 def _problem(
     root: Reader, g: Reader, A: Any, b: Array, cones: list[Cone], notes: list[str], f: Array | None
 ) -> Problem:
-    title = description = source = ""
+    title = description = source = law = ""
     if g.has("info"):
         info = g.sub("info")
-        title, description, source = info.text("title"), info.text("description"), info.text("source")
-    contact_rows = sum(cone.rows for cone in cones if not isinstance(cone, Free))
+        title, description, source, law = map(info.text, ("title", "description", "source", "law"))
+    contact_rows = sum(cone.rows for cone in cones if not isinstance(cone, Bilateral))
     return Problem(
         A,
         b,
@@ -186,6 +186,7 @@ def _problem(
         notes=notes,
         f=f,
         guesses=_guesses(root, contact_rows, len(b) - contact_rows),
+        law=law or "coulomb",  # the problem of FCLIB
     )
 
 

@@ -11,7 +11,7 @@ import scipy.sparse as sp
 
 from ...checks import Array, vector
 from ...errors import FileError, InputError
-from ...problem.cones import Free, Friction, RollingFriction
+from ...problem.cones import Bilateral, Friction, RollingFriction
 from ...problem.operators import Contacts, Factored, block_diagonal
 from ...problem.problem import Problem
 from ...problem.solution import Solution
@@ -59,7 +59,7 @@ def _contact_rows(problem: Problem, path: Path) -> int:
                 raise FileError(f"{path}: FCLIB holds friction cones before bilateral rows; {REMEDY}")
             kinds.add(cone.kind)
             rows += cone.rows
-        elif isinstance(cone, Free):
+        elif isinstance(cone, Bilateral):
             bilateral = True
         else:
             raise FileError(f"{path}: FCLIB cannot hold {type(cone).__name__} rows; {REMEDY}")
@@ -173,7 +173,9 @@ def _write_info(g: h5py.Group, problem: Problem) -> None:
     write_text(info, "title", problem.name)
     write_text(info, "description", problem.description)
     write_text(info, "math_info", "")
-    write_text(info, "source", problem.source)  # an addition of ours, which other readers skip
+    # Additions of ours, which other readers skip: without a law the problem of FCLIB is Coulomb's.
+    write_text(info, "source", problem.source)
+    write_text(info, "law", problem.law)
 
 
 def _write_solutions(

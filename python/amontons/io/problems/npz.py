@@ -27,7 +27,7 @@ HEADER = re.compile(
 
 
 class Archive:
-    """The arrays of an archive by name; each is read when it is asked for."""
+    """The arrays of an archive by name; each is read on first use."""
 
     def __init__(self, path: Path, limits: Limits) -> None:
         self.path, self._limits = path, limits

@@ -9,6 +9,7 @@ from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from ...checks import flag
 from ...limits import DEFAULT, Limits
 
 if TYPE_CHECKING:
@@ -23,20 +24,22 @@ def record(
     *,
     every: int = 1,
     contacts: bool = True,
+    signals: bool = True,
     source: str = "",
     overwrite: bool = False,
 ) -> Recorder:
     """Begin a recording of a simulation; `read_recording` reads it.
 
-    with amontons.record("run.h5", sim) as recorder:
-        while sim.time < 2:
-            recorder.add(sim.step())
+    with amontons.record("run.h5", simulation) as recorder:
+        simulation.run(2.0, after_step=recorder)  # or recorder.add(simulation.step())
 
     path: names the file from now on. It can be read at any time, and whatever ends the process, all but the
         last second is in it. close(), or the end of the block, marks it as complete; an exception does not.
     every: states and contacts are recorded every so many steps, beginning with the state that the simulation
         is in now; reports of every step.
     contacts: whether contact tables are recorded, which take by far the most room.
+    signals: whether motor efforts, controls, reactions and sensors are recorded with the states, as columns
+        such as "screw.motor" and "foot.fx".
     source: free text, where the model came from.
     overwrite: replace a file that is there, unless it is being recorded.
 
@@ -45,7 +48,13 @@ def record(
     from .recorder import Recorder
 
     return Recorder(
-        Path(path), simulation, every=every, contacts=contacts, source=source, overwrite=overwrite
+        Path(path),
+        simulation,
+        every=every,
+        contacts=contacts,
+        signals=flag("signals", signals),
+        source=source,
+        overwrite=overwrite,
     )
 
 

@@ -14,8 +14,8 @@ T = TypeVar("T")
 class Background(Generic[T]):
     """Hands batches to a function: `delay` seconds after their first item came, or when they are large.
 
-    No signal interrupts the function: Python raises KeyboardInterrupt on the main thread. What it raises ends
-    its work, and is raised by every `put` from then on, or else by `close`.
+    No signal interrupts the function: Python raises KeyboardInterrupt on the main thread. An error ends its
+    work. Every later `put` raises it, or else `close`.
     """
 
     def __init__(self, work: Callable[[list[T]], None], *, delay: float, enough: int) -> None:

@@ -76,10 +76,9 @@ def model_from_json(text: str) -> Model:
     d["pair_materials"] = tuple(
         PairMaterial(**{**pair, "material": Material(**pair["material"])}) for pair in d["pair_materials"]
     )
-    d["keyframes"] = {
-        name: Keyframe(**{key: _tuples(value) for key, value in frame.items()})
-        for name, frame in d["keyframes"].items()
-    }
+    d["keyframes"] = tuple(
+        Keyframe(**{key: _tuples(value) for key, value in frame.items()}) for frame in d["keyframes"]
+    )
     d["tendons"] = tuple(_tendon(tendon) for tendon in d.get("tendons", ()))
     # Before actuators were parts of a model, these were names of its motors, which it has still.
     actuators = d["actuators"] if isinstance(d["actuators"], list) else ()

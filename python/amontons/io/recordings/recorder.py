@@ -2,11 +2,13 @@
 
 /format "amontons-recording", /version; /model and /options: JSON; /source: where the model came from. One
 frame per recorded step: /frames/step, time, positions, orientations, linear_velocities, angular_velocities,
-joint_coordinates. /contacts/rows: the contact tables of all frames one after the other, that of frame k in
-rows offsets[k] to offsets[k + 1]. /reports: one row per step, of frames or not. /complete: 1 where the
-recording was closed without an exception; a process that was killed leaves 0.
+joint_coordinates. /signals/values: motor efforts, controls, reactions and sensors of each frame, with a
+column for each name of /signals/units (JSON: unit by name). /contacts/rows: the contact tables of all frames
+one after the other, that of frame k in rows offsets[k] to offsets[k + 1]. /reports: one row per step, of
+frames or not. /complete: 1 where the recording was closed without an exception; a process that was killed
+leaves 0.
 
-Of each frame /frames/step is written last: what a killed process left is whole as far as that goes.
+/frames/step is written last in each frame: the file of a killed process is complete up to that frame.
 """
 
 from __future__ import annotations
@@ -24,6 +26,8 @@ from ...checks import option
 from ...errors import FileError, InputError
 from ...simulation.forces import CONTACTS
 from ...simulation.outcome import REPORTS, Report, reports_array
+from ...simulation.own_method import name_of
+from ...simulation.signals import Signals
 from ...simulation.simulation import Simulation
 from ..files import writable
 from ..hdf5 import hdf5_image, write_integer, write_text
@@ -45,7 +49,7 @@ Array = np.ndarray[Any, Any]
 
 
 class _Item(NamedTuple):
-    """What one step adds."""
+    """The data of one step."""
 
     frame: dict[str, Any] | None
     contacts: Array | None
@@ -55,12 +59,21 @@ class _Item(NamedTuple):
 class Recorder:
     """Writes a recording while a simulation runs; `amontons.record` makes one.
 
-    add(report) after every step. The file has its name from the beginning and can be read at any time;
-    close(), or the end of a `with` block, marks it as complete, unless an exception ended it.
+    add(report) after every step, or `simulation.run(..., after_step=recorder)`. The file has its name from
+    the beginning and can be read at any time; close(), or the end of a `with` block, marks it as complete,
+    unless an exception ended it.
     """
 
     def __init__(
-        self, path: Path, simulation: Simulation, *, every: int, contacts: bool, source: str, overwrite: bool
+        self,
+        path: Path,
+        simulation: Simulation,
+        *,
+        every: int,
+        contacts: bool,
+        signals: bool,
+        source: str,
+        overwrite: bool,
     ) -> None:
         if path.suffix.lower() in OTHERS:
             raise FileError(
@@ -69,6 +82,7 @@ class Recorder:
             )
         self.path, self.every = writable(path, new=not overwrite), int(option("every", every))
         self._simulation, self._with_contacts = simulation, contacts
+        self._signals = Signals(simulation.model) if signals else None
         self._first_step = simulation.steps
         with hdf5_image(LIBVER) as (file, image):
             self._create(file, source)
@@ -86,14 +100,14 @@ class Recorder:
                 ) from None
             raise
         self._background: Background[_Item] = Background(writer, delay=DELAY, enough=BUFFER)
-        # Of a recorder that nobody closes: at the end of its life, or of the process.
+        # Closes a recorder that was not closed, at the end of its life or of the process.
         self._end = weakref.finalize(self, _finish, self._background, self._file)
 
     def add(self, report: Report) -> None:
         """Record the step that returned `report`.
 
         Raises FileError where what was added before could not be written: the disk is full, or somebody
-        removed the file. What was written until then stays.
+        removed the file. Data written before the error stays.
         """
         if not self._end.alive:
             raise InputError(f"the recording {self.path} is closed")
@@ -104,6 +118,12 @@ class Recorder:
         item = self._item(report)
         size = sum(np.asarray(v).nbytes for v in (item.frame or {}).values())
         self._background.put(item, 200 + size + (0 if item.contacts is None else item.contacts.nbytes))
+
+    def __call__(self, simulation: Simulation, report: Report) -> None:
+        """The recorder as an `after_step` of its simulation."""
+        if simulation is not self._simulation:
+            raise InputError(f"{self.path} records another simulation; give each a recorder of its own")
+        self.add(report)
 
     def close(self, *, complete: bool = True) -> None:
         """Write what is left, and whether that is all."""
@@ -125,18 +145,23 @@ class Recorder:
         self.close(complete=kind is None)
 
     def _create(self, file: h5py.File, source: str) -> None:
+        options = self._simulation.options
         write_text(file, "format", FORMAT)
         write_integer(file, "version", VERSION)
         write_integer(file, "complete", 0)
         write_text(file, "source", source)
         write_text(file, "model", model_to_json(self._simulation.model))
-        write_text(file, "options", json.dumps(dict(self._simulation.options)))
+        write_text(file, "options", json.dumps(dict(options) | {"method": name_of(options["method"])}))
         frames = file.create_group("frames")
         extensible(frames, "step", np.dtype(np.int64))
         extensible(frames, "time", np.dtype(np.float64))
         for name in STATE:
             shape = getattr(self._simulation.state, name).shape
             extensible(frames, name, np.dtype(np.float64), shape)
+        units = self._signals.units if self._signals else {}
+        signals = file.create_group("signals")
+        write_text(signals, "units", json.dumps(units))
+        extensible(signals, "values", np.dtype(np.float64), (len(units),))
         contacts = file.create_group("contacts")
         extensible(contacts, "rows", storable(CONTACTS), compressed=True)
         offsets = extensible(contacts, "offsets", np.dtype(np.int64))
@@ -149,6 +174,7 @@ class Recorder:
             return _Item(None, None, report)
         frame = {"step": sim.steps, "time": sim.time}
         frame |= {name: getattr(sim.state, name).copy() for name in STATE}
+        frame["signals"] = self._signals.read(sim) if self._signals else np.zeros(0)
         table = sim.contacts if self._with_contacts else np.empty(0, CONTACTS)
         return _Item(frame, table.astype(storable(CONTACTS)), report)
 
@@ -167,6 +193,7 @@ class _Writer:
         if frames:
             rows["contacts/rows"] = np.concatenate(tables)
             rows["contacts/offsets"] = self._contact_rows + np.cumsum([len(table) for table in tables])
+            rows["signals/values"] = np.array([frame["signals"] for frame in frames])
             for name in (*STATE, "time", "step"):
                 rows[f"frames/{name}"] = np.array([frame[name] for frame in frames])
         if reports:

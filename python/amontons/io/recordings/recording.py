@@ -21,6 +21,7 @@ from ...simulation.forces import CONTACTS
 from ...simulation.outcome import REPORTS
 from ..files import existing
 from ..hdf5 import Reader, open_hdf5
+from .columns import Column, column_of, units_of
 from .model_json import model_from_json
 from .recorder import FORMAT, STATE, VERSION
 from .unfinished import is_open_for_writing, open_unfinished
@@ -79,6 +80,8 @@ class Recording:
     linear_velocities: StoredArray
     angular_velocities: StoredArray
     joint_coordinates: StoredArray
+    signals: StoredArray | None
+    """(frames, signals), named by `signal_units`; None in a recording of an older version"""
 
     def __init__(self, path: Path, file: h5py.File, limits: Limits) -> None:
         self.path, self._file, self._reader = path, file, Reader(path, file, limits)
@@ -101,6 +104,7 @@ class Recording:
                 if stored.shape != (len(self), bodies, WIDTH.get(name, 3)):
                     raise r.fail(f"{frames.name(name)} has the shape {stored.shape}, unlike the positions")
             setattr(self, name, stored)
+        self.signals = self._array(r.sub("signals"), "values") if r.has("signals") else None
         self._contacts = r.sub("contacts")
         self._rows = self._contacts.dataset("rows", in_parts=True)
         self._contacts.require_columns(self._rows, "rows", CONTACTS, optional=("torque", "spin"))
@@ -116,7 +120,7 @@ class Recording:
             raise frames.fail(f"{frames.name(name)} is missing")
         dataset = frames.dataset(name, in_parts=True)
         with frames.damage(frames.name(name)):
-            dimensions = 2 if name == "joint_coordinates" else 3
+            dimensions = 2 if name in ("joint_coordinates", "values") else 3
             if dataset.dtype.kind != "f" or dataset.ndim != dimensions or dataset.shape[0] < len(self):
                 raise frames.fail(
                     f"{frames.name(name)} is {dataset.shape} of {dataset.dtype}; it must hold real numbers "
@@ -136,6 +140,11 @@ class Recording:
             raise self._reader.fail(
                 f"/frames have {self.positions.shape[1]} bodies but the model has {len(model.bodies)}"
             )
+        if self.joint_coordinates.shape[1] != model.dofs:
+            raise self._reader.fail(
+                f"/frames/joint_coordinates has {self.joint_coordinates.shape[1]} columns but the model "
+                f"has {model.dofs} degrees of freedom"
+            )
         return model
 
     @cached_property
@@ -145,6 +154,32 @@ class Recording:
         if not isinstance(options, dict):
             raise self._reader.fail("/options must hold names and values")
         return options
+
+    @cached_property
+    def signal_units(self) -> dict[str, str]:
+        """Unit by name of each column of `signals`: motor efforts, controls, reactions, sensors."""
+        if self.signals is None:
+            return {}
+        units = self._reader.sub("signals").parsed("units", json.loads)
+        texts = isinstance(units, dict) and all(isinstance(unit, str) for unit in units.values())
+        if not texts or len(units) != self.signals.shape[1]:
+            raise self._reader.fail(
+                f"/signals/units must be a unit for each of {self.signals.shape[1]} signals"
+            )
+        return units
+
+    @cached_property
+    def columns(self) -> dict[str, str]:
+        """Unit by name of each column: signals, joints, bodies and reports, in this order."""
+        return units_of(self)
+
+    def column(self, name: str) -> Column:
+        """A recorded number over time by name: "screw.motor", "foot.fx", "ball.z", "residual".
+
+        States and signals have a value for each frame, reports for each step. Raises InputError, which lists
+        the known names, if there is no such column.
+        """
+        return column_of(self, name)
 
     @cached_property
     def reports(self) -> Table:
@@ -222,8 +257,9 @@ def _format(path: Path, file: h5py.File) -> str:
 
 
 def _settled(path: Path, look: Callable[[], T]) -> T:
-    """What a look at a file gives. Of a file that its writer opens or closes just now HDF5 says that it is
-    damaged, so that one which changes is looked at again."""
+    """Returns the result of `look`. HDF5 reports a file as damaged while its writer opens or closes it, so
+    `look` is called again while the file changes.
+    """
     end = time.monotonic() + LONGEST_WAIT
     while True:
         before = path.stat()

@@ -16,10 +16,11 @@ from typing import Any
 import numpy as np
 
 from ... import _core
-from ...checks import suggestion
+from ...checks import shown, suggestion
 from ...errors import InputError
 from ...limits import DEFAULT
 from ...model.model import Model
+from ...simulation.own_method import name_of
 from ...simulation.simulation import Simulation
 from ..files import existing, writable, write_whole
 from ..hdf5 import Reader, hdf5_image, open_hdf5, write_integer, write_text
@@ -31,7 +32,7 @@ _SCALARS = ("time", "steps", "impulse_step")
 DIGEST = "model_sha256"
 """The dataset that says of which model a state is."""
 LATEST = 1e15
-"""What no time (s) or number of steps comes to."""
+"""Upper bound of a time (s) and of a number of steps."""
 
 
 def save(simulation: Simulation, path: str | PathLike[str]) -> None:
@@ -41,7 +42,10 @@ def save(simulation: Simulation, path: str | PathLike[str]) -> None:
         write_text(file, "format", FORMAT)
         write_integer(file, "version", VERSION)
         write_text(file, "model", model_to_json(simulation.model))
-        write_text(file, "options", json.dumps(dict(simulation.options)))
+        options = dict(simulation.options)
+        if callable(options["method"]):  # not by its name, which a known method may have
+            options["method"] = {"function": name_of(options["method"])}
+        write_text(file, "options", json.dumps(options))
         group = file.create_group("state")
         for name, values in simulation._core.snapshot().arrays.items():
             group.create_dataset(name, data=values)
@@ -70,6 +74,11 @@ def load(path: str | PathLike[str], changes: dict[str, Any]) -> Simulation:
             f"known are {', '.join(sorted(options))}"
         )
     kept = {name: value for name, value in options.items() if name not in changes}
+    if isinstance(kept.get("method"), dict):
+        function = shown(kept["method"].get("function"))
+        raise reader.fail(
+            f"its method is the function {function}, which a file cannot hold; load it with method="
+        )
     if not set(kept) <= set(inspect.signature(Simulation).parameters) - {"model"}:
         raise reader.fail("/options has an option that this version does not know")
     try:
@@ -97,7 +106,7 @@ def _is_problem(reader: Reader) -> bool:
 def _digest(model: Model) -> np.ndarray[Any, Any]:
     """SHA-256 of a model as JSON, a number per byte, which old versions pass over like any array.
 
-    Of the model and not of a text, which may lack what has its default.
+    The checksum is that of the model and not of a text, in which default values can be missing.
     """
     text = model_to_json(model).encode("utf-8", "backslashreplace")
     return np.frombuffer(hashlib.sha256(text).digest(), np.uint8).astype(np.float64)

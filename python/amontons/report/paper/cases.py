@@ -13,7 +13,7 @@ from ..picture import Frame
 from ..touch import touched
 
 SOLVES: dict[str, Any] = {"tolerance": 1e-3, "max_iterations": 600, "on_failure": "ignore"}
-"""Of the steps that lead to the one that is measured: plausible states at a bounded cost."""
+"""Options of the steps before the measured one: plausible states at a bounded cost."""
 METHODS = {"network": "auto", "spheres_in_box": "apgd", "plates": "auto", "wall": "apgd"}
 """APGD gets farthest in so many iterations where many contacts share few bodies."""
 
@@ -23,7 +23,7 @@ INTO_IMPACT = 2
 
 @dataclass(frozen=True)
 class Plan:
-    """What is run: sizes, and time for each method."""
+    """Sizes of a run, and the time for each method."""
 
     network: int
     """parts along each edge of the lattice of B1"""

@@ -1,4 +1,4 @@
-"""What is measured on the time steps."""
+"""Measurements on the time steps."""
 
 from __future__ import annotations
 
@@ -45,10 +45,10 @@ class Trace:
 
 def trace(problem: Problem, iterations: int, deadline: float) -> Trace:
     """Solved afresh for every stop: the fallback is chosen by the method's own measure, not by ours."""
-    literal = {"method": "p-spg-fb-literal", "tolerance": 0.0}
+    literal: dict[str, Any] = {"law": "associated", "method": "p-spg-fb-literal", "tolerance": 0.0}
     history = problem.solve(**literal, max_iterations=iterations, history=True).history
     assert history is not None
-    optimum = problem.solve(tolerance=1e-10, deadline=deadline).objective
+    optimum = problem.solve(law="associated", tolerance=1e-10, deadline=deadline).objective
     stops = np.unique(np.geomspace(1, max(2, len(history) - 1), STOPS).round().astype(int))
     stopped = [problem.solve(**literal, max_iterations=int(stop)) for stop in stops]
     objectives, residuals = (

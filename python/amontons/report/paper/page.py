@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from ...io.files import write_whole
-from ..comparison import Run, comparable_methods, compare, write_csv
+from ..comparison import Run, compare, single_methods, write_csv
 from ..figures import convergence_figures
 from ..picture import View
 from ..snapshots import snapshots_figure
@@ -55,7 +55,7 @@ def reproduce(plan: Plan, folder: Path, *, law: str, command: str, before: Befor
         runs += compare(
             f"{case.name}, {case.title}, {case.bodies} bodies, {case.problem.rows} rows",
             case.problem,
-            comparable_methods(),
+            single_methods(),
             law=law,
             tolerance=TOLERANCE,
             deadline=plan.deadline,
@@ -99,7 +99,7 @@ def _by_size(plan: Plan, law: str, before: Before) -> dict[str, list[dict[str, A
 def steps(plan: Plan) -> int:
     """How often `reproduce` calls `before`."""
     sizes = (plan.network_sizes, plan.sphere_sizes, plan.plate_sizes, plan.wall_sizes, plan.ratios)
-    return 3 + 4 * len(comparable_methods()) + sum(map(len, sizes))
+    return 3 + 4 * len(single_methods()) + sum(map(len, sizes))
 
 
 def _objective_rows(found: Trace) -> Iterable[dict[str, Any]]:

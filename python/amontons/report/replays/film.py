@@ -159,7 +159,7 @@ def write_movie(recording: Recording, path: Path, shot: Shot, tell: Progress) ->
 
 
 def _images(film: Film, tell: Progress) -> Iterator[NDArray[np.uint8]]:
-    """Of a frame that is shown twice, the same picture."""
+    """A frame that is shown twice uses the same picture."""
     last, image = -1, None
     for k in film.frames().tolist():
         tell(f"t = {film.recording.times[k]:.3g} s")

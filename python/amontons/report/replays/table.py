@@ -10,39 +10,24 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ...io.files import write_whole
+from ...simulation.signals import STATE, state_units
 from ..whole import cell
 
 if TYPE_CHECKING:
     from ...io.recordings.recording import Recording
 
-PARTS = {
-    "positions": ("x", "y", "z"),
-    "orientations": ("qw", "qx", "qy", "qz"),
-    "linear_velocities": ("vx", "vy", "vz"),
-    "angular_velocities": ("wx", "wy", "wz"),
-}
-
 
 def write_table(recording: Recording, path: Path) -> None:
     """A row per frame: step, time (s), of each body NAME.x, .y, .z (m), .qw, ..., .vx, ... (m/s), .wx, ...
-    (rad/s), and the coordinate of each degree of freedom (m, rad) by the name of its joint."""
-    model = recording.model
-    bodies = [body.name or f"body {k}" for k, body in enumerate(model.bodies)]
-    header = [
-        "step",
-        "time",
-        *(f"{body}.{part}" for body in bodies for parts in PARTS.values() for part in parts),
-    ]
-    for k, joint in enumerate(model.joints):
-        name = joint.name or f"joint {k}"
-        several = len(joint.dofs) > 1
-        header += [dof.name or (f"{name}.{d}" if several else name) for d, dof in enumerate(joint.dofs)]
+    (rad/s), the coordinate of each degree of freedom (m, rad) by its name, and what `Signals` has: motor
+    efforts, controls, reactions, sensors."""
     text = io.StringIO(newline="")
     writer = csv.writer(text)
-    writer.writerow(map(cell, header))
+    names = [*state_units(recording.model), *recording.signal_units]
+    writer.writerow(map(cell, ["step", "time", *names]))
     for frame in range(len(recording)):
-        state = np.concatenate([getattr(recording, name)[frame] for name in PARTS], axis=1)
-        coordinates = recording.joint_coordinates[frame]
-        row = [*state.ravel().tolist(), *np.ravel(coordinates).tolist()]
+        state = np.concatenate([getattr(recording, name)[frame] for name in STATE], axis=1)
+        row = np.concatenate([state.ravel(), np.ravel(recording.joint_coordinates[frame])]).tolist()
+        row += [] if recording.signals is None else recording.signals[frame].tolist()
         writer.writerow([int(recording.steps[frame]), repr(float(recording.times[frame])), *map(repr, row)])
     write_whole({path: text.getvalue().encode()})

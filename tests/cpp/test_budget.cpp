@@ -3,7 +3,7 @@
 #include <numeric>
 #include <thread>
 
-#include "amontons/base/patience.hpp"
+#include "amontons/base/budget.hpp"
 #include "amontons/solvers/linear/block_cholesky.hpp"
 #include "amontons/solvers/solvers.hpp"
 #include "check.hpp"
@@ -16,8 +16,8 @@ namespace {
 constexpr double forever = std::numeric_limits<double>::infinity();
 
 void spin(double seconds) {
-  const auto end = Patience::Clock::now() + std::chrono::duration<double>(seconds);
-  while (Patience::Clock::now() < end) {
+  const auto end = Budget::Clock::now() + std::chrono::duration<double>(seconds);
+  while (Budget::Clock::now() < end) {
   }
 }
 
@@ -39,17 +39,17 @@ BlockCholesky dense(int n) {
 // Breaks when an inner limit outlives its scope, a looser one replaces a tighter one, or work without any
 // limit is late.
 TEST(limits_nest) {
-  CHECK(!Patience::late() && !Patience::interrupted() && Patience::left() == forever);
-  const Patience outer(100);
+  CHECK(!Budget::late() && !Budget::interrupted() && Budget::left() == forever);
+  const Budget outer(100);
   {
-    const Patience loose(1000);
-    CHECK(Patience::left() < 100.1);
-    const Patience tight(1e-9);
-    CHECK(Patience::late() && Patience::left() == 0);
+    const Budget loose(1000);
+    CHECK(Budget::left() < 100.1);
+    const Budget tight(1e-9);
+    CHECK(Budget::late() && Budget::left() == 0);
   }
-  CHECK(!Patience::late() && Patience::left() > 50);
-  const Patience endless(forever);
-  CHECK(Patience::left() < 100.1);
+  CHECK(!Budget::late() && Budget::left() > 50);
+  const Budget endless(forever);
+  CHECK(Budget::left() < 100.1);
 }
 
 // Breaks when a wish to stop is asked for at every look, forgotten, not heard by inner work, or heard by
@@ -57,35 +57,35 @@ TEST(limits_nest) {
 TEST(wishes_to_stop_stay) {
   int asked = 0;
   {
-    const Patience outer(forever, [&] { return ++asked == 2; });
-    for (int i = 0; i < 1000; ++i) CHECK(!Patience::interrupted());
+    const Budget outer(forever, [&] { return ++asked == 2; });
+    for (int i = 0; i < 1000; ++i) CHECK(!Budget::interrupted());
     CHECK(asked == 0);
     spin(0.025);
-    CHECK(!Patience::interrupted() && asked == 1);
+    CHECK(!Budget::interrupted() && asked == 1);
     spin(0.025);
-    const Patience inner(forever);
-    CHECK(Patience::interrupted() && asked == 2);
+    const Budget inner(forever);
+    CHECK(Budget::interrupted() && asked == 2);
     spin(0.025);
-    CHECK(Patience::interrupted() && asked == 2);
+    CHECK(Budget::interrupted() && asked == 2);
     bool elsewhere = true;
-    std::thread([&] { elsewhere = Patience::interrupted(); }).join();
+    std::thread([&] { elsewhere = Budget::interrupted(); }).join();
     CHECK(!elsewhere);
   }
-  CHECK(!Patience::interrupted());
+  CHECK(!Budget::interrupted());
 }
 
 // Breaks when work is left where nobody takes care of it, or is not where it is late or would be.
 TEST(left_only_where_caught) {
-  Patience::leave_if_due(1e9);
+  Budget::leave_if_due(1e9);
   {
-    const Patience late(1e-9);
-    Patience::leave_if_due();
+    const Budget late(1e-9);
+    Budget::leave_if_due();
   }
-  const Patience caught(10, {}, Patience::Catches::yes);
-  Patience::leave_if_due(1);
+  const Budget caught(10, {}, Budget::Catches::yes);
+  Budget::leave_if_due(1);
   bool left = false;
   try {
-    Patience::leave_if_due(20);
+    Budget::leave_if_due(20);
   } catch (const LeftEarly& early) {
     left = !early.interrupted;
   }
@@ -98,13 +98,13 @@ TEST(left_only_where_caught) {
 TEST(factorisation_in_pieces) {
   BlockCholesky watched = dense(700);
   {
-    const Patience some(100, {}, Patience::Catches::yes);
+    const Budget some(100, {}, Budget::Catches::yes);
     CHECK(watched.factor() == 0);
   }
   BlockCholesky left = dense(700);
   bool early = false;
   try {
-    const Patience none(1e-9, {}, Patience::Catches::yes);
+    const Budget none(1e-9, {}, Budget::Catches::yes);
     left.factor();
   } catch (const LeftEarly&) {
     early = true;
@@ -127,23 +127,24 @@ TEST(factorisation_in_pieces) {
 // Breaks when work is not counted, by iterations or by factorisations, a scope forgets what an inner one
 // spent, or an inner scope may spend more than the outer one has.
 TEST(work_is_limited) {
-  CHECK(Patience::work_left() == forever && !Patience::exhausted());
+  CHECK(Budget::work_left() == forever && !Budget::exhausted());
   const Problem problem = small::stack(12);
   const double product = static_cast<double>(problem.K.blocks()) + 16;
   for (const char* method :
        {"apgd", "p-spg-fb", "gauss-seidel", "jacobi", "newton", "interior-point", "auto"}) {
-    const Patience outer(forever, {}, Patience::Catches::no, 1e9);
-    const Patience inner(forever, {}, Patience::Catches::no, 40 * product);
+    const Budget outer(forever, {}, Budget::Catches::no, 1e9);
+    const Budget inner(forever, {}, Budget::Catches::no, 40 * product);
     Options options;
+    options.law = Law::associated;
     options.tolerance = 0;
     options.max_iterations = 100000;
     const Solution s = solve(problem, method, options);
     CHECK(s.status == Status::iteration_limit || s.status == Status::stalled);
-    CHECK(Patience::exhausted());
+    CHECK(Budget::exhausted());
     // The last iteration of a method may be one of several products, or factor.
     CHECK(s.products < 40 + 100 && s.factorizations < 20);
-    const Patience looser(forever, {}, Patience::Catches::no, 1e9);
-    CHECK(Patience::exhausted());
+    const Budget looser(forever, {}, Budget::Catches::no, 1e9);
+    CHECK(Budget::exhausted());
   }
 }
 
@@ -153,6 +154,7 @@ TEST(methods_end_in_time) {
   const Problem problem = small::stack(12);
   for (const char* method : {"newton", "interior-point", "admm", "auto"}) {
     Options options;
+    options.law = Law::associated;
     options.deadline = 1e-7;
     options.tolerance = 0;
     const Solution s = solve(problem, method, options);

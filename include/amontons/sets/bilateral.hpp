@@ -5,11 +5,11 @@
 namespace amontons {
 
 // R: a bilateral row. Projection is the identity, the dual cone is {0}.
-struct Free {
+struct Bilateral {
   static constexpr int dim = 1;
-  static constexpr const char* name = "free";
+  static constexpr const char* name = "bilateral";
   static constexpr bool is_cone = true, frictional = false;
-  using Barrier = FreeBarrier;
+  using Barrier = BilateralBarrier;
 
   void project(const double* x, double* out) const { out[0] = x[0]; }
   void natural_map(const double*, const double* step, double* out) const { out[0] = step[0]; }
