@@ -7,7 +7,7 @@ namespace amontons::python {
 
 namespace {
 
-// A Python object that solvers can hold without the lock of the interpreter.
+// An object of Python that lives as long as solvers want it, which do not hold the lock of the interpreter.
 using Held = std::shared_ptr<nb::object>;
 Held hold(nb::object object) {
   return {new nb::object(std::move(object)), [](nb::object* p) {
@@ -33,8 +33,19 @@ std::array<double, n> numbers(const nb::object& result, const char* pass) {
   return out;
 }
 
-// The passes of a Python object, amontons.Iterate. A Ctrl-C inside a pass ends the solve with the best
-// iterate as the answer. The pass may be half done, and no other pass follows it.
+// A call of Python within a solve. A Ctrl-C that lands inside leaves the solve, whose best iterate is the
+// answer: a pass may have done half its work, and no other follows it.
+nb::object interruptible(auto&& call) {
+  try {
+    return call();
+  } catch (nb::python_error& error) {
+    if (!solve_scope.running || !error.matches(PyExc_KeyboardInterrupt)) throw;
+  }
+  solve_scope.interrupted = true;
+  throw LeftEarly{true};
+}
+
+// The passes of an object of Python, amontons.Iterate.
 class PythonIterate final : public AnyIterate {
  public:
   PythonIterate(nb::object passes, std::size_t rows) : passes_(hold(std::move(passes))), rows_(rows) {}
@@ -87,7 +98,7 @@ class PythonIterate final : public AnyIterate {
     nb::gil_scoped_acquire gil;
     call(pass);
   }
-  // Outside the loop no caller catches LeftEarly: called once more.
+  // Outside the loop, where nobody would catch LeftEarly: once more.
   void vector(const char* pass, std::span<double> x) const {
     nb::gil_scoped_acquire gil;
     nb::object result;
@@ -107,8 +118,8 @@ class PythonIterate final : public AnyIterate {
   std::size_t rows_;
 };
 
-// make(problem, law) returns the object, for a problem that lives only during the solve. With a layout it is
-// called for problems that a device serves, with at least this number of contacts.
+// make(problem, law): the object, of a problem that is alive during the solve only. With a layout it is called
+// for problems that a device serves, with at least so many contacts.
 std::shared_ptr<IterateSource> source(std::string name, nb::callable make, bool with_layout,
                                       std::size_t least_contacts) {
   auto out = std::make_shared<IterateSource>();
@@ -127,7 +138,7 @@ std::shared_ptr<IterateSource> source(std::string name, nb::callable make, bool 
 
 using Layout = std::shared_ptr<DeviceLayout>;
 
-// A view of one array of a layout, by its name there.
+// A view of one of the arrays of a layout, by the name that it has there.
 template <class T>
 void add_view(nb::dict& d, const char* name, const std::vector<T>& values, const Layout& owner) {
   auto* keep = new Layout(owner);
