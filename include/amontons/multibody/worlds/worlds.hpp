@@ -18,7 +18,7 @@ using Worlds = std::span<const std::shared_ptr<Simulation>>;
 struct Schedule {
   std::size_t records = 1, repeat = 1;
   // (worlds, records, entries of State::controls) by rows; empty: controls stay constant.
-  std::span<const double> controls;
+  std::span<const double> controls{};
   unsigned threads = 1;
   // (worlds, records, nv), State::joint_forces; empty: they stay constant.
   std::span<const double> joint_forces{};
