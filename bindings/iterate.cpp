@@ -33,8 +33,19 @@ std::array<double, n> numbers(const nb::object& result, const char* pass) {
   return out;
 }
 
-// The passes of an object of Python, amontons.Iterate. A Ctrl-C that lands inside a pass leaves the solve,
-// whose best iterate is the answer; the pass may have done half its work, and no other follows it.
+// A call of Python within a solve. A Ctrl-C that lands inside leaves the solve, whose best iterate is the
+// answer: a pass may have done half its work, and no other follows it.
+nb::object interruptible(auto&& call) {
+  try {
+    return call();
+  } catch (nb::python_error& error) {
+    if (!solve_scope.running || !error.matches(PyExc_KeyboardInterrupt)) throw;
+  }
+  solve_scope.interrupted = true;
+  throw LeftEarly{true};
+}
+
+// The passes of an object of Python, amontons.Iterate.
 class PythonIterate final : public AnyIterate {
  public:
   PythonIterate(nb::object passes, std::size_t rows) : passes_(hold(std::move(passes))), rows_(rows) {}
@@ -70,13 +81,8 @@ class PythonIterate final : public AnyIterate {
  private:
   template <class... Arguments>
   nb::object call(const char* pass, Arguments&&... arguments) const {
-    try {
-      return passes_->attr(pass)(std::forward<Arguments>(arguments)...);
-    } catch (nb::python_error& error) {
-      if (!solve_scope.running || !error.matches(PyExc_KeyboardInterrupt)) throw;
-    }
-    solve_scope.interrupted = true;
-    throw LeftEarly{true};
+    return interruptible(
+        [&] { return nb::object(passes_->attr(pass)(std::forward<Arguments>(arguments)...)); });
   }
   template <class... Arguments>
   double one(const char* pass, Arguments... arguments) const {
@@ -112,7 +118,7 @@ class PythonIterate final : public AnyIterate {
   std::size_t rows_;
 };
 
-// make(problem, law): the object, of a problem that is alive during the solve only. With a layout it is asked
+// make(problem, law): the object, of a problem that is alive during the solve only. With a layout it is called
 // for problems that a device serves, with at least so many contacts.
 std::shared_ptr<IterateSource> source(std::string name, nb::callable make, bool with_layout,
                                       std::size_t least_contacts) {
@@ -124,7 +130,8 @@ std::shared_ptr<IterateSource> source(std::string name, nb::callable make, bool 
   out->make = [make = hold(std::move(make))](const Problem& problem, Law law) -> std::unique_ptr<AnyIterate> {
     nb::gil_scoped_acquire gil;
     const nb::object view = nb::cast(const_cast<Problem*>(&problem), nb::rv_policy::reference);
-    return std::make_unique<PythonIterate>((*make)(view, law), problem.rows());
+    return std::make_unique<PythonIterate>(interruptible([&] { return nb::object((*make)(view, law)); }),
+                                           problem.rows());
   };
   return out;
 }

@@ -106,7 +106,7 @@ bool has_moments(const Problem& problem) {
                                           [](const Contact& c) { return c.rows > 3; });
 }
 
-// What a solver is made of.
+// The arguments from which a solver is made.
 void bind_parts(nb::class_<Problem>& cls) {
   cls.def(
          "project",

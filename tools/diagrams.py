@@ -53,6 +53,10 @@ PATHS = {
 
 AUTO = {
     "accepts_start": ("Is the start a solution?", "Yes, if its residual is within the tolerance: return it."),
+    "solve_on_device": (
+        "Does a device serve the problem?",
+        "Yes: the two first-order methods with passes there. All islands are one problem.",
+    ),
     "solve_one": (
         "Only bilateral rows, more than {large_linear_system}?",
         "Yes: run the race for linear systems. If it stalls, go on.",
@@ -93,6 +97,7 @@ PACKAGE = {
     "report": "figures, pictures and films",
     "studies": "studies of many runs",
     "viewer": "the page of amontons view",
+    "device": "passes of first-order methods on a GPU",
     "cli": "the command",
     "gym": "environments for learning",
 }

@@ -141,7 +141,7 @@ constexpr Pair arcs[] = {{0, 0},
                          {0x1.700a7c5784634p-1, -0x1.8c34d25aadef6p-56},
                          {0x1.921fb54442d18p-1, 0x1.1a62633145c07p-55}};
 
-// atan(a / b) for 0 <= a <= b, b of a moderate size: with c = k / 8 near a / b,
+// atan(a / b) for 0 <= a <= b, b of a moderate size. Let c = k / 8 be near a / b. Then
 //   atan(a / b) = atan(c) + atan(t), t = (a - c b) / (b + c a), |t| <= 1/16.
 // a - c b is exact except for the rounding of c b (Sterbenz 1974), which is 2^-54 of the result. The omitted
 // term is t^14 / 15 = 1e-18 of t.

@@ -38,7 +38,7 @@ double ending(const Problem& problem, double deadline) {
   return std::min(per_block * static_cast<double>(problem.K.blocks()), most * deadline);
 }
 
-// Whether the method is written over Iterate: others, some of which call these, stay on the processor.
+// Whether the method is written over Iterate. Other methods, some of which call these, stay on the processor.
 bool has_passes(std::string_view method) {
   return method == "auto" || method == "p-spg-fb" || method == "apgd";
 }

@@ -3,6 +3,7 @@
 import ctypes
 import shutil
 import subprocess
+from concurrent.futures import ThreadPoolExecutor
 
 import amontons
 import numpy as np
@@ -254,3 +255,15 @@ def test_other_methods_say_that_they_run_on_the_cpu():
     solution = problems()["wall"].solve(method="admm", device="numpy", max_iterations=5)
     assert solution.device == "cpu"
     assert "admm runs on the CPU" in solution.reason
+
+
+# Breaks when threads that share a device mix up the arguments of their kernels, or their buffers.
+def test_threads_share_a_device():
+    pocl()
+    options = dict(method="apgd", law="coulomb", tolerance=0, max_iterations=60, device=DEVICE)
+    names = ("pile", "wall", "contacts", "pile")
+    alone = {name: problems()[name].solve(**options).x for name in names}
+    with ThreadPoolExecutor(4) as pool:
+        together = list(pool.map(lambda name: problems()[name].solve(**options).x, names))
+    for name, x in zip(names, together, strict=True):
+        np.testing.assert_array_equal(x, alone[name])

@@ -1,5 +1,7 @@
 """Iterates from outside: the protocol, and the reference in NumPy, against those of the compiled module."""
 
+import signal
+
 import amontons
 import numpy as np
 import pytest
@@ -212,3 +214,28 @@ def test_preconditioner():
     diagonal = problem.A.to_sparse().diagonal()
     own = np.repeat(diagonal[:60].reshape(-1, 3).mean(axis=1), 3)
     np.testing.assert_allclose(problem.P, [*own, *diagonal[60:]], rtol=1e-12)
+
+
+# Breaks when Ctrl-C during a pass is lost, or comes out as an exception.
+@pytest.mark.skipif(not hasattr(signal, "setitimer"), reason="no interval timer")
+def test_ctrl_c():
+    problem = problems()["drum"]
+    before = signal.signal(signal.SIGALRM, signal.default_int_handler)
+    try:
+        signal.setitimer(signal.ITIMER_REAL, 0.5)
+        solution = problem.solve(method="p-spg-fb", law="coulomb", device="numpy", tolerance=0)
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0)
+        signal.signal(signal.SIGALRM, before)
+    assert solution.status == "interrupted"
+    assert np.isfinite(solution.x).all()
+
+
+# Breaks when Ctrl-C while the arrays of a problem are uploaded comes out as an exception.
+def test_ctrl_c_while_an_iterate_is_made(monkeypatch):
+    def interrupted(problem, law):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(NumpyIterate, "of_core", interrupted)
+    solution = problems()["wall"].solve(method="apgd", device="numpy")
+    assert (solution.status, solution.device) == ("interrupted", "numpy")

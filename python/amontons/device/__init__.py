@@ -1,7 +1,7 @@
 """P-SPG-FB and APGD on devices: the passes as kernels for OpenCL and CUDA, and in NumPy.
 
 A leaf of the package: `problem` and `simulation` reach it by the hook `source_of_device` alone. pyopencl or
-CuPy are imported when a device is asked for.
+CuPy are imported with the first use of a device.
 """
 
 from .backend import Device as Device

@@ -1,4 +1,4 @@
-"""What a device is, and the four things that its backend can do."""
+"""The description of a device, and the four functions of its backend."""
 
 from __future__ import annotations
 
@@ -74,7 +74,7 @@ class Memory:
 
     @property
     def nbytes(self) -> int:
-        """Of all buffers."""
+        """Size of all buffers (bytes)."""
         return sum(size for size, _ in self._buffers.values())
 
     def buffer(self, name: str, nbytes: int) -> Any:

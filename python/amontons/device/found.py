@@ -35,7 +35,7 @@ def devices() -> tuple[Device, ...]:
 
 
 def remedies() -> dict[str, str | None]:
-    """Of each backend what is missing, or None."""
+    """The missing part of each backend, or None."""
     told: dict[str, str | None] = {}
     for name, module in BACKENDS.items():
         try:

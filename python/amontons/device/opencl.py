@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 from typing import Any
 
 import numpy as np
@@ -66,6 +67,7 @@ class OpenCL:
         self._context = cl.Context([hardware])
         self._queue = cl.CommandQueue(self._context)
         program = cl.Program(self._context, source() if text is None else text).build()
+        self._lock = threading.Lock()
         self._kernels = {kernel.function_name: kernel for kernel in program.all_kernels()}
 
     def allocate(self, nbytes: int) -> Any:
@@ -93,4 +95,5 @@ class OpenCL:
 
     def launch(self, kernel: str, groups: int, *arguments: Any) -> None:
         """See `Backend`."""
-        self._kernels[kernel](self._queue, (groups * self.group,), (self.group,), *arguments)
+        with self._lock:  # arguments are set one by one, then the kernel is enqueued
+            self._kernels[kernel](self._queue, (groups * self.group,), (self.group,), *arguments)

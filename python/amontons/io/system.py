@@ -1,7 +1,7 @@
-"""What files need of the system that Linux, macOS and Windows have under different names.
+"""Functions for files and processes that Linux, macOS and Windows have under different names.
 
-Windows has no links that `open` could refuse to follow and no pipes in folders, opens files as text unless
-told not to, and neither renames nor removes a file that somebody has open.
+Windows has no links that `open` could refuse to follow, and no pipes in folders. It opens files as text
+unless a flag forbids it. It neither replaces nor removes a file that somebody has open.
 """
 
 from __future__ import annotations

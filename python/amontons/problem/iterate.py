@@ -99,7 +99,7 @@ class Iterate(Protocol):
 
 
 def source_of_iterate(iterate: Iterate, method: str, has_moments: bool) -> _core.IterateSource:
-    """What hands `iterate` to the compiled module; InputError where it cannot be used."""
+    """The source of `iterate` for the compiled module; InputError if it cannot be used."""
     if has_moments:
         raise InputError("iterate: problems with moments, whose units the methods change, do not take one")
     if method not in METHODS:

@@ -13,10 +13,10 @@ double compliance_of(const ContactSystem& A, std::size_t contact);
 // Writes the three rows of a contact to a lane.
 void fill_rows(const JacobianRow* row, std::size_t lane, ContactRows& rows);
 
-// Beyond this the cone is a half-space in double precision, and its cube times 1e150 would overflow.
+// Largest friction coefficient: beyond it the cone is a half-space in double precision, and its cube times
+// 1e150 would overflow.
 inline constexpr double largest_mu = 1e50;
-// The single rows in order, which are intervals to the passes: free and nonnegative ones with infinite
-// bounds.
+// The single rows in order, as intervals: free and nonnegative rows have infinite bounds.
 std::vector<Interval> row_bounds(const SetProduct& K);
 
 }  // namespace amontons

@@ -1,11 +1,13 @@
-// From a problem to the arrays of a device, in linear time but for the order of the bodies:
-//  places   bodies along the curve of the fused passes (body_order), contacts and rows sorted by them
-//  fields   what a pass reads of contacts, rows and bodies, component by component
-//  lists    what a body receives: of every side of a contact or row one entry, sorted by counting. Entries
-//           come in ascending order of contacts and rows, which is the order of the sum. Arms and rows of D
-//           lie in the order of the lists a second time: a body then reads them in a row
-//  parts    a list of more than `most_entries` would keep one work item busy while all others wait; its parts
-//           are summed side by side, and then each other's sums by a tree
+// From a problem to the arrays of a device, in linear time except for the order of the bodies:
+//   places   bodies along the curve of the fused passes (body_order), contacts and rows sorted by them
+//   fields   the data of contacts, rows and bodies that a pass reads, component by component
+//   lists    the summands of a body: one entry for every side of a contact or row, sorted by counting.
+//   Entries
+//            are in ascending order of contacts and rows, the order of the sum. Arms and rows of D are stored
+//            a second time in the order of the lists, so that a body reads them contiguously
+//   parts    a list of more than `most_entries` would keep one work item busy while all others wait. Its
+//   parts
+//            are summed in parallel, and their sums by a tree
 #include "amontons/solvers/first_order/device_layout.hpp"
 
 #include <algorithm>
@@ -23,9 +25,9 @@ using Layout = DeviceLayout;
 
 std::size_t padded(std::size_t n) { return (n + 31) / 32 * 32; }
 
-// Where bodies, contacts and rows go: as in the fused passes.
+// Places of bodies, contacts and rows, as in the fused passes.
 struct Places {
-  std::vector<std::uint32_t> line;  // of each body, 0 for what does not move
+  std::vector<std::uint32_t> line;  // of each body, 0 for fixed bodies
   Sorted contacts, rows;
 };
 Places places_of(const ContactSystem& A, const ContactGraph& graph, std::size_t contacts,
@@ -78,7 +80,7 @@ void fill_contacts(const Problem& problem, const ContactSystem& A, const Places&
   }
 }
 
-// A row of D at one of the places of `jacobian`.
+// Writes a row of D to one of the places of `jacobian`.
 void fill_jacobian(const JacobianRow& row, std::size_t place, Layout& out) {
   const std::size_t stride = out.jacobian_stride();
   for (std::size_t k = 0; k < 6; ++k) {
@@ -87,7 +89,7 @@ void fill_jacobian(const JacobianRow& row, std::size_t place, Layout& out) {
   }
 }
 
-// Single rows, and the three rows of every stored contact: they stand before the single ones in D as in x.
+// Single rows, and the three rows of every stored contact, which precede the single ones in D as in x.
 void fill_rows(const Problem& problem, const ContactSystem& A, const Places& places, Layout& out) {
   const std::vector<Interval> bounds = row_bounds(problem.K);
   const std::size_t ahead = out.stored ? 3 * out.stride : 0;
@@ -120,13 +122,13 @@ void fill_masses(const Bodies& bodies, const Places& places, Layout& out) {
   }
 }
 
-// One entry per side: the line of its body, what stands in the list, and where its numbers are.
+// One entry per side: the line of its body, its value in the list, and the place of its numbers.
 struct Entry {
   std::uint32_t line, value;
 };
 
 // Lists by line from entries in ascending order, by counting: first[i] .. first[i + 1] - 1 are those of line
-// i. Line 0 has none.
+// i. Line 0 has no entries.
 std::vector<std::uint32_t> make_lists(const std::vector<Entry>& entries, std::size_t lines,
                                       std::vector<std::uint32_t>& first) {
   first.assign(lines + 1, 0);
@@ -148,7 +150,7 @@ std::vector<Entry> contact_entries(const Layout& out) {
   return entries;
 }
 
-// value: the place in `jacobian`, twice, plus the side.
+// value: twice the place in `jacobian`, plus the side.
 std::vector<Entry> row_entries(const Layout& out) {
   std::vector<Entry> entries;
   const auto add = [&](std::size_t place, std::uint32_t line, std::size_t side) {
@@ -166,7 +168,8 @@ std::vector<Entry> row_entries(const Layout& out) {
   return entries;
 }
 
-// A list is read by one work item, lists side by side by neighbours: numbers lie in the order of the lists.
+// One work item reads a list, and neighbours read neighbouring lists, so numbers are in the order of the
+// lists.
 void fill_list_numbers(Layout& out) {
   const std::size_t n = out.contact_list.size(), m = out.row_list.size(), stride = out.jacobian_stride();
   out.list_arm.resize(3 * n);
@@ -187,8 +190,8 @@ void fill_list_numbers(Layout& out) {
   }
 }
 
-// Long lists are cut into parts, and their bodies get empty ones: from here on `first` and `first_row` hold
-// both ends of a list.
+// Long lists are divided into parts, and their bodies get empty lists: from here on `first` and `first_row`
+// hold both ends of a list.
 void cut_long_lists(Layout& out) {
   std::vector<std::uint32_t> first = out.first, first_row = out.first_row;
   const std::size_t lines = first.size() - 1;
@@ -244,7 +247,7 @@ DeviceLayout::DeviceLayout(const Problem& problem)
 
 namespace {
 
-// The frame of a contact, as ContactBasis makes it from the normal: the one that the problem has.
+// The frame of a contact, made from the normal as by ContactBasis. It equals that of the problem.
 ContactBasis basis(const Layout& layout, std::size_t c) {
   const double* normal = &layout.contact[Layout::normal * layout.stride + c];
   return ContactBasis(Vec3{normal[0], normal[layout.stride], normal[2 * layout.stride]});

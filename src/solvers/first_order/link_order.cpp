@@ -8,9 +8,9 @@ namespace amontons {
 
 using Link = ContactGraph::Link;
 
-// A batch has a body once, so that a body needs as many batches as it has contacts: the ground box of a pile
-// would leave seven of eight lanes inert. Bodies for which that is more batches than the contacts fill get a
-// line for each of the eight lanes instead, and never stand in the way. The limit is at least 8, the lines
+// A batch contains a body at most once, so a body needs as many batches as it has contacts. The ground box of
+// a pile would leave seven of eight lanes inert. If a body needs more batches than all contacts fill, it is a
+// hub: it gets a line for each of the eight lanes, and causes no conflict. The limit is at least 8, the lines
 // that a hub takes, and at most 64, two rings of batches.
 std::vector<bool> find_hubs(std::size_t bodies, const std::vector<Link>& links, std::size_t contacts) {
   std::vector<std::uint32_t> degree(bodies);

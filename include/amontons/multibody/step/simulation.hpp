@@ -29,12 +29,12 @@ struct SimulationOptions {
   Law law = Law::coulomb;
   std::string method = "auto";
   // If it is not empty it replaces the method; reports then use the method's name for it.
-  StepMethod own_method;
+  StepMethod own_method = {};
   double tolerance = 1e-6;  // natural residual, relative to that of zero impulses; not tuned: a default
-  std::size_t max_iterations = 0;           // per solve; 0: the method's own limit
-  double budget = infinity;                 // s of wall clock per step; results then depend on the machine
-  unsigned threads = 0;                     // 0: one per core if the problem is large enough
-  std::shared_ptr<IterateSource> iterates;  // as in Options; null: this library
+  std::size_t max_iterations = 0;  // per solve; 0: the method's own limit
+  double budget = infinity;        // s of wall clock per step; results then depend on the machine
+  unsigned threads = 0;            // 0: one per core if the problem is large enough
+  std::shared_ptr<IterateSource> iterates = {};  // as in Options; null: this library
   // Largest gap (m) up to which contacts are found; 0: a fiftieth of Model::length(). It is wide enough that
   // unforeseen contacts are rare, and narrow enough that few contacts are open.
   double margin = 0;

@@ -14,7 +14,7 @@ Solution automatic(const Problem&, const Options&, Elimination&, Solution memory
 // Eliminates bilateral rows and solves islands of few rows to rounding. The race solves what remains. Returns
 // false where the direct way does not apply; `s` is then undefined, but its arrays keep their memory.
 bool solve_directly(const Problem&, const Options&, Elimination&, Solution& s);
-// Methods race, island by island; on a device that serves the problem one of its two methods runs.
+// Methods race, island by island. On a device that serves the problem one of its two methods runs instead.
 Solution solve_by_race(const Problem&, const Options&);
 
 }  // namespace amontons

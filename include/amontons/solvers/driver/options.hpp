@@ -58,7 +58,7 @@ inline constexpr double least_deadline = 1e-9;
 
 struct Options {
   // The law of friction; by default that of the problem. The two laws agree for sets without friction.
-  std::optional<Law> law;
+  std::optional<Law> law = {};
   // Tolerance of the natural residual, >= 0. The residual is 1 at x = 0, or 0 if x = 0 is the solution. 0
   // runs to the limits.
   double tolerance = 1e-6;
@@ -80,7 +80,7 @@ struct Options {
   unsigned threads = 0;
   // Source of the iterates of p-spg-fb and apgd, for example a device; null: this library. Other methods
   // ignore it. auto uses one of the two for a problem that the source serves.
-  std::shared_ptr<IterateSource> iterates;
+  std::shared_ptr<IterateSource> iterates = {};
   // Called once per iteration if not empty; true stops with Status::interrupted. It costs as much as history.
   std::function<bool(const IterationRecord&)> callback;
   // If not empty, called between iterations and within factorisations, at most every 20 ms; true stops with

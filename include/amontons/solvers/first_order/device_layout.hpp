@@ -8,37 +8,37 @@
 
 namespace amontons {
 
-// The arrays of the passes as a device reads them: component by component, so that neighbouring work items
-// read neighbouring numbers. Contacts lie in the order of their bodies, bodies along the curve of the fused
-// passes. What a body receives is summed from lists, its contacts and rows in ascending order, so that
-// nobody adds to the number of another and every sum has one order.
+// The arrays of the passes in the layout of a device: component by component, so that neighbouring work items
+// read neighbouring numbers. Contacts are in the order of their bodies, bodies along the curve of the fused
+// passes. The sum at a body runs over lists of its contacts and rows in ascending order. So no two work items
+// add to one number, and every sum has one order.
 //
-// A vector (x, u, b, d) has size() doubles: component k of contact c at k * stride + c, in world axes where
-// contacts have arms and in the frames of the file where they are `stored` as rows of D, then the single
-// rows from 3 * stride on. Strides are multiples of 32 doubles, the lines of a device; what pads is zero.
+// A vector (x, u, b, d) has size() doubles: component k of contact c at k * stride + c, then the single rows
+// from 3 * stride on. Contacts with arms are in world axes, contacts `stored` as rows of D in the frames of
+// the file. Strides are multiples of 32 doubles, the lines of a device; padding is zero.
 struct DeviceLayout {
   // Fields of `contact` and `row`, `stride` and `row_stride` doubles each: normal, arms from the centres of
   // mass (m; not where stored), mu, P and the metric of accelerated methods (1/kg), compliance E (1/kg).
   enum ContactField { normal = 0, mu = 3, p = 4, aspect = 5, p_t = 6, compliance = 7, arm_a = 8, arm_b = 11 };
   enum RowField { row_p = 0, low = 1, high = 2, row_compliance = 3 };
-  // Entries of a list that one work item sums: a body with more has several parts.
+  // Entries of a list that one work item sums: a body with more entries has several parts.
   static constexpr std::size_t most_entries = 128;
 
-  // Whether the passes know the problem: the sets of ContactIterate, and bodies that no joint holds.
+  // Whether the passes support the problem: the sets of ContactIterate, and no constrained bodies.
   static bool fits(const Problem& problem);
-  // Copies all that the passes need.
+  // Copies all data of the passes.
   explicit DeviceLayout(const Problem& problem);
 
-  std::size_t contacts = 0, rows = 0, bodies = 0;  // bodies: that impulses move
+  std::size_t contacts = 0, rows = 0, bodies = 0;  // bodies: those that impulses move
   std::size_t stride = 0, row_stride = 0, line_stride = 0;
   bool stored = false, compliant = false;
-  std::vector<Index> contact_of, row_of;  // of the problem, in each place
+  std::vector<Index> contact_of, row_of;  // index in the problem, for each place
   std::vector<double> contact, row;
   // The body lines of both sides: contacts A, contacts B (stride each), rows A, rows B (row_stride each).
-  // Line 0 is that of the world and of whatever does not move, its velocity is zero; bodies have 1, 2, ...
+  // Line 0 is that of the world and of fixed bodies, with zero velocity; bodies have 1, 2, ...
   std::vector<std::uint32_t> line;
-  // Rows of D: six components on A, six on B, jacobian_stride() doubles each, for the single rows, or for all
-  // components of a vector where contacts are stored.
+  // Rows of D: six components on A, six on B, jacobian_stride() doubles each. For the single rows, or for all
+  // components of a vector if contacts are stored.
   std::vector<double> jacobian;
   // 1/m and the inverse inertia (xx yy zz xy xz yz), line_stride doubles each, by line.
   std::vector<double> mass;
@@ -52,9 +52,9 @@ struct DeviceLayout {
 
   std::size_t size() const { return 3 * stride + row_stride; }
   std::size_t jacobian_stride() const { return stored ? size() : row_stride; }
-  // Pi_K of x0 (empty: of zeros), with the mu of the passes, in the order of the problem.
+  // Pi_K of x0 (empty: zeros), with the mu of the passes, in the order of the problem.
   std::vector<double> projected(std::span<const double> x0) const;
-  // From the order and the frames of the problem to those of the passes, and back.
+  // Between the order and frames of the problem and those of the passes.
   std::vector<double> to_passes(std::span<const double> user) const;
   void to_user(std::span<const double> held, std::span<double> user) const;
 };

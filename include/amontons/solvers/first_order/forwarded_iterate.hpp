@@ -9,9 +9,9 @@
 
 namespace amontons {
 
-// The passes of the concept Iterate as an interface, for an iterate that is not known when this library is
-// compiled: a device, or an object of Python. One virtual call per pass, none per contact. Meaning and order
-// of the passes are those of iterate.hpp; spans are in the order and the frames of the problem.
+// The passes of the concept Iterate as an interface, for an iterate that is unknown when this library is
+// compiled: a device, or a Python object. One virtual call per pass, none per contact. Meaning and order of
+// the passes are those of iterate.hpp; spans are in the order and the frames of the problem.
 class AnyIterate {
  public:
   virtual ~AnyIterate() = default;
@@ -30,26 +30,26 @@ class AnyIterate {
   virtual double objective() const = 0;
 };
 
-// Where P-SPG-FB and APGD take their iterates from in place of this library: Options::iterates. It is shared
-// by all solves with these options, of which several may run at a time.
+// Source of iterates for P-SPG-FB and APGD in place of this library: Options::iterates. All solves with these
+// options share it, and several may run at a time.
 struct IterateSource {
-  // What Solution::device says.
+  // The name in Solution::device.
   std::string name;
-  // Whether it serves a problem; the others stay on the processor.
+  // Whether it serves a problem; other problems stay on the processor.
   std::function<bool(const Problem&)> takes;
-  // The problem is alive as long as the iterate.
+  // The problem outlives the iterate.
   std::function<std::unique_ptr<AnyIterate>(const Problem&, Law)> make;
 };
 
 inline bool on_device(const Problem& problem, const Options& options) {
   return options.iterates && options.iterates->takes(problem);
 }
-// Of a solve by P-SPG-FB or APGD: Solution::device.
+// Solution::device of a solve by P-SPG-FB or APGD.
 inline std::string device_of(const Problem& problem, const Options& options) {
   return on_device(problem, options) ? options.iterates->name : "cpu";
 }
 
-// An Iterate that hands every pass on.
+// An Iterate that forwards every pass.
 class ForwardedIterate {
  public:
   explicit ForwardedIterate(std::unique_ptr<AnyIterate> passes) : passes_(std::move(passes)) {}
