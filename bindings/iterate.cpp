@@ -118,8 +118,8 @@ class PythonIterate final : public AnyIterate {
   std::size_t rows_;
 };
 
-// make(problem, law): the object, of a problem that is alive during the solve only. With a layout it is called
-// for problems that a device serves, with at least so many contacts.
+// make(problem, law): the object, of a problem that is alive during the solve only. With a layout it is
+// called for problems that a device serves, with at least so many contacts.
 std::shared_ptr<IterateSource> source(std::string name, nb::callable make, bool with_layout,
                                       std::size_t least_contacts) {
   auto out = std::make_shared<IterateSource>();

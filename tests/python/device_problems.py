@@ -61,7 +61,7 @@ def random_problem(contacts, bodies, rows=0, *, compliant=False, hub=False, seed
     third = rows // 3
     cones = [
         amontons.Friction(rng.choice([0, 0.3, 0.5, 1, 20], contacts)),
-        amontons.Free(third),
+        amontons.Bilateral(third),
         amontons.Interval(np.full(third, -0.2), np.full(third, 0.1)),
         amontons.NonNegative(rows - 2 * third),
     ]

@@ -465,7 +465,7 @@ def test_wrong_model(body, message):
         (lambda: Material(restitution=2), "[0, 1]"),
         (
             lambda: Motor("torque"),
-            "'torque' (did you mean 'effort'?); known are none, effort, velocity, position",
+            "'torque' (here it is called 'effort'); known are none, effort, velocity, position",
         ),
         (lambda: ModelBuilder(friction_rule="product"), "geometric_mean, maximum, minimum, mean"),
         (lambda: ModelBuilder(gravity=9.81), "3 numbers"),

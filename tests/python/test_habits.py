@@ -5,6 +5,7 @@ import logging
 import os
 import subprocess
 import sys
+from dataclasses import replace
 
 import amontons
 import numpy as np
@@ -207,9 +208,8 @@ def test_names_of_others():
         simulation.sensors["nope"]
     builder = amontons.ModelBuilder()
     builder.add_body("ball", shape=amontons.shapes.Sphere(0.1), density=1000)
-    builder.add_site("top", body="ball", position=(0, 0, 0.1))
-    builder.add_sensor("height", "framepos", site="top")
-    sensors = amontons.Simulation(builder.build()).sensors
+    model = replace(builder.build(), sensors=(amontons.Sensor("height", "framepos", body=0),))
+    sensors = amontons.Simulation(model).sensors
     with pytest.raises(amontons.InputError, match=r"'hight' \(did you mean 'height'\?\); known are height"):
         sensors["hight"]
     assert "nope" not in sensors

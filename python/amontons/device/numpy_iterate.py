@@ -9,9 +9,8 @@ from __future__ import annotations
 import numpy as np
 
 from .. import _core
-from ..checks import Array, chosen
+from ..checks import Array
 from ..errors import InputError
-from ..problem.options import LAWS
 from ..problem.problem import Problem
 
 TILE = 256
@@ -89,15 +88,15 @@ def collect(partial: Array) -> float:
 class NumpyIterate:
     """The passes of a problem of bodies, contacts and rows in NumPy, an `amontons.Iterate`.
 
-    It is what the kernels of a device are tested against, to the last bit, and an example to start from. law:
-    that of the solve which it serves. InputError for problems that devices do not serve: cones other than
-    `Friction`, and A that is neither `Contacts` nor `Factored`.
+    The kernels of a device are tested against it, to the last bit, and it is an example to start from. law:
+    that of the solve which it serves, None for that of the problem. InputError for problems that devices do
+    not serve: cones other than `Friction`, and A that is neither `Contacts` nor `Factored`.
     """
 
-    def __init__(self, problem: Problem, *, law: str = "associated") -> None:
+    def __init__(self, problem: Problem, *, law: str | None = None) -> None:
         if not _core.DeviceLayout.fits(problem._core):
             raise InputError("the passes know bodies with circular friction cones and single rows only")
-        self._fill(problem._core, chosen("law", law, LAWS))
+        self._fill(problem._core, problem._law(law))
 
     @classmethod
     def of_core(cls, problem: _core.Problem, law: _core.Law) -> NumpyIterate:
