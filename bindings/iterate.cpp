@@ -20,7 +20,7 @@ double number(const nb::object& result, const char* pass) {
   if (const double value = PyFloat_AsDouble(result.ptr()); !PyErr_Occurred()) return value;
   PyErr_Clear();
   throw InputError(std::string("iterate: ") + pass + "() must return a number, not a " +
-                   Py_TYPE(result.ptr())->tp_name);
+                   nb::cast<std::string>(result.type().attr("__name__")));  // the stable ABI has no tp_name
 }
 
 template <std::size_t n>
@@ -118,8 +118,8 @@ class PythonIterate final : public AnyIterate {
   std::size_t rows_;
 };
 
-// make(problem, law): the object, of a problem that is alive during the solve only. With a layout it is called
-// for problems that a device serves, with at least so many contacts.
+// make(problem, law): the object, of a problem that is alive during the solve only. With a layout it is
+// called for problems that a device serves, with at least so many contacts.
 std::shared_ptr<IterateSource> source(std::string name, nb::callable make, bool with_layout,
                                       std::size_t least_contacts) {
   auto out = std::make_shared<IterateSource>();
