@@ -20,7 +20,7 @@ double number(const nb::object& result, const char* pass) {
   if (const double value = PyFloat_AsDouble(result.ptr()); !PyErr_Occurred()) return value;
   PyErr_Clear();
   throw InputError(std::string("iterate: ") + pass + "() must return a number, not a " +
-                   Py_TYPE(result.ptr())->tp_name);
+                   nb::cast<std::string>(result.type().attr("__name__")));  // the stable ABI has no tp_name
 }
 
 template <std::size_t n>
