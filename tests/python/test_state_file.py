@@ -239,7 +239,7 @@ def test_wrong_files(saved, tmp_path, root):
     with pytest.raises(amontons.FileError, match="does not exist"):
         sim.save(tmp_path / "folder" / "sim.h5")
     with pytest.raises(
-        amontons.InputError, match="unknown option 'speed' of a simulation; known are budget, dt"
+        amontons.InputError, match="unknown option 'speed' of a simulation; known are budget, device,"
     ):
         Simulation.load(path, speed=1)
 
