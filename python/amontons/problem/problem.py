@@ -245,8 +245,8 @@ class Problem:
     def P(self) -> Array:
         """(m,) the preconditioner: the mean of diag(A) over the rows of each cone, at each of its rows.
 
-        Moments have that of the forces of their cone times the square of the length (m) by which they are
-        divided, so that x - u / P is a step in impulses (N s, N m s) row by row.
+        A moment has the value of the forces of its cone times the square of the length (m) that divides
+        moments. So x - u / P is a step in impulses (N s, N m s), row by row.
         """
         blocks = self._core.preconditioner
         return frozen(blocks if self._scale is None else blocks / self._scale**2)
@@ -254,9 +254,9 @@ class Problem:
     def saxce(self, u: ArrayLike, *, law: str | None = None) -> Array:
         """(m,) the term of De Saxce (m/s) that makes Coulomb's law of the variational inequality.
 
-        g = u + saxce(u) is what has to be in the dual cone. In the normal row of a contact the term is
-        mu |u_t|, of anisotropic and rolling friction the support of the set per unit of normal force; it is
-        zero in all other rows, and everywhere under `associated`.
+        g = u + saxce(u) has to be in the dual cone. In the normal row of a contact the term is mu |u_t|. With
+        anisotropic and rolling friction it is the support of the set per unit of normal force. It is zero in
+        all other rows, and everywhere under `associated`.
 
         u: (m,) velocities A x + b (m/s, rad/s). law: None for that of the problem.
         """

@@ -83,9 +83,9 @@ class Simulation(Acting, Analysis):
     cones that the device does not support, and other methods run on the CPU.
     budget: wall clock of a step (s), None for no limit; results then depend on the machine.
     margin: contacts are found up to this gap (m), by default a fiftieth of `Model.length`.
-    recovery: how errors of position (overlaps, joints apart, violated limits) are taken back: "projection"
-    moves the bodies, without giving them velocities, and smooth motion is of second order; "velocity" pushes
-    them within the problem of the step, as Anitescu and Tasora do, of first order.
+    recovery: correction of errors of position (overlaps, open joints, violated limits). "projection" moves
+    the bodies without giving them velocities; smooth motion is of second order. "velocity" pushes them within
+    the problem of the step, as Anitescu and Tasora do; it is of first order.
     recovery_speed: errors are taken back no faster (m/s), by default `Model.length` in 0.1 s by projection,
     in 1 s by velocities. restitution_speed: slower impacts do not bounce (m/s), by default 4 |g| dt.
     warm_start: begin each solve with the impulses of the last step.
