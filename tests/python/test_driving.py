@@ -198,7 +198,7 @@ def test_several_motors_of_a_joint():
         (dict(kind="position", kd=1), "kd is of velocity motors, and of position motors with kp"),
         (
             dict(kind="speed"),
-            "unknown motor kind 'speed' .here it is called 'velocity'.; known are none, effort, velocity, position",
+            "unknown motor kind 'speed' .here it is called 'velocity'.; known are none, effort, velocity, ",
         ),
     ],
 )
