@@ -173,6 +173,10 @@ def test_bits_are_compared(tmp_path):
     lines, same = same_bits.table(same_bits.columns([one, two]))
     assert same
     assert lines[0] == "| Scene | Law | one, avx2 | two, baseline |"
+    rows = same_bits.summary(same_bits.columns([one, two, three]))
+    assert rows[2:] == [
+        "| one | avx2 | 2 | yes |", "| two | baseline | 2 | yes |", "| three | baseline | 1 | **no** |",
+    ]  # fmt: skip
     lines, same = same_bits.table(same_bits.columns([one, three]))
     assert not same
     assert "differs" in lines[-1]

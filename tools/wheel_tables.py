@@ -1,0 +1,33 @@
+"""What the tables of `make wheels` and `make wheels-test` say below them; docs/install.md has copies."""
+
+from __future__ import annotations
+
+import datetime
+import os
+import re
+import subprocess
+from pathlib import Path
+
+
+def made_by(command: str, zig: Path) -> str:
+    """Command, date, compiler and processor in a sentence."""
+    today = datetime.datetime.now(datetime.UTC).date()
+    date = f"{today.day} {today:%B %Y}"
+    return f"Made by `{command}` on {date} with {compiler(zig)}, on {processor()}."
+
+
+def compiler(zig: Path) -> str:
+    """The version of Clang and of the package that brings it."""
+    told = [_told(zig, "version"), _told(zig, "c++", "--version")]
+    clang = re.search(r"clang version (\d[\d.]*)", told[1])
+    return f"Clang {clang[1] if clang else '?'} of ziglang {told[0].strip()}"
+
+
+def processor() -> str:
+    cpu = Path("/proc/cpuinfo")
+    names = re.findall(r"model name\s*:\s*(.+)", cpu.read_text()) if cpu.is_file() else []
+    return f"{os.cpu_count()} cores, {names[0] if names else 'an unnamed processor'}"
+
+
+def _told(*command: object) -> str:
+    return subprocess.run([str(c) for c in command], capture_output=True, text=True, check=False).stdout
