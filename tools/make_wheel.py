@@ -42,7 +42,7 @@ from pathlib import Path
 from cross_build import CROSS, build, headers_of, zig_program
 from inspect_wheel import HEAD, faults, row
 from pack_wheel import pack as pack_wheel
-from wheel_tables import made_by
+from wheel_tables import clang_version, made_by
 from wheel_targets import TARGETS, Target
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -199,6 +199,7 @@ def make_wheels(names: str, pythons: list[Python], jobs: int) -> int:
     assert builder is not None
     programs = environment(builder, "zig", ZIG, *TOOLS)
     zig, rows = zig_program(str(programs / "python")), list(HEAD)
+    clang = f"Clang {clang_version(zig)}"
     base, wrong = wheel_of_build(ROOT / "build" / "python"), 0
     DIST.mkdir(exist_ok=True)
     for name in targets:
@@ -206,7 +207,7 @@ def make_wheels(names: str, pythons: list[Python], jobs: int) -> int:
         built = build(target, ["amontons_modules"], found, zig=zig, jobs=jobs)
         for python in found:
             module = (built / python / "_core.built").read_bytes()
-            wheel = pack_wheel(base, module, target, python, DIST)
+            wheel = pack_wheel(base, module, target, python, DIST, clang)
             for fault in (found_faults := list(faults(wheel))):
                 print(f"{wheel.name}: {fault}", file=sys.stderr)
             wrong += bool(found_faults)

@@ -18,9 +18,12 @@ def made_by(command: str, zig: Path) -> str:
 
 def compiler(zig: Path) -> str:
     """The version of Clang and of the package that brings it."""
-    told = [_told(zig, "version"), _told(zig, "c++", "--version")]
-    clang = re.search(r"clang version (\d[\d.]*)", told[1])
-    return f"Clang {clang[1] if clang else '?'} of ziglang {told[0].strip()}"
+    return f"Clang {clang_version(zig)} of ziglang {_told(zig, 'version').strip()}"
+
+
+def clang_version(zig: Path) -> str:
+    found = re.search(r"clang version (\d[\d.]*)", _told(zig, "c++", "--version"))
+    return found[1] if found else "unknown"
 
 
 def processor() -> str:
