@@ -66,7 +66,7 @@ demo: package
 
 test: install cpp_tests browser pocl
 	$(say) 'Python tests'
-	@$(BIN)/python -m pytest
+	@$(BIN)/python -m pytest -n $(JOBS) --dist worksteal
 
 # The test files with the word ROOM in their names; several words are possible. Each C++ file is a program of its own.
 ROOM ?=
@@ -153,8 +153,9 @@ lint: .venv/.requirements
 sanitize: .venv/.requirements
 	@for preset in asan tsan; do tools/sanitize $$preset || exit 1; done
 
-# Before a release, beside .ci/run: what takes an hour or more.
+# Before a release, beside .ci/run: what takes an hour or more. The preset dev compiles source by source.
 release_checks: install
+	@cmake --preset dev >/dev/null && cmake --build build/dev --target amontons amontons_tests -j $(JOBS)
 	@SOAK_SECONDS=$(SANITIZED_SOAK_SECONDS) SOAK_SEED=$(SOAK_SEED) JOBS=$(JOBS) tools/sanitize asan --python
 	@$(MAKE) --no-print-directory soak wheel
 

@@ -46,7 +46,7 @@ REPAIRS: dict[str, tuple[str, ...]] = {
         "turn contacts", "share after a miss", "limit energy", "reflections",
         "positions after turn limit", "positions stop at fixed",
     ),
-    SOLVER: ("second search", "descent", "curve", "rounds", "refinements",
+    SOLVER: ("second search", "curve", "rounds", "refinements",
              "joints eliminated", "race after elimination"),
 }  # fmt: skip
 ELSEWHERE = {"looks": "1000 spheres overlap by 2.0 mm, not by 0.19 mm, but steps are 1.4 times faster"}

@@ -1,7 +1,7 @@
 # Most of the time of a compiler goes into reading headers and into inline functions that every source has again. With
 # AMONTONS_UNITY the sources of one folder are one to the compiler (a unity build): the library takes about half of the
-# processor time. A name in an unnamed namespace is then one of the folder. The sanitizers compile source by source
-# (CMakePresets.json), which shows includes that a source lacks.
+# processor time. A name in an unnamed namespace is then one of the folder. The preset dev compiles source by source, which
+# shows includes that a source lacks: make release_checks builds it.
 option(AMONTONS_UNITY "Compile the sources of a folder together: less processor time" ON)
 
 # Sources of one folder below `root` form a group; a folder alone stays as it is.

@@ -66,6 +66,17 @@ def wait_for(condition, seconds=60.0):
     return False
 
 
+def unfold(page, folder, label):
+    """Opens a folder of the panel, so that the control with this label is visible. A click can get lost while
+    the panel is still being built or another folder is moving: then it is repeated."""
+    control = page.get_by_label(label).first
+    for _ in range(10):
+        page.get_by_text(folder, exact=True).click()
+        if wait_for(control.is_visible, 3):
+            return
+    raise AssertionError(f"folder {folder} does not show {label}")
+
+
 def like(pixels, colour, spread=60):
     """Where a picture has about the direction of a colour, light or dark: (height, width)."""
     unit = np.array(colour) / np.linalg.norm(colour)

@@ -146,7 +146,7 @@ def test_switches_and_solver(opened):
     assert chrome.wait_for(
         lambda: chrome.like(chrome.picture(page)[150:, :520], GREEN, 25).sum() > green + 50
     )
-    page.get_by_text("Solver").click()
+    chrome.unfold(page, "Solver", "Law")
     page.get_by_label("Law").click()
     page.get_by_role("option", name="associated").click()
     assert chrome.wait_for(lambda: sim.options["law"] == "associated")
@@ -192,8 +192,9 @@ def test_sliders_move_joints(opened):
 def test_solver_panel_holds_at_once(opened):
     sim = crate()
     _, page, _ = opened(sim)
-    page.get_by_text("View", exact=True).click()  # folds it up: below it is all that follows
-    page.get_by_text("Solver").click()
+    in_view(page)
+    page.get_by_text("View", exact=True).click()  # folds it up, so that the controls of Solver are in the window
+    chrome.unfold(page, "Solver", "Method")
     for label, option in (("Method", "apgd"), ("Tolerance", "1e-3")):
         page.get_by_label(label).click()
         page.get_by_role("option", name=option, exact=True).dispatch_event("click")

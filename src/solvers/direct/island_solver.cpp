@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 
 #include "amontons/base/ablation.hpp"
 #include "amontons/base/budget.hpp"
@@ -24,7 +23,7 @@ const IslandSolver::Faces IslandSolver::carefully = {2 * direct::steps_at_once, 
 void IslandSolver::start(const Reduction::Island& island) {
   island_ = &island;
   const std::size_t m = island.rows();
-  for (std::vector<double>* v : {&x_, &u_, &dx_, &trial_, &trial_u_, &Wd_, &best_}) v->resize(m);
+  for (std::vector<double>* v : {&x_, &u_, &dx_, &trial_, &trial_u_, &best_}) v->resize(m);
   p_.resize(island.K.blocks());
   double largest = 0;
   for (std::size_t i = 0; i < m; ++i) largest = std::max(largest, island.W[(m + 1) * i]);
@@ -39,17 +38,12 @@ void IslandSolver::start(const Reduction::Island& island) {
   most_work_ = direct::most_island_work + 2 * m * m * m;
 }
 
-// u += W x
-void IslandSolver::add_product(const std::vector<double>& x, std::vector<double>& u) {
-  const std::size_t m = x.size();
-  work_ += m * (m + direct::multiplications_per_row);
-  AMONTONS_DISPATCH(add_product, u.data(), x.data(), island_->W.data(), m);
-}
-
 // u = W x + q
 void IslandSolver::evaluate(const std::vector<double>& x, std::vector<double>& u) {
   u = island_->q;
-  add_product(x, u);
+  const std::size_t m = x.size();
+  work_ += m * (m + direct::multiplications_per_row);
+  AMONTONS_DISPATCH(add_product, u.data(), x.data(), island_->W.data(), m);
 }
 
 double IslandSolver::natural_map(const std::vector<double>& x, const std::vector<double>& u) const {
@@ -86,11 +80,6 @@ IslandSolver::Result IslandSolver::solve(const Reduction::Island& island, Law la
   if (result_.map > limits_.aim) find_faces(at_once);
   if (is_unsolved() && !off("second search")) {
     go_to_best();
-    find_faces(carefully);
-  }
-  if (is_unsolved() && !off("descent")) {
-    go_to_best();
-    descend();
     find_faces(carefully);
   }
   if (result_.map > limits_.target && !off("curve")) follow_curve();
@@ -165,60 +154,6 @@ bool IslandSolver::newton_step(double sigma) {
   project(island_->K, x_, x_);
   evaluate(x_, u_);
   return true;
-}
-
-// Accelerated projected gradients in the metric of W from the present x, as in first_order/apgd.cpp. All of
-// them together cost less than the curve. They share loads evenly among redundant contacts, where Newton
-// steps have no unique solution.
-void IslandSolver::descend() {
-  std::vector<double>&y = trial_, &u_y = trial_u_;
-  y = x_;
-  u_y = u_;
-  double L = 1, theta = 1;
-  for (std::size_t i = 0; i < direct::descent && is_unsolved(); ++i) {
-    ++result_.iterations;
-    // d = Pi(y - g / (L p)) - y with its curvature <d, W d> <= L <d, P d>.
-    double dPd, dPm, dWd;
-    for (;;) {
-      gradient_step(L, dPd, dPm);
-      std::fill(Wd_.begin(), Wd_.end(), 0.0);
-      add_product(dx_, Wd_);
-      dWd = std::inner_product(dx_.begin(), dx_.end(), Wd_.begin(), 0.0);
-      if (dWd <= L * dPd || !(dPd > 0)) break;
-      L = std::max(2 * L, dWd / dPd);
-    }
-    const bool uphill = -(dPd + dPm) > 0;
-    const double next = 0.5 * theta * (std::sqrt(theta * theta + 4) - theta);
-    const double beta = uphill ? 0.0 : theta * (1 - theta) / (theta * theta + next);
-    theta = uphill ? 1.0 : next;
-    L *= direct::forget_curvature;
-    for (std::size_t k = 0; k < x_.size(); ++k) {
-      const double x = y[k] + dx_[k], u = u_y[k] + Wd_[k];
-      y[k] = x + beta * (x - x_[k]);
-      u_y[k] = u + beta * (u - u_[k]);
-      x_[k] = x;
-      u_[k] = u;
-    }
-    keep_better(x_, u_);
-  }
-  evaluate(x_, u_);
-}
-
-// dx = Pi(y - g / (L p)) - y of y = trial, <dx, P dx> and <dx, P (y - x)>.
-void IslandSolver::gradient_step(double L, double& dPd, double& dPm) {
-  dPd = dPm = 0;
-  for_each_block(island_->K, [&]<class S>(const S& set, std::size_t block, std::size_t row) {
-    const double p = p_[block];
-    double g[S::dim], z[S::dim];
-    add_saxce_term(set, law_, &trial_u_[row], g);
-    for (int k = 0; k < S::dim; ++k) z[k] = trial_[row + k] - g[k] / (L * p);
-    set.project(z, z);
-    for (int k = 0; k < S::dim; ++k) {
-      const double d = dx_[row + k] = z[k] - trial_[row + k];
-      dPd += p * d * d;
-      dPm += p * d * (trial_[row + k] - x_[row + k]);
-    }
-  });
 }
 
 // Follows the central curve. No search for faces on the way: nearly all Newton steps fail as long as faces

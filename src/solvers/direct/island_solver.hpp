@@ -45,7 +45,6 @@ class IslandSolver {
 
   void start(const Reduction::Island& island);
   void choose_start(std::vector<double>& x);
-  void add_product(const std::vector<double>& x, std::vector<double>& u);
   void evaluate(const std::vector<double>& x, std::vector<double>& u);
   double natural_map(const std::vector<double>& x, const std::vector<double>& u) const;
   double keep_better(const std::vector<double>& x, const std::vector<double>& u);
@@ -54,8 +53,6 @@ class IslandSolver {
   void pay();
   void find_faces(const Faces& how);
   bool newton_step(double sigma);
-  void descend();
-  void gradient_step(double L, double& dPd, double& dPm);
   void follow_curve();
   void go_to_best();
 
@@ -63,7 +60,7 @@ class IslandSolver {
   Law law_{};
   Limits limits_{};
   std::vector<double> p_;  // mean of diag(W) per block
-  std::vector<double> x_, u_, dx_, trial_, trial_u_, Wd_, best_;
+  std::vector<double> x_, u_, dx_, trial_, trial_u_, best_;
   NewtonDirection newton_;
   IslandSystem system_;
   CentralCurve<IslandSystem> curve_;

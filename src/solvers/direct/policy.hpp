@@ -64,11 +64,6 @@ inline constexpr double proximal_rise = 10;
 inline constexpr double slow_step = 0.1;
 // Proximal term (relative to the diagonal of W): rounding of W.
 inline constexpr double smallest_proximal = 1e-13;
-// Gradient steps (count): before the second search for faces, a tenth of the cost of the curve (test_scenes,
-// jammed dominoes).
-inline constexpr std::size_t descent = 100;
-// Curvature bound (factor per gradient step): lets the bound fall again.
-inline constexpr double forget_curvature = 0.95;
 
 // Work.
 
