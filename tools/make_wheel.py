@@ -179,6 +179,16 @@ def headers(pythons: list[Python]) -> dict[str, Path]:
     return {name: headers_of(found[0].path) for name, found in (("abi3", stable), ("cp311", oldest)) if found}
 
 
+def zig_environment(python: Python) -> Path:
+    """The compiler and auditwheel; kept, as new headers of the compiler make all objects out of date."""
+    programs = WORK / "zig" / "bin"
+    code = f"import auditwheel, ziglang, sys; sys.exit(sys.version_info[:2] != {python.version})"
+    kept = programs / "python"
+    if kept.exists() and subprocess.run([kept, "-c", code], capture_output=True, check=False).returncode == 0:
+        return programs
+    return environment(python, "zig", ZIG, *TOOLS)
+
+
 def audited(programs: Path, wheel: Path, target: Target) -> str:
     """The platform that auditwheel finds for a wheel for Linux; for the table."""
     if target.system != "linux":
@@ -197,7 +207,7 @@ def make_wheels(names: str, pythons: list[Python], jobs: int) -> int:
         sys.exit(f"amontons: no target {unknown[0]}; there are {', '.join(TARGETS)}")
     builder = look(sys.executable)
     assert builder is not None
-    programs = environment(builder, "zig", ZIG, *TOOLS)
+    programs = zig_environment(builder)
     zig, rows = zig_program(str(programs / "python")), list(HEAD)
     clang = f"Clang {clang_version(zig)}"
     base, wrong = wheel_of_build(ROOT / "build" / "python"), 0
