@@ -125,16 +125,17 @@ FORMATS = {"linux": "ELF", "macos": "Mach-O", "windows": "PE"}
 
 
 def row(path: Path, also: str = "") -> str:
-    """A wheel in the table of HEAD; `also` says what else inspected it."""
+    """A wheel without faults in the table of HEAD; `also` says what else inspected it."""
     with zipfile.ZipFile(path) as wheel:
         (module,) = (n for n in wheel.namelist() if n.endswith((".so", ".pyd")))
         binary = read(wheel.read(module))
     names = [Path(name).name for name in binary.libraries]
     crt = [name for name in names if name.startswith("api-ms-win-crt")]
     loads = [name for name in names if name not in crt] + ["api-ms-win-crt-*"] * bool(crt)
-    oldest = {
-        "linux": f"glibc {binary.oldest}", "macos": f"macOS {binary.oldest}", "windows": "Windows 10",
-    }[binary.system]  # fmt: skip
+    found = wheel_of(path.name)
+    oldest = found[1].oldest if found else ""
+    if binary.system == "linux":
+        oldest += f" (asks for {binary.oldest})"
     read_as = f"{FORMATS[binary.system]}{also}"
     return f"| `{path.name}` | {path.stat().st_size / 1e6:.2f} | {oldest} | {', '.join(loads)} | {read_as} |"
 

@@ -29,6 +29,12 @@ class Target:
         return self.zig.split("-")[0]
 
     @property
+    def oldest(self) -> str:
+        """The oldest system by the tag of the wheel."""
+        named = {"linux": "glibc {}", "macos": "macOS {}", "windows": "Windows 10"}[self.system]
+        return named.format(".".join(self.tag.split("_")[1:3]))
+
+    @property
     def how(self) -> str:
         """By what its programs run here, for the tables of docs/install.md."""
         if self.system == "macos":
