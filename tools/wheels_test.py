@@ -143,7 +143,7 @@ def example(target: Target, built: Path, zig: Path) -> Path:
     return folder / target.program("knock")
 
 
-def python(target: Target, pythons: list[str], zig: Path) -> Iterator[Outcome]:
+def python(target: Target, pythons: list[str], zig: Path, scenes: Path) -> Iterator[Outcome]:
     """The wheel in dist with a Python of the target."""
     if not target.runner:
         for found in interpreters(pythons):
@@ -166,7 +166,7 @@ def python(target: Target, pythons: list[str], zig: Path) -> Iterator[Outcome]:
         env,
         folder,
     )
-    rows = [ROOT / "tests" / "physics" / "bits.py", "--print", "--threads", "1"]
+    rows = [ROOT / "tests" / "physics" / "bits.py", "--print", "--threads", "1", "--models", scenes]
     theirs = started(target, "regression rows", [*command, *rows], env, folder)
     yield theirs
     ours = subprocess.run([sys.executable, *map(str, rows)], capture_output=True, text=True, check=True)
@@ -250,7 +250,7 @@ def main() -> int:
         if "cpp" in parts:
             outcomes += cpp(target, built, zig)
         if "python" in parts:
-            outcomes += python(target, given.pythons, zig)
+            outcomes += python(target, given.pythons, zig, scenes)
     tables, same = ["", *runs_table(outcomes)], True
     if "bits" in parts:
         found = same_bits.columns(sorted((CROSS / "bits").glob("*.txt")))
