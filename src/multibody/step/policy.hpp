@@ -17,7 +17,7 @@ inline constexpr double reserved_decay = 0.8;
 // Time left (relative): limit for the position solves of a step.
 inline constexpr double share_of_positions = 0.4;
 // Budget left (searches for contacts): with less a first-order method runs at once, because setting up a
-// method takes about as long as a search; row `hurry` of the ablation.
+// method takes about as long as a search (benchmarks/deadlines.py).
 inline constexpr double least_searches = 6;
 // Iterations (count): made even out of budget; unsupported bodies would sink into each other and cost more
 // later.
