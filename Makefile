@@ -179,7 +179,7 @@ wheels: install
 RUNS ?= linux-x86_64,linux-aarch64,windows-x86_64
 wheels-test: install
 	$(say) 'Tests of what was built for other systems'
-	@$(BIN)/python tools/wheels_test.py --targets $(RUNS) --jobs $(JOBS)
+	@$(BIN)/python tools/wheels_test.py --targets $(RUNS) --jobs $(JOBS) $(PYTHONS)
 
 # A few sources for other systems, compiled and linked.
 cross: .venv/.zig

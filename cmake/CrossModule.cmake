@@ -8,6 +8,12 @@ execute_process(COMMAND ${AMONTONS_HOST_PYTHON} -m nanobind --include_dir
                 OUTPUT_VARIABLE nanobind_include OUTPUT_STRIP_TRAILING_WHITESPACE COMMAND_ERROR_IS_FATAL ANY)
 get_filename_component(nanobind_root ${nanobind_include} DIRECTORY)
 
+# The linker of zig 0.17 fails on a bundle, which CMake makes of a module for macOS. Python loads a library too. The name
+# that it carries is that of the file, without a folder.
+if(APPLE)
+  set(CMAKE_SHARED_MODULE_CREATE_CXX_FLAGS -shared)
+endif()
+
 add_custom_target(amontons_modules)
 foreach(entry IN LISTS AMONTONS_CROSS_MODULES)
   string(REPLACE "=" ";" entry ${entry})
@@ -39,7 +45,7 @@ foreach(entry IN LISTS AMONTONS_CROSS_MODULES)
     list(GET entry 2 library)
     target_link_libraries(${module} PRIVATE ${library})
   elseif(APPLE)
-    target_link_options(${module} PRIVATE -undefined dynamic_lookup)
+    target_link_options(${module} PRIVATE -undefined dynamic_lookup -Wl,-install_name,@rpath/_core.so)
   else()
     target_link_options(${module} PRIVATE -Wl,--gc-sections)
   endif()

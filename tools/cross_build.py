@@ -93,11 +93,11 @@ def environment() -> dict[str, str]:
 
 def build(
     target: Target, targets: Iterable[str], headers: Mapping[str, Path], *, zig: Path, source: Path = ROOT,
-    python: str = sys.executable, jobs: int = 2,
+    python: str = sys.executable, jobs: int = 2, folder: Path | None = None,
 ) -> Path:  # fmt: skip
     """Configure and compile; the build folder."""
     tools = write_tools(target, zig)
-    folder = CROSS / target.name / "build"
+    folder = folder or CROSS / target.name / "build"
     entries = ";".join(module_entries(target, headers, tools))
     run([
         "cmake", "-G", "Ninja", "-S", source, "-B", folder,

@@ -3,7 +3,7 @@
     python tools/inspect_wheel.py dist/*.whl
 
 auditwheel, delocate and delvewheel do this on the systems that they are for; here all three are read on any.
-Prints a line per wheel; exit status 1 and the faults if there are any.
+Prints a table with a row for each wheel; exit status 1 and the faults if there are any.
 """
 
 from __future__ import annotations
@@ -120,20 +120,24 @@ def _numbers(version: str) -> tuple[int, ...]:
     return tuple(int(part) for part in version.split(".") if part)
 
 
-def row(path: Path) -> str:
-    """Name, size, libraries and oldest system of a wheel, for a table."""
+HEAD = ("| File | MB | Oldest system | Loads | Inspected as |", "|---|--:|---|---|---|")
+FORMATS = {"linux": "ELF", "macos": "Mach-O", "windows": "PE"}
+
+
+def row(path: Path, also: str = "") -> str:
+    """A wheel without faults in the table of HEAD; `also` says what else inspected it."""
     with zipfile.ZipFile(path) as wheel:
         (module,) = (n for n in wheel.namelist() if n.endswith((".so", ".pyd")))
         binary = read(wheel.read(module))
-    libraries = ", ".join(
-        Path(name).name for name in binary.libraries if not name.startswith("api-ms-win-crt")
-    )
-    crt = (
-        "; the C library of Windows 10"
-        if any(n.startswith("api-ms-win-crt") for n in binary.libraries)
-        else ""
-    )
-    return f"| `{path.name}` | {path.stat().st_size / 1e6:.2f} | {libraries}{crt} | {binary.oldest or '-'} |"
+    names = [Path(name).name for name in binary.libraries]
+    crt = [name for name in names if name.startswith("api-ms-win-crt")]
+    loads = [name for name in names if name not in crt] + ["api-ms-win-crt-*"] * bool(crt)
+    found = wheel_of(path.name)
+    oldest = found[1].oldest if found else ""
+    if binary.system == "linux":
+        oldest += f" (asks for {binary.oldest})"
+    read_as = f"{FORMATS[binary.system]}{also}"
+    return f"| `{path.name}` | {path.stat().st_size / 1e6:.2f} | {oldest} | {', '.join(loads)} | {read_as} |"
 
 
 def main() -> int:
@@ -141,10 +145,10 @@ def main() -> int:
     if not paths:
         sys.exit("amontons: name wheels, as in: python tools/inspect_wheel.py dist/*.whl")
     wrong = 0
-    print("| Wheel | MB | loads | glibc, macOS |\n|---|--:|---|--:|")
+    print("\n".join(HEAD))
     for path in paths:
         found = list(faults(path))
-        print(row(path) if not found else f"| `{path.name}` | {'; '.join(found)} | | |", flush=True)
+        print(row(path) if not found else f"| `{path.name}` | {'; '.join(found)} | | | |", flush=True)
         wrong += bool(found)
     return 1 if wrong else 0
 

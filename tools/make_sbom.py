@@ -6,7 +6,8 @@
 CMake calls it after it has linked the module; the file goes into `amontons-VERSION.dist-info/sboms` of the
 wheel (PEP 770). Versions are read from the headers that were compiled. The C++ runtime counts as a part where
 the module does not name it as a shared library. The file has no date and no random number: the same build
-gives the same bytes. Standard library only.
+gives the same bytes. For a wheel of another system, `with_other_module` changes the bill of a wheel made here
+(tools/pack_wheel.py). Standard library only.
 """
 
 from __future__ import annotations
@@ -73,22 +74,43 @@ def component(name: str, licence: str, version: str, purl: str) -> dict[str, Any
     return {"type": "library", "bom-ref": whole, "name": name, **told, "licenses": [stated], "purl": whole}
 
 
-def inside(module: Path, runtime: str) -> bool:
+def inside(module: bytes, runtime: str) -> bool:
     """Whether the C++ runtime is a part of the module: no shared library of its name is loaded."""
-    data = module.read_bytes()
-    return not any(name in data for name in RUNTIMES[runtime][1])
+    return not any(name in module for name in RUNTIMES[runtime][1])
+
+
+def runtime_parts(module: bytes, runtime: str, compiler: str, system: str) -> list[dict[str, Any]]:
+    """What the compiler adds to a module."""
+    parts = []
+    if runtime and inside(module, runtime):
+        version = compiler.rpartition(" ")[2]
+        parts.append(component(runtime, RUNTIMES[runtime][0], version, f"pkg:generic/{runtime}"))
+    if system == "Windows":
+        parts.append(component("mingw-w64", "ZPL-2.1", "", "pkg:generic/mingw-w64"))
+    return parts
 
 
 def bill(module: Path, folders: list[Path], runtime: str, compiler: str, system: str) -> dict[str, Any]:
     """The bill of materials as CycloneDX 1.6."""
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
     parts = [component(p.name, p.licence, version_of(p, folders), p.purl) for p in PARTS]
-    if runtime and inside(module, runtime):
-        version = compiler.rpartition(" ")[2]
-        parts.append(component(runtime, RUNTIMES[runtime][0], version, f"pkg:generic/{runtime}"))
-    if system == "Windows":
-        parts.append(component("mingw-w64", "ZPL-2.1", "", "pkg:generic/mingw-w64"))
+    parts += runtime_parts(module.read_bytes(), runtime, compiler, system)
     own = component(project["name"], project["license"], project["version"], f"pkg:pypi/{project['name']}")
+    return _assembled(own, parts, compiler, system)
+
+
+def with_other_module(
+    base: dict[str, Any], module: bytes, runtime: str, compiler: str, system: str
+) -> dict[str, Any]:
+    """The bill of a wheel, for the same sources compiled for another system by another compiler."""
+    parts = [p for p in base["components"] if p["name"] not in (*RUNTIMES, "mingw-w64")]
+    parts += runtime_parts(module, runtime, compiler, system)
+    return _assembled(base["metadata"]["component"], parts, compiler, system)
+
+
+def _assembled(
+    own: dict[str, Any], parts: list[dict[str, Any]], compiler: str, system: str
+) -> dict[str, Any]:
     return {
         "$schema": "http://cyclonedx.org/schema/bom-1.6.schema.json",
         "bomFormat": "CycloneDX",

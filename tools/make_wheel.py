@@ -3,6 +3,7 @@
     python tools/make_wheel.py [--compiler zig|system] [--no-test] [PYTHON ...]
     python tools/make_wheel.py --compiled BUILD
     python tools/make_wheel.py --targets TARGET,... [--jobs N] [PYTHON ...]
+    python tools/make_wheel.py --try [PYTHON ...]
 
 PYTHON: interpreters to build for and to try with; by default every python3.X on the path. 3.11 gets a wheel
 of its own; the oldest that is newer makes the one for 3.12 and all that follow (stable ABI).
@@ -18,7 +19,10 @@ system alone, and tried in the same way: a minute for the tests.
 With --targets, wheels for the systems of tools/wheel_targets.py, or "all", are made on this one: the module
 is compiled for each (tools/cross_build.py) and takes the place of ours in the wheel of build/python, which a
 build of the package by the running interpreter must have made before. Each wheel is then read
-(tools/inspect_wheel.py).
+(tools/inspect_wheel.py), those for Linux by auditwheel too. The table of what was built goes to
+build/cross/wheels.md.
+
+With --try, nothing is made: the wheels in dist are tried with each interpreter.
 """
 
 from __future__ import annotations
@@ -26,6 +30,7 @@ from __future__ import annotations
 import argparse
 import os
 import platform
+import re
 import shutil
 import subprocess
 import sys
@@ -34,10 +39,11 @@ import tomllib
 from dataclasses import dataclass
 from pathlib import Path
 
-from cross_build import build, headers_of, zig_program
-from inspect_wheel import faults
+from cross_build import CROSS, build, headers_of, zig_program
+from inspect_wheel import HEAD, faults, row
 from pack_wheel import pack as pack_wheel
-from wheel_targets import TARGETS
+from wheel_tables import clang_version, made_by
+from wheel_targets import TARGETS, Target
 
 ROOT = Path(__file__).resolve().parent.parent
 WORK, DIST = ROOT / "build" / "wheel", ROOT / "dist"
@@ -173,6 +179,27 @@ def headers(pythons: list[Python]) -> dict[str, Path]:
     return {name: headers_of(found[0].path) for name, found in (("abi3", stable), ("cp311", oldest)) if found}
 
 
+def zig_environment(python: Python) -> Path:
+    """The compiler and auditwheel; kept, as new headers of the compiler make all objects out of date."""
+    programs = WORK / "zig" / "bin"
+    code = f"import auditwheel, ziglang, sys; sys.exit(sys.version_info[:2] != {python.version})"
+    kept = programs / "python"
+    if kept.exists() and subprocess.run([kept, "-c", code], capture_output=True, check=False).returncode == 0:
+        return programs
+    return environment(python, "zig", ZIG, *TOOLS)
+
+
+def audited(programs: Path, wheel: Path, target: Target) -> str:
+    """The platform that auditwheel finds for a wheel for Linux; for the table."""
+    if target.system != "linux":
+        return ""
+    told = subprocess.run(
+        [programs / "auditwheel", "show", wheel], capture_output=True, text=True, check=False
+    )
+    found = re.search(r'platform\s+tag:\s+"(manylinux_2_\d+)_', told.stdout)
+    return f"; auditwheel: {found[1]}" if found else "; auditwheel: no manylinux"
+
+
 def make_wheels(names: str, pythons: list[Python], jobs: int) -> int:
     """Wheels for other systems, in dist; how many have a fault."""
     targets = list(TARGETS) if names == "all" else names.split(",")
@@ -180,7 +207,9 @@ def make_wheels(names: str, pythons: list[Python], jobs: int) -> int:
         sys.exit(f"amontons: no target {unknown[0]}; there are {', '.join(TARGETS)}")
     builder = look(sys.executable)
     assert builder is not None
-    zig = zig_program(str(environment(builder, "zig", ZIG) / "python"))
+    programs = zig_environment(builder)
+    zig, rows = zig_program(str(programs / "python")), list(HEAD)
+    clang = f"Clang {clang_version(zig)}"
     base, wrong = wheel_of_build(ROOT / "build" / "python"), 0
     DIST.mkdir(exist_ok=True)
     for name in targets:
@@ -188,11 +217,15 @@ def make_wheels(names: str, pythons: list[Python], jobs: int) -> int:
         built = build(target, ["amontons_modules"], found, zig=zig, jobs=jobs)
         for python in found:
             module = (built / python / "_core.built").read_bytes()
-            wheel = pack_wheel(base, module, target, python, DIST)
+            wheel = pack_wheel(base, module, target, python, DIST, clang)
             for fault in (found_faults := list(faults(wheel))):
                 print(f"{wheel.name}: {fault}", file=sys.stderr)
             wrong += bool(found_faults)
+            rows.append(row(wheel, audited(programs, wheel, target)))
             print(f"{wheel.relative_to(ROOT)}  {wheel.stat().st_size / 1e6:.2f} MB", flush=True)
+    rows += ["", made_by("make wheels", zig)]
+    print("\n".join(["", *rows]))
+    (CROSS / "wheels.md").write_text("\n".join([*rows, ""]))
     return wrong
 
 
@@ -238,6 +271,7 @@ def main() -> None:
     parser.add_argument("--no-test", action="store_true")
     parser.add_argument("--compiled", type=Path, metavar="BUILD")
     parser.add_argument("--targets", metavar="TARGET,...")
+    parser.add_argument("--try", dest="only_try", action="store_true")
     parser.add_argument("--jobs", type=int, default=os.cpu_count() or 2)
     given = parser.parse_args()
     if platform.system() != "Linux":
@@ -247,6 +281,11 @@ def main() -> None:
         pack(given.compiled)
         return
     pythons = interpreters(given.pythons)
+    if given.only_try:
+        for python in pythons:
+            try_wheel(python)
+            print(f"installed and used with Python {python.name}, without a compiler", flush=True)
+        return
     if given.targets:
         make_wheels_and_sdist(given, pythons)
         return

@@ -69,6 +69,17 @@ def table(found: dict[str, Hashes]) -> tuple[list[str], bool]:
     return lines, same
 
 
+def summary(found: dict[str, Hashes]) -> list[str]:
+    """Markdown with a row for each system and instruction set: the hashes, and whether they are equal."""
+    reference = next(iter(found.values()), {})
+    lines = ["| System | Instruction set | Scenes x laws | Equal |", "|---|---|--:|---|"]
+    for column, hashes in found.items():
+        system, isa = column.split(", ")
+        equal = hashes == reference and all(len(values) == 1 for values in hashes.values())
+        lines.append(f"| {system} | {isa} | {len(hashes)} | {'yes' if equal else '**no**'} |")
+    return lines
+
+
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.split("\n", 1)[0])
     parser.add_argument("outputs", nargs="*", type=Path)

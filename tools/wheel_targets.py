@@ -28,6 +28,21 @@ class Target:
     def machine(self) -> str:
         return self.zig.split("-")[0]
 
+    @property
+    def oldest(self) -> str:
+        """The oldest system by the tag of the wheel."""
+        named = {"linux": "glibc {}", "macos": "macOS {}", "windows": "Windows 10"}[self.system]
+        return named.format(".".join(self.tag.split("_")[1:3]))
+
+    @property
+    def how(self) -> str:
+        """By what its programs run here, for the tables of docs/install.md."""
+        if self.system == "macos":
+            return "never run"
+        return (
+            {"qemu-aarch64-static": "qemu", "wine64": "wine"}[self.runner[0]] if self.runner else "natively"
+        )
+
     def module(self, python: str) -> str:
         """The file name of amontons._core for "abi3" or "cp311"."""
         end = "pyd" if self.system == "windows" else "so"

@@ -1,14 +1,16 @@
 """Runs what was built for other systems: aarch64 Linux by qemu, Windows by wine. `make wheels-test`.
 
-    python tools/wheels_test.py [--targets TARGET,...] [--parts bits,cpp,python] [--log FILE]
+    python tools/wheels_test.py [--targets TARGET,...] [--parts bits,cpp,python] [--log FILE] [PYTHON ...]
 
 bits: amontons_bits of each target on the regression scenes, on one and three threads, and on the instruction
-sets that this processor has; all must agree. cpp: the C++ tests and examples/cpp. python: the wheel in dist
-with a Python of that system: tools/smoke_test.py, then the bits of tests/physics/bits.py, then the examples.
-macOS is compiled, linked and read only: nothing here runs it. What is missing on this machine is said.
+sets that this processor has; all must agree. cpp: the C++ tests, and examples/cpp with the installed library.
+python: the wheel in dist with a Python of that system: tools/smoke_test.py, then the bits of
+tests/physics/bits.py, then the examples. On the system of this machine, each PYTHON instead installs the
+wheel into an empty environment (make_wheel.py --try). macOS is compiled, linked and read only: nothing here
+runs it. What is missing on this machine is said.
 
-Programs are compiled first where they are not (tools/cross_build.py). The log, a Markdown table with a line
-for each run, goes to build/cross/tests.md.
+Programs are compiled first where they are not (tools/cross_build.py). The log goes to build/cross/tests.md:
+Markdown tables of the runs and of the equal bits, which docs/install.md has copies of.
 """
 
 from __future__ import annotations
@@ -25,7 +27,9 @@ from pathlib import Path
 
 import foreign
 import same_bits
-from cross_build import CROSS, ROOT, build, zig_program
+from cross_build import CROSS, ROOT, build, environment, run, write_tools, zig_program
+from make_wheel import interpreters
+from wheel_tables import made_by
 from wheel_targets import TARGETS, Target, tag
 
 DIST = ROOT / "dist"
@@ -49,6 +53,8 @@ class Outcome:
 
 def runner(target: Target) -> tuple[list[str], dict[str, str]] | None:
     """What a program of the target is started by, and its environment; None where that is missing."""
+    if target.system == "macos":
+        return None
     if not target.runner:
         return [], dict(os.environ)
     program = foreign.program(target.runner[0])
@@ -57,6 +63,11 @@ def runner(target: Target) -> tuple[list[str], dict[str, str]] | None:
     if target.system == "windows":
         return [program], foreign.wine_environment([])
     return [program, "-L", str(foreign.debian_root("arm64"))], dict(os.environ)
+
+
+def log_of(target: Target, what: str) -> Path:
+    """Where the output of a run goes."""
+    return CROSS / target.name / f"{re.sub(r'[^a-z0-9]+', '-', what.lower())}.log"
 
 
 def started(target: Target, what: str, command: list[object], env: dict[str, str], cwd: Path) -> Outcome:
@@ -71,13 +82,19 @@ def started(target: Target, what: str, command: list[object], env: dict[str, str
     except subprocess.TimeoutExpired:
         code, text = 1, f"still running after {LONGEST:.0f} s"
     lines = [line.strip() for line in text.splitlines() if line.strip()]
-    log = CROSS / target.name / f"{re.sub(r'[^a-z0-9]+', '-', what.lower())}.log"
-    log.write_text(text)
+    log_of(target, what).write_text(text)
     told = lines[-1][:120] if lines else ""
     outcome = Outcome(target.name, what, code == 0, told, time.monotonic() - begin)
     word = "passed" if outcome.passed else "FAILED"
     print(f"{target.name}: {what}: {word}, {outcome.seconds:.0f} s: {told}", flush=True)
     return outcome
+
+
+def instruction_sets(target: Target) -> list[str]:
+    """Those of the kernels that the processor can run; emulators of others run the baseline."""
+    from bits import sets_of_the_processor  # tests/physics, where same_bits.write has put it on the path
+
+    return sets_of_the_processor() if target.machine == "x86_64" else ["baseline"]
 
 
 def bits(target: Target, built: Path, scenes: Path) -> Iterator[Outcome]:
@@ -86,27 +103,54 @@ def bits(target: Target, built: Path, scenes: Path) -> Iterator[Outcome]:
     if how is None:
         return
     command, env = how
-    for isa in ("baseline", "avx2", "avx512") if target.machine == "x86_64" else ("baseline",):
+    hashes, found = CROSS / "bits" / f"{target.name}.txt", []
+    for isa in instruction_sets(target):
         program = built / "tests" / "cpp" / target.program("amontons_bits")
         wish = {**env, "AMONTONS_ISA": isa}
-        yield started(target, f"bits of {isa}", [*command, program, scenes, *THREADS], wish, ROOT)
-        log = CROSS / target.name / f"bits-of-{isa}.log"
-        lines = [line for line in log.read_text().splitlines() if line.count(" ") == 4]
-        hashes = CROSS / "bits" / f"{target.name}.txt"
-        before = hashes.read_text() if hashes.exists() and isa != "baseline" else ""
-        hashes.write_text(before + "".join(f"{line}\n" for line in lines if line not in before))
+        what = f"bits of {isa}"
+        yield started(target, what, [*command, program, scenes, *THREADS], wish, ROOT)
+        lines = log_of(target, what).read_text().splitlines()
+        found += [line for line in lines if line.count(" ") == 4 and f" {isa} " in line]
+        hashes.write_text("\n".join([*found, ""]))
 
 
-def cpp(target: Target, built: Path) -> Iterator[Outcome]:
-    """The C++ tests, in one process."""
+def cpp(target: Target, built: Path, zig: Path) -> Iterator[Outcome]:
+    """The C++ tests, in one process, then a program that uses the installed library."""
     how = runner(target)
-    if how is not None:
-        program = built / "tests" / "cpp" / target.program("amontons_tests")
-        yield started(target, "C++ tests", [*how[0], program], how[1], CROSS / target.name)
+    if how is None:
+        return
+    program = built / "tests" / "cpp" / target.program("amontons_tests")
+    yield started(target, "C++ tests", [*how[0], program], how[1], CROSS / target.name)
+    yield started(
+        target, "example cpp/knock", [*how[0], example(target, built, zig)], how[1], CROSS / target.name
+    )
 
 
-def python(target: Target) -> Iterator[Outcome]:
+def example(target: Target, built: Path, zig: Path) -> Path:
+    """The program of examples/cpp, compiled as a project of its own."""
+    prefix, folder = CROSS / target.name / "prefix", CROSS / target.name / "example"
+    run(
+        ["cmake", "--install", built, "--component", "development", "--prefix", prefix],
+        stdout=subprocess.DEVNULL,
+    )
+    run([
+        "cmake", "-G", "Ninja", "-S", ROOT / "examples" / "cpp", "-B", folder,
+        f"-DCMAKE_TOOLCHAIN_FILE={ROOT}/cmake/zig.cmake", f"-DAMONTONS_TARGET={target.zig}",
+        f"-DAMONTONS_TOOLS={write_tools(target, zig)}", f"-Damontons_ROOT={prefix}",
+        "-DCMAKE_BUILD_TYPE=Release",
+    ], env=environment(), stdout=subprocess.DEVNULL)  # fmt: skip
+    run(["cmake", "--build", folder], env=environment(), stdout=subprocess.DEVNULL)
+    return folder / target.program("knock")
+
+
+def python(target: Target, pythons: list[str]) -> Iterator[Outcome]:
     """The wheel in dist with a Python of the target."""
+    if not target.runner:
+        for found in interpreters(pythons):
+            what = f"wheel in an empty environment, Python {found.name}"
+            command = [sys.executable, ROOT / "tools" / "make_wheel.py", "--try", found.path]
+            yield started(target, what, command, dict(os.environ), ROOT)
+        return
     found = python_of(target)
     if found is None:
         return
@@ -115,15 +159,27 @@ def python(target: Target) -> Iterator[Outcome]:
     foreign.unpack(wheel, place_of(target))
     folder = CROSS / target.name / "run"
     folder.mkdir(exist_ok=True)
-    yield started(target, "smoke test", [*command, ROOT / "tools" / "smoke_test.py", "library"], env, folder)
+    yield started(
+        target,
+        f"smoke test of the wheel, {version_of(command, env)}",
+        [*command, ROOT / "tools" / "smoke_test.py", "library"],
+        env,
+        folder,
+    )
     rows = [ROOT / "tests" / "physics" / "bits.py", "--print", "--threads", "1"]
     theirs = started(target, "regression rows", [*command, *rows], env, folder)
     yield theirs
     ours = subprocess.run([sys.executable, *map(str, rows)], capture_output=True, text=True, check=True)
-    same = ours.stdout.strip() in (CROSS / target.name / "regression-rows.log").read_text()
+    same = ours.stdout.strip() in log_of(target, "regression rows").read_text()
     yield Outcome(target.name, "regression rows have the bits of x86-64 Linux", same, "", 0)
     for name in EXAMPLES:
         yield started(target, f"example {name}", [*command, ROOT / "examples" / f"{name}.py"], env, folder)
+
+
+def version_of(command: list[str], env: dict[str, str]) -> str:
+    """Name and version of an interpreter."""
+    run = subprocess.run([*command, "--version"], env=env, capture_output=True, text=True, check=False)
+    return run.stdout.strip() or "Python"
 
 
 def place_of(target: Target) -> Path:
@@ -135,7 +191,7 @@ def python_of(target: Target) -> tuple[list[str], dict[str, str], str] | None:
     """How to start it, its environment, and whether it takes the wheel of "abi3" or "cp311"."""
     how = runner(target)
     place = place_of(target)
-    if how is None or not target.runner:
+    if how is None:
         return None
     if target.system == "windows":
         if not foreign.program("mvn"):
@@ -153,17 +209,22 @@ def python_of(target: Target) -> tuple[list[str], dict[str, str], str] | None:
     return [*how[0], str(root / "usr" / "bin" / "python3.11")], env, "cp311"
 
 
-def write_log(outcomes: list[Outcome], path: Path) -> None:
-    lines = ["| Target | Run | Outcome | Last line | s |", "|---|---|---|---|--:|"]
+def runs_table(outcomes: list[Outcome]) -> list[str]:
+    """Markdown with a row for each run, and one for each system that nothing ran."""
+    lines = ["| System | Run | How | Result | s |", "|---|---|---|---|--:|"]
     for o in outcomes:
         told = o.told.replace("|", "/")
-        word = "passed" if o.passed else "FAILED"
-        lines.append(f"| {o.target} | {o.what} | {word} | {told} | {o.seconds:.0f} |")
-    path.write_text("\n".join(lines) + "\n")
+        word = "passed" if o.passed else f"**failed**: {told}"
+        lines.append(f"| {o.target} | {o.what} | {TARGETS[o.target].how} | {word} | {o.seconds:.0f} |")
+    for name, target in TARGETS.items():
+        if runner(target) is None:
+            lines.append(f"| {name} | - | never run | linked and inspected only | - |")
+    return lines
 
 
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.split("\n", 1)[0])
+    parser.add_argument("pythons", nargs="*", metavar="PYTHON")
     parser.add_argument("--targets", default=",".join(RUNS))
     parser.add_argument("--parts", default="bits,cpp,python")
     parser.add_argument("--log", type=Path, default=CROSS / "tests.md")
@@ -174,6 +235,7 @@ def main() -> int:
     scenes = CROSS / "scenes"
     (CROSS / "bits").mkdir(parents=True, exist_ok=True)
     same_bits.write(scenes)
+    zig = zig_program(str(ROOT / "build" / "wheel" / "zig" / "bin" / "python"))
     for name in given.targets.split(","):
         target = TARGETS[name]
         if runner(target) is None:
@@ -181,20 +243,22 @@ def main() -> int:
             continue
         built = CROSS / name / "build"
         if not given.built:
-            zig = zig_program(str(ROOT / "build" / "wheel" / "zig" / "bin" / "python"))
             programs = [f"amontons_{p}" for p, part in (("bits", "bits"), ("tests", "cpp")) if part in parts]
             build(target, programs, {}, zig=zig, jobs=given.jobs)
         if "bits" in parts:
             outcomes += bits(target, built, scenes)
         if "cpp" in parts:
-            outcomes += cpp(target, built)
+            outcomes += cpp(target, built, zig)
         if "python" in parts:
-            outcomes += python(target)
-    write_log(outcomes, given.log)
-    same = True
+            outcomes += python(target, given.pythons)
+    tables, same = ["", *runs_table(outcomes)], True
     if "bits" in parts:
-        lines, same = same_bits.table(same_bits.columns(sorted((CROSS / "bits").glob("*.txt"))))
-        print("\n".join(lines))
+        found = same_bits.columns(sorted((CROSS / "bits").glob("*.txt")))
+        lines, same = same_bits.table(found)
+        tables += ["", *same_bits.summary(found), "", *lines]
+    tables += ["", made_by("make wheels-test", zig), ""]
+    print("\n".join(tables))
+    given.log.write_text("\n".join(tables[1:]))
     return 0 if same and all(o.passed for o in outcomes) else 1
 
 

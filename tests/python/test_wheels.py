@@ -2,6 +2,7 @@
 
 import base64
 import hashlib
+import json
 import struct
 import sys
 import zipfile
@@ -90,6 +91,12 @@ def test_faults_of_modules():
     assert "is no ELF" in faults(b"text", "linux-x86_64")
 
 
+BILL = {
+    "metadata": {"component": {"bom-ref": "amontons"}},
+    "components": [{"name": "eigen", "bom-ref": "eigen"}, {"name": "libstdc++", "bom-ref": "libstdc++"}],
+}
+
+
 def base_wheel(folder: Path) -> Path:
     """A wheel as scikit-build-core makes them, with one text and one module."""
     path = folder / "amontons-1.2.3-cp312-abi3-linux_x86_64.whl"
@@ -98,6 +105,7 @@ def base_wheel(folder: Path) -> Path:
         "amontons/__init__.py": b"",
         "amontons/_core.abi3.so": b"module",
         f"{info}/METADATA": b"Name: amontons\n",
+        f"{info}/sboms/amontons.cdx.json": json.dumps(BILL).encode(),
         f"{info}/WHEEL": b"Wheel-Version: 1.0\nRoot-Is-Purelib: false\nTag: cp312-abi3-linux_x86_64\n\n",
     }
     with zipfile.ZipFile(path, "w") as wheel:
@@ -107,7 +115,8 @@ def base_wheel(folder: Path) -> Path:
     return path
 
 
-# Fails if a wheel has other tags within than in its name, a wrong RECORD, or other bytes the second time.
+# Fails if a wheel has other tags within than in its name, a wrong RECORD, the bill of materials of the wheel
+# made here, or other bytes the second time.
 @pytest.mark.parametrize("python", sorted(PYTHONS))
 @pytest.mark.parametrize("name", sorted(TARGETS))
 def test_wheels_are_packed(tmp_path, name, python):
@@ -119,21 +128,27 @@ def test_wheels_are_packed(tmp_path, name, python):
         "windows": pe(b"python3.dll" if python == "abi3" else b"python311.dll"),
     }
     base, module = base_wheel(tmp_path), modules[target.system]
-    made = pack(base, module, target, python, tmp_path)
+    made = pack(base, module, target, python, tmp_path, "Clang 22.1.8")
     assert made.name == f"amontons-1.2.3-{tag(target, python)}.whl"
     before = made.read_bytes()
-    assert pack(base, module, target, python, tmp_path).read_bytes() == before
+    assert pack(base, module, target, python, tmp_path, "Clang 22.1.8").read_bytes() == before
     found = list(inspect_wheel.faults(made))
     if target.system != "linux":  # our own module links against libstdc++ and names the folder of the build
         assert found == []
     assert not any("RECORD" in fault or "tags" in fault or "modules" in fault for fault in found)
     with zipfile.ZipFile(made) as wheel:
         assert wheel.read(f"amontons/{target.module(python)}") == module
+        bill = json.loads(wheel.read("amontons-1.2.3.dist-info/sboms/amontons.cdx.json"))
+    parts = [part["name"] for part in bill["components"]]
+    assert parts == ["eigen", "libc++", "mingw-w64"][: 3 if target.system == "windows" else 2]
+    assert bill["metadata"]["properties"][0]["value"] == "Clang 22.1.8"
 
 
 # Fails if a file that was changed after packing passes.
 def test_changed_wheels_are_found(tmp_path):
-    made = pack(base_wheel(tmp_path), pe(b"python3.dll"), TARGETS["windows-x86_64"], "abi3", tmp_path)
+    made = pack(
+        base_wheel(tmp_path), pe(b"python3.dll"), TARGETS["windows-x86_64"], "abi3", tmp_path, "Clang 22.1.8"
+    )
     with zipfile.ZipFile(made) as old:
         entries = {name: old.read(name) for name in old.namelist()}
     entries["amontons/__init__.py"] = b"import os"
@@ -173,6 +188,10 @@ def test_bits_are_compared(tmp_path):
     lines, same = same_bits.table(same_bits.columns([one, two]))
     assert same
     assert lines[0] == "| Scene | Law | one, avx2 | two, baseline |"
+    rows = same_bits.summary(same_bits.columns([one, two, three]))
+    assert rows[2:] == [
+        "| one | avx2 | 2 | yes |", "| two | baseline | 2 | yes |", "| three | baseline | 1 | **no** |",
+    ]  # fmt: skip
     lines, same = same_bits.table(same_bits.columns([one, three]))
     assert not same
     assert "differs" in lines[-1]

@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <set>
 #include <tuple>
 
@@ -218,7 +219,7 @@ void QuasidefiniteFactor::backward(double* w) const {
     }
     Two z[3] = {};
     for (int i = 0; i < n; ++i) add_six(rest[i], &diagonal_[area * k + n * i], z);
-    std::copy_n(z, 3, reinterpret_cast<Two*>(w + n * k));
+    std::memcpy(w + n * k, z, sizeof z);
   }
 }
 
