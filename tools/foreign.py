@@ -13,6 +13,8 @@ import sys
 import zipfile
 from pathlib import Path
 
+from import_library import declared, forwarding
+
 ROOT = Path(__file__).resolve().parent.parent
 FOREIGN = ROOT / "build" / "foreign"
 # Debian's Python 3.11 with what its modules load, and the C++ runtime of NumPy's wheel.
@@ -80,7 +82,19 @@ def unpack(wheel: Path, folder: Path) -> None:
         file.extractall(folder)
 
 
-def windows_python() -> tuple[Path, str]:
+def write_stable_dll(home: Path, dll: str, zig: Path) -> None:
+    """python3.dll, which JavaCPP leaves out: like CPython's, it forwards names to the DLL of the version."""
+    made = home / "python3.dll"
+    if made.exists():
+        return
+    source, nothing = home / "python3.def", home / "nothing.c"
+    source.write_text(forwarding("python3", dll, *declared(home / "include")))
+    nothing.write_text("int amontons_nothing;\n")
+    _run(zig, "cc", "-target", "x86_64-windows-gnu", "-shared", "-nostdlib", "-Wl,--no-entry", nothing,
+         source, "-o", made)  # fmt: skip
+
+
+def windows_python(zig: Path) -> tuple[Path, str]:
     """python.exe for wine and its version ("3.14")."""
     folder = FOREIGN / "windows"
     if not (folder / "done").exists():
@@ -94,6 +108,7 @@ def windows_python() -> tuple[Path, str]:
         (folder / "done").touch()
     (home,) = folder.glob("org/bytedeco/cpython/windows-x86_64")
     (dll,) = (d for d in home.glob("python3??.dll"))
+    write_stable_dll(home, dll.stem, zig)
     return home / "python.exe", f"3.{dll.stem[7:]}"
 
 

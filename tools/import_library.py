@@ -29,6 +29,15 @@ def definition(dll: str, functions: list[str], data: list[str]) -> str:
     return "\n".join(lines) + "\n"
 
 
+def forwarding(dll: str, to: str, functions: list[str], data: list[str]) -> str:
+    """A module definition file of a DLL that forwards all its names to another."""
+    lines = [
+        *(f"{name} = {to}.{name}" for name in functions),
+        *(f"{name} = {to}.{name} DATA" for name in data),
+    ]
+    return "\n".join([f"LIBRARY {dll}.dll", "EXPORTS", *lines, ""])
+
+
 def write_import_library(dll: str, headers: Path, folder: Path, dlltool: Path) -> Path:
     """lib{dll}.a in a folder; nothing is done if it is there and says the same."""
     text = definition(dll, *declared(headers))

@@ -143,7 +143,7 @@ def example(target: Target, built: Path, zig: Path) -> Path:
     return folder / target.program("knock")
 
 
-def python(target: Target, pythons: list[str]) -> Iterator[Outcome]:
+def python(target: Target, pythons: list[str], zig: Path) -> Iterator[Outcome]:
     """The wheel in dist with a Python of the target."""
     if not target.runner:
         for found in interpreters(pythons):
@@ -151,7 +151,7 @@ def python(target: Target, pythons: list[str]) -> Iterator[Outcome]:
             command = [sys.executable, ROOT / "tools" / "make_wheel.py", "--try", found.path]
             yield started(target, what, command, dict(os.environ), ROOT)
         return
-    found = python_of(target)
+    found = python_of(target, zig)
     if found is None:
         return
     command, env, site = found
@@ -187,7 +187,7 @@ def place_of(target: Target) -> Path:
     return CROSS / target.name / "site-packages"
 
 
-def python_of(target: Target) -> tuple[list[str], dict[str, str], str] | None:
+def python_of(target: Target, zig: Path) -> tuple[list[str], dict[str, str], str] | None:
     """How to start it, its environment, and whether it takes the wheel of "abi3" or "cp311"."""
     how = runner(target)
     place = place_of(target)
@@ -197,7 +197,7 @@ def python_of(target: Target) -> tuple[list[str], dict[str, str], str] | None:
         if not foreign.program("mvn"):
             print(f"{target.name}: no Maven here to fetch a Python for Windows")
             return None
-        program, version = foreign.windows_python()
+        program, version = foreign.windows_python(zig)
         site = foreign.FOREIGN / "site-windows"
         foreign.wheels_for(("win_amd64",), version, site, foreign.UNDER_WINE)
         return [*how[0], str(program)], foreign.wine_environment([place, site]), "abi3"
@@ -250,7 +250,7 @@ def main() -> int:
         if "cpp" in parts:
             outcomes += cpp(target, built, zig)
         if "python" in parts:
-            outcomes += python(target, given.pythons)
+            outcomes += python(target, given.pythons, zig)
     tables, same = ["", *runs_table(outcomes)], True
     if "bits" in parts:
         found = same_bits.columns(sorted((CROSS / "bits").glob("*.txt")))

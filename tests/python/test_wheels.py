@@ -177,6 +177,9 @@ def test_names_of_python(tmp_path):
     assert text.startswith("LIBRARY python3.dll\nEXPORTS\n")
     assert "PyType_Type DATA\n" in text
     assert "\nPyObject_Call\n" in text
+    text = import_library.forwarding("python3", "python312", functions, data)
+    assert "\nPyObject_Call = python312.PyObject_Call\n" in text
+    assert "\nPyType_Type = python312.PyType_Type DATA\n" in text
 
 
 # Fails if two systems that differ in one scene pass, or one that lacks a scene.
