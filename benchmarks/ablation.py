@@ -8,7 +8,8 @@ are measured, and ablation.md, the same as a table. All runs are on one core and
 
 The first two rows are the code as it is, measured twice: what differs between them is noise. Each repair has
 a process of its own, a fork of one that has loaded all files. Runs of the code as it is that take longer
-than a limit are left out of all rows.
+than a limit are left out of all rows. The tests run only for a repair without which the other runs lose
+nothing: a loss there is reason enough to keep it.
 """
 
 from __future__ import annotations
@@ -41,20 +42,30 @@ sys.path.insert(0, str(ROOT))
 STEP, SOLVER = "step", "solver"
 REPAIRS: dict[str, tuple[str, ...]] = {
     STEP: (
-        "closing", "deep", "slack", "parts", "damped", "scale impulses", "along motion", "lightness",
+        "closing", "deep", "slack", "damped", "scale impulses", "along motion", "lightness",
         "at rest", "light bodies", "stop bodies", "slow spins", "direct start", "looks",
-        "turn contacts", "share after a miss", "limit energy", "reflections",
+        "turn contacts", "limit energy", "reflections",
         "positions after turn limit", "positions stop at fixed",
     ),
-    SOLVER: ("second search", "curve", "rounds", "refinements",
+    SOLVER: ("second search", "curve", "rounds",
              "joints eliminated", "race after elimination"),
 }  # fmt: skip
-ELSEWHERE = {"looks": "1000 spheres overlap by 2.0 mm, not by 0.19 mm, but steps are 1.4 times faster"}
+ELSEWHERE = {
+    "looks": "1000 spheres overlap by 2.0 mm, not by 0.19 mm, but steps are 1.4 times faster",
+    "slack": "a wall at rest takes 14 times as long at a tolerance of 1e-3",
+    "joints eliminated": "the tracked vehicle takes 1.5 times as long and 6 times the iterations",
+    "positions after turn limit": "an overlap beside a hinge tears the next joint by 38 mm, not by 0.4 mm"
+    " (test_overlaps_beside_a_hinge_tear_no_joint)",
+    "race after elimination": "auto does not prove that a small problem has no solution (C++ test_status),"
+    " test_rolling fails",
+}
 """What is lost in runs that are too long for this table."""
 LIMITS = {"problem": 0.45, "robot": 1.0, "treadmill": 8.0, "scene": 1.0, "random": 0.75, "test": 0.3,
           "budget": 9.0, "depth": 3.0}  # fmt: skip
 """s: runs of the code as it is that take longer are left out."""
-SLOWEST = 4.0
+ROUNDS = 2
+"""Every run is done so many times, and the fastest counts: other programs make a run slower, never faster."""
+SLOWEST = 4.0 * ROUNDS
 """Times the time of the code as it is, after which a repair's process ends."""
 
 
@@ -62,20 +73,27 @@ def measure(runs: Sequence[Run], budget: float) -> dict[str, Row]:
     """What every run came to, with its time; those that did not fit into the budget (s) are missing."""
     results: dict[str, Row] = {}
     begun = process_time()
-    for run in runs:
-        before = process_time()
-        if before - begun > budget:
-            break
-        try:
-            row = run.do()
-        except Exception as error:  # a fault of the engine is a result
-            row = {"error": f"{type(error).__name__}: {error}"[:120], "broken": 1}
-        results[run.name] = row | {"kind": run.kind, "time": process_time() - before}
+    for _ in range(ROUNDS):
+        for run in runs:
+            before = process_time()
+            if before - begun > budget:
+                return results
+            try:
+                row = run.do()
+            except Exception as error:  # a fault of the engine is a result
+                row = {"error": f"{type(error).__name__}: {error}"[:120], "broken": 1}
+            fastest = min(process_time() - before, results.get(run.name, {}).get("time", float("inf")))
+            results[run.name] = row | {"kind": run.kind, "time": fastest}
     return results
 
 
 def in_fork(off: str, runs: Sequence[Run], budget: float, skipped: list[str] | None, file: Path) -> Row:
-    """The results of a process of its own in which a repair is off; with tests where `skipped` is a list."""
+    """The results of a process of its own in which a repair is off; with tests where `skipped` is a list.
+
+    They are kept in a file, so that a measurement that was stopped goes on where it was.
+    """
+    if file.exists():
+        return dict(json.loads(file.read_text()))
     child = os.fork()
     if child == 0:
         os.environ["AMONTONS_OFF"] = off
@@ -100,6 +118,7 @@ def total(runs: dict[str, Row], key: str, *kinds: str) -> int:
 
 
 SIMULATED = ("robot", "scene", "random")
+KINDS = ("problem", *SIMULATED, "treadmill")
 
 
 def row_of(name: str, room: str, result: Row, base: Row) -> Row:
@@ -107,7 +126,7 @@ def row_of(name: str, room: str, result: Row, base: Row) -> Row:
     runs, of = result["runs"], base["runs"]
     both = runs.keys() & of.keys()
     failed = sorted(set(result["failed"] or []) - set(base["failed"] or []))
-    spent, normal = (sum(r[key]["time"] for key in both) for r in (runs, of))
+    speed = machine_speed(runs, of)
     gains = {key: row.get("gain", 0.0) for key, row in runs.items()}
     return {
         "repair": name, "room": room,
@@ -122,26 +141,36 @@ def row_of(name: str, room: str, result: Row, base: Row) -> Row:
         "broken": total(runs, "broken", *SIMULATED),
         "energy_gained": max(gains.values(), default=0.0),
         "failing_tests": "not run" if result["failed"] is None else len(failed),
-        "relative_time": spent / max(normal, 1e-9),
+        "relative_time": ratio(runs, of, speed, *KINDS),
         "time": sum(row["time"] for row in runs.values()),
-        **{f"time_{kind}s": ratio(runs, of, kind) for kind in ("problem", "robot", "scene", "random")},
-        "slower": slower(runs, of),
+        **{f"time_{kind}s": ratio(runs, of, speed, kind) for kind in KINDS if kind != "treadmill"},
+        "slower": slower(runs, of, speed),
         "worst": worst(runs, of),
         "tests": "; ".join(name.rsplit("/", 1)[-1] for name in failed),
     }  # fmt: skip
 
 
-def ratio(runs: dict[str, Row], of: dict[str, Row], kind: str) -> float:
-    both = [key for key in runs.keys() & of.keys() if runs[key]["kind"] == kind]
-    return sum(runs[key]["time"] for key in both) / max(sum(of[key]["time"] for key in both), 1e-9)
+def machine_speed(runs: dict[str, Row], of: dict[str, Row]) -> float:
+    """Time of this process over that of the code as it is, for runs whose bits are the same: these did the
+    same work, so that only the machine differs."""
+    same = [key for key in runs.keys() & of.keys() if runs[key].get("bits") == of[key].get("bits")]
+    return sum(runs[key]["time"] for key in same) / max(sum(of[key]["time"] for key in same), 1e-9)
 
 
-def slower(runs: dict[str, Row], of: dict[str, Row]) -> str:
-    """The runs that take much longer, three at most; random scenes and the treadmill do by chance."""
+def ratio(runs: dict[str, Row], of: dict[str, Row], speed: float, *kinds: str) -> float:
+    """Time over that of the code as it is, at the same speed of the machine."""
+    both = [key for key in runs.keys() & of.keys() if runs[key]["kind"] in kinds]
+    return sum(runs[key]["time"] for key in both) / speed / max(sum(of[key]["time"] for key in both), 1e-9)
+
+
+def slower(runs: dict[str, Row], of: dict[str, Row], speed: float) -> str:
+    """The runs that take much longer, three at most; random scenes and the treadmill do by chance, and runs
+    with the same bits by other programs."""
     least, times = 0.05, 2.0  # s, of the code as it is
     both = [key for key in runs.keys() & of.keys() if of[key]["kind"] in ("problem", "robot", "scene")]
-    more = {key: runs[key]["time"] / max(of[key]["time"], 1e-3) for key in both}
-    found = [k for k in both if more[k] > times and runs[k]["time"] > of[k]["time"] + least]
+    both = [key for key in both if runs[key].get("bits") != of[key].get("bits")]
+    more = {key: runs[key]["time"] / speed / max(of[key]["time"], 1e-3) for key in both}
+    found = [k for k in both if more[k] > times and runs[k]["time"] / speed > of[k]["time"] + least]
     return "; ".join(f"{k}: {more[k]:.1f} times" for k in sorted(found, key=lambda k: -more[k])[:3])
 
 
@@ -231,7 +260,7 @@ def parsed() -> argparse.Namespace:
     parser.add_argument("--only", nargs="+", help="names of repairs, several at once with commas")
     parser.add_argument("--details", type=Path, default=ROOT / "out" / "ablation", help="folder for results")
     parser.add_argument("--study", choices=("budgets", "depths"), help="budgets of time, or deep overlaps")
-    parser.add_argument("--no-tests", action="store_true", help="leave the tests out, two thirds of the time")
+    parser.add_argument("--no-tests", action="store_true", help="leave the tests out")
     parser.add_argument("--append", type=Path, help="a CSV file that gets every row when it is known")
     options = with_folders(parser.parse_args())
     options.details.mkdir(parents=True, exist_ok=True)
@@ -287,8 +316,11 @@ def main() -> None:
     for name in options.only or ["none again", *every]:
         rooms = [room for room, all_of in REPAIRS.items() if set(name.split(",")) & set(all_of)]
         file = options.details / f"{name.replace(' ', '-')[:100]}.json"
-        result = in_fork(name, kept, budget, None if options.no_tests else skipped, file)
+        result = in_fork(name, kept, budget, None, file)
         rows.append(row_of(name, " and ".join(rooms), result, base))
+        if not options.no_tests and verdict(rows[-1], rows[0]).startswith("delete"):
+            tests = in_fork(name, [], budget, skipped, file.with_suffix(".tests.json"))
+            rows[-1] = row_of(name, " and ".join(rooms), result | {"failed": tests["failed"]}, base)
         if options.append:
             append(options.append, rows[-1:] if options.append.exists() else rows)
         print({k: v for k, v in rows[-1].items() if k not in ("worst", "tests")}, flush=True)

@@ -36,12 +36,12 @@ STEP = {
     ),
     "energy_balance": (
         "Check the energy",
-        "If the step gains energy, repeat it damped, then in 2 to {parts_for_energy} parts.",
+        "If the step gains energy, repeat it damped.",
     ),
     "make_safe": ("Safe step", "Only if the solve or the balance failed: make the impulses harmless."),
     "move_on": ("Move on", "Store impulses and move the bodies."),
 }
-STEP_NUMBERS = ("most_looks", "parts_for_energy")
+STEP_NUMBERS = ("most_looks",)
 STEP_PASSED = {"add_errors", "add_balance", "add_result"}
 PATHS = {
     "accurate": "The impulses are those of the solve.",

@@ -247,6 +247,7 @@ def test_one_problem_in_two_threads():
 
 
 # Breaks when a deadline is overrun by more than a few polls, or the result is not usable.
+@pytest.mark.alone
 def test_deadline_holds():
     start = time.monotonic()
     solution = wall().solve(**FOREVER, deadline=0.1)

@@ -185,6 +185,7 @@ def test_limits_hold():
 
 
 # Breaks when a step on a device goes on although its budget is spent, or a failing pass spoils the state.
+@pytest.mark.alone
 def test_a_simulation_with_numpy(monkeypatch):
     model = amontons.scenes.make("spheres_in_box", count=40)
     options = dict(method="apgd", tolerance=0, device="numpy", device_contacts=1, on_failure="ignore")

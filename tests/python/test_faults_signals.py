@@ -55,6 +55,7 @@ def waited(press):
 
 # Breaks when Ctrl-C waits for the end of a long step, or leaves the state in the middle of one: the same step
 # made afterwards must have the bits of one that was never interrupted.
+@pytest.mark.alone
 def test_ctrl_c_within_a_step(ctrl_c):
     options = dict(tolerance=1e-15)  # which no solve reaches
     sim, other = simulation("wall", **options), simulation("wall", **options)
@@ -77,6 +78,7 @@ def test_ctrl_c_within_a_step(ctrl_c):
 # Breaks when a factorisation, which takes seconds here, is not left in the middle: one dense front of 3000
 # rows is 5e9 multiplications.
 @pytest.mark.parametrize("method", ["newton", "interior-point", "admm"])
+@pytest.mark.alone
 def test_ctrl_c_within_a_factorisation(ctrl_c, method):
     rng = np.random.default_rng(1)
     m = 3000
@@ -92,6 +94,7 @@ def test_ctrl_c_within_a_factorisation(ctrl_c, method):
 
 
 # Breaks when a rollout of long steps goes on after Ctrl-C, also where the thread that asks has no world left.
+@pytest.mark.alone
 def test_ctrl_c_within_a_rollout(ctrl_c):
     quick = simulation("wall", tolerance=1e-15)
     slow = quick.copy()
@@ -103,6 +106,7 @@ def test_ctrl_c_within_a_rollout(ctrl_c):
 
 
 # Breaks when Ctrl-C waits for the compiler of models, which looks at no signals and may take ten seconds.
+@pytest.mark.alone
 def test_ctrl_c_within_a_compilation(ctrl_c):
     ctrl_c(0.2)
     with pytest.raises(KeyboardInterrupt):
@@ -115,6 +119,7 @@ def test_ctrl_c_within_a_compilation(ctrl_c):
 
 # Breaks when a run in Python or in the compiled module, a reader, or a study goes on after Ctrl-C.
 @pytest.mark.parametrize("what", ["run", "run with callback", "load_model", "read_problem", "sweep"])
+@pytest.mark.alone
 def test_ctrl_c_ends_every_long_call(ctrl_c, what, tmp_path):
     sim = simulation("stack")
     rows = 20_000
@@ -176,6 +181,7 @@ def test_handlers_of_the_user():
 
 # Breaks when the command waits for the end of a step, or loses the recording.
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.alone
 def test_signals_end_a_run(tmp_path, number):
     command = [sys.executable, "-m", "amontons", "run", "wall", "--duration", "1e5", "--tolerance", "1e-15"]
     process = subprocess.Popen(

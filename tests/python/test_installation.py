@@ -83,3 +83,23 @@ def test_make_installs_the_command():
         [sys.executable, ROOT / "tools" / "requirements.py"], capture_output=True, text=True, check=True
     ).stdout
     assert {"typer", "rich", "matplotlib", "pillow"} <= {line.split(">")[0] for line in listed.splitlines()}
+
+
+# Breaks when `import amontons` loads what only some functions need. SciPy's optimisers alone took as long to
+# load as the rest of the package.
+def test_import_loads_no_optional_part():
+    heavy = [
+        "scipy.optimize",
+        "scipy.spatial",
+        "matplotlib",
+        "mujoco",
+        "gymnasium",
+        "viser",
+        "rich",
+        "typer",
+        "loky",
+        "pyarrow",
+    ]
+    program = f"import sys, amontons; print([name for name in {heavy} if name in sys.modules])"
+    result = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
+    assert result.stdout.strip() == "[]"

@@ -123,6 +123,7 @@ def test_companions_through_a_link(victim, tmp_path, root):
 
 # Breaks when a recording that may replace a file waits for a pipe, or writes into a device, that has taken
 # its name between the check and the opening.
+@pytest.mark.alone
 def test_recording_over_what_became_a_pipe(tmp_path, monkeypatch):
     from amontons.io.recordings import growing
 

@@ -16,14 +16,20 @@ STRICT = [
 ]
 
 
+@pytest.fixture(scope="module")
+def cache(tmp_path_factory):
+    """What mypy knows of NumPy and of the package, for all runs of this file."""
+    return str(tmp_path_factory.mktemp("mypy"))
+
+
 def programs(root):
     return [root / "tests" / "python" / "typed_programs.py", *sorted((root / "examples").glob("*.py"))]
 
 
 # Breaks when a program that runs is refused by mypy: an array where one is taken, a result without type.
-def test_mypy(root, tmp_path):
+def test_mypy(root, tmp_path, cache):
     pytest.importorskip("mypy")
-    command = [sys.executable, "-m", "mypy", *STRICT, str(tmp_path / "cache"), *map(str, programs(root))]
+    command = [sys.executable, "-m", "mypy", *STRICT, cache, *map(str, programs(root))]
     result = subprocess.run(command, capture_output=True, text=True, cwd=tmp_path)
     assert result.returncode == 0, result.stdout + result.stderr
 
@@ -64,10 +70,10 @@ def test_pyright(root, tmp_path):
     "line",
     ['amontons.Simulation("model")', "amontons.scenes.arch(mu='much')", "amontons.sweep(1, {}).no_such"],
 )
-def test_mistakes_are_seen(tmp_path, line):
+def test_mistakes_are_seen(tmp_path, line, cache):
     pytest.importorskip("mypy")
     (tmp_path / "bad.py").write_text(f"import amontons\n\n{line}\n")
-    command = [sys.executable, "-m", "mypy", *STRICT, str(tmp_path / "cache"), "bad.py"]
+    command = [sys.executable, "-m", "mypy", *STRICT, cache, "bad.py"]
     result = subprocess.run(command, capture_output=True, text=True, cwd=tmp_path)
     assert result.returncode == 1
     assert "bad.py:3: error" in result.stdout

@@ -102,6 +102,7 @@ def test_the_same_files_for_all(killed, tmp_path):
 
 
 # Breaks when the commands wait for a pipe, or fall over what is no file, while they look for a recording.
+@pytest.mark.alone
 def test_what_is_no_recording(tmp_path):
     os.mkfifo(tmp_path / "pipe.h5")
     start = time.monotonic()

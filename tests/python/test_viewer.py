@@ -53,6 +53,7 @@ def test_live_run_is_the_simulation():
 
 # Breaks when a page that cannot keep pace freezes to catch up: it may take a part of its period only, and
 # what is behind is dropped.
+@pytest.mark.alone
 def test_live_run_leaves_time_for_the_page():
     run = LiveRun(stack())
     run.speed = 1e6

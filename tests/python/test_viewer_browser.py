@@ -193,7 +193,7 @@ def test_solver_panel_holds_at_once(opened):
     sim = crate()
     _, page, _ = opened(sim)
     in_view(page)
-    page.get_by_text("View", exact=True).click()  # folds it up, so that the controls of Solver are in the window
+    page.get_by_text("View", exact=True).click()  # folds it: controls of Solver must be in the window
     chrome.unfold(page, "Solver", "Method")
     for label, option in (("Method", "apgd"), ("Tolerance", "1e-3")):
         page.get_by_label(label).click()

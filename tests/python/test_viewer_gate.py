@@ -233,6 +233,7 @@ def free_port():
 
 # Breaks when Ctrl-C does not end the viewer within a second (two here, on a machine that does other work)
 # because of a client that says nothing, does not close, or sends as fast as it can.
+@pytest.mark.alone
 def test_ctrl_c_ends_it_whatever_clients_do(tmp_path):
     command = [sys.executable, "-u", "-c", RUNS, str(free_port())]
     log = (tmp_path / "log.txt").open("w")
@@ -290,6 +291,7 @@ while True:
 
 
 # Breaks when Ctrl-C waits for a step that lasts.
+@pytest.mark.alone
 def test_ctrl_c_does_not_wait_for_a_step():
     program = (
         "import time, amontons.simulation.simulation as s\n"

@@ -6,8 +6,6 @@ from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import brentq
-from scipy.spatial import ConvexHull
 
 from ..errors import InputError
 
@@ -20,6 +18,8 @@ _SAMPLES = 3000
 def belt(circles: list[Circle]) -> NDArray[np.float64]:
     """The convex curve around the circles, counter-clockwise from the middle of its lowest side, as a
     polygon."""
+    from scipy.spatial import ConvexHull  # takes longer to import than all the rest
+
     angles = np.arange(_SAMPLES) * (2 * np.pi / _SAMPLES)
     rim = np.column_stack([np.cos(angles), np.sin(angles)])
     points = np.vstack([(x, z) + r * rim for x, z, r in circles])
@@ -65,6 +65,7 @@ def close(
     circles: Callable[[float], list[Circle]], count: int, pitch: float, low: float, high: float
 ) -> tuple[float, NDArray[np.float64]]:
     """The position of the tensioner, between `low` (slack) and `high` (tight), at which the chords close."""
+    from scipy.optimize import brentq  # takes as long to import as the whole package
 
     def left(x: float) -> float:
         return march(belt(circles(x)), count, pitch)[1]

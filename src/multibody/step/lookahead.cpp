@@ -106,7 +106,6 @@ void solve_with_lookahead(const Model& model, const StepBodies& bodies, const As
     if (!found && turned == 0) return;
     if (!found) vi.x0 = vi.solution.x;
     solver.again = true;
-    solver.missed = solver.missed || vi.solution.status != Status::converged;
   }
 }
 

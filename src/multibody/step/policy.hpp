@@ -17,7 +17,7 @@ inline constexpr double reserved_decay = 0.8;
 // Time left (relative): limit for the position solves of a step.
 inline constexpr double share_of_positions = 0.4;
 // Budget left (searches for contacts): with less a first-order method runs at once, because setting up a
-// method takes about as long as a search; row `hurry` of the ablation.
+// method takes about as long as a search (benchmarks/deadlines.py).
 inline constexpr double least_searches = 6;
 // Iterations (count): made even out of budget; unsupported bodies would sink into each other and cost more
 // later.
@@ -28,9 +28,8 @@ inline constexpr double least_work = 1.5e6;
 inline constexpr double work_per_pair = 100;
 // Size (blocks): beyond it the iterations of first-order methods no longer increase.
 inline constexpr double large_step = 400;
-// Work left (relative): limit of one solve after another solve of the same step has missed; otherwise half.
-// Random scenes miss 25 more steps without it.
-inline constexpr double work_after_miss = 0.1;
+// Work left (relative): limit of one solve, so that later solves and the safe step have some.
+inline constexpr double share_of_solve = 0.5;
 
 // Solve.
 
@@ -101,8 +100,6 @@ inline constexpr double far_joint = 1e4;
 inline constexpr double energy_of_motion = 1e-3;
 // Energy gained (relative to the energy that gravity adds to free bodies in one step): the allowance at rest.
 inline constexpr double energy_of_gravity = 0.1;
-// Parts (count): of a step that created energy, for bodies that turn by radians in a step (test_step_limits).
-inline constexpr unsigned parts_for_energy = 4;
 // Reflections (count): limit per step; a row of balls transmits an impact, one reflection per ball
 // (test_scenes).
 inline constexpr int most_reflections = 64;

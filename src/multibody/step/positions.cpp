@@ -144,7 +144,7 @@ BodyVelocities displacements(const PositionInput& in, const BodyVelocities& rest
   options.tolerance = linear ? step::precision : step::rough_precision;
   options.max_iterations = step::most_position_iterations;
   options.deadline = end - clock.elapsed();
-  const Budget share = share_of_step(false, options.deadline);
+  const Budget share = share_of_step(options.deadline);
   const bool few = linear || rows.tags.size() <= step::few_position_rows;
   Solution s = few ? automatic(problem, options, elimination) : apgd(problem, options);
   ++report.solves;

@@ -145,10 +145,10 @@ bool Simulation::try_step(const Attempt& attempt, StepClock& clock, Report& repo
   return true;
 }
 
-// Attempts at a step. A step that created energy is repeated from the state at its start, damped, then in
-// parts. A step that misses its tolerance is repeated in as many parts as the user allows. Shorter steps are
-// easier to solve: impulses are smaller, bodies turn less, and contacts are closer to those that the
-// velocities predict.
+// Attempts at a step. A step that created energy is repeated from the state at its start, damped. A step that
+// created energy again, or missed its tolerance, is repeated in as many parts as the user allows. Shorter
+// steps are easier to solve: impulses are smaller, bodies turn less, and contacts are closer to those that
+// the velocities predict.
 void Simulation::make_step(Report& report) {
   // The user may have written into the state since the last step.
   validate(*model_, state_);
@@ -157,11 +157,11 @@ void Simulation::make_step(Report& report) {
   clock.keep_free(s.reserved);
   const Budget allowance(infinity);  // the work is limited once the size of the step is known
   s.before = state_;
-  const unsigned most_parts = std::max(options_.max_substeps, off("parts") ? 1 : step::parts_for_energy);
   try {
-    const bool by_velocities = options_.recovery == Recovery::velocity;
+    const bool by_velocities = options_.recovery == Recovery::velocity, may_damp = !off("damped");
     for (Attempt attempt{1, by_velocities, by_velocities, false};;) {
-      attempt.is_last = (attempt.damped || off("damped")) && !attempt.recovers && attempt.parts >= most_parts;
+      attempt.is_last =
+          (attempt.damped || !may_damp) && !attempt.recovers && 2 * attempt.parts > options_.max_substeps;
       const bool balanced = try_step(attempt, clock, report);
       const Timings& t = report.timings;
       if (balanced && (report.is_sound() || Budget::interrupted() ||
@@ -170,9 +170,9 @@ void Simulation::make_step(Report& report) {
       if (attempt.recovers) {
         attempt.recovers = false;  // joints may contradict the correction by velocities
       } else {
-        if (attempt.damped || balanced) attempt.parts *= 2;
+        if (attempt.damped || balanced || !may_damp) attempt.parts *= 2;
         if (balanced && attempt.parts > options_.max_substeps) break;
-        attempt.damped = attempt.damped || !balanced;
+        attempt.damped = attempt.damped || (!balanced && may_damp);
       }
       state_ = s.before;
     }

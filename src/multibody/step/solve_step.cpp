@@ -180,9 +180,8 @@ double most_work(std::size_t blocks) {
   return step::least_work + step::work_per_pair * n * std::min(n, step::large_step);
 }
 
-Budget share_of_step(bool missed, double seconds) {
-  const double share = missed && !off("share after a miss") ? step::work_after_miss : 0.5;
-  return Budget(seconds, {}, Budget::Catches::no, share * Budget::work_left());
+Budget share_of_step(double seconds) {
+  return Budget(seconds, {}, Budget::Catches::no, step::share_of_solve * Budget::work_left());
 }
 
 Solution solve_step(const StepSolver& solver, const Problem& problem, std::span<const double> x0,
@@ -190,7 +189,7 @@ Solution solve_step(const StepSolver& solver, const Problem& problem, std::span<
   if (problem.rows() == 0) return solution_without_rows();
   if (solver.clock.over(step::least_searches * solver.search_time))
     return solve_within_budget(solver, problem, x0);
-  const Budget share = share_of_step(solver.missed, solver.clock.left());
+  const Budget share = share_of_step(solver.clock.left());
   return solve_for_light_bodies(solver, problem, solve_from(solver, problem, x0, std::move(memory)));
 }
 

@@ -23,7 +23,6 @@ struct StepSolver {
   bool corrected = false;    // positions were corrected in this step
   bool at_rest = false;      // bodies are slow before the step and with its start
   bool again = false;        // continues from another solve of the same step
-  bool missed = false;       // a solve of the same attempt has missed its tolerance
   const StepMethod* own_method = nullptr;  // replaces `method`, which is then its name
 
   bool is_auto() const { return own_method == nullptr && method == "auto"; }
@@ -33,9 +32,8 @@ struct StepSolver {
 // iterations, whose number increases with the size up to a limit.
 double most_work(std::size_t blocks);
 // Limits one solve of a step to a share of the remaining work, so that later solves and the safe step have
-// some. The share is small after another solve has `missed` its tolerance, because the step will miss it too.
-// `seconds`: time limit.
-Budget share_of_step(bool missed, double seconds);
+// some. `seconds`: time limit.
+Budget share_of_step(double seconds);
 
 // Whether a solution is an accepted start.
 bool is_accepted_start(const Solution& solution);

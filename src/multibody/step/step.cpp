@@ -223,7 +223,6 @@ bool Simulation::advance(double h, const Attempt& attempt, StepClock& clock, Rep
   // 4. and 5.
   const Assembly assembly = pose_problem(h, damped, recovery, joint_options, clock, search);
   clock.lap(report.timings.assembly);
-  solver.missed = report.status != Status::converged;
   solve_with_lookahead(model, {s.frames, s.mobility, s.start, s.free}, assembly, margin(), solver, s.finder,
                        contacts_, s.vi, s.after, report);
   // 6. and 7.

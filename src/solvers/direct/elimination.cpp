@@ -93,7 +93,7 @@ double Elimination::Memory::form_u(Solution& s) const {
 double Elimination::Memory::complete(Solution& s) {
   reduction.recover(s.x);
   double bilateral = form_u(s);
-  for (int k = 0; k < (off("refinements") ? 2 : direct::refinements) &&
+  for (int k = 0; k < direct::refinements &&
                   bilateral > std::max(direct::bilateral_rounding, direct::aim * options->tolerance) * scale;
        ++k) {
     reduction.correct(s.u, s.x);

@@ -77,14 +77,14 @@ def _numbers(path: Path, body: bytes, count: int) -> np.ndarray:
     if 2 * count > len(body) + 1:  # a digit and a blank each
         raise _fail(path, f"is truncated: its {len(body)} bytes of entries cannot be {count} numbers")
     values, at = np.empty(count), 0
-    try:
-        for words in _pieces(body):
-            if at + len(words) > count:
-                raise _fail(path, f"has more numbers than the {count} that its size line says")
+    for words in _pieces(body):
+        if at + len(words) > count:
+            raise _fail(path, f"has more numbers than the {count} that its size line says")
+        try:
             values[at : at + len(words)] = np.fromiter(map(float, words), np.float64, len(words))
-            at += len(words)
-    except ValueError as error:
-        raise _fail(path, f"is no Matrix Market file, or is truncated ({str(error)[:100]})") from None
+        except ValueError as error:
+            raise _fail(path, f"is no Matrix Market file, or is truncated ({str(error)[:100]})") from None
+        at += len(words)
     if at != count:
         raise _fail(path, f"is truncated: it has {at} of the {count} numbers that its size line says")
     if not np.isfinite(values).all():
