@@ -15,6 +15,7 @@ nothing: a loss there is reason enough to keep it.
 from __future__ import annotations
 
 import argparse
+import hashlib
 import json
 import os
 import sys
@@ -24,11 +25,13 @@ from collections.abc import Sequence
 from pathlib import Path
 from time import process_time
 
+import amontons
 from ablation_runs import (
     Row,
     Run,
     budget_runs,
     depth_runs,
+    large_runs,
     problem_runs,
     random_runs,
     robot_runs,
@@ -59,10 +62,12 @@ ELSEWHERE = {
     "race after elimination": "auto does not prove that a small problem has no solution (C++ test_status),"
     " test_rolling fails",
 }
-"""What is lost in runs that are too long for this table."""
+"""What is lost in runs that this table leaves out: large scenes (--study large) and the named tests."""
 LIMITS = {"problem": 0.45, "robot": 1.0, "treadmill": 8.0, "scene": 1.0, "random": 0.75, "test": 0.3,
-          "budget": 9.0, "depth": 3.0}  # fmt: skip
+          "budget": 9.0, "depth": 3.0, "large": 60.0}  # fmt: skip
 """s: runs of the code as it is that take longer are left out."""
+STUDIES = {"budgets": budget_runs, "depths": depth_runs, "large": large_runs}
+"""Of runs that the table of all repairs leaves out."""
 ROUNDS = 2
 """Every run is done so many times, and the fastest counts: other programs make a run slower, never faster."""
 SLOWEST = 4.0 * ROUNDS
@@ -90,7 +95,7 @@ def measure(runs: Sequence[Run], budget: float) -> dict[str, Row]:
 def in_fork(off: str, runs: Sequence[Run], budget: float, skipped: list[str] | None, file: Path) -> Row:
     """The results of a process of its own in which a repair is off; with tests where `skipped` is a list.
 
-    They are kept in a file, so that a measurement that was stopped goes on where it was.
+    They are kept in a file of this build, so that a measurement that was stopped goes on where it was.
     """
     if file.exists():
         return dict(json.loads(file.read_text()))
@@ -259,10 +264,14 @@ def parsed() -> argparse.Namespace:
     parser = arguments(__doc__)
     parser.add_argument("--only", nargs="+", help="names of repairs, several at once with commas")
     parser.add_argument("--details", type=Path, default=ROOT / "out" / "ablation", help="folder for results")
-    parser.add_argument("--study", choices=("budgets", "depths"), help="budgets of time, or deep overlaps")
+    parser.add_argument(
+        "--study", choices=tuple(STUDIES), help="budgets of time, deep overlaps, large scenes"
+    )
     parser.add_argument("--no-tests", action="store_true", help="leave the tests out")
     parser.add_argument("--append", type=Path, help="a CSV file that gets every row when it is known")
     options = with_folders(parser.parse_args())
+    module = Path(amontons._core.__file__)
+    options.details /= hashlib.sha256(module.read_bytes()).hexdigest()[:12]  # another build has other results
     options.details.mkdir(parents=True, exist_ok=True)
     return options
 
@@ -298,10 +307,8 @@ def compared(found: dict[str, Row], of: dict[str, Row]) -> str:
 
 def main() -> None:
     options = parsed()
-    if options.study == "budgets":
-        return study(options, "budgets", list(budget_runs()), options.only or REPAIRS[STEP])
-    if options.study == "depths":
-        return study(options, "depths", list(depth_runs()), options.only or REPAIRS[STEP])
+    if options.study:
+        return study(options, options.study, list(STUDIES[options.study]()), options.only or REPAIRS[STEP])
     runs = [*robot_runs(options.data), *random_runs(), *scene_runs(), *problem_runs(options.data)]
     first = options.details / "baseline.json"
     if not first.exists():

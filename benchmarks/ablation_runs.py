@@ -256,11 +256,27 @@ DEPTHS: tuple[tuple[str, Row, Row, int], ...] = (
     ("rolling_balls", {}, {"dt": 1e-2}, 100),
 )
 """Scenes whose overlaps tell what a step did not see or could not take back."""
+LARGE: tuple[tuple[str, Row, Row, int], ...] = (
+    ("wall_at_rest", {}, {"tolerance": 1e-3}, 200),
+    ("tracked_vehicle", {}, {"dt": 2e-3}, 100),
+    ("spheres_in_box", {"count": 1000}, {"tolerance": 1e-3}, 60),
+)
+"""Scenes that take too long for the table of all repairs."""
 
 
 def depth_runs() -> Iterator[Run]:
     """The deepest overlap of each scene and of the random ones, in lengths of the model."""
-    for name, parameters, options, steps in DEPTHS:
+    yield from overlap_runs("depth", DEPTHS)
+    yield from random_runs(SEED + 1)
+
+
+def large_runs() -> Iterator[Run]:
+    """Time, iterations and deepest overlap of each large scene."""
+    return overlap_runs("large", LARGE)
+
+
+def overlap_runs(kind: str, of: tuple[tuple[str, Row, Row, int], ...]) -> Iterator[Run]:
+    for name, parameters, options, steps in of:
         scene = scenes.get(name)
         settings = {**scene.options, "dt": scene.dt, "threads": 1, "on_failure": "ignore", **options}
         model = scene.make(**parameters)
@@ -268,8 +284,7 @@ def depth_runs() -> Iterator[Run]:
         def run(model: Any = model, settings: Row = settings, steps: int = steps) -> Row:
             return depths(amontons.Simulation(model, **settings), steps)
 
-        yield Run("depth", " ".join([name, *(f"{k}={v}" for k, v in (parameters | options).items())]), run)
-    yield from random_runs(SEED + 1)
+        yield Run(kind, " ".join([name, *(f"{k}={v}" for k, v in (parameters | options).items())]), run)
 
 
 def depths(simulation: amontons.Simulation, steps: int) -> Row:
@@ -279,6 +294,7 @@ def depths(simulation: amontons.Simulation, steps: int) -> Row:
         "penetration": max(r.penetration for r in reports) / length,
         "joint_gap": max(r.joint_error for r in reports) / length,
         "missed": sum(r.status != "converged" for r in reports),
+        "iterations": sum(r.iterations for r in reports),
         "bits": digest(simulation.state.positions),
     }
 

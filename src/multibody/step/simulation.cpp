@@ -6,7 +6,6 @@
 #include <cmath>
 #include <iterator>
 
-#include "amontons/base/ablation.hpp"
 #include "amontons/base/budget.hpp"
 #include "amontons/base/error.hpp"
 #include "amontons/multibody/kinematics/motion.hpp"
@@ -158,10 +157,9 @@ void Simulation::make_step(Report& report) {
   const Budget allowance(infinity);  // the work is limited once the size of the step is known
   s.before = state_;
   try {
-    const bool by_velocities = options_.recovery == Recovery::velocity, may_damp = !off("damped");
+    const bool by_velocities = options_.recovery == Recovery::velocity;
     for (Attempt attempt{1, by_velocities, by_velocities, false};;) {
-      attempt.is_last =
-          (attempt.damped || !may_damp) && !attempt.recovers && 2 * attempt.parts > options_.max_substeps;
+      attempt.is_last = attempt.damped && !attempt.recovers && 2 * attempt.parts > options_.max_substeps;
       const bool balanced = try_step(attempt, clock, report);
       const Timings& t = report.timings;
       if (balanced && (report.is_sound() || Budget::interrupted() ||
@@ -170,9 +168,9 @@ void Simulation::make_step(Report& report) {
       if (attempt.recovers) {
         attempt.recovers = false;  // joints may contradict the correction by velocities
       } else {
-        if (attempt.damped || balanced || !may_damp) attempt.parts *= 2;
+        if (attempt.damped || balanced) attempt.parts *= 2;
         if (balanced && attempt.parts > options_.max_substeps) break;
-        attempt.damped = attempt.damped || (!balanced && may_damp);
+        attempt.damped = attempt.damped || !balanced;
       }
       state_ = s.before;
     }

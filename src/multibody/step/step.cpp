@@ -190,7 +190,7 @@ void Simulation::move_on(double h) {
 }
 
 bool Simulation::advance(double h, const Attempt& attempt, StepClock& clock, Report& report) {
-  const bool damped = attempt.damped;
+  const bool damped = attempt.damped && !off("damped");
   StepScratch& s = *scratch_;
   const Model& model = *model_;
   const double recovery = attempt.recovers ? recovery_speed() : 0;
