@@ -258,8 +258,8 @@ DEPTHS: tuple[tuple[str, Row, Row, int], ...] = (
 """Scenes whose overlaps tell what a step did not see or could not take back."""
 LARGE: tuple[tuple[str, Row, Row, int], ...] = (
     ("wall_at_rest", {}, {"tolerance": 1e-3}, 200),
-    ("tracked_vehicle", {}, {"dt": 2e-3}, 100),
-    ("spheres_in_box", {"count": 1000}, {"tolerance": 1e-3}, 60),
+    ("tracked_vehicle", {}, {"dt": 2e-3, "method": "auto", "tolerance": 1e-6}, 100),
+    ("spheres_in_box", {"count": 1000}, {"tolerance": 1e-4}, 150),
 )
 """Scenes that take too long for the table of all repairs."""
 

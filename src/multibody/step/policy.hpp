@@ -41,21 +41,22 @@ inline constexpr double three_digits = 1e-3;
 // Four tests of creep need it.
 inline constexpr double direct_start = 1e-2;
 // Looks ahead (count): each followed by a solve if it finds something. With one the grains of a hopper
-// overlap by 9 mm instead of 2 um (test_bands), and 1000 spheres take 0.7 of the time.
+// overlap by 9 mm instead of 2 um (test_bands), and 1000 spheres by 0.87 % of Model::length instead of 0.20 %
+// (ablation, large scenes).
 inline constexpr int most_looks = 4;
 // Velocity (relative to g h): turns of contacts below it are ignored.
 inline constexpr double least_turn = 1e-2;
 
 // Closed contacts.
 
-// Speed (relative to g h): overlaps close at most this fast, which is invisible. Nine tests of heights and
+// Speed (relative to g h): overlaps close at most this fast, which is invisible. Tests of heights, slopes and
 // internal edges need it.
 inline constexpr double closing = 1e-3;
 // Position error (relative to Model::length): smaller errors are not corrected, so that resting bodies do not
 // move.
 inline constexpr double allowed_error = 1e-4;
 // Slack of gaps (steps of drift at the tolerance): smaller differences of gaps are ignored in large problems.
-// A wall at rest is 18 times slower without it.
+// A wall at rest takes 105,251 iterations instead of 418 without it (ablation, large scenes).
 inline constexpr double steps_of_slack = 40;
 // Slack of gaps (relative to Model::length): limit with a loose tolerance.
 inline constexpr double most_slack = 1e-5;
@@ -115,7 +116,7 @@ inline constexpr double fastest_turn = 100;
 
 // Light bodies.
 
-// Velocity error (relative to the velocity of a block): counts as wrong above it; four random scenes break
+// Velocity error (relative to the velocity of a block): counts as wrong above it; two random scenes break
 // without it.
 inline constexpr double wrong = 0.05;
 // Velocity error (relative to the velocity of a block): target for a wrong block.
