@@ -9,9 +9,7 @@ namespace amontons::collision {
 // convex body is the maximum. The walk begins at the corner of the nearest of 26 directions, because each of
 // its steps has a cache miss and a comparison.
 std::int32_t extreme_corner(const ConvexHull& hull, const Vec3& direction) {
-  // Size (corners): with more a walk along edges is faster than a pass over all.
-  constexpr std::size_t few = 48;
-  const bool walks = hull.vertices.size() > few;
+  const bool walks = hull.vertices.size() > few_corners;
   std::int32_t best = walks ? hull.start[search_start(direction)] : 0;
   double height = dot(hull.vertices[best], direction);
   const auto climbs_to = [&](std::int32_t i) {

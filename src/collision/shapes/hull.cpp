@@ -236,6 +236,58 @@ void set_starts(ConvexHull& hull) {
   }
 }
 
+// Directions by cells: six sides of a cube around the origin with `cells` x `cells` squares each.
+// Number (count): more cells have shorter lists, but each face is then in more of them, 20 with these.
+constexpr int cells = 8;
+// Size (faces): with fewer a pass over all is as fast as the table.
+constexpr std::size_t few_faces = 24;
+
+std::size_t cell_of(const Vec3& d) {
+  int side = 0;
+  for (int i = 1; i < 3; ++i)
+    if (std::abs(d[i]) > std::abs(d[side])) side = i;
+  const double size = std::abs(d[side]);
+  const auto place = [&](double c) {
+    return std::clamp(static_cast<int>((0.5 * cells) * (c / size + 1)), 0, cells - 1);
+  };
+  const int u = place(d[(side + 1) % 3]), v = place(d[(side + 2) % 3]);
+  return static_cast<std::size_t>(((d[side] < 0 ? side + 3 : side) * cells + u) * cells + v);
+}
+
+// The middle of a cell, and its corners: unit vectors.
+std::array<Vec3, 5> outline_of_cell(int cell) {
+  const int side = cell / (cells * cells), u = cell / cells % cells, v = cell % cells;
+  const auto direction = [&](double du, double dv) {
+    Vec3 d;
+    d[side % 3] = side < 3 ? 1 : -1;
+    d[(side + 1) % 3] = 2 * (u + du) / cells - 1;
+    d[(side + 2) % 3] = 2 * (v + dv) / cells - 1;
+    return normalised(d);
+  };
+  return {direction(0.5, 0.5), direction(0, 0), direction(0, 1), direction(1, 0), direction(1, 1)};
+}
+
+// A face is in the list of a cell if the angle between its normal and the middle is at most that of
+// face_cosine plus that from the middle to the farthest corner: cos(a + b) = cos a cos b - sin a sin b.
+void set_facing(ConvexHull& hull) {
+  if (hull.faces.size() <= few_faces) {
+    hull.facing.resize(hull.faces.size());
+    std::iota(hull.facing.begin(), hull.facing.end(), 0);
+    return;
+  }
+  const auto sine = [](double cosine) { return std::sqrt(std::max(0.0, 1 - cosine * cosine)); };
+  hull.facing_start.assign(1, 0);
+  for (int cell = 0; cell < 6 * cells * cells; ++cell) {
+    const auto outline = outline_of_cell(cell);
+    double nearest = 1;
+    for (const Vec3& corner : outline) nearest = std::min(nearest, dot(corner, outline[0]));
+    const double least = nearest * face_cosine - sine(nearest) * sine(face_cosine) - 1e-9;
+    for (std::size_t f = 0; f < hull.normals.size(); ++f)
+      if (dot(hull.normals[f], outline[0]) >= least) hull.facing.push_back(static_cast<std::int32_t>(f));
+    hull.facing_start.push_back(static_cast<std::int32_t>(hull.facing.size()));
+  }
+}
+
 // No corner may be beyond any face, up to the shift of the planes by merging coplanar triangles. Every point
 // being behind every face is the definition of convexity; testing across edges alone would accept surfaces
 // that wind around twice.
@@ -276,6 +328,13 @@ std::size_t search_start(const Vec3& d) {
   return 9 * sign(d.x) + 3 * sign(d.y) + sign(d.z);
 }
 
+std::span<const std::int32_t> faces_towards(const ConvexHull& hull, const Vec3& direction) {
+  if (hull.facing_start.empty()) return hull.facing;
+  const std::size_t cell = cell_of(direction);
+  const auto first = static_cast<std::size_t>(hull.facing_start[cell]);
+  return std::span(hull.facing).subspan(first, static_cast<std::size_t>(hull.facing_start[cell + 1]) - first);
+}
+
 Hull make_hull(std::span<const Vec3> vertices, std::span<const Triangle> triangles) {
   check_input(vertices, triangles);
   const std::vector<HalfEdge> edges = sorted_edges(triangles);
@@ -291,6 +350,7 @@ Hull make_hull(std::span<const Vec3> vertices, std::span<const Triangle> triangl
   set_planes(*hull);
   set_neighbours(*hull);
   set_starts(*hull);
+  set_facing(*hull);
   for (const Vec3& p : hull->vertices) {
     include(hull->box, p);
     hull->radius = std::max(hull->radius, norm(p));
