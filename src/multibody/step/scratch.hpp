@@ -25,9 +25,9 @@ struct StepScratch {
   double line_error = 0;      // m, of couplings and tendons
   double last_error = 1e300;  // not tuned: m, of joints, one step before
   BodyMobilities mobility, stiffened;
-  BodyVelocities start, free, after;
+  BodyVelocities start, free, foreseen, after;
   EnergyScratch energy;
-  std::vector<BodyImpulse> loads;
+  std::vector<BodyImpulse> loads, efforts;  // efforts along joints are among the loads
   std::vector<GyroscopicSpin> spins;
   std::vector<JointWrench> impacts;  // of the locked directions of each joint
   std::vector<Mat3> stiffness;

@@ -76,6 +76,17 @@ void fill_reactions(const JointContexts& joints, const State& state, const std::
   }
 }
 
+// The velocities with which contacts are foreseen: the free ones without efforts along joints. Such an effort would
+// turn a light link alone into the floor; its joints, which are not solved yet, pass it on to the heavy ones.
+const BodyVelocities& foreseen(StepScratch& s) {
+  s.foreseen = s.free;
+  for (std::size_t i = 0; i < s.foreseen.size(); ++i) {
+    s.foreseen[i].linear -= s.mobility[i].inverse_mass * s.efforts[i].force;
+    s.foreseen[i].angular -= s.mobility[i].inverse_inertia * s.efforts[i].torque;
+  }
+  return s.foreseen;
+}
+
 }  // namespace
 
 // 1. Bodies, joints, free velocities, and the contacts that these velocities could close.
@@ -93,10 +104,11 @@ void Simulation::observe(double h, bool damped, StepClock& clock, Report& report
   add_motor_loads(model, s.joints, state_, h, s.loads);
   add_joint_forces(*tree_, s.frames, s.joints, state_, h, s.loads);
   add_actuator_loads(model, s.frames, s.joints, s.start, state_, h, s.loads);
+  s.efforts = s.loads;
   add_fluid_loads(model, s.frames, s.mobility, s.start, h, s.loads);
   make_free_velocities(model, state_, h, s.frames, s.mobility, s.start, s.loads, damped, s.free, s.spins);
   clock.lap(report.timings.assembly);
-  s.finder.find({model, s.frames, s.free, h, margin()}, contacts_);
+  s.finder.find({model, s.frames, foreseen(s), h, margin()}, contacts_);
   clock.lap(report.timings.collision);
   // The size of the step is known, and so is its work limit. A limit set by the user replaces it.
   if (options_.max_iterations == 0 && Budget::work_left() == Budget::infinite_work)
