@@ -175,6 +175,7 @@ class SurfaceContact {
       return kind == EdgeKind::convex || kind == EdgeKind::border;
     });
     if (!rounded) return static_cast<void>(touch_face(facet, lowest, false));
+    if (is_apart(facet, reach)) return;
     const Convex triangle =
         make_triangle(facet.corner[0] - lift_, facet.corner[1] - lift_, facet.corner[2] - lift_);
     Separation s;
@@ -192,6 +193,15 @@ class SurfaceContact {
       touch_along(facet, triangle, s, lowest);
     else
       touch_face(facet, lowest, false);
+  }
+
+  // Whether the plane through the point of the triangle nearest to the body's centre, across the line between
+  // the two, is farther from the body than `reach`: the triangle lies behind it. Most triangles beside a
+  // round body are left out so, without a search for their distance.
+  bool is_apart(const Facet& facet, double reach) const {
+    const Vec3 nearest = closest_point(facet.corner, body_.convex.centre + lift_).at - lift_;
+    const Vec3 out = body_.convex.centre - nearest, n = out / norm(out);
+    return dot(n, body_.lowest_along(n) - nearest) > reach;
   }
 
   // Contact along the normal of the separation. Flat bodies prefer the face's normal to one that is almost
