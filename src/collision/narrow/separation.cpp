@@ -107,7 +107,7 @@ void sharpen_sides(const Convex& a, const Convex& b, Separation& s) {
 // perpendicular to the axis, and the bodies are as far apart along it. False: unknown.
 bool separate_sides(const Convex& a, const Convex& b, double limit, Separation& result) {
   const bool is_side_a = a.kind == Convex::Kind::cylinder, is_side_b = b.kind == Convex::Kind::cylinder;
-  if (!is_side_a && !is_side_b) return false;
+  if ((!is_side_a && !is_side_b) || limit < 0) return false;
   const Convex p = is_side_a ? as_capsule(a) : a, q = is_side_b ? as_capsule(b) : b;
   const double radii = p.radius + q.radius;
   Simplex simplex;
