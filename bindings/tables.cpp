@@ -4,6 +4,7 @@
 
 #include "amontons/multibody/joints/actuators.hpp"
 #include "amontons/multibody/joints/coordinates.hpp"
+#include "amontons/multibody/kinematics/dynamics.hpp"
 #include "amontons/multibody/step/simulation.hpp"
 #include "bindings.hpp"
 #include "math_casters.hpp"
@@ -142,12 +143,16 @@ OutBytes table_of_actuators(const Simulation& simulation) {
   return rows.take();
 }
 
-// MOVING, of frames on bodies (-1: the world): position and quaternion each.
+// MOVING, of frames on bodies (-1: the world), given as position and quaternion. Velocities are those of qd,
+// so that they are the Jacobian times qd.
 OutBytes table_of_moving(const Simulation& simulation, const IndexVector& bodies, const Matrix& frames) {
   const Simulation& s = idle(simulation);
   AMONTONS_REQUIRE(frames.shape(0) == bodies.shape(0) && frames.shape(1) == 7,
                    "frames must have seven columns and a row for each body");
   const State& state = s.state();
+  const Coordinates c = read_coordinates(s.tree(), state);
+  const TreeMotion motion =
+      motion_of(s.tree(), state, pose_of(s.tree(), state, c.q), c.qd, std::vector<double>(s.tree().nv()));
   TableBytes rows;
   for (std::size_t i = 0; i < bodies.shape(0); ++i) {
     const Index body = bodies(i);
@@ -157,8 +162,8 @@ OutBytes table_of_moving(const Simulation& simulation, const IndexVector& bodies
     Vec3 velocity, spin;
     if (body >= 0) {
       at = Transform{state.positions[body], state.orientations[body]} * at;
-      spin = state.angular_velocities[body];
-      velocity = state.linear_velocities[body] + cross(spin, at.position - state.positions[body]);
+      velocity = velocity_at(motion.velocities[body], at.position);
+      spin = motion.velocities[body].angular;
     }
     rows.add(body, at.position, at.rotation, velocity, spin);
   }
