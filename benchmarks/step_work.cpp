@@ -2,9 +2,10 @@
 //
 //   step_work MODEL.json DT BEFORE STEPS CONTROL...
 //
-// The model is a file of amontons.write_model. The controls (units of the actuators and motors, in the order of
-// the model) are the same in all steps. The last STEPS steps are made in counted_steps(), at which callgrind
-// collects; the others let initial overlaps and falls pass. Prints the mean number of contacts of a counted step.
+// The model is a file of amontons.write_model. The controls (units of the actuators and motors, in the order
+// of the model) are the same in all steps. The last STEPS steps are made in counted_steps(), at which
+// callgrind collects; the others let initial overlaps and falls pass. Prints the mean number of contacts of a
+// counted step.
 #include <cstdio>
 #include <cstdlib>
 #include <exception>

@@ -157,6 +157,12 @@ StepMethod own_method(nb::object function) {
       };
 }
 
+// Whether the step is sound, and no joint stays apart by more than a thousandth of Model.length.
+bool is_usual(const Report& r, double length) {
+  const double error = std::max(r.joint_error, length * r.joint_angle_error);
+  return r.advanced && r.is_sound() && (r.joints_close || r.worst_joint < 0 || error <= length / 1000);
+}
+
 void bind_options_and_report(nb::module_& m) {
   using O = SimulationOptions;
   nb::class_<O>(m, "SimulationOptions", "Fields of zero that may be automatic follow from the model.")
@@ -193,16 +199,9 @@ void bind_options_and_report(nb::module_& m) {
       .def_ro("advanced", &Report::advanced)
       .def_prop_ro("status", [](const Report& r) { return name_of(r.status); })
       .def_prop_ro("is_sound", &Report::is_sound)
-      .def(
-          "is_usual",
-          [](const Report& r, double length) {
-            const double error = std::max(r.joint_error, length * r.joint_angle_error);
-            return r.advanced && r.is_sound() &&
-                   (r.joints_close || r.worst_joint < 0 || error <= length / 1000);
-          },
-          nb::arg("length"),
-          "Whether the step is sound and no joint stays apart by more than length / 1000: nothing to warn "
-          "of.")
+      .def("is_usual", &is_usual, nb::arg("length"),
+           "Whether the step is sound and no joint stays apart by more than length / 1000: nothing to warn "
+           "of.")
       .def_ro("residual", &Report::residual)
       .def_prop_ro("path", [](const Report& r) { return path_name(r.path); })
       .def_ro("solves", &Report::solves)

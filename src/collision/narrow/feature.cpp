@@ -93,7 +93,7 @@ void cylinder_feature(const Convex& body, const Vec3& direction, const Vec3* pha
 
 // Finds the face best aligned with the direction d (in the hull's frame) that contains a point, if one is
 // close to it. The best aligned one need not be next to the extreme corner, so that all faces near the
-// direction are tested. Of equally aligned ones the first is taken.
+// direction are tested. The first of equally aligned ones is taken.
 bool hull_face(const Convex& body, const Vec3& d, const Vec3& held, Feature& feature) {
   const ConvexHull& hull = *body.hull;
   const double tolerance = 1e-6 * body.extent;

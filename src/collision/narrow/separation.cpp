@@ -104,7 +104,7 @@ void sharpen_sides(const Convex& a, const Convex& b, Separation& s) {
 // Cylinders apart from the other body are tried as capsules first: GJK is exact for them within a few steps,
 // and needs tens for a rim. A cylinder is in its capsule, so that the distance of the capsules is a lower
 // bound. It is the distance if the nearest points are on the sides of the cylinders: then the normal is
-// perpendicular to the axis, and the bodies are as far apart along it. False: unknown.
+// perpendicular to the axis. The bodies are as far apart along that normal. False: unknown.
 bool separate_sides(const Convex& a, const Convex& b, double limit, Separation& result) {
   const bool is_side_a = a.kind == Convex::Kind::cylinder, is_side_b = b.kind == Convex::Kind::cylinder;
   if ((!is_side_a && !is_side_b) || limit < 0) return false;

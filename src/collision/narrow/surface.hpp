@@ -195,9 +195,9 @@ class SurfaceContact {
       touch_face(facet, lowest, false);
   }
 
-  // Whether the plane through the point of the triangle nearest to the body's centre, across the line between
-  // the two, is farther from the body than `reach`: the triangle lies behind it. Most triangles beside a
-  // round body are left out so, without a search for their distance.
+  // The triangle lies behind the plane through its point nearest to the centre of the body, across the line
+  // between the two. Whether this plane is farther from the body than `reach`. Most triangles beside a round
+  // body are left out so, without a search for their distance.
   bool is_apart(const Facet& facet, double reach) const {
     const Vec3 nearest = closest_point(facet.corner, body_.convex.centre + lift_).at - lift_;
     const Vec3 out = body_.convex.centre - nearest, n = out / norm(out);

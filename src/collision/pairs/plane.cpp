@@ -75,9 +75,9 @@ void cylinder_on_plane(const Cylinder& cylinder, const Transform& frame, const P
 }
 
 // The corners of a hull up to a height over the plane, ascending, where heights are <up, p> + lift. Few
-// corners are all tested. Otherwise the walk begins at the lowest one and goes on along the edges: a linear
-// function on a convex body falls along the edges from every corner to its minimum, so that the corners below
-// a height are connected.
+// corners are all tested. Otherwise the walk begins at the lowest one and goes on along the edges. A linear
+// function on a convex body falls along edges from every corner to its minimum. So the corners below a height
+// are connected.
 const std::vector<std::int32_t>& corners_below(const ConvexHull& hull, const Vec3& up, double lift,
                                                double height) {
   thread_local std::vector<std::int32_t> found;

@@ -267,8 +267,8 @@ std::array<Vec3, 5> outline_of_cell(int cell) {
   return {direction(0.5, 0.5), direction(0, 0), direction(0, 1), direction(1, 0), direction(1, 1)};
 }
 
-// A face is in the list of a cell if the angle between its normal and the middle is at most that of
-// face_cosine plus that from the middle to the farthest corner: cos(a + b) = cos a cos b - sin a sin b.
+// A cell lists the faces whose normals are near its middle. The largest angle is that of face_cosine plus
+// that from the middle to the farthest corner, by cos(a + b) = cos a cos b - sin a sin b.
 void set_facing(ConvexHull& hull) {
   if (hull.faces.size() <= few_faces) {
     hull.facing.resize(hull.faces.size());

@@ -63,7 +63,7 @@ class ContactFinder {
   BroadPhase broad_phase_;
   std::vector<Transform> frames_;
   std::vector<Aabb> boxes_;
-  // Of a plane: its normal, and the height along it up to which it may reach within the step.
+  // A plane: its normal, and the height along it up to which it may reach within the step.
   struct HalfSpace {
     Vec3 normal;
     double top;

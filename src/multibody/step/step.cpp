@@ -76,8 +76,9 @@ void fill_reactions(const JointContexts& joints, const State& state, const std::
   }
 }
 
-// The velocities with which contacts are foreseen: the free ones without efforts along joints. Such an effort would
-// turn a light link alone into the floor; its joints, which are not solved yet, pass it on to the heavy ones.
+// The velocities with which contacts are foreseen: the free ones without efforts along joints. Such an effort
+// would turn a light link alone into the floor; its joints, which are not solved yet, pass it on to the heavy
+// ones.
 const BodyVelocities& foreseen(StepScratch& s) {
   s.foreseen = s.free;
   for (std::size_t i = 0; i < s.foreseen.size(); ++i) {
