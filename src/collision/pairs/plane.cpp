@@ -118,8 +118,9 @@ void hull_on_plane(const ConvexHull& hull, const Transform& frame, const PlaneCo
     for (std::int32_t j : hull.neighbours[i]) {
       const Vec3 edge = hull.vertices[j] - hull.vertices[i];
       const double slope = dot(up, edge), level = -looks_down * norm(edge);
-      rises |= slope > level;
+      rises = slope > level;
       falls |= slope < -level;
+      if (rises) break;
     }
     if (rises || !falls) plane.add(frame(hull.vertices[i]));
   }
