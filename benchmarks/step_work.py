@@ -63,18 +63,22 @@ ROBOTS = (
 Row = dict[str, object]
 
 
-def on_feet(corners: int) -> amontons.Model:
-    """A body on four legs whose feet are hulls of so many corners, on a plane."""
+def on_feet(corners: int, ground: Shape | None = None) -> amontons.Model:
+    """A body on four legs whose feet are hulls of so many corners, on a plane or on other ground."""
     rng = np.random.default_rng(corners)
     points = rng.normal(size=(corners, 3))
     points *= np.array((0.1, 0.06, 0.03)) / np.linalg.norm(points, axis=1)[:, None]
-    return robot(Hull(points), 0.04, Plane())
+    return robot(Hull(points), 0.04, ground or Plane())
 
 
 def on_wheels(points: int) -> amontons.Model:
     """A body on four wheels, on a height field of points x points heights."""
-    heights = 0.02 * np.random.default_rng(points).random((points, points))
-    return robot(Cylinder(0.1, 0.03), 0.13, HeightField(heights, 4.0, 4.0))
+    return robot(Cylinder(0.1, 0.03), 0.13, bumps(points))
+
+
+def bumps(points: int) -> HeightField:
+    """Random heights up to 2 cm, on 4 m x 4 m."""
+    return HeightField(0.02 * np.random.default_rng(points).random((points, points)), 4.0, 4.0)
 
 
 def robot(foot: Shape, height: float, ground: Shape) -> amontons.Model:
@@ -94,6 +98,8 @@ SCENES: dict[str, Callable[[], amontons.Model]] = {
     "feet of 50 corners": partial(on_feet, 50),
     "feet of 500 corners": partial(on_feet, 500),
     "feet of 5000 corners": partial(on_feet, 5000),
+    "feet of 500 corners on 100 x 100 heights": lambda: on_feet(500, bumps(100)),
+    "feet of 500 corners on a slab": lambda: on_feet(500, Box((2.0, 2.0, 1e-3))),
     "wheels on 100 x 100 heights": partial(on_wheels, 100),
 }
 

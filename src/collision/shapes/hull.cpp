@@ -226,19 +226,10 @@ void set_neighbours(ConvexHull& hull) {
   for (auto& list : hull.neighbours) std::sort(list.begin(), list.end());
 }
 
-// The extreme corner along each vector of -1, 0 and 1.
-void set_starts(ConvexHull& hull) {
-  for (int i = 0; i < 27; ++i) {
-    const Vec3 d{i / 9 - 1.0, i / 3 % 3 - 1.0, i % 3 - 1.0};
-    for (std::size_t k = 1; k < hull.vertices.size(); ++k)
-      if (dot(hull.vertices[k], d) > dot(hull.vertices[hull.start[i]], d))
-        hull.start[i] = static_cast<std::int32_t>(k);
-  }
-}
-
 // Directions by cells: six sides of a cube around the origin with `cells` x `cells` squares each.
-// Number (count): more cells have shorter lists, but each face is then in more of them, 20 with these.
-constexpr int cells = 8;
+// Number (count): more cells have shorter lists, but each face is then in more of them, 20 with these. An odd
+// number has the axes, along which flat sides lie, in the middle of cells.
+constexpr int cells = 9;
 // Size (faces): with fewer a pass over all is as fast as the table.
 constexpr std::size_t few_faces = 24;
 
@@ -265,6 +256,17 @@ std::array<Vec3, 5> outline_of_cell(int cell) {
     return normalised(d);
   };
   return {direction(0.5, 0.5), direction(0, 0), direction(0, 1), direction(1, 0), direction(1, 1)};
+}
+
+// The extreme corner along the middle of each cell.
+void set_starts(ConvexHull& hull) {
+  for (int cell = 0; cell < 6 * cells * cells; ++cell) {
+    const Vec3 d = outline_of_cell(cell)[0];
+    std::int32_t best = 0;
+    for (std::size_t k = 1; k < hull.vertices.size(); ++k)
+      if (dot(hull.vertices[k], d) > dot(hull.vertices[best], d)) best = static_cast<std::int32_t>(k);
+    hull.start.push_back(best);
+  }
 }
 
 // A cell lists the faces whose normals are near its middle. The largest angle is that of face_cosine plus
@@ -321,11 +323,30 @@ double check_volume(std::span<const Vec3> vertices, std::span<const Triangle> tr
 
 }  // namespace
 
-// Half of the largest component lies between 0 and 1.
-std::size_t search_start(const Vec3& d) {
-  const double half = 0.5 * std::max({std::abs(d.x), std::abs(d.y), std::abs(d.z)});
-  const auto sign = [&](double c) { return std::size_t{1} + (c > half) - (c < -half); };
-  return 9 * sign(d.x) + 3 * sign(d.y) + sign(d.z);
+// Tests all corners, or for large hulls climbs along the edges: a local maximum of a linear function on a
+// convex body is the maximum. The walk begins at the corner for a direction nearby, because each of its steps
+// has a cache miss and comparisons.
+std::int32_t extreme_corner(const ConvexHull& hull, const Vec3& direction) {
+  const bool walks = hull.vertices.size() > few_corners;
+  std::int32_t best = walks ? hull.start[cell_of(direction)] : 0;
+  double height = dot(hull.vertices[best], direction);
+  const auto climbs_to = [&](std::int32_t i) {
+    const double h = dot(hull.vertices[i], direction);
+    if (!(h > height)) return false;
+    height = h;
+    best = i;
+    return true;
+  };
+  if (!walks) {
+    // For few corners a linear pass through memory is faster than the walk.
+    for (std::size_t i = 1; i < hull.vertices.size(); ++i) climbs_to(static_cast<std::int32_t>(i));
+    return best;
+  }
+  for (bool higher = true; higher;) {
+    higher = false;
+    for (std::int32_t j : hull.neighbours[best]) higher |= climbs_to(j);
+  }
+  return best;
 }
 
 std::span<const std::int32_t> faces_towards(const ConvexHull& hull, const Vec3& direction) {
@@ -354,6 +375,7 @@ Hull make_hull(std::span<const Vec3> vertices, std::span<const Triangle> triangl
   for (const Vec3& p : hull->vertices) {
     include(hull->box, p);
     hull->radius = std::max(hull->radius, norm(p));
+    hull->middle += p / static_cast<double>(hull->vertices.size());
   }
   // Tolerances of the narrow phase are relative to it.
   hull->extent = 0.5 * norm(hull->box.upper - hull->box.lower);
