@@ -51,7 +51,6 @@ STAGES = {
     "joint rows": ("append_joint_rows",),
     "assembly": ("assemble",),
     "solve": ("solve_step",),
-    "balance": ("energy_balance",),
     "motion": ("integrate",),
 }
 ROBOTS = (
