@@ -154,7 +154,7 @@ void ContactFinder::place_geoms(const Reach& reach) {
   }
 }
 
-bool ContactFinder::boxes_meet(Index a, Index b) const {
+bool ContactFinder::is_reached(Index a, Index b) const {
   const auto reaches = [&](Index plane, const Aabb& box) {
     const auto& [normal, top] = half_spaces_[plane];
     Vec3 lowest;
@@ -162,21 +162,20 @@ bool ContactFinder::boxes_meet(Index a, Index b) const {
     return !(dot(normal, lowest) > top);
   };
   const auto is_plane = [&](Index g) { return boxes_[g].upper.x == std::numeric_limits<double>::infinity(); };
-  return is_overlap(boxes_[a], boxes_[b]) && (!is_plane(a) || reaches(a, boxes_[b])) &&
-         (!is_plane(b) || reaches(b, boxes_[a]));
+  return (!is_plane(a) || reaches(a, boxes_[b])) && (!is_plane(b) || reaches(b, boxes_[a]));
 }
 
 void ContactFinder::find_pairs(const Model& model) {
   if (model.lists_pairs()) {
     pairs_.clear();
     for (const auto& [a, b] : model.listed_pairs())
-      if (boxes_meet(a, b)) pairs_.emplace_back(a, b);
+      if (is_overlap(boxes_[a], boxes_[b]) && is_reached(a, b)) pairs_.emplace_back(a, b);
     return;
   }
   broad_phase_.find_pairs(boxes_, fixed_, pairs_);
   std::erase_if(pairs_, [&](const IndexPair& pair) {
     const auto& [a, b] = pair;
-    return !boxes_meet(a, b) || !model.may_touch(a, b);
+    return !is_reached(a, b) || !model.may_touch(a, b);
   });
 }
 

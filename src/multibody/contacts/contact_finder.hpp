@@ -54,8 +54,8 @@ class ContactFinder {
   void place_geoms(const Reach& reach);
   // The pairs that may touch within the step, ascending, to pairs_.
   void find_pairs(const Model& model);
-  // Whether the boxes of two geoms meet; the box of a plane is the half space below it.
-  bool boxes_meet(Index a, Index b) const;
+  // Whether two geoms whose boxes overlap may meet: a plane, whose box is infinite, only below its top.
+  bool is_reached(Index a, Index b) const;
   double reach_of_pair(const Reach& reach, Index a, Index b) const;
   template <class Counts, class F>
   void visit(const Reach& reach, Counts&& counts, F&& f);
