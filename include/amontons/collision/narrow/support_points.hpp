@@ -42,7 +42,7 @@ class SupportPoints {
   void simplify_outline();
 
   std::vector<Site> sites_, flat_, outline_;
-  std::vector<Site> near_;  // places from the lowest point, of those that a turn may bring down
+  std::vector<Site> near_;      // places from the lowest point, of those that a turn may bring down
   std::vector<double> losses_;  // per corner of the outline: twice the area that its removal would cost
 };
 
