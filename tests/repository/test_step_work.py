@@ -74,7 +74,7 @@ def test_costs_of_a_profile_are_inclusive(step_work, tmp_path):
 def test_stages_of_a_robot_on_wheels(step_work, monkeypatch, tmp_path):
     """Fails if a stage has lost its function: collision and solve are most of such a step."""
     if not Path(step_work.PROGRAM).exists():
-        pytest.skip("the program step_work is not built")
+        pytest.skip("the program that valgrind runs is not built")
     run(step_work, monkeypatch, "--quick", "--only", "wheels", "--out", tmp_path)
     rows = {row["part"]: float(row["thousands"]) for row in step_work.read_csv(tmp_path / "step_work.csv")}
     assert all(rows[stage] > 0 for stage in step_work.STAGES), rows
