@@ -87,3 +87,22 @@ def test_tables_without_rows_have_their_fields():
     assert sim.efforts().shape == (0,)
     assert sim.sites.shape == (0,)
     assert sim.jacobians().shape == (1, 6, 6)
+
+
+def test_contacts_are_foreseen_without_efforts():
+    """A motor presses a light link that a heavy body holds; the floor below is out of reach.
+
+    Fails if the effort is given to the link alone: it would move at 2000 m/s, and its contact gets rows.
+    """
+    builder = amontons.ModelBuilder(gravity=(0, 0, 0))
+    builder.add_floor()
+    light = builder.add_body(shape=Box((0.05, 0.05, 0.05)), mass=1e-3, position=(0, 0, 0.2))
+    heavy = builder.add_body(shape=Box((0.2, 0.2, 0.2)), mass=1e3, position=(0, 0, 0.6))
+    motor = amontons.Motor("effort", control=-1e3)
+    builder.add_prismatic_joint(light, axis=(0, 0, 1), motor=motor)
+    builder.add_fixed_joint(light, heavy)
+    sim = amontons.Simulation(builder.build(), dt=2e-3)
+    report = sim.step()
+    assert report.contacts == 0
+    speed = sim.state.linear_velocities[heavy][2]
+    assert speed == pytest.approx(-1e3 * 2e-3 / (1e3 + 1e-3), rel=1e-6)  # m/s: the effort moves both
