@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from .common import one_line_errors, say
+from .common import AsJson, one_line_errors, print_json, say
 from .subject import (
     Choices,
     FloatingBase,
@@ -49,6 +49,7 @@ def fmu(
     floating_base: FloatingBase = None,
     keyframe: KeyframeName = None,
     self_overlaps: SelfOverlaps = False,
+    as_json: AsJson = False,
 ) -> None:
     """Write a simulation as a functional mock-up unit for co-simulation, which runs without Python.
 
@@ -61,4 +62,7 @@ def fmu(
     with one_line_errors():
         chosen = open_subject(subject, choices, given)
         write_fmu(chosen.simulation, output, inputs=inputs, outputs=outputs, fmi=fmi, wheels=wheels or ())
-    say(f"wrote {output}")
+    if as_json:
+        print_json({"files": [str(output)]})
+    else:
+        say(f"wrote {output}")

@@ -3,10 +3,9 @@
 import ctypes
 import zipfile
 
+import amontons
 import numpy as np
 import pytest
-
-import amontons
 from amontons import ModelBuilder, Simulation, scenes, shapes
 
 fmpy = pytest.importorskip("fmpy")

@@ -112,7 +112,7 @@ def _require_unique(variables: Sequence[Variable]) -> None:
 
 
 def _unit(simulation: Simulation, variables: Sequence[Variable], frames: Frames) -> dict[str, Any]:
-    """What the library reads beside the model, fmu/instance.cpp."""
+    """The file beside the model, for the library (fmu/instance.cpp)."""
     state = simulation.state
     return {
         "version": 1,
