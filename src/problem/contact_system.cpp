@@ -8,6 +8,8 @@
 
 #include <algorithm>
 
+#include "amontons/problem/linkage.hpp"
+
 namespace amontons {
 
 namespace {
@@ -34,24 +36,6 @@ void add_wrench(double* w, const Vec3& force, const Vec3& moment, double sign) {
     w[k] += sign * force[k];
     w[3 + k] += sign * moment[k];
   }
-}
-
-// w = M^-1 w for free bodies; constrained bodies move as their joints allow.
-void apply_masses(const ContactSystem& A, std::vector<double>& w) {
-  static thread_local std::vector<double> held;
-  if (A.constrained) {
-    held.clear();
-    for (Index i : A.constrained->body) held.insert(held.end(), &w[6 * i], &w[6 * i] + 6);
-    A.constrained->apply(held.data());
-  }
-  for (std::size_t i = 0; i < A.bodies.size(); ++i) {
-    double v[6];
-    A.bodies.apply(i, &w[6 * i], v);
-    std::copy(v, v + 6, &w[6 * i]);
-  }
-  if (!A.constrained) return;
-  for (std::size_t i = 0; i < A.constrained->body.size(); ++i)
-    std::copy_n(&held[6 * i], 6, &w[6 * A.constrained->body[i]]);
 }
 
 Vec3 vec3(const double* v) { return {v[0], v[1], v[2]}; }
@@ -162,6 +146,24 @@ void add_impulses(const ContactSystem& A, std::span<const double> x, std::span<d
   }
 }
 
+// w = M^-1 w for free bodies; constrained bodies move as their joints allow.
+void apply_masses(const ContactSystem& A, std::span<double> w) {
+  static thread_local std::vector<double> held;
+  if (A.constrained) {
+    held.clear();
+    for (Index i : A.constrained->body) held.insert(held.end(), &w[6 * i], &w[6 * i] + 6);
+    A.constrained->apply(held.data());
+  }
+  for (std::size_t i = 0; i < A.bodies.size(); ++i) {
+    double v[6];
+    A.bodies.apply(i, &w[6 * i], v);
+    std::copy(v, v + 6, &w[6 * i]);
+  }
+  if (!A.constrained) return;
+  for (std::size_t i = 0; i < A.constrained->body.size(); ++i)
+    std::copy_n(&held[6 * i], 6, &w[6 * A.constrained->body[i]]);
+}
+
 // y = D M^-1 D'x + E x in three sweeps:
 //  1. over contacts and rows   w = D'x, the impulses at the centres of mass
 //  2. over bodies              w = M^-1 w, their velocities
@@ -189,9 +191,31 @@ void ContactSystem::product(std::span<const double> x, std::span<double> y) cons
   }
 }
 
+namespace {
+
+// D M^-1 D' of a row whose bodies may belong to trees.
+double effective_inverse_mass(const ContactSystem& A, const Linkage& trees, const JacobianRow& row) {
+  return trees.inverse_mass(row) + effective_inverse_mass(A.bodies, trees.without_trees(row));
+}
+
+void diagonal_of_trees(const ContactSystem& A, const Linkage& trees, std::span<double> d) {
+  std::size_t row = 0;
+  for (std::size_t i = 0; i < A.contacts.size(); ++i) {
+    const ContactBasis basis(A.contacts[i]);
+    for (int k = 0; k < A.contacts[i].rows; ++k)
+      d[row++] =
+          A.contact_compliance[i] + effective_inverse_mass(A, trees, jacobian_row(A.contacts[i], basis, k));
+  }
+  for (std::size_t i = 0; i < A.jacobian.size(); ++i)
+    d[row++] = A.compliance[i] + effective_inverse_mass(A, trees, A.jacobian[i]);
+}
+
+}  // namespace
+
 // diag(A)_i = E_i + j_i M^-1 j_i', row by row: the relative speed of the two bodies along the row per unit
 // impulse along it.
 void ContactSystem::diagonal(std::span<double> d) const {
+  if (constrained && constrained->linkage) return diagonal_of_trees(*this, *constrained->linkage, d);
   std::size_t row = 0;
   for (std::size_t i = 0; i < contacts.size(); ++i) {
     const Contact& c = contacts[i];
@@ -208,6 +232,7 @@ void ContactSystem::diagonal(std::span<double> d) const {
 ContactSystem ContactSystem::stored() const {
   ContactSystem op;
   op.bodies = bodies;
+  op.constrained = constrained;
   op.jacobian.reserve(rows());
   op.compliance.reserve(rows());
   for (std::size_t i = 0; i < contacts.size(); ++i) {

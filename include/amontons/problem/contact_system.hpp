@@ -32,13 +32,17 @@ struct JacobianRow {
   std::array<double, 6> a, b;  // (linear, angular) of each body
 };
 
-// Bodies connected by rigid joints whose rows have been eliminated: an impulse at one of them moves all,
-// docs/algorithm.md (32).
+struct Linkage;  // bodies in coordinates of the joints between them, problem/linkage.hpp
+
+// Bodies connected by rigid joints that have no rows, or whose rows have been eliminated: an impulse at one of
+// them moves all, docs/algorithm.md (32).
 struct ConstrainedBodies {
   std::vector<Index> body;  // ascending
   // In place, six numbers per body: from impulses to velocities, a symmetric positive semidefinite map.
   // Called by one thread at a time.
   std::function<void(double* w)> apply;
+  // If the bodies are those of trees; null if `apply` is any other map.
+  std::shared_ptr<const Linkage> linkage = {};
 };
 
 // The factored Delassus operator A = D M^-1 D' + E of bodies, contacts and rows. The rows of the contacts
@@ -51,8 +55,8 @@ struct ContactSystem {
   std::vector<double> contact_compliance;  // one E per contact, isotropic
   std::vector<JacobianRow> jacobian;
   std::vector<double> compliance;  // E, one per stored row
-  // Replaces M^-1 for some bodies; null if all are free. diagonal() is that of free bodies, an upper bound
-  // for these. First-order methods support it, factorisations do not.
+  // Replaces M^-1 for some bodies; null if all are free. Without a linkage, diagonal() is that of free bodies,
+  // an upper bound for these. First-order methods and the direct way support it, other factorisations do not.
   std::shared_ptr<const ConstrainedBodies> constrained;
 
   std::size_t contact_rows() const;
@@ -68,5 +72,8 @@ JacobianRow jacobian_row(const Contact& contact, const ContactBasis& basis, int 
 
 // w += D'x, w six numbers per body: the impulses at the centres of mass.
 void add_impulses(const ContactSystem& A, std::span<const double> x, std::span<double> w);
+
+// w = M^-1 w in place: velocities that impulses at the centres of mass cause.
+void apply_masses(const ContactSystem& A, std::span<double> w);
 
 }  // namespace amontons

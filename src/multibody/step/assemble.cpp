@@ -114,6 +114,7 @@ void assemble(const StepBodies& bodies, std::vector<Contact>& contacts, const Jo
   fill(bodies, rows.auxiliary_inverse_mass, A.bodies);
   A.jacobian = rows.jacobian;
   A.compliance = rows.compliance;
+  A.constrained = bodies.trees;
   renew(problem);
 }
 
@@ -124,16 +125,16 @@ Problem assemble(const StepBodies& bodies, std::vector<Contact>& contacts, const
   return problem;
 }
 
-// D'x is summed per body first, six numbers about its centre of mass, then multiplied by its block of M^-1.
+// D'x is summed per body first, six numbers about its centre of mass, then multiplied by M^-1.
 // Auxiliary bodies have no entry in v: their velocities are discarded after the step.
 void apply_impulses(const Problem& problem, std::span<const double> x, BodyVelocities& v) {
   const auto& A = std::get<ContactSystem>(problem.A);
   static thread_local std::vector<double> w;
   w.assign(6 * A.bodies.size(), 0.0);
   add_impulses(A, x, w);
+  apply_masses(A, w);
   for (std::size_t i = 0; i < v.size(); ++i) {
-    double change[6];
-    A.bodies.apply(i, &w[6 * i], change);
+    const double* change = &w[6 * i];
     v[i].linear += Vec3{change[0], change[1], change[2]};
     v[i].angular += Vec3{change[3], change[4], change[5]};
   }

@@ -21,7 +21,7 @@ namespace {
 // rows, which keep their velocities (c = 0). Limits are left to the step that follows.
 JointRows locked_rows(const ImpactInput& in, const BodyVelocities& v) {
   JointRows all, locked;
-  append_joint_rows(in.model, {in.frames, in.mobility, v, v}, in.joints, in.state, in.options, all);
+  append_joint_rows(in.model, {in.frames, in.mobility, v, v, in.trees}, in.joints, in.state, in.options, all);
   locked.auxiliary_inverse_mass = all.auxiliary_inverse_mass;
   for (std::size_t i = 0; i < all.tags.size(); ++i)
     if (all.tags[i].kind == RowKind::locked || all.tags[i].kind == RowKind::coupling)
@@ -128,7 +128,7 @@ bool resolve_impacts(const ImpactInput& in, BodyVelocities& v, std::vector<Conta
     if (reflection == 0) locked = locked_rows(in, v);
     active.clear();
     for (std::size_t i : index) active.push_back(contacts[i]);
-    const Problem problem = assemble({in.frames, in.mobility, v, v}, active, locked,
+    const Problem problem = assemble({in.frames, in.mobility, v, v, in.trees}, active, locked,
                                      {.h = h, .recovery_speed = 0, .impact = true});
     Solution s = solve_step(in.solver, problem, {});
     add_cost(s, report);

@@ -18,6 +18,7 @@ struct ImpactInput {
   const JointOptions& options;
   double threshold;  // m/s, slower approaches do not bounce
   const StepSolver& solver;
+  std::shared_ptr<const ConstrainedBodies> trees = {};  // M without springs and dampers
 };
 
 // Impacts with restitution at the start of a step. Changes v from the velocities before the impacts to those

@@ -105,7 +105,7 @@ JointRows position_rows(const PositionInput& in, const BodyVelocities& rest, con
   JointRows all, rows;
   JointOptions options = in.options;
   options.dampers = false;
-  append_joint_rows(in.model, {in.frames, in.mobility, rest, rest}, in.joints, state, options, all);
+  append_joint_rows(in.model, {in.frames, in.mobility, rest, rest, in.trees.constrained}, in.joints, state, options, all);
   rows.auxiliary_inverse_mass = all.auxiliary_inverse_mass;
   const double h = in.options.h;
   const bool few = all.tags.size() <= step::few_position_rows;
@@ -137,7 +137,8 @@ JointRows position_rows(const PositionInput& in, const BodyVelocities& rest, con
 BodyVelocities displacements(const PositionInput& in, const BodyVelocities& rest, const JointRows& rows,
                              const StepClock& clock, double end, Elimination& elimination, Report& report) {
   std::vector<Contact> none;
-  const Problem problem = assemble({in.frames, in.mobility, rest, rest}, none, rows, {in.options.h, 0});
+  const Problem problem = assemble({in.frames, in.mobility, rest, rest, in.trees.constrained}, none, rows,
+                                   {in.options.h, 0});
   const bool linear = problem.K.all_bilateral();
   Options options;
   options.law = Law::associated;
@@ -194,7 +195,8 @@ bool correct_positions(const PositionInput& in, StepClock& clock, Elimination& e
   }
   if (!off("positions stop at fixed")) stop_at_fixed(in, p);
   for (std::size_t i = 0; i < p.size(); ++i) {
-    if (!in.model.is_dynamic(static_cast<Index>(i)) || !is_finite(p[i].linear) || !is_finite(p[i].angular))
+    if (!in.model.is_dynamic(static_cast<Index>(i)) || in.forest.contains(i) || !is_finite(p[i].linear) ||
+        !is_finite(p[i].angular))
       continue;
     const Quat turn = exponential(h * p[i].angular);
     const Vec3 arm = in.frames[i].centre - state.positions[i];
@@ -210,6 +212,7 @@ bool correct_positions(const PositionInput& in, StepClock& clock, Elimination& e
     state.angular_velocities[i] = rotate(turn, has > had ? std::sqrt(had / has) * spin : spin);
     state.linear_velocities[i] = velocity - cross(state.angular_velocities[i], rotate(turn, arm));
   }
+  if (!in.forest.empty()) move_trees(in.model, in.forest, in.frames, p, in.start, h, in.trees, state);
   return true;
 }
 

@@ -5,6 +5,7 @@
 #include "amontons/solvers/direct/elimination.hpp"
 #include "multibody/joints/joint_context.hpp"
 #include "multibody/step/report_sums.hpp"
+#include "multibody/trees/tree_motion.hpp"
 
 namespace amontons {
 
@@ -14,6 +15,9 @@ struct PositionInput {
   const BodyMobilities& mobility;  // stiffened: bodies under tension are moved along it, not folded
   const JointContexts& joints;
   const std::vector<Contact>& contacts;
+  const BodyVelocities& start;
+  const Forest& forest;
+  TreeStep& trees;
   JointError error;   // joint errors
   double line_error;  // m, of couplings and tendons
   JointOptions options;

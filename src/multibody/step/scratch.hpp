@@ -8,6 +8,7 @@
 #include "multibody/step/energy.hpp"
 #include "multibody/step/lookahead.hpp"
 #include "multibody/step/second_order.hpp"
+#include "multibody/trees/tree_motion.hpp"
 
 namespace amontons {
 
@@ -34,6 +35,7 @@ struct StepScratch {
   ContactFinder finder;
   SmoothScratch smooth;
   StepProblem vi;
+  TreeStep trees;
   bool is_stiffened = false;
   // Time (s) reserved for work after the solve: the longest of the last steps, which decays.
   double reserved = 0;

@@ -78,13 +78,24 @@ void fill_reactions(const JointContexts& joints, const State& state, const std::
 
 }  // namespace
 
+// Free velocities from the velocities at the start.
+void Simulation::make_free(double h, bool damped) {
+  StepScratch& s = *scratch_;
+  make_free_velocities(*model_, state_, h, s.frames, s.mobility, s.start, s.loads, damped, s.free, s.spins,
+                       forest_->number);
+  if (!forest_->empty())
+    make_free_tree_velocities(*model_, *forest_, state_, h, s.frames, s.start, s.loads, s.trees, s.free);
+}
+
 // 1. Bodies, joints, free velocities, and the contacts that these velocities could close.
 void Simulation::observe(double h, bool damped, StepClock& clock, Report& report) {
   StepScratch& s = *scratch_;
   const Model& model = *model_;
+  const Forest& forest = *forest_;
+  if (!forest.empty()) place_trees(model, forest, state_, s.trees);
   place_bodies(model, state_, s.frames, s.mobility, s.start);
-  update_coordinates(model, s.frames, state_);
-  place_joints(model, s.frames, state_, s.joints);
+  update_coordinates(model, s.frames, state_, forest.has_joint);
+  place_joints(model, s.frames, state_, s.joints, forest.has_joint);
   s.joint_error = joint_error(model, s.joints);
   s.line_error = line_error(model, s.frames, state_);
   // Motors of known effort are loads. Any other load that does not depend on the results of the step would be
@@ -94,7 +105,8 @@ void Simulation::observe(double h, bool damped, StepClock& clock, Report& report
   add_joint_forces(*tree_, s.frames, s.joints, state_, h, s.loads);
   add_actuator_loads(model, s.frames, s.joints, s.start, state_, h, s.loads);
   add_fluid_loads(model, s.frames, s.mobility, s.start, h, s.loads);
-  make_free_velocities(model, state_, h, s.frames, s.mobility, s.start, s.loads, damped, s.free, s.spins);
+  if (!forest.empty()) make_tree_masses(model, forest, state_, s.frames, h, s.trees);
+  make_free(h, damped);
   clock.lap(report.timings.assembly);
   s.finder.find({model, s.frames, s.free, h, margin()}, contacts_);
   clock.lap(report.timings.collision);
@@ -114,8 +126,8 @@ bool Simulation::correct(double h, bool damped, const JointOptions& options, dou
   };
   s.is_stiffened = stiffen();
   if (options_.recovery != Recovery::projection || clock.over(2 * search) ||
-      !correct_positions({*model_, s.frames, s.stiffened, s.joints, contacts_, s.joint_error, s.line_error,
-                          options, recovery_speed()},
+      !correct_positions({*model_, s.frames, s.stiffened, s.joints, contacts_, s.start, *forest_, s.trees,
+                          s.joint_error, s.line_error, options, recovery_speed()},
                          clock, s.position_elimination, state_, report))
     return false;
   clock.lap(report.timings.assembly);
@@ -129,7 +141,7 @@ Assembly Simulation::pose_problem(double h, bool damped, double recovery, const 
                                   const StepClock& clock, double search) {
   StepScratch& s = *scratch_;
   const Model& model = *model_;
-  const StepBodies bodies{s.frames, s.mobility, s.start, s.free};
+  const StepBodies bodies{s.frames, s.mobility, s.start, s.free, s.trees.constrained};
   s.vi.rows.clear();
   append_joint_rows(model, bodies, s.joints, state_, options, s.vi.rows);
   if (!damped)
@@ -157,7 +169,7 @@ Assembly Simulation::pose_problem(double h, bool damped, double recovery, const 
 bool Simulation::keep_balance(const Assembly& assembly, const Attempt& attempt, double recovery,
                               StepSolver& solver, Report& report) {
   StepScratch& s = *scratch_;
-  const StepBodies bodies{s.frames, s.mobility, s.start, s.free};
+  const StepBodies bodies{s.frames, s.mobility, s.start, s.free, s.trees.constrained};
   EnergyBalance balance = energy_balance({*model_, s.frames, s.start, s.free, s.after, s.spins, *s.vi.problem,
                                           s.vi.solution, s.vi.rows, options_.dt, recovery, assembly.closing},
                                          s.energy);
@@ -185,7 +197,9 @@ void Simulation::move_on(double h) {
   s.begun = state_.time;
   s.stood.clear();
   for (const BodyFrame& body : s.frames) s.stood.push_back(body.pose);
-  integrate(*model_, s.frames, s.spins, s.after, h, state_);
+  if (!forest_->empty()) store_drive_impulses(*forest_, s.frames, s.after, h, s.trees, state_);
+  integrate(*model_, s.frames, s.spins, s.after, h, state_, forest_->number);
+  if (!forest_->empty()) move_trees(*model_, *forest_, s.frames, s.after, s.after, h, s.trees, state_);
   advance_activations(*model_, h, state_);
 }
 
@@ -213,17 +227,22 @@ bool Simulation::advance(double h, const Attempt& attempt, StepClock& clock, Rep
                        s.impact_elimination, speeds,         report.solves};
   if (options_.own_method) solver.own_method = at_impact.own_method = &options_.own_method;
   clock.set_aside(step::share_after_impacts);
-  const bool bounced = resolve_impacts(
-      {model, state_, s.frames, s.mobility, s.joints, joint_options, restitution_speed(), at_impact}, s.start,
-      contacts_, s.impacts, report);
+  std::shared_ptr<const ConstrainedBodies> trees_at_impact;
+  if (!forest_->empty() && std::any_of(contacts_.begin(), contacts_.end(),
+                                       [](const Contact& c) { return c.material.restitution > 0; }))
+    trees_at_impact = tree_masses(model, *forest_, 0, s.trees);
+  const bool bounced = resolve_impacts({model, state_, s.frames, s.mobility, s.joints, joint_options,
+                                        restitution_speed(), at_impact, trees_at_impact},
+                                       s.start, contacts_, s.impacts, report);
   clock.set_aside(0);
   if (s.is_stiffened) s.mobility = s.stiffened;
   if (bounced || s.is_stiffened)
-    make_free_velocities(model, state_, h, s.frames, s.mobility, s.start, s.loads, damped, s.free, s.spins);
+    make_free(h, damped);
   // 4. and 5.
   const Assembly assembly = pose_problem(h, damped, recovery, joint_options, clock, search);
   clock.lap(report.timings.assembly);
-  solve_with_lookahead(model, {s.frames, s.mobility, s.start, s.free}, assembly, margin(), solver, s.finder,
+  solve_with_lookahead(model, {s.frames, s.mobility, s.start, s.free, s.trees.constrained}, assembly,
+                       margin(), solver, s.finder,
                        contacts_, s.vi, s.after, report);
   // 6. and 7.
   if (!keep_balance(assembly, attempt, recovery, solver, report)) return false;

@@ -85,6 +85,7 @@ Costs costs_of(const Problem& problem) {
 bool can_factor(const Problem& problem) {
   if (std::holds_alternative<CallbackOperator>(problem.A)) return false;
   const auto* system = std::get_if<ContactSystem>(&problem.A);
+  if (system && system->constrained) return false;
   return system ? system->bodies.size() <= choice::most_bodies : problem.rows() <= choice::most_rows;
 }
 

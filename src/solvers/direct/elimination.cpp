@@ -153,7 +153,8 @@ bool Elimination::solve(const Problem& problem, const Options& options, Solution
 bool Elimination::fell_short() const { return !memory_->solved(); }
 
 bool Elimination::restore_joints(const Problem& problem, std::span<double> x) {
-  if (!std::holds_alternative<ContactSystem>(problem.A)) return false;
+  const auto* A = std::get_if<ContactSystem>(&problem.A);
+  if (!A || A->constrained) return false;
   Mechanism& mechanism = memory_->mechanism;
   mechanism.analyse(problem, Mechanism::Scope::held);
   if (mechanism.rows().empty() || mechanism.K().work() > direct::most_factor_work ||

@@ -12,7 +12,8 @@
 namespace amontons {
 
 bool Reduction::analyse(const Problem& problem, std::size_t most_rows, double most_work) {
-  if (!std::holds_alternative<ContactSystem>(problem.A)) return false;
+  const auto* A = std::get_if<ContactSystem>(&problem.A);
+  if (!A || A->constrained) return false;
   mechanism_.analyse(problem);
   return mechanism_.K().work() <= most_work && find_islands(problem, most_rows);
 }

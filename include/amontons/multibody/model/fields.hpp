@@ -140,7 +140,8 @@ inline constexpr auto fields<ModelDescription> =
                Field{"excluded_bodies", &ModelDescription::excluded_bodies},
                Field{"excluded_geoms", &ModelDescription::excluded_geoms},
                Field{"fluid", &ModelDescription::fluid}, Field{"fluid_boxes", &ModelDescription::fluid_boxes},
-               Field{"friction_rule", &ModelDescription::friction_rule});
+               Field{"friction_rule", &ModelDescription::friction_rule},
+               Field{"trees", &ModelDescription::trees});
 
 // values_of<E> is an array of the values of an enumeration with their names.
 template <class E>
@@ -158,6 +159,9 @@ template <>
 inline constexpr auto values_of<FrictionRule> =
     std::array{Named{"geometric_mean", FrictionRule::geometric_mean}, Named{"maximum", FrictionRule::maximum},
                Named{"minimum", FrictionRule::minimum}, Named{"mean", FrictionRule::mean}};
+template <>
+inline constexpr auto values_of<Trees> =
+    std::array{Named{"none", Trees::none}, Named{"auto", Trees::automatic}};
 template <>
 inline constexpr auto values_of<MotorKind> =
     std::array{Named{"none", MotorKind::none}, Named{"effort", MotorKind::effort},

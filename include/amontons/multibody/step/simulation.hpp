@@ -78,6 +78,7 @@ struct Assembly;      // how a step becomes a problem, step/assemble.hpp
 struct JointOptions;  // joints/rows.hpp
 class Tree;           // generalised coordinates, kinematics/tree.hpp
 struct StepScratch;   // memory of a step, step/scratch.hpp
+struct Forest;        // bodies that move in coordinates, trees/forest.hpp
 struct StepSolver;    // method, options and clock of its solves, step/solve_step.hpp
 
 // A model in motion: its state, and the results of the last step. Steps are deterministic: the same state and
@@ -159,6 +160,7 @@ class Simulation {
   // `recovery`: speed (m/s) of the correction of position errors by velocities. False, with only scratch
   // changed, if the step created energy and another attempt follows.
   bool advance(double h, const Attempt& attempt, StepClock& clock, Report& report);
+  void make_free(double h, bool damped);
   void observe(double h, bool damped, StepClock& clock, Report& report);
   bool correct(double h, bool damped, const JointOptions& options, double search, StepClock& clock,
                Report& report);
@@ -173,6 +175,7 @@ class Simulation {
 
   std::shared_ptr<const Model> model_;
   std::shared_ptr<const Tree> tree_;
+  std::shared_ptr<const Forest> forest_;
   SimulationOptions options_;
   State state_;
   std::vector<Contact> contacts_;

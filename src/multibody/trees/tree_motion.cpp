@@ -1,0 +1,497 @@
+// Flows and wrenches of a tree are about one point, the origin of its first body, so that those of bodies
+// add. A point of the world would cost digits in proportion to the distance of the tree from it.
+#include "multibody/trees/tree_motion.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "amontons/base/elementary.hpp"
+#include "amontons/multibody/joints/coordinates.hpp"
+#include "multibody/joints/chain.hpp"
+
+namespace amontons {
+
+namespace {
+
+// Poses (m, or rad times Model::length()) that differ by more were changed by the user.
+constexpr double rounding = 1e-11;
+
+Flow& operator+=(Flow& a, const Flow& b) {
+  a.linear += b.linear;
+  a.angular += b.angular;
+  return a;
+}
+Flow operator*(double s, const Flow& a) { return {s * a.linear, s * a.angular}; }
+Flow operator-(const Flow& a, const Flow& b) { return {a.linear - b.linear, a.angular - b.angular}; }
+double power(const Flow& wrench, const Flow& v) {
+  return dot(wrench.linear, v.linear) + dot(wrench.angular, v.angular);
+}
+// The flow of a velocity at a point, seen at the reference; `arm` from the reference to the point.
+Flow from_point(const Vec3& linear, const Vec3& angular, const Vec3& arm) {
+  return {linear - cross(angular, arm), angular};
+}
+// The rate of a flow s that moves with v.
+Flow carried(const Flow& v, const Flow& s) {
+  return {cross(v.angular, s.linear) + cross(v.linear, s.angular), cross(v.angular, s.angular)};
+}
+
+// The momentum of a body with the flow v, as a wrench: p = m v_O + omega x m c, L_O = I_O omega + m c x v_O.
+Flow momentum_of(const TreeInertia& inertia, const Flow& v) {
+  return {inertia.mass * v.linear + cross(v.angular, inertia.first),
+          inertia.second * v.angular + cross(inertia.first, v.linear)};
+}
+
+Transform pose_in(const State& state, Index body) {
+  return body < 0 ? Transform{} : Transform{state.positions[body], state.orientations[body]};
+}
+
+// A joint's frame_a in frame_b at its coordinates, its columns and duals about the reference. A single hinge
+// or slide, as most are, needs no chain.
+void place_on_joint(const Model& model, const TreeBody& b, const Transform& parent,
+                    std::span<const double> coordinates, TreePlace& place, TreeStep& trees) {
+  const Joint& joint = model.joint(b.joint);
+  const std::span<const double> q = coordinates.subspan(b.first_dof, b.dofs);
+  const bool simple = b.count == b.dofs && b.dofs == 1;
+  const Dof* dof = simple ? &joint.dofs[0] : nullptr;
+  Transform relative;
+  ChainKinematics chain;
+  if (!simple) {
+    chain = chain_kinematics(joint, {}, q);
+    relative = chain.target;
+    if (chain.spherical) relative.rotation = normalised(relative.rotation * place.ball);
+  } else if (dof->kind == Dof::Kind::hinge) {
+    const double half = 0.5 * q[0], s = elementary::sin(half);
+    relative.rotation = {elementary::cos(half), s * dof->axis.x, s * dof->axis.y, s * dof->axis.z};
+    relative.position = dof->anchor - rotate(relative.rotation, dof->anchor);
+  } else {
+    relative.position = q[0] * dof->axis;
+  }
+  Transform frame_b = parent * joint.frame_b, frame_a = frame_b * relative;
+  if (b.reversed) {
+    frame_a = parent * joint.frame_a;
+    frame_b = frame_a * inverse(relative);
+  }
+  const Transform pose = b.reversed ? frame_b * inverse(joint.frame_b) : frame_a * inverse(joint.frame_a);
+  place.pose = {pose.position, normalised(pose.rotation)};
+  place.frame_b = frame_b.rotation;
+  const Vec3 O = b.root == &place - trees.places.data() ? place.pose.position
+                                                        : trees.places[b.root].reference;
+  place.reference = O;
+  const double sign = b.reversed ? -1 : 1;
+  if (simple) {
+    const Vec3 axis = sign * rotate(frame_b.rotation, dof->axis);
+    if (dof->kind == Dof::Kind::hinge) {
+      trees.columns[b.first] = from_point({}, axis, frame_b(dof->anchor) - O);
+      trees.duals[b.first] = {{}, axis};
+    } else {
+      trees.columns[b.first] = {axis, {}};
+      trees.duals[b.first] = {axis, cross(frame_a.position - O, axis)};
+    }
+    return;
+  }
+  const Mat3 axes = to_matrix(frame_b.rotation);
+  const Vec3 arm = frame_b(chain.reference) - O;
+  const auto duals = dual_wrenches(chain, model.length());
+  for (std::size_t i = 0; i < b.dofs; ++i) {
+    trees.columns[b.first + i] =
+        sign * from_point(axes * chain.screws[i].linear, axes * chain.screws[i].angular, arm);
+    const Vec3 f = axes * duals[i].linear;
+    trees.duals[b.first + i] = sign * Flow{f, axes * duals[i].angular + cross(arm, f)};
+  }
+  if (b.count == b.dofs) return;
+  const Mat3 ball = to_matrix(frame_a.rotation);
+  for (int k = 0; k < 3; ++k)
+    trees.columns[b.first + b.dofs + static_cast<std::size_t>(k)] =
+        from_point({}, sign * ball.column(k), frame_a.position - O);
+}
+
+constexpr Vec3 unit(int k) { return {k == 0 ? 1.0 : 0.0, k == 1 ? 1.0 : 0.0, k == 2 ? 1.0 : 0.0}; }
+
+void place_freely(const Model& model, const TreeBody& b, const State& state, TreePlace& place,
+                  TreeStep& trees) {
+  place.pose = pose_in(state, b.body);
+  place.reference = place.pose.position;
+  const Vec3 arm = rotate(place.pose.rotation, model.body(b.body).centre_of_mass);
+  for (int k = 0; k < 3; ++k) {
+    const std::size_t i = b.first + static_cast<std::size_t>(k);
+    trees.columns[i] = {unit(k), {}};
+    trees.columns[i + 3] = from_point({}, unit(k), arm);
+  }
+}
+
+// The rotation of a ball in the poses of the state.
+Quat ball_in(const Model& model, const State& state, const TreeBody& b) {
+  const Joint& joint = model.joint(b.joint);
+  const Quat a = pose_in(state, joint.body_a).rotation * joint.frame_a.rotation,
+             frame_b = pose_in(state, joint.body_b).rotation * joint.frame_b.rotation;
+  const Quat target =
+      b.dofs == 0
+          ? Quat{}
+          : chain_kinematics(joint, {}, std::span(state.coordinates).subspan(b.first_dof, b.dofs))
+                .target.rotation;
+  return normalised(conjugate(target) * (conjugate(frame_b) * a));
+}
+
+// Poses of all bodies from the coordinates in the state, its poses of bases, and balls.
+void place_all(const Model& model, const Forest& forest, const State& state, TreeStep& trees) {
+  for (std::size_t i = 0; i < forest.bodies.size(); ++i) {
+    const TreeBody& b = forest.bodies[i];
+    TreePlace& place = trees.places[i];
+    if (b.joint < 0) {
+      place_freely(model, b, state, place, trees);
+    } else {
+      const Index above = b.parent < 0 ? -1 : forest.number[b.parent];
+      place_on_joint(model, b, above < 0 ? pose_in(state, b.parent) : trees.places[above].pose,
+                     state.coordinates, place, trees);
+    }
+    place.centre = place.pose(model.body(b.body).centre_of_mass);
+  }
+}
+
+void read_balls(const Model& model, const Forest& forest, const State& state, TreeStep& trees) {
+  for (std::size_t i = 0; i < forest.bodies.size(); ++i)
+    if (forest.bodies[i].count > forest.bodies[i].dofs && forest.bodies[i].joint >= 0)
+      trees.places[i].ball = ball_in(model, state, forest.bodies[i]);
+}
+
+// Whether a pose of the state is another one than that of the coordinates.
+bool was_moved(const Model& model, const State& state, Index body, const Transform& pose) {
+  const double size = model.length() + norm(pose.position);
+  const Quat turn = conjugate(pose.rotation) * state.orientations[body];
+  return !(norm(state.positions[body] - pose.position) <= rounding * size) ||
+         !(model.length() * norm(turn.vector()) <= rounding * size);
+}
+
+void resize(const Forest& forest, TreeStep& trees) {
+  trees.places.resize(forest.bodies.size());
+  trees.inertias.resize(forest.bodies.size());
+  const std::size_t n = forest.parent.size();
+  trees.columns.resize(n);
+  trees.duals.resize(n);
+  trees.drives.resize(n);
+}
+
+}  // namespace
+
+void place_trees(const Model& model, const Forest& forest, State& state, TreeStep& trees) {
+  resize(forest, trees);
+  read_balls(model, forest, state, trees);
+  place_all(model, forest, state, trees);
+  const auto moved_body = [&](const TreePlace& place) {
+    return was_moved(model, state, forest.bodies[static_cast<std::size_t>(&place - trees.places.data())].body,
+                     place.pose);
+  };
+  if (std::any_of(trees.places.begin(), trees.places.end(), moved_body)) {
+    BodyFrames frames(model.bodies());
+    for (std::size_t i = 0; i < frames.size(); ++i) frames[i].pose = pose_in(state, static_cast<Index>(i));
+    update_coordinates(model, frames, state);
+    read_balls(model, forest, state, trees);
+    place_all(model, forest, state, trees);
+  }
+  for (std::size_t i = 0; i < forest.bodies.size(); ++i) {
+    state.positions[forest.bodies[i].body] = trees.places[i].pose.position;
+    state.orientations[forest.bodies[i].body] = trees.places[i].pose.rotation;
+  }
+}
+
+namespace {
+
+// The parts of a linkage that no step changes.
+void start_linkage(const Model& model, const Forest& forest, Linkage& linkage) {
+  linkage.place.assign(model.bodies(), -1);
+  for (std::size_t i = 0; i < model.bodies(); ++i) {
+    if (forest.number[i] < 0) continue;
+    linkage.place[i] = static_cast<Index>(linkage.body.size());
+    linkage.body.push_back(static_cast<Index>(i));
+    linkage.last.push_back(forest.bodies[forest.number[i]].last);
+  }
+  linkage.arm.resize(linkage.body.size());
+  linkage.parent = forest.parent;
+  linkage.column.resize(forest.parent.size());
+  linkage.first.assign(1, 0);
+  std::vector<std::size_t> depth(forest.parent.size());
+  for (std::size_t k = 0; k < depth.size(); ++k) {
+    depth[k] = 1 + (forest.parent[k] < 0 ? 0 : depth[forest.parent[k]]);
+    linkage.first.push_back(linkage.first.back() + depth[k]);
+  }
+  linkage.rows.resize(linkage.first.back());
+}
+
+// A linkage that no problem holds any more.
+std::shared_ptr<ConstrainedBodies> unused_linkage(const Model& model, const Forest& forest, TreeStep& trees) {
+  for (const auto& known : trees.pool)
+    if (known.use_count() == 1) return known;
+  const auto linkage = std::make_shared<Linkage>();
+  start_linkage(model, forest, *linkage);
+  auto fresh = std::make_shared<ConstrainedBodies>(ConstrainedBodies{
+      linkage->body, [of = linkage.get()](double* w) { of->move(w); }, linkage});
+  trees.pool.push_back(fresh);
+  return fresh;
+}
+
+// I_O = R I R' + m (<c, c> 1 - c c').
+void make_inertias(const Model& model, const Forest& forest, const BodyFrames& frames, TreeStep& trees) {
+  for (std::size_t i = 0; i < forest.bodies.size(); ++i) {
+    const Index body = forest.bodies[i].body;
+    const double m = model.body(body).mass;
+    const Vec3 c = frames[body].centre - trees.places[i].reference;
+    const double cc = dot(c, c);
+    TreeInertia& inertia = trees.inertias[i];
+    inertia = {m, m * c, frames[body].inertia};
+    for (int r = 0; r < 3; ++r)
+      for (int k = 0; k < 3; ++k) inertia.second(r, k) += m * ((r == k ? cc : 0) - c[r] * c[k]);
+  }
+}
+
+void make_drives(const Model& model, const Forest& forest, const State& state, TreeStep& trees) {
+  for (const TreeBody& b : forest.bodies) {
+    if (b.joint < 0) continue;
+    const Joint& joint = model.joint(b.joint);
+    for (std::size_t i = 0; i < b.dofs; ++i) {
+      const Dof& dof = joint.dofs[i];
+      trees.drives[b.first + i] = {dof.stiffness, state.coordinates[b.first_dof + i] - dof.rest, dof.damping,
+                                   dof.armature};
+    }
+    for (std::size_t i = b.dofs; i < b.count; ++i) trees.drives[b.first + i].inertia = joint.ball_armature;
+  }
+}
+
+}  // namespace
+
+void make_tree_masses(const Model& model, const Forest& forest, const State& state, const BodyFrames& frames,
+                      double h, TreeStep& trees) {
+  make_inertias(model, forest, frames, trees);
+  make_drives(model, forest, state, trees);
+  trees.constrained.reset();
+  trees.constrained = tree_masses(model, forest, h, trees);
+}
+
+// Composite inertias: with the inertia I of all bodies that a body supports, a unit of its column s gives
+// the momentum I s, so M = <s', I s> for the columns s' on the way to the root (Featherstone 2008, ch. 6.2).
+std::shared_ptr<ConstrainedBodies> tree_masses(const Model& model, const Forest& forest, double h,
+                                               TreeStep& trees) {
+  auto masses = unused_linkage(model, forest, trees);
+  Linkage& linkage = const_cast<Linkage&>(*masses->linkage);  // no problem holds it
+  for (std::size_t i = 0; i < forest.bodies.size(); ++i) {
+    const TreePlace& place = trees.places[i];
+    linkage.arm[linkage.place[forest.bodies[i].body]] = place.centre - place.reference;
+  }
+  for (std::size_t k = 0; k < forest.parent.size(); ++k) {
+    const Flow& s = trees.columns[k];
+    linkage.column[k] = {s.linear.x, s.linear.y, s.linear.z, s.angular.x, s.angular.y, s.angular.z};
+  }
+  trees.carried = trees.inertias;
+  for (std::size_t i = forest.bodies.size(); i-- > 0;) {
+    const TreeBody& b = forest.bodies[i];
+    const TreeInertia& inertia = trees.carried[i];
+    for (std::size_t k = b.first; k < b.first + b.count; ++k) {
+      const Flow momentum = momentum_of(inertia, trees.columns[k]);
+      double* row = &linkage.rows[linkage.first[k]];
+      for (auto above = static_cast<Index>(k); above >= 0; above = forest.parent[above])
+        *row++ = power(momentum, trees.columns[above]);
+      const TreeDrive& drive = trees.drives[k];
+      linkage.rows[linkage.first[k]] += drive.inertia + h * (drive.damping + h * drive.stiffness);
+    }
+    const Index above = b.joint < 0 || b.parent < 0 ? -1 : forest.number[b.parent];
+    if (above < 0) continue;
+    trees.carried[above].mass += inertia.mass;
+    trees.carried[above].first += inertia.first;
+    trees.carried[above].second = trees.carried[above].second + inertia.second;
+  }
+  linkage.factor();
+  return masses;
+}
+
+namespace {
+
+// The flow of a body of the model with the velocity v, at a reference point.
+Flow flow_of(const BodyFrames& frames, const BodyVelocities& v, Index body, const Vec3& reference) {
+  if (body < 0) return {};
+  return from_point(v[body].linear, v[body].angular, frames[body].centre - reference);
+}
+
+// Velocities of bodies from rates; trees.flow are the flows.
+void write_velocities(const Forest& forest, const BodyFrames& frames, std::span<const double> rates,
+                      TreeStep& trees, BodyVelocities& v) {
+  trees.flow.resize(forest.bodies.size());
+  for (std::size_t i = 0; i < forest.bodies.size(); ++i) {
+    const TreeBody& b = forest.bodies[i];
+    const TreePlace& place = trees.places[i];
+    const Index above = b.joint < 0 || b.parent < 0 ? -1 : forest.number[b.parent];
+    Flow f = above >= 0 ? trees.flow[above] : flow_of(frames, v, b.parent, place.reference);
+    for (std::size_t k = b.first; k < b.first + b.count; ++k) f += rates[k] * trees.columns[k];
+    trees.flow[i] = f;
+    v[b.body] = {f.linear + cross(f.angular, place.centre - place.reference), f.angular};
+  }
+}
+
+// Adds the motion of the coordinates of a body to that of its parent, in their order from the parent on: each
+// column moves with all before it. The three of a ball, or of the turn of a base, turn together.
+void add_motion(const TreeBody& b, std::span<const Flow> columns, std::span<const double> rates, Flow& v,
+                Flow& a) {
+  const auto add = [&](std::size_t first, std::size_t count) {
+    Flow dv;
+    for (std::size_t k = first; k < first + count; ++k) dv += rates[k] * columns[k];
+    a += carried(v, dv);
+    v += dv;
+  };
+  const std::size_t single = b.joint < 0 ? 3 : b.dofs, together = b.count - single;
+  if (b.reversed && together > 0) add(b.first + single, together);
+  for (std::size_t i = 0; i < single; ++i) add(b.first + (b.reversed ? single - 1 - i : i), 1);
+  if (!b.reversed && together > 0) add(b.first + single, together);
+}
+
+// Impulses along the coordinates over h, of weights, loads and the forces I a + v x I v of the motion with
+// the given rates and without accelerations (recursive Newton-Euler, Featherstone 2008, ch. 5).
+void make_impulses(const Model& model, const Forest& forest, const State& state, double h,
+                   const BodyFrames& frames, const BodyVelocities& start,
+                   const std::vector<BodyImpulse>& loads, std::span<const double> rates, TreeStep& trees) {
+  const std::size_t n = forest.bodies.size();
+  trees.flow.resize(n);
+  trees.change.resize(n);
+  trees.impulse.resize(n);
+  for (std::size_t i = 0; i < n; ++i) {
+    const TreeBody& b = forest.bodies[i];
+    const TreePlace& place = trees.places[i];
+    const Body& body = model.body(b.body);
+    Flow v, a;
+    if (const Index above = b.joint < 0 || b.parent < 0 ? -1 : forest.number[b.parent]; above >= 0) {
+      v = trees.flow[above];
+      a = trees.change[above];
+    } else if (b.joint >= 0 && b.parent >= 0) {  // a driven body keeps its velocity: its flow changes as it moves
+      v = flow_of(frames, start, b.parent, place.reference);
+      a.linear = -cross(start[b.parent].angular, start[b.parent].linear);
+    }
+    add_motion(b, trees.columns, rates, v, a);
+    trees.flow[i] = v;
+    trees.change[i] = a;
+    a.linear -= body.gravity_scale * model.description().gravity;
+    const TreeInertia& inertia = trees.inertias[i];
+    const Flow p = momentum_of(inertia, v);
+    Flow force = momentum_of(inertia, a);
+    force += {cross(v.angular, p.linear), cross(v.angular, p.angular) + cross(v.linear, p.linear)};
+    const Vec3 push = h * state.forces[b.body] + loads[b.body].force;
+    const Vec3 turn = h * state.torques[b.body] + loads[b.body].torque;
+    trees.impulse[i] = Flow{push, turn + cross(place.centre - place.reference, push)} - h * force;
+  }
+  for (std::size_t i = n; i-- > 0;) {
+    const TreeBody& b = forest.bodies[i];
+    for (std::size_t k = b.first; k < b.first + b.count; ++k)
+      trees.along[k] = power(trees.impulse[i], trees.columns[k]);
+    if (const Index above = b.joint < 0 || b.parent < 0 ? -1 : forest.number[b.parent]; above >= 0)
+      trees.impulse[above] += trees.impulse[i];
+  }
+}
+
+}  // namespace
+
+void read_rates(const Forest& forest, const TreeStep& trees, const BodyFrames& frames, const BodyVelocities& v,
+                std::vector<double>& rates) {
+  rates.resize(forest.parent.size());
+  for (std::size_t i = 0; i < forest.bodies.size(); ++i) {
+    const TreeBody& b = forest.bodies[i];
+    if (b.joint < 0) {
+      const BodyVelocity& base = v[b.body];
+      const double values[6] = {base.linear.x,  base.linear.y,  base.linear.z,
+                                base.angular.x, base.angular.y, base.angular.z};
+      std::copy_n(values, 6, rates.begin() + static_cast<std::ptrdiff_t>(b.first));
+      continue;
+    }
+    const Vec3& reference = trees.places[i].reference;
+    Flow twist = flow_of(frames, v, b.body, reference) - flow_of(frames, v, b.parent, reference);
+    for (std::size_t k = b.first; k < b.first + b.dofs; ++k) rates[k] = power(trees.duals[k], twist);
+    if (b.count == b.dofs) continue;
+    for (std::size_t k = b.first; k < b.first + b.dofs; ++k)
+      twist.angular -= rates[k] * trees.columns[k].angular;
+    for (std::size_t k = b.first + b.dofs; k < b.first + b.count; ++k)
+      rates[k] = dot(trees.columns[k].angular, twist.angular);
+  }
+}
+
+// The forces of the motion are those at the mean of the rates before and after the step, which makes smooth
+// motion of second order: reversed in time, the same step leads back. The mean is found by iteration; each
+// round gains an order of h.
+void make_free_tree_velocities(const Model& model, const Forest& forest, const State& state, double h,
+                               const BodyFrames& frames, const BodyVelocities& start,
+                               const std::vector<BodyImpulse>& loads, TreeStep& trees, BodyVelocities& free) {
+  constexpr int rounds = 3;  // at the rates before, then twice at the mean
+  const std::size_t n = forest.parent.size();
+  read_rates(forest, trees, frames, start, trees.before);
+  trees.mean = trees.before;
+  trees.free.resize(n);
+  trees.along.resize(n);
+  for (int round = 0; round < rounds; ++round) {
+    make_impulses(model, forest, state, h, frames, start, loads, trees.mean, trees);
+    for (std::size_t k = 0; k < n; ++k) {
+      const TreeDrive& d = trees.drives[k];
+      const double rate = trees.before[k];
+      trees.along[k] -= h * (d.stiffness * (d.stretch + h * rate) + d.damping * rate);
+    }
+    trees.constrained->linkage->solve(trees.along.data());
+    for (std::size_t k = 0; k < n; ++k) {
+      trees.free[k] = trees.before[k] + trees.along[k];
+      trees.mean[k] = 0.5 * (trees.before[k] + trees.free[k]);
+    }
+  }
+  write_velocities(forest, frames, trees.free, trees, free);
+}
+
+void move_trees(const Model& model, const Forest& forest, const BodyFrames& frames, const BodyVelocities& way,
+                const BodyVelocities& v, double h, TreeStep& trees, State& state) {
+  read_rates(forest, trees, frames, way, trees.mean);
+  read_rates(forest, trees, frames, v, trees.after);
+  const std::vector<double>& rates = trees.mean;
+  const auto turn = [&](std::size_t k) { return h * Vec3{rates[k], rates[k + 1], rates[k + 2]}; };
+  for (std::size_t i = 0; i < forest.bodies.size(); ++i) {
+    const TreeBody& b = forest.bodies[i];
+    if (b.joint < 0) {
+      const Vec3 centre = trees.places[i].centre + turn(b.first);
+      const Quat rotation = normalised(exponential(turn(b.first + 3)) * state.orientations[b.body]);
+      state.orientations[b.body] = rotation;
+      state.positions[b.body] = centre - rotate(rotation, model.body(b.body).centre_of_mass);
+      continue;
+    }
+    for (std::size_t j = 0; j < b.dofs; ++j) state.coordinates[b.first_dof + j] += h * rates[b.first + j];
+    if (b.count > b.dofs)
+      trees.places[i].ball = normalised(trees.places[i].ball * exponential(turn(b.first + b.dofs)));
+  }
+  place_all(model, forest, state, trees);
+  BodyFrames& moved = trees.frames;
+  moved.resize(model.bodies());
+  BodyVelocities& after = trees.velocities;
+  after = v;
+  for (std::size_t i = 0; i < moved.size(); ++i) moved[i].centre = frames[i].centre + h * way[i].linear;
+  write_velocities(forest, moved, trees.after, trees, after);
+  for (std::size_t i = 0; i < forest.bodies.size(); ++i) {
+    const Index body = forest.bodies[i].body;
+    const TreePlace& place = trees.places[i];
+    const Flow& f = trees.flow[i];
+    state.positions[body] = place.pose.position;
+    state.orientations[body] = place.pose.rotation;
+    state.linear_velocities[body] = f.linear + cross(f.angular, place.pose.position - place.reference);
+    state.angular_velocities[body] = f.angular;
+  }
+}
+
+void store_drive_impulses(const Forest& forest, const BodyFrames& frames, const BodyVelocities& v, double h,
+                          TreeStep& trees, State& state) {
+  read_rates(forest, trees, frames, v, trees.after);
+  const auto impulse = [&](std::size_t k) {
+    const TreeDrive& d = trees.drives[k];
+    const double rate = trees.after[k];
+    return -h * (d.stiffness * (d.stretch + h * rate) + d.damping * rate) -
+           d.inertia * (rate - trees.before[k]);
+  };
+  for (std::size_t i = 0; i < forest.bodies.size(); ++i) {
+    const TreeBody& b = forest.bodies[i];
+    if (b.joint < 0) continue;
+    for (std::size_t j = 0; j < b.dofs; ++j)
+      state.dof_impulses[b.first_dof + j].passive += impulse(b.first + j);
+    Vec3 ball;  // columns are those of the moving body: reversed, -1 times the axes of A
+    for (std::size_t k = b.first + b.dofs; k < b.first + b.count; ++k)
+      ball += (b.reversed ? -1 : 1) * impulse(k) * trees.columns[k].angular;
+    state.ball_impulses[b.joint] += rotate(conjugate(trees.places[i].frame_b), ball);
+  }
+}
+
+}  // namespace amontons

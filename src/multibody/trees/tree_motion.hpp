@@ -1,0 +1,87 @@
+// The trees of a model over one step: poses from coordinates, M, free velocities, and the motion after the
+// step. docs/algorithm.md (37).
+#pragma once
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "amontons/multibody/bodies/bodies.hpp"
+#include "amontons/problem/linkage.hpp"
+#include "multibody/trees/forest.hpp"
+
+namespace amontons {
+
+// A velocity field of a rigid body: of the point at the reference of its tree, and angular. Or a wrench: a
+// force, and its moment about that point. World axes.
+struct Flow {
+  Vec3 linear, angular;
+};
+
+// A body of a tree at the start of a step.
+struct TreePlace {
+  Transform pose;
+  Vec3 centre, reference;  // centre of mass; reference point of the tree, world
+  Quat ball;               // of a spherical joint: rotation of frame_a from its place after the dofs
+  Quat frame_b;            // axes of frame_b in the world
+};
+// Mass, first moment and inertia about the reference point, of a body or of all that it supports.
+struct TreeInertia {
+  double mass = 0;
+  Vec3 first;
+  Mat3 second;
+};
+// Spring, damper and inertia along a coordinate.
+struct TreeDrive {
+  double stiffness = 0, stretch = 0, damping = 0, inertia = 0;
+};
+
+// Where the trees stand at the start of a step, and their M; arrays keep their memory between steps.
+struct TreeStep {
+  std::vector<TreePlace> places;      // per TreeBody
+  std::vector<TreeInertia> inertias;  // per TreeBody, of it alone
+  std::vector<Flow> columns, duals;   // per coordinate: motion per unit rate; wrench whose power is the rate
+  std::vector<TreeDrive> drives;      // per coordinate
+  std::vector<double> before, free;   // rates at the start, and at the end without impulses
+  std::vector<double> after;          // rates at the end, by move_trees()
+  std::shared_ptr<ConstrainedBodies> constrained;  // M with drives, factored
+  // Memory: linkages that problems may still hold; scratch.
+  std::vector<std::shared_ptr<ConstrainedBodies>> pool;
+  std::vector<TreeInertia> carried;
+  std::vector<double> along, mean;
+  std::vector<Flow> flow, change, impulse;
+  BodyFrames frames;
+  BodyVelocities velocities;
+};
+
+// Poses of all bodies of trees from coordinates: those of dofs in the state, those of balls and bases in its
+// poses. If poses differ from these by more than rounding, because the user has moved bodies, coordinates are
+// fitted to them first. Writes poses and coordinates in the state.
+void place_trees(const Model& model, const Forest& forest, State& state, TreeStep& trees);
+
+// M of the trees at the placed frames, with inertia, springs and dampers of dofs over a step of length h.
+void make_tree_masses(const Model& model, const Forest& forest, const State& state, const BodyFrames& frames,
+                      double h, TreeStep& trees);
+// The same M once more, over another length of step; 0: without springs and dampers.
+std::shared_ptr<ConstrainedBodies> tree_masses(const Model& model, const Forest& forest, double h,
+                                               TreeStep& trees);
+
+// The rates of the joints that fit given velocities: relative ones along the dofs. What joints lock is left
+// out.
+void read_rates(const Forest& forest, const TreeStep& trees, const BodyFrames& frames, const BodyVelocities& v,
+                std::vector<double>& rates);
+
+// Velocities of the bodies of trees after a step of length h without impulses. `loads`: impulses.
+void make_free_tree_velocities(const Model& model, const Forest& forest, const State& state, double h,
+                               const BodyFrames& frames, const BodyVelocities& start,
+                               const std::vector<BodyImpulse>& loads, TreeStep& trees, BodyVelocities& free);
+
+// Moves the trees along `way` (velocities) over h. Writes poses and coordinates in the state, and the
+// velocities there for the rates of v. Bodies outside of trees have moved already.
+void move_trees(const Model& model, const Forest& forest, const BodyFrames& frames, const BodyVelocities& way,
+                const BodyVelocities& v, double h, TreeStep& trees, State& state);
+
+// Stores the impulses of springs, dampers and inertias that M contains, before trees move.
+void store_drive_impulses(const Forest& forest, const BodyFrames& frames, const BodyVelocities& v, double h,
+                          TreeStep& trees, State& state);
+
+}  // namespace amontons
