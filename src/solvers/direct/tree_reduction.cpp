@@ -1,0 +1,193 @@
+#include "solvers/direct/tree_reduction.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <tuple>
+
+#include "solvers/linear/row_kernel.hpp"
+
+namespace amontons {
+
+// Trees and free bodies are the nodes of islands; the last node is for blocks that move nothing.
+void TreeReduction::number_nodes(const Problem& problem) {
+  const auto& A = std::get<ContactSystem>(problem.A);
+  const std::size_t n = trees_->coordinates();
+  tree_of_.resize(n);
+  tree_count_ = free_count_ = 0;
+  for (std::size_t k = 0; k < n; ++k)
+    tree_of_[k] = trees_->parent[k] < 0 ? static_cast<Index>(tree_count_++) : tree_of_[trees_->parent[k]];
+  free_number_.assign(A.bodies.size(), -1);
+  for (std::size_t i = 0; i < A.bodies.size(); ++i)
+    if (trees_->place_of(static_cast<Index>(i)) < 0 && A.bodies.moves(static_cast<Index>(i)))
+      free_number_[i] = static_cast<Index>(free_count_++);
+}
+
+Index TreeReduction::node_of(Index body) const {
+  if (body < 0) return -1;
+  if (const Index place = trees_->place_of(body); place >= 0)
+    return trees_->last[place] < 0 ? -1 : tree_of_[trees_->last[place]];
+  return free_number_[body] < 0 ? -1 : static_cast<Index>(tree_count_) + free_number_[body];
+}
+
+bool TreeReduction::analyse(const Problem& problem, std::size_t most_rows) {
+  const auto* A = std::get_if<ContactSystem>(&problem.A);
+  if (!A || !A->constrained || !A->constrained->linkage) return false;
+  trees_ = A->constrained->linkage.get();
+  number_nodes(problem);
+  leader_.resize(tree_count_ + free_count_ + 1);
+  std::iota(leader_.begin(), leader_.end(), 0);
+  const auto leader = [&](Index node) {
+    Index i = node < 0 ? static_cast<Index>(leader_.size()) - 1 : node;
+    while (leader_[i] != i) i = leader_[i] = leader_[leader_[i]];
+    return i;
+  };
+  const auto place = [&](Index body) -> Index {
+    if (body < 0) return -1;
+    if (const Index i = trees_->place_of(body); i >= 0) return trees_->last[i];
+    return static_cast<Index>(trees_->coordinates()) + free_number_[body];
+  };
+  blocks_.clear();
+  for (const SetRun& run : problem.K.runs()) {
+    std::size_t dim = 0;
+    visit_kind(run.kind, [&]<class S>() { dim = S::dim; });
+    for (std::size_t i = 0; i < run.count; ++i) {
+      const std::size_t block = run.block + i;
+      const ContactGraph::Link& link = problem.graph.links[block];
+      const Index a = node_of(link.a), b = node_of(link.b);
+      blocks_.push_back({block, run.row + dim * i, dim, run.kind, run.first + i, a < 0 ? b : a,
+                         std::max(place(link.a), place(link.b))});
+      if (a >= 0 && b >= 0) leader_[leader(a)] = leader(b);
+    }
+  }
+  number_.assign(leader_.size(), -1);
+  std::vector<std::size_t>& size = used_;
+  size.clear();
+  for (Block& b : blocks_) {
+    Index& mine = number_[leader(b.island)];
+    if (mine < 0) {
+      mine = static_cast<Index>(size.size());
+      size.push_back(0);
+    }
+    b.island = mine;
+    if ((size[mine] += b.dim) > most_rows) return false;
+  }
+  count_ = size.size();
+  std::sort(blocks_.begin(), blocks_.end(), [](const Block& a, const Block& b) {
+    return std::tie(a.island, a.place, a.block) < std::tie(b.island, b.place, b.block);
+  });
+  return true;
+}
+
+void TreeReduction::factor(const Problem& problem) {
+  if (islands_.size() < count_) islands_.resize(count_);
+  range_.assign(trees_->coordinates() + 6 * free_count_, Range{~std::size_t{0}, 0});
+  y_.resize(trees_->coordinates());
+  work_ = 0;
+  for (std::size_t first = 0, i = 0; i < count_; ++i) {
+    std::size_t last = first;
+    while (last < blocks_.size() && blocks_[last].island == static_cast<Index>(i)) ++last;
+    fill_island(problem, i, first, last);
+    first = last;
+  }
+}
+
+void TreeReduction::fill_island(const Problem& problem, std::size_t number, std::size_t first,
+                                std::size_t last) {
+  const auto& A = std::get<ContactSystem>(problem.A);
+  const std::size_t contact_rows = problem.rows() - A.jacobian.size();
+  Reduction::Island& island = islands_[number];
+  island.K.clear();
+  island.q.clear();
+  island.P.clear();
+  island.row.clear();
+  std::size_t m = 0;
+  for (std::size_t i = first; i < last; ++i) m += blocks_[i].dim;
+  island.W.assign(m * m, 0.0);
+  stride_ = (m + lanes - 1) / lanes * lanes;
+  Y_.assign(range_.size() * stride_ + group * stride_ + lanes, 0.0);
+  used_.clear();
+  for (std::size_t i = first; i < last; ++i) {
+    const Block& b = blocks_[i];
+    visit_kind(b.kind, [&]<class S>() { island.K.append(problem.K.all<S>()[b.set]); });
+    island.P.push_back(problem.P[b.block]);
+    for (std::size_t k = 0; k < b.dim; ++k) {
+      const std::size_t row = b.row + k, column = island.row.size();
+      const bool contact = row < contact_rows;
+      island.W[(m + 1) * column] =
+          contact ? A.contact_compliance[b.block] : A.compliance[row - contact_rows];
+      fill_column(A,
+                  contact ? jacobian_row(A.contacts[b.block], ContactBasis(A.contacts[b.block]),
+                                         static_cast<int>(k))
+                          : A.jacobian[row - contact_rows],
+                  column);
+      island.row.push_back(row);
+      island.q.push_back(problem.b[row]);
+    }
+  }
+  add_products(island);
+}
+
+void TreeReduction::set(std::size_t coordinate, std::size_t column, double value) {
+  Range& range = range_[coordinate];
+  if (range.first > range.last) {
+    range = {column, column + 1};
+    used_.push_back(coordinate);
+  }
+  range.last = column + 1;
+  Y_[coordinate * stride_ + column] = value;
+}
+
+void TreeReduction::fill_column(const ContactSystem& A, const JacobianRow& row, std::size_t column) {
+  trees_->half_solve(row, y_.data(), support_);
+  for (const Index k : support_) set(static_cast<std::size_t>(k), column, y_[k]);
+  fill_free(A.bodies, row.body_a, row.a, column);
+  fill_free(A.bodies, row.body_b, row.b, column);
+}
+
+// m^-1/2 f, and R't with I^-1 = R R' by Cholesky; a body may turn about some axes only.
+void TreeReduction::fill_free(const Bodies& bodies, Index body, const std::array<double, 6>& j,
+                              std::size_t column) {
+  if (body < 0 || free_number_[body] < 0) return;
+  const std::size_t at = trees_->coordinates() + 6 * static_cast<std::size_t>(free_number_[body]);
+  const double root = std::sqrt(bodies.inverse_mass[body]);
+  for (std::size_t k = 0; k < 3; ++k) set(at + k, column, root * j[k]);
+  const auto& [xx, yy, zz, xy, xz, yz] = bodies.inverse_inertia[body];
+  const auto over = [](double a, double pivot) { return pivot > 0 ? a / pivot : 0; };
+  const double a = std::sqrt(xx), b = over(xy, a), c = over(xz, a);
+  const double d = std::sqrt(std::max(0.0, yy - b * b)), e = over(yz - b * c, d);
+  const double f = std::sqrt(std::max(0.0, zz - c * c - e * e));
+  set(at + 3, column, a * j[3] + b * j[4] + c * j[5]);
+  set(at + 4, column, d * j[4] + e * j[5]);
+  set(at + 5, column, f * j[5]);
+}
+
+// W += Y'Y, six coordinates with neighbouring ranges at a time.
+void TreeReduction::add_products(Reduction::Island& island) {
+  const std::size_t m = island.rows();
+  std::sort(used_.begin(), used_.end());
+  for (std::size_t at = 0; at < used_.size(); at += group) {
+    const std::size_t end = std::min(used_.size(), at + group);
+    Range hull{~std::size_t{0}, 0};
+    for (std::size_t i = at; i < end; ++i) {
+      hull.first = std::min(hull.first, range_[used_[i]].first);
+      hull.last = std::max(hull.last, range_[used_[i]].last);
+    }
+    const std::size_t size = hull.last - hull.first;
+    // Consecutive coordinates lie in consecutive rows of Y; others, and a remainder, are gathered.
+    const double* rows = &Y_[used_[at] * stride_ + hull.first];
+    if (end - at < group || used_[end - 1] - used_[at] != group - 1) {
+      six_.assign(group * stride_ + lanes, 0.0);
+      for (std::size_t i = at; i < end; ++i)
+        std::copy_n(&Y_[used_[i] * stride_ + hull.first], size, &six_[(i - at) * stride_]);
+      rows = six_.data();
+    }
+    AMONTONS_DISPATCH(add_gram, &island.W[(m + 1) * hull.first], m, rows, stride_, size, 1);
+    work_ += static_cast<double>(size * size * group / 2);
+  }
+  for (const std::size_t k : used_) range_[k] = {~std::size_t{0}, 0};
+  for (std::size_t r = 0; r < m; ++r)
+    for (std::size_t c = 0; c < r; ++c) island.W[m * r + c] = island.W[m * c + r];
+}
+
+}  // namespace amontons
