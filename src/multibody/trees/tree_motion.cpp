@@ -7,14 +7,13 @@
 
 #include "amontons/base/elementary.hpp"
 #include "amontons/multibody/joints/coordinates.hpp"
+#include "multibody/bodies/motion.hpp"
 #include "multibody/joints/chain.hpp"
+#include "multibody/trees/policy.hpp"
 
 namespace amontons {
 
 namespace {
-
-// Poses (m, or rad times Model::length()) that differ by more were changed by the user.
-constexpr double rounding = 1e-11;
 
 Flow& operator+=(Flow& a, const Flow& b) {
   a.linear += b.linear;
@@ -29,10 +28,6 @@ double power(const Flow& wrench, const Flow& v) {
 // The flow of a velocity at a point, seen at the reference; `arm` from the reference to the point.
 Flow from_point(const Vec3& linear, const Vec3& angular, const Vec3& arm) {
   return {linear - cross(angular, arm), angular};
-}
-// The rate of a flow s that moves with v.
-Flow carried(const Flow& v, const Flow& s) {
-  return {cross(v.angular, s.linear) + cross(v.linear, s.angular), cross(v.angular, s.angular)};
 }
 
 // The momentum of a body with the flow v, as a wrench: p = m v_O + omega x m c, L_O = I_O omega + m c x v_O.
@@ -74,6 +69,7 @@ void place_on_joint(const Model& model, const TreeBody& b, const Transform& pare
   const Transform pose = b.reversed ? frame_b * inverse(joint.frame_b) : frame_a * inverse(joint.frame_a);
   place.pose = {pose.position, normalised(pose.rotation)};
   place.frame_b = frame_b.rotation;
+  place.relative = relative;
   const Vec3 O = b.root == &place - trees.places.data() ? place.pose.position
                                                         : trees.places[b.root].reference;
   place.reference = O;
@@ -158,8 +154,8 @@ void read_balls(const Model& model, const Forest& forest, const State& state, Tr
 bool was_moved(const Model& model, const State& state, Index body, const Transform& pose) {
   const double size = model.length() + norm(pose.position);
   const Quat turn = conjugate(pose.rotation) * state.orientations[body];
-  return !(norm(state.positions[body] - pose.position) <= rounding * size) ||
-         !(model.length() * norm(turn.vector()) <= rounding * size);
+  return !(norm(state.positions[body] - pose.position) <= trees::rounding * size) ||
+         !(model.length() * norm(turn.vector()) <= trees::rounding * size);
 }
 
 void resize(const Forest& forest, TreeStep& trees) {
@@ -304,6 +300,12 @@ std::shared_ptr<ConstrainedBodies> tree_masses(const Model& model, const Forest&
 
 namespace {
 
+// The impulse along a coordinate of its spring, damper and inertia if it ends with a rate.
+double drive_impulse(const TreeStep& trees, std::size_t k, double rate, double h) {
+  const TreeDrive& d = trees.drives[k];
+  return -h * (d.stiffness * (d.stretch + h * rate) + d.damping * rate) - d.inertia * (rate - trees.before[k]);
+}
+
 // The flow of a body of the model with the velocity v, at a reference point.
 Flow flow_of(const BodyFrames& frames, const BodyVelocities& v, Index body, const Vec3& reference) {
   if (body < 0) return {};
@@ -325,61 +327,70 @@ void write_velocities(const Forest& forest, const BodyFrames& frames, std::span<
   }
 }
 
-// Adds the motion of the coordinates of a body to that of its parent, in their order from the parent on: each
-// column moves with all before it. The three of a ball, or of the turn of a base, turn together.
-void add_motion(const TreeBody& b, std::span<const Flow> columns, std::span<const double> rates, Flow& v,
-                Flow& a) {
-  const auto add = [&](std::size_t first, std::size_t count) {
-    Flow dv;
-    for (std::size_t k = first; k < first + count; ++k) dv += rates[k] * columns[k];
-    a += carried(v, dv);
-    v += dv;
-  };
-  const std::size_t single = b.joint < 0 ? 3 : b.dofs, together = b.count - single;
-  if (b.reversed && together > 0) add(b.first + single, together);
-  for (std::size_t i = 0; i < single; ++i) add(b.first + (b.reversed ? single - 1 - i : i), 1);
-  if (!b.reversed && together > 0) add(b.first + single, together);
+// The pose of a body on its joint after the coordinates have moved with the rates for h.
+Transform moved_on_joint(const Model& model, const TreeBody& b, const TreePlace& place, const Transform& parent,
+                         std::span<const double> coordinates, std::span<const double> rates, double h) {
+  const Joint& joint = model.joint(b.joint);
+  Transform relative = place.relative;
+  if (b.count == 1 && b.dofs == 1) {
+    const Dof& dof = joint.dofs[0];
+    if (dof.kind == Dof::Kind::hinge) {
+      relative.rotation = exponential(h * rates[b.first] * dof.axis) * relative.rotation;
+      relative.position = dof.anchor - rotate(relative.rotation, dof.anchor);
+    } else {
+      relative.position += h * rates[b.first] * dof.axis;
+    }
+  } else {
+    std::array<double, 6> q{};
+    for (std::size_t i = 0; i < b.dofs; ++i) q[i] = coordinates[b.first_dof + i] + h * rates[b.first + i];
+    relative = chain_kinematics(joint, {}, std::span(q).first(b.dofs)).target;
+    if (b.count > b.dofs) {
+      const double* w = &rates[b.first + b.dofs];
+      relative.rotation = relative.rotation * place.ball * exponential(h * Vec3{w[0], w[1], w[2]});
+    }
+  }
+  return b.reversed ? parent * joint.frame_a * inverse(relative) * inverse(joint.frame_b)
+                    : parent * joint.frame_b * relative * inverse(joint.frame_a);
 }
 
-// Impulses along the coordinates over h, of weights, loads and the forces I a + v x I v of the motion with
-// the given rates and without accelerations (recursive Newton-Euler, Featherstone 2008, ch. 5).
-void make_impulses(const Model& model, const Forest& forest, const State& state, double h,
-                   const BodyFrames& frames, const BodyVelocities& start,
-                   const std::vector<BodyImpulse>& loads, std::span<const double> rates, TreeStep& trees) {
-  const std::size_t n = forest.bodies.size();
-  trees.flow.resize(n);
-  trees.change.resize(n);
-  trees.impulse.resize(n);
-  for (std::size_t i = 0; i < n; ++i) {
+// The momentum of each body, as a wrench about the reference, while its coordinates move with the rates for
+// h; h < 0: while they came. It is that of the displacement of the centre of mass and of the rotation over h,
+// the latter with the inertia in the middle, R I R' with R half of the rotation.
+void make_momenta(const Model& model, const Forest& forest, const State& state, const BodyFrames& frames,
+                  const BodyVelocities& start, std::span<const double> rates, double h, TreeStep& trees,
+                  std::vector<Flow>& momenta) {
+  trees.moved.resize(forest.bodies.size());
+  momenta.resize(forest.bodies.size());
+  for (std::size_t i = 0; i < forest.bodies.size(); ++i) {
     const TreeBody& b = forest.bodies[i];
     const TreePlace& place = trees.places[i];
-    const Body& body = model.body(b.body);
-    Flow v, a;
-    if (const Index above = b.joint < 0 || b.parent < 0 ? -1 : forest.number[b.parent]; above >= 0) {
-      v = trees.flow[above];
-      a = trees.change[above];
-    } else if (b.joint >= 0 && b.parent >= 0) {  // a driven body keeps its velocity: its flow changes as it moves
-      v = flow_of(frames, start, b.parent, place.reference);
-      a.linear = -cross(start[b.parent].angular, start[b.parent].linear);
+    Transform& pose = trees.moved[i];
+    if (b.joint < 0) {
+      const double* r = &rates[b.first];
+      pose = moved(frames[b.body], {{r[0], r[1], r[2]}, {r[3], r[4], r[5]}}, h);
+    } else {
+      const Index above = b.parent < 0 ? -1 : forest.number[b.parent];
+      const Transform parent = above >= 0      ? trees.moved[above]
+                               : b.parent >= 0 ? moved(frames[b.parent], start[b.parent], h)
+                                               : Transform{};
+      pose = moved_on_joint(model, b, place, parent, state.coordinates, rates, h);
     }
-    add_motion(b, trees.columns, rates, v, a);
-    trees.flow[i] = v;
-    trees.change[i] = a;
-    a.linear -= body.gravity_scale * model.description().gravity;
-    const TreeInertia& inertia = trees.inertias[i];
-    const Flow p = momentum_of(inertia, v);
-    Flow force = momentum_of(inertia, a);
-    force += {cross(v.angular, p.linear), cross(v.angular, p.angular) + cross(v.linear, p.linear)};
-    const Vec3 push = h * state.forces[b.body] + loads[b.body].force;
-    const Vec3 turn = h * state.torques[b.body] + loads[b.body].torque;
-    trees.impulse[i] = Flow{push, turn + cross(place.centre - place.reference, push)} - h * force;
+    const Vec3 way = pose(model.body(b.body).centre_of_mass) - place.centre;
+    const Vec3 turn = logarithm(pose.rotation * conjugate(place.pose.rotation));
+    const Vec3 p = (model.body(b.body).mass / h) * way;
+    const Vec3 spin = rotate(exponential(0.5 * turn), frames[b.body].inertia * ((1 / h) * turn));
+    momenta[i] = {p, spin + cross(place.centre - place.reference, p)};
   }
-  for (std::size_t i = n; i-- > 0;) {
+}
+
+// Impulses along the coordinates of impulses on the bodies, which are summed along the trees.
+void project(const Forest& forest, std::vector<Flow>& impulses, TreeStep& trees) {
+  for (std::size_t i = forest.bodies.size(); i-- > 0;) {
     const TreeBody& b = forest.bodies[i];
     for (std::size_t k = b.first; k < b.first + b.count; ++k)
-      trees.along[k] = power(trees.impulse[i], trees.columns[k]);
+      trees.along[k] = power(impulses[i], trees.columns[k]);
     if (const Index above = b.joint < 0 || b.parent < 0 ? -1 : forest.number[b.parent]; above >= 0)
-      trees.impulse[above] += trees.impulse[i];
+      impulses[above] += impulses[i];
   }
 }
 
@@ -408,30 +419,44 @@ void read_rates(const Forest& forest, const TreeStep& trees, const BodyFrames& f
   }
 }
 
-// The forces of the motion are those at the mean of the rates before and after the step, which makes smooth
-// motion of second order: reversed in time, the same step leads back. The mean is found by iteration; each
-// round gains an order of h.
+// The change of each body's momentum, from the displacement before the step to the one after it, is the
+// impulse of loads and joints. Those of joints do no work along the columns, which leaves one equation per
+// coordinate. This is the discrete form of d'Alembert's principle (Marsden, West, Acta Numerica 10, 2001): of
+// second order, and the momentum of a free tree is constant. M is its derivative up to a share h |q'|, by
+// which each round of Newton's method reduces the error.
 void make_free_tree_velocities(const Model& model, const Forest& forest, const State& state, double h,
                                const BodyFrames& frames, const BodyVelocities& start,
                                const std::vector<BodyImpulse>& loads, TreeStep& trees, BodyVelocities& free) {
-  constexpr int rounds = 3;  // at the rates before, then twice at the mean
   const std::size_t n = forest.parent.size();
   read_rates(forest, trees, frames, start, trees.before);
-  trees.mean = trees.before;
-  trees.free.resize(n);
+  const double last = state.impulse_step > 0 ? state.impulse_step : h;
+  make_momenta(model, forest, state, frames, start, trees.before, -last, trees, trees.supply);
+  const Vec3& gravity = model.description().gravity;
+  for (std::size_t i = 0; i < forest.bodies.size(); ++i) {
+    const Index body = forest.bodies[i].body;
+    const Vec3 push = h * (model.body(body).mass * model.body(body).gravity_scale * gravity + state.forces[body]) +
+                      loads[body].force;
+    const Vec3 turn = h * state.torques[body] + loads[body].torque;
+    trees.supply[i] += {push, turn + cross(trees.places[i].centre - trees.places[i].reference, push)};
+  }
+  trees.free = trees.before;
   trees.along.resize(n);
-  for (int round = 0; round < rounds; ++round) {
-    make_impulses(model, forest, state, h, frames, start, loads, trees.mean, trees);
-    for (std::size_t k = 0; k < n; ++k) {
-      const TreeDrive& d = trees.drives[k];
-      const double rate = trees.before[k];
-      trees.along[k] -= h * (d.stiffness * (d.stretch + h * rate) + d.damping * rate);
-    }
+  double fastest = 0;
+  for (const double rate : trees.before) fastest = std::max(fastest, std::abs(rate));
+  for (int round = 0; round < trees::most_rounds; ++round) {
+    make_momenta(model, forest, state, frames, start, trees.free, h, trees, trees.impulse);
+    for (std::size_t i = 0; i < forest.bodies.size(); ++i)
+      trees.impulse[i] = trees.supply[i] - trees.impulse[i];
+    project(forest, trees.impulse, trees);
+    for (std::size_t k = 0; k < n; ++k) trees.along[k] += drive_impulse(trees, k, trees.free[k], h);
     trees.constrained->linkage->solve(trees.along.data());
+    double change = 0;
     for (std::size_t k = 0; k < n; ++k) {
-      trees.free[k] = trees.before[k] + trees.along[k];
-      trees.mean[k] = 0.5 * (trees.before[k] + trees.free[k]);
+      trees.free[k] += trees.along[k];
+      change = std::max(change, std::abs(trees.along[k]));
+      fastest = std::max(fastest, std::abs(trees.free[k]));
     }
+    if (!(change > trees::rate_precision * fastest)) break;
   }
   write_velocities(forest, frames, trees.free, trees, free);
 }
@@ -476,12 +501,7 @@ void move_trees(const Model& model, const Forest& forest, const BodyFrames& fram
 void store_drive_impulses(const Forest& forest, const BodyFrames& frames, const BodyVelocities& v, double h,
                           TreeStep& trees, State& state) {
   read_rates(forest, trees, frames, v, trees.after);
-  const auto impulse = [&](std::size_t k) {
-    const TreeDrive& d = trees.drives[k];
-    const double rate = trees.after[k];
-    return -h * (d.stiffness * (d.stretch + h * rate) + d.damping * rate) -
-           d.inertia * (rate - trees.before[k]);
-  };
+  const auto impulse = [&](std::size_t k) { return drive_impulse(trees, k, trees.after[k], h); };
   for (std::size_t i = 0; i < forest.bodies.size(); ++i) {
     const TreeBody& b = forest.bodies[i];
     if (b.joint < 0) continue;

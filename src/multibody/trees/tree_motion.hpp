@@ -23,6 +23,7 @@ struct TreePlace {
   Vec3 centre, reference;  // centre of mass; reference point of the tree, world
   Quat ball;               // of a spherical joint: rotation of frame_a from its place after the dofs
   Quat frame_b;            // axes of frame_b in the world
+  Transform relative;      // frame_a in frame_b
 };
 // Mass, first moment and inertia about the reference point, of a body or of all that it supports.
 struct TreeInertia {
@@ -48,7 +49,8 @@ struct TreeStep {
   std::vector<std::shared_ptr<ConstrainedBodies>> pool;
   std::vector<TreeInertia> carried;
   std::vector<double> along, mean;
-  std::vector<Flow> flow, change, impulse;
+  std::vector<Flow> flow, supply, impulse;
+  std::vector<Transform> moved;
   BodyFrames frames;
   BodyVelocities velocities;
 };

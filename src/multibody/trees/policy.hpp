@@ -1,0 +1,16 @@
+// Every tuned number of trees, with its unit, its reason, and the test or benchmark that protects it.
+// tools/check_policy.py finds numbers elsewhere.
+#pragma once
+
+namespace amontons::trees {
+
+// Distance (relative to Model::length and to the distance from the origin): bodies that are farther from the
+// poses of their coordinates were moved by the user; rounding is below it (test_trees).
+inline constexpr double rounding = 1e-11;
+// Rounds (count): of Newton's method for the rates without impulses. Each gains a factor h |q'|, 0.02 for
+// 10 rad/s at 2 ms.
+inline constexpr int most_rounds = 8;
+// Change of rates (relative to the fastest): at which these rounds end.
+inline constexpr double rate_precision = 1e-10;
+
+}  // namespace amontons::trees
