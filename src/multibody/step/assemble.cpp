@@ -125,6 +125,22 @@ Problem assemble(const StepBodies& bodies, std::vector<Contact>& contacts, const
   return problem;
 }
 
+void change_free(const BodyVelocities& change, Problem& problem) {
+  const auto& A = std::get<ContactSystem>(problem.A);
+  std::size_t row = 0;
+  double u[6];
+  for (const Contact& c : A.contacts) {
+    ContactImpulse motion = relative_motion(c, change);
+    motion.linear -= c.surface_velocity;
+    to_rows(c, motion.linear, motion.angular, c.moment_length, u);
+    for (int k = 0; k < c.rows; ++k) problem.b[row++] += u[k];
+  }
+  for (const JacobianRow& j : A.jacobian) {
+    problem.b[row] = row_velocity(j, change, problem.b[row]);
+    ++row;
+  }
+}
+
 // D'x is summed per body first, six numbers about its centre of mass, then multiplied by M^-1.
 // Auxiliary bodies have no entry in v: their velocities are discarded after the step.
 void apply_impulses(const Problem& problem, std::span<const double> x, BodyVelocities& v) {

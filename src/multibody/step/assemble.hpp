@@ -21,6 +21,9 @@ void assemble(const StepBodies& bodies, std::vector<Contact>& contacts, const Jo
 Problem assemble(const StepBodies& bodies, std::vector<Contact>& contacts, const JointRows& rows,
                  const Assembly& options);
 
+// b for other free velocities: `change` is the change of them.
+void change_free(const BodyVelocities& change, Problem& problem);
+
 // v += M^-1 D' x
 void apply_impulses(const Problem& problem, std::span<const double> x, BodyVelocities& v);
 

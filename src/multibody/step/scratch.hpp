@@ -26,7 +26,7 @@ struct StepScratch {
   double line_error = 0;      // m, of couplings and tendons
   double last_error = 1e300;  // not tuned: m, of joints, one step before
   BodyMobilities mobility, stiffened;
-  BodyVelocities start, free, after;
+  BodyVelocities start, free, after, predicted;
   EnergyScratch energy;
   std::vector<BodyImpulse> loads;
   std::vector<GyroscopicSpin> spins;

@@ -136,6 +136,23 @@ bool Simulation::correct(double h, bool damped, const JointOptions& options, dou
   return true;
 }
 
+// The motion of trees depends on their mean rates over the step, and so on its impulses: those of the last step
+// foresee them, to second order.
+void Simulation::foresee_impulses(double h) {
+  StepScratch& s = *scratch_;
+  static thread_local std::vector<double> w;
+  const auto& A = std::get<ContactSystem>(s.vi.problem->A);
+  w.assign(6 * A.bodies.size(), 0.0);
+  add_impulses(A, s.vi.x0, w);
+  s.predicted = s.free;
+  foresee_tree_velocities(*model_, *forest_, state_, h, s.frames, s.start, w, s.trees, s.free);
+  for (std::size_t i = 0; i < s.free.size(); ++i) {
+    s.predicted[i].linear = s.free[i].linear - s.predicted[i].linear;
+    s.predicted[i].angular = s.free[i].angular - s.predicted[i].angular;
+  }
+  change_free(s.predicted, *s.vi.problem);
+}
+
 // 4. Joint rows and contacts as one problem, with the impulses of the last step as its start.
 Assembly Simulation::pose_problem(double h, bool damped, double recovery, const JointOptions& options,
                                   const StepClock& clock, double search) {
@@ -156,6 +173,7 @@ Assembly Simulation::pose_problem(double h, bool damped, double recovery, const 
   s.vi.x0.clear();
   s.vi.turns.added.clear();
   if (options_.warm_start) warm_start(model, state_, h, s.frames, contacts_, s.vi);
+  if (!s.vi.x0.empty() && !forest_->empty()) foresee_impulses(h);
   if (!damped && !contacts_.empty() && !clock.over(2 * search) && !off("turn contacts")) {
     predict(s.start, s.free, s.vi, s.after);
     turn_contacts({model, s.frames, s.after, h, margin()}, s.free, enough_of_a_turn(model, h), s.finder,

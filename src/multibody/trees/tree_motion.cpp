@@ -419,45 +419,74 @@ void read_rates(const Forest& forest, const TreeStep& trees, const BodyFrames& f
   }
 }
 
+namespace {
+
 // The change of each body's momentum, from the displacement before the step to the one after it, is the
 // impulse of loads and joints. Those of joints do no work along the columns, which leaves one equation per
 // coordinate. This is the discrete form of d'Alembert's principle (Marsden, West, Acta Numerica 10, 2001): of
 // second order, and the momentum of a free tree is constant. M is its derivative up to a share h |q'|, by
-// which each round of Newton's method reduces the error.
+// which each round of Newton's method reduces the error. `pushed`: impulses along the coordinates.
+void find_rates(const Model& model, const Forest& forest, const State& state, double h, const BodyFrames& frames,
+                const BodyVelocities& start, std::span<const double> pushed, TreeStep& trees,
+                std::vector<double>& rates) {
+  const std::size_t n = forest.parent.size();
+  trees.along.resize(n);
+  double fastest = 0;
+  for (const double rate : trees.before) fastest = std::max(fastest, std::abs(rate));
+  for (int round = 0; round < trees::most_rounds; ++round) {
+    make_momenta(model, forest, state, frames, start, rates, h, trees, trees.impulse);
+    for (std::size_t i = 0; i < forest.bodies.size(); ++i)
+      trees.impulse[i] = trees.supply[i] - trees.impulse[i];
+    project(forest, trees.impulse, trees);
+    for (std::size_t k = 0; k < n; ++k)
+      trees.along[k] += drive_impulse(trees, k, rates[k], h) + (pushed.empty() ? 0 : pushed[k]);
+    trees.constrained->linkage->solve(trees.along.data());
+    double change = 0;
+    for (std::size_t k = 0; k < n; ++k) {
+      rates[k] += trees.along[k];
+      change = std::max(change, std::abs(trees.along[k]));
+      fastest = std::max(fastest, std::abs(rates[k]));
+    }
+    if (!(change > trees::rate_precision * fastest)) break;
+  }
+}
+
+}  // namespace
+
 void make_free_tree_velocities(const Model& model, const Forest& forest, const State& state, double h,
                                const BodyFrames& frames, const BodyVelocities& start,
                                const std::vector<BodyImpulse>& loads, TreeStep& trees, BodyVelocities& free) {
-  const std::size_t n = forest.parent.size();
   read_rates(forest, trees, frames, start, trees.before);
   const double last = state.impulse_step > 0 ? state.impulse_step : h;
   make_momenta(model, forest, state, frames, start, trees.before, -last, trees, trees.supply);
   const Vec3& gravity = model.description().gravity;
   for (std::size_t i = 0; i < forest.bodies.size(); ++i) {
     const Index body = forest.bodies[i].body;
-    const Vec3 push = h * (model.body(body).mass * model.body(body).gravity_scale * gravity + state.forces[body]) +
-                      loads[body].force;
+    const Vec3 weight = model.body(body).mass * model.body(body).gravity_scale * gravity;
+    const Vec3 push = h * (weight + state.forces[body]) + loads[body].force;
     const Vec3 turn = h * state.torques[body] + loads[body].torque;
     trees.supply[i] += {push, turn + cross(trees.places[i].centre - trees.places[i].reference, push)};
   }
   trees.free = trees.before;
-  trees.along.resize(n);
-  double fastest = 0;
-  for (const double rate : trees.before) fastest = std::max(fastest, std::abs(rate));
-  for (int round = 0; round < trees::most_rounds; ++round) {
-    make_momenta(model, forest, state, frames, start, trees.free, h, trees, trees.impulse);
-    for (std::size_t i = 0; i < forest.bodies.size(); ++i)
-      trees.impulse[i] = trees.supply[i] - trees.impulse[i];
-    project(forest, trees.impulse, trees);
-    for (std::size_t k = 0; k < n; ++k) trees.along[k] += drive_impulse(trees, k, trees.free[k], h);
-    trees.constrained->linkage->solve(trees.along.data());
-    double change = 0;
-    for (std::size_t k = 0; k < n; ++k) {
-      trees.free[k] += trees.along[k];
-      change = std::max(change, std::abs(trees.along[k]));
-      fastest = std::max(fastest, std::abs(trees.free[k]));
-    }
-    if (!(change > trees::rate_precision * fastest)) break;
-  }
+  find_rates(model, forest, state, h, frames, start, {}, trees, trees.free);
+  write_velocities(forest, frames, trees.free, trees, free);
+}
+
+void foresee_tree_velocities(const Model& model, const Forest& forest, const State& state, double h,
+                             const BodyFrames& frames, const BodyVelocities& start, std::span<const double> w,
+                             TreeStep& trees, BodyVelocities& free) {
+  const Linkage& linkage = *trees.constrained->linkage;
+  const std::size_t n = forest.parent.size();
+  trees.wrenches.clear();
+  for (const Index i : linkage.body)
+    trees.wrenches.insert(trees.wrenches.end(), w.begin() + 6 * i, w.begin() + 6 * (i + 1));
+  trees.pushed.resize(n);
+  linkage.gather(trees.wrenches.data(), trees.pushed.data());
+  trees.caused = trees.pushed;
+  linkage.solve(trees.caused.data());
+  for (std::size_t k = 0; k < n; ++k) trees.free[k] += trees.caused[k];
+  find_rates(model, forest, state, h, frames, start, trees.pushed, trees, trees.free);
+  for (std::size_t k = 0; k < n; ++k) trees.free[k] -= trees.caused[k];
   write_velocities(forest, frames, trees.free, trees, free);
 }
 

@@ -48,7 +48,7 @@ struct TreeStep {
   // Memory: linkages that problems may still hold; scratch.
   std::vector<std::shared_ptr<ConstrainedBodies>> pool;
   std::vector<TreeInertia> carried;
-  std::vector<double> along, mean;
+  std::vector<double> along, mean, wrenches, pushed, caused;
   std::vector<Flow> flow, supply, impulse;
   std::vector<Transform> moved;
   BodyFrames frames;
@@ -76,6 +76,12 @@ void read_rates(const Forest& forest, const TreeStep& trees, const BodyFrames& f
 void make_free_tree_velocities(const Model& model, const Forest& forest, const State& state, double h,
                                const BodyFrames& frames, const BodyVelocities& start,
                                const std::vector<BodyImpulse>& loads, TreeStep& trees, BodyVelocities& free);
+
+// The same once more if impulses w (six numbers per body of the model) will act. M^-1 J'w is not included: the
+// motion that results with it is that of the mean rates.
+void foresee_tree_velocities(const Model& model, const Forest& forest, const State& state, double h,
+                             const BodyFrames& frames, const BodyVelocities& start, std::span<const double> w,
+                             TreeStep& trees, BodyVelocities& free);
 
 // Moves the trees along `way` (velocities) over h. Writes poses and coordinates in the state, and the
 // velocities there for the rates of v. Bodies outside of trees have moved already.

@@ -164,6 +164,7 @@ class Simulation {
   void observe(double h, bool damped, StepClock& clock, Report& report);
   bool correct(double h, bool damped, const JointOptions& options, double search, StepClock& clock,
                Report& report);
+  void foresee_impulses(double h);
   Assembly pose_problem(double h, bool damped, double recovery, const JointOptions& options,
                         const StepClock& clock, double search);
   bool keep_balance(const Assembly& assembly, const Attempt& attempt, double recovery, StepSolver& solver,
