@@ -141,6 +141,14 @@ void change_free(const BodyVelocities& change, Problem& problem) {
   }
 }
 
+std::span<const double> impulses_on_bodies(const Problem& problem, std::span<const double> x) {
+  const auto& A = std::get<ContactSystem>(problem.A);
+  static thread_local std::vector<double> w;
+  w.assign(6 * A.bodies.size(), 0.0);
+  add_impulses(A, x, w);
+  return w;
+}
+
 // D'x is summed per body first, six numbers about its centre of mass, then multiplied by M^-1.
 // Auxiliary bodies have no entry in v: their velocities are discarded after the step.
 void apply_impulses(const Problem& problem, std::span<const double> x, BodyVelocities& v) {

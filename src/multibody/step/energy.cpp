@@ -11,6 +11,7 @@
 #include "amontons/problem/linkage.hpp"
 #include "multibody/contacts/contact_law.hpp"
 #include "multibody/joints/row_terms.hpp"
+#include "multibody/step/assemble.hpp"
 #include "multibody/step/policy.hpp"
 
 namespace amontons {
@@ -101,9 +102,7 @@ BodyVelocity with_lag(const EnergyInput& in, std::size_t body, const BodyVelocit
 double work_on_trees(const EnergyInput& in, const BodyVelocities& mean) {
   const auto& A = std::get<ContactSystem>(in.problem.A);
   if (!A.constrained) return 0;
-  static thread_local std::vector<double> w;
-  w.assign(6 * A.bodies.size(), 0.0);
-  add_impulses(A, in.solution.x, w);
+  const std::span<const double> w = impulses_on_bodies(in.problem, in.solution.x);
   double work = 0;
   for (const Index i : A.constrained->body) {
     const double* at = &w[6 * static_cast<std::size_t>(i)];

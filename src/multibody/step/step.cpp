@@ -23,6 +23,7 @@
 #include "multibody/step/safe_step.hpp"
 #include "multibody/step/scratch.hpp"
 #include "multibody/step/solve_step.hpp"
+#include "multibody/trees/reactions.hpp"
 
 namespace amontons {
 
@@ -140,12 +141,9 @@ bool Simulation::correct(double h, bool damped, const JointOptions& options, dou
 // foresee them, to second order.
 void Simulation::foresee_impulses(double h) {
   StepScratch& s = *scratch_;
-  static thread_local std::vector<double> w;
-  const auto& A = std::get<ContactSystem>(s.vi.problem->A);
-  w.assign(6 * A.bodies.size(), 0.0);
-  add_impulses(A, s.vi.x0, w);
   s.predicted = s.free;
-  foresee_tree_velocities(*model_, *forest_, state_, h, s.frames, s.start, w, s.trees, s.free);
+  foresee_tree_velocities(*model_, *forest_, state_, h, s.frames, s.start,
+                          impulses_on_bodies(*s.vi.problem, s.vi.x0), s.trees, s.free);
   for (std::size_t i = 0; i < s.free.size(); ++i) {
     s.predicted[i].linear = s.free[i].linear - s.predicted[i].linear;
     s.predicted[i].angular = s.free[i].angular - s.predicted[i].angular;
@@ -209,13 +207,17 @@ bool Simulation::keep_balance(const Assembly& assembly, const Attempt& attempt, 
 void Simulation::move_on(double h) {
   StepScratch& s = *scratch_;
   keep_impulses(s.vi, options_.law, h, s.frames, s.after, contacts_, state_);
+  if (!forest_->empty()) {
+    store_drive_impulses(*forest_, s.frames, s.after, h, s.trees, state_);
+    store_tree_reactions(*model_, *forest_, s.joints, s.frames, s.start, s.after,
+                         impulses_on_bodies(*s.vi.problem, s.vi.solution.x), h, s.trees, state_);
+  }
   std::swap(x_, s.vi.solution.x);
   s.reusable_problem = exchange(problem_, std::move(s.vi.problem));
   fill_reactions(s.joints, state_, s.impacts, reactions_);
   s.begun = state_.time;
   s.stood.clear();
   for (const BodyFrame& body : s.frames) s.stood.push_back(body.pose);
-  if (!forest_->empty()) store_drive_impulses(*forest_, s.frames, s.after, h, s.trees, state_);
   integrate(*model_, s.frames, s.spins, s.after, h, state_, forest_->number);
   if (!forest_->empty()) move_trees(*model_, *forest_, s.frames, s.after, s.after, h, s.trees, state_);
   advance_activations(*model_, h, state_);

@@ -353,9 +353,19 @@ Transform moved_on_joint(const Model& model, const TreeBody& b, const TreePlace&
                     : parent * joint.frame_b * relative * inverse(joint.frame_a);
 }
 
-// The momentum of each body, as a wrench about the reference, while its coordinates move with the rates for
-// h; h < 0: while they came. It is that of the displacement of the centre of mass and of the rotation over h,
-// the latter with the inertia in the middle, R I R' with R half of the rotation.
+// Impulses along the coordinates of impulses on the bodies, which are summed along the trees.
+void project(const Forest& forest, std::vector<Flow>& impulses, TreeStep& trees) {
+  for (std::size_t i = forest.bodies.size(); i-- > 0;) {
+    const TreeBody& b = forest.bodies[i];
+    for (std::size_t k = b.first; k < b.first + b.count; ++k)
+      trees.along[k] = power(impulses[i], trees.columns[k]);
+    if (const Index above = b.joint < 0 || b.parent < 0 ? -1 : forest.number[b.parent]; above >= 0)
+      impulses[above] += impulses[i];
+  }
+}
+
+}  // namespace
+
 void make_momenta(const Model& model, const Forest& forest, const State& state, const BodyFrames& frames,
                   const BodyVelocities& start, std::span<const double> rates, double h, TreeStep& trees,
                   std::vector<Flow>& momenta) {
@@ -382,19 +392,6 @@ void make_momenta(const Model& model, const Forest& forest, const State& state, 
     momenta[i] = {p, spin + cross(place.centre - place.reference, p)};
   }
 }
-
-// Impulses along the coordinates of impulses on the bodies, which are summed along the trees.
-void project(const Forest& forest, std::vector<Flow>& impulses, TreeStep& trees) {
-  for (std::size_t i = forest.bodies.size(); i-- > 0;) {
-    const TreeBody& b = forest.bodies[i];
-    for (std::size_t k = b.first; k < b.first + b.count; ++k)
-      trees.along[k] = power(impulses[i], trees.columns[k]);
-    if (const Index above = b.joint < 0 || b.parent < 0 ? -1 : forest.number[b.parent]; above >= 0)
-      impulses[above] += impulses[i];
-  }
-}
-
-}  // namespace
 
 void read_rates(const Forest& forest, const TreeStep& trees, const BodyFrames& frames, const BodyVelocities& v,
                 std::vector<double>& rates) {

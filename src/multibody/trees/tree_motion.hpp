@@ -83,6 +83,13 @@ void foresee_tree_velocities(const Model& model, const Forest& forest, const Sta
                              const BodyFrames& frames, const BodyVelocities& start, std::span<const double> w,
                              TreeStep& trees, BodyVelocities& free);
 
+// The momentum of each body, as a wrench about the reference, while its coordinates move with the rates for
+// h; h < 0: while they came. It is that of the displacement of the centre of mass and of the rotation over h,
+// the latter with the inertia in the middle, R I R' with R half of the rotation.
+void make_momenta(const Model& model, const Forest& forest, const State& state, const BodyFrames& frames,
+                  const BodyVelocities& start, std::span<const double> rates, double h, TreeStep& trees,
+                  std::vector<Flow>& momenta);
+
 // Moves the trees along `way` (velocities) over h. Writes poses and coordinates in the state, and the
 // velocities there for the rates of v. Bodies outside of trees have moved already.
 void move_trees(const Model& model, const Forest& forest, const BodyFrames& frames, const BodyVelocities& way,

@@ -1,0 +1,56 @@
+// Recursive Newton-Euler equations over the displacements of the step: from the leaves to the root, a joint
+// carries the change of momentum of all bodies beyond it less the other impulses on them.
+#include "multibody/trees/reactions.hpp"
+
+namespace amontons {
+
+namespace {
+
+// The part of a wrench on A at the reference, axes of frame_b, that the joint locks: what remains after the
+// efforts along its dofs, and for a ball after its torque.
+Screw locked_part(const ChainKinematics& chain, const std::array<Screw, 6>& duals, Screw wrench) {
+  if (chain.spherical) wrench.angular = {};
+  const Screw whole = wrench;
+  for (std::size_t i = 0; i < chain.dofs; ++i) {
+    const double effort = dot(whole, chain.screws[i]);
+    wrench.linear -= effort * duals[i].linear;
+    wrench.angular -= effort * duals[i].angular;
+  }
+  return wrench;
+}
+
+}  // namespace
+
+void store_tree_reactions(const Model& model, const Forest& forest, const JointContexts& joints,
+                          const BodyFrames& frames, const BodyVelocities& start, const BodyVelocities& v,
+                          std::span<const double> w, double h, TreeStep& trees, State& state) {
+  read_rates(forest, trees, frames, v, trees.after);
+  make_momenta(model, forest, state, frames, start, trees.after, h, trees, trees.impulse);
+  for (std::size_t i = forest.bodies.size(); i-- > 0;) {
+    const TreeBody& b = forest.bodies[i];
+    const Vec3& O = trees.places[i].reference;
+    Flow& f = trees.impulse[i];
+    const double* row = &w[6 * static_cast<std::size_t>(b.body)];
+    const Vec3 push{row[0], row[1], row[2]};
+    f.linear -= trees.supply[i].linear + push;
+    f.angular -= trees.supply[i].angular + Vec3{row[3], row[4], row[5]} +
+                 cross(trees.places[i].centre - O, push);
+    if (b.joint < 0) continue;
+    const JointContext& joint = joints[b.joint];
+    const double sign = b.reversed ? -1 : 1;
+    const Vec3 point = joint.pose.a.position + joint.axes * joint.arm;
+    const Mat3 to_joint = transposed(joint.axes);
+    const Screw locked = locked_part(joint.chain, joint.duals,
+                                     {to_joint * (sign * f.linear),
+                                      to_joint * (sign * (f.angular - cross(point - O, f.linear)))});
+    JointWrench& wrench = state.joint_wrenches[b.joint];
+    wrench.force += locked.linear;
+    wrench.torque += locked.angular + cross(joint.arm, locked.linear);
+    const Index above = b.parent < 0 ? -1 : forest.number[b.parent];
+    if (above < 0) continue;
+    trees.impulse[above].linear += f.linear;
+    trees.impulse[above].angular += f.angular;
+  }
+}
+
+}  // namespace amontons
