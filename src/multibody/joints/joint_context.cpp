@@ -61,10 +61,11 @@ void fill(JointContext& context, const Model& model, const BodyFrames& bodies, c
   context.body_a = unless_fixed(context.joint->body_a);
   context.body_b = unless_fixed(context.joint->body_b);
   context.length = model.length();
+  if (context.in_tree) return;  // place_tree_joints()
   const auto centre = [&](Index body) { return body >= 0 ? bodies[body].centre : Vec3{}; };
   place(context, joint_pose(*context.joint, bodies), centre(context.body_a), centre(context.body_b),
         coordinates_of(model, state, j));
-  if (!known && !context.in_tree && is_chain(*joint))
+  if (!known && is_chain(*joint))
     context.locked_count = locked_wrenches(context.chain, context.length, context.locked);
 }
 

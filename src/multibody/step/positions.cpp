@@ -212,7 +212,10 @@ bool correct_positions(const PositionInput& in, StepClock& clock, Elimination& e
     state.angular_velocities[i] = rotate(turn, has > had ? std::sqrt(had / has) * spin : spin);
     state.linear_velocities[i] = velocity - cross(state.angular_velocities[i], rotate(turn, arm));
   }
-  if (!in.forest.empty()) move_trees(in.model, in.forest, in.frames, p, in.start, h, in.trees, state);
+  if (in.forest.empty()) return true;
+  read_rates(in.forest, in.trees, in.frames, p, in.trees.after);
+  read_rates(in.forest, in.trees, in.frames, in.start, in.trees.before);
+  move_trees(in.model, in.forest, in.frames, p, h, in.trees.after, in.trees.before, in.trees, state);
   return true;
 }
 

@@ -97,6 +97,7 @@ void Simulation::observe(double h, bool damped, StepClock& clock, Report& report
   place_bodies(model, state_, s.frames, s.mobility, s.start);
   update_coordinates(model, s.frames, state_, forest.has_joint);
   place_joints(model, s.frames, state_, s.joints, forest.has_joint);
+  if (!forest.empty()) place_tree_joints(model, forest, state_, s.frames, s.trees, s.joints);
   s.joint_error = joint_error(model, s.joints);
   s.line_error = line_error(model, s.frames, state_);
   // Motors of known effort are loads. Any other load that does not depend on the results of the step would be
@@ -208,8 +209,9 @@ void Simulation::move_on(double h) {
   StepScratch& s = *scratch_;
   keep_impulses(s.vi, options_.law, h, s.frames, s.after, contacts_, state_);
   if (!forest_->empty()) {
-    store_drive_impulses(*forest_, s.frames, s.after, h, s.trees, state_);
-    store_tree_reactions(*model_, *forest_, s.joints, s.frames, s.start, s.after,
+    read_rates(*forest_, s.trees, s.frames, s.after, s.trees.after);
+    store_drive_impulses(*forest_, h, s.trees, state_);
+    store_tree_reactions(*model_, *forest_, s.joints, s.frames, s.start,
                          impulses_on_bodies(*s.vi.problem, s.vi.solution.x), h, s.trees, state_);
   }
   std::swap(x_, s.vi.solution.x);
@@ -219,7 +221,8 @@ void Simulation::move_on(double h) {
   s.stood.clear();
   for (const BodyFrame& body : s.frames) s.stood.push_back(body.pose);
   integrate(*model_, s.frames, s.spins, s.after, h, state_, forest_->number);
-  if (!forest_->empty()) move_trees(*model_, *forest_, s.frames, s.after, s.after, h, s.trees, state_);
+  if (!forest_->empty())
+    move_trees(*model_, *forest_, s.frames, s.after, h, s.trees.after, s.trees.after, s.trees, state_);
   advance_activations(*model_, h, state_);
 }
 

@@ -22,9 +22,8 @@ Screw locked_part(const ChainKinematics& chain, const std::array<Screw, 6>& dual
 }  // namespace
 
 void store_tree_reactions(const Model& model, const Forest& forest, const JointContexts& joints,
-                          const BodyFrames& frames, const BodyVelocities& start, const BodyVelocities& v,
+                          const BodyFrames& frames, const BodyVelocities& start,
                           std::span<const double> w, double h, TreeStep& trees, State& state) {
-  read_rates(forest, trees, frames, v, trees.after);
   make_momenta(model, forest, state, frames, start, trees.after, h, trees, trees.impulse);
   for (std::size_t i = forest.bodies.size(); i-- > 0;) {
     const TreeBody& b = forest.bodies[i];

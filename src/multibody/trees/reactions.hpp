@@ -1,15 +1,14 @@
 // What the joints of trees hold.
 #pragma once
-#include "multibody/joints/joint_context.hpp"
 #include "multibody/trees/tree_motion.hpp"
 
 namespace amontons {
 
 // Stores the impulses of the locked directions of joints of trees, as rows would store them: those that the
-// motion with the velocities v needs beside loads and the impulses w (six numbers per body of the model) of
+// motion with the rates `after` needs beside loads and the impulses w (six numbers per body of the model) of
 // rows. Before the trees move.
 void store_tree_reactions(const Model& model, const Forest& forest, const JointContexts& joints,
-                          const BodyFrames& frames, const BodyVelocities& start, const BodyVelocities& v,
+                          const BodyFrames& frames, const BodyVelocities& start,
                           std::span<const double> w, double h, TreeStep& trees, State& state);
 
 }  // namespace amontons

@@ -40,65 +40,81 @@ Transform pose_in(const State& state, Index body) {
   return body < 0 ? Transform{} : Transform{state.positions[body], state.orientations[body]};
 }
 
-// A joint's frame_a in frame_b at its coordinates, its columns and duals about the reference. A single hinge
-// or slide, as most are, needs no chain.
+// The motion of one dof, after the motions of those before it.
+void append_dof(const Dof& dof, double q, const Quat& turn, Transform& relative) {
+  if (dof.kind == Dof::Kind::slide) {
+    relative.position += q * rotate(relative.rotation, dof.axis);
+    return;
+  }
+  relative.position += rotate(relative.rotation, dof.anchor - rotate(turn, dof.anchor));
+  relative.rotation = relative.rotation * turn;
+}
+
+// The frames of a joint at its coordinates, the columns, and the chain with its duals, which rows read.
 void place_on_joint(const Model& model, const TreeBody& b, const Transform& parent,
                     std::span<const double> coordinates, TreePlace& place, TreeStep& trees) {
   const Joint& joint = model.joint(b.joint);
-  const std::span<const double> q = coordinates.subspan(b.first_dof, b.dofs);
-  const bool simple = b.count == b.dofs && b.dofs == 1;
-  const Dof* dof = simple ? &joint.dofs[0] : nullptr;
+  ChainKinematics& chain = place.chain;
+  chain.dofs = b.dofs;
+  chain.spherical = b.count > b.dofs;
+  std::array<Vec3, 6> axes, points;
   Transform relative;
-  ChainKinematics chain;
-  if (!simple) {
-    chain = chain_kinematics(joint, {}, q);
-    relative = chain.target;
-    if (chain.spherical) relative.rotation = normalised(relative.rotation * place.ball);
-  } else if (dof->kind == Dof::Kind::hinge) {
-    const double half = 0.5 * q[0], s = elementary::sin(half);
-    relative.rotation = {elementary::cos(half), s * dof->axis.x, s * dof->axis.y, s * dof->axis.z};
-    relative.position = dof->anchor - rotate(relative.rotation, dof->anchor);
-  } else {
-    relative.position = q[0] * dof->axis;
-  }
-  Transform frame_b = parent * joint.frame_b, frame_a = frame_b * relative;
-  if (b.reversed) {
-    frame_a = parent * joint.frame_a;
-    frame_b = frame_a * inverse(relative);
-  }
-  const Transform pose = b.reversed ? frame_b * inverse(joint.frame_b) : frame_a * inverse(joint.frame_a);
-  place.pose = {pose.position, normalised(pose.rotation)};
-  place.frame_b = frame_b.rotation;
-  place.relative = relative;
-  const Vec3 O = b.root == &place - trees.places.data() ? place.pose.position
-                                                        : trees.places[b.root].reference;
-  place.reference = O;
-  const double sign = b.reversed ? -1 : 1;
-  if (simple) {
-    const Vec3 axis = sign * rotate(frame_b.rotation, dof->axis);
-    if (dof->kind == Dof::Kind::hinge) {
-      trees.columns[b.first] = from_point({}, axis, frame_b(dof->anchor) - O);
-      trees.duals[b.first] = {{}, axis};
-    } else {
-      trees.columns[b.first] = {axis, {}};
-      trees.duals[b.first] = {axis, cross(frame_a.position - O, axis)};
-    }
-    return;
-  }
-  const Mat3 axes = to_matrix(frame_b.rotation);
-  const Vec3 arm = frame_b(chain.reference) - O;
-  const auto duals = dual_wrenches(chain, model.length());
   for (std::size_t i = 0; i < b.dofs; ++i) {
-    trees.columns[b.first + i] =
-        sign * from_point(axes * chain.screws[i].linear, axes * chain.screws[i].angular, arm);
-    const Vec3 f = axes * duals[i].linear;
-    trees.duals[b.first + i] = sign * Flow{f, axes * duals[i].angular + cross(arm, f)};
+    const Dof& dof = joint.dofs[i];
+    const double q = coordinates[b.first_dof + i];
+    axes[i] = rotate(relative.rotation, dof.axis);
+    points[i] = relative(dof.anchor);
+    Quat& turn = trees.turns[b.first + i];
+    if (dof.kind == Dof::Kind::hinge) {
+      const double half = 0.5 * q, s = elementary::sin(half);
+      turn = {elementary::cos(half), s * dof.axis.x, s * dof.axis.y, s * dof.axis.z};
+    }
+    append_dof(dof, q, turn, relative);
   }
-  if (b.count == b.dofs) return;
-  const Mat3 ball = to_matrix(frame_a.rotation);
+  chain.reference = relative.position;
+  for (std::size_t i = 0; i < b.dofs && !chain.spherical; ++i)
+    if (joint.dofs[i].kind == Dof::Kind::hinge) chain.reference = points[i];
+  if (chain.spherical) relative.rotation = normalised(relative.rotation * place.ball);
+  chain.target = place.relative = relative;
+  place.frame_b = parent * joint.frame_b;
+  place.frame_a = place.frame_b * relative;
+  if (b.reversed) {
+    place.frame_a = parent * joint.frame_a;
+    place.frame_b = place.frame_a * inverse(relative);
+  }
+  const Transform pose =
+      b.reversed ? place.frame_b * inverse(joint.frame_b) : place.frame_a * inverse(joint.frame_a);
+  place.pose = {pose.position, normalised(pose.rotation)};
+  const TreePlace& root = trees.places[b.root];
+  place.reference = &root == &place ? place.pose.position : root.reference;
+  const double sign = b.reversed ? -1 : 1;
+  const Mat3 to_world = to_matrix(place.frame_b.rotation);
+  const Vec3 origin = place.frame_b.position - place.reference;
+  for (std::size_t i = 0; i < b.dofs; ++i) {
+    const bool hinge = joint.dofs[i].kind == Dof::Kind::hinge;
+    const Vec3 axis = sign * (to_world * axes[i]);
+    trees.columns[b.first + i] =
+        hinge ? from_point({}, axis, origin + to_world * points[i]) : Flow{axis, {}};
+    chain.screws[i] = hinge ? Screw{cross(axes[i], chain.reference - points[i]), axes[i]} : Screw{axes[i], {}};
+  }
+  if (!chain.spherical) return;
+  const Mat3 ball = to_matrix(place.frame_a.rotation);
   for (int k = 0; k < 3; ++k)
     trees.columns[b.first + b.dofs + static_cast<std::size_t>(k)] =
-        from_point({}, sign * ball.column(k), frame_a.position - O);
+        from_point({}, sign * ball.column(k), place.frame_a.position - place.reference);
+}
+
+// Wrenches whose power is the rate of a dof.
+void make_duals(const Model& model, const TreeBody& b, TreePlace& place, TreeStep& trees) {
+  if (b.dofs == 0) return;
+  place.duals = dual_wrenches(place.chain, model.length());
+  const Mat3 to_world = to_matrix(place.frame_b.rotation);
+  const Vec3 arm = place.frame_b(place.chain.reference) - place.reference;
+  for (std::size_t i = 0; i < b.dofs; ++i) {
+    const Vec3 f = to_world * place.duals[i].linear;
+    trees.duals[b.first + i] =
+        (b.reversed ? -1.0 : 1.0) * Flow{f, to_world * place.duals[i].angular + cross(arm, f)};
+  }
 }
 
 constexpr Vec3 unit(int k) { return {k == 0 ? 1.0 : 0.0, k == 1 ? 1.0 : 0.0, k == 2 ? 1.0 : 0.0}; }
@@ -164,6 +180,7 @@ void resize(const Forest& forest, TreeStep& trees) {
   const std::size_t n = forest.parent.size();
   trees.columns.resize(n);
   trees.duals.resize(n);
+  trees.turns.resize(n);
   trees.drives.resize(n);
 }
 
@@ -187,6 +204,28 @@ void place_trees(const Model& model, const Forest& forest, State& state, TreeSte
   for (std::size_t i = 0; i < forest.bodies.size(); ++i) {
     state.positions[forest.bodies[i].body] = trees.places[i].pose.position;
     state.orientations[forest.bodies[i].body] = trees.places[i].pose.rotation;
+    if (forest.bodies[i].joint >= 0) make_duals(model, forest.bodies[i], trees.places[i], trees);
+  }
+}
+
+void place_tree_joints(const Model& model, const Forest& forest, const State& state, const BodyFrames& frames,
+                       const TreeStep& trees, JointContexts& joints) {
+  for (std::size_t i = 0; i < forest.bodies.size(); ++i) {
+    const TreeBody& b = forest.bodies[i];
+    if (b.joint < 0) continue;
+    const TreePlace& place = trees.places[i];
+    JointContext& context = joints[b.joint];
+    context.pose = {place.frame_a, place.frame_b, place.relative};
+    context.axes = to_matrix(place.frame_b.rotation);
+    context.chain = place.chain;
+    if (place.chain.spherical)
+      context.chain = chain_kinematics(*context.joint, place.relative, coordinates_of(model, state, b.joint));
+    context.duals = place.duals;
+    context.arm = {};
+    if (!place.chain.spherical) context.arm = place.chain.reference - place.relative.position;
+    const Vec3 point = place.frame_a.position + context.axes * context.arm;
+    if (context.body_a >= 0) context.r_a = point - frames[context.body_a].centre;
+    if (context.body_b >= 0) context.r_b = point - frames[context.body_b].centre;
   }
 }
 
@@ -329,25 +368,20 @@ void write_velocities(const Forest& forest, const BodyFrames& frames, std::span<
 
 // The pose of a body on its joint after the coordinates have moved with the rates for h.
 Transform moved_on_joint(const Model& model, const TreeBody& b, const TreePlace& place, const Transform& parent,
-                         std::span<const double> coordinates, std::span<const double> rates, double h) {
+                         std::span<const double> coordinates, std::span<const double> rates, double h,
+                         const TreeStep& trees) {
   const Joint& joint = model.joint(b.joint);
-  Transform relative = place.relative;
-  if (b.count == 1 && b.dofs == 1) {
-    const Dof& dof = joint.dofs[0];
-    if (dof.kind == Dof::Kind::hinge) {
-      relative.rotation = exponential(h * rates[b.first] * dof.axis) * relative.rotation;
-      relative.position = dof.anchor - rotate(relative.rotation, dof.anchor);
-    } else {
-      relative.position += h * rates[b.first] * dof.axis;
-    }
-  } else {
-    std::array<double, 6> q{};
-    for (std::size_t i = 0; i < b.dofs; ++i) q[i] = coordinates[b.first_dof + i] + h * rates[b.first + i];
-    relative = chain_kinematics(joint, {}, std::span(q).first(b.dofs)).target;
-    if (b.count > b.dofs) {
-      const double* w = &rates[b.first + b.dofs];
-      relative.rotation = relative.rotation * place.ball * exponential(h * Vec3{w[0], w[1], w[2]});
-    }
+  Transform relative;
+  for (std::size_t i = 0; i < b.dofs; ++i) {
+    const Dof& dof = joint.dofs[i];
+    const double way = h * rates[b.first + i];
+    const Quat turn =
+        dof.kind == Dof::Kind::hinge ? exponential(way * dof.axis) * trees.turns[b.first + i] : Quat{};
+    append_dof(dof, coordinates[b.first_dof + i] + way, turn, relative);
+  }
+  if (b.count > b.dofs) {
+    const double* w = &rates[b.first + b.dofs];
+    relative.rotation = relative.rotation * (place.ball * exponential(h * Vec3{w[0], w[1], w[2]}));
   }
   return b.reversed ? parent * joint.frame_a * inverse(relative) * inverse(joint.frame_b)
                     : parent * joint.frame_b * relative * inverse(joint.frame_a);
@@ -383,7 +417,7 @@ void make_momenta(const Model& model, const Forest& forest, const State& state, 
       const Transform parent = above >= 0      ? trees.moved[above]
                                : b.parent >= 0 ? moved(frames[b.parent], start[b.parent], h)
                                                : Transform{};
-      pose = moved_on_joint(model, b, place, parent, state.coordinates, rates, h);
+      pose = moved_on_joint(model, b, place, parent, state.coordinates, rates, h, trees);
     }
     const Vec3 way = pose(model.body(b.body).centre_of_mass) - place.centre;
     const Vec3 turn = logarithm(pose.rotation * conjugate(place.pose.rotation));
@@ -487,11 +521,9 @@ void foresee_tree_velocities(const Model& model, const Forest& forest, const Sta
   write_velocities(forest, frames, trees.free, trees, free);
 }
 
-void move_trees(const Model& model, const Forest& forest, const BodyFrames& frames, const BodyVelocities& way,
-                const BodyVelocities& v, double h, TreeStep& trees, State& state) {
-  read_rates(forest, trees, frames, way, trees.mean);
-  read_rates(forest, trees, frames, v, trees.after);
-  const std::vector<double>& rates = trees.mean;
+void move_trees(const Model& model, const Forest& forest, const BodyFrames& frames, const BodyVelocities& v,
+                double h, std::span<const double> rates, std::span<const double> rates_then, TreeStep& trees,
+                State& state) {
   const auto turn = [&](std::size_t k) { return h * Vec3{rates[k], rates[k + 1], rates[k + 2]}; };
   for (std::size_t i = 0; i < forest.bodies.size(); ++i) {
     const TreeBody& b = forest.bodies[i];
@@ -511,8 +543,8 @@ void move_trees(const Model& model, const Forest& forest, const BodyFrames& fram
   moved.resize(model.bodies());
   BodyVelocities& after = trees.velocities;
   after = v;
-  for (std::size_t i = 0; i < moved.size(); ++i) moved[i].centre = frames[i].centre + h * way[i].linear;
-  write_velocities(forest, moved, trees.after, trees, after);
+  for (std::size_t i = 0; i < moved.size(); ++i) moved[i].centre = frames[i].centre + h * v[i].linear;
+  write_velocities(forest, moved, rates_then, trees, after);
   for (std::size_t i = 0; i < forest.bodies.size(); ++i) {
     const Index body = forest.bodies[i].body;
     const TreePlace& place = trees.places[i];
@@ -524,9 +556,7 @@ void move_trees(const Model& model, const Forest& forest, const BodyFrames& fram
   }
 }
 
-void store_drive_impulses(const Forest& forest, const BodyFrames& frames, const BodyVelocities& v, double h,
-                          TreeStep& trees, State& state) {
-  read_rates(forest, trees, frames, v, trees.after);
+void store_drive_impulses(const Forest& forest, double h, const TreeStep& trees, State& state) {
   const auto impulse = [&](std::size_t k) { return drive_impulse(trees, k, trees.after[k], h); };
   for (std::size_t i = 0; i < forest.bodies.size(); ++i) {
     const TreeBody& b = forest.bodies[i];
@@ -536,7 +566,7 @@ void store_drive_impulses(const Forest& forest, const BodyFrames& frames, const 
     Vec3 ball;  // columns are those of the moving body: reversed, -1 times the axes of A
     for (std::size_t k = b.first + b.dofs; k < b.first + b.count; ++k)
       ball += (b.reversed ? -1 : 1) * impulse(k) * trees.columns[k].angular;
-    state.ball_impulses[b.joint] += rotate(conjugate(trees.places[i].frame_b), ball);
+    state.ball_impulses[b.joint] += rotate(conjugate(trees.places[i].frame_b.rotation), ball);
   }
 }
 

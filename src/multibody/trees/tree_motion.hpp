@@ -7,6 +7,7 @@
 
 #include "amontons/multibody/bodies/bodies.hpp"
 #include "amontons/problem/linkage.hpp"
+#include "multibody/joints/joint_context.hpp"
 #include "multibody/trees/forest.hpp"
 
 namespace amontons {
@@ -22,8 +23,9 @@ struct TreePlace {
   Transform pose;
   Vec3 centre, reference;  // centre of mass; reference point of the tree, world
   Quat ball;               // of a spherical joint: rotation of frame_a from its place after the dofs
-  Quat frame_b;            // axes of frame_b in the world
-  Transform relative;      // frame_a in frame_b
+  Transform frame_a, frame_b, relative;  // of the joint: in the world; frame_a in frame_b
+  ChainKinematics chain;
+  std::array<Screw, 6> duals;
 };
 // Mass, first moment and inertia about the reference point, of a body or of all that it supports.
 struct TreeInertia {
@@ -41,9 +43,10 @@ struct TreeStep {
   std::vector<TreePlace> places;      // per TreeBody
   std::vector<TreeInertia> inertias;  // per TreeBody, of it alone
   std::vector<Flow> columns, duals;   // per coordinate: motion per unit rate; wrench whose power is the rate
+  std::vector<Quat> turns;            // per coordinate: rotation of a hinge
   std::vector<TreeDrive> drives;      // per coordinate
   std::vector<double> before, free;   // rates at the start, and at the end without impulses
-  std::vector<double> after;          // rates at the end, by move_trees()
+  std::vector<double> after;          // rates at the end
   std::shared_ptr<ConstrainedBodies> constrained;  // M with drives, factored
   // Memory: linkages that problems may still hold; scratch.
   std::vector<std::shared_ptr<ConstrainedBodies>> pool;
@@ -59,6 +62,10 @@ struct TreeStep {
 // poses. If poses differ from these by more than rounding, because the user has moved bodies, coordinates are
 // fitted to them first. Writes poses and coordinates in the state.
 void place_trees(const Model& model, const Forest& forest, State& state, TreeStep& trees);
+
+// The contexts of joints of trees there.
+void place_tree_joints(const Model& model, const Forest& forest, const State& state, const BodyFrames& frames,
+                       const TreeStep& trees, JointContexts& joints);
 
 // M of the trees at the placed frames, with inertia, springs and dampers of dofs over a step of length h.
 void make_tree_masses(const Model& model, const Forest& forest, const State& state, const BodyFrames& frames,
@@ -90,13 +97,13 @@ void make_momenta(const Model& model, const Forest& forest, const State& state, 
                   const BodyVelocities& start, std::span<const double> rates, double h, TreeStep& trees,
                   std::vector<Flow>& momenta);
 
-// Moves the trees along `way` (velocities) over h. Writes poses and coordinates in the state, and the
-// velocities there for the rates of v. Bodies outside of trees have moved already.
-void move_trees(const Model& model, const Forest& forest, const BodyFrames& frames, const BodyVelocities& way,
-                const BodyVelocities& v, double h, TreeStep& trees, State& state);
+// Moves the trees with the rates over h. Writes poses and coordinates in the state, and the velocities for
+// `rates_then` there. Bodies outside of trees have moved already, with the velocities v.
+void move_trees(const Model& model, const Forest& forest, const BodyFrames& frames, const BodyVelocities& v,
+                double h, std::span<const double> rates, std::span<const double> rates_then, TreeStep& trees,
+                State& state);
 
-// Stores the impulses of springs, dampers and inertias that M contains, before trees move.
-void store_drive_impulses(const Forest& forest, const BodyFrames& frames, const BodyVelocities& v, double h,
-                          TreeStep& trees, State& state);
+// Stores the impulses of springs, dampers and inertias that M contains, for the rates `after`.
+void store_drive_impulses(const Forest& forest, double h, const TreeStep& trees, State& state);
 
 }  // namespace amontons
