@@ -144,7 +144,9 @@ void Simulation::foresee_impulses(double h) {
   StepScratch& s = *scratch_;
   s.predicted = s.free;
   foresee_tree_velocities(*model_, *forest_, state_, h, s.frames, s.start,
-                          impulses_on_bodies(*s.vi.problem, s.vi.x0), s.trees, s.free);
+                          s.vi.x0.empty() ? std::span<const double>{}
+                                          : impulses_on_bodies(*s.vi.problem, s.vi.x0),
+                          s.trees, s.free);
   for (std::size_t i = 0; i < s.free.size(); ++i) {
     s.predicted[i].linear = s.free[i].linear - s.predicted[i].linear;
     s.predicted[i].angular = s.free[i].angular - s.predicted[i].angular;
@@ -172,7 +174,7 @@ Assembly Simulation::pose_problem(double h, bool damped, double recovery, const 
   s.vi.x0.clear();
   s.vi.turns.added.clear();
   if (options_.warm_start) warm_start(model, state_, h, s.frames, contacts_, s.vi);
-  if (!s.vi.x0.empty() && !forest_->empty()) foresee_impulses(h);
+  if (!forest_->empty()) foresee_impulses(h);
   if (!damped && !contacts_.empty() && !clock.over(2 * search) && !off("turn contacts")) {
     predict(s.start, s.free, s.vi, s.after);
     turn_contacts({model, s.frames, s.after, h, margin()}, s.free, enough_of_a_turn(model, h), s.finder,

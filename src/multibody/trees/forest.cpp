@@ -71,6 +71,9 @@ class Planter {
       b.reversed = link.reversed;
       b.dofs = model_.joint(link.joint).dofs.size();
       b.first_dof = model_.first_dof(link.joint);
+      const Joint& joint = model_.joint(link.joint);
+      b.fore = link.reversed ? joint.frame_a : joint.frame_b;
+      b.aft = inverse(link.reversed ? joint.frame_b : joint.frame_a);
       forest_.has_joint[link.joint] = 1;
     }
     b.count = b.joint < 0 ? 6 : link.v;

@@ -15,6 +15,7 @@ struct TreeBody {
   bool reversed = false;               // the body is B of the joint
   std::size_t first = 0, dofs = 0, count = 0;  // its coordinates; `dofs` of them are dofs of the joint
   std::size_t first_dof = 0;                   // in State::coordinates
+  Transform fore, aft;  // on the parent and on the body: frames of the joint, the latter inverted
   Index root = -1;                             // number of the first TreeBody of its tree
   Index last = -1;                             // the last coordinate that moves it; -1: none
 };

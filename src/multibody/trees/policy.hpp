@@ -8,9 +8,9 @@ namespace amontons::trees {
 // poses of their coordinates were moved by the user; rounding is below it (test_trees).
 inline constexpr double rounding = 1e-11;
 // Rounds (count): of Newton's method for the rates without impulses. Each gains a factor h |q'|, 0.02 for
-// 10 rad/s at 2 ms.
-inline constexpr int most_rounds = 8;
+// 10 rad/s at 2 ms. The first ones are for the search for contacts.
+inline constexpr int first_rounds = 2, most_rounds = 8;
 // Change of rates (relative to the fastest): at which these rounds end.
-inline constexpr double rate_precision = 1e-10;
+inline constexpr double rate_precision = 1e-9;
 
 }  // namespace amontons::trees

@@ -41,12 +41,13 @@ Transform pose_in(const State& state, Index body) {
 }
 
 // The motion of one dof, after the motions of those before it.
-void append_dof(const Dof& dof, double q, const Quat& turn, Transform& relative) {
+inline void append_dof(const Dof& dof, double q, const Quat& turn, Transform& relative) {
   if (dof.kind == Dof::Kind::slide) {
     relative.position += q * rotate(relative.rotation, dof.axis);
     return;
   }
-  relative.position += rotate(relative.rotation, dof.anchor - rotate(turn, dof.anchor));
+  if (!(dof.anchor == Vec3{}))
+    relative.position += rotate(relative.rotation, dof.anchor - rotate(turn, dof.anchor));
   relative.rotation = relative.rotation * turn;
 }
 
@@ -76,14 +77,10 @@ void place_on_joint(const Model& model, const TreeBody& b, const Transform& pare
     if (joint.dofs[i].kind == Dof::Kind::hinge) chain.reference = points[i];
   if (chain.spherical) relative.rotation = normalised(relative.rotation * place.ball);
   chain.target = place.relative = relative;
-  place.frame_b = parent * joint.frame_b;
-  place.frame_a = place.frame_b * relative;
-  if (b.reversed) {
-    place.frame_a = parent * joint.frame_a;
-    place.frame_b = place.frame_a * inverse(relative);
-  }
-  const Transform pose =
-      b.reversed ? place.frame_b * inverse(joint.frame_b) : place.frame_a * inverse(joint.frame_a);
+  Transform &above = b.reversed ? place.frame_a : place.frame_b, &below = b.reversed ? place.frame_b : place.frame_a;
+  above = parent * b.fore;
+  below = above * (b.reversed ? inverse(relative) : relative);
+  const Transform pose = below * b.aft;
   place.pose = {pose.position, normalised(pose.rotation)};
   const TreePlace& root = trees.places[b.root];
   place.reference = &root == &place ? place.pose.position : root.reference;
@@ -383,8 +380,7 @@ Transform moved_on_joint(const Model& model, const TreeBody& b, const TreePlace&
     const double* w = &rates[b.first + b.dofs];
     relative.rotation = relative.rotation * (place.ball * exponential(h * Vec3{w[0], w[1], w[2]}));
   }
-  return b.reversed ? parent * joint.frame_a * inverse(relative) * inverse(joint.frame_b)
-                    : parent * joint.frame_b * relative * inverse(joint.frame_a);
+  return parent * (b.fore * (b.reversed ? inverse(relative) : relative) * b.aft);
 }
 
 // Impulses along the coordinates of impulses on the bodies, which are summed along the trees.
@@ -458,27 +454,28 @@ namespace {
 // second order, and the momentum of a free tree is constant. M is its derivative up to a share h |q'|, by
 // which each round of Newton's method reduces the error. `pushed`: impulses along the coordinates.
 void find_rates(const Model& model, const Forest& forest, const State& state, double h, const BodyFrames& frames,
-                const BodyVelocities& start, std::span<const double> pushed, TreeStep& trees,
+                const BodyVelocities& start, std::span<const double> pushed, int rounds, TreeStep& trees,
                 std::vector<double>& rates) {
   const std::size_t n = forest.parent.size();
   trees.along.resize(n);
-  double fastest = 0;
-  for (const double rate : trees.before) fastest = std::max(fastest, std::abs(rate));
-  for (int round = 0; round < trees::most_rounds; ++round) {
+  double last = INFINITY;
+  for (int round = 0; round < rounds; ++round) {
     make_momenta(model, forest, state, frames, start, rates, h, trees, trees.impulse);
     for (std::size_t i = 0; i < forest.bodies.size(); ++i)
       trees.impulse[i] = trees.supply[i] - trees.impulse[i];
     project(forest, trees.impulse, trees);
     for (std::size_t k = 0; k < n; ++k)
-      trees.along[k] += drive_impulse(trees, k, rates[k], h) + (pushed.empty() ? 0 : pushed[k]);
+      trees.along[k] += drive_impulse(trees, k, rates[k], h) + (pushed.empty() ? 0.0 : pushed[k]);
     trees.constrained->linkage->solve(trees.along.data());
     double change = 0;
     for (std::size_t k = 0; k < n; ++k) {
       rates[k] += trees.along[k];
       change = std::max(change, std::abs(trees.along[k]));
-      fastest = std::max(fastest, std::abs(rates[k]));
+      trees.fastest = std::max(trees.fastest, std::abs(rates[k]));
     }
-    if (!(change > trees::rate_precision * fastest)) break;
+    // It ends at rounding, too: below it changes no longer fall.
+    if (!(change > trees::rate_precision * trees.fastest && change < 0.5 * last)) break;
+    last = change;
   }
 }
 
@@ -499,7 +496,9 @@ void make_free_tree_velocities(const Model& model, const Forest& forest, const S
     trees.supply[i] += {push, turn + cross(trees.places[i].centre - trees.places[i].reference, push)};
   }
   trees.free = trees.before;
-  find_rates(model, forest, state, h, frames, start, {}, trees, trees.free);
+  trees.fastest = 0;
+  for (const double rate : trees.before) trees.fastest = std::max(trees.fastest, std::abs(rate));
+  find_rates(model, forest, state, h, frames, start, {}, trees::first_rounds, trees, trees.free);
   write_velocities(forest, frames, trees.free, trees, free);
 }
 
@@ -508,15 +507,18 @@ void foresee_tree_velocities(const Model& model, const Forest& forest, const Sta
                              TreeStep& trees, BodyVelocities& free) {
   const Linkage& linkage = *trees.constrained->linkage;
   const std::size_t n = forest.parent.size();
-  trees.wrenches.clear();
-  for (const Index i : linkage.body)
-    trees.wrenches.insert(trees.wrenches.end(), w.begin() + 6 * i, w.begin() + 6 * (i + 1));
-  trees.pushed.resize(n);
-  linkage.gather(trees.wrenches.data(), trees.pushed.data());
-  trees.caused = trees.pushed;
-  linkage.solve(trees.caused.data());
+  trees.pushed.assign(n, 0.0);
+  trees.caused.assign(n, 0.0);
+  if (!w.empty()) {
+    trees.wrenches.clear();
+    for (const Index i : linkage.body)
+      trees.wrenches.insert(trees.wrenches.end(), w.begin() + 6 * i, w.begin() + 6 * (i + 1));
+    linkage.gather(trees.wrenches.data(), trees.pushed.data());
+    trees.caused = trees.pushed;
+    linkage.solve(trees.caused.data());
+  }
   for (std::size_t k = 0; k < n; ++k) trees.free[k] += trees.caused[k];
-  find_rates(model, forest, state, h, frames, start, trees.pushed, trees, trees.free);
+  find_rates(model, forest, state, h, frames, start, trees.pushed, trees::most_rounds, trees, trees.free);
   for (std::size_t k = 0; k < n; ++k) trees.free[k] -= trees.caused[k];
   write_velocities(forest, frames, trees.free, trees, free);
 }

@@ -47,6 +47,7 @@ struct TreeStep {
   std::vector<TreeDrive> drives;      // per coordinate
   std::vector<double> before, free;   // rates at the start, and at the end without impulses
   std::vector<double> after;          // rates at the end
+  double fastest = 0;                 // largest of all rates without impulses
   std::shared_ptr<ConstrainedBodies> constrained;  // M with drives, factored
   // Memory: linkages that problems may still hold; scratch.
   std::vector<std::shared_ptr<ConstrainedBodies>> pool;
@@ -79,13 +80,14 @@ std::shared_ptr<ConstrainedBodies> tree_masses(const Model& model, const Forest&
 void read_rates(const Forest& forest, const TreeStep& trees, const BodyFrames& frames, const BodyVelocities& v,
                 std::vector<double>& rates);
 
-// Velocities of the bodies of trees after a step of length h without impulses. `loads`: impulses.
+// Velocities of the bodies of trees after a step of length h without impulses, nearly: for the search for
+// contacts. `loads`: impulses.
 void make_free_tree_velocities(const Model& model, const Forest& forest, const State& state, double h,
                                const BodyFrames& frames, const BodyVelocities& start,
                                const std::vector<BodyImpulse>& loads, TreeStep& trees, BodyVelocities& free);
 
-// The same once more if impulses w (six numbers per body of the model) will act. M^-1 J'w is not included: the
-// motion that results with it is that of the mean rates.
+// The same to rounding, if impulses w (six numbers per body of the model; empty: none) will act. M^-1 J'w is
+// not included, but the motion that results with it.
 void foresee_tree_velocities(const Model& model, const Forest& forest, const State& state, double h,
                              const BodyFrames& frames, const BodyVelocities& start, std::span<const double> w,
                              TreeStep& trees, BodyVelocities& free);
