@@ -97,19 +97,18 @@ double Elimination::Memory::form_u(Solution& s) const {
 
 // Completes x by the bilateral rows, forms u and the residual of the problem; returns the map of those rows.
 double Elimination::Memory::complete(Solution& s) {
-  if (!in_trees) reduction.recover(s.x);
+  in_trees ? trees.recover(s.x) : reduction.recover(s.x);
   double bilateral = form_u(s);
-  for (int k = 0; !in_trees && k < direct::refinements &&
+  for (int k = 0; k < direct::refinements &&
                   bilateral > std::max(direct::bilateral_rounding, direct::aim * options->tolerance) * scale;
        ++k) {
-    reduction.correct(s.u, s.x);
+    in_trees ? trees.correct(s.u, s.x) : reduction.correct(s.u, s.x);
     bilateral = form_u(s);
   }
   s.residual = natural_map(*problem, law_of(*problem, *options), s.x, s.u) / scale;
   return bilateral;
 }
 
-// Bilateral rows are eliminated, or, beside trees, are rows of their island like others.
 bool Elimination::Memory::reduce(const Problem& p) {
   in_trees = trees.analyse(p, direct::most_rows_on_joints);
   if (in_trees) {
@@ -157,7 +156,7 @@ bool Elimination::solve(const Problem& problem, const Options& options, Solution
     bilateral = m.complete(s);
   }
   // Contradictory rows are left to methods that can prove the contradiction.
-  if (!m.in_trees && !(bilateral <= options.tolerance * m.scale)) return false;
+  if (!(bilateral <= options.tolerance * m.scale)) return false;
   for (std::size_t i = 0; i < s.x.size(); ++i) s.objective += 0.5 * s.x[i] * (s.u[i] + problem.b[i]);
   s.time = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   s.status = s.residual <= options.tolerance ? Status::converged

@@ -5,6 +5,7 @@
 #include <numeric>
 #include <tuple>
 
+#include "solvers/direct/policy.hpp"
 #include "solvers/linear/row_kernel.hpp"
 
 namespace amontons {
@@ -61,16 +62,18 @@ bool TreeReduction::analyse(const Problem& problem, std::size_t most_rows) {
     }
   }
   number_.assign(leader_.size(), -1);
-  std::vector<std::size_t>& size = used_;
+  std::vector<std::size_t> &size = used_, &held = order_;
   size.clear();
+  held.clear();
   for (Block& b : blocks_) {
     Index& mine = number_[leader(b.island)];
     if (mine < 0) {
       mine = static_cast<Index>(size.size());
       size.push_back(0);
+      held.push_back(0);
     }
     b.island = mine;
-    if ((size[mine] += b.dim) > most_rows) return false;
+    if (((b.kind == kind_of<Bilateral> ? held : size)[mine] += b.dim) > most_rows) return false;
   }
   count_ = size.size();
   std::sort(blocks_.begin(), blocks_.end(), [](const Block& a, const Block& b) {
@@ -81,6 +84,7 @@ bool TreeReduction::analyse(const Problem& problem, std::size_t most_rows) {
 
 void TreeReduction::factor(const Problem& problem) {
   if (islands_.size() < count_) islands_.resize(count_);
+  held_.resize(count_);
   range_.assign(trees_->coordinates() + 6 * free_count_, Range{~std::size_t{0}, 0});
   y_.resize(trees_->coordinates());
   work_ = 0;
@@ -98,34 +102,133 @@ void TreeReduction::fill_island(const Problem& problem, std::size_t number, std:
   const std::size_t contact_rows = problem.rows() - A.jacobian.size();
   Reduction::Island& island = islands_[number];
   island.K.clear();
-  island.q.clear();
   island.P.clear();
-  island.row.clear();
+  row_.clear();
   std::size_t m = 0;
   for (std::size_t i = first; i < last; ++i) m += blocks_[i].dim;
-  island.W.assign(m * m, 0.0);
+  A_.assign(m * m, 0.0);
   stride_ = (m + lanes - 1) / lanes * lanes;
   Y_.assign(range_.size() * stride_ + group * stride_ + lanes, 0.0);
   used_.clear();
   for (std::size_t i = first; i < last; ++i) {
     const Block& b = blocks_[i];
-    visit_kind(b.kind, [&]<class S>() { island.K.append(problem.K.all<S>()[b.set]); });
-    island.P.push_back(problem.P[b.block]);
+    const bool held = b.kind == kind_of<Bilateral>;
+    if (!held) {
+      visit_kind(b.kind, [&]<class S>() { island.K.append(problem.K.all<S>()[b.set]); });
+      island.P.push_back(problem.P[b.block]);
+    }
     for (std::size_t k = 0; k < b.dim; ++k) {
-      const std::size_t row = b.row + k, column = island.row.size();
+      const std::size_t row = b.row + k, column = row_.size();
       const bool contact = row < contact_rows;
-      island.W[(m + 1) * column] =
-          contact ? A.contact_compliance[b.block] : A.compliance[row - contact_rows];
+      A_[(m + 1) * column] = contact ? A.contact_compliance[b.block] : A.compliance[row - contact_rows];
       fill_column(A,
                   contact ? jacobian_row(A.contacts[b.block], ContactBasis(A.contacts[b.block]),
                                          static_cast<int>(k))
                           : A.jacobian[row - contact_rows],
                   column);
-      island.row.push_back(row);
-      island.q.push_back(problem.b[row]);
+      const auto at = static_cast<std::ptrdiff_t>(row);
+      row_.push_back(held ? -1 - at : at);
     }
   }
-  add_products(island);
+  add_products();
+  eliminate(problem, held_[number], island);
+}
+
+// The upper half of A, rows and columns of f first, loses the rows of f one by one: their outer products leave
+// the rows below. The products with columns of c are summed at the end, six rows at a time.
+void TreeReduction::eliminate(const Problem& problem, Held& held, Reduction::Island& island) {
+  const std::size_t m = row_.size();
+  order_.clear();
+  held.row.clear();
+  island.row.clear();
+  island.q.clear();
+  for (std::size_t i = 0; i < m; ++i)
+    if (row_[i] < 0) {
+      order_.push_back(i);
+      held.row.push_back(static_cast<std::size_t>(-1 - row_[i]));
+    }
+  for (std::size_t i = 0; i < m; ++i)
+    if (row_[i] >= 0) {
+      order_.push_back(i);
+      island.row.push_back(static_cast<std::size_t>(row_[i]));
+      island.q.push_back(problem.b[island.row.back()]);
+    }
+  const std::size_t f = held.row.size(), c = m - f;
+  island.W.resize(c * c);
+  for (std::size_t i = 0; i < c; ++i)
+    for (std::size_t j = i; j < c; ++j) {
+      const std::size_t a = order_[f + i], b = order_[f + j];
+      island.W[c * i + j] = A_[m * std::min(a, b) + std::max(a, b)];
+    }
+  if (f > 0) {
+    held.stride = (m + 1 + lanes - 1) / lanes * lanes;
+    held.factor.assign((f + group) * held.stride + lanes, 0.0);
+    for (std::size_t i = 0; i < f; ++i) {
+      double* to = &held.factor[held.stride * i];
+      for (std::size_t j = i; j < m; ++j) {
+        const std::size_t a = order_[i], b = order_[j];
+        to[j] = A_[m * std::min(a, b) + std::max(a, b)];
+      }
+      to[m] = problem.b[held.row[i]];
+    }
+    for (std::size_t k = 0; k < f; ++k) {
+      double* own = &held.factor[held.stride * k];
+      const std::size_t a = order_[k];
+      const double pivot = std::sqrt(std::max(own[k], direct::least_compliance * A_[(m + 1) * a]));
+      for (std::size_t j = k; j <= m; ++j) own[j] /= pivot;
+      for (std::size_t i = k + 1; i < f; ++i) {
+        const double share = own[i];
+        if (share == 0) continue;
+        double* to = &held.factor[held.stride * i];
+        for (std::size_t j = i; j <= m; ++j) to[j] -= share * own[j];
+      }
+    }
+    for (std::size_t k = 0; k < f; ++k) {
+      const double* own = &held.factor[held.stride * k];
+      for (std::size_t j = 0; j < c; ++j) island.q[j] -= own[m] * own[f + j];
+    }
+    for (std::size_t k = 0; k < f; k += group)
+      AMONTONS_DISPATCH(add_gram, island.W.data(), c, &held.factor[held.stride * k + f], held.stride, c, -1);
+    work_ += static_cast<double>(f * (f + 3 * c) * (f + c) / 6);
+  }
+  for (std::size_t r = 0; r < c; ++r)
+    for (std::size_t k = 0; k < r; ++k) island.W[c * r + k] = island.W[c * k + r];
+}
+
+void TreeReduction::recover(std::span<double> x) const {
+  for (std::size_t i = 0; i < count_; ++i) {
+    const Held& held = held_[i];
+    const std::vector<std::size_t>& rest = islands_[i].row;
+    const std::size_t f = held.row.size(), m = f + rest.size();
+    for (std::size_t k = f; k-- > 0;) {
+      const double* own = &held.factor[held.stride * k];
+      double sum = own[m];
+      for (std::size_t j = k + 1; j < f; ++j) sum += own[j] * x[held.row[j]];
+      for (std::size_t j = 0; j < rest.size(); ++j) sum += own[f + j] * x[rest[j]];
+      x[held.row[k]] = -sum / own[k];
+    }
+  }
+}
+
+void TreeReduction::correct(std::span<const double> u, std::span<double> x) {
+  for (std::size_t i = 0; i < count_; ++i) {
+    const Held& held = held_[i];
+    const std::size_t f = held.row.size();
+    std::vector<double>& z = work_row_;
+    z.resize(f);
+    for (std::size_t k = 0; k < f; ++k) z[k] = u[held.row[k]];
+    for (std::size_t k = 0; k < f; ++k) {
+      const double* own = &held.factor[held.stride * k];
+      z[k] /= own[k];
+      for (std::size_t j = k + 1; j < f; ++j) z[j] -= own[j] * z[k];
+    }
+    for (std::size_t k = f; k-- > 0;) {
+      const double* own = &held.factor[held.stride * k];
+      for (std::size_t j = k + 1; j < f; ++j) z[k] -= own[j] * z[j];
+      z[k] /= own[k];
+      x[held.row[k]] -= z[k];
+    }
+  }
 }
 
 void TreeReduction::set(std::size_t coordinate, std::size_t column, double value) {
@@ -162,9 +265,9 @@ void TreeReduction::fill_free(const Bodies& bodies, Index body, const std::array
   set(at + 5, column, f * j[5]);
 }
 
-// W += Y'Y, six coordinates with neighbouring ranges at a time.
-void TreeReduction::add_products(Reduction::Island& island) {
-  const std::size_t m = island.rows();
+// The upper half of A += Y'Y, six coordinates with neighbouring ranges at a time.
+void TreeReduction::add_products() {
+  const std::size_t m = row_.size();
   std::sort(used_.begin(), used_.end());
   for (std::size_t at = 0; at < used_.size(); at += group) {
     const std::size_t end = std::min(used_.size(), at + group);
@@ -182,12 +285,10 @@ void TreeReduction::add_products(Reduction::Island& island) {
         std::copy_n(&Y_[used_[i] * stride_ + hull.first], size, &six_[(i - at) * stride_]);
       rows = six_.data();
     }
-    AMONTONS_DISPATCH(add_gram, &island.W[(m + 1) * hull.first], m, rows, stride_, size, 1);
+    AMONTONS_DISPATCH(add_gram, &A_[(m + 1) * hull.first], m, rows, stride_, size, 1);
     work_ += static_cast<double>(size * size * group / 2);
   }
   for (const std::size_t k : used_) range_[k] = {~std::size_t{0}, 0};
-  for (std::size_t r = 0; r < m; ++r)
-    for (std::size_t c = 0; c < r; ++c) island.W[m * r + c] = island.W[m * c + r];
 }
 
 }  // namespace amontons
