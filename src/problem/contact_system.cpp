@@ -193,24 +193,47 @@ void ContactSystem::product(std::span<const double> x, std::span<double> y) cons
 
 namespace {
 
-// D M^-1 D' of a row whose bodies may belong to trees.
-double effective_inverse_mass(const ContactSystem& A, const Linkage& trees, const JacobianRow& row) {
-  return trees.inverse_mass(row) + effective_inverse_mass(A.bodies, trees.without_trees(row));
-}
-
+// diag(A) from the rows of D M^-1/2 on trees and the parts of free bodies.
 void diagonal_of_trees(const ContactSystem& A, const Linkage& trees, std::span<double> d) {
   std::size_t row = 0;
+  const auto add = [&](double E, const JacobianRow& j) {
+    double sum = E + effective_inverse_mass(A.bodies, trees.without_trees(j));
+    for (std::size_t k = A.half.first[row]; k < A.half.first[row + 1]; ++k)
+      sum += A.half.value[k] * A.half.value[k];
+    d[row++] = sum;
+  };
   for (std::size_t i = 0; i < A.contacts.size(); ++i) {
     const ContactBasis basis(A.contacts[i]);
     for (int k = 0; k < A.contacts[i].rows; ++k)
-      d[row++] =
-          A.contact_compliance[i] + effective_inverse_mass(A, trees, jacobian_row(A.contacts[i], basis, k));
+      add(A.contact_compliance[i], jacobian_row(A.contacts[i], basis, k));
   }
-  for (std::size_t i = 0; i < A.jacobian.size(); ++i)
-    d[row++] = A.compliance[i] + effective_inverse_mass(A, trees, A.jacobian[i]);
+  for (std::size_t i = 0; i < A.jacobian.size(); ++i) add(A.compliance[i], A.jacobian[i]);
 }
 
 }  // namespace
+
+void ContactSystem::renew() {
+  half.first.clear();
+  half.coordinate.clear();
+  half.value.clear();
+  if (!constrained || !constrained->linkage) return;
+  const Linkage& trees = *constrained->linkage;
+  static thread_local std::vector<double> y;
+  static thread_local std::vector<Index> support;
+  y.resize(trees.coordinates());
+  half.first.push_back(0);
+  const auto append = [&](const JacobianRow& row) {
+    trees.half_solve(row, y.data(), support);
+    half.coordinate.insert(half.coordinate.end(), support.begin(), support.end());
+    for (const Index k : support) half.value.push_back(y[k]);
+    half.first.push_back(half.value.size());
+  };
+  for (const Contact& c : contacts) {
+    const ContactBasis basis(c);
+    for (int k = 0; k < c.rows; ++k) append(jacobian_row(c, basis, k));
+  }
+  for (const JacobianRow& row : jacobian) append(row);
+}
 
 // diag(A)_i = E_i + j_i M^-1 j_i', row by row: the relative speed of the two bodies along the row per unit
 // impulse along it.

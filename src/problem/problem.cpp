@@ -240,6 +240,7 @@ void make_preconditioner(const SetProduct& K, std::span<const double> diagonal, 
 
 // P from the diagonal, the graph from the bodies: derived data of A and K are made once, here.
 void renew(Problem& problem) {
+  if (auto* system = std::get_if<ContactSystem>(&problem.A)) system->renew();
   static thread_local std::vector<double> diag;
   diag.resize(problem.rows());
   diagonal(problem.A, diag);

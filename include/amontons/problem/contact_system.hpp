@@ -45,6 +45,13 @@ struct ConstrainedBodies {
   std::shared_ptr<const Linkage> linkage = {};
 };
 
+// Rows of D M^-1/2 on trees (Linkage::half_solve), row by row: nonzeros of row i are [first[i], first[i + 1]).
+struct HalfRows {
+  std::vector<std::size_t> first;
+  std::vector<Index> coordinate;
+  std::vector<double> value;
+};
+
 // The factored Delassus operator A = D M^-1 D' + E of bodies, contacts and rows. The rows of the contacts
 // come first, stored as arms and normals in world coordinates, then stored rows of D. A is never formed: it
 // would couple all contacts of a body, while a row of D has two bodies. Rows of one block of the sets share
@@ -58,11 +65,14 @@ struct ContactSystem {
   // Replaces M^-1 for some bodies; null if all are free. Without a linkage, diagonal() is that of free bodies,
   // an upper bound for these. First-order methods and the direct way support it, other factorisations do not.
   std::shared_ptr<const ConstrainedBodies> constrained;
+  HalfRows half;  // of all rows, by renew(); empty without a linkage
 
   std::size_t contact_rows() const;
   std::size_t rows() const { return contact_rows() + jacobian.size(); }
   void product(std::span<const double> x, std::span<double> y) const;
   void diagonal(std::span<double> d) const;
+  // Makes `half` after rows, bodies or the linkage have changed.
+  void renew();
   // The same operator with all rows stored, for methods that process row by row.
   ContactSystem stored() const;
 };

@@ -48,6 +48,7 @@ bool TreeReduction::analyse(const Problem& problem, std::size_t most_rows) {
     if (const Index i = trees_->place_of(body); i >= 0) return trees_->last[i];
     return static_cast<Index>(trees_->coordinates()) + free_number_[body];
   };
+  const auto is_free = [&](Index body) { return body >= 0 && free_number_[body] >= 0; };
   blocks_.clear();
   for (const SetRun& run : problem.K.runs()) {
     std::size_t dim = 0;
@@ -57,7 +58,7 @@ bool TreeReduction::analyse(const Problem& problem, std::size_t most_rows) {
       const ContactGraph::Link& link = problem.graph.links[block];
       const Index a = node_of(link.a), b = node_of(link.b);
       blocks_.push_back({block, run.row + dim * i, dim, run.kind, run.first + i, a < 0 ? b : a,
-                         std::max(place(link.a), place(link.b))});
+                         std::max(place(link.a), place(link.b)), is_free(link.a) || is_free(link.b)});
       if (a >= 0 && b >= 0) leader_[leader(a)] = leader(b);
     }
   }
@@ -86,7 +87,6 @@ void TreeReduction::factor(const Problem& problem) {
   if (islands_.size() < count_) islands_.resize(count_);
   held_.resize(count_);
   range_.assign(trees_->coordinates() + 6 * free_count_, Range{~std::size_t{0}, 0});
-  y_.resize(trees_->coordinates());
   work_ = 0;
   for (std::size_t first = 0, i = 0; i < count_; ++i) {
     std::size_t last = first;
@@ -121,7 +121,10 @@ void TreeReduction::fill_island(const Problem& problem, std::size_t number, std:
       const std::size_t row = b.row + k, column = row_.size();
       const bool contact = row < contact_rows;
       A_[(m + 1) * column] = contact ? A.contact_compliance[b.block] : A.compliance[row - contact_rows];
-      fill_column(A,
+      for (std::size_t i = A.half.first[row]; i < A.half.first[row + 1]; ++i)
+        set(static_cast<std::size_t>(A.half.coordinate[i]), column, A.half.value[i]);
+      if (b.free)
+        fill_free(A.bodies,
                   contact ? jacobian_row(A.contacts[b.block], ContactBasis(A.contacts[b.block]),
                                          static_cast<int>(k))
                           : A.jacobian[row - contact_rows],
@@ -241,14 +244,12 @@ void TreeReduction::set(std::size_t coordinate, std::size_t column, double value
   Y_[coordinate * stride_ + column] = value;
 }
 
-void TreeReduction::fill_column(const ContactSystem& A, const JacobianRow& row, std::size_t column) {
-  trees_->half_solve(row, y_.data(), support_);
-  for (const Index k : support_) set(static_cast<std::size_t>(k), column, y_[k]);
-  fill_free(A.bodies, row.body_a, row.a, column);
-  fill_free(A.bodies, row.body_b, row.b, column);
+// m^-1/2 f, and R't with I^-1 = R R' by Cholesky; a body may turn about some axes only.
+void TreeReduction::fill_free(const Bodies& bodies, const JacobianRow& row, std::size_t column) {
+  fill_free(bodies, row.body_a, row.a, column);
+  fill_free(bodies, row.body_b, row.b, column);
 }
 
-// m^-1/2 f, and R't with I^-1 = R R' by Cholesky; a body may turn about some axes only.
 void TreeReduction::fill_free(const Bodies& bodies, Index body, const std::array<double, 6>& j,
                               std::size_t column) {
   if (body < 0 || free_number_[body] < 0) return;

@@ -38,6 +38,7 @@ class TreeReduction {
   struct Block {
     std::size_t block, row, dim, kind, set;
     Index island, place;  // the last coordinate that moves one of its bodies; free bodies come after trees
+    bool free;            // whether a body is free
   };
   // The bilateral rows of an island: numbers in the problem; (U Z y) by rows, `stride` apart; places in x of
   // the columns of Z.
@@ -54,7 +55,7 @@ class TreeReduction {
   void number_nodes(const Problem& problem);
   Index node_of(Index body) const;
   void fill_island(const Problem& problem, std::size_t island, std::size_t first, std::size_t last);
-  void fill_column(const ContactSystem& A, const JacobianRow& row, std::size_t column);
+  void fill_free(const Bodies& bodies, const JacobianRow& row, std::size_t column);
   void fill_free(const Bodies& bodies, Index body, const std::array<double, 6>& j, std::size_t column);
   void set(std::size_t coordinate, std::size_t column, double value);
   void add_products();
@@ -76,9 +77,7 @@ class TreeReduction {
   std::vector<double> work_row_;
   std::vector<Range> range_;           // per coordinate, then six per free body
   std::vector<std::size_t> used_;      // coordinates with a column in this island
-  mutable std::vector<double> y_;
   std::vector<double> Y_, six_;
-  std::vector<Index> support_;
   double work_ = 0;
 };
 
