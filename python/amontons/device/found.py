@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import re
-import re
 import threading
 import weakref
 from typing import Any
@@ -51,8 +49,10 @@ def _listed(found: tuple[Device, ...] | list[Device]) -> str:
     return ", ".join(f"{d.name} ({d.hardware}, {d.kind})" for d in found) or "none"
 
 
-def chosen_device(name: str) -> Device:
+def chosen_device(name: object) -> Device:
     """The device of a name; InputError that says what is missing."""
+    if not isinstance(name, str):
+        raise InputError(f"device is {shown(name)}; it must be one of the names {NAMES}")
     if name == "gpu":
         usable = [d for d in devices() if d.kind == "gpu" and d.doubles]
         if not usable:
@@ -63,7 +63,7 @@ def chosen_device(name: str) -> Device:
             )
         return usable[0]
     kind, _, index = name.partition(":")
-    if kind not in BACKENDS or not re.fullmatch("[0-9]{0,9}", index):
+    if kind not in BACKENDS or (index and not index.isdigit()):
         raise InputError(f"unknown device {shown(name)}; names are {NAMES}")
     found = BACKENDS[kind].devices()
     if not found:
@@ -111,11 +111,7 @@ def source_on(backend: Backend, name: str, least_contacts: int) -> _core.Iterate
     return _core.IterateSource(name, make, True, least_contacts)
 
 
-def _source_of_device(device: object, least_contacts: int) -> _core.IterateSource | None:
-    if not isinstance(device, str):
-        raise InputError(f"device is {shown(device)}; it must be one of the names {NAMES}")
-    if not isinstance(device, str):
-        raise InputError(f"device is {shown(device)}; it must be one of the names {NAMES}")
+def _source_of_device(device: str, least_contacts: int) -> _core.IterateSource | None:
     if device == "cpu":
         return None
     if device == "numpy":

@@ -20,7 +20,7 @@ from ..errors import FileError, InputError
 from ..guidance import guided
 from ..io.files import writable
 from ..simulation.rollout import usable_cores
-from .executors import Attendance, Died, Executor, Here, Processes, Submitted
+from .executors import Died, Executor, Here, Processes, Submitted
 from .points import Point, points
 from .rows import Rows, alone
 from .subjects import FileRun, Subject
@@ -42,7 +42,6 @@ def sweep(
     seeds: int | Sequence[int] | None = None,
     retries: int = 2,
     timeout: float | None = None,
-    patience: float | None = 60.0,
     redo: Collection[str] = (),
     progress: bool = True,
 ) -> pyarrow.Table:
@@ -62,19 +61,15 @@ def sweep(
     retries: how often a run is tried again whose worker died.
     timeout: wall clock of a run (s). It ends between two steps of a simulation; a process that does not come
         to one is killed.
-    patience: how long runs wait while no worker is alive (s); then InputError, and rows that are done stay.
-        None: for ever, as for a cluster whose queue starts workers hours later. It acts where workers can be
-        counted: processes of this machine, also those of the executors of loky and concurrent.futures, and
-        workers of Dask.
     redo: statuses of rows to repeat: "failed", "timeout", "died".
-    progress: a bar on standard error, if that is a terminal; it tells how many workers are alive.
+    progress: a bar on standard error, if that is a terminal.
 
     Columns beside parameters and results: key, repetition and seed where there are some, status ("done",
     "failed", "timeout", "died"), error, traceback, attempts, wall (s), steps, missed (steps and solves that
     did not converge), worst_residual (natural, of all of them), started, host, and the versions of amontons,
     python and numpy.
 
-    Raises InputError and FileError before anything is run, InputError if the executor is lost. Needs `pip install "amontons[studies]"`.
+    Raises InputError and FileError before anything is run. Needs `pip install "amontons[studies]"`.
     """
     require_parts("pyarrow")
     if isinstance(run, str):
@@ -83,8 +78,6 @@ def sweep(
     path = _output(out)
     retries = integer("retries", retries, 0)
     timeout = None if timeout is None else positive_number("timeout", timeout)
-    patience = None if patience is None else positive_number("patience", patience)
-    patience = None if patience is None else positive_number("patience", patience)
     for status in redo:
         if status not in STATUSES:
             raise InputError(f"redo: unknown status {status!r}; known are {', '.join(STATUSES)}")
@@ -98,8 +91,8 @@ def sweep(
         logger.info("study of %s: %d runs, %d of them done before", identity(run), len(todo), before)
         try:
             with _bar(len(todo), progress) as tell:
-                tell(before, 0, None)
-                _drive(left, run, workers, rows, retries, timeout, Attendance(workers, patience), tell)
+                tell(before, 0)
+                _drive(left, run, workers, rows, retries, timeout, tell)
         finally:
             try:
                 workers.close()
@@ -115,8 +108,7 @@ def _drive(
     rows: Rows,
     retries: int,
     timeout: float | None,
-    attendance: Attendance,
-    tell: Callable[[int, int, int | None], None],
+    tell: Callable[[int, int], None],
 ) -> None:
     waiting, running, suspects = deque(left), dict[str, Point](), deque[Point]()
     attempts: Counter[str] = Counter()
@@ -128,8 +120,7 @@ def _drive(
             attempts[point.key] += 1
             running[point.key] = point
             workers.start(point.key, Task(run, point.arguments, timeout))
-        ended = workers.wait(0.1)
-        for key, outcome in ended:
+        for key, outcome in workers.wait(0.1):
             point = running.pop(key)
             if isinstance(outcome, Died):
                 logger.warning("%s died, attempt %d: %s", point.parameters, attempts[key], outcome.reason)
@@ -141,10 +132,8 @@ def _drive(
                 outcome = machine() | outcome
             row = rows.add(key, _row(point, outcome, attempts[key]))
             logger.info("%s: %s %s", point.parameters, row["status"], row.get("error", ""))
-            tell(1, row["status"] != "done", attendance.count)
+            tell(1, row["status"] != "done")
         rows.write_if_due()
-        attendance.look(came=bool(ended))
-        tell(0, 0, attendance.count)
 
 
 def _row(point: Point, outcome: Row, attempts: int) -> Row:
@@ -239,9 +228,8 @@ def _workers(executor: Any, run: Callable[..., Any], runs: int) -> Here | Submit
 
 
 @contextmanager
-def _bar(total: int, wanted: bool) -> Iterator[Callable[[int, int, int | None], None]]:
-    """A bar on stderr where that is a terminal; the function adds runs, how many of them failed, and says how
-    many workers are alive.
+def _bar(total: int, wanted: bool) -> Iterator[Callable[[int, int], None]]:
+    """A bar on stderr where that is a terminal; the function adds runs, and how many of them failed.
 
     Rich draws it (`amontons[cli]`); without Rich there is none.
     """
@@ -256,7 +244,7 @@ def _bar(total: int, wanted: bool) -> Iterator[Callable[[int, int, int | None], 
             TimeRemainingColumn,
         )
     except ImportError:
-        yield lambda runs, failed, alive: None
+        yield lambda runs, failed: None
         return
 
     console = Console(file=sys.stderr)
@@ -265,20 +253,17 @@ def _bar(total: int, wanted: bool) -> Iterator[Callable[[int, int, int | None], 
         BarColumn(),
         MofNCompleteColumn(),
         TextColumn("{task.fields[failed]}"),
-        TextColumn("{task.fields[alive]}"),
-        TextColumn("{task.fields[alive]}"),
         TimeElapsedColumn(),
         TimeRemainingColumn(),
     )
     shown = wanted and console.is_terminal
     with Progress(*columns, console=console, transient=True, disable=not shown) as bar:
-        task = bar.add_task("runs", total=total, failed="", alive="")
+        task = bar.add_task("runs", total=total, failed="")
         count = 0
 
-        def tell(runs: int, failed: int, alive: int | None) -> None:
+        def tell(runs: int, failed: int) -> None:
             nonlocal count
             count += failed
-            workers = "" if alive is None else f"{alive} workers alive"
-            bar.update(task, advance=runs, failed=f"{count} failed" if count else "", alive=workers)
+            bar.update(task, advance=runs, failed=f"{count} failed" if count else "")
 
         yield tell

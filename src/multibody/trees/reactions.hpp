@@ -11,4 +11,9 @@ void store_tree_reactions(const Model& model, const Forest& forest, const JointC
                           const BodyFrames& frames, const BodyVelocities& start,
                           std::span<const double> w, double h, TreeStep& trees, State& state);
 
+// The same for impulses w of an impact, with the M of trees in it; added to the wrenches of joints.
+void add_tree_impacts(const Model& model, const Forest& forest, const JointContexts& joints,
+                      const BodyFrames& frames, std::span<const double> w, const ConstrainedBodies& masses,
+                      TreeStep& trees, std::vector<JointWrench>& wrenches);
+
 }  // namespace amontons
