@@ -193,7 +193,8 @@ void ContactSystem::product(std::span<const double> x, std::span<double> y) cons
 
 namespace {
 
-// diag(A) from the rows of D M^-1/2 on trees and the parts of free bodies.
+// diag(A) from the rows of D M^-1/2 on trees and the parts of free bodies. A light link that carries heavy
+// ones counts with the mass that an impulse on it feels, not with its own.
 void diagonal_of_trees(const ContactSystem& A, const Linkage& trees, std::span<double> d) {
   std::size_t row = 0;
   const auto add = [&](double E, const JacobianRow& j) {
@@ -212,6 +213,7 @@ void diagonal_of_trees(const ContactSystem& A, const Linkage& trees, std::span<d
 
 }  // namespace
 
+// Made with the problem, because P and the matrix of an island both need these rows.
 void ContactSystem::renew() {
   half.first.clear();
   half.coordinate.clear();

@@ -1,3 +1,10 @@
+// A tree by its coordinates. Coordinate k moves the bodies beyond it with the twist column[k] per unit rate,
+// on top of the motion of parent[k]. So the velocity of a body is a sum of columns along its way from the
+// root, and impulses on bodies are summed along the same ways towards it. All sums run over one array,
+// because parent[k] < k: downwards in ascending order, upwards in descending order.
+//
+// M couples k with the coordinates on its way to the root and with those beyond it. Row k stores the former:
+// M_kk, M_k,parent[k], ... The s-th entry after the diagonal belongs to the s-th ancestor.
 #include "amontons/problem/linkage.hpp"
 
 #include <algorithm>
@@ -7,7 +14,8 @@ namespace amontons {
 
 namespace {
 
-// Smallest pivot (relative to its diagonal entry of M), far above the rounding of the terms that cancel there.
+// Smallest pivot (relative to its diagonal entry of M), far above the rounding of the terms that cancel
+// there.
 constexpr double least_pivot = 1e-10;
 
 using Six = std::array<double, 6>;
@@ -16,7 +24,8 @@ double power(const Six& a, const double* b) {
   return (a[0] * b[0] + a[2] * b[2] + a[4] * b[4]) + (a[1] * b[1] + a[3] * b[3] + a[5] * b[5]);
 }
 
-// A wrench about the centre of mass, moved to the reference point at -arm from it.
+// A wrench about the centre of mass, moved to the reference point at -arm from it: the force gains the moment
+// arm x force.
 Six at_reference(const Six& w, const Vec3& arm) {
   const Vec3 m = cross(arm, {w[0], w[1], w[2]});
   return {w[0], w[1], w[2], w[3] + m.x, w[4] + m.y, w[5] + m.z};
@@ -24,8 +33,14 @@ Six at_reference(const Six& w, const Vec3& arm) {
 
 }  // namespace
 
-// From the leaves to the roots: row k is complete, and its outer product leaves the rows of its ancestors.
-// The ancestors of the s-th entry of row k are the entries after it.
+// L'DL from the leaves to the roots. With k the last coordinate and m its row of M without the diagonal d,
+//
+//   M = (L' D L) with row k of L: m / d, and the rest of M minus m'm / d.
+//
+// m has entries at ancestors of k only, and two ancestors of k are ancestors of each other: m'm / d changes
+// entries that exist. Nothing fills in, whatever the order of branches (Featherstone 2008, ch. 6.5). The
+// ancestors of the s-th ancestor are those after it, so that its row is changed by the tail of row k, which
+// lies in memory as it does.
 void Linkage::factor() {
   inverse_root.resize(coordinates());
   for (std::size_t k = 0; k < coordinates(); ++k) inverse_root[k] = least_pivot * rows[first[k]];
@@ -44,6 +59,8 @@ void Linkage::factor() {
   }
 }
 
+// J'w. Upwards, the wrenches of all bodies beyond a coordinate are summed; their power on its column is the
+// impulse along it.
 void Linkage::gather(double* w, double* along) const {
   static thread_local std::vector<Six> sum;
   sum.assign(coordinates(), Six{});
@@ -60,6 +77,8 @@ void Linkage::gather(double* w, double* along) const {
   }
 }
 
+// J q'. Downwards, each coordinate adds its column to the twist of the one before. The velocity of a centre
+// of mass follows from the twist at the reference point by the arm between them.
 void Linkage::spread(const double* rates, double* v) const {
   static thread_local std::vector<Six> twist;
   twist.resize(coordinates());
@@ -79,6 +98,8 @@ void Linkage::spread(const double* rates, double* v) const {
   }
 }
 
+// L^-T upwards, D^-1, L^-1 downwards. The ancestors of k are found by following parent, in the order of row
+// k.
 void Linkage::solve(double* along) const {
   for (std::size_t k = coordinates(); k-- > 0;) {
     const double* L = &rows[first[k]] + 1;
@@ -99,8 +120,9 @@ void Linkage::move(double* w) const {
   spread(along.data(), w);
 }
 
-// Upwards from both bodies; entries of y outside of the support are not used. Where their ways meet the wrenches add, and those of a row within one tree cancel;
-// their impulses still move what is below.
+// Upwards from both bodies. At a common ancestor the wrenches add. Those of a row between bodies of one tree
+// cancel there. L^-T still carries the entries below to the ancestors: forces between two links of a robot
+// move its base.
 void Linkage::half_solve(const JacobianRow& row, double* y, std::vector<Index>& support) const {
   support.clear();
   const Index ia = place_of(row.body_a), ib = place_of(row.body_b);
@@ -125,6 +147,7 @@ void Linkage::half_solve(const JacobianRow& row, double* y, std::vector<Index>& 
   }
 }
 
+// row J M^-1 J' row' = |D^-1/2 L^-T (row J)'|^2.
 double Linkage::inverse_mass(const JacobianRow& row) const {
   static thread_local std::vector<double> y;
   static thread_local std::vector<Index> support;

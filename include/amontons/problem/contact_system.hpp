@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "amontons/problem/contact.hpp"
+#include "amontons/problem/jacobian_row.hpp"
 
 namespace amontons {
 
@@ -25,17 +26,10 @@ struct Bodies {
   void apply(std::size_t body, const double* f, double* v) const;
 };
 
-// One row of D: the gradient of a constraint direction in body space, for at most two bodies (index -1: the
-// world).
-struct JacobianRow {
-  Index body_a, body_b;
-  std::array<double, 6> a, b;  // (linear, angular) of each body
-};
-
 struct Linkage;  // bodies in coordinates of the joints between them, problem/linkage.hpp
 
-// Bodies connected by rigid joints that have no rows, or whose rows have been eliminated: an impulse at one of
-// them moves all, docs/algorithm.md (32).
+// Bodies connected by rigid joints that have no rows, or whose rows have been eliminated: an impulse at one
+// of them moves all, docs/algorithm.md (32).
 struct ConstrainedBodies {
   std::vector<Index> body;  // ascending
   // In place, six numbers per body: from impulses to velocities, a symmetric positive semidefinite map.
@@ -45,7 +39,8 @@ struct ConstrainedBodies {
   std::shared_ptr<const Linkage> linkage = {};
 };
 
-// Rows of D M^-1/2 on trees (Linkage::half_solve), row by row: nonzeros of row i are [first[i], first[i + 1]).
+// Rows of D M^-1/2 on trees (Linkage::half_solve), row by row: nonzeros of row i are [first[i], first[i +
+// 1]).
 struct HalfRows {
   std::vector<std::size_t> first;
   std::vector<Index> coordinate;
@@ -62,8 +57,9 @@ struct ContactSystem {
   std::vector<double> contact_compliance;  // one E per contact, isotropic
   std::vector<JacobianRow> jacobian;
   std::vector<double> compliance;  // E, one per stored row
-  // Replaces M^-1 for some bodies; null if all are free. Without a linkage, diagonal() is that of free bodies,
-  // an upper bound for these. First-order methods and the direct way support it, other factorisations do not.
+  // Replaces M^-1 for some bodies; null if all are free. Without a linkage, diagonal() is that of free
+  // bodies, an upper bound for these. First-order methods and the direct way support it, other factorisations
+  // do not.
   std::shared_ptr<const ConstrainedBodies> constrained;
   HalfRows half;  // of all rows, by renew(); empty without a linkage
 

@@ -3,25 +3,32 @@
 #include <cstddef>
 #include <vector>
 
-#include "amontons/problem/contact_system.hpp"
+#include "amontons/problem/jacobian_row.hpp"
 
 namespace amontons {
 
 // Bodies that ideal joints connect to trees. Their velocities are v = J q' with the rates q' of coordinates,
-// and their part of M^-1 is J (L'DL)^-1 J' with L'DL = M(q) of the trees, docs/algorithm.md (37). A coordinate
-// moves the bodies beyond it, so M couples it only with those on its way to the root. L has the same entries:
-// there is no fill (Featherstone, Rigid Body Dynamics Algorithms, 2008, ch. 6.5).
+// and their part of M^-1 is J (L'DL)^-1 J' with L'DL = M(q) of the trees, docs/algorithm.md (38). A
+// coordinate moves the bodies beyond it, so M couples it only with those on its way to the root. L has the
+// same entries: there is no fill (Featherstone, Rigid Body Dynamics Algorithms, 2008, ch. 6.5).
 //
 // Twists and wrenches of a tree are about one reference point of the tree: those of its bodies add.
+//
+// An example: a base (coordinates 0 to 5) with an arm of two hinges (6, 7) and a leg of one (8). parent is
+// -1, 0, 1, 2, 3, 4, 5, 6, 5. Row 7 of M has the entries of 7, 6, 5, ..., 0; row 8 those of 8, 5, ..., 0. Arm
+// and leg are coupled by the base only, and M_87 = 0 has no place.
+//
+// A linkage is plain data. The step fills it from poses (multibody/trees) once, and a problem shares it: a
+// problem that a user keeps holds the masses of its own step.
 struct Linkage {
-  // Bodies of trees: number in the problem, ascending; the last coordinate on the way from the root; centre of
-  // mass minus the reference point (m).
+  // Bodies of trees: number in the problem, ascending; the last coordinate on the way from the root; centre
+  // of mass minus the reference point (m).
   std::vector<Index> body, last;
   std::vector<Vec3> arm;
   // Per body of the model: its place in `body`, -1 outside of trees.
   std::vector<Index> place;
-  // Coordinates: the next one towards the root, which has a smaller number (-1: none), and the twist of all
-  // bodies beyond it per unit rate: velocity at the reference point, angular velocity.
+  // Coordinates: the next one towards the root, which has a smaller number (-1: none). The twist per unit
+  // rate of all bodies beyond it is the velocity at the reference point and the angular velocity.
   std::vector<Index> parent;
   std::vector<std::array<double, 6>> column;
   // Rows of M: M_kk, then M_kj for j = parent[k] and so on to the root; row k begins at first[k]. Replaced by
@@ -35,7 +42,7 @@ struct Linkage {
     return i >= 0 && static_cast<std::size_t>(i) < place.size() ? place[i] : -1;
   }
 
-  // M = L'DL. A pivot far below its diagonal entry belongs to parallel axes of one joint: it is raised to a
+  // M = L'DL. A pivot far below its diagonal entry belongs to parallel axes of one joint. It is raised to a
   // share of that entry, as by a small inertia of the drive.
   void factor();
   // Six numbers per body of trees: impulses w at the centres of mass become impulses along the coordinates,

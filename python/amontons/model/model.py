@@ -98,9 +98,8 @@ class Model:
     links: tuple[Link, ...] = field(default=(), metadata={"core": False})
     """parts of bodies that have names of their own, as fixed joints of a file hold them"""
     trees: str = "none"
-    """which bodies move in coordinates of their joints, which then hold exactly: none (every joint is rows of
-    the step's problem) | auto (those whose rigid joints form a tree; joints that close its loops, or that are
-    compliant, stay rows)"""
+    """bodies in coordinates of their joints, which then hold exactly: none | auto. With auto these are bodies
+    whose rigid joints form a tree. Joints that close its loops, and compliant ones, are rows."""
     core: _core.Model = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:

@@ -30,8 +30,8 @@ struct JointContext {
   std::array<Screw, 6> locked;  // locked_wrenches() of the chain, made only by place_joints()
   std::size_t locked_count = 0;
   bool in_tree = false;  // the bodies move in its coordinates: it locks nothing by rows
-  Vec3 arm;       // from the origin of frame_a to the reference point on A, axes of frame_b
-  Vec3 r_a, r_b;  // from the centres of mass to the reference point on A, world
+  Vec3 arm;              // from the origin of frame_a to the reference point on A, axes of frame_b
+  Vec3 r_a, r_b;         // from the centres of mass to the reference point on A, world
   bool rotates(std::size_t dof) const { return joint->dofs[dof].kind == Dof::Kind::hinge; }
   // Rows of angles are multiplied by the length. All rows of a problem then have the same unit, and neither
   // the residual nor the iterates of a solver depend on the units of the model.

@@ -125,6 +125,7 @@ Problem assemble(const StepBodies& bodies, std::vector<Contact>& contacts, const
   return problem;
 }
 
+// b = D v_free + c is linear in v_free. The velocity of a moving surface is in b already.
 void change_free(const BodyVelocities& change, Problem& problem) {
   const auto& A = std::get<ContactSystem>(problem.A);
   std::size_t row = 0;

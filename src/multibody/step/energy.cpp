@@ -98,7 +98,9 @@ BodyVelocity with_lag(const EnergyInput& in, std::size_t body, const BodyVelocit
   return {v.linear, v.angular + in.spins[body].lag};
 }
 
-// Work of all impulses on bodies of trees along the mean velocities: of joints it is zero.
+// Work of all impulses on bodies of trees along the mean velocities: of joints it is zero. The change of
+// their velocities in the metric of the masses of bodies is not the impulse: M of trees has inertias of
+// drives too.
 double work_on_trees(const EnergyInput& in, const BodyVelocities& mean) {
   const auto& A = std::get<ContactSystem>(in.problem.A);
   if (!A.constrained) return 0;

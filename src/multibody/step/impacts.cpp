@@ -127,13 +127,13 @@ bool resolve_impacts(const StepSetting& step, const StepSolver& solver, const St
     const bool missed = solver.sums.status != Status::converged;
     if (solver.clock.over(reflection > 0 ? 0 : solver.clock.search)) return reflection > 0;
     if (reflection > 0 && (Budget::exhausted() || missed)) break;
+    // Springs and dampers do not act within an impact: M of trees without them.
     if (reflection == 0 && !step.forest.empty())
       bodies.trees = tree_masses(step.model, step.forest, 0, o.trees);
     if (reflection == 0) locked = locked_rows(step, state, o, bodies);
     active.clear();
     for (std::size_t i : index) active.push_back(o.contacts[i]);
-    const Problem problem =
-        assemble(bodies, active, locked, {.h = h, .recovery_speed = 0, .impact = true});
+    const Problem problem = assemble(bodies, active, locked, {.h = h, .recovery_speed = 0, .impact = true});
     Solution s = solve_step(solver, problem, {});
     solver.sums.add_status(s.status);
     limit_energy(problem, solver, s);

@@ -25,7 +25,8 @@ void move_on(const StepSetting& step, const StepProblem& posed, const Solved& so
   state.impulse_step = step.h;
   integrate(step.model, o.frames, o.spins, solved.after, step.h, state, step.forest.number);
   if (!step.forest.empty())
-    move_trees(step.model, step.forest, o.frames, solved.after, step.h, trees.after, trees.after, trees, state);
+    move_trees(step.model, step.forest, o.frames, solved.after, step.h, trees.after, trees.after, trees,
+               state);
   advance_activations(step.model, step.h, state);
 }
 

@@ -53,6 +53,7 @@ static void turn_ahead(const StepSetting& step, Observed& o, StepProblem& posed)
 // The motion of trees over the step depends on its impulses: those of the last step foresee them, which makes
 // the motion of second order with contacts, too. b follows.
 static void foresee_impulses(const StepSetting& step, const State& state, Observed& o, StepProblem& posed) {
+  // The change of the free velocities is known only afterwards; b needs no other.
   BodyVelocities& change = posed.predicted;
   change = o.free;
   std::span<const double> w;

@@ -226,6 +226,7 @@ static bool correct_positions(const StepSetting& step, Observed& observed, StepC
     state.angular_velocities[i] = rotate(turn, has > had ? std::sqrt(had / has) * spin : spin);
     state.linear_velocities[i] = velocity - cross(state.angular_velocities[i], rotate(turn, arm));
   }
+  // Trees follow the displacements as far as their joints let them, and keep the rates of their joints.
   if (step.forest.empty()) return true;
   TreeStep& trees = observed.trees;
   read_rates(step.forest, trees, in.frames, p, trees.after);

@@ -1,3 +1,7 @@
+// This file selects the joints that need no rows. The spanning tree is that of the generalised coordinates
+// (kinematics/tree). A joint with compliance in its locked directions is a spring and has rows. The bodies
+// beyond it are a tree of their own, with a floating base. A body without joints of a tree stays free: its
+// block of M^-1 is six by six, and its rotation keeps energy and momentum by itself (bodies/motion).
 #include "multibody/trees/forest.hpp"
 
 #include <algorithm>
@@ -30,10 +34,12 @@ class Planter {
   }
 
  private:
+  // Whether the joint that places a link belongs to a tree of the step.
   bool is_in_tree(const Link& link) const {
     return link.joint >= 0 && model_.joint(link.joint).compliance == 0 && !dense_[mechanism(link.body)];
   }
 
+  // The first link of a mechanism names it; the last number is for bodies that do not move.
   std::size_t mechanism(Index body) const {
     const Index k = tree_.link_of(body);
     return k < 0 ? dense_.size() - 1 : root_[k];
@@ -57,7 +63,8 @@ class Planter {
     for (std::size_t k = 0; k < n; ++k) dense_[k] = loops[k] > in_tree[k];
   }
 
-  // Depth first: the coordinates of a branch are adjacent.
+  // Depth first: the coordinates of a branch are adjacent. `above` is the last coordinate that moves the
+  // parent. The coordinates of one joint follow each other like joints, each on top of the one before.
   void place(std::size_t k, Index above, Index root) {
     const Link& link = tree_.links()[k];
     TreeBody b;
@@ -97,6 +104,9 @@ class Planter {
 
 }  // namespace
 
+// Joints of the tree of a mechanism without loops, as of a robot, never have rows. With loops it depends on
+// their number. In a lattice, which has two joints per body and more, a tree would save less than half of the
+// rows, and each product would go through it.
 Forest make_forest(const Tree& tree) {
   if (tree.model().description().trees == Trees::none) return {};
   return Planter(tree).plant();

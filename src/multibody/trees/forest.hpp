@@ -7,17 +7,17 @@
 namespace amontons {
 
 // A body of a tree: moved by a joint relative to its parent, or freely (the base of a floating tree). Its
-// coordinates are the dofs of the joint in their order, then three of a ball; those of a base are the
+// coordinates are the dofs of the joint in their order, then three of a ball. Those of a base are the
 // displacement of its centre of mass and a turn about it, in world axes.
 struct TreeBody {
-  Index body = world, parent = world;  // parent: another body of a tree, a driven body, or the world
-  Index joint = -1;                    // -1: a base
-  bool reversed = false;               // the body is B of the joint
+  Index body = world, parent = world;          // parent: another body of a tree, a driven body, or the world
+  Index joint = -1;                            // -1: a base
+  bool reversed = false;                       // the body is B of the joint
   std::size_t first = 0, dofs = 0, count = 0;  // its coordinates; `dofs` of them are dofs of the joint
   std::size_t first_dof = 0;                   // in State::coordinates
   Transform fore, aft;  // on the parent and on the body: frames of the joint, the latter inverted
-  Index root = -1;                             // number of the first TreeBody of its tree
-  Index last = -1;                             // the last coordinate that moves it; -1: none
+  Index root = -1;      // number of the first TreeBody of its tree
+  Index last = -1;      // the last coordinate that moves it; -1: none
 };
 
 // The trees of a model, parents before children and each branch in one piece. Bodies without a joint that
@@ -32,8 +32,8 @@ struct Forest {
   bool contains(std::size_t body) const { return !empty() && number[body] >= 0; }
 };
 
-// Joints with rigid locked directions that the spanning tree contains; mechanisms in which more joints close
-// loops than belong to the tree stay as they are, because there the form with rows is the smaller one.
+// Takes the joints of the spanning tree whose locked directions are rigid. A mechanism in which more joints
+// close loops than belong to the tree keeps its rows, because there the form with rows is the smaller one.
 Forest make_forest(const Tree& tree);
 
 }  // namespace amontons

@@ -4,8 +4,8 @@
 
 namespace amontons::trees {
 
-// Distance (relative to Model::length and to the distance from the origin): bodies that are farther from the
-// poses of their coordinates were moved by the user; rounding is below it (test_trees).
+// Distance (relative to Model::length and to the distance from the origin): a body farther from the pose of
+// its coordinates was moved by the user. Rounding is below it (test_trees).
 inline constexpr double rounding = 1e-11;
 // Rounds (count): of Newton's method for the rates without impulses. Each gains a factor h |q'|, 0.02 for
 // 10 rad/s at 2 ms. The first ones are for the search for contacts.

@@ -1,4 +1,4 @@
-// Recursive Newton-Euler equations over the displacements of the step: from the leaves to the root, a joint
+// Recursive Newton-Euler equations over the displacements of the step, from the leaves to the root. A joint
 // carries the change of momentum of all bodies beyond it less the other impulses on them.
 #include "multibody/trees/reactions.hpp"
 
@@ -6,8 +6,11 @@ namespace amontons {
 
 namespace {
 
-// The part of a wrench on A at the reference, axes of frame_b, that the joint locks: what remains after the
-// efforts along its dofs, and for a ball after its torque.
+// A wrench W splits into efforts along the dofs and the rest: W = sum_i <W, screw_i> dual_i + locked, because
+// <dual_i, screw_k> = 1 for i = k, else 0. Rows along a dof, drives and motors act by the duals, so that all
+// of them drop out here, whoever supplies them. A ball transmits no torque about its centre.
+//
+// This is the locked part of a wrench on A at the reference, axes of frame_b.
 Screw locked_part(const ChainKinematics& chain, const std::array<Screw, 6>& duals, Screw wrench) {
   if (chain.spherical) wrench.angular = {};
   const Screw whole = wrench;
@@ -19,10 +22,10 @@ Screw locked_part(const ChainKinematics& chain, const std::array<Screw, 6>& dual
   return wrench;
 }
 
-// Adds the locked part of what each joint carries. trees.impulse: the change of momentum of each body less its
-// loads.
-void add_reactions(const Forest& forest, const JointContexts& joints, std::span<const double> w, TreeStep& trees,
-                   std::vector<JointWrench>& wrenches) {
+// Adds the locked part of what each joint carries. trees.impulse: the change of momentum of each body less
+// its loads.
+void add_reactions(const Forest& forest, const JointContexts& joints, std::span<const double> w,
+                   TreeStep& trees, std::vector<JointWrench>& wrenches) {
   for (std::size_t i = forest.bodies.size(); i-- > 0;) {
     const TreeBody& b = forest.bodies[i];
     const Vec3& O = trees.places[i].reference;
@@ -36,10 +39,9 @@ void add_reactions(const Forest& forest, const JointContexts& joints, std::span<
     const double sign = b.reversed ? -1 : 1;
     const Vec3 point = joint.pose.a.position + joint.axes * joint.arm;
     const Mat3 to_joint = transposed(joint.axes);
-    const Screw locked =
-        locked_part(joint.chain, joint.duals,
-                    {to_joint * (sign * f.linear),
-                     to_joint * (sign * (f.angular - cross(point - O, f.linear)))});
+    const Screw locked = locked_part(
+        joint.chain, joint.duals,
+        {to_joint * (sign * f.linear), to_joint * (sign * (f.angular - cross(point - O, f.linear)))});
     JointWrench& wrench = wrenches[b.joint];
     wrench.force += locked.linear;
     wrench.torque += locked.angular + cross(joint.arm, locked.linear);
@@ -52,6 +54,8 @@ void add_reactions(const Forest& forest, const JointContexts& joints, std::span<
 
 }  // namespace
 
+// The joints supply the momenta after the step, less those before it and all loads. trees.supply still holds
+// the latter two.
 void store_tree_reactions(const Model& model, const Forest& forest, const JointContexts& joints,
                           const BodyFrames& frames, const BodyVelocities& start, std::span<const double> w,
                           double h, TreeStep& trees, State& state) {
@@ -63,6 +67,7 @@ void store_tree_reactions(const Model& model, const Forest& forest, const JointC
   add_reactions(forest, joints, w, trees, state.joint_wrenches);
 }
 
+// In an impact bodies do not move: the change of their momenta is M_b times that of their velocities.
 void add_tree_impacts(const Model& model, const Forest& forest, const JointContexts& joints,
                       const BodyFrames& frames, std::span<const double> w, const ConstrainedBodies& masses,
                       TreeStep& trees, std::vector<JointWrench>& wrenches) {

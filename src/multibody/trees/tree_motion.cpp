@@ -1,5 +1,14 @@
 // Flows and wrenches of a tree are about one point, the origin of its first body, so that those of bodies
 // add. A point of the world would cost digits in proportion to the distance of the tree from it.
+//
+// In a step: poses follow from coordinates (place_trees), M and its factors from poses (make_tree_masses),
+// free rates from the momenta over displacements (make_free_tree_velocities, foresee_tree_velocities). All
+// other stages see velocities of bodies and M^-1 as a function. At the end rates are read from the velocities
+// of bodies (read_rates), so that whatever a stage did to them counts, and the trees move (move_trees).
+//
+// The state has no array for trees. Coordinates of dofs are in State::coordinates, turns included; the pose
+// of a base and the rotation of a ball are in the poses, rates in the velocities of bodies. A step writes
+// what it would read, so that a saved state continues bit for bit.
 #include "multibody/trees/tree_motion.hpp"
 
 #include <algorithm>
@@ -40,7 +49,8 @@ Transform pose_in(const State& state, Index body) {
   return body < 0 ? Transform{} : Transform{state.positions[body], state.orientations[body]};
 }
 
-// The motion of one dof, after the motions of those before it.
+// The motion of one dof, after the motions of those before it: T := T exp(s q). A slide moves along its axis.
+// A hinge turns about its anchor a, x -> R (x - a) + a.
 inline void append_dof(const Dof& dof, double q, const Quat& turn, Transform& relative) {
   if (dof.kind == Dof::Kind::slide) {
     relative.position += q * rotate(relative.rotation, dof.axis);
@@ -51,7 +61,9 @@ inline void append_dof(const Dof& dof, double q, const Quat& turn, Transform& re
   relative.rotation = relative.rotation * turn;
 }
 
-// The frames of a joint at its coordinates, the columns, and the chain with its duals, which rows read.
+// The frames of a joint at its coordinates, the columns, and the chain, which rows read. Screws are those of
+// chain_kinematics(); errors are zero, as the pose is that of the coordinates. A column is the flow of the
+// moving body against its parent: if that body is B of the joint, its sign is the opposite of the screw's.
 void place_on_joint(const Model& model, const TreeBody& b, const Transform& parent,
                     std::span<const double> coordinates, TreePlace& place, TreeStep& trees) {
   const Joint& joint = model.joint(b.joint);
@@ -77,7 +89,8 @@ void place_on_joint(const Model& model, const TreeBody& b, const Transform& pare
     if (joint.dofs[i].kind == Dof::Kind::hinge) chain.reference = points[i];
   if (chain.spherical) relative.rotation = normalised(relative.rotation * place.ball);
   chain.target = place.relative = relative;
-  Transform &above = b.reversed ? place.frame_a : place.frame_b, &below = b.reversed ? place.frame_b : place.frame_a;
+  Transform &above = b.reversed ? place.frame_a : place.frame_b,
+            &below = b.reversed ? place.frame_b : place.frame_a;
   above = parent * b.fore;
   below = above * (b.reversed ? inverse(relative) : relative);
   const Transform pose = below * b.aft;
@@ -90,9 +103,9 @@ void place_on_joint(const Model& model, const TreeBody& b, const Transform& pare
   for (std::size_t i = 0; i < b.dofs; ++i) {
     const bool hinge = joint.dofs[i].kind == Dof::Kind::hinge;
     const Vec3 axis = sign * (to_world * axes[i]);
-    trees.columns[b.first + i] =
-        hinge ? from_point({}, axis, origin + to_world * points[i]) : Flow{axis, {}};
-    chain.screws[i] = hinge ? Screw{cross(axes[i], chain.reference - points[i]), axes[i]} : Screw{axes[i], {}};
+    trees.columns[b.first + i] = hinge ? from_point({}, axis, origin + to_world * points[i]) : Flow{axis, {}};
+    chain.screws[i] =
+        hinge ? Screw{cross(axes[i], chain.reference - points[i]), axes[i]} : Screw{axes[i], {}};
   }
   if (!chain.spherical) return;
   const Mat3 ball = to_matrix(place.frame_a.rotation);
@@ -101,7 +114,7 @@ void place_on_joint(const Model& model, const TreeBody& b, const Transform& pare
         from_point({}, sign * ball.column(k), place.frame_a.position - place.reference);
 }
 
-// Wrenches whose power is the rate of a dof.
+// Wrenches whose power is the rate of a dof: q'_i = <dual_i, twist>, moved to the reference of the tree.
 void make_duals(const Model& model, const TreeBody& b, TreePlace& place, TreeStep& trees) {
   if (b.dofs == 0) return;
   place.duals = dual_wrenches(place.chain, model.length());
@@ -116,6 +129,7 @@ void make_duals(const Model& model, const TreeBody& b, TreePlace& place, TreeSte
 
 constexpr Vec3 unit(int k) { return {k == 0 ? 1.0 : 0.0, k == 1 ? 1.0 : 0.0, k == 2 ? 1.0 : 0.0}; }
 
+// A base moves with its centre of mass and turns about it. Between impulses the centre then moves straight.
 void place_freely(const Model& model, const TreeBody& b, const State& state, TreePlace& place,
                   TreeStep& trees) {
   place.pose = pose_in(state, b.body);
@@ -128,16 +142,15 @@ void place_freely(const Model& model, const TreeBody& b, const State& state, Tre
   }
 }
 
-// The rotation of a ball in the poses of the state.
+// The rotation of a ball in the poses of the state: what remains of frame_a in frame_b after the dofs.
 Quat ball_in(const Model& model, const State& state, const TreeBody& b) {
   const Joint& joint = model.joint(b.joint);
   const Quat a = pose_in(state, joint.body_a).rotation * joint.frame_a.rotation,
              frame_b = pose_in(state, joint.body_b).rotation * joint.frame_b.rotation;
   const Quat target =
-      b.dofs == 0
-          ? Quat{}
-          : chain_kinematics(joint, {}, std::span(state.coordinates).subspan(b.first_dof, b.dofs))
-                .target.rotation;
+      b.dofs == 0 ? Quat{}
+                  : chain_kinematics(joint, {}, std::span(state.coordinates).subspan(b.first_dof, b.dofs))
+                        .target.rotation;
   return normalised(conjugate(target) * (conjugate(frame_b) * a));
 }
 
@@ -163,7 +176,8 @@ void read_balls(const Model& model, const Forest& forest, const State& state, Tr
       trees.places[i].ball = ball_in(model, state, forest.bodies[i]);
 }
 
-// Whether a pose of the state is another one than that of the coordinates.
+// Whether a pose of the state is another one than that of the coordinates. The vector of the quaternion of a
+// small turn is half of its rotation vector.
 bool was_moved(const Model& model, const State& state, Index body, const Transform& pose) {
   const double size = model.length() + norm(pose.position);
   const Quat turn = conjugate(pose.rotation) * state.orientations[body];
@@ -183,6 +197,9 @@ void resize(const Forest& forest, TreeStep& trees) {
 
 }  // namespace
 
+// The usual case changes nothing: a step left poses and coordinates that agree. Otherwise coordinates are
+// fitted to the relative poses of the bodies of each joint, as they are without trees. The base stays where
+// it is, and the bodies beyond it follow.
 void place_trees(const Model& model, const Forest& forest, State& state, TreeStep& trees) {
   resize(forest, trees);
   read_balls(model, forest, state, trees);
@@ -205,6 +222,8 @@ void place_trees(const Model& model, const Forest& forest, State& state, TreeSte
   }
 }
 
+// As place() does for other joints. Only a ball needs the chain of its pose: its rotation vector is the error
+// of that chain.
 void place_tree_joints(const Model& model, const Forest& forest, const State& state, const BodyFrames& frames,
                        const TreeStep& trees, JointContexts& joints) {
   for (std::size_t i = 0; i < forest.bodies.size(); ++i) {
@@ -228,7 +247,9 @@ void place_tree_joints(const Model& model, const Forest& forest, const State& st
 
 namespace {
 
-// The parts of a linkage that no step changes.
+// The parts of a linkage that no step changes: which coordinate moves which body, and where the rows of M
+// lie. A row has one entry per coordinate on the way to the root, itself included, that is as many as it is
+// deep.
 void start_linkage(const Model& model, const Forest& forest, Linkage& linkage) {
   linkage.place.assign(model.bodies(), -1);
   for (std::size_t i = 0; i < model.bodies(); ++i) {
@@ -249,19 +270,20 @@ void start_linkage(const Model& model, const Forest& forest, Linkage& linkage) {
   linkage.rows.resize(linkage.first.back());
 }
 
-// A linkage that no problem holds any more.
+// A linkage that no problem holds any more. The simulation keeps two problems, the last one and the memory of
+// the one before, so that the pool has three entries unless a user keeps problems.
 std::shared_ptr<ConstrainedBodies> unused_linkage(const Model& model, const Forest& forest, TreeStep& trees) {
   for (const auto& known : trees.pool)
     if (known.use_count() == 1) return known;
   const auto linkage = std::make_shared<Linkage>();
   start_linkage(model, forest, *linkage);
-  auto fresh = std::make_shared<ConstrainedBodies>(ConstrainedBodies{
-      linkage->body, [of = linkage.get()](double* w) { of->move(w); }, linkage});
+  auto fresh = std::make_shared<ConstrainedBodies>(
+      ConstrainedBodies{linkage->body, [of = linkage.get()](double* w) { of->move(w); }, linkage});
   trees.pool.push_back(fresh);
   return fresh;
 }
 
-// I_O = R I R' + m (<c, c> 1 - c c').
+// Inertias about the reference by Steiner's theorem: I_O = R I R' + m (<c, c> 1 - c c').
 void make_inertias(const Model& model, const Forest& forest, const BodyFrames& frames, TreeStep& trees) {
   for (std::size_t i = 0; i < forest.bodies.size(); ++i) {
     const Index body = forest.bodies[i].body;
@@ -275,6 +297,8 @@ void make_inertias(const Model& model, const Forest& forest, const BodyFrames& f
   }
 }
 
+// Spring, damper and drive of a coordinate, with the impulse -h k (s + h q'+) - h d q'+ - a (q'+ - q'-) as of
+// a row (row_terms). In M it is a + h d + h^2 k on the diagonal.
 void make_drives(const Model& model, const Forest& forest, const State& state, TreeStep& trees) {
   for (const TreeBody& b : forest.bodies) {
     if (b.joint < 0) continue;
@@ -298,8 +322,11 @@ void make_tree_masses(const Model& model, const Forest& forest, const State& sta
   trees.constrained = tree_masses(model, forest, h, trees);
 }
 
-// Composite inertias: with the inertia I of all bodies that a body supports, a unit of its column s gives
-// the momentum I s, so M = <s', I s> for the columns s' on the way to the root (Featherstone 2008, ch. 6.2).
+// Composite inertias. Let I be the inertia of all bodies that a body supports. A unit of its column s gives
+// the momentum I s. So M = <s', I s> for the columns s' on the way to the root (Featherstone 2008, ch. 6.2).
+//
+// Bodies come after their parents in the list. From the last one to the first, the inertia of a body is
+// complete before it is added to that of its parent. Reference points are those of the tree: inertias add.
 std::shared_ptr<ConstrainedBodies> tree_masses(const Model& model, const Forest& forest, double h,
                                                TreeStep& trees) {
   auto masses = unused_linkage(model, forest, trees);
@@ -336,10 +363,13 @@ std::shared_ptr<ConstrainedBodies> tree_masses(const Model& model, const Forest&
 
 namespace {
 
+// Forces along a coordinate that are linear in its rate act implicitly, at the end of the step.
+//
 // The impulse along a coordinate of its spring, damper and inertia if it ends with a rate.
 double drive_impulse(const TreeStep& trees, std::size_t k, double rate, double h) {
   const TreeDrive& d = trees.drives[k];
-  return -h * (d.stiffness * (d.stretch + h * rate) + d.damping * rate) - d.inertia * (rate - trees.before[k]);
+  return -h * (d.stiffness * (d.stretch + h * rate) + d.damping * rate) -
+         d.inertia * (rate - trees.before[k]);
 }
 
 // The flow of a body of the model with the velocity v, at a reference point.
@@ -348,7 +378,7 @@ Flow flow_of(const BodyFrames& frames, const BodyVelocities& v, Index body, cons
   return from_point(v[body].linear, v[body].angular, frames[body].centre - reference);
 }
 
-// Velocities of bodies from rates; trees.flow are the flows.
+// Velocities of bodies from rates; trees.flow are the flows. A tree on a driven body begins with its flow.
 void write_velocities(const Forest& forest, const BodyFrames& frames, std::span<const double> rates,
                       TreeStep& trees, BodyVelocities& v) {
   trees.flow.resize(forest.bodies.size());
@@ -364,9 +394,9 @@ void write_velocities(const Forest& forest, const BodyFrames& frames, std::span<
 }
 
 // The pose of a body on its joint after the coordinates have moved with the rates for h.
-Transform moved_on_joint(const Model& model, const TreeBody& b, const TreePlace& place, const Transform& parent,
-                         std::span<const double> coordinates, std::span<const double> rates, double h,
-                         const TreeStep& trees) {
+Transform moved_on_joint(const Model& model, const TreeBody& b, const TreePlace& place,
+                         const Transform& parent, std::span<const double> coordinates,
+                         std::span<const double> rates, double h, const TreeStep& trees) {
   const Joint& joint = model.joint(b.joint);
   Transform relative;
   for (std::size_t i = 0; i < b.dofs; ++i) {
@@ -383,7 +413,8 @@ Transform moved_on_joint(const Model& model, const TreeBody& b, const TreePlace&
   return parent * (b.fore * (b.reversed ? inverse(relative) : relative) * b.aft);
 }
 
-// Impulses along the coordinates of impulses on the bodies, which are summed along the trees.
+// Impulses along the coordinates of impulses on the bodies, which are summed along the trees: J' by the
+// columns. Bodies come after their parents, so that one pass from the last to the first suffices.
 void project(const Forest& forest, std::vector<Flow>& impulses, TreeStep& trees) {
   for (std::size_t i = forest.bodies.size(); i-- > 0;) {
     const TreeBody& b = forest.bodies[i];
@@ -415,6 +446,9 @@ void make_momenta(const Model& model, const Forest& forest, const State& state, 
                                                : Transform{};
       pose = moved_on_joint(model, b, place, parent, state.coordinates, rates, h, trees);
     }
+    // The rotation vector of the turn is its axis times the angle, so that spin = turn / h is the mean
+    // angular velocity. Halfway the inertia has turned by half of it, exp(turn / 2) I exp(-turn / 2), and the
+    // spin not at all, as it is the axis: L = exp(turn / 2) (I spin).
     const Vec3 way = pose(model.body(b.body).centre_of_mass) - place.centre;
     const Vec3 turn = logarithm(pose.rotation * conjugate(place.pose.rotation));
     const Vec3 p = (model.body(b.body).mass / h) * way;
@@ -423,8 +457,10 @@ void make_momenta(const Model& model, const Forest& forest, const State& state, 
   }
 }
 
-void read_rates(const Forest& forest, const TreeStep& trees, const BodyFrames& frames, const BodyVelocities& v,
-                std::vector<double>& rates) {
+// Parents and bodies as they move, relative to each other: an error of one joint does not reach the next one.
+// The rest of the spin after the dofs of a ball is that of the ball.
+void read_rates(const Forest& forest, const TreeStep& trees, const BodyFrames& frames,
+                const BodyVelocities& v, std::vector<double>& rates) {
   rates.resize(forest.parent.size());
   for (std::size_t i = 0; i < forest.bodies.size(); ++i) {
     const TreeBody& b = forest.bodies[i];
@@ -453,13 +489,14 @@ namespace {
 // coordinate. This is the discrete form of d'Alembert's principle (Marsden, West, Acta Numerica 10, 2001): of
 // second order, and the momentum of a free tree is constant. M is its derivative up to a share h |q'|, by
 // which each round of Newton's method reduces the error. `pushed`: impulses along the coordinates.
-void find_rates(const Model& model, const Forest& forest, const State& state, double h, const BodyFrames& frames,
-                const BodyVelocities& start, std::span<const double> pushed, int rounds, TreeStep& trees,
-                std::vector<double>& rates) {
+void find_rates(const Model& model, const Forest& forest, const State& state, double h,
+                const BodyFrames& frames, const BodyVelocities& start, std::span<const double> pushed,
+                int rounds, TreeStep& trees, std::vector<double>& rates) {
   const std::size_t n = forest.parent.size();
   trees.along.resize(n);
   double last = INFINITY;
   for (int round = 0; round < rounds; ++round) {
+    // The residual: the momenta before the step and all impulses, less the momenta after it.
     make_momenta(model, forest, state, frames, start, rates, h, trees, trees.impulse);
     for (std::size_t i = 0; i < forest.bodies.size(); ++i)
       trees.impulse[i] = trees.supply[i] - trees.impulse[i];
@@ -481,6 +518,8 @@ void find_rates(const Model& model, const Forest& forest, const State& state, do
 
 }  // namespace
 
+// The momenta before the step are those of the displacement that led here, over the step before. After the
+// first state, or if the user has moved a tree, that displacement is the one of the present rates backwards.
 void make_free_tree_velocities(const Model& model, const Forest& forest, const State& state, double h,
                                const BodyFrames& frames, const BodyVelocities& start,
                                const std::vector<BodyImpulse>& loads, TreeStep& trees, BodyVelocities& free) {
@@ -502,6 +541,10 @@ void make_free_tree_velocities(const Model& model, const Forest& forest, const S
   write_velocities(forest, frames, trees.free, trees, free);
 }
 
+// With impulses P along the coordinates the momenta are those of the rates r that solve (39) with P. The
+// solve of the step adds M^-1 P by itself: free rates are r - M^-1 P. If the step then finds the foreseen
+// impulses, its rates are r, the motion of second order. The difference is of the order h |q'| times that of
+// the impulses.
 void foresee_tree_velocities(const Model& model, const Forest& forest, const State& state, double h,
                              const BodyFrames& frames, const BodyVelocities& start, std::span<const double> w,
                              TreeStep& trees, BodyVelocities& free) {
@@ -523,6 +566,9 @@ void foresee_tree_velocities(const Model& model, const Forest& forest, const Sta
   write_velocities(forest, frames, trees.free, trees, free);
 }
 
+// Coordinates of dofs add; bases and balls turn by the exponential of their rates, about axes that stay. The
+// velocities in the state are those of the rates in the new pose. The rates are means over the step: they
+// belong to its middle, as all velocities after a step.
 void move_trees(const Model& model, const Forest& forest, const BodyFrames& frames, const BodyVelocities& v,
                 double h, std::span<const double> rates, std::span<const double> rates_then, TreeStep& trees,
                 State& state) {
@@ -558,6 +604,10 @@ void move_trees(const Model& model, const Forest& forest, const BodyFrames& fram
   }
 }
 
+// The state holds impulses of springs, dampers and drives per dof as one sum, as their row would give it.
+//
+// A ball has the inertia of its drive here; its spring and damper are rows. Columns of a reversed joint are
+// -1 times the axes of A.
 void store_drive_impulses(const Forest& forest, double h, const TreeStep& trees, State& state) {
   const auto impulse = [&](std::size_t k) { return drive_impulse(trees, k, trees.after[k], h); };
   for (std::size_t i = 0; i < forest.bodies.size(); ++i) {
@@ -565,7 +615,7 @@ void store_drive_impulses(const Forest& forest, double h, const TreeStep& trees,
     if (b.joint < 0) continue;
     for (std::size_t j = 0; j < b.dofs; ++j)
       state.dof_impulses[b.first_dof + j].passive += impulse(b.first + j);
-    Vec3 ball;  // columns are those of the moving body: reversed, -1 times the axes of A
+    Vec3 ball;
     for (std::size_t k = b.first + b.dofs; k < b.first + b.count; ++k)
       ball += (b.reversed ? -1 : 1) * impulse(k) * trees.columns[k].angular;
     state.ball_impulses[b.joint] += rotate(conjugate(trees.places[i].frame_b.rotation), ball);

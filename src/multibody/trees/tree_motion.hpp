@@ -1,5 +1,12 @@
 // The trees of a model over one step: poses from coordinates, M, free velocities, and the motion after the
-// step. docs/algorithm.md (37).
+// step. docs/algorithm.md (38), (39).
+//
+// The functions are called in the order in which they are declared. Each reads what those before it have put
+// into TreeStep. Frames are those of place_bodies() after place_trees(), and stay until the trees move. All
+// velocities of bodies are those of centres of mass, as everywhere in a step.
+//
+// The rates of a joint are q' of its dofs, then three angular velocities of a ball in the axes of frame_a.
+// Those of a base are the velocity of its centre of mass and its angular velocity, both in world axes.
 #pragma once
 #include <memory>
 #include <span>
@@ -38,6 +45,10 @@ struct TreeDrive {
   double stiffness = 0, stretch = 0, damping = 0, inertia = 0;
 };
 
+// M over a step of length h contains forces along one coordinate that are linear in its rate. These are the
+// inertia a, the damper h d and the spring h^2 k. As rows of the problem they would be bilateral with the
+// compliance 1 / (a + h d + h^2 k) and leave it by elimination, with the same result.
+//
 // Where the trees stand at the start of a step, and their M; arrays keep their memory between steps.
 struct TreeStep {
   std::vector<TreePlace> places;      // per TreeBody
@@ -75,10 +86,10 @@ void make_tree_masses(const Model& model, const Forest& forest, const State& sta
 std::shared_ptr<ConstrainedBodies> tree_masses(const Model& model, const Forest& forest, double h,
                                                TreeStep& trees);
 
-// The rates of the joints that fit given velocities: relative ones along the dofs. What joints lock is left
-// out.
-void read_rates(const Forest& forest, const TreeStep& trees, const BodyFrames& frames, const BodyVelocities& v,
-                std::vector<double>& rates);
+// The rates of the joints that fit given velocities: relative ones along the dofs. Velocities in locked
+// directions are left out.
+void read_rates(const Forest& forest, const TreeStep& trees, const BodyFrames& frames,
+                const BodyVelocities& v, std::vector<double>& rates);
 
 // Velocities of the bodies of trees after a step of length h without impulses, nearly: for the search for
 // contacts. `loads`: impulses.
@@ -93,8 +104,8 @@ void foresee_tree_velocities(const Model& model, const Forest& forest, const Sta
                              TreeStep& trees, BodyVelocities& free);
 
 // The momentum of each body, as a wrench about the reference, while its coordinates move with the rates for
-// h; h < 0: while they came. It is that of the displacement of the centre of mass and of the rotation over h,
-// the latter with the inertia in the middle, R I R' with R half of the rotation.
+// h; h < 0: while they came. It belongs to the displacement of the centre of mass and to the rotation over h.
+// The inertia is that in the middle, R I R' with R half of the rotation.
 void make_momenta(const Model& model, const Forest& forest, const State& state, const BodyFrames& frames,
                   const BodyVelocities& start, std::span<const double> rates, double h, TreeStep& trees,
                   std::vector<Flow>& momenta);

@@ -109,6 +109,8 @@ double Elimination::Memory::complete(Solution& s) {
   return bilateral;
 }
 
+// The matrices of all islands. Beside trees M^-1 is not block diagonal over bodies: there are no nodes for K,
+// and the bilateral rows leave each island by themselves.
 bool Elimination::Memory::reduce(const Problem& p) {
   in_trees = trees.analyse(p, direct::most_rows_on_joints);
   if (in_trees) {

@@ -1,3 +1,10 @@
+// A of an island as Y'Y + E. Y has one row per coordinate of a tree and six per free body. Row k has entries
+// in the columns of those rows of the problem whose bodies lie beyond coordinate k. Sorted by the last
+// coordinate that moves one of their bodies, and with coordinates numbered depth first, these columns are a
+// range with few gaps. For a robot with four legs the product then costs little more than that of each leg
+// alone. Rows of Y go to the kernel in sixes, with the hull of their ranges.
+//
+// Everything is formed again in each step: only memory is kept.
 #include "solvers/direct/tree_reduction.hpp"
 
 #include <algorithm>
@@ -10,7 +17,8 @@
 
 namespace amontons {
 
-// Trees and free bodies are the nodes of islands; the last node is for blocks that move nothing.
+// Trees and free bodies are the nodes of islands; the last node is for blocks that move nothing. A tree is
+// one node, however many bodies it has: each impulse on it moves all of them.
 void TreeReduction::number_nodes(const Problem& problem) {
   const auto& A = std::get<ContactSystem>(problem.A);
   const std::size_t n = trees_->coordinates();
@@ -24,6 +32,8 @@ void TreeReduction::number_nodes(const Problem& problem) {
       free_number_[i] = static_cast<Index>(free_count_++);
 }
 
+// The node of a body; -1 for the world, for bodies that impulses do not move, and for links that are welded
+// to the world.
 Index TreeReduction::node_of(Index body) const {
   if (body < 0) return -1;
   if (const Index place = trees_->place_of(body); place >= 0)
@@ -31,6 +41,8 @@ Index TreeReduction::node_of(Index body) const {
   return free_number_[body] < 0 ? -1 : static_cast<Index>(tree_count_) + free_number_[body];
 }
 
+// Union-find over the nodes. Islands are numbered in the order of their first blocks. Blocks are sorted by
+// island, place and number, so that the bits depend on the problem only.
 bool TreeReduction::analyse(const Problem& problem, std::size_t most_rows) {
   const auto* A = std::get_if<ContactSystem>(&problem.A);
   if (!A || !A->constrained || !A->constrained->linkage) return false;
@@ -63,7 +75,7 @@ bool TreeReduction::analyse(const Problem& problem, std::size_t most_rows) {
     }
   }
   number_.assign(leader_.size(), -1);
-  std::vector<std::size_t> &size = used_, &held = order_;
+  std::vector<std::size_t>&size = used_, &held = order_;
   size.clear();
   held.clear();
   for (Block& b : blocks_) {
@@ -83,6 +95,7 @@ bool TreeReduction::analyse(const Problem& problem, std::size_t most_rows) {
   return true;
 }
 
+// Ranges are empty between islands: add_products() clears those that an island has used.
 void TreeReduction::factor(const Problem& problem) {
   if (islands_.size() < count_) islands_.resize(count_);
   held_.resize(count_);
@@ -96,6 +109,8 @@ void TreeReduction::factor(const Problem& problem) {
   }
 }
 
+// Sets, P and A of an island. Contacts form their rows here, as in Reduction; joints have stored ones. The
+// part of trees in a row of Y was made with the problem (ContactSystem::renew), because P needs it, too.
 void TreeReduction::fill_island(const Problem& problem, std::size_t number, std::size_t first,
                                 std::size_t last) {
   const auto& A = std::get<ContactSystem>(problem.A);
@@ -137,8 +152,16 @@ void TreeReduction::fill_island(const Problem& problem, std::size_t number, std:
   eliminate(problem, held_[number], island);
 }
 
-// The upper half of A, rows and columns of f first, loses the rows of f one by one: their outer products leave
-// the rows below. The products with columns of c are summed at the end, six rows at a time.
+// Cholesky's method, stopped after the rows of f. With the bilateral rows first,
+//
+//   A = (A_ff A_fc; A_cf A_cc),   A_ff = U'U,   Z = U^-T A_fc,   W = A_cc - Z'Z,
+//
+// b is one more column: y = U^-T b_f and q = b_c - Z'y. A row of the factor is complete before it leaves the
+// rows below it, so that a single loop over whole rows makes U, Z and y. Redundant rows have pivots of the
+// size of their compliance; a pivot below the rounding of its terms is raised to it.
+//
+// The upper half of A, rows and columns of f first, loses the rows of f one by one: their outer products
+// leave the rows below. The products with columns of c are summed at the end, six rows at a time.
 void TreeReduction::eliminate(const Problem& problem, Held& held, Reduction::Island& island) {
   const std::size_t m = row_.size();
   order_.clear();
@@ -198,6 +221,9 @@ void TreeReduction::eliminate(const Problem& problem, Held& held, Reduction::Isl
     for (std::size_t k = 0; k < r; ++k) island.W[c * r + k] = island.W[c * k + r];
 }
 
+// The impulses of bilateral rows that hold exactly for those of the other rows, as in Reduction::recover():
+//
+// U x_f = -(y + Z x_c), from the last row up. Rows of islands that are not in x_c have their own.
 void TreeReduction::recover(std::span<double> x) const {
   for (std::size_t i = 0; i < count_; ++i) {
     const Held& held = held_[i];
@@ -213,6 +239,7 @@ void TreeReduction::recover(std::span<double> x) const {
   }
 }
 
+// x_f -= A_ff^-1 u_f with u from a product with the whole A: removes the rounding of the factors.
 void TreeReduction::correct(std::span<const double> u, std::span<double> x) {
   for (std::size_t i = 0; i < count_; ++i) {
     const Held& held = held_[i];
@@ -234,6 +261,7 @@ void TreeReduction::correct(std::span<const double> u, std::span<double> x) {
   }
 }
 
+// The first column of a coordinate begins its range; columns come in ascending order.
 void TreeReduction::set(std::size_t coordinate, std::size_t column, double value) {
   Range& range = range_[coordinate];
   if (range.first > range.last) {
@@ -244,7 +272,9 @@ void TreeReduction::set(std::size_t coordinate, std::size_t column, double value
   Y_[coordinate * stride_ + column] = value;
 }
 
+// A free body has the block diag(1 / m, I^-1) of M^-1. Its rows of Y are
 // m^-1/2 f, and R't with I^-1 = R R' by Cholesky; a body may turn about some axes only.
+// Bodies of trees have no number among free ones, and are passed over.
 void TreeReduction::fill_free(const Bodies& bodies, const JacobianRow& row, std::size_t column) {
   fill_free(bodies, row.body_a, row.a, column);
   fill_free(bodies, row.body_b, row.b, column);
@@ -266,7 +296,8 @@ void TreeReduction::fill_free(const Bodies& bodies, Index body, const std::array
   set(at + 5, column, f * j[5]);
 }
 
-// The upper half of A += Y'Y, six coordinates with neighbouring ranges at a time.
+// The upper half of A += Y'Y, six coordinates with neighbouring ranges at a time. Coordinates that no row of
+// the island reaches are left out; the others are sorted, which makes their ranges neighbours.
 void TreeReduction::add_products() {
   const std::size_t m = row_.size();
   std::sort(used_.begin(), used_.end());

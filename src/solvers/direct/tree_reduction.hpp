@@ -10,10 +10,10 @@ namespace amontons {
 //
 //   u = A x + b,   A = D M^-1 D' + E = Y'Y + E,   Y = M^-1/2 D'
 //
-// with M^-1/2 = D^-1/2 L^-T J' on trees. An island is a set of trees and free bodies that rows connect. A column
-// of Y is nonzero only on the way from its bodies to the root; columns are sorted by their place in the tree,
-// so that each row of Y has a narrow range. Bilateral rows (f: loops, couplings, servos) leave the other rows (c)
-// as in Reduction, here by Cholesky's method on the rows of f:
+// with M^-1/2 = D^-1/2 L^-T J' on trees. An island is a set of trees and free bodies that rows connect. A
+// column of Y is nonzero only on the way from its bodies to the root. Columns are sorted by their place in
+// the tree, so that each row of Y has a narrow range. Bilateral rows (f: loops, couplings, servos) leave the
+// other rows (c) as in Reduction, here by Cholesky's method on the rows of f:
 //
 //   A_ff = U'U,   (Z y) = U^-T (A_fc b_f),   W = A_cc - Z'Z,   q = b_c - Z'y,   U x_f = -(y + Z x_c).
 class TreeReduction {
@@ -33,8 +33,8 @@ class TreeReduction {
   double work() const { return work_; }
 
  private:
-  static constexpr std::size_t lanes = 8;   // not tuned: entries of a vector register
-  static constexpr std::size_t group = 6;   // not tuned: rows of a kernel
+  static constexpr std::size_t lanes = 8;  // not tuned: entries of a vector register
+  static constexpr std::size_t group = 6;  // not tuned: rows of a kernel
   struct Block {
     std::size_t block, row, dim, kind, set;
     Index island, place;  // the last coordinate that moves one of its bodies; free bodies come after trees
@@ -62,21 +62,21 @@ class TreeReduction {
   void eliminate(const Problem& problem, Held& held, Reduction::Island& island);
 
   const Linkage* trees_ = nullptr;
-  std::vector<Index> tree_of_;       // per coordinate: number of its tree
-  std::vector<Index> free_number_;   // per body: its number among free bodies that move, else -1
+  std::vector<Index> tree_of_;      // per coordinate: number of its tree
+  std::vector<Index> free_number_;  // per body: its number among free bodies that move, else -1
   std::size_t free_count_ = 0, tree_count_ = 0;
   std::vector<Index> leader_, number_;
   std::vector<Block> blocks_;
   std::size_t count_ = 0, stride_ = 0;
   std::vector<Reduction::Island> islands_;
   std::vector<Held> held_;
-  // Of the present island: A, and per column its row in the problem, negative (-1 - row) if it is bilateral.
+  // A of the present island, and per column its row in the problem: -1 - row if it is bilateral.
   std::vector<double> A_;
   std::vector<std::ptrdiff_t> row_;
   std::vector<std::size_t> order_;
   std::vector<double> work_row_;
-  std::vector<Range> range_;           // per coordinate, then six per free body
-  std::vector<std::size_t> used_;      // coordinates with a column in this island
+  std::vector<Range> range_;       // per coordinate, then six per free body
+  std::vector<std::size_t> used_;  // coordinates with a column in this island
   std::vector<double> Y_, six_;
   double work_ = 0;
 };
