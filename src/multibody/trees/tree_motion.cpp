@@ -197,6 +197,8 @@ void resize(const Forest& forest, TreeStep& trees) {
 
 }  // namespace
 
+// A base is where the state says. All else follows from coordinates, and is compared with the state.
+//
 // The usual case changes nothing: a step left poses and coordinates that agree. Otherwise coordinates are
 // fitted to the relative poses of the bodies of each joint, as they are without trees. The base stays where
 // it is, and the bodies beyond it follow.
