@@ -12,7 +12,7 @@ using namespace joint_scene;
 namespace {
 
 // A floating base, chains of mixed dofs, a ball, a joint whose B hangs on its A, and a driven body.
-struct Trees {
+struct OddTrees {
   Random random;
   std::shared_ptr<const Model> model;
   std::unique_ptr<const Tree> tree;
@@ -23,9 +23,9 @@ struct Trees {
   BodyVelocities start;
   TreeStep step;
 
-  Trees() {
+  OddTrees() {
     ModelDescription d;
-    d.trees = amontons::Trees::automatic;
+    d.trees = Trees::automatic;
     for (int i = 0; i < 6; ++i) d.bodies.push_back(odd_body(random, random.transform()));
     d.bodies[5].motion = Motion::kinematic;
     const auto add = [&](Index a, Index b, std::vector<Dof> dofs, bool ball = false) {
@@ -71,7 +71,7 @@ struct Trees {
 
 // A wrong inertia, column or way to the root leaves a residual of the size of the impulses.
 TEST(velocities_of_impulses_on_trees_are_those_of_the_mass_matrix) {
-  Trees t;
+  OddTrees t;
   const auto& bodies = *t.step.constrained;
   CHECK(bodies.body.size() == 5);
   std::vector<Vec3> forces(6), torques(6);
@@ -103,7 +103,7 @@ TEST(velocities_of_impulses_on_trees_are_those_of_the_mass_matrix) {
 
 // The entries of D M^-1 D' from halves; the second row joins two links of one tree, whose base moves too.
 TEST(half_rows_multiply_to_the_mobility_of_rows) {
-  Trees t;
+  OddTrees t;
   const auto& bodies = *t.step.constrained;
   const Linkage& linkage = *bodies.linkage;
   const auto wrench = [&] {
@@ -140,7 +140,7 @@ TEST(half_rows_multiply_to_the_mobility_of_rows) {
 // M q'' + c = 0 at the mean of the rates before and after, up to h^2: the momentum balance over displacements
 // has the velocity terms of the equations of motion. A term missing leaves an error that does not fall.
 TEST(free_trees_obey_the_equations_of_motion_at_second_order) {
-  Trees t;
+  OddTrees t;
   const std::vector<BodyImpulse> loads(6);
   const std::vector<double> before = t.rates(t.start), q = read_coordinates(*t.tree, t.state).q;
   double last = 0;

@@ -185,6 +185,13 @@ bool was_moved(const Model& model, const State& state, Index body, const Transfo
          !(model.length() * norm(turn.vector()) <= trees::rounding * size);
 }
 
+void write_poses(const Forest& forest, const TreeStep& trees, State& state) {
+  for (std::size_t i = 0; i < forest.bodies.size(); ++i) {
+    state.positions[forest.bodies[i].body] = trees.places[i].pose.position;
+    state.orientations[forest.bodies[i].body] = trees.places[i].pose.rotation;
+  }
+}
+
 void resize(const Forest& forest, TreeStep& trees) {
   trees.places.resize(forest.bodies.size());
   trees.inertias.resize(forest.bodies.size());
@@ -199,9 +206,10 @@ void resize(const Forest& forest, TreeStep& trees) {
 
 // A base is where the state says. All else follows from coordinates, and is compared with the state.
 //
-// The usual case changes nothing: a step left poses and coordinates that agree. Otherwise coordinates are
-// fitted to the relative poses of the bodies of each joint, as they are without trees. The base stays where
-// it is, and the bodies beyond it follow.
+// The usual case changes nothing: a step left poses and coordinates that agree to rounding. The poses then
+// stay as they are, so that to observe a state twice does not change it. Otherwise coordinates are fitted to
+// the relative poses of the bodies of each joint, as they are without trees. The base stays where it is, and
+// the bodies beyond it follow.
 void place_trees(const Model& model, const Forest& forest, State& state, TreeStep& trees) {
   resize(forest, trees);
   read_balls(model, forest, state, trees);
@@ -216,12 +224,10 @@ void place_trees(const Model& model, const Forest& forest, State& state, TreeSte
     update_coordinates(model, frames, state);
     read_balls(model, forest, state, trees);
     place_all(model, forest, state, trees);
+    write_poses(forest, trees, state);
   }
-  for (std::size_t i = 0; i < forest.bodies.size(); ++i) {
-    state.positions[forest.bodies[i].body] = trees.places[i].pose.position;
-    state.orientations[forest.bodies[i].body] = trees.places[i].pose.rotation;
+  for (std::size_t i = 0; i < forest.bodies.size(); ++i)
     if (forest.bodies[i].joint >= 0) make_duals(model, forest.bodies[i], trees.places[i], trees);
-  }
 }
 
 // As place() does for other joints. Only a ball needs the chain of its pose: its rotation vector is the error
@@ -589,6 +595,7 @@ void move_trees(const Model& model, const Forest& forest, const BodyFrames& fram
       trees.places[i].ball = normalised(trees.places[i].ball * exponential(turn(b.first + b.dofs)));
   }
   place_all(model, forest, state, trees);
+  write_poses(forest, trees, state);
   BodyFrames& moved = trees.frames;
   moved.resize(model.bodies());
   BodyVelocities& after = trees.velocities;
@@ -599,8 +606,6 @@ void move_trees(const Model& model, const Forest& forest, const BodyFrames& fram
     const Index body = forest.bodies[i].body;
     const TreePlace& place = trees.places[i];
     const Flow& f = trees.flow[i];
-    state.positions[body] = place.pose.position;
-    state.orientations[body] = place.pose.rotation;
     state.linear_velocities[body] = f.linear + cross(f.angular, place.pose.position - place.reference);
     state.angular_velocities[body] = f.angular;
   }

@@ -72,7 +72,7 @@ struct TreeStep {
 
 // Poses of all bodies of trees from coordinates: those of dofs in the state, those of balls and bases in its
 // poses. If poses differ from these by more than rounding, because the user has moved bodies, coordinates are
-// fitted to them first. Writes poses and coordinates in the state.
+// fitted to them first, and the state gets the poses that follow.
 void place_trees(const Model& model, const Forest& forest, State& state, TreeStep& trees);
 
 // The contexts of joints of trees there.
