@@ -28,6 +28,7 @@ struct OddTrees {
     d.trees = Trees::automatic;
     for (int i = 0; i < 6; ++i) d.bodies.push_back(odd_body(random, random.transform()));
     d.bodies[5].motion = Motion::kinematic;
+    d.bodies[5].centre_of_mass = {};  // the point that moves straight
     const auto add = [&](Index a, Index b, std::vector<Dof> dofs, bool ball = false) {
       Joint joint = joint_of(a, b, std::move(dofs), ball);
       joint.frame_a = random.transform(0.5);
