@@ -154,6 +154,8 @@ Quat ball_in(const Model& model, const State& state, const TreeBody& b) {
   return normalised(conjugate(target) * (conjugate(frame_b) * a));
 }
 
+// Forward kinematics, parents first. Nothing is read from the poses of bodies beyond a joint.
+//
 // Poses of all bodies from the coordinates in the state, its poses of bases, and balls.
 void place_all(const Model& model, const Forest& forest, const State& state, TreeStep& trees) {
   for (std::size_t i = 0; i < forest.bodies.size(); ++i) {
@@ -185,6 +187,7 @@ bool was_moved(const Model& model, const State& state, Index body, const Transfo
          !(model.length() * norm(turn.vector()) <= trees::rounding * size);
 }
 
+// After a step, and if the user has moved bodies.
 void write_poses(const Forest& forest, const TreeStep& trees, State& state) {
   for (std::size_t i = 0; i < forest.bodies.size(); ++i) {
     state.positions[forest.bodies[i].body] = trees.places[i].pose.position;
@@ -192,6 +195,7 @@ void write_poses(const Forest& forest, const TreeStep& trees, State& state) {
   }
 }
 
+// Sizes are those of the model: memory is taken in the first step only.
 void resize(const Forest& forest, TreeStep& trees) {
   trees.places.resize(forest.bodies.size());
   trees.inertias.resize(forest.bodies.size());
@@ -380,6 +384,8 @@ double drive_impulse(const TreeStep& trees, std::size_t k, double rate, double h
          d.inertia * (rate - trees.before[k]);
 }
 
+// The world has none. A driven body has that of its given velocity, whose centre of mass moves straight.
+//
 // The flow of a body of the model with the velocity v, at a reference point.
 Flow flow_of(const BodyFrames& frames, const BodyVelocities& v, Index body, const Vec3& reference) {
   if (body < 0) return {};
