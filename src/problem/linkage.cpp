@@ -14,6 +14,8 @@ namespace amontons {
 
 namespace {
 
+// Parallel axes of one joint, as of a gimbal in its lock, leave one motion without inertia.
+//
 // Smallest pivot (relative to its diagonal entry of M), far above the rounding of the terms that cancel
 // there.
 constexpr double least_pivot = 1e-10;

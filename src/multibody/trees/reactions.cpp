@@ -22,6 +22,8 @@ Screw locked_part(const ChainKinematics& chain, const std::array<Screw, 6>& dual
   return wrench;
 }
 
+// From the leaves to the root, as the children of a body follow it in the list.
+//
 // Adds the locked part of what each joint carries. trees.impulse: the change of momentum of each body less
 // its loads.
 void add_reactions(const Forest& forest, const JointContexts& joints, std::span<const double> w,
