@@ -28,7 +28,9 @@ struct OddTrees {
     d.trees = Trees::automatic;
     for (int i = 0; i < 6; ++i) d.bodies.push_back(odd_body(random, random.transform()));
     d.bodies[5].motion = Motion::kinematic;
-    d.bodies[5].centre_of_mass = {};  // the point that moves straight
+    // Bodies without a joint before them: their centre moves straight at constant rates, here also their
+    // origin, whose velocity the other coordinates have.
+    d.bodies[0].centre_of_mass = d.bodies[5].centre_of_mass = {};
     const auto add = [&](Index a, Index b, std::vector<Dof> dofs, bool ball = false) {
       Joint joint = joint_of(a, b, std::move(dofs), ball);
       joint.frame_a = random.transform(0.5);
