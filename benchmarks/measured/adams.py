@@ -1,0 +1,195 @@
+"""Mechanisms that Adams has computed: our motion and reactions beside its own."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import amontons
+import numpy as np
+from amontons import Transform
+
+from .adams_files import Array, Case, Connection, G, Part, Rotation, read_cases
+
+STEPS = (5e-3, 5e-4)
+"""s: the step of everyday work, and that of the other engine's tolerances."""
+POSITION, REACTION = 1e-3, 1e-3
+"""Targets at the first step: rms error of positions (m), of reactions over the largest of the case."""
+
+
+def quaternion(rotation: Rotation) -> tuple[float, ...]:
+    """(w, x, y, z)."""
+    return tuple(rotation.as_quat(scalar_first=True).tolist())
+
+
+def model(case: Case) -> amontons.Model:
+    builder = amontons.ModelBuilder(gravity=(0, 0, -G))
+    for name, part in case.parts.items():
+        builder.add_body(
+            name, mass=part.mass, inertia=part.moments, position=part.position,
+            orientation=quaternion(part.rotation), linear_velocity=part.velocity,
+        )  # fmt: skip
+    for name, joint in case.connections.items():
+        _connect(builder, name, joint, case.parts[joint.part])
+    return builder.build()
+
+
+def _connect(builder: amontons.ModelBuilder, name: str, joint: Connection, part: Part) -> None:
+    a, b, point = joint.part, joint.other or None, joint.point
+    x, y, z = (joint.rotation.apply(axis) for axis in np.eye(3))
+    spring = {key: joint.numbers[key] for key in ("stiffness", "damping") if key in joint.numbers}
+    match joint.kind:
+        case "revolute":
+            builder.add_revolute_joint(a, b, point=point, axis=z, name=name, **spring)
+        case "cylindrical":
+            builder.add_cylindrical_joint(a, b, point=point, axis=z, name=name)
+        case "prismatic":
+            motor = None
+            if "speed" in joint.numbers:
+                motor = amontons.Motor("velocity", control=joint.numbers["speed"])
+            builder.add_prismatic_joint(a, b, point=point, axis=z, name=name, motor=motor)
+        case "ball":
+            builder.add_ball_joint(a, b, point=point, name=name)
+        case "universal":
+            builder.add_universal_joint(a, b, point=point, axis_1=x, axis_2=y, name=name)
+        case "distance":
+            length = joint.numbers["length"]
+            builder.add_distance_joint(a, b, point_a=point, point_b=joint.far, length=length, name=name)
+        case "rod":
+            _add_rod(builder, name, joint, part)
+        case "spring":
+            _add_spring(builder, name, joint, part)
+
+
+def _add_rod(builder: amontons.ModelBuilder, name: str, joint: Connection, part: Part) -> None:
+    """A hinge of the ground about `far`, then a ball at `point` of the part."""
+    frame_b = Transform(tuple(joint.point), quaternion(joint.rotation))
+    anchor = frame_b.inverse()(tuple(joint.far))
+    frame_a = Transform(tuple(part.position), quaternion(part.rotation)).inverse() @ frame_b
+    hinge = amontons.Dof("hinge", (0.0, 0.0, 1.0), anchor)
+    builder.add_joint(
+        amontons.Joint(name, body_a=joint.part, body_b=None, frame_a=frame_a, frame_b=frame_b, dofs=(hinge,), spherical=True)
+    )
+
+
+def _add_spring(builder: amontons.ModelBuilder, name: str, joint: Connection, part: Part) -> None:
+    """A tendon between the two points. Where they coincide at first it has no direction: a slide along the
+    vertical, on which such a part falls."""
+    stiffness, damping = joint.numbers["stiffness"], joint.numbers["damping"]
+    rest = float(np.linalg.norm(joint.point - joint.far))
+    if rest:
+        inside = part.rotation.inv().apply(joint.point - part.position)
+        path = [(None, joint.far), (joint.part, inside)]
+        builder.add_tendon(name, path=path, stiffness=stiffness, damping=damping, rest=rest)
+    else:
+        builder.add_prismatic_joint(
+            joint.part, axis=(0, 0, 1), point=joint.point, name=name, stiffness=stiffness, damping=damping
+        )
+
+
+@dataclass
+class Record:
+    """What a run of ours says, by quantity of Adams: times (s) and values."""
+
+    times: dict[str, list[float]] = field(default_factory=dict)
+    values: dict[str, list[Array]] = field(default_factory=dict)
+
+    def add(self, quantity: str, time: float, value: Any) -> None:
+        self.times.setdefault(quantity, []).append(time)
+        self.values.setdefault(quantity, []).append(np.array(value))
+
+
+def run(case: Case, dt: float) -> Record:
+    """Motion of the first part and what its connection puts on the ground, over the time of the results."""
+    simulation = amontons.Simulation(model(case), dt=dt, tolerance=1e-10)
+    record = Record()
+    name, joint = next(iter(case.connections.items()))
+    times = case.results["Pos"][:, 0]
+    every = max(1, round((times[1] - times[0]) / dt))
+    for k in range(round(times[-1] / dt) + 1):
+        if k % every == 0:
+            state = simulation.state
+            record.add("Pos", simulation.time, state.positions[0])
+            record.add("Quat", simulation.time, state.orientations[0])
+            record.add("Vel", simulation.time, state.linear_velocities[0])
+            record.add("Avel", simulation.time, state.angular_velocities[0])
+        if "stiffening" in joint.numbers:
+            angle = simulation.coordinate(name)
+            simulation.state.joint_forces[0] = -joint.numbers["stiffening"] * abs(angle) * angle
+        simulation.step()
+        if k % every == 0:
+            for quantity, value in loads(simulation, name, joint).items():
+                record.add(quantity, simulation.instant.time, value)
+    return record
+
+
+def loads(simulation: amontons.Simulation, name: str, joint: Connection) -> dict[str, Array]:
+    """Force (N) and torque (N m) on the ground in the last step, by quantity of Adams; torques about `far`."""
+    if name in simulation.model.tendon_names:
+        return {"Rforce": _tension(simulation, joint)}
+    reaction, along = simulation.reaction(name), joint.rotation.apply([0, 0, 1])
+    force = -np.array(reaction.force)
+    torque = -np.array(reaction.torque) + np.cross(np.array(reaction.point) - joint.far, force)
+    if joint.kind == "rod":
+        return {
+            "Rforce_Body1": force, "Rtorque_Body1": torque,
+            "Rforce_Body2": -force, "Rtorque_Body2": np.array(reaction.torque),
+        }  # fmt: skip
+    if "speed" in joint.numbers:
+        return {"RforceP": force, "RtorqueP": torque, "RforceA": simulation.effort(name).motor * along}
+    if joint.kind in ("revolute", "spring"):
+        effort = simulation.effort(name).passive
+        if "stiffening" in joint.numbers:
+            effort += float(simulation.state.joint_forces[0])
+        if joint.kind == "spring":
+            force = force - effort * np.array([0, 0, 1])
+        else:
+            torque = torque - effort * along
+    return {"Rforce": force, "Rtorque": torque}
+
+
+def _tension(simulation: amontons.Simulation, joint: Connection) -> Array:
+    """Force of a spring on the ground: towards the part where it pulls."""
+    pull = -float(simulation.tendon_efforts["passive"][0])
+    way = np.array(simulation.state.positions[0]) - joint.far
+    return pull * way / np.linalg.norm(way)
+
+
+def compare(case: Case, record: Record, dt: float) -> Iterator[dict[str, Any]]:
+    """A row for each quantity: the largest rms error of its columns."""
+    peaks = {q: float(np.abs(t[:, 1:]).max()) for q, t in case.results.items()}
+    for quantity, values in record.values.items():
+        if quantity not in case.results:
+            continue
+        ours, theirs = np.array(values), case.at(quantity, np.array(record.times[quantity]))
+        if quantity == "Quat":  # the nearer of q and -q
+            ours = ours * np.sign(np.sum(ours * theirs, axis=1))[:, None]
+        rms = float(np.sqrt(np.mean((ours - theirs) ** 2, axis=0)).max())
+        kind = "".join(letter for letter in quantity if letter not in "PA").partition("_")[0] if quantity.startswith("R") else quantity
+        peak = max(value for q, value in peaks.items() if q.startswith(kind))
+        yield {
+            "case": case.name, "dt_ms": dt * 1e3, "quantity": quantity, "rms": rms, "peak": peak,
+            "rms_over_peak": rms / peak if peak > 1e-6 else "",
+            "tolerance_of_chrono": case.tolerances.get(quantity, ""), "met": _met(quantity, rms, peak, dt, case),
+        }  # fmt: skip
+
+
+def _met(quantity: str, rms: float, peak: float, dt: float, case: Case) -> str:
+    if dt == STEPS[0]:
+        limit = {"P": POSITION, "R": REACTION * max(peak, 1e-3)}.get(quantity[0])
+    else:
+        limit = case.tolerances.get(quantity)
+    return "" if limit is None else "yes" if rms <= limit else "no"
+
+
+def rows(folder: Path, quick: bool) -> Iterator[dict[str, Any]]:
+    cases, unread = read_cases(folder)
+    for why in unread:
+        print(f"not run: {why}")
+    warnings.simplefilter("ignore", amontons.StepWarning)
+    for case in cases:
+        for dt in STEPS[:1] if quick else STEPS:
+            yield from compare(case, run(case, dt), dt)

@@ -1,0 +1,60 @@
+"""Measurements and reference results of others beside ours: tosses, Adams, impacts, a damper, masonry, clearances.
+
+    python benchmarks/measurements.py [--quick] [--only PART ...] [--data FOLDER] [--out FOLDER]
+
+Reads all files of the folders of DATA/measured, and skips with a message what is not there. Writes
+measured_PART.csv, a row per figure, with the revision and the date; benchmarks/report_measured.py writes their
+tables into docs/measured.md.
+"""
+
+from __future__ import annotations
+
+import subprocess
+from collections.abc import Callable, Iterator
+from datetime import date
+from pathlib import Path
+from typing import Any
+
+import report_measured
+from common import ROOT, arguments, with_folders, write_csv
+from measured import adams, clearances, damper, impacts, masonry, tosses
+
+Row = dict[str, Any]
+PARTS: dict[str, tuple[str, Callable[[Path, bool], Iterator[Row]]]] = {
+    "tosses": ("cube_tosses", tosses.rows),
+    "adams": ("adams_joints", adams.rows),
+    "impacts": ("impacts_ellipse", impacts.rows),
+    "damper": ("friction_damper", damper.rows),
+    "masonry": ("masonry", masonry.rows),
+    "clearances": ("siconos", clearances.rows),
+}
+"""By name: a folder of DATA/measured, and the function that makes rows of it."""
+
+
+def revision() -> str:
+    """Of the tree that is measured, with a + where it has changes."""
+    command = ["git", "-C", str(ROOT), "describe", "--always", "--dirty=+"]
+    found = subprocess.run(command, capture_output=True, text=True)
+    return found.stdout.strip() or "unknown"
+
+
+def main() -> None:
+    parser = arguments(__doc__)
+    parser.add_argument("--only", nargs="+", choices=PARTS, default=list(PARTS), metavar="PART")
+    options = with_folders(parser.parse_args())
+    stamp = {"revision": revision(), "date": date.today().isoformat()}
+    for name in options.only:
+        folder, rows = PARTS[name]
+        path = options.data / "measured" / folder
+        if not path.is_dir():
+            print(f"{name}: skipped, there is no {path}")
+            continue
+        found = [row | stamp for row in rows(path, options.quick)]
+        write_csv(options.out / f"measured_{name}.csv", found)
+        print(f"{name}: {len(found)} rows in {options.out / f'measured_{name}.csv'}")
+    if options.complete:
+        report_measured.renew(options.out)
+
+
+if __name__ == "__main__":
+    main()
