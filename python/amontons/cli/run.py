@@ -19,6 +19,7 @@ from ..errors import FileError, InputError, SimulationError
 from ..io import record as record_to
 from ..io.files import writable
 from ..io.recordings.recorder import Recorder
+from ..simulation.loads import Loads
 from ..simulation.outcome import Report, reports_array
 from ..simulation.signals import Signals
 from ..simulation.simulation import Simulation
@@ -81,6 +82,8 @@ class Outcome:
     """what is read after each step besides its report"""
     readings: list[Array] = field(default_factory=list)
     """of each step"""
+    loads: Loads | None = None
+    """of joints and contacts, for a report"""
 
 
 @pictured
@@ -146,6 +149,7 @@ def run(
         _recorder(record, chosen, record_every, (record_contacts, record_signals), overwrite) as recorder,
     ):
         outcome = Outcome(measured=None if report is None else _measured(chosen, steps))
+        outcome.loads = None if report is None else chosen.simulation.loads()
         _simulate(chosen, outcome, steps, recorder, snapshots if report else 0, signals, bool(view.forces))
         _close(recorder, outcome)
     with one_line_errors():
@@ -365,6 +369,7 @@ def _as_dict(subject: Subject, outcome: Outcome, files: Sequence[Path]) -> dict[
 
 def _draw(subject: Subject, outcome: Outcome, folder: Path, view: View) -> list[Path]:
     """The files of the report."""
+    from ..report.loads import write_loads
     from ..report.run_summary import run_figure, write_reports
     from ..report.snapshots import snapshots_figure
 
@@ -377,6 +382,9 @@ def _draw(subject: Subject, outcome: Outcome, folder: Path, view: View) -> list[
     names = outcome.measured.units if outcome.measured else {}
     write_reports(reports, folder / "steps.csv", names=list(names), readings=outcome.readings)
     made = [folder / "report.png", folder / "steps.csv"]
+    if outcome.loads is not None and len(outcome.loads):
+        made.append(folder / "loads.csv")
+        write_loads(outcome.loads, made[-1])
     if outcome.frames and sim.model.geoms:
         made.append(folder / "snapshots.png")
         snapshots_figure(sim.model, outcome.frames, made[-1], view=view)

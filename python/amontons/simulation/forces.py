@@ -83,6 +83,10 @@ ACTUATORS = np.dtype(
 )
 """The fields of Simulation.actuator_efforts."""
 
+WRENCH = ("fx", "fy", "fz", "tx", "ty", "tz")
+WRENCH_UNITS = ("N",) * 3 + ("N m",) * 3
+"""Names and units of the components of a force and a torque."""
+
 _STATES = np.array(["open", "stick", "slip"], dtype="U5")
 
 
