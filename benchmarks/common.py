@@ -7,8 +7,13 @@ import csv
 import os
 import platform
 import re
+import shlex
+import subprocess
+import sys
 import warnings
 from collections.abc import Iterable, Iterator, Sequence
+from datetime import date
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -107,7 +112,46 @@ def shrink(figure: Path) -> None:
     reduced.save(figure, optimize=True)
 
 
+ORIGINS = "tables.csv"
+"""In a folder of results: the revision, the date and the command of each table."""
+MEASURED = ("CMakeLists.txt", "bindings", "cmake", "include", "python/amontons", "src")
+"""What the benchmarks measure; a change of it that is not committed marks the revision by a plus."""
+
+
+def git(*words: str) -> str:
+    """What git prints, without the line end; nothing without git or outside a checkout."""
+    try:
+        run = subprocess.run(["git", "-C", str(ROOT), *words], capture_output=True, text=True)
+    except OSError:
+        return ""
+    return run.stdout.strip() if run.returncode == 0 else ""
+
+
+@cache
+def revision() -> str:
+    """The revision of the measured code; with a plus if it has changes that are not committed."""
+    changed = git("status", "--porcelain", "--", *MEASURED)
+    return (git("rev-parse", "--short=7", "HEAD") or "unknown") + "+" * bool(changed)
+
+
+def command() -> str:
+    """The running program and its options, without folders, which belong to a machine."""
+    program, *words = sys.argv
+    folders = {word for option in ("--data", "--out", "--figures", "--build") if option in words
+               for word in words[words.index(option) : words.index(option) + 2]}  # fmt: skip
+    return shlex.join(["python", f"benchmarks/{Path(program).name}", *(w for w in words if w not in folders)])
+
+
 def write_csv(path: Path, rows: Iterable[dict[str, Any]]) -> None:
+    """The rows as a table of results, and its revision, date and command in tables.csv beside it."""
+    write_rows(path, rows)
+    known = {row["table"]: row for row in read_csv(path.with_name(ORIGINS))}
+    origin = {"table": path.name, "revision": revision(), "date": date.today().isoformat()}
+    known[path.name] = origin | {"command": command()}
+    write_rows(path.with_name(ORIGINS), [known[name] for name in sorted(known)])
+
+
+def write_rows(path: Path, rows: Iterable[dict[str, Any]]) -> None:
     """The rows, which have the same keys, as a CSV file with a header; floats with the digits that matter."""
     rows = list(rows)
     with path.open("w", newline="") as file:

@@ -16,7 +16,7 @@ from itertools import groupby
 from pathlib import Path
 
 from common import ROOT
-from report_engines import beside, budget_table, deadline_table, early_table, engine_table, growth_table
+from report_engines import beside, budget_table, deadline_table, engine_table, growth_table
 from report_targets import PROFILE_KEYS, Results, file_targets, targets
 from tables import milliseconds, scientific, table
 
@@ -110,8 +110,9 @@ def choosing_table(r: Results, link: str) -> str:
         scenes, methods = (list(dict.fromkeys(key[i] for key in rows)) for i in (0, 1))
         body = [(f"`{m}`", *(cell(rows.get((scene, m))) for scene in scenes)) for m in methods]
         parts += [f"**`{law}`**, ms to 1e-3 / to 1e-6:", table(("", *scenes), body)]
-    machine = ", ".join(r.environment.get(key, "") for key in ("processor", "compiler", "date"))
-    return "\n\n".join([f"One core of an {machine}; `make bench`, [all results]({link}).", *parts])
+    machine = ", ".join(r.environment.get(key, "") for key in ("processor", "compiler"))
+    head = f"One core of an {machine}; `make bench` ([all results]({link})). {r.origin('methods.csv')}."
+    return "\n\n".join([head, *parts])
 
 
 def profile_table(r: Results) -> str:
@@ -169,22 +170,6 @@ def instruction_sets_table(r: Results) -> str:
         alone = [times[contacts, law, isa] for isa in sets]
         rows.append((contacts, law, *(f"{t:.1f} ({alone[0] / t:.2f})" for t in alone)))
     return table(("contacts", "law", *sets), rows)
-
-
-def literal_tables(r: Results) -> str:
-    behaviour = table(
-        ("problem", "iterations", "objective rises", "largest rise", "residual rises", "backtracks",
-         "fallback"),
-        [(row["problem"], row["iterations"], row["rises"], f"{100 * float(row['largest_rise']):.2g} %",
-          row["rises_of_residual"], row["backtracks"],
-          "monotone" if row["fallback_monotone"] == "True" else "**not monotone**") for row in r.literal],
-    )  # fmt: skip
-    krylov = table(
-        ("problem", "method", "products to 1e-3", "ms", "products to 1e-6", "ms"),
-        [(row["problem"], row["method"], row["products_1e-03"], milliseconds(row["time_1e-03"]),
-          row["products_1e-06"], milliseconds(row["time_1e-06"])) for row in r.bilateral],
-    )  # fmt: skip
-    return f"{behaviour}\n\n{krylov}"
 
 
 def share(part: str, whole: str) -> str:
@@ -290,50 +275,53 @@ def environment_table(r: Results) -> str:
 def page(r: Results, method: str) -> str:
     """All tables; `method` is the path to the page that explains them."""
     sections = [
-        ("Machine and versions", environment_table(r), bool(r.environment)),
-        ("Targets", targets(r), bool(targets(r))),
-        ("Simulated scenes", f"{scene_table(r)}\n\n{phase_table(r)}", bool(r.simulation)),
-        ("Physics", physics_table(r), bool(r.physics)),
-        ("Models of others beside MuJoCo", robot_table(r), bool(r.robots)),
-        ("Many worlds at once", rollout_table(r), bool(r.rollout)),
-        ("Studies", studies_table(r), bool(r.studies)),
-        ("Beside other engines", engine_table(r), bool(r.engines)),
-        ("Growth", growth_table(r), bool(r.growth)),
-        ("Stopped early", early_table(r), bool(r.early)),
-        ("Stopped by the clock", f"{budget_table(r)}\n\n{deadline_table(r)}", bool(r.budgets)),
-        ("auto beside the best method", profile_table(r), bool(r.profile)),
-        ("Time steps, default method", step_table(r), bool(r.steps)),
-        ("Every method, associated", method_table(r, "associated"), bool(r.methods)),
-        ("Every method, coulomb", method_table(r, "coulomb"), bool(r.methods)),
-        ("Files beside Clarabel, to 1e-4", duel_table(r), bool(r.duels)),
-        ("Files, residual and time (ms) by law and tolerance", accuracy_table(r), bool(r.files)),
-        ("Files that were not solved", remaining(r), bool(r.files)),
-        ("P-SPG-FB as published", literal_tables(r), bool(r.literal)),
-        ("Contact kernel", kernel_table(r), bool(r.kernel)),
-        ("Contact kernel by instruction set", instruction_sets_table(r), bool(r.sets)),
-        ("Broad phase", broad_phase_table(r), bool(r.broad_phase)),
+        ("Machine and versions", environment_table(r), ()),
+        ("Targets", targets(r), ()),
+        ("Simulated scenes", f"{scene_table(r)}\n\n{phase_table(r)}", ("simulation.csv",)),
+        ("Physics", physics_table(r), ("physics.csv",)),
+        ("Models of others beside MuJoCo", robot_table(r), ("robots.csv",)),
+        ("Many worlds at once", rollout_table(r), ("rollout.csv",)),
+        ("Studies", studies_table(r), ("studies.csv",)),
+        ("Beside other engines", engine_table(r), ("engines.csv",)),
+        ("Growth", growth_table(r), ("growth.csv", "exponents.csv")),
+        (
+            "Stopped by the clock",
+            f"{budget_table(r)}\n\n{deadline_table(r)}",
+            ("budgets.csv", "deadlines.csv"),
+        ),
+        ("auto beside the best method", profile_table(r), ("profile.csv",)),
+        ("Time steps, default method", step_table(r), ("steps.csv",)),
+        ("Every method, associated", method_table(r, "associated"), ("methods.csv",)),
+        ("Every method, coulomb", method_table(r, "coulomb"), ("methods.csv",)),
+        ("Files beside Clarabel, to 1e-4", duel_table(r), ("clarabel.csv",)),
+        ("Files, residual and time (ms) by law and tolerance", accuracy_table(r), ("files.csv",)),
+        ("Files that were not solved", remaining(r), ("files.csv",)),
+        ("Contact kernel", kernel_table(r), ("kernel.csv",)),
+        ("Contact kernel by instruction set", instruction_sets_table(r), ("instruction_sets.csv",)),
+        ("Broad phase", broad_phase_table(r), ("broad_phase.csv",)),
     ]
     head = f"# Results: {r.environment.get('processor', 'unknown processor')}\n\n"
     head += f"Written by `benchmarks/run_all.py`; [what is measured and how to read it]({method}).\n\n"
-    return head + "\n".join(f"## {title}\n\n{body}\n" for title, body, present in sections if present)
+    return head + "\n".join(
+        "\n\n".join([f"## {title}", *filter(None, [r.origin(*names)]), f"{body}\n"])
+        for title, body, names in sections
+        if body and all(name in r.origins for name in names)
+    )
 
 
 def summary(r: Results, link: str) -> str:
     """What docs/benchmarks.md shows, with a link to the rest."""
     e = r.environment
     lines = [
-        f"{e.get('processor', '')}, {e.get('compiler', '')}, {e.get('date', '')}; "
-        f"[all tables, versions and the command]({link}).",
+        f"{e.get('processor', '')}, {e.get('compiler', '')}; [all tables, versions and commands]({link}).",
         targets(r),
     ]
     if r.simulation:
-        lines += ["### Simulated scenes\n\n" + scene_table(r), phase_table(r)]
+        lines += ["### Simulated scenes", r.origin("simulation.csv"), scene_table(r), phase_table(r)]
     if r.physics:
-        lines += ["### Physics\n\n" + physics_table(r)]
-    lines += [
-        "### Files that were not solved\n\n" + remaining(r),
-        "### Time steps\n\n" + step_table(r),
-    ]
+        lines += ["### Physics", r.origin("physics.csv"), physics_table(r)]
+    lines += ["### Files that were not solved", r.origin("files.csv"), remaining(r)]
+    lines += ["### Time steps", r.origin("steps.csv"), step_table(r)]
     return "\n\n".join(lines)
 
 
@@ -341,7 +329,7 @@ def measured(r: Results, link: str) -> str:
     """The part of the README: some scenes, and one sentence on the solver alone."""
     e = r.environment
     machine = f"One core of an {e.get('processor', '')}, {e.get('compiler', '')}"
-    lines = [f"{machine}; `make bench`, [all results]({link})."]
+    lines = [f"{machine}; `make bench` ([all results]({link})). {r.origin('simulation.csv', 'files.csv')}."]
     if r.simulation:
         header = ("Scene", "Bodies", "Contacts", "Time step (ms)", "Tolerance", "Time per step (ms)",
                   "Real-time factor")  # fmt: skip

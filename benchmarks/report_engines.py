@@ -1,4 +1,4 @@
-"""The tables of docs/engines.md: beside other engines, growth, stopped early or by the clock."""
+"""The tables of docs/engines.md: beside other engines, growth, stopped by the clock."""
 
 from __future__ import annotations
 
@@ -15,9 +15,10 @@ class Results(Protocol):
     engines: Rows
     growth: Rows
     exponents: Rows
-    early: Rows
     deadlines: Rows
     budgets: Rows
+
+    def origin(self, *names: str) -> str: ...
 
 
 def engine_table(r: Results) -> str:
@@ -55,18 +56,6 @@ def growth_table(r: Results) -> str:
         for (family, engine), cells in groups.items()
     ]
     return table(("family", "engine", "size: ms a step", "exponent"), rows)
-
-
-def early_table(r: Results) -> str:
-    rows = [
-        (row["limit"], digits(row["steps_per_s"], 1), scientific(row["residual_median"]),
-         scientific(row["residual_worst"]), digits(row["penetration"], 1e3), digits(row["joint_gap"], 1e3),
-         digits(row["energy_gain"], 1), row["unbalanced"], row["moved"], digits(row["distance"], 1e3))
-        for row in r.early
-    ]  # fmt: skip
-    header = ("a solve ends at", "steps/s", "median residual", "worst", "overlap (mm)", "chain apart (mm)",
-              "energy gained (J)", "such steps", "bodies moved", "beside the first (mm)")  # fmt: skip
-    return table(header, rows)
 
 
 def late(row: dict[str, str]) -> tuple[str, str, str]:
@@ -112,9 +101,9 @@ def deadline_table(r: Results) -> str:
 
 def beside(r: Results, link: str) -> str:
     """What docs/engines.md shows."""
-    parts = ["## Other engines", engine_table(r), "## Growth", growth_table(r)]
-    parts += ["## Stopped early", early_table(r)]
+    parts = ["## Other engines", r.origin("engines.csv"), engine_table(r)]
+    parts += ["## Growth", r.origin("growth.csv", "exponents.csv"), growth_table(r)]
     if r.budgets:
-        parts += ["## Stopped by the clock", budget_table(r)]
+        parts += ["## Stopped by the clock", r.origin("budgets.csv"), budget_table(r)]
     parts += [f"[The rest]({link})."]
     return "\n\n".join(parts)

@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from pathlib import Path
 from statistics import median
 
-from common import read_csv
+from common import ORIGINS, read_csv
 from tables import milliseconds, scientific, table
 
 LARGE = 200  # contacts from which on every file is to be solved faster than by Clarabel
@@ -22,16 +22,21 @@ class Results:
         self.files, self.duels = read_csv(folder / "files.csv"), read_csv(folder / "clarabel.csv")
         self.steps, self.methods = read_csv(folder / "steps.csv"), read_csv(folder / "methods.csv")
         self.kernel, self.sets = read_csv(folder / "kernel.csv"), read_csv(folder / "instruction_sets.csv")
-        self.literal = read_csv(folder / "literal_summary.csv")
-        self.bilateral = read_csv(folder / "literal_bilateral.csv")
         self.profile = read_csv(folder / "profile.csv")
         self.simulation, self.physics = read_csv(folder / "simulation.csv"), read_csv(folder / "physics.csv")
         self.rollout, self.studies = read_csv(folder / "rollout.csv"), read_csv(folder / "studies.csv")
-        self.engines, self.early = read_csv(folder / "engines.csv"), read_csv(folder / "early.csv")
+        self.engines = read_csv(folder / "engines.csv")
         self.deadlines, self.budgets = read_csv(folder / "deadlines.csv"), read_csv(folder / "budgets.csv")
         self.growth, self.exponents = read_csv(folder / "growth.csv"), read_csv(folder / "exponents.csv")
         self.broad_phase, self.robots = read_csv(folder / "broad_phase.csv"), read_csv(folder / "robots.csv")
         self.robots_2ms = read_csv(folder / "robots_2ms.csv")
+
+        self.origins = {row["table"]: row for row in read_csv(folder / ORIGINS)}
+
+    def origin(self, *names: str) -> str:
+        """The revision, the date and the command of each of these tables."""
+        known = [self.origins[name] for name in names if name in self.origins]
+        return "; ".join(f"`{o['table']}`: revision {o['revision']}, {o['date']}" for o in known)
 
     def accuracy(self, law: str, tolerance: float) -> Rows:
         return [r for r in self.files if r["law"] == law and float(r["tolerance"]) == tolerance]

@@ -27,7 +27,6 @@ HERE = Path(__file__).resolve().parent
 PARTS = (
     "files",
     "steps",
-    "literal",
     "simulation",
     "physics",
     "robots",
@@ -35,7 +34,6 @@ PARTS = (
     "studies",
     "engines",
     "growth",
-    "early",
     "deadlines",
     "performance_profile",
     "viewer",
@@ -80,15 +78,18 @@ def environment(build: Path, command: str) -> list[dict[str, str]]:
 
 def run_program(name: str, build: Path, out: Path, quick: bool) -> int:
     """Runs a C++ benchmark, if it is built; its exit code."""
-    program = build / "benchmarks" / name
+    program, table = build / "benchmarks" / name, out / PROGRAMS[name]
     if not program.exists():
         print(
             f"{name}: skipped, {program} is not built; build the CMake target amontons_benchmarks "
             "(make bench does) or name its build folder with --build"
         )
         return 0
-    command = [program, "--csv", out / PROGRAMS[name], *(["--quick"] if quick else [])]
-    return subprocess.run([str(word) for word in command]).returncode
+    command = [program, "--csv", table, *(["--quick"] if quick else [])]
+    code = subprocess.run([str(word) for word in command]).returncode
+    if not code:
+        write_csv(table, read_csv(table))  # with its revision
+    return code
 
 
 def run_instruction_sets(build: Path, out: Path) -> int:

@@ -1,0 +1,67 @@
+"""Tables of benchmarks carry the revision, the date and the command of their run."""
+
+import csv
+import subprocess
+import sys
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+TABLES = ROOT / "benchmarks" / "results" / "amd-epyc" / "tables.csv"
+
+
+def rows(path):
+    with path.open(newline="") as file:
+        return list(csv.DictReader(file))
+
+
+def run(code, *words):
+    paths = [str(ROOT / "benchmarks"), str(ROOT / "tools")]
+    program = f"import sys; sys.path[:0] = {paths!r}\n{code}"
+    return subprocess.run([sys.executable, "-c", program, *words], capture_output=True, text=True)
+
+
+# Breaks when a benchmark writes a table past write_csv, when a second table drops the first one from
+# tables.csv, or when a folder of the machine gets into the committed command.
+def test_a_table_is_written_with_its_origin(tmp_path):
+    code = (
+        "from pathlib import Path; from common import write_csv; sys.argv[0] = 'x/growth.py'\n"
+        f"for name in 'ba': write_csv(Path({str(tmp_path)!r}) / f'{{name}}.csv', [dict(x=1.5)])"
+    )
+    done = run(code, "--quick", "--out", str(tmp_path))
+    assert done.returncode == 0, done.stderr
+    found = rows(tmp_path / "tables.csv")
+    assert [row["table"] for row in found] == ["a.csv", "b.csv"]
+    assert {row["command"] for row in found} == {"python benchmarks/growth.py --quick"}
+    assert all(row["revision"] and row["date"] for row in found)
+
+
+# Breaks when a committed table loses its line, or the line outlives the table.
+def test_committed_tables_are_listed():
+    named = {path.name for path in TABLES.parent.glob("*.csv")} - {"tables.csv", "soak.csv"}
+    assert {row["table"] for row in rows(TABLES)} == named
+
+
+# Breaks when the check passes a table that was measured before the last change of the step, or refuses one
+# that was measured after it.
+def test_older_tables_are_found(tmp_path):
+    def git(*words):
+        who = ["-c", "user.name=x", "-c", "user.email=x@example.org"]
+        done = subprocess.run(["git", "-C", str(tmp_path), *who, *words], capture_output=True, text=True)
+        assert done.returncode == 0, done.stderr
+        return done.stdout.strip()
+
+    def commit(file):
+        (tmp_path / file).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / file).write_text(file)
+        git("add", "."), git("commit", "-m", file)
+        return git("rev-parse", "--short", "HEAD")
+
+    git("init")
+    before, after = commit("src/solvers/a.cpp"), commit("src/multibody/b.cpp")
+    later = commit("docs/c.md")
+    lines = [f"{name}.csv,{name},2026-01-01,python benchmarks/x.py" for name in (before, f"{after}+", later)]
+    (tmp_path / "tables.csv").write_text("\n".join(["table,revision,date,command", *lines, ""]))
+    folder = repr(str(tmp_path))
+    done = run(f"import check_tables; check_tables.ROOT = {folder}; sys.exit(check_tables.main([{folder}]))")
+    assert done.returncode == 1, done.stderr
+    assert [line.split(":")[0].split("/")[1] for line in done.stdout.splitlines()[:-1]] == [f"{before}.csv"]

@@ -1,0 +1,49 @@
+"""Checks that the tables which documents quote were measured on the present solvers and step.
+
+    python tools/check_tables.py            prints every table that is older, exit code 1
+    python tools/check_tables.py FOLDER     of another folder of results
+
+A table is older if the last change of `src/solvers` or `src/multibody`, or of their public headers, is not
+part of the revision that tables.csv names. The check belongs to `make release_checks`: between releases
+tables may be older, and the documents say so by the revision that they print.
+"""
+
+from __future__ import annotations
+
+import csv
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parent.parent
+RESULTS = ROOT / "benchmarks" / "results" / "amd-epyc"
+MEASURED = [f"{base}/{room}" for base in ("src", "include/amontons") for room in ("solvers", "multibody")]
+
+
+def git(*words: str) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(["git", "-C", str(ROOT), *words], capture_output=True, text=True)
+
+
+def older(folder: Path, changed: str) -> Iterator[str]:
+    """The tables of the folder whose revision does not contain the commit `changed`."""
+    with (folder / "tables.csv").open(newline="") as file:
+        for row in csv.DictReader(file):
+            revision = row["revision"].removesuffix("+")
+            if git("merge-base", "--is-ancestor", changed, revision).returncode:
+                yield f"{row['table']}: measured on {row['revision']} ({row['date']}); run {row['command']}"
+
+
+def main(words: list[str]) -> int:
+    folder = Path(words[0]) if words else RESULTS
+    changed = git("log", "-1", "--format=%h", "--", *MEASURED).stdout.strip()
+    found = list(older(folder, changed))
+    for line in found:
+        print(f"{folder.name}/{line}")
+    if found:
+        print(f"{len(found)} tables are older than {changed}, the last change of solvers or multibody")
+    return bool(found)
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
