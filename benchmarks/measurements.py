@@ -3,20 +3,17 @@
     python benchmarks/measurements.py [--quick] [--only PART ...] [--data FOLDER] [--out FOLDER]
 
 Reads all files of the folders of DATA/measured, and skips with a message what is not there. Writes
-measured_PART.csv, a row per figure, with the revision and the date; benchmarks/report_measured.py writes their
-tables into docs/measured.md.
+measured_PART.csv, a row per figure, and their tables into docs/measured.md (report_measured.py).
 """
 
 from __future__ import annotations
 
-import subprocess
 from collections.abc import Callable, Iterator
-from datetime import date
 from pathlib import Path
 from typing import Any
 
 import report_measured
-from common import ROOT, arguments, with_folders, write_csv
+from common import arguments, with_folders, write_csv
 from measured import adams, clearances, damper, impacts, masonry, tosses
 
 Row = dict[str, Any]
@@ -31,25 +28,17 @@ PARTS: dict[str, tuple[str, Callable[[Path, bool], Iterator[Row]]]] = {
 """By name: a folder of DATA/measured, and the function that makes rows of it."""
 
 
-def revision() -> str:
-    """Of the tree that is measured, with a + where it has changes."""
-    command = ["git", "-C", str(ROOT), "describe", "--always", "--dirty=+"]
-    found = subprocess.run(command, capture_output=True, text=True)
-    return found.stdout.strip() or "unknown"
-
-
 def main() -> None:
     parser = arguments(__doc__)
     parser.add_argument("--only", nargs="+", choices=PARTS, default=list(PARTS), metavar="PART")
     options = with_folders(parser.parse_args())
-    stamp = {"revision": revision(), "date": date.today().isoformat()}
     for name in options.only:
         folder, rows = PARTS[name]
         path = options.data / "measured" / folder
         if not path.is_dir():
             print(f"{name}: skipped, there is no {path}")
             continue
-        found = [row | stamp for row in rows(path, options.quick)]
+        found = list(rows(path, options.quick))
         write_csv(options.out / f"measured_{name}.csv", found)
         print(f"{name}: {len(found)} rows in {options.out / f'measured_{name}.csv'}")
     if options.complete:
