@@ -30,10 +30,10 @@ SOAK_SECONDS ?= 3600
 SANITIZED_SOAK_SECONDS ?= 600
 SOAK_SEED ?= 1
 
-.PHONY: help demo test quick quick_room cpp_tests browser pocl gpu docs figures replays notebooks bench soak format lint sanitize release_checks stubs wheel wheels wheels-test cross clean install package
+.PHONY: help demo test room quick quick_room cpp_tests browser pocl gpu docs figures replays notebooks bench soak format lint sanitize release_checks stubs wheel wheels wheels-test cross clean install package
 help:
 	@echo 'make demo      a wrecking ball hits a wall of 750 bricks: recording, pictures, figures in out/demo'
-	@echo 'make test      C++ and Python tests;  make quick ROOM=joint  those with joint in their file names'
+	@echo 'make test      C++ and Python tests;  make test ROOM=io  those of one room;  make quick ROOM=joint  by file name'
 	@echo 'make docs      the documentation site, in build/site'
 	@echo 'make replays   all scenes as pages with a play bar, in out/replays, which make docs takes into the site'
 	@echo 'make notebooks the tutorials as notebooks, in out/notebooks;  make figures  pictures of the documents'
@@ -64,14 +64,22 @@ demo: package
 	$(say) 'Go on with'
 	@echo 'docs/five-minutes.md, or all documents as a site: make docs'
 
-test: install cpp_tests browser pocl
+# All tests but those of the repository itself; ROOM=io those of one room, a folder of tests or of tests/python.
+ROOM ?=
+test: room $(if $(filter-out cpp,$(or $(ROOM),all)),install browser pocl) $(if $(filter-out cpp,$(ROOM)),,cpp_tests)
+ifneq ($(ROOM),cpp)
 	$(say) 'Python tests'
-	@$(BIN)/python -m pytest -n $(JOBS) --dist worksteal
+	@$(BIN)/python -m pytest -n $(JOBS) --dist worksteal $(wildcard $(foreach room,$(ROOM),tests/$(room) tests/python/$(room)))
+endif
+
+ROOMS := $(filter-out README.md conftest.py python support,$(notdir $(wildcard tests/*)) $(notdir $(wildcard tests/python/*)))
+room:
+	@for room in $(ROOM); do case ' $(ROOMS) ' in *" $$room "*) ;; *) \
+	  echo "amontons: no room of tests is named $$room; take one of: $(sort $(ROOMS))" >&2; exit 2;; esac; done
 
 # The test files with the word ROOM in their names; several words are possible. Each C++ file is a program of its own.
-ROOM ?=
 QUICK_CPP = $(sort $(foreach room,$(ROOM),$(wildcard tests/cpp/test_*$(room)*.cpp)))
-QUICK_PYTHON = $(sort $(foreach room,$(ROOM),$(wildcard tests/python/test_*$(room)*.py tests/physics/test_*$(room)*.py)))
+QUICK_PYTHON = $(sort $(foreach room,$(ROOM),$(wildcard $(foreach folder,python/* physics repository,tests/$(folder)/test_*$(room)*.py))))
 quick: quick_room install
 	@for name in $(basename $(notdir $(QUICK_CPP))); do \
 	  cmake --build $(BUILD) --target $$name && echo "$$name" && $(BUILD)/tests/cpp/$$name || exit 1; done
@@ -98,7 +106,7 @@ pocl: install
 gpu: install
 	@$(BIN)/python -c 'import cupy' 2>/dev/null || $(BIN)/python -c 'import pyopencl' 2>/dev/null \
 	  || { echo 'amontons: needs CuPy or pyopencl: .venv/bin/pip install -e ".[cuda]" or ".[opencl]"' >&2; exit 1; }
-	@AMONTONS_DEVICE=gpu $(BIN)/python -m pytest -q tests/python/test_device.py tests/python/test_device_iterate.py tests/python/test_devices.py
+	@AMONTONS_DEVICE=gpu $(BIN)/python -m pytest -q tests/python/device
 	@$(BIN)/python benchmarks/device.py
 
 cpp_tests: install

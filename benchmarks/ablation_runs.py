@@ -46,7 +46,12 @@ HARD: tuple[tuple[str, Row, Row, int], ...] = (
 )
 """Scenes with other parameters: large mass ratios, high stacks, piles, impacts, few iterations."""
 PHYSICS = ROOT / "tests" / "physics"
-LIMITS = ("test_step_limits.py", "test_slips.py", "test_load_overlaps.py", "test_limits.py")
+LIMITS = (
+    "simulation/test_step_limits.py",
+    "model/test_hints_of_errors.py",
+    "io/test_load_overlaps.py",
+    "io/test_file_limits.py",
+)
 """Of tests/python: what else tests single steps."""
 
 

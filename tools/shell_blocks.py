@@ -3,7 +3,7 @@
     python tools/shell_blocks.py --write    renews the outputs that documents show, from what is printed
 
 A line of a block of `sh` is a command; in a block without a language one begins with `$ `, and below it
-stands what it prints. tests/python/test_documentation_shell.py runs all of them but those in ELSEWHERE.
+stands what it prints. tests/repository/test_documentation_shell.py runs all of them but those in ELSEWHERE.
 Outputs agree if they differ in numbers, and in the width of columns, only.
 """
 

@@ -3,7 +3,7 @@
 #include "amontons.hpp"
 #include "check.hpp"
 
-// Models as Python writes them. That every field arrives is tests/python/test_model_file.py.
+// Models as Python writes them. That every field arrives is tests/python/io/test_model_json.py.
 using namespace amontons;
 
 namespace {

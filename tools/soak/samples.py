@@ -15,7 +15,7 @@ from amontons.io.recordings.unfinished import HEAD, lookup3
 
 Files = dict[str, bytes]
 ROOT = Path(__file__).resolve().parents[2]
-MODELS = ROOT / "tests" / "python" / "models"
+MODELS = ROOT / "tests" / "python" / "io" / "models"
 
 
 def _file(name: str) -> bytes:

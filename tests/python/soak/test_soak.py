@@ -5,6 +5,7 @@ import warnings
 from pathlib import Path
 
 import amontons
+import broken_families
 import pytest
 from soak import odd_scenes, random_scene, readers
 from soak.families import families
@@ -15,12 +16,13 @@ from soak.table import added, read_csv, rows, show, write_csv
 
 HERE = Path(__file__).resolve().parent
 MODULE = ("broken_families",)
-FOUND = sorted((HERE / "soak").glob("*/failure.txt"))
+FOUND = sorted(HERE.glob("*/failure.txt"))
 
 
 @pytest.fixture
 def run(tmp_path, monkeypatch):
-    monkeypatch.setenv("PYTHONPATH", os.pathsep.join([str(HERE), os.environ.get("PYTHONPATH", "")]))
+    support = str(Path(broken_families.__file__).parent)
+    monkeypatch.setenv("PYTHONPATH", os.pathsep.join([support, os.environ.get("PYTHONPATH", "")]))
 
     def make(*names, cases, modules=MODULE):
         known = families(modules)

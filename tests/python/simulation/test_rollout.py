@@ -221,7 +221,7 @@ def test_wrong_simulations(model):
 def test_motors_that_turn_a_robot_round_make_no_energy():
     # Random efforts that change every 20 ms. Breaks when the balance of energy allows for kinetic energy and
     # gravity only, which are nothing where an arm turns round, and calls what the motors do there a gain.
-    arm = amontons.load_model(Path(__file__).parents[2] / "examples" / "models" / "arm.xml")
+    arm = amontons.load_model(Path(__file__).parents[3] / "examples" / "models" / "arm.xml")
     start = Simulation(arm, dt=2e-3)
     start.reset("bent")
     rng = np.random.default_rng(seed=1)

@@ -7,7 +7,7 @@ import pytest
 import scipy.sparse as sp
 from amontons import cli
 from problems import matrix_of, random_spd, read_quietly, real_file
-from test_rolling_problems import check_laws, random_problem
+from rolling import check_laws, random_problem
 from typer.testing import CliRunner
 
 CHUTE, ROCKFALL = "fclib-rolling/Chute-ndof-768-nc-4-3.hdf5", "fclib-rolling/rockfall_14_25792.npz"

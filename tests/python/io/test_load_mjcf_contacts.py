@@ -99,7 +99,7 @@ def coefficients(model, a, b):
 # Breaks when torsional or rolling friction of a pair is not the one that MuJoCo combines. MuJoCo names the
 # contact of each pair when the two are put over each other; condim says which of the numbers count.
 def test_moments_are_those_of_mujoco(root):
-    path = root / "tests" / "python" / "models" / "condim.xml"
+    path = root / "tests" / "python" / "io" / "models" / "condim.xml"
     with warnings.catch_warnings():
         warnings.simplefilter("error")  # condim 4 and 6 are supported
         model = load_model(path)
@@ -123,7 +123,7 @@ def test_moments_are_those_of_mujoco(root):
 # the elliptic cone less by the force that it takes beside the moment: relative changes of the order of
 # (mu_r / mu R)^2 = 3e-3. One that spins loses mu_t m g / I.
 def test_ball_rolls_to_rest_as_in_mujoco(root):
-    path = root / "tests" / "python" / "models" / "condim.xml"
+    path = root / "tests" / "python" / "io" / "models" / "condim.xml"
     m = mujoco.MjModel.from_xml_path(str(path))
     d = mujoco.MjData(m)
     first = m.jnt_dofadr[m.body("rolls").jntadr[0]]

@@ -18,7 +18,7 @@ import studied
 
 pq = pytest.importorskip("pyarrow.parquet")
 pytest.importorskip("loky")
-HERE = Path(__file__).parent
+SUPPORT = Path(studied.__file__).parent
 
 
 def stable(table):
@@ -180,7 +180,7 @@ def test_stopped_study_goes_on(tmp_path, number):
     out = tmp_path / "s.parquet"
     source = STUDY.format(folder=str(tmp_path), out=str(out))
     process = subprocess.Popen(
-        [sys.executable, "-c", source], cwd=HERE, stderr=subprocess.PIPE, start_new_session=True
+        [sys.executable, "-c", source], cwd=SUPPORT, stderr=subprocess.PIPE, start_new_session=True
     )
     # From one copy: a path is opened twice, and between the file is replaced.
     while not out.exists() or pq.read_table(io.BytesIO(out.read_bytes())).num_rows < 4:

@@ -10,7 +10,7 @@ from amontons import InputError, Link, ModelBuilder, Simulation, shapes
 from amontons.io.recordings.model_json import model_from_json, model_to_json
 from amontons.report.batches import visuals_of
 from mjcf import index, load, mujoco
-from test_queries import compare_sensors
+from sensors import compare_sensors
 
 G = 9.81
 

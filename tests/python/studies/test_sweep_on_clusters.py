@@ -13,7 +13,7 @@ import studied
 
 pq = pytest.importorskip("pyarrow.parquet")
 distributed = pytest.importorskip("distributed")
-HERE = Path(__file__).parent
+SUPPORT = Path(studied.__file__).parent
 
 
 @pytest.fixture(scope="module", params=[1, 2])
@@ -30,7 +30,7 @@ def client(request, tmp_path_factory):
         ) as cluster,
         distributed.Client(cluster) as found,
     ):
-        found.run(sys.path.insert, 0, str(HERE))
+        found.run(sys.path.insert, 0, str(SUPPORT))
         yield found
 
 
@@ -79,7 +79,7 @@ def rows_of(out):
 def test_killed_study_goes_on(client, tmp_path):
     out = tmp_path / "s.parquet"
     source = STUDY.format(address=client.scheduler.address, folder=str(tmp_path), out=str(out))
-    process = subprocess.Popen([sys.executable, "-c", source], cwd=HERE, stderr=subprocess.DEVNULL)
+    process = subprocess.Popen([sys.executable, "-c", source], cwd=SUPPORT, stderr=subprocess.DEVNULL)
     while not out.exists() or rows_of(out).num_rows < 3:
         time.sleep(0.02)
         assert process.poll() is None

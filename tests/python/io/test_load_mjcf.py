@@ -20,7 +20,7 @@ ROUNDING = 1e-13
 
 @pytest.fixture(scope="module")
 def arm(root):
-    return root / "tests" / "python" / "models" / "arm.xml"
+    return root / "tests" / "python" / "io" / "models" / "arm.xml"
 
 
 def about_origin(mass, centre, inertia):

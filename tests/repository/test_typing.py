@@ -23,7 +23,7 @@ def cache(tmp_path_factory):
 
 
 def programs(root):
-    return [root / "tests" / "python" / "typed_programs.py", *sorted((root / "examples").glob("*.py"))]
+    return [root / "tests" / "support" / "typed_programs.py", *sorted((root / "examples").glob("*.py"))]
 
 
 # Breaks when a program that runs is refused by mypy: an array where one is taken, a result without type.

@@ -19,7 +19,7 @@ pytestmark = pytest.mark.filterwarnings("ignore:.*the base link")
 
 @pytest.fixture(scope="module")
 def rover(root):
-    return root / "tests" / "python" / "models" / "rover.urdf"
+    return root / "tests" / "python" / "io" / "models" / "rover.urdf"
 
 
 INERTIAL = '<inertial><mass value="2"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>'
@@ -178,7 +178,7 @@ def test_meshes_are_found(tmp_path, root, filename, monkeypatch):
     for folder in (package / "meshes" / "visual", tmp_path / "ros" / "elsewhere", package / "urdf"):
         folder.mkdir(parents=True)
         if filename == "wedge.obj" or folder.name != "urdf":
-            shutil.copy(root / "tests/python/models/meshes/wedge.obj", folder)
+            shutil.copy(root / "tests/python/io/models/meshes/wedge.obj", folder)
     monkeypatch.setenv("ROS_PACKAGE_PATH", str(tmp_path / "ros"))
     path = write(
         package / "urdf", link("base", more=MESH.format(filename.format(folder=tmp_path))), name="r.urdf"
@@ -214,7 +214,7 @@ def test_stl(tmp_path, text):
 # Breaks when <compiler meshdir> of the MuJoCo extension is not obeyed.
 def test_meshdir(tmp_path, root):
     (tmp_path / "stl").mkdir()
-    shutil.copy(root / "tests/python/models/meshes/wedge.obj", tmp_path / "stl")
+    shutil.copy(root / "tests/python/io/models/meshes/wedge.obj", tmp_path / "stl")
     head = '<mujoco><compiler meshdir="stl" discardvisual="false"/></mujoco>'
     path = write(tmp_path, head, link("base", more=MESH.format("package://gone/wedge.obj")))
     assert len(load_model(path).geoms) == 1
