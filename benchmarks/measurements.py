@@ -1,4 +1,4 @@
-"""Measurements and reference results of others beside ours: tosses, Adams, impacts, a damper, masonry, clearances.
+"""Measurements and results of others beside ours: tosses, Adams, impacts, a damper, masonry, clearances.
 
     python benchmarks/measurements.py [--quick] [--only PART ...] [--data FOLDER] [--out FOLDER]
 

@@ -1,6 +1,6 @@
 """The tables of docs/measured.md, from the results of measurements.py.
 
-    python benchmarks/report_measured.py FOLDER
+python benchmarks/report_measured.py FOLDER
 """
 
 from __future__ import annotations
@@ -33,7 +33,9 @@ def tosses(rows: Rows) -> str:
         own = [row for row in rows if row["scale"] == scale]
         lines = []
         for engine in dict.fromkeys(row["engine"] for row in own):
-            given = {r["steps_per_sample"]: r for r in own if (r["engine"], r["coefficients"]) == (engine, "given")}
+            given = {
+                r["steps_per_sample"]: r for r in own if (r["engine"], r["coefficients"]) == (engine, "given")
+            }
             held = {r["coefficients"]: r for r in own if r["engine"] == engine}
             fitted = held["fitted, held out"]
             coefficients = ", ".join(
@@ -53,7 +55,12 @@ def errors(row: dict[str, str]) -> str:
     return f"{float(row['position_percent']):.1f} / {float(row['angle_deg']):.1f}"
 
 
-GROUPS = {"Pos": "positions (m)", "Vel": "velocities (m/s)", "Rforce": "forces (N)", "Rtorque": "torques (N m)"}
+GROUPS = {
+    "Pos": "positions (m)",
+    "Vel": "velocities (m/s)",
+    "Rforce": "forces (N)",
+    "Rtorque": "torques (N m)",
+}
 
 
 def adams(rows: Rows) -> str:
@@ -63,17 +70,28 @@ def adams(rows: Rows) -> str:
         own = list(group)
         line = [case.replace("_", " "), short(dt)]
         for start in GROUPS:
-            worst = max((r for r in own if r["quantity"].startswith(start)), key=lambda r: float(r["rms"]), default=None)
-            line.append("" if worst is None else f"{float(worst['rms']):.1e}" + " (no)" * (worst["met"] == "no"))
+            worst = max(
+                (r for r in own if r["quantity"].startswith(start)),
+                key=lambda r: float(r["rms"]),
+                default=None,
+            )
+            line.append(
+                "" if worst is None else f"{float(worst['rms']):.1e}" + " (no)" * (worst["met"] == "no")
+            )
         lines.append(line)
     return table(("case", "step (ms)", *GROUPS.values()), lines) + "\n\n" + adams_counts(rows)
 
 
 def adams_counts(rows: Rows) -> str:
     lines = []
-    for dt, what in (("5", "5 ms: positions 1e-3 m, reactions 0.1 %"), ("0.5", "0.5 ms: Chrono's tolerances")):
+    for dt, what in (
+        ("5", "5 ms: positions 1e-3 m, reactions 0.1 %"),
+        ("0.5", "0.5 ms: Chrono's tolerances"),
+    ):
         for start, name in (("Pos", "positions"), ("Vel", "velocities"), ("R", "reactions")):
-            own = [r for r in rows if short(r["dt_ms"]) == dt and r["quantity"].startswith(start) and r["met"]]
+            own = [
+                r for r in rows if short(r["dt_ms"]) == dt and r["quantity"].startswith(start) and r["met"]
+            ]
             if own:
                 lines.append([what, name, f"{sum(r['met'] == 'yes' for r in own)} of {len(own)}"])
     return table(("target", "quantities", "met"), lines)

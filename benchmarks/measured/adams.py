@@ -71,7 +71,15 @@ def _add_rod(builder: amontons.ModelBuilder, name: str, joint: Connection, part:
     frame_a = Transform(tuple(part.position), quaternion(part.rotation)).inverse() @ frame_b
     hinge = amontons.Dof("hinge", (0.0, 0.0, 1.0), anchor)
     builder.add_joint(
-        amontons.Joint(name, body_a=joint.part, body_b=None, frame_a=frame_a, frame_b=frame_b, dofs=(hinge,), spherical=True)
+        amontons.Joint(
+            name,
+            body_a=joint.part,
+            body_b=None,
+            frame_a=frame_a,
+            frame_b=frame_b,
+            dofs=(hinge,),
+            spherical=True,
+        )
     )
 
 
@@ -127,7 +135,7 @@ def run(case: Case, dt: float) -> Record:
 
 
 def loads(simulation: amontons.Simulation, name: str, joint: Connection) -> dict[str, Array]:
-    """Force (N) and torque (N m) on the ground in the last step, by quantity of Adams; torques about `far`."""
+    """Force (N) and torque about `far` (N m) on the ground in the last step, by quantity of Adams."""
     if name in simulation.model.tendon_names:
         return {"Rforce": _tension(simulation, joint)}
     reaction, along = simulation.reaction(name), joint.rotation.apply([0, 0, 1])

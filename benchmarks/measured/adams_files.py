@@ -135,7 +135,7 @@ def read_programs(folder: Path) -> dict[str, Call]:
 
 def _tolerances(text: str) -> dict[str, float]:
     """By quantity, up to the next case."""
-    own = re.split(r'\btest_name = "', text)[0]
+    own = re.split(r'test_name = "\w+_Case', text)[0]
     return {q: float(v) for q, v in re.findall(r'ValidateReference\([^;]*?"(\w+)", ([\d.e+-]+)\)', own)}
 
 
@@ -156,7 +156,11 @@ def _arguments(text: str, start: int) -> list[Any]:
     while depth:
         depth += {"(": 1, ")": -1}.get(text[end], 0)
         end += 1
-    source = re.sub(r"<>|\s+", " ", text[start : end - 1]).replace("::", ".").replace("ChCoordsys (", "ChCoordsys(")
+    source = (
+        re.sub(r"<>|\s+", " ", text[start : end - 1])
+        .replace("::", ".")
+        .replace("ChCoordsys (", "ChCoordsys(")
+    )
     tuple_of = ast.parse(f"({source},)", mode="eval").body
     assert isinstance(tuple_of, ast.Tuple)
     return [_value(node) for node in tuple_of.elts]
@@ -326,5 +330,7 @@ def _euler(text: str | None) -> Rotation:
     """Angles about the z, x and z axes of the body, in degrees with a D behind, else radians."""
     if not text:
         return Rotation.identity()
-    angles = [np.radians(float(x[:-1])) if x.endswith("D") else float(x) for x in map(str.strip, text.split(","))]
+    angles = [
+        np.radians(float(x[:-1])) if x.endswith("D") else float(x) for x in map(str.strip, text.split(","))
+    ]
     return Rotation.from_euler("ZXZ", angles)

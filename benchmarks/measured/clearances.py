@@ -1,8 +1,8 @@
 """A slider-crank whose slider has a clearance in its guide (Flores, Leine and Glocker, 2010).
 
 The file of Siconos holds names of columns and the state at the start, no motion: so our own runs with
-longer steps stand beside the one with the shortest. The four-bar linkage with clearances in its bearings is not run: a bearing is
-the inner surface of a hole, which is none of the shapes.
+longer steps stand beside the one with the shortest. The four-bar linkage with clearances in its bearings is
+not run: a bearing is the inner surface of a hole, which is none of the shapes.
 """
 
 from __future__ import annotations

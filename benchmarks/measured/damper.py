@@ -1,4 +1,4 @@
-"""A friction damper that sines drive: its loop of force beside dry friction of a slide, with and without play.
+"""A friction damper that sines drive: its force beside dry friction of a slide, with and without play.
 
 Data: ARTS-Laboratory, Dataset-Friction-Damper-with-Backlash (CC BY-SA 4.0); rows of time (s), displacement
 (inch), force (kip) and velocity (inch/s).

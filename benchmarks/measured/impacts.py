@@ -75,15 +75,17 @@ def moreau(A: Array, u: Array, mu: float, e: float) -> Array:
     blocks[:, :2, :2], blocks[:, 2, 2] = A, A[:, 1, 1]  # nothing happens across the plane
     b = np.zeros((len(A), 3))
     b[:, 0], b[:, 1] = (1 + e) * u[:, 0], u[:, 1]
-    solution = amontons.solve(sp.block_diag(blocks, format="csr"), b.ravel(), "friction", mu=mu, tolerance=1e-8)
+    solution = amontons.solve(
+        sp.block_diag(blocks, format="csr"), b.ravel(), "friction", mu=mu, tolerance=1e-8
+    )
     return solution.x.reshape(-1, 3)[:, :2]
 
 
 def routh(A: Array, u: Array, mu: float, e: float, energetic: bool) -> Array:
     """Impulses along Routh's path, with Poisson's or Stronge's end of restitution.
 
-    The normal impulse p grows; the tangential one slides with -mu sign(u_t) until u_t = 0, and then sticks, or
-    slides on where sticking needs more than mu. So u_n(p) and u_t(p) have two straight pieces.
+    The normal impulse p grows; the tangential one slides with -mu sign(u_t) until u_t = 0, and then sticks,
+    or slides on where sticking needs more than mu. So u_n(p) and u_t(p) have two straight pieces.
     """
     ann, ant, att = A[:, 0, 0], A[:, 0, 1], A[:, 1, 1]
     first = -mu * np.sign(u[:, 1])
@@ -156,7 +158,9 @@ def rows(folder: Path, quick: bool) -> Iterator[dict[str, Any]]:
         fitting, testing = fitting.with_inertia(factor), testing.with_inertia(factor)
         for name, law in LAWS.items():
             A, u, _ = delassus(fitting)
-            grid = list(itertools.product(FRICTIONS[:: 4 if quick else 1], RESTITUTIONS[:: 4 if quick else 1]))
+            grid = list(
+                itertools.product(FRICTIONS[:: 4 if quick else 1], RESTITUTIONS[:: 4 if quick else 1])
+            )
             scores = [float(np.median(errors(fitting, law(A, u, mu, e)))) for mu, e in grid]
             mu, e = grid[int(np.argmin(scores))]
             A, u, _ = delassus(testing)

@@ -65,7 +65,7 @@ def read_assembly(path: Path) -> list[Block]:
 
 
 def assembly(name: str, blocks: list[Block]) -> amontons.Model:
-    """Supports are fixed; the others are hulls. Raises ValueError for a block that moves and is not convex."""
+    """Supports are fixed; the others are hulls. Raises ValueError if one of those is not convex."""
     builder = amontons.ModelBuilder(gravity=(0, 0, -9.81))
     material = amontons.Material(friction=FRICTIONS.get(name, FRICTION))
     for block in blocks:
@@ -117,8 +117,9 @@ def rows(folder: Path, quick: bool) -> Iterator[dict[str, Any]]:
     for stones in (16, 31) if quick else (16, 31, 61):
         thinnest = thinnest_arch(stones, 2e-3 if quick else 2e-4)
         yield {
-            "assembly": f"semicircular arch, {stones} stones", "blocks": stones, "quantity": "thinnest over radius",
-            "friction": 1.0, "theirs": EXACT, "ours": thinnest, "moved": "", "note": "",
+            "assembly": f"semicircular arch, {stones} stones", "blocks": stones,
+            "quantity": "thinnest over radius", "friction": 1.0, "theirs": EXACT, "ours": thinnest,
+            "moved": "", "note": "",
         }  # fmt: skip
 
 

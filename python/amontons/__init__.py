@@ -85,9 +85,9 @@ from .simulation.acting import Effort as Effort
 from .simulation.acting import Instant as Instant
 from .simulation.acting import Reaction as Reaction
 from .simulation.events import ContactEvents as ContactEvents
-from .simulation.loads import Loads as Loads
 from .simulation.inverse_kinematics import IkSolution as IkSolution
 from .simulation.linearise import Linearisation as Linearisation
+from .simulation.loads import Loads as Loads
 from .simulation.outcome import Report as Report
 from .simulation.own_method import SolveOptions as SolveOptions
 from .simulation.queries import RayHit as RayHit

@@ -43,8 +43,8 @@ def plot(
     Columns are motor efforts, controls, reactions and sensors (screw.motor, foot.fx), coordinates of joints
     (screw), positions and velocities of bodies (ball.z, ball.vz) and the numbers of reports (energy).
 
-    --loads lists peak, time of the peak, mean, rms and impulse of the reactions of joints, in the axes of each
-    joint, and of the forces between pairs of geoms; it marks those that are not determined.
+    --loads lists peak, time of the peak, mean, rms and impulse of reactions of joints and of forces between
+    pairs of geoms. Reactions are in the axes of each joint. It marks components that are not determined.
     """
     with one_line_errors():
         path = existing(recording, "a recording")

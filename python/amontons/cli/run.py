@@ -148,8 +148,7 @@ def run(
         _signals() as signals,
         _recorder(record, chosen, record_every, (record_contacts, record_signals), overwrite) as recorder,
     ):
-        outcome = Outcome(measured=None if report is None else _measured(chosen, steps))
-        outcome.loads = None if report is None else chosen.simulation.loads()
+        outcome = Outcome() if report is None else _reported(chosen, steps)
         _simulate(chosen, outcome, steps, recorder, snapshots if report else 0, signals, bool(view.forces))
         _close(recorder, outcome)
     with one_line_errors():
@@ -214,6 +213,11 @@ def _steps(subject: Subject, duration: float | None) -> int:
     if not 0 < wanted < float("inf"):
         raise InputError(f"duration = {wanted:g}; it must be positive and finite")
     return most_steps("duration", wanted, max(1, round(wanted / subject.simulation.dt)))
+
+
+def _reported(chosen: Subject, steps: int) -> Outcome:
+    """An outcome that keeps what a report shows."""
+    return Outcome(measured=_measured(chosen, steps), loads=chosen.simulation.loads())
 
 
 def _measured(chosen: Subject, steps: int) -> Signals | None:

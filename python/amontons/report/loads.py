@@ -26,9 +26,7 @@ def loads_of(recording: Recording) -> Loads:
     model, signals = recording.model, Signals(recording.model)
     loads, dt = Loads(model, efforts=False), float(recording.options["dt"])
     if list(signals.units) != list(recording.signal_units):
-        raise InputError(
-            f"{recording.path}: has no reactions of joints; record without --no-record-signals"
-        )
+        raise InputError(f"{recording.path}: has no reactions of joints; record without --no-record-signals")
     frames = np.flatnonzero(recording.steps[...] > 0)
     if len(frames) < 2:
         raise InputError(f"{recording.path}: has {len(frames)} frames with forces; loads need two or more")

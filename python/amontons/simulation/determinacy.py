@@ -1,7 +1,7 @@
 """Which forces of a step follow from equilibrium, and which are one choice among many.
 
-The equations of motion fix D' x, the sum of the impulses on each body, and no more: x + n with D' n = 0 moves
-the bodies in the same way. A component is determined if it is the same for all such n. docs/algorithm.md
+The equations of motion fix D' x, the sum of the impulses on each body, and no more. If D' n = 0, x + n moves
+the bodies as x does. A component is determined if it is the same for all such n. docs/algorithm.md
 derives this.
 """
 
@@ -75,8 +75,10 @@ def back(q: Array, v: Array) -> Array:
 
 
 def determined(model: Model, pose: Pose, contacts: Table) -> Determined:
-    """For each joint of a model and each pair of geoms in touch, in numpy; its cost is that of a singular
-    value decomposition of all unknowns of bodies that hang together."""
+    """For each joint of a model and each pair of geoms in touch.
+
+    The cost is that of a singular value decomposition of all unknowns of a loop or a pile.
+    """
     joints = len(model.joints)
     result = Determined(np.ones((joints, 6), bool), np.ones(model.dofs, bool), {})
     columns = [*_of_joints(model, pose), *_of_contacts(model, contacts, joints)]
@@ -228,7 +230,7 @@ def _unknown_efforts(model: Model, pose: Pose, j: int, twists: Array) -> Iterato
 
 
 def _relative_twist(model: Model, pose: Pose, j: int) -> Array:
-    """Of A from B, in the axes of frame B: velocity at the origin of frame A, angular velocity times length."""
+    """Motion of A from B in the axes of frame B: velocity at the origin of frame A, spin times length."""
     joint, at = model.joints[j], _held_at(model, pose, j)
     total = np.zeros(6)
     for body, sign in ((joint.body_a, 1), (joint.body_b, -1)):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -14,9 +14,6 @@ from ..model.parts import WORLD
 from .determinacy import Determined, Pose, back, determined, rotate
 from .forces import WRENCH, WRENCH_UNITS
 from .outcome import Report, Table
-
-if TYPE_CHECKING:
-    from .simulation import Simulation
 
 OF_CONTACTS = ("normal", "friction", "fx", "fy", "fz")
 FIELDS = [
@@ -31,6 +28,29 @@ FIELDS = [
 ]
 
 
+class Watched(Protocol):
+    """The parts of a simulation that loads come from."""
+
+    after_step: list[Any]
+
+    @property
+    def model(self) -> Model: ...
+    @property
+    def dt(self) -> float: ...
+    @property
+    def state(self) -> Any: ...
+    @property
+    def instant(self) -> Any: ...
+    @property
+    def contacts(self) -> Table: ...
+    @property
+    def joint_reactions(self) -> Table: ...
+    @property
+    def joint_efforts(self) -> Table: ...
+    @property
+    def _core(self) -> Any: ...
+
+
 class Sums:
     """Peak, its time, mean, mean square and impulse of numbers that hold over steps."""
 
@@ -40,7 +60,7 @@ class Sums:
 
     def add(self, values: Array, time: float, lasting: float) -> None:
         """values: means over a step that began at `time` (s) and lasted so long (s)."""
-        # Of equal peaks the first: rounding makes none.
+        # The first of equal peaks counts: rounding makes none.
         larger = (np.abs(values) > (1 + 1e-9) * np.abs(self.peak)) | np.isnan(self.time)
         self.peak[larger], self.time[larger] = values[larger], time
         self.integral += lasting * values
@@ -50,9 +70,10 @@ class Sums:
 class Loads:
     """Loads of the joints and contacts of a model over a run; `Simulation.loads` makes one.
 
-    Both tables have one row for each component: name, component, unit, peak (the value of the largest size,
-    with its sign), time (s, of the peak: the start of its step), mean, rms, impulse (the integral over time,
-    N s or N m s) and determined. They are structured arrays: `pandas.DataFrame(loads.joints)` reads them.
+    Both tables have one row for each component. The fields are its name, component, unit, peak, time, mean,
+    rms, impulse and determined. peak is the value of the largest size, with its sign; time is the start of
+    its step (s). impulse is the integral over time (N s, N m s). The tables are structured arrays:
+    `pandas.DataFrame(loads.joints)` reads them.
 
     A component is not determined where it depends on how joints and contacts share a load that several of
     them could carry; the numbers are then one choice among many. It counts as determined if it was so
@@ -70,9 +91,9 @@ class Loads:
         self._pairs_known: dict[tuple[int, int], Array] = {}
         self._duration = 0.0
         self._active: tuple[Any, ...] = ()
-        self._simulation: Simulation | None = None
+        self._simulation: Watched | None = None
 
-    def watch(self, simulation: Simulation) -> None:
+    def watch(self, simulation: Watched) -> None:
         """Collect the steps of a simulation of the same model from now on."""
         self._simulation = simulation
         simulation.after_step.append(self._after_step)
@@ -95,7 +116,7 @@ class Loads:
         """Time over which loads were collected (s)."""
         return self._duration
 
-    def _after_step(self, simulation: Simulation, report: Report) -> None:
+    def _after_step(self, simulation: Watched, report: Report) -> None:
         if simulation is not self._simulation:  # a copy, whose list holds the same function
             return
         contacts, stops = simulation.contacts, simulation.joint_efforts["limit"] != 0
@@ -124,7 +145,7 @@ class Loads:
             self._of_pairs.setdefault(pair, Sums(len(OF_CONTACTS))).add(values, time, lasting)
 
     def judge(self, found: Determined) -> None:
-        """What is not determined now stays so in the tables."""
+        """Mark components that are not determined now; they stay so."""
         self._known &= np.concatenate([found.reactions.ravel(), found.efforts])[: len(self._known)]
         for pair, (normal, *force) in found.contacts.items():
             known = np.array([normal, normal and all(force), *force])
@@ -134,9 +155,9 @@ class Loads:
     def joints(self) -> Table:
         """Rows of joints, then of degrees of freedom.
 
-        fx, fy, fz (N) and tx, ty, tz (N m) of a joint: its reaction on body A in the axes of frame B, which is
-        fixed in body B; the torque is about the origin of frame A. Of usual joints z is the axis. effort of a
-        degree of freedom: motor, spring, damper, dry friction and limit together (N, N m).
+        fx, fy, fz (N) and tx, ty, tz (N m) of a joint: its reaction on body A in the axes of frame B, which
+        is fixed in body B. The torque is about the origin of frame A. The axis of common joints is z. effort
+        of a degree of freedom: motor, spring, damper, dry friction and limit together (N, N m).
         """
         self._judge_now()
         names = [(name, part, unit) for name in joint_labels(self._model.joints) for part, unit in _WRENCH]
@@ -196,7 +217,8 @@ def _geom_label(model: Model, geom: int) -> str:
     return "world" if part.body == WORLD else model.bodies[part.body].name or f"body {part.body}"
 
 
-def pose_of(simulation: Simulation) -> Pose:
+def pose_of(simulation: Watched) -> Pose:
+    """The present one."""
     state, core = simulation.state, simulation._core
     return Pose(
         state.positions, state.orientations, state.linear_velocities, state.angular_velocities,
@@ -204,7 +226,7 @@ def pose_of(simulation: Simulation) -> Pose:
     )  # fmt: skip
 
 
-def joint_values(simulation: Simulation) -> Array:
+def joint_values(simulation: Watched) -> Array:
     """Reactions in the axes of frames B and efforts of the last step, (6 joints + dofs,)."""
     reactions, efforts = simulation.joint_reactions, simulation.joint_efforts
     wrenches = np.concatenate([reactions["force"], reactions["torque"]], axis=1)

@@ -34,8 +34,8 @@ from .forces import (
     reaction_table,
     tendon_table,
 )
-from .outcome import Report, Table
 from .loads import Loads
+from .outcome import Report, Table
 from .own_method import OwnMethod, name_of, wrapped
 from .state import State
 

@@ -25,7 +25,7 @@ def pendulum(dt):
     return amontons.Simulation(builder.build(), dt=dt, tolerance=1e-10)
 
 
-# Breaks when a peak, its time, a mean, an impulse or an rms is taken wrong, or in other axes than the joint's.
+# Breaks when a peak, its time, a mean, an impulse or an rms is wrong, or not in the axes of the joint.
 def test_bearing_of_a_pendulum():
     h, m, l, inertia = 1e-3, 1.5, 0.8, 0.02
     simulation = pendulum(h)
