@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import warnings
 from collections.abc import Iterator
 from dataclasses import dataclass, field
@@ -33,8 +34,17 @@ def model(case: Case) -> amontons.Model:
             orientation=quaternion(part.rotation), linear_velocity=part.velocity,
         )  # fmt: skip
     for name, joint in case.connections.items():
-        _connect(builder, name, joint, case.parts[joint.part])
+        if joint.kind == "rack":
+            hinge, slide = (_holds(case, part) for part in (joint.other, joint.part))
+            builder.add_coupling(slide, hinge, coefficients=(0, joint.numbers["diameter"] / 2))
+        else:
+            _connect(builder, name, joint, case.parts[joint.part])
     return builder.build()
+
+
+def _holds(case: Case, part: str) -> str:
+    """The joint of a part with the ground."""
+    return next(name for name, joint in case.connections.items() if joint.part == part and not joint.other)
 
 
 def _connect(builder: amontons.ModelBuilder, name: str, joint: Connection, part: Part) -> None:
@@ -100,54 +110,71 @@ def _add_spring(builder: amontons.ModelBuilder, name: str, joint: Connection, pa
 
 @dataclass
 class Record:
-    """What a run of ours says, by quantity of Adams: times (s) and values."""
+    """What a run of ours says, by quantity of Adams and number of the part or reaction: times (s), values."""
 
-    times: dict[str, list[float]] = field(default_factory=dict)
-    values: dict[str, list[Array]] = field(default_factory=dict)
+    times: dict[tuple[str, int], list[float]] = field(default_factory=dict)
+    values: dict[tuple[str, int], list[Array]] = field(default_factory=dict)
 
-    def add(self, quantity: str, time: float, value: Any) -> None:
-        self.times.setdefault(quantity, []).append(time)
-        self.values.setdefault(quantity, []).append(np.array(value))
+    def add(self, quantity: str, number: int, time: float, value: Any) -> None:
+        self.times.setdefault((quantity, number), []).append(time)
+        self.values.setdefault((quantity, number), []).append(np.array(value))
+
+
+WORDS = {"": 0, "p": 0, "a": 1, "pinion": 0, "rack": 1}
+"""Number of the part or reaction by the word behind a quantity: RforceA, Pos_Rack; Body2 has its number."""
+
+
+def place(quantity: str) -> tuple[str, int] | None:
+    """The quantity of Adams and the number of the part or reaction; None if it is none of ours."""
+    found = re.fullmatch(r"(Pos|Quat|Vel|Avel|Rforce|Rtorque)_?([A-Za-z]*)(\d*)", quantity)
+    if found is None:
+        return None
+    number = int(found[3]) - 1 if found[3] else WORDS.get(found[2].lower())
+    return None if number is None else (found[1], number)
 
 
 def run(case: Case, dt: float) -> Record:
-    """Motion of the first part and what its connection puts on the ground, over the time of the results."""
+    """Motion of the parts and what their connections put on the ground, over the time of the results."""
     simulation = amontons.Simulation(model(case), dt=dt, tolerance=1e-10)
     record = Record()
-    name, joint = next(iter(case.connections.items()))
+    name, first = next(iter(case.connections.items()))
     times = case.results["Pos"][:, 0]
     every = max(1, round((times[1] - times[0]) / dt))
     for k in range(round(times[-1] / dt) + 1):
         if k % every == 0:
             state = simulation.state
-            record.add("Pos", simulation.time, state.positions[0])
-            record.add("Quat", simulation.time, state.orientations[0])
-            record.add("Vel", simulation.time, state.linear_velocities[0])
-            record.add("Avel", simulation.time, state.angular_velocities[0])
-        if "stiffening" in joint.numbers:
+            for body in range(len(case.parts)):
+                record.add("Pos", body, simulation.time, state.positions[body])
+                record.add("Quat", body, simulation.time, state.orientations[body])
+                record.add("Vel", body, simulation.time, state.linear_velocities[body])
+                record.add("Avel", body, simulation.time, state.angular_velocities[body])
+        if "stiffening" in first.numbers:
             angle = simulation.coordinate(name)
-            simulation.state.joint_forces[0] = -joint.numbers["stiffening"] * abs(angle) * angle
+            simulation.state.joint_forces[0] = -first.numbers["stiffening"] * abs(angle) * angle
         simulation.step()
         if k % every == 0:
-            for quantity, value in loads(simulation, name, joint).items():
-                record.add(quantity, simulation.instant.time, value)
+            joints = case.connections.items()
+            reactions = [pair for other, joint in joints for pair in loads(simulation, other, joint)]
+            for number, (force, torque) in enumerate(reactions):
+                record.add("Rforce", number, simulation.instant.time, force)
+                record.add("Rtorque", number, simulation.instant.time, torque)
     return record
 
 
-def loads(simulation: amontons.Simulation, name: str, joint: Connection) -> dict[str, Array]:
-    """Force (N) and torque about `far` (N m) on the ground in the last step, by quantity of Adams."""
+def loads(simulation: amontons.Simulation, name: str, joint: Connection) -> list[tuple[Array, Array]]:
+    """Forces (N) and torques about `far` (N m) of a connection in the last step: on the ground, and then on
+    the part where Adams tells both."""
+    if joint.kind == "rack":
+        return []
     if name in simulation.model.tendon_names:
-        return {"Rforce": _tension(simulation, joint)}
+        return [(_tension(simulation, joint), np.zeros(3))]
     reaction, along = simulation.reaction(name), joint.rotation.apply([0, 0, 1])
     force = -np.array(reaction.force)
     torque = -np.array(reaction.torque) + np.cross(np.array(reaction.point) - joint.far, force)
     if joint.kind == "rod":
-        return {
-            "Rforce_Body1": force, "Rtorque_Body1": torque,
-            "Rforce_Body2": -force, "Rtorque_Body2": np.array(reaction.torque),
-        }  # fmt: skip
+        return [(force, torque), (-force, np.array(reaction.torque))]
     if "speed" in joint.numbers:
-        return {"RforceP": force, "RtorqueP": torque, "RforceA": simulation.effort(name).motor * along}
+        return [(force, torque), (simulation.effort(name).motor * along, np.zeros(3))]
     if joint.kind in ("revolute", "spring"):
         effort = simulation.effort(name).passive
         if "stiffening" in joint.numbers:
@@ -156,7 +183,7 @@ def loads(simulation: amontons.Simulation, name: str, joint: Connection) -> dict
             force = force - effort * np.array([0, 0, 1])
         else:
             torque = torque - effort * along
-    return {"Rforce": force, "Rtorque": torque}
+    return [(force, torque)]
 
 
 def _tension(simulation: amontons.Simulation, joint: Connection) -> Array:
@@ -168,11 +195,12 @@ def _tension(simulation: amontons.Simulation, joint: Connection) -> Array:
 
 def compare(case: Case, record: Record, dt: float) -> Iterator[dict[str, Any]]:
     """A row for each quantity: the largest rms error of its columns."""
-    for quantity, values in record.values.items():
-        if quantity not in case.results:
+    for quantity in case.results:
+        key = place(quantity)
+        if key not in record.values:
             continue
-        ours, theirs = np.array(values), case.at(quantity, np.array(record.times[quantity]))
-        if quantity == "Quat":  # the nearer of q and -q
+        ours, theirs = np.array(record.values[key]), case.at(quantity, np.array(record.times[key]))
+        if quantity.startswith("Quat"):  # the nearer of q and -q
             ours = ours * np.sign(np.sum(ours * theirs, axis=1))[:, None]
         rms = float(np.sqrt(np.mean((ours - theirs) ** 2, axis=0)).max())
         limit = _limit(quantity, dt, case)
@@ -193,7 +221,7 @@ def _limit(quantity: str, dt: float, case: Case) -> float | None:
     is judged beside the largest torque, or beside the largest force at a metre if that is larger."""
     if dt != STEPS[0]:
         return case.tolerances.get(quantity)
-    if quantity == "Pos":
+    if quantity.startswith("Pos"):
         return POSITION
     if quantity.startswith("Rforce"):
         return REACTION * _peak(case, "Rforce")

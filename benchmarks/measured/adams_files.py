@@ -236,6 +236,7 @@ JOINTS = {
     "TRANSLATIONAL": "prismatic",
     "SPHERICAL": "ball",
     "HOOKE": "universal",
+    "RACKPIN": "rack",
 }
 
 
@@ -263,6 +264,8 @@ def read_adm(text: str) -> Mechanism:
             if not names:
                 raise ValueError(f"JOINT/{number}: of {', '.join(fields)} none is a joint that is read")
             found = _connection(JOINTS[names.pop()], _id(fields["I"]), _id(fields["J"]), markers, parts)
+            if "PD" in fields:  # the pitch diameter: J moves along its axis by half of it per radian of I
+                found.numbers["diameter"] = float(fields["PD"])
         else:
             continue
         connections[number] = found

@@ -127,11 +127,11 @@ def test_models_of_adams(measured, tmp_path):
         "Rtorque": np.column_stack([times, np.tile([0, 2 * weight, 0], (len(times), 1))]),
     }
     write_case(tmp_path, "Ours_Case07", SLIDE, columns)
-    write_case(tmp_path, "Gear_Case01", SLIDE.replace("TRANSLATIONAL", "RACKPIN"), columns)
+    write_case(tmp_path, "Screw_Case01", SLIDE.replace("TRANSLATIONAL", "SCREW"), columns)
     cases, unread = measured.adams_files.read_cases(tmp_path)
     assert len(unread) == 1
-    assert unread[0].startswith("Gear_Case01")
-    assert "RACKPIN" in unread[0]
+    assert unread[0].startswith("Screw_Case01")
+    assert "SCREW" in unread[0]
     (case,) = cases
     (part,) = case.parts.values()
     assert part.mass == 2
@@ -142,6 +142,49 @@ def test_models_of_adams(measured, tmp_path):
     for row in measured.adams.compare(case, record, 5e-3):
         assert row["rms"] < 1e-4 * weight, row  # the tolerance of a solve
         assert row["met"] == "yes"
+
+
+RACK = """PART/01, GROUND
+MARKER/0101, PART = 01, REULER = 90D, 90D, -90D
+MARKER/0102, PART = 01
+PART/02, MASS = 1, CM = 0201, IP = 0.04, 0.1, 0.1
+MARKER/0201, PART = 02, REULER = 90D, 90D, -90D
+PART/03, MASS = 1, CM = 0301, IP = 0.1, 0.1, 0.04
+MARKER/0301, PART = 03, QP = 0, 0.1, 0
+JOINT/01, REVOLUTE, I = 0101, J = 0201
+JOINT/02, TRANSLATIONAL, I = 0102, J = 0301
+JOINT/03, RACKPIN, I = 0201, J = 0301, PD = 0.5
+"""
+
+
+# Breaks when a rack is coupled to its pinion the wrong way round, or results of the second part or reaction go
+# to the first: the rack falls with m g / (m + I / r^2) and turns the pinion by its travel over r.
+def test_rack_and_pinion(measured, tmp_path):
+    times, g, r = np.arange(0, 0.2, 0.01), 9.80665, 0.25
+    a = g / (1 + 0.1 / r**2)
+    nothing = np.zeros_like(times)
+    columns = {
+        "Pos": np.column_stack([times, nothing, nothing, nothing]),
+        "PosRack": np.column_stack([times, nothing, nothing + 0.1, -a * times**2 / 2]),
+        "Avel_Pinion": np.column_stack([times, -a * times / r, nothing, nothing]),
+        # A coupling is of coordinates: the bearing carries the weight of the pinion, not the teeth of the rack.
+        "Rforce1": np.column_stack([times, nothing, nothing, nothing - g]),
+        "Rforce2": np.column_stack([times, nothing, nothing, nothing]),
+    }
+    write_case(tmp_path, "Rack_Case01", RACK, columns)
+    ((case,), unread) = measured.adams_files.read_cases(tmp_path)
+    assert not unread
+    h = 1e-3
+    found = {
+        row["quantity"]: row["rms"] for row in measured.adams.compare(case, measured.adams.run(case, h), h)
+    }
+    assert set(found) == set(columns)
+    # Velocities and positions belong to instants that differ by at most a step.
+    assert found["Pos"] < 1e-9
+    assert found["PosRack"] < a * h * 0.2
+    assert found["Avel_Pinion"] < a * h / r
+    assert found["Rforce1"] < 1e-6 * g
+    assert found["Rforce2"] < 1e-6
 
 
 PROGRAM = """
