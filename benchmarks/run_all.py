@@ -29,6 +29,7 @@ PARTS = (
     "steps",
     "simulation",
     "physics",
+    "measurements",
     "robots",
     "rollout",
     "studies",

@@ -157,8 +157,8 @@ JOINT/03, RACKPIN, I = 0201, J = 0301, PD = 0.5
 """
 
 
-# Breaks when a rack is coupled to its pinion the wrong way round, or results of the second part or reaction go
-# to the first: the rack falls with m g / (m + I / r^2) and turns the pinion by its travel over r.
+# Breaks when a rack is coupled to its pinion the wrong way round, or results of the second part or reaction
+# go to the first: the rack falls with m g / (m + I / r^2) and turns the pinion by its travel over r.
 def test_rack_and_pinion(measured, tmp_path):
     times, g, r = np.arange(0, 0.2, 0.01), 9.80665, 0.25
     a = g / (1 + 0.1 / r**2)
@@ -167,7 +167,7 @@ def test_rack_and_pinion(measured, tmp_path):
         "Pos": np.column_stack([times, nothing, nothing, nothing]),
         "PosRack": np.column_stack([times, nothing, nothing + 0.1, -a * times**2 / 2]),
         "Avel_Pinion": np.column_stack([times, -a * times / r, nothing, nothing]),
-        # A coupling is of coordinates: the bearing carries the weight of the pinion, not the teeth of the rack.
+        # A coupling is of coordinates: the bearing carries the weight of the pinion and no force of teeth.
         "Rforce1": np.column_stack([times, nothing, nothing, nothing - g]),
         "Rforce2": np.column_stack([times, nothing, nothing, nothing]),
     }

@@ -211,6 +211,26 @@ def test_collection_ends():
     assert "0.01 s" in repr(loads)
 
 
+# Breaks when a locked direction of a joint is missing, twice there, or taken at another place: the number of
+# independent changes that put no sum on any body is that of the rows of the step less their rank.
+@pytest.mark.parametrize("scene", ["four_bar", "slider_crank", "chain"])
+def test_redundancy_is_that_of_the_rows(scene):
+    from amontons.simulation import determinacy
+    from amontons.simulation.loads import pose_of
+
+    options = {"four_bar": {"driven": False}, "slider_crank": {}, "chain": {"links": 8}}[scene]
+    simulation = amontons.Simulation(amontons.scenes.make(scene, **options), dt=1e-3)
+    simulation.run(0.05)
+    rows = simulation.problem().A.jacobian().toarray()
+    values = np.linalg.svd(rows / np.linalg.norm(rows, axis=1, keepdims=True), compute_uv=False)
+    redundant = len(rows) - int(np.sum(values > 1e-6 * values.max()))
+    model, pose = simulation.model, pose_of(simulation)
+    columns = list(determinacy._of_joints(model, pose))
+    free = determinacy._null_space(model, pose, columns)
+    assert free.shape == (len(columns), redundant)
+    assert len(columns) == len(rows)
+
+
 # Breaks when trees take the time of a decomposition, or their reactions are called redundant.
 def test_trees_are_determined():
     simulation = amontons.Simulation(amontons.scenes.chain(links=60), dt=5e-3)
