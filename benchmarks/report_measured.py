@@ -48,7 +48,19 @@ def tosses(rows: Rows) -> str:
         header = ("engine", "1 step", "2", "4", "8", "given, held out", "fitted, held out", "fitted values")
         title = "Lengths as tracked" if scale == "as tracked" else "Lengths corrected by 2.2 %"
         parts.append(f"{title}, % of the width / deg:\n\n{table(header, lines)}")
-    return "\n\n".join(parts)
+    return "\n\n".join([*parts, f"Other coefficients, 1 step, as tracked:\n\n{varied(rows)}"])
+
+
+def varied(rows: Rows) -> str:
+    """Errors of coefficients beside those of the given ones."""
+    own = [row for row in rows if row["scale"] == "as tracked" and row["steps_per_sample"] == "1"]
+    kinds = [kind for kind in dict.fromkeys(row["coefficients"] for row in own) if "held out" not in kind]
+    found = {(row["engine"], row["coefficients"]): errors(row) for row in own}
+    engines = dict.fromkeys(row["engine"] for row in own)
+    return table(
+        ("engine", *kinds),
+        [[engine, *(found.get((engine, kind), "") for kind in kinds)] for engine in engines],
+    )
 
 
 def errors(row: dict[str, str]) -> str:

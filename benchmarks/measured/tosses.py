@@ -21,6 +21,7 @@ from beside import in_amontons, in_drake, in_mujoco, in_pybullet
 from beside.engine import Array, Engine, Subject, Unsupported
 from scipy.spatial.transform import Rotation
 
+OURS = "amontons"
 EDGE, MASS, INERTIA = 0.1048, 0.37, 8.1e-4  # m, kg, kg m^2
 RATE = 148.0  # samples per second (Hz)
 GIVEN = (0.18, 0.125)
@@ -31,6 +32,11 @@ RADIUS = 1e-3
 """m: of spheres at the corners."""
 FITTED = 60
 """Tosses that coefficients are fitted on; the others test them."""
+VARIED = {
+    "friction": (0.12, 0.27),
+    "restitution": (0.0, 0.25),
+}
+"""Other coefficients: two thirds and three halves of the friction, none and twice the restitution."""
 FRICTIONS = tuple(np.round(np.arange(0.1, 0.241, 0.01), 3).tolist())
 RESTITUTIONS = (0.0, 0.125, 0.25, 0.375)
 
@@ -116,7 +122,7 @@ class Entrant:
 
     @property
     def is_ours(self) -> bool:
-        return self.engine.name.startswith("amontons")
+        return self.engine.name == OURS
 
     def errors(self, toss: Toss) -> tuple[float, float]:
         """Means over a toss: of the position (% of the edge) and of the orientation (deg)."""
@@ -152,7 +158,7 @@ def engines() -> Iterator[Engine]:
     Drake runs with "sap". With its default, "lagged", a cube of stiff points stops where it lands at these
     steps.
     """
-    yield from itertools.islice(in_amontons.engines(), 1)
+    yield from (replace(found, name=OURS) for found in itertools.islice(in_amontons.engines(), 1))
     for found in in_mujoco.engines():
         if not found.tuned:
             yield replace(found, name="MuJoCo, pyramid")
@@ -198,6 +204,10 @@ def rows(folder: Path, quick: bool) -> Iterator[dict[str, Any]]:
             for k, errors in runs.items():
                 yield entry(Entrant(engine, k), scale, "given", errors)
             yield entry(Entrant(engine), scale, "given, held out", runs[1][testing])
+            for key, values in VARIED.items() if scale == "as tracked" else ():
+                for value in values if key == "friction" or engine.name == OURS else ():
+                    varied = replace(Entrant(engine), **{key: value})
+                    yield entry(varied, scale, f"{key} {value:g}", varied.all_errors(tosses))
             best = fitted(Entrant(engine), [tosses[k] for k in fitting])
             held = best.all_errors([tosses[k] for k in testing])
             yield entry(best, scale, "fitted, held out", held)

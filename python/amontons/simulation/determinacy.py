@@ -59,7 +59,9 @@ class _Column:
     force: Array
     torque: Array
     owner: int
-    """a joint, or the joints and then a contact"""
+    """a joint, or the joints and then a pair of geoms"""
+    along_normal: float = 0.0
+    """of a contact: the part of the force along the normal"""
 
 
 def rotate(q: Array, v: Array) -> Array:
@@ -77,41 +79,41 @@ def back(q: Array, v: Array) -> Array:
 def determined(model: Model, pose: Pose, contacts: Table) -> Determined:
     """For each joint of a model and each pair of geoms in touch.
 
-    The cost is that of a singular value decomposition of all unknowns of a loop or a pile.
+    The cost is that of a singular value decomposition of all unknowns of each loop or pile.
     """
     joints = len(model.joints)
+    touching = contacts[contacts["state"] != "open"]
+    geoms = np.stack([touching["geom_a"], touching["geom_b"]], axis=1)
+    found, of = np.unique(geoms, axis=0, return_inverse=True)
+    pairs = [(a, b) for a, b in found.tolist()]
+    bonds = [*_joint_bonds(model), *_pair_bonds(model, pairs, np.bincount(of.ravel(), minlength=len(pairs)))]
     result = Determined(np.ones((joints, 6), bool), np.ones(model.dofs, bool), {})
-    columns = [*_of_joints(model, pose), *_of_contacts(model, contacts, joints)]
-    columns = _without_branches(model, columns)
-    pairs = list(zip(contacts["geom_a"].tolist(), contacts["geom_b"].tolist(), strict=True))
     result.contacts.update({pair: np.ones(4, bool) for pair in pairs})
-    changes: dict[tuple[int, int], Array] = {}
-    for island in _islands(model, columns):
-        if len(island) > MOST:
-            for c in island:
-                _mark_all(result, model, joints, pairs, c.owner)
+    for island in _islands(len(model.bodies), _without_branches(joints, bonds)):
+        if sum(bond.unknowns for bond in island) > MOST:
+            for bond in island:
+                if bond.owner < joints:
+                    result.reactions[bond.owner] = False
+                    result.efforts[_dofs(model, bond.owner)] = False
+                else:
+                    result.contacts[pairs[bond.owner - joints]][:] = False
             continue
-        free = _null_space(model, pose, island)
-        for k, c in enumerate(island):
+        columns: list[_Column] = []
+        for bond in island:
+            if bond.owner < joints:
+                columns += _of_joint(model, pose, bond.owner)
+            else:
+                columns += _of_pair(touching[of.ravel() == bond.owner - joints], bond.owner)
+        free = _null_space(model, pose, columns)
+        _mark_joints(result, model, pose, columns, free)
+        changes: dict[int, Array] = {}
+        for k, c in enumerate(columns):
             if c.owner >= joints:
-                normal = contacts["normal"][c.owner - joints]
-                change = np.outer([normal @ c.force, *c.force], free[k])
-                pair = pairs[c.owner - joints]
-                changes[pair] = changes.get(pair, 0.0) + change
-        _mark_joints(result, model, pose, island, free)
-    for pair, change in changes.items():
-        result.contacts[pair] &= np.linalg.norm(change, axis=1) < SINGULAR
+                change = np.outer([c.along_normal, *c.force], free[k])
+                changes[c.owner] = changes.get(c.owner, 0.0) + change
+        for owner, change in changes.items():
+            result.contacts[pairs[owner - joints]] &= np.linalg.norm(change, axis=1) < SINGULAR
     return result
-
-
-def _mark_all(
-    result: Determined, model: Model, joints: int, pairs: list[tuple[int, int]], owner: int
-) -> None:
-    if owner >= joints:
-        result.contacts[pairs[owner - joints]][:] = False
-    else:
-        result.reactions[owner] = False
-        result.efforts[_dofs(model, owner)] = False
 
 
 def _dofs(model: Model, joint: int) -> slice:
@@ -119,10 +121,10 @@ def _dofs(model: Model, joint: int) -> slice:
     return slice(first, first + len(model.joints[joint].dofs))
 
 
-def _mark_joints(result: Determined, model: Model, pose: Pose, island: list[_Column], free: Array) -> None:
+def _mark_joints(result: Determined, model: Model, pose: Pose, columns: list[_Column], free: Array) -> None:
     """Components of reactions and efforts that change along the null space are not determined."""
     of_joint: dict[int, Array] = {}
-    for k, c in enumerate(island):
+    for k, c in enumerate(columns):
         if c.owner < len(model.joints):
             change = np.outer([*c.force, *c.torque], free[k])
             of_joint[c.owner] = of_joint.get(c.owner, 0.0) + change
@@ -191,29 +193,24 @@ def _origin_a_in_b(model: Model, pose: Pose, j: int) -> Array:
     return back(_frame_b(model, pose, j), _held_at(model, pose, j) - origin)
 
 
-def _of_joints(model: Model, pose: Pose) -> Iterator[_Column]:
+def _of_joint(model: Model, pose: Pose, j: int) -> Iterator[_Column]:
     """Locked directions, and degrees of freedom whose effort is not known: exact motors, limits, dry friction
-    that sticks. A compliance makes a reaction a function of the motion, so it is no unknown."""
-    for j, joint in enumerate(model.joints):
-        if joint.compliance:
-            continue
-        point, frame = _held_at(model, pose, j), _frame_b(model, pose, j)
-        if joint.kind == "distance":
-            way = rotate(frame, _origin_a_in_b(model, pose, j))
-            size = float(np.linalg.norm(way))
-            if size and _at_limit(size, joint.lower_distance, joint.upper_distance, model.length):
+    that sticks."""
+    joint = model.joints[j]
+    point, frame = _held_at(model, pose, j), _frame_b(model, pose, j)
+    if joint.kind == "distance":
+        way = rotate(frame, _origin_a_in_b(model, pose, j))
+        size = float(np.linalg.norm(way))
+        if size:
+            if _at_limit(size, joint.lower_distance, joint.upper_distance, model.length):
                 yield _Column((joint.body_a, joint.body_b), point, way / size, np.zeros(3), j)
-                continue
-            if size:
-                continue
-        twists = _twists(model, pose, j) if joint.kind == "chain" else np.eye(6)[:, 3:]
-        left, values, _ = np.linalg.svd(twists) if twists.shape[1] else (np.eye(6), np.zeros(0), None)
-        rank = int(np.sum(values > SINGULAR * values.max(initial=0.0)))
-        wrenches = [*left[:, rank:].T, *_unknown_efforts(model, pose, j, twists)]
-        for wrench in wrenches:
-            yield _Column(
-                (joint.body_a, joint.body_b), point, rotate(frame, wrench[:3]), rotate(frame, wrench[3:]), j
-            )
+            return
+    twists = _twists(model, pose, j) if joint.kind == "chain" else np.eye(6)[:, 3:]
+    left, values, _ = np.linalg.svd(twists) if twists.shape[1] else (np.eye(6), np.zeros(0), None)
+    rank = int(np.sum(values > SINGULAR * values.max(initial=0.0)))
+    for wrench in (*left[:, rank:].T, *_unknown_efforts(model, pose, j, twists)):
+        force, torque = rotate(frame, wrench[:3]), rotate(frame, wrench[3:])
+        yield _Column((joint.body_a, joint.body_b), point, force, torque, j)
 
 
 def _unknown_efforts(model: Model, pose: Pose, j: int, twists: Array) -> Iterator[Array]:
@@ -254,11 +251,9 @@ def _at_limit(value: float, lower: float, upper: float, unit: float) -> bool:
     return value <= lower + SINGULAR * unit or value >= upper - SINGULAR * unit
 
 
-def _of_contacts(model: Model, contacts: Table, joints: int) -> Iterator[_Column]:
-    """Forces of points that stick are free in all directions, those that slide along their present one."""
-    for k, row in enumerate(contacts):
-        if row["state"] == "open" or _compliance(model, int(row["geom_a"]), int(row["geom_b"])):
-            continue
+def _of_pair(points: Table, owner: int) -> Iterator[_Column]:
+    """The force of a point that sticks is free in all directions, that of one that slides along its own."""
+    for row in points:
         size = float(np.linalg.norm(row["force"]))
         if row["friction"] == 0 or size == 0:
             directions = [row["normal"]]
@@ -266,10 +261,10 @@ def _of_contacts(model: Model, contacts: Table, joints: int) -> Iterator[_Column
             directions = [row["force"] / size]
         else:
             directions = list(np.eye(3))
+        bodies = int(row["body_a"]), int(row["body_b"])
         for direction in directions:
-            yield _Column(
-                (int(row["body_a"]), int(row["body_b"])), row["point"], direction, np.zeros(3), joints + k
-            )
+            along = float(direction @ row["normal"])
+            yield _Column(bodies, row["point"], direction, np.zeros(3), owner, along)
 
 
 def _compliance(model: Model, a: int, b: int) -> float:
@@ -279,37 +274,59 @@ def _compliance(model: Model, a: int, b: int) -> float:
     return model.geoms[a].material.compliance + model.geoms[b].material.compliance
 
 
-def _moving(model: Model, column: _Column) -> list[int]:
-    return [b for b in column.bodies if b != WORLD and model.bodies[b].motion == "dynamic"]
+@dataclass(frozen=True)
+class _Bond:
+    """A joint or a pair of geoms that touch: its number as owner of unknowns, the dynamic bodies that it acts
+    on, and the largest number of its unknowns."""
+
+    owner: int
+    bodies: tuple[int, ...]
+    unknowns: int
 
 
-def _without_branches(model: Model, columns: list[_Column]) -> list[_Column]:
-    """Unknowns without those of joints that alone hold a body: its balance determines them, as the wrenches
-    of one joint are independent. Then the next body may hang on one joint; of trees nothing is left."""
+def _moving(model: Model, *bodies: int) -> tuple[int, ...]:
+    return tuple(b for b in bodies if b != WORLD and model.bodies[b].motion == "dynamic")
+
+
+def _joint_bonds(model: Model) -> Iterator[_Bond]:
+    """All but those with compliance: it makes a force a function of the motion, so it is no unknown."""
+    for j, joint in enumerate(model.joints):
+        if not joint.compliance:
+            yield _Bond(j, _moving(model, joint.body_a, joint.body_b), 6)  # type: ignore[arg-type]
+
+
+def _pair_bonds(model: Model, pairs: list[tuple[int, int]], points: Array) -> Iterator[_Bond]:
+    """The same of pairs of geoms; a point has three unknowns."""
+    for k, ((a, b), count) in enumerate(zip(pairs, points.tolist(), strict=True)):
+        if not _compliance(model, a, b):
+            bodies = _moving(model, model.geoms[a].body, model.geoms[b].body)
+            yield _Bond(len(model.joints) + k, bodies, 3 * count)
+
+
+def _without_branches(joints: int, bonds: list[_Bond]) -> list[_Bond]:
+    """Bonds without joints that alone hold a body: its balance determines them, as the wrenches of one joint
+    are independent. Then the next body may hang on one joint; of trees nothing is left."""
     of_body: dict[int, set[int]] = {}
-    of_owner: dict[int, list[_Column]] = {}
-    for c in columns:
-        of_owner.setdefault(c.owner, []).append(c)
-        for body in _moving(model, c):
-            of_body.setdefault(body, set()).add(c.owner)
+    left = {bond.owner: bond for bond in bonds}
+    for bond in bonds:
+        for body in bond.bodies:
+            of_body.setdefault(body, set()).add(bond.owner)
     leaves = [body for body, owners in of_body.items() if len(owners) == 1]
     while leaves:
         owners = of_body[leaves.pop()]
-        if len(owners) != 1:
+        if len(owners) != 1 or min(owners) >= joints:
             continue
         (owner,) = owners
-        if owner >= len(model.joints):
-            continue
-        for body in {b for c in of_owner.pop(owner) for b in _moving(model, c)}:
+        for body in left.pop(owner).bodies:
             of_body[body].discard(owner)
             if len(of_body[body]) == 1:
                 leaves.append(body)
-    return [c for c in columns if c.owner in of_owner]
+    return list(left.values())
 
 
-def _islands(model: Model, columns: list[_Column]) -> list[list[_Column]]:
-    """Unknowns by bodies that hang together; fixed bodies and the world hold nothing together."""
-    root = list(range(len(model.bodies)))
+def _islands(bodies: int, bonds: list[_Bond]) -> list[list[_Bond]]:
+    """Bonds by bodies that hang together; fixed bodies and the world hold nothing together."""
+    root = list(range(bodies))
 
     def find(body: int) -> int:
         while root[body] != body:
@@ -317,31 +334,35 @@ def _islands(model: Model, columns: list[_Column]) -> list[list[_Column]]:
             body = root[body]
         return body
 
-    moving = [_moving(model, c) for c in columns]
-    for bodies in moving:
-        if len(bodies) == 2:
-            root[find(bodies[0])] = find(bodies[1])
-    found: dict[int, list[_Column]] = {}
-    for c, bodies in zip(columns, moving, strict=True):
-        found.setdefault(find(bodies[0]) if bodies else WORLD, []).append(c)
+    for bond in bonds:
+        if len(bond.bodies) == 2:
+            root[find(bond.bodies[0])] = find(bond.bodies[1])
+    found: dict[int, list[_Bond]] = {}
+    for bond in bonds:
+        found.setdefault(find(bond.bodies[0]) if bond.bodies else WORLD, []).append(bond)
     return list(found.values())
 
 
-def _null_space(model: Model, pose: Pose, island: list[_Column]) -> Array:
+def _null_space(model: Model, pose: Pose, columns: list[_Column]) -> Array:
     """Changes of the unknowns that put no sum on any body: an orthonormal basis, (unknowns, n)."""
-    bodies = sorted({b for c in island for b in _moving(model, c)})
-    place = {b: k for k, b in enumerate(bodies)}
-    matrix = np.zeros((6 * len(bodies), len(island)))
-    for k, c in enumerate(island):
-        for b, sign in zip(c.bodies, (1, -1), strict=True):
-            if b in place:
-                centre = rotate(pose.orientations[b], np.array(model.bodies[b].centre_of_mass))
-                arm = (c.point - pose.positions[b] - centre) / model.length
-                at = 6 * place[b]
-                matrix[at : at + 3, k] += sign * c.force
-                matrix[at + 3 : at + 6, k] += sign * (np.cross(arm, c.force) + c.torque)
-    if not bodies:
-        return np.eye(len(island))
-    _, values, right = np.linalg.svd(matrix)
+    sides = np.array([c.bodies for c in columns], dtype=int).reshape(-1, 2)
+    dynamic = np.array([body.motion == "dynamic" for body in model.bodies] + [False])  # the world comes last
+    bodies = np.unique(sides[dynamic[sides]])
+    if not len(bodies):
+        return np.eye(len(columns))
+    points, forces, torques = (np.array([getattr(c, name) for c in columns]) for name in _PARTS)
+    centres = np.array([model.bodies[b].centre_of_mass for b in bodies])
+    centres = pose.positions[bodies] + rotate(pose.orientations[bodies], centres)
+    matrix = np.zeros((len(bodies), 6, len(columns)))
+    for side, sign in enumerate((1, -1)):
+        on = np.flatnonzero(dynamic[sides[:, side]])
+        at = np.searchsorted(bodies, sides[on, side])
+        arms = (points[on] - centres[at]) / model.length
+        matrix[at, :3, on] += sign * forces[on]
+        matrix[at, 3:, on] += sign * (np.cross(arms, forces[on]) + torques[on])
+    _, values, right = np.linalg.svd(matrix.reshape(-1, len(columns)))
     rank = int(np.sum(values > SINGULAR * values.max(initial=0.0)))
     return right[rank:].T
+
+
+_PARTS = ("point", "force", "torque")

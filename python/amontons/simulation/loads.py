@@ -52,19 +52,27 @@ class Watched(Protocol):
 
 
 class Sums:
-    """Peak, its time, mean, mean square and impulse of numbers that hold over steps."""
+    """Peak, its time, mean, mean square and impulse of numbers that hold over steps; each an array (n,)."""
 
     def __init__(self, count: int) -> None:
         self.peak, self.time = np.zeros(count), np.full(count, np.nan)
         self.integral, self.square = np.zeros(count), np.zeros(count)
 
-    def add(self, values: Array, time: float, lasting: float) -> None:
-        """values: means over a step that began at `time` (s) and lasted so long (s)."""
+    def grow(self, count: int) -> None:
+        """More numbers, which were zero up to now."""
+        more = Sums(count)
+        for name, values in vars(self).items():
+            setattr(self, name, np.concatenate([values, getattr(more, name)]))
+
+    def add(self, values: Array, time: float, lasting: float, at: Any = slice(None)) -> None:
+        """values: of the numbers `at`, means over a step that began at `time` (s) and lasted so long (s)."""
+        peak = self.peak[at]
         # The first of equal peaks counts: rounding makes none.
-        larger = (np.abs(values) > (1 + 1e-9) * np.abs(self.peak)) | np.isnan(self.time)
-        self.peak[larger], self.time[larger] = values[larger], time
-        self.integral += lasting * values
-        self.square += lasting * values**2
+        larger = (np.abs(values) > (1 + 1e-9) * np.abs(peak)) | np.isnan(self.time[at])
+        self.peak[at] = np.where(larger, values, peak)
+        self.time[at] = np.where(larger, time, self.time[at])
+        self.integral[at] += lasting * values
+        self.square[at] += lasting * values**2
 
 
 class Loads:
@@ -87,8 +95,8 @@ class Loads:
         count = 6 * len(model.joints) + model.dofs * efforts
         self._model, self._efforts = model, efforts
         self._sums, self._known = Sums(count), np.ones(count, bool)
-        self._of_pairs: dict[tuple[int, int], Sums] = {}
-        self._pairs_known: dict[tuple[int, int], Array] = {}
+        self._pairs: dict[tuple[int, int], int] = {}
+        self._of_pairs, self._pairs_known = Sums(0), np.zeros((0, len(OF_CONTACTS)), bool)
         self._duration = 0.0
         self._active: tuple[Any, ...] = ()
         self._simulation: Watched | None = None
@@ -141,15 +149,21 @@ class Loads:
         (s)."""
         self._duration += lasting
         self._sums.add(joints, time, lasting)
-        for pair, values in pair_values(contacts).items():
-            self._of_pairs.setdefault(pair, Sums(len(OF_CONTACTS))).add(values, time, lasting)
+        pairs, values = pair_values(contacts)
+        at = np.array([self._pairs.setdefault(pair, len(self._pairs)) for pair in pairs], dtype=int)
+        more = len(self._pairs) - len(self._pairs_known)
+        self._of_pairs.grow(len(OF_CONTACTS) * more)
+        known = np.ones((more, len(OF_CONTACTS)), bool)
+        self._pairs_known = np.concatenate([self._pairs_known, known])
+        places = len(OF_CONTACTS) * at[:, None] + np.arange(len(OF_CONTACTS))
+        self._of_pairs.add(values.ravel(), time, lasting, places.ravel())
 
     def judge(self, found: Determined) -> None:
         """Mark components that are not determined now; they stay so."""
         self._known &= np.concatenate([found.reactions.ravel(), found.efforts])[: len(self._known)]
         for pair, (normal, *force) in found.contacts.items():
-            known = np.array([normal, normal and all(force), *force])
-            self._pairs_known[pair] = self._pairs_known.get(pair, True) & known
+            if pair in self._pairs:
+                self._pairs_known[self._pairs[pair]] &= [normal, normal and all(force), *force]
 
     @property
     def joints(self) -> Table:
@@ -173,13 +187,12 @@ class Loads:
         whole force in world axes. Means are over the whole time, in touch or not.
         """
         self._judge_now()
-        tables = []
-        for pair, sums in sorted(self._of_pairs.items()):
-            name = " / ".join(_geom_label(self._model, geom) for geom in pair)
-            known = self._pairs_known.get(pair, np.ones(len(OF_CONTACTS), bool))
-            rows = [(name, part, "N") for part in OF_CONTACTS]
-            tables.append(_table("pair", rows, sums, self._duration, known))
-        return np.concatenate(tables) if tables else _table("pair", [], Sums(0), 0.0, np.zeros(0, bool))
+        names = [
+            (" / ".join(_geom_label(self._model, geom) for geom in pair), part, "N")
+            for pair in self._pairs
+            for part in OF_CONTACTS
+        ]
+        return _table("pair", names, self._of_pairs, self._duration, self._pairs_known.ravel())
 
     def rows(self) -> Iterator[list[Any]]:
         """Header and rows of both tables with what they are of, for CSV files."""
@@ -189,7 +202,7 @@ class Loads:
 
     def __len__(self) -> int:
         """Number of rows of both tables."""
-        return len(self._known) + len(OF_CONTACTS) * len(self._of_pairs)
+        return len(self._known) + self._pairs_known.size
 
     def __repr__(self) -> str:
         return f"amontons.Loads({len(self._model.joints)} joints, {self._duration:g} s)"
@@ -254,8 +267,8 @@ def in_frames_b(model: Model, pose: Pose, wrenches: Array, dt: float) -> Array:
     return back(frames[:, None], turned).reshape(-1, 6)
 
 
-def pair_values(contacts: Table) -> dict[tuple[int, int], Array]:
-    """Sums over the points of each pair: normal, friction, fx, fy, fz (N)."""
+def pair_values(contacts: Table) -> tuple[list[tuple[int, int]], Array]:
+    """Pairs of geoms that touch, and (pairs, 5) sums over their points: normal, friction, fx, fy, fz (N)."""
     rows = contacts[contacts["state"] != "open"]
     pairs, of = np.unique(np.stack([rows["geom_a"], rows["geom_b"]], axis=1), axis=0, return_inverse=True)
     normal = np.sum(rows["force"] * rows["normal"], axis=1)
@@ -263,5 +276,4 @@ def pair_values(contacts: Table) -> dict[tuple[int, int], Array]:
     across = rows["force"] - normal[:, None] * rows["normal"]
     np.add.at(sums, of.ravel(), np.column_stack([normal, rows["force"], across]))
     friction = np.linalg.norm(sums[:, 4:], axis=1)
-    values = np.column_stack([sums[:, 0], friction, sums[:, 1:4]])
-    return {(a, b): row for (a, b), row in zip(pairs.tolist(), values, strict=True)}
+    return [(a, b) for a, b in pairs.tolist()], np.column_stack([sums[:, 0], friction, sums[:, 1:4]])
