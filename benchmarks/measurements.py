@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 import report_measured
-from common import arguments, with_folders, write_csv
+from common import RESULTS, arguments, with_folders, write_csv
 from measured import adams, clearances, damper, impacts, masonry, tosses
 
 Row = dict[str, Any]
@@ -27,11 +27,17 @@ PARTS: dict[str, tuple[str, Callable[[Path, bool], Iterator[Row]]]] = {
 }
 """By name: a folder of DATA/measured, and the function that makes rows of it."""
 
+TABLES = RESULTS / "amd-epyc"
+"""Folder of the committed tables: errors do not depend on the machine."""
+
 
 def main() -> None:
     parser = arguments(__doc__)
     parser.add_argument("--only", nargs="+", choices=PARTS, default=list(PARTS), metavar="PART")
-    options = with_folders(parser.parse_args())
+    options = parser.parse_args()
+    renew = options.out is None and not options.quick
+    options.out = TABLES if renew else options.out
+    options = with_folders(options)
     for name in options.only:
         folder, rows = PARTS[name]
         path = options.data / "measured" / folder
@@ -41,7 +47,7 @@ def main() -> None:
         found = list(rows(path, options.quick))
         write_csv(options.out / f"measured_{name}.csv", found)
         print(f"{name}: {len(found)} rows in {options.out / f'measured_{name}.csv'}")
-    if options.complete:
+    if renew:
         report_measured.renew(options.out)
 
 
