@@ -80,7 +80,7 @@ def adams(rows: Rows) -> str:
     lines = []
     for (case, dt), group in groupby(rows, key=lambda row: (row["case"], row["dt_ms"])):
         own = list(group)
-        line = [case.replace("_", " "), short(dt)]
+        line = [case.replace("_", " "), short(dt), short(own[0]["their_step_ms"])]
         for start in GROUPS:
             worst = max(
                 (r for r in own if r["quantity"].startswith(start)),
@@ -91,7 +91,7 @@ def adams(rows: Rows) -> str:
                 "" if worst is None else f"{float(worst['rms']):.1e}" + " (no)" * (worst["met"] == "no")
             )
         lines.append(line)
-    return table(("case", "step (ms)", *GROUPS.values()), lines) + "\n\n" + adams_counts(rows)
+    return table(("case", "step (ms)", "theirs (ms)", *GROUPS.values()), lines) + "\n\n" + adams_counts(rows)
 
 
 def adams_counts(rows: Rows) -> str:
@@ -111,10 +111,11 @@ def adams_counts(rows: Rows) -> str:
 
 def impacts(rows: Rows) -> str:
     lines = [
-        [r["law"], short(r["friction"]), short(r["restitution"]), f"{float(r['median_percent']):.1f}",
+        [r["law"], short(r["inertia_over_homogeneous"]), short(r["friction"]), short(r["restitution"]),
+         f"{float(r['median_percent']):.1f}",
          f"{float(r['mean_percent']):.1f}"] for r in rows
     ]  # fmt: skip
-    return table(("law", "friction", "restitution", "median error (%)", "mean (%)"), lines)
+    return table(("law", "inertia", "friction", "restitution", "median error (%)", "mean (%)"), lines)
 
 
 def damper(rows: Rows) -> str:

@@ -208,6 +208,7 @@ def compare(case: Case, record: Record, dt: float) -> Iterator[dict[str, Any]]:
             "case": case.name, "dt_ms": dt * 1e3, "quantity": quantity, "rms": rms,
             "peak": _peak(case, quantity), "limit": "" if limit is None else limit,
             "met": "" if limit is None else "yes" if rms <= limit else "no",
+            "their_step_ms": "" if case.their_step is None else 1e3 * case.their_step,
         }  # fmt: skip
 
 

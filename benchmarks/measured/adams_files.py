@@ -51,6 +51,8 @@ class Case:
     results: dict[str, Array]
     tolerances: dict[str, float]
     """by quantity: rms errors that the other engine's authors allow it"""
+    their_step: float | None = None
+    """s, of the other engine in that test"""
 
     def at(self, quantity: str, times: Array) -> Array:
         """Columns of a quantity at these times, by cubic splines."""
@@ -84,12 +86,17 @@ def read_cases(folder: Path) -> tuple[list[Case], list[str]]:
         else:
             unread.append(f"{name}: no test_{name}.adm and no call in cases")
             continue
-        tolerances = calls[name].tolerances if name in calls else {}
-        cases.append(Case(name, parts, connections, results, tolerances))
+        call = calls.get(name)
+        step = re.search(STEP, call.text) if call else None
+        tolerances = call.tolerances if call else {}
+        cases.append(Case(name, parts, connections, results, tolerances, float(step[1]) if step else None))
     return cases, unread
 
 
 # ---- programs ------------------------------------------------------------------------------------------
+
+
+STEP = r"sim_step = ([\d.e+-]+);"
 
 
 @dataclass(frozen=True)
