@@ -42,7 +42,7 @@ def tosses(rows: Rows) -> str:
                 f"{short(fitted[key])}" for key in ("friction", "restitution") if fitted[key] != ""
             )
             lines.append([
-                engine, *(errors(given[k]) for k in ("1", "2", "4", "8")),
+                engine, *(errors(given[k]) if k in given else "" for k in ("1", "2", "4", "8")),
                 errors(held["given, held out"]), errors(fitted), coefficients,
             ])  # fmt: skip
         header = ("engine", "1 step", "2", "4", "8", "given, held out", "fitted, held out", "fitted values")
