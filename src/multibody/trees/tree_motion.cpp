@@ -555,7 +555,7 @@ void make_free_tree_velocities(const Model& model, const Forest& forest, const S
   write_velocities(forest, frames, trees.free, trees, free);
 }
 
-// With impulses P along the coordinates the momenta are those of the rates r that solve (39) with P. The
+// With impulses P along the coordinates the momenta are those of the rates r that solve (40) with P. The
 // solve of the step adds M^-1 P by itself: free rates are r - M^-1 P. If the step then finds the foreseen
 // impulses, its rates are r, the motion of second order. The difference is of the order h |q'| times that of
 // the impulses.

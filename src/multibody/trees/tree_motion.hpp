@@ -1,5 +1,5 @@
 // The trees of a model over one step: poses from coordinates, M, free velocities, and the motion after the
-// step. docs/algorithm.md (38), (39).
+// step. docs/algorithm.md (39), (40).
 //
 // The functions are called in the order in which they are declared. Each reads what those before it have put
 // into TreeStep. Frames are those of place_bodies() after place_trees(), and stay until the trees move. All
