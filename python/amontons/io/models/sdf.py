@@ -21,7 +21,7 @@ from .sdf_frames import ROOT, Frame, Scope
 from .sdf_joints import Joints
 from .sdf_rules import judge
 from .sdf_shapes import Shapes, colour, surface
-from .sdf_values import find, flag, floats, pose, text, value
+from .sdf_values import find, flag, floats, pose, text, value, version
 from .size import Budget
 from .xml_lines import Faults, read_xml
 
@@ -39,7 +39,6 @@ class Reader:
 
     issues: Issues
     budget: Budget
-    version: tuple[int, ...] = (1, 6)
 
     def file(self, path: Path) -> Element:
         """The root of a file; FileError unless it is SDF."""
@@ -51,6 +50,7 @@ class Reader:
             raise FileError(f"{element.place}: {what}; correct the file")
         if root.tag != "sdf":
             raise FileError(f"{root.place}: the root is {root}; it must be <sdf>")
+        version(root)
         judge(root, self.issues)
         return root
 
@@ -148,10 +148,6 @@ def read_sdf(path: Path, issues: Issues, limits: Limits) -> Model:
     """The model of a file of SDF: all models of its world, or its one model."""
     reader = Reader(issues, Budget(limits))
     root = reader.file(path)
-    try:
-        reader.version = tuple(int(x) for x in root.attributes.get("version", "1.6").split("."))
-    except ValueError:
-        raise FileError(f'{root.place}: version="{root.attributes["version"]}" is no version') from None
     worlds = root.all("world")
     if len(worlds) > 1:
         raise FileError(f"{worlds[1].place}: a second world; keep one in the file")
@@ -202,7 +198,7 @@ class _Building:
         for scope in _all(self.scope):
             for frame in list(scope.frames.values()):
                 if frame.kind == "joint":
-                    joints.read(scope, frame.element, self.reader.version)
+                    joints.read(scope, frame.element)
         joints.finish()
         if self.guessed:
             names = ", ".join(f'"{name}"' for name in self.guessed[:3])

@@ -13,7 +13,7 @@ from ...model.transforms import ORIGIN, Transform, Vector3, conjugate, dot, rota
 from .elements import Element
 from .issues import Issues
 from .sdf_frames import ROOT, Scope
-from .sdf_values import bound, flag, text, value, vector
+from .sdf_values import bound, flag, text, value, vector, version
 
 KINDS = {
     "fixed": (), "ball": (), "revolute": ("hinge",), "continuous": ("hinge",), "prismatic": ("slide",),
@@ -40,7 +40,7 @@ class Joints:
         self.later: list[tuple[Scope, Element]] = []
         """what couples joints that may follow in the file"""
 
-    def read(self, scope: Scope, element: Element, version: tuple[int, ...]) -> None:
+    def read(self, scope: Scope, element: Element) -> None:
         kind = element.attributes.get("type", "")
         if kind == "gearbox":
             self.later.append((scope, element))
@@ -60,7 +60,7 @@ class Joints:
         dofs = []
         for number, what in enumerate(KINDS[kind]):
             axis = axes[0 if kind == "screw" else number]
-            direction = rotate(conjugate(frame.rotation), self._axis(scope, element, axis, frame, version))
+            direction = rotate(conjugate(frame.rotation), self._axis(scope, element, axis, frame))
             dofs.append(self._dof(what, direction, axis, limited=kind not in ("continuous", "screw")))
         if static[0]:
             # The first body of a joint moves: its coordinates then run the other way.
@@ -99,9 +99,7 @@ class Joints:
         body = self.bodies[id(where), name]
         return body, self.builder._bodies[body].pose
 
-    def _axis(
-        self, scope: Scope, joint: Element, axis: Element | None, frame: Transform, version: tuple[int, ...]
-    ) -> Vector3:
+    def _axis(self, scope: Scope, joint: Element, axis: Element | None, frame: Transform) -> Vector3:
         """The direction of an axis in the world."""
         xyz = axis.child("xyz") if axis is not None else None
         given = vector(axis, "xyz", (0.0, 0.0, 1.0))
@@ -110,7 +108,7 @@ class Joints:
         if xyz is not None and xyz.attributes.get("expressed_in"):
             turn = scope.in_world(xyz.attributes["expressed_in"], xyz).rotation
         # Up to 1.4 an axis was in the frame of the model; then this was a switch.
-        elif flag(axis, "use_parent_model_frame", default=version < (1, 5)):
+        elif flag(axis, "use_parent_model_frame", default=version(joint) < (1, 5)):
             turn = scope.in_world(ROOT, joint).rotation
         else:
             turn = frame.rotation
@@ -173,7 +171,7 @@ class Joints:
             if made is None:
                 self.issues.add(element, "a gearbox without a joint from its body of reference", "large")
                 return
-            wanted = self._axis(scope, element, element.child(tag), frame, (1, 7))
+            wanted = self._axis(scope, element, element.child(tag), frame)
             turned = 1.0 if made.child == body else -1.0
             hinges.append(made.index)
             signs.append(turned * math.copysign(1.0, dot(wanted, made.axis)))

@@ -65,6 +65,16 @@ def vector(element: Element | None, tag: str, default: tuple[float, ...]) -> tup
     return default if child is None else tuple(floats(child, len(default)))
 
 
+def version(element: Element) -> tuple[int, ...]:
+    """Of the file that an element stands in."""
+    root = next((e for e in (element, *element.ancestors()) if e.tag == "sdf"), element)
+    given = root.attributes.get("version", "1.6")
+    try:
+        return tuple(int(part) for part in given.split("."))
+    except ValueError:
+        raise FileError(f'{root.place}: version="{shortened(given)}" is no version of SDF') from None
+
+
 def euler(roll: float, pitch: float, yaw: float) -> Quaternion:
     """About the fixed axes x, y and z, one after the other."""
     turn = axis_angle((1.0, 0.0, 0.0), roll)

@@ -13,7 +13,7 @@ from ...model.builder import ModelBuilder
 from ...model.parts import WORLD, Dof, Joint, Motor
 from ...model.transforms import ORIGIN, Transform, Vector3
 from .usd_shapes import TO_AXIS
-from .usd_stage import Scene, quaternion
+from .usd_stage import Scene, applied, quaternion
 
 AXES: dict[str, Vector3] = {"X": (1.0, 0.0, 0.0), "Y": (0.0, 1.0, 0.0), "Z": (0.0, 0.0, 1.0)}
 KINDS = ("Fixed", "Revolute", "Prismatic", "Spherical", "Distance", "")
@@ -167,7 +167,7 @@ class Joints:
 
     def _drive(self, prim: Any, key: str, turns: bool, force: float) -> Motor:
         """force = stiffness (target - q) + damping (target speed - q'), at most maxForce."""
-        if f"PhysicsDriveAPI:{key}" not in prim.GetAppliedSchemas():
+        if f"PhysicsDriveAPI:{key}" not in applied(prim):
             return Motor()
         get = self.scene.get
         said = {
@@ -209,7 +209,7 @@ class Joints:
 
     def couple(self, prim: Any) -> None:
         """PhysX's mimic: q + gearing q_other + offset = 0."""
-        for schema in prim.GetAppliedSchemas():
+        for schema in applied(prim):
             if not schema.startswith("PhysxMimicJointAPI:"):
                 continue
             key = schema.partition(":")[2]

@@ -8,7 +8,7 @@ from __future__ import annotations
 from typing import Any
 
 from .rules import words
-from .usd_stage import Scene
+from .usd_stage import Scene, applied
 
 APIS = words(
     "PhysicsRigidBodyAPI PhysicsCollisionAPI PhysicsMeshCollisionAPI PhysicsMassAPI PhysicsMaterialAPI "
@@ -47,7 +47,7 @@ def judge(scene: Scene, prims: list[Any]) -> None:
                 scene.refuse(prim, "this kind of prim", "large")
         elif kind == "PointInstancer" and _has_physics(prim):
             scene.refuse(prim, "bodies that a PointInstancer copies; write them as prims", "large")
-        for schema in prim.GetAppliedSchemas():
+        for schema in applied(prim):
             name = schema.partition(":")[0]
             if name.startswith(("Physics", "Physx", "Newton", "Mjc")) and name not in APIS:
                 scene.refuse(prim, f"{name}: this schema", "small")
@@ -75,5 +75,5 @@ def _has_physics(prim: Any) -> bool:
         str(schema).startswith("Physics")
         for target in prim.GetRelationship("prototypes").GetForwardedTargets()
         if (found := prim.GetStage().GetPrimAtPath(target))
-        for schema in found.GetAppliedSchemas()
+        for schema in applied(found)
     )

@@ -143,6 +143,11 @@ def quaternion_of(m: Array) -> Quaternion:
     return tuple((row / np.linalg.norm(row)).tolist())  # type: ignore[return-value]
 
 
+def applied(prim: Any) -> list[str]:
+    """The names of all applied schemas, of those too that usd-core does not know, as PhysX's."""
+    return [str(name) for name in prim.GetPrimTypeInfo().GetAppliedAPISchemas()]
+
+
 def quaternion(value: Any) -> Quaternion:
     """Of a Gf.Quat, of length one; the identity of one that is zero."""
     q = np.array([value.GetReal(), *value.GetImaginary()], dtype=np.float64)
@@ -210,6 +215,8 @@ def _require_layers(path: Path, limits: Limits, issues: Issues) -> None:
         if name == str(path):
             layer.Reload()  # the file may have changed since another stage opened it
         for asset in layer.GetCompositionAssetDependencies():
+            if not asset:
+                continue  # within the layer
             target = resolver.CreateIdentifier(asset, layer.resolvedPath)
             if "://" in target:
                 issues.add(_Layer(path, asset), "nothing is fetched; download it beside the file", "large")
