@@ -1,4 +1,4 @@
-"""Models from MJCF and URDF files, by way of MuJoCo's compiler."""
+"""Models from MJCF and URDF files, by way of MuJoCo's compiler, and from SDF and USD."""
 
 from __future__ import annotations
 
@@ -43,6 +43,8 @@ OWN_READERS: dict[str, Callable[[Path, Issues, Limits], Model]] = {
 KNOWN = (*SUFFIXES, *OWN_READERS, ".json")
 CONVERTED = {
     ".xacro": "run xacro first: `xacro robot.xacro > robot.urdf`, then load robot.urdf",
+    ".mjb": "a compiled MuJoCo model is not read; load the XML that it was compiled from",
+    **dict.fromkeys((".step", ".stp"), "a part is no model; export it as a mesh (.stl), for shapes.read_mesh"),
 }
 """Remedies for files of other kinds."""
 
@@ -56,7 +58,7 @@ def load_model(
     motors: Motor | None = None,
     limits: Limits = DEFAULT,
 ) -> Model:
-    """Read a MuJoCo (MJCF .xml) or URDF (.urdf, or <robot> in .xml) model file, or a .json of `write_model`.
+    """Read a model file: MJCF (.xml), URDF (.urdf, or <robot> in .xml), SDF, USD, or a .json of `write_model`.
 
     Elements that amontons does not support are left out. `Model.unread` lists them, and one warning
     (UnsupportedWarning) shows them, worst first.
@@ -73,7 +75,8 @@ def load_model(
 
     limits: how large the model may be, with all that it includes and copies.
 
-    docs/models.md tells what is read. Needs MuJoCo: pip install amontons[models].
+    docs/models.md tells what is read. MJCF and URDF need MuJoCo (pip install amontons[models]), USD usd-core
+    (amontons[usd]).
     Raises FileNotFoundError, or FileError naming file, line and element of what is missing or wrong.
     """
     if motors is not None:

@@ -15,7 +15,7 @@ from ...model.shapes import Shape
 from ...model.transforms import ORIGIN, Transform, Vector3, rotation_to_z
 from .elements import Element
 from .issues import Issues
-from .mesh_files import cone, prism, read_triangles, scaled, told
+from .mesh_shapes import cone, prism, read_mesh, scaled, told
 from .sdf_values import bound, find, flag, floats, text, value, vector
 
 HARD = 1e5
@@ -93,7 +93,7 @@ class Shapes:
         path = find(e, uri, self.limits)
         key = str(path), part
         if key not in self.known:
-            self.known[key] = read_triangles(path, part)
+            self.known[key] = read_mesh(path, part)
         mesh = self.known[key]
         if part and flag(e.child("submesh"), "center"):
             low, high = mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)

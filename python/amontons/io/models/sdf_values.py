@@ -10,7 +10,8 @@ from pathlib import Path
 from ...checks import shortened
 from ...errors import FileError, InputError
 from ...limits import Limits
-from ...model.transforms import ORIGIN, Quaternion, Transform, axis_angle, multiply
+from ...model.orientations import from_euler
+from ...model.transforms import ORIGIN, Transform
 from .elements import Element
 from .places import inside
 
@@ -75,13 +76,6 @@ def version(element: Element) -> tuple[int, ...]:
         raise FileError(f'{root.place}: version="{shortened(given)}" is no version of SDF') from None
 
 
-def euler(roll: float, pitch: float, yaw: float) -> Quaternion:
-    """About the fixed axes x, y and z, one after the other."""
-    turn = axis_angle((1.0, 0.0, 0.0), roll)
-    turn = multiply(axis_angle((0.0, 1.0, 0.0), pitch), turn)
-    return multiply(axis_angle((0.0, 0.0, 1.0), yaw), turn)
-
-
 def pose(element: Element) -> tuple[Transform, str]:
     """The <pose> of an element and the name of the frame it is in, "" for the usual one."""
     child = element.child("pose")
@@ -97,7 +91,7 @@ def pose(element: Element) -> tuple[Transform, str]:
         x, y, z, *angles = floats(child, 6)
         if child.attributes.get("degrees") in ("true", "1"):
             angles = [math.radians(angle) for angle in angles]
-        rotation = euler(*angles)
+        rotation = from_euler("xyz", angles)
     try:
         return Transform((x, y, z), rotation), relative
     except InputError as error:

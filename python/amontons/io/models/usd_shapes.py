@@ -14,7 +14,7 @@ from ...model import shapes
 from ...model.parts import Material
 from ...model.shapes import Shape
 from ...model.transforms import IDENTITY, ORIGIN, Quaternion, Transform, axis_angle, rotation_matrix
-from .mesh_files import cone, scaled, told
+from .mesh_shapes import cone, scaled, told
 from .usd_stage import Scene, unscaled
 
 TO_AXIS: dict[str, Quaternion] = {

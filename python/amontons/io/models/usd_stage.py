@@ -14,6 +14,7 @@ import numpy as np
 from ...checks import Array
 from ...errors import FileError, InputError
 from ...limits import Limits
+from ...model.orientations import quaternion_of
 from ...model.transforms import IDENTITY, Quaternion, Transform, axis_angle, rotation_matrix
 from .issues import Issues
 from .places import inside, is_special
@@ -120,27 +121,6 @@ def unscaled(linear: Array) -> tuple[Quaternion, Array]:
         scale[0] = -scale[0]
     u, _, v = np.linalg.svd(linear / scale)
     return quaternion_of(u @ v), scale
-
-
-def quaternion_of(m: Array) -> Quaternion:
-    """Of a rotation matrix, by the largest of its four parts (Shepperd, 1978)."""
-    squares = np.array(
-        [
-            1 + m[0, 0] + m[1, 1] + m[2, 2],
-            1 + m[0, 0] - m[1, 1] - m[2, 2],
-            1 - m[0, 0] + m[1, 1] - m[2, 2],
-            1 - m[0, 0] - m[1, 1] + m[2, 2],
-        ]
-    )
-    cross = np.array([m[2, 1] - m[1, 2], m[0, 2] - m[2, 0], m[1, 0] - m[0, 1]])
-    sums = m + m.T
-    largest = int(squares.argmax())
-    products = np.diag(squares)
-    products[0, 1:] = products[1:, 0] = cross
-    for i, j in ((0, 1), (0, 2), (1, 2)):
-        products[1 + i, 1 + j] = products[1 + j, 1 + i] = sums[i, j]
-    row = products[largest]
-    return tuple((row / np.linalg.norm(row)).tolist())  # type: ignore[return-value]
 
 
 def applied(prim: Any) -> list[str]:
