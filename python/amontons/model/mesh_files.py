@@ -28,10 +28,7 @@ def read_triangles(path: Path, part: str = "") -> Surface:
             "; export it as .stl or .obj from the program that made it" if kind in (".step", ".stp") else ""
         )
         raise FileError(f"{path}: is no {', '.join(SUFFIXES)} file{remedy}")
-    if kind == ".dae":
-        corners = collada.read_triangles(path)
-    else:
-        corners = stl_text.read(path)
+    corners = collada.read_triangles(path) if kind == ".dae" else stl_text.read(path)
     if corners is not None and not part:
         points, index = np.unique(corners, axis=0, return_inverse=True)
         return _mesh(path, points, index.reshape(-1, 3))

@@ -27,7 +27,7 @@ def from_matrix(matrix: Numbers | Matrix3) -> Quaternion:
 
 
 def quaternion_of(m: Array) -> Quaternion:
-    """Of a rotation matrix, by the largest of its four parts (Shepperd, 1978)."""
+    """The quaternion of a rotation matrix, by the largest of its four parts (Shepperd, 1978)."""
     trace = np.trace(m)
     products = np.empty((4, 4))
     products[0, 0], products[1:, 1:] = 1 + trace, m + m.T + np.diag(np.full(3, 1 - trace))
@@ -60,7 +60,9 @@ def look_at(eye: Numbers, target: Numbers, *, up: Numbers = (0.0, 0.0, 1.0)) -> 
 
     Raises InputError if both points are one, or `up` lies along the line.
     """
-    x = np.array(unit_vector("look_at: target - eye", subtract(vector3("target", target), vector3("eye", eye))))
+    x = np.array(
+        unit_vector("look_at: target - eye", subtract(vector3("target", target), vector3("eye", eye)))
+    )
     y = np.cross(unit_vector("up", up), x)
     if np.linalg.norm(y) < RIGHT:
         raise InputError("look_at: up lies along the line from eye to target; give another direction")

@@ -1,3 +1,4 @@
+# ruff: noqa: E501  (lines of files as their authors write them)
 """SDF: frames, joints, loops, includes, surfaces, and what is listed. Files as Gazebo's users write them."""
 
 import math
@@ -178,7 +179,9 @@ def test_includes(tmp_path, monkeypatch):
     other.mkdir()
     with pytest.raises(FileError, match="confines"):
         load_model(path, limits=Limits(folder=other))
-    lost = written(tmp_path, '<world name="w">\n<include><uri>model://none</uri></include></world>', name="b.sdf")
+    lost = written(
+        tmp_path, '<world name="w">\n<include><uri>model://none</uri></include></world>', name="b.sdf"
+    )
     with pytest.raises(FileError, match=r"b.sdf:4: <include>.*GZ_SIM_RESOURCE_PATH"):
         load_model(lost)
     written(folder, '<model name="x"><include><uri>model://crate</uri></include></model>', name="new.sdf")
@@ -267,9 +270,17 @@ def test_listed(tmp_path):
             4,
             'no frame "b"|no link or frame "b"',
         ),
-        ('<model name="m">\n<link name="a"><inertial><mass>-1</mass></inertial></link></model>', 4, "mass is -1"),
+        (
+            '<model name="m">\n<link name="a"><inertial><mass>-1</mass></inertial></link></model>',
+            4,
+            "mass is -1",
+        ),
         ('<model name="m"><link name="a">\n</model>', 4, "malformed"),
-        ('<model name="m"><link name="a">\n<inertial><mass>nan</mass></inertial></link></model>', 4, "no number|numbers"),
+        (
+            '<model name="m"><link name="a">\n<inertial><mass>nan</mass></inertial></link></model>',
+            4,
+            "no number|numbers",
+        ),
     ],
 )
 def test_damaged(tmp_path, content, line, message):

@@ -1,3 +1,4 @@
+# ruff: noqa: E501  (lines of files as their authors write them)
 """USD with physics: units, axes, joints, drives, mass, materials, filters. Files as Isaac Sim writes them."""
 
 import math
@@ -51,7 +52,9 @@ def test_units_and_axes(tmp_path):
         'def PhysicsScene "scene"\n{\nvector3f physics:gravityDirection = (0, -1, 0)\n'
         "float physics:gravityMagnitude = 981\n}\n"
         'def Plane "ground" (prepend apiSchemas = ["PhysicsCollisionAPI"])\n{\nuniform token axis = "Y"\n}\n'
-        + body("box", moved(0, 50, 0, (1, 2, 1)), "double size = 10\nfloat physics:mass = 2000", "Cube", SOLID),
+        + body(
+            "box", moved(0, 50, 0, (1, 2, 1)), "double size = 10\nfloat physics:mass = 2000", "Cube", SOLID
+        ),
         0.01,
         "Y",
         head="    kilogramsPerUnit = 0.001\n",
@@ -185,8 +188,12 @@ def test_mass(tmp_path):
         + body("plain", moved(0, 0, 0), cube.format(""))
         + body("material", moved(2, 0, 0), cube.format(bound))
         + body("dense", moved(4, 0, 0), "float physics:density = 5\n" + cube.format(bound))
-        + body("part", moved(6, 0, 0), "float physics:density = 5\n" + cube.format("float physics:density = 3"))
-        + body("weighed", moved(8, 0, 0), "float physics:density = 5\n" + cube.format("float physics:mass = 11"))
+        + body(
+            "part", moved(6, 0, 0), "float physics:density = 5\n" + cube.format("float physics:density = 3")
+        )
+        + body(
+            "weighed", moved(8, 0, 0), "float physics:density = 5\n" + cube.format("float physics:mass = 11")
+        )
         + body("given", moved(10, 0, 0), "float physics:mass = 2\n" + cube.format("float physics:mass = 11"))
         + body(
             "whole",
@@ -271,7 +278,11 @@ def test_contacts(tmp_path):
 def test_states(tmp_path):
     path = written(
         tmp_path,
-        body("a", moved(0, 0, 0), BALL + "\nvector3f physics:velocity = (1, 2, 3)\nvector3f physics:angularVelocity = (0, 0, 180)")
+        body(
+            "a",
+            moved(0, 0, 0),
+            BALL + "\nvector3f physics:velocity = (1, 2, 3)\nvector3f physics:angularVelocity = (0, 0, 180)",
+        )
         + body("b", moved(0, 0, 1), "bool physics:kinematicEnabled = 1")
         + body("c", moved(0, 0, 2), "bool physxRigidBody:disableGravity = 1\n" + BALL)
         + body("d", moved(0, 0, 3), "bool physics:rigidBodyEnabled = 0", "Cube", SOLID),
@@ -300,7 +311,12 @@ def test_listed(tmp_path):
         }
         """
         + 'def PhysxPhysicsGearJoint "gear"\n{\n}\n'
-        + body("b", moved(9, 0, 0), BALL, api=BODY.replace('"PhysicsMassAPI"', '"PhysicsMassAPI", "PhysxVehicleAPI"')),
+        + body(
+            "b",
+            moved(9, 0, 0),
+            BALL,
+            api=BODY.replace('"PhysicsMassAPI"', '"PhysicsMassAPI", "PhysxVehicleAPI"'),
+        ),
     )
     with pytest.warns(UnsupportedWarning, match="this kind of joint"):
         model = load_model(path)
@@ -320,7 +336,12 @@ def test_refused(tmp_path):
     line = whole.split("\n").index("float physics:mass = 2") + 1
     with pytest.raises(FileError, match=rf"scene.usda:({line}|{line + 1}): "):
         load_model(path)
-    for name, data in (("a.usdc", b"PXR-USDC" + bytes(80)), ("b.usd", b"x"), ("c.usdz", b"PK"), ("d.usda", b"")):
+    for name, data in (
+        ("a.usdc", b"PXR-USDC" + bytes(80)),
+        ("b.usd", b"x"),
+        ("c.usdz", b"PK"),
+        ("d.usda", b""),
+    ):
         (tmp_path / name).write_bytes(data)
         with pytest.raises(FileError, match=name):
             load_model(tmp_path / name)

@@ -10,7 +10,7 @@ from amontons import FileError, InputError, shapes
 OBJ = """v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n"""
 
 
-# Breaks when a file loses triangles, its scale, or its orientation: a tetrahedron of 1/6 of the cube of a unit.
+# Breaks when a file loses triangles, its scale, or its orientation: a tetrahedron of 1/6 of a cube.
 @pytest.mark.parametrize("kind", ["obj", "stl", "ply"])
 def test_read_mesh(tmp_path, kind):
     trimesh = pytest.importorskip("trimesh")
@@ -26,7 +26,11 @@ def test_read_mesh(tmp_path, kind):
 
 # Breaks when a file that is no mesh, or a STEP file, is refused without a remedy.
 def test_refused(tmp_path):
-    for name, message in (("a.step", "export it as .stl"), ("a.xyz", ".stl, .obj"), ("a.ply", "cannot be read")):
+    for name, message in (
+        ("a.step", "export it as .stl"),
+        ("a.xyz", ".stl, .obj"),
+        ("a.ply", "cannot be read"),
+    ):
         (tmp_path / name).write_bytes(b"nothing")
         with pytest.raises(FileError, match=message):
             shapes.read_mesh(tmp_path / name)
@@ -34,7 +38,7 @@ def test_refused(tmp_path):
         shapes.read_mesh(tmp_path / "none.stl")
 
 
-# Breaks when a quaternion disagrees with SciPy's, for all branches of the formula: half turns about each axis too.
+# Breaks when a quaternion disagrees with SciPy's, half turns about each axis too.
 def test_orientations():
     from scipy.spatial.transform import Rotation
 

@@ -44,7 +44,9 @@ KNOWN = (*SUFFIXES, *OWN_READERS, ".json")
 CONVERTED = {
     ".xacro": "run xacro first: `xacro robot.xacro > robot.urdf`, then load robot.urdf",
     ".mjb": "a compiled MuJoCo model is not read; load the XML that it was compiled from",
-    **dict.fromkeys((".step", ".stp"), "a part is no model; export it as a mesh (.stl), for shapes.read_mesh"),
+    **dict.fromkeys(
+        (".step", ".stp"), "a part is no model; export it as a mesh (.stl), for shapes.read_mesh"
+    ),
 }
 """Remedies for files of other kinds."""
 
@@ -87,7 +89,7 @@ def load_model(
         return read_model_json(existing(path, "a model file"), limits)
     if (suffix := Path(path).suffix.lower()) in OWN_READERS:
         if floating_base is not None or self_overlaps:
-            raise InputError(f"{path}: floating_base and self_overlaps are for MJCF and URDF; the file says it")
+            raise InputError(f"{path}: floating_base and self_overlaps are for MJCF and URDF")
         return _read_own(existing(path, "a model file"), suffix, strict, motors, limits)
     compiled = compiled_model(path, floating_base, limits)
     if motors is not None and compiled.root.tag != "robot":

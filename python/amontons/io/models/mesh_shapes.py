@@ -14,7 +14,7 @@ from ...model.mesh_files import read_triangles
 from ...model.shapes import Shape
 
 TELL = 0.05
-"""The share of its own volume that a hull adds to a closed mesh, from which on it is told"""
+"""The share of its own volume that a hull adds to a closed mesh, from which on it is listed"""
 
 
 def read_mesh(path: Path, part: str = "") -> shapes.Mesh:
@@ -42,7 +42,7 @@ def added_volume(mesh: shapes.Mesh, hull: Shape) -> float | None:
 
 
 def told(mesh: shapes.Mesh, hull: Shape) -> str:
-    """What an entry of the list says of a hull in place of a mesh; "" if they are alike."""
+    """The text of the entry for a hull in place of a mesh; "" if they are alike."""
     added = added_volume(mesh, hull)
     if added is None:
         return "the mesh is not closed; its convex hull collides"
@@ -54,9 +54,7 @@ def told(mesh: shapes.Mesh, hull: Shape) -> str:
 def cone(radius: float, length: float, sides: int = 48) -> shapes.Hull:
     """A cone about z with its tip up, its centre half way; a pyramid whose corners lie on its rim."""
     angles = 2 * np.pi * np.arange(sides) / sides
-    rim = np.column_stack(
-        (radius * np.cos(angles), radius * np.sin(angles), np.full(sides, -0.5 * length))
-    )
+    rim = np.column_stack((radius * np.cos(angles), radius * np.sin(angles), np.full(sides, -0.5 * length)))
     return shapes.Hull(np.vstack((rim, (0.0, 0.0, 0.5 * length))))
 
 

@@ -296,12 +296,14 @@ class _Building:
             )
 
     def _visual(self, scope: Scope, name: str, body: int, e: Element, place: Transform) -> None:
-        """What cannot be read is left out: pictures then show less."""
+        """A visual that cannot be read is left out: pictures then show less."""
         quiet = Shapes(Issues(self.issues.path), self.shapes.limits, self.shapes.known)
         try:
             at = place.inverse() @ scope.element_pose(e, name)
             for shape, inner in quiet.read(e, moves=False):
-                looks = TriangleMesh(shape.vertices, shape.triangles) if hasattr(shape, "triangles") else shape
+                looks = (
+                    TriangleMesh(shape.vertices, shape.triangles) if hasattr(shape, "triangles") else shape
+                )
                 frame = at @ inner
                 if not shape.static_only or hasattr(shape, "triangles"):
                     self.builder.add_visual(

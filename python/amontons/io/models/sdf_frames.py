@@ -87,7 +87,7 @@ class Scope:
         return self.pose @ self.local(name, asked)
 
     def element_pose(self, element: Element, usual: str) -> Transform:
-        """Of something with a <pose>, in the world; `usual` is the frame it is in if it names none."""
+        """The place of something with a <pose> in the world; `usual` is the frame it is in if it names none."""
         local, relative = pose(element)
         return self.in_world(relative or usual, element) @ local
 

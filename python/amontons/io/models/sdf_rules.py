@@ -1,4 +1,4 @@
-"""What is read of SDF: by element, the elements within it that are read, and those that change no motion.
+"""Tables of SDF: by element, the elements within it that are read, and those that change no motion.
 
 All others are listed, so that nothing is lost unsaid. The names are those of the SDFormat specification,
 1.4 to 1.12.
@@ -14,9 +14,7 @@ READ = {
     "sdf": words("model world"),
     "world": words("model include frame joint gravity physics"),
     "physics": words("gravity"),
-    "model": words(
-        "link joint frame model include pose static self_collide allow_auto_disable"
-    ),
+    "model": words("link joint frame model include pose static self_collide allow_auto_disable"),
     "include": words("uri name pose static placement_frame"),
     "link": words("pose inertial collision visual gravity self_collide kinematic must_be_base_link"),
     "inertial": words("mass pose inertia density"),
@@ -48,9 +46,7 @@ IGNORED = {
     "model": words("enable_wind allow_auto_disable"),
     "link": words("sensor light projector audio_sink audio_source battery enable_wind particle_emitter"),
     "collision": words("laser_retro max_contacts"),
-    "visual": words(
-        "cast_shadows laser_retro transparency meta visibility_flags plugin"
-    ),
+    "visual": words("cast_shadows laser_retro transparency meta visibility_flags plugin"),
     "joint": words("physics sensor"),
     "axis": words("initial_position"),
     "limit": words("velocity stiffness dissipation"),

@@ -109,7 +109,7 @@ class Shapes:
 
 @dataclass(frozen=True)
 class Surface:
-    """What a <collision> says of its contacts; direction: in the frame of the collision."""
+    """The contacts of a <collision>; direction: in the frame of the collision."""
 
     material: Material
     direction: Vector3 | None
@@ -136,7 +136,11 @@ def surface(collision: Element, issues: Issues) -> Surface:
     contact = e.child("contact") if e is not None else None
     bits = EVERY
     if contact is not None:
-        bits = int(text(contact, "collide_bitmask", str(EVERY)), 0) if contact.child("collide_bitmask") else EVERY
+        bits = (
+            int(text(contact, "collide_bitmask", str(EVERY)), 0)
+            if contact.child("collide_bitmask")
+            else EVERY
+        )
         if flag(contact, "collide_without_contact"):
             bits = 0
         material = _soft(contact.child("ode"), material)

@@ -67,7 +67,7 @@ def vector(element: Element | None, tag: str, default: tuple[float, ...]) -> tup
 
 
 def version(element: Element) -> tuple[int, ...]:
-    """Of the file that an element stands in."""
+    """The version of the file that an element stands in."""
     root = next((e for e in (element, *element.ancestors()) if e.tag == "sdf"), element)
     given = root.attributes.get("version", "1.6")
     try:

@@ -226,8 +226,8 @@ def _find_mesh(name: str, meshdir: str, root: Element, issues: Issues, limits: L
         )
         raise FileError(
             f'{element.place}: {element}: the file "{shortened(name)}" does not exist{confined}; looked for '
-            f"{looked}. For package:// set ROS_PACKAGE_PATH to the folders that hold the packages, or source the ROS 2 workspace"
-            " (AMENT_PREFIX_PATH)"
+            f"{looked}. For package:// set ROS_PACKAGE_PATH to the folders that hold the packages, or "
+            "AMENT_PREFIX_PATH, which a workspace of ROS 2 sets"
         )
     if found.suffix.lower() == ".dae" and collada.read(found) is not None:
         return found.resolve()

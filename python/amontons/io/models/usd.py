@@ -131,7 +131,9 @@ class _Building:
             above, _ = scene.matrix(prim.GetParent())
             above = above / np.linalg.norm(above, axis=0)
             speed = scene.metre * np.array(scene.get(prim, "physics:velocity", (0, 0, 0)), dtype=np.float64)
-            spin = np.radians(np.array(scene.get(prim, "physics:angularVelocity", (0, 0, 0)), dtype=np.float64))
+            spin = np.radians(
+                np.array(scene.get(prim, "physics:angularVelocity", (0, 0, 0)), dtype=np.float64)
+            )
             self.index[path] = self.builder.add_body(
                 self.name("body", prim),
                 position=frame.position,
@@ -240,7 +242,9 @@ class _Building:
             members.setdefault(names[path], set()).update(inside)
         for group in groups:
             own = names[str(group.GetPath())]
-            others = {names.get(str(o.GetPath())) for o in self.scene.targets(group, "physics:filteredGroups")}
+            others = {
+                names.get(str(o.GetPath())) for o in self.scene.targets(group, "physics:filteredGroups")
+            }
             if self.scene.get(group, "physics:invertFilteredGroups", False):
                 others = set(members) - others
             filtered.setdefault(own, set()).update(others - {None})

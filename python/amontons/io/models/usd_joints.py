@@ -124,7 +124,9 @@ class Joints:
             for end, default in (("lower", -math.inf), ("upper", math.inf))
         )
         key = "angular" if turns else "linear"
-        return {key: self._dof(prim, key, self._axis(prim), turns, tuple(unit * _far(x) for x in bounds), sign)}
+        return {
+            key: self._dof(prim, key, self._axis(prim), turns, tuple(unit * _far(x) for x in bounds), sign)
+        }
 
     def _six(self, prim: Any, sign: float) -> dict[str, Dof]:
         """Those that no limit locks: slides along x, y and z, then turns about x, y and z."""
@@ -204,7 +206,9 @@ class Joints:
     def _cone(self, prim: Any) -> dict[str, float]:
         angles = [float(self.scene.get(prim, f"physics:coneAngle{k}Limit", -1.0)) for k in (0, 1)]
         if any(0 <= angle < 180 for angle in angles):
-            self.scene.refuse(prim, f"a cone of {angles[0]:g} and {angles[1]:g} degrees; the joint turns freely")
+            self.scene.refuse(
+                prim, f"a cone of {angles[0]:g} and {angles[1]:g} degrees; the joint turns freely"
+            )
         return {}
 
     def couple(self, prim: Any) -> None:
@@ -235,5 +239,3 @@ def _plain(dof: Dof) -> bool:
 
 def _far(value: float) -> float:
     return math.copysign(math.inf, value) if abs(value) >= FREE else value
-
-

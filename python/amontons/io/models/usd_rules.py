@@ -1,4 +1,4 @@
-"""What is read of USD's physics; other schemas and attributes of physics are listed.
+"""The schemas and attributes of USD's physics that are read; others are listed.
 
 The names are those of UsdPhysics and of PhysX's schemas in Omniverse.
 """
@@ -22,10 +22,11 @@ APIS = words(
 QUIET = words(
     "physics:startsAsleep physics:simulationOwner physics:breakForce physics:breakTorque "
     "physics:jointEnabled physics:approximation physics:rigidBodyEnabled physics:kinematicEnabled "
-    "physxCollision:contactOffset physxCollision:torsionalPatchRadius physxJoint:maxJointVelocity "
+    "physxCollision:contactOffset physxJoint:maxJointVelocity "
     "physxMaterial:improvePatchFriction physxRigidBody:enableCCD physxRigidBody:solverPositionIterationCount "
-    "physxRigidBody:solverVelocityIterationCount physxRigidBody:sleepThreshold physxRigidBody:enableGyroscopicForces "
-    "physxRigidBody:stabilizationThreshold physxRigidBody:maxDepenetrationVelocity physxRigidBody:lockedPosAxis "
+    "physxRigidBody:solverVelocityIterationCount physxRigidBody:sleepThreshold "
+    "physxRigidBody:enableGyroscopicForces "
+    "physxRigidBody:stabilizationThreshold physxRigidBody:maxDepenetrationVelocity "
     "physxRigidBody:maxLinearVelocity physxRigidBody:maxAngularVelocity physxRigidBody:maxContactImpulse "
     "physxRigidBody:retainAccelerations physxRigidBody:cfmScale physxRigidBody:contactSlopCoefficient"
 )

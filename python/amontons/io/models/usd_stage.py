@@ -129,7 +129,7 @@ def applied(prim: Any) -> list[str]:
 
 
 def quaternion(value: Any) -> Quaternion:
-    """Of a Gf.Quat, of length one; the identity of one that is zero."""
+    """A Gf.Quat as ours, of length one; the identity for one that is zero."""
     q = np.array([value.GetReal(), *value.GetImaginary()], dtype=np.float64)
     length = np.linalg.norm(q)
     return tuple((q / length).tolist()) if length > 0 else IDENTITY  # type: ignore[return-value]
