@@ -28,16 +28,26 @@ GRAVITY = 9.81
 
 def read_usd(path: Path, issues: Issues, limits: Limits) -> Model:
     """The bodies, colliders and joints of a scene."""
+    scene = open_scene(path, issues, limits)
+    try:
+        return _model(scene)
+    except InputError:
+        raise
+    except (TypeError, ValueError, RuntimeError) as error:  # a value of another kind than its schema says
+        reason = " ".join(str(error).split())[:200]
+        raise FileError(f"{path}: a value is not of the kind that UsdPhysics asks for ({reason})") from None
+
+
+def _model(scene: Scene) -> Model:
     from pxr import UsdPhysics
 
-    scene = open_scene(path, issues, limits)
     prims = list(scene.prims())
     building = _Building(scene, prims)
     bodies = [p for p in prims if p.HasAPI(UsdPhysics.RigidBodyAPI)]
     colliders = _colliders(scene, prims)
     joints = [p for p in prims if p.IsA(UsdPhysics.Joint) or _foreign_joint(p)]
     if not (bodies or colliders or joints):
-        raise FileError(f"{path}: holds no physics: no prim has RigidBodyAPI or CollisionAPI of UsdPhysics")
+        raise FileError(f"{scene.path}: holds no physics: no prim has RigidBodyAPI or CollisionAPI of UsdPhysics")
     building.bodies(bodies)
     building.colliders(colliders)
     building.masses()

@@ -131,7 +131,7 @@ class Colliders:
         return shapes.Box(tuple(half.tolist())), Transform(tuple(centre.tolist()), rotation)
 
     def triangles(self, prim: Any) -> shapes.Mesh:
-        """The surface of a Mesh in its own units, counter-clockwise from outside; polygons are cut from a corner."""
+        """The surface of a Mesh in its own units, counter-clockwise from outside."""
         get = self.scene.get
         points = np.array(get(prim, "points", []), dtype=np.float64).reshape(-1, 3)
         counts = np.array(get(prim, "faceVertexCounts", []), dtype=np.int64)
