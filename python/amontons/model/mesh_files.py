@@ -62,3 +62,13 @@ def _mesh(path: Path, points: Any, triangles: Any) -> Surface:
     if not len(triangles) or not np.isfinite(points).all():
         raise FileError(f"{path}: holds no triangles of finite points")
     return points, triangles
+
+
+def is_closed(points: Array, triangles: NDArray[np.int32]) -> bool:
+    """Whether each edge belongs to one triangle in either direction; points of the same place are one."""
+    _, index = np.unique(points, axis=0, return_inverse=True)
+    corners = index.reshape(-1)[triangles]
+    edges = np.concatenate([corners[:, [k, (k + 1) % 3]] for k in range(3)])
+    edges = edges[edges[:, 0] != edges[:, 1]]
+    there, back = (np.unique(e, axis=0) for e in (edges, edges[:, ::-1]))
+    return len(there) == len(edges) and np.array_equal(there, back)

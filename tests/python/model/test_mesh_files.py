@@ -56,6 +56,28 @@ def test_orientations():
     np.testing.assert_allclose([turn((1, 0, 0)), turn((0, 0, 1))], [(0, 1, 0), (0, 0, 1)], atol=1e-15)
 
 
+# Breaks when the parts of a mesh fill its dent, or the deviation is not what the parts have: an L of three cubes
+# of 0.1 m; its two boxes fit. One hull would reach 0.05 m beyond it.
+def test_decompose():
+    pytest.importorskip("coacd", reason="needs coacd")
+    outline = 0.1 * np.array([(0, 0), (2, 0), (2, 1), (1, 1), (1, 2), (0, 2)])
+    points = np.vstack([np.column_stack((outline, np.full(6, z))) for z in (0.0, 0.1)])
+    fan = [(0, k, k + 1) for k in range(1, 5)]
+    sides = [t for k in range(6) for t in ((k, (k + 1) % 6, k + 6), ((k + 1) % 6, (k + 1) % 6 + 6, k + 6))]
+    mesh = shapes.Mesh(
+        points, [(a, c, b) for a, b, c in fan] + [(a + 6, b + 6, c + 6) for a, b, c in fan] + sides
+    )
+    parts = shapes.decompose(mesh, error=0.002)
+    assert len(parts.hulls) == 2
+    assert parts.deviation < 1e-4
+    assert sum(hull.volume() for hull in parts.hulls) == pytest.approx(3e-3, rel=1e-3)
+    assert shapes.decompose(shapes.Mesh(mesh.vertices, mesh.triangles), error=0.002) is parts
+    with pytest.raises(InputError, match="> 0"):
+        shapes.decompose(mesh, error=0)
+    with pytest.raises(InputError, match="decompose: .*closed"):
+        shapes.decompose(shapes.Mesh(mesh.vertices, mesh.triangles[:-1]), error=0.01)
+
+
 # Breaks when what is no rotation becomes one.
 def test_no_orientations():
     with pytest.raises(InputError, match="no rotation"):

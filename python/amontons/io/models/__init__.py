@@ -60,7 +60,7 @@ def load_model(
     motors: Motor | None = None,
     limits: Limits = DEFAULT,
 ) -> Model:
-    """Read a model file: MJCF (.xml), URDF (.urdf, or <robot> in .xml), SDF, USD, or a .json of `write_model`.
+    """Read a model: MJCF (.xml), URDF (.urdf, or <robot> in .xml), SDF, USD, or a .json of `write_model`.
 
     Elements that amontons does not support are left out. `Model.unread` lists them, and one warning
     (UnsupportedWarning) shows them, worst first.

@@ -10,7 +10,7 @@ import numpy as np
 from ...checks import Array
 from ...errors import FileError, InputError
 from ...model import shapes
-from ...model.mesh_files import read_triangles
+from ...model.mesh_files import is_closed, read_triangles
 from ...model.shapes import Shape
 
 TELL = 0.05
@@ -33,19 +33,11 @@ def scaled(mesh: shapes.Mesh, matrix: Array) -> shapes.Mesh:
     return shapes.Mesh(mesh.vertices @ matrix.T, mesh.triangles[:, ::-1] if turned else mesh.triangles)
 
 
-def added_volume(mesh: shapes.Mesh, hull: Shape) -> float | None:
-    """m^3 that a hull has beyond a closed mesh; None of a mesh that is open or faces inwards."""
-    try:
-        return max(hull.volume() - mesh.volume(), 0.0)
-    except InputError:
-        return None
-
-
 def told(mesh: shapes.Mesh, hull: Shape) -> str:
     """The text of the entry for a hull in place of a mesh; "" if they are alike."""
-    added = added_volume(mesh, hull)
-    if added is None:
-        return "the mesh is not closed; its convex hull collides"
+    if not is_closed(mesh.vertices, mesh.triangles) or mesh.volume() <= 0:
+        return "the mesh is not closed, or faces inwards; its convex hull collides"
+    added = max(hull.volume() - mesh.volume(), 0.0)
     if added <= TELL * mesh.volume():
         return ""
     return f"its convex hull collides, which adds {1e6 * added:.4g} cm^3 to {1e6 * mesh.volume():.4g} cm^3"

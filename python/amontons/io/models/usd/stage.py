@@ -11,13 +11,13 @@ from typing import Any
 
 import numpy as np
 
-from ...checks import Array
-from ...errors import FileError, InputError
-from ...limits import Limits
-from ...model.orientations import quaternion_of
-from ...model.transforms import IDENTITY, Quaternion, Transform, axis_angle, rotation_matrix
-from .issues import Issues
-from .places import inside, is_special
+from ....checks import Array
+from ....errors import FileError, InputError
+from ....limits import Limits
+from ....model.orientations import quaternion_of
+from ....model.transforms import IDENTITY, Quaternion, Transform, axis_angle, rotation_matrix
+from ..issues import Issues
+from ..places import inside, is_special
 
 Y_UP = axis_angle((1.0, 0.0, 0.0), math.pi / 2)
 """Turns a scene whose y axis points up so that z does."""

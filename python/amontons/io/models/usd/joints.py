@@ -8,12 +8,12 @@ from typing import Any
 
 import numpy as np
 
-from ...errors import InputError
-from ...model.builder import ModelBuilder
-from ...model.parts import WORLD, Dof, Joint, Motor
-from ...model.transforms import ORIGIN, Transform, Vector3
-from .usd_shapes import TO_AXIS
-from .usd_stage import Scene, applied, quaternion
+from ....errors import InputError
+from ....model.builder import ModelBuilder
+from ....model.parts import WORLD, Dof, Joint, Motor
+from ....model.transforms import ORIGIN, Transform, Vector3
+from .shapes import TO_AXIS
+from .stage import Scene, applied, quaternion
 
 AXES: dict[str, Vector3] = {"X": (1.0, 0.0, 0.0), "Y": (0.0, 1.0, 0.0), "Z": (0.0, 0.0, 1.0)}
 KINDS = ("Fixed", "Revolute", "Prismatic", "Spherical", "Distance", "")

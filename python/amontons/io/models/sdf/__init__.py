@@ -7,23 +7,23 @@ from dataclasses import dataclass, replace
 from itertools import combinations
 from pathlib import Path
 
-from ...errors import FileError, InputError
-from ...limits import Limits
-from ...model.builder import ModelBuilder
-from ...model.mass import NOTHING, MassProperties
-from ...model.model import Model
-from ...model.transforms import Transform, rotate
-from ...model.visuals import TriangleMesh
-from .elements import Element
-from .issues import Issues
-from .places import is_special, require_inside
-from .sdf_frames import ROOT, Frame, Scope
-from .sdf_joints import Joints
-from .sdf_rules import judge
-from .sdf_shapes import Shapes, colour, surface
-from .sdf_values import find, flag, floats, pose, text, value, version
-from .size import Budget
-from .xml_lines import Faults, read_xml
+from ....errors import FileError, InputError
+from ....limits import Limits
+from ....model.builder import ModelBuilder
+from ....model.mass import NOTHING, MassProperties
+from ....model.model import Model
+from ....model.transforms import Transform, rotate
+from ....model.visuals import TriangleMesh
+from ..elements import Element
+from ..issues import Issues
+from ..places import is_special, require_inside
+from ..size import Budget
+from ..xml_lines import Faults, read_xml
+from .frames import ROOT, Frame, Scope
+from .joints import Joints
+from .rules import judge
+from .shapes import Shapes, colour, surface
+from .values import find, flag, floats, pose, text, value, version
 
 GRAVITY = (0.0, 0.0, -9.8)
 """m/s^2, SDF's default"""

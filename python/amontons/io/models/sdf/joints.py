@@ -6,14 +6,14 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
-from ...errors import FileError, InputError
-from ...model.builder import ModelBuilder
-from ...model.parts import WORLD, Dof, Joint, Motor
-from ...model.transforms import ORIGIN, Transform, Vector3, conjugate, dot, rotate
-from .elements import Element
-from .issues import Issues
-from .sdf_frames import ROOT, Scope
-from .sdf_values import bound, flag, text, value, vector, version
+from ....errors import FileError, InputError
+from ....model.builder import ModelBuilder
+from ....model.parts import WORLD, Dof, Joint, Motor
+from ....model.transforms import ORIGIN, Transform, Vector3, conjugate, dot, rotate
+from ..elements import Element
+from ..issues import Issues
+from .frames import ROOT, Scope
+from .values import bound, flag, text, value, vector, version
 
 KINDS = {
     "fixed": (), "ball": (), "revolute": ("hinge",), "continuous": ("hinge",), "prismatic": ("slide",),

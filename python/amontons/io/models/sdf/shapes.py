@@ -7,16 +7,16 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from ...errors import FileError, InputError
-from ...limits import Limits
-from ...model import shapes
-from ...model.parts import Material
-from ...model.shapes import Shape
-from ...model.transforms import ORIGIN, Transform, Vector3, rotation_to_z
-from .elements import Element
-from .issues import Issues
-from .mesh_shapes import cone, prism, read_mesh, scaled, told
-from .sdf_values import bound, find, flag, floats, text, value, vector
+from ....errors import FileError, InputError
+from ....limits import Limits
+from ....model import shapes
+from ....model.parts import Material
+from ....model.shapes import Shape
+from ....model.transforms import ORIGIN, Transform, Vector3, rotation_to_z
+from ..elements import Element
+from ..issues import Issues
+from ..mesh_shapes import cone, prism, read_mesh, scaled, told
+from .values import bound, find, flag, floats, text, value, vector
 
 HARD = 1e5
 """N/m; ODE's contacts that are at least as stiff are rigid here"""

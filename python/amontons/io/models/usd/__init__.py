@@ -10,17 +10,17 @@ from typing import Any
 
 import numpy as np
 
-from ...errors import FileError, InputError
-from ...limits import Limits
-from ...model.builder import ModelBuilder
-from ...model.model import Model
-from ...model.transforms import ORIGIN, rotate
-from .issues import Issues
-from .usd_joints import Joints
-from .usd_mass import DENSITY, Part, body_mass
-from .usd_rules import judge
-from .usd_shapes import Colliders
-from .usd_stage import Scene, open_scene
+from ....errors import FileError, InputError
+from ....limits import Limits
+from ....model.builder import ModelBuilder
+from ....model.model import Model
+from ....model.transforms import ORIGIN, rotate
+from ..issues import Issues
+from .joints import Joints
+from .mass import DENSITY, Part, body_mass
+from .rules import judge
+from .shapes import Colliders
+from .stage import Scene, open_scene
 
 GRAVITY = 9.81
 """m/s^2, where the scene does not say"""
@@ -47,7 +47,7 @@ def _model(scene: Scene) -> Model:
     colliders = _colliders(scene, prims)
     joints = [p for p in prims if p.IsA(UsdPhysics.Joint) or _foreign_joint(p)]
     if not (bodies or colliders or joints):
-        raise FileError(f"{scene.path}: holds no physics: no prim has RigidBodyAPI or CollisionAPI of UsdPhysics")
+        raise FileError(f"{scene.path}: holds no physics: no prim has RigidBodyAPI or CollisionAPI")
     building.bodies(bodies)
     building.colliders(colliders)
     building.masses()

@@ -7,8 +7,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from .rules import words
-from .usd_stage import Scene, applied
+from ..rules import words
+from .stage import Scene, applied
 
 APIS = words(
     "PhysicsRigidBodyAPI PhysicsCollisionAPI PhysicsMeshCollisionAPI PhysicsMassAPI PhysicsMaterialAPI "

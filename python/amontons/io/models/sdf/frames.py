@@ -8,10 +8,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from ...errors import FileError
-from ...model.transforms import ORIGIN, Transform
-from .elements import Element
-from .sdf_values import pose
+from ....errors import FileError
+from ....model.transforms import ORIGIN, Transform
+from ..elements import Element
+from .values import pose
 
 ROOT = "__model__"
 
@@ -87,7 +87,7 @@ class Scope:
         return self.pose @ self.local(name, asked)
 
     def element_pose(self, element: Element, usual: str) -> Transform:
-        """The place of something with a <pose> in the world; `usual` is the frame it is in if it names none."""
+        """The place of something with a <pose> in the world; `usual`: its frame if it names none."""
         local, relative = pose(element)
         return self.in_world(relative or usual, element) @ local
 

@@ -7,13 +7,13 @@ import os
 from collections.abc import Iterator
 from pathlib import Path
 
-from ...checks import shortened
-from ...errors import FileError, InputError
-from ...limits import Limits
-from ...model.orientations import from_euler
-from ...model.transforms import ORIGIN, Transform
-from .elements import Element
-from .places import inside
+from ....checks import shortened
+from ....errors import FileError, InputError
+from ....limits import Limits
+from ....model.orientations import from_euler
+from ....model.transforms import ORIGIN, Transform
+from ..elements import Element
+from ..places import inside
 
 PATHS = (
     "GZ_SIM_RESOURCE_PATH", "IGN_GAZEBO_RESOURCE_PATH", "SDF_PATH", "GAZEBO_MODEL_PATH",

@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from ...model.mass import NOTHING, MassProperties
-from ...model.shapes import Shape
-from ...model.transforms import IDENTITY, Transform
-from .usd_stage import Scene, quaternion
+from ....model.mass import NOTHING, MassProperties
+from ....model.shapes import Shape
+from ....model.transforms import IDENTITY, Transform
+from .stage import Scene, quaternion
 
 DENSITY = 1000.0
 """kg/m^3, the default of UsdPhysics"""

@@ -6,9 +6,9 @@ All others are listed, so that nothing is lost unsaid. The names are those of th
 
 from __future__ import annotations
 
-from .elements import Element
-from .issues import Issues
-from .rules import words
+from ..elements import Element
+from ..issues import Issues
+from ..rules import words
 
 READ = {
     "sdf": words("model world"),

@@ -8,14 +8,14 @@ from typing import Any
 
 import numpy as np
 
-from ...checks import Array
-from ...errors import FileError, InputError
-from ...model import shapes
-from ...model.parts import Material
-from ...model.shapes import Shape
-from ...model.transforms import IDENTITY, ORIGIN, Quaternion, Transform, axis_angle, rotation_matrix
-from .mesh_shapes import cone, scaled, told
-from .usd_stage import Scene, unscaled
+from ....checks import Array
+from ....errors import FileError, InputError
+from ....model import shapes
+from ....model.parts import Material
+from ....model.shapes import Shape
+from ....model.transforms import IDENTITY, ORIGIN, Quaternion, Transform, axis_angle, rotation_matrix
+from ..mesh_shapes import cone, scaled, told
+from .stage import Scene, unscaled
 
 TO_AXIS: dict[str, Quaternion] = {
     "X": axis_angle((0.0, 1.0, 0.0), math.pi / 2),
