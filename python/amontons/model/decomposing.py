@@ -33,9 +33,9 @@ class Decomposition:
 def decompose(mesh: Mesh, *, error: float) -> Decomposition:
     """Hulls in place of a closed mesh that is not convex, for bodies that move.
 
-    error: the depth (m) of dents that may be filled, CoACD's concavity. What was reached is measured:
-    `Decomposition.deviation`; where it is larger, give a smaller error. The same mesh and error give the same
-    hulls, computed once. Needs coacd: pip install amontons[decompose] (Wei et al., ACM Trans. Graph. 41, 2022).
+    error: the depth (m) of dents that may be filled, CoACD's concavity. `Decomposition.deviation` is
+    measured; where it is larger, give a smaller error. The same mesh and error give the same hulls, computed
+    once. Needs coacd: pip install amontons[decompose] (Wei et al., ACM Trans. Graph. 41, 2022).
     Raises InputError, also for a mesh that is not closed.
     """
     if not isinstance(mesh, Mesh):
@@ -85,7 +85,7 @@ def _outside(points: Array, corners: Array) -> Array:
 
 
 def _distance(a: Array, b: Array, c: Array) -> Array:
-    """From the origin to triangles (..., 3): that to the plane where it meets the triangle, else to an edge."""
+    """From the origin to triangles (..., 3): to the plane within the triangle, else to an edge."""
     edges = np.minimum(np.minimum(_to_edge(a, b), _to_edge(b, c)), _to_edge(c, a))
     normal = np.cross(b - a, c - a)
     size = np.linalg.norm(normal, axis=-1)

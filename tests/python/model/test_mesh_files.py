@@ -56,8 +56,8 @@ def test_orientations():
     np.testing.assert_allclose([turn((1, 0, 0)), turn((0, 0, 1))], [(0, 1, 0), (0, 0, 1)], atol=1e-15)
 
 
-# Breaks when the parts of a mesh fill its dent, or the deviation is not what the parts have: an L of three cubes
-# of 0.1 m; its two boxes fit. One hull would reach 0.05 m beyond it.
+# Breaks when the parts of a mesh fill its dent, or the deviation is not that of the parts: an L of three
+# cubes of 0.1 m, into which two boxes fit. One hull would reach 0.05 m beyond it.
 def test_decompose():
     pytest.importorskip("coacd", reason="needs coacd")
     outline = 0.1 * np.array([(0, 0), (2, 0), (2, 1), (1, 1), (1, 2), (0, 2)])
