@@ -90,6 +90,7 @@ from .simulation.acting import Reaction as Reaction
 from .simulation.events import ContactEvents as ContactEvents
 from .simulation.inverse_kinematics import IkSolution as IkSolution
 from .simulation.linearise import Linearisation as Linearisation
+from .simulation.loads import Loads as Loads
 from .simulation.outcome import Report as Report
 from .simulation.own_method import SolveOptions as SolveOptions
 from .simulation.queries import RayHit as RayHit
