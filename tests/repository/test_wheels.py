@@ -149,9 +149,8 @@ def test_wheels_are_packed(tmp_path, name, python):
 
 # Fails if a file that was changed after packing passes.
 def test_changed_wheels_are_found(tmp_path):
-    made = pack(
-        base_wheel(tmp_path), pe(b"python3.dll"), TARGETS["windows-x86_64"], "abi3", tmp_path, "Clang 22.1.8"
-    )
+    module, target = pe(b"python3.dll"), TARGETS["windows-x86_64"]
+    made = pack(base_wheel(tmp_path), module, module, target, "abi3", tmp_path, "Clang 22.1.8")
     with zipfile.ZipFile(made) as old:
         entries = {name: old.read(name) for name in old.namelist()}
     entries["amontons/__init__.py"] = b"import os"

@@ -21,15 +21,22 @@ auto fields_of(S& state) {
                   dofs, balls, couplings, tendons);
 }
 
+// The first number of the bytes. A processor that stores numbers in the reverse order reads another one.
 constexpr std::uint64_t magic = 0x31657461746d61ULL;  // "amtate1", the version of this layout
 
-// 64 bits of FNV-1a (Fowler, Noll, Vo), against damage.
+// 64 bits of FNV-1a (Fowler, Noll, Vo), against damage. One changed byte is found for certain: each round is
+// a bijection of the sum, because the prime is odd. So two sums that differ after one byte also differ after
+// all equal bytes that follow. It protects against accidents and not against forgery, for which there is no
+// key.
 std::uint64_t checksum(std::span<const std::byte> bytes) {
   std::uint64_t sum = 14695981039346656037ULL;
   for (const std::byte b : bytes) sum = (sum ^ std::to_integer<std::uint64_t>(b)) * 1099511628211ULL;
   return sum;
 }
 
+// A number is its bytes. An array is the size of an entry, the number of entries, and the bytes of all
+// entries. Entries keep the gaps that the compiler leaves between their members. Another compiler may leave
+// others; most of these differences change the size of an entry, which the reader compares.
 struct ByteWriter {
   std::vector<std::byte> bytes;
 
@@ -51,6 +58,9 @@ struct ByteWriter {
   }
 };
 
+// The reverse. The bytes may come from anywhere. So each size that they state is compared with the number of
+// bytes that are left, before memory is allocated or anything is copied. A wrong size can then cost no more
+// memory than the bytes themselves, and no read passes their end.
 struct ByteReader {
   std::span<const std::byte> bytes;
 
@@ -68,7 +78,8 @@ struct ByteReader {
     std::uint64_t width = 0, count = 0;
     (*this)(width);
     (*this)(count);
-    // Contacts alone vary in number.
+    // Contacts alone vary in number. All other arrays have an entry per body, joint, dof and so on, and the
+    // step reads them by indices of the model without a check.
     AMONTONS_REQUIRE(width == sizeof(T) && count <= bytes.size() / sizeof(T) &&
                          (std::is_same_v<T, Contact> || count == list.size()),
                      "state: the bytes are those of another model or version");
@@ -95,6 +106,7 @@ void state_from_bytes(std::span<const std::byte> bytes, State& state) {
   AMONTONS_REQUIRE(begin == magic, "state: these are no bytes of a state of this version");
   read(sum);
   AMONTONS_REQUIRE(sum == checksum(read.bytes), "state: the bytes are damaged");
+  // The bytes go into a copy, so that a state that is refused in the middle of them has changed nothing.
   State found = state;
   std::apply([&](auto&... field) { (read(field), ...); }, fields_of(found));
   AMONTONS_REQUIRE(read.bytes.empty(), "state: the bytes are those of another model or version");

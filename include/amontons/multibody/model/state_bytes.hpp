@@ -7,7 +7,9 @@
 
 namespace amontons {
 
-// All of a state as bytes, for the same build of the library on the same kind of processor.
+// All of a state as bytes, for the same build of the library on the same kind of processor. A simulation that
+// gets them back goes on bit for bit, because a State is complete. The bytes name no model: who keeps them
+// for long keeps the model beside them.
 std::vector<std::byte> state_to_bytes(const State& state);
 // The state of such bytes. `state` must be one of the same model, whose arrays have the sizes of its arrays.
 // Throws InputError, with `state` unchanged, if the bytes are damaged or of another model or version.
