@@ -89,11 +89,13 @@ quick_room:
 	@test -n '$(QUICK_CPP)$(QUICK_PYTHON)' || { echo 'amontons: no file tests/*/test_*ROOM* for ROOM=$(ROOM);' \
 	  'try make quick ROOM=joint, shapes, islands, urdf' >&2; exit 2; }
 
-# Chromium for the tests of the viewer, where there is none and one can be had; else these tests are skipped.
+# Chromium for the tests of the viewer, where there is none and one can be had, by Playwright or, for root, from the
+# system; else these tests are skipped.
 browser: install
 	@command -v chromium chromium-browser google-chrome >/dev/null \
 	  || timeout 300 $(BIN)/python -m playwright install chromium-headless-shell >build/browser.log 2>&1 \
-	  || echo 'no browser could be installed (build/browser.log); the tests of the page are skipped'
+	  || { test "$$(id -u)" = 0 && timeout 600 apt-get install --yes chromium >>build/browser.log 2>&1; } \
+	  || echo 'no browser could be installed (build/browser.log): as root, apt-get install chromium'
 
 # OpenCL on the processor for the tests of devices, where the platform has it; else these tests are skipped.
 pocl: install
@@ -164,6 +166,7 @@ sanitize: .venv/.requirements
 # Before a release, beside .ci/run: what takes an hour or more. The preset dev compiles source by source.
 release_checks: install
 	@$(BIN)/python tools/check_tables.py
+	@$(BIN)/python -m pytest -q -m slow_machine
 	@cmake --preset dev >/dev/null && cmake --build build/dev --target amontons amontons_tests -j $(JOBS)
 	@SOAK_SECONDS=$(SANITIZED_SOAK_SECONDS) SOAK_SEED=$(SOAK_SEED) JOBS=$(JOBS) tools/sanitize asan --python
 	@$(MAKE) --no-print-directory soak wheel
